@@ -1,0 +1,1 @@
+"""Incremental evaluation of a rig: per-sensor contributions, recast only where something moved."""

@@ -1,0 +1,60 @@
+"""Poses in the vehicle frame (x forward, y left, z up; ISO 8855, REP-103), metres and degrees."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Vec3 = tuple[float, float, float]
+
+
+def rotation_from_rpy_deg(rpy_deg: Vec3) -> NDArray[np.float64]:
+    """Rotation matrix R = Rz(yaw) Ry(pitch) Rx(roll), (3, 3); angles in degrees.
+
+    Intrinsic z-y'-x''; positive pitch looks down, positive yaw turns left. Written out, not multiplied by
+    a library, because its doubles are part of what "exact" means for the rays.
+    """
+    roll, pitch, yaw = (math.radians(angle) for angle in rpy_deg)
+    cr, sr, cp, sp = math.cos(roll), math.sin(roll), math.cos(pitch), math.sin(pitch)
+    cy, sy = math.cos(yaw), math.sin(yaw)
+    return np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ],
+        dtype=np.float64,
+    )
+
+
+@dataclass(frozen=True)
+class Pose:
+    """Pose of a sensor in the vehicle frame: `position_m` in metres, `rpy_deg` roll, pitch, yaw in degrees."""
+
+    position_m: Vec3 = (0.0, 0.0, 0.0)
+    rpy_deg: Vec3 = (0.0, 0.0, 0.0)
+
+    def rotation(self) -> NDArray[np.float64]:
+        """Rotation from the sensor to the vehicle frame, (3, 3)."""
+        return rotation_from_rpy_deg(self.rpy_deg)
+
+    def vehicle_SE3_sensor(self) -> NDArray[np.float64]:
+        """Homogeneous transform from the sensor to the vehicle frame, (4, 4)."""
+        matrix = np.eye(4)
+        matrix[:3, :3] = self.rotation()
+        matrix[:3, 3] = self.position_m
+        return matrix
+
+
+def rpy_deg_from_rotation(rotation: NDArray[np.float64]) -> Vec3:
+    """Roll, pitch, yaw in degrees of a rotation matrix (3, 3); at pitch +-90 deg roll is set to zero."""
+    pitch = math.asin(max(-1.0, min(1.0, -float(rotation[2, 0]))))
+    if math.hypot(rotation[2, 1], rotation[2, 2]) < 1e-12:
+        roll, yaw = 0.0, math.atan2(-rotation[0, 1], rotation[1, 1])
+    else:
+        roll = math.atan2(rotation[2, 1], rotation[2, 2])
+        yaw = math.atan2(rotation[1, 0], rotation[0, 0])
+    return (math.degrees(roll), math.degrees(pitch), math.degrees(yaw))

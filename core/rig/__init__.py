@@ -1,0 +1,1 @@
+"""Sensors, rigs, their YAML files and the built-in presets."""

@@ -1,0 +1,216 @@
+"""Frozen, validated description of a rig: vehicle, LiDARs and cameras, as in the rig YAML version 1."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from core.geometry import Pose, Vec3
+
+FORMAT_VERSION = 1
+MAX_SENSORS = 255
+MAX_RAYS_PER_SENSOR = 1 << 26
+
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Metres = Annotated[float, Field(allow_inf_nan=False, ge=-1e7, le=1e7)]
+Positive = Annotated[float, Field(allow_inf_nan=False, gt=0.0)]
+Length = Annotated[float, Field(allow_inf_nan=False, gt=0.0, le=100.0)]
+Elevation = Annotated[float, Field(allow_inf_nan=False, ge=-90.0, le=90.0)]
+Azimuth = Annotated[float, Field(allow_inf_nan=False, ge=-360.0, le=360.0)]
+Name = Annotated[str, Field(min_length=1, max_length=200)]
+Pixels = Annotated[int, Field(ge=1, le=20_000)]
+Position = tuple[Metres, Metres, Metres]
+Angles3 = tuple[Finite, Finite, Finite]
+
+
+class _Frozen(BaseModel):
+    """Immutable, strict, no unknown keys; fields are addressed by the names of the YAML file."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, populate_by_name=True)
+
+    def replace(self, **changes: Any) -> Any:
+        """A validated copy with some fields changed."""
+        fields = {name: getattr(self, name) for name in type(self).model_fields}
+        return type(self)(**(fields | changes))
+
+
+class EvenAngles(_Frozen):
+    """`count` evenly spaced angles in degrees; whether `to` is included depends on where they are used."""
+
+    from_: Azimuth = Field(alias="from")
+    to: Azimuth
+    count: Annotated[int, Field(ge=1, le=100_000)]
+
+    @model_validator(mode="after")
+    def _rising(self) -> EvenAngles:
+        if self.to < self.from_:
+            raise ValueError(f"'to' ({self.to}) must not be below 'from' ({self.from_})")
+        return self
+
+    def both_ends_deg(self) -> NDArray[np.float64]:
+        """Angles with both ends included, (count,); one angle is `from`."""
+        if self.count == 1:
+            return np.array([self.from_])
+        return self.from_ + np.arange(self.count) * (self.to - self.from_) / (self.count - 1)
+
+    def open_end_deg(self) -> NDArray[np.float64]:
+        """Angles from + i (to - from) / count, (count,): a full turn has no duplicate end."""
+        return self.from_ + np.arange(self.count) * (self.to - self.from_) / self.count
+
+
+class _Sensor(_Frozen):
+    name: Name
+    model: str | None = None
+    position: Position
+    rpy_deg: Angles3 = (0.0, 0.0, 0.0)
+    range_m: tuple[Annotated[float, Field(ge=0.0)], Annotated[float, Field(gt=0.0)]] = (0.0, math.inf)
+    enabled: bool = True
+
+    @model_validator(mode="after")
+    def _range_rises(self) -> Any:
+        low, high = self.range_m
+        if math.isnan(low) or math.isnan(high) or math.isinf(low) or not low < high:
+            raise ValueError(f"range_m must be [min, max] with 0 <= min < max, found [{low}, {high}]")
+        return self
+
+    @property
+    def pose(self) -> Pose:
+        """Pose of the sensor in the vehicle frame."""
+        return Pose(self.position, self.rpy_deg)
+
+    def with_pose(self, pose: Pose) -> Any:
+        """The same sensor elsewhere; not validated again, because it happens on every mouse move."""
+        return self.model_copy(update={"position": pose.position_m, "rpy_deg": pose.rpy_deg})
+
+
+class Lidar(_Sensor):
+    """Spinning LiDAR; `elevations_deg` with both ends, `azimuths_deg` with an open end (paper, eq. 2)."""
+
+    kind: Literal["lidar"] = "lidar"
+    elevations_deg: EvenAngles | tuple[Elevation, ...]
+    azimuths_deg: EvenAngles | tuple[Azimuth, ...] = EvenAngles(**{"from": -180.0, "to": 180.0, "count": 360})
+
+    @model_validator(mode="after")
+    def _angles_sensible(self) -> Lidar:
+        if not 0 < self.ray_count <= MAX_RAYS_PER_SENSOR:
+            raise ValueError(f"a LiDAR casts 1 to {MAX_RAYS_PER_SENSOR} rays, found {self.ray_count}")
+        beams, turn = self.elevations_deg, self.azimuths_deg
+        if isinstance(beams, EvenAngles) and (beams.from_ < -90.0 or beams.to > 90.0):
+            raise ValueError(f"elevations_deg must lie in [-90, 90], found {beams.from_} to {beams.to}")
+        span_deg = turn.to - turn.from_ if isinstance(turn, EvenAngles) else max(turn) - min(turn)
+        if span_deg > 360.0:
+            raise ValueError(f"azimuths_deg must not span more than 360 degrees, found {span_deg}")
+        return self
+
+    def elevations(self) -> NDArray[np.float64]:
+        """Beam elevations in degrees, (beams,)."""
+        angles = self.elevations_deg
+        return angles.both_ends_deg() if isinstance(angles, EvenAngles) else np.array(angles, dtype=np.float64)
+
+    def azimuths(self) -> NDArray[np.float64]:
+        """Azimuths in degrees, (azimuths,)."""
+        angles = self.azimuths_deg
+        return angles.open_end_deg() if isinstance(angles, EvenAngles) else np.array(angles, dtype=np.float64)
+
+    @property
+    def ray_count(self) -> int:
+        """Number of rays cast: beams times azimuths."""
+        beams, turn = self.elevations_deg, self.azimuths_deg
+        beam_count = beams.count if isinstance(beams, EvenAngles) else len(beams)
+        return beam_count * (turn.count if isinstance(turn, EvenAngles) else len(turn))
+
+
+class Camera(_Sensor):
+    """Pinhole camera; casts a lattice `cast` of rays through pixel centres of the resized image (eq. 3-5)."""
+
+    kind: Literal["camera"] = "camera"
+    image: tuple[Pixels, Pixels] = (1600, 900)
+    hfov_deg: Annotated[float, Field(gt=0.0, lt=180.0)] | None = None
+    fx: Positive | None = None
+    fy: Positive | None = None
+    cx: Finite | None = None
+    cy: Finite | None = None
+    cast: tuple[Pixels, Pixels] = (352, 128)
+
+    @model_validator(mode="after")
+    def _one_way_to_say_the_lens(self) -> Camera:
+        given = [value is not None for value in (self.fx, self.fy, self.cx, self.cy)]
+        if (self.hfov_deg is None and not all(given)) or (self.hfov_deg is not None and any(given)):
+            raise ValueError("give either hfov_deg or all of fx, fy, cx, cy")
+        if self.cast[0] > self.image[0] or self.cast[1] > self.image[1]:
+            raise ValueError(f"cast {list(self.cast)} must not exceed the image {list(self.image)}")
+        return self
+
+    def intrinsics_px(self) -> tuple[float, float, float, float]:
+        """Focal lengths and principal point (fx, fy, cx, cy) in pixels of the native image."""
+        if self.hfov_deg is not None:
+            width_px, height_px = self.image
+            focal_px = (width_px / 2) / math.tan(math.radians(self.hfov_deg) / 2)
+            return focal_px, focal_px, width_px / 2, height_px / 2
+        assert self.fx is not None and self.fy is not None and self.cx is not None and self.cy is not None
+        return self.fx, self.fy, self.cx, self.cy
+
+    @property
+    def ray_count(self) -> int:
+        """Number of rays cast: columns times rows of the lattice."""
+        return self.cast[0] * self.cast[1]
+
+
+Sensor = Annotated[Lidar | Camera, Field(discriminator="kind")]
+
+
+class Vehicle(_Frozen):
+    """The ego car's body in metres; `body` is a parametric body or the path of a mesh file."""
+
+    body: Name = "sedan"
+    length: Length = 4.6
+    width: Length = 1.9
+    height: Length = 1.45
+    rear_axle_x: Metres = -1.35
+
+
+class Rig(_Frozen):
+    """A named set of sensors on a vehicle; immutable, every edit gives a new rig."""
+
+    riglens: Literal[1] = 1
+    name: Name = "untitled"
+    vehicle: Vehicle = Vehicle()
+    sensors: Annotated[tuple[Sensor, ...], Field(max_length=MAX_SENSORS)] = ()
+
+    @model_validator(mode="after")
+    def _names_unique(self) -> Rig:
+        seen: set[str] = set()
+        for sensor in self.sensors:
+            if sensor.name in seen:
+                raise ValueError(f"sensor name '{sensor.name}' is used twice; names must be unique")
+            seen.add(sensor.name)
+        return self
+
+    def sensor(self, name: str) -> Lidar | Camera:
+        """The sensor of that name; KeyError when there is none."""
+        for sensor in self.sensors:
+            if sensor.name == name:
+                return sensor
+        raise KeyError(name)
+
+    def with_sensor(self, name: str, sensor: Lidar | Camera) -> Rig:
+        """The rig with the sensor called `name` exchanged for another (unvalidated beyond unique names)."""
+        sensors = tuple(sensor if old.name == name else old for old in self.sensors)
+        return self.model_copy(update={"sensors": sensors})
+
+    def cameras(self) -> tuple[Camera, ...]:
+        """Enabled cameras, in order."""
+        return tuple(s for s in self.sensors if isinstance(s, Camera) and s.enabled)
+
+    def lidars(self) -> tuple[Lidar, ...]:
+        """Enabled LiDARs, in order."""
+        return tuple(s for s in self.sensors if isinstance(s, Lidar) and s.enabled)
+
+
+def vec3(values: NDArray[np.float64]) -> Vec3:
+    """Three doubles of an array (3,) as the tuple that a sensor stores."""
+    return float(values[0]), float(values[1]), float(values[2])

@@ -1,0 +1,65 @@
+"""Boxes of traffic around the car: the streamed batches every reader yields, and the report of what was read."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+CLASSES = ("car", "bicycle", "pedestrian")
+Progress = Callable[[float], None]
+"""Called with the fraction done, 0 to 1; it may raise to cancel the work."""
+
+
+@dataclass(frozen=True)
+class BoxBatch:
+    """A run of boxes in the vehicle frame; a frame never continues in the next batch.
+
+    frame (n,) int64, non-decreasing, numbered over the whole data set; cls (n,) uint8 index into CLASSES;
+    centre_m (n, 3); size_m (n, 3) length, width, height; rotation (n, 3, 3) box to vehicle frame.
+    """
+
+    frame: NDArray[np.int64]
+    cls: NDArray[np.uint8]
+    centre_m: NDArray[np.float64]
+    size_m: NDArray[np.float64]
+    rotation: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class DataReport:
+    """What a data set held: frames T (with and without boxes), boxes per class, and what was not mapped."""
+
+    source: str
+    frames: int
+    boxes: dict[str, int]
+    unmapped: Counter[str] = field(default_factory=Counter)
+    sha256: str = ""
+
+
+class BoxSource(Protocol):
+    """A box data set that can be streamed any number of times with flat memory."""
+
+    @property
+    def content_hash(self) -> str:
+        """SHA-256 (hex) over the bytes of the files and the options that change the boxes."""
+
+    def batches(self, progress: Progress | None = None) -> Iterator[BoxBatch]:
+        """Stream the boxes once; InputError on bad input."""
+
+    def report(self) -> DataReport:
+        """Counts of the last complete pass of `batches`."""
+
+
+def rotations_from_yaw(yaw_rad: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Rotation matrices (n, 3, 3) about z from yaw angles (n,) in radians."""
+    cos, sin = np.cos(yaw_rad), np.sin(yaw_rad)
+    rotation = np.zeros((yaw_rad.size, 3, 3))
+    rotation[:, 0, 0], rotation[:, 0, 1] = cos, -sin
+    rotation[:, 1, 0], rotation[:, 1, 1] = sin, cos
+    rotation[:, 2, 2] = 1.0
+    return rotation

@@ -1,0 +1,86 @@
+"""The voxel grid over the region of interest (ROI): half-open cubes of edge delta around the ego car."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import psutil
+from numpy.typing import NDArray
+
+from core.errors import InputError
+from core.geometry import Vec3
+
+DEFAULT_ROI_M = (60.0, 40.0, 4.0)
+DEFAULT_VOXEL_M = 0.10
+_DIVIDES_TOLERANCE = 1e-6
+
+
+@dataclass(frozen=True)
+class VoxelGrid:
+    """ROI x in [-L/2, L/2), y in [-W/2, W/2), z in [0, H), cut into cubes of edge `voxel_m` (metres).
+
+    Raises InputError when a number is not positive and finite, when delta does not divide the ROI (no half
+    voxels: the stated ROI is exactly what is computed) or when the index would overflow.
+    """
+
+    voxel_m: float = DEFAULT_VOXEL_M
+    roi_m: Vec3 = DEFAULT_ROI_M
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.voxel_m) and self.voxel_m > 0.0):
+            raise InputError(f"voxel: found {self.voxel_m}, accepted is a positive edge length in metres")
+        for name, length in zip("LWH", self.roi_m, strict=True):
+            self._check_side(name, length)
+        if math.prod(self.shape) >= 1 << 40:
+            nx, ny, nz = self.shape
+            raise InputError(f"voxel: a grid of {nx} x {ny} x {nz} voxels is too large; use larger voxels or a smaller ROI")
+
+    def _check_side(self, name: str, length: float) -> None:
+        if not (math.isfinite(length) and length > 0.0):
+            raise InputError(f"roi {name}: found {length}, accepted is a positive length in metres")
+        count = length / self.voxel_m
+        whole = round(count)
+        if whole < 1 or abs(count - whole) > _DIVIDES_TOLERANCE * max(1.0, whole) ** 0.5:
+            near = max(1, whole) * self.voxel_m
+            raise InputError(
+                f"roi {name}: {length:g} m is not a multiple of the voxel edge {self.voxel_m:g} m; "
+                f"nearest accepted length is {near:g} m"
+            )
+
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """Number of voxels along x, y, z."""
+        nx, ny, nz = (round(length / self.voxel_m) for length in self.roi_m)
+        return nx, ny, nz
+
+    @property
+    def origin_m(self) -> Vec3:
+        """Lower corner of voxel (0, 0, 0) in the vehicle frame, metres."""
+        return -self.roi_m[0] / 2, -self.roi_m[1] / 2, 0.0
+
+    @property
+    def voxel_count(self) -> int:
+        """Number of voxels of the ROI."""
+        return math.prod(self.shape)
+
+    def to_grid(self, position_m: Vec3) -> Vec3:
+        """Grid coordinates (x - x_min) / delta in double precision; a face is where the quotient is an integer."""
+        x, y, z = ((p - o) / self.voxel_m for p, o in zip(position_m, self.origin_m, strict=True))
+        return x, y, z
+
+    def centres_m(self, axis: int) -> NDArray[np.float64]:
+        """Voxel centre coordinates along one axis, (shape[axis],), metres."""
+        return self.origin_m[axis] + (np.arange(self.shape[axis]) + 0.5) * self.voxel_m
+
+    def require_memory(self, bytes_per_voxel: float, purpose: str) -> None:
+        """Raise InputError with the size when that much memory is not available."""
+        needed = self.voxel_count * bytes_per_voxel
+        available = psutil.virtual_memory().available
+        if needed > available:
+            nx, ny, nz = self.shape
+            raise InputError(
+                f"voxel {self.voxel_m:g} m: a grid of {nx} x {ny} x {nz} voxels needs {needed / 1e9:.1f} GB for "
+                f"{purpose}, but {available / 1e9:.1f} GB are free; use larger voxels or a smaller ROI"
+            )
