@@ -1,0 +1,66 @@
+"""The shared palette: one place for the colours of sensor kinds, classes and axes, for light and dark windows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+CLASS_COLOURS = {"car": "#3b82f6", "bicycle": "#f59e0b", "pedestrian": "#ec4899"}
+AXIS_COLOURS = ("#e5484d", "#30a46c", "#3e7bfa")
+KIND_COLOURS = {"lidar": "#14b8a6", "camera": "#f97316"}
+SELECTED_COLOUR = "#ffd60a"
+
+
+@dataclass(frozen=True)
+class Palette:
+    """Colours of the 3D view as `#rrggbb`; sensor kinds, classes and axes look the same in both themes."""
+
+    background: str
+    background_top: str
+    ground: str
+    grid_line: str
+    grid_line_strong: str
+    text: str
+    roi: str
+    paint: str
+    kinds: dict[str, str] = field(default_factory=lambda: dict(KIND_COLOURS))
+    classes: dict[str, str] = field(default_factory=lambda: dict(CLASS_COLOURS))
+    axes: tuple[str, str, str] = AXIS_COLOURS
+    selected: str = SELECTED_COLOUR
+
+
+DARK = Palette(
+    background="#1b1f26",
+    background_top="#333b47",
+    ground="#232830",
+    grid_line="#343b46",
+    grid_line_strong="#4b5563",
+    text="#c3ccd8",
+    roi="#8b98a9",
+    paint="#c9d1da",
+)
+LIGHT = Palette(
+    background="#f3f5f8",
+    background_top="#d3dce6",
+    ground="#e6eaef",
+    grid_line="#cfd6de",
+    grid_line_strong="#aab4c0",
+    text="#4a5563",
+    roi="#6b7786",
+    paint="#8fa3b8",
+)
+
+
+def palette(dark: bool) -> Palette:
+    """The palette of the dark or the light theme."""
+    return DARK if dark else LIGHT
+
+
+def rgb(colour: str) -> tuple[float, float, float]:
+    """Red, green, blue in 0..1 of a `#rrggbb` colour."""
+    return int(colour[1:3], 16) / 255, int(colour[3:5], 16) / 255, int(colour[5:7], 16) / 255
+
+
+def mix(first: str, second: str, share: float) -> str:
+    """A colour `share` (0..1) of the way from the first to the second."""
+    parts = [round(255 * (a + (b - a) * share)) for a, b in zip(rgb(first), rgb(second), strict=True)]
+    return "#" + "".join(f"{part:02x}" for part in parts)
