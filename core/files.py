@@ -1,0 +1,107 @@
+"""Writing files so that an interrupted run leaves neither half a file nor a destroyed old one."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+import secrets
+import stat
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager
+from pathlib import Path
+from typing import IO, Any, Literal, overload
+
+from core.errors import InputError
+
+_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+
+
+@overload
+def atomic_write(path: str | os.PathLike[str], mode: Literal["w"]) -> AbstractContextManager[IO[str]]: ...
+
+
+@overload
+def atomic_write(
+    path: str | os.PathLike[str], mode: Literal["wb"] = ...
+) -> AbstractContextManager[IO[bytes]]: ...
+
+
+def atomic_write(
+    path: str | os.PathLike[str], mode: Literal["w", "wb"] = "wb"
+) -> AbstractContextManager[IO[Any]]:
+    """Open `path` for writing; the content appears there at once and complete, or not at all.
+
+    Everything goes to a temporary file in the same folder, is flushed to the disk and renamed when the
+    block ends. On any exception, Ctrl-C included, the temporary file is removed and the old file stays.
+    Text is UTF-8 with line ends as written. Devices and pipes (/dev/null) are written directly; a symbolic
+    link keeps pointing where it did. Raises InputError (one line) when the target cannot be written.
+    """
+    target = Path(os.path.realpath(path))
+    _require_writable(target, path)
+    if target.exists() and not target.is_file():
+        return _open(target, mode)
+    return _replace_when_done(target, path, mode)
+
+
+def _require_writable(target: Path, path: str | os.PathLike[str]) -> None:
+    try:
+        problem = _problem(target)
+    except OSError as error:
+        problem = str(error.strerror)
+    if problem:
+        raise InputError(f"{_shown(path)}: cannot be written: {problem}")
+
+
+def _problem(target: Path) -> str:
+    if not target.parent.is_dir():
+        return f"no such folder: {_shown(target.parent)}"
+    if target.is_dir():
+        return "this is a folder, accepted is the name of a file"
+    if target.exists() and not os.access(target, os.W_OK):
+        return "the file is write-protected"
+    return ""
+
+
+@contextmanager
+def _replace_when_done(
+    target: Path, path: str | os.PathLike[str], mode: Literal["w", "wb"]
+) -> Iterator[IO[Any]]:
+    temporary = target.parent / f".{target.name[:100]}.{secrets.token_hex(6)}.tmp"
+    try:
+        with _open(temporary, mode, "x") as stream:
+            yield stream
+            stream.flush()
+            os.fsync(stream.fileno())
+        if target.exists():
+            os.chmod(temporary, stat.S_IMODE(target.stat().st_mode))
+        os.replace(temporary, target)
+    except BaseException as error:
+        with contextlib.suppress(OSError):
+            temporary.unlink()
+        if isinstance(error, OSError) and (error.errno in _NO_ROOM or error.filename == str(temporary)):
+            raise InputError(f"{_shown(path)}: cannot be written: {error.strerror}") from error
+        raise
+    _sync_folder(target.parent)
+
+
+def _open(path: Path, mode: Literal["w", "wb"], how: Literal["w", "x"] = "w") -> IO[Any]:
+    if mode == "wb":
+        return path.open(f"{how}b")
+    return path.open(how, encoding="utf-8", newline="")
+
+
+def _sync_folder(folder: Path) -> None:
+    """Make the rename itself survive a power cut, where the system can open folders (not on Windows)."""
+    with contextlib.suppress(OSError):
+        descriptor = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
+
+
+def _shown(path: str | os.PathLike[str]) -> str:
+    """A path on one line, whatever its name contains."""
+    text = os.fspath(path)
+    return text if text.isprintable() else repr(text)

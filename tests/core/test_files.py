@@ -1,0 +1,113 @@
+"""Writing files: all or nothing, and one clear line when a target cannot be written."""
+
+import errno
+import os
+from pathlib import Path
+
+import pytest
+
+from core.errors import InputError
+from core.files import atomic_write
+
+
+def test_bytes_and_text_appear_under_the_name_asked_for(tmp_path: Path) -> None:
+    with atomic_write(tmp_path / "a.bin") as stream:
+        stream.write(b"\x00\r\n")
+    with atomic_write(tmp_path / "a.txt", "w") as text:
+        text.write("δ = 0.1\r\nx\n")
+    assert (tmp_path / "a.bin").read_bytes() == b"\x00\r\n"
+    assert (tmp_path / "a.txt").read_bytes() == "δ = 0.1\r\nx\n".encode()
+    assert sorted(os.listdir(tmp_path)) == ["a.bin", "a.txt"]
+
+
+def test_the_old_content_is_there_until_the_block_ends(tmp_path: Path) -> None:
+    target = tmp_path / "rig.yaml"
+    target.write_text("old")
+    with atomic_write(target, "w") as stream:
+        stream.write("new")
+        stream.flush()
+        assert target.read_text() == "old"
+    assert target.read_text() == "new"
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt, ValueError, SystemExit])
+@pytest.mark.parametrize("existed", [True, False])
+def test_an_interrupted_write_leaves_the_folder_as_it_was(
+    tmp_path: Path, error: type[BaseException], existed: bool
+) -> None:
+    target = tmp_path / "out.json"
+    if existed:
+        target.write_text("old")
+    with pytest.raises(error), atomic_write(target) as stream:
+        stream.write(b"half")
+        raise error()
+    assert [(p.name, p.read_text()) for p in tmp_path.iterdir()] == ([("out.json", "old")] if existed else [])
+
+
+def test_a_full_disk_is_one_line_and_keeps_the_old_file(tmp_path: Path) -> None:
+    target = tmp_path / "out.json"
+    target.write_text("old")
+    with (
+        pytest.raises(InputError, match=r"out\.json: cannot be written: No space left") as caught,
+        atomic_write(target),
+    ):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    assert "\n" not in str(caught.value)
+    assert [p.read_text() for p in tmp_path.iterdir()] == ["old"]
+
+
+def test_an_error_of_another_file_is_not_blamed_on_the_target(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError), atomic_write(tmp_path / "out.json"):
+        (tmp_path / "missing").read_text()
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("name", "complaint"),
+    [
+        ("nowhere/out.json", "no such folder"),
+        ("folder", "this is a folder"),
+        ("file/out.json", "no such folder"),
+        ("n" * 300, "cannot be written"),
+    ],
+)
+def test_a_target_that_cannot_be_written_is_refused_in_one_line(
+    tmp_path: Path, name: str, complaint: str
+) -> None:
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "file").write_text("x")
+    before = sorted(os.listdir(tmp_path))
+    with pytest.raises(InputError, match=complaint) as caught, atomic_write(tmp_path / name) as stream:
+        stream.write(b"x")
+    assert "\n" not in str(caught.value) and name in str(caught.value)
+    assert sorted(os.listdir(tmp_path)) == before
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
+def test_a_write_protected_folder_or_file_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "mine").write_text("old")
+    (tmp_path / "mine").chmod(0o444)
+    with pytest.raises(InputError, match="write-protected"), atomic_write(tmp_path / "mine"):
+        pass
+    tmp_path.chmod(0o555)
+    with pytest.raises(InputError, match="Permission denied"), atomic_write(tmp_path / "new"):
+        pass
+    tmp_path.chmod(0o755)
+
+
+def test_permissions_and_links_stay(tmp_path: Path) -> None:
+    real = tmp_path / "real.yaml"
+    real.write_text("old")
+    real.chmod(0o640)
+    link = tmp_path / "link.yaml"
+    link.symlink_to(real)
+    with atomic_write(link, "w") as stream:
+        stream.write("new")
+    assert link.is_symlink() and real.read_text() == "new"
+    assert real.stat().st_mode & 0o777 == 0o640
+
+
+def test_devices_are_written_and_not_replaced() -> None:
+    with atomic_write("/dev/null") as stream:
+        stream.write(b"x")
+    assert not Path("/dev/null").is_file()
