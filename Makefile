@@ -1,0 +1,46 @@
+# The commands of RigLens. Each one does all the set-up it needs by itself.
+#
+#   make run      open the window (without a display: scores in the terminal, files under out/)
+#   make test     the whole test suite, headless
+#   make slow     the tests that take minutes
+#   make check    format, lint, types, import contracts
+#   make setup    the set-up alone: system libraries and packages in .venv
+#   make format   rewrite the sources in the project's format
+#   make clean    remove .venv, out/ and caches
+
+PYTHON := .venv/bin/python
+.DEFAULT_GOAL := help
+.PHONY: help setup setup-dev run test slow check format clean
+
+help:
+	@sed -n 's/^#   make/  make/p' Makefile
+
+setup:
+	@tools/setup.sh run
+
+setup-dev:
+	@tools/setup.sh test
+
+run: setup
+	@$(PYTHON) -m app
+
+test: setup-dev
+	@$(PYTHON) -m pytest -m "not slow"
+
+slow: setup-dev
+	@$(PYTHON) -m pytest -m slow
+
+check: setup
+	@$(PYTHON) -m ruff format --check .
+	@$(PYTHON) -m ruff check .
+	@$(PYTHON) -m mypy --strict core
+	@$(PYTHON) -m mypy app widgets
+	@.venv/bin/lint-imports
+
+format: setup
+	@$(PYTHON) -m ruff check --fix --exit-zero --quiet .
+	@$(PYTHON) -m ruff format .
+
+clean:
+	rm -rf .venv out dist build .pytest_cache .hypothesis .benchmarks .mypy_cache .ruff_cache .import_linter_cache
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -1,0 +1,1 @@
+"""The program: command line, window, headless rendering. Wires core and widgets together."""
