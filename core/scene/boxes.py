@@ -32,13 +32,17 @@ class BoxBatch:
 
 @dataclass(frozen=True)
 class DataReport:
-    """What a data set held: frames T (with and without boxes), boxes per class, and what was not mapped."""
+    """What a data set held: frames T (with and without boxes), boxes per class, and what was not mapped.
+
+    `notes` are sentences for the user about how the data were read, such as columns that were not used.
+    """
 
     source: str
     frames: int
     boxes: dict[str, int]
     unmapped: Counter[str] = field(default_factory=Counter)
     sha256: str = ""
+    notes: tuple[str, ...] = ()
 
 
 class BoxSource(Protocol):

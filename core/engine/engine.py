@@ -1,0 +1,173 @@
+"""Evaluates rigs against one entropy field; casts only what changed since the rig before.
+
+The state is the set of sensors held, each with the voxels it covers. Every change - add, remove, enable, edit,
+undo - is an exchange of one sensor's contribution, counted in integers, so the scores after any sequence of
+edits are the bits of an evaluation from scratch. Call it from one thread only.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from core.engine.caster import Caster, IsStale, never_stale
+from core.kernels import exchange, jit
+from core.metric.entropy import EntropyField
+from core.metric.scores import Method, MetricSettings, Scores
+from core.metric.scoring import KINDS, score
+from core.rig.model import Camera, Lidar, Rig
+from core.scene.columns import Words, empty_words
+
+Sensor = Lidar | Camera
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """Answer to one request; `seen_camera` and `seen_lidar` are the covered informative voxels as words."""
+
+    rig: Rig
+    settings: MetricSettings
+    scores: Scores
+    seen_camera: Words
+    seen_lidar: Words
+    elapsed_ms: float
+    threads: int
+
+
+@dataclass(frozen=True)
+class _Held:
+    """A sensor whose contribution is in a slot; `shape` is what decides its rays, without name and switch."""
+
+    shape: tuple[Method, Sensor]
+    slot: int
+
+    @property
+    def kind(self) -> int:
+        return KINDS.index(self.shape[1].kind)
+
+
+@dataclass
+class _State:
+    stack: NDArray[np.uint64]
+    union: NDArray[np.uint64]
+    marks: Words
+    sums_q: NDArray[np.int64] = field(default_factory=lambda: np.zeros((3, exchange.COLUMNS), np.int64))
+    held: list[_Held] = field(default_factory=list)
+
+
+def _cast_shape(sensor: Sensor, method: Method) -> tuple[Method, Sensor]:
+    return method, sensor.model_copy(update={"name": "", "model": None, "enabled": True})
+
+
+class Engine:
+    """Incremental evaluation of rigs on one field with a number of threads (all processors by default)."""
+
+    def __init__(self, field: EntropyField, threads: int | None = None) -> None:
+        self._field = field
+        self._threads = threads
+        self._caster = Caster(field)
+        words = empty_words(field.grid)
+        self._state = _State(np.zeros((0, words.size), np.uint64), np.zeros((2, words.size), np.uint64), words)
+        self._hits: dict[tuple[Method, Sensor], tuple[int, ...]] = {}
+
+    def evaluate(
+        self, rig: Rig, settings: MetricSettings = MetricSettings(), is_stale: IsStale = never_stale
+    ) -> Evaluation | None:
+        """Scores of a rig; None when `is_stale` said so half-way (the state stays sound)."""
+        started = time.perf_counter()
+        threads = self._caster.workers = jit.use_threads(self._threads)
+        wanted = [_cast_shape(s, settings.method) for s in rig.sensors if s.enabled]
+        if not self._hold(wanted, is_stale):
+            return None
+        hits = self._hit_sums(wanted, is_stale) if settings.reading == "hits" else None
+        if settings.reading == "hits" and hits is None:
+            return None
+        scores = score(self._field, self._state.sums_q, settings, hits)
+        seen = self._state.union.copy()
+        elapsed_ms = (time.perf_counter() - started) * 1e3
+        return Evaluation(rig, settings, scores, seen[0], seen[1], elapsed_ms, threads)
+
+    def _hold(self, wanted: list[tuple[Method, Sensor]], is_stale: IsStale) -> bool:
+        """Exchange contributions until exactly the wanted sensors are held; False when abandoned."""
+        leaving = list(self._state.held)
+        arriving: list[tuple[Method, Sensor]] = []
+        for shape in wanted:
+            match = next((held for held in leaving if held.shape == shape), None)
+            if match is None:
+                arriving.append(shape)
+            else:
+                leaving.remove(match)
+        for shape in arriving:
+            if not self._caster.mark(shape[1], shape[0], self._state.marks, is_stale):
+                self._state.marks[:] = 0
+                return False
+            partner = next((held for held in leaving if held.shape[1].kind == shape[1].kind), None)
+            if partner is not None:
+                leaving.remove(partner)
+            self._exchange(partner, shape)
+        for held in leaving:
+            self._exchange(held, None)
+        return True
+
+    def _exchange(self, old: _Held | None, new: tuple[Method, Sensor] | None) -> None:
+        """Put the marks in the place of a held sensor; no old one: a fresh slot, no new one: the slot falls free."""
+        state = self._state
+        slot = old.slot if old is not None else self._free_slot()
+        sensor = new[1] if new is not None else old.shape[1] if old is not None else None
+        assert sensor is not None
+        kind = KINDS.index(sensor.kind)
+        same_kind = np.array([h.slot for h in state.held if h.kind == kind and h.slot != slot], np.int64)
+        index = self._field.index
+        change = exchange.exchange(
+            state.stack,
+            slot,
+            state.marks,
+            same_kind,
+            state.union,
+            kind,
+            index.words,
+            index.first,
+            self._field.h_q,
+            self._caster.workers,
+        )
+        state.sums_q[kind] += change[0]
+        state.sums_q[2] += change[1]
+        state.held = [h for h in state.held if h is not old]
+        if new is not None:
+            state.held.append(_Held(new, slot))
+
+    def _free_slot(self) -> int:
+        used = {held.slot for held in self._state.held}
+        slot = next(i for i in range(len(used) + 1) if i not in used)
+        if slot == len(self._state.stack):
+            more = np.zeros((slot + 1, self._state.marks.size), np.uint64)
+            more[:slot] = self._state.stack
+            self._state.stack = more
+        return slot
+
+    def _hit_sums(self, wanted: list[tuple[Method, Sensor]], is_stale: IsStale) -> NDArray[np.object_] | None:
+        """Sums with multiplicity per kind and class as Python integers, (2, 3); None when abandoned."""
+        self._hits = {shape: sums for shape, sums in self._hits.items() if shape in wanted}
+        totals = np.zeros((2, 3), dtype=object)
+        for method, sensor in wanted:
+            if (method, sensor) not in self._hits:
+                sums = self._caster.hits(sensor, method, is_stale)
+                if sums is None:
+                    return None
+                self._hits[method, sensor] = sums
+            totals[KINDS.index(sensor.kind)] += np.array(self._hits[method, sensor], dtype=object)
+        return totals
+
+
+def evaluate_from_scratch(
+    field: EntropyField, rigs: list[Rig], settings: MetricSettings, threads: int | None = None
+) -> Iterator[Evaluation]:
+    """Evaluate rigs one after the other, each with an engine of its own: nothing can be carried over."""
+    for rig in rigs:
+        evaluation = Engine(field, threads).evaluate(rig, settings)
+        assert evaluation is not None
+        yield evaluation

@@ -1,0 +1,120 @@
+"""Words of 64 voxels: counting bits, indexing the voxels of a mask, listing them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba.core import types
+from numba.extending import intrinsic
+
+from core.kernels.jit import kernel
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def popcount(typingctx: Any, bits: Any) -> Any:
+    """Number of set bits of a uint64."""
+
+    def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        return builder.ctpop(args[0])
+
+    return types.uint64(types.uint64), codegen
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def lowest_bit(typingctx: Any, bits: Any) -> Any:
+    """Index of the lowest set bit of a nonzero uint64."""
+
+    def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        from llvmlite import ir
+
+        return builder.cttz(args[0], ir.Constant(ir.IntType(1), 0))
+
+    return types.uint64(types.uint64), codegen
+
+
+@kernel
+def first_ids(words: np.ndarray) -> np.ndarray:
+    """Running count of set bits before each word, uint32 (n + 1,)."""
+    first = np.empty(words.size + 1, np.uint32)
+    total = np.uint64(0)
+    for w in range(words.size):
+        first[w] = total
+        total += popcount(words[w])
+    first[words.size] = total
+    return first
+
+
+@kernel
+def total_bits(words: np.ndarray) -> int:
+    """Number of set bits of all words."""
+    total = np.uint64(0)
+    for w in range(words.size):
+        total += popcount(words[w])
+    return np.int64(total)
+
+
+@kernel
+def list_voxels(words: np.ndarray, first: np.ndarray, ny: int, depth: int) -> np.ndarray:
+    """Indices (ix, iy, iz) of the voxels of a mask in the order of their ids, int32 (count, 3)."""
+    voxels = np.empty((first[words.size], 3), np.int32)
+    for w in range(words.size):
+        bits = words[w]
+        row = first[w]
+        column = w // depth
+        while bits != 0:
+            voxels[row, 0] = column // ny
+            voxels[row, 1] = column % ny
+            voxels[row, 2] = (w % depth) * 64 + lowest_bit(bits)
+            row += 1
+            bits &= bits - np.uint64(1)
+    return voxels
+
+
+@kernel
+def pack_levels(occupied: np.ndarray, words: np.ndarray) -> None:
+    """Set the bits of the True entries of occupied (columns, nz) in words (columns * depth,)."""
+    columns, nz = occupied.shape
+    depth = (nz + 63) // 64
+    for column in range(columns):
+        for level in range(nz):
+            if occupied[column, level]:
+                words[column * depth + (level >> 6)] |= np.uint64(1) << np.uint64(level & 63)
+
+
+@kernel
+def unpack_levels(words: np.ndarray, occupied: np.ndarray) -> None:
+    """The reverse of `pack_levels`: fill occupied (columns, nz) from words."""
+    columns, nz = occupied.shape
+    depth = (nz + 63) // 64
+    for column in range(columns):
+        for level in range(nz):
+            bit = words[column * depth + (level >> 6)] >> np.uint64(level & 63)
+            occupied[column, level] = bit & np.uint64(1) != 0
+
+
+@kernel
+def gather_ids(words: np.ndarray, first: np.ndarray, subset: np.ndarray, ids: np.ndarray) -> None:
+    """Ids, within `words`, of the voxels of `subset` (a part of `words`); ids has one entry per voxel."""
+    row = 0
+    for w in range(words.size):
+        bits = subset[w]
+        while bits != 0:
+            lowest = bits & (~bits + np.uint64(1))
+            ids[row] = first[w] + popcount(words[w] & (lowest - np.uint64(1)))
+            row += 1
+            bits &= bits - np.uint64(1)
+
+
+@kernel
+def keep_flagged(words: np.ndarray, keep: np.ndarray) -> None:
+    """Clear the bits of the voxels, in the order of their ids, whose flag is False; changes words in place."""
+    row = 0
+    for w in range(words.size):
+        bits = words[w]
+        while bits != 0:
+            lowest = bits & (~bits + np.uint64(1))
+            if not keep[row]:
+                words[w] ^= lowest
+            row += 1
+            bits ^= lowest

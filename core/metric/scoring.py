@@ -1,0 +1,53 @@
+"""From covered entropy to scores: the three readings of S-MIG, S-MS and `seen` (paper, eq. 14-16)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from core.metric.entropy import EntropyField, nats
+from core.metric.scores import ClassScores, KindScore, MetricSettings, Scores
+from core.scene.boxes import CLASSES
+
+KINDS = ("camera", "lidar")
+ANY = 2
+
+
+def _share(part_q: int, total_q: int) -> float:
+    return part_q / total_q if total_q else 0.0
+
+
+def _s_mig(settings: MetricSettings, seen_q: int, total_q: int, hits_q: int) -> float:
+    """S-MIG in nat for the chosen reading; `covered` is the paper's."""
+    if settings.reading == "residual":
+        return -nats(total_q - seen_q)
+    magnitude = nats(hits_q if settings.reading == "hits" else seen_q)
+    return -magnitude if magnitude else 0.0
+
+
+def _class_scores(
+    field: EntropyField, cls: int, sums_q: NDArray[np.int64], settings: MetricSettings, hits_q: NDArray[Any] | None
+) -> ClassScores:
+    total_q = field.totals_q[cls]
+    kinds = []
+    for kind in range(len(KINDS)):
+        seen_q = int(sums_q[kind, cls])
+        hit_q = int(hits_q[kind, cls]) if hits_q is not None else 0
+        kinds.append(KindScore(_s_mig(settings, seen_q, total_q, hit_q), _share(seen_q, total_q)))
+    camera, lidar = kinds
+    s_ms = settings.camera_weight * camera.s_mig + lidar.s_mig
+    return ClassScores(nats(total_q), camera, lidar, _share(int(sums_q[ANY, cls]), total_q), s_ms)
+
+
+def score(
+    field: EntropyField, sums_q: NDArray[np.int64], settings: MetricSettings, hits_q: NDArray[Any] | None = None
+) -> Scores:
+    """Scores from covered sums int64 (3, 4): rows cameras, LiDARs, any; columns three classes, then voxels.
+
+    hits_q (2, 3) are the sums with multiplicity, needed for the `hits` reading only.
+    """
+    classes = {name: _class_scores(field, c, sums_q, settings, hits_q) for c, name in enumerate(CLASSES)}
+    covered = {name: int(sums_q[row, 3]) for row, name in enumerate((*KINDS, "any"))}
+    return Scores(classes, covered)

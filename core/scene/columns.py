@@ -1,0 +1,80 @@
+"""Sets of voxels as bits: columns of 64-bit words along z, and the numbering of the voxels in a set."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from core.kernels import bits
+from core.scene.grid import VoxelGrid
+
+Words = NDArray[np.uint64]
+
+
+def words_per_column(grid: VoxelGrid) -> int:
+    """Number of 64-bit words that hold one column of voxels."""
+    return (grid.shape[2] + 63) // 64
+
+
+def empty_words(grid: VoxelGrid) -> Words:
+    """The empty set of voxels, (nx * ny * words per column,)."""
+    return np.zeros(grid.shape[0] * grid.shape[1] * words_per_column(grid), np.uint64)
+
+
+def pack(grid: VoxelGrid, mask: NDArray[np.bool_]) -> Words:
+    """Words of a dense mask (nx, ny, nz)."""
+    words = empty_words(grid)
+    bits.pack_levels(np.ascontiguousarray(mask).reshape(-1, grid.shape[2]), words)
+    return words
+
+
+def unpack(grid: VoxelGrid, words: Words) -> NDArray[np.bool_]:
+    """Dense mask (nx, ny, nz) of a set of voxels."""
+    mask = np.zeros(grid.shape, np.bool_)
+    bits.unpack_levels(words, mask.reshape(-1, grid.shape[2]))
+    return mask
+
+
+@dataclass(frozen=True)
+class VoxelIndex:
+    """A set of voxels and their compact ids, in the order of word and bit.
+
+    words uint64 (nx * ny * depth,): word (ix * ny + iy) * depth + iz // 64, bit iz % 64;
+    first uint32 (words + 1,): id of the first voxel of each word.
+    """
+
+    grid: VoxelGrid
+    words: Words
+    first: NDArray[np.uint32]
+
+    @classmethod
+    def of(cls, grid: VoxelGrid, words: Words) -> VoxelIndex:
+        """Number the voxels of a set."""
+        return cls(grid, words, bits.first_ids(words))
+
+    @property
+    def count(self) -> int:
+        """Number of voxels in the set."""
+        return int(self.first[-1])
+
+    def ijk(self) -> NDArray[np.int32]:
+        """Indices along x, y, z of all voxels, (count, 3)."""
+        return bits.list_voxels(self.words, self.first, self.grid.shape[1], words_per_column(self.grid))
+
+    @cached_property
+    def bounds(self) -> NDArray[np.int64]:
+        """Smallest box of cells around the set: [x from, x to, y from, y to, z from, z to), int64 (6,)."""
+        nx, ny, nz = self.grid.shape
+        depth = words_per_column(self.grid)
+        used = self.words.reshape(nx, ny, depth)
+        levels = np.bitwise_or.reduce(used.reshape(-1, depth), axis=0)
+        on = [bool((int(levels[z >> 6]) >> (z & 63)) & 1) for z in range(nz)]
+        columns = used.any(axis=2)
+        limits: list[int] = []
+        for flags in (columns.any(axis=1), columns.any(axis=0), np.array(on)):
+            where = np.flatnonzero(flags)
+            limits += [int(where[0]), int(where[-1]) + 1] if where.size else [0, 0]
+        return np.array(limits, np.int64)

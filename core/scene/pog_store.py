@@ -1,0 +1,114 @@
+"""POG files (.npz, never pickled) and the cache of built POGs in the user's cache folder."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import zipfile
+from collections import Counter
+from pathlib import Path
+from typing import IO, Any, cast
+
+import numpy as np
+import platformdirs
+
+from core.errors import InputError
+from core.files import atomic_write
+from core.scene.boxes import CLASSES, BoxSource, DataReport, Progress
+from core.scene.columns import VoxelIndex, empty_words
+from core.scene.grid import VoxelGrid
+from core.scene.pog import Pog, build_pog
+
+FORMAT = 1
+
+
+def _header(pog: Pog) -> dict[str, Any]:
+    data = pog.data
+    return {
+        "riglens_pog": FORMAT,
+        "voxel_m": pog.grid.voxel_m,
+        "roi_m": list(pog.grid.roi_m),
+        "source": data.source,
+        "frames": data.frames,
+        "boxes": data.boxes,
+        "unmapped": dict(data.unmapped),
+        "sha256": data.sha256,
+    }
+
+
+def _digest(header: str, words: np.ndarray, counts: np.ndarray) -> str:
+    digest = hashlib.sha256(header.encode())
+    digest.update(np.ascontiguousarray(words).data)
+    digest.update(np.ascontiguousarray(counts).data)
+    return digest.hexdigest()
+
+
+def save_pog(pog: Pog, path: Path | str) -> None:
+    """Write a POG atomically; InputError when the place cannot be written."""
+    header = json.dumps(_header(pog), sort_keys=True)
+    digest = _digest(header, pog.index.words, pog.counts)
+    with atomic_write(Path(path), "wb") as file:
+        np.savez_compressed(
+            cast(IO[bytes], file), header=np.array(header), digest=np.array(digest), words=pog.index.words, counts=pog.counts
+        )
+
+
+def _checked(header: dict[str, Any], words: np.ndarray, counts: np.ndarray) -> Pog:
+    grid = VoxelGrid(float(header["voxel_m"]), tuple(float(side) for side in header["roi_m"]))  # type: ignore[arg-type]
+    if words.dtype != np.uint64 or words.shape != empty_words(grid).shape:
+        raise ValueError("voxel words do not fit the grid")
+    index = VoxelIndex.of(grid, words)
+    if counts.shape != (index.count, len(CLASSES)) or counts.dtype not in (np.uint16, np.uint32):
+        raise ValueError("counts do not fit the voxels")
+    boxes = {name: int(header["boxes"].get(name, 0)) for name in CLASSES}
+    unmapped = Counter({str(name): int(count) for name, count in header["unmapped"].items()})
+    data = DataReport(str(header["source"]), int(header["frames"]), boxes, unmapped, str(header["sha256"]))
+    return Pog(grid, data, index, counts)
+
+
+def load_pog(path: Path | str) -> Pog:
+    """Read a POG file; InputError when it is missing, damaged, or not a POG (nothing is ever unpickled)."""
+    try:
+        with np.load(Path(path), allow_pickle=False) as archive:
+            header_text = str(archive["header"])
+            words, counts = archive["words"], archive["counts"]
+            if _digest(header_text, words, counts) != str(archive["digest"]):
+                raise ValueError("checksum differs")
+        header = json.loads(header_text)
+        if header.get("riglens_pog") != FORMAT:
+            raise ValueError(f"format {header.get('riglens_pog')} is not supported")
+        return _checked(header, words, counts)
+    except FileNotFoundError as error:
+        raise InputError(f"{path}: no such file; accepted is a POG written by 'riglens pog'") from error
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, EOFError, zipfile.BadZipFile, MemoryError) as error:
+        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise InputError(f"{path}: not a readable POG ({reason}); accepted is a file written by 'riglens pog'") from error
+
+
+def cache_folder() -> Path:
+    """The user's cache folder of RigLens; the environment variable RIGLENS_CACHE_DIR wins."""
+    override = os.environ.get("RIGLENS_CACHE_DIR")
+    return Path(override) if override else Path(platformdirs.user_cache_dir("riglens"))
+
+
+def _cache_file(source: BoxSource, grid: VoxelGrid) -> Path:
+    key = json.dumps([FORMAT, source.content_hash, grid.voxel_m.hex(), [side.hex() for side in map(float, grid.roi_m)]])
+    return cache_folder() / f"pog-{hashlib.sha256(key.encode()).hexdigest()[:32]}.npz"
+
+
+def cached_pog(source: BoxSource, grid: VoxelGrid, progress: Progress | None = None) -> Pog:
+    """The POG of a data set, from the cache when its content was seen before; rebuilt when damaged."""
+    path = _cache_file(source, grid)
+    if path.exists():
+        try:
+            return load_pog(path)
+        except InputError:
+            path.unlink(missing_ok=True)
+    pog = build_pog(source, grid, progress)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        save_pog(pog, path)
+    except (OSError, InputError):
+        return pog
+    return pog

@@ -1,0 +1,100 @@
+"""Which class a source's object name belongs to: one table per source, and the user's overrides.
+
+car = motor vehicles on four or more wheels; bicycle = bicycles and motorcycles, ridden or not; pedestrian = people.
+A name that is in no table is not mapped: readers count it, so that nothing is dropped in silence.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+
+from core.errors import InputError
+from core.scene.boxes import CLASSES
+
+IGNORE = "ignore"
+UNMAPPED = -1
+"""Code of a name that belongs to no class."""
+
+
+def _table(car: str, bicycle: str, pedestrian: str) -> dict[str, str]:
+    """Class by lower-case name, from blank-separated names per class."""
+    groups = zip(CLASSES, (car, bicycle, pedestrian), strict=True)
+    return {name: cls for cls, names in groups for name in names.split()}
+
+
+# A tram runs on rails, so it is no car; Misc and DontCare say nothing about what the object is.
+KITTI = _table("car van truck", "cyclist", "pedestrian person person_sitting")
+
+# Racks, cones, barriers, debris and animals are not mapped. People on wheels other than cycles stay people.
+NUSCENES = _table(
+    "vehicle.car vehicle.truck vehicle.trailer vehicle.construction vehicle.bus.bendy vehicle.bus.rigid"
+    " vehicle.emergency.ambulance vehicle.emergency.police"
+    " car truck trailer bus construction_vehicle emergency_vehicle",
+    "vehicle.bicycle vehicle.motorcycle bicycle motorcycle",
+    "human.pedestrian.adult human.pedestrian.child human.pedestrian.construction_worker"
+    " human.pedestrian.police_officer human.pedestrian.personal_mobility human.pedestrian.stroller"
+    " human.pedestrian.wheelchair pedestrian",
+)
+
+# Names as Argoverse 2 writes them, in lower case. Signal and message trailers stand like signs: not mapped.
+ARGOVERSE = _table(
+    "regular_vehicle large_vehicle box_truck truck truck_cab bus school_bus articulated_bus vehicular_trailer",
+    "bicycle bicyclist motorcycle motorcyclist",
+    "pedestrian wheeled_rider wheelchair stroller official_signaler",
+)
+
+# Vehicle classes of the simulator SUMO, and of the bundled scenario.
+SUMO = _table(
+    "car passenger van delivery taxi truck trailer bus coach emergency",
+    "bicycle motorcycle moped",
+    "pedestrian person",
+)
+
+# The three folders of the published code.
+CARLA = _table("vehicle", "cyclist", "pedestrian")
+
+ANY_TABLE = {**KITTI, **NUSCENES, **ARGOVERSE, **SUMO}
+"""What a plain table may hold: all names above, which never contradict each other."""
+
+
+@dataclass(frozen=True)
+class ClassTable:
+    """Maps object names to indices into CLASSES; case does not matter, the user's `overrides` win.
+
+    `names` and `overrides` are {source name: class name}; an override may also say "ignore".
+    Raises InputError for an override to anything else.
+    """
+
+    names: Mapping[str, str]
+    overrides: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for name, cls in self.overrides.items():
+            if cls not in (*CLASSES, IGNORE):
+                raise InputError(f"class of {name!r}: found {cls!r}, accepted is one of {_accepted()}")
+
+    def effective(self) -> dict[str, str]:
+        """The table after the overrides: {lower-case name: class name}, without ignored names."""
+        chosen = {**self.names, **{name.strip().lower(): cls for name, cls in self.overrides.items()}}
+        return {name: cls for name, cls in sorted(chosen.items()) if cls != IGNORE}
+
+    def codes(self, names: Iterable[str]) -> list[int]:
+        """Index into CLASSES for each name, or UNMAPPED."""
+        codes = {name: CLASSES.index(cls) for name, cls in self.effective().items()}
+        return [codes.get(name.strip().lower(), UNMAPPED) for name in names]
+
+
+def parse_class_map(pairs: Iterable[str]) -> dict[str, str]:
+    """Overrides from texts like "rider=bicycle" or "tram=ignore"; InputError when one is not of that form."""
+    overrides: dict[str, str] = {}
+    for pair in pairs:
+        name, equals, cls = (part.strip() for part in pair.rpartition("="))
+        if not (name and equals) or cls not in (*CLASSES, IGNORE):
+            raise InputError(f"class map: found {pair!r}, accepted is NAME=CLASS with one of {_accepted()}")
+        overrides[name] = cls
+    return overrides
+
+
+def _accepted() -> str:
+    return ", ".join((*CLASSES, IGNORE))

@@ -1,0 +1,89 @@
+"""Turn rows of (sequence, frame) into whole frames: number them, and never let one continue in the next batch."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from core.errors import InputError
+from core.scene.boxes import BoxBatch
+from core.scene.readers.common import join, select
+
+MAX_BOXES_PER_FRAME = 1_000_000
+"""More than this in one frame is no traffic but a broken table; it bounds the memory."""
+
+
+class RowError(Exception):
+    """What is wrong with one row of the piece of a table in hand; the reader knows which line that is."""
+
+    def __init__(self, row: int, message: str) -> None:
+        super().__init__(message)
+        self.row = row
+
+
+class FrameCounter:
+    """Numbers the distinct (sequence, frame) pairs of a table that is grouped by sequence and sorted by frame."""
+
+    def __init__(self) -> None:
+        self.count = 0
+        self._sequences: dict[str, int] = {}
+        self._last = (-1, -1)
+
+    def number(self, names: Sequence[str], codes: NDArray[np.intp], frame: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Number over the whole data set, (n,), of each row; RowError where the order breaks.
+
+        names: sequence names of this piece; codes (n,): index into names; frame (n,): frame in its sequence.
+        """
+        if frame.size == 0:
+            return frame
+        sequence = self._sequence_numbers(names, codes)
+        before_sequence = np.concatenate([[self._last[0]], sequence[:-1]])
+        before_frame = np.concatenate([[self._last[1]], frame[:-1]])
+        same = sequence == before_sequence
+        wrong = (sequence < before_sequence) | (same & (frame < before_frame))
+        if wrong.any():
+            row = int(np.argmax(wrong))
+            raise RowError(row, _disorder(names[codes[row]], int(frame[row]), bool(same[row]), int(before_frame[row])))
+        numbers = self.count - 1 + np.cumsum(~same | (frame != before_frame))
+        self.count = int(numbers[-1]) + 1
+        self._last = (int(sequence[-1]), int(frame[-1]))
+        return numbers.astype(np.int64)
+
+    def _sequence_numbers(self, names: Sequence[str], codes: NDArray[np.intp]) -> NDArray[np.int64]:
+        """Numbers by first appearance in the table: they fall only where a sequence comes back."""
+        used, first = np.unique(codes, return_index=True)
+        numbers = np.zeros(len(names), dtype=np.int64)
+        for code in used[np.argsort(first)]:
+            numbers[code] = self._sequences.setdefault(names[code], len(self._sequences))
+        return numbers[codes]
+
+
+class WholeFrames:
+    """Holds back the last frame of each piece until the next one shows that it is complete."""
+
+    def __init__(self) -> None:
+        self._pending: list[BoxBatch] = []
+
+    def push(self, batch: BoxBatch, last_frame: int) -> Iterator[BoxBatch]:
+        """Take boxes of frames up to `last_frame`, which may go on; yield the boxes of all frames before it."""
+        self._pending.append(batch)
+        held = join(self._pending)
+        cut = int(np.searchsorted(held.frame, last_frame))
+        if held.frame.size - cut > MAX_BOXES_PER_FRAME:
+            raise InputError(f"a frame holds more than {MAX_BOXES_PER_FRAME} boxes; accepted are frames of traffic")
+        self._pending = [select(held, slice(cut, None))]
+        if cut:
+            yield select(held, slice(0, cut))
+
+    def flush(self) -> Iterator[BoxBatch]:
+        """Yield what is left: nothing follows."""
+        held, self._pending = self._pending, []
+        if held and held[0].frame.size:
+            yield join(held)
+
+
+def _disorder(sequence: str, frame: int, same: bool, before: int) -> str:
+    found = f"frame {frame} after frame {before} of sequence {sequence!r}" if same else f"sequence {sequence!r} once more"
+    return f"found {found}, accepted is a table grouped by seq and sorted by frame"
