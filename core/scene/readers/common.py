@@ -108,10 +108,14 @@ class FileBoxSource(ABC):
             raise InputError(f"{self.path}: found no boxes, accepted is a data set with at least one frame")
         wanted = self.options.frames
         if wanted is not None and wanted < tally.frames:
-            raise InputError(f"{self.path}: frames: found {wanted}, but the data hold {tally.frames} frames already")
+            raise InputError(
+                f"{self.path}: frames: found {wanted}, but the data hold {tally.frames} frames already"
+            )
         boxes = {name: int(count) for name, count in zip(CLASSES, tally.boxes, strict=True)}
         frames = wanted or tally.frames
-        return DataReport(str(self.path), frames, boxes, tally.unmapped, self.content_hash, tuple(tally.notes))
+        return DataReport(
+            str(self.path), frames, boxes, tally.unmapped, self.content_hash, tuple(tally.notes)
+        )
 
 
 @contextmanager

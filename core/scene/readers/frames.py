@@ -31,7 +31,9 @@ class FrameCounter:
         self._sequences: dict[str, int] = {}
         self._last = (-1, -1)
 
-    def number(self, names: Sequence[str], codes: NDArray[np.intp], frame: NDArray[np.int64]) -> NDArray[np.int64]:
+    def number(
+        self, names: Sequence[str], codes: NDArray[np.intp], frame: NDArray[np.int64]
+    ) -> NDArray[np.int64]:
         """Number over the whole data set, (n,), of each row; RowError where the order breaks.
 
         names: sequence names of this piece; codes (n,): index into names; frame (n,): frame in its sequence.
@@ -45,7 +47,9 @@ class FrameCounter:
         wrong = (sequence < before_sequence) | (same & (frame < before_frame))
         if wrong.any():
             row = int(np.argmax(wrong))
-            raise RowError(row, _disorder(names[codes[row]], int(frame[row]), bool(same[row]), int(before_frame[row])))
+            raise RowError(
+                row, _disorder(names[codes[row]], int(frame[row]), bool(same[row]), int(before_frame[row]))
+            )
         numbers = self.count - 1 + np.cumsum(~same | (frame != before_frame))
         self.count = int(numbers[-1]) + 1
         self._last = (int(sequence[-1]), int(frame[-1]))
@@ -72,7 +76,9 @@ class WholeFrames:
         held = join(self._pending)
         cut = int(np.searchsorted(held.frame, last_frame))
         if held.frame.size - cut > MAX_BOXES_PER_FRAME:
-            raise InputError(f"a frame holds more than {MAX_BOXES_PER_FRAME} boxes; accepted are frames of traffic")
+            raise InputError(
+                f"a frame holds more than {MAX_BOXES_PER_FRAME} boxes; accepted are frames of traffic"
+            )
         self._pending = [select(held, slice(cut, None))]
         if cut:
             yield select(held, slice(0, cut))
@@ -85,5 +91,9 @@ class WholeFrames:
 
 
 def _disorder(sequence: str, frame: int, same: bool, before: int) -> str:
-    found = f"frame {frame} after frame {before} of sequence {sequence!r}" if same else f"sequence {sequence!r} once more"
+    found = (
+        f"frame {frame} after frame {before} of sequence {sequence!r}"
+        if same
+        else f"sequence {sequence!r} once more"
+    )
     return f"found {found}, accepted is a table grouped by seq and sorted by frame"

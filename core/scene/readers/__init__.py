@@ -1,0 +1,7 @@
+"""Box readers: one call that finds out what a path holds and streams its boxes into the vehicle frame."""
+
+from core.scene.readers.bundled import bundled_source
+from core.scene.readers.classes import parse_class_map
+from core.scene.readers.opening import open_boxes
+
+__all__ = ["bundled_source", "open_boxes", "parse_class_map"]

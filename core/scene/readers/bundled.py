@@ -1,0 +1,19 @@
+"""The scenario that comes with the program: a table of boxes and a note of how many frames it has."""
+
+from __future__ import annotations
+
+import json
+from importlib import resources
+from pathlib import Path
+
+from core.scene.boxes import BoxSource
+from core.scene.readers.opening import open_boxes
+
+SCENARIO = "scenarios/town"
+
+
+def bundled_source() -> BoxSource:
+    """The boxes of the bundled town; frames without boxes leave no row, so their number comes from scenario.json."""
+    folder = Path(str(resources.files("assets").joinpath(SCENARIO)))
+    frames = int(json.loads((folder / "scenario.json").read_text(encoding="utf-8"))["frames"])
+    return open_boxes(folder / "boxes.csv.gz", frames=frames)

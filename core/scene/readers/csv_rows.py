@@ -1,0 +1,128 @@
+"""Parse blocks of a CSV table: compiled code for whole blocks, a search for the guilty line when one fails."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import pyarrow as pa
+import pyarrow.csv as arrow_csv
+
+from core.errors import InputError
+from core.scene.readers.common import ACCEPTED_ANGLE, ACCEPTED_POSITION, ACCEPTED_SIZE, one_line, shown
+from core.scene.readers.text_blocks import TextBlock
+
+NUMBERS = ("x", "y", "z", "length", "width", "height", "yaw")
+NEEDED = ("seq", "frame", "cls", *NUMBERS)
+ACCEPTED = {
+    "frame": "a whole number of at least 0",
+    **dict.fromkeys(NUMBERS[:3], ACCEPTED_POSITION),
+    **dict.fromkeys(NUMBERS[3:6], ACCEPTED_SIZE),
+    "yaw": ACCEPTED_ANGLE,
+}
+_TYPES = {
+    "seq": pa.dictionary(pa.int32(), pa.string()),
+    "frame": pa.int64(),
+    "cls": pa.dictionary(pa.int32(), pa.string()),
+    **dict.fromkeys(NUMBERS, pa.float64()),
+}
+
+
+def check_columns(path: Path, names: Sequence[str]) -> list[str]:
+    """The columns that are not used; InputError when a needed one is missing or stands there twice."""
+    for name in NEEDED:
+        if names.count(name) > 1:
+            raise InputError(
+                f"{path}: column {name!r} stands there {names.count(name)} times, accepted is once"
+            )
+    missing = [name for name in NEEDED if name not in names]
+    if missing:
+        which = "columns" if len(missing) > 1 else "column"
+        listed = ", ".join(map(repr, missing))
+        raise InputError(f"{path}: {which} {listed} missing, accepted is a table with {','.join(NEEDED)}")
+    return [name for name in names if name not in NEEDED]
+
+
+def header_names(path: Path, line: bytes) -> list[str]:
+    """Column names of a header line; InputError when it is no text."""
+    try:
+        names = next(csv.reader([line.decode("utf-8-sig")], strict=True), [])
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise InputError(f"{path}:1: no header of a CSV table, accepted is {','.join(NEEDED)}") from error
+    return [name.strip() for name in names]
+
+
+class CsvParser:
+    """Parses blocks of one table, whose header it knows."""
+
+    def __init__(self, path: Path, header: Sequence[str]) -> None:
+        self._path = path
+        self._header = [name if name in NEEDED else f"unused {index}" for index, name in enumerate(header)]
+
+    def parse(self, block: TextBlock) -> pa.Table:
+        """The needed columns of all rows; InputError that names the line, the column and what was found."""
+        try:
+            return self._table(block.data)
+        except pa.ArrowInvalid as error:
+            number, line = self._first_bad_line(block.lines())
+            raise InputError(f"{self._path}:{number}: {self._explain(line, error)}") from error
+
+    def _table(self, data: bytes) -> pa.Table:
+        table = arrow_csv.read_csv(
+            pa.BufferReader(data),
+            read_options=arrow_csv.ReadOptions(
+                column_names=self._header, use_threads=False, block_size=len(data) + 1
+            ),
+            convert_options=arrow_csv.ConvertOptions(
+                column_types=_TYPES, include_columns=list(NEEDED), null_values=[]
+            ),
+        )
+        # A stray quote can swallow the following lines; then the rows are fewer than the lines.
+        if table.num_rows != data.count(b"\n") and table.num_rows != len(TextBlock(1, data).lines()):
+            raise pa.ArrowInvalid("a line break inside a value")
+        return table
+
+    def _first_bad_line(self, lines: list[tuple[int, bytes]]) -> tuple[int, bytes]:
+        """The line after the longest run of lines, found by halving, that still parses."""
+        good, bad = 0, len(lines)
+        while bad - good > 1:
+            middle = (good + bad) // 2
+            if self._parses(lines[:middle]):
+                good = middle
+            else:
+                bad = middle
+        return lines[good]
+
+    def _parses(self, lines: list[tuple[int, bytes]]) -> bool:
+        try:
+            self._table(b"\n".join(line for _, line in lines))
+        except pa.ArrowInvalid:
+            return False
+        return True
+
+    def _explain(self, line: bytes, error: Exception) -> str:
+        try:
+            fields = next(csv.reader([line.decode()], strict=True), [])
+        except UnicodeDecodeError:
+            return "found bytes that are not UTF-8 text"
+        except csv.Error:
+            return f"found {shown(line.decode(errors='replace'))}, accepted is one row of a CSV table"
+        if len(fields) != len(self._header):
+            return f"found {len(fields)} values, accepted are {len(self._header)} as in the header"
+        for name, value in zip(self._header, fields, strict=True):
+            if name in ACCEPTED and not _is_number(value, whole=name == "frame"):
+                return f"column {name!r}: found {shown(value)}, accepted is {ACCEPTED[name]}"
+        return (
+            f"found {shown(line.decode())}, accepted is one row of a CSV table ({one_line(str(error), 80)})"
+        )
+
+
+def _is_number(text: str, whole: bool) -> bool:
+    """Whether a CSV value reads as a number (no digit grouping, no hexadecimal)."""
+    try:
+        value = int(text) if whole else float(text)
+    except ValueError:
+        return False
+    return "_" not in text and (0 <= value < 1 << 63 if whole else math.isfinite(value))

@@ -1,0 +1,72 @@
+"""Read plain or gzip-compressed text in blocks of whole lines, with flat memory whatever the file holds."""
+
+from __future__ import annotations
+
+import gzip
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import BinaryIO, cast
+
+from core.errors import InputError
+from core.scene.boxes import Progress
+
+BLOCK_BYTES = 1 << 20
+MAX_LINE_BYTES = 1 << 16
+GZIP_MAGIC = b"\x1f\x8b"
+
+
+@dataclass(frozen=True)
+class TextBlock:
+    """Whole lines of a file as bytes; `first_line` is the number of the first one, from 1."""
+
+    first_line: int
+    data: bytes
+
+    @property
+    def has_lines(self) -> bool:
+        """Whether there is more in it than line ends."""
+        return bool(self.data.strip(b"\r\n"))
+
+    def lines(self) -> list[tuple[int, bytes]]:
+        """(line number, line without its end) of every line that is not empty."""
+        numbered = enumerate(self.data.split(b"\n"), start=self.first_line)
+        return [(number, line) for number, line in numbered if line.strip(b"\r")]
+
+
+def text_blocks(path: Path, progress: Progress) -> Iterator[TextBlock]:
+    """Yield the text of a file block by block; progress is the share of the file's bytes that were read.
+
+    Raises InputError when the compression is damaged or cut off, or a line is absurdly long.
+    """
+    size = max(1, path.stat().st_size)
+    rest, line = b"", 1
+    with path.open("rb") as raw:
+        for piece in _pieces(path, raw):
+            head, newline, tail = piece.rpartition(b"\n")
+            data = rest + head + newline if newline else b""
+            rest = tail if newline else rest + tail
+            if len(rest) > MAX_LINE_BYTES:
+                number = line + data.count(b"\n")
+                raise InputError(
+                    f"{path}:{number}: a line of more than {MAX_LINE_BYTES} bytes; accepted is a CSV table"
+                )
+            if data:
+                yield TextBlock(line, data)
+                line += data.count(b"\n")
+            progress(raw.tell() / size)
+    if rest:
+        yield TextBlock(line, rest)
+
+
+def _pieces(path: Path, raw: BinaryIO) -> Iterator[bytes]:
+    """Decompressed pieces of a file; gzip is told by its first bytes, or promised by the file's name."""
+    compressed = raw.read(2) == GZIP_MAGIC or path.suffix.lower() == ".gz"
+    raw.seek(0)
+    stream = cast(BinaryIO, gzip.GzipFile(fileobj=raw)) if compressed else raw
+    try:
+        while piece := stream.read(BLOCK_BYTES):
+            yield piece
+    except (EOFError, zlib.error, gzip.BadGzipFile) as error:
+        raise InputError(f"{path}: damaged or cut off gzip data ({error})") from error
