@@ -133,7 +133,8 @@ def pip_install(*arguments: str) -> None:
             show_progress(line)
     show_progress("")
     if pip.returncode != 0:
-        raise SetupError("".join(tail) + "pip could not install the packages, see above")
+        say("".join(tail).rstrip())
+        raise SetupError("pip could not install the packages, see above")
 
 
 def show_progress(line: str) -> None:
