@@ -13,7 +13,7 @@ SCENARIO = "scenarios/town"
 
 
 def bundled_source() -> BoxSource:
-    """The boxes of the bundled town; frames without boxes leave no row, so their number comes from scenario.json."""
+    """The boxes of the bundled town; how many frames there are, empty ones too, stands in scenario.json."""
     folder = Path(str(resources.files("assets").joinpath(SCENARIO)))
     frames = int(json.loads((folder / "scenario.json").read_text(encoding="utf-8"))["frames"])
     return open_boxes(folder / "boxes.csv.gz", frames=frames)

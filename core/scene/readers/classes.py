@@ -1,7 +1,8 @@
 """Which class a source's object name belongs to: one table per source, and the user's overrides.
 
-car = motor vehicles on four or more wheels; bicycle = bicycles and motorcycles, ridden or not; pedestrian = people.
-A name that is in no table is not mapped: readers count it, so that nothing is dropped in silence.
+car = motor vehicles on four or more wheels; bicycle = bicycles and motorcycles, ridden or not;
+pedestrian = people. A name that is in no table is not mapped: readers count it, so that nothing is
+dropped in silence.
 """
 
 from __future__ import annotations
@@ -39,7 +40,8 @@ NUSCENES = _table(
 
 # Names as Argoverse 2 writes them, in lower case. Signal and message trailers stand like signs: not mapped.
 ARGOVERSE = _table(
-    "regular_vehicle large_vehicle box_truck truck truck_cab bus school_bus articulated_bus vehicular_trailer",
+    "regular_vehicle large_vehicle box_truck truck truck_cab vehicular_trailer bus school_bus"
+    " articulated_bus",
     "bicycle bicyclist motorcycle motorcyclist",
     "pedestrian wheeled_rider wheelchair stroller official_signaler",
 )

@@ -1,4 +1,4 @@
-"""What all readers share: options, the counts behind a report, the content hash and the limits of a sound box."""
+"""What all readers share: options, the counts behind a report, the content hash, the limits of a box."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class Tally:
 
 
 class FileBoxSource(ABC):
-    """A BoxSource over files: subclasses stream raw batches in the source's frame, this adds origin and counts."""
+    """A BoxSource over files: subclasses stream boxes in the source's frame, this adds origin and counts."""
 
     def __init__(self, path: Path, options: BoxOptions) -> None:
         self.path = path
@@ -77,7 +77,7 @@ class FileBoxSource(ABC):
 
     @cached_property
     def content_hash(self) -> str:
-        """SHA-256 (hex) over names and bytes of the files, origin, frames and class table; a table has no name."""
+        """SHA-256 (hex) over bytes and relative names of the files, origin, frames and class table."""
         digest = hashlib.sha256(type(self).__name__.encode())
         options = self.options
         origin = [float(value).hex() for value in options.origin_m]
@@ -140,7 +140,7 @@ def shown(text: str) -> str:
 
 @dataclass(frozen=True)
 class BadBox:
-    """The first unsound number of an array of boxes: its row, column (index into x y z length width height)."""
+    """The first unsound number of an array of boxes; column counts in x, y, z, length, width, height."""
 
     row: int
     column: int

@@ -1,4 +1,4 @@
-"""Parse blocks of a CSV table: compiled code for whole blocks, a search for the guilty line when one fails."""
+"""Parse blocks of a CSV table: compiled code for whole blocks, a search for the guilty line on failure."""
 
 from __future__ import annotations
 

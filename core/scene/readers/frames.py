@@ -1,4 +1,4 @@
-"""Turn rows of (sequence, frame) into whole frames: number them, and never let one continue in the next batch."""
+"""Turn rows of (sequence, frame) into whole frames: number them, never split one over two batches."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class RowError(Exception):
 
 
 class FrameCounter:
-    """Numbers the distinct (sequence, frame) pairs of a table that is grouped by sequence and sorted by frame."""
+    """Numbers the distinct (sequence, frame) pairs of a table grouped by sequence and sorted by frame."""
 
     def __init__(self) -> None:
         self.count = 0
@@ -71,7 +71,7 @@ class WholeFrames:
         self._pending: list[BoxBatch] = []
 
     def push(self, batch: BoxBatch, last_frame: int) -> Iterator[BoxBatch]:
-        """Take boxes of frames up to `last_frame`, which may go on; yield the boxes of all frames before it."""
+        """Take boxes of frames up to `last_frame`, which may go on; yield those of all frames before it."""
         self._pending.append(batch)
         held = join(self._pending)
         cut = int(np.searchsorted(held.frame, last_frame))

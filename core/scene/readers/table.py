@@ -46,7 +46,7 @@ class Names:
 
 @dataclass(frozen=True)
 class Piece:
-    """Some rows of a table: `numbers` is (n, 7) as in NUMBERS; `place` says where a row stands in the file."""
+    """Some rows of a table: `numbers` (n, 7) is as in NUMBERS; `place` says where in the file a row is."""
 
     seq: Names
     frame: NDArray[np.int64]
@@ -154,7 +154,7 @@ def is_parquet(path: Path) -> bool:
 
 @contextmanager
 def _parquet_file(path: Path) -> Iterator[parquet.ParquetFile]:
-    """An open Parquet file; whatever is wrong with its bytes becomes an InputError, also later in the block."""
+    """An open Parquet file; whatever is wrong with its bytes, also later on, becomes an InputError."""
     try:
         with parquet.ParquetFile(path, buffer_size=_PARQUET_BUFFER_BYTES, pre_buffer=False) as file:
             yield file
@@ -226,7 +226,7 @@ def _check_frames(frame: NDArray[np.int64]) -> None:
 
 
 def _check_numbers(numbers: NDArray[np.float64], rows: NDArray[np.intp]) -> None:
-    """RowError for the first mapped row with a number that no box has; `rows` are their places in the piece."""
+    """RowError for the first mapped row with a number that no box has; `rows`: their places in the piece."""
     bad = first_bad_box(numbers[:, 0:3], numbers[:, 3:6])
     wild = np.flatnonzero(~np.isfinite(numbers[:, 6]))
     if wild.size and (bad is None or wild[0] < bad.row):

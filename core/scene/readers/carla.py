@@ -1,0 +1,200 @@
+"""CARLA folders of the paper's published code: one .npy file of box corners per actor and frame.
+
+Layout: {vehicle,pedestrian,cyclist}/<actor>_<frame>.npy, corners in the ego vehicle's CARLA frame (x forward,
+y to the right, z up: left-handed). The published code keeps coordinates in rows, (3, 8), sometimes with a
+fourth row of ones; (8, 3) and (8, 4) are read too. The corners may come in any order.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from io import BytesIO
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from core.errors import InputError
+from core.scene.boxes import BoxBatch, Progress
+from core.scene.readers.classes import UNMAPPED
+from core.scene.readers.common import (
+    BoxOptions,
+    FileBoxSource,
+    Tally,
+    accepted_number,
+    first_bad_box,
+    readable,
+)
+
+FOLDERS = ("vehicle", "pedestrian", "cyclist")
+MAX_FILE_BYTES = 1 << 16
+_BOXES_PER_BATCH = 4096
+_TOLERANCE_M = 0.01
+_SHAPES = ((3, 8), (4, 8), (8, 3), (8, 4))
+_TRIPLES = np.array(list(itertools.combinations(range(1, 8), 3)))
+
+
+class CarlaSource(FileBoxSource):
+    """A CARLA folder; raw boxes have y flipped, so that the frame is right-handed."""
+
+    def __init__(self, path: Path, options: BoxOptions) -> None:
+        super().__init__(path, options)
+        with readable(path):
+            self._entries = _entries(path)
+        if not self._entries:
+            names = ", ".join(FOLDERS)
+            raise InputError(
+                f"{path}: no .npy files, accepted are <actor>_<frame>.npy in the folders {names}"
+            )
+
+    def _files(self) -> list[Path]:
+        return [self.path / name for _, name in self._entries]
+
+    def _read(self, tally: Tally, progress: Progress) -> Iterator[BoxBatch]:
+        numbers = np.array([frame for frame, _ in self._entries], dtype=np.int64)
+        steps = np.diff(np.unique(numbers))
+        step = int(np.gcd.reduce(steps)) if steps.size else 1
+        frames = (numbers - numbers[0]) // step
+        tally.frames = int(frames[-1]) + 1
+        tally.notes.append(
+            f"frames {numbers[0]} to {numbers[-1]} in steps of {step}; those without a file are empty"
+        )
+        start = 0
+        while start < len(self._entries):
+            end = _end_of_frame(frames, start + _BOXES_PER_BATCH)
+            yield self._boxes(slice(start, end), frames, tally)
+            start = end
+            progress(end / len(self._entries))
+
+    def _boxes(self, rows: slice, frames: NDArray[np.int64], tally: Tally) -> BoxBatch:
+        """Mapped boxes of the files in `rows`; unmapped ones are counted without being opened."""
+        names = [name for _, name in self._entries[rows]]
+        folders = [name.partition("/")[0] for name in names]
+        codes = np.asarray(self.options.classes.codes(folders), dtype=np.int64)
+        tally.unmapped.update(folder for folder, code in zip(folders, codes, strict=True) if code == UNMAPPED)
+        kept = np.flatnonzero(codes != UNMAPPED)
+        corners = [read_corners(self.path / names[row]) for row in kept]
+        flipped = np.asarray(corners, dtype=np.float64).reshape(-1, 8, 3) * [1.0, -1.0, 1.0]
+        centre, size, rotation, sound = boxes_from_corners(flipped)
+        if not sound.all():
+            place = self.path / names[kept[int(np.argmin(sound))]]
+            raise InputError(f"{place}: the 8 points are no corners of a box, accepted is a rectangular box")
+        bad = first_bad_box(centre, size)
+        if bad is not None:
+            place = self.path / names[kept[bad.row]]
+            raise InputError(f"{place}: found {bad.value:g}, accepted is {accepted_number(bad.column)}")
+        return BoxBatch(frames[rows][kept], codes[kept].astype(np.uint8), centre, size, rotation)
+
+
+def read_corners(path: Path) -> NDArray[np.float64]:
+    """Corners (8, 3) of one file, as they are stored; pickled objects are refused without being unpickled."""
+    if path.stat().st_size > MAX_FILE_BYTES:
+        raise InputError(
+            f"{path}: larger than {MAX_FILE_BYTES >> 10} KiB, accepted are the 8 corners of one box"
+        )
+    data = path.read_bytes()
+    try:
+        array = np.load(BytesIO(data), allow_pickle=False)
+    except Exception as error:  # whatever broken bytes make numpy raise
+        reason = "pickled objects" if b"|O" in data[:256] or data[:1] == b"\x80" else "damaged or cut off"
+        raise InputError(f"{path}: {reason}, accepted is a .npy file of numbers") from error
+    if not isinstance(array, np.ndarray) or array.dtype.kind not in "fiu":
+        raise InputError(
+            f"{path}: no array of numbers, accepted is a .npy file with the 8 corners of one box"
+        )
+    if array.shape not in _SHAPES:
+        accepted = ", ".join(map(str, _SHAPES))
+        raise InputError(f"{path}: found shape {array.shape}, accepted is one of {accepted}")
+    corners = (array if array.shape[0] == 8 else array.T)[:, :3].astype(np.float64)
+    if not np.isfinite(corners).all():
+        raise InputError(f"{path}: found a corner that is not finite, accepted are numbers in metres")
+    return corners
+
+
+def boxes_from_corners(
+    corners: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
+    """Centres (n, 3), sizes (n, 3), rotations (n, 3, 3), and whether each corner set (n, 8, 3) is a box.
+
+    The order of the corners does not matter: the edges from the first corner are the three vectors that are
+    perpendicular to each other and add up to the space diagonal. Height is the edge nearest to vertical,
+    length the longer one of the others; a box covers the same space whichever end is its front.
+    """
+    centre = corners.mean(axis=1)
+    origin = corners[:, :1]
+    vectors = corners - origin
+    diagonal = 2 * (centre[:, None] - origin)
+    candidates = vectors[:, _TRIPLES]
+    misfit = np.linalg.norm(candidates.sum(axis=2) - diagonal, axis=2)
+    gram = np.abs(candidates @ candidates.transpose(0, 1, 3, 2))
+    skew = gram[:, :, 0, 1] + gram[:, :, 0, 2] + gram[:, :, 1, 2]
+    scale = np.linalg.norm(diagonal, axis=2) + 1e-12
+    best = np.argmin(misfit / scale + skew / scale**2, axis=1)
+    edges = candidates[np.arange(len(corners)), best]
+    sound = _spans_all_corners(edges, vectors) & (_skewness(edges) < _TOLERANCE_M)
+    edges = _ordered(edges)
+    size = np.linalg.norm(edges, axis=2)
+    return centre, size, _orthonormal(edges), sound
+
+
+def _entries(path: Path) -> list[tuple[int, str]]:
+    """(frame, relative name) of every corner file, sorted; the last part of a name is its frame."""
+    entries = []
+    for folder in FOLDERS:
+        for file in (path / folder).glob("*.npy"):
+            frame = file.stem.rpartition("_")[2]
+            if file.name.startswith("."):
+                continue
+            if not frame.isdecimal() or not frame.isascii() or len(frame) > 18:
+                raise InputError(f"{file}: no frame number in the name, accepted is <actor>_<frame>.npy")
+            entries.append((int(frame), f"{folder}/{file.name}"))
+    return sorted(entries)
+
+
+def _end_of_frame(frames: NDArray[np.int64], end: int) -> int:
+    """The first index from `end` on where a new frame begins."""
+    if end >= frames.size:
+        return int(frames.size)
+    return int(np.searchsorted(frames, frames[end - 1], side="right"))
+
+
+def _spans_all_corners(edges: NDArray[np.float64], vectors: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Whether every sum of some of the edges is one of the corners, seen from the first corner."""
+    chosen = np.array(list(itertools.product((0.0, 1.0), repeat=3)))
+    expected = chosen @ edges
+    gaps = np.linalg.norm(expected[:, :, None] - vectors[:, None], axis=3).min(axis=2)
+    return np.asarray((gaps < _TOLERANCE_M).all(axis=1))
+
+
+def _skewness(edges: NDArray[np.float64]) -> NDArray[np.float64]:
+    """How far, in metres, the edges (n, 3, 3) are from being perpendicular."""
+    length = np.linalg.norm(edges, axis=2) + 1e-12
+    gram = np.abs(edges @ edges.transpose(0, 2, 1)) / np.maximum(length[:, :, None], length[:, None])
+    return np.asarray(np.maximum(gram[:, 0, 1], np.maximum(gram[:, 0, 2], gram[:, 1, 2])))
+
+
+def _ordered(edges: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Edges as length, width, height; height points up, length forward (or left when it has no x)."""
+    rows = np.arange(len(edges))[:, None]
+    length = np.linalg.norm(edges, axis=2) + 1e-12
+    steepness = np.abs(edges[:, :, 2]) / length
+    height = np.argmax(steepness, axis=1)
+    key = length.copy()
+    key[rows[:, 0], height] = -1.0
+    order = np.argsort(-key, axis=1, kind="stable")
+    ordered = edges[rows, order]
+    up = np.where(ordered[:, 2, 2] < 0, -1.0, 1.0)
+    ahead = np.where(ordered[:, 0, 0] + 1e-9 * ordered[:, 0, 1] < 0, -1.0, 1.0)
+    ordered[:, 2] *= up[:, None]
+    ordered[:, 0] *= ahead[:, None]
+    return ordered
+
+
+def _orthonormal(edges: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Rotations (n, 3, 3) with columns along length, to the left of it, and up, from ordered edges."""
+    unit = edges / (np.linalg.norm(edges, axis=2, keepdims=True) + 1e-300)
+    up = unit[:, 2]
+    left = np.cross(up, unit[:, 0])
+    left /= np.linalg.norm(left, axis=1, keepdims=True) + 1e-300
+    return np.stack([np.cross(left, up), left, up], axis=2)

@@ -1,0 +1,246 @@
+"""KITTI label folders: boxes of the rectified camera 0 into the Velodyne frame, through the calibration.
+
+Tracking: label_02/<sequence>.txt with calib/<sequence>.txt; the frames of a sequence are 0 to its last one.
+Object: label_2/<frame>.txt with calib/<frame>.txt; one frame per file, whether it holds boxes or not.
+Source of the format: the development kits of the KITTI object and tracking benchmarks.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from core.errors import InputError
+from core.geometry import Vec3
+from core.scene.boxes import BoxBatch, Progress
+from core.scene.readers.classes import UNMAPPED
+from core.scene.readers.common import (
+    BoxOptions,
+    FileBoxSource,
+    Tally,
+    accepted_number,
+    first_bad_box,
+    join,
+    readable,
+    shown,
+)
+
+VELODYNE_M: Vec3 = (0.4, 0.0, 1.73)
+"""Place of the Velodyne in the vehicle frame of the KITTI car, about."""
+
+MAX_FILE_BYTES = 1 << 26
+_FILES_PER_BATCH = 256
+_BOX_FIELDS = ("height", "width", "length", "x", "y", "z", "rotation_y")
+_CALIB_SIZES = {"R_rect": 9, "Tr_velo_cam": 12}
+_CALIB_SPELLINGS = {
+    "R_rect": "R_rect",
+    "R0_rect": "R_rect",
+    "Tr_velo_cam": "Tr_velo_cam",
+    "Tr_velo_to_cam": "Tr_velo_cam",
+}
+_ROTATION_TOLERANCE = 1e-3
+
+
+@dataclass(frozen=True)
+class Layout:
+    """How the two kinds of KITTI folders differ: name of the label folder, two more fields when tracking."""
+
+    folder: str
+    tracking: bool
+
+    @property
+    def type_field(self) -> int:
+        """Index of the field with the object's type; a line has 15 fields from there on, 16 with a score."""
+        return 2 if self.tracking else 0
+
+
+TRACKING = Layout("label_02", tracking=True)
+OBJECT = Layout("label_2", tracking=False)
+
+
+@dataclass(frozen=True)
+class Labels:
+    """The lines of one label file: frame (n,), type names, boxes (n, 7) as in _BOX_FIELDS, line numbers."""
+
+    frame: NDArray[np.int64]
+    names: list[str]
+    boxes: NDArray[np.float64]
+    lines: list[int]
+
+
+class KittiSource(FileBoxSource):
+    """A KITTI tracking or object folder; raw boxes are in the frame of the Velodyne."""
+
+    def __init__(self, path: Path, layout: Layout, options: BoxOptions) -> None:
+        super().__init__(path, options)
+        self._layout = layout
+        with readable(path):
+            found = (path / layout.folder).glob("*.txt")
+            self._labels = sorted(file for file in found if not file.name.startswith("."))
+        if not self._labels:
+            raise InputError(f"{path / layout.folder}: no label files, accepted are files named *.txt")
+        for label in self._labels:
+            if not self._calib(label).is_file():
+                raise InputError(
+                    f"{self._calib(label)}: missing, accepted is one calibration file per label file"
+                )
+
+    def _calib(self, label: Path) -> Path:
+        return self.path / "calib" / label.name
+
+    def _files(self) -> list[Path]:
+        return [*self._labels, *map(self._calib, self._labels)]
+
+    def _read(self, tally: Tally, progress: Progress) -> Iterator[BoxBatch]:
+        if self.options.origin_m == VELODYNE_M:
+            x, y, z = VELODYNE_M
+            tally.notes.append(f"origin: the Velodyne stands at {x:g} {y:g} {z:g} m in the vehicle frame")
+        pending: list[BoxBatch] = []
+        for done, label in enumerate(self._labels, start=1):
+            pending.append(self._boxes(label, tally))
+            if done % _FILES_PER_BATCH == 0 or self._layout.tracking or done == len(self._labels):
+                yield join(pending)
+                pending = []
+            progress(done / len(self._labels))
+
+    def _boxes(self, label: Path, tally: Tally) -> BoxBatch:
+        """Mapped boxes of one label file, their frames numbered after those of the files before."""
+        labels = read_labels(label, self._layout)
+        codes = np.asarray(self.options.classes.codes(labels.names), dtype=np.int64)
+        tally.unmapped.update(
+            name for name, code in zip(labels.names, codes, strict=True) if code == UNMAPPED
+        )
+        rows = np.flatnonzero(codes != UNMAPPED)
+        rows = rows[np.argsort(labels.frame[rows], kind="stable")]
+        first_frame = tally.frames
+        tally.frames += int(labels.frame.max(initial=-1)) + 1 if self._layout.tracking else 1
+        _check(label, labels, rows)
+        centre, size, rotation = camera_boxes_to_velodyne(
+            labels.boxes[rows], read_calibration(self._calib(label))
+        )
+        return BoxBatch(
+            first_frame + labels.frame[rows], codes[rows].astype(np.uint8), centre, size, rotation
+        )
+
+
+def camera_boxes_to_velodyne(
+    boxes: NDArray[np.float64], camera_SE3_velodyne: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Centres (n, 3), sizes (n, 3) and rotations (n, 3, 3) in the Velodyne frame.
+
+    boxes (n, 7): height, width, length, x, y, z of the middle of the bottom, rotation_y about the y axis of
+    the camera (x right, y down, z forward); camera_SE3_velodyne (4, 4): Velodyne to rectified camera 0.
+    """
+    height, width, length = boxes[:, 0], boxes[:, 1], boxes[:, 2]
+    centre_camera = boxes[:, 3:6] - np.column_stack([0 * height, height / 2, 0 * height])
+    sin, cos, zero = np.sin(boxes[:, 6]), np.cos(boxes[:, 6]), np.zeros(len(boxes))
+    forward = np.column_stack([cos, zero, -sin])
+    up = np.tile([0.0, -1.0, 0.0], (len(boxes), 1))
+    camera_R_box = np.stack([forward, np.cross(up, forward), up], axis=2)
+    velodyne_SE3_camera = np.linalg.inv(camera_SE3_velodyne).astype(np.float64)
+    centre = centre_camera @ velodyne_SE3_camera[:3, :3].T + velodyne_SE3_camera[:3, 3]
+    rotation = _nearest_rotation(velodyne_SE3_camera[:3, :3]) @ camera_R_box
+    return centre, np.column_stack([length, width, height]), rotation
+
+
+def read_calibration(path: Path) -> NDArray[np.float64]:
+    """Velodyne to rectified camera 0, (4, 4): R_rect times Tr_velo_cam; both spellings of either are read."""
+    found: dict[str, NDArray[np.float64]] = {}
+    for number, line in _text_lines(path):
+        name, _, rest = line.replace(":", " ", 1).strip().partition(" ")
+        if name in _CALIB_SPELLINGS:
+            key = _CALIB_SPELLINGS[name]
+            found[key] = _calibration_numbers(f"{path}:{number}: {name}", rest.split(), _CALIB_SIZES[key])
+    for key, names in (("R_rect", "R_rect or R0_rect"), ("Tr_velo_cam", "Tr_velo_cam or Tr_velo_to_cam")):
+        if key not in found:
+            raise InputError(f"{path}: no line {names}, accepted is a KITTI calibration file")
+    rectify, camera_SE3_velodyne = np.eye(4), np.eye(4)
+    rectify[:3, :3] = found["R_rect"].reshape(3, 3)
+    camera_SE3_velodyne[:3] = found["Tr_velo_cam"].reshape(3, 4)
+    for key, matrix in (("R_rect", rectify), ("Tr_velo_cam", camera_SE3_velodyne)):
+        if not _is_rotation(matrix[:3, :3]):
+            raise InputError(f"{path}: {key}: found a matrix that does not only turn, accepted is a rotation")
+    return rectify @ camera_SE3_velodyne
+
+
+def read_labels(path: Path, layout: Layout) -> Labels:
+    """All lines of a label file; InputError with the line number where one is not as it should be."""
+    frames, names, rows, lines = [], [], [], []
+    for number, line in _text_lines(path):
+        fields = line.split()
+        first = layout.type_field
+        if len(fields) - first not in (15, 16):
+            accepted = f"{first + 15} or {first + 16}"
+            raise InputError(f"{path}:{number}: found {len(fields)} values, accepted are {accepted}")
+        place = f"{path}:{number}"
+        frames.append(_frame(place, fields[0]) if layout.tracking else 0)
+        names.append(fields[first])
+        values = fields[first + 8 : first + 15]
+        rows.append(
+            [_number(f"{place}: {name}", text) for name, text in zip(_BOX_FIELDS, values, strict=True)]
+        )
+        lines.append(number)
+    boxes = np.asarray(rows, dtype=np.float64).reshape(len(rows), len(_BOX_FIELDS))
+    return Labels(np.asarray(frames, dtype=np.int64), names, boxes, lines)
+
+
+def _text_lines(path: Path) -> Iterator[tuple[int, str]]:
+    """Numbered lines of a small text file that are not blank."""
+    if path.stat().st_size > MAX_FILE_BYTES:
+        raise InputError(f"{path}: larger than {MAX_FILE_BYTES >> 20} MiB, accepted is a KITTI text file")
+    for number, line in enumerate(path.read_bytes().split(b"\n"), start=1):
+        if line.strip():
+            try:
+                yield number, line.decode("ascii")
+            except UnicodeDecodeError as error:
+                raise InputError(f"{path}:{number}: found bytes that are not ASCII text") from error
+
+
+def _frame(place: str, text: str) -> int:
+    if not text.isdecimal() or len(text) > 9:
+        raise InputError(f"{place}: frame: found {shown(text)}, accepted is a whole number of at least 0")
+    return int(text)
+
+
+def _number(place: str, text: str) -> float:
+    """A finite number; the place says file, line and field."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value) or "_" in text:
+        raise InputError(f"{place}: found {shown(text)}, accepted is a finite number")
+    return value
+
+
+def _calibration_numbers(place: str, fields: list[str], count: int) -> NDArray[np.float64]:
+    if len(fields) != count:
+        raise InputError(f"{place}: found {len(fields)} numbers, accepted are {count}")
+    return np.asarray([_number(place, text) for text in fields])
+
+
+def _is_rotation(matrix: NDArray[np.float64]) -> bool:
+    error = np.abs(matrix @ matrix.T - np.eye(3)).max()
+    return bool(error < _ROTATION_TOLERANCE and np.linalg.det(matrix) > 0.0)
+
+
+def _nearest_rotation(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The rotation nearest to a matrix that rounding has bent a little."""
+    left, _, right = np.linalg.svd(matrix)
+    rotation: NDArray[np.float64] = left @ right
+    return rotation
+
+
+def _check(label: Path, labels: Labels, rows: NDArray[np.intp]) -> None:
+    """InputError for the first mapped box with an impossible place or size."""
+    sizes = labels.boxes[rows][:, [2, 1, 0]]
+    bad = first_bad_box(labels.boxes[rows][:, 3:6], sizes)
+    if bad is not None:
+        name = ("x", "y", "z", "length", "width", "height")[bad.column]
+        place = f"{label}:{labels.lines[int(rows[bad.row])]}: {name}"
+        raise InputError(f"{place}: found {bad.value:g}, accepted is {accepted_number(bad.column)}")
