@@ -1,0 +1,214 @@
+"""The rigs of the paper and its published configuration by name: "W+T", "Narrow+Pyramid-roll", "Center"."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import os
+from dataclasses import dataclass
+
+from core.errors import InputError
+from core.geometry import Vec3
+from core.rig.model import Camera, EvenAngles, Lidar, Rig
+from core.rig.yaml_file import RigFile, load_rig
+from core.rig.yaml_nodes import shortened
+
+_OUTER_ROLL_DEG = math.degrees(0.28)
+_FRONT_PITCH_DEG = math.degrees(-0.09)
+
+_PYRAMID: tuple[Vec3, ...] = ((-0.2, -0.6, 2.2), (0.4, 0.0, 2.4), (-0.2, 0.0, 2.6), (-0.2, 0.6, 2.2))
+_LINE: tuple[Vec3, ...] = ((0.0, -0.6, 2.2), (0.0, -0.4, 2.2), (0.0, 0.4, 2.2), (0.0, 0.6, 2.2))
+_UPRIGHT: tuple[Vec3, ...] = ((0.0, 0.0, 0.0),) * 4
+_OUTER_TWO_ROLLED: tuple[Vec3, ...] = (
+    (-_OUTER_ROLL_DEG, 0.0, 0.0),
+    (0.0, 0.0, 0.0),
+    (0.0, 0.0, 0.0),
+    (_OUTER_ROLL_DEG, 0.0, 0.0),
+)
+
+
+@dataclass(frozen=True)
+class LidarGroup:
+    """Four LiDARs on the roof: short name, positions in metres, roll-pitch-yaw in degrees."""
+
+    name: str
+    letters: str
+    positions_m: tuple[Vec3, ...]
+    rpy_deg: tuple[Vec3, ...] = _UPRIGHT
+    origin: str = "paper"
+
+    def sensors(self) -> tuple[Lidar, ...]:
+        """LIDAR_1 to LIDAR_4 in the order of the paper, 16 beams over [-25, 25] degrees, 360 azimuths."""
+        return tuple(
+            Lidar(
+                name=f"LIDAR_{number}",
+                model="generic-16",
+                position=position_m,
+                rpy_deg=rpy_deg,
+                elevations_deg=EvenAngles(from_=-25.0, to=25.0, count=16),
+                azimuths_deg=EvenAngles(from_=-180.0, to=180.0, count=360),
+            )
+            for number, (position_m, rpy_deg) in enumerate(
+                zip(self.positions_m, self.rpy_deg, strict=True), 1
+            )
+        )
+
+
+@dataclass(frozen=True)
+class CameraGroup:
+    """Six cameras around the car: short name, horizontal field of view of the five and of the rear one."""
+
+    name: str
+    letters: str
+    hfov_deg: float
+    back_hfov_deg: float
+    origin: str = "paper"
+
+    def sensors(self) -> tuple[Camera, ...]:
+        """CAM_FRONT and so on, 1600 x 900 pixels, 352 x 128 rays each."""
+        return tuple(
+            Camera(
+                name=name,
+                position=(x_m, y_m, 1.8),
+                rpy_deg=(0.0, 0.0, yaw_deg),
+                image=(1600, 900),
+                hfov_deg=self.back_hfov_deg if name == "CAM_BACK" else self.hfov_deg,
+                cast=(352, 128),
+            )
+            for name, x_m, y_m, yaw_deg in _CAMERA_PLACES
+        )
+
+
+_CAMERA_PLACES = (
+    ("CAM_FRONT", 0.5, 0.0, 0.0),
+    ("CAM_FRONT_LEFT", 0.0, 0.5, 55.0),
+    ("CAM_BACK_LEFT", -0.5, 0.5, 110.0),
+    ("CAM_BACK", -1.5, 0.0, 180.0),
+    ("CAM_BACK_RIGHT", -0.5, -0.5, -110.0),
+    ("CAM_FRONT_RIGHT", 0.0, -0.5, -55.0),
+)
+
+CAMERA_GROUPS = (CameraGroup("Wide", "W", 70.0, 110.0), CameraGroup("Narrow", "N", 55.0, 55.0))
+
+LIDAR_GROUPS = (
+    LidarGroup("Center", "C", ((0.0, 0.0, 2.4), (0.0, 0.0, 2.6), (0.0, 0.0, 2.8), (0.0, 0.0, 3.0))),
+    LidarGroup("Pyramid", "P", _PYRAMID),
+    LidarGroup("Line", "L", _LINE),
+    LidarGroup("Trapezoid", "T", ((-0.4, 0.2, 2.2), (-0.4, -0.2, 2.2), (0.2, 0.5, 2.2), (0.2, -0.5, 2.2))),
+    LidarGroup(
+        "Square",
+        "S",
+        ((-0.5, 0.5, 2.2), (-0.5, -0.5, 2.2), (0.5, 0.5, 2.2), (0.5, -0.5, 2.2)),
+        origin="published code",
+    ),
+    LidarGroup("Line-roll", "LR", _LINE, _OUTER_TWO_ROLLED, "published code"),
+    LidarGroup("Pyramid-roll", "PR", _PYRAMID, _OUTER_TWO_ROLLED, "published code"),
+    LidarGroup(
+        "Pyramid-pitch",
+        "PP",
+        _PYRAMID,
+        ((0.0, 0.0, 0.0), (0.0, _FRONT_PITCH_DEG, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)),
+        "published code",
+    ),
+)
+
+PAPER_LIDAR_GROUPS = tuple(group.name for group in LIDAR_GROUPS if group.origin == "paper")
+PAPER_CAMERA_GROUPS = tuple(group.name for group in CAMERA_GROUPS)
+
+
+@dataclass(frozen=True)
+class Preset:
+    """A built-in rig: its name, one line about it and the groups of sensors it has."""
+
+    name: str
+    description: str
+    cameras: CameraGroup | None = None
+    lidars: LidarGroup | None = None
+
+    def rig(self) -> Rig:
+        """The rig, on the default vehicle: cameras first, then LiDARs."""
+        cameras = self.cameras.sensors() if self.cameras else ()
+        lidars = self.lidars.sensors() if self.lidars else ()
+        return Rig(name=self.name, sensors=(*cameras, *lidars))
+
+
+def _all_presets() -> tuple[Preset, ...]:
+    paper = [group for group in LIDAR_GROUPS if group.origin == "paper"]
+    code_only = [group for group in LIDAR_GROUPS if group.origin != "paper"]
+    rigs = [
+        _pair(cameras, lidars) for lot in (paper, code_only) for cameras in CAMERA_GROUPS for lidars in lot
+    ]
+    lidar_only = [Preset(g.name, f"4 LiDARs {g.name} alone ({g.origin})", lidars=g) for g in LIDAR_GROUPS]
+    camera_only = [Preset(g.name, f"6 cameras {g.name} alone ({g.origin})", cameras=g) for g in CAMERA_GROUPS]
+    return (*rigs, *lidar_only, *camera_only)
+
+
+def _pair(cameras: CameraGroup, lidars: LidarGroup) -> Preset:
+    text = f"6 cameras {cameras.name} + 4 LiDARs {lidars.name} ({lidars.origin})"
+    return Preset(f"{cameras.letters}+{lidars.letters}", text, cameras, lidars)
+
+
+PRESETS = {preset.name: preset for preset in _all_presets()}
+"""Every preset by its name, in the order in which they are listed; the first eight are the paper's rigs."""
+
+PAPER_RIGS = tuple(
+    name for name, p in PRESETS.items() if p.cameras and p.lidars and p.lidars.origin == "paper"
+)
+
+
+def preset(name: str) -> Rig:
+    """The built-in rig of that name, in any case, in letters ("W+T") or words ("wide+trapezoid").
+
+    Raises InputError that names the nearest presets when there is none.
+    """
+    found = find_preset(name)
+    if found is None:
+        close = _close(name)
+        hint = f"did you mean {' or '.join(close)}? " if close else ""
+        raise InputError(f"preset: found '{shortened(name)}'; {hint}accepted are {', '.join(PRESETS)}")
+    return found.rig()
+
+
+def find_preset(name: str) -> Preset | None:
+    """The preset of that name or spelling, None when there is none."""
+    known = _spellings().get(_plain(name))
+    return PRESETS[known] if known else None
+
+
+def _close(name: str) -> list[str]:
+    """The presets whose names are nearest to a misspelt one."""
+    spellings = difflib.get_close_matches(_plain(name), _spellings(), n=3, cutoff=0.5)
+    return list(dict.fromkeys(_spellings()[spelling] for spelling in spellings))
+
+
+def _plain(name: str) -> str:
+    return name.strip().casefold().replace("_", "-").replace(" ", "").replace("centre", "center")
+
+
+def _spellings() -> dict[str, str]:
+    """Every accepted spelling and the preset it stands for."""
+    spellings: dict[str, str] = {}
+    for name, found in PRESETS.items():
+        spellings[_plain(name)] = name
+        if found.cameras and found.lidars:
+            spellings[_plain(f"{found.cameras.name}+{found.lidars.name}")] = name
+    return spellings
+
+
+def find_rig(name_or_path: str) -> tuple[Rig, RigFile | None]:
+    """A preset by its name, or a rig file by its path (then with the file, for saving).
+
+    A preset's name wins over a file of that name; write ./W+T for the file. InputError when there is neither.
+    """
+    found = find_preset(name_or_path)
+    if found is not None:
+        return found.rig(), None
+    is_path = (
+        "/" in name_or_path or os.sep in name_or_path or name_or_path.lower().endswith((".yaml", ".yml"))
+    )
+    if is_path or os.path.exists(name_or_path):
+        file = load_rig(name_or_path)
+        return file.rig, file
+    close = _close(name_or_path)
+    hint = f"; did you mean {' or '.join(close)}?" if close else ""
+    raise InputError(f"rig '{shortened(name_or_path)}': neither a rig file nor a preset{hint}")
