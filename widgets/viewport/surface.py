@@ -54,7 +54,9 @@ def lathe(profile: Points, sectors: int) -> pv.PolyData:
     """Surface of revolution about the y axis: profile (n, 2) of (radius, y), metres."""
     angle = np.linspace(0.0, 2.0 * np.pi, sectors + 1)
     radius, y = profile[:, 0][:, None], profile[:, 1][:, None]
-    points = np.stack([radius * np.cos(angle), np.broadcast_to(y, (len(profile), sectors + 1)), radius * np.sin(angle)], -1)
+    points = np.stack(
+        [radius * np.cos(angle), np.broadcast_to(y, (len(profile), sectors + 1)), radius * np.sin(angle)], -1
+    )
     return grid_surface(points)
 
 
@@ -78,7 +80,7 @@ def cut(mesh: pv.PolyData, distance: Points) -> tuple[pv.PolyData, pv.PolyData]:
     """Split a surface exactly along distance = 0: (inside, outside); normals are carried along."""
     mesh = mesh.copy()
     mesh["distance"] = distance
-    inside, outside = mesh.clip_scalar("distance", invert=True, value=0.0, both=True)
+    inside, outside = mesh.clip_scalar(scalars="distance", invert=True, value=0.0, both=True)
     for part in (inside, outside):
         part.point_data.remove("distance")
     return inside, outside

@@ -1,0 +1,177 @@
+"""From a view ray to a pose: the maths of dragging a handle. Pure numpy, no Qt, no VTK.
+
+A drag always answers with the start pose plus the whole movement, never with a sum of small steps, and
+components that the movement does not touch keep their bits.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from core.geometry import Pose, Vec3, rpy_deg_from_rotation
+from widgets.viewport.camera import Ray
+
+Vector = NDArray[np.float64]
+Space = Literal["local", "world"]
+_MIN_SINE = 0.02
+_EDGE_ON = 0.12
+_SAME_DEG = 1e-9
+
+
+@dataclass(frozen=True)
+class Handle:
+    """One arrow ("move") or ring ("rotate") about axis 0, 1 or 2 (x, y, z)."""
+
+    kind: Literal["move", "rotate"]
+    axis: int
+
+
+MOVE_HANDLES = tuple(Handle("move", axis) for axis in range(3))
+ROTATE_HANDLES = tuple(Handle("rotate", axis) for axis in range(3))
+
+
+def gizmo_axes(pose: Pose, space: Space) -> Vector:
+    """Unit axes of the handles as columns, (3, 3), vehicle frame."""
+    return pose.rotation() if space == "local" else np.eye(3)
+
+
+def along_axis_m(origin_m: Vector, axis: Vector, ray: Ray) -> float | None:
+    """Metres along a line (origin, unit axis) to the point nearest to a view ray.
+
+    None when the line is seen end on or its nearest point lies behind the viewer: no position can be read off.
+    """
+    between = ray.origin_m - origin_m
+    cosine = float(axis @ ray.direction)
+    sine_squared = 1.0 - cosine * cosine
+    if sine_squared < _MIN_SINE**2:
+        return None
+    on_axis, on_ray = float(axis @ between), float(ray.direction @ between)
+    if cosine * on_axis - on_ray <= 0.0:
+        return None
+    return (on_axis - cosine * on_ray) / sine_squared
+
+
+def on_plane_m(origin_m: Vector, normal: Vector, ray: Ray) -> Vector | None:
+    """Where a view ray meets a plane, relative to `origin_m`, (3,) metres; None when edge on or behind."""
+    slope = float(normal @ ray.direction)
+    if abs(slope) < _MIN_SINE:
+        return None
+    distance = float(normal @ (origin_m - ray.origin_m)) / slope
+    if distance <= 0.0:
+        return None
+    return np.asarray(ray.origin_m + distance * ray.direction - origin_m)
+
+
+def signed_angle_rad(start: Vector, end: Vector, axis: Vector) -> float:
+    """Angle from one vector to another, positive when it turns to the right-hand side about `axis`."""
+    return math.atan2(float(axis @ np.cross(start, end)), float(start @ end))
+
+
+def rotation_about(axis: Vector, angle_rad: float) -> Vector:
+    """Rotation matrix (3, 3) about a unit axis (Rodrigues); exact zeros and ones about x, y and z."""
+    x, y, z = (float(value) for value in axis)
+    cos, sin = math.cos(angle_rad), math.sin(angle_rad)
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return cos * np.eye(3) + sin * cross + (1.0 - cos) * np.outer(axis, axis)
+
+
+def moved(start: Pose, axis: Vector, distance_m: float) -> Pose:
+    """The pose pushed along a unit axis; coordinates the axis does not touch keep their bits, angles always."""
+    x, y, z = (
+        p + distance_m * float(a) if a != 0.0 else p for p, a in zip(start.position_m, axis, strict=True)
+    )
+    return Pose((x, y, z), start.rpy_deg)
+
+
+def turned(start: Pose, axis: Vector, angle_rad: float) -> Pose:
+    """The pose turned about a unit axis through its own position; angles that stay the same keep their bits."""
+    if angle_rad == 0.0:
+        return start
+    rotation = rotation_about(axis, angle_rad) @ start.rotation()
+    roll, pitch, yaw = (
+        _kept(old, new) for old, new in zip(start.rpy_deg, rpy_deg_from_rotation(rotation), strict=True)
+    )
+    return Pose(start.position_m, (roll, pitch, yaw))
+
+
+def _kept(old_deg: float, new_deg: float) -> float:
+    """The old angle when the new one means the same direction, else the new one."""
+    difference = (new_deg - old_deg + 180.0) % 360.0 - 180.0
+    return old_deg if abs(difference) < _SAME_DEG else new_deg
+
+
+@dataclass(frozen=True)
+class Drag:
+    """A drag that has begun: where the sensor was and where the handle was grasped.
+
+    `line` is the unit direction read off in metres from `line_origin_m`; rings seen edge on are read off along
+    their tangent too, with `radius_m` turning metres into radians.
+    """
+
+    handle: Handle
+    start: Pose
+    axis: Vector
+    radius_m: float
+    line_origin_m: Vector
+    line: Vector | None
+    grasp_m: float
+    grasp: Vector
+
+    def amount(self, ray: Ray) -> float | None:
+        """Metres moved or radians turned since the start; None when the view ray says nothing."""
+        if self.line is None:
+            end = on_plane_m(np.array(self.start.position_m), self.axis, ray)
+            return None if end is None or not end.any() else signed_angle_rad(self.grasp, end, self.axis)
+        end_m = along_axis_m(self.line_origin_m, self.line, ray)
+        if end_m is None:
+            return None
+        return end_m - self.grasp_m if self.handle.kind == "move" else (end_m - self.grasp_m) / self.radius_m
+
+    def pose(self, ray: Ray) -> Pose | None:
+        """The pose for a view ray; None when the ray says nothing (keep what is shown)."""
+        amount = self.amount(ray)
+        if amount is None:
+            return None
+        change = moved if self.handle.kind == "move" else turned
+        return change(self.start, self.axis, amount)
+
+
+def begin_drag(handle: Handle, space: Space, start: Pose, ray: Ray, radius_m: float) -> Drag | None:
+    """Grasp a handle of the gizmo at `start` with a view ray; `radius_m` is the ring's radius in metres.
+
+    None when the handle cannot be dragged from this view (an arrow seen end on).
+    """
+    origin = np.array(start.position_m)
+    axis = gizmo_axes(start, space)[:, handle.axis].copy()
+    if handle.kind == "move":
+        return _line_drag(handle, start, axis, radius_m, origin, axis, ray)
+    grasp = on_plane_m(origin, axis, ray)
+    if abs(float(axis @ ray.direction)) >= _EDGE_ON and grasp is not None and grasp.any():
+        return Drag(handle, start, axis, radius_m, origin, None, 0.0, grasp)
+    towards = -ray.direction - float(axis @ -ray.direction) * axis
+    towards /= np.linalg.norm(towards)
+    return _line_drag(
+        handle, start, axis, radius_m, origin + radius_m * towards, np.cross(axis, towards), ray
+    )
+
+
+def _line_drag(
+    handle: Handle, start: Pose, axis: Vector, radius_m: float, origin_m: Vector, line: Vector, ray: Ray
+) -> Drag | None:
+    grasp_m = along_axis_m(origin_m, line, ray)
+    if grasp_m is None:
+        return None
+    return Drag(handle, start, axis, radius_m, origin_m, line, grasp_m, np.zeros(3))
+
+
+def pose_matrix(position_m: Vec3, axes: Vector, scale: float) -> Vector:
+    """Homogeneous matrix (4, 4) that puts a unit gizmo at a position with the given axes and size in metres."""
+    matrix = np.eye(4)
+    matrix[:3, :3] = axes * scale
+    matrix[:3, 3] = position_m
+    return matrix

@@ -1,0 +1,162 @@
+"""The gizmo that is seen and grasped: three arrows and three rings of constant size on the screen.
+
+The hit test works on projected polylines in pixels, not on a pick in the scene: it is quick, forgiving and the same
+for every backend. The actors live in a renderer of their own, drawn over everything else.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import pyvista as pv
+from numpy.typing import NDArray
+from vtkmodules.vtkCommonDataModel import vtkPlane
+
+from core.geometry import Pose
+from widgets.gizmo.drag import MOVE_HANDLES, ROTATE_HANDLES, Handle, Space, gizmo_axes, pose_matrix
+from widgets.theme import Palette, mix
+from widgets.viewport.camera import OrbitCamera, Points, Size
+
+GizmoMode = Literal["move", "rotate", "both"]
+SIZE_PX = 96.0
+RING_RADIUS = 0.74
+_ARROW_FROM, _ARROW_TO = 0.14, 1.0
+_GRASP_PX = 8.0
+_BACK_SHARE = 0.05
+
+
+@dataclass(frozen=True)
+class GizmoPlace:
+    """Where and how large the gizmo is: pose of the sensor, axes (3, 3) as columns, length of an arrow in metres."""
+
+    pose: Pose
+    axes: NDArray[np.float64]
+    size_m: float
+
+    @property
+    def ring_radius_m(self) -> float:
+        """Radius of the rings, metres."""
+        return RING_RADIUS * self.size_m
+
+
+def place_gizmo(
+    pose: Pose, space: Space, camera: OrbitCamera, size: Size, pixel_ratio: float = 1.0
+) -> GizmoPlace:
+    """The gizmo of a sensor, always the same size on the screen."""
+    metres = camera.metres_per_pixel(np.array(pose.position_m), size) * SIZE_PX * pixel_ratio
+    return GizmoPlace(pose, gizmo_axes(pose, space), metres)
+
+
+def shown_handles(mode: GizmoMode) -> tuple[Handle, ...]:
+    """The handles of a gizmo mode."""
+    return {"move": MOVE_HANDLES, "rotate": ROTATE_HANDLES, "both": MOVE_HANDLES + ROTATE_HANDLES}[mode]
+
+
+def handle_polyline(handle: Handle, place: GizmoPlace, camera: OrbitCamera) -> Points:
+    """The line (n, 3) in metres by which a handle is grasped; of a ring the half that faces the viewer."""
+    origin = np.array(place.pose.position_m)
+    if handle.kind == "move":
+        ends = np.array([_ARROW_FROM, _ARROW_TO])
+        return np.asarray(origin + place.size_m * ends[:, None] * place.axes[:, handle.axis])
+    angle = np.linspace(0.0, 2.0 * np.pi, 73)
+    first, second = place.axes[:, (handle.axis + 1) % 3], place.axes[:, (handle.axis + 2) % 3]
+    ring = place.ring_radius_m * (np.cos(angle)[:, None] * first + np.sin(angle)[:, None] * second)
+    front = ring @ -_view_direction(place, camera) > -_BACK_SHARE * place.size_m
+    return np.asarray(origin + np.where(front[:, None], ring, np.nan))
+
+
+def _view_direction(place: GizmoPlace, camera: OrbitCamera) -> Points:
+    """Unit vector from the viewer to the gizmo, (3,)."""
+    if camera.parallel:
+        return camera.axes()[2]
+    offset = np.array(place.pose.position_m) - camera.position_m()
+    return np.asarray(offset / max(1e-9, float(np.linalg.norm(offset))))
+
+
+def hit_handle(
+    pixel: tuple[float, float],
+    mode: GizmoMode,
+    place: GizmoPlace,
+    camera: OrbitCamera,
+    size: Size,
+    pixel_ratio: float = 1.0,
+) -> Handle | None:
+    """The handle under a pixel, or None; the nearest line wins, arrows before rings at equal distance."""
+    best, best_px = None, _GRASP_PX * pixel_ratio
+    for handle in shown_handles(mode):
+        line = camera.project(handle_polyline(handle, place, camera), size)
+        if np.nanmin(line[:, 2]) <= 0.0:
+            continue
+        distance = _distance_px(np.array(pixel), line[:, :2])
+        if distance < best_px:
+            best, best_px = handle, distance
+    return best
+
+
+def _distance_px(pixel: Points, line: Points) -> float:
+    """Distance from a pixel to a polyline (n, 2); parts with NaN are not there."""
+    start, edge = line[:-1], np.diff(line, axis=0)
+    whole = ~np.isnan(edge).any(axis=1) & ~np.isnan(start).any(axis=1)
+    start, edge = start[whole], edge[whole]
+    if not len(start):
+        return np.inf
+    length = np.maximum((edge * edge).sum(axis=1), 1e-12)
+    along = np.clip(((pixel - start) * edge).sum(axis=1) / length, 0.0, 1.0)
+    return float(np.linalg.norm(pixel - start - along[:, None] * edge, axis=1).min())
+
+
+class GizmoActors:
+    """The arrows and rings in an overlay renderer; shown, placed and lit up by the scene."""
+
+    def __init__(self, renderer: pv.Renderer, palette: Palette) -> None:
+        self._palette = palette
+        self._plane = vtkPlane()
+        self._actors: dict[Handle, pv.Actor] = {}
+        for handle in MOVE_HANDLES + ROTATE_HANDLES:
+            actor = pv.Actor(mapper=pv.DataSetMapper(_handle_mesh(handle)))
+            actor.prop.lighting = handle.kind == "move"
+            actor.prop.ambient, actor.prop.diffuse = 0.55, 0.45
+            actor.visibility = False
+            if handle.kind == "rotate":
+                actor.mapper.AddClippingPlane(self._plane)
+            renderer.AddActor(actor)
+            self._actors[handle] = actor
+
+    def hide(self) -> None:
+        """Show no handle."""
+        for actor in self._actors.values():
+            actor.visibility = False
+
+    def show(self, mode: GizmoMode, place: GizmoPlace, camera: OrbitCamera, lit: Handle | None) -> None:
+        """Show the handles of a mode at a place; `lit` is under the mouse or being dragged."""
+        matrix = pose_matrix(place.pose.position_m, place.axes, place.size_m)
+        towards = -_view_direction(place, camera)
+        self._plane.SetNormal(*towards)
+        self._plane.SetOrigin(*(np.array(place.pose.position_m) - towards * _BACK_SHARE * place.size_m))
+        shown = shown_handles(mode)
+        for handle, actor in self._actors.items():
+            actor.visibility = handle in shown
+            actor.user_matrix = matrix
+            colour = self._palette.axes[handle.axis]
+            actor.prop.color = mix(self._palette.selected, "#ffffff", 0.25) if handle == lit else colour
+
+    def set_palette(self, palette: Palette) -> None:
+        """Change the colours; seen at the next `show`."""
+        self._palette = palette
+
+
+def _handle_mesh(handle: Handle) -> pv.PolyData:
+    """A handle of unit size about the origin: an arrow with a cone, or a thin ring."""
+    direction = np.eye(3)[handle.axis]
+    if handle.kind == "rotate":
+        angle = np.linspace(0.0, 2.0 * np.pi, 97)
+        first, second = np.eye(3)[(handle.axis + 1) % 3], np.eye(3)[(handle.axis + 2) % 3]
+        circle = RING_RADIUS * (np.cos(angle)[:, None] * first + np.sin(angle)[:, None] * second)
+        return pv.Spline(circle, 97).tube(radius=0.013, n_sides=8)
+    shaft = pv.Cylinder(
+        center=direction * 0.46, direction=direction, radius=0.016, height=0.64, resolution=12
+    )
+    cone = pv.Cone(center=direction * 0.89, direction=direction, height=0.22, radius=0.062, resolution=24)
+    return shaft.append_polydata(cone)

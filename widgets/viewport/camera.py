@@ -1,0 +1,137 @@
+"""The orbiting camera as pure maths: views, pixel rays, projection, orbit, pan, zoom. No Qt, no VTK."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from core.errors import InputError
+from core.scene.grid import VoxelGrid
+
+Points = NDArray[np.float64]
+Size = tuple[int, int]
+VIEWS = ("iso", "top", "front", "left", "rear")
+_DIRECTION_DEG = {
+    "iso": (-52.0, 24.0),
+    "top": (-90.0, 90.0),
+    "front": (0.0, 0.0),
+    "left": (90.0, 0.0),
+    "rear": (180.0, 0.0),
+}
+_MIN_DISTANCE_M, _MAX_DISTANCE_M = 0.3, 2000.0
+
+
+@dataclass(frozen=True)
+class Ray:
+    """A half-line: origin (3,) in metres and unit direction (3,), vehicle frame."""
+
+    origin_m: Points
+    direction: Points
+
+
+@dataclass(frozen=True)
+class OrbitCamera:
+    """A camera that looks at `focal_m` from a distance; z stays up, also straight from above.
+
+    Azimuth turns left from the car's front, elevation 90 is straight above. `parallel` views keep lengths true.
+    """
+
+    focal_m: tuple[float, float, float] = (0.0, 0.0, 0.8)
+    distance_m: float = 19.0
+    azimuth_deg: float = -52.0
+    elevation_deg: float = 24.0
+    parallel: bool = False
+    view_angle_deg: float = 30.0
+
+    def axes(self) -> tuple[Points, Points, Points]:
+        """Unit vectors right, up and forward (into the picture), each (3,)."""
+        azimuth, elevation = math.radians(self.azimuth_deg), math.radians(self.elevation_deg)
+        ca, sa, ce, se = math.cos(azimuth), math.sin(azimuth), math.cos(elevation), math.sin(elevation)
+        return (
+            np.array([-sa, ca, 0.0]),
+            np.array([-se * ca, -se * sa, ce]),
+            np.array([-ce * ca, -ce * sa, -se]),
+        )
+
+    def position_m(self) -> Points:
+        """Where the camera stands, (3,) metres."""
+        return np.asarray(np.array(self.focal_m) - self.distance_m * self.axes()[2])
+
+    def half_height_m(self) -> float:
+        """Half the visible height at the focal point, metres; the parallel scale of a parallel view."""
+        return self.distance_m * math.tan(math.radians(self.view_angle_deg) / 2)
+
+    def metres_per_pixel(self, point_m: Points, size: Size) -> float:
+        """Length of one pixel at the depth of a point, metres."""
+        depth = self.distance_m
+        if not self.parallel:
+            depth = max(1e-3, float((np.asarray(point_m) - self.position_m()) @ self.axes()[2]))
+        return depth * math.tan(math.radians(self.view_angle_deg) / 2) * 2.0 / max(1, size[1])
+
+    def ray(self, pixel: tuple[float, float], size: Size) -> Ray:
+        """The view ray through a pixel; pixels count right and down from the upper left corner."""
+        right, up, forward = self.axes()
+        scale = self.half_height_m() * 2.0 / max(1, size[1])
+        offset = (pixel[0] - size[0] / 2) * scale * right - (pixel[1] - size[1] / 2) * scale * up
+        target = np.array(self.focal_m) + offset
+        if self.parallel:
+            return Ray(target - self.distance_m * forward, forward)
+        direction = target - self.position_m()
+        return Ray(self.position_m(), direction / np.linalg.norm(direction))
+
+    def project(self, points_m: Points, size: Size) -> Points:
+        """Pixels and depth (n, 3) of points (n, 3): right, down, metres in front of the camera."""
+        offset = np.atleast_2d(points_m) - self.position_m()
+        right, up, forward = self.axes()
+        depth = offset @ forward
+        along = np.full_like(depth, self.distance_m) if self.parallel else np.maximum(depth, 1e-9)
+        scale = size[1] / 2 / math.tan(math.radians(self.view_angle_deg) / 2) / along
+        return np.stack(
+            [size[0] / 2 + offset @ right * scale, size[1] / 2 - offset @ up * scale, depth], axis=1
+        )
+
+    def orbited(self, dx_px: float, dy_px: float, size: Size) -> OrbitCamera:
+        """Turned about the focal point by a mouse movement; a full window height is half a turn."""
+        turn = 180.0 / max(1, size[1])
+        elevation = min(90.0, max(-89.0, self.elevation_deg + dy_px * turn))
+        azimuth = (self.azimuth_deg - dx_px * turn + 180.0) % 360.0 - 180.0
+        return replace(self, azimuth_deg=azimuth, elevation_deg=elevation, parallel=False)
+
+    def panned(self, dx_px: float, dy_px: float, size: Size) -> OrbitCamera:
+        """Moved sideways so that the focal plane follows the mouse."""
+        right, up, _ = self.axes()
+        scale = self.half_height_m() * 2.0 / max(1, size[1])
+        focal = np.array(self.focal_m) - dx_px * scale * right + dy_px * scale * up
+        return replace(self, focal_m=(float(focal[0]), float(focal[1]), float(focal[2])))
+
+    def zoomed(self, factor: float, pixel: tuple[float, float], size: Size) -> OrbitCamera:
+        """Closer (factor < 1) or further away, keeping what is under the cursor there."""
+        distance = min(_MAX_DISTANCE_M, max(_MIN_DISTANCE_M, self.distance_m * factor))
+        kept = 1.0 - distance / self.distance_m
+        dx_px, dy_px = (pixel[0] - size[0] / 2) * kept, (pixel[1] - size[1] / 2) * kept
+        return replace(self.panned(-dx_px, -dy_px, size), distance_m=distance)
+
+
+def view_camera(name: str, grid: VoxelGrid, aspect: float, wide: bool = False) -> OrbitCamera:
+    """The camera of a named view. `wide` shows the whole ROI in the iso view, else the car and its surroundings.
+
+    The top view shows the whole ROI, the side views the car with its sensors. Raises InputError for another name.
+    """
+    if name not in _DIRECTION_DEG:
+        raise InputError(f"view: found '{name}', accepted is {', '.join(VIEWS)}")
+    azimuth, elevation = _DIRECTION_DEG[name]
+    tall_m, long_m = {"iso": (7.2, 9.5), "top": (grid.roi_m[1] * 1.14, grid.roi_m[0] * 1.10)}.get(
+        name, (4.6, 7.4)
+    )
+    focal = (0.0, 0.0, 0.0) if name == "top" else (0.0, 0.0, 1.45)
+    if name == "iso":
+        focal = (0.0, 0.0, 1.1)
+        if wide:
+            long_m = math.hypot(grid.roi_m[0], grid.roi_m[1]) * 0.94
+            tall_m, focal = long_m * 0.55, (0.0, 0.0, 0.0)
+    camera = OrbitCamera(focal, 1.0, azimuth, elevation, parallel=name != "iso")
+    distance = max(tall_m, long_m / aspect) / 2 / math.tan(math.radians(camera.view_angle_deg) / 2)
+    return replace(camera, distance_m=distance)

@@ -1,0 +1,95 @@
+"""The ground: a plane with a grid every 10 m, metre labels lying on it, and the axes triad at the origin."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pyvista as pv
+
+from core.scene.grid import VoxelGrid
+from widgets.theme import Palette, mix
+from widgets.viewport.materials import line_mesh, plain_actor
+
+_STEP_M = 10.0
+_LABEL_HEIGHT_M = 0.55
+
+
+class GroundLayer:
+    """Ground grid with labels; rebuilt when the ROI or the palette changes."""
+
+    def __init__(self, renderer: pv.Renderer) -> None:
+        self._renderer = renderer
+        self._actors: list[pv.Actor] = []
+
+    def set_grid(self, grid: VoxelGrid, palette: Palette) -> None:
+        """Draw the ground for a ROI: grid lines reach the next 10 m beyond it."""
+        for actor in self._actors:
+            self._renderer.RemoveActor(actor)
+        half_x, half_y = (_STEP_M * math.ceil(length / 2 / _STEP_M) for length in grid.roi_m[:2])
+        fine, strong = _grid_lines(half_x, half_y)
+        self._actors = [
+            plain_actor(_plane(half_x, half_y), color=palette.ground, lighting=False),
+            plain_actor(fine, color=palette.grid_line, lighting=False, line_width=1),
+            plain_actor(strong, color=palette.grid_line_strong, lighting=False, line_width=1),
+            plain_actor(
+                _labels(half_x, half_y), color=mix(palette.text, palette.ground, 0.35), lighting=False
+            ),
+        ]
+        for order, actor in enumerate(self._actors):
+            actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(0.0, 40.0 - order)
+            actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()
+            self._renderer.AddActor(actor)
+        self._actors += _triad(self._renderer, palette)
+
+
+def _plane(half_x: float, half_y: float) -> pv.PolyData:
+    return pv.Plane(
+        center=(0.0, 0.0, -0.02), i_size=2 * half_x, j_size=2 * half_y, i_resolution=1, j_resolution=1
+    )
+
+
+def _grid_lines(half_x: float, half_y: float) -> tuple[pv.PolyData, pv.PolyData]:
+    """Lines every 2 m and, apart from them, every 10 m."""
+    fine: list[tuple[tuple[float, float, float], tuple[float, float, float]]] = []
+    strong: list[tuple[tuple[float, float, float], tuple[float, float, float]]] = []
+    for x in np.arange(-half_x, half_x + 1e-6, 2.0):
+        (strong if x % _STEP_M == 0.0 else fine).append(((x, -half_y, -0.012), (x, half_y, -0.012)))
+    for y in np.arange(-half_y, half_y + 1e-6, 2.0):
+        (strong if y % _STEP_M == 0.0 else fine).append(((-half_x, y, -0.012), (half_x, y, -0.012)))
+    pairs = [np.array(lines) for lines in (fine, strong)]
+    return line_mesh(pairs[0][:, 0], pairs[0][:, 1]), line_mesh(pairs[1][:, 0], pairs[1][:, 1])
+
+
+def _labels(half_x: float, half_y: float) -> pv.PolyData:
+    """Metre labels along the near and left edges, lying on the ground, read with x to the right."""
+    mesh = pv.PolyData()
+    for x in np.arange(-half_x, half_x + 1e-6, _STEP_M):
+        mesh = mesh.append_polydata(_text(f"{x:.0f} m" if x else "x 0 m", x + 0.25, -half_y + 0.3))
+    for y in np.arange(-half_y + _STEP_M, half_y - 1e-6, _STEP_M):
+        mesh = mesh.append_polydata(_text(f"{y:.0f} m" if y else "y 0 m", -half_x + 0.25, y + 0.3))
+    return mesh
+
+
+def _text(text: str, x: float, y: float) -> pv.PolyData:
+    label = pv.Text3D(text, depth=0.0)
+    label.points = label.points - [label.bounds[0], label.bounds[2], 0.0]
+    label.points = label.points * _LABEL_HEIGHT_M + [x, y, -0.005]
+    return pv.PolyData(label.points, label.faces)
+
+
+def _triad(renderer: pv.Renderer, palette: Palette) -> list[pv.Actor]:
+    """Axes of the vehicle frame at its origin, on the ground: x red, y green, z blue."""
+    actors = []
+    for axis, length in enumerate((3.4, 2.0, 2.0)):
+        direction = np.eye(3)[axis]
+        shaft = pv.Cylinder(
+            center=direction * length / 2, direction=direction, radius=0.012, height=length, resolution=8
+        )
+        tip = pv.Cone(
+            center=direction * length, direction=direction, height=0.16, radius=0.045, resolution=16
+        )
+        actor = plain_actor(shaft.append_polydata(tip), color=palette.axes[axis], lighting=False)
+        renderer.AddActor(actor)
+        actors.append(actor)
+    return actors

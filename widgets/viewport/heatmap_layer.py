@@ -1,0 +1,180 @@
+"""The heatmap: one square per cell, as large on the screen as the cell is in the world, blended back to front.
+
+Cells are drawn as points whose size a line of shader code computes, which costs a third of glyphs. While something
+is dragged a coarser level (blocks of cells with their largest value) keeps software OpenGL fluent.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+
+import matplotlib
+import numpy as np
+import pyvista as pv
+from numpy.typing import NDArray
+
+from widgets.viewport.camera import OrbitCamera, Size
+from widgets.viewport.materials import rgba_actor
+
+COLOUR_MAP = "inferno"
+MAX_CELLS = 200_000
+DRAG_CELLS = 30_000
+_HIDDEN_BELOW = 0.02
+_ALPHA_LOW, _ALPHA_HIGH = 0.10, 0.85
+_GL_PROGRAM_POINT_SIZE = 0x8642
+_POSITION_HOOK = "//VTK::PositionVC::Impl"
+
+
+@dataclass(frozen=True)
+class HeatmapData:
+    """What the heatmap shows: cell centres (m, 3) and edge in metres, a value per cell (m,), and its legend.
+
+    Pass the same `centres_m` array again when only the values change: then nothing else is recomputed.
+    `note` says which grid is shown (e.g. "cells of 0.4 m, grid 0.1 m"). Values at or below 2 % of the way from
+    `vmin` to `vmax` are not drawn.
+    """
+
+    centres_m: NDArray[np.float32]
+    cell_m: float
+    values: NDArray[np.float32]
+    title: str
+    unit: str
+    vmin: float
+    vmax: float
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Level:
+    """Cells of one resolution and how to get their values from those of the full one."""
+
+    centres_m: NDArray[np.float32]
+    cell_m: float
+    values_of: Callable[[NDArray[np.float32]], NDArray[np.float32]]
+
+
+def full_level(centres_m: NDArray[np.float32], cell_m: float) -> Level:
+    """The level that shows every cell."""
+    return Level(np.asarray(centres_m, dtype=np.float32), cell_m, lambda values: values)
+
+
+def coarse_level(centres_m: NDArray[np.float32], cell_m: float, most: int = DRAG_CELLS) -> Level:
+    """Blocks of 2, 3, ... cells per edge until there are at most `most`; a block shows its largest value."""
+    level, factor = full_level(centres_m, cell_m), 1
+    while len(level.centres_m) > most:
+        factor += 1
+        level = _blocks(np.asarray(centres_m, dtype=np.float32), cell_m, factor)
+    return level
+
+
+def _blocks(centres_m: NDArray[np.float32], cell_m: float, factor: int) -> Level:
+    edge_m = cell_m * factor
+    low = centres_m.min(axis=0) - cell_m / 2
+    block = np.floor((centres_m - low) / edge_m).astype(np.int64)
+    key = (block[:, 0] << 42) | (block[:, 1] << 21) | block[:, 2]
+    order = np.argsort(key, kind="stable")
+    first = np.flatnonzero(np.diff(key[order], prepend=-1))
+    centres = (low + (block[order[first]] + 0.5) * edge_m).astype(np.float32)
+    return Level(centres, edge_m, lambda values: np.maximum.reduceat(values[order], first))
+
+
+@lru_cache(maxsize=4)
+def colour_table(name: str = COLOUR_MAP) -> NDArray[np.uint8]:
+    """The colour map as (256, 4) uint8; opacity grows with the value."""
+    colours = matplotlib.colormaps[name](np.linspace(0.12, 1.0, 256))
+    colours[:, 3] = np.linspace(_ALPHA_LOW, _ALPHA_HIGH, 256)
+    return np.asarray(np.round(colours * 255), dtype=np.uint8)
+
+
+def colour_index(values: NDArray[np.float32], vmin: float, vmax: float) -> NDArray[np.int64]:
+    """Row of the colour table per value, 0..255; values outside the range take the end colours."""
+    span = max(vmax - vmin, 1e-30)
+    return np.asarray(np.clip((values - vmin) / span * 255.0, 0.0, 255.0), dtype=np.int64)
+
+
+class HeatmapLayer:
+    """The heatmap of a scene; `set_data` then `arrange` before each frame."""
+
+    def __init__(self, renderer: pv.Renderer) -> None:
+        self._renderer = renderer
+        self._data: HeatmapData | None = None
+        self._levels: tuple[Level, Level] | None = None
+        self._actor: pv.Actor | None = None
+        self._drawn: tuple[object, ...] = ()
+
+    @property
+    def data(self) -> HeatmapData | None:
+        """What is shown."""
+        return self._data
+
+    def set_data(self, data: HeatmapData | None) -> None:
+        """Show other values, other cells, or nothing."""
+        same_cells = data is not None and self._data is not None and data.centres_m is self._data.centres_m
+        self._data, self._drawn = data, ()
+        if data is not None and not same_cells:
+            self._levels = full_level(data.centres_m, data.cell_m), coarse_level(data.centres_m, data.cell_m)
+        if data is None and self._actor is not None:
+            self._actor.visibility = False
+
+    def arrange(self, camera: OrbitCamera, size: Size, quick: bool) -> None:
+        """Choose the level, sort its visible cells back to front and size them for this camera."""
+        if self._data is None or self._levels is None:
+            return
+        forward = camera.axes()[2]
+        wanted = (id(self._data), quick, camera)
+        if wanted == self._drawn:
+            return
+        self._drawn = wanted
+        level = self._levels[1 if quick else 0]
+        values = level.values_of(self._data.values)
+        index = colour_index(values, self._data.vmin, self._data.vmax)
+        shown = np.flatnonzero(index > _HIDDEN_BELOW * 255)
+        depth = level.centres_m[shown] @ forward.astype(np.float32)
+        shown = shown[np.argsort(-depth, kind="stable")]
+        self._put(level.centres_m[shown], colour_table()[index[shown]], level.cell_m)
+        self._size_cells(level.cell_m, camera, size)
+
+    def _put(self, points: NDArray[np.float32], rgba: NDArray[np.uint8], cell_m: float) -> None:
+        actor = self._actor or self._new_actor()
+        actor.visibility = len(points) > 0
+        if not len(points):
+            return
+        mesh = actor.mapper.dataset
+        if mesh.n_points == len(points):
+            mesh.points[:] = points
+            mesh.point_data["rgba"][:] = rgba
+            mesh.GetPoints().Modified()
+            mesh.GetPointData().Modified()
+            mesh.point_data["rgba"].VTKObject.Modified()
+            mesh.Modified()
+            return
+        mesh = pv.PolyData(points, verts=np.concatenate([[len(points)], np.arange(len(points))]))
+        mesh["rgba"] = rgba
+        actor.mapper.dataset = mesh
+
+    def _new_actor(self) -> pv.Actor:
+        mesh = pv.PolyData(np.zeros((1, 3), dtype=np.float32))
+        mesh["rgba"] = np.zeros((1, 4), dtype=np.uint8)
+        actor = rgba_actor(mesh, "rgba")
+        actor.force_translucent = True
+        shader = actor.GetShaderProperty()
+        sized = f"{_POSITION_HOOK}\n  gl_PointSize = clamp(cellScale / gl_Position.w, 1.0, 96.0);\n"
+        shader.AddVertexShaderReplacement(_POSITION_HOOK, True, sized, False)
+        self._renderer.AddObserver("StartEvent", _let_shaders_size_points)
+        self._renderer.AddActor(actor)
+        self._actor = actor
+        return actor
+
+    def _size_cells(self, cell_m: float, camera: OrbitCamera, size: Size) -> None:
+        assert self._actor is not None
+        pixels_at_1m = cell_m * size[1] / 2 / np.tan(np.radians(camera.view_angle_deg) / 2)
+        scale = pixels_at_1m / camera.distance_m if camera.parallel else pixels_at_1m
+        self._actor.GetShaderProperty().GetVertexCustomUniforms().SetUniformf("cellScale", float(scale))
+
+
+def _let_shaders_size_points(renderer: pv.Renderer, _event: str) -> None:
+    state = renderer.GetRenderWindow().GetState()
+    if state is not None:
+        state.vtkglEnable(_GL_PROGRAM_POINT_SIZE)

@@ -1,0 +1,82 @@
+"""How surfaces look: colours and shine of the car's materials, one helper that puts a mesh on the screen."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pyvista as pv
+from numpy.typing import NDArray
+
+from widgets.theme import Palette
+
+
+@dataclass(frozen=True)
+class Material:
+    """A Phong material; colour `#rrggbb`, the rest as in VTK."""
+
+    colour: str
+    ambient: float = 0.25
+    diffuse: float = 0.75
+    specular: float = 0.1
+    power: float = 20.0
+
+
+def car_materials(palette: Palette) -> dict[str, Material]:
+    """The materials of a car body by name, with the palette's paint."""
+    return {
+        "paint": Material(palette.paint, 0.30, 0.70, 0.35, 45.0),
+        "glass": Material("#1a232d", 0.35, 0.65, 0.75, 60.0),
+        "trim": Material("#1d2126", 0.25, 0.75, 0.15, 15.0),
+        "gap": Material("#2a2f36", 0.4, 0.6, 0.0),
+        "lamp": Material("#f4f8ff", 0.6, 0.4, 0.8, 50.0),
+        "tail": Material("#c4122b", 0.45, 0.55, 0.5, 40.0),
+        "plate": Material("#eceee9", 0.45, 0.55),
+        "tyre": Material("#1b1c1f", 0.25, 0.75, 0.08, 8.0),
+        "rim": Material("#b7bec6", 0.25, 0.75, 0.5, 20.0),
+        "dark": Material("#0c0d0f", 0.3, 0.7, 0.0),
+    }
+
+
+def surface_actor(mesh: pv.PolyData, material: Material) -> pv.Actor:
+    """A shaded, unpickable actor of a mesh in one material."""
+    actor = plain_actor(mesh)
+    prop = actor.prop
+    prop.color, prop.ambient, prop.diffuse = material.colour, material.ambient, material.diffuse
+    prop.specular, prop.specular_power = material.specular, material.power
+    prop.interpolation = "Phong"
+    return actor
+
+
+def plain_actor(mesh: pv.PolyData, **properties: Any) -> pv.Actor:
+    """An unpickable actor that shows a mesh in one colour; `properties` are set on its pyvista property."""
+    mapper = pv.DataSetMapper(mesh)
+    mapper.scalar_visibility = False
+    actor = pv.Actor(mapper=mapper)
+    actor.pickable = False
+    for name, value in properties.items():
+        setattr(actor.prop, name, value)
+    return actor
+
+
+def rgba_actor(mesh: pv.PolyData, array: str) -> pv.Actor:
+    """An unlit, unpickable actor coloured by an (n, 4) or (n, 3) uint8 array of the mesh."""
+    mapper = pv.DataSetMapper(mesh)
+    mapper.scalar_visibility = True
+    mapper.SetColorModeToDirectScalars()
+    mapper.SetScalarModeToUsePointFieldData()
+    mapper.SelectColorArray(array)
+    actor = pv.Actor(mapper=mapper)
+    actor.pickable = False
+    actor.prop.lighting = False
+    return actor
+
+
+def line_mesh(starts_m: NDArray[Any], ends_m: NDArray[Any]) -> pv.PolyData:
+    """Line segments between points (n, 3) and (n, 3); point 2k starts segment k."""
+    count = len(starts_m)
+    points = np.stack([starts_m, ends_m], axis=1).reshape(-1, 3).astype(np.float32)
+    ends = np.arange(2 * count).reshape(-1, 2)
+    lines = np.insert(ends, 0, 2, axis=1).ravel()
+    return pv.PolyData(points, lines=lines) if count else pv.PolyData()

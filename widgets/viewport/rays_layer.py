@@ -1,0 +1,141 @@
+"""Ray fans: some of the very rays the metric casts, cut off at the ROI, fading outwards.
+
+The selected sensor shows a dense fan, the others a sparse one, so that a picture stays below a few thousand lines.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pyvista as pv
+from numpy.typing import NDArray
+
+from core.rays import clip_to_roi, sensor_rays
+from core.rig.model import Camera, Lidar
+from core.scene.grid import VoxelGrid
+from widgets.theme import Palette, mix, rgb
+from widgets.viewport.materials import line_mesh, rgba_actor
+
+SELECTED_LINES = 2400
+OTHER_LINES = 150
+_MOST_BEAMS = 16
+_Index = NDArray[np.int64]
+
+
+def fan_rows(sensor: Lidar | Camera, most: int) -> _Index:
+    """Row numbers of at most about `most` rays, evenly spread over beams and azimuths or over the image."""
+    if isinstance(sensor, Lidar):
+        return _spread(
+            len(sensor.elevations()),
+            len(sensor.azimuths()),
+            min(_MOST_BEAMS, max(3, most // 36)),
+            most,
+            False,
+        )
+    columns, rows = sensor.cast
+    tall = max(2, round((most / 5 * rows / columns) ** 0.5))
+    return _spread(rows, columns, tall, max(4, most // 5), True)
+
+
+def _spread(slow: int, fast: int, slow_wanted: int, most: int, closed: bool) -> _Index:
+    """Rows of a (slow, fast) lattice: `slow_wanted` lines of it with both ends, most / slow_wanted places each."""
+    first = np.unique(np.linspace(0, slow - 1, min(slow, slow_wanted)).round().astype(np.int64))
+    count = max(1, min(fast, most // len(first)))
+    second = np.linspace(0, fast - 1 if closed else fast, count, endpoint=closed).round().astype(np.int64)
+    second = np.unique(np.minimum(second, fast - 1))
+    return np.asarray((first[:, None] * fast + second[None, :]).ravel())
+
+
+def frame_rows(camera: Camera) -> _Index:
+    """Row numbers of the rays in the corners of the image, once round."""
+    columns, rows = camera.cast
+    return np.array([0, columns - 1, rows * columns - 1, (rows - 1) * columns])
+
+
+def fan_mesh(sensor: Lidar | Camera, grid: VoxelGrid, most: int, colour: str, alpha: float) -> pv.PolyData:
+    """Line segments of a sensor's fan inside the ROI with an `rgba` point array that fades outwards."""
+    starts, ends = _segments(sensor, grid, fan_rows(sensor, most))
+    mesh = _faded(starts, ends, colour, alpha, 0.16 * alpha)
+    if isinstance(sensor, Camera):
+        mesh = _joined([mesh, _frustum(sensor, grid, colour, min(1.0, 2.4 * alpha))])
+    return mesh
+
+
+def _segments(
+    sensor: Lidar | Camera, grid: VoxelGrid, rows: _Index
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    rays = sensor_rays(sensor, rows)
+    t0, t1 = clip_to_roi(grid, rays)
+    inside = t1 > t0
+    directions, origin = rays.directions[inside], np.array(rays.origin_m)
+    return origin + t0[inside, None] * directions, origin + t1[inside, None] * directions
+
+
+def _frustum(camera: Camera, grid: VoxelGrid, colour: str, alpha: float) -> pv.PolyData:
+    """The four edges of the field of view and a frame one metre ahead, as the image's corners see it."""
+    starts, ends = _segments(camera, grid, frame_rows(camera))
+    edges = _faded(starts, ends, colour, alpha, 0.3 * alpha)
+    rays = sensor_rays(camera, frame_rows(camera))
+    ahead = rays.directions / (rays.directions @ camera.pose.rotation()[:, 0])[:, None]
+    corners = np.array(rays.origin_m) + ahead
+    return _joined([edges, _faded(corners, np.roll(corners, -1, axis=0), colour, alpha, alpha)])
+
+
+def _faded(
+    starts: NDArray[np.float64], ends: NDArray[np.float64], colour: str, alpha: float, alpha_end: float
+) -> pv.PolyData:
+    mesh = line_mesh(starts, ends)
+    rgba = np.empty((2 * len(starts), 4), dtype=np.uint8)
+    rgba[:, :3] = np.array(rgb(colour)) * 255
+    rgba[0::2, 3], rgba[1::2, 3] = round(alpha * 255), round(alpha_end * 255)
+    if len(starts):
+        mesh["rgba"] = rgba
+    return mesh
+
+
+def _joined(meshes: list[pv.PolyData]) -> pv.PolyData:
+    """All segments in one mesh (no filter: this runs on every mouse move)."""
+    full = [mesh for mesh in meshes if mesh.n_points]
+    if not full:
+        return pv.PolyData()
+    points = np.concatenate([mesh.points for mesh in full])
+    joined = line_mesh(points[0::2], points[1::2])
+    joined["rgba"] = np.concatenate([mesh["rgba"] for mesh in full])
+    return joined
+
+
+class RaysLayer:
+    """The fans of a scene: one actor for the selected sensor, one for all others."""
+
+    def __init__(self, renderer: pv.Renderer) -> None:
+        self._actors = [rgba_actor(pv.PolyData(), "rgba") for _ in range(2)]
+        for actor in self._actors:
+            actor.force_translucent = True
+            actor.visibility = False
+            actor.prop.line_width = 1.0
+            renderer.AddActor(actor)
+
+    def set_line_width(self, width_px: float) -> None:
+        """Width of the lines, for pictures of higher resolution."""
+        for actor in self._actors:
+            actor.prop.line_width = width_px
+
+    def set_selected(self, sensor: Lidar | Camera | None, grid: VoxelGrid, palette: Palette) -> None:
+        """Draw the dense fan of the selected sensor, or none."""
+        if sensor is None:
+            self._show(0, pv.PolyData())
+            return
+        colour = mix(palette.kinds[sensor.kind], palette.selected, 0.25)
+        alpha = 0.42 if isinstance(sensor, Lidar) else 0.38
+        self._show(0, fan_mesh(sensor, grid, SELECTED_LINES, colour, alpha))
+
+    def set_others(self, sensors: list[Lidar | Camera], grid: VoxelGrid, palette: Palette) -> None:
+        """Draw the sparse fans of the sensors that are not selected."""
+        most = max(24, min(OTHER_LINES, 1500 // max(1, len(sensors))))
+        fans = [fan_mesh(sensor, grid, most, palette.kinds[sensor.kind], 0.20) for sensor in sensors]
+        self._show(1, _joined(fans))
+
+    def _show(self, which: int, mesh: pv.PolyData) -> None:
+        actor = self._actors[which]
+        actor.visibility = mesh.n_points > 0
+        if mesh.n_points:
+            actor.mapper.dataset = mesh

@@ -1,0 +1,331 @@
+"""The whole 3D scene on any pyvista plotter: the one drawing path of the window, offscreen pictures and tests.
+
+No Qt here. Methods change what is shown but draw nothing; `prepare` brings everything up to date for one frame, and
+the owner of the plotter renders it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import matplotlib.image
+import numpy as np
+import pyvista as pv
+from numpy.typing import NDArray
+from vtkmodules.vtkRenderingCore import vtkRenderer
+
+from core.files import atomic_write
+from core.geometry import Pose
+from core.rig.model import Camera, Lidar, Rig, Vehicle
+from core.scene.grid import VoxelGrid
+from widgets.gizmo.drag import Handle, Space
+from widgets.gizmo.handles import GizmoActors, GizmoMode, GizmoPlace, hit_handle, place_gizmo
+from widgets.theme import DARK, Palette
+from widgets.viewport.body_layer import BodyLayer
+from widgets.viewport.camera import OrbitCamera, Size, view_camera
+from widgets.viewport.ground_layer import GroundLayer
+from widgets.viewport.heatmap_layer import HeatmapData, HeatmapLayer
+from widgets.viewport.legend_layer import LegendLayer
+from widgets.viewport.rays_layer import RaysLayer
+from widgets.viewport.roi_layer import RoiLayer
+from widgets.viewport.sensor_layer import SensorLayer
+from widgets.viewport.sensor_shapes import PICK_RADIUS_M
+
+_PICK_PX = 9.0
+_LIGHTS = (
+    ((4.0, -7.0, 8.0), 0.62),
+    ((-7.0, 5.0, 5.0), 0.34),
+    ((0.0, 0.0, 10.0), 0.30),
+    ((8.0, 6.0, 1.5), 0.22),
+)
+
+
+@dataclass(frozen=True)
+class SceneState:
+    """Everything a scene shows; a picture of it can be made again anywhere, at any size."""
+
+    vehicle: Vehicle = Vehicle()
+    rig: Rig = Rig()
+    hidden: frozenset[str] = frozenset()
+    selected: str | None = None
+    grid: VoxelGrid = VoxelGrid()
+    heatmap: HeatmapData | None = None
+    camera: OrbitCamera = OrbitCamera()
+    gizmo_mode: GizmoMode = "both"
+    gizmo_space: Space = "local"
+    show_gizmo: bool = True
+    show_rays: bool = True
+    palette: Palette = DARK
+
+
+class Scene:
+    """A scene on a plotter. `pixel_ratio` scales lines, letters and handles on dense screens and large pictures."""
+
+    def __init__(self, plotter: pv.BasePlotter, palette: Palette = DARK, pixel_ratio: float = 1.0) -> None:
+        self._plotter = plotter
+        self._pixel_ratio = pixel_ratio
+        self._state = SceneState(palette=palette)
+        self._hovered: str | Handle | None = None
+        self._quick = False
+        renderer = plotter.renderer
+        self._overlay = _overlay_renderer(plotter)
+        self._ground, self._roi = GroundLayer(renderer), RoiLayer(renderer)
+        self._body, self._sensors = BodyLayer(renderer), SensorLayer(renderer)
+        self._rays, self._heatmap = RaysLayer(renderer), HeatmapLayer(renderer)
+        self._legend = LegendLayer(renderer)
+        self._gizmo = GizmoActors(self._overlay, palette)
+        self._rays.set_line_width(pixel_ratio)
+        _set_lights(plotter)
+        renderer.camera_set = True
+        self.apply(self._state)
+
+    @property
+    def state(self) -> SceneState:
+        """What is shown now."""
+        return self._state
+
+    @property
+    def size(self) -> Size:
+        """Width and height of the picture in pixels."""
+        width, height = self._plotter.render_window.GetSize()
+        return int(width), int(height)
+
+    @property
+    def pixel_ratio(self) -> float:
+        """Pixels per logical pixel."""
+        return self._pixel_ratio
+
+    def set_pixel_ratio(self, pixel_ratio: float) -> None:
+        """Follow a move to a screen of another density."""
+        if pixel_ratio != self._pixel_ratio:
+            self._pixel_ratio = pixel_ratio
+            self._rays.set_line_width(pixel_ratio)
+            self._legend.set_data(self._state.heatmap, self._state.palette, pixel_ratio)
+
+    def apply(self, state: SceneState) -> None:
+        """Show a whole state. Raises InputError for an unknown vehicle body; the rest is shown all the same."""
+        self._state = replace(state, vehicle=self._state.vehicle)
+        self._redraw()
+        self.set_vehicle(state.vehicle)
+
+    def set_palette(self, palette: Palette) -> None:
+        """Change all colours (light or dark window)."""
+        self._state = replace(self._state, palette=palette)
+        self._redraw()
+        self._body.set_vehicle(self._state.vehicle, palette)
+
+    def _redraw(self) -> None:
+        """Bring all layers except the car in line with the state."""
+        palette = self._state.palette
+        self._plotter.renderer.set_background(palette.background, top=palette.background_top)
+        self._gizmo.set_palette(palette)
+        self.set_grid(self._state.grid)
+        self._sensors.set_sensors(self._shown(), self._lit(), palette)
+        self.set_heatmap(self._state.heatmap)
+
+    def set_vehicle(self, vehicle: Vehicle) -> None:
+        """Draw another car. Raises InputError for an unknown body and keeps the car shown before."""
+        self._body.set_vehicle(vehicle, self._state.palette)
+        self._state = replace(self._state, vehicle=vehicle)
+
+    def set_grid(self, grid: VoxelGrid) -> None:
+        """Show another region of interest: outline, ground, and where rays end."""
+        self._ground.set_grid(grid, self._state.palette)
+        self._roi.set_grid(grid, self._state.palette)
+        self._state = replace(self._state, grid=grid)
+        self._draw_fans()
+
+    def set_rig(self, rig: Rig, hidden: frozenset[str] = frozenset(), selected: str | None = None) -> None:
+        """Show a rig's sensors except the hidden ones; the selected one gets the gizmo and the dense fan."""
+        before = self._state
+        self._state = replace(before, rig=rig, hidden=hidden, selected=selected)
+        if (rig, hidden, selected) == (before.rig, before.hidden, before.selected):
+            return
+        self._sensors.set_sensors(self._shown(), self._lit(), self._state.palette)
+        self._draw_fans(others=_others_differ(before, self._state))
+
+    def preview(self, name: str, pose: Pose) -> None:
+        """Move one sensor with its fan and gizmo, and nothing else."""
+        rig = self._state.rig
+        self._state = replace(self._state, rig=rig.with_sensor(name, rig.sensor(name).with_pose(pose)))
+        self._sensors.set_pose(name, pose)
+        self._draw_fans(others=name != self._state.selected)
+
+    def set_heatmap(self, data: HeatmapData | None) -> None:
+        """Show a heatmap with its colour bar, or none. Pass the same `centres_m` when only values change."""
+        self._state = replace(self._state, heatmap=data)
+        self._heatmap.set_data(data)
+        self._legend.set_data(data, self._state.palette, self._pixel_ratio)
+
+    def set_gizmo(self, mode: GizmoMode, space: Space) -> None:
+        """Choose arrows, rings or both, and whose axes they follow."""
+        self._state = replace(self._state, gizmo_mode=mode, gizmo_space=space)
+
+    def set_decorations(self, gizmo: bool = True, rays: bool = True) -> None:
+        """Show or leave out the gizmo and the ray fans."""
+        self._state = replace(self._state, show_gizmo=gizmo, show_rays=rays)
+        self._draw_fans()
+
+    def set_view(self, name: str, wide: bool = False) -> None:
+        """Look from "iso", "top", "front", "left" or "rear" (InputError otherwise); `wide`: iso over the whole ROI."""
+        width, height = self.size
+        self.set_camera(view_camera(name, self._state.grid, width / max(1, height), wide))
+
+    def set_camera(self, camera: OrbitCamera) -> None:
+        """Look through another camera."""
+        self._state = replace(self._state, camera=camera)
+
+    def frame(self, name: str) -> None:
+        """Look at one sensor from near by, keeping the direction."""
+        position = self._state.rig.sensor(name).position
+        self.set_camera(replace(self._state.camera, focal_m=position, distance_m=5.0))
+
+    def set_hovered(self, hovered: str | Handle | None) -> bool:
+        """Highlight a sensor (by name) or a handle; True when that changed anything."""
+        if hovered == self._hovered:
+            return False
+        self._hovered = hovered
+        self._sensors.set_sensors(self._shown(), self._lit(), self._state.palette)
+        return True
+
+    def set_quick(self, quick: bool) -> None:
+        """Draw a coarser heatmap while something is being dragged."""
+        self._quick = quick
+
+    def gizmo_place(self) -> GizmoPlace | None:
+        """Where the gizmo is, or None when no visible sensor is selected."""
+        state = self._state
+        if not state.show_gizmo or state.selected is None or state.selected in state.hidden:
+            return None
+        sensor = next((s for s in state.rig.sensors if s.name == state.selected), None)
+        if sensor is None:
+            return None
+        return place_gizmo(sensor.pose, state.gizmo_space, state.camera, self.size, self._pixel_ratio)
+
+    def handle_at(self, pixel: tuple[float, float]) -> Handle | None:
+        """The gizmo handle under a pixel."""
+        place, state = self.gizmo_place(), self._state
+        if place is None:
+            return None
+        return hit_handle(pixel, state.gizmo_mode, place, state.camera, self.size, self._pixel_ratio)
+
+    def sensor_at(self, pixel: tuple[float, float]) -> str | None:
+        """The sensor under a pixel; of several the one nearest to the viewer."""
+        sensors, camera = self._shown(), self._state.camera
+        if not sensors:
+            return None
+        places = np.array([sensor.position for sensor in sensors])
+        seen = camera.project(places, self.size)
+        radius = [PICK_RADIUS_M / camera.metres_per_pixel(place, self.size) for place in places]
+        reach = np.maximum(_PICK_PX * self._pixel_ratio, radius)
+        hit = np.flatnonzero((np.linalg.norm(seen[:, :2] - pixel, axis=1) <= reach) & (seen[:, 2] > 0.0))
+        return sensors[hit[np.argmin(seen[hit, 2])]].name if len(hit) else None
+
+    def prepare(self) -> None:
+        """Bring camera, heatmap and gizmo up to date for the next frame."""
+        state = self._state
+        self._apply_camera(state.camera)
+        self._heatmap.arrange(state.camera, self.size, self._quick)
+        place = self.gizmo_place()
+        if place is None:
+            self._gizmo.hide()
+        else:
+            lit = self._hovered if isinstance(self._hovered, Handle) else None
+            self._gizmo.show(state.gizmo_mode, place, state.camera, lit)
+
+    def _apply_camera(self, orbit: OrbitCamera) -> None:
+        camera = self._plotter.renderer.camera
+        camera.SetPosition(*orbit.position_m())
+        camera.SetFocalPoint(*orbit.focal_m)
+        camera.SetViewUp(*orbit.axes()[1])
+        camera.SetViewAngle(orbit.view_angle_deg)
+        camera.SetParallelProjection(orbit.parallel)
+        camera.SetParallelScale(orbit.half_height_m())
+        reach = 2.0 * float(np.linalg.norm(self._state.grid.roi_m)) + 20.0
+        near = -reach if orbit.parallel else max(0.05, 0.02 * orbit.distance_m)
+        camera.SetClippingRange(near, orbit.distance_m + reach)
+        self._overlay.SetActiveCamera(camera)
+
+    def _shown(self) -> list[Lidar | Camera]:
+        return [sensor for sensor in self._state.rig.sensors if sensor.name not in self._state.hidden]
+
+    def _lit(self) -> frozenset[str]:
+        names = (self._state.selected, self._hovered)
+        return frozenset(name for name in names if isinstance(name, str))
+
+    def _draw_fans(self, others: bool = True) -> None:
+        state = self._state
+        casting = [s for s in self._shown() if s.enabled] if state.show_rays else []
+        selected = next((sensor for sensor in casting if sensor.name == state.selected), None)
+        self._rays.set_selected(selected, state.grid, state.palette)
+        if others:
+            rest = [sensor for sensor in casting if sensor is not selected]
+            self._rays.set_others(rest, state.grid, state.palette)
+
+
+def _others_differ(before: SceneState, after: SceneState) -> bool:
+    """Whether any sensor beside the selected one changed, so that the sparse fans must be drawn anew."""
+    if (before.hidden, before.selected) != (after.hidden, after.selected):
+        return True
+    old = [sensor for sensor in before.rig.sensors if sensor.name != after.selected]
+    return old != [sensor for sensor in after.rig.sensors if sensor.name != after.selected]
+
+
+def _overlay_renderer(plotter: pv.BasePlotter) -> vtkRenderer:
+    """A second renderer over the scene with a depth buffer of its own, for things that are never hidden."""
+    window = plotter.render_window
+    overlay = vtkRenderer()
+    window.SetNumberOfLayers(window.GetNumberOfLayers() + 1)
+    overlay.SetLayer(window.GetNumberOfLayers() - 1)
+    overlay.InteractiveOff()
+    overlay.SetActiveCamera(plotter.renderer.camera)
+    window.AddRenderer(overlay)
+    return overlay
+
+
+def _set_lights(plotter: pv.BasePlotter) -> None:
+    """A studio: key light, fill, sky and a low edge light, fixed to the world."""
+    plotter.remove_all_lights()
+    for position, intensity in _LIGHTS:
+        light = pv.Light(
+            position=position, focal_point=(0.0, 0.0, 0.6), intensity=intensity, light_type="scene light"
+        )
+        light.positional = False
+        plotter.add_light(light)
+
+
+def render_still(
+    state: SceneState,
+    size: Size,
+    scale: int = 1,
+    path: Path | None = None,
+    transparent: bool = False,
+    view: str | None = None,
+) -> NDArray[np.uint8]:
+    """Draw a state offscreen with smooth edges: pixels (height * scale, width * scale, 3 or 4) uint8.
+
+    `size` is width and height; `scale` enlarges everything alike. With `path` a PNG is written there. `view` picks a
+    named view of the whole ROI (InputError for an unknown one), else the state's camera is kept.
+    """
+    plotter = pv.Plotter(off_screen=True, window_size=[size[0] * scale, size[1] * scale], lighting="none")
+    try:
+        plotter.render_window.SetMultiSamples(8)
+        scene = Scene(plotter, state.palette, pixel_ratio=float(scale))
+        scene.apply(state)
+        if view is not None:
+            scene.set_view(view, wide=True)
+        scene.prepare()
+        plotter.show(auto_close=False, interactive=False)
+        image = plotter.screenshot(None, transparent_background=transparent, return_img=True)
+        if path is not None:
+            write_png(image, path)
+        return np.asarray(image)
+    finally:
+        plotter.close()
+
+
+def write_png(image: NDArray[np.uint8], path: Path) -> None:
+    """Write pixels (h, w, 3 or 4) as a PNG, completely or not at all; InputError when the place cannot be written."""
+    with atomic_write(path) as file:
+        matplotlib.image.imsave(file, image, format="png")

@@ -1,0 +1,238 @@
+"""What both viewports share: signals, slots, mouse events to the controller, one drawing per change."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from PySide6.QtCore import QEvent, QObject, QPointF, Qt, QTimer, Signal
+from PySide6.QtGui import QKeyEvent, QMouseEvent, QWheelEvent
+from PySide6.QtWidgets import QVBoxLayout, QWidget
+
+from core.geometry import Pose
+from core.rig.model import Rig, Vehicle
+from core.scene.grid import VoxelGrid
+from widgets.gizmo.drag import Space
+from widgets.gizmo.handles import GizmoMode
+from widgets.theme import Palette
+from widgets.viewport.controller import Button, Pixel, ViewController
+from widgets.viewport.heatmap_layer import HeatmapData
+from widgets.viewport.scene import Scene, SceneState, render_still
+
+_REST_MS = 160
+_BUTTONS: dict[Qt.MouseButton, Button] = {
+    Qt.MouseButton.LeftButton: "left",
+    Qt.MouseButton.MiddleButton: "middle",
+    Qt.MouseButton.RightButton: "right",
+}
+
+
+class ViewportBase(QWidget):
+    """The 3D view as the window sees it; a subclass supplies the canvas and draws on it.
+
+    A drag moves sensor, fan and gizmo at once by itself and emits `drag_moved`; the document answers with `set_rig`.
+    """
+
+    sensor_picked = Signal(object)
+    drag_started = Signal(str)
+    drag_moved = Signal(str, object)
+    drag_finished = Signal(str)
+    drag_cancelled = Signal(str)
+    drawn = Signal()
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._closed = False
+        self._draw_timer = self._single_shot(0, self._draw_now)
+        self._rest_timer = self._single_shot(_REST_MS, self._rest)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+
+    def _single_shot(self, delay_ms: int, slot: Any) -> QTimer:
+        timer = QTimer(self)
+        timer.setSingleShot(True)
+        timer.setInterval(delay_ms)
+        timer.timeout.connect(slot)
+        return timer
+
+    def _start(self, canvas: QWidget, scene: Scene) -> None:
+        """Put the canvas into the widget and listen to its mouse."""
+        self._canvas, self._scene = canvas, scene
+        self._controller = ViewController(scene, self)
+        self._view_chosen = False
+        canvas.setMouseTracking(True)
+        canvas.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
+        canvas.installEventFilter(self)
+        layout = self.layout()
+        assert layout is not None
+        layout.addWidget(canvas)
+        self.request_render()
+
+    # ---- what the window calls
+
+    @property
+    def scene_state(self) -> SceneState:
+        """What is shown, to make pictures of it elsewhere."""
+        return self._scene.state
+
+    def set_vehicle(self, vehicle: Vehicle) -> None:
+        """Draw another car; raises InputError for an unknown body and keeps the one shown."""
+        self._scene.set_vehicle(vehicle)
+        self.request_render()
+
+    def set_rig(self, rig: Rig, hidden: frozenset[str] = frozenset(), selected: str | None = None) -> None:
+        """Show the sensors of a rig."""
+        self._scene.set_rig(rig, hidden, selected)
+        self.request_render()
+
+    def set_heatmap(self, data: HeatmapData | None) -> None:
+        """Show a heatmap, or none."""
+        self._scene.set_heatmap(data)
+        self.request_render()
+
+    def set_grid(self, grid: VoxelGrid) -> None:
+        """Show another region of interest."""
+        self._scene.set_grid(grid)
+        self.request_render()
+
+    def set_gizmo(self, mode: GizmoMode, space: Space) -> None:
+        """Arrows, rings or both, along local or world axes."""
+        self._scene.set_gizmo(mode, space)
+        self.request_render()
+
+    def set_palette(self, palette: Palette) -> None:
+        """Follow a light or dark window."""
+        self._scene.set_palette(palette)
+        self.request_render()
+
+    def set_view(self, name: str, wide: bool = False) -> None:
+        """Look from "iso", "top", "front", "left" or "rear"; `wide` shows the whole ROI in the iso view."""
+        self._view_chosen = True
+        self._scene.set_view(name, wide)
+        self.request_render()
+
+    def frame_sensor(self, name: str) -> None:
+        """Look at one sensor from near by."""
+        self._scene.frame(name)
+        self.request_render()
+
+    def cancel_drag(self) -> bool:
+        """Give up the drag in progress; False when there is none."""
+        return self._controller.cancel()
+
+    def screenshot(self, path: Path | str, size: tuple[int, int] | None = None, scale: int = 1) -> None:
+        """Write a PNG of what is shown with smooth edges; `size` in pixels (else the view's), times `scale`.
+
+        Raises InputError when the file cannot be written.
+        """
+        render_still(self._scene.state, size or self._scene.size, scale, Path(path))
+
+    def request_render(self) -> None:
+        """Draw once, soon; any number of changes until then make one frame."""
+        if not self._closed and not self._draw_timer.isActive():
+            self._draw_timer.start()
+
+    def close_viewport(self) -> None:
+        """Stop all timers and release the graphics; the widget draws no more."""
+        if self._closed:
+            return
+        self._closed = True
+        self._draw_timer.stop()
+        self._rest_timer.stop()
+        self._canvas.removeEventFilter(self)
+        self._release()
+
+    # ---- what a subclass supplies
+
+    def _draw(self) -> None:
+        raise NotImplementedError
+
+    def _release(self) -> None:
+        raise NotImplementedError
+
+    # ---- controller.Listener
+
+    def on_picked(self, name: str | None) -> None:
+        """A click chose a sensor, or nothing."""
+        self.sensor_picked.emit(name)
+
+    def on_drag_started(self, name: str) -> None:
+        """A handle was grasped."""
+        self.drag_started.emit(name)
+
+    def on_drag_moved(self, name: str, pose: Pose) -> None:
+        """The sensor was dragged."""
+        self.drag_moved.emit(name, pose)
+
+    def on_drag_finished(self, name: str) -> None:
+        """The handle was let go."""
+        self.drag_finished.emit(name)
+
+    def on_drag_cancelled(self, name: str) -> None:
+        """The drag was given up."""
+        self.drag_cancelled.emit(name)
+
+    def on_changed(self) -> None:
+        """The scene changed by the mouse."""
+        self.request_render()
+
+    # ---- Qt
+
+    def closeEvent(self, event: QEvent) -> None:
+        """Release the graphics before the widget goes."""
+        self.close_viewport()
+        super().closeEvent(event)  # type: ignore[arg-type]
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Mouse and keys of the canvas go to the controller, never to VTK's own interaction styles."""
+        if isinstance(event, QMouseEvent):
+            return self._on_mouse(event)
+        if isinstance(event, QWheelEvent):
+            self._controller.wheel(self._pixel(event.position()), event.angleDelta().y() / 120.0)
+            self._rest_timer.start()
+            return True
+        if isinstance(event, QKeyEvent):
+            return self._on_key(event)
+        if event.type() == QEvent.Type.Leave:
+            self._controller.leave()
+        if event.type() == QEvent.Type.Resize:
+            self.request_render()
+        return super().eventFilter(watched, event)
+
+    def _on_mouse(self, event: QMouseEvent) -> bool:
+        pixel = self._pixel(event.position())
+        button = _BUTTONS.get(event.button(), "none")
+        if event.type() == QEvent.Type.MouseMove:
+            self._controller.move(pixel)
+        elif event.type() == QEvent.Type.MouseButtonPress:
+            self._canvas.setFocus(Qt.FocusReason.MouseFocusReason)
+            shift = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
+            self._controller.press(pixel, button, shift)
+        elif event.type() == QEvent.Type.MouseButtonRelease:
+            self._controller.release(pixel, button)
+        elif event.type() == QEvent.Type.MouseButtonDblClick:
+            self._controller.double_click(pixel)
+        event.accept()
+        return True
+
+    def _on_key(self, event: QKeyEvent) -> bool:
+        """Escape cancels a drag; every other key is the window's, none is VTK's."""
+        is_escape = event.type() == QEvent.Type.KeyPress and event.key() == Qt.Key.Key_Escape
+        event.setAccepted(is_escape and self._controller.cancel())
+        return True
+
+    def _pixel(self, position: QPointF) -> Pixel:
+        ratio = self._canvas.devicePixelRatioF()
+        return position.x() * ratio, position.y() * ratio
+
+    def _rest(self) -> None:
+        self._controller.rest()
+
+    def _draw_now(self) -> None:
+        if self._closed:
+            return
+        self._scene.set_pixel_ratio(self._canvas.devicePixelRatioF())
+        if not self._view_chosen:
+            self._scene.set_view("iso")
+        self._draw()
+        self.drawn.emit()
