@@ -92,7 +92,7 @@ class Lidar(_Sensor):
 
     kind: Literal["lidar"] = "lidar"
     elevations_deg: EvenAngles | tuple[Elevation, ...]
-    azimuths_deg: EvenAngles | tuple[Azimuth, ...] = EvenAngles(**{"from": -180.0, "to": 180.0, "count": 360})
+    azimuths_deg: EvenAngles | tuple[Azimuth, ...] = EvenAngles(from_=-180.0, to=180.0, count=360)
 
     @model_validator(mode="after")
     def _angles_sensible(self) -> Lidar:
@@ -109,7 +109,9 @@ class Lidar(_Sensor):
     def elevations(self) -> NDArray[np.float64]:
         """Beam elevations in degrees, (beams,)."""
         angles = self.elevations_deg
-        return angles.both_ends_deg() if isinstance(angles, EvenAngles) else np.array(angles, dtype=np.float64)
+        return (
+            angles.both_ends_deg() if isinstance(angles, EvenAngles) else np.array(angles, dtype=np.float64)
+        )
 
     def azimuths(self) -> NDArray[np.float64]:
         """Azimuths in degrees, (azimuths,)."""
