@@ -1,0 +1,137 @@
+"""Undo and redo of rigs: every edit is one step, a whole drag is one step too."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from core.rig.model import Rig
+from core.rig.yaml_file import same_rig
+
+
+@dataclass(frozen=True)
+class _State:
+    """A rig and the edit that led to it."""
+
+    label: str
+    rig: Rig
+
+
+class History:
+    """The rigs of a session in the order of the edits, where we are in it, and which one is on the disk.
+
+    A drag is `begin`, any number of `preview`, then `commit` or `cancel`; previews change what `rig` says but
+    not the stack. Rigs are immutable, so states share their sensors and cost next to nothing.
+    """
+
+    def __init__(self, rig: Rig) -> None:
+        self._states = [_State("", rig)]
+        self._index = 0
+        self._saved = rig
+        self._open_label: str | None = None
+        self._previewed: Rig | None = None
+
+    @property
+    def rig(self) -> Rig:
+        """The rig to show now: the preview of an open drag, else the last committed one."""
+        return self.committed if self._previewed is None else self._previewed
+
+    @property
+    def committed(self) -> Rig:
+        """The rig of the current step, without an open drag."""
+        return self._states[self._index].rig
+
+    @property
+    def saved(self) -> Rig:
+        """The rig that was last saved or opened."""
+        return self._saved
+
+    @property
+    def is_dragging(self) -> bool:
+        """Whether a drag is open."""
+        return self._open_label is not None
+
+    @property
+    def is_modified(self) -> bool:
+        """Whether the rig shown differs from the saved one; editing it back makes it unmodified again."""
+        return self.rig is not self._saved and not same_rig(self.rig, self._saved)
+
+    def begin(self, label: str) -> None:
+        """Open a drag; one that is still open is committed first."""
+        self.commit()
+        self._open_label = label
+
+    def preview(self, rig: Rig) -> None:
+        """Show a rig during the open drag; RuntimeError when none is open."""
+        if self._open_label is None:
+            raise RuntimeError("preview without begin")
+        self._previewed = rig
+
+    def commit(self) -> bool:
+        """Close the open drag as one step; False when there was none or when nothing moved."""
+        label, rig = self._open_label, self._previewed
+        self.cancel()
+        return label is not None and rig is not None and self._push(label, rig)
+
+    def cancel(self) -> bool:
+        """Close the open drag and go back to the rig before it; False when there was none."""
+        was_open = self.is_dragging
+        self._open_label = self._previewed = None
+        return was_open
+
+    def apply(self, label: str, rig: Rig) -> bool:
+        """One edit as one step, an open drag is committed first; False when the rig stays the same."""
+        self.commit()
+        return self._push(label, rig)
+
+    def undo(self) -> bool:
+        """One step back; an open drag is cancelled instead. False when there is nothing to undo."""
+        if self.cancel():
+            return True
+        if self._index == 0:
+            return False
+        self._index -= 1
+        return True
+
+    def redo(self) -> bool:
+        """One step forward; an open drag is cancelled instead. False when there is nothing to redo."""
+        if self.cancel():
+            return True
+        if self._index == len(self._states) - 1:
+            return False
+        self._index += 1
+        return True
+
+    @property
+    def undo_label(self) -> str | None:
+        """The edit that `undo` would take back, None when there is none."""
+        if self._open_label is not None:
+            return self._open_label
+        return self._states[self._index].label if self._index > 0 else None
+
+    @property
+    def redo_label(self) -> str | None:
+        """The edit that `redo` would make again, None when there is none."""
+        is_last = self._index == len(self._states) - 1
+        return None if self.is_dragging or is_last else self._states[self._index + 1].label
+
+    @property
+    def can_undo(self) -> bool:
+        """Whether `undo` would do anything."""
+        return self.undo_label is not None
+
+    @property
+    def can_redo(self) -> bool:
+        """Whether `redo` would make an edit again."""
+        return self.redo_label is not None
+
+    def mark_saved(self) -> None:
+        """The rig of the current step is now on the disk."""
+        self._saved = self.committed
+
+    def _push(self, label: str, rig: Rig) -> bool:
+        if same_rig(rig, self.committed):
+            return False
+        del self._states[self._index + 1 :]
+        self._states.append(_State(label, rig))
+        self._index += 1
+        return True
