@@ -1,6 +1,7 @@
 """Box tables are streamed into whole frames, and every mistake in them is named with its line."""
 
 import gzip
+import itertools
 import math
 import tracemalloc
 from collections.abc import Callable
@@ -131,7 +132,7 @@ def test_a_frame_never_goes_on_in_the_next_batch(tmp_path: Path, write: Writer) 
     rows = [f"s,{i // 23},car,{i}.25,0,0,4.123456789,1.123456789,1,0" for i in range(60_000)]
     batches = list(open_boxes(write(tmp_path, table(*rows))).batches())
     assert len(batches) > 1
-    for before, after in zip(batches, batches[1:], strict=False):
+    for before, after in itertools.pairwise(batches):
         assert before.frame[-1] + 1 == after.frame[0]
     np.testing.assert_array_equal(join(batches).frame, np.arange(60_000) // 23)
     np.testing.assert_array_equal(join(batches).centre_m[:, 0], np.arange(60_000) + 0.25)
@@ -223,7 +224,10 @@ def test_the_line_is_right_behind_the_first_block_and_blank_lines(tmp_path: Path
         ("a,1,car,1,2,3", "found 6 values, accepted are 10"),
         (ROW.format(frame=1, cls="car") + ",extra", "found 11 values, accepted are 10"),
         ('"' + ROW.format(frame=1, cls="car"), "accepted is one row of a CSV table"),
-        ("a,0,car,1,2,3,4,5,6,0", "found frame 0 after frame 1 of sequence 'a', accepted is a table grouped by"),
+        (
+            "a,0,car,1,2,3,4,5,6,0",
+            "found frame 0 after frame 1 of sequence 'a', accepted is a table grouped by",
+        ),
         ("z,0,car,1,2,3,4,5,6,0", "found sequence 'z' once more"),
     ],
 )

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from core.errors import InputError
 from core.scene.boxes import BoxBatch
-from core.scene.readers.common import join, select
+from core.scene.readers.common import join, select, shown
 
 MAX_BOXES_PER_FRAME = 1_000_000
 """More than this in one frame is no traffic but a broken table; it bounds the memory."""
@@ -67,7 +68,8 @@ class FrameCounter:
 class WholeFrames:
     """Holds back the last frame of each piece until the next one shows that it is complete."""
 
-    def __init__(self) -> None:
+    def __init__(self, path: Path) -> None:
+        self._path = path
         self._pending: list[BoxBatch] = []
 
     def push(self, batch: BoxBatch, last_frame: int) -> Iterator[BoxBatch]:
@@ -77,7 +79,7 @@ class WholeFrames:
         cut = int(np.searchsorted(held.frame, last_frame))
         if held.frame.size - cut > MAX_BOXES_PER_FRAME:
             raise InputError(
-                f"a frame holds more than {MAX_BOXES_PER_FRAME} boxes; accepted are frames of traffic"
+                f"{self._path}: more than {MAX_BOXES_PER_FRAME} boxes in one frame, accepted are fewer"
             )
         self._pending = [select(held, slice(cut, None))]
         if cut:
@@ -91,9 +93,6 @@ class WholeFrames:
 
 
 def _disorder(sequence: str, frame: int, same: bool, before: int) -> str:
-    found = (
-        f"frame {frame} after frame {before} of sequence {sequence!r}"
-        if same
-        else f"sequence {sequence!r} once more"
-    )
+    name = shown(sequence)
+    found = f"frame {frame} after frame {before} of sequence {name}" if same else f"sequence {name} once more"
     return f"found {found}, accepted is a table grouped by seq and sorted by frame"

@@ -70,7 +70,7 @@ class TableSource(FileBoxSource):
     def _read(self, tally: Tally, progress: Progress) -> Iterator[BoxBatch]:
         if self.unused:
             tally.notes.append(f"columns not used: {', '.join(self.unused)}")
-        counter, whole, largest_yaw = FrameCounter(), WholeFrames(), 0.0
+        counter, whole, largest_yaw = FrameCounter(), WholeFrames(self.path), 0.0
         for piece in self._pieces(progress):
             try:
                 batch = self._boxes(piece, counter, tally)
