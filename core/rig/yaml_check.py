@@ -16,6 +16,7 @@ from core.rig.yaml_nodes import Mapping, Node, Scalar, Sequence, plain_value, sh
 from core.rig.yaml_text import plain_fields, value_text
 
 Path = tuple[str | int, ...]
+_LONG_LIST = 6
 _KINDS: dict[Any, type[BaseModel]] = {"lidar": Lidar, "camera": Camera}
 
 _ANGLES = "{{from: {0}, to: {0}, count: 1 to 100000}} with from <= to, or a list of angles of {0} degrees"
@@ -121,7 +122,11 @@ def _check_version(root: Mapping, where: str) -> None:
     if node is None:
         raise InputError(f"{where}:{root.line}: riglens: missing; accepted is 'riglens: {FORMAT_VERSION}'")
     version = plain_value(node)
-    if isinstance(version, int) and not isinstance(version, bool) and version > FORMAT_VERSION:
+    if not isinstance(version, int) or isinstance(version, bool):
+        raise InputError(
+            f"{where}:{node.line}: riglens: found {_found(node)}; accepted is {ACCEPTED['riglens']}"
+        )
+    if version > FORMAT_VERSION:
         raise InputError(
             f"{where}:{node.line}: riglens: found format version {shortened(str(version))}, "
             f"newer than this program reads; accepted is {FORMAT_VERSION}; please update RigLens"
@@ -226,10 +231,8 @@ def _validation_problems(root: Mapping, error: ValidationError) -> Iterable[_Pro
         if details["type"] == "value_error":
             yield _rule_problem(path, node, str(details["ctx"]["error"]))
         elif is_there:
-            line = _exact_line(node, details["loc"])
-            yield _Problem(
-                line, f"{path_text(path)}: found {_found(node)}; accepted is {ACCEPTED[_key(path)]}"
-            )
+            place, inner = _exact_place(path, node, details["loc"])
+            yield _Problem(inner.line, f"{place}: found {_found(inner)}; accepted is {ACCEPTED[_key(path)]}")
         else:
             yield _Problem(node.line, f"{path_text(path)}: missing; accepted is {ACCEPTED[_key(path)]}")
 
@@ -273,12 +276,12 @@ def _node_at(root: Mapping, path: Path) -> tuple[Node, bool]:
     return node, True
 
 
-def _exact_line(node: Node, loc: tuple[str | int, ...]) -> int:
-    """The line of the wrong number in a long list, of the field itself otherwise."""
+def _exact_place(path: Path, node: Node, loc: tuple[str | int, ...]) -> tuple[str, Node]:
+    """The field as a whole, or the wrong number alone when it stands in a long list."""
     last = loc[-1]
-    if isinstance(node, Sequence) and isinstance(last, int) and last < len(node.items):
-        return node.items[last].line
-    return node.line
+    if isinstance(node, Sequence) and isinstance(last, int) and len(node.items) > _LONG_LIST:
+        return path_text((*path, last)), node.items[last]
+    return path_text(path), node
 
 
 def _found(node: Node) -> str:
