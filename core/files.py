@@ -37,16 +37,17 @@ def atomic_write(
     Text is UTF-8 with line ends as written. Devices and pipes (/dev/null) are written directly; a symbolic
     link keeps pointing where it did. Raises InputError (one line) when the target cannot be written.
     """
+    require_writable(path)
     target = Path(os.path.realpath(path))
-    _require_writable(target, path)
     if target.exists() and not target.is_file():
         return _open(target, mode)
     return _replace_when_done(target, path, mode)
 
 
-def _require_writable(target: Path, path: str | os.PathLike[str]) -> None:
+def require_writable(path: str | os.PathLike[str]) -> None:
+    """Raise InputError when `path` cannot be written: asked before long work whose result goes there."""
     try:
-        problem = _problem(target)
+        problem = _problem(Path(os.path.realpath(path)))
     except OSError as error:
         problem = str(error.strerror)
     if problem:

@@ -34,6 +34,7 @@ def _header(pog: Pog) -> dict[str, Any]:
         "boxes": data.boxes,
         "unmapped": dict(data.unmapped),
         "sha256": data.sha256,
+        "notes": list(data.notes),
     }
 
 
@@ -63,14 +64,15 @@ def _checked(header: dict[str, Any], words: np.ndarray, counts: np.ndarray) -> P
         raise ValueError("counts do not fit the voxels")
     boxes = {name: int(header["boxes"].get(name, 0)) for name in CLASSES}
     unmapped = Counter({str(name): int(count) for name, count in header["unmapped"].items()})
-    data = DataReport(str(header["source"]), int(header["frames"]), boxes, unmapped, str(header["sha256"]))
+    notes = tuple(str(note) for note in header.get("notes", ()))
+    data = DataReport(str(header["source"]), int(header["frames"]), boxes, unmapped, str(header["sha256"]), notes)
     return Pog(grid, data, index, counts)
 
 
 def load_pog(path: Path | str) -> Pog:
     """Read a POG file; InputError when it is missing, damaged, or not a POG (nothing is ever unpickled)."""
     try:
-        with np.load(Path(path), allow_pickle=False) as archive:
+        with Path(path).open("rb") as file, np.load(file, allow_pickle=False) as archive:
             header_text = str(archive["header"])
             words, counts = archive["words"], archive["counts"]
             if _digest(header_text, words, counts) != str(archive["digest"]):
