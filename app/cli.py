@@ -1,0 +1,293 @@
+"""The command line `riglens`: what can be said, and what becomes of errors, Ctrl-C and closed pipes.
+
+Only light modules are imported here, so that `riglens --help` answers at once and a command that draws
+nothing never loads Qt or VTK; each command imports its own job when it runs.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from cyclopts import App, CycloptsError, Group, Parameter, Token
+
+from app.options import DEFAULT_RIG, SceneOptions, ScoreOptions, Triple
+from app.system_libraries import MissingLibraries
+from core.errors import InputError
+
+DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+SCENE = Group("Scene: boxes and grid", sort_key=10)
+SCORE = Group("Score", sort_key=20)
+
+
+def _whole_number(_: Any, tokens: Sequence[Token]) -> int:
+    """A whole number as written; 1.5 is not rounded."""
+    found = tokens[0].value
+    if not found.strip().lstrip("+-").isdecimal():
+        raise ValueError(f"found {found}, accepted is a whole number")
+    return int(found)
+
+
+Whole = Annotated[int | None, Parameter(converter=_whole_number, metavar="N")]
+
+
+def _scene(name: str, metavar: str) -> Parameter:
+    return Parameter(name=name, group=SCENE, metavar=metavar, show_default=False)
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Reading:
+    """How boxes are read and cut into voxels, the same for every command that reads boxes."""
+
+    origin: Annotated[Triple | None, _scene("--origin", "X Y Z")] = None
+    """Where the origin of the data set lies in the vehicle frame, metres (nuScenes ego: -1.35 0 0)."""
+    frames: Annotated[Whole, _scene("--frames", "N")] = None
+    """Number of frames of the data set, where frames without boxes have no row."""
+    classes: Annotated[tuple[str, ...], _scene("--classes", "NAME=CLASS")] = ()
+    """Count boxes called NAME as car, bicycle or pedestrian, or ignore them; may be given many times."""
+    voxel: Annotated[float | None, _scene("--voxel", "M")] = None
+    """Edge of a voxel in metres (0.1)."""
+    roi: Annotated[Triple | None, _scene("--roi", "L W H")] = None
+    """Region of interest in metres: x in [-L/2, L/2), y in [-W/2, W/2), z in [0, H) (60 40 4)."""
+
+    def options(self, boxes: Path | None, pog: Path | None = None) -> SceneOptions:
+        """The same with the data it is about, checked."""
+        return SceneOptions(boxes, self.origin, self.frames, self.classes, self.voxel, self.roi, pog)
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Scene:
+    """The scene that rigs are scored on."""
+
+    boxes: Annotated[Path | None, _scene("--boxes", "PATH")] = None
+    """Box data set: CSV, CSV.gz or Parquet table, KITTI or CARLA folder. Without it: the bundled scenario."""
+    reading: Reading = Reading()
+    pog: Annotated[Path | None, _scene("--pog", "FILE")] = None
+    """Use a stored POG (made by `riglens pog`) instead of boxes."""
+
+    def options(self) -> SceneOptions:
+        """The same, checked."""
+        return self.reading.options(self.boxes, self.pog)
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Score:
+    """Options about the metric."""
+
+    method: Annotated[Literal["exact", "bresenham"], Parameter(group=SCORE, metavar="NAME")] = "exact"
+    """How rays visit voxels."""
+    reading: Annotated[Literal["covered", "residual", "hits"], Parameter(group=SCORE, metavar="NAME")] = (
+        "covered"
+    )
+    """How S-MIG is read; see docs/metric.md."""
+    camera_weight: Annotated[float, Parameter(name="--lambda", group=SCORE, metavar="X")] = 0.1
+    """Weight of the cameras in S-MS."""
+    threads: Annotated[Whole, Parameter(group=SCORE)] = None
+    """Threads to use (all cores). The scores do not depend on it."""
+
+    def options(self) -> ScoreOptions:
+        """The same, checked."""
+        return ScoreOptions(self.method, self.reading, self.camera_weight, self.threads)
+
+
+def _version() -> str:
+    try:
+        return version("riglens")
+    except PackageNotFoundError:
+        return "not installed as a package"
+
+
+app = App(
+    name="riglens",
+    help="Place LiDARs and cameras on a car and score how well they see traffic (S-MS). "
+    "RIG is a rig file or the name of a preset (W+T); see `riglens presets`.",
+    help_format="plaintext",
+    usage="Usage: riglens [RIG] [OPTIONS]\n       riglens COMMAND [OPTIONS] [ARGS]\n",
+    version=_version,
+    default_parameter=Parameter(negative=()),
+    suppress_keyboard_interrupt=False,
+)
+study = App(name="study", help="Repeat studies of the paper.", help_format="plaintext")
+app.command(study)
+
+Rig = Annotated[str, Parameter(name="RIG")]
+Out = Annotated[Path, Parameter(metavar="FILE")]
+
+
+@app.default
+def window(rig: Rig = DEFAULT_RIG, /, *, scene: Scene = Scene(), score: Score = Score()) -> int:
+    """Open the window on RIG (W+T). Without a display: the scores, and a picture, YAML and JSON in out/."""
+    options, metric = scene.options(), score.options()
+    from app.main import start
+
+    return start(rig, options, metric)
+
+
+@app.command(sort_key=1)
+def evaluate(
+    *rigs: Annotated[str, Parameter(name="RIG", required=True)],
+    scene: Scene = Scene(),
+    score: Score = Score(),
+    json: Annotated[str | None, Parameter(allow_leading_hyphen=True, metavar="FILE|-")] = None,
+) -> None:
+    """Score one or more rigs.
+
+    Parameters
+    ----------
+    rigs
+        Rig files or preset names.
+    json
+        Also write the scores as JSON to a file; with - to standard output, instead of the table.
+    """
+    if json is not None and json.startswith("-") and json != "-":
+        raise InputError(f"--json: found '{json}', accepted is a file name, or - for standard output")
+    options, metric = scene.options(), score.options()
+    from app import jobs
+
+    jobs.evaluate(rigs, options, metric, json)
+
+
+@app.command(sort_key=2)
+def pog(
+    boxes: Annotated[Path, Parameter(name="BOXES")],
+    /,
+    *,
+    out: Out,
+    reading: Reading = Reading(),
+) -> None:
+    """Build the POG of a box data set and store it for --pog.
+
+    Parameters
+    ----------
+    boxes
+        Box data set: CSV, CSV.gz or Parquet table, KITTI or CARLA folder.
+    out
+        Where to store it (.npz).
+    """
+    options = reading.options(boxes)
+    from app import jobs
+
+    jobs.build_pog_file(options, out)
+
+
+@app.command(sort_key=3)
+def render(
+    rig: Rig,
+    /,
+    *,
+    out: Out,
+    view: Annotated[Literal["iso", "top", "front", "left", "rear"], Parameter(metavar="NAME")] = "iso",
+    size: Annotated[str, Parameter(metavar="WxH")] = "1280x800",
+    scale: Annotated[int, Parameter(converter=_whole_number, metavar="K")] = 1,
+    cls: Annotated[
+        Literal["car", "bicycle", "pedestrian"], Parameter(name="--class", metavar="NAME")
+    ] = "car",
+    heatmap: Annotated[Literal["probability", "entropy", "seen", "off"], Parameter(metavar="NAME")] = "seen",
+    scene: Scene = Scene(),
+) -> None:
+    """Draw a rig, its rays and the heatmap of a class into a PNG file, without a display.
+
+    Parameters
+    ----------
+    rig
+        Rig file or preset name.
+    out
+        The picture (.png).
+    view
+        Where to look from.
+    size
+        Size of the picture in pixels.
+    scale
+        Draw K times as many pixels along each side, with lines and letters as large.
+    cls
+        Class of the heatmap.
+    heatmap
+        What the heatmap shows: probability of being occupied, entropy, or the entropy that the rig sees.
+    """
+    options = scene.options()
+    from app import render as drawing
+
+    drawing.render(rig, options, drawing.Picture(out, view, drawing.parse_size(size), scale, cls, heatmap))
+
+
+@app.command(sort_key=4)
+def presets(
+    name: Annotated[str | None, Parameter(name="NAME")] = None,
+    /,
+    *,
+    out: Annotated[Path | None, Parameter(metavar="RIG.yaml")] = None,
+) -> None:
+    """List the built-in rigs, or print one as rig YAML, or write it to a file.
+
+    Parameters
+    ----------
+    name
+        One preset; without it all are listed.
+    out
+        Write the preset NAME to this file.
+    """
+    if name is None and out is not None:
+        raise InputError("--out: name the preset to write as well: riglens presets NAME --out RIG.yaml")
+    from app import jobs
+
+    jobs.presets(name, out)
+
+
+@study.command
+def table1(
+    *,
+    scene: Scene = Scene(),
+    score: Score = Score(),
+    csv: Annotated[Path | None, Parameter(metavar="FILE")] = None,
+) -> None:
+    """The paper's Table I: its eight rigs scored here, beside the published figures, with their orders.
+
+    Parameters
+    ----------
+    csv
+        Also write the table as CSV.
+    """
+    options, metric = scene.options(), score.options()
+    from app import jobs
+
+    jobs.table1(options, metric, csv)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line; returns the exit code. Bad input gives one line on standard error."""
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")
+    try:
+        tokens = sys.argv[1:] if arguments is None else list(arguments)
+        code = app(tokens, exit_on_error=False, print_error=False, result_action="return_value")
+        sys.stdout.flush()
+    except (InputError, CycloptsError, MissingLibraries) as error:
+        return _say(str(error), BAD_INPUT)
+    except KeyboardInterrupt:
+        return _say("interrupted; no file was changed", INTERRUPTED)
+    except MemoryError:
+        return _say("out of memory; use larger voxels, a smaller ROI or fewer rays", FAILED)
+    except BrokenPipeError:
+        _forget_stdout()
+        return DONE
+    return code if isinstance(code, int) else DONE
+
+
+def _say(message: str, code: int) -> int:
+    """Print one line on standard error and pass the exit code on."""
+    print(f"riglens: {' '.join(message.split())}", file=sys.stderr)
+    return code
+
+
+def _forget_stdout() -> None:
+    """Nobody reads standard output any more (`| head`): keep Python from complaining about it at exit."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -1,0 +1,42 @@
+"""The terminal: results on standard output, progress, notes and warnings on standard error."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+from rich.text import Text
+
+PIPE_WIDTH = 120
+"""Columns when standard output is a file or a pipe: wide enough that no number is cut."""
+
+
+def results() -> Console:
+    """Console for results; in a pipe the width does not depend on anybody's terminal."""
+    return Console(width=None if sys.stdout.isatty() else PIPE_WIDTH, highlight=False)
+
+
+def remarks() -> Console:
+    """Console for progress, notes and warnings."""
+    return Console(stderr=True, highlight=False)
+
+
+def note(message: str) -> None:
+    """One line on standard error for the user to know; not an error."""
+    remarks().print(Text(f"note: {message}"), soft_wrap=True)
+
+
+@contextmanager
+def progress_bar(title: str) -> Iterator[Callable[[float], None]]:
+    """A bar on standard error while the block runs; silent when nobody looks at a terminal.
+
+    Yields the function that takes the fraction done, 0 to 1.
+    """
+    console = remarks()
+    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task(title, total=1.0)
+        yield lambda fraction: bar.update(task, completed=fraction)

@@ -1,0 +1,70 @@
+"""The JSON that `riglens evaluate --json` writes: every figure in full double precision."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from typing import Any
+
+from core.engine.engine import Evaluation
+from core.metric.entropy import EntropyField
+from core.metric.scores import ClassScores, KindScore, MetricSettings
+from core.rig.model import FORMAT_VERSION
+from core.rig.yaml_file import rig_sha256
+from core.scene.boxes import CLASSES
+
+
+def evaluation_document(
+    field: EntropyField, settings: MetricSettings, evaluations: Sequence[Evaluation]
+) -> dict[str, Any]:
+    """Scores of some rigs on one scene as plain data; entropies in nats, `seen` as a fraction."""
+    grid, data = field.grid, field.data
+    return {
+        "riglens": FORMAT_VERSION,
+        "grid": {
+            "voxel_m": grid.voxel_m,
+            "shape": list(grid.shape),
+            "origin_m": list(grid.origin_m),
+            "informative_voxels": int(field.index.count),
+        },
+        "data": {
+            "source": data.source,
+            "frames": data.frames,
+            "boxes": {name: data.boxes.get(name, 0) for name in CLASSES},
+            "sha256": data.sha256,
+        },
+        "method": settings.method,
+        "reading": settings.reading,
+        "lambda": settings.camera_weight,
+        "rigs": [_rig(evaluation) for evaluation in evaluations],
+    }
+
+
+def to_text(document: dict[str, Any]) -> str:
+    """JSON text ending in a newline; refuses numbers that JSON cannot say."""
+    return json.dumps(document, indent=1, allow_nan=False) + "\n"
+
+
+def _rig(evaluation: Evaluation) -> dict[str, Any]:
+    scores = evaluation.scores
+    return {
+        "name": evaluation.rig.name,
+        "sha256": rig_sha256(evaluation.rig),
+        "elapsed_ms": evaluation.elapsed_ms,
+        "covered_voxels": {kind: int(scores.covered_voxels[kind]) for kind in ("camera", "lidar", "any")},
+        "classes": {name: _class(scores.classes[name]) for name in CLASSES},
+    }
+
+
+def _class(scores: ClassScores) -> dict[str, Any]:
+    return {
+        "h_total": scores.h_total,
+        "camera": _kind(scores.camera),
+        "lidar": _kind(scores.lidar),
+        "any": {"seen": scores.any_seen},
+        "s_ms": scores.s_ms,
+    }
+
+
+def _kind(score: KindScore) -> dict[str, float]:
+    return {"s_mig": score.s_mig, "seen": score.seen}

@@ -1,0 +1,120 @@
+"""What the commands that draw nothing do: score rigs, store a POG, list presets, repeat Table I."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from app import evaluate_json, tables
+from app.console import note, progress_bar, results
+from app.options import SceneOptions, ScoreOptions
+from app.scenario import grid_of, load_field, remarks_on, short_source, source_of
+from core.engine.engine import Engine, Evaluation, evaluate_from_scratch
+from core.files import atomic_write, require_writable
+from core.metric.entropy import EntropyField
+from core.metric.scores import MetricSettings
+from core.rig.model import Camera, Lidar, Rig
+from core.rig.presets import PRESETS, find_rig, preset
+from core.rig.yaml_file import dumps
+from core.scene.pog import Pog, build_pog
+from core.scene.pog_store import save_pog
+
+WARM_UP = Rig(
+    sensors=(
+        Lidar(name="lidar", position=(0.0, 0.0, 2.0), elevations_deg=(0.0,), azimuths_deg=(0.0,)),
+        Camera(name="camera", position=(0.0, 0.0, 2.0), hfov_deg=90.0, cast=(1, 1)),
+    )
+)
+"""Two rays: evaluated first, so that compiling and loading the kernels counts for no rig's time."""
+
+
+def settings_of(options: ScoreOptions) -> MetricSettings:
+    """The metric's settings as the core takes them."""
+    return MetricSettings(options.method, options.reading, options.camera_weight)
+
+
+def rig_called(name: str) -> Rig:
+    """The rig of a file or a preset."""
+    return find_rig(name)[0]
+
+
+def load_with_progress(options: SceneOptions) -> tuple[Pog, EntropyField]:
+    """The scene, with a bar while its POG is built and notes on what does not count."""
+    with progress_bar("Building the POG") as progress:
+        pog, field = load_field(options, progress)
+    for line in remarks_on(field.data):
+        note(line)
+    return pog, field
+
+
+def score_rigs(rigs: Sequence[Rig], field: EntropyField, options: ScoreOptions) -> list[Evaluation]:
+    """Evaluations of the rigs in the order given; each from scratch, so that their times can be compared."""
+    evaluations = []
+    with progress_bar("Casting rays") as progress:
+        Engine(field, options.threads).evaluate(WARM_UP, settings_of(options))
+        for evaluation in evaluate_from_scratch(field, list(rigs), settings_of(options), options.threads):
+            evaluations.append(evaluation)
+            progress(len(evaluations) / len(rigs))
+    return evaluations
+
+
+def evaluate(names: Sequence[str], scene: SceneOptions, score: ScoreOptions, json_target: str | None) -> None:
+    """Print the scores of some rigs as a table, also written to a JSON file; with "-" as JSON alone."""
+    rigs = [rig_called(name) for name in names]
+    if json_target not in (None, "-"):
+        require_writable(json_target)
+    _, field = load_with_progress(scene)
+    evaluations = score_rigs(rigs, field, score)
+    document = evaluate_json.evaluation_document(field, settings_of(score), evaluations)
+    if json_target == "-":
+        sys.stdout.write(evaluate_json.to_text(document))
+        return
+    if json_target is not None:
+        with atomic_write(json_target, "w") as stream:
+            stream.write(evaluate_json.to_text(document))
+    print_scores(evaluations, field, score)
+
+
+def print_scores(evaluations: Sequence[Evaluation], field: EntropyField, score: ScoreOptions) -> None:
+    """The scores with what they were computed on, on standard output."""
+    console = results()
+    for line in tables.scene_lines(field, settings_of(score), short_source(field.data)):
+        console.print(line, soft_wrap=True)
+    console.print(tables.score_table(evaluations))
+    console.print(tables.EXPLANATION[score.reading], soft_wrap=True)
+
+
+def build_pog_file(options: SceneOptions, out: Path) -> None:
+    """Build a POG and store it; on Ctrl-C the old file stays and nothing half-written is left."""
+    require_writable(out)
+    source, grid = source_of(options), grid_of(options)
+    with progress_bar("Building the POG") as progress:
+        pog = build_pog(source, grid, progress)
+    save_pog(pog, out)
+    for line in remarks_on(pog.data):
+        note(line)
+    console = results()
+    console.print(tables.data_line(pog.data, short_source(pog.data)), soft_wrap=True, markup=False)
+    console.print(
+        f"{out}: {pog.index.count:,} occupied voxels of {grid.voxel_m:g} m", soft_wrap=True, markup=False
+    )
+
+
+def presets(name: str | None, out: Path | None) -> None:
+    """List the presets, print one as rig YAML, or write it to a file."""
+    if name is None:
+        rows = ((p.name, p.description, *_counts(p.rig())) for p in PRESETS.values())
+        results().print(tables.preset_table(rows))
+        return
+    text = dumps(preset(name))
+    if out is None:
+        sys.stdout.write(text)
+        return
+    with atomic_write(out, "w") as stream:
+        stream.write(text)
+    results().print(f"{out}: preset {name}", soft_wrap=True, markup=False)
+
+
+def _counts(rig: Rig) -> tuple[int, int]:
+    return len(rig.cameras()), len(rig.lidars())

@@ -1,0 +1,101 @@
+"""From options to the scene that is scored: the one place that turns box data or a POG file into a field."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+from pathlib import Path
+
+from app.options import SceneOptions
+from core.errors import InputError
+from core.metric.entropy import EntropyField
+from core.scene.boxes import BoxSource, DataReport, Progress
+from core.scene.grid import DEFAULT_ROI_M, DEFAULT_VOXEL_M, VoxelGrid
+from core.scene.pog import Pog
+from core.scene.pog_store import cached_pog, load_pog
+from core.scene.readers import bundled_source, open_boxes, parse_class_map
+
+SHOWN_UNMAPPED = 5
+BUNDLED_NAME = "bundled scenario town"
+
+
+def grid_of(options: SceneOptions) -> VoxelGrid:
+    """The grid that was asked for; InputError when it makes no whole number of voxels."""
+    voxel_m = DEFAULT_VOXEL_M if options.voxel_m is None else options.voxel_m
+    return VoxelGrid(voxel_m, DEFAULT_ROI_M if options.roi_m is None else options.roi_m)
+
+
+def source_of(options: SceneOptions) -> BoxSource:
+    """The box data set that was asked for; the bundled scenario when none was named."""
+    if options.boxes is None:
+        said = {
+            "--origin": options.origin_m,
+            "--frames": options.frames,
+            "--classes": options.classes or None,
+        }
+        for name, value in said.items():
+            if value is not None:
+                raise InputError(f"{name} describes a box data set; name the data set with --boxes as well")
+        return bundled_source()
+    return open_boxes(options.boxes, options.origin_m, options.frames, parse_class_map(options.classes))
+
+
+def load_field(options: SceneOptions, progress: Progress | None = None) -> tuple[Pog, EntropyField]:
+    """The POG and its entropies for these options; InputError on bad input or options that disagree.
+
+    POGs of box data are kept in the user's cache folder; `progress` gets the fraction done, 0 to 1.
+    """
+    if options.pog is not None:
+        pog = _stored_pog(options, options.pog)
+    else:
+        pog = _named(cached_pog(source_of(options), grid_of(options), progress), options)
+    return pog, EntropyField.from_pog(pog)
+
+
+def _named(pog: Pog, options: SceneOptions) -> Pog:
+    """The POG under the name of the data that were asked for; a cached one may bear that of an equal copy."""
+    name = BUNDLED_NAME if options.boxes is None else str(options.boxes)
+    return replace(pog, data=replace(pog.data, source=name))
+
+
+def _stored_pog(options: SceneOptions, path: Path) -> Pog:
+    """The POG of a file, refused when the other options say something else than what it holds."""
+    described = {
+        "--boxes": options.boxes,
+        "--origin": options.origin_m,
+        "--frames": options.frames,
+        "--classes": options.classes or None,
+    }
+    for name, value in described.items():
+        if value is not None:
+            raise InputError(f"{name} and --pog: {path} already holds its boxes; give only one of the two")
+    pog = load_pog(path)
+    if options.voxel_m is not None and options.voxel_m != pog.grid.voxel_m:
+        raise InputError(
+            f"--voxel {options.voxel_m:g}: {path} was built with {pog.grid.voxel_m:g}; leave --voxel out"
+        )
+    if options.roi_m is not None and options.roi_m != pog.grid.roi_m:
+        found, held = (" ".join(f"{side:g}" for side in roi) for roi in (options.roi_m, pog.grid.roi_m))
+        raise InputError(f"--roi {found}: {path} was built with {held}; leave --roi out")
+    return pog
+
+
+def remarks_on(data: DataReport) -> list[str]:
+    """What a user has to know about the data: boxes that do not count, classes without any box."""
+    lines = list(data.notes)
+    if data.unmapped:
+        most = data.unmapped.most_common(SHOWN_UNMAPPED)
+        names = ", ".join(f"{name} {number:,}" for name, number in most)
+        more = f" and {len(data.unmapped) - len(most)} more classes" if len(data.unmapped) > len(most) else ""
+        count = sum(data.unmapped.values())
+        ending = "box belongs to no class and does" if count == 1 else "boxes belong to no class and do"
+        lines.append(f"{count:,} {ending} not count: {names}{more}")
+    empty = [name for name, count in data.boxes.items() if count == 0]
+    if empty:
+        lines.append(f"no boxes of class {', '.join(empty)}: its scores are 0")
+    return lines
+
+
+def short_source(data: DataReport) -> str:
+    """The data set's name as a person would say it: the file or folder, without the way to it."""
+    return os.path.basename(data.source.rstrip("/")) or data.source

@@ -1,0 +1,103 @@
+"""Tables for the terminal: scores of rigs, presets, the paper's Table I. At most 100 columns wide."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+
+from rich import box
+from rich.table import Table
+from rich.text import Text
+
+from core.engine.engine import Evaluation
+from core.metric.entropy import EntropyField
+from core.metric.scores import MetricSettings, Reading
+from core.scene.boxes import CLASSES, DataReport
+
+SIGNIFICANT_DIGITS = 5
+EXPLANATION: dict[Reading, str] = {
+    "covered": "S-MIG = minus the entropy that is seen, so S-MS falls as a rig sees more; "
+    "'seen' says how much, in % of H(Ω).",
+    "residual": "S-MIG = minus the entropy left unseen, so S-MS rises towards 0 as a rig sees more.",
+    "hits": "S-MIG counts a voxel once per ray through it; 'seen' still counts every voxel once.",
+}
+
+
+def scene_lines(field: EntropyField, settings: MetricSettings, source: str) -> Iterable[Text]:
+    """What was scored, in three lines: grid, data, metric."""
+    nx, ny, nz = field.grid.shape
+    length, width, height = field.grid.roi_m
+    yield _line(
+        "Grid",
+        f"{nx} × {ny} × {nz} voxels of {field.grid.voxel_m:g} m ({length:g} × {width:g} × {height:g} m), "
+        f"{field.index.count:,} informative",
+    )
+    yield _line("Data", data_line(field.data, source))
+    yield _line(
+        "Metric",
+        f"{settings.method} traversal, reading {settings.reading}, λ = {settings.camera_weight:g}: "
+        f"S-MS = λ · S-MIG(camera) + S-MIG(LiDAR)",
+    )
+
+
+def data_line(data: DataReport, source: str) -> str:
+    """Name, frames and boxes of a data set in one line."""
+    boxes = ", ".join(f"{name} {data.boxes.get(name, 0):,}" for name in CLASSES)
+    return f"{source}: {data.frames:,} frames; boxes: {boxes}"
+
+
+def _line(label: str, text: str) -> Text:
+    return Text.assemble((f"{label:<8}", "bold"), text)
+
+
+def score_table(evaluations: Sequence[Evaluation]) -> Table:
+    """Rigs as rows, one section per class: S-MIG of cameras and LiDARs, S-MS, and what is seen."""
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    table.add_column("10³ nat", no_wrap=True, overflow="ellipsis", max_width=28)
+    for title in ("S-MIG\ncamera", "S-MIG\nLiDAR", "\nS-MS", "seen\ncamera", "seen\nLiDAR", "seen\nany"):
+        table.add_column(title, justify="right", no_wrap=True)
+    for name in CLASSES:
+        h_total = evaluations[0].scores.classes[name].h_total
+        digits = decimals(h_total)
+        table.add_row(Text(f"{name}, H(Ω) {thousands(h_total, digits)}", "bold"))
+        for evaluation in evaluations:
+            table.add_row(Text(f"  {evaluation.rig.name}"), *_figures(evaluation, name, digits))
+        table.add_section()
+    return table
+
+
+def _figures(evaluation: Evaluation, name: str, digits: int) -> list[str]:
+    scores = evaluation.scores.classes[name]
+    entropies = (scores.camera.s_mig, scores.lidar.s_mig, scores.s_ms)
+    shares = (scores.camera.seen, scores.lidar.seen, scores.any_seen)
+    return [*(thousands(value, digits) for value in entropies), *(percent(share) for share in shares)]
+
+
+def decimals(largest_nat: float) -> int:
+    """Decimals in 10³ nat that show about five significant digits of the largest figure."""
+    if largest_nat <= 0.0:
+        return 1
+    return min(8, max(1, SIGNIFICANT_DIGITS - 1 - math.floor(math.log10(largest_nat / 1e3))))
+
+
+def thousands(value_nat: float, digits: int) -> str:
+    """Nats as 10³ nat; a zero has no sign."""
+    text = f"{value_nat / 1e3:,.{digits}f}"
+    return text.lstrip("-") if float(text.replace(",", "")) == 0.0 else text
+
+
+def percent(share: float) -> str:
+    """A fraction as percent with two decimals."""
+    return f"{100.0 * share:.2f} %"
+
+
+def preset_table(presets: Iterable[tuple[str, str, int, int]]) -> Table:
+    """Built-in rigs: name, description, cameras, LiDARs."""
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    table.add_column("preset", no_wrap=True)
+    table.add_column("cameras", justify="right")
+    table.add_column("LiDARs", justify="right")
+    table.add_column("what it is")
+    for name, description, cameras, lidars in presets:
+        table.add_row(Text(name, "bold"), str(cameras), str(lidars), Text(description))
+    return table
