@@ -1,0 +1,95 @@
+"""Runs the command line as a user would, in this process or in one of its own; small box data to score."""
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from app.cli import main
+
+REPOSITORY = Path(__file__).resolve().parents[2]
+SMALL_GRID = ("--voxel", "0.5", "--roi", "20", "20", "4")
+BOXES = """seq,frame,cls,x,y,z,length,width,height,yaw
+s,0,car,6,0,0.8,4.5,1.9,1.6,0.3
+s,0,bicycle,3,-4,0.9,1.8,0.6,1.7,0
+s,1,car,-6,3,0.8,4.5,1.9,1.6,0
+s,2,pedestrian,2,5,0.9,0.6,0.6,1.8,0
+s,2,shopping_cart,2,6,0.9,0.6,0.6,1.8,0
+"""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a command left: exit code, standard output, standard error."""
+
+    code: int
+    out: str
+    err: str
+
+    def refused(self) -> str:
+        """The one line that says what is wrong; fails unless the command ended as it must on bad input."""
+        assert self.code == 2, self
+        assert self.out == ""
+        assert "Traceback" not in self.err
+        lines = self.err.splitlines()
+        assert len(lines) == 1, self.err
+        return lines[0]
+
+
+Run = Callable[..., Outcome]
+
+
+@pytest.fixture
+def riglens(capfd: pytest.CaptureFixture[str]) -> Run:
+    """`riglens ARGUMENTS...` in this process."""
+
+    def run(*arguments: object) -> Outcome:
+        capfd.readouterr()
+        code = main([str(argument) for argument in arguments])
+        out, err = capfd.readouterr()
+        return Outcome(code, out, err)
+
+    return run
+
+
+def program(*arguments: object) -> list[str]:
+    """The command that runs `riglens ARGUMENTS...` in a process of its own."""
+    return [sys.executable, "-m", "app", *(str(argument) for argument in arguments)]
+
+
+@pytest.fixture
+def riglens_process() -> Iterator[Callable[..., "subprocess.Popen[str]"]]:
+    """Start `riglens ARGUMENTS...` in a process of its own; keywords go to Popen."""
+    started: list[subprocess.Popen[str]] = []
+
+    def start(*arguments: object, **keywords: object) -> "subprocess.Popen[str]":
+        environment = {**os.environ, "PYTHONPATH": str(REPOSITORY)}
+        environment.update(keywords.pop("env", {}))  # type: ignore[call-overload]
+        process = subprocess.Popen(
+            program(*arguments),
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            env=environment,
+            **keywords,  # type: ignore[call-overload]
+        )
+        started.append(process)
+        return process
+
+    yield start
+    for process in started:
+        if process.poll() is None:
+            process.kill()
+        process.communicate()
+
+
+@pytest.fixture
+def boxes(tmp_path: Path) -> Path:
+    """A small box table with all classes and one name that belongs to none."""
+    path = tmp_path / "boxes.csv"
+    path.write_text(BOXES)
+    return path

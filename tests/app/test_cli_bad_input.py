@@ -1,0 +1,190 @@
+"""Bad input ends with exit code 2 and one line that says where, what was found and what is accepted."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+SMALL = ("--voxel", "0.5", "--roi", "20", "20", "4")
+HEADER = "seq,frame,cls,x,y,z,length,width,height,yaw\n"
+LIDAR = "{name: A, kind: lidar, position: [0, 0, 2], elevations_deg: [0]}"
+CAMERA = "{{name: C, kind: camera, position: [0, 0, 2], image: [160, 90], cast: [16, 9], {lens}}}"
+
+
+def rig_text(*sensors: str) -> str:
+    return "riglens: 1\nname: bad\nsensors:\n" + "".join(f"  - {sensor}\n" for sensor in sensors)
+
+
+BAD_RIGS = {
+    "not yaml": ("riglens: 1\nname: [unclosed\n", "bad.yaml:3: not valid YAML"),
+    "not a mapping": ("- just\n- a list\n", "found"),
+    "unknown key": (rig_text(LIDAR) + "colour: red\n", "colour"),
+    "unknown key of a sensor": (rig_text(LIDAR[:-1] + ", colour: red}"), "colour"),
+    "duplicate sensor name": (rig_text(LIDAR, LIDAR), "'A'"),
+    "nan": (rig_text(LIDAR.replace("[0, 0, 2]", "[0, .nan, 2]")), "position"),
+    "negative field of view": (rig_text(CAMERA.format(lens="hfov_deg: -70")), "hfov_deg"),
+    "no rays": (rig_text(LIDAR.replace("[0]}", "[]}")), "rays"),
+    "newer format": ("riglens: 2\nname: future\nsensors: []\n", "2"),
+    "text instead of a number": (rig_text(LIDAR.replace("[0, 0, 2]", "[0, left, 2]")), "position"),
+}
+
+
+@pytest.mark.parametrize("case", BAD_RIGS)
+def test_a_bad_rig_file_is_refused_in_one_line_with_its_name(riglens, tmp_path, boxes, case):
+    text, hint = BAD_RIGS[case]
+    path = tmp_path / "bad.yaml"
+    path.write_text(text)
+    target = tmp_path / "scores.json"
+    target.write_text("kept")
+    line = riglens("evaluate", path, "--boxes", boxes, *SMALL, "--json", target).refused()
+    assert "bad.yaml" in line
+    assert hint in line
+    assert target.read_text() == "kept"
+
+
+def test_the_line_of_a_wrong_field_is_named(riglens, tmp_path):
+    (tmp_path / "bad.yaml").write_text(rig_text(LIDAR, LIDAR.replace("A", "B").replace("2]", "high]")))
+    assert "bad.yaml:5: sensors[1].position" in riglens("evaluate", tmp_path / "bad.yaml").refused()
+
+
+def test_a_rig_that_is_neither_file_nor_preset_is_refused_with_the_presets(riglens):
+    line = riglens("evaluate", "W+X").refused()
+    assert "W+X" in line
+    assert "W+T" in line
+
+
+BAD_TABLES = {
+    "missing column": (HEADER.replace(",yaw", "") + "s,0,car,0,0,1,4,2,1\n", "yaw"),
+    "broken number in line 4711": (
+        HEADER + "".join(f"s,{i},car,{'1.2.3' if i == 4709 else '1'},0,1,4,2,1,0\n" for i in range(6000)),
+        "4711",
+    ),
+    "empty table": (HEADER, "empty"),
+    "empty file": ("", "empty"),
+    "infinite size": (HEADER + "s,0,car,0,0,1,inf,2,1,0\n", "length"),
+    "negative size": (HEADER + "s,0,car,0,0,1,4,-2,1,0\n", "width"),
+}
+
+
+@pytest.mark.parametrize("case", BAD_TABLES)
+def test_a_bad_box_table_is_refused_and_the_old_pog_stays(riglens, tmp_path, case):
+    text, hint = BAD_TABLES[case]
+    (tmp_path / "empty.csv").write_text(text)
+    target = tmp_path / "old.npz"
+    target.write_text("kept")
+    line = riglens("pog", tmp_path / "empty.csv", "--out", target, *SMALL).refused()
+    assert "empty.csv" in line
+    assert hint in line
+    assert target.read_text() == "kept"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["empty.csv", "old.npz"]
+
+
+def test_a_missing_data_set_is_refused_with_what_is_accepted(riglens, tmp_path):
+    line = riglens("evaluate", "W+T", "--boxes", tmp_path / "nowhere").refused()
+    assert "nowhere" in line
+    assert "accepted" in line
+
+
+def test_a_kitti_folder_without_calibration_is_refused(riglens, tmp_path):
+    labels = tmp_path / "kitti" / "label_02"
+    labels.mkdir(parents=True)
+    (labels / "0000.txt").write_text("0 0 Car 0 0 -1.5 0 0 10 10 1.5 1.6 4.0 1.0 1.7 10.0 0.1\n")
+    assert "calib" in riglens("evaluate", "W+T", "--boxes", tmp_path / "kitti", *SMALL).refused()
+
+
+class Trap:
+    """Unpickling this would run a command."""
+
+    def __init__(self, mark: Path) -> None:
+        self.mark = mark
+
+    def __reduce__(self) -> tuple[object, tuple[str]]:
+        return Path.touch, (self.mark,)  # type: ignore[return-value]
+
+
+@pytest.mark.parametrize("content", ["wrong shape", "pickled", "no array"])
+def test_a_bad_npy_file_is_refused_and_never_unpickled(riglens, tmp_path, content):
+    folder = tmp_path / "carla"
+    for name in ("vehicle", "pedestrian", "cyclist"):
+        (folder / name).mkdir(parents=True)
+    path = folder / "vehicle" / "7_1.npy"
+    mark = tmp_path / "unpickled"
+    if content == "wrong shape":
+        np.save(path, np.zeros((7, 3)))
+    elif content == "pickled":
+        np.save(path, np.array([Trap(mark)], dtype=object), allow_pickle=True)
+    else:
+        path.write_bytes(b"\x93NUMPY but not really")
+    assert "7_1.npy" in riglens("evaluate", "W+T", "--boxes", folder, *SMALL).refused()
+    assert not mark.exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "hint"),
+    [
+        (("--voxel", "0.3"), "multiple"),
+        (("--voxel", "0"), "voxel"),
+        (("--voxel", "-0.1"), "voxel"),
+        (("--voxel", "nan"), "voxel"),
+        (("--voxel", "small"), "--voxel"),
+        (("--roi", "60", "40"), "--roi"),
+        (("--roi", "60", "inf", "4"), "roi"),
+        (("--roi", "60", "-40", "4"), "roi"),
+        (("--lambda", "nan"), "--lambda"),
+        (("--lambda", "-1"), "--lambda"),
+        (("--threads", "0"), "--threads"),
+        (("--threads", "1.5"), "--threads"),
+        (("--method", "guess"), "bresenham"),
+        (("--reading", "literal"), "residual"),
+        (("--frames", "0"), "frames"),
+        (("--frames", "2"), "frames"),
+        (("--origin", "0", "0"), "--origin"),
+        (("--origin", "0", "nan", "0"), "origin"),
+        (("--classes", "tram"), "NAME=CLASS"),
+        (("--classes", "tram=train"), "pedestrian"),
+        (("--json",), "--json"),
+        (("--json", "--lambda"), "--json"),
+        (("--boxez", "a.csv"), "--boxez"),
+    ],
+)
+def test_a_bad_option_is_refused_by_name(riglens, boxes, options, hint):
+    assert hint in riglens("evaluate", "W+T", "--boxes", boxes, *options).refused()
+
+
+def test_a_grid_too_large_for_memory_is_refused_with_its_size(riglens, boxes):
+    line = riglens("evaluate", "W+T", "--boxes", boxes, "--voxel", "0.005").refused()
+    assert "12000 x 8000 x 800" in line
+    assert "GB" in line
+
+
+@pytest.mark.parametrize("option", ["--origin 0 0 0", "--frames 9", "--classes tram=car"])
+def test_options_about_a_data_set_need_one(riglens, option):
+    assert "--boxes" in riglens("evaluate", "W+T", *option.split()).refused()
+
+
+def test_evaluate_needs_a_rig(riglens):
+    assert "RIG" in riglens("evaluate").refused()
+
+
+def test_a_word_too_many_is_refused(riglens):
+    assert "extra" in riglens("W+T", "extra").refused()
+
+
+@pytest.mark.parametrize("target", ["no/such/folder/out.file", "."])
+@pytest.mark.parametrize("command", ["evaluate", "pog", "presets", "table1", "render"])
+def test_an_unwritable_output_is_refused_before_any_work(
+    riglens, tmp_path, boxes, monkeypatch, command, target
+):
+    monkeypatch.setattr("core.scene.pog_store.build_pog", None)  # building would fail the test
+    monkeypatch.setattr("app.jobs.build_pog", None)
+    path = tmp_path / target
+    words = {
+        "evaluate": ("evaluate", "W+T", "--boxes", boxes, *SMALL, "--json", path),
+        "pog": ("pog", boxes, *SMALL, "--out", path),
+        "presets": ("presets", "W+T", "--out", path),
+        "table1": ("study", "table1", "--boxes", boxes, *SMALL, "--csv", path),
+        "render": ("render", "W+T", "--boxes", boxes, *SMALL, "--out", path / "a.png"),
+    }[command]
+    if command == "render" and target == ".":
+        pytest.skip("a picture with a name inside a folder that exists can be written")
+    assert "cannot be written" in riglens(*words).refused()
