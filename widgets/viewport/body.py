@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -10,11 +11,32 @@ import pyvista as pv
 
 from core.errors import InputError
 from core.rig.model import Vehicle
-from widgets.viewport.body_profiles import PROFILES, BodyProfile, Decal, Level, Station
-from widgets.viewport.surface import Points, cut, grid_surface, lathe, loft, polygon_distance
+from widgets.viewport.body_profiles import (
+    PROFILES,
+    BodyProfile,
+    Decal,
+    Facing,
+    Level,
+    Plane,
+    ShutLine,
+    Station,
+)
+from widgets.viewport.surface import (
+    Points,
+    cut,
+    cut_convex,
+    grid_surface,
+    join,
+    lathe,
+    loft,
+    polygon_distance,
+    set_normals,
+    strip,
+    superellipsoid,
+)
 
 _FACING_METRES = 0.4
-_MIN_FACING = {"+x": 0.30, "-x": 0.30, "|y|": 0.45, "+z": 0.5}
+_MIN_FACING = {"+x": 0.30, "-x": 0.30, "|y|": 0.45, "+z": 0.5, "-z": 0.7}
 
 
 @dataclass(frozen=True)
@@ -51,7 +73,7 @@ def _parts(vehicle: Vehicle) -> tuple[BodyPart, ...]:
     for material, mesh in painted:
         if mesh.n_cells:
             merged.setdefault(material, []).append(mesh)
-    return tuple(BodyPart(material, pv.merge(meshes)) for material, meshes in merged.items())
+    return tuple(BodyPart(material, join(meshes)) for material, meshes in merged.items())
 
 
 Painted = list[tuple[str, pv.PolyData]]
@@ -60,7 +82,7 @@ Painted = list[tuple[str, pv.PolyData]]
 def _shell(profile: BodyProfile) -> Painted:
     """Lower body: cross-sections lofted along x, with its decals."""
     net = np.array([_section(station) for station in profile.stations])
-    return _paint(loft(net, 110, 90), profile.body_decals)
+    return _engrave(_paint(loft(net, 96, 137), profile.body_decals), profile.shut_lines)
 
 
 def _section(station: Station) -> Points:
@@ -89,7 +111,7 @@ def _section(station: Station) -> Points:
 def _cabin(profile: BodyProfile) -> Painted:
     """Greenhouse: horizontal outlines lofted upwards, with its windows."""
     net = np.array([_outline(level) for level in profile.cabin])
-    return _paint(loft(net, 60, 140), profile.cabin_decals)
+    return _paint(loft(net, 48, 129), profile.cabin_decals)
 
 
 def _outline(level: Level) -> Points:
@@ -111,26 +133,55 @@ def _outline(level: Level) -> Points:
     ]
     left = [(x, y, level.z) for x, y in half]
     right = [(x, -y, level.z) for x, y in reversed(half[1:-1])]
-    return np.array([*left, *right, left[0]])[::-1]
+    return np.array([*left, *right, left[0]])
 
 
 def _paint(mesh: pv.PolyData, decals: tuple[Decal, ...]) -> Painted:
     """Cut the decals out of a painted surface, in order."""
     painted: Painted = []
     for decal in decals:
-        inside, mesh = cut(mesh, _decal_distance(mesh, decal))
+        flat, away = _flat(mesh, decal.plane), _away(mesh, decal.facing)
+        if decal.round_m:
+            distance = np.maximum(polygon_distance(flat, decal.polygon) - decal.round_m, away)
+            inside, mesh = cut(mesh, distance)
+        else:
+            inside, rest = cut_convex(mesh, flat, away, decal.polygon)
+            mesh = join(rest)
         painted.append((decal.material, inside))
     return [*painted, ("paint", mesh)]
 
 
-def _decal_distance(mesh: pv.PolyData, decal: Decal) -> Points:
-    """Signed distance of every point to a decal; points that face elsewhere are outside."""
-    points, normals = np.asarray(mesh.points, dtype=np.float64), np.asarray(mesh.point_data["Normals"])
+def _engrave(painted: Painted, lines: tuple[ShutLine, ...]) -> Painted:
+    """Cut the gaps between panels into the paint."""
+    *decals, (material, mesh) = painted
+    gaps: Painted = []
+    for line in lines:
+        for start, end in itertools.pairwise(line.path):
+            polygon = strip(start, end, line.half_width_m)
+            gap, rest = cut_convex(mesh, _flat(mesh, line.plane), _away(mesh, line.facing), polygon)
+            gaps.append(("gap", gap))
+            mesh = join(rest)
+    return [*decals, *gaps, (material, mesh)]
+
+
+def _flat(mesh: pv.PolyData, plane: Plane) -> Points:
+    """Coordinates (n, 2) of the points in a plane, with |y| in place of y."""
+    points = np.asarray(mesh.points, dtype=np.float64)
     along = {"x": points[:, 0], "y": np.abs(points[:, 1]), "z": points[:, 2]}
-    flat = np.stack([along[axis] for axis in decal.plane], axis=1)
-    facing = {"+x": normals[:, 0], "-x": -normals[:, 0], "|y|": np.abs(normals[:, 1]), "+z": normals[:, 2]}
-    away = (_MIN_FACING[decal.facing] - facing[decal.facing]) * _FACING_METRES
-    return np.maximum(polygon_distance(flat, decal.polygon) - decal.round_m, away)
+    return np.stack([along[axis] for axis in plane], axis=1)
+
+
+def _away(mesh: pv.PolyData, facing: Facing) -> Points:
+    """Positive where the surface does not face along `facing`, in metres for the sake of a smooth cut."""
+    normals = np.asarray(mesh.point_data["Normals"])
+    share = {
+        "+x": normals[:, 0],
+        "-x": -normals[:, 0],
+        "|y|": np.abs(normals[:, 1]),
+        "+z": normals[:, 2],
+        "-z": -normals[:, 2],
+    }
+    return np.asarray((_MIN_FACING[facing] - share[facing]) * _FACING_METRES)
 
 
 def _fit(painted: Painted, vehicle: Vehicle) -> None:
@@ -169,7 +220,7 @@ def _axle(profile: BodyProfile, vehicle: Vehicle, x: float, scale: float) -> Pai
         for material, mesh in [*_wheel(radius, width), *_housing(profile.arch_radius_m * scale, width)]:
             mesh = mesh.copy()
             mesh.points = np.array(mesh.points) * [1.0, side, 1.0] + [x, side * outer_y, radius]
-            mesh.point_data["Normals"] = np.array(mesh.point_data["Normals"]) * [1.0, side, 1.0]
+            set_normals(mesh, np.array(mesh.point_data["Normals"]) * [1.0, side, 1.0])
             painted.append((material, mesh))
     return painted
 
@@ -234,7 +285,7 @@ def _housing(arch_m: float, wheel_width: float) -> Painted:
     """Dark half-drum behind a wheel, so that nobody looks through the arch into an empty body."""
     depth = wheel_width + 0.10
     profile = np.array([(arch_m + 0.012, -0.03), (arch_m + 0.012, -depth), (0.0, -depth)])
-    drum = lathe(profile, 40).clip("z", origin=(0.0, 0.0, -0.10 * arch_m), invert=False)
+    drum = lathe(profile, 40).clip("z", origin=(0.0, 0.0, -0.42 * arch_m), invert=False)
     return [("dark", drum)]
 
 
@@ -244,9 +295,7 @@ def _mirrors(profile: BodyProfile, vehicle: Vehicle) -> Painted:
     scale = scale / [profile.length_m, profile.width_m, profile.height_m]
     painted: Painted = []
     for side in (1.0, -1.0):
-        housing = pv.ParametricSuperEllipsoid(
-            xradius=0.075, yradius=0.125, zradius=0.075, n1=0.6, n2=0.6, u_res=24, v_res=24
-        ).compute_normals(cell_normals=False, split_vertices=False)
+        housing = superellipsoid((0.075, 0.125, 0.075), 0.6)
         housing.points = (housing.points + np.array(profile.mirror_m) * [1.0, side, 1.0]) * scale
         painted.append(("paint", housing))
     return painted

@@ -7,6 +7,7 @@ from typing import Literal
 
 Polygon = tuple[tuple[float, float], ...]
 Plane = Literal["xz", "yz", "xy"]
+Facing = Literal["+x", "-x", "|y|", "+z", "-z"]
 
 
 @dataclass(frozen=True)
@@ -18,7 +19,7 @@ class Decal:
 
     material: str
     plane: Plane
-    facing: Literal["+x", "-x", "|y|", "+z"]
+    facing: Facing
     polygon: Polygon
     round_m: float = 0.0
 
@@ -58,21 +59,19 @@ class BodyProfile:
     stations: tuple[Station, ...]
     cabin: tuple[Level, ...]
     body_decals: tuple[Decal, ...]
+    shut_lines: tuple[ShutLine, ...]
     cabin_decals: tuple[Decal, ...]
     mirror_m: tuple[float, float, float]
 
 
-def _strip(points: Polygon, half_width_m: float = 0.006) -> Polygon:
-    """A thin closed polygon along a straight line of two points: a shut line."""
-    (x0, y0), (x1, y1) = points
-    length = ((x1 - x0) ** 2 + (y1 - y0) ** 2) ** 0.5
-    nx, ny = -(y1 - y0) / length * half_width_m, (x1 - x0) / length * half_width_m
-    return (x0 + nx, y0 + ny), (x1 + nx, y1 + ny), (x1 - nx, y1 - ny), (x0 - nx, y0 - ny)
+@dataclass(frozen=True)
+class ShutLine:
+    """A thin gap between panels: a path of points in `plane`, on the side that faces along `facing`."""
 
-
-def _shut_lines(*path: tuple[float, float]) -> tuple[Decal, ...]:
-    pairs = zip(path[:-1], path[1:], strict=True)
-    return tuple(Decal("gap", "xz", "|y|", _strip(pair)) for pair in pairs)
+    plane: Plane
+    facing: Facing
+    path: Polygon
+    half_width_m: float = 0.007
 
 
 SEDAN = BodyProfile(
@@ -80,9 +79,9 @@ SEDAN = BodyProfile(
     width_m=1.9,
     height_m=1.45,
     axle_x=(-1.35, 1.35),
-    wheel_radius_m=0.335,
+    wheel_radius_m=0.34,
     wheel_width_m=0.23,
-    arch_radius_m=0.385,
+    arch_radius_m=0.388,
     stations=(
         Station(-2.31, 0.00, 0.44, 0.62, 0.62),
         Station(-2.31, 0.62, 0.30, 0.84, 0.92),
@@ -111,6 +110,7 @@ SEDAN = BodyProfile(
         Level(1.457, -0.22, -0.38, 0.0),
     ),
     body_decals=(
+        Decal("dark", "xy", "-z", ((-3.0, -1.0), (3.0, -1.0), (3.0, 2.0), (-3.0, 2.0))),
         Decal("lamp", "yz", "+x", ((0.53, 0.615), (0.50, 0.675), (1.0, 0.765), (1.0, 0.665)), 0.012),
         Decal("trim", "yz", "+x", ((-1.0, 0.49), (-1.0, 0.635), (0.42, 0.635), (0.33, 0.49)), 0.02),
         Decal("trim", "yz", "+x", ((-1.0, 0.25), (-1.0, 0.345), (0.62, 0.345), (0.74, 0.25)), 0.02),
@@ -119,13 +119,18 @@ SEDAN = BodyProfile(
         Decal("tail", "yz", "-x", ((0.42, 0.775), (0.40, 0.875), (1.0, 0.925), (1.0, 0.80)), 0.012),
         Decal("plate", "yz", "-x", ((-1.0, 0.66), (-1.0, 0.76), (0.26, 0.76), (0.26, 0.66))),
         Decal("trim", "yz", "-x", ((-1.0, 0.20), (-1.0, 0.345), (0.70, 0.345), (0.78, 0.20)), 0.02),
-        *_shut_lines((0.80, 0.90), (0.83, 0.62), (0.72, 0.30), (-0.28, 0.29), (-0.33, 0.60), (-0.31, 0.93)),
-        *_shut_lines((-0.28, 0.29), (-0.84, 0.30), (-1.06, 0.68), (-1.28, 0.945)),
-        Decal("trim", "xz", "|y|", ((-0.09, 0.775), (-0.09, 0.80), (-0.27, 0.80), (-0.27, 0.775)), 0.008),
-        Decal("trim", "xz", "|y|", ((-0.90, 0.80), (-0.90, 0.825), (-1.08, 0.825), (-1.08, 0.80)), 0.008),
+        Decal("trim", "xz", "|y|", ((-0.09, 0.775), (-0.09, 0.80), (-0.27, 0.80), (-0.27, 0.775))),
+        Decal("trim", "xz", "|y|", ((-0.90, 0.80), (-0.90, 0.825), (-1.08, 0.825), (-1.08, 0.80))),
         Decal("trim", "xz", "|y|", ((-3.0, 0.10), (-3.0, 0.245), (3.0, 0.245), (3.0, 0.10))),
-        Decal("gap", "xy", "+z", _strip(((1.13, 0.735), (2.16, 0.60)))),
-        Decal("gap", "xy", "+z", _strip(((-1.82, 0.70), (-2.25, 0.66)))),
+    ),
+    shut_lines=(
+        ShutLine("xz", "|y|", ((0.80, 0.93), (0.84, 0.66), (0.76, 0.36), (0.70, 0.30), (-0.28, 0.30))),
+        ShutLine("xz", "|y|", ((-0.28, 0.30), (-0.34, 0.60), (-0.32, 0.96))),
+        ShutLine("xz", "|y|", ((-0.28, 0.30), (-0.86, 0.30), (-0.92, 0.40), (-1.08, 0.74), (-1.30, 0.965))),
+        ShutLine("xy", "+z", ((1.10, 0.74), (1.60, 0.69), (2.16, 0.56), (2.24, 0.40), (2.27, 0.0))),
+        ShutLine("xy", "+z", ((-1.80, 0.0), (-1.80, 0.62), (-2.0, 0.70), (-2.22, 0.68))),
+        ShutLine("xz", "|y|", ((1.62, 0.60), (1.86, 0.50), (2.30, 0.50))),
+        ShutLine("xz", "|y|", ((-1.66, 0.62), (-1.84, 0.52), (-2.30, 0.52))),
     ),
     cabin_decals=(
         Decal("glass", "yz", "+x", ((-1.0, 0.985), (-1.0, 1.375), (0.535, 1.355), (0.70, 0.985)), 0.02),

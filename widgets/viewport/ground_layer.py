@@ -12,7 +12,7 @@ from widgets.theme import Palette, mix
 from widgets.viewport.materials import line_mesh, plain_actor
 
 _STEP_M = 10.0
-_LABEL_HEIGHT_M = 0.55
+_LABEL_HEIGHT_M = 0.45
 
 
 class GroundLayer:
@@ -62,12 +62,14 @@ def _grid_lines(half_x: float, half_y: float) -> tuple[pv.PolyData, pv.PolyData]
 
 
 def _labels(half_x: float, half_y: float) -> pv.PolyData:
-    """Metre labels along the near and left edges, lying on the ground, read with x to the right."""
+    """Metre labels along the car's x and y axes, lying on the ground, read with x to the right."""
     mesh = pv.PolyData()
     for x in np.arange(-half_x, half_x + 1e-6, _STEP_M):
-        mesh = mesh.append_polydata(_text(f"{x:.0f} m" if x else "x 0 m", x + 0.25, -half_y + 0.3))
-    for y in np.arange(-half_y + _STEP_M, half_y - 1e-6, _STEP_M):
-        mesh = mesh.append_polydata(_text(f"{y:.0f} m" if y else "y 0 m", -half_x + 0.25, y + 0.3))
+        if x:
+            mesh = mesh.append_polydata(_text(f"{x:+.0f} m", x + 0.2, 0.2))
+    for y in np.arange(-half_y, half_y + 1e-6, _STEP_M):
+        if y:
+            mesh = mesh.append_polydata(_text(f"{y:+.0f} m", 0.2, y + 0.2))
     return mesh
 
 

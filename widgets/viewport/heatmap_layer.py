@@ -22,7 +22,7 @@ COLOUR_MAP = "inferno"
 MAX_CELLS = 200_000
 DRAG_CELLS = 30_000
 _HIDDEN_BELOW = 0.02
-_ALPHA_LOW, _ALPHA_HIGH = 0.10, 0.85
+_ALPHA_LOW, _ALPHA_HIGH = 0.04, 0.80
 _GL_PROGRAM_POINT_SIZE = 0x8642
 _POSITION_HOOK = "//VTK::PositionVC::Impl"
 
@@ -84,7 +84,7 @@ def _blocks(centres_m: NDArray[np.float32], cell_m: float, factor: int) -> Level
 def colour_table(name: str = COLOUR_MAP) -> NDArray[np.uint8]:
     """The colour map as (256, 4) uint8; opacity grows with the value."""
     colours = matplotlib.colormaps[name](np.linspace(0.12, 1.0, 256))
-    colours[:, 3] = np.linspace(_ALPHA_LOW, _ALPHA_HIGH, 256)
+    colours[:, 3] = _ALPHA_LOW + (_ALPHA_HIGH - _ALPHA_LOW) * np.linspace(0.0, 1.0, 256) ** 1.25
     return np.asarray(np.round(colours * 255), dtype=np.uint8)
 
 

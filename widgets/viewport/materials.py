@@ -9,25 +9,26 @@ import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
 
-from widgets.theme import Palette
+from widgets.theme import Palette, rgb
 
 
 @dataclass(frozen=True)
 class Material:
-    """A Phong material; colour `#rrggbb`, the rest as in VTK."""
+    """A Phong material; colours `#rrggbb`, the rest as in VTK. `sky` is mirrored where the surface looks up."""
 
     colour: str
     ambient: float = 0.25
     diffuse: float = 0.75
     specular: float = 0.1
     power: float = 20.0
+    sky: str = ""
 
 
 def car_materials(palette: Palette) -> dict[str, Material]:
     """The materials of a car body by name, with the palette's paint."""
     return {
-        "paint": Material(palette.paint, 0.30, 0.70, 0.35, 45.0),
-        "glass": Material("#1a232d", 0.35, 0.65, 0.75, 60.0),
+        "paint": Material(palette.paint, 0.26, 0.74, 0.35, 45.0),
+        "glass": Material("#10161d", 0.45, 0.55, 0.6, 60.0, sky="#415669"),
         "trim": Material("#1d2126", 0.25, 0.75, 0.15, 15.0),
         "gap": Material("#2a2f36", 0.4, 0.6, 0.0),
         "lamp": Material("#f4f8ff", 0.6, 0.4, 0.8, 50.0),
@@ -46,7 +47,17 @@ def surface_actor(mesh: pv.PolyData, material: Material) -> pv.Actor:
     prop.color, prop.ambient, prop.diffuse = material.colour, material.ambient, material.diffuse
     prop.specular, prop.specular_power = material.specular, material.power
     prop.interpolation = "Phong"
+    if material.sky:
+        _mirror_sky(actor, mesh, material)
     return actor
+
+
+def _mirror_sky(actor: pv.Actor, mesh: pv.PolyData, material: Material) -> None:
+    """Brighten what looks up towards the sky's colour: a reflection that costs nothing per frame."""
+    up = np.clip(np.asarray(mesh.point_data["Normals"])[:, 2:3], 0.0, 1.0) ** 1.5
+    low, high = np.array(rgb(material.colour)), np.array(rgb(material.sky))
+    mesh["rgb"] = np.asarray((low + (high - low) * up) * 255, dtype=np.uint8)
+    _colour_by_array(actor, "rgb")
 
 
 def plain_actor(mesh: pv.PolyData, **properties: Any) -> pv.Actor:
@@ -62,15 +73,17 @@ def plain_actor(mesh: pv.PolyData, **properties: Any) -> pv.Actor:
 
 def rgba_actor(mesh: pv.PolyData, array: str) -> pv.Actor:
     """An unlit, unpickable actor coloured by an (n, 4) or (n, 3) uint8 array of the mesh."""
-    mapper = pv.DataSetMapper(mesh)
+    actor = plain_actor(mesh, lighting=False)
+    _colour_by_array(actor, array)
+    return actor
+
+
+def _colour_by_array(actor: pv.Actor, array: str) -> None:
+    mapper = actor.mapper
     mapper.scalar_visibility = True
     mapper.SetColorModeToDirectScalars()
     mapper.SetScalarModeToUsePointFieldData()
     mapper.SelectColorArray(array)
-    actor = pv.Actor(mapper=mapper)
-    actor.pickable = False
-    actor.prop.lighting = False
-    return actor
 
 
 def line_mesh(starts_m: NDArray[Any], ends_m: NDArray[Any]) -> pv.PolyData:

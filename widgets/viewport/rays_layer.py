@@ -15,10 +15,12 @@ from core.scene.grid import VoxelGrid
 from widgets.theme import Palette, mix, rgb
 from widgets.viewport.materials import line_mesh, rgba_actor
 
-SELECTED_LINES = 2400
-OTHER_LINES = 150
+SELECTED_LINES = 1150
+OTHER_LINES = 130
 _MOST_BEAMS = 16
+_NEAR_SHARE = 0.12
 _Index = NDArray[np.int64]
+Points = NDArray[np.float64]
 
 
 def fan_rows(sensor: Lidar | Camera, most: int) -> _Index:
@@ -52,37 +54,59 @@ def frame_rows(camera: Camera) -> _Index:
 
 
 def fan_mesh(sensor: Lidar | Camera, grid: VoxelGrid, most: int, colour: str, alpha: float) -> pv.PolyData:
-    """Line segments of a sensor's fan inside the ROI with an `rgba` point array that fades outwards."""
-    starts, ends = _segments(sensor, grid, fan_rows(sensor, most))
-    mesh = _faded(starts, ends, colour, alpha, 0.16 * alpha)
+    """Line segments of a sensor's fan inside the ROI with an `rgba` point array.
+
+    Rays are faint at the sensor, where they crowd, and strongest where they leave the ROI; there LiDAR beams are
+    joined to rings, and a camera's corner rays are drawn stronger to show the frustum.
+    """
+    starts, ends, row = _segments(sensor, grid, fan_rows(sensor, most))
+    fan = _tinted(starts, ends, colour, _NEAR_SHARE * alpha, alpha)
     if isinstance(sensor, Camera):
-        mesh = _joined([mesh, _frustum(sensor, grid, colour, min(1.0, 2.4 * alpha))])
-    return mesh
+        return _joined(
+            [fan, _frustum(sensor, grid, colour, min(1.0, 3.0 * alpha), framed=most > OTHER_LINES)]
+        )
+    return _joined([fan, _beam_rings(sensor, ends, row, colour, min(1.0, 2.6 * alpha))])
 
 
-def _segments(
-    sensor: Lidar | Camera, grid: VoxelGrid, rows: _Index
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _beam_rings(lidar: Lidar, ends: Points, row: _Index, colour: str, alpha: float) -> pv.PolyData:
+    """Lines that join the ends of neighbouring rays of a beam where both leave through floor, ceiling or one wall."""
+    azimuths = len(lidar.azimuths())
+    after = np.roll(np.arange(len(row)), -1)
+    beam = row // max(1, azimuths)
+    turn = lidar.azimuths()
+    if len(row) and float(turn[-1] - turn[0]) > 300.0:
+        first = np.searchsorted(beam, beam, side="left")
+        last = np.searchsorted(beam, beam, side="right") - 1
+        after = np.where(np.arange(len(row)) == last, first, after)
+    same_beam = beam == beam[after]
+    level = np.abs(ends[:, 2] - ends[after, 2]) < 1e-6
+    joined = same_beam & level & (after != np.arange(len(row)))
+    return _tinted(ends[joined], ends[after][joined], colour, alpha, alpha)
+
+
+def _segments(sensor: Lidar | Camera, grid: VoxelGrid, rows: _Index) -> tuple[Points, Points, _Index]:
+    """Where the picked rays enter and leave the ROI, (k, 3) each, and the row numbers of those k that do."""
     rays = sensor_rays(sensor, rows)
     t0, t1 = clip_to_roi(grid, rays)
     inside = t1 > t0
     directions, origin = rays.directions[inside], np.array(rays.origin_m)
-    return origin + t0[inside, None] * directions, origin + t1[inside, None] * directions
+    return origin + t0[inside, None] * directions, origin + t1[inside, None] * directions, rows[inside]
 
 
-def _frustum(camera: Camera, grid: VoxelGrid, colour: str, alpha: float) -> pv.PolyData:
-    """The four edges of the field of view and a frame one metre ahead, as the image's corners see it."""
-    starts, ends = _segments(camera, grid, frame_rows(camera))
-    edges = _faded(starts, ends, colour, alpha, 0.3 * alpha)
+def _frustum(camera: Camera, grid: VoxelGrid, colour: str, alpha: float, framed: bool) -> pv.PolyData:
+    """The four edges of the field of view and, if wanted, a frame one metre ahead that the corners see."""
+    starts, ends, _ = _segments(camera, grid, frame_rows(camera))
+    edges = _tinted(starts, ends, colour, alpha, 0.5 * alpha)
+    if not framed:
+        return edges
     rays = sensor_rays(camera, frame_rows(camera))
     ahead = rays.directions / (rays.directions @ camera.pose.rotation()[:, 0])[:, None]
     corners = np.array(rays.origin_m) + ahead
-    return _joined([edges, _faded(corners, np.roll(corners, -1, axis=0), colour, alpha, alpha)])
+    return _joined([edges, _tinted(corners, np.roll(corners, -1, axis=0), colour, alpha, alpha)])
 
 
-def _faded(
-    starts: NDArray[np.float64], ends: NDArray[np.float64], colour: str, alpha: float, alpha_end: float
-) -> pv.PolyData:
+def _tinted(starts: Points, ends: Points, colour: str, alpha: float, alpha_end: float) -> pv.PolyData:
+    """Segments with an `rgba` array: one colour, opacity from `alpha` at the start to `alpha_end`."""
     mesh = line_mesh(starts, ends)
     rgba = np.empty((2 * len(starts), 4), dtype=np.uint8)
     rgba[:, :3] = np.array(rgb(colour)) * 255
@@ -125,13 +149,12 @@ class RaysLayer:
             self._show(0, pv.PolyData())
             return
         colour = mix(palette.kinds[sensor.kind], palette.selected, 0.25)
-        alpha = 0.42 if isinstance(sensor, Lidar) else 0.38
-        self._show(0, fan_mesh(sensor, grid, SELECTED_LINES, colour, alpha))
+        self._show(0, fan_mesh(sensor, grid, SELECTED_LINES, colour, 0.20))
 
     def set_others(self, sensors: list[Lidar | Camera], grid: VoxelGrid, palette: Palette) -> None:
         """Draw the sparse fans of the sensors that are not selected."""
         most = max(24, min(OTHER_LINES, 1500 // max(1, len(sensors))))
-        fans = [fan_mesh(sensor, grid, most, palette.kinds[sensor.kind], 0.20) for sensor in sensors]
+        fans = [fan_mesh(sensor, grid, most, palette.kinds[sensor.kind], 0.08) for sensor in sensors]
         self._show(1, _joined(fans))
 
     def _show(self, which: int, mesh: pv.PolyData) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline
+from vtkmodules.vtkFiltersCore import vtkClipPolyData
 
 Points = NDArray[np.float64]
 
@@ -25,7 +26,7 @@ def loft(net: Points, rows: int, columns: int) -> pv.PolyData:
     The point normals come from the smooth surface, so that later cuts keep the shading.
     """
     first, second = spline_matrix(net.shape[0], rows), spline_matrix(net.shape[1], columns)
-    points = np.einsum("ia,jb,abc->ijc", first, second, net)
+    points = np.einsum("ia,jb,abc->ijc", first, second, net, optimize=True)
     return grid_surface(points)
 
 
@@ -35,9 +36,33 @@ def grid_surface(points: Points) -> pv.PolyData:
     index = np.arange(rows * columns).reshape(rows, columns)
     quads = np.stack([index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]], axis=-1).reshape(-1, 4)
     faces = np.insert(quads, 0, 4, axis=1).ravel()
-    mesh = pv.PolyData(points.reshape(-1, 3), faces)
-    mesh.point_data.active_normals = _lattice_normals(points).reshape(-1, 3)
+    mesh = pv.PolyData(points.reshape(-1, 3).astype(np.float32), faces)
+    set_normals(mesh, _lattice_normals(points).reshape(-1, 3))
     return mesh
+
+
+def set_normals(mesh: pv.PolyData, normals: Points) -> None:
+    """Give a mesh its point normals; always float32 and under one name, or joining meshes would drop them."""
+    mesh.point_data["Normals"] = np.asarray(normals, dtype=np.float32)
+    mesh.point_data.active_normals_name = "Normals"
+
+
+def join(meshes: Sequence[pv.PolyData]) -> pv.PolyData:
+    """All meshes as one, with their normals."""
+    full = [mesh for mesh in meshes if mesh.n_cells]
+    joined = full[0].append_polydata(*full[1:]) if len(full) > 1 else full[0]
+    joined.point_data.active_normals_name = "Normals"
+    return joined
+
+
+def superellipsoid(radii_m: tuple[float, float, float], squareness: float, samples: int = 24) -> pv.PolyData:
+    """A rounded box about the origin: squareness 1 is an ellipsoid, towards 0 a box."""
+    latitude = np.linspace(-np.pi / 2, np.pi / 2, samples)[:, None]
+    longitude = np.linspace(-np.pi, np.pi, 2 * samples)[None, :]
+    unit = [np.cos(latitude), np.sin(latitude), np.cos(longitude), np.sin(longitude)]
+    flat, up, ahead, left = (np.sign(part) * np.abs(part) ** squareness for part in unit)
+    x, y, z = radii_m[0] * flat * ahead, radii_m[1] * flat * left, radii_m[2] * up + 0.0 * ahead
+    return grid_surface(np.stack([x, y, z], axis=-1)[:, ::-1])
 
 
 def _lattice_normals(points: Points) -> Points:
@@ -78,9 +103,72 @@ def polygon_distance(points: Points, polygon: Sequence[tuple[float, float]]) -> 
 
 def cut(mesh: pv.PolyData, distance: Points) -> tuple[pv.PolyData, pv.PolyData]:
     """Split a surface exactly along distance = 0: (inside, outside); normals are carried along."""
-    mesh = mesh.copy()
+    if not mesh.n_cells or distance.min() >= 0.0:
+        return pv.PolyData(), mesh
+    if distance.max() <= 0.0:
+        return mesh, pv.PolyData()
+    mesh = mesh.copy(deep=False)
     mesh["distance"] = distance
-    inside, outside = mesh.clip_scalar(scalars="distance", invert=True, value=0.0, both=True)
+    mesh.set_active_scalars("distance")
+    clipper = vtkClipPolyData()
+    clipper.SetInputData(mesh)
+    clipper.SetValue(0.0)
+    clipper.InsideOutOn()
+    clipper.GenerateClippedOutputOn()
+    clipper.Update()
+    inside, outside = pv.wrap(clipper.GetOutput(0)), pv.wrap(clipper.GetOutput(1))
     for part in (inside, outside):
         part.point_data.remove("distance")
+        part.point_data.active_normals_name = "Normals"
     return inside, outside
+
+
+def cut_convex(
+    mesh: pv.PolyData, flat: Points, away: Points, polygon: Sequence[tuple[float, float]]
+) -> tuple[pv.PolyData, list[pv.PolyData]]:
+    """Split off what lies in a convex polygon, in the plane where `flat` (n, 2) lies: (inside, what is left).
+
+    Points with `away` > 0 never belong to it. Cutting along its straight sides one after the other keeps a region
+    that is far thinner than the mesh is fine.
+    """
+    sides = np.array([_beyond_side(flat, *side) for side in _sides(polygon)])
+    mesh = mesh.copy(deep=False)
+    for number, beyond in enumerate(sides):
+        mesh[f"side{number}"] = beyond
+    inside, rest = cut(mesh, np.maximum(sides.max(axis=0) - 0.15, away))
+    parts = [rest]
+    for number in range(len(sides)):
+        if inside.n_cells:
+            inside, outside = cut(inside, np.asarray(inside[f"side{number}"]))
+            parts.append(outside)
+    parts = [part for part in parts if part.n_cells]
+    for part in (inside, *parts):
+        for number in range(len(sides) if part.n_cells else 0):
+            part.point_data.remove(f"side{number}")
+    return inside, parts
+
+
+def _sides(polygon: Sequence[tuple[float, float]]) -> list[tuple[Points, Points]]:
+    """Sides (start, end) of a polygon, once round to the left."""
+    corners = np.asarray(polygon, dtype=np.float64)
+    after = np.roll(corners, -1, axis=0)
+    if float((corners[:, 0] * after[:, 1] - corners[:, 1] * after[:, 0]).sum()) < 0.0:
+        corners, after = after, corners
+    return list(zip(corners, after, strict=True))
+
+
+def _beyond_side(flat: Points, start: Points, end: Points) -> Points:
+    """Distance of points to the right of a side, (n,); the inside of the polygon is negative."""
+    along = (end - start) / np.linalg.norm(end - start)
+    return np.asarray((flat - start) @ np.array([along[1], -along[0]]))
+
+
+def strip(
+    start: tuple[float, float], end: tuple[float, float], half_width_m: float
+) -> list[tuple[float, float]]:
+    """A thin rectangle along a line, slightly longer than it, so that joined strips leave no gap."""
+    (x0, y0), (x1, y1) = start, end
+    scale = half_width_m / float(np.hypot(x1 - x0, y1 - y0))
+    dx, dy = (x1 - x0) * scale, (y1 - y0) * scale
+    x0, y0, x1, y1 = x0 - 0.5 * dx, y0 - 0.5 * dy, x1 + 0.5 * dx, y1 + 0.5 * dy
+    return [(x0 + dy, y0 - dx), (x1 + dy, y1 - dx), (x1 - dy, y1 + dx), (x0 - dy, y0 + dx)]
