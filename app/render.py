@@ -40,14 +40,14 @@ class Picture:
     def __post_init__(self) -> None:
         if self.out.suffix.lower() != ".png":
             raise InputError(f"--out: found {self.out}, accepted is a file name ending in .png")
+        if not 1 <= self.scale <= MAX_SCALE:
+            raise InputError(f"--scale: found {self.scale}, accepted is a whole number from 1 to {MAX_SCALE}")
         if not all(MIN_SIDE_PX <= side * self.scale <= MAX_SIDE_PX for side in self.size_px):
             width, height = self.size_px
             raise InputError(
                 f"--size: found {width}x{height} at scale {self.scale}, accepted are sides "
                 f"of {MIN_SIDE_PX} to {MAX_SIDE_PX} pixels, scale included"
             )
-        if not 1 <= self.scale <= MAX_SCALE:
-            raise InputError(f"--scale: found {self.scale}, accepted is a whole number from 1 to {MAX_SCALE}")
 
 
 def parse_size(text: str) -> tuple[int, int]:

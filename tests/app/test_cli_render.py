@@ -1,0 +1,116 @@
+"""`riglens render` draws car, sensors and heatmap; `riglens` without a display does the same job."""
+
+import json
+
+import matplotlib.image
+import numpy as np
+import pytest
+
+from core.rig.presets import preset
+from core.rig.yaml_file import load_rig
+
+SMALL = ("--voxel", "0.5", "--roi", "20", "20", "4")
+PNG = b"\x89PNG\r\n\x1a\n"
+NO_DISPLAY = {"DISPLAY": "", "WAYLAND_DISPLAY": "", "QT_QPA_PLATFORM": ""}
+
+
+def pixels(path):
+    return np.round(matplotlib.image.imread(path)[..., :3] * 255).astype(int)
+
+
+def test_the_picture_has_the_size_that_was_asked_for(riglens, boxes, tmp_path):
+    out = tmp_path / "rig.png"
+    result = riglens(
+        "render", "W+T", "--boxes", boxes, *SMALL, "--out", out, "--size", "320x200", "--scale", "2"
+    )
+    assert result.code == 0, result.err
+    assert out.read_bytes().startswith(PNG)
+    assert pixels(out).shape == (400, 640, 3)
+    assert "640 x 400" in result.out
+
+
+def test_views_classes_and_rigs_give_different_pictures(riglens, boxes, tmp_path):
+    def picture(*extra, rig="W+T"):
+        out = tmp_path / "one.png"
+        options = ("--boxes", boxes, *SMALL, "--size", "320x200", "--out", out)
+        assert riglens("render", rig, *options, *extra).code == 0
+        return pixels(out)
+
+    first = picture()
+    assert len(np.unique(first.reshape(-1, 3), axis=0)) > 100
+    assert np.array_equal(first, picture())
+    others = {
+        "top": picture("--view", "top"),
+        "pedestrian": picture("--class", "pedestrian"),
+        "no heatmap": picture("--heatmap", "off"),
+        "no sensors behind": picture(rig="Center"),
+    }
+    same = [name for name, other in others.items() if np.array_equal(first, other)]
+    assert same == []
+
+
+@pytest.mark.parametrize(
+    ("options", "hint"),
+    [
+        (("--out", "picture.jpg"), ".png"),
+        (("--size", "huge"), "WIDTHxHEIGHT"),
+        (("--size", "9000x9000"), "8192"),
+        (("--size", "0x10"), "64"),
+        (("--scale", "0"), "--scale"),
+        (("--scale", "9"), "--scale"),
+        (("--view", "below"), "iso"),
+        (("--class", "tram"), "pedestrian"),
+    ],
+)
+def test_a_picture_that_cannot_be_drawn_is_refused_by_option(riglens, tmp_path, monkeypatch, options, hint):
+    monkeypatch.chdir(tmp_path)
+    chosen = options if options[0] == "--out" else (*options, "--out", "picture.png")
+    assert hint in riglens("render", "W+T", *chosen).refused()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_without_a_display_the_same_job_runs_in_the_terminal(riglens_process, boxes, tmp_path):
+    process = riglens_process("Line", "--boxes", boxes, *SMALL, env=NO_DISPLAY, cwd=tmp_path)
+    out, err = process.communicate(timeout=300)
+    assert process.returncode == 0, err
+    assert err.splitlines()[0].startswith("no display: running headless")
+    assert "Line" in out
+    assert "S-MS" in out
+    assert (tmp_path / "out" / "screenshot.png").read_bytes().startswith(PNG)
+    assert load_rig(tmp_path / "out" / "rig.yaml").rig == preset("Line")
+    document = json.loads((tmp_path / "out" / "scores.json").read_text())
+    assert document["rigs"][0]["name"] == "Line"
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {
+        "screenshot.png",
+        "rig.yaml",
+        "scores.json",
+    }
+
+
+def test_a_display_that_does_not_answer_is_no_display(riglens_process, tmp_path):
+    environment = {**NO_DISPLAY, "DISPLAY": ":98765"}
+    process = riglens_process("no-such-rig.yaml", env=environment, cwd=tmp_path)
+    _, err = process.communicate(timeout=120)
+    assert "no display: running headless (DISPLAY is :98765, but nothing answers there)" in err
+    assert process.returncode == 2
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_missing_system_libraries_are_named_with_the_command_that_installs_them(
+    riglens, tmp_path, monkeypatch
+):
+    from app import system_libraries
+
+    monkeypatch.setattr(system_libraries.ctypes, "CDLL", _fails_for_egl(system_libraries.ctypes.CDLL))
+    line = riglens("render", "W+T", "--out", tmp_path / "a.png").refused()
+    assert "libEGL.so.1" in line
+    assert "apt-get install -y libegl1" in line
+
+
+def _fails_for_egl(real):
+    def load(name, *rest, **keywords):
+        if name == "libEGL.so.1":
+            raise OSError(name)
+        return real(name, *rest, **keywords)
+
+    return load
