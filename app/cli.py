@@ -14,7 +14,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from cyclopts import App, CycloptsError, Group, Parameter, Token
+from cyclopts import App, CycloptsError, Group, Parameter, Token, UnusedCliTokensError
 
 from app.options import DEFAULT_RIG, SceneOptions, ScoreOptions, Triple
 from app.system_libraries import MissingLibraries
@@ -270,6 +270,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         tokens = sys.argv[1:] if arguments is None else list(arguments)
         code = app(tokens, exit_on_error=False, print_error=False, result_action="return_value")
         sys.stdout.flush()
+    except UnusedCliTokensError as error:
+        return _say(f"found {' '.join(error.unused_tokens or ())}, where no more is expected", BAD_INPUT)
     except (InputError, CycloptsError, MissingLibraries) as error:
         return _say(str(error), BAD_INPUT)
     except KeyboardInterrupt:
@@ -278,6 +280,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _say("out of memory; use larger voxels, a smaller ROI or fewer rays", FAILED)
     except BrokenPipeError:
         _forget_stdout()
+        return DONE
+    except SystemExit:  # this is how rich says that nobody reads its output any more
         return DONE
     return code if isinstance(code, int) else DONE
 

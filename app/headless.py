@@ -6,25 +6,25 @@ from pathlib import Path
 
 from app import evaluate_json
 from app.console import results
-from app.jobs import load_with_progress, print_scores, rig_called, score_rigs, settings_of
+from app.jobs import load_with_progress, print_scores, score_rigs, settings_of
 from app.options import SceneOptions, ScoreOptions
 from app.render import Picture, draw, prepare_drawing
 from core.errors import InputError
 from core.files import atomic_write, require_writable
+from core.rig.model import Rig
 from core.rig.yaml_file import dumps
 
 OUT = Path("out")
 
 
-def run(name: str, scene: SceneOptions, score: ScoreOptions) -> None:
+def run(rig: Rig, scene: SceneOptions, score: ScoreOptions) -> None:
     """Score a rig, print the scores, and write a screenshot, the rig as YAML and the scores as JSON."""
     prepare_drawing()
-    rig = rig_called(name)
+    pog, field = load_with_progress(scene)
     screenshot, rig_file, scores = OUT / "screenshot.png", OUT / "rig.yaml", OUT / "scores.json"
     _make_folder(OUT)
     for path in (screenshot, rig_file, scores):
         require_writable(path)
-    pog, field = load_with_progress(scene)
     evaluations = score_rigs([rig], field, score)
     print_scores(evaluations, field, score)
     document = evaluate_json.evaluation_document(field, settings_of(score), evaluations)

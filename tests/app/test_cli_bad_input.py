@@ -23,7 +23,7 @@ BAD_RIGS = {
     "duplicate sensor name": (rig_text(LIDAR, LIDAR), "'A'"),
     "nan": (rig_text(LIDAR.replace("[0, 0, 2]", "[0, .nan, 2]")), "position"),
     "negative field of view": (rig_text(CAMERA.format(lens="hfov_deg: -70")), "hfov_deg"),
-    "no rays": (rig_text(LIDAR.replace("[0]}", "[]}")), "rays"),
+    "no rays": (rig_text(LIDAR.replace("[0]}", "[]}")), "elevations_deg"),
     "newer format": ("riglens: 2\nname: future\nsensors: []\n", "2"),
     "text instead of a number": (rig_text(LIDAR.replace("[0, 0, 2]", "[0, left, 2]")), "position"),
 }
@@ -168,6 +168,10 @@ def test_evaluate_needs_a_rig(riglens):
 
 def test_a_word_too_many_is_refused(riglens):
     assert "extra" in riglens("W+T", "extra").refused()
+
+
+def test_a_bad_rig_is_refused_before_any_window_opens(riglens):
+    assert "W+X" in riglens("W+X").refused()
 
 
 @pytest.mark.parametrize("target", ["no/such/folder/out.file", "."])

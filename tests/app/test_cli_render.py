@@ -89,7 +89,7 @@ def test_without_a_display_the_same_job_runs_in_the_terminal(riglens_process, bo
 
 def test_a_display_that_does_not_answer_is_no_display(riglens_process, tmp_path):
     environment = {**NO_DISPLAY, "DISPLAY": ":98765"}
-    process = riglens_process("no-such-rig.yaml", env=environment, cwd=tmp_path)
+    process = riglens_process("W+T", "--boxes", "no-such-boxes", env=environment, cwd=tmp_path)
     _, err = process.communicate(timeout=120)
     assert "no display: running headless (DISPLAY is :98765, but nothing answers there)" in err
     assert process.returncode == 2
