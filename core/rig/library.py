@@ -51,7 +51,8 @@ class Library:
         """The entry of that name; InputError that lists the known names when there is none."""
         if model in self._entries:
             return self._entries[model]
-        close = difflib.get_close_matches(model.lower(), self._entries, n=1)
+        close = [name for name in self._entries if model.lower() in name]
+        close = close or difflib.get_close_matches(model.lower(), self._entries, n=1)
         hint = f"did you mean '{close[0]}'? " if close else ""
         raise InputError(f"model: unknown sensor model '{model}'; {hint}known are {', '.join(self._entries)}")
 

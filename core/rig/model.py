@@ -91,8 +91,10 @@ class Lidar(_Sensor):
     """Spinning LiDAR; `elevations_deg` with both ends, `azimuths_deg` with an open end (paper, eq. 2)."""
 
     kind: Literal["lidar"] = "lidar"
-    elevations_deg: EvenAngles | tuple[Elevation, ...]
-    azimuths_deg: EvenAngles | tuple[Azimuth, ...] = EvenAngles(from_=-180.0, to=180.0, count=360)
+    elevations_deg: EvenAngles | Annotated[tuple[Elevation, ...], Field(min_length=1)]
+    azimuths_deg: EvenAngles | Annotated[tuple[Azimuth, ...], Field(min_length=1)] = EvenAngles(
+        from_=-180.0, to=180.0, count=360
+    )
 
     @model_validator(mode="after")
     def _angles_sensible(self) -> Lidar:

@@ -247,9 +247,8 @@ def _rule_problem(path: Path, node: Node, message: str) -> _Problem:
 
 def _is_other_way_to_say_angles(loc: tuple[str | int, ...], node: Node) -> bool:
     """Angles are a mapping or a list; a complaint that one is not the other helps nobody."""
-    if isinstance(node, Mapping):
-        return any(str(part).startswith("tuple[") for part in loc)
-    return isinstance(node, Sequence) and "EvenAngles" in loc
+    other = "tuple[" if isinstance(node, Mapping) else "EvenAngles" if isinstance(node, Sequence) else None
+    return other is not None and any(other in str(part) for part in loc)
 
 
 def _field_path(loc: tuple[str | int, ...]) -> Path:
