@@ -102,8 +102,7 @@ class Engine:
             else:
                 leaving.remove(match)
         for shape in arriving:
-            if not self._caster.mark(shape[1], shape[0], self._state.marks, is_stale):
-                self._state.marks[:] = 0
+            if not self._mark(shape, is_stale):
                 return False
             partner = next((held for held in leaving if held.shape[1].kind == shape[1].kind), None)
             if partner is not None:
@@ -112,6 +111,16 @@ class Engine:
         for held in leaving:
             self._exchange(held, None)
         return True
+
+    def _mark(self, shape: tuple[Method, Sensor], is_stale: IsStale) -> bool:
+        """Cast a sensor into the marks; they are clean again when this is abandoned or interrupted."""
+        done = False
+        try:
+            done = self._caster.mark(shape[1], shape[0], self._state.marks, is_stale)
+        finally:
+            if not done:
+                self._state.marks[:] = 0
+        return done
 
     def _exchange(self, old: _Held | None, new: tuple[Method, Sensor] | None) -> None:
         """Put the marks in the place of a held sensor; no old one: a fresh slot, no new one: the slot falls free."""

@@ -169,7 +169,7 @@ def exact_visits(grid: VoxelGrid, sensors: Iterable[Lidar | Camera]) -> NDArray[
 
 
 def slab_lengths(shape: Sequence[int], ray: GridRay) -> NDArray[np.float64]:
-    """Length of the ray in every voxel, grid units; negative or zero: not inside. No component may be zero."""
+    """Length of the ray per voxel in grid units; negative or zero: not inside. No component may be zero."""
     first, last = np.full(shape, ray.near), np.full(shape, ray.far)
     for axis in range(3):
         faces = (np.arange(shape[axis] + 1) - ray.g[axis]) / ray.d[axis]

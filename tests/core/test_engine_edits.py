@@ -1,0 +1,191 @@
+"""Any sequence of edits ends with the bits of an evaluation from scratch, on any number of threads."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from core.engine.engine import Engine, Evaluation
+from core.metric.entropy import EntropyField
+from core.metric.scores import MetricSettings
+from core.rig.model import Rig
+from tests.core.builders import camera, evaluate, grid_of, random_field, random_sensor, rig_of, spinning
+
+REPOSITORY = Path(__file__).resolve().parents[2]
+GRID = grid_of(10, 9, 70, 0.5)
+
+
+@pytest.fixture(scope="module")
+def field() -> EntropyField:
+    return random_field(GRID, np.random.default_rng(1), share=0.3)
+
+
+def assert_same(found: Evaluation | None, expected: Evaluation) -> None:
+    assert found is not None
+    assert found.scores == expected.scores
+    assert np.array_equal(found.seen_camera, expected.seen_camera)
+    assert np.array_equal(found.seen_lidar, expected.seen_lidar)
+
+
+class Editor:
+    """Makes one random edit after the other and remembers the rigs before, as undo does."""
+
+    def __init__(self, rng: np.random.Generator) -> None:
+        self.rng = rng
+        self.past: list[tuple[Rig, MetricSettings]] = []
+        self.rig, self.settings = Rig(), MetricSettings()
+        self.made = 0
+
+    def step(self) -> None:
+        """One edit; the kind of edit is drawn at random."""
+        self.past.append((self.rig, self.settings))
+        edits = [self.add, self.add, self.remove, self.switch, self.edit, self.edit, self.rename, self.undo]
+        edits += [self.duplicate, self.reorder, self.choose_method, self.choose_reading]
+        edits[int(self.rng.integers(len(edits)))]()
+
+    def _put(self, *sensors: object) -> None:
+        self.rig = self.rig.replace(sensors=tuple(sensors))
+
+    def _some(self) -> int:
+        return int(self.rng.integers(len(self.rig.sensors)))
+
+    def add(self) -> None:
+        self.made += 1
+        self._put(*self.rig.sensors, random_sensor(GRID, self.rng).replace(name=f"new{self.made}"))
+
+    def duplicate(self) -> None:
+        if self.rig.sensors:
+            self.made += 1
+            self._put(*self.rig.sensors, self.rig.sensors[self._some()].replace(name=f"copy{self.made}"))
+
+    def remove(self) -> None:
+        if self.rig.sensors:
+            gone = self._some()
+            self._put(*(s for i, s in enumerate(self.rig.sensors) if i != gone))
+
+    def _change(self, **changes: object) -> None:
+        if self.rig.sensors:
+            chosen = self._some()
+            self._put(*(s.replace(**changes) if i == chosen else s for i, s in enumerate(self.rig.sensors)))
+
+    def switch(self) -> None:
+        self._change(enabled=bool(self.rng.random() < 0.5))
+
+    def edit(self) -> None:
+        self._change(position=tuple(map(float, self.rng.uniform(-3.0, 3.0, 3))))
+
+    def rename(self) -> None:
+        self.made += 1
+        self._change(name=f"name{self.made}", model="another")
+
+    def reorder(self) -> None:
+        self._put(*(self.rig.sensors[i] for i in self.rng.permutation(len(self.rig.sensors))))
+
+    def choose_method(self) -> None:
+        self.settings = MetricSettings(str(self.rng.choice(["exact", "bresenham"])), self.settings.reading)
+
+    def choose_reading(self) -> None:
+        reading = str(self.rng.choice(["covered", "residual", "hits"]))
+        self.settings = MetricSettings(self.settings.method, reading, float(self.rng.uniform(0.0, 1.0)))
+
+    def undo(self) -> None:
+        self.rig, self.settings = self.past[int(self.rng.integers(len(self.past)))]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_random_edits_end_where_an_evaluation_from_scratch_does(field: EntropyField, seed: int) -> None:
+    editor = Editor(np.random.default_rng(seed))
+    engine = Engine(field)
+    for _ in range(60):
+        editor.step()
+        assert_same(
+            engine.evaluate(editor.rig, editor.settings), evaluate(field, editor.rig, editor.settings)
+        )
+
+
+def test_an_abandoned_request_leaves_the_engine_sound(field: EntropyField) -> None:
+    rng = np.random.default_rng(9)
+    editor = Editor(rng)
+    engine = Engine(field)
+    abandoned = 0
+    for _ in range(60):
+        editor.step()
+        patience = int(rng.integers(0, 6))
+        asked = iter(range(1000))
+        answer = engine.evaluate(editor.rig, editor.settings, lambda p=patience, a=asked: next(a) >= p)
+        if answer is None:
+            abandoned += 1
+        else:
+            assert_same(answer, evaluate(field, editor.rig, editor.settings))
+        if rng.random() < 0.3:
+            assert_same(
+                engine.evaluate(editor.rig, editor.settings), evaluate(field, editor.rig, editor.settings)
+            )
+    assert abandoned > 5
+
+
+def test_a_request_that_fails_half_way_leaves_the_engine_sound(field: EntropyField) -> None:
+    engine = Engine(field)
+    big = camera((0.0, 0.0, 1.0), cast=(300, 300))
+    asked = iter(range(1000))
+
+    def interrupted() -> bool:
+        if next(asked) >= 1:
+            raise KeyboardInterrupt
+        return False
+
+    with pytest.raises(KeyboardInterrupt):
+        engine.evaluate(rig_of(big.replace(rpy_deg=(1.0, 2.0, 3.0))), is_stale=interrupted)
+    rig = rig_of(spinning((0.0, 0.0, 2.0)))
+    assert_same(engine.evaluate(rig), evaluate(field, rig))
+
+
+def test_an_answer_does_not_change_when_the_engine_goes_on(field: EntropyField) -> None:
+    engine = Engine(field)
+    first = engine.evaluate(rig_of(spinning((0.0, 0.0, 2.0))))
+    assert first is not None
+    camera_words, lidar_words = first.seen_camera.copy(), first.seen_lidar.copy()
+    engine.evaluate(rig_of(camera((1.0, 0.0, 2.0)), spinning((1.0, 1.0, 1.0))))
+    assert np.array_equal(first.seen_camera, camera_words)
+    assert np.array_equal(first.seen_lidar, lidar_words)
+
+
+def test_the_answer_names_its_rig_its_settings_and_its_threads(field: EntropyField) -> None:
+    rig, settings = rig_of(spinning((0.0, 0.0, 2.0))), MetricSettings(reading="residual", camera_weight=0.3)
+    result = evaluate(field, rig, settings, threads=1)
+    assert (result.rig, result.settings, result.threads) == (rig, settings, 1)
+
+
+RUN = """
+import hashlib, json, sys
+import numpy as np
+from core.engine.engine import Engine
+from core.metric.scores import MetricSettings
+from tests.core.builders import grid_of, random_field, random_sensor, rig_of
+rng = np.random.default_rng(12)
+field = random_field(grid_of(10, 9, 70, 0.5), rng)
+rigs = [rig_of(*[random_sensor(field.grid, rng, rays=300) for _ in range(3)]) for _ in range(3)]
+for threads in map(int, sys.argv[1:]):
+    engine, lines, used = Engine(field, threads), [], 0
+    for rig in rigs * 2:
+        for settings in (MetricSettings(), MetricSettings(reading="hits"), MetricSettings("bresenham")):
+            answer = engine.evaluate(rig, settings)
+            used = answer.threads
+            lines.append([repr(answer.scores), answer.seen_camera.tolist(), answer.seen_lidar.tolist()])
+    print(json.dumps([used, hashlib.sha256(json.dumps(lines).encode()).hexdigest()]))
+"""
+
+
+def test_one_two_and_eight_threads_give_the_same_bits() -> None:
+    environment = {**os.environ, "NUMBA_NUM_THREADS": "8", "PYTHONPATH": str(REPOSITORY)}
+    command = [sys.executable, "-c", RUN, "1", "2", "8", "8"]
+    done = subprocess.run(
+        command, env=environment, capture_output=True, text=True, check=True, cwd=REPOSITORY
+    )
+    answers = [json.loads(line) for line in done.stdout.splitlines()]
+    assert [used for used, _ in answers] == [1, 2, 8, 8]
+    assert len({digest for _, digest in answers}) == 1
