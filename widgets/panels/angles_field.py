@@ -1,0 +1,103 @@
+"""Beam or azimuth angles of a LiDAR: evenly spaced {from, to, count}, or a list; one edit at a time."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+from PySide6.QtCore import QObject
+from PySide6.QtWidgets import QComboBox, QLabel, QWidget
+
+from core.rig.model import EvenAngles, Lidar
+from widgets.panels.form import Form
+from widgets.panels.number_edit import IntegerEdit, ListEdit, NumberEdit, ValueEdit
+
+EVEN, LIST = "evenly spaced", "list"
+
+
+class AnglesField(QObject):
+    """Rows of a LiDAR's form for one of its two angle fields, `elevations_deg` or `azimuths_deg`."""
+
+    def __init__(self, form: Form, field: str, caption: str, tip: str) -> None:
+        super().__init__(form)
+        self._form, self._field = form, field
+        self._way = QComboBox()
+        for way in (EVEN, LIST):
+            self._way.addItem(way, way)
+        form.add_row(caption, [self._way], tip)
+        form.bind_choice(self._way, self._read_way, self._write_way, f"{field}.way")
+        self._even_row = self._add_even(form)
+        self._list_row = self._add_list(form)
+
+    def show_rows(self, lidar: Lidar) -> None:
+        """Show the row that fits how the angles are given."""
+        is_even = isinstance(self._angles(lidar), EvenAngles)
+        self._form.show_row(self._even_row, is_even)
+        self._form.show_row(self._list_row, not is_even)
+
+    def _add_even(self, form: Form) -> QWidget:
+        edits: list[tuple[str, ValueEdit[Any]]] = [
+            ("from_", NumberEdit(1.0)),
+            ("to", NumberEdit(1.0)),
+            ("count", IntegerEdit()),
+        ]
+        low, high, count = (edit for _, edit in edits)
+        fields = [low, QLabel("to"), high, QLabel("×"), count]
+        row = form.add_row("", fields, "from, to (degrees) × number of angles")
+        for part, edit in edits:
+            title = part.rstrip("_")
+            edit.setAccessibleName(f"{self._field} {title}")
+            form.bind_edit(
+                edit,
+                partial(self._read_part, part),
+                partial(self._write_part, part),
+                f"{self._field}.{title}",
+            )
+        return row
+
+    def _add_list(self, form: Form) -> QWidget:
+        edit = ListEdit()
+        edit.setAccessibleName(f"{self._field} list")
+        row = form.add_row("", [edit], "angles in degrees, separated by commas")
+        form.bind_edit(edit, self._read_list, self._write_list, f"{self._field}.list")
+        return row
+
+    # ------------------------------------------------------------------ values
+    def _angles(self, lidar: Lidar) -> EvenAngles | tuple[float, ...]:
+        angles: EvenAngles | tuple[float, ...] = getattr(lidar, self._field)
+        return angles
+
+    def _doubles(self, lidar: Lidar) -> tuple[float, ...]:
+        array = lidar.elevations() if self._field == "elevations_deg" else lidar.azimuths()
+        return tuple(float(angle) for angle in array)
+
+    def _read_way(self, lidar: Lidar) -> str:
+        return EVEN if isinstance(self._angles(lidar), EvenAngles) else LIST
+
+    def _write_way(self, lidar: Lidar, way: str) -> Lidar:
+        if way == self._read_way(lidar):
+            return lidar
+        angles = self._doubles(lidar)
+        even = EvenAngles.model_validate({"from": min(angles), "to": max(angles), "count": len(angles)})
+        changed: Lidar = lidar.replace(**{self._field: even if way == EVEN else angles})
+        return changed
+
+    def _read_part(self, part: str, lidar: Lidar) -> Any:
+        angles = self._angles(lidar)
+        return getattr(angles, part) if isinstance(angles, EvenAngles) else None
+
+    def _write_part(self, part: str, lidar: Lidar, value: float) -> Lidar:
+        angles = self._angles(lidar)
+        assert isinstance(angles, EvenAngles)
+        changed: Lidar = lidar.replace(**{self._field: angles.replace(**{part: value})})
+        return changed
+
+    def _read_list(self, lidar: Lidar) -> tuple[float, ...] | None:
+        angles = self._angles(lidar)
+        return None if isinstance(angles, EvenAngles) else angles
+
+    def _write_list(self, lidar: Lidar, values: tuple[float, ...]) -> Lidar:
+        if not values:
+            raise ValueError("found no angle, accepted are numbers in degrees such as -15, 0, 15")
+        changed: Lidar = lidar.replace(**{self._field: values})
+        return changed

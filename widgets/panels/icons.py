@@ -1,0 +1,86 @@
+"""Line icons drawn from SVG paths in the colour of the surrounding text, so they work light and dark."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QByteArray, QRectF, QSize, Qt
+from PySide6.QtGui import QColor, QIcon, QIconEngine, QPainter, QPalette, QPixmap
+from PySide6.QtSvg import QSvgRenderer
+from PySide6.QtWidgets import QApplication
+
+_SVG = (
+    '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 24 24" fill="none" stroke="{colour}" '
+    'stroke-width="1.7" stroke-linecap="round" stroke-linejoin="round" opacity="{opacity}">{body}</svg>'
+)
+
+_BODIES = {
+    "open": '<path d="M3 19V6h6l2 2h8v3"/><path d="M3 19l3-8h16l-3 8z"/>',
+    "save": '<path d="M4 4h13l3 3v13H4z"/><path d="M8 4v5h7V4M8 20v-7h8v7"/>',
+    "undo": '<path d="M8 5L4 9l4 4"/><path d="M4 9h10a5 5 0 0 1 0 10H9"/>',
+    "redo": '<path d="M16 5l4 4-4 4"/><path d="M20 9H10a5 5 0 0 0 0 10h5"/>',
+    "move": '<path d="M12 3v18M3 12h18M9.5 5.5L12 3l2.5 2.5M9.5 18.5L12 21l2.5-2.5M5.5 9.5L3 12l2.5 2.5'
+    'M18.5 9.5L21 12l-2.5 2.5"/>',
+    "rotate": '<path d="M20 12a8 8 0 1 1-2.5-5.8"/><path d="M20 3v4h-4"/>',
+    "both": '<path d="M12 8v8M8 12h8"/><path d="M20.5 12a8.5 8.5 0 1 1-2.6-6.1"/><path d="M20.5 3v4h-4"/>',
+    "axes": '<path d="M6 18V4M6 18h14M6 18l7-7"/><path d="M4 6l2-2 2 2M18 16l2 2-2 2M10.5 11H13v2.5"/>',
+    "lidar": '<ellipse cx="12" cy="7" rx="6" ry="2.5"/><path d="M6 7v8c0 1.4 2.7 2.5 6 2.5s6-1.1 6-2.5V7"/>'
+    '<path d="M2 11h2M20 11h2M12 21h0"/>',
+    "camera": '<rect x="3" y="7" width="12" height="10" rx="1.5"/><path d="M15 11l6-3v8l-6-3"/>',
+    "duplicate": '<rect x="8" y="8" width="12" height="12" rx="1.5"/><path d="M16 8V4H4v12h4"/>',
+    "delete": '<path d="M4 7h16M9 7V4h6v3M6 7l1 13h10l1-13M10 11v5M14 11v5"/>',
+    "eye": '<path d="M2 12c2.5-4.5 6-6.5 10-6.5s7.5 2 10 6.5c-2.5 4.5-6 6.5-10 6.5S4.5 16.5 2 12z"/>'
+    '<circle cx="12" cy="12" r="3"/>',
+    "eye-off": '<path d="M3 10c2.3 3.5 5.3 5 9 5s6.7-1.5 9-5M5 16l1.5-2M12 18.500V15M19 16l-1.5-2"/>',
+    "screenshot": '<path d="M4 8V4h4M16 4h4v4M20 16v4h-4M8 20H4v-4"/><circle cx="12" cy="12" r="3.5"/>',
+    "frame": '<path d="M4 8V4h4M16 4h4v4M20 16v4h-4M8 20H4v-4"/><path d="M9 9h6v6H9z"/>',
+    "close": '<path d="M6 6l12 12M18 6L6 18"/>',
+}
+
+
+class _LineIcon(QIconEngine):
+    """Draws one body at any size; disabled icons are faint, icons on a selection take its text colour."""
+
+    def __init__(self, name: str, colour: str | None) -> None:
+        super().__init__()
+        self._name, self._colour = name, colour
+
+    def clone(self) -> QIconEngine:
+        return _LineIcon(self._name, self._colour)
+
+    def paint(self, painter: QPainter, rect, mode: QIcon.Mode, state: QIcon.State) -> None:  # type: ignore[no-untyped-def]
+        role = (
+            QPalette.ColorRole.HighlightedText
+            if mode == QIcon.Mode.Selected
+            else QPalette.ColorRole.WindowText
+        )
+        text = QApplication.palette().color(QPalette.ColorGroup.Active, role).name()
+        colour = text if self._colour is None or mode == QIcon.Mode.Selected else self._colour
+        opacity = 0.32 if mode == QIcon.Mode.Disabled else 1.0
+        svg = _SVG.format(colour=colour, opacity=opacity, body=_BODIES[self._name])
+        QSvgRenderer(QByteArray(svg.encode())).render(painter, QRectF(rect))
+
+    def pixmap(self, size: QSize, mode: QIcon.Mode, state: QIcon.State) -> QPixmap:
+        picture = QPixmap(size)
+        picture.fill(Qt.GlobalColor.transparent)
+        painter = QPainter(picture)
+        self.paint(painter, picture.rect(), mode, state)
+        painter.end()
+        return picture
+
+
+def icon(name: str, colour: str | None = None) -> QIcon:
+    """The icon of that name in the text's colour or in its own; KeyError when there is none."""
+    _BODIES[name]
+    return QIcon(_LineIcon(name, colour))
+
+
+def swatch(colour: str) -> QIcon:
+    """A small filled circle, as in a legend."""
+    picture = QPixmap(24, 24)
+    picture.fill(Qt.GlobalColor.transparent)
+    painter = QPainter(picture)
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    painter.setPen(Qt.PenStyle.NoPen)
+    painter.setBrush(QColor(colour))
+    painter.drawEllipse(5, 5, 14, 14)
+    painter.end()
+    return QIcon(picture)

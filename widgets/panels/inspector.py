@@ -1,0 +1,127 @@
+"""Every field of the selected sensor, or of the rig and its vehicle when none is selected."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QComboBox, QFrame, QLabel, QScrollArea, QStackedWidget, QWidget
+
+from core.rig.model import Lidar, Rig
+from widgets.panels.form import Form
+from widgets.panels.number_edit import NumberEdit, TextEdit, thousands
+from widgets.panels.sensor_form import CameraForm, LidarForm, SensorForm
+from widgets.viewport.body_profiles import PROFILES
+
+
+class Inspector(QStackedWidget):
+    """Follows rig and selection; says by signals what the user changed, always as a validated copy."""
+
+    sensor_edited = Signal(str, object)
+    """Name the sensor had, and the sensor as it shall be."""
+    rig_edited = Signal(object)
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._rig_form, self._lidar_form, self._camera_form = RigForm(), LidarForm(), CameraForm()
+        self._shown_name: str | None = None
+        for form in (self._rig_form, self._lidar_form, self._camera_form):
+            self.addWidget(_scrolled(form))
+        self._rig_form.changed.connect(self.rig_edited)
+        for sensor_form in (self._lidar_form, self._camera_form):
+            sensor_form.changed.connect(self._on_sensor_changed)
+
+    @property
+    def form(self) -> Form:
+        """The form that is shown."""
+        area = self.currentWidget()
+        assert isinstance(area, QScrollArea)
+        form = area.widget()
+        assert isinstance(form, Form)
+        return form
+
+    def set_rig(self, rig: Rig, selected: str | None) -> None:
+        """Show the selected sensor, or the rig."""
+        form: Form = self._rig_form
+        subject: Any = rig
+        if selected is not None:
+            subject = rig.sensor(selected)
+            sensor_form: SensorForm = self._lidar_form if isinstance(subject, Lidar) else self._camera_form
+            sensor_form.set_taken_names(frozenset(s.name for s in rig.sensors) - {selected})
+            form = sensor_form
+        if form is not self.form or selected != self._shown_name:
+            self.form.forget_input()
+            form.forget_input()
+        self._shown_name = selected
+        self.setCurrentIndex([self._rig_form, self._lidar_form, self._camera_form].index(form))
+        form.show_subject(subject)
+
+    def _on_sensor_changed(self, sensor: Any) -> None:
+        if self._shown_name is not None:
+            self.sensor_edited.emit(self._shown_name, sensor)
+
+
+class RigForm(Form):
+    """Name of the rig, and body and size of the vehicle."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        name = TextEdit()
+        name.setAccessibleName("Rig")
+        self.add_row("Rig", [name])
+        self.bind_edit(name, lambda rig: rig.name, lambda rig, value: rig.replace(name=value), "rig_name")
+        self.add_heading("Vehicle")
+        self._add_body()
+        for field, caption, tip in (
+            ("length", "Length (m)", "bumper to bumper"),
+            ("width", "Width (m)", "without mirrors"),
+            ("height", "Height (m)", "ground to roof"),
+            ("rear_axle_x", "Rear axle x (m)", "from the centre of the body, negative is behind it"),
+        ):
+            self._add_size(field, caption, tip)
+        self._summary = QLabel()
+        self._summary.setObjectName("hint")
+        self._summary.setWordWrap(True)
+        self.add_wide(self._summary)
+        self.close_form()
+
+    def _add_body(self) -> None:
+        body = QComboBox()
+        for known in PROFILES:
+            body.addItem(known, known)
+        self.add_row("Body", [body])
+        self.bind_choice(
+            body,
+            lambda rig: rig.vehicle.body,
+            lambda rig, value: rig.replace(vehicle=rig.vehicle.replace(body=value)),
+            "body",
+        )
+
+    def _add_size(self, field: str, caption: str, tip: str) -> None:
+        edit = NumberEdit(0.05)
+        edit.setAccessibleName(caption)
+        self.add_row(caption, [edit], tip)
+        self.bind_edit(
+            edit,
+            lambda rig: getattr(rig.vehicle, field),
+            lambda rig, value: rig.replace(vehicle=rig.vehicle.replace(**{field: value})),
+            field,
+        )
+
+    def show_subject(self, subject: Rig) -> None:
+        """Show a rig."""
+        super().show_subject(subject)
+        rays = sum(sensor.ray_count for sensor in subject.sensors if sensor.enabled)
+        self._summary.setText(
+            f"{len(subject.lidars())} LiDARs and {len(subject.cameras())} cameras count in the scores: "
+            f"{thousands(rays)} rays.\n\nSelect a sensor in the list or in the view to edit it."
+        )
+
+
+def _scrolled(form: Form) -> QScrollArea:
+    area = QScrollArea()
+    area.setWidget(form)
+    area.setWidgetResizable(True)
+    area.setFrameShape(QFrame.Shape.NoFrame)
+    area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+    return area

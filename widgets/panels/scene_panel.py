@@ -1,0 +1,145 @@
+"""Which traffic the rig is scored on: box data set, its origin, voxel edge and region of interest."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QComboBox, QLabel, QPushButton, QWidget
+
+from core.errors import InputError
+from core.geometry import Vec3
+from core.scene.grid import DEFAULT_ROI_M, DEFAULT_VOXEL_M, VoxelGrid
+from widgets.panels.form import Form, read_item, write_item
+from widgets.panels.number_edit import IntegerEdit, NumberEdit, full_number, parse_number
+
+VOXEL_EDGES_M = (0.2, 0.1, 0.05)
+
+
+@dataclass(frozen=True)
+class SceneChoice:
+    """What is chosen; `boxes` None is the bundled scenario, `frames` None counts those of the data set."""
+
+    boxes: Path | None = None
+    origin_m: Vec3 = (0.0, 0.0, 0.0)
+    frames: int | None = None
+    voxel_m: float = DEFAULT_VOXEL_M
+    roi_m: Vec3 = DEFAULT_ROI_M
+
+    def replace(self, **changes: object) -> SceneChoice:
+        """The choice with some fields changed; InputError when voxel and region do not fit together."""
+        changed: SceneChoice = replace(self, **changes)  # type: ignore[arg-type]
+        VoxelGrid(changed.voxel_m, changed.roi_m)
+        return changed
+
+
+class ScenePanel(Form):
+    """Fields for a SceneChoice; loading takes time, so it waits for the button."""
+
+    load_wanted = Signal(object)
+    """The SceneChoice to load."""
+    file_wanted = Signal()
+    folder_wanted = Signal()
+    """The user wants to choose a file or a folder of boxes; answer with `choose_boxes`."""
+
+    def __init__(self, choice: SceneChoice, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._loaded = choice
+        self._add_data()
+        self._add_grid()
+        self._load = QPushButton("Load")
+        self._load.setObjectName("load")
+        self._load.clicked.connect(lambda: self.load_wanted.emit(self.choice))
+        self.add_wide(self._load)
+        self._hint = QLabel()
+        self._hint.setObjectName("hint")
+        self._hint.setWordWrap(True)
+        self.add_wide(self._hint)
+        self.close_form()
+        self.changed.connect(self.show_subject)
+        self.show_subject(choice)
+
+    @property
+    def choice(self) -> SceneChoice:
+        """What the fields say."""
+        subject = self.subject
+        assert isinstance(subject, SceneChoice)
+        return subject
+
+    def choose_boxes(self, boxes: Path | None) -> None:
+        """Take another data set; the fields of the old one are emptied, because they described it."""
+        self.show_subject(self.choice.replace(boxes=boxes, origin_m=(0.0, 0.0, 0.0), frames=None))
+
+    def set_loaded(self, choice: SceneChoice, summary: str) -> None:
+        """Say what is in use now."""
+        self._loaded = choice
+        self._hint.setText(summary)
+        self.show_subject(self.choice)
+
+    # ------------------------------------------------------------------ fields
+    def _add_data(self) -> None:
+        self.add_heading("Box data set")
+        self._name = QLabel()
+        self._name.setObjectName("boxes")
+        self.add_row("Data", [self._name])
+        buttons = []
+        for text, tip, slot in (
+            ("File…", "CSV, CSV.gz or Parquet table", self.file_wanted.emit),
+            ("Folder…", "KITTI or CARLA folder", self.folder_wanted.emit),
+            ("Bundled", "The simulated town that comes with the program", lambda: self.choose_boxes(None)),
+        ):
+            button = QPushButton(text)
+            button.setToolTip(tip)
+            button.clicked.connect(slot)
+            buttons.append(button)
+        self.add_row("", buttons)
+        tip = "Where the data set's origin lies in the vehicle frame, m (nuScenes ego: -1.35 0 0)"
+        self._add_triple("Origin (m)", "origin_m", "xyz", tip)
+        frames = IntegerEdit(is_optional=True)
+        frames.setPlaceholderText("as in the data")
+        frames.setAccessibleName("Frames")
+        self.add_row("Frames", [frames], "Frames of the data set, where frames without boxes have no row")
+        self.bind_edit(frames, lambda c: c.frames, _write_frames, "frames")
+
+    def _add_triple(self, caption: str, field: str, parts: str, tip: str) -> None:
+        edits = [NumberEdit(0.1) for _ in parts]
+        for place, (part, edit) in enumerate(zip(parts, edits, strict=True)):
+            edit.setAccessibleName(f"{caption} {part}")
+            self.bind_edit(edit, read_item(field, place), write_item(field, place), f"{field}.{part}")
+        self.add_row(caption, edits, tip)
+
+    def _add_grid(self) -> None:
+        self.add_heading("Grid")
+        voxel = QComboBox()
+        voxel.setEditable(True)
+        voxel.setObjectName("voxel_m")
+        voxel.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
+        voxel.addItems([full_number(edge) for edge in VOXEL_EDGES_M])
+        line = voxel.lineEdit()
+        assert line is not None
+        line.editingFinished.connect(self._take_voxel)
+        voxel.activated.connect(lambda _: self._take_voxel())
+        self._voxel = voxel
+        self.add_row("Voxel δ (m)", [voxel], "Edge of a voxel; smaller is finer and slower")
+        self._add_triple("Region (m)", "roi_m", "LWH", "Length, width and height of the region of interest")
+
+    def _take_voxel(self) -> None:
+        try:
+            self.show_subject(self.choice.replace(voxel_m=parse_number(self._voxel.currentText())))
+        except (InputError, ValueError) as error:
+            self.show_problem(f"Voxel: {error}")
+
+    def show_subject(self, subject: SceneChoice) -> None:
+        """Show a choice; the button is ready when it differs from what is in use."""
+        super().show_subject(subject)
+        self._name.setText(subject.boxes.name if subject.boxes else "Bundled town")
+        self._name.setToolTip(str(subject.boxes or "A traffic simulation that comes with the program"))
+        self._voxel.setCurrentText(full_number(subject.voxel_m))
+        self._load.setEnabled(subject != self._loaded)
+
+
+def _write_frames(choice: SceneChoice, frames: int | None) -> SceneChoice:
+    if frames is not None and frames < 1:
+        raise InputError(f"found {frames}, accepted is a whole number of frames from 1 up")
+    return choice.replace(frames=frames)

@@ -1,0 +1,304 @@
+"""Scores per class with the change since the last save, in 10^3 nat; every digit in tooltip and copy."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QBrush, QColor, QGuiApplication, QKeyEvent, QKeySequence
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QComboBox,
+    QHBoxLayout,
+    QHeaderView,
+    QLabel,
+    QTableWidget,
+    QTableWidgetItem,
+    QVBoxLayout,
+    QWidget,
+)
+
+from core.metric.scores import READINGS, ClassScores, MetricSettings, Scores
+from core.scene.boxes import CLASSES
+from widgets.panels.icons import swatch
+from widgets.panels.number_edit import NumberEdit
+from widgets.panels.style import MARGIN, SPACING, numbers_font, tones
+from widgets.theme import CLASS_COLOURS
+
+MINUS, NONE = "\u2212", "–"
+CLASS_PX, VALUE_PX, CHANGE_PX = 120, 118, 88
+
+SIGN_NOTE = (
+    "<b>S-MS = λ · S-MIG(cameras) + S-MIG(LiDARs)</b>, in nat, with S-MIG = −(entropy of the voxels "
+    "that the sensors reach), as the paper writes it.<br>So S-MS <b>falls</b> as coverage "
+    "grows: without sensors it is 0. The paper argues the other way round, that covering more is better; both are true of the "
+    "published system. Read S-MS together with <b>seen</b>, the share of the scene's uncertainty that any "
+    "sensor looks at, which grows with coverage."
+)
+SEEN_NOTE = "Share of the class's entropy H(Ω) that any enabled sensor looks at"
+READING_NOTES = {
+    "covered": "S-MIG = −entropy of the set of voxels reached: the paper's equations",
+    "residual": "S-MIG = −entropy of the voxels not reached: grows with coverage",
+    "hits": "S-MIG counts a voxel once per ray: what the published code adds up",
+}
+
+
+@dataclass(frozen=True)
+class Column:
+    """One number per class: its title, its value, how it reads, and the sign it takes as coverage grows."""
+
+    key: str
+    title: str
+    tip: str
+    value: Callable[[ClassScores], float]
+    is_share: bool = False
+
+
+COLUMNS = (
+    Column("camera", "Cameras S-MIG", "S-MIG of all enabled cameras together", lambda c: c.camera.s_mig),
+    Column("lidar", "LiDARs S-MIG", "S-MIG of all enabled LiDARs together", lambda c: c.lidar.s_mig),
+    Column("s_ms", "S-MS", SIGN_NOTE, lambda c: c.s_ms),
+    Column("seen", "Seen by any", SEEN_NOTE, lambda c: c.any_seen, is_share=True),
+)
+
+
+class ScoresPanel(QWidget):
+    """Shows one evaluation beside that of the saved rig. A number that is out of date is greyed."""
+
+    settings_changed = Signal(object)
+    """MetricSettings as the user wants them."""
+
+    def __init__(self, settings: MetricSettings, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setObjectName("panel")
+        self._settings = settings
+        self._scores: Scores | None = None
+        self._saved: Scores | None = None
+        self._is_stale = True
+        self._table = _ScoreTable()
+        self._weight = NumberEdit(0.05)
+        self._reading = QComboBox()
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(0)
+        layout.addWidget(self._table, 1)
+        layout.addLayout(self._controls())
+
+    @property
+    def settings(self) -> MetricSettings:
+        """Method, reading and camera weight that are chosen."""
+        return self._settings
+
+    def _controls(self) -> QHBoxLayout:
+        self._weight.setObjectName("camera_weight")
+        self._weight.setFixedWidth(64)
+        self._weight.set_value(self._settings.camera_weight)
+        self._weight.edited.connect(self._on_weight)
+        self._reading.setObjectName("reading")
+        for reading in READINGS:
+            self._reading.addItem(reading, reading)
+            self._reading.setItemData(
+                self._reading.count() - 1, READING_NOTES[reading], Qt.ItemDataRole.ToolTipRole
+            )
+        self._reading.setCurrentText(self._settings.reading)
+        self._reading.activated.connect(self._on_reading)
+        self._note = QLabel()
+        self._note.setObjectName("hint")
+        row = QHBoxLayout()
+        row.setContentsMargins(MARGIN, 5, MARGIN, 6)
+        row.setSpacing(SPACING)
+        for widget in (QLabel("λ"), self._weight, QLabel("Reading"), self._reading):
+            row.addWidget(widget)
+        row.addSpacing(2 * SPACING)
+        row.addWidget(self._note, 1)
+        self._weight.setToolTip("Weight of the cameras in S-MS, 0.1 in the paper")
+        self._show_note()
+        return row
+
+    # ------------------------------------------------------------------ what is shown
+    def show_scores(self, scores: Scores, saved: Scores) -> None:
+        """Show up-to-date scores and their change since `saved`."""
+        self._scores, self._saved, self._is_stale = scores, saved, False
+        self._table.show_scores(scores, saved, self._settings, is_stale=False)
+
+    def set_stale(self) -> None:
+        """Grey the numbers: they belong to an earlier state."""
+        if not self._is_stale:
+            self._is_stale = True
+            self._table.grey()
+
+    @property
+    def is_stale(self) -> bool:
+        """Whether the numbers are greyed."""
+        return self._is_stale
+
+    def text_of(self, class_name: str, column: str) -> str:
+        """What a cell shows; `column` is a key of COLUMNS, or the key with " change" behind it."""
+        return self._table.cell(class_name, column).text()
+
+    def as_text(self) -> str:
+        """The table with every digit, columns separated by tabs."""
+        return self._table.as_text()
+
+    # ------------------------------------------------------------------ what the user does
+    def _on_weight(self, value: float) -> None:
+        if not (math.isfinite(value) and value >= 0.0):
+            self._weight.mark(f"λ: found {value:g}, accepted is a number from 0 up")
+            return
+        self._change(MetricSettings(self._settings.method, self._settings.reading, value))
+
+    def _on_reading(self, index: int) -> None:
+        self._change(MetricSettings(self._settings.method, READINGS[index], self._settings.camera_weight))
+
+    def _change(self, settings: MetricSettings) -> None:
+        self._settings = settings
+        self._weight.set_value(settings.camera_weight)
+        self._show_note()
+        self.settings_changed.emit(settings)
+
+    def _show_note(self) -> None:
+        falls = self._settings.reading != "residual"
+        way = "S-MS falls as coverage grows" if falls else "S-MS rises as coverage grows"
+        self._note.setText(f"10³ nat · change since last saved · {way}")
+        self._note.setToolTip(SIGN_NOTE)
+
+
+class _ScoreTable(QTableWidget):
+    """Class, then value and change for every column."""
+
+    def __init__(self) -> None:
+        super().__init__(len(CLASSES), 1 + 2 * len(COLUMNS))
+        self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        self.setSelectionMode(QAbstractItemView.SelectionMode.ContiguousSelection)
+        self.setAlternatingRowColors(True)
+        self.setShowGrid(False)
+        self.setFont(numbers_font(self.font()))
+        self.verticalHeader().hide()
+        self.verticalHeader().setDefaultSectionSize(26)
+        self._set_header()
+        for row, name in enumerate(CLASSES):
+            self._fill_row(row, name)
+
+    def _set_header(self) -> None:
+        header = self.horizontalHeader()
+        header.setHighlightSections(False)
+        header.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
+        for place in range(self.columnCount()):
+            header.resizeSection(place, CLASS_PX if place == 0 else VALUE_PX if place % 2 else CHANGE_PX)
+        titles: list[tuple[str, str]] = [("Class", "")]
+        for column in COLUMNS:
+            titles += [
+                (column.title, column.tip),
+                ("change", "Change since the rig was last saved or opened"),
+            ]
+        for place, (title, tip) in enumerate(titles):
+            item = QTableWidgetItem(title)
+            item.setToolTip(tip)
+            side = Qt.AlignmentFlag.AlignRight if place else Qt.AlignmentFlag.AlignLeft
+            item.setTextAlignment(side | Qt.AlignmentFlag.AlignVCenter)
+            self.setHorizontalHeaderItem(place, item)
+
+    def _fill_row(self, row: int, name: str) -> None:
+        title = QTableWidgetItem(swatch(CLASS_COLOURS[name]), name)
+        title.setFlags(Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable)
+        self.setItem(row, 0, title)
+        for place in range(1, self.columnCount()):
+            item = QTableWidgetItem(NONE)
+            item.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+            item.setForeground(QBrush(QColor(tones().muted)))
+            self.setItem(row, place, item)
+
+    def cell(self, class_name: str, column: str) -> QTableWidgetItem:
+        """The item of a class and a column key, with " change" behind it for its change."""
+        key, _, is_change = column.partition(" ")
+        place = 1 + 2 * [c.key for c in COLUMNS].index(key) + (1 if is_change else 0)
+        item = self.item(CLASSES.index(class_name), place)
+        assert item is not None
+        return item
+
+    def show_scores(self, scores: Scores, saved: Scores, settings: MetricSettings, is_stale: bool) -> None:
+        for name in CLASSES:
+            now, before = scores.classes[name], saved.classes[name]
+            for column in COLUMNS:
+                value, change = column.value(now), column.value(now) - column.value(before)
+                self._show_value(self.cell(name, column.key), column, value)
+                self._show_change(self.cell(name, f"{column.key} change"), column, change, settings)
+
+    def _show_value(self, item: QTableWidgetItem, column: Column, value: float) -> None:
+        item.setText(share_text(value) if column.is_share else kilo_text(value))
+        item.setToolTip(exact_text(column, value))
+        item.setData(Qt.ItemDataRole.UserRole, value)
+        item.setForeground(QBrush(QColor(tones().text)))
+
+    def _show_change(
+        self, item: QTableWidgetItem, column: Column, change: float, settings: MetricSettings
+    ) -> None:
+        item.setText(change_text(change, column))
+        item.setData(Qt.ItemDataRole.UserRole, change)
+        looks_at_more = (change > 0) == (column.is_share or settings.reading == "residual")
+        colour = tones().muted if change == 0 else tones().more if looks_at_more else tones().less
+        item.setForeground(QBrush(QColor(colour)))
+        meaning = "no change" if change == 0 else "looks at more" if looks_at_more else "looks at less"
+        item.setToolTip(f"{exact_text(column, change)}: {meaning} since the rig was last saved")
+
+    def grey(self) -> None:
+        """Every number in the muted colour."""
+        muted = QBrush(QColor(tones().muted))
+        for row in range(self.rowCount()):
+            for place in range(1, self.columnCount()):
+                item = self.item(row, place)
+                if item is not None:
+                    item.setForeground(muted)
+
+    def as_text(self) -> str:
+        """Titles and exact values, tabs between columns."""
+        titles = ["class"]
+        for column in COLUMNS:
+            unit = "fraction" if column.is_share else "nat"
+            titles += [f"{column.title} ({unit})", f"change ({unit})"]
+        lines = ["\t".join(titles)]
+        for row, name in enumerate(CLASSES):
+            values = [
+                self.model().index(row, place).data(Qt.ItemDataRole.UserRole)
+                for place in range(1, self.columnCount())
+            ]
+            lines.append("\t".join([name, *("" if value is None else repr(value) for value in values)]))
+        return "\n".join(lines) + "\n"
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        if event.matches(QKeySequence.StandardKey.Copy):
+            QGuiApplication.clipboard().setText(self.as_text())
+            return
+        super().keyPressEvent(event)
+
+
+def kilo_text(value_nat: float) -> str:
+    """10^3 nat with two decimals and a real minus sign; never "-0.00"."""
+    return _signed(f"{abs(value_nat) / 1000:.2f}", value_nat, plus="")
+
+
+def share_text(share: float) -> str:
+    """A fraction as percent with two decimals."""
+    return f"{100 * share:.2f} %"
+
+
+def change_text(change: float, column: Column) -> str:
+    """A signed change; a change too small for two decimals says so, none at all is a dash."""
+    if change == 0.0:
+        return NONE
+    size, unit = (abs(change) * 100, " pp") if column.is_share else (abs(change) / 1000, "")
+    digits = f"{size:.2f}" if size >= 0.005 else "<0.01"
+    return _signed(digits, change, plus="+") + unit
+
+
+def exact_text(column: Column, value: float) -> str:
+    """Every digit, with the unit."""
+    return f"{value!r} of H(Ω)" if column.is_share else f"{value!r} nat"
+
+
+def _signed(digits: str, value: float, plus: str) -> str:
+    if not any(character in "123456789" for character in digits):
+        return digits
+    return (MINUS if value < 0 else plus) + digits

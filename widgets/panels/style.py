@@ -1,0 +1,168 @@
+"""How panels and window look: a Qt palette and a style sheet for light and dark, and named colours."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QColor, QFont, QFontDatabase, QGuiApplication, QPalette
+from PySide6.QtWidgets import QApplication
+
+from assets import asset_path
+
+SPACING = 6
+MARGIN = 8
+
+
+@dataclass(frozen=True)
+class Tones:
+    """Colours with a meaning, as `#rrggbb`: readable on the panel background of their theme."""
+
+    window: str
+    panel: str
+    field: str
+    border: str
+    text: str
+    muted: str
+    accent: str
+    chosen: str
+    more: str
+    less: str
+    error: str
+    error_field: str
+
+
+LIGHT = Tones(
+    window="#eef1f4",
+    panel="#f8f9fb",
+    field="#ffffff",
+    border="#d3d9e0",
+    text="#1f2933",
+    muted="#6b7683",
+    accent="#2563eb",
+    chosen="#d6e2fb",
+    more="#0f766e",
+    less="#b45309",
+    error="#b91c1c",
+    error_field="#fdecec",
+)
+DARK = Tones(
+    window="#20242b",
+    panel="#262b33",
+    field="#1b1f26",
+    border="#3b434f",
+    text="#e3e8ee",
+    muted="#93a0ae",
+    accent="#5b93f7",
+    chosen="#2f4468",
+    more="#2dd4bf",
+    less="#fbbf24",
+    error="#f87171",
+    error_field="#3a2226",
+)
+
+
+def is_dark() -> bool:
+    """Whether the system asks for a dark window."""
+    return QGuiApplication.styleHints().colorScheme() == Qt.ColorScheme.Dark
+
+
+def tones() -> Tones:
+    """The colours of the theme that the application shows now."""
+    return DARK if QApplication.palette().color(QPalette.ColorRole.Window).lightness() < 128 else LIGHT
+
+
+def numbers_font(base: QFont) -> QFont:
+    """`base` with tabular figures, so that digits of different rows stand under each other."""
+    font = QFont(base)
+    font.setFeature(QFont.Tag("tnum"), 1)
+    return font
+
+
+def apply_style(app: QApplication, dark: bool | None = None) -> None:
+    """Give the whole application one calm look; `dark` None follows the system."""
+    chosen = DARK if (is_dark() if dark is None else dark) else LIGHT
+    app.setStyle("Fusion")
+    app.setPalette(_qt_palette(chosen))
+    font = QFontDatabase.systemFont(QFontDatabase.SystemFont.GeneralFont)
+    font.setPointSizeF(min(max(font.pointSizeF(), 9.0), 11.0))
+    app.setFont(font)
+    app.setStyleSheet(_sheet(chosen))
+
+
+def _qt_palette(tones: Tones) -> QPalette:
+    role = QPalette.ColorRole
+    colours = {
+        role.Window: tones.window,
+        role.WindowText: tones.text,
+        role.Base: tones.field,
+        role.AlternateBase: tones.panel,
+        role.Text: tones.text,
+        role.PlaceholderText: tones.muted,
+        role.Button: tones.panel,
+        role.ButtonText: tones.text,
+        role.Highlight: tones.accent,
+        role.HighlightedText: "#ffffff",
+        role.ToolTipBase: tones.field,
+        role.ToolTipText: tones.text,
+        role.Link: tones.accent,
+        role.Mid: tones.border,
+    }
+    palette = QPalette()
+    for which, colour in colours.items():
+        palette.setColor(which, QColor(colour))
+    for which in (role.WindowText, role.Text, role.ButtonText):
+        palette.setColor(QPalette.ColorGroup.Disabled, which, QColor(tones.muted))
+    return palette
+
+
+def _sheet(t: Tones) -> str:
+    chevron = asset_path("icons/chevron-dark.svg" if t is DARK else "icons/chevron-light.svg").as_posix()
+    return _WINDOW_SHEET.format(t=t) + _FIELD_SHEET.format(t=t, chevron=chevron)
+
+
+_WINDOW_SHEET = """
+QMainWindow::separator {{ background: {t.border}; width: 1px; height: 1px; }}
+QMainWindow::separator:hover {{ background: {t.accent}; }}
+QToolBar {{ background: {t.panel}; border: 0; border-bottom: 1px solid {t.border};
+    padding: 3px 6px; spacing: 1px; }}
+QToolBar::separator {{ background: {t.border}; width: 1px; margin: 6px 6px; }}
+QToolBar QToolButton {{ border: 1px solid transparent; border-radius: 5px; padding: 4px; color: {t.text}; }}
+QToolBar QToolButton:hover {{ background: {t.field}; border-color: {t.border}; }}
+QToolBar QToolButton:checked {{ background: {t.chosen}; border-color: {t.accent}; }}
+QToolBar QToolButton:disabled {{ color: {t.muted}; }}
+QToolBar QToolButton[popupMode="2"] {{ padding-right: 16px; }}
+QToolBar QToolButton::menu-indicator {{ image: none; }}
+QMenuBar {{ background: {t.panel}; color: {t.text}; }}
+QMenuBar::item {{ padding: 4px 9px; background: transparent; }}
+QMenuBar::item:selected {{ background: {t.chosen}; }}
+QDockWidget {{ color: {t.text}; font-weight: 600; }}
+QDockWidget::title {{ background: {t.window}; padding: 5px 8px; border-bottom: 1px solid {t.border}; }}
+QStatusBar {{ background: {t.panel}; color: {t.muted}; border-top: 1px solid {t.border}; }}
+QStatusBar::item {{ border: 0; }}
+QStatusBar QLabel {{ color: {t.muted}; padding: 0 6px; }}
+QToolTip {{ background: {t.field}; color: {t.text}; border: 1px solid {t.border}; padding: 4px; }}
+QFrame#messageBar {{ background: {t.error_field}; border: 0; border-bottom: 1px solid {t.error}; }}
+QFrame#messageBar QLabel {{ color: {t.text}; }}
+"""
+
+_FIELD_SHEET = """
+QTreeView, QTableView {{ background: {t.field}; border: 0; alternate-background-color: {t.panel}; }}
+QTreeView::item {{ padding: 3px 0; }}
+QHeaderView {{ background: {t.panel}; }}
+QHeaderView::section {{ background: {t.panel}; color: {t.muted}; border: 0;
+    border-bottom: 1px solid {t.border}; padding: 3px 6px; font-weight: 500; }}
+QLineEdit, QComboBox {{ background: {t.field}; border: 1px solid {t.border}; border-radius: 4px;
+    padding: 1px 5px; min-height: 18px; selection-background-color: {t.accent}; selection-color: white; }}
+QLineEdit:focus, QComboBox:focus {{ border-color: {t.accent}; }}
+QLineEdit:disabled, QComboBox:disabled {{ color: {t.muted}; background: {t.panel}; }}
+QLineEdit[invalid="true"] {{ border-color: {t.error}; background: {t.error_field}; color: {t.error}; }}
+QComboBox QLineEdit {{ border: 0; padding: 0; }}
+QComboBox::drop-down {{ border: 0; width: 18px; }}
+QComboBox::down-arrow {{ image: url("{chevron}"); width: 12px; height: 12px; }}
+QScrollArea {{ border: 0; background: {t.panel}; }}
+QWidget#panel {{ background: {t.panel}; }}
+QLabel#heading {{ color: {t.muted}; font-weight: 600; padding-top: 6px; }}
+QLabel#hint {{ color: {t.muted}; }}
+QLabel#problem {{ color: {t.error}; }}
+"""
