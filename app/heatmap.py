@@ -85,6 +85,4 @@ class Heatmaps:
     def _note(self, how: str) -> str:
         """Which grid the picture shows; the scores always use the full one."""
         cell_m, block = self._display.cell_m, self._display.block
-        if block == 1:
-            return f"cells of {cell_m:g} m, the grid of the scores"
-        return f"cells of {cell_m:g} m, {how} of {block}³ voxels of {cell_m / block:g} m"
+        return f"cells of {cell_m:g} m" if block == 1 else f"cells of {cell_m:g} m, {how} of {block}³ voxels"

@@ -1,0 +1,258 @@
+"""The one mutable thing behind the window: the rig being edited, what is selected and hidden, and its file.
+
+Gizmo, tree and inspector only follow this document; they never talk to each other, so they always agree.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from PySide6.QtCore import QObject, Signal
+
+from core.errors import InputError
+from core.geometry import Pose
+from core.rig.history import History
+from core.rig.model import MAX_SENSORS, Camera, Lidar, Rig
+from core.rig.yaml_file import RigFile, load_rig, new_rig_file
+
+DUPLICATE_OFFSET_M = 0.2
+
+
+class Document(QObject):
+    """A rig with undo, a selection, a set of hidden sensors and the file it belongs to.
+
+    `revision` grows by one with every change of the rig, previews of a drag included.
+    """
+
+    rig_changed = Signal()
+    selection_changed = Signal()
+    hidden_changed = Signal()
+    file_changed = Signal()
+    """The path or the saved state changed; also sent when a document is opened."""
+
+    def __init__(self, rig: Rig, rig_file: RigFile | None = None, path: Path | None = None) -> None:
+        super().__init__()
+        self.revision = 0
+        self._start(rig, rig_file, path)
+
+    def _start(self, rig: Rig, rig_file: RigFile | None, path: Path | None) -> None:
+        self._history = History(rig)
+        self._rig_file = rig_file or new_rig_file(rig)
+        self._dragged: str | None = None
+        self.path = path
+        self.selected: str | None = None
+        self._hidden: frozenset[str] = frozenset()
+
+    # ------------------------------------------------------------------ state
+    @property
+    def rig(self) -> Rig:
+        """The rig as it is now, an open drag included."""
+        return self._history.rig
+
+    @property
+    def saved_rig(self) -> Rig:
+        """The rig that was last saved or opened."""
+        return self._history.saved
+
+    @property
+    def hidden(self) -> frozenset[str]:
+        """Names of the sensors that are not drawn; they still count in the scores."""
+        return self._hidden & self._names()
+
+    @property
+    def is_modified(self) -> bool:
+        """Whether the rig differs from the saved one."""
+        return self._history.is_modified
+
+    @property
+    def is_dragging(self) -> bool:
+        """Whether a drag is open: started and neither finished nor cancelled."""
+        return self._dragged is not None
+
+    @property
+    def undo_label(self) -> str | None:
+        """What undo would take back, None when there is nothing."""
+        return self._history.undo_label
+
+    @property
+    def redo_label(self) -> str | None:
+        """What redo would do again, None when there is nothing."""
+        return self._history.redo_label
+
+    def selected_sensor(self) -> Lidar | Camera | None:
+        """The selected sensor, None when nothing is selected."""
+        return self.rig.sensor(self.selected) if self.selected is not None else None
+
+    def _names(self) -> frozenset[str]:
+        return frozenset(sensor.name for sensor in self.rig.sensors)
+
+    # ------------------------------------------------------------------ files
+    def open(self, path: Path) -> None:
+        """Load a rig file; InputError leaves the document as it is."""
+        rig_file = load_rig(path)
+        self.show(rig_file.rig, rig_file, path)
+
+    def show(self, rig: Rig, rig_file: RigFile | None = None, path: Path | None = None) -> None:
+        """Exchange everything for another rig, which counts as saved."""
+        self._start(rig, rig_file, path)
+        self._rig_moved_on()
+        self.selection_changed.emit()
+        self.hidden_changed.emit()
+        self.file_changed.emit()
+
+    def save(self, path: Path) -> None:
+        """Write the rig to a file and take it as the saved state; InputError when that is impossible."""
+        self.cancel_drag()
+        self._rig_file = self._rig_file.save(path, self.rig)
+        self._history.mark_saved()
+        self.path = path
+        self.file_changed.emit()
+
+    # ------------------------------------------------------------------ selection and visibility
+    def select(self, name: str | None) -> None:
+        """Select a sensor by name, or nothing."""
+        wanted = name if name in self._names() else None
+        if wanted != self.selected:
+            self.selected = wanted
+            self.selection_changed.emit()
+
+    def set_hidden(self, name: str, hidden: bool) -> None:
+        """Draw a sensor or not."""
+        changed = self._hidden | {name} if hidden else self._hidden - {name}
+        if changed != self._hidden:
+            self._hidden = changed
+            self.hidden_changed.emit()
+
+    # ------------------------------------------------------------------ edits, one undo step each
+    def apply(self, rig: Rig, label: str = "edit the rig") -> None:
+        """Make `rig` the current one, as one undo step; nothing happens when it says the same."""
+        self.cancel_drag()
+        if self._history.apply(label, rig):
+            self._rig_moved_on()
+
+    def replace_sensor(self, name: str, sensor: Lidar | Camera) -> None:
+        """Exchange one sensor; a new name takes selection and visibility along, InputError when taken."""
+        self.cancel_drag()
+        if sensor.name != name and sensor.name in self._names():
+            raise InputError(f"name: '{sensor.name}' is used by another sensor; names must be unique")
+        was_selected = self.selected == name
+        if sensor.name != name and name in self._hidden:
+            self._hidden = (self._hidden - {name}) | {sensor.name}
+        if was_selected:
+            self.selected = sensor.name
+        self.apply(self.rig.with_sensor(name, sensor), f"edit {name}")
+        if was_selected and sensor.name != name:
+            self.selection_changed.emit()
+
+    def rename(self, name: str, new_name: str) -> None:
+        """Give a sensor another name; InputError when it is empty or taken."""
+        if not new_name.strip():
+            raise InputError("name: found nothing, accepted is any text that no other sensor uses")
+        self.replace_sensor(name, self.rig.sensor(name).replace(name=new_name.strip()))
+
+    def set_enabled(self, name: str, enabled: bool) -> None:
+        """Count a sensor in the scores or not."""
+        self.replace_sensor(name, self.rig.sensor(name).replace(enabled=enabled))
+
+    def add(self, sensor: Lidar | Camera) -> str:
+        """Append a sensor under a free name and select it; returns the name."""
+        self.cancel_drag()
+        if len(self.rig.sensors) >= MAX_SENSORS:
+            raise InputError(f"sensors: a rig holds at most {MAX_SENSORS}; delete one first")
+        name = self.free_name(sensor.name)
+        self.apply(self.rig.replace(sensors=(*self.rig.sensors, sensor.replace(name=name))), f"add {name}")
+        self.select(name)
+        return name
+
+    def duplicate(self, name: str) -> str:
+        """Add a copy of a sensor a little to its left and select it; returns the copy's name."""
+        self.cancel_drag()
+        sensor = self.rig.sensor(name)
+        x, y, z = sensor.position
+        return self.add(sensor.replace(position=(x, y + DUPLICATE_OFFSET_M, z)))
+
+    def delete(self, name: str) -> None:
+        """Remove a sensor."""
+        self.cancel_drag()
+        if self.selected == name:
+            self.select(None)
+        kept = tuple(sensor for sensor in self.rig.sensors if sensor.name != name)
+        self.apply(self.rig.replace(sensors=kept), f"delete {name}")
+
+    def free_name(self, wanted: str) -> str:
+        """`wanted`, or with the first number behind it that makes it unique."""
+        names = self._names()
+        if wanted not in names:
+            return wanted
+        stem, _, tail = wanted.rpartition("_")
+        stem = stem if stem and tail.isdigit() else wanted
+        number = 2
+        while f"{stem}_{number}" in names:
+            number += 1
+        return f"{stem}_{number}"
+
+    # ------------------------------------------------------------------ drags: many previews, one undo step
+    def begin_drag(self, name: str) -> None:
+        """Open a drag of one sensor."""
+        self.cancel_drag()
+        if name in self._names():
+            self._history.begin(f"move {name}")
+            self._dragged = name
+
+    def preview(self, name: str, pose: Pose) -> None:
+        """Move the dragged sensor; ignored when it is not the one being dragged."""
+        if self._dragged == name:
+            self._history.preview(self.rig.with_sensor(name, self.rig.sensor(name).with_pose(pose)))
+            self._rig_moved_on()
+
+    def finish_drag(self) -> None:
+        """Keep where the drag ended, as one undo step."""
+        self._end_drag(self._history.commit)
+
+    def cancel_drag(self) -> None:
+        """Go back to where the drag began, if one is open."""
+        self._end_drag(self._history.cancel)
+
+    def _end_drag(self, end: Callable[[], bool]) -> None:
+        if self._dragged is not None:
+            self._dragged = None
+            end()
+            self._rig_moved_on()
+
+    # ------------------------------------------------------------------ undo
+    def undo(self) -> None:
+        """Take back one step; during a drag, only the drag."""
+        self._travel(self._history.undo)
+
+    def redo(self) -> None:
+        """Do the step again that was taken back last."""
+        self._travel(self._history.redo)
+
+    def _travel(self, step: Callable[[], bool]) -> None:
+        if self.is_dragging:
+            self.cancel_drag()
+            return
+        before = self.selected
+        place = self._place_of_selection()
+        step()
+        self.selected = self._selection_after(place)
+        self._rig_moved_on()
+        if self.selected != before:
+            self.selection_changed.emit()
+
+    def _place_of_selection(self) -> int:
+        """Index of the selected sensor; one past the end when nothing is selected."""
+        names = [sensor.name for sensor in self.rig.sensors]
+        return names.index(self.selected) if self.selected in names else len(names)
+
+    def _selection_after(self, place: int) -> str | None:
+        """What stays selected after a step: the same name, or the sensor that was only renamed."""
+        if self.selected is None or self.selected in self._names():
+            return self.selected
+        return self.rig.sensors[place].name if place < len(self.rig.sensors) else None
+
+    def _rig_moved_on(self) -> None:
+        """Count the revision and tell everybody; the selection is one that exists in the rig by now."""
+        self.revision += 1
+        self.rig_changed.emit()
