@@ -1,0 +1,70 @@
+"""Every question the window asks in a dialog, in one object, so that tests and scripts can answer instead."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Literal
+
+from PySide6.QtWidgets import QFileDialog, QMessageBox, QWidget
+
+RIG_FILES = "Rig files (*.yaml *.yml);;All files (*)"
+BOX_FILES = "Box tables (*.csv *.csv.gz *.parquet);;All files (*)"
+PICTURES = "PNG pictures (*.png)"
+Unsaved = Literal["save", "discard", "cancel"]
+
+
+class Dialogs:
+    """Asks the user with Qt's dialogs; None means that they changed their mind."""
+
+    def open_rig(self, parent: QWidget, folder: Path | None) -> Path | None:
+        """The rig file to open."""
+        return _path(QFileDialog.getOpenFileName(parent, "Open a rig", str(folder or ""), RIG_FILES)[0])
+
+    def save_rig(self, parent: QWidget, suggestion: Path) -> Path | None:
+        """Where to save the rig."""
+        chosen = QFileDialog.getSaveFileName(parent, "Save the rig", str(suggestion), RIG_FILES)[0]
+        return _with_suffix(_path(chosen), ".yaml")
+
+    def save_picture(self, parent: QWidget, suggestion: Path) -> Path | None:
+        """Where to save the picture."""
+        chosen = QFileDialog.getSaveFileName(parent, "Save the picture", str(suggestion), PICTURES)[0]
+        return _with_suffix(_path(chosen), ".png")
+
+    def box_file(self, parent: QWidget) -> Path | None:
+        """The box table to score on."""
+        return _path(QFileDialog.getOpenFileName(parent, "Open a box table", "", BOX_FILES)[0])
+
+    def box_folder(self, parent: QWidget) -> Path | None:
+        """The KITTI or CARLA folder to score on."""
+        return _path(QFileDialog.getExistingDirectory(parent, "Open a folder of boxes"))
+
+    def unsaved(self, parent: QWidget, rig_name: str) -> Unsaved:
+        """What to do with changes that are not saved."""
+        button = QMessageBox.StandardButton
+        answer = QMessageBox.question(
+            parent,
+            "Unsaved changes",
+            f"The rig '{rig_name}' has changes that are not saved.",
+            button.Save | button.Discard | button.Cancel,
+            button.Save,
+        )
+        if answer == button.Save:
+            return "save"
+        return "discard" if answer == button.Discard else "cancel"
+
+    def show_text(self, parent: QWidget, title: str, html: str) -> None:
+        """Something to read."""
+        box = QMessageBox(parent)
+        box.setWindowTitle(title)
+        box.setText(html)
+        box.setStandardButtons(QMessageBox.StandardButton.Close)
+        box.open()
+
+
+def _path(chosen: str) -> Path | None:
+    return Path(chosen) if chosen else None
+
+
+def _with_suffix(path: Path | None, suffix: str) -> Path | None:
+    """A name typed without an ending gets the usual one."""
+    return path.with_name(path.name + suffix) if path is not None and not path.suffix else path
