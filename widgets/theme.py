@@ -1,4 +1,4 @@
-"""The shared palette: one place for the colours of sensor kinds, classes and axes, for light and dark windows."""
+"""The shared palette: colours of sensor kinds, classes, axes and the 3D view, for light and dark windows."""
 
 from __future__ import annotations
 

@@ -43,7 +43,7 @@ def gizmo_axes(pose: Pose, space: Space) -> Vector:
 def along_axis_m(origin_m: Vector, axis: Vector, ray: Ray) -> float | None:
     """Metres along a line (origin, unit axis) to the point nearest to a view ray.
 
-    None when the line is seen end on or its nearest point lies behind the viewer: no position can be read off.
+    None when the line is seen end on or its nearest point lies behind the viewer: it says nothing.
     """
     between = ray.origin_m - origin_m
     cosine = float(axis @ ray.direction)
@@ -81,7 +81,7 @@ def rotation_about(axis: Vector, angle_rad: float) -> Vector:
 
 
 def moved(start: Pose, axis: Vector, distance_m: float) -> Pose:
-    """The pose pushed along a unit axis; coordinates the axis does not touch keep their bits, angles always."""
+    """The pose pushed along a unit axis; angles, and coordinates it does not touch, keep their bits."""
     x, y, z = (
         p + distance_m * float(a) if a != 0.0 else p for p, a in zip(start.position_m, axis, strict=True)
     )
@@ -89,7 +89,7 @@ def moved(start: Pose, axis: Vector, distance_m: float) -> Pose:
 
 
 def turned(start: Pose, axis: Vector, angle_rad: float) -> Pose:
-    """The pose turned about a unit axis through its own position; angles that stay the same keep their bits."""
+    """The pose turned about a unit axis through its position; angles that stay the same keep their bits."""
     if angle_rad == 0.0:
         return start
     rotation = rotation_about(axis, angle_rad) @ start.rotation()
@@ -109,8 +109,8 @@ def _kept(old_deg: float, new_deg: float) -> float:
 class Drag:
     """A drag that has begun: where the sensor was and where the handle was grasped.
 
-    `line` is the unit direction read off in metres from `line_origin_m`; rings seen edge on are read off along
-    their tangent too, with `radius_m` turning metres into radians.
+    `line` is the unit direction read off in metres from `line_origin_m`; rings seen edge on are read off
+    along their tangent too, with `radius_m` turning metres into radians.
     """
 
     handle: Handle
@@ -170,7 +170,7 @@ def _line_drag(
 
 
 def pose_matrix(position_m: Vec3, axes: Vector, scale: float) -> Vector:
-    """Homogeneous matrix (4, 4) that puts a unit gizmo at a position with the given axes and size in metres."""
+    """Homogeneous matrix (4, 4) that puts a unit gizmo at a position with axes (3, 3) and size in metres."""
     matrix = np.eye(4)
     matrix[:3, :3] = axes * scale
     matrix[:3, 3] = position_m

@@ -1,7 +1,7 @@
 """The gizmo that is seen and grasped: three arrows and three rings of constant size on the screen.
 
-The hit test works on projected polylines in pixels, not on a pick in the scene: it is quick, forgiving and the same
-for every backend. The actors live in a renderer of their own, drawn over everything else.
+The hit test works on projected polylines in pixels, not on a pick in the scene: it is quick, forgiving and
+the same for every backend. The actors live in a renderer of their own, drawn over everything else.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
 from vtkmodules.vtkCommonDataModel import vtkPlane
+from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from core.geometry import Pose
 from widgets.gizmo.drag import MOVE_HANDLES, ROTATE_HANDLES, Handle, Space, gizmo_axes, pose_matrix
@@ -29,7 +30,7 @@ _BACK_SHARE = 0.05
 
 @dataclass(frozen=True)
 class GizmoPlace:
-    """Where and how large the gizmo is: pose of the sensor, axes (3, 3) as columns, length of an arrow in metres."""
+    """Where and how large the gizmo is: the sensor's pose, axes (3, 3) as columns, an arrow's length (m)."""
 
     pose: Pose
     axes: NDArray[np.float64]
@@ -110,7 +111,7 @@ def _distance_px(pixel: Points, line: Points) -> float:
 class GizmoActors:
     """The arrows and rings in an overlay renderer; shown, placed and lit up by the scene."""
 
-    def __init__(self, renderer: pv.Renderer, palette: Palette) -> None:
+    def __init__(self, renderer: vtkRenderer, palette: Palette) -> None:
         self._palette = palette
         self._plane = vtkPlane()
         self._actors: dict[Handle, pv.Actor] = {}

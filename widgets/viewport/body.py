@@ -1,4 +1,4 @@
-"""The ego car's body as shaded surfaces: lofted from a profile, with glass, lights and shut lines cut in exactly."""
+"""The ego car's body: surfaces lofted from a profile, with glass, lights and shut lines cut in exactly."""
 
 from __future__ import annotations
 
@@ -41,16 +41,16 @@ _MIN_FACING = {"+x": 0.30, "-x": 0.30, "|y|": 0.45, "+z": 0.5, "-z": 0.7}
 
 @dataclass(frozen=True)
 class BodyPart:
-    """All surfaces of one material ("paint", "glass", "trim", "gap", "lamp", "tail", "plate", "tyre", "rim", "dark")."""
+    """All surfaces of one material: paint, glass, trim, gap, lamp, tail, plate, tyre, rim or dark."""
 
     material: str
     mesh: pv.PolyData
 
 
 def body_parts(vehicle: Vehicle) -> tuple[BodyPart, ...]:
-    """Surfaces of the vehicle in its own frame (metres), one per material; the outer size is exactly the vehicle's.
+    """Surfaces of the vehicle in its own frame (metres), one per material, with exactly the vehicle's size.
 
-    Door mirrors stick out beyond `width`, as in a registration document. Raises InputError for an unknown body.
+    Door mirrors stick out beyond `width`, as in a registration document. InputError for an unknown body.
     """
     if vehicle.body not in PROFILES:
         raise InputError(f"vehicle.body: found '{vehicle.body}', accepted is {' or '.join(sorted(PROFILES))}")
@@ -86,7 +86,7 @@ def _shell(profile: BodyProfile) -> Painted:
 
 
 def _section(station: Station) -> Points:
-    """Control points (k, 3) of a cross-section from the middle of the floor, round the left side, and back."""
+    """Control points (k, 3) of a cross-section, once round from the top: left side, floor, right side."""
     w, low, high, deck = station.half_width, station.z_bottom, station.z_shoulder, station.z_deck
     waist = low + 0.52 * (high - low)
     half = [
@@ -115,7 +115,7 @@ def _cabin(profile: BodyProfile) -> Painted:
 
 
 def _outline(level: Level) -> Points:
-    """Control points (k, 3) of a cabin outline: a rounded, slightly bowed rectangle, once round from the rear."""
+    """Control points (k, 3) of a cabin outline: a rounded, bowed rectangle, once round from the rear."""
     front, rear, w = level.x_front, level.x_rear, level.half_width
     bow = 0.10 * min(1.0, (front - rear) / 1.0)
     half = [
@@ -185,7 +185,7 @@ def _away(mesh: pv.PolyData, facing: Facing) -> Points:
 
 
 def _fit(painted: Painted, vehicle: Vehicle) -> None:
-    """Stretch all parts so that their common bounds are the vehicle's length and width, centred, and its height."""
+    """Stretch all parts together to the vehicle's length and width, centred, and its height."""
     points = np.concatenate([mesh.points for _, mesh in painted if mesh.n_points])
     low, high = points.min(axis=0), points.max(axis=0)
     scale = np.array([vehicle.length, vehicle.width, vehicle.height]) / (high - [low[0], low[1], 0.0])

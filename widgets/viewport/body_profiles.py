@@ -47,7 +47,7 @@ class Level:
 
 @dataclass(frozen=True)
 class BodyProfile:
-    """A body of reference size; `axle_x` rear and front, `wheel_radius_m` and `arch_radius_m` about the axles."""
+    """A body of reference size; `axle_x` is rear and front, radii are about the axles."""
 
     length_m: float
     width_m: float

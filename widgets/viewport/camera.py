@@ -36,7 +36,7 @@ class Ray:
 class OrbitCamera:
     """A camera that looks at `focal_m` from a distance; z stays up, also straight from above.
 
-    Azimuth turns left from the car's front, elevation 90 is straight above. `parallel` views keep lengths true.
+    Azimuth turns left from the car's front, elevation 90 is straight above. Lengths are true if `parallel`.
     """
 
     focal_m: tuple[float, float, float] = (0.0, 0.0, 0.8)
@@ -116,9 +116,10 @@ class OrbitCamera:
 
 
 def view_camera(name: str, grid: VoxelGrid, aspect: float, wide: bool = False) -> OrbitCamera:
-    """The camera of a named view. `wide` shows the whole ROI in the iso view, else the car and its surroundings.
+    """The camera of a named view; InputError for another name.
 
-    The top view shows the whole ROI, the side views the car with its sensors. Raises InputError for another name.
+    The iso view shows the car and its surroundings, or the whole ROI if `wide`; the top view the whole ROI;
+    the side views the car with its sensors.
     """
     if name not in _DIRECTION_DEG:
         raise InputError(f"view: found '{name}', accepted is {', '.join(VIEWS)}")

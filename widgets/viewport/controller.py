@@ -1,7 +1,7 @@
 """What the mouse does in the 3D view, without Qt: pixels in, camera moves, picks and gizmo drags out.
 
-Left on a handle drags it, left elsewhere orbits, a left click selects, middle or Shift+left pans, the wheel zooms
-towards the cursor, a double click looks at a sensor from near by, Escape cancels a drag.
+Left on a handle drags it, left elsewhere orbits, a left click selects, middle or Shift+left pans, the wheel
+zooms towards the cursor, a double click looks at a sensor from near by, Escape cancels a drag.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class _GizmoDrag:
 
 
 class ViewController:
-    """Turns mouse input into changes of a scene and tells the listener. Pixels count from the upper left corner."""
+    """Turns mouse input into changes of a scene and tells the listener; pixels count from the upper left."""
 
     def __init__(self, scene: Scene, listener: Listener) -> None:
         self._scene = scene

@@ -1,7 +1,7 @@
-"""The heatmap: one square per cell, as large on the screen as the cell is in the world, blended back to front.
+"""The heatmap: one square per cell, as large on the screen as in the world, blended back to front.
 
-Cells are drawn as points whose size a line of shader code computes, which costs a third of glyphs. While something
-is dragged a coarser level (blocks of cells with their largest value) keeps software OpenGL fluent.
+Cells are drawn as points whose size a line of shader code computes, which costs a third of glyphs. While
+something is dragged a coarser level (blocks of cells with their largest value) keeps software OpenGL fluent.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ class HeatmapData:
     """What the heatmap shows: cell centres (m, 3) and edge in metres, a value per cell (m,), and its legend.
 
     Pass the same `centres_m` array again when only the values change: then nothing else is recomputed.
-    `note` says which grid is shown (e.g. "cells of 0.4 m, grid 0.1 m"). Values at or below 2 % of the way from
-    `vmin` to `vmax` are not drawn.
+    `note` says which grid is shown (e.g. "cells of 0.4 m, grid 0.1 m"). Values in the lowest 2 % of the range
+    from `vmin` to `vmax` are not drawn.
     """
 
     centres_m: NDArray[np.float32]

@@ -14,7 +14,7 @@ from widgets.theme import Palette, rgb
 
 @dataclass(frozen=True)
 class Material:
-    """A Phong material; colours `#rrggbb`, the rest as in VTK. `sky` is mirrored where the surface looks up."""
+    """A Phong material; colours `#rrggbb`, the rest as in VTK; `sky` is mirrored where it looks up."""
 
     colour: str
     ambient: float = 0.25

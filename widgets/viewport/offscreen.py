@@ -1,4 +1,4 @@
-"""The 3D view without any display: the same scene drawn by EGL into a picture, for QT_QPA_PLATFORM=offscreen."""
+"""The 3D view without any display (QT_QPA_PLATFORM=offscreen): the same scene, drawn into a picture."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
 
 from widgets.theme import DARK, Palette
-from widgets.viewport.scene import Scene
+from widgets.viewport.scene import Scene, render_window
 from widgets.viewport.viewport_base import ViewportBase
 
 
@@ -40,7 +40,8 @@ class OffscreenViewport(ViewportBase):
     def __init__(self, parent: QWidget | None = None, palette: Palette = DARK) -> None:
         super().__init__(parent)
         self._plotter = pv.Plotter(off_screen=True, window_size=[960, 600], lighting="none")
-        self._plotter.render_window.SetMultiSamples(0)
+        self._window = render_window(self._plotter)
+        self._window.SetMultiSamples(0)
         self._picture = _Picture(self)
         self._start(self._picture, Scene(self._plotter, palette, self.devicePixelRatioF()))
 
@@ -58,17 +59,16 @@ class OffscreenViewport(ViewportBase):
         ratio = self._picture.devicePixelRatioF()
         width, height = (max(1, round(length * ratio)) for length in (self.width(), self.height()))
         if not self._closed and (width, height) != self._scene.size:
-            self._plotter.render_window.SetSize(width, height)
+            self._window.SetSize(width, height)
             self.request_render()
 
     def _draw(self) -> None:
         self._follow_size()
         self._scene.prepare()
-        window = self._plotter.render_window
-        window.Render()
+        self._window.Render()
         width, height = self._scene.size
         pixels = vtkUnsignedCharArray()
-        window.GetPixelData(0, 0, width - 1, height - 1, 0, pixels, 0)
+        self._window.GetPixelData(0, 0, width - 1, height - 1, 0, pixels, 0)
         rows = vtk_to_numpy(pixels).reshape(height, width, 3)
         upright = np.ascontiguousarray(rows[::-1])
         self._picture.image = QImage(
@@ -77,4 +77,5 @@ class OffscreenViewport(ViewportBase):
         self._picture.update()
 
     def _release(self) -> None:
+        del self._window
         self._plotter.close()

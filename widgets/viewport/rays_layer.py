@@ -1,6 +1,7 @@
 """Ray fans: some of the very rays the metric casts, cut off at the ROI, fading outwards.
 
-The selected sensor shows a dense fan, the others a sparse one, so that a picture stays below a few thousand lines.
+The selected sensor shows a dense fan, the others a sparse one, so that a picture stays below a few thousand
+lines.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ def fan_rows(sensor: Lidar | Camera, most: int) -> _Index:
 
 
 def _spread(slow: int, fast: int, slow_wanted: int, most: int, closed: bool) -> _Index:
-    """Rows of a (slow, fast) lattice: `slow_wanted` lines of it with both ends, most / slow_wanted places each."""
+    """Rows of a (slow, fast) lattice: `slow_wanted` lines with both ends, most / slow_wanted places each."""
     first = np.unique(np.linspace(0, slow - 1, min(slow, slow_wanted)).round().astype(np.int64))
     count = max(1, min(fast, most // len(first)))
     second = np.linspace(0, fast - 1 if closed else fast, count, endpoint=closed).round().astype(np.int64)
@@ -56,8 +57,8 @@ def frame_rows(camera: Camera) -> _Index:
 def fan_mesh(sensor: Lidar | Camera, grid: VoxelGrid, most: int, colour: str, alpha: float) -> pv.PolyData:
     """Line segments of a sensor's fan inside the ROI with an `rgba` point array.
 
-    Rays are faint at the sensor, where they crowd, and strongest where they leave the ROI; there LiDAR beams are
-    joined to rings, and a camera's corner rays are drawn stronger to show the frustum.
+    Rays are faint at the sensor, where they crowd, and strongest where they leave the ROI; there LiDAR beams
+    are joined to rings, and a camera's corner rays are drawn stronger to show the frustum.
     """
     starts, ends, row = _segments(sensor, grid, fan_rows(sensor, most))
     fan = _tinted(starts, ends, colour, _NEAR_SHARE * alpha, alpha)
@@ -69,7 +70,7 @@ def fan_mesh(sensor: Lidar | Camera, grid: VoxelGrid, most: int, colour: str, al
 
 
 def _beam_rings(lidar: Lidar, ends: Points, row: _Index, colour: str, alpha: float) -> pv.PolyData:
-    """Lines that join the ends of neighbouring rays of a beam where both leave through floor, ceiling or one wall."""
+    """Lines that join the ends of neighbouring rays of a beam where both leave through floor or ceiling."""
     azimuths = len(lidar.azimuths())
     after = np.roll(np.arange(len(row)), -1)
     beam = row // max(1, azimuths)

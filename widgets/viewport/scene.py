@@ -1,19 +1,20 @@
-"""The whole 3D scene on any pyvista plotter: the one drawing path of the window, offscreen pictures and tests.
+"""The whole 3D scene on any pyvista plotter: the one drawing path of window, offscreen pictures and tests.
 
-No Qt here. Methods change what is shown but draw nothing; `prepare` brings everything up to date for one frame, and
-the owner of the plotter renders it.
+No Qt here. Methods change what is shown but draw nothing; `prepare` brings everything up to date for one
+frame, and the owner of the plotter renders it.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import BinaryIO, cast
 
 import matplotlib.image
 import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
-from vtkmodules.vtkRenderingCore import vtkRenderer
+from vtkmodules.vtkRenderingCore import vtkRenderer, vtkRenderWindow
 
 from core.files import atomic_write
 from core.geometry import Pose
@@ -45,13 +46,13 @@ _LIGHTS = (
 class SceneState:
     """Everything a scene shows; a picture of it can be made again anywhere, at any size."""
 
-    vehicle: Vehicle = Vehicle()
-    rig: Rig = Rig()
+    vehicle: Vehicle = field(default_factory=Vehicle)
+    rig: Rig = field(default_factory=Rig)
     hidden: frozenset[str] = frozenset()
     selected: str | None = None
-    grid: VoxelGrid = VoxelGrid()
+    grid: VoxelGrid = field(default_factory=VoxelGrid)
     heatmap: HeatmapData | None = None
-    camera: OrbitCamera = OrbitCamera()
+    camera: OrbitCamera = field(default_factory=OrbitCamera)
     gizmo_mode: GizmoMode = "both"
     gizmo_space: Space = "local"
     show_gizmo: bool = True
@@ -60,7 +61,7 @@ class SceneState:
 
 
 class Scene:
-    """A scene on a plotter. `pixel_ratio` scales lines, letters and handles on dense screens and large pictures."""
+    """A scene on a plotter; `pixel_ratio` scales lines, letters and handles for dense or large pictures."""
 
     def __init__(self, plotter: pv.BasePlotter, palette: Palette = DARK, pixel_ratio: float = 1.0) -> None:
         self._plotter = plotter
@@ -69,6 +70,7 @@ class Scene:
         self._hovered: str | Handle | None = None
         self._quick = False
         renderer = plotter.renderer
+        self._last_size: Size = (1, 1)
         self._overlay = _overlay_renderer(plotter)
         self._ground, self._roi = GroundLayer(renderer), RoiLayer(renderer)
         self._body, self._sensors = BodyLayer(renderer), SensorLayer(renderer)
@@ -87,9 +89,12 @@ class Scene:
 
     @property
     def size(self) -> Size:
-        """Width and height of the picture in pixels."""
-        width, height = self._plotter.render_window.GetSize()
-        return int(width), int(height)
+        """Width and height of the picture in pixels; of a closed plotter the last ones."""
+        window = self._plotter.render_window
+        if window is not None:
+            width, height = window.GetSize()
+            self._last_size = int(width), int(height)
+        return self._last_size
 
     @property
     def pixel_ratio(self) -> float:
@@ -104,7 +109,7 @@ class Scene:
             self._legend.set_data(self._state.heatmap, self._state.palette, pixel_ratio)
 
     def apply(self, state: SceneState) -> None:
-        """Show a whole state. Raises InputError for an unknown vehicle body; the rest is shown all the same."""
+        """Show a whole state; InputError for an unknown vehicle body, but the rest is shown all the same."""
         self._state = replace(state, vehicle=self._state.vehicle)
         self._redraw()
         self.set_vehicle(state.vehicle)
@@ -168,7 +173,7 @@ class Scene:
         self._draw_fans()
 
     def set_view(self, name: str, wide: bool = False) -> None:
-        """Look from "iso", "top", "front", "left" or "rear" (InputError otherwise); `wide`: iso over the whole ROI."""
+        """Look from "iso", "top", "front", "left", "rear" (else InputError); `wide`: iso over all the ROI."""
         width, height = self.size
         self.set_camera(view_camera(name, self._state.grid, width / max(1, height), wide))
 
@@ -272,9 +277,17 @@ def _others_differ(before: SceneState, after: SceneState) -> bool:
     return old != [sensor for sensor in after.rig.sensors if sensor.name != after.selected]
 
 
+def render_window(plotter: pv.BasePlotter) -> vtkRenderWindow:
+    """The VTK window of an open plotter."""
+    window = plotter.render_window
+    if window is None:
+        raise RuntimeError("the plotter is closed")
+    return window
+
+
 def _overlay_renderer(plotter: pv.BasePlotter) -> vtkRenderer:
     """A second renderer over the scene with a depth buffer of its own, for things that are never hidden."""
-    window = plotter.render_window
+    window = render_window(plotter)
     overlay = vtkRenderer()
     window.SetNumberOfLayers(window.GetNumberOfLayers() + 1)
     overlay.SetLayer(window.GetNumberOfLayers() - 1)
@@ -305,27 +318,27 @@ def render_still(
 ) -> NDArray[np.uint8]:
     """Draw a state offscreen with smooth edges: pixels (height * scale, width * scale, 3 or 4) uint8.
 
-    `size` is width and height; `scale` enlarges everything alike. With `path` a PNG is written there. `view` picks a
-    named view of the whole ROI (InputError for an unknown one), else the state's camera is kept.
+    `size` is width and height; `scale` enlarges everything alike. With `path` a PNG is written there. `view`
+    picks a named view of the whole ROI (InputError for an unknown one), else the state's camera is kept.
     """
     plotter = pv.Plotter(off_screen=True, window_size=[size[0] * scale, size[1] * scale], lighting="none")
     try:
-        plotter.render_window.SetMultiSamples(8)
+        render_window(plotter).SetMultiSamples(8)
         scene = Scene(plotter, state.palette, pixel_ratio=float(scale))
         scene.apply(state)
         if view is not None:
             scene.set_view(view, wide=True)
         scene.prepare()
         plotter.show(auto_close=False, interactive=False)
-        image = plotter.screenshot(None, transparent_background=transparent, return_img=True)
+        image = np.asarray(plotter.screenshot(None, transparent_background=transparent, return_img=True))
         if path is not None:
             write_png(image, path)
-        return np.asarray(image)
+        return image
     finally:
         plotter.close()
 
 
 def write_png(image: NDArray[np.uint8], path: Path) -> None:
-    """Write pixels (h, w, 3 or 4) as a PNG, completely or not at all; InputError when the place cannot be written."""
+    """Write pixels (h, w, 3 or 4) as a PNG, completely or not at all; InputError if it cannot be written."""
     with atomic_write(path) as file:
-        matplotlib.image.imsave(file, image, format="png")
+        matplotlib.image.imsave(cast(BinaryIO, file), image, format="png")

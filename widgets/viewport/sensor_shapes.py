@@ -1,7 +1,7 @@
-"""What sensors look like: a LiDAR puck with its dark window, a camera body with a lens that shows where it looks.
+"""What sensors look like: a LiDAR puck with its dark window, a camera body with a lens that looks ahead.
 
-Shapes stand at the sensor's origin in its own frame (x forward, z up), metres, somewhat larger than life so that
-they can be seen and grasped on a whole car. Each is one mesh with an `rgb` point array.
+Shapes stand at the sensor's origin in its own frame (x forward, z up), metres, somewhat larger than life so
+that they can be seen and grasped on a whole car. Each is one mesh with an `rgb` point array.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def sensor_mesh(sensor: object, palette: Palette, lit: bool, enabled: bool = Tru
 
 
 def _puck(colour: str) -> pv.PolyData:
-    """A LiDAR: base, dark window ring, domed cap, and a forward mark; the origin is in the window's middle."""
+    """A LiDAR: base, dark window ring, cap and a forward mark; the origin is in the window's middle."""
     r = LIDAR_RADIUS_M
     base = [(0.0, -0.085), (0.94 * r, -0.085), (r, -0.075), (r, -0.040), (0.95 * r, -0.036)]
     window = [(0.95 * r, -0.036), (0.90 * r, 0.036)]
@@ -43,7 +43,7 @@ def _puck(colour: str) -> pv.PolyData:
 
 
 def _camera(colour: str) -> pv.PolyData:
-    """A camera: body behind the origin, lens barrel to the front with dark glass; a small fin marks its top."""
+    """A camera: body behind the origin, lens barrel with dark glass ahead; a small fin marks its top."""
     body = pv.Cube(center=(-0.070, 0.0, 0.0), x_length=0.12, y_length=0.13, z_length=0.10)
     fin = pv.Cube(center=(-0.07, 0.0, 0.058), x_length=0.08, y_length=0.03, z_length=0.018)
     barrel = [(0.052, -0.02), (0.052, 0.035), (0.060, 0.040), (0.060, 0.060), (0.048, 0.060)]

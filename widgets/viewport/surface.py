@@ -8,6 +8,7 @@ import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline
+from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkFiltersCore import vtkClipPolyData
 
 Points = NDArray[np.float64]
@@ -116,11 +117,22 @@ def cut(mesh: pv.PolyData, distance: Points) -> tuple[pv.PolyData, pv.PolyData]:
     clipper.InsideOutOn()
     clipper.GenerateClippedOutputOn()
     clipper.Update()
-    inside, outside = pv.wrap(clipper.GetOutput(0)), pv.wrap(clipper.GetOutput(1))
-    for part in (inside, outside):
-        part.point_data.remove("distance")
-        part.point_data.active_normals_name = "Normals"
-    return inside, outside
+    return _compact(pv.wrap(clipper.GetOutput(0))), _compact(pv.wrap(clipper.GetOutput(1)))
+
+
+def _compact(mesh: pv.PolyData) -> pv.PolyData:
+    """The mesh without the points that no face uses: the clip filter keeps them all."""
+    polygons = mesh.GetPolys()
+    corners = vtk_to_numpy(polygons.GetConnectivityArray())
+    offsets = vtk_to_numpy(polygons.GetOffsetsArray())
+    used = np.zeros(mesh.n_points, dtype=bool)
+    used[corners] = True
+    faces = np.insert((np.cumsum(used) - 1)[corners], offsets[:-1], np.diff(offsets))
+    compact = pv.PolyData(mesh.points[used], faces)
+    for name in set(mesh.point_data.keys()) - {"distance"}:
+        compact.point_data[name] = np.asarray(mesh.point_data[name])[used]
+    compact.point_data.active_normals_name = "Normals"
+    return compact
 
 
 def cut_convex(
@@ -128,8 +140,8 @@ def cut_convex(
 ) -> tuple[pv.PolyData, list[pv.PolyData]]:
     """Split off what lies in a convex polygon, in the plane where `flat` (n, 2) lies: (inside, what is left).
 
-    Points with `away` > 0 never belong to it. Cutting along its straight sides one after the other keeps a region
-    that is far thinner than the mesh is fine.
+    Points with `away` > 0 never belong to it. Cutting along its straight sides one after the other keeps a
+    region that is far thinner than the mesh is fine.
     """
     sides = np.array([_beyond_side(flat, *side) for side in _sides(polygon)])
     mesh = mesh.copy(deep=False)

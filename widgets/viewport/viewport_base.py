@@ -30,7 +30,8 @@ _BUTTONS: dict[Qt.MouseButton, Button] = {
 class ViewportBase(QWidget):
     """The 3D view as the window sees it; a subclass supplies the canvas and draws on it.
 
-    A drag moves sensor, fan and gizmo at once by itself and emits `drag_moved`; the document answers with `set_rig`.
+    A drag moves sensor, fan and gizmo at once by itself and emits `drag_moved`; the document answers with
+    `set_rig`.
     """
 
     sensor_picked = Signal(object)
