@@ -1,0 +1,247 @@
+"""POG files come back as they were, damaged ones are refused, and the cache heals itself."""
+
+import io
+import os
+import pickle
+import zipfile
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from core.errors import InputError
+from core.scene import pog_store
+from core.scene.grid import VoxelGrid
+from core.scene.pog import Pog, build_pog
+from core.scene.pog_store import cache_folder, cached_pog, load_pog, save_pog
+from tests.core.builders import Boxes, boxes_of
+
+GRID = VoxelGrid(0.5, (4.0, 3.0, 2.0))
+BOXES = boxes_of(
+    (0, 0, (0.0, 0.0, 1.0), (2.0, 1.0, 1.0), 0.3),
+    (1, 2, (0.5, 0.2, 1.0), (1.0, 1.0, 1.0), 0.0),
+    frames=3,
+)
+
+
+@pytest.fixture
+def pog() -> Pog:
+    return build_pog(BOXES, GRID)
+
+
+@pytest.fixture
+def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("RIGLENS_CACHE_DIR", str(tmp_path / "cache"))
+    return tmp_path / "cache"
+
+
+def assert_same(found: Pog, expected: Pog) -> None:
+    assert found.grid == expected.grid
+    assert found.data == expected.data
+    assert found.counts.dtype == expected.counts.dtype
+    assert np.array_equal(found.counts, expected.counts)
+    assert np.array_equal(found.index.words, expected.index.words)
+    assert np.array_equal(found.index.first, expected.index.first)
+
+
+def refused(path: Path) -> str:
+    """The message of load_pog about a file, which is one line naming the file."""
+    with pytest.raises(InputError) as caught:
+        load_pog(path)
+    message = str(caught.value)
+    assert "\n" not in message and str(path) in message
+    return message
+
+
+def test_a_saved_pog_comes_back_as_it_was(pog: Pog, tmp_path: Path) -> None:
+    data = replace(
+        pog.data, unmapped=pog.data.unmapped + type(pog.data.unmapped)(tram=7), notes=("one", "two")
+    )
+    told = replace(pog, data=data)
+    save_pog(told, tmp_path / "x.npz")
+    assert_same(load_pog(tmp_path / "x.npz"), told)
+
+
+def test_a_missing_file_a_folder_and_foreign_files_are_refused(tmp_path: Path) -> None:
+    assert "no such file" in refused(tmp_path / "nothing.npz")
+    refused(tmp_path)
+    for number, content in enumerate([b"", b"hello", b"PK\x03\x04", pickle.dumps([1]), b"\x93NUMPY"]):
+        path = tmp_path / f"{number}.npz"
+        path.write_bytes(content)
+        refused(path)
+    np.save(tmp_path / "array.npy", np.zeros(3))
+    refused(tmp_path / "array.npy")
+    np.savez(tmp_path / "other.npz", words=np.zeros(3))
+    refused(tmp_path / "other.npz")
+
+
+def test_any_flipped_byte_is_noticed_or_harmless(pog: Pog, tmp_path: Path) -> None:
+    path = tmp_path / "x.npz"
+    save_pog(pog, path)
+    content = path.read_bytes()
+    noticed = 0
+    for position in range(0, len(content), 3):
+        damaged = bytearray(content)
+        damaged[position] ^= 0xFF if position % 2 else 0x01
+        path.write_bytes(damaged)
+        try:
+            assert_same(load_pog(path), pog)
+        except InputError:
+            noticed += 1
+    assert noticed > len(content) / 3 / 4
+
+
+def test_a_truncated_file_is_refused(pog: Pog, tmp_path: Path) -> None:
+    path = tmp_path / "x.npz"
+    save_pog(pog, path)
+    content = path.read_bytes()
+    for length in range(0, len(content), 97):
+        path.write_bytes(content[:length])
+        refused(path)
+
+
+def rewritten(path: Path, **changes: np.ndarray) -> None:
+    """Exchange arrays of a saved POG, with a checksum that is right when the header still is."""
+    with np.load(path) as archive:
+        arrays = {name: archive[name] for name in archive.files} | changes
+    digest = pog_store._digest(str(arrays["header"]), arrays["words"], arrays["counts"])
+    np.savez(path, **(arrays | {"digest": np.array(digest)}))
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"header": np.array('{"riglens_pog": 99}')},
+        {"header": np.array("{}")},
+        {"header": np.array("[]")},
+        {"header": np.array("not json")},
+        {"header": np.array('{"riglens_pog": 1, "voxel_m": -1, "roi_m": [1, 1, 1]}')},
+        {"words": np.zeros(3, np.uint64)},
+        {"words": np.zeros(48, np.int64)},
+        {"counts": np.zeros((1, 3), np.uint16)},
+        {"counts": np.zeros((0, 3), np.float64)},
+    ],
+    ids=lambda changes: f"{next(iter(changes))}-{next(iter(changes.values())).dtype}",
+)
+def test_well_formed_files_with_wrong_content_are_refused(
+    pog: Pog, tmp_path: Path, changes: dict[str, np.ndarray]
+) -> None:
+    path = tmp_path / "x.npz"
+    save_pog(pog, path)
+    rewritten(path, **changes)
+    with pytest.raises(InputError):
+        load_pog(path)
+
+
+def test_a_pickle_inside_is_never_run(pog: Pog, tmp_path: Path) -> None:
+    path, victim = tmp_path / "x.npz", tmp_path / "victim"
+
+    class Attack:
+        def __reduce__(self) -> tuple[object, tuple[str]]:
+            return os.mkdir, (str(victim),)
+
+    save_pog(pog, path)
+    with np.load(path) as archive:
+        arrays = {name: archive[name] for name in archive.files}
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, array in arrays.items():
+            buffer = io.BytesIO()
+            np.save(buffer, np.array([Attack()], object) if name == "words" else array)
+            archive.writestr(f"{name}.npy", buffer.getvalue())
+    refused(path)
+    assert not victim.exists()
+
+
+def test_an_unwritable_place_is_refused_and_nothing_is_left(pog: Pog, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="cannot be written"):
+        save_pog(pog, tmp_path / "no such folder" / "x.npz")
+    with pytest.raises(InputError, match="cannot be written"):
+        save_pog(pog, tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
+class Counting(Boxes):
+    """Boxes that count how often they are read."""
+
+    read = 0
+
+    def batches(self, progress=None):  # type: ignore[no-untyped-def]
+        type(self).read += 1
+        return super().batches(progress)
+
+
+@pytest.fixture
+def source() -> Counting:
+    Counting.read = 0
+    return Counting(**vars(BOXES))
+
+
+def test_the_cache_saves_the_second_reading(cache: Path, source: Counting) -> None:
+    first, second = cached_pog(source, GRID), cached_pog(source, GRID)
+    assert Counting.read == 1
+    assert_same(second, first)
+    assert [path.parent for path in cache.iterdir()] == [cache]
+
+
+@pytest.mark.parametrize("damage", [b"", b"garbage", None])
+def test_a_damaged_cache_file_is_rebuilt(cache: Path, source: Counting, damage: bytes | None) -> None:
+    first = cached_pog(source, GRID)
+    (file,) = cache.iterdir()
+    content = file.read_bytes()
+    file.write_bytes(content[: len(content) // 2] if damage is None else damage)
+    assert_same(cached_pog(source, GRID), first)
+    assert Counting.read == 2
+    assert_same(cached_pog(source, GRID), first)
+    assert Counting.read == 2
+
+
+def test_the_cache_tells_grids_and_contents_apart(cache: Path, source: Counting) -> None:
+    cached_pog(source, GRID)
+    for grid in (
+        VoxelGrid(0.25, GRID.roi_m),
+        VoxelGrid(0.5, (4.0, 3.0, 2.5)),
+        VoxelGrid(0.5, (3.0, 4.0, 2.0)),
+    ):
+        assert cached_pog(source, grid).grid == grid
+    assert cached_pog(replace(source, frames=4), GRID).data.frames == 4
+    moved = replace(source, centre_m=source.centre_m + 0.5)
+    assert not np.array_equal(cached_pog(moved, GRID).index.words, cached_pog(source, GRID).index.words)
+    assert len(list(cache.iterdir())) == 6
+
+
+@pytest.mark.parametrize(
+    "obstacle", ["a file where the folder should be", "a folder where the file should be"]
+)
+def test_without_a_usable_cache_the_pog_is_built_all_the_same(
+    cache: Path, source: Counting, pog: Pog, obstacle: str
+) -> None:
+    if obstacle.startswith("a file"):
+        cache.write_text("in the way")
+    else:
+        cached_pog(source, GRID)
+        (file,) = cache.iterdir()
+        file.unlink()
+        (file / "in the way").mkdir(parents=True)
+    assert_same(cached_pog(source, GRID), pog)
+
+
+def test_a_cache_that_may_not_be_looked_into_does_no_harm(
+    cache: Path, source: Counting, pog: Pog, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def forbidden(*_: object, **__: object) -> None:
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(Path, "exists", forbidden)
+    monkeypatch.setattr(Path, "mkdir", forbidden)
+    assert_same(cached_pog(source, GRID), pog)
+
+
+def test_the_cache_lies_where_the_environment_says_and_else_with_the_user(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv("RIGLENS_CACHE_DIR", "/somewhere/else")
+    assert cache_folder() == Path("/somewhere/else")
+    monkeypatch.delenv("RIGLENS_CACHE_DIR")
+    monkeypatch.setenv("HOME", "/home/somebody")
+    assert "riglens" in str(cache_folder())
