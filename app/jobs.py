@@ -19,6 +19,7 @@ from core.rig.presets import PRESETS, find_rig, preset
 from core.rig.yaml_file import dumps
 from core.scene.pog import Pog, build_pog
 from core.scene.pog_store import save_pog
+from core.study import table1 as study
 
 WARM_UP = Rig(
     sensors=(
@@ -76,11 +77,34 @@ def evaluate(names: Sequence[str], scene: SceneOptions, score: ScoreOptions, jso
     print_scores(evaluations, field, score)
 
 
+def table1(scene: SceneOptions, score: ScoreOptions, csv_target: Path | None) -> None:
+    """Print the paper's Table I beside our figures, and say where the orders agree; also write it as CSV."""
+    if csv_target is not None:
+        require_writable(csv_target)
+    _, field = load_with_progress(scene)
+    with progress_bar("Casting rays") as progress:
+        table = study.table1(Engine(field, score.threads), settings_of(score), progress)
+    if csv_target is not None:
+        with atomic_write(csv_target, "w") as stream:
+            stream.write(table.to_csv())
+    console = results()
+    print_scene(field, score)
+    console.print(tables.table1_figures(table))
+    console.print(tables.table1_orders(table))
+    for line in tables.table1_verdict(table):
+        console.print(line, soft_wrap=True)
+
+
+def print_scene(field: EntropyField, score: ScoreOptions) -> None:
+    """What was scored and how, on standard output."""
+    for line in tables.scene_lines(field, settings_of(score), short_source(field.data)):
+        results().print(line, soft_wrap=True)
+
+
 def print_scores(evaluations: Sequence[Evaluation], field: EntropyField, score: ScoreOptions) -> None:
     """The scores with what they were computed on, on standard output."""
     console = results()
-    for line in tables.scene_lines(field, settings_of(score), short_source(field.data)):
-        console.print(line, soft_wrap=True)
+    print_scene(field, score)
     console.print(tables.score_table(evaluations))
     console.print(tables.EXPLANATION[score.reading], soft_wrap=True)
 

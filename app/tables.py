@@ -13,6 +13,7 @@ from core.engine.engine import Evaluation
 from core.metric.entropy import EntropyField
 from core.metric.scores import MetricSettings, Reading
 from core.scene.boxes import CLASSES, DataReport
+from core.study.table1 import MEASURES, Measure, Row, Table1
 
 SIGNIFICANT_DIGITS = 5
 EXPLANATION: dict[Reading, str] = {
@@ -101,3 +102,55 @@ def preset_table(presets: Iterable[tuple[str, str, int, int]]) -> Table:
     for name, description, cameras, lidars in presets:
         table.add_row(Text(name, "bold"), str(cameras), str(lidars), Text(description))
     return table
+
+
+MEASURE_TITLES: dict[Measure, str] = {
+    "camera_s_mig": "Camera S-MIG",
+    "lidar_s_mig": "LiDAR S-MIG",
+    "s_ms": "S-MS",
+}
+
+
+def table1_figures(table: Table1) -> Table:
+    """The paper's Table I with its three blocks one below the other: ours beside the published, 10³ nat."""
+    shown = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    shown.add_column("10³ nat", no_wrap=True)
+    for name in CLASSES:
+        shown.add_column(f"{name}\nours", justify="right", no_wrap=True)
+        shown.add_column("\npaper", justify="right", no_wrap=True, style="dim")
+    for measure in MEASURES:
+        shown.add_row(Text(MEASURE_TITLES[measure], "bold"))
+        for row in table.rows:
+            shown.add_row(f"  {row.rig}", *_beside(row, measure))
+        shown.add_section()
+    return shown
+
+
+def _beside(row: Row, measure: Measure) -> Iterable[str]:
+    for name in CLASSES:
+        yield thousands(row.ours[name].of(measure), 2)
+        yield thousands(row.published[name].of(measure), 2)
+
+
+def table1_orders(table: Table1) -> Table:
+    """For each class the order of groups and rigs, lowest first; the paper's as well where it is another."""
+    shown = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    for title in ("class", "order of", "lowest first", "agrees", "τ"):
+        shown.add_column(title, no_wrap=True)
+    for order in table.orders:
+        ours = " < ".join(order.ours)
+        lines = ours if order.agrees else f"{ours}\npaper: {' < '.join(order.published)}"
+        verdict = Text("yes", "green") if order.agrees else Text("no", "bold red")
+        by = "rigs, S-MS" if order.what == "rigs" else order.what
+        tau = "-" if order.kendall_tau is None else f"{order.kendall_tau:.2f}"
+        shown.add_row(order.cls if order.what == "LiDAR groups" else "", by, lines, verdict, tau)
+        if order.what == "rigs":
+            shown.add_section()
+    return shown
+
+
+def table1_verdict(table: Table1) -> Iterable[str]:
+    """How many orders agree, and what to make of it."""
+    same = sum(order.agrees for order in table.orders)
+    yield f"{same} of {len(table.orders)} orders are the paper's; τ is Kendall's rank correlation with it."
+    yield "Compare orders, not figures: those depend on the traffic, the voxel edge and the number of rays."
