@@ -124,15 +124,38 @@ def view_camera(name: str, grid: VoxelGrid, aspect: float, wide: bool = False) -
     if name not in _DIRECTION_DEG:
         raise InputError(f"view: found '{name}', accepted is {', '.join(VIEWS)}")
     azimuth, elevation = _DIRECTION_DEG[name]
+    if name == "iso" and wide:
+        return _fitted(OrbitCamera((0.0, 0.0, 0.0), 1.0, azimuth, elevation + 6.0), _corners_m(grid), aspect)
     tall_m, long_m = {"iso": (7.2, 9.5), "top": (grid.roi_m[1] * 1.14, grid.roi_m[0] * 1.10)}.get(
         name, (4.6, 7.4)
     )
-    focal = (0.0, 0.0, 0.0) if name == "top" else (0.0, 0.0, 1.45)
-    if name == "iso":
-        focal = (0.0, 0.0, 1.1)
-        if wide:
-            long_m = math.hypot(grid.roi_m[0], grid.roi_m[1]) * 0.94
-            tall_m, focal = long_m * 0.55, (0.0, 0.0, 0.0)
+    focal = {"iso": (0.0, 0.0, 1.1), "top": (0.0, 0.0, 0.0)}.get(name, (0.0, 0.0, 1.45))
     camera = OrbitCamera(focal, 1.0, azimuth, elevation, parallel=name != "iso")
     distance = max(tall_m, long_m / aspect) / 2 / math.tan(math.radians(camera.view_angle_deg) / 2)
     return replace(camera, distance_m=distance)
+
+
+def _corners_m(grid: VoxelGrid) -> Points:
+    """The eight corners of the ROI, (8, 3) metres."""
+    low = np.array(grid.origin_m)
+    unit = np.array([[x, y, z] for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (0.0, 1.0)])
+    return np.asarray(low + unit * np.array(grid.roi_m))
+
+
+def _fitted(camera: OrbitCamera, points_m: Points, aspect: float) -> OrbitCamera:
+    """The camera moved back and sideways until all points lie inside the picture with a small margin."""
+    size = (round(1000 * aspect), 1000)
+    for _ in range(4):
+        near, far = 1.0, _MAX_DISTANCE_M
+        for _ in range(30):
+            camera = replace(camera, distance_m=(near + far) / 2)
+            seen = camera.project(points_m, size)
+            away = np.abs(seen[:, :2] / size - 0.5).max()
+            if seen[:, 2].min() > 0.0 and away < 0.48:
+                far = camera.distance_m
+            else:
+                near = camera.distance_m
+        seen = camera.project(points_m, size)
+        middle = (seen[:, :2].min(axis=0) + seen[:, :2].max(axis=0)) / 2
+        camera = camera.panned(size[0] / 2 - middle[0], size[1] / 2 - middle[1], size)
+    return camera

@@ -98,7 +98,7 @@ def _frustum(camera: Camera, grid: VoxelGrid, colour: str, alpha: float, framed:
     """The four edges of the field of view and, if wanted, a frame one metre ahead that the corners see."""
     starts, ends, _ = _segments(camera, grid, frame_rows(camera))
     edges = _tinted(starts, ends, colour, alpha, 0.5 * alpha)
-    if not framed:
+    if not framed or not len(starts):
         return edges
     rays = sensor_rays(camera, frame_rows(camera))
     ahead = rays.directions / (rays.directions @ camera.pose.rotation()[:, 0])[:, None]

@@ -60,7 +60,7 @@ class ViewportBase(QWidget):
         """Put the canvas into the widget and listen to its mouse."""
         self._canvas, self._scene = canvas, scene
         self._controller = ViewController(scene, self)
-        self._view_chosen = False
+        self._home = scene.state.camera
         canvas.setMouseTracking(True)
         canvas.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         canvas.installEventFilter(self)
@@ -108,7 +108,6 @@ class ViewportBase(QWidget):
 
     def set_view(self, name: str, wide: bool = False) -> None:
         """Look from "iso", "top", "front", "left" or "rear"; `wide` shows the whole ROI in the iso view."""
-        self._view_chosen = True
         self._scene.set_view(name, wide)
         self.request_render()
 
@@ -233,7 +232,12 @@ class ViewportBase(QWidget):
         if self._closed:
             return
         self._scene.set_pixel_ratio(self._canvas.devicePixelRatioF())
-        if not self._view_chosen:
-            self._scene.set_view("iso")
+        self._fit_home()
         self._draw()
         self.drawn.emit()
+
+    def _fit_home(self) -> None:
+        """Until somebody looks elsewhere, keep the first view fitted to the size of the widget."""
+        if self._scene.state.camera is self._home:
+            self._scene.set_view("iso")
+            self._home = self._scene.state.camera

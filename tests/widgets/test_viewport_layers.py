@@ -1,0 +1,128 @@
+"""What the layers draw: rays of the metric inside the ROI, heatmap cells and their colours, sensor shapes."""
+
+import numpy as np
+import pytest
+
+from core.rays import clip_to_roi, sensor_rays
+from core.rig.model import Camera, EvenAngles, Lidar
+from core.scene.grid import VoxelGrid
+from widgets.theme import DARK, LIGHT, mix, rgb
+from widgets.viewport.heatmap_layer import DRAG_CELLS, coarse_level, colour_index, colour_table, full_level
+from widgets.viewport.rays_layer import OTHER_LINES, SELECTED_LINES, fan_mesh, fan_rows
+from widgets.viewport.sensor_shapes import sensor_mesh
+
+GRID = VoxelGrid()
+LIDAR = Lidar(
+    name="roof",
+    position=(0.2, -0.5, 2.2),
+    rpy_deg=(1.0, 2.0, 33.0),
+    elevations_deg=EvenAngles(**{"from": -25.0, "to": 25.0, "count": 16}),
+)
+CAMERA = Camera(name="front", position=(0.5, 0.0, 1.8), rpy_deg=(0.0, 5.0, 55.0), hfov_deg=70.0)
+ONE_BEAM = LIDAR.replace(elevations_deg=(0.0,), azimuths_deg=(0.0,))
+MANY_BEAMS = LIDAR.replace(
+    elevations_deg=EvenAngles(**{"from": -25.0, "to": 15.0, "count": 128}),
+    azimuths_deg=EvenAngles(**{"from": -180.0, "to": 180.0, "count": 1800}),
+)
+TINY_CAMERA = CAMERA.replace(cast=(1, 1))
+
+
+@pytest.mark.parametrize("sensor", [LIDAR, CAMERA, ONE_BEAM, MANY_BEAMS, TINY_CAMERA])
+@pytest.mark.parametrize("most", [OTHER_LINES, SELECTED_LINES])
+def test_a_fan_is_made_of_rays_of_the_metric_and_stays_small(sensor, most):
+    rows = fan_rows(sensor, most)
+    assert len(np.unique(rows)) == len(rows) and rows.min() >= 0 and rows.max() < sensor.ray_count
+    assert 1 <= len(rows) <= 1.3 * most
+    assert fan_mesh(sensor, GRID, most, "#ff0000", 0.3).n_cells <= 2.8 * most
+
+
+@pytest.mark.parametrize("sensor", [LIDAR, CAMERA])
+def test_every_drawn_ray_ends_where_the_metric_says_it_leaves_the_roi(sensor):
+    rows = fan_rows(sensor, 200)
+    rays = sensor_rays(sensor, rows)
+    t0, t1 = clip_to_roi(GRID, rays)
+    ends = np.array(rays.origin_m) + t1[:, None] * rays.directions
+    drawn = np.asarray(fan_mesh(sensor, GRID, 200, "#ff0000", 0.3).points)[1 : 2 * len(rows) : 2]
+    assert (t1 > t0).all()
+    assert np.allclose(drawn, ends, atol=1e-4)
+
+
+def test_a_lidar_fan_shows_lowest_and_highest_beam_all_round():
+    rows = fan_rows(LIDAR, 600)
+    assert {0, 15} <= set(rows // 360)
+    assert np.diff(np.unique(rows % 360)).max() <= 12
+
+
+def test_a_camera_fan_reaches_all_four_corners_of_the_image():
+    columns, lines = CAMERA.cast
+    assert {0, columns - 1, (lines - 1) * columns, lines * columns - 1} <= set(fan_rows(CAMERA, 150).tolist())
+
+
+def test_a_sensor_outside_the_roi_that_looks_away_draws_nothing():
+    away = CAMERA.replace(position=(100.0, 0.0, 1.8), rpy_deg=(0.0, 0.0, 0.0))
+    assert fan_mesh(away, GRID, 150, "#ff0000", 0.3).n_points == 0
+
+
+def test_a_coarse_heatmap_has_few_cells_and_loses_no_peak():
+    x, y, z = np.meshgrid(np.arange(150) * 0.4, np.arange(100) * 0.4, np.arange(10) * 0.4, indexing="ij")
+    centres = np.stack([x, y, z], axis=-1).reshape(-1, 3).astype(np.float32)
+    values = np.random.default_rng(1).random(len(centres)).astype(np.float32)
+    level = coarse_level(centres, 0.4)
+    coarse = level.values_of(values)
+    assert len(level.centres_m) == len(coarse) <= DRAG_CELLS
+    assert coarse.max() == values.max()
+    peak = centres[values.argmax()]
+    assert (np.abs(level.centres_m[coarse.argmax()] - peak) <= level.cell_m / 2 + 1e-4).all()
+
+
+def test_a_block_of_cells_shows_its_largest_value():
+    centres = np.array([[0.2, 0.2, 0.2], [0.6, 0.2, 0.2], [5.0, 0.2, 0.2]], dtype=np.float32)
+    level = coarse_level(centres, 0.4, most=2)
+    assert level.values_of(np.array([0.3, 0.9, 0.5], dtype=np.float32)).tolist() == pytest.approx([0.9, 0.5])
+
+
+def test_a_small_heatmap_is_shown_in_full_while_dragging():
+    centres = np.zeros((10, 3), dtype=np.float32)
+    assert coarse_level(centres, 0.4).cell_m == full_level(centres, 0.4).cell_m
+
+
+def test_colours_run_from_the_lowest_to_the_highest_value_and_clip_beyond():
+    values = np.array([-1.0, 0.0, 0.5, 1.0, 9.0], dtype=np.float32)
+    assert colour_index(values, 0.0, 1.0).tolist() == [0, 0, 127, 255, 255]
+    assert colour_index(values, 0.5, 0.5).max() <= 255
+
+
+def test_higher_values_are_brighter_and_more_opaque():
+    table = colour_table().astype(float)
+    brightness = table[:, :3] @ [0.2126, 0.7152, 0.0722]
+    assert (np.diff(brightness) > -1.0).all() and brightness[-1] > brightness[0] + 100
+    assert (np.diff(table[:, 3]) >= 0).all()
+
+
+@pytest.mark.parametrize("sensor", [LIDAR, CAMERA])
+def test_a_sensor_is_larger_when_seen_but_stays_at_its_origin(sensor):
+    bounds = np.array(sensor_mesh(sensor, DARK, lit=False).bounds).reshape(3, 2)
+    assert (bounds[:, 0] < 0.0).all() and (bounds[:, 1] > 0.0).all()
+    assert (np.abs(bounds) < 0.2).all()
+
+
+def test_a_camera_looks_ahead_with_its_lens():
+    mesh = sensor_mesh(CAMERA, DARK, lit=False)
+    ahead = mesh["rgb"][np.argsort(np.asarray(mesh.points)[:, 0])[-20:]]
+    assert (ahead.max(axis=1) < 140).all()
+
+
+def test_selected_switched_off_and_ordinary_sensors_look_different():
+    looks = [sensor_mesh(LIDAR, DARK, lit, on)["rgb"].mean(axis=0) for lit, on in ((0, 1), (1, 1), (0, 0))]
+    assert min(np.abs(a - b).max() for i, a in enumerate(looks) for b in looks[:i]) > 15
+
+
+@pytest.mark.parametrize("palette", [DARK, LIGHT])
+def test_text_stands_out_from_the_background(palette):
+    text, background = (sum(rgb(colour)) for colour in (palette.text, palette.background))
+    assert abs(text - background) > 1.2
+
+
+def test_colours_mix_evenly():
+    assert mix("#000000", "#ffffff", 0.5) == "#808080"
+    assert mix("#102030", "#ffffff", 0.0) == "#102030"
