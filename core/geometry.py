@@ -51,7 +51,7 @@ class Pose:
 
 def rpy_deg_from_rotation(rotation: NDArray[np.float64]) -> Vec3:
     """Roll, pitch, yaw in degrees of a rotation matrix (3, 3); at pitch +-90 deg roll is set to zero."""
-    pitch = math.asin(max(-1.0, min(1.0, -float(rotation[2, 0]))))
+    pitch = math.atan2(-rotation[2, 0], math.hypot(rotation[0, 0], rotation[1, 0]))
     if math.hypot(rotation[2, 1], rotation[2, 2]) < 1e-12:
         roll, yaw = 0.0, math.atan2(-rotation[0, 1], rotation[1, 1])
     else:

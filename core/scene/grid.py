@@ -14,6 +14,9 @@ from core.geometry import Vec3
 
 DEFAULT_ROI_M = (60.0, 40.0, 4.0)
 DEFAULT_VOXEL_M = 0.10
+MAX_COLUMNS = 1 << 31
+"""The kernels number columns (x, y) in 32 bits."""
+MAX_VOXELS = 1 << 40
 _DIVIDES_TOLERANCE = 1e-6
 
 
@@ -33,9 +36,11 @@ class VoxelGrid:
             raise InputError(f"voxel: found {self.voxel_m}, accepted is a positive edge length in metres")
         for name, length in zip("LWH", self.roi_m, strict=True):
             self._check_side(name, length)
-        if math.prod(self.shape) >= 1 << 40:
-            nx, ny, nz = self.shape
-            raise InputError(f"voxel: a grid of {nx} x {ny} x {nz} voxels is too large; use larger voxels or a smaller ROI")
+        nx, ny, nz = self.shape
+        if nx * ny >= MAX_COLUMNS or nx * ny * nz >= MAX_VOXELS:
+            raise InputError(
+                f"voxel: a grid of {nx} x {ny} x {nz} voxels is too large; use larger voxels or a smaller ROI"
+            )
 
     def _check_side(self, name: str, length: float) -> None:
         if not (math.isfinite(length) and length > 0.0):

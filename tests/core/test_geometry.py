@@ -1,0 +1,75 @@
+"""Poses: roll, pitch and yaw mean what REP-103 says and survive the way through a rotation matrix."""
+
+import numpy as np
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from core.geometry import Pose, rotation_from_rpy_deg, rpy_deg_from_rotation
+from tests.core.oracle import rotation
+
+angles = st.floats(-180.0, 180.0)
+rpy = st.tuples(angles, st.floats(-90.0, 90.0), angles)
+
+
+@given(rpy)
+def test_the_rotation_is_yaw_times_pitch_times_roll(rpy_deg: tuple[float, float, float]) -> None:
+    roll, pitch, yaw = rpy_deg
+    expected = Rotation.from_euler("ZYX", [yaw, pitch, roll], degrees=True).as_matrix()
+    found = rotation_from_rpy_deg(rpy_deg)
+    assert np.abs(found - expected).max() < 1e-12
+    assert np.array_equal(found, rotation(rpy_deg))
+
+
+@given(rpy)
+def test_a_rotation_is_orthonormal_and_right_handed(rpy_deg: tuple[float, float, float]) -> None:
+    matrix = rotation_from_rpy_deg(rpy_deg)
+    assert np.abs(matrix @ matrix.T - np.eye(3)).max() < 1e-14
+    assert np.linalg.det(matrix) == pytest.approx(1.0)
+
+
+@given(rpy)
+@example((30.0, 90.0, 20.0))
+@example((-75.0, -90.0, 10.0))
+@example((10.0, 89.9999999, 5.0))
+@example((0.0, 90.0, 0.0))
+@example((180.0, 0.0, 180.0))
+def test_angles_from_a_rotation_give_that_rotation(rpy_deg: tuple[float, float, float]) -> None:
+    matrix = rotation_from_rpy_deg(rpy_deg)
+    back = rpy_deg_from_rotation(matrix)
+    assert np.abs(rotation_from_rpy_deg(back) - matrix).max() < 1e-9
+    assert abs(back[1]) <= 90.0
+
+
+@given(st.tuples(angles, st.floats(-89.0, 89.0), angles))
+def test_angles_away_from_straight_up_and_down_come_back(rpy_deg: tuple[float, float, float]) -> None:
+    back = np.array(rpy_deg_from_rotation(rotation_from_rpy_deg(rpy_deg)))
+    difference = (back - np.array(rpy_deg) + 180.0) % 360.0 - 180.0
+    assert np.abs(difference).max() < 1e-9
+
+
+def test_straight_up_and_down_have_no_roll() -> None:
+    assert rpy_deg_from_rotation(rotation_from_rpy_deg((30.0, 90.0, 20.0))) == pytest.approx(
+        (0.0, 90.0, -10.0)
+    )
+    assert rpy_deg_from_rotation(rotation_from_rpy_deg((30.0, -90.0, 20.0))) == pytest.approx(
+        (0.0, -90.0, 50.0)
+    )
+
+
+def test_positive_angles_turn_left_look_down_and_lift_the_left_side() -> None:
+    forward, left = np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])
+    assert rotation_from_rpy_deg((0.0, 0.0, 90.0)) @ forward == pytest.approx(left)
+    assert (rotation_from_rpy_deg((0.0, 10.0, 0.0)) @ forward)[2] < 0.0
+    assert (rotation_from_rpy_deg((10.0, 0.0, 0.0)) @ left)[2] > 0.0
+
+
+def test_no_rotation_is_the_identity_to_the_last_bit() -> None:
+    assert np.array_equal(rotation_from_rpy_deg((0.0, 0.0, 0.0)), np.eye(3))
+
+
+def test_a_pose_takes_points_of_the_sensor_to_the_vehicle() -> None:
+    pose = Pose((1.0, 2.0, 3.0), (0.0, 0.0, 90.0))
+    assert pose.vehicle_SE3_sensor() @ [5.0, 0.0, 0.0, 1.0] == pytest.approx([1.0, 7.0, 3.0, 1.0])
+    assert np.array_equal(pose.vehicle_SE3_sensor()[:3, :3], pose.rotation())
