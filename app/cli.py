@@ -281,6 +281,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         _forget_stdout()
         return DONE
+    except OSError as error:  # the system's fault, not the program's: a full disk, a device that is gone
+        _forget_stdout()
+        place = f"{error.filename}: " if error.filename else ""
+        return _say(f"{place}{error.strerror or error}", FAILED)
     except SystemExit:  # this is how rich says that nobody reads its output any more
         return DONE
     return code if isinstance(code, int) else DONE
@@ -293,5 +297,5 @@ def _say(message: str, code: int) -> int:
 
 
 def _forget_stdout() -> None:
-    """Nobody reads standard output any more (`| head`): keep Python from complaining about it at exit."""
+    """Standard output is closed or full: keep Python from trying, and complaining, once more at exit."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

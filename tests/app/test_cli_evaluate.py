@@ -137,6 +137,14 @@ def test_a_reader_that_goes_away_early_is_no_error(riglens_process, boxes):
     assert process.returncode == 0
 
 
+def test_a_full_disk_is_told_in_one_line(riglens_process, boxes):
+    process = riglens_process("evaluate", "Line", "--boxes", boxes, *SMALL, "--json", "/dev/full")
+    _, err = process.communicate(timeout=120)
+    assert process.returncode == 1
+    assert err.splitlines()[-1] == "riglens: No space left on device"
+    assert "Traceback" not in err
+
+
 def test_a_command_that_draws_nothing_loads_neither_qt_nor_vtk(riglens_process, boxes, tmp_path):
     script = (
         "import sys; from app.cli import main; code = main(sys.argv[1:]);"
