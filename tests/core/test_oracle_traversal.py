@@ -160,7 +160,7 @@ def _awkward_sensors(draw: st.DrawFn, grid: VoxelGrid) -> Lidar | Camera:
     return lidar(position, rpy_deg, elevations, azimuths, range_m)
 
 
-@settings(max_examples=250)
+@settings(max_examples=200)
 @given(data=st.data(), name=st.sampled_from(sorted(GRIDS)))
 def test_awkward_sensor_covers_what_the_oracle_says(data: st.DataObject, name: str) -> None:
     assert_agrees(name, data.draw(_awkward_sensors(GRIDS[name])))
