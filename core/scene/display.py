@@ -1,0 +1,76 @@
+"""A coarser grid for pictures: blocks of voxels, few enough for a smooth view; the metric never uses it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from core.kernels import blocks
+from core.metric.entropy import QUANTA_PER_NAT, EntropyField
+from core.scene.columns import Words, words_per_column
+from core.scene.pog import Pog
+
+MAX_CELLS = 200_000
+
+
+@dataclass(frozen=True)
+class DisplayGrid:
+    """Cells of `block`^3 voxels that hold an occupied voxel; centres_m (m, 3) float32, cell_m their edge."""
+
+    pog: Pog
+    field: EntropyField
+    block: int
+    cell_m: float
+    centres_m: NDArray[np.float32]
+    _cells_occupied: NDArray[np.int32]
+    _cells_informative: NDArray[np.int32]
+
+    @classmethod
+    def build(cls, pog: Pog, field: EntropyField, max_cells: int = MAX_CELLS) -> DisplayGrid:
+        """The finest display grid with at most `max_cells` cells."""
+        occupied = pog.index.ijk()
+        block = 0
+        while True:
+            block += 1
+            flags = np.zeros([-(-n // block) for n in pog.grid.shape], np.uint8)
+            blocks.flag_blocks(occupied, block, flags)
+            used = np.argwhere(flags)
+            if len(used) <= max_cells:
+                break
+        numbers = np.cumsum(flags.ravel(), dtype=np.int32).reshape(flags.shape) - 1
+        centres = np.array(pog.grid.origin_m) + (used + 0.5) * block * pog.grid.voxel_m
+        return cls(
+            pog,
+            field,
+            block,
+            block * pog.grid.voxel_m,
+            centres.astype(np.float32),
+            blocks.cells_of(occupied, block, numbers),
+            blocks.cells_of(field.index.ijk(), block, numbers),
+        )
+
+    def probability(self, cls: int) -> NDArray[np.float32]:
+        """Largest p of the voxels of each cell, (m,)."""
+        largest = blocks.largest_per_cell(self._cells_occupied, self.pog.counts[:, cls], len(self.centres_m))
+        result: NDArray[np.float32] = (largest / max(self.pog.data.frames, 1)).astype(np.float32)
+        return result
+
+    def entropy(self, cls: int) -> NDArray[np.float32]:
+        """Entropy of each cell in nat: the sum over its voxels, (m,)."""
+        return (self._entropy_q(cls) / QUANTA_PER_NAT).astype(np.float32)
+
+    def seen_share(self, cls: int, words: Words) -> NDArray[np.float32]:
+        """Share of each cell's entropy that lies in a seen set, 0 to 1, 0 where there is none, (m,)."""
+        grid, index = self.pog.grid, self.field.index
+        seen_q = np.zeros(len(self.centres_m), np.int64)
+        slab = self.block * grid.shape[1] * words_per_column(grid)
+        h_q = self.field.h_q[:, cls]
+        blocks.seen_per_cell(words, index.words, index.first, h_q, self._cells_informative, slab, seen_q)
+        total_q = self._entropy_q(cls)
+        return np.divide(seen_q, total_q, out=np.zeros(len(seen_q)), where=total_q > 0).astype(np.float32)
+
+    def _entropy_q(self, cls: int) -> NDArray[np.int64]:
+        h_q = self.field.h_q[:, cls].astype(np.float64)
+        return np.bincount(self._cells_informative, h_q, minlength=len(self.centres_m)).astype(np.int64)
