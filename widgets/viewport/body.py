@@ -82,7 +82,7 @@ Painted = list[tuple[str, pv.PolyData]]
 def _shell(profile: BodyProfile) -> Painted:
     """Lower body: cross-sections lofted along x, with its decals."""
     net = np.array([_section(station) for station in profile.stations])
-    return _engrave(_paint(loft(net, 96, 137), profile.body_decals), profile.shut_lines)
+    return _engrave(_paint(loft(net, 80, 113), profile.body_decals), profile.shut_lines)
 
 
 def _section(station: Station) -> Points:
@@ -111,7 +111,7 @@ def _section(station: Station) -> Points:
 def _cabin(profile: BodyProfile) -> Painted:
     """Greenhouse: horizontal outlines lofted upwards, with its windows."""
     net = np.array([_outline(level) for level in profile.cabin])
-    return _paint(loft(net, 48, 129), profile.cabin_decals)
+    return _paint(loft(net, 36, 113), profile.cabin_decals)
 
 
 def _outline(level: Level) -> Points:

@@ -21,6 +21,7 @@ _DIRECTION_DEG = {
     "left": (90.0, 0.0),
     "rear": (180.0, 0.0),
 }
+_FIT_BOX = (np.array([0.02, 0.03]), np.array([0.98, 0.87]))
 _MIN_DISTANCE_M, _MAX_DISTANCE_M = 0.3, 2000.0
 
 
@@ -143,19 +144,19 @@ def _corners_m(grid: VoxelGrid) -> Points:
 
 
 def _fitted(camera: OrbitCamera, points_m: Points, aspect: float) -> OrbitCamera:
-    """The camera moved back and sideways until all points lie inside the picture with a small margin."""
+    tall_m, long_m = {"iso": (7.2, 9.5), "top": (1.14 * grid.roi_m[1], 1.1 * grid.roi_m[0])}.get(
+        name, (4.6, 7.4)
+    )
     size = (round(1000 * aspect), 1000)
+    low, high = _FIT_BOX[0] * size, _FIT_BOX[1] * size
     for _ in range(4):
         near, far = 1.0, _MAX_DISTANCE_M
         for _ in range(30):
             camera = replace(camera, distance_m=(near + far) / 2)
             seen = camera.project(points_m, size)
-            away = np.abs(seen[:, :2] / size - 0.5).max()
-            if seen[:, 2].min() > 0.0 and away < 0.48:
-                far = camera.distance_m
-            else:
-                near = camera.distance_m
-        seen = camera.project(points_m, size)
-        middle = (seen[:, :2].min(axis=0) + seen[:, :2].max(axis=0)) / 2
-        camera = camera.panned(size[0] / 2 - middle[0], size[1] / 2 - middle[1], size)
+            inside = (seen[:, :2] > low).all() and (seen[:, :2] < high).all() and (seen[:, 2] > 0.0).all()
+            near, far = (near, camera.distance_m) if inside else (camera.distance_m, far)
+        seen = camera.project(points_m, size)[:, :2]
+        offset = (low + high - seen.min(axis=0) - seen.max(axis=0)) / 2
+        camera = camera.panned(float(offset[0]), float(offset[1]), size)
     return camera

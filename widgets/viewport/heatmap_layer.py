@@ -1,4 +1,4 @@
-"""The heatmap: one square per cell, as large on the screen as in the world, blended back to front.
+"""The heatmap: one square per cell, as large on the screen as in the world, higher values over lower ones.
 
 Cells are drawn as points whose size a line of shader code computes, which costs a third of glyphs. While
 something is dragged a coarser level (blocks of cells with their largest value) keeps software OpenGL fluent.
@@ -22,7 +22,8 @@ COLOUR_MAP = "inferno"
 MAX_CELLS = 200_000
 DRAG_CELLS = 30_000
 _HIDDEN_BELOW = 0.02
-_ALPHA_LOW, _ALPHA_HIGH = 0.04, 0.80
+_ALPHA_LOW, _ALPHA_HIGH = 0.03, 0.60
+_SLANTED = 1.25
 _GL_PROGRAM_POINT_SIZE = 0x8642
 _POSITION_HOOK = "//VTK::PositionVC::Impl"
 
@@ -102,7 +103,7 @@ class HeatmapLayer:
         self._data: HeatmapData | None = None
         self._levels: tuple[Level, Level] | None = None
         self._actor: pv.Actor | None = None
-        self._drawn: tuple[object, ...] = ()
+        self._drawn: Level | None = None
 
     @property
     def data(self) -> HeatmapData | None:
@@ -112,31 +113,28 @@ class HeatmapLayer:
     def set_data(self, data: HeatmapData | None) -> None:
         """Show other values, other cells, or nothing."""
         same_cells = data is not None and self._data is not None and data.centres_m is self._data.centres_m
-        self._data, self._drawn = data, ()
+        self._data, self._drawn = data, None
         if data is not None and not same_cells:
             self._levels = full_level(data.centres_m, data.cell_m), coarse_level(data.centres_m, data.cell_m)
         if data is None and self._actor is not None:
             self._actor.visibility = False
 
     def arrange(self, camera: OrbitCamera, size: Size, quick: bool) -> None:
-        """Choose the level, sort its visible cells back to front and size them for this camera."""
+        """Choose the level and size its cells for this camera; higher values are drawn over lower ones."""
         if self._data is None or self._levels is None:
             return
-        forward = camera.axes()[2]
-        wanted = (id(self._data), quick, camera)
-        if wanted == self._drawn:
-            return
-        self._drawn = wanted
         level = self._levels[1 if quick else 0]
+        self._size_cells(level.cell_m, camera, size)
+        if self._drawn is level:
+            return
+        self._drawn = level
         values = level.values_of(self._data.values)
         index = colour_index(values, self._data.vmin, self._data.vmax)
         shown = np.flatnonzero(index > _HIDDEN_BELOW * 255)
-        depth = level.centres_m[shown] @ forward.astype(np.float32)
-        shown = shown[np.argsort(-depth, kind="stable")]
-        self._put(level.centres_m[shown], colour_table()[index[shown]], level.cell_m)
-        self._size_cells(level.cell_m, camera, size)
+        shown = shown[np.argsort(index[shown].astype(np.uint8), kind="stable")]
+        self._put(level.centres_m[shown], colour_table()[index[shown]])
 
-    def _put(self, points: NDArray[np.float32], rgba: NDArray[np.uint8], cell_m: float) -> None:
+    def _put(self, points: NDArray[np.float32], rgba: NDArray[np.uint8]) -> None:
         actor = self._actor or self._new_actor()
         actor.visibility = len(points) > 0
         if not len(points):
@@ -168,10 +166,11 @@ class HeatmapLayer:
         return actor
 
     def _size_cells(self, cell_m: float, camera: OrbitCamera, size: Size) -> None:
-        assert self._actor is not None
+        """Set the size that the shader gives a cell; seen at a slant cells overlap, or gaps would show."""
+        actor = self._actor or self._new_actor()
         pixels_at_1m = cell_m * size[1] / 2 / np.tan(np.radians(camera.view_angle_deg) / 2)
-        scale = pixels_at_1m / camera.distance_m if camera.parallel else pixels_at_1m
-        self._actor.GetShaderProperty().GetVertexCustomUniforms().SetUniformf("cellScale", float(scale))
+        scale = pixels_at_1m / camera.distance_m if camera.parallel else _SLANTED * pixels_at_1m
+        actor.GetShaderProperty().GetVertexCustomUniforms().SetUniformf("cellScale", float(scale))
 
 
 def _let_shaders_size_points(renderer: pv.Renderer, _event: str) -> None:

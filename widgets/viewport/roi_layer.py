@@ -25,5 +25,5 @@ class RoiLayer:
         high = low + np.array(grid.roi_m)
         bounds = (low[0], high[0], low[1], high[1], low[2], high[2])
         outline = pv.Box(bounds).extract_all_edges()
-        self._actor = plain_actor(outline, color=palette.roi, lighting=False, line_width=1, opacity=0.8)
+        self._actor = plain_actor(outline, color=palette.roi, lighting=False, line_width=1)
         self._renderer.AddActor(self._actor)

@@ -71,6 +71,7 @@ class Scene:
         self._quick = False
         renderer = plotter.renderer
         self._last_size: Size = (1, 1)
+        renderer.SetUseOIT(False)  # cells come in their order; weighted blending would cost another pass
         self._overlay = _overlay_renderer(plotter)
         self._ground, self._roi = GroundLayer(renderer), RoiLayer(renderer)
         self._body, self._sensors = BodyLayer(renderer), SensorLayer(renderer)
