@@ -144,9 +144,7 @@ def _corners_m(grid: VoxelGrid) -> Points:
 
 
 def _fitted(camera: OrbitCamera, points_m: Points, aspect: float) -> OrbitCamera:
-    tall_m, long_m = {"iso": (7.2, 9.5), "top": (1.14 * grid.roi_m[1], 1.1 * grid.roi_m[0])}.get(
-        name, (4.6, 7.4)
-    )
+    """The camera moved back and sideways until all points are in the picture, above the legend."""
     size = (round(1000 * aspect), 1000)
     low, high = _FIT_BOX[0] * size, _FIT_BOX[1] * size
     for _ in range(4):
