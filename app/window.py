@@ -86,8 +86,14 @@ class MainWindow(QMainWindow):
         self.actions_["both"].setChecked(True)
         self._show_heat_choice()
         self._show_all()
-        self._load(scene)
+        self.load(scene)
         self._request_scores()
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether everything shown belongs to the rig, scene and settings as they are now."""
+        answered = self._result is not None and self._result.request is self._request
+        return answered and not self.status.shows_progress
 
     # ------------------------------------------------------------------ building
     def _build_layout(self, viewport: QWidget) -> None:
@@ -132,8 +138,8 @@ class MainWindow(QMainWindow):
         for dock in self.docks:
             view.addAction(dock.toggleViewAction())
         sensor = bar.addMenu("&Sensor")
-        self._add_menus = {kind: self._library_menu(kind) for kind in ("lidar", "camera")}
-        for menu in self._add_menus.values():
+        self.add_menus = {kind: self._library_menu(kind) for kind in ("lidar", "camera")}
+        for menu in self.add_menus.values():
             sensor.addMenu(menu)
         actions.fill(sensor, "| duplicate delete hide")
         actions.fill(bar.addMenu("S&cene"), "boxes_file boxes_folder")
@@ -162,7 +168,7 @@ class MainWindow(QMainWindow):
         bar.setIconSize(QSize(20, 20))
         self.addToolBar(bar)
         self.actions_.fill(bar, "open save | undo redo |")
-        for kind, menu in self._add_menus.items():
+        for kind, menu in self.add_menus.items():
             bar.addWidget(menu_button(kind, menu))
         self.actions_.fill(
             bar, "duplicate delete hide | move rotate both local | iso top front left rear frame |"
@@ -184,8 +190,8 @@ class MainWindow(QMainWindow):
             save_as=self.save_as,
             screenshot=self.screenshot,
             quit=self.close,
-            undo=partial(self._travel, document.undo),
-            redo=partial(self._travel, document.redo),
+            undo=partial(self.travel, document.undo),
+            redo=partial(self.travel, document.redo),
             duplicate=self.duplicate,
             delete=self.delete,
             hide=self.toggle_hidden,
@@ -221,7 +227,7 @@ class MainWindow(QMainWindow):
 
     def _connect_recompute(self) -> None:
         queued = Qt.ConnectionType.QueuedConnection
-        self.recompute.evaluated.connect(self._on_result, queued)
+        self.recompute.evaluated.connect(self.show_result, queued)
         self.recompute.scene_loaded.connect(self._on_scene, queued)
         self.recompute.load_progress.connect(self.status.show_progress, queued)
         self.recompute.load_ended.connect(self._on_load_ended, queued)
@@ -245,7 +251,7 @@ class MainWindow(QMainWindow):
 
         return guarded
 
-    def _travel(self, step: Callable[[], None]) -> None:
+    def travel(self, step: Callable[[], None]) -> None:
         """Undo or redo; during a drag both only give up the drag."""
         if not self.viewport.cancel_drag():
             step()
@@ -309,7 +315,7 @@ class MainWindow(QMainWindow):
         self.status.set_updating()
         self.recompute.evaluate(request)
 
-    def _on_result(self, result: Result) -> None:
+    def show_result(self, result: Result) -> None:
         """Show an answer unless a newer one is shown; greyed when the rig has moved on meanwhile."""
         if self._result is not None and result.request.revision < self._result.request.revision:
             return
@@ -339,7 +345,8 @@ class MainWindow(QMainWindow):
         self._class_choice.setEnabled(self._heat != "off")
 
     # ------------------------------------------------------------------ box data
-    def _load(self, options: SceneOptions) -> None:
+    def load(self, options: SceneOptions) -> None:
+        """Load other box data in the background."""
         self._scene_options = options
         self.status.show_progress(0.0)
         self.recompute.load(options)
@@ -359,7 +366,7 @@ class MainWindow(QMainWindow):
         except InputError as error:
             self.report_error(str(error))
             return
-        self._load(options)
+        self.load(options)
 
     def _on_scene(self, scene: LoadedScene) -> None:
         self.viewport.set_grid(scene.field.grid)

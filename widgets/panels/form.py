@@ -197,7 +197,10 @@ def reason_of(error: Exception) -> str:
     """One line without the words that are there for programmers."""
     if isinstance(error, ValidationError):
         first = error.errors()[0]
-        return str(first["msg"]).removeprefix("Value error, ")
+        said = str(first["msg"])
+        if said.startswith("Input should be "):
+            return f"found {first['input']}, accepted is {said.removeprefix('Input should be ')}"
+        return said.removeprefix("Value error, ")
     return str(error)
 
 

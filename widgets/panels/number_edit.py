@@ -26,7 +26,7 @@ def short_number(value: float) -> str:
 
 def full_number(value: float) -> str:
     """The shortest text that reads back as the same double."""
-    return "∞" if math.isinf(value) else repr(value).removesuffix(".0")
+    return short_number(value) if math.isinf(value) else repr(value).removesuffix(".0")
 
 
 def thousands(count: int) -> str:

@@ -33,9 +33,9 @@ CLASS_PX, VALUE_PX, CHANGE_PX = 120, 118, 88
 SIGN_NOTE = (
     "<b>S-MS = λ · S-MIG(cameras) + S-MIG(LiDARs)</b>, in nat, with S-MIG = −(entropy of the voxels "
     "that the sensors reach), as the paper writes it.<br>So S-MS <b>falls</b> as coverage "
-    "grows: without sensors it is 0. The paper argues the other way round, that covering more is better; both are true of the "
-    "published system. Read S-MS together with <b>seen</b>, the share of the scene's uncertainty that any "
-    "sensor looks at, which grows with coverage."
+    "grows: without sensors it is 0. The paper argues the other way round, that covering more is better; "
+    "both are true of the published system. Read S-MS together with <b>seen</b>, the share of the scene's "
+    "uncertainty that any sensor looks at, which grows with coverage."
 )
 SEEN_NOTE = "Share of the class's entropy H(Ω) that any enabled sensor looks at"
 READING_NOTES = {

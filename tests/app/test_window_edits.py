@@ -1,0 +1,210 @@
+"""Adding, copying, deleting, hiding, renaming and dragging in the window, as a person does it."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtWidgets import QApplication, QLineEdit
+from pytestqt.qtbot import QtBot
+
+from core.geometry import Pose
+from core.rig.library import default_library
+from tests.app.window_bench import LIDAR, RIG, Bench, open_bench
+from widgets.panels.sensor_tree import EYE, NAME
+
+
+@pytest.fixture
+def bench(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
+    with open_bench(qtbot, tmp_path) as opened:
+        yield opened
+
+
+def click_row(bench: Bench, name: str, column: int = NAME, dx: int = 0) -> None:
+    tree = bench.window.tree
+    item = tree.item_of(name)
+    rect = tree.visualItemRect(item)
+    x = tree.columnViewportPosition(column) + (rect.left() + 60 if column == NAME else 12) + dx
+    bench.qtbot.mouseClick(tree.viewport(), Qt.MouseButton.LeftButton, pos=QPoint(x, rect.center().y()))
+
+
+def agree(bench: Bench) -> bool:
+    """Whether view, list and inspector show the document's selection and the document's rig."""
+    document = bench.document
+    chosen = [item.text(NAME) for item in bench.window.tree.selectedItems()]
+    subject = bench.window.inspector.form.subject
+    wanted = document.rig if document.selected is None else document.rig.sensor(document.selected)
+    return (
+        bench.viewport.rig == document.rig
+        and bench.viewport.selected == document.selected
+        and chosen == ([] if document.selected is None else [document.selected])
+        and subject == wanted
+    )
+
+
+@pytest.mark.parametrize("model", ["velodyne-vlp-16", "paper-camera-110"])
+def test_a_sensor_of_the_library_is_added_above_the_roof_and_selected(bench: Bench, model: str) -> None:
+    action = next(
+        action
+        for menu in bench.window.add_menus.values()
+        for action in menu.actions()
+        if action.objectName() == model
+    )
+    action.trigger()
+    added = bench.document.selected_sensor()
+    assert added is not None
+    assert added.model == model
+    assert added.kind == default_library().entry(model).kind
+    assert added.position[2] > bench.document.rig.vehicle.height
+    assert agree(bench)
+
+
+def test_two_added_sensors_do_not_stand_in_each_other(bench: Bench) -> None:
+    bench.window.add_sensor("generic-16")
+    bench.window.add_sensor("generic-16")
+    first, second = bench.document.rig.sensors[-2:]
+    assert first.position != second.position
+    assert first.name != second.name
+
+
+def test_copying_and_deleting_work_by_key(bench: Bench) -> None:
+    click_row(bench, "roof")
+    bench.qtbot.keyClick(bench.window, Qt.Key.Key_D, Qt.KeyboardModifier.ControlModifier)
+    assert bench.document.selected == "roof_2"
+    assert agree(bench)
+    bench.qtbot.keyClick(bench.window, Qt.Key.Key_Delete)
+    assert bench.document.rig == RIG
+    assert agree(bench)
+
+
+def test_what_needs_a_selection_is_only_there_with_one(bench: Bench) -> None:
+    keys = ("duplicate", "delete", "hide", "frame")
+    assert not any(bench.window.actions_[key].isEnabled() for key in keys)
+    click_row(bench, "front")
+    assert all(bench.window.actions_[key].isEnabled() for key in keys)
+
+
+def test_picking_in_the_view_and_in_the_list_is_the_same(bench: Bench) -> None:
+    bench.viewport.sensor_picked.emit("front")
+    assert bench.document.selected == "front"
+    assert agree(bench)
+    click_row(bench, "roof")
+    assert bench.document.selected == "roof"
+    assert agree(bench)
+    bench.viewport.sensor_picked.emit(None)
+    assert bench.document.selected is None
+    assert agree(bench)
+
+
+def test_the_eye_hides_a_sensor_from_the_view_but_not_from_the_scores(bench: Bench) -> None:
+    before = bench.window.scores.as_text()
+    click_row(bench, "roof", EYE)
+    assert bench.viewport.hidden == {"roof"}
+    assert bench.window.scores.as_text() == before
+    click_row(bench, "roof", EYE)
+    assert bench.viewport.hidden == frozenset()
+
+
+def test_a_hidden_sensor_comes_back_by_its_key(bench: Bench) -> None:
+    click_row(bench, "roof")
+    bench.qtbot.keyClick(bench.window, Qt.Key.Key_H)
+    assert bench.viewport.hidden == {"roof"}
+    bench.qtbot.keyClick(bench.window, Qt.Key.Key_H)
+    assert bench.viewport.hidden == frozenset()
+
+
+def test_a_sensor_without_its_tick_does_not_count(bench: Bench) -> None:
+    bench.window.tree.item_of("roof").setCheckState(NAME, Qt.CheckState.Unchecked)
+    assert not bench.document.rig.sensor("roof").enabled
+    bench.settle()
+    assert bench.shown("car", "lidar") == "0.00"
+
+
+def rename_in_list(bench: Bench, name: str, text: str) -> None:
+    tree = bench.window.tree
+    tree.editItem(tree.item_of(name), NAME)
+    editor = tree.viewport().findChild(QLineEdit)
+    assert editor is not None
+    editor.setText(text)
+    bench.qtbot.keyClick(editor, Qt.Key.Key_Return)
+    QApplication.processEvents()  # the list takes the text when the key press is over
+
+
+def test_a_sensor_is_renamed_in_the_list(bench: Bench) -> None:
+    click_row(bench, "roof")
+    rename_in_list(bench, "roof", "mast")
+    assert [sensor.name for sensor in bench.document.rig.sensors] == ["mast", "front"]
+    assert agree(bench)
+
+
+@pytest.mark.parametrize("text", ["front", "  "])
+def test_a_name_that_is_taken_or_empty_is_refused_in_the_list(bench: Bench, text: str) -> None:
+    rename_in_list(bench, "roof", text)
+    assert bench.document.rig == RIG
+    assert bench.window.tree.item_of("roof").text(NAME) == "roof"
+    assert "Name" in bench.window.message_bar.message
+
+
+def test_a_drag_in_the_view_is_followed_by_list_and_inspector_and_is_one_step(bench: Bench) -> None:
+    click_row(bench, "roof")
+    bench.viewport.press("roof")
+    for step in range(1, 4):
+        bench.viewport.move("roof", Pose((0.1, 0.2, 1.9 + step / 4)))
+        assert agree(bench)
+    bench.viewport.release("roof")
+    assert bench.document.rig.sensor("roof").position == (0.1, 0.2, 2.65)
+    bench.qtbot.keyClick(bench.window, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
+    assert bench.document.rig == RIG
+    assert agree(bench)
+    shift = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier
+    bench.qtbot.keyClick(bench.window, Qt.Key.Key_Z, shift)
+    assert bench.document.rig.sensor("roof").position == (0.1, 0.2, 2.65)
+    assert agree(bench)
+
+
+@pytest.mark.parametrize("key", ["undo", "redo"])
+def test_undo_and_redo_during_a_drag_only_give_up_the_drag(bench: Bench, key: str) -> None:
+    bench.document.set_enabled("front", False)
+    bench.viewport.press("roof")
+    bench.viewport.move("roof", Pose((4.0, 0.0, 1.0)))
+    bench.window.travel(getattr(bench.document, key))
+    assert bench.document.rig.sensor("roof") == LIDAR
+    assert not bench.document.rig.sensor("front").enabled
+    assert not bench.document.is_dragging
+
+
+def test_deleting_a_sensor_while_it_is_dragged_ends_the_drag(bench: Bench) -> None:
+    click_row(bench, "roof")
+    bench.viewport.press("roof")
+    bench.viewport.move("roof", Pose((4.0, 0.0, 1.0)))
+    bench.act("delete")
+    bench.viewport.move("roof", Pose((5.0, 0.0, 1.0)))
+    bench.viewport.release("roof")
+    assert [sensor.name for sensor in bench.document.rig.sensors] == ["front"]
+    bench.act("undo")
+    assert bench.document.rig == RIG
+
+
+def test_gizmo_modes_and_views_reach_the_viewport(bench: Bench) -> None:
+    for key in (Qt.Key.Key_W, Qt.Key.Key_E, Qt.Key.Key_Q, Qt.Key.Key_L, Qt.Key.Key_2):
+        bench.qtbot.keyClick(bench.window, key)
+    assert bench.viewport.told[-5:] == [
+        ("gizmo", "move", "world"),
+        ("gizmo", "rotate", "world"),
+        ("gizmo", "both", "world"),
+        ("gizmo", "both", "local"),
+        ("view", "top"),
+    ]
+
+
+def test_the_help_lists_every_shortcut_there_is(bench: Bench) -> None:
+    bench.act("help")
+    text = bench.dialogs.shown[0]
+    for action in bench.window.actions():
+        if not action.shortcut().isEmpty():
+            assert action.shortcut().toString() in text
+
+
+def test_the_about_text_explains_the_sign_of_s_ms(bench: Bench) -> None:
+    bench.act("about")
+    assert "falls" in bench.dialogs.shown[0]

@@ -1,0 +1,129 @@
+"""Opening, saving and closing: nothing is lost without a question, and errors never stop the work."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from pytestqt.qtbot import QtBot
+
+from app.dialogs import Unsaved
+from core.rig.presets import preset
+from core.rig.yaml_file import load_rig, new_rig_file
+from tests.app.window_bench import RIG, Bench, open_bench
+
+
+@pytest.fixture
+def bench(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
+    with open_bench(qtbot, tmp_path) as opened:
+        yield opened
+
+
+def modify(bench: Bench) -> None:
+    bench.drag("roof", (1 / 3, 0.1 + 0.2, 2.0))
+
+
+def test_a_dragged_rig_is_saved_and_opened_again_bit_for_bit(bench: Bench, tmp_path: Path) -> None:
+    modify(bench)
+    assert bench.window.isWindowModified()
+    dragged = bench.document.rig
+    bench.dialogs.path = tmp_path / "mine.yaml"
+    bench.act("save")
+    assert not bench.window.isWindowModified()
+    assert "mine.yaml" in bench.window.windowTitle()
+    bench.document.show(RIG)
+    bench.act("open")
+    assert bench.document.rig == dragged
+    assert load_rig(tmp_path / "mine.yaml").rig == dragged
+
+
+def test_saving_again_asks_no_second_time_and_save_as_does(bench: Bench, tmp_path: Path) -> None:
+    bench.dialogs.path = tmp_path / "one.yaml"
+    bench.act("save")
+    bench.dialogs.path = tmp_path / "two.yaml"
+    modify(bench)
+    bench.act("save")
+    assert not (tmp_path / "two.yaml").exists()
+    assert load_rig(tmp_path / "one.yaml").rig == bench.document.rig
+    bench.act("save_as")
+    assert bench.document.path == tmp_path / "two.yaml"
+
+
+def test_a_file_that_cannot_be_read_is_reported_and_the_rig_stays(bench: Bench, tmp_path: Path) -> None:
+    bad = tmp_path / "bad.yaml"
+    bad.write_text("riglens: 1\nname: bad\ncolour: red\n")
+    bench.dialogs.path = bad
+    bench.act("open")
+    assert bench.document.rig == RIG
+    assert "bad.yaml" in bench.window.message_bar.message
+    assert "colour" in bench.window.message_bar.message
+    assert bench.window.message_bar.isVisible()
+
+
+def test_a_place_that_cannot_be_written_is_reported_and_nothing_counts_as_saved(
+    bench: Bench, tmp_path: Path
+) -> None:
+    modify(bench)
+    bench.dialogs.path = tmp_path / "missing" / "rig.yaml"
+    bench.act("save")
+    assert bench.window.isWindowModified()
+    assert "missing" in bench.window.message_bar.message
+
+
+def test_a_preset_is_opened_from_the_menu(bench: Bench) -> None:
+    bench.window.open_preset("N+P")
+    assert bench.document.rig == preset("N+P")
+    bench.settle()
+
+
+@pytest.mark.parametrize(("answer", "lost"), [("cancel", False), ("discard", True), ("save", True)])
+def test_opening_over_unsaved_changes_asks_first(
+    bench: Bench, tmp_path: Path, answer: Unsaved, lost: bool
+) -> None:
+    target = tmp_path / "rig.yaml"
+    new_rig_file(RIG).save(target)
+    bench.document.open(target)
+    modify(bench)
+    changed = bench.document.rig
+    bench.dialogs.answer = answer
+    bench.window.open_preset("N+P")
+    assert bench.dialogs.asked == 1
+    assert (bench.document.rig == preset("N+P")) is lost
+    assert (load_rig(target).rig == changed) is (answer == "save")
+
+
+def test_closing_with_unsaved_changes_asks_and_stays_on_cancel(bench: Bench) -> None:
+    modify(bench)
+    bench.dialogs.answer = "cancel"
+    assert not bench.window.close()
+    assert bench.window.isVisible()
+    bench.dialogs.answer = "discard"
+    assert bench.window.close()
+
+
+def test_closing_without_changes_asks_nothing_and_ends_the_thread(bench: Bench) -> None:
+    assert bench.window.close()
+    assert bench.dialogs.asked == 0
+    assert bench.viewport.told[-1] == ("closed",)
+    assert not any(thread.name == "recompute" for thread in threading.enumerate())
+
+
+def test_closing_while_boxes_are_loaded_ends_the_thread(qtbot: QtBot, tmp_path: Path) -> None:
+    with open_bench(qtbot, tmp_path, wait=False) as bench:
+        assert bench.window.close()
+    assert not any(thread.name == "recompute" for thread in threading.enumerate())
+
+
+def test_a_screenshot_is_written_where_the_user_says(bench: Bench, tmp_path: Path) -> None:
+    bench.dialogs.path = tmp_path / "view.png"
+    bench.act("screenshot")
+    assert (tmp_path / "view.png").read_bytes() == b"PNG"
+
+
+def test_the_message_bar_goes_when_it_is_closed(bench: Bench) -> None:
+    bench.window.report_error("rig.yaml:3: found x, accepted is y")
+    assert bench.window.message_bar.isVisible()
+    bench.window.message_bar.clear()
+    assert not bench.window.message_bar.isVisible()

@@ -1,0 +1,237 @@
+"""Every field of the inspector changes exactly what it says, keeps what was not changed, and refuses nonsense."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QCheckBox, QLineEdit
+from pytestqt.qtbot import QtBot
+
+from core.rig.model import EvenAngles, Rig
+from tests.app.window_bench import CAMERA, LIDAR, RIG, Bench, open_bench
+
+ODD = 0.1 + 0.2  # 0.30000000000000004: no short decimal gives it back
+
+
+@pytest.fixture
+def bench(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
+    with open_bench(qtbot, tmp_path) as opened:
+        yield opened
+
+
+def even(**changes: float) -> EvenAngles:
+    angles = LIDAR.elevations_deg
+    assert isinstance(angles, EvenAngles)
+    changed: EvenAngles = angles.replace(**changes)
+    return changed
+
+
+SHARED: list[tuple[str, str, dict[str, Callable[[Any], Any]]]] = [
+    ("name", "other", {"name": lambda _: "other"}),
+    ("x", "0.30000000000000004", {"position": lambda p: (ODD, p[1], p[2])}),
+    ("y", "-1.5", {"position": lambda p: (p[0], -1.5, p[2])}),
+    ("z", "2", {"position": lambda p: (p[0], p[1], 2.0)}),
+    ("roll", "1e-3", {"rpy_deg": lambda p: (0.001, p[1], p[2])}),
+    ("pitch", "-12.5", {"rpy_deg": lambda p: (p[0], -12.5, p[2])}),
+    ("yaw", "179.9", {"rpy_deg": lambda p: (p[0], p[1], 179.9)}),
+    ("range_min", "0.5", {"range_m": lambda r: (0.5, r[1])}),
+    ("range_max", "120", {"range_m": lambda r: (r[0], 120.0)}),
+]
+LIDAR_FIELDS = [
+    ("elevations_deg.from", "-24.8", {"elevations_deg": lambda _: even(from_=-24.8)}),
+    ("elevations_deg.to", "15", {"elevations_deg": lambda _: even(to=15.0)}),
+    ("elevations_deg.count", "32", {"elevations_deg": lambda _: even(count=32)}),
+    ("azimuths_deg.count", "90", {"azimuths_deg": lambda a: a.replace(count=90)}),
+]
+CAMERA_FIELDS = [
+    ("image_width", "200", {"image": lambda i: (200, i[1])}),
+    ("image_height", "100", {"image": lambda i: (i[0], 100)}),
+    ("hfov_deg", "70.5", {"hfov_deg": lambda _: 70.5}),
+    ("cast_columns", "16", {"cast": lambda c: (16, c[1])}),
+    ("cast_rows", "9", {"cast": lambda c: (c[0], 9)}),
+]
+CASES = [("roof", *case) for case in SHARED + LIDAR_FIELDS] + [
+    ("front", *case) for case in SHARED + CAMERA_FIELDS
+]
+
+
+@pytest.mark.parametrize(("sensor", "field", "text", "change"), CASES, ids=lambda value: str(value)[:20])
+def test_a_field_changes_its_value_and_nothing_else(
+    bench: Bench, sensor: str, field: str, text: str, change: dict[str, Callable[[Any], Any]]
+) -> None:
+    bench.document.select(sensor)
+    before = bench.document.rig.sensor(sensor)
+    bench.type(field, text)
+    (attribute, new_value), *_ = change.items()
+    expected = before.replace(**{attribute: new_value(getattr(before, attribute))})
+    place = 0 if sensor == "roof" else 1
+    assert bench.document.rig.sensors[place] == expected
+    bench.act("undo")
+    assert bench.document.rig == RIG
+
+
+def test_visiting_every_field_without_typing_changes_no_bit(bench: Bench) -> None:
+    odd = LIDAR.replace(
+        position=(ODD, 1 / 3, 2e-17), rpy_deg=(math.pi, -1 / 7, 1e-9), range_m=(1 / 3, 99.0 + ODD)
+    )
+    bench.document.apply(Rig(name="odd", sensors=(odd, CAMERA)))
+    bench.document.select("roof")
+    for edit in bench.window.inspector.form.findChildren(QLineEdit):
+        edit.setFocus()
+        bench.qtbot.keyClick(edit, Qt.Key.Key_End)
+        bench.qtbot.keyClick(edit, Qt.Key.Key_Return)
+    bench.window.tree.setFocus()
+    assert bench.document.rig.sensors == (odd, CAMERA)
+
+
+def test_typing_what_is_already_shown_keeps_the_hidden_digits(bench: Bench) -> None:
+    odd = LIDAR.replace(position=(ODD, 0.2, 1.9))
+    bench.document.replace_sensor("roof", odd)
+    bench.document.select("roof")
+    bench.type("x", "0.3")
+    assert bench.document.rig.sensor("roof").position[0] == ODD
+
+
+REFUSED = [
+    ("roof", "x", "left", "number"),
+    ("roof", "x", "nan", "number"),
+    ("roof", "x", "inf", "finite"),
+    ("roof", "name", "front", "used by another sensor"),
+    ("roof", "name", "", "found nothing"),
+    ("roof", "elevations_deg.from", "20", "must not be below"),
+    ("roof", "elevations_deg.from", "-91", "[-90, 90]"),
+    ("roof", "elevations_deg.count", "0", "greater than or equal to 1"),
+    ("roof", "elevations_deg.count", "2.5", "whole number"),
+    ("roof", "range_max", "0", "greater than 0"),
+    ("roof", "range_min", "inf", "range_m must be"),
+    ("front", "hfov_deg", "180", "less than 180"),
+    ("front", "hfov_deg", "-5", "greater than 0"),
+    ("front", "cast_columns", "161", "must not exceed the image"),
+]
+
+
+@pytest.mark.parametrize(("sensor", "field", "text", "reason"), REFUSED)
+def test_nonsense_is_refused_in_red_with_the_reason(
+    bench: Bench, sensor: str, field: str, text: str, reason: str
+) -> None:
+    bench.document.select(sensor)
+    bench.type(field, text)
+    edit = bench.find(field)
+    assert bench.document.rig == RIG
+    assert edit.property("invalid")
+    assert reason in edit.toolTip()
+    assert reason in bench.window.inspector.form.problem
+    bench.qtbot.keyClick(edit, Qt.Key.Key_Escape)
+    assert not edit.property("invalid")
+
+
+def test_a_good_value_after_a_bad_one_takes_the_mark_away(bench: Bench) -> None:
+    bench.document.select("roof")
+    bench.type("x", "left")
+    bench.type("x", "0.75")
+    assert bench.document.rig.sensor("roof").position[0] == 0.75
+    assert not bench.find("x").property("invalid")
+    assert bench.window.inspector.form.problem == ""
+
+
+def test_another_selection_forgets_what_was_refused(bench: Bench) -> None:
+    bench.document.select("roof")
+    bench.type("x", "left")
+    bench.document.select(None)
+    bench.document.select("roof")
+    edit = bench.find("x")
+    assert isinstance(edit, QLineEdit)
+    assert edit.text() == "0.1"
+    assert bench.window.inspector.form.problem == ""
+
+
+def test_infinity_is_shown_and_can_be_typed(bench: Bench) -> None:
+    bench.document.select("roof")
+    edit = bench.find("range_max")
+    assert isinstance(edit, QLineEdit)
+    assert edit.text() == "∞"
+    bench.type("range_max", "50")
+    bench.type("range_max", "inf")
+    assert bench.document.rig.sensor("roof").range_m == (0.0, math.inf)
+
+
+def test_arrow_keys_step_a_number(bench: Bench) -> None:
+    bench.document.select("roof")
+    bench.qtbot.keyClick(bench.find("x"), Qt.Key.Key_Up)
+    bench.qtbot.keyClick(bench.find("yaw"), Qt.Key.Key_Down, Qt.KeyboardModifier.ShiftModifier)
+    assert bench.document.rig.sensor("roof").position[0] == 0.15
+    assert bench.document.rig.sensor("roof").rpy_deg[2] == -10.0
+
+
+def test_beams_can_be_a_list_and_evenly_spaced_again(bench: Bench) -> None:
+    bench.document.select("roof")
+    bench.choose("elevations_deg.way", "list")
+    listed = bench.document.rig.sensor("roof")
+    assert listed.elevations_deg == tuple(float(angle) for angle in LIDAR.elevations())
+    bench.type("elevations_deg.list", "-10, -2.5; 0 7")
+    assert bench.document.rig.sensor("roof").elevations_deg == (-10.0, -2.5, 0.0, 7.0)
+    bench.choose("elevations_deg.way", "evenly spaced")
+    assert bench.document.rig.sensor("roof").elevations_deg == EvenAngles(
+        **{"from": -10.0, "to": 7.0, "count": 4}
+    )
+
+
+def test_a_lens_can_be_given_by_focal_lengths_and_by_angle_again(bench: Bench) -> None:
+    bench.document.select("front")
+    bench.choose("lens.way", "focal lengths")
+    camera = bench.document.rig.sensor("front")
+    assert (camera.hfov_deg, camera.fx, camera.cx) == (None, CAMERA.intrinsics_px()[0], 80.0)
+    bench.type("cy", "44.25")
+    assert bench.document.rig.sensor("front").cy == 44.25
+    bench.choose("lens.way", "field of view")
+    assert bench.document.rig.sensor("front").hfov_deg == pytest.approx(90.0)
+
+
+def test_a_model_fills_in_its_fields_and_keeps_name_and_pose(bench: Bench) -> None:
+    bench.document.select("roof")
+    bench.choose("model", "Velodyne VLP-16 (Puck)")
+    sensor = bench.document.rig.sensor("roof")
+    assert (sensor.model, sensor.position, sensor.range_m) == (
+        "velodyne-vlp-16",
+        LIDAR.position,
+        (0.0, 100.0),
+    )
+    assert len(sensor.elevations()) == 16
+
+
+def test_the_switch_takes_a_sensor_out_of_the_scores(bench: Bench) -> None:
+    bench.document.select("front")
+    check = bench.find("enabled")
+    assert isinstance(check, QCheckBox)
+    check.click()
+    assert not bench.document.rig.sensor("front").enabled
+
+
+@pytest.mark.parametrize(
+    ("field", "text", "expected"),
+    [("length", "5.1", 5.1), ("width", "2", 2.0), ("height", "1.6", 1.6), ("rear_axle_x", "-1.5", -1.5)],
+)
+def test_the_vehicle_is_edited_when_nothing_is_selected(
+    bench: Bench, field: str, text: str, expected: float
+) -> None:
+    bench.type(field, text)
+    assert getattr(bench.document.rig.vehicle, field) == expected
+    assert bench.viewport.told[-1] == ("vehicle", bench.document.rig.vehicle)
+
+
+def test_the_rig_is_renamed_when_nothing_is_selected(bench: Bench) -> None:
+    bench.type("rig_name", "roof rack 2")
+    assert bench.document.rig.name == "roof rack 2"
+    assert "roof rack 2" in bench.window.windowTitle()
+
+
+def test_undo_by_key_reaches_the_document_from_inside_a_field(bench: Bench) -> None:
+    bench.document.select("roof")
+    bench.type("x", "0.75")
+    bench.qtbot.keyClick(bench.find("x"), Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
+    assert bench.document.rig == RIG

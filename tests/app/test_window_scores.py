@@ -1,0 +1,209 @@
+"""Scores in the window: they follow a drag, end exact to the last bit, and show the change since the last save."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QComboBox, QLineEdit, QPushButton
+from pytestqt.qtbot import QtBot
+
+from app.recompute import CANCELLED, Result
+from core.geometry import Pose
+from core.metric.scores import MetricSettings
+from core.scene.boxes import CLASSES
+from tests.app.window_bench import RIG, TIMEOUT_MS, Bench, choose_item, open_bench, scene_options, type_into
+from widgets.panels.scores_panel import COLUMNS
+
+
+@pytest.fixture
+def bench(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
+    with open_bench(qtbot, tmp_path) as opened:
+        yield opened
+
+
+def exact_numbers(bench: Bench) -> list[list[float]]:
+    """Every digit the table shows, as it is copied."""
+    lines = bench.window.scores.as_text().splitlines()[1:]
+    return [[float(cell) for cell in line.split("\t")[1:]] for line in lines]
+
+
+def expected_numbers(bench: Bench) -> list[list[float]]:
+    """The same from a fresh engine, against the saved rig."""
+    now, saved = bench.fresh_scores(bench.document.rig), bench.fresh_scores(bench.document.saved_rig)
+    rows = []
+    for name in CLASSES:
+        pairs = [(c.value(now.classes[name]), c.value(saved.classes[name])) for c in COLUMNS]
+        rows.append([number for value, before in pairs for number in (value, value - before)])
+    return rows
+
+
+def test_the_scores_follow_the_drag_while_the_mouse_is_down(bench: Bench) -> None:
+    seen: list[str] = []
+    bench.window.recompute.evaluated.connect(
+        lambda _: seen.append(bench.window.scores.as_text()), Qt.ConnectionType.QueuedConnection
+    )
+    bench.viewport.press("roof")
+    for step in range(1, 4):
+        bench.viewport.move("roof", Pose((step * 1.5, 0.2, 1.0)))
+        bench.settle()
+    assert bench.document.is_dragging
+    assert len(set(seen)) == 3
+    bench.viewport.release("roof")
+
+
+def test_after_a_drag_the_scores_are_those_of_a_fresh_evaluation_bit_for_bit(bench: Bench) -> None:
+    bench.drag("roof", (3.0, 0.0, 1.0), (-4.0, 1.0, 2.0), (1 / 3, 0.1 + 0.2, 1.7))
+    bench.drag("front", (2.0, 0.4, 1.2), (1.1, -0.3, 1.3))
+    bench.act("undo")
+    bench.act("redo")
+    bench.settle()
+    assert exact_numbers(bench) == expected_numbers(bench)
+
+
+def test_a_number_that_is_out_of_date_is_greyed_until_the_new_one_is_there(bench: Bench) -> None:
+    assert not bench.window.scores.is_stale
+    before = bench.shown("car", "lidar")
+    bench.document.set_enabled("roof", False)
+    assert bench.window.scores.is_stale
+    assert bench.shown("car", "lidar") == before
+    assert bench.window.status.state.text() == "updating…"
+    bench.settle()
+    assert not bench.window.scores.is_stale
+    assert bench.window.status.state.text() == "exact"
+
+
+def test_an_answer_older_than_the_one_shown_is_dropped(bench: Bench) -> None:
+    old: list[Result] = []
+    bench.window.recompute.evaluated.connect(old.append, Qt.ConnectionType.QueuedConnection)
+    bench.drag("roof", (3.0, 0.0, 1.0))
+    bench.settle()
+    bench.document.set_enabled("roof", False)
+    bench.settle()
+    bench.window.show_result(old[0])
+    assert bench.shown("car", "lidar") == "0.00"
+
+
+def test_the_change_counts_from_the_rig_that_was_opened_and_then_from_the_saved_one(
+    bench: Bench, tmp_path: Path
+) -> None:
+    assert bench.shown("car", "s_ms change") == "–"
+    bench.document.set_enabled("roof", False)
+    bench.settle()
+    assert bench.shown("car", "s_ms change").startswith("+")
+    assert bench.shown("car", "seen change").startswith("−")
+    bench.dialogs.path = tmp_path / "rig.yaml"
+    bench.act("save")
+    bench.settle()
+    assert bench.shown("car", "s_ms change") == "–"
+    bench.act("undo")
+    bench.settle()
+    assert bench.shown("car", "s_ms change").startswith("−")
+    assert exact_numbers(bench) == expected_numbers(bench)
+
+
+def test_changes_are_recounted_when_lambda_or_reading_change(bench: Bench) -> None:
+    bench.drag("front", (2.0, 0.4, 1.2))
+    bench.settle()
+    weight = bench.window.scores.findChild(QLineEdit, "camera_weight")
+    reading = bench.window.scores.findChild(QComboBox, "reading")
+    assert weight is not None
+    assert reading is not None
+    type_into(bench.qtbot, weight, "0.75")
+    choose_item(reading, "residual")
+    bench.settle()
+    assert bench.window.scores.settings == MetricSettings("exact", "residual", 0.75)
+    assert exact_numbers(bench) == expected_numbers(bench)
+
+
+@pytest.mark.parametrize("text", ["-1", "nan", "many"])
+def test_a_lambda_that_is_no_weight_is_refused(bench: Bench, text: str) -> None:
+    weight = bench.window.scores.findChild(QLineEdit, "camera_weight")
+    assert weight is not None
+    type_into(bench.qtbot, weight, text)
+    assert weight.property("invalid")
+    assert bench.window.scores.settings.camera_weight == 0.1
+
+
+def test_the_heatmap_follows_mode_class_and_rig(bench: Bench) -> None:
+    assert bench.viewport.heatmap.title == "POG probability, car"
+    bench.window.set_heat("seen")
+    bench.window.set_heat_class("bicycle")
+    bench.settle()
+    before = bench.viewport.heatmap
+    assert before.title == "Seen entropy, bicycle"
+    bench.document.apply(RIG.replace(sensors=()))
+    bench.settle()
+    after = bench.viewport.heatmap
+    assert after.centres_m is before.centres_m
+    assert before.values.sum() > 0
+    assert after.values.sum() == 0
+    bench.window.set_heat("off")
+    bench.settle()
+    assert bench.viewport.heatmap is None
+
+
+def test_the_status_bar_says_what_the_scores_are_computed_on(bench: Bench) -> None:
+    text = bench.window.status.scene.text()
+    for part in ("δ 0.5 m", "informative voxels", "boxes.csv", "T = 3 frames"):
+        assert part in text
+    assert "ms" in bench.window.status.time.text()
+
+
+def load_button(bench: Bench) -> QPushButton:
+    button = bench.window.scene_panel.findChild(QPushButton, "load")
+    assert button is not None
+    return button
+
+
+def test_another_voxel_edge_is_loaded_and_scored(bench: Bench) -> None:
+    panel = bench.window.scene_panel
+    voxel = panel.findChild(QComboBox, "voxel_m")
+    assert voxel is not None
+    line = voxel.lineEdit()
+    assert line is not None
+    assert not load_button(bench).isEnabled()
+    type_into(bench.qtbot, line, "0.25")
+    load_button(bench).click()
+    bench.qtbot.waitUntil(lambda: len(bench.scenes) == 2, timeout=TIMEOUT_MS)
+    bench.settle()
+    assert bench.scenes[1].field.grid.voxel_m == 0.25
+    assert exact_numbers(bench) == expected_numbers(bench)
+    assert "δ 0.25 m" in bench.window.status.scene.text()
+
+
+def test_a_voxel_edge_that_does_not_divide_the_region_is_refused(bench: Bench) -> None:
+    voxel = bench.window.scene_panel.findChild(QComboBox, "voxel_m")
+    assert voxel is not None
+    line = voxel.lineEdit()
+    assert line is not None
+    type_into(bench.qtbot, line, "0.3")
+    assert "not a multiple" in bench.window.scene_panel.problem
+    assert bench.window.scene_panel.choice.voxel_m == 0.5
+
+
+def test_boxes_that_cannot_be_read_are_reported_and_the_old_ones_stay(bench: Bench, tmp_path: Path) -> None:
+    bad = tmp_path / "bad.csv"
+    bad.write_text("seq,frame,cls,x,y\ns,0,car,1,2\n")
+    before = bench.window.scores.as_text()
+    bench.dialogs.path = bad
+    bench.act("boxes_file")
+    load_button(bench).click()
+    bench.qtbot.waitUntil(lambda: "bad.csv" in bench.window.message_bar.message, timeout=TIMEOUT_MS)
+    bench.settle()
+    assert bench.window.scores.as_text() == before
+    assert "boxes.csv" in bench.window.status.scene.text()
+
+
+def test_cancel_ends_a_load_and_keeps_the_old_boxes(bench: Bench, tmp_path: Path) -> None:
+    bench.window.load(scene_options(tmp_path, voxel_m=0.25))
+    cancel = bench.window.status.findChild(QPushButton, "cancel_load")
+    assert cancel is not None
+    assert cancel.isVisible()
+    cancel.click()
+    bench.qtbot.waitUntil(lambda: not cancel.isVisible(), timeout=TIMEOUT_MS)
+    bench.settle()
+    assert bench.window.message_bar.message == CANCELLED
+    assert "δ 0.5 m" in bench.window.status.scene.text()

@@ -1,0 +1,245 @@
+"""A window on a test bench: a small rig and scene, a viewport without graphics, and dialogs that answer by themselves."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QApplication, QComboBox, QLineEdit, QWidget
+from pytestqt.qtbot import QtBot
+
+from app.dialogs import Dialogs, Unsaved
+from app.document import Document
+from app.options import SceneOptions
+from app.recompute import LoadedScene, Recompute
+from app.window import MainWindow
+from core.engine.engine import Engine
+from core.geometry import Pose
+from core.metric.scores import MetricSettings, Scores
+from core.rig.model import Camera, EvenAngles, Lidar, Rig
+
+TIMEOUT_MS = 60_000
+BOXES = """seq,frame,cls,x,y,z,length,width,height,yaw
+s,0,car,6,0,0.8,4.5,1.9,1.6,0.3
+s,0,bicycle,3,-4,0.9,1.8,0.6,1.7,0
+s,1,car,-6,3,0.8,4.5,1.9,1.6,0
+s,2,pedestrian,2,5,0.9,0.6,0.6,1.8,0
+"""
+LIDAR = Lidar(
+    name="roof",
+    position=(0.1, 0.2, 1.9),
+    elevations_deg=EvenAngles(**{"from": -20.0, "to": 10.0, "count": 8}),
+    azimuths_deg=EvenAngles(**{"from": -180.0, "to": 180.0, "count": 36}),
+)
+CAMERA = Camera(name="front", position=(1.0, 0.0, 1.4), image=(160, 90), hfov_deg=90.0, cast=(32, 18))
+RIG = Rig(name="small", sensors=(LIDAR, CAMERA))
+
+
+def scene_options(folder: Path, **changes: Any) -> SceneOptions:
+    """A box table of three frames on a coarse grid."""
+    boxes = folder / "boxes.csv"
+    if not boxes.exists():
+        boxes.write_text(BOXES)
+    fields: dict[str, Any] = {"boxes": boxes, "voxel_m": 0.5, "roi_m": (20.0, 20.0, 4.0)}
+    return SceneOptions(**(fields | changes))
+
+
+class FakeViewport(QWidget):
+    """Remembers what it was told to show; tests send its signals as a drag would."""
+
+    sensor_picked = Signal(object)
+    drag_started = Signal(str)
+    drag_moved = Signal(str, object)
+    drag_finished = Signal(str)
+    drag_cancelled = Signal(str)
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.rig: Rig | None = None
+        self.hidden: frozenset[str] = frozenset()
+        self.selected: str | None = None
+        self.heatmap: Any = None
+        self.told: list[tuple[Any, ...]] = []
+        self.dragged: str | None = None
+
+    def set_rig(self, rig: Rig, hidden: frozenset[str], selected: str | None) -> None:
+        self.rig, self.hidden, self.selected = rig, hidden, selected
+
+    def set_heatmap(self, data: Any) -> None:
+        self.heatmap = data
+
+    def set_vehicle(self, vehicle: Any) -> None:
+        self.told.append(("vehicle", vehicle))
+
+    def set_grid(self, grid: Any) -> None:
+        self.told.append(("grid", grid))
+
+    def set_gizmo(self, mode: str, space: str) -> None:
+        self.told.append(("gizmo", mode, space))
+
+    def set_view(self, name: str) -> None:
+        self.told.append(("view", name))
+
+    def frame_sensor(self, name: str) -> None:
+        self.told.append(("frame", name))
+
+    def screenshot(self, path: Path) -> None:
+        path.write_bytes(b"PNG")
+
+    def cancel_drag(self) -> bool:
+        name, self.dragged = self.dragged, None
+        if name is not None:
+            self.drag_cancelled.emit(name)
+        return name is not None
+
+    def close_viewport(self) -> None:
+        self.told.append(("closed",))
+
+    # what a person does
+    def press(self, name: str) -> None:
+        self.dragged = name
+        self.drag_started.emit(name)
+
+    def move(self, name: str, pose: Pose) -> None:
+        self.drag_moved.emit(name, pose)
+
+    def release(self, name: str) -> None:
+        self.dragged = None
+        self.drag_finished.emit(name)
+
+
+@dataclass
+class FakeDialogs(Dialogs):
+    """Answers prepared by the test; `shown` are the texts that were shown, `asked` counts the questions."""
+
+    path: Path | None = None
+    answer: Unsaved = "cancel"
+    asked: int = 0
+    shown: list[str] = field(default_factory=list)
+
+    def open_rig(self, parent: QWidget, folder: Path | None) -> Path | None:
+        return self.path
+
+    def save_rig(self, parent: QWidget, suggestion: Path) -> Path | None:
+        return self.path
+
+    def save_picture(self, parent: QWidget, suggestion: Path) -> Path | None:
+        return self.path
+
+    def box_file(self, parent: QWidget) -> Path | None:
+        return self.path
+
+    def box_folder(self, parent: QWidget) -> Path | None:
+        return self.path
+
+    def unsaved(self, parent: QWidget, rig_name: str) -> Unsaved:
+        self.asked += 1
+        return self.answer
+
+    def show_text(self, parent: QWidget, title: str, html: str) -> None:
+        self.shown.append(html)
+
+
+@dataclass
+class Bench:
+    """The window with everything a test needs to use it as a person would."""
+
+    window: MainWindow
+    viewport: Any
+    dialogs: FakeDialogs
+    qtbot: QtBot
+    scenes: list[LoadedScene]
+
+    @property
+    def document(self) -> Document:
+        return self.window.document
+
+    def settle(self) -> None:
+        """Wait until everything shown is up to date."""
+        self.qtbot.waitUntil(lambda: self.window.is_exact, timeout=TIMEOUT_MS)
+
+    def act(self, key: str) -> None:
+        """Choose an action of a menu or the toolbar."""
+        self.window.actions_[key].trigger()
+
+    def find(self, name: str) -> QWidget:
+        """A field of the inspector by its name."""
+        found = self.window.inspector.form.findChild(QWidget, name)
+        assert found is not None, name
+        return found
+
+    def type(self, name: str, text: str) -> None:
+        """Replace what stands in a field and press Return."""
+        edit = self.find(name)
+        assert isinstance(edit, QLineEdit)
+        type_into(self.qtbot, edit, text)
+
+    def choose(self, name: str, text: str) -> None:
+        """Choose an item of a list in the inspector."""
+        combo = self.find(name)
+        assert isinstance(combo, QComboBox)
+        choose_item(combo, text)
+
+    def drag(self, name: str, *positions: tuple[float, float, float]) -> None:
+        """Drag a sensor through some positions and let go."""
+        self.viewport.press(name)
+        for position in positions:
+            self.viewport.move(name, Pose(position, self.document.rig.sensor(name).rpy_deg))
+        self.viewport.release(name)
+
+    def fresh_scores(self, rig: Rig) -> Scores:
+        """What a new engine says about a rig on the scene and with the settings in use."""
+        evaluation = Engine(self.scenes[-1].field).evaluate(rig, self.window.scores.settings)
+        assert evaluation is not None
+        return evaluation.scores
+
+    def shown(self, class_name: str, column: str) -> str:
+        """The text of a cell of the score table."""
+        return self.window.scores.text_of(class_name, column)
+
+
+def type_into(qtbot: QtBot, edit: QLineEdit, text: str) -> None:
+    """Replace the text of a field by key presses and press Return."""
+    edit.setFocus()
+    edit.selectAll()
+    qtbot.keyClick(edit, Qt.Key.Key_Delete)
+    qtbot.keyClicks(edit, text)
+    qtbot.keyClick(edit, Qt.Key.Key_Return)
+
+
+def choose_item(combo: QComboBox, text: str) -> None:
+    """Choose an item as a click on it does."""
+    index = combo.findText(text)
+    assert index >= 0, text
+    combo.setCurrentIndex(index)
+    combo.activated.emit(index)
+
+
+@contextmanager
+def open_bench(
+    qtbot: QtBot, folder: Path, rig: Rig = RIG, viewport: QWidget | None = None, wait: bool = True
+) -> Iterator[Bench]:
+    """A window on a small scene; closed without questions at the end."""
+    view = FakeViewport() if viewport is None else viewport
+    dialogs = FakeDialogs()
+    recompute = Recompute(threads=1)
+    scenes: list[LoadedScene] = []
+    recompute.scene_loaded.connect(scenes.append, Qt.ConnectionType.QueuedConnection)
+    window = MainWindow(Document(rig), view, recompute, scene_options(folder), MetricSettings(), dialogs)
+    qtbot.addWidget(window)
+    window.show()
+    window.activateWindow()  # shortcuts belong to the active window
+    qtbot.waitUntil(window.isActiveWindow)
+    bench = Bench(window, view, dialogs, qtbot, scenes)
+    try:
+        if wait:
+            bench.settle()
+        yield bench
+    finally:
+        dialogs.answer = "discard"
+        window.close()
+        QApplication.processEvents()
