@@ -14,18 +14,35 @@ import matplotlib
 import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
 from widgets.viewport.camera import OrbitCamera, Size
-from widgets.viewport.materials import rgba_actor
 
 COLOUR_MAP = "inferno"
 MAX_CELLS = 200_000
 DRAG_CELLS = 30_000
 _HIDDEN_BELOW = 0.02
-_ALPHA_LOW, _ALPHA_HIGH = 0.03, 0.60
+_ALPHA_LOW, _ALPHA_HIGH = 0.01, 0.50
 _SLANTED = 1.25
 _GL_PROGRAM_POINT_SIZE = 0x8642
+_FAR_M = 1e4
 _POSITION_HOOK = "//VTK::PositionVC::Impl"
+_SIZE_CODE = "  gl_PointSize = clamp(cellScale / gl_Position.w, 1.0, 96.0);\n"
+_COLOUR_HOOK = "//VTK::Color::Impl"
+# Cells between the eye and the car are almost clear, or traffic would hide car and sensors: in a space where
+# car and sensors fill the unit sphere, those inside the cone from the eye to that sphere.
+_FADE_CODE = """
+  vec3 eye = vec3(eyeX, eyeY, eyeZ);
+  vec3 carCentre = vec3(0.0, 0.0, 1.4);
+  vec3 carRadii = vec3(3.2, 1.8, 2.1);
+  vec3 toCell = (vertexMC.xyz - eye) / carRadii;
+  vec3 toCar = (carCentre - eye) / carRadii;
+  float along = dot(toCell, normalize(toCar));
+  float beside = length(toCell - along * normalize(toCar)) * length(toCar) / max(along, 1e-6);
+  float before = 1.0 - smoothstep(length(toCar) - 0.7, length(toCar) + 0.3, along);
+  vertexColorVSOutput.a *= 1.0 - 0.99 * before * (1.0 - smoothstep(0.9, 1.5, beside));
+"""
 
 
 @dataclass(frozen=True)
@@ -85,7 +102,7 @@ def _blocks(centres_m: NDArray[np.float32], cell_m: float, factor: int) -> Level
 def colour_table(name: str = COLOUR_MAP) -> NDArray[np.uint8]:
     """The colour map as (256, 4) uint8; opacity grows with the value."""
     colours = matplotlib.colormaps[name](np.linspace(0.12, 1.0, 256))
-    colours[:, 3] = _ALPHA_LOW + (_ALPHA_HIGH - _ALPHA_LOW) * np.linspace(0.0, 1.0, 256) ** 1.25
+    colours[:, 3] = _ALPHA_LOW + (_ALPHA_HIGH - _ALPHA_LOW) * np.linspace(0.0, 1.0, 256) ** 1.6
     return np.asarray(np.round(colours * 255), dtype=np.uint8)
 
 
@@ -99,11 +116,14 @@ class HeatmapLayer:
     """The heatmap of a scene; `set_data` then `arrange` before each frame."""
 
     def __init__(self, renderer: pv.Renderer) -> None:
-        self._renderer = renderer
         self._data: HeatmapData | None = None
         self._levels: tuple[Level, Level] | None = None
-        self._actor: pv.Actor | None = None
         self._drawn: Level | None = None
+        self._mesh = pv.PolyData()
+        self._mapper = _cell_mapper()
+        self._actor = _cell_actor(self._mapper)
+        renderer.AddObserver("StartEvent", _let_shaders_size_points)
+        renderer.AddActor(self._actor)
 
     @property
     def data(self) -> HeatmapData | None:
@@ -116,15 +136,15 @@ class HeatmapLayer:
         self._data, self._drawn = data, None
         if data is not None and not same_cells:
             self._levels = full_level(data.centres_m, data.cell_m), coarse_level(data.centres_m, data.cell_m)
-        if data is None and self._actor is not None:
-            self._actor.visibility = False
+        if data is None:
+            self._actor.SetVisibility(False)
 
     def arrange(self, camera: OrbitCamera, size: Size, quick: bool) -> None:
         """Choose the level and size its cells for this camera; higher values are drawn over lower ones."""
         if self._data is None or self._levels is None:
             return
         level = self._levels[1 if quick else 0]
-        self._size_cells(level.cell_m, camera, size)
+        self._aim(level.cell_m, camera, size)
         if self._drawn is level:
             return
         self._drawn = level
@@ -135,42 +155,55 @@ class HeatmapLayer:
         self._put(level.centres_m[shown], colour_table()[index[shown]])
 
     def _put(self, points: NDArray[np.float32], rgba: NDArray[np.uint8]) -> None:
-        actor = self._actor or self._new_actor()
-        actor.visibility = len(points) > 0
+        self._actor.SetVisibility(len(points) > 0)
         if not len(points):
             return
-        mesh = actor.mapper.dataset
-        if mesh.n_points == len(points):
-            mesh.points[:] = points
-            mesh.point_data["rgba"][:] = rgba
-            mesh.GetPoints().Modified()
-            mesh.GetPointData().Modified()
-            mesh.point_data["rgba"].VTKObject.Modified()
-            mesh.Modified()
+        if self._mesh.n_points == len(points):
+            arrays = self._mesh.GetPoints().GetData(), self._mesh.GetPointData().GetArray("rgba")
+            for array, values in zip(arrays, (points, rgba), strict=True):
+                vtk_to_numpy(array)[:] = values
+                array.Modified()
+            self._mesh.GetPoints().Modified()
+            self._mesh.Modified()
             return
-        mesh = pv.PolyData(points, verts=np.concatenate([[len(points)], np.arange(len(points))]))
-        mesh["rgba"] = rgba
-        actor.mapper.dataset = mesh
+        self._mesh = pv.PolyData(points, verts=np.concatenate([[len(points)], np.arange(len(points))]))
+        self._mesh["rgba"] = rgba
+        self._mapper.SetInputData(self._mesh)
 
-    def _new_actor(self) -> pv.Actor:
-        mesh = pv.PolyData(np.zeros((1, 3), dtype=np.float32))
-        mesh["rgba"] = np.zeros((1, 4), dtype=np.uint8)
-        actor = rgba_actor(mesh, "rgba")
-        actor.force_translucent = True
-        shader = actor.GetShaderProperty()
-        sized = f"{_POSITION_HOOK}\n  gl_PointSize = clamp(cellScale / gl_Position.w, 1.0, 96.0);\n"
-        shader.AddVertexShaderReplacement(_POSITION_HOOK, True, sized, False)
-        self._renderer.AddObserver("StartEvent", _let_shaders_size_points)
-        self._renderer.AddActor(actor)
-        self._actor = actor
-        return actor
+    def _aim(self, cell_m: float, camera: OrbitCamera, size: Size) -> None:
+        """Tell the shader how large a cell is and where the eye is.
 
-    def _size_cells(self, cell_m: float, camera: OrbitCamera, size: Size) -> None:
-        """Set the size that the shader gives a cell; seen at a slant cells overlap, or gaps would show."""
-        actor = self._actor or self._new_actor()
+        Seen at a slant cells overlap a little, or gaps would show. Parallel views are seen from far away.
+        """
         pixels_at_1m = cell_m * size[1] / 2 / np.tan(np.radians(camera.view_angle_deg) / 2)
         scale = pixels_at_1m / camera.distance_m if camera.parallel else _SLANTED * pixels_at_1m
-        actor.GetShaderProperty().GetVertexCustomUniforms().SetUniformf("cellScale", float(scale))
+        eye = camera.focal_m - (_FAR_M if camera.parallel else camera.distance_m) * camera.axes()[2]
+        uniforms = self._actor.GetShaderProperty().GetVertexCustomUniforms()
+        uniforms.SetUniformf("cellScale", float(scale))
+        for axis, value in zip("XYZ", eye, strict=True):
+            uniforms.SetUniformf(f"eye{axis}", float(value))
+
+
+def _cell_mapper() -> vtkPolyDataMapper:
+    """Colours straight from the array, coordinates in metres for the shader (VTK would scale them)."""
+    mapper = vtkPolyDataMapper()
+    mapper.SetVBOShiftScaleMethod(0)
+    mapper.SetColorModeToDirectScalars()
+    mapper.SetScalarModeToUsePointFieldData()
+    mapper.SelectColorArray("rgba")
+    return mapper
+
+
+def _cell_actor(mapper: vtkPolyDataMapper) -> vtkActor:
+    actor = vtkActor()
+    actor.SetMapper(mapper)
+    actor.SetPickable(False)
+    actor.SetVisibility(False)
+    actor.ForceTranslucentOn()
+    actor.GetProperty().SetLighting(False)
+    for hook, code in ((_POSITION_HOOK, _SIZE_CODE), (_COLOUR_HOOK, _FADE_CODE)):
+        actor.GetShaderProperty().AddVertexShaderReplacement(hook, True, f"{hook}\n{code}", False)
+    return actor
 
 
 def _let_shaders_size_points(renderer: pv.Renderer, _event: str) -> None:

@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pyvista as pv
 from vtkmodules.vtkCommonCore import vtkLookupTable
 from vtkmodules.vtkRenderingAnnotation import vtkScalarBarActor
-from vtkmodules.vtkRenderingCore import vtkActor2D, vtkCoordinate, vtkTextActor
+from vtkmodules.vtkRenderingCore import vtkActor2D, vtkPolyDataMapper2D, vtkTextActor
 
 from widgets.theme import Palette, rgb
+from widgets.viewport.camera import Size
 from widgets.viewport.heatmap_layer import HeatmapData, colour_table
 
-_LEFT, _WIDTH = 0.70, 0.28
+_WIDTH_PX, _HEIGHT_PX, _MARGIN_PX = 300, 92, 14
+_BAR_PX = (12, 30, 276, 14)
 _SHARES = (0.0, 0.5, 1.0)
 
 
 class LegendLayer:
-    """A slim colour bar in the lower right corner with title and numbers; hidden without a heatmap."""
+    """A colour bar with title and numbers on a panel in the lower right corner; hidden without a heatmap."""
 
     def __init__(self, renderer: pv.Renderer) -> None:
         self._table = vtkLookupTable()
@@ -24,22 +27,29 @@ class LegendLayer:
         self._bar.SetNumberOfLabels(0)
         self._bar.SetOrientationToHorizontal()
         self._bar.SetBarRatio(1.0)
-        self._bar.SetWidth(_WIDTH)
-        self._bar.SetHeight(0.024)
-        _anchor(self._bar.GetPositionCoordinate(), _LEFT, 0.052)
-        self._title, self._note = _text(_LEFT, 0.112), _text(_LEFT, 0.085)
-        self._numbers = [_text(_LEFT + share * _WIDTH, 0.022) for share in _SHARES]
-        for prop in self._props():
+        for corner in (self._bar.GetPositionCoordinate(), self._bar.GetPosition2Coordinate()):
+            corner.SetCoordinateSystemToViewport()
+            corner.SetReferenceCoordinate(None)  # type: ignore[arg-type]
+        self._panel_points = pv.PolyData(np.zeros((4, 3)), [4, 0, 1, 2, 3])
+        self._panel = vtkActor2D()
+        mapper = vtkPolyDataMapper2D()
+        mapper.SetInputData(self._panel_points)
+        self._panel.SetMapper(mapper)
+        self._title, self._note = vtkTextActor(), vtkTextActor()
+        self._numbers = [vtkTextActor() for _ in _SHARES]
+        self._placed: tuple[Size, float] | None = None
+        for prop in self.props():
             prop.SetPickable(False)
             prop.SetVisibility(False)
             renderer.AddViewProp(prop)
 
-    def _props(self) -> list[vtkActor2D]:
-        return [self._bar, self._title, self._note, *self._numbers]
+    def props(self) -> list[vtkActor2D]:
+        """Everything the legend consists of, from back to front."""
+        return [self._panel, self._bar, self._title, self._note, *self._numbers]
 
     def set_data(self, data: HeatmapData | None, palette: Palette, pixel_ratio: float) -> None:
         """Label the bar for a heatmap, or hide it."""
-        for prop in self._props():
+        for prop in self.props():
             prop.SetVisibility(data is not None)
         if data is None:
             return
@@ -54,7 +64,26 @@ class LegendLayer:
             number.SetInput(f"{data.vmin + share * (data.vmax - data.vmin):.3g}")
         self._style(palette, pixel_ratio)
 
+    def place(self, size: Size, pixel_ratio: float) -> None:
+        """Keep the legend in the corner of a view of this size in pixels."""
+        if self._placed == (size, pixel_ratio):
+            return
+        self._placed = size, pixel_ratio
+        left = size[0] - (_MARGIN_PX + _WIDTH_PX) * pixel_ratio
+        low = _MARGIN_PX * pixel_ratio
+        right, high = left + _WIDTH_PX * pixel_ratio, low + _HEIGHT_PX * pixel_ratio
+        self._panel_points.points = [(left, low, 0), (right, low, 0), (right, high, 0), (left, high, 0)]
+        x, y, width, height = (length * pixel_ratio for length in _BAR_PX)
+        self._bar.GetPositionCoordinate().SetValue(left + x, low + y)
+        self._bar.GetPosition2Coordinate().SetValue(left + x + width, low + y + height)
+        self._title.SetPosition(left + x, low + 66 * pixel_ratio)
+        self._note.SetPosition(left + x, low + 49 * pixel_ratio)
+        for share, number in zip(_SHARES, self._numbers, strict=True):
+            number.SetPosition(left + x + share * width, low + 11 * pixel_ratio)
+
     def _style(self, palette: Palette, pixel_ratio: float) -> None:
+        self._panel.GetProperty().SetColor(*rgb(palette.background))
+        self._panel.GetProperty().SetOpacity(0.78)
         for actor, size in [(self._title, 15), (self._note, 12), *((number, 12) for number in self._numbers)]:
             text = actor.GetTextProperty()
             text.SetColor(*rgb(palette.text))
@@ -62,15 +91,3 @@ class LegendLayer:
             text.SetFontSize(round(size * pixel_ratio))
         for share, number in zip(_SHARES, self._numbers, strict=True):
             number.GetTextProperty().SetJustification(round(2 * share))
-
-
-def _text(x: float, y: float) -> vtkTextActor:
-    actor = vtkTextActor()
-    _anchor(actor.GetPositionCoordinate(), x, y)
-    return actor
-
-
-def _anchor(coordinate: vtkCoordinate, x: float, y: float) -> None:
-    """Put a coordinate at a share of the view's width and height."""
-    coordinate.SetCoordinateSystemToNormalizedViewport()
-    coordinate.SetValue(x, y)

@@ -233,6 +233,7 @@ class Scene:
         state = self._state
         self._apply_camera(state.camera)
         self._heatmap.arrange(state.camera, self.size, self._quick)
+        self._legend.place(self.size, self._pixel_ratio)
         place = self.gizmo_place()
         if place is None:
             self._gizmo.hide()
