@@ -12,8 +12,8 @@ from widgets.theme import Palette, rgb
 from widgets.viewport.camera import Size
 from widgets.viewport.heatmap_layer import HeatmapData, colour_table
 
-_WIDTH_PX, _HEIGHT_PX, _MARGIN_PX = 300, 92, 14
-_BAR_PX = (12, 30, 276, 14)
+_WIDTH_PX, _HEIGHT_PX, _MARGIN_PX = 252, 82, 12
+_BAR_PX = (12, 27, 228, 12)
 _SHARES = (0.0, 0.5, 1.0)
 
 
@@ -76,15 +76,15 @@ class LegendLayer:
         x, y, width, height = (length * pixel_ratio for length in _BAR_PX)
         self._bar.GetPositionCoordinate().SetValue(left + x, low + y)
         self._bar.GetPosition2Coordinate().SetValue(left + x + width, low + y + height)
-        self._title.SetPosition(left + x, low + 66 * pixel_ratio)
-        self._note.SetPosition(left + x, low + 49 * pixel_ratio)
+        self._title.SetPosition(left + x, low + 59 * pixel_ratio)
+        self._note.SetPosition(left + x, low + 43 * pixel_ratio)
         for share, number in zip(_SHARES, self._numbers, strict=True):
-            number.SetPosition(left + x + share * width, low + 11 * pixel_ratio)
+            number.SetPosition(left + x + share * width, low + 10 * pixel_ratio)
 
     def _style(self, palette: Palette, pixel_ratio: float) -> None:
         self._panel.GetProperty().SetColor(*rgb(palette.background))
         self._panel.GetProperty().SetOpacity(0.78)
-        for actor, size in [(self._title, 15), (self._note, 12), *((number, 12) for number in self._numbers)]:
+        for actor, size in [(self._title, 13), (self._note, 11), *((number, 11) for number in self._numbers)]:
             text = actor.GetTextProperty()
             text.SetColor(*rgb(palette.text))
             text.SetFontFamilyToArial()
