@@ -144,7 +144,7 @@ def test_what_cannot_be_saved_or_opened_changes_nothing(document: Document, tmp_
     assert document.is_modified
     bad = tmp_path / "bad.yaml"
     bad.write_text("sensors: [")
-    with pytest.raises(InputError, match="bad.yaml"):
+    with pytest.raises(InputError, match=r"bad\.yaml"):
         document.open(bad)
     assert not document.rig.sensor("front").enabled
 

@@ -1,4 +1,4 @@
-"""Every field of the inspector changes exactly what it says, keeps what was not changed, and refuses nonsense."""
+"""Every field of the inspector changes what it says, keeps what was not changed, and refuses nonsense."""
 
 from __future__ import annotations
 

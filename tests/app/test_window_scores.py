@@ -1,4 +1,4 @@
-"""Scores in the window: they follow a drag, end exact to the last bit, and show the change since the last save."""
+"""Scores in the window follow a drag, end exact to the last bit, and show the change since the last save."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A window on a test bench: a small rig and scene, a viewport without graphics, and dialogs that answer by themselves."""
+"""A window on a test bench: small rig and scene, a viewport without graphics, dialogs that answer."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Numbers in the panels: short on the screen, exact underneath, and signs that can be told apart without colour."""
+"""Numbers in the panels: short on the screen, exact underneath, with signs that need no colour."""
 
 import math
 

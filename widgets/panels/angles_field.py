@@ -6,10 +6,10 @@ from functools import partial
 from typing import Any
 
 from PySide6.QtCore import QObject
-from PySide6.QtWidgets import QComboBox, QLabel, QWidget
+from PySide6.QtWidgets import QLabel, QWidget
 
 from core.rig.model import EvenAngles, Lidar
-from widgets.panels.form import Form
+from widgets.panels.form import ChoiceBox, Form
 from widgets.panels.number_edit import IntegerEdit, ListEdit, NumberEdit, ValueEdit
 
 EVEN, LIST = "evenly spaced", "list"
@@ -21,7 +21,7 @@ class AnglesField(QObject):
     def __init__(self, form: Form, field: str, caption: str, tip: str) -> None:
         super().__init__(form)
         self._form, self._field = form, field
-        self._way = QComboBox()
+        self._way = ChoiceBox()
         for way in (EVEN, LIST):
             self._way.addItem(way, way)
         form.add_row(caption, [self._way], tip)

@@ -8,11 +8,21 @@ from typing import Any
 
 from pydantic import ValidationError
 from PySide6.QtCore import Signal
+from PySide6.QtGui import QWheelEvent
 from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QHBoxLayout, QLabel, QWidget
 
 from core.errors import InputError
 from widgets.panels.number_edit import ValueEdit
 from widgets.panels.style import MARGIN, SPACING
+
+
+class ChoiceBox(QComboBox):
+    """A list of choices that the wheel does not change: a scrolled panel must not edit the rig."""
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        """Leave the wheel to the panel around."""
+        event.ignore()
+
 
 Read = Callable[[Any], Any]
 Write = Callable[[Any, Any], Any]

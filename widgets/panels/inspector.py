@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QComboBox, QFrame, QLabel, QScrollArea, QStackedWidget, QWidget
+from PySide6.QtWidgets import QFrame, QLabel, QScrollArea, QStackedWidget, QWidget
 
 from core.rig.model import Lidar, Rig
-from widgets.panels.form import Form
+from widgets.panels.form import ChoiceBox, Form
 from widgets.panels.number_edit import NumberEdit, TextEdit, thousands
 from widgets.panels.sensor_form import CameraForm, LidarForm, SensorForm
 from widgets.viewport.body_profiles import PROFILES
@@ -86,7 +86,7 @@ class RigForm(Form):
         self.close_form()
 
     def _add_body(self) -> None:
-        body = QComboBox()
+        body = ChoiceBox()
         for known in PROFILES:
             body.addItem(known, known)
         self.add_row("Body", [body])

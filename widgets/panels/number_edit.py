@@ -83,9 +83,10 @@ class ValueEdit(QLineEdit, Generic[Value]):
 
     def mark(self, reason: str) -> None:
         """Show in red that what was typed is not accepted; an empty reason takes the mark away."""
-        self.setProperty("invalid", bool(reason))
-        self.style().unpolish(self)
-        self.style().polish(self)
+        if self._is_marked() != bool(reason):
+            self.setProperty("invalid", bool(reason))
+            self.style().unpolish(self)
+            self.style().polish(self)
         self.setToolTip(reason or ("" if self._value is None else self._full(self._value)))
 
     def _is_marked(self) -> bool:

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QComboBox, QLabel, QPushButton, QWidget
 from core.errors import InputError
 from core.geometry import Vec3
 from core.scene.grid import DEFAULT_ROI_M, DEFAULT_VOXEL_M, VoxelGrid
-from widgets.panels.form import Form, read_item, write_item
+from widgets.panels.form import ChoiceBox, Form, read_item, write_item
 from widgets.panels.number_edit import IntegerEdit, NumberEdit, full_number, parse_number
 
 VOXEL_EDGES_M = (0.2, 0.1, 0.05)
@@ -111,7 +111,7 @@ class ScenePanel(Form):
 
     def _add_grid(self) -> None:
         self.add_heading("Grid")
-        voxel = QComboBox()
+        voxel = ChoiceBox()
         voxel.setEditable(True)
         voxel.setObjectName("voxel_m")
         voxel.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)

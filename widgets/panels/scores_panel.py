@@ -10,7 +10,6 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QBrush, QColor, QGuiApplication, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import (
     QAbstractItemView,
-    QComboBox,
     QHBoxLayout,
     QHeaderView,
     QLabel,
@@ -22,13 +21,14 @@ from PySide6.QtWidgets import (
 
 from core.metric.scores import READINGS, ClassScores, MetricSettings, Scores
 from core.scene.boxes import CLASSES
+from widgets.panels.form import ChoiceBox
 from widgets.panels.icons import swatch
 from widgets.panels.number_edit import NumberEdit
 from widgets.panels.style import MARGIN, SPACING, numbers_font, tones
 from widgets.theme import CLASS_COLOURS
 
 MINUS, NONE = "\u2212", "–"
-CLASS_PX, VALUE_PX, CHANGE_PX = 120, 118, 88
+CLASS_PX, MIN_VALUE_PX, CHANGE_PX = 120, 90, 96
 
 SIGN_NOTE = (
     "<b>S-MS = λ · S-MIG(cameras) + S-MIG(LiDARs)</b>, in nat, with S-MIG = −(entropy of the voxels "
@@ -79,7 +79,7 @@ class ScoresPanel(QWidget):
         self._is_stale = True
         self._table = _ScoreTable()
         self._weight = NumberEdit(0.05)
-        self._reading = QComboBox()
+        self._reading = ChoiceBox()
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(0)
@@ -184,9 +184,12 @@ class _ScoreTable(QTableWidget):
     def _set_header(self) -> None:
         header = self.horizontalHeader()
         header.setHighlightSections(False)
-        header.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
+        header.setMinimumSectionSize(MIN_VALUE_PX)
         for place in range(self.columnCount()):
-            header.resizeSection(place, CLASS_PX if place == 0 else VALUE_PX if place % 2 else CHANGE_PX)
+            is_value = place % 2 == 1
+            mode = QHeaderView.ResizeMode.Stretch if is_value else QHeaderView.ResizeMode.Fixed
+            header.setSectionResizeMode(place, mode)
+            header.resizeSection(place, CLASS_PX if place == 0 else CHANGE_PX)
         titles: list[tuple[str, str]] = [("Class", "")]
         for column in COLUMNS:
             titles += [

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QCheckBox, QComboBox, QLabel, QWidget
 from core.rig.library import default_library
 from core.rig.model import Camera, Lidar
 from widgets.panels.angles_field import AnglesField
-from widgets.panels.form import Form, read_field, read_item, write_field, write_item
+from widgets.panels.form import ChoiceBox, Form, read_field, read_item, write_field, write_item
 from widgets.panels.number_edit import IntegerEdit, NumberEdit, TextEdit, ValueEdit, thousands
 
 STEP_M, STEP_DEG = 0.05, 1.0
@@ -42,7 +42,7 @@ class SensorForm(Form):
         name.setAccessibleName("Name")
         self.add_row("Name", [name])
         self.bind_edit(name, read_field("name"), self._write_name, "name")
-        model = QComboBox()
+        model = ChoiceBox()
         model.addItem(_NO_MODEL, None)
         for entry in default_library().entries(self._kind):
             model.addItem(entry.title, entry.name)
@@ -147,7 +147,7 @@ class CameraForm(SensorForm):
         self.close_form()
 
     def _add_lens(self) -> None:
-        way = QComboBox()
+        way = ChoiceBox()
         for text in (FIELD_OF_VIEW, FOCAL_LENGTHS):
             way.addItem(text, text)
         self.add_row("Lens by", [way], "one field of view, or focal lengths and principal point in pixels")

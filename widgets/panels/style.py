@@ -131,7 +131,7 @@ QToolBar QToolButton {{ border: 1px solid transparent; border-radius: 5px; paddi
 QToolBar QToolButton:hover {{ background: {t.field}; border-color: {t.border}; }}
 QToolBar QToolButton:checked {{ background: {t.chosen}; border-color: {t.accent}; }}
 QToolBar QToolButton:disabled {{ color: {t.muted}; }}
-QToolBar QToolButton[popupMode="2"] {{ padding-right: 16px; }}
+QToolBar QToolButton[popupMode="2"] {{ padding: 4px 6px; }}
 QToolBar QToolButton::menu-indicator {{ image: none; }}
 QMenuBar {{ background: {t.panel}; color: {t.text}; }}
 QMenuBar::item {{ padding: 4px 9px; background: transparent; }}
@@ -149,9 +149,10 @@ QFrame#messageBar QLabel {{ color: {t.text}; }}
 _FIELD_SHEET = """
 QTreeView, QTableView {{ background: {t.field}; border: 0; alternate-background-color: {t.panel}; }}
 QTreeView::item {{ padding: 3px 0; }}
+QTableView::item {{ padding: 0 8px; }}
 QHeaderView {{ background: {t.panel}; }}
 QHeaderView::section {{ background: {t.panel}; color: {t.muted}; border: 0;
-    border-bottom: 1px solid {t.border}; padding: 3px 6px; font-weight: 500; }}
+    border-bottom: 1px solid {t.border}; padding: 3px 10px; font-weight: 500; }}
 QLineEdit, QComboBox {{ background: {t.field}; border: 1px solid {t.border}; border-radius: 4px;
     padding: 1px 5px; min-height: 18px; selection-background-color: {t.accent}; selection-color: white; }}
 QLineEdit:focus, QComboBox:focus {{ border-color: {t.accent}; }}
