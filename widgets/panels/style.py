@@ -106,7 +106,10 @@ def _qt_palette(tones: Tones) -> QPalette:
         role.ToolTipBase: tones.field,
         role.ToolTipText: tones.text,
         role.Link: tones.accent,
+        role.Light: tones.border,
+        role.Midlight: tones.border,
         role.Mid: tones.border,
+        role.Dark: tones.border,
     }
     palette = QPalette()
     for which, colour in colours.items():
@@ -118,7 +121,8 @@ def _qt_palette(tones: Tones) -> QPalette:
 
 def _sheet(t: Tones) -> str:
     chevron = asset_path("icons/chevron-dark.svg" if t is DARK else "icons/chevron-light.svg").as_posix()
-    return _WINDOW_SHEET.format(t=t) + _FIELD_SHEET.format(t=t, chevron=chevron)
+    check = asset_path("icons/check.svg").as_posix()
+    return _WINDOW_SHEET.format(t=t) + _FIELD_SHEET.format(t=t, chevron=chevron, check=check)
 
 
 _WINDOW_SHEET = """
@@ -161,6 +165,11 @@ QLineEdit[invalid="true"] {{ border-color: {t.error}; background: {t.error_field
 QComboBox QLineEdit {{ border: 0; padding: 0; }}
 QComboBox::drop-down {{ border: 0; width: 18px; }}
 QComboBox::down-arrow {{ image: url("{chevron}"); width: 12px; height: 12px; }}
+QCheckBox::indicator, QTreeView::indicator {{ width: 12px; height: 12px; border: 1px solid {t.muted};
+    border-radius: 3px; background: {t.field}; }}
+QCheckBox::indicator:checked, QTreeView::indicator:checked {{ background: {t.accent};
+    border-color: {t.accent}; image: url("{check}"); }}
+QTreeView::indicator:checked:selected {{ border-color: white; }}
 QScrollArea {{ border: 0; background: {t.panel}; }}
 QWidget#panel {{ background: {t.panel}; }}
 QLabel#heading {{ color: {t.muted}; font-weight: 600; padding-top: 6px; }}
