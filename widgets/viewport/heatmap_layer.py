@@ -125,11 +125,6 @@ class HeatmapLayer:
         renderer.AddObserver("StartEvent", _let_shaders_size_points)
         renderer.AddActor(self._actor)
 
-    @property
-    def data(self) -> HeatmapData | None:
-        """What is shown."""
-        return self._data
-
     def set_data(self, data: HeatmapData | None) -> None:
         """Show other values, other cells, or nothing."""
         same_cells = data is not None and self._data is not None and data.centres_m is self._data.centres_m

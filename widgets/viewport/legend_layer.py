@@ -14,6 +14,7 @@ from widgets.viewport.heatmap_layer import HeatmapData, colour_table
 
 _WIDTH_PX, _HEIGHT_PX, _MARGIN_PX = 252, 82, 12
 _BAR_PX = (12, 27, 228, 12)
+_FULL_VIEW_PX = (640, 400)
 _SHARES = (0.0, 0.5, 1.0)
 
 
@@ -47,7 +48,7 @@ class LegendLayer:
         """Everything the legend consists of, from back to front."""
         return [self._panel, self._bar, self._title, self._note, *self._numbers]
 
-    def set_data(self, data: HeatmapData | None, palette: Palette, pixel_ratio: float) -> None:
+    def set_data(self, data: HeatmapData | None, palette: Palette) -> None:
         """Label the bar for a heatmap, or hide it."""
         for prop in self.props():
             prop.SetVisibility(data is not None)
@@ -62,32 +63,34 @@ class LegendLayer:
         self._note.SetInput(data.note)
         for share, number in zip(_SHARES, self._numbers, strict=True):
             number.SetInput(f"{data.vmin + share * (data.vmax - data.vmin):.3g}")
-        self._style(palette, pixel_ratio)
+        self._style(palette)
 
     def place(self, size: Size, pixel_ratio: float) -> None:
-        """Keep the legend in the corner of a view of this size in pixels."""
+        """Keep the legend in the corner of a view of this size in pixels; a small view gets a small legend."""
         if self._placed == (size, pixel_ratio):
             return
         self._placed = size, pixel_ratio
-        left = size[0] - (_MARGIN_PX + _WIDTH_PX) * pixel_ratio
-        low = _MARGIN_PX * pixel_ratio
-        right, high = left + _WIDTH_PX * pixel_ratio, low + _HEIGHT_PX * pixel_ratio
+        room = min(size[0] / _FULL_VIEW_PX[0], size[1] / _FULL_VIEW_PX[1])
+        unit = min(pixel_ratio, max(0.5 * pixel_ratio, room))
+        left, low = size[0] - (_MARGIN_PX + _WIDTH_PX) * unit, _MARGIN_PX * unit
+        right, high = left + _WIDTH_PX * unit, low + _HEIGHT_PX * unit
         self._panel_points.points = [(left, low, 0), (right, low, 0), (right, high, 0), (left, high, 0)]
-        x, y, width, height = (length * pixel_ratio for length in _BAR_PX)
+        x, y, width, height = (length * unit for length in _BAR_PX)
         self._bar.GetPositionCoordinate().SetValue(left + x, low + y)
         self._bar.GetPosition2Coordinate().SetValue(left + x + width, low + y + height)
-        self._title.SetPosition(left + x, low + 59 * pixel_ratio)
-        self._note.SetPosition(left + x, low + 43 * pixel_ratio)
+        self._title.SetPosition(left + x, low + 59 * unit)
+        self._note.SetPosition(left + x, low + 43 * unit)
         for share, number in zip(_SHARES, self._numbers, strict=True):
-            number.SetPosition(left + x + share * width, low + 10 * pixel_ratio)
+            number.SetPosition(left + x + share * width, low + 10 * unit)
+        self._title.GetTextProperty().SetFontSize(max(6, round(13 * unit)))
+        for actor in (self._note, *self._numbers):
+            actor.GetTextProperty().SetFontSize(max(6, round(11 * unit)))
 
-    def _style(self, palette: Palette, pixel_ratio: float) -> None:
+    def _style(self, palette: Palette) -> None:
         self._panel.GetProperty().SetColor(*rgb(palette.background))
         self._panel.GetProperty().SetOpacity(0.78)
-        for actor, size in [(self._title, 13), (self._note, 11), *((number, 11) for number in self._numbers)]:
-            text = actor.GetTextProperty()
-            text.SetColor(*rgb(palette.text))
-            text.SetFontFamilyToArial()
-            text.SetFontSize(round(size * pixel_ratio))
+        for actor in (self._title, self._note, *self._numbers):
+            actor.GetTextProperty().SetColor(*rgb(palette.text))
+            actor.GetTextProperty().SetFontFamilyToArial()
         for share, number in zip(_SHARES, self._numbers, strict=True):
             number.GetTextProperty().SetJustification(round(2 * share))

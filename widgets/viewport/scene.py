@@ -107,7 +107,6 @@ class Scene:
         if pixel_ratio != self._pixel_ratio:
             self._pixel_ratio = pixel_ratio
             self._rays.set_line_width(pixel_ratio)
-            self._legend.set_data(self._state.heatmap, self._state.palette, pixel_ratio)
 
     def apply(self, state: SceneState) -> None:
         """Show a whole state; InputError for an unknown vehicle body, but the rest is shown all the same."""
@@ -162,16 +161,11 @@ class Scene:
         """Show a heatmap with its colour bar, or none. Pass the same `centres_m` when only values change."""
         self._state = replace(self._state, heatmap=data)
         self._heatmap.set_data(data)
-        self._legend.set_data(data, self._state.palette, self._pixel_ratio)
+        self._legend.set_data(data, self._state.palette)
 
     def set_gizmo(self, mode: GizmoMode, space: Space) -> None:
         """Choose arrows, rings or both, and whose axes they follow."""
         self._state = replace(self._state, gizmo_mode=mode, gizmo_space=space)
-
-    def set_decorations(self, gizmo: bool = True, rays: bool = True) -> None:
-        """Show or leave out the gizmo and the ray fans."""
-        self._state = replace(self._state, show_gizmo=gizmo, show_rays=rays)
-        self._draw_fans()
 
     def set_view(self, name: str, wide: bool = False) -> None:
         """Look from "iso", "top", "front", "left", "rear" (else InputError); `wide`: iso over all the ROI."""
@@ -330,6 +324,8 @@ def render_still(
         scene.apply(state)
         if view is not None:
             scene.set_view(view, wide=True)
+        if transparent:
+            plotter.renderer.GradientBackgroundOff()
         scene.prepare()
         plotter.show(auto_close=False, interactive=False)
         image = np.asarray(plotter.screenshot(None, transparent_background=transparent, return_img=True))

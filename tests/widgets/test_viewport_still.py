@@ -1,0 +1,98 @@
+"""Pictures made without a window: what must be seen is seen, at any size."""
+
+import numpy as np
+import pytest
+
+from core.rig.model import EvenAngles, Lidar, Rig
+from widgets.theme import LIGHT
+from widgets.viewport.camera import OrbitCamera
+from widgets.viewport.heatmap_layer import HeatmapData
+from widgets.viewport.scene import SceneState, render_still
+
+SIZE = (320, 200)
+LIDAR = Lidar(
+    name="roof",
+    position=(0.0, 0.0, 2.0),
+    elevations_deg=EvenAngles(**{"from": -25.0, "to": 25.0, "count": 16}),
+)
+RIG = Rig(sensors=(LIDAR,))
+SIDE_VIEW = OrbitCamera((0.0, 0.0, 0.7), 9.0, -90.0, 5.0)
+
+
+def wall(y_m: float) -> HeatmapData:
+    """A wall of cells with the largest value along the car, at one side of it."""
+    x, z = np.meshgrid(np.arange(-20, 20, 0.4), np.arange(0.2, 4, 0.4))
+    centres = np.stack([x.ravel(), np.full(x.size, y_m), z.ravel()], axis=1).astype(np.float32)
+    return HeatmapData(centres, 0.4, np.ones(len(centres), np.float32), "p", "", 0.0, 1.0)
+
+
+def picture(state: SceneState, **options) -> np.ndarray:
+    return render_still(state, SIZE, **options)[:, :, :3].astype(int)
+
+
+def share_changed(first: np.ndarray, second: np.ndarray, rows: slice, columns: slice) -> float:
+    return float((np.abs(first - second)[rows, columns].max(axis=2) > 40).mean())
+
+
+@pytest.mark.parametrize("parallel", [False, True])
+def test_traffic_between_the_eye_and_the_car_does_not_hide_the_car(parallel):
+    camera = OrbitCamera((0.0, 0.0, 0.7), 9.0, -90.0, 5.0, parallel=parallel)
+    state = SceneState(camera=camera)
+    bare, walled = picture(state), picture(SceneState(camera=camera, heatmap=wall(-2.5)))
+    assert share_changed(bare, walled, slice(85, 115), slice(110, 210)) < 0.02
+    assert share_changed(bare, walled, slice(85, 105), slice(4, 14)) > 0.8
+
+
+def test_traffic_behind_the_car_is_hidden_by_it_but_seen_beside_it():
+    bare, walled = (
+        picture(SceneState(camera=SIDE_VIEW)),
+        picture(SceneState(camera=SIDE_VIEW, heatmap=wall(4.0))),
+    )
+    assert share_changed(bare, walled, slice(100, 115), slice(130, 190)) < 0.02
+    assert share_changed(bare, walled, slice(85, 105), slice(4, 14)) > 0.8
+
+
+def test_a_hidden_sensor_is_not_drawn():
+    camera = OrbitCamera(LIDAR.position, 2.0, -60.0, 10.0)
+    bare = picture(SceneState(camera=camera))
+    shown = picture(SceneState(camera=camera, rig=RIG))
+    hidden = picture(SceneState(camera=camera, rig=RIG, hidden=frozenset({"roof"})))
+    assert (np.abs(shown - bare).max(axis=2) > 40).mean() > 0.005
+    assert np.array_equal(hidden, bare)
+
+
+def test_the_gizmo_is_seen_through_the_car():
+    buried = Rig(sensors=(LIDAR.replace(position=(0.0, 0.0, 0.6)),))
+    state = SceneState(camera=SIDE_VIEW, rig=buried, show_rays=False)
+    without = picture(state)
+    chosen = picture(SceneState(camera=SIDE_VIEW, rig=buried, show_rays=False, selected="roof"))
+    assert (np.abs(chosen - without).max(axis=2) > 60).mean() > 0.003
+
+
+def test_a_switched_off_sensor_is_drawn_without_rays():
+    camera = OrbitCamera(LIDAR.position, 30.0, -60.0, 30.0)
+    off = Rig(sensors=(LIDAR.replace(enabled=False),))
+    rays = SceneState(camera=camera, rig=off, selected="roof", show_gizmo=False)
+    no_rays = SceneState(camera=camera, rig=off, selected="roof", show_gizmo=False, show_rays=False)
+    assert np.array_equal(picture(rays), picture(no_rays))
+
+
+def test_a_picture_twice_as_large_shows_the_same():
+    state = SceneState(camera=SIDE_VIEW, rig=RIG, heatmap=wall(4.0))
+    small, large = picture(state), picture(state, scale=2)
+    halved = large.reshape(200, 2, 320, 2, 3).mean(axis=(1, 3))
+    assert large.shape == (400, 640, 3)
+    assert np.abs(halved - small).mean() < 6.0
+
+
+def test_light_and_dark_pictures_differ_in_the_background():
+    dark, light = picture(SceneState()), picture(SceneState(palette=LIGHT))
+    assert light[2, 2].sum() - dark[2, 2].sum() > 300
+
+
+def test_a_transparent_picture_lets_the_page_shine_through():
+    image = render_still(
+        SceneState(camera=OrbitCamera((0, 0, 0), 300.0, -60.0, 20.0)), SIZE, transparent=True
+    )
+    assert image.shape == (200, 320, 4)
+    assert image[0, 0, 3] == 0
