@@ -9,8 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from core.geometry import Vec3
+from core.kernels import lattice as kernel
 from core.rig.model import Camera, Lidar
 from core.scene.grid import VoxelGrid
+
+
+Ids = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -22,33 +26,46 @@ class Rays:
     range_m: tuple[float, float]
 
 
-def lidar_lattice(lidar: Lidar) -> NDArray[np.float64]:
-    """Directions (cos e cos a, cos e sin a, sin e) in the sensor frame, (beams * azimuths, 3), beam by beam."""
-    elevation = np.radians(lidar.elevations())[:, None]
-    azimuth = np.radians(lidar.azimuths())[None, :]
-    x = np.cos(elevation) * np.cos(azimuth)
-    y = np.cos(elevation) * np.sin(azimuth)
-    z = np.broadcast_to(np.sin(elevation), x.shape)
-    return np.stack([x, y, z], axis=-1).reshape(-1, 3)
+@dataclass(frozen=True)
+class Lattice:
+    """Tables from which the directions of a sensor's rays follow, ray = row * planes + plane.
 
-
-def camera_lattice(camera: Camera) -> NDArray[np.float64]:
-    """Directions through pixel centres of the resized image in the body frame, (rows * columns, 3), row by row.
-
-    w = (u + 1/2) w0 / u0, h = (v + 1/2) h0 / v0; (1, -(w - cx) / fx, -(h - cy) / fy), normalised (eq. 3-5).
+    rows (r, 2): a LiDAR's beams, a camera's image rows; planes (p, 2): azimuths or image columns
+    (see `core.kernels.lattice`).
     """
-    columns, rows = camera.cast
+
+    kind: int
+    rows: NDArray[np.float64]
+    planes: NDArray[np.float64]
+
+    def directions(self, rays: Ids | None = None) -> NDArray[np.float64]:
+        """Directions in the sensor frame of all rays, or of some by number, (n, 3)."""
+        every = np.arange(len(self.rows) * len(self.planes)) if rays is None else rays
+        return kernel.directions(self.kind, self.rows, self.planes, every)
+
+
+def lidar_lattice(lidar: Lidar) -> Lattice:
+    """Directions (cos e cos a, cos e sin a, sin e), beam by beam (paper, eq. 2, as its text means it)."""
+    elevation, azimuth = np.radians(lidar.elevations()), np.radians(lidar.azimuths())
+    rows = np.stack([np.cos(elevation), np.sin(elevation)], axis=1)
+    return Lattice(kernel.LIDAR, rows, np.stack([np.cos(azimuth), np.sin(azimuth)], axis=1))
+
+
+def camera_lattice(camera: Camera) -> Lattice:
+    """Rays through pixel centres of the resized image, row by row (paper, eq. 3-5).
+
+    w = (u + 1/2) w0 / u0, h = (v + 1/2) h0 / v0; (1, -(w - cx) / fx, -(h - cy) / fy), normalised.
+    """
     fx_px, fy_px, cx_px, cy_px = camera.intrinsics_px()
-    w = (np.arange(columns) + 0.5) * camera.image[0] / columns
-    h = (np.arange(rows) + 0.5) * camera.image[1] / rows
-    y = (-(w - cx_px) / fx_px)[None, :]
-    z = (-(h - cy_px) / fy_px)[:, None]
-    norm = np.sqrt(1.0 + y * y + z * z)
-    return np.stack([1.0 / norm, y / norm, z / norm], axis=-1).reshape(-1, 3)
+    w = (np.arange(camera.cast[0]) + 0.5) * camera.image[0] / camera.cast[0]
+    h = (np.arange(camera.cast[1]) + 0.5) * camera.image[1] / camera.cast[1]
+    y, z = -(w - cx_px) / fx_px, -(h - cy_px) / fy_px
+    rows = np.stack([z, np.zeros_like(z)], axis=1)
+    return Lattice(kernel.CAMERA, rows, np.stack([y, np.zeros_like(y)], axis=1))
 
 
-def lattice(sensor: Lidar | Camera) -> NDArray[np.float64]:
-    """Directions of all rays in the sensor frame, (n, 3), float64."""
+def lattice(sensor: Lidar | Camera) -> Lattice:
+    """The ray lattice of a sensor in its own frame."""
     return lidar_lattice(sensor) if isinstance(sensor, Lidar) else camera_lattice(sensor)
 
 
@@ -58,12 +75,9 @@ def rotate(rotation: NDArray[np.float64], directions: NDArray[np.float64]) -> ND
     return np.stack([(row[0] * x + row[1] * y) + row[2] * z for row in rotation], axis=-1)
 
 
-def sensor_rays(sensor: Lidar | Camera, rows: NDArray[np.int64] | None = None) -> Rays:
+def sensor_rays(sensor: Lidar | Camera, rows: Ids | None = None) -> Rays:
     """Rays of a sensor in the vehicle frame; `rows` (k,) picks some of them by index."""
-    directions = lattice(sensor)
-    if rows is not None:
-        directions = directions[rows]
-    return Rays(sensor.position, rotate(sensor.pose.rotation(), directions), sensor.range_m)
+    return Rays(sensor.position, rotate(sensor.pose.rotation(), lattice(sensor).directions(rows)), sensor.range_m)
 
 
 def clip_to_roi(grid: VoxelGrid, rays: Rays) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -74,7 +88,7 @@ def clip_to_roi(grid: VoxelGrid, rays: Rays) -> tuple[NDArray[np.float64], NDArr
     low = np.array(grid.origin_m)
     high = low + np.array(grid.shape) * grid.voxel_m
     origin = np.array(rays.origin_m)
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         first = (low - origin) / rays.directions
         second = (high - origin) / rays.directions
     flat = rays.directions == 0.0

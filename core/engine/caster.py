@@ -1,28 +1,34 @@
-"""Casting one sensor: from its description to the set of informative voxels its rays traverse."""
+"""Casting one sensor: from its description to the set of informative voxels its rays traverse.
+
+Two ways lead to the same set. Fans walk all rays of a vertical plane together and serve upright sensors;
+sensors that roll or pitch, have a short range, or use another method are walked ray by ray.
+"""
 
 from __future__ import annotations
 
 import math
-from collections import OrderedDict
 from collections.abc import Callable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
+from core.engine.fans import is_near, is_tame, is_upright, make_fan
 from core.kernels import cast
+from core.kernels.cast import Cast
+from core.kernels.fan import Space, mark_fan
+from core.kernels.walk import FARTHEST
 from core.metric.entropy import EntropyField
 from core.metric.scores import Method
 from core.rational_walk import walk_rational
-from core.rays import lattice
+from core.rays import Lattice, lattice
 from core.rig.model import Camera, Lidar
 from core.scene.columns import Words, words_per_column
 
 RAYS_PER_CHUNK = 1 << 15
-LATTICE_CACHE_BYTES = 256 << 20
-FARTHEST = 1e30
-"""Stands for "no limit" along a ray: beyond any ROI, and small enough for the exact predicates."""
+PLANES_PER_CHUNK = 512
 
 IsStale = Callable[[], bool]
+Sensor = Lidar | Camera
 
 
 def never_stale() -> bool:
@@ -31,93 +37,103 @@ def never_stale() -> bool:
 
 
 class Caster:
-    """Casts sensors against one entropy field; keeps the ray lattices of the lenses in use."""
+    """Casts sensors against one entropy field with a number of workers."""
 
-    def __init__(self, field: EntropyField) -> None:
-        self.workers = 1
+    def __init__(self, field: EntropyField, workers: int = 1) -> None:
+        self.workers = workers
         self._field = field
         self._shape = np.array(field.grid.shape, np.int64)
-        self._lattices: OrderedDict[Lidar | Camera, NDArray[np.float64]] = OrderedDict()
+        self._parts = np.zeros((0, 0), np.uint64)
 
-    def mark(self, sensor: Lidar | Camera, method: Method, marks: Words, is_stale: IsStale = never_stale) -> bool:
+    def mark(self, sensor: Sensor, method: Method, marks: Words, is_stale: IsStale = never_stale) -> bool:
         """Set the bits of the informative voxels traversed; False when abandoned half-way (marks are then dirty)."""
-        index = self._field.index
-        for chunk in self._chunks(sensor):
+        rays = self._rays(sensor, method)
+        if method == "exact" and self._suits_fan(rays):
+            return self._mark_fan(lattice(sensor), rays, marks, is_stale)
+        return self._mark_rays(rays, marks, is_stale)
+
+    def _suits_fan(self, rays: Cast) -> bool:
+        if not (is_upright(rays.rotation) and is_near(rays.origin, rays.box)):
+            return False
+        farthest = np.abs(rays.box.reshape(3, 2).T - rays.origin).max(axis=0)
+        endless = rays.reach[0] == 0.0 and rays.reach[1] > np.linalg.norm(farthest) + 1.0
+        return bool(endless and is_tame(rays.rows, rays.planes, rays.rotation, rays.origin))
+
+    def _mark_fan(self, rays_of: Lattice, rays: Cast, marks: Words, is_stale: IsStale) -> bool:
+        fan = make_fan(rays_of, rays.rotation)
+        space = Space(rays.origin, rays.rotation, rays.box, rays.shape, self._field.index.words)
+        planes = len(fan.planes)
+        for start in range(0, planes, PLANES_PER_CHUNK):
             if is_stale():
                 return False
-            irregular = np.zeros(len(chunk), np.bool_)
-            cast.mark_rays(*self._geometry(sensor, chunk, method), index.words, marks, irregular)
-            for cells in self._walk_irregular(sensor, chunk, irregular, method):
-                marks[cells[0]] |= cells[1] & index.words[cells[0]]
+            mark_fan(fan, space, start, min(start + PLANES_PER_CHUNK, planes), self.workers, marks)
         return True
 
-    def hits(self, sensor: Lidar | Camera, method: Method, is_stale: IsStale = never_stale) -> tuple[int, ...] | None:
+    def _mark_rays(self, rays: Cast, marks: Words, is_stale: IsStale) -> bool:
+        keep = self._field.index.words
+        if self._parts.shape != (self.workers, keep.size):
+            self._parts = np.zeros((self.workers, keep.size), np.uint64)
+        for start, end in _chunks(rays):
+            if is_stale():
+                self._parts[:] = 0
+                return False
+            irregular = np.zeros(end - start, np.bool_)
+            cast.mark_rays(rays, start, end, self._parts, irregular)
+            for word, bit in self._walk_irregular(rays, start + np.flatnonzero(irregular)):
+                marks[word] |= bit & keep[word]
+        cast.merge_marks(self._parts, keep, marks)
+        return True
+
+    def hits(self, sensor: Sensor, method: Method, is_stale: IsStale = never_stale) -> tuple[int, ...] | None:
         """Sum over rays over their voxels of h in fixed point, per class; None when abandoned."""
-        index, h_q = self._field.index, self._field.h_q
+        rays, index = self._rays(sensor, method), self._field.index
         totals = [0, 0, 0]
-        for chunk in self._chunks(sensor):
+        for start, end in _chunks(rays):
             if is_stale():
                 return None
-            irregular = np.zeros(len(chunk), np.bool_)
+            irregular = np.zeros(end - start, np.bool_)
             sums = cast.sum_hits(
-                *self._geometry(sensor, chunk, method), index.words, index.first, h_q, irregular
+                rays, start, end, self.workers, index.words, index.first, self._field.h_q, irregular
             )
             totals = [total + int(part) for total, part in zip(totals, sums, strict=True)]
-            for word, bit in self._walk_irregular(sensor, chunk, irregular, method):
+            for word, bit in self._walk_irregular(rays, start + np.flatnonzero(irregular)):
                 totals = [t + h for t, h in zip(totals, self._entropy_at(word, bit), strict=True)]
         return tuple(totals)
 
     def _entropy_at(self, word: int, bit: np.uint64) -> list[int]:
         index = self._field.index
-        if not int(index.words[word]) & int(bit):
+        keep = int(index.words[word])
+        if not keep & int(bit):
             return [0, 0, 0]
-        voxel = int(index.first[word]) + (int(index.words[word]) & (int(bit) - 1)).bit_count()
+        voxel = int(index.first[word]) + (keep & (int(bit) - 1)).bit_count()
         return [int(h) for h in self._field.h_q[voxel]]
 
-    def _chunks(self, sensor: Lidar | Camera) -> Iterator[NDArray[np.float64]]:
-        directions = self._lattice(sensor)
-        for start in range(0, len(directions), RAYS_PER_CHUNK):
-            yield directions[start : start + RAYS_PER_CHUNK]
-
-    def _lattice(self, sensor: Lidar | Camera) -> NDArray[np.float64]:
-        lens = sensor.model_copy(
-            update={"name": "", "model": None, "position": (0.0, 0.0, 0.0), "rpy_deg": (0.0, 0.0, 0.0), "enabled": True}
-        )
-        if lens not in self._lattices:
-            self._lattices[lens] = lattice(sensor)
-            while len(self._lattices) > 1 and sum(a.nbytes for a in self._lattices.values()) > LATTICE_CACHE_BYTES:
-                self._lattices.popitem(last=False)
-        self._lattices.move_to_end(lens)
-        return self._lattices[lens]
-
-    def _box(self, method: Method) -> NDArray[np.int64]:
-        """Cells the rays are walked in: what is informative; Bresenham's lines depend on their ends: the ROI."""
-        if method == "bresenham":
-            nx, ny, nz = self._field.grid.shape
-            return np.array([0, nx, 0, ny, 0, nz], np.int64)
-        return self._field.index.bounds
-
-    def _reach(self, sensor: Lidar | Camera) -> NDArray[np.float64]:
+    def _rays(self, sensor: Sensor, method: Method) -> Cast:
+        grid, table = self._field.grid, lattice(sensor)
         low, high = sensor.range_m
-        voxel_m = self._field.grid.voxel_m
-        return np.array([low / voxel_m, FARTHEST if math.isinf(high) else high / voxel_m])
+        reach = np.minimum(np.array([low, high]) / grid.voxel_m, FARTHEST)
+        box = self._field.index.bounds
+        if method == "bresenham":  # its lines depend on their ends: the whole ROI, not only what is informative
+            box = np.array([0, grid.shape[0], 0, grid.shape[1], 0, grid.shape[2]], np.int64)
+        origin, rotation = np.array(grid.to_grid(sensor.position)), sensor.pose.rotation()
+        return Cast(
+            table.kind, table.rows, table.planes, origin, rotation, reach, box, self._shape, method == "bresenham"
+        )
 
-    def _geometry(self, sensor: Lidar | Camera, chunk: NDArray[np.float64], method: Method) -> tuple[object, ...]:
-        origin = np.array(self._field.grid.to_grid(sensor.position))
-        rotation = sensor.pose.rotation()
-        bresenham = method == "bresenham"
-        return origin, rotation, chunk, self._reach(sensor), self._box(method), self._shape, bresenham, self.workers
-
-    def _walk_irregular(
-        self, sensor: Lidar | Camera, chunk: NDArray[np.float64], irregular: NDArray[np.bool_], method: Method
-    ) -> Iterator[tuple[int, np.uint64]]:
-        """Word and bit of the voxels of the rays that the kernels left out."""
+    def _walk_irregular(self, rays: Cast, numbers: NDArray[np.int64]) -> Iterator[tuple[int, np.uint64]]:
+        """Word and bit of every voxel of the rays that the kernels left out."""
         grid = self._field.grid
         depth = words_per_column(grid)
-        rotation, reach, box = sensor.pose.rotation(), self._reach(sensor), self._box(method)
-        for x, y, z in chunk[irregular]:
-            direction = tuple(float((row[0] * x + row[1] * y) + row[2] * z) for row in rotation)
-            origin = grid.to_grid(sensor.position)
-            near, far = float(reach[0]), float(reach[1])
-            for ix, iy, iz in walk_rational(origin, direction, near, far, [int(b) for b in box]):  # type: ignore[arg-type]
+        origin = (float(rays.origin[0]), float(rays.origin[1]), float(rays.origin[2]))
+        near, far = float(rays.reach[0]), float(rays.reach[1])
+        for x, y, z in Lattice(rays.kind, rays.rows, rays.planes).directions(numbers):
+            dx, dy, dz = (float((row[0] * x + row[1] * y) + row[2] * z) for row in rays.rotation)
+            for ix, iy, iz in walk_rational(origin, (dx, dy, dz), near, far, [int(b) for b in rays.box]):
                 yield (ix * grid.shape[1] + iy) * depth + iz // 64, np.uint64(1 << (iz % 64))
+
+
+def _chunks(rays: Cast) -> Iterator[tuple[int, int]]:
+    """First and end number of the rays, a chunk at a time."""
+    count = len(rays.rows) * len(rays.planes)
+    for start in range(0, count, RAYS_PER_CHUNK):
+        yield start, min(start + RAYS_PER_CHUNK, count)

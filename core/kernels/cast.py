@@ -1,80 +1,90 @@
-"""All rays of one sensor through the grid, in parallel: the set of voxels covered, or the sum over all hits."""
+"""All rays of one sensor, one by one and in parallel: the set of voxels covered, or the sum over all hits."""
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numba
 import numpy as np
 
 from core.kernels.bits import popcount
-from core.kernels.jit import atomic_or, inlined, parallel_kernel
+from core.kernels.jit import inlined, parallel_kernel
+from core.kernels.lattice import direction, rotated
+from core.kernels.levels import level_mask
 from core.kernels.walk import walk_bresenham, walk_exact
 
 BLOCK = 64
-FULL_WORD = np.uint64(0xFFFFFFFFFFFFFFFF)
+
+
+class Cast(NamedTuple):
+    """Rays to walk: lattice tables (see `core.kernels.lattice`), origin (3,) in grid units, rotation (3, 3),
+    reach (2,) in grid units, box (6,) cells to stay in, shape (3,) of the grid, and the method."""
+
+    kind: int
+    rows: np.ndarray
+    planes: np.ndarray
+    origin: np.ndarray
+    rotation: np.ndarray
+    reach: np.ndarray
+    box: np.ndarray
+    shape: np.ndarray
+    bresenham: bool
 
 
 @inlined
-def level_mask(low: int, high: int) -> np.uint64:
-    """Bits low..high (both 0..63, both included) of a word."""
-    return (FULL_WORD << np.uint64(low)) & (FULL_WORD >> np.uint64(63 - high))
+def _walk(rays: Cast, ray: int, runs: np.ndarray) -> int:
+    """Runs of one ray; negative when it is left to the rational walk."""
+    planes = rays.planes.shape[0]
+    d = rotated(rays.rotation, direction(rays.kind, rays.rows[ray // planes], rays.planes[ray % planes]))
+    g = (rays.origin[0], rays.origin[1], rays.origin[2])
+    if rays.bresenham:
+        return walk_bresenham(g, d, rays.reach[0], rays.reach[1], rays.box, rays.shape[1], runs)
+    return walk_exact(g, d, rays.reach[0], rays.reach[1], rays.box, rays.shape[1], runs)
 
 
 @inlined
-def _direction(rotation: np.ndarray, lattice: np.ndarray, i: int) -> tuple[float, float, float]:
-    x, y, z = lattice[i, 0], lattice[i, 1], lattice[i, 2]
-    return (
-        (rotation[0, 0] * x + rotation[0, 1] * y) + rotation[0, 2] * z,
-        (rotation[1, 0] * x + rotation[1, 1] * y) + rotation[1, 2] * z,
-        (rotation[2, 0] * x + rotation[2, 1] * y) + rotation[2, 2] * z,
-    )
-
-
-@inlined
-def _mark_runs(runs: np.ndarray, count: int, depth: int, keep: np.ndarray, marks: np.ndarray) -> None:
-    """Set the bits of the runs that are also in `keep`; `depth` words make a column."""
+def _mark_runs(runs: np.ndarray, count: int, depth: int, marks: np.ndarray) -> None:
+    """Set the bits of the runs; `depth` words make a column."""
+    if depth == 1:
+        for r in range(count):
+            marks[runs[r, 0]] |= level_mask(runs[r, 1], runs[r, 2])
+        return
     for r in range(count):
         low, high = runs[r, 1], runs[r, 2]
         for part in range(low >> 6, (high >> 6) + 1):
-            word = runs[r, 0] * depth + part
-            bits = level_mask(max(low - 64 * part, 0), min(high - 64 * part, 63)) & keep[word]
-            if marks[word] & bits != bits:
-                atomic_or(marks, word, bits)
+            marks[runs[r, 0] * depth + part] |= level_mask(max(low - 64 * part, 0), min(high - 64 * part, 63))
 
 
 @parallel_kernel
-def mark_rays(
-    origin: np.ndarray,
-    rotation: np.ndarray,
-    lattice: np.ndarray,
-    reach: np.ndarray,
-    box: np.ndarray,
-    shape: np.ndarray,
-    bresenham: bool,
-    workers: int,
-    keep: np.ndarray,
-    marks: np.ndarray,
-    irregular: np.ndarray,
-) -> None:
-    """Mark in `marks` the voxels of `keep` that some ray of the lattice traverses; any number of threads.
+def mark_rays(rays: Cast, first: int, end: int, marks: np.ndarray, irregular: np.ndarray) -> None:
+    """Mark what the rays first..end-1 traverse; every worker writes its own row of marks uint64 (workers, words).
 
-    origin (3,) grid units; rotation (3, 3); lattice (n, 3) sensor frame; reach (2,) grid units; box (6,) cells;
-    shape (3,); keep, marks uint64 (columns * depth,); irregular bool (n,): rays left to the rational walk.
+    irregular bool (end - first,): rays left to the rational walk.
     """
-    rays = lattice.shape[0]
-    blocks = (rays + BLOCK - 1) // BLOCK
-    depth = (shape[2] + 63) // 64
-    g = (origin[0], origin[1], origin[2])
+    workers = marks.shape[0]
+    blocks = (end - first + BLOCK - 1) // BLOCK
+    depth = (rays.shape[2] + 63) // 64
     for worker in numba.prange(workers):
-        runs = np.empty((shape[0] + shape[1] + shape[2] + 3, 3), np.int32)
+        own = marks[worker]
+        runs = np.empty((rays.shape[0] + rays.shape[1] + rays.shape[2] + 3, 3), np.int32)
         for block in range(worker, blocks, workers):
-            for i in range(block * BLOCK, min((block + 1) * BLOCK, rays)):
-                d = _direction(rotation, lattice, i)
-                if bresenham:
-                    count = walk_bresenham(g, d, reach[0], reach[1], box, shape[1], runs)
-                else:
-                    count = walk_exact(g, d, reach[0], reach[1], box, shape[1], runs)
-                irregular[i] = count < 0
-                _mark_runs(runs, count, depth, keep, marks)
+            for ray in range(first + block * BLOCK, min(first + (block + 1) * BLOCK, end)):
+                count = _walk(rays, ray, runs)
+                irregular[ray - first] = count < 0
+                _mark_runs(runs, count, depth, own)
+
+
+@parallel_kernel
+def merge_marks(parts: np.ndarray, keep: np.ndarray, marks: np.ndarray) -> None:
+    """Move the marks of all workers (workers, words) that are in `keep` into marks (words,); clears the parts."""
+    chunks = 64
+    for chunk in numba.prange(chunks):
+        for w in range(keep.size * chunk // chunks, keep.size * (chunk + 1) // chunks):
+            bits = np.uint64(0)
+            for worker in range(parts.shape[0]):
+                bits |= parts[worker, w]
+                parts[worker, w] = 0
+            marks[w] |= bits & keep[w]
 
 
 @inlined
@@ -94,13 +104,9 @@ def _sum_runs(
 
 @parallel_kernel
 def sum_hits(
-    origin: np.ndarray,
-    rotation: np.ndarray,
-    lattice: np.ndarray,
-    reach: np.ndarray,
-    box: np.ndarray,
-    shape: np.ndarray,
-    bresenham: bool,
+    rays: Cast,
+    first_ray: int,
+    end: int,
     workers: int,
     keep: np.ndarray,
     first: np.ndarray,
@@ -108,20 +114,14 @@ def sum_hits(
     irregular: np.ndarray,
 ) -> np.ndarray:
     """Sum over rays over their voxels of h in fixed point, (3,) int64; at most 2^15 rays a call (no overflow)."""
-    rays = lattice.shape[0]
-    blocks = (rays + BLOCK - 1) // BLOCK
-    depth = (shape[2] + 63) // 64
-    g = (origin[0], origin[1], origin[2])
+    blocks = (end - first_ray + BLOCK - 1) // BLOCK
+    depth = (rays.shape[2] + 63) // 64
     partial = np.zeros((workers, 3), np.int64)
     for worker in numba.prange(workers):
-        runs = np.empty((shape[0] + shape[1] + shape[2] + 3, 3), np.int32)
+        runs = np.empty((rays.shape[0] + rays.shape[1] + rays.shape[2] + 3, 3), np.int32)
         for block in range(worker, blocks, workers):
-            for i in range(block * BLOCK, min((block + 1) * BLOCK, rays)):
-                d = _direction(rotation, lattice, i)
-                if bresenham:
-                    count = walk_bresenham(g, d, reach[0], reach[1], box, shape[1], runs)
-                else:
-                    count = walk_exact(g, d, reach[0], reach[1], box, shape[1], runs)
-                irregular[i] = count < 0
+            for ray in range(first_ray + block * BLOCK, min(first_ray + (block + 1) * BLOCK, end)):
+                count = _walk(rays, ray, runs)
+                irregular[ray - first_ray] = count < 0
                 _sum_runs(runs, count, depth, keep, first, h_q, partial[worker])
     return partial.sum(axis=0)

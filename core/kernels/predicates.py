@@ -4,7 +4,7 @@ A moment is the rational number (f - g) / d: face f (an integer), origin g and d
 axis, in grid units; a plain number t is the moment (t - 0) / 1. Moments are first compared in double
 precision with an error bound; when that cannot decide, error-free transforms (Dekker 1971, Shewchuk 1997)
 give the sign of the exact difference. The transforms neither over- nor underflow while every nonzero |g| and
-|d| lies in [2^-300, 2^300]; `regular_ray` tells. Other rays are walked in rational arithmetic.
+|d| lies in [2^-400, 2^300]; `regular_ray` tells. Other rays are walked in rational arithmetic.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 
 from core.kernels.jit import inlined, kernel
 
-SMALLEST = 2.0**-300
+SMALLEST = 2.0**-400
 LARGEST = 2.0**300
 UNIT_ROUNDOFF = 2.0**-53
 MOMENT_BOUND = 8.0 * UNIT_ROUNDOFF

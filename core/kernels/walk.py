@@ -9,15 +9,14 @@ tied axes at once, so voxels that are only touched are not visited.
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from core.kernels.jit import inlined, kernel
-from core.kernels.predicates import MOMENT_BOUND, UNIT_ROUNDOFF, compare_moments, regular_ray
+from core.kernels.predicates import UNIT_ROUNDOFF, compare_moments, regular_ray
 
 IRREGULAR = -1
-LEVEL_BOUND = 16.0 * UNIT_ROUNDOFF
+FARTHEST = 1e30
+"""Stands for "no limit" along a ray: beyond any ROI, and small enough for the exact predicates."""
 
 Moment = tuple[float, float, float]
 
@@ -32,8 +31,8 @@ def compare(a: Moment, b: Moment) -> int:
 def cell_after(g: float, d: float, moment: Moment) -> float:
     """Cell of one axis in which the ray is just after a moment."""
     if d == 0.0:
-        return math.floor(g)
-    cell = math.floor(g + d * ((moment[0] - moment[1]) / moment[2]))
+        return float(np.floor(g))
+    cell = float(np.floor(g + d * ((moment[0] - moment[1]) / moment[2])))
     step = 1.0 if d > 0.0 else -1.0
     ahead, behind = (1.0, 0.0) if d > 0.0 else (0.0, 1.0)
     while compare((cell + ahead, g, d), moment) <= 0:
@@ -47,8 +46,8 @@ def cell_after(g: float, d: float, moment: Moment) -> float:
 def cell_before(g: float, d: float, moment: Moment) -> float:
     """Cell of one axis in which the ray is just before a moment."""
     if d == 0.0:
-        return math.floor(g)
-    cell = math.floor(g + d * ((moment[0] - moment[1]) / moment[2]))
+        return float(np.floor(g))
+    cell = float(np.floor(g + d * ((moment[0] - moment[1]) / moment[2])))
     step = 1.0 if d > 0.0 else -1.0
     ahead, behind = (1.0, 0.0) if d > 0.0 else (0.0, 1.0)
     while compare((cell + ahead, g, d), moment) < 0:
@@ -62,7 +61,7 @@ def cell_before(g: float, d: float, moment: Moment) -> float:
 def _clip_axis(g: float, d: float, low: int, high: int, entry: Moment, leave: Moment) -> tuple[Moment, Moment]:
     """Entry and exit moments after clipping to low <= position < high on one axis; a miss gives entry = exit."""
     if d == 0.0:
-        return (entry, leave) if low <= math.floor(g) < high else (leave, leave)
+        return (entry, leave) if low <= np.floor(g) < high else (leave, leave)
     first, last = (float(low), float(high)) if d > 0.0 else (float(high), float(low))
     if compare((first, g, d), entry) > 0:
         entry = (first, g, d)
@@ -82,11 +81,34 @@ def clip_ray(g: Moment, d: Moment, near: float, far: float, box: np.ndarray) -> 
 
 
 @inlined
-def _emit(runs: np.ndarray, count: int, column: float, from_level: float, to_level: float) -> int:
-    runs[count, 0] = int(column)
-    runs[count, 1] = int(min(from_level, to_level))
-    runs[count, 2] = int(max(from_level, to_level))
-    return count + 1
+def _emit(runs: np.ndarray, count: int, column: int, from_level: int, to_level: int) -> None:
+    runs[count, 0] = np.int32(column)
+    runs[count, 1] = np.int32(min(from_level, to_level))
+    runs[count, 2] = np.int32(max(from_level, to_level))
+
+
+@inlined
+def _stepping(g: float, d: float, entry: Moment) -> tuple[int, int, float, float]:
+    """Start cell and step of one axis, moment of its next face and time between faces."""
+    cell = cell_after(g, d, entry)
+    if d == 0.0:
+        return int(cell), 0, np.inf, np.inf
+    face = cell + 1.0 if d > 0.0 else cell
+    return int(cell), (1 if d > 0.0 else -1), (face - g) / d, abs(1.0 / d)
+
+
+@kernel
+def _resolve(g: Moment, d: Moment, ix: int, iy: int, leave: Moment) -> tuple[int, bool, int, int]:
+    """The exact order of the next crossings: x first (-1), both (0) or y first (1); whether the ray leaves before
+    them; the levels just before and just after."""
+    face_x, face_y = ix + (1.0 if d[0] > 0.0 else 0.0), iy + (1.0 if d[1] > 0.0 else 0.0)
+    order = -1 if d[1] == 0.0 else 1
+    if d[0] != 0.0 and d[1] != 0.0:
+        order = compare((face_x, g[0], d[0]), (face_y, g[1], d[1]))
+    crossing = (face_x, g[0], d[0]) if order < 0 else (face_y, g[1], d[1])
+    if crossing[2] == 0.0 or compare(crossing, leave) >= 0:
+        return order, True, int(cell_before(g[2], d[2], leave)), 0
+    return order, False, int(cell_before(g[2], d[2], crossing)), int(cell_after(g[2], d[2], crossing))
 
 
 @kernel
@@ -95,45 +117,46 @@ def walk_exact(g: Moment, d: Moment, near: float, far: float, box: np.ndarray, n
 
     g, d: origin and direction in grid units; near, far: range in units of the direction's parameter;
     box: int64 (6,) cells to stay in; runs: int32 (>= nx + ny + 2, 3). IRREGULAR: nothing written, see module.
+    Moments are summed up step by step; `blur` bounds their rounding, and what is closer is resolved exactly.
     """
     if not regular_ray(g[0], g[1], g[2], d[0], d[1], d[2]):
         return IRREGULAR
     entry, leave = clip_ray(g, d, near, far, box)
     if compare(entry, leave) >= 0:
         return 0
-    ix, iy = cell_after(g[0], d[0], entry), cell_after(g[1], d[1], entry)
-    level = cell_after(g[2], d[2], entry)
-    step_x, step_y = (1.0 if d[0] > 0.0 else -1.0), (1.0 if d[1] > 0.0 else -1.0)
-    face_x, face_y = ix + max(step_x, 0.0), iy + max(step_y, 0.0)
-    slow_x, slow_y = 1.0 / d[0], 1.0 / d[1]
-    t_x = (face_x - g[0]) * slow_x if d[0] != 0.0 else np.inf
-    t_y = (face_y - g[1]) * slow_y if d[1] != 0.0 else np.inf
+    ix, step_x, t_x, pace_x = _stepping(g[0], d[0], entry)
+    iy, step_y, t_y, pace_y = _stepping(g[1], d[1], entry)
+    level = int(cell_after(g[2], d[2], entry))
     t_leave = (leave[0] - leave[1]) / leave[2]
-    blur = LEVEL_BOUND * (abs(g[2]) + abs(d[2]) * t_leave) if d[2] != 0.0 else -1.0
+    blur = 4.0 * UNIT_ROUNDOFF * (box[1] - box[0] + box[3] - box[2] + 16)
+    tie, quiet = blur * t_leave, 0.5 - blur * (abs(g[2]) + abs(d[2]) * t_leave)
+    if d[2] == 0.0:
+        quiet = 1.0
+    t_stop = t_leave - tie
     count = 0
     while True:
-        order = -1 if t_x < t_y else 1
         t_next = min(t_x, t_y)
-        if abs(t_x - t_y) <= MOMENT_BOUND * t_next:
-            order = compare((face_x, g[0], d[0]), (face_y, g[1], d[1]))
-        crossing = (face_x, g[0], d[0]) if order < 0 else (face_y, g[1], d[1])
-        if t_next >= t_leave - MOMENT_BOUND * t_leave and compare(crossing, leave) >= 0:
-            return _emit(runs, count, ix * ny + iy, level, cell_before(g[2], d[2], leave))
         z = g[2] + t_next * d[2]
-        last = math.floor(z)
-        following = last
-        if not (blur < z - last < 1.0 - blur):
-            last, following = cell_before(g[2], d[2], crossing), cell_after(g[2], d[2], crossing)
-        count = _emit(runs, count, ix * ny + iy, level, last)
+        floor_z = np.floor(z)
+        order = -1 if t_x < t_y else 1
+        clear = (abs(t_x - t_y) > tie) & (t_next < t_stop) & (abs(z - floor_z - 0.5) < quiet)
+        if clear:
+            last = int(floor_z)
+            following = last
+        else:
+            order, leaves, last, following = _resolve(g, d, ix, iy, leave)
+            if leaves:
+                _emit(runs, count, ix * ny + iy, level, last)
+                return count + 1
+        _emit(runs, count, ix * ny + iy, level, last)
+        count += 1
         level = following
         if order <= 0:
             ix += step_x
-            face_x += step_x
-            t_x = (face_x - g[0]) * slow_x
+            t_x += pace_x
         if order >= 0:
             iy += step_y
-            face_y += step_y
-            t_y = (face_y - g[1]) * slow_y
+            t_y += pace_y
 
 
 @kernel
@@ -154,7 +177,7 @@ def walk_bresenham(
     steps = np.abs(delta).max()
     error = np.full(3, -steps, np.int64)
     for i in range(steps + 1):
-        _emit(runs, i, float(cell[0] * ny + cell[1]), float(cell[2]), float(cell[2]))
+        _emit(runs, i, cell[0] * ny + cell[1], cell[2], cell[2])
         for axis in range(3):
             error[axis] += 2 * abs(delta[axis])
             if error[axis] >= 0:

@@ -1,0 +1,59 @@
+"""When a sensor's rays can be walked as fans of vertical planes, and the fans they make."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from core.kernels.fan import FARTHEST_ORIGIN, STEEPEST, Fan
+from core.kernels.lattice import LIDAR
+from core.rays import Lattice
+
+TAMEST, WILDEST = 2.0**-110, 2.0**110
+"""Table entries in this range, three of them multiplied and subtracted, keep the exact predicates valid."""
+
+
+def _row_slopes(lattice: Lattice) -> NDArray[np.float64]:
+    """Slope dz / ds of each row in a plane of scale 1, (rows,)."""
+    first, second = lattice.rows.T
+    return second / first if lattice.kind == LIDAR else first
+
+
+def _plane_headings(lattice: Lattice) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Heading of each plane in the sensor frame, (planes, 2), and the scale of its slopes, (planes,)."""
+    if lattice.kind == LIDAR:
+        return lattice.planes, np.ones(len(lattice.planes))
+    y = lattice.planes[:, 0]
+    length = np.sqrt(1.0 + y * y)
+    return np.stack([1.0 / length, y / length], axis=1), 1.0 / length
+
+
+def make_fan(lattice: Lattice, rotation: NDArray[np.float64]) -> Fan:
+    """The fan of a lattice turned about the vertical by `rotation` (3, 3)."""
+    headings, scales = _plane_headings(lattice)
+    slopes = _row_slopes(lattice)
+    order = np.argsort(slopes, kind="stable")
+    flat = np.abs(slopes[order]) <= STEEPEST
+    row_of = order[flat]
+    gap = float(np.diff(slopes[row_of]).max(initial=0.0))
+    turned = np.ascontiguousarray(headings @ rotation[:2, :2].T)
+    return Fan(
+        lattice.kind, lattice.rows, lattice.planes, turned, scales, slopes[row_of], gap, row_of, order[~flat]
+    )
+
+
+def is_upright(rotation: NDArray[np.float64]) -> bool:
+    """Whether a sensor only yaws: its vertical planes stay vertical."""
+    return bool(rotation[2, 2] == 1.0 and rotation[2, 0] == 0.0 and rotation[2, 1] == 0.0)
+
+
+def is_near(origin: NDArray[np.float64], box: NDArray[np.int64]) -> bool:
+    """Whether the tolerance of the fans covers the rounding at this origin (grid units)."""
+    return bool(np.abs(origin).max() <= FARTHEST_ORIGIN and box.max() <= FARTHEST_ORIGIN)
+
+
+def is_tame(*tables: NDArray[np.float64]) -> bool:
+    """Whether no entry is so small or large that a ray could need rational arithmetic."""
+    sizes = np.concatenate([np.abs(table).ravel() for table in tables])
+    sizes = sizes[sizes > 0.0]
+    return bool(sizes.size == 0 or (sizes.min() >= TAMEST and sizes.max() <= WILDEST))

@@ -1,0 +1,46 @@
+"""Directions of a ray lattice, made when they are needed from one table per row and one per column (plane).
+
+LiDAR: row (cos e, sin e), plane (cos a, sin a), direction (cos e cos a, cos e sin a, sin e).
+Camera: row (z, 0), plane (y, 0) on the image plane x = 1, direction (1, y, z) / sqrt(1 + y^2 + z^2).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from core.kernels.jit import inlined, kernel
+
+LIDAR = 0
+CAMERA = 1
+
+Direction = tuple[float, float, float]
+
+
+@inlined
+def direction(kind: int, row: np.ndarray, plane: np.ndarray) -> Direction:
+    """Unit direction in the sensor frame."""
+    if kind == LIDAR:
+        return row[0] * plane[0], row[0] * plane[1], row[1]
+    y, z = plane[0], row[0]
+    norm = np.sqrt(1.0 + y * y + z * z)
+    return 1.0 / norm, y / norm, z / norm
+
+
+@inlined
+def rotated(rotation: np.ndarray, d: Direction) -> Direction:
+    """R d, summed from left to right."""
+    return (
+        (rotation[0, 0] * d[0] + rotation[0, 1] * d[1]) + rotation[0, 2] * d[2],
+        (rotation[1, 0] * d[0] + rotation[1, 1] * d[1]) + rotation[1, 2] * d[2],
+        (rotation[2, 0] * d[0] + rotation[2, 1] * d[1]) + rotation[2, 2] * d[2],
+    )
+
+
+@kernel
+def directions(kind: int, rows: np.ndarray, planes: np.ndarray, rays: np.ndarray) -> np.ndarray:
+    """Directions (n, 3) in the sensor frame of the rays `rays` (n,), ray = row * planes + plane."""
+    out = np.empty((rays.size, 3))
+    for i in range(rays.size):
+        row, plane = rays[i] // planes.shape[0], rays[i] % planes.shape[0]
+        out[i, 0], out[i, 1], out[i, 2] = direction(kind, rows[row], planes[plane])
+    return out
