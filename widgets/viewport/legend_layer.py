@@ -66,7 +66,7 @@ class LegendLayer:
         self._style(palette)
 
     def place(self, size: Size, pixel_ratio: float) -> None:
-        """Keep the legend in the corner of a view of this size in pixels; a small view gets a small legend."""
+        """Keep the legend in the corner of a view of this size in pixels; small views get a small one."""
         if self._placed == (size, pixel_ratio):
             return
         self._placed = size, pixel_ratio
