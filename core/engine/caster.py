@@ -6,7 +6,6 @@ sensors that roll or pitch, have a short range, or use another method are walked
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator
 
 import numpy as np
@@ -73,9 +72,18 @@ class Caster:
         keep = self._field.index.words
         if self._parts.shape != (self.workers, keep.size):
             self._parts = np.zeros((self.workers, keep.size), np.uint64)
+        done = False
+        try:
+            done = self._walk_chunks(rays, marks, is_stale)
+        finally:
+            if not done:
+                self._parts[:] = 0
+        return done
+
+    def _walk_chunks(self, rays: Cast, marks: Words, is_stale: IsStale) -> bool:
+        keep = self._field.index.words
         for start, end in _chunks(rays):
             if is_stale():
-                self._parts[:] = 0
                 return False
             irregular = np.zeros(end - start, np.bool_)
             cast.mark_rays(rays, start, end, self._parts, irregular)
@@ -110,14 +118,23 @@ class Caster:
 
     def _rays(self, sensor: Sensor, method: Method) -> Cast:
         grid, table = self._field.grid, lattice(sensor)
-        low, high = sensor.range_m
-        reach = np.minimum(np.array([low, high]) / grid.voxel_m, FARTHEST)
+        reach = np.array([min(limit / grid.voxel_m, FARTHEST) for limit in sensor.range_m])
         box = self._field.index.bounds
-        if method == "bresenham":  # its lines depend on their ends: the whole ROI, not only what is informative
+        if (
+            method == "bresenham"
+        ):  # its lines depend on their ends: the whole ROI, not only what is informative
             box = np.array([0, grid.shape[0], 0, grid.shape[1], 0, grid.shape[2]], np.int64)
         origin, rotation = np.array(grid.to_grid(sensor.position)), sensor.pose.rotation()
         return Cast(
-            table.kind, table.rows, table.planes, origin, rotation, reach, box, self._shape, method == "bresenham"
+            table.kind,
+            table.rows,
+            table.planes,
+            origin,
+            rotation,
+            reach,
+            box,
+            self._shape,
+            method == "bresenham",
         )
 
     def _walk_irregular(self, rays: Cast, numbers: NDArray[np.int64]) -> Iterator[tuple[int, np.uint64]]:

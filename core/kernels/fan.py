@@ -21,9 +21,12 @@ from core.kernels.lattice import direction, rotated
 from core.kernels.levels import level_mask, level_masks
 from core.kernels.walk import FARTHEST, walk_exact
 
-TOLERANCE = 1e-9
-"""Voxels. Distances below 1e4 voxels in doubles are good to 1e-11; what is closer to a tie is decided exactly."""
-FARTHEST_ORIGIN = 1e4
+TOLERANCE = 1e-8
+"""Voxels. Below FARTHEST_ORIGIN voxels, crossings summed up step by step are good to half of this; what is closer
+to a tie is decided exactly."""
+FARTHEST_ORIGIN = 5e3
+STRAIGHTEST = 1e-3
+"""Along a heading closer to an axis, rounding of the heading would move the crossings by more than the tolerance."""
 STEEPEST = 1e3
 CLOSE = 0.999
 """Rays whose gap is below this many voxels leave no voxel between them out."""
@@ -87,23 +90,49 @@ def _top(z0: float, slope: float, s0: float, s1: float) -> tuple[float, bool]:
 
 
 @inlined
-def _advance(z0: float, slopes: np.ndarray, stretch: float, base: float, most: float, levels: np.ndarray) -> bool:
-    """Levels of rays at a distance, as columns of the masks; True when one is within the tolerance of a face."""
+def _bits_at(z0: float, slopes: np.ndarray, stretch: float, box: np.ndarray, pair: int) -> tuple[np.uint64, np.uint64, bool]:
+    """Levels of rays at a distance as bits of two words; True when one is within the tolerance of a face.
+
+    Written for the vector units: no branch, two accumulators, levels relative to the first word of the pair.
+    """
+    lower, upper = np.uint64(0), np.uint64(0)
     blurred = 0
+    start = 128.0 * pair
+    low, high = box[4] - start, box[5] - start
     for j in range(slopes.size):
-        z = z0 + slopes[j] * stretch
+        z = z0 + slopes[j] * stretch - start
         level = np.floor(z)
-        levels[j] = np.int32(min(max(level - base, 0.0), most))
         close = (z - level < TOLERANCE) | (z - level > 1.0 - TOLERANCE)
-        blurred |= np.int32(close & (slopes[j] != 0.0))
-    return blurred != 0
+        blurred |= np.int64(close & (slopes[j] != 0.0))
+        inside = (level >= low) & (level < high)
+        place = np.int64(level)
+        bit = np.uint64(1) << np.uint64(place & 63)
+        lower |= bit if inside & (place >= 0) & (place < 64) else np.uint64(0)
+        upper |= bit if inside & (place >= 64) & (place < 128) else np.uint64(0)
+    return lower, upper, blurred != 0
+
+
+@inlined
+def _start_bit(level: float, box: np.ndarray, bits: np.ndarray) -> None:
+    if box[4] <= level < box[5]:
+        bits[int(level) >> 6] |= np.uint64(1) << np.uint64(int(level) & 63)
 
 
 @kernel
-def _start_levels(z0: float, slopes: np.ndarray, box: np.ndarray, levels: np.ndarray) -> None:
-    """Levels of the rays just after the sensor's own position, which is an exact number."""
-    for j in range(slopes.size):
-        levels[j] = _row(np.floor(z0) if slopes[j] >= 0.0 else np.ceil(z0) - 1.0, box)
+def _levels_at(z0: float, slopes: np.ndarray, scale: float, s: float, box: np.ndarray, bits: np.ndarray) -> bool:
+    """Levels of rays at a distance as bits (words, even); at distance 0 exactly, where they start."""
+    bits[:] = 0
+    if s == 0.0:
+        if slopes[slopes.size - 1] >= 0.0:
+            _start_bit(np.floor(z0), box, bits)
+        if slopes[0] < 0.0:
+            _start_bit(np.ceil(z0) - 1.0, box, bits)
+        return False
+    blurred = False
+    for pair in range(bits.size // 2):
+        bits[2 * pair], bits[2 * pair + 1], close = _bits_at(z0, slopes, scale * s, box, pair)
+        blurred |= close
+    return blurred
 
 
 @inlined
@@ -114,23 +143,12 @@ def _set(base: int, part: int, bits: np.uint64, keep: np.ndarray, marks: np.ndar
 
 
 @inlined
-def _mark_span(masks: np.ndarray, low: int, high: int, base: int, keep: np.ndarray, marks: np.ndarray) -> None:
+def _mark_span(
+    masks: np.ndarray, low: int, high: int, base: int, keep: np.ndarray, marks: np.ndarray
+) -> None:
     """Mark one run of levels in a column."""
     for part in range(masks.shape[1]):
         _set(base, part, masks[0, part, low] & masks[1, part, high], keep, marks)
-
-
-@inlined
-def _mark_runs(
-    masks: np.ndarray, one: np.ndarray, other: np.ndarray, base: int, keep: np.ndarray, marks: np.ndarray
-) -> None:
-    """Mark, in one column, the runs of rays that go from one level to the other."""
-    for part in range(masks.shape[1]):
-        above, below = masks[0, part], masks[1, part]
-        bits = np.uint64(0)
-        for j in range(one.size):
-            bits |= above[min(one[j], other[j])] & below[max(one[j], other[j])]
-        _set(base, part, bits, keep, marks)
 
 
 @kernel
@@ -195,7 +213,9 @@ def _start_cell(g: float, h: float, s_in: float, low: int, high: int) -> tuple[f
 
 
 @inlined
-def _trim(z0: float, slopes: np.ndarray, stretch: float, first: int, end: int, box: np.ndarray) -> tuple[int, int]:
+def _trim(
+    z0: float, slopes: np.ndarray, stretch: float, first: int, end: int, box: np.ndarray
+) -> tuple[int, int]:
     """Leave out the rays that have left the box below or above for good."""
     while first < end and slopes[first] < 0.0 and z0 + slopes[first] * stretch < box[4] - TOLERANCE:
         first += 1
@@ -206,13 +226,19 @@ def _trim(z0: float, slopes: np.ndarray, stretch: float, first: int, end: int, b
 
 @kernel
 def _walk_plane(
-    fan: Fan, space: Space, plane: int, masks: np.ndarray, marks: np.ndarray, levels: np.ndarray, runs: np.ndarray
+    fan: Fan,
+    space: Space,
+    plane: int,
+    masks: np.ndarray,
+    marks: np.ndarray,
+    levels: np.ndarray,
+    runs: np.ndarray,
 ) -> bool:
     """Walk one plane; False when it comes too close to a grid edge. levels (2, rays) int32, runs: work space."""
     hx, hy, scale, slopes = fan.headings[plane, 0], fan.headings[plane, 1], fan.scales[plane], fan.slopes
     gx, gy, z0 = space.origin[0], space.origin[1], space.origin[2]
     box, ny, keep, depth = space.box, space.shape[1], space.keep, masks.shape[1]
-    if min(abs(hx), abs(hy)) < TOLERANCE:
+    if min(abs(hx), abs(hy)) < STRAIGHTEST:
         return False
     s_in, s_out = _clip_side(gx, hx, box[0], box[1], 0.0, np.inf)
     s_in, s_out = _clip_side(gy, hy, box[2], box[3], s_in, s_out)
@@ -226,12 +252,9 @@ def _walk_plane(
     t_x, pace_x = (ix + (1.0 if hx > 0.0 else 0.0) - gx) / hx, abs(1.0 / hx)
     t_y, pace_y = (iy + (1.0 if hy > 0.0 else 0.0) - gy) / hy, abs(1.0 / hy)
     nearest = TOLERANCE / abs(hx * hy)
-    bottom, most = box[4] - 1.0, box[5] - box[4] + 1.0
     first, end, s0, column = 0, slopes.size, s_in, int(ix) * ny + int(iy)
-    known, blurred = s_in == 0.0, False
+    known, blurred = False, False
     now, then = levels[0], levels[1]
-    if known:
-        _start_levels(z0, slopes, box, now)
     while True:
         if abs(t_x - t_y) < nearest:
             return False
@@ -255,14 +278,18 @@ def _walk_plane(
                     _mark_with_care(fan, space, plane, first, first + 1, s0, s1, column, masks, marks, runs)
                     _mark_with_care(fan, space, plane, end - 1, end, s0, s1, column, masks, marks, runs)
                 known = False
-            else:
+            elif max(-slopes[first], slopes[end - 1]) * scale * (s1 - s0) >= CLOSE:
+                _mark_with_care(fan, space, plane, first, end, s0, s1, column, masks, marks, runs)
+                known = False
+            else:  # every ray meets the level it comes from and the level it goes to, and no other
                 if not known:
-                    blurred = _advance(z0, slopes[first:end], scale * s0, bottom, most, now[first:end])
-                blurred_then = _advance(z0, slopes[first:end], scale * s1, bottom, most, then[first:end])
+                    blurred = _levels_at(z0, slopes[first:end], scale, s0, box, now)
+                blurred_then = _levels_at(z0, slopes[first:end], scale, s1, box, then)
                 if blurred or blurred_then:
                     _mark_with_care(fan, space, plane, first, end, s0, s1, column, masks, marks, runs)
                 else:
-                    _mark_runs(masks, now[first:end], then[first:end], base, keep, marks)
+                    for part in range(depth):
+                        _set(base, part, now[part] | then[part], keep, marks)
                 now, then = then, now
                 known, blurred = True, blurred_then
         if s1 >= s_out - TOLERANCE:
@@ -283,7 +310,7 @@ def mark_fan(fan: Fan, space: Space, plane_from: int, plane_to: int, workers: in
     blocks = (plane_to - plane_from + PLANES_PER_BLOCK - 1) // PLANES_PER_BLOCK
     masks = level_masks(space.box[4], space.box[5], (shape[2] + 63) // 64)
     for worker in numba.prange(workers):
-        levels = np.empty((2, fan.slopes.size), np.int32)
+        levels = np.empty((2, (masks.shape[1] + 1) // 2 * 2), np.uint64)
         runs = np.empty((shape[0] + shape[1] + 3, 3), np.int32)
         for block in range(worker, blocks, workers):
             start = plane_from + block * PLANES_PER_BLOCK

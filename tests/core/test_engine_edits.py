@@ -140,8 +140,8 @@ def test_a_request_that_fails_half_way_leaves_the_engine_sound(field: EntropyFie
 
     with pytest.raises(KeyboardInterrupt):
         engine.evaluate(rig_of(big.replace(rpy_deg=(1.0, 2.0, 3.0))), is_stale=interrupted)
-    rig = rig_of(spinning((0.0, 0.0, 2.0)))
-    assert_same(engine.evaluate(rig), evaluate(field, rig))
+    for sensor in (spinning((0.0, 0.0, 2.0)), spinning((0.0, 0.0, 2.0), (3.0, 2.0, 1.0))):
+        assert_same(engine.evaluate(rig_of(sensor)), evaluate(field, rig_of(sensor)))
 
 
 def test_an_answer_does_not_change_when_the_engine_goes_on(field: EntropyField) -> None:

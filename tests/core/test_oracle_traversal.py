@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from hypothesis import strategies as st
 from core.kernels.walk import IRREGULAR, walk_exact
 from core.rational_walk import walk_rational
 from core.rig.model import Camera, Lidar
+from core.rig.presets import preset
 from core.scene.grid import VoxelGrid
 from tests.core.builders import camera, field_of, grid_of, lidar, random_sensor, seen_by, spinning
 from tests.core.oracle import (
@@ -206,6 +208,34 @@ def test_many_generic_rays_agree_with_slabs_in_doubles(seed: int) -> None:
         sure, possible = slab_cover(grid, sensor)
         assert np.array_equal(sure, possible), "not generic: choose other numbers"
         assert np.array_equal(seen_by(field, sensor), sure)
+
+
+def test_at_full_size_a_sensor_covers_the_same_voxels_however_it_is_cast() -> None:
+    """A range that begins beyond zero, by next to nothing, keeps an upright sensor from any short cut."""
+    field = field_of(VoxelGrid(0.2))
+    front, left = preset("Wide").sensors[:2]
+    native = left.replace(cast=(1600, 900), rpy_deg=(0.0, 0.0, 17.3))
+    for sensor in (*preset("Trapezoid").sensors[:2], front, left, native):
+        assert sensor.range_m == (0.0, math.inf)
+        seen = seen_by(field, sensor)
+        assert seen.sum() > 10_000
+        assert np.array_equal(seen, seen_by(field, sensor.replace(range_m=(1e-300, math.inf))))
+
+
+def test_a_heading_almost_along_an_axis_crosses_levels_where_it_should() -> None:
+    """Yaw and azimuth nearly make a right angle; the ray meets a column's face and a level at once."""
+    grid = grid_of(6, 300, 8)
+    field = field_of(grid)
+    rng = np.random.default_rng(0)
+    for _ in range(25):
+        yaw, beside = rng.uniform(20.0, 70.0), 10 ** rng.uniform(-7.0, -5.0)
+        x_m = math.radians(beside) * rng.uniform(50.0, 250.0)
+        sensor = lidar((x_m, -149.7, 0.0), (0.0, 0.0, yaw), [rng.uniform(0.2, 1.0)], [90.0 - yaw + beside])
+        (ray,) = grid_rays(grid, sensor)
+        rise = float((3 - Fraction(ray.g[0])) / Fraction(ray.d[0]) * Fraction(ray.d[2]))
+        for above in (3e-9, -3e-9, 1e-8, -1e-8, 1e-7):
+            placed = sensor.replace(position=(x_m, -149.7, 4.0 - rise + above))
+            assert np.array_equal(seen_by(field, placed), exact_cover(grid, [placed]))
 
 
 # ---------------------------------------------------------------- nasty cases by name
