@@ -3,6 +3,7 @@
 #   make run      open the window (without a display: scores in the terminal, files under out/)
 #   make test     the whole test suite, headless
 #   make slow     the tests that take minutes
+#   make bench    speed and memory against yardsticks, into out/bench.json (BENCH="--quick --only edit")
 #   make check    format, lint, types, import contracts
 #   make setup    the set-up alone: system libraries and packages in .venv
 #   make format   rewrite the sources in the project's format
@@ -10,7 +11,7 @@
 
 PYTHON := .venv/bin/python
 .DEFAULT_GOAL := help
-.PHONY: help setup setup-dev run test slow check format clean
+.PHONY: help setup setup-dev run test slow bench check format clean
 
 help:
 	@sed -n 's/^#   make/  make/p' Makefile
@@ -29,6 +30,9 @@ test: setup-dev
 
 slow: setup-dev
 	@$(PYTHON) -m pytest -m slow
+
+bench: setup-dev
+	@$(PYTHON) -m pytest tests/bench/bench_*.py -q --benchmark-quiet $(BENCH)
 
 check: setup
 	@$(PYTHON) -m ruff format --check .

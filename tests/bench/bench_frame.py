@@ -1,0 +1,81 @@
+"""Frame: drawing one step of a drag, heatmap and fans on, against drawing the same actors unchanged."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import pytest
+import pyvista as pv
+
+from app.heatmap import Heatmaps
+from core.rig.model import Rig
+from core.scene.display import DisplayGrid
+from tests.bench.race import Goal, Race
+from tests.bench.scenes import Scene as BenchScene
+from tests.bench.scenes import Scenes, moved, names_of, wide_trapezoid
+from widgets.viewport.heatmap_layer import HeatmapData
+from widgets.viewport.scene import Scene, SceneState, render_window
+
+SIZE_PX = [1280, 800]
+GOAL = 1.3
+
+
+@dataclass(frozen=True)
+class _Step:
+    rig: Rig
+    heatmap: HeatmapData | None
+
+
+@pytest.mark.parametrize("kind", ["lidar", "camera"])
+def test_drag_step(race: Race, scenes: Scenes, xvfb: str, kind: str) -> None:
+    bench = scenes.at(0.10)
+    rig = wide_trapezoid()
+    name = names_of(rig, kind)[0]
+    plotter = pv.Plotter(off_screen=True, window_size=SIZE_PX, lighting="none")
+    try:
+        window = render_window(plotter)
+        window.SetMultiSamples(0)
+        scene = Scene(plotter)
+        steps = _steps(bench, rig, name)
+        first = next(steps)
+        scene.apply(SceneState(rig=first.rig, selected=name, grid=bench.field.grid, heatmap=first.heatmap))
+        scene.set_view("iso")
+        scene.set_quick(True)
+
+        def draw() -> None:
+            window.Render()
+            window.WaitForCompletion()
+
+        def drag(step: _Step) -> None:
+            """What the viewport does when the mouse moves and the scores of that place arrive."""
+            scene.preview(name, step.rig.sensor(name).pose)
+            scene.set_rig(step.rig, frozenset(), name)
+            scene.set_heatmap(step.heatmap)
+            scene.prepare()
+            draw()
+
+        drag(next(steps))
+        before = _actors(plotter)
+        goal = Goal("frame", f"{name} of W+T dragged, 1280 x 800, seen entropy, {bench.edge}", GOAL, "lower")
+        race.run(goal, steps, drag, lambda _: draw())
+        assert _actors(plotter) == before, "a drag must not rebuild actors"
+    finally:
+        plotter.close()
+
+
+def _actors(plotter: pv.Plotter) -> list[str]:
+    """The VTK objects that are drawn, by address."""
+    return sorted(prop.GetAddressAsString("") for prop in plotter.renderer.GetViewProps())
+
+
+def _steps(bench: BenchScene, rig: Rig, name: str) -> Iterator[_Step]:
+    """The sensor a little elsewhere, with the heatmap that belongs to it, without end."""
+    heatmaps, engine = Heatmaps(DisplayGrid.build(bench.pog, bench.field)), bench.engine()
+    number = 0
+    while True:
+        number += 1
+        rig = rig.with_sensor(name, moved(wide_trapezoid().sensor(name), number))
+        evaluation = engine.evaluate(rig)
+        assert evaluation is not None
+        yield _Step(rig, heatmaps.heatmap("seen", "car", evaluation))

@@ -1,0 +1,98 @@
+"""Options and fixtures of the benchmarks, and the table and JSON file at their end.
+
+`make bench` names the files bench_*.py explicitly; an ordinary test run does not collect them.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+from rich.console import Console
+
+from tests.bench.bars import Bar, bar_table, write_bars
+from tests.bench.race import Race
+from tests.bench.scenes import Scenes
+
+ROUNDS, QUICK_ROUNDS = 12, 3
+OUT = Path(__file__).resolve().parents[2] / "out"
+COMPLETE, PARTIAL = OUT / "bench.json", OUT / "bench-partial.json"
+BARS = pytest.StashKey[list[Bar]]()
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Options of `make bench`."""
+    group = parser.getgroup("bars")
+    group.addoption("--only", metavar="NAME", help="run one bar: bench_NAME.py")
+    group.addoption(
+        "--quick",
+        action="store_true",
+        help="voxels of twice the edge, three repetitions: to try the bench out",
+    )
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Make room for the results."""
+    config.stash[BARS] = []
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Keep the bar that --only names."""
+    only = config.getoption("only", None)
+    if only is None:
+        return
+    names = sorted({_bar_name(item) for item in items})
+    if only not in names:
+        raise pytest.UsageError(f"--only: found {only!r}, accepted are {', '.join(names)}")
+    items[:] = [item for item in items if _bar_name(item) == only]
+
+
+def _bar_name(item: pytest.Item) -> str:
+    return re.sub(r"^bench_", "", item.path.stem)
+
+
+def pytest_terminal_summary(terminalreporter: Any, exitstatus: int, config: pytest.Config) -> None:
+    """Print the table and write the JSON file; an incomplete run does not replace a complete one."""
+    bars = config.stash[BARS]
+    if not bars:
+        return
+    is_complete = exitstatus == 0 and not (config.getoption("only") or config.getoption("quick"))
+    path = COMPLETE if is_complete else PARTIAL
+    write_bars(bars, path)
+    console = Console(width=None if terminalreporter.isatty else 150)
+    console.print()
+    console.print(bar_table(bars))
+    reached = sum(bar.is_reached for bar in bars)
+    console.print(f"{reached} of {len(bars)} goals reached. Written: {path.relative_to(OUT.parent)}")
+
+
+@pytest.fixture(scope="session")
+def is_quick(request: pytest.FixtureRequest) -> bool:
+    """Whether this is only a trial of the bench."""
+    return bool(request.config.getoption("quick"))
+
+
+@pytest.fixture(scope="session")
+def rounds(is_quick: bool) -> int:
+    """Most repetitions of a race."""
+    return QUICK_ROUNDS if is_quick else ROUNDS
+
+
+@pytest.fixture(scope="session")
+def scenes(is_quick: bool) -> Scenes:
+    """The bundled scenario on any grid, each built once."""
+    return Scenes(coarsen=2.0 if is_quick else 1.0)
+
+
+@pytest.fixture
+def bars(request: pytest.FixtureRequest) -> list[Bar]:
+    """The results so far, to add one that is no race of two times."""
+    return request.config.stash[BARS]
+
+
+@pytest.fixture
+def race(benchmark: Any, bars: list[Bar], rounds: int) -> Race:
+    """Measures ours against a yardstick and adds the result."""
+    return Race(benchmark, bars, rounds)

@@ -1,0 +1,152 @@
+"""What the benchmarks work on: the bundled scenario on a grid, the rig W+T, sensors that move a little."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from core.engine.engine import Engine
+from core.metric.entropy import EntropyField
+from core.rays import sensor_rays
+from core.rig.model import Camera, EvenAngles, Lidar, Rig
+from core.rig.presets import preset
+from core.scene.boxes import CLASSES
+from core.scene.grid import VoxelGrid
+from core.scene.pog import Pog, build_pog
+from core.scene.readers.bundled import bundled_source
+from tests.bench.yardsticks import PlainDda
+
+THREADS = 2
+NATIVE_CAST = (1600, 900)
+DENSE_AZIMUTHS = EvenAngles(from_=-180.0, to=180.0, count=3600)
+DENSE_BEAMS = EvenAngles(from_=-25.0, to=25.0, count=128)
+TILT_DEG = (3.0, -4.0, 0.0)
+_STEP_M = np.array([0.618034, 0.414214, 0.732051])
+_REACH_M = 0.2
+Sensor = Lidar | Camera
+GridRays = tuple[NDArray[np.float64], NDArray[np.float64]]
+
+
+@dataclass(frozen=True)
+class Scene:
+    """The bundled scenario on one grid."""
+
+    pog: Pog
+    field: EntropyField
+
+    @property
+    def edge(self) -> str:
+        """The voxel edge for a line of the table."""
+        return f"δ {self.field.grid.voxel_m:g} m"
+
+    def engine(self) -> Engine:
+        """A new engine with the number of threads of the bars."""
+        return Engine(self.field, THREADS)
+
+    @cached_property
+    def plain(self) -> PlainDda:
+        """The yardstick with its dense arrays."""
+        return PlainDda([self.dense(self.field.entropy_nat(cls)) for cls in range(len(CLASSES))])
+
+    def dense(self, values: NDArray[np.float64]) -> NDArray[np.float32]:
+        """Values of the informative voxels as a dense array (nx, ny, nz)."""
+        result = np.zeros(self.field.grid.shape, np.float32)
+        i, j, k = self.field.index.ijk().T
+        result[i, j, k] = values
+        return result
+
+
+@dataclass
+class Scenes:
+    """Scenes by voxel edge; `coarsen` multiplies every edge that is asked for."""
+
+    coarsen: float = 1.0
+    _built: dict[float, Scene] = field(default_factory=dict)
+
+    def at(self, voxel_m: float) -> Scene:
+        """The scene on a grid of that edge in metres, times `coarsen`."""
+        edge_m = voxel_m * self.coarsen
+        if edge_m not in self._built:
+            pog = build_pog(bundled_source(), VoxelGrid(edge_m))
+            self._built[edge_m] = Scene(pog, EntropyField.from_pog(pog))
+        return self._built[edge_m]
+
+
+@dataclass(frozen=True)
+class Move:
+    """A rig in which one sensor has moved, and the rays of that sensor for the yardstick."""
+
+    rig: Rig
+    sensor: Sensor
+    origin: NDArray[np.float64]
+    directions: NDArray[np.float64]
+
+
+def wide_trapezoid(change: Callable[[Sensor], Sensor] = lambda sensor: sensor) -> Rig:
+    """W+T, each sensor changed."""
+    rig = preset("W+T")
+    return rig.model_copy(update={"sensors": tuple(change(sensor) for sensor in rig.sensors)})
+
+
+def tilted(sensor: Sensor) -> Sensor:
+    """The sensor rolled and pitched by a few degrees."""
+    roll, pitch, yaw = (a + b for a, b in zip(sensor.rpy_deg, TILT_DEG, strict=True))
+    return sensor.model_copy(update={"rpy_deg": (roll, pitch, yaw)})
+
+
+def dense_rays(sensor: Sensor) -> Sensor:
+    """A camera that casts all its pixels, a LiDAR with 128 beams and 3,600 azimuths."""
+    if isinstance(sensor, Camera):
+        return sensor.model_copy(update={"cast": NATIVE_CAST})
+    return sensor.model_copy(update={"elevations_deg": DENSE_BEAMS, "azimuths_deg": DENSE_AZIMUTHS})
+
+
+def names_of(rig: Rig, kind: str) -> list[str]:
+    """Names of the sensors of a kind, in order."""
+    return [sensor.name for sensor in rig.sensors if sensor.kind == kind]
+
+
+def moved(sensor: Sensor, number: int) -> Sensor:
+    """The sensor at another place within some centimetres of the old one, never the same twice."""
+    shift_m = ((number * _STEP_M) % 1.0 - 0.5) * _REACH_M
+    x, y, z = (float(p + s) for p, s in zip(sensor.position, shift_m, strict=True))
+    return sensor.model_copy(update={"position": (x, y, z)})
+
+
+def moves(scene: Scene, rig: Rig, names: Sequence[str]) -> Iterator[Move]:
+    """The rig with one sensor moved a little, then the next one, without end; the yardstick is cleared."""
+    start, number = rig, 0
+    while True:
+        number += 1
+        name = names[number % len(names)]
+        sensor = moved(start.sensor(name), number)
+        rig = rig.with_sensor(name, sensor)
+        scene.plain.clear()
+        yield Move(rig, sensor, *grid_rays(scene, sensor))
+
+
+def grid_rays(scene: Scene, sensor: Sensor) -> GridRays:
+    """Origin (3,) in grid units and directions (n, 3) of a sensor's rays."""
+    return np.array(scene.field.grid.to_grid(sensor.position)), sensor_rays(sensor).directions
+
+
+def plain_edit(scene: Scene, move: Move) -> list[float]:
+    """The yardstick of an edit: cast the moved sensor, then sum over all voxels for three classes."""
+    scene.plain.cast(move.origin, move.directions)
+    return scene.plain.sums()
+
+
+def require_same_answer(scene: Scene, sensor: Sensor) -> None:
+    """Fail when engine and yardstick do not see the same entropy with this sensor alone."""
+    evaluation = scene.engine().evaluate(Rig(sensors=(sensor,)))
+    assert evaluation is not None
+    scene.plain.clear()
+    scene.plain.cast(*grid_rays(scene, sensor))
+    for name, plain_nat in zip(CLASSES, scene.plain.sums(), strict=True):
+        score = evaluation.scores.classes[name]
+        ours_nat = -(score.camera if sensor.kind == "camera" else score.lidar).s_mig
+        assert abs(ours_nat - plain_nat) <= 1e-4 * max(1.0, plain_nat), (name, ours_nat, plain_nat)
