@@ -1,0 +1,82 @@
+"""The straightforward way, kept as a yardstick: rays through a dense grid of bytes, one thread, one sum.
+
+Amanatides and Woo (1987), voxel by voxel, times summed up step by step; rounding decides its ties.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from core.kernels.jit import kernel
+
+
+@kernel
+def walk_dense(
+    g: np.ndarray, directions: np.ndarray, near: float, far: float, flag: int, seen: np.ndarray
+) -> None:
+    """Set the bit `flag` of every voxel that a ray visits.
+
+    g (3,) origin in grid units; directions (n, 3) of the same float type, in which all times are computed;
+    near, far: range in units of the direction; seen: uint8 (nx, ny, nz).
+    """
+    real = g.dtype.type
+    nx, ny, nz = seen.shape
+    bit = np.uint8(flag)
+    endless = far == np.inf
+    for r in range(directions.shape[0]):
+        dx, dy, dz = directions[r, 0], directions[r, 1], directions[r, 2]
+        t0, t1 = real(near), real(far)
+        for o, d, n in ((g[0], dx, nx), (g[1], dy, ny), (g[2], dz, nz)):
+            if d == real(0.0):
+                if o < real(0.0) or o >= real(n):
+                    t1 = real(-1.0)
+            else:
+                first, second = -o / d, (real(n) - o) / d
+                t0, t1 = max(t0, min(first, second)), min(t1, max(first, second))
+        if t1 <= t0:
+            continue
+        ix = min(max(int(np.floor(g[0] + t0 * dx)), 0), nx - 1)
+        iy = min(max(int(np.floor(g[1] + t0 * dy)), 0), ny - 1)
+        iz = min(max(int(np.floor(g[2] + t0 * dz)), 0), nz - 1)
+        sx, sy, sz = (1 if dx > 0 else -1), (1 if dy > 0 else -1), (1 if dz > 0 else -1)
+        px = (real(ix + (dx > 0)) - g[0]) / dx if dx != 0 else real(np.inf)
+        py = (real(iy + (dy > 0)) - g[1]) / dy if dy != 0 else real(np.inf)
+        pz = (real(iz + (dz > 0)) - g[2]) / dz if dz != 0 else real(np.inf)
+        qx, qy, qz = abs(real(1.0) / dx), abs(real(1.0) / dy), abs(real(1.0) / dz)
+        while True:
+            seen[ix, iy, iz] |= bit
+            if not endless and min(px, py, pz) >= t1:
+                break
+            if px < py and px < pz:
+                ix += sx
+                if ix < 0 or ix >= nx:
+                    break
+                px += qx
+            elif py < pz:
+                iy += sy
+                if iy < 0 or iy >= ny:
+                    break
+                py += qy
+            else:
+                iz += sz
+                if iz < 0 or iz >= nz:
+                    break
+                pz += qz
+
+
+@kernel
+def sum_dense(seen: np.ndarray, h: np.ndarray, sums: np.ndarray) -> None:
+    """Add the entropies h (voxels, 3) of the voxels with a flag to sums (3 flags, 3 classes), in one pass.
+
+    seen: uint8 (voxels,) with bits 1 (camera) and 2 (LiDAR); rows of the sums: camera, LiDAR, any.
+    """
+    for i in range(seen.size):
+        flags = seen[i]
+        if flags == 0:
+            continue
+        for c in range(3):
+            if flags & 1:
+                sums[0, c] += h[i, c]
+            if flags & 2:
+                sums[1, c] += h[i, c]
+            sums[2, c] += h[i, c]
