@@ -1,0 +1,144 @@
+"""The accuracy study in words: names of points, what it was measured on, and what it found."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+
+from core.rig.model import Rig
+from core.scene.grid import DEFAULT_VOXEL_M
+from core.study.accuracy import TITLES, Point, Study
+
+
+def edge_text(voxel_m: float) -> str:
+    """A voxel edge as δ in metres, with two decimals where they are enough."""
+    text = f"{voxel_m:.2f}"
+    return f"δ {text if float(text) == voxel_m else f'{voxel_m:g}'} m"
+
+
+def point_text(point: Point, study: Study) -> str:
+    """A point's name: the method and what is not as the study's own setting."""
+    if point.lattice == "all pixels":
+        return "exact, all camera pixels"
+    if point.lattice != "own":
+        return f"exact, {point.lattice} of the rays"
+    if point.voxel_m != study.voxel_m:
+        return f"exact, {edge_text(point.voxel_m)}"
+    return own_text(study) if point.is_own else TITLES[point.method]
+
+
+def own_text(study: Study) -> str:
+    """The setting in question, named as the default where it is that."""
+    setting = f"exact, {edge_text(study.voxel_m)}, {lattice_text(study.rig)}"
+    return f"default: {setting}" if study.voxel_m == DEFAULT_VOXEL_M else setting
+
+
+def lattice_text(rig: Rig) -> str:
+    """The ray lattice of the cameras, of the LiDARs where there are none."""
+    casts = {camera.cast for camera in rig.cameras()}
+    sizes = casts or {(len(lidar.elevations()), len(lidar.azimuths())) for lidar in rig.lidars()}
+    return " × ".join(map(str, next(iter(sizes)))) if len(sizes) == 1 else "lattices of several sizes"
+
+
+def sensors_text(rig: Rig) -> str:
+    """How many sensors a rig has, and their lattices."""
+    parts = []
+    for name, sizes in (
+        ("camera", [camera.cast for camera in rig.cameras()]),
+        ("LiDAR", [(len(lidar.elevations()), len(lidar.azimuths())) for lidar in rig.lidars()]),
+    ):
+        if sizes:
+            shown = " × ".join(map(str, sizes[0])) if len(set(sizes)) == 1 else "various"
+            parts.append(f"{len(sizes)} {name}{'s' if len(sizes) > 1 else ''} {shown}")
+    return ", ".join(parts)
+
+
+def caption(study: Study, source: str) -> str:
+    """What was measured, on which data and with how many threads, in one line."""
+    count, processors = study.plan.repetitions, os.cpu_count() or 1
+    runs = f"median of {count} alternating runs" if count > 1 else "one run"
+    return (
+        f"{source}, {study.frames:,} frames · rig {study.rig.name}: {sensors_text(study.rig)} · "
+        f"{study.own.threads} threads on {processors} processors (plain DDA: 1) · {runs}"
+    )
+
+
+def verdicts(study: Study) -> Iterator[str]:
+    """The findings, one sentence each."""
+    yield _voxel_verdict(study)
+    yield _score_verdict(study)
+    if study.finest_m != study.voxel_m:
+        yield _grid_verdict(study)
+
+
+def _named(study: Study) -> str:
+    setting = f"exact, {edge_text(study.voxel_m)}, {lattice_text(study.rig)}"
+    return (
+        f"The default ({setting})"
+        if study.voxel_m == DEFAULT_VOXEL_M
+        else f"The setting asked for ({setting})"
+    )
+
+
+def _voxel_verdict(study: Study) -> str:
+    own = study.own
+    if own.on_voxel_front:
+        faster = [p for p in study.points if p.on_voxel_front and p.median_ms < own.median_ms]
+        if not faster:
+            return f"{_named(study)} lies on the Pareto front of wrong voxels, as its fastest point."
+        least = min(faster, key=lambda p: p.voxel_error or 0.0)
+        return (
+            f"{_named(study)} lies on the Pareto front of wrong voxels; the best that is faster, "
+            f"{point_text(least, study)}, has {percent(least.voxel_error or 0.0)} of the voxels wrong."
+        )
+    better = _better(study, own, [p.voxel_error for p in study.points], own.voxel_error or 0.0)
+    return (
+        f"{_named(study)} does not lie on the Pareto front of wrong voxels: {better} is faster and no worse."
+    )
+
+
+def _score_verdict(study: Study) -> str:
+    own = study.own
+    if own.on_score_front:
+        return f"For S-MS against {edge_text(study.finest_m)} it lies on the Pareto front."
+    better = _better(study, own, [p.score_error for p in study.points], own.score_error)
+    return f"For S-MS against {edge_text(study.finest_m)} it does not: {better} is faster and no worse."
+
+
+def _better(study: Study, own: Point, errors: list[float | None], mine: float) -> str:
+    """The fastest point that is at least as good as one that is not on the front."""
+    rivals = [
+        p
+        for p, error in zip(study.points, errors, strict=True)
+        if p.from_scratch
+        and p is not own
+        and error is not None
+        and error <= mine
+        and p.median_ms <= own.median_ms
+    ]
+    return point_text(min(rivals, key=lambda p: p.median_ms), study)
+
+
+def _grid_verdict(study: Study) -> str:
+    """How S-MS depends on the voxel edge, for the class on which it does so most."""
+    errors = {cls: error for cls, error in study.own.grid_error.items() if error is not None}
+    if not errors:
+        return "The rig sees no entropy, so S-MS does not depend on the voxel edge."
+    worst = max(errors, key=lambda cls: errors[cls])
+    mine, finest = (point.share[worst] or 0.0 for point in (study.own, study.finest))
+    return (
+        f"S-MS depends on δ: as a share of H(Ω) it is {percent(mine)} at {edge_text(study.voxel_m)} and "
+        f"{percent(finest)} at {edge_text(study.finest_m)} ({worst}). Compare scores on one grid only."
+    )
+
+
+def percent(share: float) -> str:
+    """A fraction as percent with two or three significant digits."""
+    value = 100.0 * share
+    return (
+        f"{value:.0f} %"
+        if value >= 100.0
+        else f"{value:.3g} %"
+        if value >= 0.01 or value == 0.0
+        else f"{value:.1e} %"
+    )

@@ -1,0 +1,206 @@
+"""The contestants of the accuracy study: ways of scoring one rig on one grid, each ready to be timed.
+
+A case prepares (not timed), runs (timed: from the rig to S-MS of all classes) and tells what it covered.
+Everything that belongs to the scene alone - POG, entropies, dense grids, lists of voxels - is ready before,
+and so are the rays of plain DDA; the engine makes its rays within its time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Literal, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from core.engine.engine import Engine, Evaluation
+from core.kernels import bits
+from core.metric.entropy import EntropyField
+from core.metric.scores import MetricSettings
+from core.rig.model import Camera, Lidar, Rig
+from core.scene.boxes import CLASSES
+from core.scene.columns import Words
+from core.study.approximations import VoxelTests
+from core.study.plain import FLAGS, PlainDda, grid_rays
+
+MOVED_M = 0.1
+LatticeName = Literal["own", "1/2", "1/4", "1/8", "all pixels"]
+_STEPS: dict[LatticeName, tuple[int, tuple[int, int]]] = {
+    "1/2": (2, (2, 1)),
+    "1/4": (4, (2, 2)),
+    "1/8": (8, (4, 2)),
+}
+"""Every how many azimuths, image columns and image rows one is kept."""
+Seen = NDArray[np.uint8]
+
+
+@dataclass(frozen=True)
+class Answer:
+    """S-MS in nat per class; bit 1: seen by cameras, bit 2: by LiDARs, (n,) over the informative voxels."""
+
+    s_ms: tuple[float, ...]
+    seen: Seen
+
+
+class Case(Protocol):
+    """One way of scoring the rig."""
+
+    def prepare(self) -> None:
+        """Whatever must not count for the time; called before every run."""
+
+    def run(self) -> None:
+        """Score the rig."""
+
+    def answer(self) -> Answer:
+        """What the last run found."""
+
+
+class EngineCase:
+    """The engine, fresh, or holding the rig as it was before an edit."""
+
+    def __init__(
+        self,
+        field: EntropyField,
+        rig: Rig,
+        settings: MetricSettings,
+        threads: int | None,
+        before: Rig | None = None,
+    ) -> None:
+        self._field, self._rig, self._settings, self._threads = field, rig, settings, threads
+        self._before = before
+        self._evaluation: Evaluation | None = None
+
+    def prepare(self) -> None:
+        """A fresh engine, which knows the rig before the edit if there is one."""
+        self._engine = Engine(self._field, self._threads)
+        if self._before is not None:
+            self._engine.evaluate(self._before, self._settings)
+
+    def run(self) -> None:
+        """Score the rig."""
+        self._evaluation = self._engine.evaluate(self._rig, self._settings)
+
+    def answer(self) -> Answer:
+        """What the last run found."""
+        assert self._evaluation is not None
+        found = self._evaluation
+        seen = np.zeros(self._field.index.count, np.uint8)
+        for kind, words in (("camera", found.seen_camera), ("lidar", found.seen_lidar)):
+            seen[_ids(self._field, words)] |= np.uint8(FLAGS[kind])
+        return Answer(tuple(found.scores.classes[cls].s_ms for cls in CLASSES), seen)
+
+
+class PlainCase:
+    """Plain DDA on one thread, in double or in single precision."""
+
+    def __init__(
+        self, field: EntropyField, rig: Rig, camera_weight: float, real: type[np.floating[Any]]
+    ) -> None:
+        self._dda = PlainDda(field)
+        self._field, self._camera_weight = field, camera_weight
+        self._rays = [grid_rays(sensor, field.grid, real) for sensor in rig.sensors if sensor.enabled]
+
+    def prepare(self) -> None:
+        """Nothing: the dense grid is cleared within the time."""
+
+    def run(self) -> None:
+        """Clear, cast all rays, sum."""
+        self._dda.clear()
+        for rays in self._rays:
+            self._dda.cast(rays)
+        self._sums = self._dda.sums()
+
+    def answer(self) -> Answer:
+        """What the last run found."""
+        ix, iy, iz = self._field.index.ijk().T
+        return Answer(_s_ms(self._sums, self._camera_weight), self._dda.seen[ix, iy, iz])
+
+
+class VoxelCase:
+    """One of the two tests voxel by voxel."""
+
+    def __init__(
+        self, tests: VoxelTests, rig: Rig, camera_weight: float, test: Literal["rectangles", "centres"]
+    ) -> None:
+        self._tests, self._rig, self._camera_weight = tests, rig, camera_weight
+        self._cover = tests.bounding_rectangles if test == "rectangles" else tests.centres_in_view
+
+    def prepare(self) -> None:
+        """Nothing to do."""
+
+    def run(self) -> None:
+        """Test all voxels, sum."""
+        self._seen = self._cover(self._rig)
+        self._sums = self._tests.sums(self._seen)
+
+    def answer(self) -> Answer:
+        """What the last run found."""
+        return Answer(_s_ms(self._sums, self._camera_weight), self._seen)
+
+
+def _s_ms(sums: NDArray[np.float64], camera_weight: float) -> tuple[float, ...]:
+    return tuple(-(camera_weight * float(sums[0, c]) + float(sums[1, c])) for c in range(len(CLASSES)))
+
+
+def _ids(field: EntropyField, words: Words) -> NDArray[np.int64]:
+    ids = np.empty(bits.total_bits(words), np.int64)
+    bits.gather_ids(field.index.words, field.index.first, words, ids)
+    return ids
+
+
+def moved(rig: Rig, sensor: Lidar | Camera) -> Rig:
+    """The rig with one sensor 0.1 m further to the front and left, where an edit may have found it."""
+    x, y, z = sensor.position
+    elsewhere = sensor.model_copy(update={"position": (x + MOVED_M, y + MOVED_M, z)})
+    return rig.with_sensor(sensor.name, elsewhere)
+
+
+def with_lattice(rig: Rig, name: LatticeName) -> Rig:
+    """The rig with every second, fourth or eighth of its rays, or with one ray per native pixel.
+
+    Thinner lattices pick rays of the full one where its size can be divided; else the camera's is drawn anew.
+    """
+    if name == "own":
+        return rig
+    if name == "all pixels":
+        return _changed(
+            rig, lambda lidar: lidar, lambda camera: camera.model_copy(update={"cast": camera.image})
+        )
+    turn, (columns, rows) = _STEPS[name]
+    return _changed(
+        rig, lambda lidar: _fewer_azimuths(lidar, turn), lambda camera: _thinned(camera, columns, rows)
+    )
+
+
+def _changed(rig: Rig, lidar: Callable[[Lidar], Lidar], camera: Callable[[Camera], Camera]) -> Rig:
+    sensors = tuple(camera(s) if isinstance(s, Camera) else lidar(s) for s in rig.sensors)
+    return rig.model_copy(update={"sensors": sensors})
+
+
+def _fewer_azimuths(lidar: Lidar, step: int) -> Lidar:
+    azimuths_deg = tuple(float(azimuth) for azimuth in lidar.azimuths()[::step])
+    return lidar.model_copy(update={"azimuths_deg": azimuths_deg})
+
+
+def _thinned(camera: Camera, columns: int, rows: int) -> Camera:
+    """Every second or fourth ray per side; the principal point moves so that they stay where they were."""
+    fx_px, fy_px, cx_px, cy_px = camera.intrinsics_px()
+    width, height = camera.cast
+    cast = (max(1, width // columns), max(1, height // rows))
+    if width % columns == 0:
+        cx_px += (columns - 1) / 2 * camera.image[0] / width
+    if height % rows == 0:
+        cy_px += (rows - 1) / 2 * camera.image[1] / height
+    fields = {"fx": fx_px, "fy": fy_px, "cx": cx_px, "cy": cy_px, "hfov_deg": None}
+    return camera.model_copy(update={"cast": cast, **fields})
+
+
+def ray_count(rig: Rig) -> int:
+    """Rays of all enabled sensors."""
+    return sum(sensor.ray_count for sensor in rig.sensors if sensor.enabled)
+
+
+def has_all_pixels(rig: Rig) -> bool:
+    """Whether every camera casts a ray per pixel already (or there is none)."""
+    return all(camera.cast == camera.image for camera in rig.cameras())

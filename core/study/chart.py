@@ -1,0 +1,306 @@
+"""The chart of the accuracy study: time against error, both logarithmic, one panel per error; PNG and SVG."""
+
+from __future__ import annotations
+
+import io
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Literal
+
+import matplotlib
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patheffects import withStroke
+from matplotlib.ticker import FixedLocator, NullLocator
+from matplotlib.transforms import Bbox
+
+from core.scene.grid import DEFAULT_VOXEL_M
+from core.study.accuracy import MethodName, Point, Study
+from core.study.accuracy_text import caption, edge_text, point_text, verdicts
+
+PictureFormat = Literal["png", "svg"]
+SIZE_IN = (13.0, 7.3)
+DPI = 160
+PICTURES: tuple[PictureFormat, ...] = ("png", "svg")
+PIXELS_PER_POINT = DPI / 72
+INK, GREY, BAND = "#222222", "#6b6b6b", "#e9eef4"
+FRONT = "#c2410c"
+STYLES: dict[MethodName, tuple[str, str]] = {
+    "exact": ("o", "#1f5fa8"),
+    "edit-camera": ("s", "#1f5fa8"),
+    "edit-lidar": ("D", "#1f5fa8"),
+    "plain": ("^", "#3f7d3a"),
+    "plain-single": ("v", "#3f7d3a"),
+    "bresenham": ("X", "#8a3ffc"),
+    "rectangles": ("P", "#a0702a"),
+    "centres": ("h", "#b0306a"),
+}
+
+
+@dataclass(frozen=True)
+class _Panel:
+    """One error: title, axis, what 0 is called, error of a point (None: not shown), who is on the front."""
+
+    title: str
+    axis: str
+    zero: str
+    error: Callable[[Point], float | None]
+    on_front: Callable[[Point], bool]
+
+
+def chart(study: Study, source: str) -> Figure:
+    """The chart; `source` names the data set."""
+    with matplotlib.rc_context({"font.family": "DejaVu Sans", "font.size": 9.5}):
+        figure = Figure(figsize=SIZE_IN, dpi=DPI, facecolor="white")
+        FigureCanvasAgg(figure)
+        axes = figure.subplots(1, 2, sharey=True)
+        figure.subplots_adjust(left=0.07, right=0.985, top=0.80, bottom=0.19, wspace=0.05)
+        _set_time_axis(axes[0], [point.median_ms for point in study.points])
+        for one, panel in zip(axes, _panels(study), strict=True):
+            _draw_panel(one, panel, study)
+        _words(figure, study, source)
+    return figure
+
+
+def picture(figure: Figure, file_format: PictureFormat) -> bytes:
+    """The bytes of a picture file; the same chart gives the same bytes."""
+    stream = io.BytesIO()
+    with matplotlib.rc_context({"svg.hashsalt": "riglens"}):
+        figure.savefig(stream, format=file_format, metadata={"Date": None} if file_format == "svg" else None)
+    return stream.getvalue()
+
+
+def _panels(study: Study) -> tuple[_Panel, _Panel]:
+    grid, finest = edge_text(study.voxel_m), edge_text(study.finest_m)
+    return (
+        _Panel(
+            f"Wrong voxels, on the grid of {grid}",
+            "missed + extra voxels, % of the exact set of the rig's own rays",
+            "exact",
+            lambda p: p.voxel_error,
+            lambda p: p.on_voxel_front,
+        ),
+        _Panel(
+            f"S-MS, against exact on the grid of {finest}",
+            "error of S-MS / H(Ω), %: part of the grid + part of the shortcut, worst class",
+            "reference",
+            lambda p: p.score_error,
+            lambda p: p.on_score_front,
+        ),
+    )
+
+
+def _draw_panel(axes: Axes, panel: _Panel, study: Study) -> None:
+    shown = [(p, e) for p in study.points if (e := panel.error(p)) is not None]
+    zero = _set_error_axis(axes, [error for _, error in shown])
+    places = [(p, error if error > 0.0 else zero) for p, error in shown]
+    front = sorted((x, p.median_ms) for p, x in places if panel.on_front(p))
+    _draw_front(axes, front)
+    for point, x in places:
+        _draw_point(axes, point, x, study)
+    axes.text(
+        zero,
+        0.985,
+        panel.zero,
+        transform=axes.get_xaxis_transform(),
+        ha="center",
+        va="top",
+        fontsize=8.5,
+        color=GREY,
+    )
+    axes.set_title(panel.title, loc="left", fontsize=11, fontweight="bold", color=INK, pad=8)
+    axes.set_xlabel(panel.axis, color=INK, labelpad=7)
+    _place_labels(axes, places, front, study)
+
+
+def _draw_point(axes: Axes, point: Point, x: float, study: Study) -> None:
+    marker, colour = STYLES[point.method]
+    face = colour if point.from_scratch else "white"
+    axes.plot(x, point.median_ms, marker, color=colour, markerfacecolor=face, markersize=8, mew=1.5, zorder=4)
+    if point is study.own:
+        axes.plot(x, point.median_ms, "o", mfc="none", mec=INK, markersize=16, mew=1.6, zorder=5)
+
+
+def _draw_front(axes: Axes, places: Sequence[tuple[float, float]]) -> None:
+    """The staircase of what can be had: nothing measured lies below and left of it."""
+    axes.step([x for x, _ in places], [y for _, y in places], where="post", color=FRONT, lw=1.6, zorder=2)
+    axes.plot(*zip(*places, strict=True), "o", mfc="none", mec=FRONT, markersize=12, mew=1.3, zorder=3)
+
+
+def _set_error_axis(axes: Axes, errors: Sequence[float]) -> float:
+    """A logarithmic axis in percent with a band for 0 at its left; returns where zeros are drawn."""
+    positive = [error for error in errors if error > 0.0] or [1.0]
+    low, high = math.floor(math.log10(min(positive)) - 0.05), math.ceil(math.log10(max(positive)) + 0.05)
+    width = 0.16 * (high - low)
+    axes.set_xscale("log")
+    axes.set_xlim(10 ** (low - width), 10.0**high)
+    axes.axvspan(10 ** (low - width), 10.0**low, color=BAND, lw=0, zorder=0)
+    axes.axvline(10.0**low, color=GREY, lw=0.8, ls=(0, (4, 3)), zorder=1)
+    steps = (1, 2, 5) if high - low <= 2 else (1,)
+    ticks = [s * 10.0**k for k in range(low, high + 1) for s in steps if s * 10.0**k <= 10.0**high]
+    zero = 10 ** (low - width / 2)
+    axes.xaxis.set_major_locator(FixedLocator([zero, *ticks]))
+    axes.xaxis.set_minor_locator(NullLocator())
+    axes.set_xticklabels(["0", *(f"{100 * tick:g}" for tick in ticks)])
+    axes.grid(True, color="#dddddd", lw=0.6, zorder=0)
+    axes.tick_params(colors=INK, length=3)
+    axes.spines[["top", "right"]].set_visible(False)
+    return float(zero)
+
+
+def _set_time_axis(axes: Axes, times_ms: Sequence[float]) -> None:
+    low, high = math.log10(min(times_ms)), math.log10(max(times_ms))
+    margin = 0.08 * max(high - low, 0.5)
+    axes.set_yscale("log")
+    axes.set_ylim(10 ** (low - margin), 10 ** (high + margin))
+    steps = (1, 2, 5) if high - low < 2.2 else (1, 3)
+    ticks = [s * 10.0**k for k in range(math.floor(low) - 1, math.ceil(high) + 1) for s in steps]
+    ticks = [t for t in ticks if 10 ** (low - margin) <= t <= 10 ** (high + margin)]
+    axes.yaxis.set_major_locator(FixedLocator(ticks))
+    axes.yaxis.set_minor_locator(NullLocator())
+    axes.set_yticklabels([f"{t:g} ms" if t < 1000 else f"{t / 1000:g} s" for t in ticks])
+    axes.set_ylabel("time of one evaluation (median)", color=INK)
+
+
+def _place_labels(
+    axes: Axes,
+    places: Sequence[tuple[Point, float]],
+    front: Sequence[tuple[float, float]],
+    study: Study,
+) -> None:
+    """Write each point's name beside it where it covers neither a mark, nor the front, nor another name."""
+    taken = [_mark_box(axes, point, x, study) for point, x in places] + _front_boxes(axes, front)
+    frame = axes.get_window_extent()
+    for point, x in sorted(places, key=lambda place: (place[0] is not study.own, place[0].median_ms)):
+        text = axes.annotate(
+            point_text(point, study),
+            (x, point.median_ms),
+            xytext=(0, 0),
+            textcoords="offset points",
+            fontsize=9,
+            fontweight="bold" if point is study.own else "normal",
+            color=INK,
+            zorder=6,
+            path_effects=[withStroke(linewidth=2.5, foreground="white")],
+        )
+        size = text.get_window_extent()
+        centre = _pixels(axes, x, point.median_ms)
+        offset = _free_offset(centre, size, taken, frame)
+        text.set_position((offset[0] / PIXELS_PER_POINT, offset[1] / PIXELS_PER_POINT))
+        taken.append(_label_box(centre, offset, size))
+        _draw_leader(axes, centre, taken[-1])
+
+
+def _pixels(axes: Axes, x: float, y: float) -> tuple[float, float]:
+    place = axes.transData.transform((x, y))
+    return float(place[0]), float(place[1])
+
+
+def _mark_box(axes: Axes, point: Point, x: float, study: Study) -> Bbox:
+    """Where a mark is, in pixels."""
+    cx, cy = _pixels(axes, x, point.median_ms)
+    half = (9.0 if point is study.own else 6.5) * PIXELS_PER_POINT
+    return Bbox.from_extents(cx - half, cy - half, cx + half, cy + half)
+
+
+def _front_boxes(axes: Axes, front: Sequence[tuple[float, float]]) -> list[Bbox]:
+    """The steps of the front as thin boxes, in pixels."""
+    corners = [_pixels(axes, x, y) for x, y in front]
+    boxes = []
+    for (x0, y0), (x1, y1) in pairwise(corners):
+        boxes.append(Bbox.from_extents(x0, y0 - 2, x1, y0 + 2))
+        boxes.append(Bbox.from_extents(x1 - 2, y1, x1 + 2, y0))
+    return boxes
+
+
+def _label_box(centre: Sequence[float], offset: tuple[float, float], size: Bbox) -> Bbox:
+    return Bbox.from_bounds(centre[0] + offset[0], centre[1] + offset[1], size.width, size.height)
+
+
+def _free_offset(
+    centre: tuple[float, float], size: Bbox, taken: Sequence[Bbox], frame: Bbox
+) -> tuple[float, float]:
+    """Offset in pixels of a label's lower left corner: near its point, free of others, inside the frame."""
+    best, least = (22.0, -size.height / 2), math.inf
+    for distance in (17.0, 22.0, 30.0, 44.0, 64.0, 90.0, 120.0, 160.0):
+        for turn in range(24):
+            dx, dy = math.cos(turn * math.pi / 12), math.sin(turn * math.pi / 12)
+            x = distance * dx - size.width * (1.0 - dx) / 2
+            y = distance * dy - size.height * (1.0 - dy) / 2
+            box = _label_box(centre, (x, y), size)
+            outside = max(0.0, frame.x0 - box.x0) + max(0.0, box.x1 - frame.x1)
+            outside += max(0.0, frame.y0 + 4 - box.y0) + max(0.0, box.y1 - frame.y1)
+            clashes = sum(box.padded(3).overlaps(other) for other in taken)
+            cost = 1000.0 * clashes + 100.0 * outside + distance + 4.0 * (1.0 - dx)
+            if cost < least:
+                best, least = (x, y), cost
+    return best
+
+
+def _draw_leader(axes: Axes, centre: tuple[float, float], box: Bbox) -> None:
+    """A thin line from a point to its name where the name stands away from it."""
+    end = (min(max(centre[0], box.x0), box.x1), min(max(centre[1], box.y0), box.y1))
+    if math.dist(centre, end) < 40.0:
+        return
+    (x0, y0), (x1, y1) = axes.transData.inverted().transform([centre, end])
+    axes.plot([x0, x1], [y0, y1], color=GREY, lw=0.7, zorder=3)
+
+
+def _words(figure: Figure, study: Study, source: str) -> None:
+    """Title and finding above, legend and source below."""
+    figure.text(
+        0.012,
+        0.965,
+        f"Time against error: ways to score rig {study.rig.name}",
+        fontsize=15,
+        weight="bold",
+        color=INK,
+        va="top",
+    )
+    figure.text(0.012, 0.918, "\n".join(verdicts(study)), fontsize=9, color=INK, va="top", linespacing=1.35)
+    figure.text(0.012, 0.018, caption(study, source), fontsize=8, color=GREY, va="bottom")
+    blue = STYLES["exact"][1]
+    handles = [
+        Line2D(
+            [],
+            [],
+            color=FRONT,
+            lw=1.6,
+            marker="o",
+            mfc="none",
+            mec=FRONT,
+            ms=10,
+            label="Pareto front (whole rig)",
+        ),
+        Line2D(
+            [],
+            [],
+            ls="",
+            marker="o",
+            mfc="none",
+            mec=INK,
+            ms=12,
+            mew=1.6,
+            label="default setting" if study.voxel_m == DEFAULT_VOXEL_M else "setting asked for",
+        ),
+        Line2D([], [], ls="", marker="o", color=blue, ms=8, label="exact, whole rig from scratch"),
+        Line2D(
+            [], [], ls="", marker="s", mfc="white", mec=blue, mew=1.5, ms=8, label="exact, one sensor moved"
+        ),
+        Line2D([], [], ls="", marker="^", color=STYLES["plain"][1], ms=8, label="plain ray walking"),
+        Line2D([], [], ls="", marker="X", color=STYLES["bresenham"][1], ms=8, label="approximate methods"),
+    ]
+    figure.legend(
+        handles=handles,
+        loc="lower left",
+        bbox_to_anchor=(0.005, 0.045),
+        ncol=6,
+        frameon=False,
+        fontsize=8.5,
+        handletextpad=0.4,
+        columnspacing=1.6,
+    )

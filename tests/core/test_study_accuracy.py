@@ -1,0 +1,309 @@
+"""The accuracy study: which way the approximations err, thinner lattices, the Pareto front, the figures."""
+
+import csv
+from itertools import combinations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from matplotlib.text import Annotation
+
+from core.errors import InputError
+from core.metric.scores import MetricSettings
+from core.rays import sensor_rays
+from core.rig.model import Camera, EvenAngles, Lidar, Rig
+from core.scene.boxes import CLASSES
+from core.scene.columns import unpack
+from core.study.accuracy import Plan, Point, Study, Wrong, pareto_front, study_accuracy, wrong_voxels
+from core.study.accuracy_text import point_text, verdicts
+from core.study.approximations import VoxelTests
+from core.study.cases import PlainCase, VoxelCase, with_lattice
+from core.study.chart import chart, picture
+from tests.core.builders import camera, evaluate, field_of, grid_of, random_field, rig_of, spinning
+
+GRID = grid_of(24, 20, 10)
+CAMERA_BIT, LIDAR_BIT = 1, 2
+QUICK = Plan(repetitions=1, threads=1, lattices=("1/2",))
+
+positions = st.tuples(*[st.floats(-14.0, 14.0), st.floats(-12.0, 12.0), st.floats(-2.0, 12.0)])
+whole_positions = st.tuples(st.integers(-12, 12), st.integers(-10, 10), st.integers(0, 10))
+angles = st.floats(-180.0, 180.0) | st.sampled_from([0.0, 45.0, 90.0, -90.0, 180.0])
+rpy = st.tuples(st.just(0.0) | angles, st.just(0.0) | angles, angles)
+ranges = st.just((0.0, float("inf"))) | st.tuples(st.floats(0.0, 4.0), st.floats(5.0, 15.0))
+cameras = st.builds(
+    camera,
+    positions | whole_positions,
+    rpy,
+    st.tuples(st.integers(1, 12), st.integers(1, 9)),
+    st.floats(20.0, 150.0),
+    ranges,
+)
+turns = st.builds(
+    lambda start, width, count: EvenAngles(from_=start, to=start + width, count=count),
+    st.floats(-180.0, 0.0),
+    st.floats(1.0, 360.0),
+    st.integers(1, 30),
+)
+elevations = st.lists(st.floats(-90.0, 90.0), min_size=1, max_size=6).map(tuple)
+lidars = st.builds(
+    lambda position, angles_deg, range_m, beams, turn: Lidar(
+        name="L",
+        position=tuple(map(float, position)),
+        rpy_deg=angles_deg,
+        range_m=range_m,
+        elevations_deg=beams,
+        azimuths_deg=turn,
+    ),
+    positions | whole_positions,
+    rpy,
+    ranges,
+    elevations,
+    turns,
+)
+FIELD = field_of(GRID)
+
+
+def exact_flags(field, rig):
+    """Bits of the informative voxels that the exact engine finds."""
+    result = evaluate(field, rig, threads=1)
+    i, j, k = field.index.ijk().T
+    cameras_see, lidars_see = (
+        unpack(field.grid, w)[i, j, k] for w in (result.seen_camera, result.seen_lidar)
+    )
+    return CAMERA_BIT * cameras_see.astype(np.uint8) + LIDAR_BIT * lidars_see.astype(np.uint8)
+
+
+@given(cameras | lidars)
+def test_bounding_rectangles_never_miss_a_voxel(sensor):
+    rig = rig_of(sensor)
+    found = VoxelTests(FIELD, 1).bounding_rectangles(rig)
+    assert not (exact_flags(FIELD, rig) & ~found).any()
+
+
+@pytest.mark.parametrize("sensor", [camera((0.0, 0.0, 5.0), (0.0, 0.0, 30.0)), spinning((0.3, 0.2, 4.6))])
+def test_bounding_rectangles_add_voxels_that_no_ray_meets(sensor):
+    rig = rig_of(sensor)
+    wrong = wrong_voxels(exact_flags(FIELD, rig), VoxelTests(FIELD, 1).bounding_rectangles(rig))
+    assert wrong.missed == 0.0 < wrong.extra
+
+
+def in_image(seen: Camera, points):
+    """Whether points of the sensor's frame lie in its native image, by the pinhole formula."""
+    fx_px, fy_px, cx_px, cy_px = seen.intrinsics_px()
+    ahead = points[:, 0] > 0.0
+    w = cx_px - fx_px * points[:, 1] / np.where(ahead, points[:, 0], 1.0)
+    h = cy_px - fy_px * points[:, 2] / np.where(ahead, points[:, 0], 1.0)
+    return ahead & (w >= 0) & (w <= seen.image[0]) & (h >= 0) & (h <= seen.image[1])
+
+
+def in_beams(seen: Lidar, points):
+    """Whether points of the sensor's frame lie between its outer beams, by their elevation."""
+    elevation_deg = np.degrees(np.arctan2(points[:, 2], np.hypot(points[:, 0], points[:, 1])))
+    return (elevation_deg >= seen.elevations().min()) & (elevation_deg <= seen.elevations().max())
+
+
+@pytest.mark.parametrize(
+    "sensor, in_view",
+    [
+        (camera((0.31, 0.17, 5.23), (3.0, -7.0, 30.0)), in_image),
+        (spinning((0.31, 0.17, 4.63), (5.0, 8.0, 20.0)), in_beams),
+    ],
+)
+def test_centres_in_view_are_the_voxels_whose_centre_the_field_of_view_holds(sensor, in_view):
+    centres = np.stack([FIELD.grid.centres_m(axis)[FIELD.index.ijk()[:, axis]] for axis in range(3)], axis=1)
+    local = (centres - np.array(sensor.position)) @ sensor.pose.rotation()
+    found = VoxelTests(FIELD, 1).centres_in_view(rig_of(sensor)) != 0
+    assert 0 < found.sum() < found.size
+    assert np.array_equal(found, in_view(sensor, local))
+
+
+def test_centres_in_view_depend_on_the_sector_of_azimuths_and_not_on_the_number_of_rays():
+    few = spinning((0.3, 0.2, 5.1), beams=2, count=3)
+    many = spinning((0.3, 0.2, 5.1), beams=9, count=200)
+    left = many.replace(azimuths_deg=EvenAngles(from_=0.0, to=180.0, count=50))
+    tests = VoxelTests(FIELD, 1)
+    whole = tests.centres_in_view(rig_of(many))
+    half = tests.centres_in_view(rig_of(left))
+    assert np.array_equal(whole, tests.centres_in_view(rig_of(few)))
+    on_the_left = FIELD.grid.centres_m(1)[FIELD.index.ijk()[:, 1]] > 0.2
+    assert np.array_equal(half != 0, (whole != 0) & on_the_left)
+
+
+def test_the_range_of_a_sensor_holds_for_the_approximations():
+    near = spinning((0.3, 0.2, 5.1)).replace(range_m=(0.0, 4.0))
+    centres = np.stack([FIELD.grid.centres_m(axis)[FIELD.index.ijk()[:, axis]] for axis in range(3)], axis=1)
+    distance_m = np.linalg.norm(centres - np.array(near.position), axis=1)
+    tests = VoxelTests(FIELD, 1)
+    assert distance_m[tests.centres_in_view(rig_of(near)) != 0].max() <= 4.0
+    assert distance_m[tests.bounding_rectangles(rig_of(near)) != 0].max() <= 4.0 + np.sqrt(0.75)
+
+
+@given(cameras | lidars)
+def test_plain_dda_in_doubles_finds_nearly_the_exact_set(sensor):
+    rig = rig_of(sensor)
+    case = PlainCase(FIELD, rig, 0.1, np.float64)
+    case.run()
+    found, exact = case.answer().seen, exact_flags(FIELD, rig)
+    on_faces = set(map(float, sensor.position)) <= set(map(float, range(-12, 13)))
+    assert on_faces or (found != exact).sum() <= 3 * sensor.ray_count
+
+
+def test_all_ways_agree_on_the_score_of_a_voxel_set():
+    field = random_field(GRID, np.random.default_rng(5))
+    rig = rig_of(camera((0.31, 0.17, 5.23), (0.0, 3.0, 30.0)), spinning((-0.27, 0.41, 4.63)))
+    scores = evaluate(field, rig, MetricSettings(camera_weight=0.3)).scores
+    case = PlainCase(field, rig, 0.3, np.float64)
+    case.run()
+    assert np.array_equal(case.answer().seen, exact_flags(field, rig))
+    assert case.answer().s_ms == pytest.approx([scores.classes[cls].s_ms for cls in CLASSES], rel=1e-6)
+    tests = VoxelTests(field, 1)
+    sums = tests.sums(exact_flags(field, rig))
+    assert sums[0].tolist() == [-scores.classes[cls].camera.s_mig for cls in CLASSES]
+    assert sums[1].tolist() == [-scores.classes[cls].lidar.s_mig for cls in CLASSES]
+
+
+@pytest.mark.parametrize("lattice, share", [("1/2", 2), ("1/4", 4), ("1/8", 8)])
+def test_a_thinner_lattice_has_some_of_the_rays_and_covers_some_of_the_voxels(lattice, share):
+    rig = rig_of(
+        camera((0.31, 0.17, 5.23), (0.0, 3.0, 30.0), cast=(16, 8)), spinning((-0.27, 0.41, 4.63), count=24)
+    )
+    thinner = with_lattice(rig, lattice)
+    for full, thin in zip(rig.sensors, thinner.sensors, strict=True):
+        every, some = sensor_rays(full).directions, sensor_rays(thin).directions
+        assert len(some) * share == len(every)
+        nearest = np.abs(some[:, None] - every[None]).max(axis=2).min(axis=1)
+        assert nearest.max() < 1e-12
+    wrong = wrong_voxels(exact_flags(FIELD, rig), exact_flags(FIELD, thinner))
+    assert wrong.extra == 0.0 < wrong.missed
+
+
+def test_a_lattice_of_all_pixels_casts_one_ray_per_pixel():
+    rig = with_lattice(rig_of(camera((0.0, 0.0, 5.0)), spinning((0.0, 0.0, 5.0))), "all pixels")
+    assert rig.cameras()[0].cast == rig.cameras()[0].image
+    assert rig.lidars()[0].ray_count == spinning((0.0, 0.0, 5.0)).ray_count
+
+
+costs = st.lists(
+    st.tuples(st.integers(0, 6).map(float), st.integers(0, 6).map(float)), min_size=1, max_size=25
+)
+
+
+@given(costs)
+def test_the_pareto_front_is_what_nothing_beats(pairs):
+    front = pareto_front(pairs)
+    for (ms, error), on in zip(pairs, front, strict=True):
+        beaten = any(a <= ms and b <= error and (a < ms or b < error) for a, b in pairs)
+        assert on is not beaten
+    assert front[pairs.index(min(pairs))]
+
+
+@given(costs)
+def test_everything_off_the_pareto_front_is_beaten_by_something_on_it(pairs):
+    best = [pair for pair, on in zip(pairs, pareto_front(pairs), strict=True) if on]
+    for ms, error in pairs:
+        assert any(a <= ms and b <= error for a, b in best)
+
+
+def test_wrong_voxels_count_cameras_and_lidars_apart():
+    exact = np.array([1, 1, 1, 1, 2, 3, 0, 0], np.uint8)
+    found = np.array([1, 1, 1, 0, 3, 1, 2, 2], np.uint8)
+    assert wrong_voxels(exact, found) == Wrong(1 / 5, 1 / 2, 2 / 7, 1 / 5, 2 / 2, 3 / 7)
+
+
+@pytest.fixture(scope="module")
+def study() -> Study:
+    rng = np.random.default_rng(11)
+    fields = {edge: random_field(grid_of(*shape, edge), rng) for edge, shape in SHAPES.items()}
+    rig = rig_of(camera((0.31, 0.17, 2.23), cast=(16, 8)), spinning((-0.27, 0.41, 2.63)))
+    return study_accuracy(fields, 1.0, rig, QUICK)
+
+
+SHAPES = {0.5: (24, 20, 10), 1.0: (12, 10, 5)}
+
+
+def test_the_study_has_every_method_and_exact_ones_err_nowhere(study):
+    by_method = {
+        point.method: point for point in study.points if point.lattice == "own" and point.voxel_m == 1.0
+    }
+    assert len(study.points) >= 7
+    assert len(by_method) == 8
+    for method in ("exact", "edit-camera", "edit-lidar"):
+        assert by_method[method].voxel_error == 0.0
+        assert by_method[method].s_ms == by_method["exact"].s_ms
+        assert set(by_method[method].shortcut_error.values()) == {0.0}
+    assert by_method["bresenham"].wrong.missed > 0.0
+    assert by_method["centres"].wrong.extra > 0.0
+    assert by_method["rectangles"].wrong.missed == 0.0
+
+
+def test_scores_are_held_to_the_exact_ones_on_the_finest_grid(study):
+    assert study.finest_m == 0.5
+    assert study.finest.score_error == 0.0
+    assert study.finest.wrong is None
+    own, finest = study.own.share["car"], study.finest.share["car"]
+    assert study.own.grid_error["car"] == pytest.approx(abs(own / finest - 1.0))
+    assert study.own.raw_error["car"] == pytest.approx(
+        abs(study.own.s_ms["car"] / study.finest.s_ms["car"] - 1.0)
+    )
+
+
+def test_edits_are_not_on_the_fronts(study):
+    assert any(point.on_voxel_front for point in study.points)
+    assert any(point.on_score_front for point in study.points)
+    for point in study.points:
+        assert point.from_scratch or not (point.on_voxel_front or point.on_score_front)
+
+
+def test_the_csv_has_a_line_per_point_in_full_precision(study):
+    rows = list(csv.DictReader(study.to_csv().splitlines()))
+    assert len(rows) == len(study.points)
+    for row, point in zip(rows, study.points, strict=True):
+        assert row["method"] == point.method
+        assert float(row["s_ms_car"]) == point.s_ms["car"]
+        assert row["missed"] == ("" if point.wrong is None else str(point.wrong.missed))
+
+
+def test_the_findings_say_whether_the_setting_lies_on_the_front(study):
+    voxels, scores, grid = verdicts(study)
+    assert ("does not lie on" in voxels) is not study.own.on_voxel_front
+    assert ("does not" in scores) is not study.own.on_score_front
+    assert "δ 1.00 m" in grid and "δ 0.50 m" in grid
+
+
+def test_the_chart_names_every_point_and_no_name_covers_another(study):
+    figure = chart(study, "made-up boxes")
+    for axes, shown in zip(figure.axes, (lambda p: p.wrong is not None, lambda p: True), strict=True):
+        names = {text.get_text(): text for text in axes.texts if isinstance(text, Annotation)}
+        assert set(names) == {point_text(point, study) for point in study.points if shown(point)}
+        boxes = [text.get_window_extent() for text in names.values()]
+        assert not any(a.overlaps(b) for a, b in combinations(boxes, 2))
+    assert "made-up boxes, 50 frames" in " ".join(text.get_text() for text in figure.texts)
+
+
+def test_the_chart_is_saved_as_png_and_svg_with_the_same_bytes_each_time(study):
+    figure = chart(study, "made-up boxes")
+    assert picture(figure, "png").startswith(b"\x89PNG")
+    assert picture(figure, "svg").startswith(b"<?xml")
+    assert picture(chart(study, "made-up boxes"), "svg") == picture(figure, "svg")
+
+
+def test_one_class_without_boxes_and_one_kind_of_sensor_make_no_trouble():
+    field = field_of(grid_of(8, 8, 4), np.zeros((8, 8, 4), np.bool_))
+    study = study_accuracy({1.0: field}, 1.0, rig_of(spinning((0.3, 0.2, 2.2))), QUICK)
+    assert {point.method for point in study.points}.isdisjoint({"edit-camera"})
+    assert all(point.score_error == 0.0 for point in study.points if isinstance(point, Point))
+    assert picture(chart(study, "nothing"), "png")
+
+
+def test_a_rig_without_sensors_is_refused():
+    with pytest.raises(InputError, match="no sensor is switched on"):
+        study_accuracy({1.0: FIELD}, 1.0, Rig(name="bare"), QUICK)
+
+
+def test_voxel_cases_time_and_answer_the_same_cover():
+    rig = rig_of(spinning((0.3, 0.2, 5.1)))
+    tests = VoxelTests(FIELD, 1)
+    case = VoxelCase(tests, rig, 0.1, "rectangles")
+    case.run()
+    assert np.array_equal(case.answer().seen, tests.bounding_rectangles(rig))
