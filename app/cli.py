@@ -261,6 +261,38 @@ def table1(
     jobs.table1(options, metric, csv)
 
 
+@study.command
+def accuracy(
+    rig: Rig = DEFAULT_RIG,
+    /,
+    *,
+    scene: Scene = Scene(),
+    camera_weight: Annotated[float, Parameter(name="--lambda", group=SCORE, metavar="X")] = 0.1,
+    threads: Annotated[Whole, Parameter(group=SCORE)] = None,
+    out: Annotated[Path, Parameter(metavar="DIR")] = Path("out"),
+    quick: bool = False,
+) -> None:
+    """Time against error of ways to score a rig: methods, voxel edges, ray lattices; chart and CSV.
+
+    Parameters
+    ----------
+    rig
+        Rig file or preset name.
+    camera_weight
+        Weight of the cameras in S-MS.
+    threads
+        Threads to use (all cores).
+    out
+        Folder for accuracy.png, accuracy.svg and accuracy.csv.
+    quick
+        One run of each instead of five, and fewer settings: a look, not a measurement.
+    """
+    options, metric = scene.options(), ScoreOptions(camera_weight=camera_weight, threads=threads)
+    from app import study_accuracy
+
+    study_accuracy.study(rig, options, metric, out, quick)
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit code. Bad input gives one line on standard error."""
     for stream in (sys.stdout, sys.stderr):
