@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +18,9 @@ from tests.bench.scenes import Scenes
 ROUNDS, QUICK_ROUNDS = 12, 3
 OUT = Path(__file__).resolve().parents[2] / "out"
 COMPLETE, PARTIAL = OUT / "bench.json", OUT / "bench-partial.json"
+FILES = tuple(Path(__file__).parent.glob("bench_*.py"))
 BARS = pytest.StashKey[list[Bar]]()
+NAMES = pytest.StashKey[set[str]]()
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -36,21 +37,30 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 def pytest_configure(config: pytest.Config) -> None:
     """Make room for the results."""
     config.stash[BARS] = []
+    config.stash[NAMES] = set()
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Keep the bar that --only names."""
+    config.stash[NAMES] = {_bar_name(item.path) for item in items}
     only = config.getoption("only", None)
     if only is None:
         return
-    names = sorted({_bar_name(item) for item in items})
-    if only not in names:
-        raise pytest.UsageError(f"--only: found {only!r}, accepted are {', '.join(names)}")
-    items[:] = [item for item in items if _bar_name(item) == only]
+    if only not in config.stash[NAMES]:
+        raise pytest.UsageError(
+            f"--only: found {only!r}, accepted are {', '.join(sorted(config.stash[NAMES]))}"
+        )
+    items[:] = [item for item in items if _bar_name(item.path) == only]
 
 
-def _bar_name(item: pytest.Item) -> str:
-    return re.sub(r"^bench_", "", item.path.stem)
+def _bar_name(path: Path) -> str:
+    return path.stem.removeprefix("bench_")
+
+
+def _is_complete(config: pytest.Config) -> bool:
+    """Whether every bar was asked for, in full."""
+    chosen = any(config.getoption(option) for option in ("only", "quick", "keyword"))
+    return not chosen and config.stash[NAMES] == {_bar_name(path) for path in FILES}
 
 
 def pytest_terminal_summary(terminalreporter: Any, exitstatus: int, config: pytest.Config) -> None:
@@ -58,8 +68,7 @@ def pytest_terminal_summary(terminalreporter: Any, exitstatus: int, config: pyte
     bars = config.stash[BARS]
     if not bars:
         return
-    is_complete = exitstatus == 0 and not (config.getoption("only") or config.getoption("quick"))
-    path = COMPLETE if is_complete else PARTIAL
+    path = COMPLETE if exitstatus == 0 and _is_complete(config) else PARTIAL
     write_bars(bars, path)
     console = Console(width=None if terminalreporter.isatty else 150)
     console.print()
