@@ -14,14 +14,14 @@ from core.kernels.jit import kernel
 def walk_dense(
     g: np.ndarray, directions: np.ndarray, near: float, far: float, flag: int, seen: np.ndarray
 ) -> None:
-    """Set the bit `flag` of every voxel that a ray visits.
+    """Set every voxel that a ray visits to `flag`.
 
     g (3,) origin in grid units; directions (n, 3) of the same float type, in which all times are computed;
     near, far: range in units of the direction; seen: uint8 (nx, ny, nz).
     """
     real = g.dtype.type
-    nx, ny, nz = seen.shape
     bit = np.uint8(flag)
+    nx, ny, nz = seen.shape
     endless = far == np.inf
     for r in range(directions.shape[0]):
         dx, dy, dz = directions[r, 0], directions[r, 1], directions[r, 2]
@@ -44,7 +44,7 @@ def walk_dense(
         pz = (real(iz + (dz > 0)) - g[2]) / dz if dz != 0 else real(np.inf)
         qx, qy, qz = abs(real(1.0) / dx), abs(real(1.0) / dy), abs(real(1.0) / dz)
         while True:
-            seen[ix, iy, iz] |= bit
+            seen[ix, iy, iz] = bit
             if not endless and min(px, py, pz) >= t1:
                 break
             if px < py and px < pz:
@@ -66,17 +66,17 @@ def walk_dense(
 
 @kernel
 def sum_dense(seen: np.ndarray, h: np.ndarray, sums: np.ndarray) -> None:
-    """Add the entropies h (voxels, 3) of the voxels with a flag to sums (3 flags, 3 classes), in one pass.
+    """Add the entropies h (voxels, 3) of what is seen to sums (3, 3), in one pass over all voxels.
 
-    seen: uint8 (voxels,) with bits 1 (camera) and 2 (LiDAR); rows of the sums: camera, LiDAR, any.
+    seen: uint8 (2, voxels) by cameras and by LiDARs; rows of the sums: camera, LiDAR, any; columns: classes.
     """
-    for i in range(seen.size):
-        flags = seen[i]
-        if flags == 0:
+    for i in range(seen.shape[1]):
+        camera, lidar = seen[0, i], seen[1, i]
+        if not (camera or lidar):
             continue
         for c in range(3):
-            if flags & 1:
+            if camera:
                 sums[0, c] += h[i, c]
-            if flags & 2:
+            if lidar:
                 sums[1, c] += h[i, c]
             sums[2, c] += h[i, c]

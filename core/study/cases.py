@@ -114,7 +114,9 @@ class PlainCase:
     def answer(self) -> Answer:
         """What the last run found."""
         ix, iy, iz = self._field.index.ijk().T
-        return Answer(_s_ms(self._sums, self._camera_weight), self._dda.seen[ix, iy, iz])
+        by_camera, by_lidar = (seen[ix, iy, iz] for seen in self._dda.seen)
+        flags = by_camera * np.uint8(FLAGS["camera"]) | by_lidar * np.uint8(FLAGS["lidar"])
+        return Answer(_s_ms(self._sums, self._camera_weight), flags)
 
 
 class VoxelCase:

@@ -16,18 +16,18 @@ from core.rig.model import Camera, Lidar
 from core.scene.grid import VoxelGrid
 
 FLAGS = {kind: 1 << number for number, kind in enumerate(KINDS)}
-"""The bit of a kind of sensor in a byte per voxel."""
-BYTES_PER_VOXEL = 13.0
+"""The bit of a kind of sensor in a byte per informative voxel."""
+BYTES_PER_VOXEL = 14.0
 
 
 class GridRays(NamedTuple):
-    """Rays of a sensor in grid units: origin (3,), directions (n, 3), range (near, far), bit of its kind."""
+    """Rays of a sensor in grid units: origin (3,), directions (n, 3), range, kind as in KINDS."""
 
     origin: NDArray[Any]
     directions: NDArray[Any]
     near: float
     far: float
-    flag: int
+    kind: int
 
 
 def grid_rays(sensor: Lidar | Camera, grid: VoxelGrid, real: type[np.floating[Any]] = np.float64) -> GridRays:
@@ -35,30 +35,32 @@ def grid_rays(sensor: Lidar | Camera, grid: VoxelGrid, real: type[np.floating[An
     rays = sensor_rays(sensor)
     near, far = (metres / grid.voxel_m if math.isfinite(metres) else math.inf for metres in rays.range_m)
     origin = np.array(grid.to_grid(rays.origin_m)).astype(real)
-    return GridRays(origin, rays.directions.astype(real), near, far, FLAGS[sensor.kind])
+    return GridRays(origin, rays.directions.astype(real), near, far, KINDS.index(sensor.kind))
 
 
 class PlainDda:
-    """Every ray through a dense byte grid `seen` (nx, ny, nz) on one thread, then one sum over all voxels.
+    """Every ray through a dense byte grid on one thread, then one sum over all voxels.
+
+    `seen` uint8 (2, nx, ny, nz): by cameras, by LiDARs.
 
     Raises InputError when the dense grids do not fit in memory.
     """
 
     def __init__(self, field: EntropyField) -> None:
         field.grid.require_memory(BYTES_PER_VOXEL, "plain DDA")
-        self.seen = np.zeros(field.grid.shape, np.uint8)
+        self.seen = np.zeros((len(KINDS), *field.grid.shape), np.uint8)
         self._h = np.zeros((*field.grid.shape, 3), np.float32)
         ix, iy, iz = field.index.ijk().T
         self._h[ix, iy, iz] = field.h_q / QUANTA_PER_NAT
 
     def cast(self, rays: GridRays) -> None:
         """Mark what the rays of one sensor visit."""
-        plain.walk_dense(rays.origin, rays.directions, rays.near, rays.far, rays.flag, self.seen)
+        plain.walk_dense(rays.origin, rays.directions, rays.near, rays.far, 1, self.seen[rays.kind])
 
     def sums(self) -> NDArray[np.float64]:
         """Covered entropy in nat, (3, 3): seen by cameras, by LiDARs, by any sensor; per class."""
         sums = np.zeros((3, 3))
-        plain.sum_dense(self.seen.reshape(-1), self._h.reshape(-1, 3), sums)
+        plain.sum_dense(self.seen.reshape(len(KINDS), -1), self._h.reshape(-1, 3), sums)
         return sums
 
     def clear(self) -> None:

@@ -1,6 +1,6 @@
 """What RigLens is measured against: the straightforward Numba solution, the published algorithm, numpy boxes.
 
-All are written plainly on purpose and live with the benchmarks only.
+All are written plainly on purpose; the walk of plain DDA is shared with the accuracy study.
 """
 
 from __future__ import annotations
@@ -13,56 +13,9 @@ import numpy as np
 import scipy.stats
 from numpy.typing import NDArray
 
+from core.kernels.plain import walk_dense
+
 Voxel = tuple[int, int, int]
-
-
-@numba.njit(cache=True, error_model="numpy")  # type: ignore[untyped-decorator]
-def _walk_dense(g: NDArray[Any], directions: NDArray[Any], seen: NDArray[Any]) -> None:
-    """Every ray through a dense byte grid (nx, ny, nz), voxel by voxel (Amanatides and Woo 1987)."""
-    nx, ny, nz = seen.shape
-    for r in range(directions.shape[0]):
-        dx, dy, dz = directions[r, 0], directions[r, 1], directions[r, 2]
-        t0, t1 = 0.0, np.inf
-        for o, d, n in ((g[0], dx, nx), (g[1], dy, ny), (g[2], dz, nz)):
-            if d == 0.0:
-                if o < 0.0 or o >= n:
-                    t1 = -1.0
-            else:
-                first, second = -o / d, (n - o) / d
-                t0, t1 = max(t0, min(first, second)), min(t1, max(first, second))
-        if t1 <= t0:
-            continue
-        ix = min(max(math.floor(g[0] + t0 * dx), 0), nx - 1)
-        iy = min(max(math.floor(g[1] + t0 * dy), 0), ny - 1)
-        iz = min(max(math.floor(g[2] + t0 * dz), 0), nz - 1)
-        sx, sy, sz = (1 if dx > 0 else -1), (1 if dy > 0 else -1), (1 if dz > 0 else -1)
-        px = (ix + (1 if dx > 0 else 0) - g[0]) / dx if dx != 0.0 else np.inf
-        py = (iy + (1 if dy > 0 else 0) - g[1]) / dy if dy != 0.0 else np.inf
-        pz = (iz + (1 if dz > 0 else 0) - g[2]) / dz if dz != 0.0 else np.inf
-        qx, qy, qz = abs(1.0 / dx), abs(1.0 / dy), abs(1.0 / dz)
-        while True:
-            seen[ix, iy, iz] = 1
-            if px < py:
-                if px < pz:
-                    ix += sx
-                    if ix < 0 or ix >= nx:
-                        break
-                    px += qx
-                else:
-                    iz += sz
-                    if iz < 0 or iz >= nz:
-                        break
-                    pz += qz
-            elif py < pz:
-                iy += sy
-                if iy < 0 or iy >= ny:
-                    break
-                py += qy
-            else:
-                iz += sz
-                if iz < 0 or iz >= nz:
-                    break
-                pz += qz
 
 
 @numba.njit(cache=True, error_model="numpy")  # type: ignore[untyped-decorator]
@@ -84,7 +37,7 @@ class PlainDda:
 
     def cast(self, origin: NDArray[np.float64], directions: NDArray[np.float64]) -> None:
         """Mark what the rays traverse; origin (3,) in grid units, directions (n, 3)."""
-        _walk_dense(origin, directions, self.seen)
+        walk_dense(origin, directions, 0.0, math.inf, 1, self.seen)
 
     def sums(self) -> list[float]:
         """Covered entropy per class in nat."""
