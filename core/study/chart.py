@@ -27,6 +27,8 @@ SIZE_IN = (13.0, 7.3)
 DPI = 160
 PICTURES: tuple[PictureFormat, ...] = ("png", "svg")
 PIXELS_PER_POINT = DPI / 72
+LEADER_FROM_PX = 40.0
+Pixel = tuple[float, float]
 INK, GREY, BAND = "#222222", "#6b6b6b", "#e9eef4"
 FRONT = "#c2410c"
 STYLES: dict[MethodName, tuple[str, str]] = {
@@ -96,24 +98,14 @@ def _panels(study: Study) -> tuple[_Panel, _Panel]:
 
 def _draw_panel(axes: Axes, panel: _Panel, study: Study) -> None:
     shown = [(p, e) for p in study.points if (e := panel.error(p)) is not None]
-    zero = _set_error_axis(axes, [error for _, error in shown])
+    zero = _set_error_axis(axes, [error for _, error in shown], panel.zero)
     places = [(p, error if error > 0.0 else zero) for p, error in shown]
     front = sorted((x, p.median_ms) for p, x in places if panel.on_front(p))
     _draw_front(axes, front)
     for point, x in places:
         _draw_point(axes, point, x, study)
-    axes.text(
-        zero,
-        0.985,
-        panel.zero,
-        transform=axes.get_xaxis_transform(),
-        ha="center",
-        va="top",
-        fontsize=8.5,
-        color=GREY,
-    )
     axes.set_title(panel.title, loc="left", fontsize=11, fontweight="bold", color=INK, pad=8)
-    axes.set_xlabel(panel.axis, color=INK, labelpad=7)
+    axes.set_xlabel(panel.axis, color=INK, labelpad=0)
     _place_labels(axes, places, front, study)
 
 
@@ -131,7 +123,7 @@ def _draw_front(axes: Axes, places: Sequence[tuple[float, float]]) -> None:
     axes.plot(*zip(*places, strict=True), "o", mfc="none", mec=FRONT, markersize=12, mew=1.3, zorder=3)
 
 
-def _set_error_axis(axes: Axes, errors: Sequence[float]) -> float:
+def _set_error_axis(axes: Axes, errors: Sequence[float], zero_name: str) -> float:
     """A logarithmic axis in percent with a band for 0 at its left; returns where zeros are drawn."""
     positive = [error for error in errors if error > 0.0] or [1.0]
     low, high = math.floor(math.log10(min(positive)) - 0.05), math.ceil(math.log10(max(positive)) + 0.05)
@@ -145,7 +137,7 @@ def _set_error_axis(axes: Axes, errors: Sequence[float]) -> float:
     zero = 10 ** (low - width / 2)
     axes.xaxis.set_major_locator(FixedLocator([zero, *ticks]))
     axes.xaxis.set_minor_locator(NullLocator())
-    axes.set_xticklabels(["0", *(f"{100 * tick:g}" for tick in ticks)])
+    axes.set_xticklabels([f"0\n{zero_name}", *(f"{100 * tick:g}" for tick in ticks)])
     axes.grid(True, color="#dddddd", lw=0.6, zorder=0)
     axes.tick_params(colors=INK, length=3)
     axes.spines[["top", "right"]].set_visible(False)
@@ -154,7 +146,7 @@ def _set_error_axis(axes: Axes, errors: Sequence[float]) -> float:
 
 def _set_time_axis(axes: Axes, times_ms: Sequence[float]) -> None:
     low, high = math.log10(min(times_ms)), math.log10(max(times_ms))
-    margin = 0.08 * max(high - low, 0.5)
+    margin = 0.1 * max(high - low, 0.5)
     axes.set_yscale("log")
     axes.set_ylim(10 ** (low - margin), 10 ** (high + margin))
     steps = (1, 2, 5) if high - low < 2.2 else (1, 3)
@@ -193,9 +185,10 @@ def _place_labels(
         text.set_position((offset[0] / PIXELS_PER_POINT, offset[1] / PIXELS_PER_POINT))
         taken.append(_label_box(centre, offset, size))
         _draw_leader(axes, centre, taken[-1])
+        taken += _leader(centre, taken[-1])
 
 
-def _pixels(axes: Axes, x: float, y: float) -> tuple[float, float]:
+def _pixels(axes: Axes, x: float, y: float) -> Pixel:
     place = axes.transData.transform((x, y))
     return float(place[0]), float(place[1])
 
@@ -217,37 +210,61 @@ def _front_boxes(axes: Axes, front: Sequence[tuple[float, float]]) -> list[Bbox]
     return boxes
 
 
-def _label_box(centre: Sequence[float], offset: tuple[float, float], size: Bbox) -> Bbox:
+def _label_box(centre: Pixel, offset: Pixel, size: Bbox) -> Bbox:
     return Bbox.from_bounds(centre[0] + offset[0], centre[1] + offset[1], size.width, size.height)
 
 
-def _free_offset(
-    centre: tuple[float, float], size: Bbox, taken: Sequence[Bbox], frame: Bbox
-) -> tuple[float, float]:
+def _free_offset(centre: Pixel, size: Bbox, taken: Sequence[Bbox], frame: Bbox) -> Pixel:
     """Offset in pixels of a label's lower left corner: near its point, free of others, inside the frame."""
     best, least = (22.0, -size.height / 2), math.inf
+    others = [box for box in taken if not box.contains(*centre)]
     for distance in (17.0, 22.0, 30.0, 44.0, 64.0, 90.0, 120.0, 160.0):
         for turn in range(24):
             dx, dy = math.cos(turn * math.pi / 12), math.sin(turn * math.pi / 12)
             x = distance * dx - size.width * (1.0 - dx) / 2
             y = distance * dy - size.height * (1.0 - dy) / 2
             box = _label_box(centre, (x, y), size)
-            outside = max(0.0, frame.x0 - box.x0) + max(0.0, box.x1 - frame.x1)
-            outside += max(0.0, frame.y0 + 4 - box.y0) + max(0.0, box.y1 - frame.y1)
             clashes = sum(box.padded(3).overlaps(other) for other in taken)
-            cost = 1000.0 * clashes + 100.0 * outside + distance + 4.0 * (1.0 - dx)
+            pieces = _leader(centre, box)
+            crossed = sum(any(piece.overlaps(other) for piece in pieces) for other in others)
+            cost = (
+                1000.0 * clashes
+                + 200.0 * crossed
+                + 100.0 * _outside(box, frame)
+                + distance
+                + 4.0 * (1.0 - dx)
+            )
             if cost < least:
                 best, least = (x, y), cost
     return best
 
 
-def _draw_leader(axes: Axes, centre: tuple[float, float], box: Bbox) -> None:
+def _outside(box: Bbox, frame: Bbox) -> float:
+    """By how many pixels a box leaves the frame."""
+    sideways = max(0.0, frame.x0 - box.x0) + max(0.0, box.x1 - frame.x1)
+    updown = max(0.0, frame.y0 + 4 - box.y0) + max(0.0, box.y1 - frame.y1)
+    return float(sideways + updown)
+
+
+def _nearest(centre: Pixel, box: Bbox) -> Pixel:
+    return min(max(centre[0], box.x0), box.x1), min(max(centre[1], box.y0), box.y1)
+
+
+def _leader(centre: Pixel, box: Bbox) -> list[Bbox]:
+    """The line from a point to its name as small boxes; none where the name stands beside the point."""
+    end = _nearest(centre, box)
+    if math.dist(centre, end) < LEADER_FROM_PX:
+        return []
+    steps = [(k + 0.5) / 12 for k in range(12)]
+    ways = [(centre[0] + s * (end[0] - centre[0]), centre[1] + s * (end[1] - centre[1])) for s in steps]
+    return [Bbox.from_extents(x - 2, y - 2, x + 2, y + 2) for x, y in ways]
+
+
+def _draw_leader(axes: Axes, centre: Pixel, box: Bbox) -> None:
     """A thin line from a point to its name where the name stands away from it."""
-    end = (min(max(centre[0], box.x0), box.x1), min(max(centre[1], box.y0), box.y1))
-    if math.dist(centre, end) < 40.0:
-        return
-    (x0, y0), (x1, y1) = axes.transData.inverted().transform([centre, end])
-    axes.plot([x0, x1], [y0, y1], color=GREY, lw=0.7, zorder=3)
+    if _leader(centre, box):
+        ends = axes.transData.inverted().transform([centre, _nearest(centre, box)])
+        axes.plot(ends[:, 0], ends[:, 1], color=GREY, lw=0.7, zorder=3)
 
 
 def _words(figure: Figure, study: Study, source: str) -> None:
