@@ -15,7 +15,8 @@ from core.kernels.jit import inlined, kernel, parallel_kernel
 SLACK = 1e-9
 """Rounding allowed for, so that an outline never loses a ray that grazes it."""
 HALF_DIAGONAL = 0.8660254037844387
-LEAST_RADIUS = 1e-12
+LEAST_RADIUS = 1e-300
+"""Stands for a distance of zero from an axis, also for a beam straight up, whose tangent is 1.6e16."""
 TURN = 2.0 * np.pi
 
 Point = tuple[float, float, float]
@@ -92,7 +93,7 @@ def _rectangle_holds_ray(p: Point, offsets: np.ndarray, half: np.ndarray, lens: 
     if p[0] + half[0] <= 0.0:
         return False
     a_low, a_high, b_low, b_high = np.inf, -np.inf, np.inf, -np.inf
-    if p[0] - half[0] > LEAST_RADIUS:
+    if p[0] - half[0] > SLACK:
         for k in range(8):
             scale = 1.0 / (p[0] + offsets[k, 0])
             a, b = (p[1] + offsets[k, 1]) * scale, (p[2] + offsets[k, 2]) * scale
@@ -172,7 +173,7 @@ def _angles_hold_ray(
     """Whether the bounding angles of a voxel hold a beam and an azimuth."""
     radius = np.sqrt(p[0] * p[0] + p[1] * p[1])
     low_z, high_z = p[2] - half_z, p[2] + half_z
-    around_it = max(radius - HALF_DIAGONAL, LEAST_RADIUS)
+    around_it = max(radius - HALF_DIAGONAL - SLACK, LEAST_RADIUS)
     if not _holds_beam(low_z, high_z, around_it, radius + HALF_DIAGONAL, tangents):
         return False
     ahead, farthest, turn_low, turn_high = np.inf, 0.0, np.inf, -np.inf
@@ -182,7 +183,7 @@ def _angles_hold_ray(
         turn = (p[0] * y - p[1] * x) / along
         ahead, farthest = min(ahead, along), max(farthest, x * x + y * y)
         turn_low, turn_high = min(turn_low, turn), max(turn_high, turn)
-    around = not ahead > LEAST_RADIUS * max(radius, 1.0)
+    around = not ahead > SLACK * max(radius * radius, 1.0)
     nearest = LEAST_RADIUS if around else ahead / radius
     if not _holds_beam(low_z, high_z, nearest, max(np.sqrt(farthest), LEAST_RADIUS), tangents):
         return False

@@ -5,7 +5,7 @@ from itertools import combinations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from matplotlib.text import Annotation
 
@@ -74,6 +74,7 @@ def exact_flags(field, rig):
     return CAMERA_BIT * cameras_see.astype(np.uint8) + LIDAR_BIT * lidars_see.astype(np.uint8)
 
 
+@settings(max_examples=400)
 @given(cameras | lidars)
 def test_bounding_rectangles_never_miss_a_voxel(sensor):
     rig = rig_of(sensor)
