@@ -1,0 +1,249 @@
+"""The cases of the stability study that are about the whole evaluation: threads, edits, entropies, symmetry."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from decimal import Decimal, localcontext
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from core.engine.engine import Engine
+from core.errors import InputError
+from core.metric.entropy import QUANTA_PER_NAT, EntropyField
+from core.metric.scores import MetricSettings, Scores
+from core.rig.model import Lidar, Rig
+from core.scene.boxes import CLASSES, DataReport
+from core.scene.columns import VoxelIndex, pack
+from core.scene.grid import VoxelGrid
+from core.scene.pog import Pog
+from core.study.reference import Mask, exact_cover
+from core.study.stability_cases import UNIT, Sensor, camera, spinning
+from core.study.stability_edits import field_of, random_counts
+from core.study.stability_methods import (
+    NOT_APPLICABLE,
+    MethodName,
+    Outcome,
+    Row,
+    engine_cover,
+    full_field,
+    plain_cover,
+    rig_of,
+)
+
+THREADS = (1, 2, 8)
+SEED = 7
+HALF_QUANTUM_NAT = 0.5 / QUANTA_PER_NAT
+GENERIC: tuple[Sensor, ...] = (
+    spinning((0.31, 0.17, 4.23), (3.0, -2.0, 11.0)),
+    camera((-1.3, 0.4, 3.4), (1.0, 4.0, 77.0)),
+)
+
+
+def check_rows(threads: int | None = None) -> Iterator[Callable[[], Row]]:
+    """The checks one by one, in the order of the table, without the random edits."""
+    yield refused_grid
+    yield same_on_all_threads
+    yield extreme_probabilities
+    yield one_frame
+    yield lambda: no_sensors(threads)
+    yield lambda: identical_sensors(threads)
+    yield lambda: mirrored_twin(threads)
+
+
+def _row(case: str, why: str, exact: str, fast: Outcome, **others: Outcome) -> Row:
+    outcomes: dict[MethodName, Outcome] = {
+        "fast": fast,
+        "plain": others.get("plain", NOT_APPLICABLE),
+        "bresenham": others.get("bresenham", NOT_APPLICABLE),
+    }
+    return Row(case, why, exact, outcomes)
+
+
+def _ok_if(good: bool, right: str, wrong: str) -> Outcome:
+    return Outcome("ok", right) if good else Outcome("fails", wrong)
+
+
+# ---------------------------------------------------------------- settings
+
+
+def refused_grid() -> Row:
+    """An edge that does not divide the ROI: nobody may round the ROI in silence."""
+    try:
+        VoxelGrid(0.35)
+        fast = Outcome("fails", "accepted")
+    except InputError as error:
+        fast = _ok_if("not a multiple" in str(error), "refused", str(error))
+    lost_m = 60.0 - int(60.0 / 0.35) * 0.35
+    plain = Outcome("fails", f"ROI {lost_m:.2f} m shorter")
+    return _row(
+        "δ = 0.35 m in a ROI of 60 m",
+        "171.4 voxels: cutting off the rest, as an integer division does, scores another ROI",
+        "no such grid",
+        fast,
+        plain=plain,
+        bresenham=plain,
+    )
+
+
+# ---------------------------------------------------------------- threads
+
+
+def same_on_all_threads() -> Row:
+    """The answers of 1, 2 and 8 threads, from a process that may start that many."""
+    root = str(Path(__file__).resolve().parents[2])
+    paths = [root, *filter(None, [os.environ.get("PYTHONPATH")])]
+    environment = {**os.environ, "NUMBA_NUM_THREADS": str(max(THREADS)), "PYTHONPATH": os.pathsep.join(paths)}
+    command = [sys.executable, "-m", "core.study.stability_threads", *map(str, THREADS)]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+    digests = done.stdout.split()
+    different = len(set(digests)) - 1
+    right, wrong = "bit-identical", f"{different + 1} different answers"
+    fast = _ok_if(len(digests) == len(THREADS) and different == 0, right, wrong)
+    return _row(
+        "1, 2 and 8 threads",
+        "threads finish in any order; sums of doubles depend on it",
+        "one answer",
+        fast,
+        plain=Outcome("n.a.", "one thread"),
+    )
+
+
+# ---------------------------------------------------------------- probabilities
+
+
+def pog_of(grid: VoxelGrid, counts: NDArray[np.int64], frames: int) -> Pog:
+    """A POG with the given counts (nx, ny, nz) for every class."""
+    index = VoxelIndex.of(grid, pack(grid, counts > 0))
+    i, j, k = index.ijk().T
+    dtype = np.uint16 if frames <= np.iinfo(np.uint16).max else np.uint32
+    columns = np.repeat(counts[i, j, k, None], len(CLASSES), axis=1).astype(dtype)
+    return Pog(grid, DataReport("made up", frames, dict.fromkeys(CLASSES, 1)), index, columns)
+
+
+def entropy_nat(count: int, frames: int) -> Decimal:
+    """h of p = count / frames with 50 digits."""
+    with localcontext() as context:
+        context.prec = 50
+        if count in (0, frames):
+            return Decimal(0)
+        p, q = Decimal(count) / frames, Decimal(frames - count) / frames
+        return -(p * p.ln()) - q * q.ln()
+
+
+def extreme_probabilities() -> Row:
+    """p from 10^-7 to 1 - 10^-7, T = 10^7."""
+    frames = 10**7
+    counts = np.array([1, 2, 5, 100, 12_345, 5_000_000, 9_999_900, 9_999_998, 9_999_999, frames])
+    grid = VoxelGrid(1.0, (float(counts.size), 1.0, 1.0))
+    field = EntropyField.from_pog(pog_of(grid, counts.reshape(-1, 1, 1), frames))
+    true = [entropy_nat(int(count), frames) for count in counts[:-1]]
+    kept = len(field.codes) == len(true)
+    worst = max(abs(float(Decimal(h) - t)) for h, t in zip(field.entropy_nat(0).tolist(), true, strict=True))
+    fast = _ok_if(kept and worst <= 1.01 * HALF_QUANTUM_NAT, f"{worst:.1e} nat off", f"{worst:.1e} nat off")
+    p = (counts[:-1] / frames).astype(np.float32)
+    single = -p * np.log(p) - (1 - p) * np.log(1 - p)
+    errors = [abs(float(h) / float(t) - 1.0) for h, t in zip(single, true, strict=True)]
+    return _row(
+        "p near 0 and near 1, T = 10,000,000",
+        "1 - p in single precision keeps no digit of p = 0.0000001; counts overflow 16 bits",
+        "h to 50 digits",
+        fast,
+        plain=Outcome("fails", f"{max(errors):.0%} off in float32"),
+    )
+
+
+def one_frame() -> Row:
+    """T = 1: every voxel is always or never occupied, so there is no entropy, and no NaN either."""
+    grid = UNIT
+    counts = np.zeros(grid.shape, np.int64)
+    counts[2:6, 3:5, :4] = 1
+    field = EntropyField.from_pog(pog_of(grid, counts, 1))
+    found = Engine(field).evaluate(rig_of(GENERIC))
+    assert found is not None
+    figures = [(c.h_total, c.s_ms, c.any_seen) for c in found.scores.classes.values()]
+    fast = _ok_if(set(figures) == {(0.0, 0.0, 0.0)}, "H(Ω) = 0, S-MS = 0", f"{figures}")
+    with np.errstate(all="ignore"):
+        p = counts.astype(np.float32)
+        plain = -p * np.log(p) - (1 - p) * np.log(1 - p)
+    nothing = Outcome("fails", "NaN: 0 x ln 0") if np.isnan(plain.sum()) else Outcome("ok", "0")
+    return _row(
+        "a single frame, T = 1", "p is 0 or 1 everywhere: 0 x ln 0", "no entropy", fast, plain=nothing
+    )
+
+
+# ---------------------------------------------------------------- rigs
+
+
+def no_sensors(threads: int | None) -> Row:
+    """A rig without sensors sees nothing."""
+    found = Engine(full_field(UNIT), threads).evaluate(Rig(name="empty"))
+    assert found is not None
+    seen = found.scores.covered_voxels["any"]
+    scores = {c.s_ms for c in found.scores.classes.values()}
+    fast = _ok_if(seen == 0 and scores == {0.0}, "0 voxels, S-MS = 0", f"{seen} voxels, S-MS {scores}")
+    return _row("an empty rig", "nothing to loop over", "0 voxels", fast)
+
+
+def identical_sensors(threads: int | None) -> Row:
+    """A sensor beside its own copy covers what it covers alone, also when the copy is gone again."""
+    field, exact = full_field(UNIT), exact_cover(UNIT, GENERIC)
+    alone, twice = rig_of(GENERIC), rig_of((*GENERIC, *GENERIC))
+    engine = Engine(field, threads)
+    answers = [engine.evaluate(rig) for rig in (alone, twice, alone)]
+    same = len({repr(answer.scores) for answer in answers if answer is not None}) == 1
+    plain_same = bool((plain_cover(UNIT, GENERIC) == plain_cover(UNIT, (*GENERIC, *GENERIC))).all())
+    bresenham = [engine_cover(field, rig, "bresenham", threads) for rig in (alone, twice)]
+    return _row(
+        "identical sensors",
+        "a voxel counts once, however many rays meet it",
+        f"{int(exact.sum()):,} voxels, as alone",
+        _ok_if(same, "as alone", "differs"),
+        plain=_ok_if(plain_same, "as alone", "differs"),
+        bresenham=_ok_if(bool((bresenham[0] == bresenham[1]).all()), "as alone", "differs"),
+    )
+
+
+def mirrored(sensor: Sensor) -> Sensor:
+    """The sensor's mirror image in the plane y = 0: the same rays with y negated."""
+    (x, y, z), (roll, pitch, yaw) = sensor.position, sensor.rpy_deg
+    changes: dict[str, object] = {"position": (x, -y, z), "rpy_deg": (-roll, pitch, -yaw)}
+    if isinstance(sensor, Lidar):
+        changes["azimuths_deg"] = tuple(-float(angle) for angle in sensor.azimuths())
+    image: Sensor = sensor.replace(**changes)
+    return image
+
+
+def mirrored_twin(threads: int | None) -> Row:
+    """A scene and a rig, and the mirror images of both: the same scores, and covers that are mirror images."""
+    counts, images = random_counts(UNIT, np.random.default_rng(SEED)), tuple(map(mirrored, GENERIC))
+    scenes = field_of(UNIT, counts), field_of(UNIT, counts[:, ::-1])
+    rigs = rig_of(GENERIC), rig_of(images)
+    full = full_field(UNIT)
+
+    def outcome(cover: Callable[[int], Mask]) -> Outcome:
+        different = int((cover(0)[:, ::-1] != cover(1)).sum())
+        return _ok_if(different == 0, "mirrored", f"{different:,} differ")
+
+    scores = [_scores(scene, rig, threads) for scene, rig in zip(scenes, rigs, strict=True)]
+    fast = outcome(lambda side: engine_cover(full, rigs[side], "exact", threads))
+    if scores[0] != scores[1]:
+        fast = Outcome("fails", "scores differ")
+    return _row(
+        "mirrored scene, mirrored rig",
+        "left and right must score alike (generic places: a ray in a face belongs to the positive side of both)",
+        outcome(lambda side: exact_cover(UNIT, (GENERIC, images)[side])).text,
+        fast,
+        plain=outcome(lambda side: plain_cover(UNIT, (GENERIC, images)[side])),
+        bresenham=outcome(lambda side: engine_cover(full, rigs[side], "bresenham", threads)),
+    )
+
+
+def _scores(field: EntropyField, rig: Rig, threads: int | None) -> Scores:
+    found = Engine(field, threads).evaluate(rig)
+    assert found is not None  # nothing abandons it
+    return found.scores

@@ -1,0 +1,103 @@
+"""Voxels that each method finds for the sensors of a case, and the verdict on it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from core.engine.engine import Engine
+from core.kernels import plain
+from core.metric.entropy import EntropyField
+from core.metric.scores import Method, MetricSettings
+from core.rig.model import Rig
+from core.scene.boxes import CLASSES, DataReport, Progress
+from core.scene.columns import VoxelIndex, pack, unpack
+from core.scene.grid import VoxelGrid
+from core.scene.pog import Pog
+from core.study.plain import grid_rays
+from core.study.reference import Mask, exact_cover
+from core.study.stability_cases import RayCase, Sensor
+
+MethodName = Literal["fast", "plain", "bresenham"]
+METHODS: tuple[MethodName, ...] = ("fast", "plain", "bresenham")
+TITLES: dict[MethodName, str] = {"fast": "fast engine", "plain": "plain DDA", "bresenham": "Bresenham"}
+Verdict = Literal["ok", "fails", "n.a."]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a method did: in words, the verdict, and voxels found, missed and extra if counted."""
+
+    verdict: Verdict
+    text: str
+    voxels: int | None = None
+    missed: int | None = None
+    extra: int | None = None
+
+
+NOT_APPLICABLE = Outcome("n.a.", "n.a.")
+
+
+@dataclass(frozen=True)
+class Row:
+    """One case: its name, why it breaks simple methods, the right answer and what the methods said."""
+
+    case: str
+    why: str
+    exact: str
+    outcomes: dict[MethodName, Outcome]
+
+
+def rig_of(sensors: tuple[Sensor, ...], name: str = "study") -> Rig:
+    """A rig of sensors, numbered so that their names are unique."""
+    return Rig(
+        name=name,
+        sensors=tuple(sensor.replace(name=f"{n} {sensor.kind}") for n, sensor in enumerate(sensors, 1)),
+    )
+
+
+def full_field(grid: VoxelGrid) -> EntropyField:
+    """A field in which every voxel counts, with h = ln 2 for all classes."""
+    index = VoxelIndex.of(grid, pack(grid, np.ones(grid.shape, np.bool_)))
+    data = DataReport("every voxel", 2, dict.fromkeys(CLASSES, 1))
+    return EntropyField.from_pog(Pog(grid, data, index, np.ones((index.count, len(CLASSES)), np.uint16)))
+
+
+def engine_cover(field: EntropyField, rig: Rig, method: Method = "exact", threads: int | None = None) -> Mask:
+    """Voxels (nx, ny, nz) that the engine finds for a rig."""
+    found = Engine(field, threads).evaluate(rig, MetricSettings(method=method))
+    assert found is not None  # nothing abandons it
+    return unpack(field.grid, found.seen_camera | found.seen_lidar)
+
+
+def plain_cover(grid: VoxelGrid, sensors: tuple[Sensor, ...]) -> Mask:
+    """Voxels (nx, ny, nz) that plain DDA finds."""
+    seen = np.zeros(grid.shape, np.uint8)
+    for sensor in sensors:
+        rays = grid_rays(sensor, grid)
+        plain.walk_dense(rays.origin, rays.directions, rays.near, rays.far, 1, seen)
+    found: Mask = seen != 0
+    return found
+
+
+def compared(found: Mask, exact: Mask) -> Outcome:
+    """The verdict on a set of voxels."""
+    missed, extra = int((exact & ~found).sum()), int((found & ~exact).sum())
+    parts = [f"{missed:,} missed"] * (missed > 0) + [f"{extra:,} extra"] * (extra > 0)
+    verdict: Verdict = "fails" if parts else "ok"
+    return Outcome(verdict, ", ".join(parts) or "ok", int(found.sum()), missed, extra)
+
+
+def judged(case: RayCase, threads: int | None = None, progress: Progress | None = None) -> Row:
+    """All methods on one case, against the voxels that rational arithmetic finds."""
+    exact = exact_cover(case.grid, case.sensors, progress)
+    field, rig = full_field(case.grid), rig_of(case.sensors)
+    outcomes: dict[MethodName, Outcome] = {
+        "fast": compared(engine_cover(field, rig, "exact", threads), exact),
+        "plain": compared(plain_cover(case.grid, case.sensors), exact),
+        "bresenham": compared(engine_cover(field, rig, "bresenham", threads), exact),
+    }
+    rays = sum(sensor.ray_count for sensor in case.sensors)
+    return Row(case.name, case.why, f"{int(exact.sum()):,} voxels of {rays:,} rays", outcomes)
