@@ -105,7 +105,7 @@ def _cells(
         index = np.floor(place)
         inside &= (index >= 0) & (index < count)
         indices.append(np.clip(index, 0, count - 1).astype(np.int64))
-    doubtful: Mask = (unsure & between).any(axis=1)
+    doubtful: Mask = np.any(unsure & between, axis=1)
     return [*indices, inside], doubtful
 
 

@@ -1,4 +1,4 @@
-"""The cases of the stability study that are about the whole evaluation: threads, edits, entropies, symmetry."""
+"""The cases of the stability study that concern the whole evaluation: threads, edits, entropies, symmetry."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from core.engine.engine import Engine
 from core.errors import InputError
 from core.metric.entropy import QUANTA_PER_NAT, EntropyField
-from core.metric.scores import MetricSettings, Scores
+from core.metric.scores import Scores
 from core.rig.model import Lidar, Rig
 from core.scene.boxes import CLASSES, DataReport
 from core.scene.columns import VoxelIndex, pack
@@ -120,8 +120,7 @@ def pog_of(grid: VoxelGrid, counts: NDArray[np.int64], frames: int) -> Pog:
     """A POG with the given counts (nx, ny, nz) for every class."""
     index = VoxelIndex.of(grid, pack(grid, counts > 0))
     i, j, k = index.ijk().T
-    dtype = np.uint16 if frames <= np.iinfo(np.uint16).max else np.uint32
-    columns = np.repeat(counts[i, j, k, None], len(CLASSES), axis=1).astype(dtype)
+    columns = np.repeat(counts[i, j, k, None], len(CLASSES), axis=1).astype(np.uint32)
     return Pog(grid, DataReport("made up", frames, dict.fromkeys(CLASSES, 1)), index, columns)
 
 
@@ -142,7 +141,7 @@ def extreme_probabilities() -> Row:
     grid = VoxelGrid(1.0, (float(counts.size), 1.0, 1.0))
     field = EntropyField.from_pog(pog_of(grid, counts.reshape(-1, 1, 1), frames))
     true = [entropy_nat(int(count), frames) for count in counts[:-1]]
-    kept = len(field.codes) == len(true)
+    kept = field.index.count == len(true)
     worst = max(abs(float(Decimal(h) - t)) for h, t in zip(field.entropy_nat(0).tolist(), true, strict=True))
     fast = _ok_if(kept and worst <= 1.01 * HALF_QUANTUM_NAT, f"{worst:.1e} nat off", f"{worst:.1e} nat off")
     p = (counts[:-1] / frames).astype(np.float32)
@@ -219,7 +218,7 @@ def mirrored(sensor: Sensor) -> Sensor:
 
 
 def mirrored_twin(threads: int | None) -> Row:
-    """A scene and a rig, and the mirror images of both: the same scores, and covers that are mirror images."""
+    """A scene, a rig and the mirror images of both: the same scores, and covers that mirror each other."""
     counts, images = random_counts(UNIT, np.random.default_rng(SEED)), tuple(map(mirrored, GENERIC))
     scenes = field_of(UNIT, counts), field_of(UNIT, counts[:, ::-1])
     rigs = rig_of(GENERIC), rig_of(images)
@@ -235,7 +234,7 @@ def mirrored_twin(threads: int | None) -> Row:
         fast = Outcome("fails", "scores differ")
     return _row(
         "mirrored scene, mirrored rig",
-        "left and right must score alike (generic places: a ray in a face belongs to the positive side of both)",
+        "left and right must score alike (no ray in a face: that would belong to the positive side of both)",
         outcome(lambda side: exact_cover(UNIT, (GENERIC, images)[side])).text,
         fast,
         plain=outcome(lambda side: plain_cover(UNIT, (GENERIC, images)[side])),

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from core.engine.engine import Engine, Evaluation
-from core.metric.entropy import EntropyField, entropy_of_counts
+from core.metric.entropy import EntropyField
 from core.metric.scores import METHODS, READINGS, MetricSettings
 from core.rig.model import Rig
 from core.scene.boxes import CLASSES, DataReport, Progress
@@ -32,7 +32,7 @@ def random_counts(grid: VoxelGrid, rng: np.random.Generator, share: float = 0.3)
 
 def field_of(grid: VoxelGrid, counts: Counts) -> EntropyField:
     """The entropies of counts (nx, ny, nz, 3) out of FRAMES."""
-    occupied: NDArray[np.bool_] = counts.any(axis=-1)
+    occupied: NDArray[np.bool_] = np.any(counts, axis=-1)
     index = VoxelIndex.of(grid, pack(grid, occupied))
     i, j, k = index.ijk().T
     data = DataReport("random", FRAMES, dict.fromkeys(CLASSES, 1))
@@ -114,7 +114,9 @@ class RunningSum:
     """Seen entropy the easy way: doubles added when voxels come into sight and subtracted when they leave."""
 
     def __init__(self, counts: Counts) -> None:
-        self._h = entropy_of_counts(FRAMES, FRAMES)[counts[..., 0]]
+        p = counts[..., 0] / FRAMES
+        inner = np.where(p > 0.0, p, 0.5)
+        self._h = np.where(p > 0.0, -inner * np.log(inner) - (1.0 - inner) * np.log1p(-inner), 0.0)
         self._seen = np.zeros(self._h.shape, np.bool_)
         self.sum_nat = 0.0
 
