@@ -1,0 +1,173 @@
+"""Choosing the voxel edge: the coarsest of a ladder at which the scores of the rigs stay what they are.
+
+The reference is the finest edge that fits. S-MIG and S-MS in nat cannot be compared between edges, because
+the number of voxels grows with edge^-3; what is compared is `seen`, the share of H(Omega), of cameras, of
+LiDARs and of any sensor, for each class and rig, and the order of the rigs by S-MS for each class.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+from core.errors import InputError
+from core.geometry import Vec3
+from core.metric.scores import Scores
+from core.scene.boxes import CLASSES
+from core.scene.grid import VoxelGrid
+
+LADDER_M = (0.4, 0.2, 0.1, 0.05)
+DEFAULT_TOLERANCE = 0.01
+BYTES_PER_VOXEL = 32.0
+"""What building a POG and scoring on it takes where every voxel is informative; usually a third of it."""
+SEEN_BY = ("cameras", "LiDARs", "any sensor")
+
+
+@dataclass(frozen=True)
+class Tried:
+    """One voxel edge with the scores of all rigs, as (name, scores), in the same order for every edge."""
+
+    voxel_m: float
+    scores: tuple[tuple[str, Scores], ...]
+
+
+@dataclass(frozen=True)
+class Rung:
+    """One voxel edge against the finest: the largest change of a `seen` (0..1) and where, and an order that
+    differs (empty when none does). `agrees` is about this edge alone."""
+
+    voxel_m: float
+    change: float
+    where: str
+    swapped: str
+    agrees: bool
+
+
+@dataclass(frozen=True)
+class VoxelChoice:
+    """The edge that was picked, and every edge that was tried, from the finest to the coarsest.
+
+    `left_out` holds (edge, reason) of edges that could not be tried; `tolerance` is a fraction of H(Omega).
+    """
+
+    voxel_m: float
+    tolerance: float
+    rungs: tuple[Rung, ...]
+    left_out: tuple[tuple[float, str], ...] = ()
+
+    @property
+    def finest_m(self) -> float:
+        """The edge that the others were compared with."""
+        return self.rungs[0].voxel_m
+
+    def reason(self) -> str:
+        """One sentence: what was picked and why."""
+        place = [rung.voxel_m for rung in self.rungs].index(self.voxel_m)
+        picked = f"δ {self.voxel_m:g} m"
+        bound = f"{100 * self.tolerance:g} pp of those at δ {self.finest_m:g} m"
+        if place + 1 < len(self.rungs):
+            refused = self.rungs[place + 1]
+            why = refused.swapped or f"seen {refused.where} differs by {_points(refused.change)}"
+            limit = f"at δ {refused.voxel_m:g} m {why}"
+        else:
+            limit = "no coarser one was tried"
+        if place == 0:
+            return f"{picked}, the finest that can be used: {limit}"
+        return f"{picked}, the coarsest with every seen within {bound}: {limit}"
+
+    def lines(self) -> Iterator[str]:
+        """The table of what was tried, one line per edge."""
+        for rung in self.rungs:
+            if rung.voxel_m == self.finest_m:
+                found = "the finest: what the others are compared with"
+            else:
+                found = f"seen differs by at most {_points(rung.change)}"
+                found += f" ({rung.where})" if rung.where else ""
+                found += f"; {rung.swapped}" if rung.swapped else ""
+            mark = "→" if rung.voxel_m == self.voxel_m else " "
+            yield f"{mark} δ {rung.voxel_m:<5g}{found}"
+        for voxel_m, reason in self.left_out:
+            yield f"  δ {voxel_m:<5g}left out: {reason}"
+
+
+def ladder_grids(
+    roi_m: Vec3, ladder_m: Sequence[float] = LADDER_M
+) -> tuple[tuple[VoxelGrid, ...], tuple[tuple[float, str], ...]]:
+    """Grids to try, the finest first, and (edge, reason) of those that do not divide the ROI or do not fit.
+
+    InputError when none is left.
+    """
+    grids, left_out = [], []
+    for voxel_m in sorted(ladder_m):
+        try:
+            grid = VoxelGrid(voxel_m, roi_m)
+            grid.require_memory(BYTES_PER_VOXEL, "scoring")
+        except InputError as error:
+            left_out.append((voxel_m, str(error)))
+        else:
+            grids.append(grid)
+    if not grids:
+        edges = ", ".join(f"{edge:g}" for edge in ladder_m)
+        first = left_out[-1][1]
+        raise InputError(
+            f"voxel auto: none of the edges {edges} m can be used ({first}); give an edge in metres"
+        )
+    return tuple(grids), tuple(left_out)
+
+
+def choose(
+    tried: Sequence[Tried], tolerance: float = DEFAULT_TOLERANCE, left_out: tuple[tuple[float, str], ...] = ()
+) -> VoxelChoice:
+    """The coarsest edge that agrees with the finest together with all edges between the two.
+
+    An edge agrees when no `seen` of any rig and class differs by more than `tolerance` and every two rigs
+    stand in the same order of S-MS, for every class. Edges may come in any order; at least one is needed.
+    """
+    finest, *coarser = sorted(tried, key=lambda one: one.voxel_m)
+    rungs = [Rung(finest.voxel_m, 0.0, "", "", True)]
+    rungs += [_compare(one, finest, tolerance) for one in coarser]
+    picked = finest.voxel_m
+    for rung in rungs:
+        if not rung.agrees:
+            break
+        picked = rung.voxel_m
+    return VoxelChoice(picked, tolerance, tuple(rungs), left_out)
+
+
+def _compare(one: Tried, finest: Tried, tolerance: float) -> Rung:
+    change, where = max(_changes(one, finest), key=lambda found: found[0], default=(0.0, ""))
+    swapped = next(_swaps(one, finest), "")
+    return Rung(one.voxel_m, change, where, swapped, change <= tolerance and not swapped)
+
+
+def _changes(one: Tried, finest: Tried) -> Iterator[tuple[float, str]]:
+    """The change of each `seen`, with the words for it."""
+    for (name, here), (_, there) in zip(one.scores, finest.scores, strict=True):
+        of_rig = f" of {name}" if len(one.scores) > 1 else ""
+        for cls in CLASSES:
+            for by, now, then in zip(SEEN_BY, _seen(here, cls), _seen(there, cls), strict=True):
+                yield abs(now - then), f"by {by}, {cls}{of_rig}"
+
+
+def _seen(scores: Scores, cls: str) -> tuple[float, float, float]:
+    found = scores.classes[cls]
+    return found.camera.seen, found.lidar.seen, found.any_seen
+
+
+def _swaps(one: Tried, finest: Tried) -> Iterator[str]:
+    """Pairs of rigs whose order by S-MS is another, in words."""
+    for a, b in combinations(range(len(one.scores)), 2):
+        for cls in CLASSES:
+            if _order(one, a, b, cls) != _order(finest, a, b, cls):
+                yield f"{one.scores[a][0]} and {one.scores[b][0]} change their order by S-MS for {cls}"
+
+
+def _order(tried: Tried, a: int, b: int, cls: str) -> int:
+    """-1, 0 or 1 as the S-MS of rig a is below, equal to or above that of rig b."""
+    first, second = (tried.scores[i][1].classes[cls].s_ms for i in (a, b))
+    return (first > second) - (first < second)
+
+
+def _points(share: float) -> str:
+    return f"{100 * share:.2f} pp"
