@@ -110,9 +110,7 @@ def ladder_grids(
     if not grids:
         edges = ", ".join(f"{edge:g}" for edge in ladder_m)
         first = left_out[-1][1]
-        raise InputError(
-            f"voxel auto: none of the edges {edges} m can be used ({first}); give an edge in metres"
-        )
+        raise InputError(f"voxel auto: none of the edges {edges} m can be used ({first}); give one in metres")
     return tuple(grids), tuple(left_out)
 
 
