@@ -12,7 +12,9 @@ from fractions import Fraction
 Cell = tuple[int, int, int]
 
 
-def _clip(g: list[Fraction], d: list[Fraction], t0: Fraction, t1: Fraction, box: list[int]) -> tuple[Fraction, Fraction]:
+def _clip(
+    g: list[Fraction], d: list[Fraction], t0: Fraction, t1: Fraction, box: list[int]
+) -> tuple[Fraction, Fraction]:
     for axis in range(3):
         low, high = box[2 * axis], box[2 * axis + 1]
         if d[axis] == 0:
@@ -25,7 +27,11 @@ def _clip(g: list[Fraction], d: list[Fraction], t0: Fraction, t1: Fraction, box:
 
 
 def walk_rational(
-    origin: tuple[float, float, float], direction: tuple[float, float, float], near: float, far: float, box: list[int]
+    origin: tuple[float, float, float],
+    direction: tuple[float, float, float],
+    near: float,
+    far: float,
+    box: list[int],
 ) -> list[Cell]:
     """Voxels in which a ray runs over a positive length; arguments as in `core.kernels.walk.walk_exact`."""
     g, d = [Fraction(v) for v in origin], [Fraction(v) for v in direction]

@@ -77,7 +77,9 @@ def rotate(rotation: NDArray[np.float64], directions: NDArray[np.float64]) -> ND
 
 def sensor_rays(sensor: Lidar | Camera, rows: Ids | None = None) -> Rays:
     """Rays of a sensor in the vehicle frame; `rows` (k,) picks some of them by index."""
-    return Rays(sensor.position, rotate(sensor.pose.rotation(), lattice(sensor).directions(rows)), sensor.range_m)
+    return Rays(
+        sensor.position, rotate(sensor.pose.rotation(), lattice(sensor).directions(rows)), sensor.range_m
+    )
 
 
 def clip_to_roi(grid: VoxelGrid, rays: Rays) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

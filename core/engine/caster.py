@@ -19,7 +19,7 @@ from core.kernels.walk import FARTHEST
 from core.metric.entropy import EntropyField
 from core.metric.scores import Method
 from core.rational_walk import walk_rational
-from core.rays import Lattice, lattice
+from core.rays import Lattice, lattice, sensor_rays
 from core.rig.model import Camera, Lidar
 from core.scene.columns import Words, words_per_column
 
@@ -28,6 +28,8 @@ PLANES_PER_CHUNK = 512
 
 IsStale = Callable[[], bool]
 Sensor = Lidar | Camera
+Window = tuple[int, int, int, int]
+"""Rows from..to along x, and words from..to of each row, outside of which a sensor marks nothing."""
 
 
 def never_stale() -> bool:
@@ -36,20 +38,51 @@ def never_stale() -> bool:
 
 
 class Caster:
-    """Casts sensors against one entropy field with a number of workers."""
+    """Casts sensors against one entropy field with a number of workers, each of which marks a set of its own."""
 
     def __init__(self, field: EntropyField, workers: int = 1) -> None:
         self.workers = workers
         self._field = field
         self._shape = np.array(field.grid.shape, np.int64)
-        self._parts = np.zeros((0, 0), np.uint64)
+
+    def empty_parts(self) -> NDArray[np.uint64]:
+        """A set of voxels for every worker, (workers, words), to be marked."""
+        return np.zeros((self.workers, self._field.index.words.size), np.uint64)
 
     def mark(self, sensor: Sensor, method: Method, marks: Words, is_stale: IsStale = never_stale) -> bool:
-        """Set the bits of the informative voxels traversed; False when abandoned half-way (marks are then dirty)."""
+        """Set the bits of the informative voxels traversed; False when abandoned half-way."""
+        parts = self.empty_parts()
+        if not self.mark_parts(sensor, method, parts, is_stale):
+            return False
+        marks |= np.bitwise_or.reduce(parts, axis=0) & self._field.index.words
+        return True
+
+    def mark_parts(
+        self, sensor: Sensor, method: Method, parts: NDArray[np.uint64], is_stale: IsStale = never_stale
+    ) -> bool:
+        """Mark the voxels traversed, in parts (workers, words) that together hold the set; voxels that are not
+        informative may be marked too. False when abandoned half-way (the parts are then dirty)."""
         rays = self._rays(sensor, method)
         if method == "exact" and self._suits_fan(rays):
-            return self._mark_fan(lattice(sensor), rays, marks, is_stale)
-        return self._mark_rays(rays, marks, is_stale)
+            return self._mark_fan(lattice(sensor), rays, parts, is_stale)
+        return self._mark_rays(rays, parts, is_stale)
+
+    def window(self, sensor: Sensor) -> Window:
+        """Where a sensor can mark: a camera only on its own side of the axes that all its corner rays agree on."""
+        nx, ny, _ = self._field.grid.shape
+        sides = [0, nx, 0, ny]
+        if isinstance(sensor, Camera):
+            last_row, last_column = sensor.cast[1] - 1, sensor.cast[0] - 1
+            corners = [row * sensor.cast[0] + column for row in (0, last_row) for column in (0, last_column)]
+            directions = sensor_rays(sensor, np.array(corners)).directions
+            for axis, place in enumerate(self._field.grid.to_grid(sensor.position)[:2]):
+                cell = int(np.clip(np.floor(place), 0, (nx, ny)[axis] - 1))
+                if (directions[:, axis] > 0.0).all():
+                    sides[2 * axis] = max(cell - 1, 0)
+                elif (directions[:, axis] < 0.0).all():
+                    sides[2 * axis + 1] = min(cell + 2, (nx, ny)[axis])
+        depth = words_per_column(self._field.grid)
+        return sides[0], sides[1], sides[2] * depth, sides[3] * depth
 
     def _suits_fan(self, rays: Cast) -> bool:
         if not (is_upright(rays.rotation) and is_near(rays.origin, rays.box)):
@@ -58,38 +91,26 @@ class Caster:
         endless = rays.reach[0] == 0.0 and rays.reach[1] > np.linalg.norm(farthest) + 1.0
         return bool(endless and is_tame(rays.rows, rays.planes, rays.rotation, rays.origin))
 
-    def _mark_fan(self, rays_of: Lattice, rays: Cast, marks: Words, is_stale: IsStale) -> bool:
+    def _mark_fan(
+        self, rays_of: Lattice, rays: Cast, parts: NDArray[np.uint64], is_stale: IsStale
+    ) -> bool:
         fan = make_fan(rays_of, rays.rotation)
-        space = Space(rays.origin, rays.rotation, rays.box, rays.shape, self._field.index.words)
+        space = Space(rays.origin, rays.rotation, rays.box, rays.shape)
         planes = len(fan.planes)
         for start in range(0, planes, PLANES_PER_CHUNK):
             if is_stale():
                 return False
-            mark_fan(fan, space, start, min(start + PLANES_PER_CHUNK, planes), self.workers, marks)
+            mark_fan(fan, space, start, min(start + PLANES_PER_CHUNK, planes), parts)
         return True
 
-    def _mark_rays(self, rays: Cast, marks: Words, is_stale: IsStale) -> bool:
-        keep = self._field.index.words
-        if self._parts.shape != (self.workers, keep.size):
-            self._parts = np.zeros((self.workers, keep.size), np.uint64)
-        done = False
-        try:
-            done = self._walk_chunks(rays, marks, is_stale)
-        finally:
-            if not done:
-                self._parts[:] = 0
-        return done
-
-    def _walk_chunks(self, rays: Cast, marks: Words, is_stale: IsStale) -> bool:
-        keep = self._field.index.words
+    def _mark_rays(self, rays: Cast, parts: NDArray[np.uint64], is_stale: IsStale) -> bool:
         for start, end in _chunks(rays):
             if is_stale():
                 return False
             irregular = np.zeros(end - start, np.bool_)
-            cast.mark_rays(rays, start, end, self._parts, irregular)
+            cast.mark_rays(rays, start, end, parts, irregular)
             for word, bit in self._walk_irregular(rays, start + np.flatnonzero(irregular)):
-                marks[word] |= bit & keep[word]
-        cast.merge_marks(self._parts, keep, marks)
+                parts[0, word] |= bit
         return True
 
     def hits(self, sensor: Sensor, method: Method, is_stale: IsStale = never_stale) -> tuple[int, ...] | None:
@@ -101,7 +122,7 @@ class Caster:
                 return None
             irregular = np.zeros(end - start, np.bool_)
             sums = cast.sum_hits(
-                rays, start, end, self.workers, index.words, index.first, self._field.h_q, irregular
+                rays, start, end, self.workers, index.words, index.first, self._field.codes, self._field.palette_q, irregular
             )
             totals = [total + int(part) for total, part in zip(totals, sums, strict=True)]
             for word, bit in self._walk_irregular(rays, start + np.flatnonzero(irregular)):
@@ -114,7 +135,7 @@ class Caster:
         if not keep & int(bit):
             return [0, 0, 0]
         voxel = int(index.first[word]) + (keep & (int(bit) - 1)).bit_count()
-        return [int(h) for h in self._field.h_q[voxel]]
+        return [int(h) for h in self._field.palette_q[self._field.codes[voxel], :3]]
 
     def _rays(self, sensor: Sensor, method: Method) -> Cast:
         grid, table = self._field.grid, lattice(sensor)

@@ -14,20 +14,21 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from core.engine.caster import Caster, IsStale, never_stale
+from core.engine.caster import Caster, IsStale, Window, never_stale
 from core.kernels import exchange, jit
 from core.metric.entropy import EntropyField
 from core.metric.scores import Method, MetricSettings, Scores
 from core.metric.scoring import KINDS, score
 from core.rig.model import Camera, Lidar, Rig
-from core.scene.columns import Words, empty_words
+from core.scene.columns import Words
 
 Sensor = Lidar | Camera
 
 
 @dataclass(frozen=True)
 class Evaluation:
-    """Answer to one request; `seen_camera` and `seen_lidar` are the covered informative voxels as words."""
+    """Answer to one request; `seen_camera` and `seen_lidar` are the covered informative voxels as words, empty
+    arrays where they were not asked for."""
 
     rig: Rig
     settings: MetricSettings
@@ -44,6 +45,7 @@ class _Held:
 
     shape: tuple[Method, Sensor]
     slot: int
+    window: Window
 
     @property
     def kind(self) -> int:
@@ -54,7 +56,7 @@ class _Held:
 class _State:
     stack: NDArray[np.uint64]
     union: NDArray[np.uint64]
-    marks: Words
+    parts: NDArray[np.uint64]
     sums_q: NDArray[np.int64] = field(default_factory=lambda: np.zeros((3, exchange.COLUMNS), np.int64))
     held: list[_Held] = field(default_factory=list)
 
@@ -63,23 +65,32 @@ def _cast_shape(sensor: Sensor, method: Method) -> tuple[Method, Sensor]:
     return method, sensor.model_copy(update={"name": "", "model": None, "enabled": True})
 
 
+def _joint(a: Window, b: Window) -> Window:
+    return min(a[0], b[0]), max(a[1], b[1]), min(a[2], b[2]), max(a[3], b[3])
+
+
 class Engine:
     """Incremental evaluation of rigs on one field with a number of threads (all processors by default)."""
 
     def __init__(self, field: EntropyField, threads: int | None = None) -> None:
         self._field = field
-        self._threads = threads
-        self._caster = Caster(field)
-        words = empty_words(field.grid)
-        self._state = _State(np.zeros((0, words.size), np.uint64), np.zeros((2, words.size), np.uint64), words)
+        self._caster = Caster(field, jit.use_threads(threads))
+        words = field.index.words.size
+        parts = self._caster.empty_parts()
+        self._state = _State(np.zeros((0, words), np.uint64), np.zeros((2, words), np.uint64), parts)
         self._hits: dict[tuple[Method, Sensor], tuple[int, ...]] = {}
 
     def evaluate(
-        self, rig: Rig, settings: MetricSettings = MetricSettings(), is_stale: IsStale = never_stale
+        self,
+        rig: Rig,
+        settings: MetricSettings = MetricSettings(),
+        is_stale: IsStale = never_stale,
+        with_seen: bool = True,
     ) -> Evaluation | None:
-        """Scores of a rig; None when `is_stale` said so half-way (the state stays sound)."""
+        """Scores of a rig, and the seen voxels if asked for; None when `is_stale` said so half-way (the state
+        stays sound)."""
         started = time.perf_counter()
-        threads = self._caster.workers = jit.use_threads(self._threads)
+        threads = jit.use_threads(self._caster.workers)
         wanted = [_cast_shape(s, settings.method) for s in rig.sensors if s.enabled]
         if not self._hold(wanted, is_stale):
             return None
@@ -87,12 +98,13 @@ class Engine:
         if settings.reading == "hits" and hits is None:
             return None
         scores = score(self._field, self._state.sums_q, settings, hits)
-        seen = self._state.union.copy()
+        seen = self._state.union.copy() if with_seen else np.empty((2, 0), np.uint64)
         elapsed_ms = (time.perf_counter() - started) * 1e3
         return Evaluation(rig, settings, scores, seen[0], seen[1], elapsed_ms, threads)
 
     def _hold(self, wanted: list[tuple[Method, Sensor]], is_stale: IsStale) -> bool:
         """Exchange contributions until exactly the wanted sensors are held; False when abandoned."""
+        self._reserve(len(wanted))
         leaving = list(self._state.held)
         arriving: list[tuple[Method, Sensor]] = []
         for shape in wanted:
@@ -116,10 +128,10 @@ class Engine:
         """Cast a sensor into the marks; they are clean again when this is abandoned or interrupted."""
         done = False
         try:
-            done = self._caster.mark(shape[1], shape[0], self._state.marks, is_stale)
+            done = self._caster.mark_parts(shape[1], shape[0], self._state.parts, is_stale)
         finally:
             if not done:
-                self._state.marks[:] = 0
+                self._state.parts[:] = 0
         return done
 
     def _exchange(self, old: _Held | None, new: tuple[Method, Sensor] | None) -> None:
@@ -131,32 +143,40 @@ class Engine:
         kind = KINDS.index(sensor.kind)
         same_kind = np.array([h.slot for h in state.held if h.kind == kind and h.slot != slot], np.int64)
         index = self._field.index
+        window = self._caster.window(new[1] if new is not None else sensor)
+        reach = window if old is None else _joint(window, old.window)
         change = exchange.exchange(
             state.stack,
             slot,
-            state.marks,
+            state.parts,
             same_kind,
             state.union,
             kind,
             index.words,
             index.first,
-            self._field.h_q,
-            self._caster.workers,
+            self._field.codes,
+            self._field.palette_q,
+            np.array(reach),
+            len(index.words) // self._field.grid.shape[0],
         )
         state.sums_q[kind] += change[0]
         state.sums_q[2] += change[1]
         state.held = [h for h in state.held if h is not old]
         if new is not None:
-            state.held.append(_Held(new, slot))
+            state.held.append(_Held(new, slot, window))
+
+    def _reserve(self, sensors: int) -> None:
+        """Room for that many contributions beside those held; untouched pages cost no memory."""
+        slots = sensors + len(self._state.held)
+        if slots > len(self._state.stack):
+            more = np.zeros((slots, self._field.index.words.size), np.uint64)
+            for held in self._state.held:
+                more[held.slot] = self._state.stack[held.slot]
+            self._state.stack = more
 
     def _free_slot(self) -> int:
         used = {held.slot for held in self._state.held}
-        slot = next(i for i in range(len(used) + 1) if i not in used)
-        if slot == len(self._state.stack):
-            more = np.zeros((slot + 1, self._state.marks.size), np.uint64)
-            more[:slot] = self._state.stack
-            self._state.stack = more
-        return slot
+        return next(i for i in range(len(self._state.stack)) if i not in used)
 
     def _hit_sums(self, wanted: list[tuple[Method, Sensor]], is_stale: IsStale) -> NDArray[np.object_] | None:
         """Sums with multiplicity per kind and class as Python integers, (2, 3); None when abandoned."""

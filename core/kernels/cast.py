@@ -74,22 +74,16 @@ def mark_rays(rays: Cast, first: int, end: int, marks: np.ndarray, irregular: np
                 _mark_runs(runs, count, depth, own)
 
 
-@parallel_kernel
-def merge_marks(parts: np.ndarray, keep: np.ndarray, marks: np.ndarray) -> None:
-    """Move the marks of all workers (workers, words) that are in `keep` into marks (words,); clears the parts."""
-    chunks = 64
-    for chunk in numba.prange(chunks):
-        for w in range(keep.size * chunk // chunks, keep.size * (chunk + 1) // chunks):
-            bits = np.uint64(0)
-            for worker in range(parts.shape[0]):
-                bits |= parts[worker, w]
-                parts[worker, w] = 0
-            marks[w] |= bits & keep[w]
-
-
 @inlined
 def _sum_runs(
-    runs: np.ndarray, count: int, depth: int, keep: np.ndarray, first: np.ndarray, h_q: np.ndarray, sums: np.ndarray
+    runs: np.ndarray,
+    count: int,
+    depth: int,
+    keep: np.ndarray,
+    first: np.ndarray,
+    codes: np.ndarray,
+    palette_q: np.ndarray,
+    sums: np.ndarray,
 ) -> None:
     """Add the entropies of all voxels of the runs, as often as they are met."""
     for r in range(count):
@@ -97,9 +91,9 @@ def _sum_runs(
             word = runs[r, 0] * depth + (level >> 6)
             bit = np.uint64(1) << np.uint64(level & 63)
             if keep[word] & bit != 0:
-                voxel = first[word] + popcount(keep[word] & (bit - np.uint64(1)))
+                code = codes[first[word] + popcount(keep[word] & (bit - np.uint64(1)))]
                 for c in range(3):
-                    sums[c] += np.int64(h_q[voxel, c])
+                    sums[c] += np.int64(palette_q[code, c])
 
 
 @parallel_kernel
@@ -110,7 +104,8 @@ def sum_hits(
     workers: int,
     keep: np.ndarray,
     first: np.ndarray,
-    h_q: np.ndarray,
+    codes: np.ndarray,
+    palette_q: np.ndarray,
     irregular: np.ndarray,
 ) -> np.ndarray:
     """Sum over rays over their voxels of h in fixed point, (3,) int64; at most 2^15 rays a call (no overflow)."""
@@ -123,5 +118,5 @@ def sum_hits(
             for ray in range(first_ray + block * BLOCK, min(first_ray + (block + 1) * BLOCK, end)):
                 count = _walk(rays, ray, runs)
                 irregular[ray - first_ray] = count < 0
-                _sum_runs(runs, count, depth, keep, first, h_q, partial[worker])
+                _sum_runs(runs, count, depth, keep, first, codes, palette_q, partial[worker])
     return partial.sum(axis=0)

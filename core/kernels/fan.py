@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from core.kernels.jit import atomic_or, inlined, kernel, parallel_kernel
+from core.kernels.jit import inlined, kernel, parallel_kernel
 from core.kernels.lattice import direction, rotated
 from core.kernels.levels import level_mask, level_masks
 from core.kernels.walk import FARTHEST, walk_exact
@@ -52,13 +52,12 @@ class Fan(NamedTuple):
 
 
 class Space(NamedTuple):
-    """Where a sensor casts: origin (3,) in grid units, rotation (3, 3), box (6,) cells, shape (3,), keep (words,)."""
+    """Where a sensor casts: origin (3,) in grid units, rotation (3, 3), box (6,) cells, shape (3,)."""
 
     origin: np.ndarray
     rotation: np.ndarray
     box: np.ndarray
     shape: np.ndarray
-    keep: np.ndarray
 
 
 @inlined
@@ -90,65 +89,51 @@ def _top(z0: float, slope: float, s0: float, s1: float) -> tuple[float, bool]:
 
 
 @inlined
-def _bits_at(z0: float, slopes: np.ndarray, stretch: float, box: np.ndarray, pair: int) -> tuple[np.uint64, np.uint64, bool]:
+def _bits_at(z0: float, slopes: np.ndarray, stretch: float, box: np.ndarray) -> tuple[np.uint64, np.uint64, bool]:
     """Levels of rays at a distance as bits of two words; True when one is within the tolerance of a face.
 
-    Written for the vector units: no branch, two accumulators, levels relative to the first word of the pair.
+    Written for the vector units: no branch, two accumulators; what lies outside the box is no bit.
     """
     lower, upper = np.uint64(0), np.uint64(0)
     blurred = 0
-    start = 128.0 * pair
-    low, high = box[4] - start, box[5] - start
+    low, high = float(box[4]), float(box[5])
     for j in range(slopes.size):
-        z = z0 + slopes[j] * stretch - start
+        z = z0 + slopes[j] * stretch
         level = np.floor(z)
         close = (z - level < TOLERANCE) | (z - level > 1.0 - TOLERANCE)
         blurred |= np.int64(close & (slopes[j] != 0.0))
-        inside = (level >= low) & (level < high)
         place = np.int64(level)
         bit = np.uint64(1) << np.uint64(place & 63)
-        lower |= bit if inside & (place >= 0) & (place < 64) else np.uint64(0)
-        upper |= bit if inside & (place >= 64) & (place < 128) else np.uint64(0)
+        inside = (level >= low) & (level < high)
+        lower |= bit if inside & (place < 64) else np.uint64(0)
+        upper |= bit if inside & (place >= 64) else np.uint64(0)
     return lower, upper, blurred != 0
 
 
 @inlined
-def _start_bit(level: float, box: np.ndarray, bits: np.ndarray) -> None:
-    if box[4] <= level < box[5]:
-        bits[int(level) >> 6] |= np.uint64(1) << np.uint64(int(level) & 63)
-
-
-@kernel
-def _levels_at(z0: float, slopes: np.ndarray, scale: float, s: float, box: np.ndarray, bits: np.ndarray) -> bool:
-    """Levels of rays at a distance as bits (words, even); at distance 0 exactly, where they start."""
-    bits[:] = 0
-    if s == 0.0:
-        if slopes[slopes.size - 1] >= 0.0:
-            _start_bit(np.floor(z0), box, bits)
-        if slopes[0] < 0.0:
-            _start_bit(np.ceil(z0) - 1.0, box, bits)
-        return False
-    blurred = False
-    for pair in range(bits.size // 2):
-        bits[2 * pair], bits[2 * pair + 1], close = _bits_at(z0, slopes, scale * s, box, pair)
-        blurred |= close
-    return blurred
+def _start_bits(z0: float, slopes: np.ndarray, box: np.ndarray) -> tuple[np.uint64, np.uint64]:
+    """Levels in which rays start at the sensor's own height, exactly, as bits of two words."""
+    lower, upper = np.uint64(0), np.uint64(0)
+    for level, met in ((np.floor(z0), slopes[slopes.size - 1] >= 0.0), (np.ceil(z0) - 1.0, slopes[0] < 0.0)):
+        if met and box[4] <= level < box[5]:
+            bit = np.uint64(1) << np.uint64(int(level) & 63)
+            lower |= bit if level < 64 else np.uint64(0)
+            upper |= bit if level >= 64 else np.uint64(0)
+    return lower, upper
 
 
 @inlined
-def _set(base: int, part: int, bits: np.uint64, keep: np.ndarray, marks: np.ndarray) -> None:
-    bits &= keep[base + part]
-    if marks[base + part] & bits != bits:
-        atomic_or(marks, base + part, bits)
+def _set(base: int, part: int, bits: np.uint64, marks: np.ndarray) -> None:
+    marks[base + part] |= bits
 
 
 @inlined
 def _mark_span(
-    masks: np.ndarray, low: int, high: int, base: int, keep: np.ndarray, marks: np.ndarray
+    masks: np.ndarray, low: int, high: int, base: int, marks: np.ndarray
 ) -> None:
     """Mark one run of levels in a column."""
     for part in range(masks.shape[1]):
-        _set(base, part, masks[0, part, low] & masks[1, part, high], keep, marks)
+        _set(base, part, masks[0, part, low] & masks[1, part, high], marks)
 
 
 @kernel
@@ -163,7 +148,7 @@ def _walk_alone(
         low, high = runs[r, 1], runs[r, 2]
         for part in range(low >> 6, (high >> 6) + 1):
             bits = level_mask(max(low - 64 * part, 0), min(high - 64 * part, 63))
-            _set(runs[r, 0] * depth, part, bits, space.keep, marks)
+            _set(runs[r, 0] * depth, part, bits, marks)
 
 
 @kernel
@@ -191,7 +176,7 @@ def _mark_with_care(
             _walk_alone(fan, space, plane, fan.row_of[j], cells, marks, runs)
         elif low <= high:
             base = column * masks.shape[1]
-            _mark_span(masks, _row(low, space.box), _row(high, space.box), base, space.keep, marks)
+            _mark_span(masks, _row(low, space.box), _row(high, space.box), base, marks)
 
 
 @inlined
@@ -226,18 +211,12 @@ def _trim(
 
 @kernel
 def _walk_plane(
-    fan: Fan,
-    space: Space,
-    plane: int,
-    masks: np.ndarray,
-    marks: np.ndarray,
-    levels: np.ndarray,
-    runs: np.ndarray,
+    fan: Fan, space: Space, plane: int, masks: np.ndarray, marks: np.ndarray, runs: np.ndarray
 ) -> bool:
-    """Walk one plane; False when it comes too close to a grid edge. levels (2, rays) int32, runs: work space."""
+    """Walk one plane; False when it comes too close to a grid edge to be decided here. runs: work space."""
     hx, hy, scale, slopes = fan.headings[plane, 0], fan.headings[plane, 1], fan.scales[plane], fan.slopes
     gx, gy, z0 = space.origin[0], space.origin[1], space.origin[2]
-    box, ny, keep, depth = space.box, space.shape[1], space.keep, masks.shape[1]
+    box, ny, depth = space.box, space.shape[1], masks.shape[1]
     if min(abs(hx), abs(hy)) < STRAIGHTEST:
         return False
     s_in, s_out = _clip_side(gx, hx, box[0], box[1], 0.0, np.inf)
@@ -254,44 +233,41 @@ def _walk_plane(
     nearest = TOLERANCE / abs(hx * hy)
     first, end, s0, column = 0, slopes.size, s_in, int(ix) * ny + int(iy)
     known, blurred = False, False
-    now, then = levels[0], levels[1]
+    lower_now, upper_now = np.uint64(0), np.uint64(0)
     while True:
         if abs(t_x - t_y) < nearest:
             return False
         s1 = min(t_x, t_y)
         base = column * depth
-        occupied = keep[base]
-        for part in range(1, depth):
-            occupied |= keep[base + part]
-        if occupied == 0:
+        first, end = _trim(z0, slopes, scale * s0, first, end, box)
+        if first == end:
+            return True
+        if fan.gap * scale * s1 < CLOSE:
+            low, low_blurred = _bottom(z0, slopes[first] * scale, s0, s1)
+            high, high_blurred = _top(z0, slopes[end - 1] * scale, s0, s1)
+            if low <= high:
+                _mark_span(masks, _row(low, box), _row(high, box), base, marks)
+            if low_blurred or high_blurred:
+                _mark_with_care(fan, space, plane, first, first + 1, s0, s1, column, masks, marks, runs)
+                _mark_with_care(fan, space, plane, end - 1, end, s0, s1, column, masks, marks, runs)
             known = False
-        else:
-            first, end = _trim(z0, slopes, scale * s0, first, end, box)
-            if first == end:
-                return True
-            if fan.gap * scale * s1 < CLOSE:
-                low, low_blurred = _bottom(z0, slopes[first] * scale, s0, s1)
-                high, high_blurred = _top(z0, slopes[end - 1] * scale, s0, s1)
-                if low <= high:
-                    _mark_span(masks, _row(low, box), _row(high, box), base, keep, marks)
-                if low_blurred or high_blurred:
-                    _mark_with_care(fan, space, plane, first, first + 1, s0, s1, column, masks, marks, runs)
-                    _mark_with_care(fan, space, plane, end - 1, end, s0, s1, column, masks, marks, runs)
-                known = False
-            elif max(-slopes[first], slopes[end - 1]) * scale * (s1 - s0) >= CLOSE:
+        elif depth > 2 or max(-slopes[first], slopes[end - 1]) * scale * (s1 - s0) >= CLOSE:
+            _mark_with_care(fan, space, plane, first, end, s0, s1, column, masks, marks, runs)
+            known = False
+        else:  # every ray meets the level it comes from and the level it goes to, and no other
+            if s0 == 0.0:
+                lower_now, upper_now = _start_bits(z0, slopes[first:end], box)
+                blurred = False
+            elif not known:
+                lower_now, upper_now, blurred = _bits_at(z0, slopes[first:end], scale * s0, box)
+            lower, upper, blurred_then = _bits_at(z0, slopes[first:end], scale * s1, box)
+            if blurred or blurred_then:
                 _mark_with_care(fan, space, plane, first, end, s0, s1, column, masks, marks, runs)
-                known = False
-            else:  # every ray meets the level it comes from and the level it goes to, and no other
-                if not known:
-                    blurred = _levels_at(z0, slopes[first:end], scale, s0, box, now)
-                blurred_then = _levels_at(z0, slopes[first:end], scale, s1, box, then)
-                if blurred or blurred_then:
-                    _mark_with_care(fan, space, plane, first, end, s0, s1, column, masks, marks, runs)
-                else:
-                    for part in range(depth):
-                        _set(base, part, now[part] | then[part], keep, marks)
-                now, then = then, now
-                known, blurred = True, blurred_then
+            else:
+                marks[base] |= lower_now | lower
+                if depth == 2:
+                    marks[base + 1] |= upper_now | upper
+            lower_now, upper_now, known, blurred = lower, upper, True, blurred_then
         if s1 >= s_out - TOLERANCE:
             return True
         s0 = s1
@@ -304,19 +280,23 @@ def _walk_plane(
 
 
 @parallel_kernel
-def mark_fan(fan: Fan, space: Space, plane_from: int, plane_to: int, workers: int, marks: np.ndarray) -> None:
-    """Mark (uint64 words) the voxels of `space.keep` that rays of the planes plane_from..plane_to-1 traverse."""
+def mark_fan(fan: Fan, space: Space, plane_from: int, plane_to: int, marks: np.ndarray) -> None:
+    """Mark the voxels that rays of the planes plane_from..plane_to-1 traverse.
+
+    Every worker writes its own row of marks uint64 (workers, words): no atomic operations, no shared words.
+    """
+    workers = marks.shape[0]
     shape = space.shape
     blocks = (plane_to - plane_from + PLANES_PER_BLOCK - 1) // PLANES_PER_BLOCK
     masks = level_masks(space.box[4], space.box[5], (shape[2] + 63) // 64)
     for worker in numba.prange(workers):
-        levels = np.empty((2, (masks.shape[1] + 1) // 2 * 2), np.uint64)
+        own = marks[worker]
         runs = np.empty((shape[0] + shape[1] + 3, 3), np.int32)
         for block in range(worker, blocks, workers):
             start = plane_from + block * PLANES_PER_BLOCK
             for plane in range(start, min(start + PLANES_PER_BLOCK, plane_to)):
-                if not _walk_plane(fan, space, plane, masks, marks, levels, runs):
+                if not _walk_plane(fan, space, plane, masks, own, runs):
                     for row in fan.row_of:
-                        _walk_alone(fan, space, plane, row, space.box, marks, runs)
+                        _walk_alone(fan, space, plane, row, space.box, own, runs)
                 for row in fan.steep:
-                    _walk_alone(fan, space, plane, row, space.box, marks, runs)
+                    _walk_alone(fan, space, plane, row, space.box, own, runs)

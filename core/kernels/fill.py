@@ -58,7 +58,14 @@ def _earlier_overlaps(boxes: np.ndarray, frame: np.ndarray, b: int, overlaps: np
 
 @kernel
 def _fill_box(
-    boxes: np.ndarray, b: int, others: np.ndarray, origin: np.ndarray, voxel: float, x_from: int, x_to: int, counts: np.ndarray
+    boxes: np.ndarray,
+    b: int,
+    others: np.ndarray,
+    origin: np.ndarray,
+    voxel: float,
+    x_from: int,
+    x_to: int,
+    counts: np.ndarray,
 ) -> None:
     """Count box b in the slab x_from..x_to, leaving out voxels that an earlier box of the frame has counted."""
     box = boxes[b]
@@ -101,7 +108,14 @@ def fill_counts(
             found = _earlier_overlaps(boxes, frame, b, overlaps)
             for slab in range(worker, slabs, workers):
                 _fill_box(
-                    boxes, b, overlaps[:found], origin, voxel, nx * slab // slabs, nx * (slab + 1) // slabs, counts
+                    boxes,
+                    b,
+                    overlaps[:found],
+                    origin,
+                    voxel,
+                    nx * slab // slabs,
+                    nx * (slab + 1) // slabs,
+                    counts,
                 )
 
 

@@ -56,11 +56,26 @@ def _sign_of_sum(terms: np.ndarray) -> int:
     return 0
 
 
+@inlined
+def _compare_products(a: float, b: float, c: float, d: float) -> tuple[int, bool]:
+    """Sign of a b - c d from the exact products, and whether this quick way could tell."""
+    high, low = _two_product(a, b)
+    other_high, other_low = _two_product(c, d)
+    gap, rest = high - other_high, low - other_low
+    if gap == 0.0:
+        return (1 if low > other_low else -1 if low < other_low else 0), True
+    return (1 if gap > 0.0 else -1), abs(rest) < 0.5 * abs(gap)
+
+
 @kernel
 def compare_exactly(f1: float, g1: float, d1: float, f2: float, g2: float, d2: float) -> int:
     """Sign of (f1 - g1) / d1 - (f2 - g2) / d2 in exact arithmetic; d1 and d2 are not zero."""
     a, a_low = _two_sum(f1, -g1)
     b, b_low = _two_sum(f2, -g2)
+    if a_low == 0.0 and b_low == 0.0:
+        sign, decided = _compare_products(a, d2, b, d1)
+        if decided:
+            return sign if (d1 > 0.0) == (d2 > 0.0) else -sign
     terms = np.empty(8)
     terms[1], terms[0] = _two_product(a_low, d2)
     terms[3], terms[2] = _two_product(-b_low, d1)

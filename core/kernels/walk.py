@@ -58,7 +58,9 @@ def cell_before(g: float, d: float, moment: Moment) -> float:
 
 
 @inlined
-def _clip_axis(g: float, d: float, low: int, high: int, entry: Moment, leave: Moment) -> tuple[Moment, Moment]:
+def _clip_axis(
+    g: float, d: float, low: int, high: int, entry: Moment, leave: Moment
+) -> tuple[Moment, Moment]:
     """Entry and exit moments after clipping to low <= position < high on one axis; a miss gives entry = exit."""
     if d == 0.0:
         return (entry, leave) if low <= np.floor(g) < high else (leave, leave)
@@ -112,7 +114,9 @@ def _resolve(g: Moment, d: Moment, ix: int, iy: int, leave: Moment) -> tuple[int
 
 
 @kernel
-def walk_exact(g: Moment, d: Moment, near: float, far: float, box: np.ndarray, ny: int, runs: np.ndarray) -> int:
+def walk_exact(
+    g: Moment, d: Moment, near: float, far: float, box: np.ndarray, ny: int, runs: np.ndarray
+) -> int:
     """Write the runs (column = ix * ny + iy, low level, high level) of one ray; returns how many.
 
     g, d: origin and direction in grid units; near, far: range in units of the direction's parameter;

@@ -7,25 +7,25 @@ most 2^-33 nat (1.2e-10), of a sum over n voxels at most n * 2^-33 nat (0.009 na
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from core.kernels import bits
+from core.kernels import bits, palette
 from core.scene.boxes import CLASSES, DataReport
 from core.scene.columns import VoxelIndex
 from core.scene.grid import VoxelGrid
-from core.scene.pog import Pog
+from core.scene.pog import Counts, Pog
 
 QUANTA_PER_NAT = 1 << 32
 
 
-def entropy_of_counts(largest: int, frames: int) -> NDArray[np.float64]:
-    """h in nat for counts 0..largest out of `frames`, (largest + 1,); 0 where p is 0 or 1."""
-    count = np.arange(largest + 1)
-    h = np.zeros(largest + 1)
-    between = (count > 0) & (count < frames)
-    p = count[between] / frames
+def entropy_of_counts(counts: Counts, frames: int) -> NDArray[np.float64]:
+    """h in nat of counts out of `frames`, of the shape of `counts`; 0 where p is 0 or 1."""
+    h = np.zeros(counts.shape)
+    between = (counts > 0) & (counts < frames)
+    p = counts[between] / frames
     h[between] = -p * np.log(p) - (1.0 - p) * np.log1p(-p)
     return h
 
@@ -35,35 +35,65 @@ def nats(quanta: int) -> float:
     return int(quanta) / QUANTA_PER_NAT
 
 
+def _numbered(rows: Counts) -> tuple[NDArray[np.unsignedinteger[Any]], Counts]:
+    """Codes (n,) of equal rows, most frequent first, and the distinct rows (m, 3)."""
+    numbers = np.empty(len(rows), np.uint32)
+    most = 1 << 16
+    while True:
+        firsts, uses = np.zeros(most, np.int64), np.zeros(most, np.int64)
+        found = palette.number_rows(rows, numbers, firsts, uses, np.full(2 * most, palette.EMPTY, np.int64))
+        if found >= 0:
+            break
+        most *= 4
+    order = np.argsort(-uses[:found], kind="stable")
+    ranks = np.empty(found, np.uint32)
+    ranks[order] = np.arange(found, dtype=np.uint32)
+    codes = np.empty(len(rows), np.uint16) if found <= 1 << 16 else numbers
+    palette.renumber(numbers, ranks, codes)
+    return codes, rows[firsts[:found][order]]
+
+
 @dataclass(frozen=True)
 class EntropyField:
-    """Informative voxels (h > 0 for some class) and their entropies `h_q` uint32 (n, 3) in units of 2^-32 nat."""
+    """Informative voxels (h > 0 for some class) and their entropies, in units of 2^-32 nat.
+
+    Voxels share few combinations of counts: `codes` (n,) uint16 or uint32 tells the row of `palette_q` uint32
+    (m, 4) with the entropies of the three classes (the fourth entry is 0); frequent rows come first.
+    """
 
     grid: VoxelGrid
     index: VoxelIndex
-    h_q: NDArray[np.uint32]
+    codes: NDArray[np.unsignedinteger[Any]]
+    palette_q: NDArray[np.uint32]
     data: DataReport
     totals_q: tuple[int, ...]
 
     @classmethod
     def from_pog(cls, pog: Pog) -> EntropyField:
         """Entropies of a POG; voxels that are never or always occupied, for every class, drop out."""
-        largest = int(pog.counts.max(initial=0))
-        table = np.rint(entropy_of_counts(largest, pog.data.frames) * QUANTA_PER_NAT).astype(np.uint32)
-        h_q = table[pog.counts]
-        informative = h_q.any(axis=1)
-        index = pog.index
+        frames, rows, index = pog.data.frames, pog.counts, pog.index
+        informative = np.zeros(len(rows), np.bool_)
+        for class_counts in rows.T:
+            informative |= (class_counts > 0) & (class_counts < frames)
         if not informative.all():
-            h_q = h_q[informative]
             words = index.words.copy()
             bits.keep_flagged(words, informative)
-            index = VoxelIndex.of(pog.grid, words)
-        totals = tuple(int(total) for total in h_q.sum(axis=0, dtype=np.int64))
-        return cls(pog.grid, index, h_q, pog.data, totals)
+            index, rows = VoxelIndex.of(pog.grid, words), rows[informative]
+        codes, distinct = _numbered(rows)
+        palette_q = np.zeros((len(distinct), 4), np.uint32)
+        palette_q[:, :3] = np.rint(entropy_of_counts(distinct, frames) * QUANTA_PER_NAT).astype(np.uint32)
+        uses = np.bincount(codes, minlength=len(distinct))
+        totals = tuple(int(total) for total in uses @ palette_q[:, :3].astype(np.int64))
+        return cls(pog.grid, index, codes, palette_q, pog.data, totals)
+
+    def entropy_q(self, cls: int) -> NDArray[np.uint32]:
+        """h of the informative voxels for one class of CLASSES in units of 2^-32 nat, (n,); made anew each time."""
+        result: NDArray[np.uint32] = np.ascontiguousarray(self.palette_q[:, cls])[self.codes]
+        return result
 
     def entropy_nat(self, cls: int) -> NDArray[np.float64]:
         """h in nat of the informative voxels for one class of CLASSES, (n,)."""
-        result: NDArray[np.float64] = self.h_q[:, cls] / QUANTA_PER_NAT
+        result: NDArray[np.float64] = self.entropy_q(cls) / QUANTA_PER_NAT
         return result
 
     def h_total_nat(self, cls: int) -> float:

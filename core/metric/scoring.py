@@ -28,7 +28,11 @@ def _s_mig(settings: MetricSettings, seen_q: int, total_q: int, hits_q: int) -> 
 
 
 def _class_scores(
-    field: EntropyField, cls: int, sums_q: NDArray[np.int64], settings: MetricSettings, hits_q: NDArray[Any] | None
+    field: EntropyField,
+    cls: int,
+    sums_q: NDArray[np.int64],
+    settings: MetricSettings,
+    hits_q: NDArray[Any] | None,
 ) -> ClassScores:
     total_q = field.totals_q[cls]
     kinds = []
@@ -42,7 +46,10 @@ def _class_scores(
 
 
 def score(
-    field: EntropyField, sums_q: NDArray[np.int64], settings: MetricSettings, hits_q: NDArray[Any] | None = None
+    field: EntropyField,
+    sums_q: NDArray[np.int64],
+    settings: MetricSettings,
+    hits_q: NDArray[Any] | None = None,
 ) -> Scores:
     """Scores from covered sums int64 (3, 4): rows cameras, LiDARs, any; columns three classes, then voxels.
 

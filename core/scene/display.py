@@ -66,11 +66,11 @@ class DisplayGrid:
         grid, index = self.pog.grid, self.field.index
         seen_q = np.zeros(len(self.centres_m), np.int64)
         slab = self.block * grid.shape[1] * words_per_column(grid)
-        h_q = self.field.h_q[:, cls]
+        h_q = self.field.entropy_q(cls)
         blocks.seen_per_cell(words, index.words, index.first, h_q, self._cells_informative, slab, seen_q)
         total_q = self._entropy_q(cls)
         return np.divide(seen_q, total_q, out=np.zeros(len(seen_q)), where=total_q > 0).astype(np.float32)
 
     def _entropy_q(self, cls: int) -> NDArray[np.int64]:
-        h_q = self.field.h_q[:, cls].astype(np.float64)
+        h_q = self.field.entropy_q(cls).astype(np.float64)
         return np.bincount(self._cells_informative, h_q, minlength=len(self.centres_m)).astype(np.int64)

@@ -46,9 +46,7 @@ def fill_batch(batch: BoxBatch, grid: VoxelGrid, counts: list[NDArray[np.uint32]
             fill.fill_counts(_packed(batch, rows), batch.frame[rows], origin, grid.voxel_m, workers, target)
 
 
-def _compressed(
-    grid: VoxelGrid, counts: list[NDArray[np.uint32]], frames: int
-) -> tuple[VoxelIndex, Counts]:
+def _compressed(grid: VoxelGrid, counts: list[NDArray[np.uint32]], frames: int) -> tuple[VoxelIndex, Counts]:
     words = empty_words(grid)
     for dense in counts:
         fill.pack_nonzero(dense, words)

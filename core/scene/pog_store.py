@@ -51,7 +51,11 @@ def save_pog(pog: Pog, path: Path | str) -> None:
     digest = _digest(header, pog.index.words, pog.counts)
     with atomic_write(Path(path), "wb") as file:
         np.savez_compressed(
-            cast(IO[bytes], file), header=np.array(header), digest=np.array(digest), words=pog.index.words, counts=pog.counts
+            cast(IO[bytes], file),
+            header=np.array(header),
+            digest=np.array(digest),
+            words=pog.index.words,
+            counts=pog.counts,
         )
 
 
@@ -65,7 +69,9 @@ def _checked(header: dict[str, Any], words: np.ndarray, counts: np.ndarray) -> P
     boxes = {name: int(header["boxes"].get(name, 0)) for name in CLASSES}
     unmapped = Counter({str(name): int(count) for name, count in header["unmapped"].items()})
     notes = tuple(str(note) for note in header.get("notes", ()))
-    data = DataReport(str(header["source"]), int(header["frames"]), boxes, unmapped, str(header["sha256"]), notes)
+    data = DataReport(
+        str(header["source"]), int(header["frames"]), boxes, unmapped, str(header["sha256"]), notes
+    )
     return Pog(grid, data, index, counts)
 
 
@@ -85,7 +91,9 @@ def load_pog(path: Path | str) -> Pog:
         raise InputError(f"{path}: no such file; accepted is a POG written by 'riglens pog'") from error
     except Exception as error:  # damaged bytes make numpy, zipfile and zlib raise a dozen kinds of error
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise InputError(f"{path}: not a readable POG ({reason}); accepted is a file written by 'riglens pog'") from error
+        raise InputError(
+            f"{path}: not a readable POG ({reason}); accepted is a file written by 'riglens pog'"
+        ) from error
 
 
 def cache_folder() -> Path:
@@ -95,7 +103,9 @@ def cache_folder() -> Path:
 
 
 def _cache_file(source: BoxSource, grid: VoxelGrid) -> Path:
-    key = json.dumps([FORMAT, source.content_hash, grid.voxel_m.hex(), [side.hex() for side in map(float, grid.roi_m)]])
+    key = json.dumps(
+        [FORMAT, source.content_hash, grid.voxel_m.hex(), [side.hex() for side in map(float, grid.roi_m)]]
+    )
     return cache_folder() / f"pog-{hashlib.sha256(key.encode()).hexdigest()[:32]}.npz"
 
 

@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from core.kernels import plain
-from core.metric.entropy import QUANTA_PER_NAT, EntropyField
+from core.metric.entropy import EntropyField
 from core.metric.scoring import KINDS
 from core.rays import sensor_rays
 from core.rig.model import Camera, Lidar
+from core.scene.boxes import CLASSES
 from core.scene.grid import VoxelGrid
 
 FLAGS = {kind: 1 << number for number, kind in enumerate(KINDS)}
@@ -51,7 +52,8 @@ class PlainDda:
         self.seen = np.zeros((len(KINDS), *field.grid.shape), np.uint8)
         self._h = np.zeros((*field.grid.shape, 3), np.float32)
         ix, iy, iz = field.index.ijk().T
-        self._h[ix, iy, iz] = field.h_q / QUANTA_PER_NAT
+        for cls in range(len(CLASSES)):
+            self._h[ix, iy, iz, cls] = field.entropy_nat(cls)
 
     def cast(self, rays: GridRays) -> None:
         """Mark what the rays of one sensor visit."""
