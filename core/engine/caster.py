@@ -1,7 +1,7 @@
 """Casting one sensor: from its description to the set of informative voxels its rays traverse.
 
-Two ways lead to the same set. Fans walk all rays of a vertical plane together and serve upright sensors;
-sensors that roll or pitch, have a short range, or use another method are walked ray by ray.
+Three ways lead to the same set. Fans walk all rays of a vertical plane together and serve upright sensors. Cameras
+that roll or pitch are cast by walking the voxels near them. Everything else is walked ray by ray.
 """
 
 from __future__ import annotations
@@ -11,10 +11,12 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from core.engine.fans import is_near, is_tame, is_upright, make_fan
+from core.engine.fans import is_plain, is_upright, make_fan
+from core.engine.frustums import make_frustum
 from core.kernels import cast
 from core.kernels.cast import Cast
 from core.kernels.fan import Space, mark_fan
+from core.kernels.frustum import Frustum, mark_frustum
 from core.kernels.walk import FARTHEST
 from core.metric.entropy import EntropyField
 from core.metric.scores import Method
@@ -25,6 +27,7 @@ from core.scene.columns import Words, words_per_column
 
 RAYS_PER_CHUNK = 1 << 15
 PLANES_PER_CHUNK = 512
+ROWS_PER_CHUNK = 128
 
 IsStale = Callable[[], bool]
 Sensor = Lidar | Camera
@@ -63,9 +66,12 @@ class Caster:
         """Mark the voxels traversed, in parts (workers, words) that together hold the set; voxels that are not
         informative may be marked too. False when abandoned half-way (the parts are then dirty)."""
         rays = self._rays(sensor, method)
-        if method == "exact" and self._suits_fan(rays):
+        if method == "exact" and is_upright(rays.rotation) and is_plain(rays):
             return self._mark_fan(lattice(sensor), rays, parts, is_stale)
-        return self._mark_rays(rays, parts, is_stale)
+        frustum = make_frustum(sensor, rays) if method == "exact" and isinstance(sensor, Camera) else None
+        if frustum is None:
+            return self._mark_rays(rays, parts, is_stale)
+        return self._mark_frustum(sensor, frustum, rays, parts, is_stale)
 
     def window(self, sensor: Sensor) -> Window:
         """Where a sensor can mark: a camera only on its own side of the axes that all its corner rays agree on."""
@@ -84,12 +90,6 @@ class Caster:
         depth = words_per_column(self._field.grid)
         return sides[0], sides[1], sides[2] * depth, sides[3] * depth
 
-    def _suits_fan(self, rays: Cast) -> bool:
-        if not (is_upright(rays.rotation) and is_near(rays.origin, rays.box)):
-            return False
-        farthest = np.abs(rays.box.reshape(3, 2).T - rays.origin).max(axis=0)
-        endless = rays.reach[0] == 0.0 and rays.reach[1] > np.linalg.norm(farthest) + 1.0
-        return bool(endless and is_tame(rays.rows, rays.planes, rays.rotation, rays.origin))
 
     def _mark_fan(
         self, rays_of: Lattice, rays: Cast, parts: NDArray[np.uint64], is_stale: IsStale
@@ -102,6 +102,22 @@ class Caster:
                 return False
             mark_fan(fan, space, start, min(start + PLANES_PER_CHUNK, planes), parts)
         return True
+
+    def _mark_frustum(
+        self, sensor: Sensor, frustum: Frustum, rays: Cast, parts: NDArray[np.uint64], is_stale: IsStale
+    ) -> bool:
+        """Near voxels by voxel walking; what lies beyond its depth limit ray by ray, from there on."""
+        x_from, x_to = max(self.window(sensor)[0], int(rays.box[0])), min(self.window(sensor)[1], int(rays.box[1]))
+        ny, depth = self._field.grid.shape[1], words_per_column(self._field.grid)
+        for start in range(x_from, x_to, ROWS_PER_CHUNK):
+            if is_stale():
+                return False
+            end = min(start + ROWS_PER_CHUNK, x_to)
+            mark_frustum(frustum, ny, depth, start, end, self._field.index.words, parts)
+        farthest = np.linalg.norm(np.abs(rays.box.reshape(3, 2).T - rays.origin).max(axis=0))
+        if frustum.depth_limit > farthest:
+            return True
+        return self._mark_rays(rays._replace(reach=np.array([frustum.depth_limit - 1.0, FARTHEST])), parts, is_stale)
 
     def _mark_rays(self, rays: Cast, parts: NDArray[np.uint64], is_stale: IsStale) -> bool:
         for start, end in _chunks(rays):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from core.kernels.cast import Cast
 from core.kernels.fan import FARTHEST_ORIGIN, STEEPEST, Fan
 from core.kernels.lattice import LIDAR
 from core.rays import Lattice
@@ -47,13 +48,16 @@ def is_upright(rotation: NDArray[np.float64]) -> bool:
     return bool(rotation[2, 2] == 1.0 and rotation[2, 0] == 0.0 and rotation[2, 1] == 0.0)
 
 
-def is_near(origin: NDArray[np.float64], box: NDArray[np.int64]) -> bool:
-    """Whether the tolerance of the fans covers the rounding at this origin (grid units)."""
-    return bool(np.abs(origin).max() <= FARTHEST_ORIGIN and box.max() <= FARTHEST_ORIGIN)
+def is_plain(rays: Cast) -> bool:
+    """Whether the short cuts hold: rays from the origin to the end of the box, an origin not too far away for
+    their tolerance, and no number so small or large that a ray could need rational arithmetic."""
+    near = max(np.abs(rays.origin).max(), rays.box.max()) <= FARTHEST_ORIGIN
+    farthest = np.linalg.norm(np.abs(rays.box.reshape(3, 2).T - rays.origin).max(axis=0))
+    endless = rays.reach[0] == 0.0 and rays.reach[1] > farthest + 1.0
+    return bool(near and endless and _is_tame(rays.rows, rays.planes, rays.rotation, rays.origin))
 
 
-def is_tame(*tables: NDArray[np.float64]) -> bool:
-    """Whether no entry is so small or large that a ray could need rational arithmetic."""
+def _is_tame(*tables: NDArray[np.float64]) -> bool:
     sizes = np.concatenate([np.abs(table).ravel() for table in tables])
     sizes = sizes[sizes > 0.0]
     return bool(sizes.size == 0 or (sizes.min() >= TAMEST and sizes.max() <= WILDEST))

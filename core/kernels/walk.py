@@ -82,6 +82,16 @@ def clip_ray(g: Moment, d: Moment, near: float, far: float, box: np.ndarray) -> 
     return _clip_axis(g[2], d[2], box[4], box[5], entry, leave)
 
 
+@kernel
+def hits_cell(g: Moment, d: Moment, near: float, far: float, ix: int, iy: int, iz: int) -> bool:
+    """Whether a ray runs inside one voxel over a positive length, exactly (for regular rays)."""
+    entry, leave = (near, 0.0, 1.0), (far, 0.0, 1.0)
+    entry, leave = _clip_axis(g[0], d[0], ix, ix + 1, entry, leave)
+    entry, leave = _clip_axis(g[1], d[1], iy, iy + 1, entry, leave)
+    entry, leave = _clip_axis(g[2], d[2], iz, iz + 1, entry, leave)
+    return compare(entry, leave) < 0
+
+
 @inlined
 def _emit(runs: np.ndarray, count: int, column: int, from_level: int, to_level: int) -> None:
     runs[count, 0] = np.int32(column)

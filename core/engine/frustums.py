@@ -1,0 +1,30 @@
+"""When a camera can be cast by voxel walking, and the frustum that describes it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from core.engine.fans import is_plain
+from core.kernels.cast import Cast
+from core.kernels.frustum import BALL, Frustum
+from core.rig.model import Camera
+
+SHORTEST_DEPTH = 16.0
+"""Voxels: with rays so sparse that only nearer voxels are sure to be hit, walking the rays is quicker."""
+WIDEST_TANGENT = 20.0
+"""Image borders beyond atan(20) = 87 degrees: the view is too wide for voxels to be projected with care."""
+
+
+def make_frustum(camera: Camera, rays: Cast) -> Frustum | None:
+    """The frustum of a camera in grid units; None where walking its rays is simpler."""
+    fx, fy, cx, cy = camera.intrinsics_px()
+    (width, height), (columns, rows) = camera.image, camera.cast
+    sides = np.array([[cx, -fx, 0.0], [width - cx, fx, 0.0], [cy, 0.0, -fy], [height - cy, 0.0, fy]])
+    widest = max(abs(cx) / fx, abs(width - cx) / fx, abs(cy) / fy, abs(height - cy) / fy)
+    step_u, step_v = width / (columns * fx), height / (rows * fy)
+    depth_limit = BALL / (0.5 * float(np.hypot(step_u, step_v)))
+    if not is_plain(rays) or widest > WIDEST_TANGENT or depth_limit < SHORTEST_DEPTH:
+        return None
+    image = np.array([cx * columns / width - 0.5, fx * columns / width, cy * rows / height - 0.5, fy * rows / height])
+    normals = sides / np.linalg.norm(sides, axis=1, keepdims=True)
+    return Frustum(rays.rows, rays.planes, rays.origin, rays.rotation, rays.box, normals, image, depth_limit)

@@ -1,0 +1,225 @@
+"""Voxel walking for a camera of any pose: whether any ray of the lattice hits a voxel, column by column.
+
+Where neighbouring rays are close, a voxel whose centre lies in the image is hit for certain: the ray nearest to
+the centre passes through the inscribed ball. Along a grid column the image borders are linear inequalities, so
+these voxels are one run of levels and cost nothing each. Voxels at the border are tested: the rays of the lattice
+that can hit them follow from the outline of the voxel in the image, and each is decided exactly.
+
+Camera frame: x forward, y left, z up; lengths in voxels; (u, v) are lattice columns and rows, which pixel centres
+of the resized image have at whole numbers.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numba
+import numpy as np
+
+from core.kernels.jit import inlined, kernel, parallel_kernel
+from core.kernels.lattice import CAMERA, direction, rotated
+from core.kernels.levels import level_mask
+from core.kernels.walk import FARTHEST, hits_cell
+
+BALL = 0.499
+"""A little less than the radius of a voxel's inscribed ball."""
+SPHERE = 0.8661
+"""A little more than the radius of its circumscribed ball."""
+NEAREST = 0.01
+"""Corners closer to the camera's plane than this are not projected."""
+SLACK = 1e-6
+
+
+class Frustum(NamedTuple):
+    """A camera for voxel walking: lattice tables, origin (3,) in grid units, rotation (3, 3), box (6,) cells.
+
+    sides (4, 3): inward unit normals of the planes through the image borders; image (4,): u = (0) - (1) y / x and
+    v = (2) - (3) z / x; depth_limit: the forward distance up to which a ray is within BALL of any point.
+    """
+
+    rows: np.ndarray
+    planes: np.ndarray
+    origin: np.ndarray
+    rotation: np.ndarray
+    box: np.ndarray
+    sides: np.ndarray
+    image: np.ndarray
+    depth_limit: float
+
+
+@inlined
+def _to_camera(f: Frustum, x: float, y: float, z: float) -> tuple[float, float, float]:
+    """A point of the grid in the camera frame."""
+    dx, dy, dz = x - f.origin[0], y - f.origin[1], z - f.origin[2]
+    r = f.rotation
+    return (
+        r[0, 0] * dx + r[1, 0] * dy + r[2, 0] * dz,
+        r[0, 1] * dx + r[1, 1] * dy + r[2, 1] * dz,
+        r[0, 2] * dx + r[1, 2] * dy + r[2, 2] * dz,
+    )
+
+
+@inlined
+def _narrow(value: float, slope: float, low: float, high: float) -> tuple[float, float]:
+    """The part of low..high in which value + k slope >= 0."""
+    if slope > 0.0:
+        return max(low, -value / slope), high
+    if slope < 0.0:
+        return low, min(high, -value / slope)
+    return (low, high) if value >= 0.0 else (1.0, 0.0)
+
+
+@inlined
+def _levels_within(f: Frustum, x: float, y: float, z: float, room: float) -> tuple[float, float]:
+    """Levels k of a column, counted from the point (x, y, z), whose centre is at most `room` outside the view."""
+    ex, ey, ez = f.rotation[2, 0], f.rotation[2, 1], f.rotation[2, 2]
+    low, high = _narrow(x + room, ex, -1e9, 1e9)
+    low, high = _narrow(f.depth_limit - x, -ex, low, high)
+    for side in range(4):
+        nx, ny, nz = f.sides[side, 0], f.sides[side, 1], f.sides[side, 2]
+        low, high = _narrow(nx * x + ny * y + nz * z + room, nx * ex + ny * ey + nz * ez, low, high)
+    return low, high
+
+
+@inlined
+def _hits(f: Frustum, u: int, v: int, ix: int, iy: int, iz: int) -> bool:
+    """Whether the ray (u, v) traverses a voxel, exactly."""
+    d = rotated(f.rotation, direction(CAMERA, f.rows[v], f.planes[u]))
+    return hits_cell((f.origin[0], f.origin[1], f.origin[2]), d, 0.0, FARTHEST, ix, iy, iz)
+
+
+@kernel
+def _corners(f: Frustum, ix: int, iy: int, iz: int, corners: np.ndarray) -> bool:
+    """Corners (8, 3) of a voxel in the camera frame; False when one plane has them all outside: no ray hits."""
+    for corner in range(8):
+        x, y, z = ix + (corner & 1), iy + ((corner >> 1) & 1), iz + (corner >> 2)
+        corners[corner, 0], corners[corner, 1], corners[corner, 2] = _to_camera(f, float(x), float(y), float(z))
+    if corners[:, 0].max() < -SLACK:
+        return False
+    for side in range(4):
+        most = -np.inf
+        for corner in range(8):
+            c = corners[corner]
+            most = max(most, f.sides[side, 0] * c[0] + f.sides[side, 1] * c[1] + f.sides[side, 2] * c[2])
+        if most < -SLACK:
+            return False
+    return True
+
+
+@kernel
+def _outline_in_row(points: np.ndarray, v: float) -> tuple[float, float]:
+    """Where the outline of eight projected corners (8, 2) crosses the row v: from, to in u (empty: from > to)."""
+    low, high = np.inf, -np.inf
+    for corner in range(8):
+        for axis in range(3):
+            other = corner | (1 << axis)
+            if other == corner:
+                continue
+            v0, v1 = points[corner, 1] - v, points[other, 1] - v
+            if (v0 < -SLACK and v1 < -SLACK) or (v0 > SLACK and v1 > SLACK):
+                continue
+            u0, u1 = points[corner, 0], points[other, 0]
+            if abs(v0 - v1) < 4.0 * SLACK:
+                low, high = min(low, min(u0, u1)), max(high, max(u0, u1))
+            else:
+                share = min(max(v0 / (v0 - v1), 0.0), 1.0)
+                u = u0 + share * (u1 - u0)
+                low, high = min(low, u), max(high, u)
+    slant = SLACK + 1e-9 * (abs(low) + abs(high))
+    return low - slant, high + slant
+
+
+@kernel
+def _row_hits(f: Frustum, v: int, first: int, last: int, ix: int, iy: int, iz: int) -> bool:
+    """Whether one of the rays first..last of the row v hits; the middle one first, as it most likely does."""
+    if first > last:
+        return False
+    if _hits(f, (first + last) // 2, v, ix, iy, iz):
+        return True
+    for u in range(first, last + 1):
+        if _hits(f, u, v, ix, iy, iz):
+            return True
+    return False
+
+
+@kernel
+def _any_hits(f: Frustum, ix: int, iy: int, iz: int, corners: np.ndarray, points: np.ndarray) -> bool:
+    """Whether any ray of the lattice traverses a voxel, exactly."""
+    if not _corners(f, ix, iy, iz, corners):
+        return False
+    columns, rows = f.planes.shape[0], f.rows.shape[0]
+    x, y, z = _to_camera(f, ix + 0.5, iy + 0.5, iz + 0.5)
+    if x > 0.0:
+        u = int(min(max(np.rint(f.image[0] - f.image[1] * y / x), 0.0), columns - 1.0))
+        v = int(min(max(np.rint(f.image[2] - f.image[3] * z / x), 0.0), rows - 1.0))
+        if _hits(f, u, v, ix, iy, iz):
+            return True
+    if corners[:, 0].min() < NEAREST:  # at the camera itself: too wide to be projected, and rare
+        for v in range(rows):
+            if _row_hits(f, v, 0, columns - 1, ix, iy, iz):
+                return True
+        return False
+    for corner in range(8):
+        points[corner, 0] = f.image[0] - f.image[1] * corners[corner, 1] / corners[corner, 0]
+        points[corner, 1] = f.image[2] - f.image[3] * corners[corner, 2] / corners[corner, 0]
+    first_v = max(int(np.ceil(points[:, 1].min() - SLACK)), 0)
+    last_v = min(int(np.floor(points[:, 1].max() + SLACK)), rows - 1)
+    for v in range(first_v, last_v + 1):
+        low, high = _outline_in_row(points, float(v))
+        first_u, last_u = int(max(np.ceil(low), 0.0)), int(min(np.floor(high), columns - 1.0))
+        if _row_hits(f, v, first_u, last_u, ix, iy, iz):
+            return True
+    return False
+
+
+@inlined
+def _set_levels(low: int, high: int, base: int, marks: np.ndarray) -> None:
+    for part in range(low >> 6, (high >> 6) + 1):
+        marks[base + part] |= level_mask(max(low - 64 * part, 0), min(high - 64 * part, 63))
+
+
+@kernel
+def _mark_column(
+    f: Frustum, ix: int, iy: int, base: int, keep: np.ndarray, marks: np.ndarray, corners: np.ndarray, points: np.ndarray
+) -> None:
+    """Mark the voxels of one column whose centre is nearer than the depth limit and that a ray traverses."""
+    x, y, z = _to_camera(f, ix + 0.5, iy + 0.5, 0.5)
+    low, high = _levels_within(f, x, y, z, SPHERE)
+    first, last = max(int(np.floor(max(low, -1.0))), f.box[4]), min(int(np.ceil(min(high, 1e6))), f.box[5] - 1)
+    if first > last:
+        return
+    low, high = _levels_within(f, x, y, z, 0.0)
+    sure_first, sure_last = max(int(np.ceil(max(low, -1.0))), first), min(int(np.floor(min(high, 1e6))), last)
+    if sure_first <= sure_last:
+        _set_levels(sure_first, sure_last, base, marks)
+    else:
+        sure_first, sure_last = last + 1, last
+    for level in range(first, last + 1):
+        if sure_first <= level <= sure_last:
+            continue
+        bit = np.uint64(1) << np.uint64(level & 63)
+        word = base + (level >> 6)
+        if keep[word] & bit != 0 and _any_hits(f, ix, iy, level, corners, points):
+            marks[word] |= bit
+
+
+@parallel_kernel
+def mark_frustum(
+    f: Frustum, ny: int, depth: int, x_from: int, x_to: int, keep: np.ndarray, marks: np.ndarray
+) -> None:
+    """Mark the voxels of the rows x_from..x_to-1 that are nearer than the depth limit and that a ray traverses.
+
+    keep uint64 (columns * depth,): voxels worth a test; marks uint64 (workers, words): every row of the grid is
+    marked by one worker.
+    """
+    workers = marks.shape[0]
+    for worker in numba.prange(workers):
+        corners, points = np.empty((8, 3)), np.empty((8, 2))
+        for ix in range(x_from + worker, x_to, workers):
+            for iy in range(f.box[2], f.box[3]):
+                base = (ix * ny + iy) * depth
+                occupied = keep[base]
+                for part in range(1, depth):
+                    occupied |= keep[base + part]
+                if occupied != 0:
+                    _mark_column(f, ix, iy, base, keep, marks[worker], corners, points)
