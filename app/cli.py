@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -16,7 +16,7 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import App, CycloptsError, Group, Parameter, Token, UnusedCliTokensError
 
-from app.options import DEFAULT_RIG, SceneOptions, ScoreOptions, Triple
+from app.options import DEFAULT_RIG, DEFAULT_TOLERANCE_PP, AutoVoxel, SceneOptions, ScoreOptions, Triple
 from app.system_libraries import MissingLibraries
 from core.errors import InputError
 
@@ -33,11 +33,29 @@ def _whole_number(_: Any, tokens: Sequence[Token]) -> int:
     return int(found)
 
 
+def _edge_or_auto(_: Any, tokens: Sequence[Token]) -> float | str:
+    """A voxel edge in metres, or the word auto."""
+    found = tokens[0].value
+    if found == "auto":
+        return found
+    try:
+        return float(found)
+    except ValueError:
+        raise ValueError(f"found {found}, accepted is an edge in metres, or auto") from None
+
+
 Whole = Annotated[int | None, Parameter(converter=_whole_number, metavar="N")]
 
 
-def _scene(name: str, metavar: str) -> Parameter:
-    return Parameter(name=name, group=SCENE, metavar=metavar, show_default=False)
+def _scene(name: str, metavar: str, converter: Callable[..., Any] | None = None) -> Parameter:
+    return Parameter(
+        name=name,
+        group=SCENE,
+        metavar=metavar,
+        show_default=False,
+        show_choices=converter is None,
+        converter=converter,
+    )
 
 
 @Parameter(name="*")
@@ -51,14 +69,23 @@ class Reading:
     """Number of frames of the data set, where frames without boxes have no row."""
     classes: Annotated[tuple[str, ...], _scene("--classes", "NAME=CLASS")] = ()
     """Count boxes called NAME as car, bicycle or pedestrian, or ignore them; may be given many times."""
-    voxel: Annotated[float | None, _scene("--voxel", "M")] = None
-    """Edge of a voxel in metres (0.1)."""
+    voxel: Annotated[float | Literal["auto"] | None, _scene("--voxel", "M|auto", _edge_or_auto)] = None
+    """Edge of a voxel in metres (0.1). With auto, where rigs are scored: the coarsest that suits them."""
     roi: Annotated[Triple | None, _scene("--roi", "L W H")] = None
     """Region of interest in metres: x in [-L/2, L/2), y in [-W/2, W/2), z in [0, H) (60 40 4)."""
 
-    def options(self, boxes: Path | None, pog: Path | None = None) -> SceneOptions:
+    def options(
+        self, boxes: Path | None, pog: Path | None = None, tolerance_pp: float | None = None
+    ) -> SceneOptions:
         """The same with the data it is about, checked."""
-        return SceneOptions(boxes, self.origin, self.frames, self.classes, self.voxel, self.roi, pog)
+        auto, voxel_m = None, self.voxel
+        if voxel_m == "auto":
+            auto, voxel_m = AutoVoxel(DEFAULT_TOLERANCE_PP if tolerance_pp is None else tolerance_pp), None
+        elif tolerance_pp is not None:
+            raise InputError(
+                f"--tolerance {tolerance_pp:g} belongs to --voxel auto; add that, or leave it out"
+            )
+        return SceneOptions(boxes, self.origin, self.frames, self.classes, voxel_m, self.roi, pog, auto)
 
 
 @Parameter(name="*")
@@ -71,10 +98,12 @@ class Scene:
     reading: Reading = Reading()
     pog: Annotated[Path | None, _scene("--pog", "FILE")] = None
     """Use a stored POG (made by `riglens pog`) instead of boxes."""
+    tolerance: Annotated[float | None, _scene("--tolerance", "PP")] = None
+    """What --voxel auto may change: percentage points of the entropy that is seen (1)."""
 
     def options(self) -> SceneOptions:
         """The same, checked."""
-        return self.reading.options(self.boxes, self.pog)
+        return self.reading.options(self.boxes, self.pog, self.tolerance)
 
 
 @Parameter(name="*")
@@ -291,6 +320,37 @@ def accuracy(
     from app import study_accuracy
 
     study_accuracy.study(rig, options, metric, out, quick)
+
+
+@study.command
+def stability(
+    *,
+    scene: Scene = Scene(),
+    camera_weight: Annotated[float, Parameter(name="--lambda", group=SCORE, metavar="X")] = 0.1,
+    threads: Annotated[Whole, Parameter(group=SCORE)] = None,
+    edits: Whole = None,
+    out: Annotated[Path, Parameter(metavar="DIR")] = Path("out"),
+    quick: bool = False,
+) -> None:
+    """Where methods of traversal break, and how far the order of the paper's rigs can be relied on.
+
+    Parameters
+    ----------
+    camera_weight
+        Weight of the cameras in S-MS.
+    threads
+        Threads to use (all cores).
+    edits
+        Number of random edits that are compared with an evaluation from scratch (1000).
+    out
+        Folder for stability.html, stability-methods.csv and stability-metric.csv.
+    quick
+        Smaller cases and fewer settings: a look, not a measurement.
+    """
+    options, metric = scene.options(), ScoreOptions(camera_weight=camera_weight, threads=threads)
+    from app import study_stability
+
+    study_stability.study(options, metric, out, quick, edits)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -6,9 +6,10 @@ from pathlib import Path
 
 from app import evaluate_json
 from app.console import results
-from app.jobs import load_with_progress, print_scores, score_rigs, settings_of
+from app.jobs import load_with_progress, print_scores, score_rigs
 from app.options import SceneOptions, ScoreOptions
 from app.render import Picture, draw, prepare_drawing
+from app.scenario import settings_of
 from core.errors import InputError
 from core.files import atomic_write, require_writable
 from core.rig.model import Rig
@@ -20,7 +21,7 @@ OUT = Path("out")
 def run(rig: Rig, scene: SceneOptions, score: ScoreOptions) -> None:
     """Score a rig, print the scores, and write a screenshot, the rig as YAML and the scores as JSON."""
     prepare_drawing()
-    pog, field = load_with_progress(scene)
+    pog, field = load_with_progress(scene.for_rigs([rig], score))
     screenshot, rig_file, scores = OUT / "screenshot.png", OUT / "rig.yaml", OUT / "scores.json"
     _make_folder(OUT)
     for path in (screenshot, rig_file, scores):

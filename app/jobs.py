@@ -9,13 +9,12 @@ from pathlib import Path
 from app import evaluate_json, tables
 from app.console import note, progress_bar, results
 from app.options import SceneOptions, ScoreOptions
-from app.scenario import grid_of, load_field, remarks_on, short_source, source_of
+from app.scenario import grid_of, load_scenario, remarks_on, settings_of, short_source, source_of
 from core.engine.engine import Engine, Evaluation, evaluate_from_scratch
 from core.files import atomic_write, require_writable
 from core.metric.entropy import EntropyField
-from core.metric.scores import MetricSettings
 from core.rig.model import Camera, Lidar, Rig
-from core.rig.presets import PRESETS, find_rig, preset
+from core.rig.presets import PAPER_RIGS, PRESETS, find_rig, preset
 from core.rig.yaml_file import dumps
 from core.scene.pog import Pog, build_pog
 from core.scene.pog_store import save_pog
@@ -30,23 +29,22 @@ WARM_UP = Rig(
 """Two rays: evaluated first, so that compiling and loading the kernels counts for no rig's time."""
 
 
-def settings_of(options: ScoreOptions) -> MetricSettings:
-    """The metric's settings as the core takes them."""
-    return MetricSettings(options.method, options.reading, options.camera_weight)
-
-
 def rig_called(name: str) -> Rig:
     """The rig of a file or a preset."""
     return find_rig(name)[0]
 
 
 def load_with_progress(options: SceneOptions) -> tuple[Pog, EntropyField]:
-    """The scene, with a bar while its POG is built and notes on what does not count."""
+    """The scene, with a bar while its POG is built, and notes on what does not count and what was picked."""
     with progress_bar("Building the POG") as progress:
-        pog, field = load_field(options, progress)
-    for line in remarks_on(field.data):
+        found = load_scenario(options, progress)
+    for line in remarks_on(found.field.data):
         note(line)
-    return pog, field
+    if found.choice is not None:
+        note(f"voxel auto: {found.choice.reason()}")
+        for line in found.choice.lines():
+            note(line)
+    return found.pog, found.field
 
 
 def score_rigs(rigs: Sequence[Rig], field: EntropyField, options: ScoreOptions) -> list[Evaluation]:
@@ -65,7 +63,7 @@ def evaluate(names: Sequence[str], scene: SceneOptions, score: ScoreOptions, jso
     rigs = [rig_called(name) for name in names]
     if json_target not in (None, "-"):
         require_writable(json_target)
-    _, field = load_with_progress(scene)
+    _, field = load_with_progress(scene.for_rigs(rigs, score))
     evaluations = score_rigs(rigs, field, score)
     document = evaluate_json.evaluation_document(field, settings_of(score), evaluations)
     if json_target == "-":
@@ -81,7 +79,7 @@ def table1(scene: SceneOptions, score: ScoreOptions, csv_target: Path | None) ->
     """Print the paper's Table I beside our figures, and say where the orders agree; also write it as CSV."""
     if csv_target is not None:
         require_writable(csv_target)
-    _, field = load_with_progress(scene)
+    _, field = load_with_progress(scene.for_rigs([preset(name) for name in PAPER_RIGS], score))
     with progress_bar("Casting rays") as progress:
         table = study.table1(Engine(field, score.threads), settings_of(score), progress)
     if csv_target is not None:

@@ -3,31 +3,20 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from core.errors import InputError
+
+if TYPE_CHECKING:  # the model of rigs takes its time, and `riglens --help` needs none
+    from core.rig.model import Rig
 
 Triple = tuple[float, float, float]
 
 DEFAULT_RIG = "W+T"
-
-
-@dataclass(frozen=True)
-class SceneOptions:
-    """Which boxes and which grid; None means "not said" (the bundled scenario, the default grid).
-
-    The numbers are checked where they are used: by the grid and by the readers.
-    """
-
-    boxes: Path | None = None
-    origin_m: Triple | None = None
-    frames: int | None = None
-    classes: tuple[str, ...] = ()
-    voxel_m: float | None = None
-    roi_m: Triple | None = None
-    pog: Path | None = None
+DEFAULT_TOLERANCE_PP = 1.0
 
 
 @dataclass(frozen=True)
@@ -44,3 +33,41 @@ class ScoreOptions:
             raise InputError(f"--lambda: found {self.camera_weight:g}, accepted is a finite number from 0 up")
         if self.threads is not None and self.threads < 1:
             raise InputError(f"--threads: found {self.threads}, accepted is a whole number from 1 up")
+
+
+@dataclass(frozen=True)
+class AutoVoxel:
+    """Pick the voxel edge by the scores of some rigs; `tolerance_pp` is in percentage points of H(Omega)."""
+
+    tolerance_pp: float = DEFAULT_TOLERANCE_PP
+    rigs: tuple[Rig, ...] = ()
+    score: ScoreOptions = ScoreOptions()
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.tolerance_pp <= 100.0:
+            raise InputError(
+                f"--tolerance: found {self.tolerance_pp:g}, accepted are percentage points from 0 to 100"
+            )
+
+
+@dataclass(frozen=True)
+class SceneOptions:
+    """Which boxes and which grid; None means "not said" (the bundled scenario, the default grid).
+
+    `auto` takes the place of a voxel edge. The numbers are checked where they are used: by grid and readers.
+    """
+
+    boxes: Path | None = None
+    origin_m: Triple | None = None
+    frames: int | None = None
+    classes: tuple[str, ...] = ()
+    voxel_m: float | None = None
+    roi_m: Triple | None = None
+    pog: Path | None = None
+    auto: AutoVoxel | None = None
+
+    def for_rigs(self, rigs: Sequence[Rig], score: ScoreOptions) -> SceneOptions:
+        """The same with the rigs that an automatic voxel edge has to suit; without one nothing changes."""
+        if self.auto is None:
+            return self
+        return replace(self, auto=replace(self.auto, rigs=tuple(rigs), score=score))

@@ -63,7 +63,7 @@ def render(name: str, scene: SceneOptions, picture: Picture) -> None:
     prepare_drawing()
     require_writable(picture.out)
     rig = rig_called(name)
-    pog, field = load_with_progress(scene)
+    pog, field = load_with_progress(scene.for_rigs([rig], ScoreOptions()))
     [evaluation] = score_rigs([rig], field, ScoreOptions())
     draw(pog, field, evaluation, picture)
     width, height = (side * picture.scale for side in picture.size_px)

@@ -3,24 +3,47 @@
 from __future__ import annotations
 
 import os
-from dataclasses import replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
-from app.options import SceneOptions
+from app.options import AutoVoxel, SceneOptions, ScoreOptions
+from core.engine.engine import Engine
 from core.errors import InputError
 from core.metric.entropy import EntropyField
+from core.metric.scores import MetricSettings
 from core.scene.boxes import BoxSource, DataReport, Progress
 from core.scene.grid import DEFAULT_ROI_M, DEFAULT_VOXEL_M, VoxelGrid
 from core.scene.pog import Pog
 from core.scene.pog_store import cached_pog, load_pog
 from core.scene.readers import bundled_source, open_boxes, parse_class_map
+from core.study.voxel_choice import Tried, VoxelChoice, choose, ladder_grids
 
 SHOWN_UNMAPPED = 5
 BUNDLED_NAME = "bundled scenario town"
 
 
+@dataclass(frozen=True)
+class Scenario:
+    """A scene to score on; `choice` says how its voxel edge was picked, None when it was given."""
+
+    pog: Pog
+    field: EntropyField
+    choice: VoxelChoice | None = None
+
+
+def settings_of(options: ScoreOptions) -> MetricSettings:
+    """The metric's settings as the core takes them."""
+    return MetricSettings(options.method, options.reading, options.camera_weight)
+
+
 def grid_of(options: SceneOptions) -> VoxelGrid:
     """The grid that was asked for; InputError when it makes no whole number of voxels."""
+    if options.auto is not None:
+        raise InputError(
+            "--voxel: found auto, which goes by the scores of rigs; here an edge in metres is accepted"
+        )
     voxel_m = DEFAULT_VOXEL_M if options.voxel_m is None else options.voxel_m
     return VoxelGrid(voxel_m, DEFAULT_ROI_M if options.roi_m is None else options.roi_m)
 
@@ -41,15 +64,66 @@ def source_of(options: SceneOptions) -> BoxSource:
 
 
 def load_field(options: SceneOptions, progress: Progress | None = None) -> tuple[Pog, EntropyField]:
-    """The POG and its entropies for these options; InputError on bad input or options that disagree.
+    """The POG and its entropies, as `load_scenario` finds them."""
+    found = load_scenario(options, progress)
+    return found.pog, found.field
+
+
+def load_scenario(options: SceneOptions, progress: Progress | None = None) -> Scenario:
+    """The scene for these options; InputError on bad input or options that disagree.
 
     POGs of box data are kept in the user's cache folder; `progress` gets the fraction done, 0 to 1.
     """
     if options.pog is not None:
         pog = _stored_pog(options, options.pog)
+    elif options.auto is not None and options.auto.rigs:
+        return _auto_scenario(options, options.auto, progress)
     else:
         pog = _named(cached_pog(source_of(options), grid_of(options), progress), options)
-    return pog, EntropyField.from_pog(pog)
+    return Scenario(pog, EntropyField.from_pog(pog))
+
+
+def _auto_scenario(options: SceneOptions, auto: AutoVoxel, progress: Progress | None) -> Scenario:
+    """The scene at the edge that suits the rigs; of those tried, only the finest and the best are kept."""
+    source, tolerance = source_of(options), auto.tolerance_pp / 100
+    grids, left_out = ladder_grids(DEFAULT_ROI_M if options.roi_m is None else options.roi_m)
+    tried: list[Tried] = []
+    kept: Scenario | None = None
+    for grid, report in zip(grids, _shared(progress, [grid.voxel_count for grid in grids]), strict=True):
+        pog = _named(cached_pog(source, grid, report), options)
+        found = Scenario(pog, EntropyField.from_pog(pog))
+        tried.append(_try(found.field, auto, report))
+        if choose(tried, tolerance).voxel_m == grid.voxel_m:
+            kept = found
+    assert kept is not None
+    return replace(kept, choice=choose(tried, tolerance, left_out))
+
+
+def _shared(progress: Progress | None, work: Sequence[int]) -> Iterator[Progress]:
+    """One progress per piece of work, which together fill the whole."""
+
+    def report(fraction: float, start: int, piece: int) -> None:
+        if progress is not None:
+            progress((start + fraction * piece) / sum(work))
+
+    for place, piece in enumerate(work):
+        yield partial(report, start=sum(work[:place]), piece=piece)
+
+
+def _try(field: EntropyField, auto: AutoVoxel, report: Progress) -> Tried:
+    """Scores of the rigs at one edge; between chunks of rays it calls `report`, which may raise to cancel."""
+
+    def is_stale() -> bool:
+        report(1.0)
+        return False
+
+    engine = Engine(field, auto.score.threads)
+    scores = []
+    for rig in auto.rigs:
+        evaluation = engine.evaluate(rig, settings_of(auto.score), is_stale)
+        assert evaluation is not None
+        scores.append((rig.name, evaluation.scores))
+    return Tried(field.grid.voxel_m, tuple(scores))
 
 
 def _named(pog: Pog, options: SceneOptions) -> Pog:
@@ -70,6 +144,8 @@ def _stored_pog(options: SceneOptions, path: Path) -> Pog:
         if value is not None:
             raise InputError(f"{name} and --pog: {path} already holds its boxes; give only one of the two")
     pog = load_pog(path)
+    if options.auto is not None:
+        raise InputError(f"--voxel auto: {path} holds one grid, of {pog.grid.voxel_m:g} m; leave --voxel out")
     if options.voxel_m is not None and options.voxel_m != pog.grid.voxel_m:
         raise InputError(
             f"--voxel {options.voxel_m:g}: {path} was built with {pog.grid.voxel_m:g}; leave --voxel out"

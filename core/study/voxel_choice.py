@@ -73,7 +73,8 @@ class VoxelChoice:
         else:
             limit = "no coarser one was tried"
         if place == 0:
-            return f"{picked}, the finest that can be used: {limit}"
+            settled = "; a still finer edge might change the scores as well" if len(self.rungs) > 1 else ""
+            return f"{picked}, the finest that can be used: {limit}{settled}"
         return f"{picked}, the coarsest with every seen within {bound}: {limit}"
 
     def lines(self) -> Iterator[str]:
