@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,16 +16,28 @@ MAX_CELLS = 200_000
 
 
 @dataclass(frozen=True)
+class _ClassEntropies:
+    """Of one class in fixed point: h of every informative voxel (n,), and its sum over each cell (m,)."""
+
+    h_q: NDArray[np.uint32]
+    total_q: NDArray[np.int64]
+
+
+@dataclass(frozen=True)
 class DisplayGrid:
-    """Cells of `block`^3 voxels that hold an occupied voxel; centres_m (m, 3) float32, cell_m their edge."""
+    """Cells of `block`^3 voxels that hold an occupied voxel; centres_m (m, 3) float32, cell_m their edge.
+
+    The entropies of the class that was asked for last are kept, because a drag asks for them again and again.
+    """
 
     pog: Pog
-    field: EntropyField
+    entropies: EntropyField
     block: int
     cell_m: float
     centres_m: NDArray[np.float32]
     _cells_occupied: NDArray[np.int32]
     _cells_informative: NDArray[np.int32]
+    _last: dict[int, _ClassEntropies] = field(default_factory=dict, repr=False, compare=False)
 
     @classmethod
     def build(cls, pog: Pog, field: EntropyField, max_cells: int = MAX_CELLS) -> DisplayGrid:
@@ -59,18 +71,23 @@ class DisplayGrid:
 
     def entropy(self, cls: int) -> NDArray[np.float32]:
         """Entropy of each cell in nat: the sum over its voxels, (m,)."""
-        return (self._entropy_q(cls) / QUANTA_PER_NAT).astype(np.float32)
+        return (self._entropies_of(cls).total_q / QUANTA_PER_NAT).astype(np.float32)
 
     def seen_share(self, cls: int, words: Words) -> NDArray[np.float32]:
         """Share of each cell's entropy that lies in a seen set, 0 to 1, 0 where there is none, (m,)."""
-        grid, index = self.pog.grid, self.field.index
+        grid, index, of_class = self.pog.grid, self.entropies.index, self._entropies_of(cls)
         seen_q = np.zeros(len(self.centres_m), np.int64)
         slab = self.block * grid.shape[1] * words_per_column(grid)
-        h_q = self.field.entropy_q(cls)
+        h_q, total_q = of_class.h_q, of_class.total_q
         blocks.seen_per_cell(words, index.words, index.first, h_q, self._cells_informative, slab, seen_q)
-        total_q = self._entropy_q(cls)
         return np.divide(seen_q, total_q, out=np.zeros(len(seen_q)), where=total_q > 0).astype(np.float32)
 
-    def _entropy_q(self, cls: int) -> NDArray[np.int64]:
-        h_q = self.field.entropy_q(cls).astype(np.float64)
-        return np.bincount(self._cells_informative, h_q, minlength=len(self.centres_m)).astype(np.int64)
+    def _entropies_of(self, cls: int) -> _ClassEntropies:
+        if cls not in self._last:
+            self._last.clear()
+            h_q = self.entropies.entropy_q(cls)
+            total = np.bincount(
+                self._cells_informative, h_q.astype(np.float64), minlength=len(self.centres_m)
+            )
+            self._last[cls] = _ClassEntropies(h_q, total.astype(np.int64))
+        return self._last[cls]

@@ -113,3 +113,13 @@ def test_an_empty_pog_has_no_cells() -> None:
     assert display.centres_m.shape == (0, 3)
     assert display.entropy(0).shape == display.probability(0).shape == (0,)
     assert display.seen_share(0, empty_words(GRID)).shape == (0,)
+
+
+def test_what_was_asked_before_changes_no_answer() -> None:
+    pog, field = scene(7)
+    words = pack(GRID, np.random.default_rng(7).random(GRID.shape) < 0.5)
+    used = DisplayGrid.build(pog, field, 300)
+    for cls in (0, 1, 1, 0, 2, 0):
+        fresh = DisplayGrid.build(pog, field, 300)
+        assert np.array_equal(used.seen_share(cls, words), fresh.seen_share(cls, words))
+        assert np.array_equal(used.entropy(cls), fresh.entropy(cls))
