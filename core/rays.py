@@ -13,7 +13,6 @@ from core.kernels import lattice as kernel
 from core.rig.model import Camera, Lidar
 from core.scene.grid import VoxelGrid
 
-
 Ids = NDArray[np.int64]
 
 

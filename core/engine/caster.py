@@ -90,10 +90,7 @@ class Caster:
         depth = words_per_column(self._field.grid)
         return sides[0], sides[1], sides[2] * depth, sides[3] * depth
 
-
-    def _mark_fan(
-        self, rays_of: Lattice, rays: Cast, parts: NDArray[np.uint64], is_stale: IsStale
-    ) -> bool:
+    def _mark_fan(self, rays_of: Lattice, rays: Cast, parts: NDArray[np.uint64], is_stale: IsStale) -> bool:
         fan = make_fan(rays_of, rays.rotation)
         space = Space(rays.origin, rays.rotation, rays.box, rays.shape)
         planes = len(fan.planes)
@@ -107,7 +104,10 @@ class Caster:
         self, sensor: Sensor, frustum: Frustum, rays: Cast, parts: NDArray[np.uint64], is_stale: IsStale
     ) -> bool:
         """Near voxels by voxel walking; what lies beyond its depth limit ray by ray, from there on."""
-        x_from, x_to = max(self.window(sensor)[0], int(rays.box[0])), min(self.window(sensor)[1], int(rays.box[1]))
+        x_from, x_to = (
+            max(self.window(sensor)[0], int(rays.box[0])),
+            min(self.window(sensor)[1], int(rays.box[1])),
+        )
         ny, depth = self._field.grid.shape[1], words_per_column(self._field.grid)
         for start in range(x_from, x_to, ROWS_PER_CHUNK):
             if is_stale():
@@ -117,7 +117,9 @@ class Caster:
         farthest = np.linalg.norm(np.abs(rays.box.reshape(3, 2).T - rays.origin).max(axis=0))
         if frustum.depth_limit > farthest:
             return True
-        return self._mark_rays(rays._replace(reach=np.array([frustum.depth_limit - 1.0, FARTHEST])), parts, is_stale)
+        return self._mark_rays(
+            rays._replace(reach=np.array([frustum.depth_limit - 1.0, FARTHEST])), parts, is_stale
+        )
 
     def _mark_rays(self, rays: Cast, parts: NDArray[np.uint64], is_stale: IsStale) -> bool:
         for start, end in _chunks(rays):
@@ -138,7 +140,15 @@ class Caster:
                 return None
             irregular = np.zeros(end - start, np.bool_)
             sums = cast.sum_hits(
-                rays, start, end, self.workers, index.words, index.first, self._field.codes, self._field.palette_q, irregular
+                rays,
+                start,
+                end,
+                self.workers,
+                index.words,
+                index.first,
+                self._field.codes,
+                self._field.palette_q,
+                irregular,
             )
             totals = [total + int(part) for total, part in zip(totals, sums, strict=True)]
             for word, bit in self._walk_irregular(rays, start + np.flatnonzero(irregular)):

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from core.engine.caster import Caster, IsStale, Window, never_stale
 from core.kernels import exchange, jit
 from core.metric.entropy import EntropyField
-from core.metric.scores import Method, MetricSettings, Scores
+from core.metric.scores import PAPER_SETTINGS, Method, MetricSettings, Scores
 from core.metric.scoring import KINDS, score
 from core.rig.model import Camera, Lidar, Rig
 from core.scene.columns import Words
@@ -83,7 +83,7 @@ class Engine:
     def evaluate(
         self,
         rig: Rig,
-        settings: MetricSettings = MetricSettings(),
+        settings: MetricSettings = PAPER_SETTINGS,
         is_stale: IsStale = never_stale,
         with_seen: bool = True,
     ) -> Evaluation | None:

@@ -17,7 +17,8 @@ TAMEST, WILDEST = 2.0**-110, 2.0**110
 def _row_slopes(lattice: Lattice) -> NDArray[np.float64]:
     """Slope dz / ds of each row in a plane of scale 1, (rows,)."""
     first, second = lattice.rows.T
-    return second / first if lattice.kind == LIDAR else first
+    slopes: NDArray[np.float64] = second / first if lattice.kind == LIDAR else first
+    return slopes
 
 
 def _plane_headings(lattice: Lattice) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

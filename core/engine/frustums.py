@@ -25,6 +25,8 @@ def make_frustum(camera: Camera, rays: Cast) -> Frustum | None:
     depth_limit = BALL / (0.5 * float(np.hypot(step_u, step_v)))
     if not is_plain(rays) or widest > WIDEST_TANGENT or depth_limit < SHORTEST_DEPTH:
         return None
-    image = np.array([cx * columns / width - 0.5, fx * columns / width, cy * rows / height - 0.5, fy * rows / height])
+    image = np.array(
+        [cx * columns / width - 0.5, fx * columns / width, cy * rows / height - 0.5, fy * rows / height]
+    )
     normals = sides / np.linalg.norm(sides, axis=1, keepdims=True)
     return Frustum(rays.rows, rays.planes, rays.origin, rays.rotation, rays.box, normals, image, depth_limit)

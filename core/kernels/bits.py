@@ -51,7 +51,7 @@ def total_bits(words: np.ndarray) -> int:
     total = np.uint64(0)
     for w in range(words.size):
         total += popcount(words[w])
-    return np.int64(total)
+    return int(total)
 
 
 @kernel

@@ -119,4 +119,5 @@ def sum_hits(
                 count = _walk(rays, ray, runs)
                 irregular[ray - first_ray] = count < 0
                 _sum_runs(runs, count, depth, keep, first, codes, palette_q, partial[worker])
-    return partial.sum(axis=0)
+    total: np.ndarray = partial.sum(axis=0)
+    return total

@@ -16,7 +16,9 @@ ELSEWHERE, LOST = 1, 2
 
 
 @kernel
-def _settle(pending: np.ndarray, count: int, codes: np.ndarray, palette_q: np.ndarray, sums: np.ndarray) -> None:
+def _settle(
+    pending: np.ndarray, count: int, codes: np.ndarray, palette_q: np.ndarray, sums: np.ndarray
+) -> None:
     """Add the entropies of the pending voxels; apart from finding them, so that their loads overlap."""
     own0, own1, own2 = 0, 0, 0
     any0, any1, any2, any3 = 0, 0, 0, 0
@@ -122,7 +124,22 @@ def exchange(
         for row in range(window[0] + worker, window[1], workers):
             start, end = row * row_words + window[2], row * row_words + window[3]
             count = _exchange_words(
-                stack, slot, parts, same_kind, union, kind, keep, first, start, end, pending, count, codes, palette_q, sums
+                stack,
+                slot,
+                parts,
+                same_kind,
+                union,
+                kind,
+                keep,
+                first,
+                start,
+                end,
+                pending,
+                count,
+                codes,
+                palette_q,
+                sums,
             )
         _settle(pending, count, codes, palette_q, sums)
-    return partial.sum(axis=0).reshape(2, COLUMNS)
+    change: np.ndarray = partial.sum(axis=0).reshape(2, COLUMNS)
+    return change

@@ -89,7 +89,9 @@ def _top(z0: float, slope: float, s0: float, s1: float) -> tuple[float, bool]:
 
 
 @inlined
-def _bits_at(z0: float, slopes: np.ndarray, stretch: float, box: np.ndarray) -> tuple[np.uint64, np.uint64, bool]:
+def _bits_at(
+    z0: float, slopes: np.ndarray, stretch: float, box: np.ndarray
+) -> tuple[np.uint64, np.uint64, bool]:
     """Levels of rays at a distance as bits of two words; True when one is within the tolerance of a face.
 
     Written for the vector units: no branch, two accumulators; what lies outside the box is no bit.
@@ -101,7 +103,7 @@ def _bits_at(z0: float, slopes: np.ndarray, stretch: float, box: np.ndarray) -> 
         z = z0 + slopes[j] * stretch
         level = np.floor(z)
         close = (z - level < TOLERANCE) | (z - level > 1.0 - TOLERANCE)
-        blurred |= np.int64(close & (slopes[j] != 0.0))
+        blurred |= int(close & (slopes[j] != 0.0))
         place = np.int64(level)
         bit = np.uint64(1) << np.uint64(place & 63)
         inside = (level >= low) & (level < high)
@@ -128,9 +130,7 @@ def _set(base: int, part: int, bits: np.uint64, marks: np.ndarray) -> None:
 
 
 @inlined
-def _mark_span(
-    masks: np.ndarray, low: int, high: int, base: int, marks: np.ndarray
-) -> None:
+def _mark_span(masks: np.ndarray, low: int, high: int, base: int, marks: np.ndarray) -> None:
     """Mark one run of levels in a column."""
     for part in range(masks.shape[1]):
         _set(base, part, masks[0, part, low] & masks[1, part, high], marks)

@@ -26,7 +26,7 @@ def _reach(box: np.ndarray, axis: int) -> float:
     """Half extent of a rotated box along a grid axis, a little enlarged."""
     row = 6 + 3 * axis
     half = abs(box[row]) * box[3] + abs(box[row + 1]) * box[4] + abs(box[row + 2]) * box[5]
-    return half * (1.0 + 1e-9) + 1e-9
+    return float(half * (1.0 + 1e-9) + 1e-9)
 
 
 @inlined

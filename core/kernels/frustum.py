@@ -93,7 +93,9 @@ def _corners(f: Frustum, ix: int, iy: int, iz: int, corners: np.ndarray) -> bool
     """Corners (8, 3) of a voxel in the camera frame; False when one plane has them all outside: no ray hits."""
     for corner in range(8):
         x, y, z = ix + (corner & 1), iy + ((corner >> 1) & 1), iz + (corner >> 2)
-        corners[corner, 0], corners[corner, 1], corners[corner, 2] = _to_camera(f, float(x), float(y), float(z))
+        corners[corner, 0], corners[corner, 1], corners[corner, 2] = _to_camera(
+            f, float(x), float(y), float(z)
+        )
     if corners[:, 0].max() < -SLACK:
         return False
     for side in range(4):
@@ -180,12 +182,22 @@ def _set_levels(low: int, high: int, base: int, marks: np.ndarray) -> None:
 
 @kernel
 def _mark_column(
-    f: Frustum, ix: int, iy: int, base: int, keep: np.ndarray, marks: np.ndarray, corners: np.ndarray, points: np.ndarray
+    f: Frustum,
+    ix: int,
+    iy: int,
+    base: int,
+    keep: np.ndarray,
+    marks: np.ndarray,
+    corners: np.ndarray,
+    points: np.ndarray,
 ) -> None:
     """Mark the voxels of one column whose centre is nearer than the depth limit and that a ray traverses."""
     x, y, z = _to_camera(f, ix + 0.5, iy + 0.5, 0.5)
     low, high = _levels_within(f, x, y, z, SPHERE)
-    first, last = max(int(np.floor(max(low, -1.0))), f.box[4]), min(int(np.ceil(min(high, 1e6))), f.box[5] - 1)
+    first, last = (
+        max(int(np.floor(max(low, -1.0))), f.box[4]),
+        min(int(np.ceil(min(high, 1e6))), f.box[5] - 1),
+    )
     if first > last:
         return
     low, high = _levels_within(f, x, y, z, 0.0)

@@ -10,7 +10,9 @@ EMPTY = -1
 
 
 @kernel
-def number_rows(rows: np.ndarray, numbers: np.ndarray, firsts: np.ndarray, uses: np.ndarray, slots: np.ndarray) -> int:
+def number_rows(
+    rows: np.ndarray, numbers: np.ndarray, firsts: np.ndarray, uses: np.ndarray, slots: np.ndarray
+) -> int:
     """Give equal rows (n, 3) equal numbers, in the order of their first appearance; returns how many there are.
 
     numbers (n,); firsts, uses (most,): first row and number of rows of each; slots int64 (power of two,) filled
@@ -32,7 +34,11 @@ def number_rows(rows: np.ndarray, numbers: np.ndarray, firsts: np.ndarray, uses:
                 found += 1
                 break
             first = firsts[number]
-            if rows[first, 0] == rows[row, 0] and rows[first, 1] == rows[row, 1] and rows[first, 2] == rows[row, 2]:
+            if (
+                rows[first, 0] == rows[row, 0]
+                and rows[first, 1] == rows[row, 1]
+                and rows[first, 2] == rows[row, 2]
+            ):
                 break
             slot = (slot + 1) & last
         numbers[row] = number

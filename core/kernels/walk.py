@@ -197,4 +197,4 @@ def walk_bresenham(
             if error[axis] >= 0:
                 cell[axis] += 1 if delta[axis] > 0 else -1
                 error[axis] -= 2 * steps
-    return steps + 1
+    return int(steps) + 1

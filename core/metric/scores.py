@@ -21,6 +21,9 @@ class MetricSettings:
     camera_weight: float = DEFAULT_LAMBDA
 
 
+PAPER_SETTINGS = MetricSettings()
+
+
 @dataclass(frozen=True)
 class KindScore:
     """Score of all cameras or all LiDARs: S-MIG in nats, `seen` as a fraction of H(Omega)."""

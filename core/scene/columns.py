@@ -72,9 +72,9 @@ class VoxelIndex:
         used = self.words.reshape(nx, ny, depth)
         levels = np.bitwise_or.reduce(used.reshape(-1, depth), axis=0)
         on = [bool((int(levels[z >> 6]) >> (z & 63)) & 1) for z in range(nz)]
-        columns = used.any(axis=2)
+        columns = np.asarray(used.any(axis=2))
         limits: list[int] = []
-        for flags in (columns.any(axis=1), columns.any(axis=0), np.array(on)):
+        for flags in (np.any(columns, axis=1), np.any(columns, axis=0), np.array(on)):
             where = np.flatnonzero(flags)
             limits += [int(where[0]), int(where[-1]) + 1] if where.size else [0, 0]
         return np.array(limits, np.int64)

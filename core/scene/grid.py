@@ -77,7 +77,8 @@ class VoxelGrid:
 
     def centres_m(self, axis: int) -> NDArray[np.float64]:
         """Voxel centre coordinates along one axis, (shape[axis],), metres."""
-        return self.origin_m[axis] + (np.arange(self.shape[axis]) + 0.5) * self.voxel_m
+        cells = np.arange(self.shape[axis], dtype=np.float64)
+        return self.origin_m[axis] + (cells + 0.5) * self.voxel_m
 
     def require_memory(self, bytes_per_voxel: float, purpose: str) -> None:
         """Raise InputError with the size when that much memory is not available."""

@@ -8,7 +8,7 @@ import json
 import os
 from collections import Counter
 from pathlib import Path
-from typing import IO, Any, cast
+from typing import Any
 
 import numpy as np
 import platformdirs
@@ -51,7 +51,7 @@ def save_pog(pog: Pog, path: Path | str) -> None:
     digest = _digest(header, pog.index.words, pog.counts)
     with atomic_write(Path(path), "wb") as file:
         np.savez_compressed(
-            cast(IO[bytes], file),
+            file,
             header=np.array(header),
             digest=np.array(digest),
             words=pog.index.words,

@@ -72,7 +72,9 @@ class VoxelTests:
     def sums(self, seen: Flags) -> NDArray[np.float64]:
         """Covered entropy in nat, (2, 3): seen by cameras, by LiDARs; per class."""
         workers = jit.use_threads(self._threads)
-        sums: NDArray[np.float64] = approximate.sum_flagged(seen, self._field.codes, self._field.palette_q, workers) / QUANTA_PER_NAT
+        sums: NDArray[np.float64] = (
+            approximate.sum_flagged(seen, self._field.codes, self._field.palette_q, workers) / QUANTA_PER_NAT
+        )
         return sums
 
     def _start(self) -> tuple[Flags, int]:

@@ -52,8 +52,12 @@ def test_voxel_walking_and_ray_walking_agree(seed: int, hfov_deg: float, share: 
     assert np.array_equal(seen_by(field, sensor), seen_by(field, sensor.replace(range_m=EVERY_RAY_ALONE)))
 
 
-@pytest.mark.parametrize("rpy_deg", [(1.5, 5.0, 3.0), (0.0, 20.0, 0.0), (-10.0, -3.0, 120.0), (90.0, 0.0, 45.0)])
-def test_a_tilted_native_camera_covers_the_voxels_of_all_its_rays(rpy_deg: tuple[float, float, float]) -> None:
+@pytest.mark.parametrize(
+    "rpy_deg", [(1.5, 5.0, 3.0), (0.0, 20.0, 0.0), (-10.0, -3.0, 120.0), (90.0, 0.0, 45.0)]
+)
+def test_a_tilted_native_camera_covers_the_voxels_of_all_its_rays(
+    rpy_deg: tuple[float, float, float],
+) -> None:
     field = field_of(VoxelGrid(0.4))
     native = preset("Wide").sensors[0].replace(cast=(1600, 900), rpy_deg=rpy_deg)
     seen = seen_by(field, native)
