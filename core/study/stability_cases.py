@@ -118,13 +118,13 @@ def _planes() -> Iterator[RayCase]:
         ),
     )
     yield RayCase(
-        "rays one rounding beside corners",
-        "diagonals by angles: planes are met within 1e-16 of each other, in an order that doubles lose",
+        "rays just beside corners",
+        "diagonals by angles: planes are met within 10⁻¹⁶ of each other, in an order that doubles lose",
         UNIT,
         (lidar((0.0, 0.0, 4.0), (0.0, 45.0, -45.0, _SPACE_DIAGONAL_DEG, -_SPACE_DIAGONAL_DEG), EIGHT_WAYS),),
     )
     yield RayCase(
-        "rays aimed at edges and corners",
+        "rays aimed at edges, corners",
         "generic origins, every ray as near to an edge as doubles can aim it",
         UNIT,
         tuple(_aimed(UNIT, number) for number in range(4)),
@@ -157,13 +157,13 @@ def _aimed(grid: VoxelGrid, seed: int) -> Lidar:
 def _numbers() -> Iterator[RayCase]:
     yield RayCase(
         "axis-parallel rays",
-        "a component of zero: division by it, 0 x infinity",
+        "a component of zero: division by it, 0 · ∞",
         UNIT,
         (lidar((0.5, 0.25, 3.5), (0.0, 90.0, -90.0), (0.0,)), lidar((0.5, 0.25, 3.5), (0.0,), RIGHT_ANGLES)),
     )
     yield RayCase(
-        "components +0 and -0",
-        "1 / -0 is minus infinity; the sign of a zero must not choose a side",
+        "components +0 and −0",
+        "1 / −0 is −∞; the sign of a zero must not choose a side",
         UNIT,
         (
             lidar((-0.0, 0.0, 4.0), (0.0, -0.0), (0.0, -0.0), (0.0, -0.0, -0.0)),
@@ -193,7 +193,7 @@ def _places() -> Iterator[RayCase]:
         "origin on a corner", "the first voxel is one of eight", UNIT, (lidar((2.0, -1.0, 4.0), tilt, turn),)
     )
     yield RayCase(
-        "origin on the ROI's own corner",
+        "origin on a corner of the ROI",
         "half of the rays leave at once",
         UNIT,
         (lidar((-6.0, -5.0, 0.0), tilt, turn), lidar((6.0, 5.0, 8.0), tilt, turn)),
@@ -233,8 +233,8 @@ _OFFSETS = ((0.0, 0.0, 4.0), (0.0, 2.0, 3.0), (1.0, 0.0, 5.5), (0.5, 0.5, 4.5), 
 
 def _poses() -> Iterator[RayCase]:
     yield RayCase(
-        "pitch +90 and -90 degrees",
-        "yaw and roll become one; cos 90 degrees is 6e-17, not 0",
+        "pitch +90° and −90°",
+        "yaw and roll become one; cos 90° is 6 · 10⁻¹⁷, not 0",
         UNIT,
         (
             camera((0.0, 0.0, 4.0), (0.0, 90.0, 0.0)),
@@ -273,13 +273,13 @@ _EVERY_FOUR_DEGREES = EvenAngles(from_=-180.0, to=180.0, count=90)
 def _sizes(quick: bool) -> Iterator[RayCase]:
     pixels, turn = ((200, 112), (16, 360)) if quick else ((1600, 900), (128, 3600))
     yield RayCase(
-        f"native camera, {pixels[0]} x {pixels[1]} rays",
+        f"native camera, {pixels[0]} × {pixels[1]}",
         "a thousand rays to a voxel: every one has to be there",
         ROAD,
         (camera((0.51, 0.03, 1.83), (0.0, 3.0, 30.0), pixels),),
     )
     yield RayCase(
-        f"LiDAR of {turn[0]} x {turn[1]} rays",
+        f"LiDAR of {turn[0]} × {turn[1]} rays",
         "beams closer than voxels",
         ROAD,
         (spinning((0.21, 0.53, 2.17), (0.0, 0.0, 7.0), *turn),),

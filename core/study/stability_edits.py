@@ -163,6 +163,6 @@ def random_edits(edits: int, progress: Progress | None = None) -> Row:
         f"{edits:,} random edits",
         "add, remove, switch, move, copy, reorder, undo: what is carried along must not drift "
         "(the simple way: a running sum of doubles)",
-        "as from scratch",
+        "from scratch",
         {"fast": fast, "plain": plain, "bresenham": NOT_APPLICABLE},
     )

@@ -42,12 +42,13 @@ NOT_APPLICABLE = Outcome("n.a.", "n.a.")
 
 @dataclass(frozen=True)
 class Row:
-    """One case: its name, why it breaks simple methods, the right answer and what the methods said."""
+    """One case: why it breaks simple methods, the right answer, what the methods said, rays cast."""
 
     case: str
     why: str
     exact: str
     outcomes: dict[MethodName, Outcome]
+    rays: int | None = None
 
 
 def rig_of(sensors: tuple[Sensor, ...], name: str = "study") -> Rig:
@@ -100,4 +101,4 @@ def judged(case: RayCase, threads: int | None = None, progress: Progress | None 
         "bresenham": compared(engine_cover(field, rig, "bresenham", threads), exact),
     }
     rays = sum(sensor.ray_count for sensor in case.sensors)
-    return Row(case.name, case.why, f"{int(exact.sum()):,} voxels of {rays:,} rays", outcomes)
+    return Row(case.name, case.why, f"{int(exact.sum()):,} voxels", outcomes, rays)

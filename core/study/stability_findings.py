@@ -1,0 +1,229 @@
+"""What the stability study finds, in sentences: which methods fail where, what the metric cannot promise."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+from core.scene.boxes import CLASSES
+from core.study.accuracy_text import edge_text
+from core.study.rankings import LETTERS, Ranking, agreement, swapped
+from core.study.stability_methods import METHODS, TITLES, Row, Verdict
+from core.study.stability_metric import NATIVE, MetricStudy, Variation
+from core.study.stability_text import setting_text
+
+MOST_NAMED = 5
+Named = tuple[str, Ranking]
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What one would expect of the metric, whether it does so on this scene, and the figures."""
+
+    claim: str
+    verdict: Verdict
+    evidence: str
+
+
+def methods_verdict(rows: Sequence[Row]) -> Iterator[str]:
+    """How many cases each method gets right, and where it fails."""
+    for method in METHODS:
+        judged = [row for row in rows if row.outcomes[method].verdict != "n.a."]
+        failed = [row.case for row in judged if row.outcomes[method].verdict == "fails"]
+        if not failed:
+            yield f"{TITLES[method]}: right in all {len(judged)} cases."
+            continue
+        more = f" and {len(failed) - MOST_NAMED} more" if len(failed) > MOST_NAMED else ""
+        shown = "; ".join(failed[:MOST_NAMED]) + more
+        yield f"{TITLES[method]}: fails in {len(failed)} of {len(judged)} cases ({shown})."
+
+
+def findings(study: MetricStudy) -> Iterator[Finding]:
+    """What is asked of the metric, and how it answers on this scene."""
+    if not any(study.h_total[study.plan.voxel_m].values()):
+        yield Finding("the scene has entropy", "n.a.", "H(Ω) = 0 for every class: there is no order")
+        return
+    yield from _about_sign(study)
+    yield _about_copies(study)
+    yield from _about_grids(study)
+    yield from _about_rays(study)
+    yield from _about_readings(study)
+    yield _about_order("the order does not depend on λ", study, _named(study.along("λ")))
+    if study.resamples:
+        drawn = [(f"resample {number}", ranking) for number, ranking in enumerate(study.resamples, 1)]
+        yield _about_order("the order does not depend on which frames were sampled", study, drawn)
+
+
+# ---------------------------------------------------------------- one rig
+
+
+def _nat(value_nat: float) -> str:
+    return f"{value_nat / 1e3:,.1f}".replace("-", "−")
+
+
+def _richest_class(study: MetricStudy) -> str:
+    totals = study.h_total[study.plan.voxel_m]
+    return max(totals, key=totals.__getitem__)
+
+
+def _about_sign(study: MetricStudy) -> Iterator[Finding]:
+    cls = _richest_class(study)
+    empty, lidars, rig = (study.probes[name].s_ms[cls] for name in ("empty", "lidars", "rig"))
+    yield Finding(
+        "a rig without sensors is not the best",
+        "fails" if empty >= rig else "ok",
+        f"S-MS without sensors is 0, of W+T {_nat(rig)} · 10³ nat ({cls}): the highest score "
+        "there can be goes to the rig that sees nothing. S-MS falls as a rig sees more; read it with 'seen'.",
+    )
+    yield Finding(
+        "more sensors never lower the score",
+        "fails" if rig < lidars else "ok",
+        f"Trapezoid alone {_nat(lidars)}, with six cameras more {_nat(rig)} · 10³ nat ({cls}).",
+    )
+
+
+def _about_copies(study: MetricStudy) -> Finding:
+    cls = _richest_class(study)
+    once, twice = (study.probes[name].s_ms[cls] for name in ("rig", "twins"))
+    hits = [study.probes[name].s_ms[cls] for name in ("rig, hits", "twins, hits")]
+    factor = hits[1] / hits[0] if hits[0] else 1.0
+    return Finding(
+        "a copy of a sensor in the same place changes nothing",
+        "ok" if once == twice else "fails",
+        f"W+T {_nat(once)}, with each LiDAR twice {_nat(twice)} · 10³ nat ({cls}). "
+        f"The reading hits fails here: {factor:.2f} times as much.",
+    )
+
+
+# ---------------------------------------------------------------- orders
+
+
+def _named(variations: Iterable[Variation]) -> list[Named]:
+    return [(setting_text(variation), variation.ranking) for variation in variations]
+
+
+def _about_grids(study: MetricStudy) -> Iterator[Finding]:
+    if len(study.h_total) < 2:
+        return
+    cls = _richest_class(study)
+    finest, coarsest = min(study.h_total), max(study.h_total)
+    factor = study.h_total[finest][cls] / (study.h_total[coarsest][cls] or 1.0)
+    yield Finding(
+        "scores of different grids can be compared",
+        "fails" if factor > 1.1 else "ok",
+        f"H(Ω) of {cls} is {factor:,.0f} times as large at {edge_text(finest)} as at {edge_text(coarsest)}, "
+        "and S-MS goes with it.",
+    )
+    yield _about_order("the order does not depend on δ", study, _named(study.along("δ")))
+
+
+def _about_rays(study: MetricStudy) -> Iterator[Finding]:
+    if study.along("rays"):
+        others = _named(study.along("rays"))
+        yield _about_order("the order does not depend on the number of rays", study, others)
+    for variation in study.along("rays"):
+        if variation.value == NATIVE:
+            yield _about_native(study, variation.ranking)
+
+
+def _about_native(study: MetricStudy, native: Ranking) -> Finding:
+    """Whether the few rays cast by default rank the cameras as all their pixels do."""
+    parts = []
+    for cls in CLASSES:
+        if study.reference.order("cameras", cls):
+            orders = [ranking.order("cameras", cls) for ranking in (study.reference, native)]
+            few, every = (" before ".join(LETTERS[letter] for letter in order) for order in orders)
+            parts.append(f"{cls}: {every}" + ("" if few == every else f", by default {few}"))
+    same = not any(swapped(native, study.reference, "cameras", cls) for cls in CLASSES)
+    reason = (
+        "" if same else " Where rays are farther apart than voxels, a narrow camera fills its view better."
+    )
+    return Finding(
+        "352 × 128 rays rank the cameras as all 1600 × 900 pixels do",
+        "ok" if same else "fails",
+        f"{'; '.join(parts)}.{reason}",
+    )
+
+
+def _about_readings(study: MetricStudy) -> Iterator[Finding]:
+    for variation in study.along("reading"):
+        if variation.value == "hits":
+            yield _about_order("the reading hits gives the order of covered", study, _named([variation]))
+            continue
+        taus = [agreement(variation.ranking, study.reference, cls).tau for cls in CLASSES]
+        yield Finding(
+            "the reading residual gives the order of covered, reversed",
+            "ok" if all(tau is None or tau < -0.999 for tau in taus) else "fails",
+            "By definition: what is unseen is H(Ω) less what is seen, so the highest sees most.",
+        )
+
+
+def _about_order(claim: str, study: MetricStudy, others: Sequence[Named]) -> Finding:
+    """Whether the eight rigs keep their order in all settings, for all classes."""
+    ordered = [cls for cls in CLASSES if study.reference.order("rigs", cls)]
+    kept = {
+        cls: [not swapped(ranking, study.reference, "rigs", cls) for _, ranking in others] for cls in ordered
+    }
+    parts = [_about_class(study, others, cls, kept[cls]) for cls in ordered]
+    verdict: Verdict = "ok" if all(all(flags) for flags in kept.values()) else "fails"
+    return Finding(claim, verdict, f"{'; '.join(parts)}. {_swaps(study, others, len(ordered))}".strip())
+
+
+def _about_class(study: MetricStudy, others: Sequence[Named], cls: str, kept: Sequence[bool]) -> str:
+    found = [(agreement(ranking, study.reference, cls).tau, name) for name, ranking in others]
+    least, name = min(((tau, name) for tau, name in found if tau is not None), default=(None, ""))
+    tau = "" if least is None else f"τ {least:.2f}".replace("-", "−")
+    if len(others) == 1:
+        return f"{cls}: {tau}"
+    where = f", least {tau} ({name})" if tau and not all(kept) else ""
+    return f"{cls}: kept in {sum(kept)} of {len(kept)}{where}"
+
+
+def _swaps(study: MetricStudy, others: Sequence[Named], classes: int) -> str:
+    """Which groups change places, and how often."""
+    counts: Counter[str] = Counter()
+    for cls in CLASSES:
+        for _, ranking in others:
+            for of in ("lidars", "cameras"):
+                for pair in swapped(ranking, study.reference, of, cls):
+                    counts[" and ".join(sorted(LETTERS[letter] for letter in pair))] += 1
+    shown = ", ".join(f"{pair} {count} ×" for pair, count in counts.most_common(4))
+    return f"Groups that change places, out of {classes * len(others)}: {shown}." if shown else ""
+
+
+# ---------------------------------------------------------------- what can be relied on
+
+
+def conclusion(study: MetricStudy) -> Iterator[str]:
+    """Pairs of groups that never change places (reading `covered`), and how far apart those are that do."""
+    others = [variation.ranking for variation in study.variations if variation.axis != "reading"]
+    others += study.resamples
+    for of, title in (("lidars", "LiDAR groups"), ("cameras", "camera groups")):
+        classes = [cls for cls in CLASSES if study.reference.order(of, cls)]
+        if not classes:
+            continue
+        pairs = _agreed_pairs(study.reference, of, classes)
+        swaps = [
+            (cls, pair) for r in others for cls in classes for pair in swapped(r, study.reference, of, cls)
+        ]
+        moved = {pair for _, pair in swaps}
+        firm = [f"{LETTERS[a]} before {LETTERS[b]}" for a, b in pairs if (a, b) not in moved]
+        gaps = [_gap(study.reference.figures(of, cls), pair) for cls, pair in swaps]
+        rule = f" Pairs up to {max(gaps):.1%} apart by default change places." if gaps else ""
+        yield (
+            f"{title} whose order holds for all classes in all {len(others)} settings of δ, rays, λ "
+            f"and frames: {', '.join(firm) or 'none'}.{rule}"
+        )
+
+
+def _agreed_pairs(reference: Ranking, of: str, classes: Sequence[str]) -> list[tuple[str, str]]:
+    """Pairs that every class puts in the same order by default."""
+    places = [{name: place for place, name in enumerate(reference.order(of, cls))} for cls in classes]
+    return [(a, b) for a in places[0] for b in places[0] if all(place[a] < place[b] for place in places)]
+
+
+def _gap(figures: dict[str, float], pair: tuple[str, str]) -> float:
+    """Difference of two figures as a share of the larger."""
+    one, other = (abs(figures[name]) for name in pair)
+    return abs(one - other) / max(one, other)
