@@ -1,0 +1,48 @@
+"""Scores estimated from a coarser grid: how much more or less is seen there than for a rig known exactly.
+
+The shares that are seen depend on the voxel edge, so those of a coarser grid cannot be shown as they are. But
+their ratio between two similar rigs hardly depends on it.
+"""
+
+from __future__ import annotations
+
+from core.metric.scores import ClassScores, KindScore, MetricSettings, Scores
+
+
+def estimated(
+    coarse: Scores, coarse_known: Scores, exact_known: Scores, settings: MetricSettings
+) -> Scores | None:
+    """Scores of a rig from its coarse ones, and from the coarse and the exact ones of a known rig.
+
+    `covered_voxels` stays empty. None when they cannot be estimated: where the known rig sees nothing of what
+    this one sees there is no ratio, and the reading `hits` counts something else than what is seen.
+    """
+    if settings.reading == "hits":
+        return None
+    classes = {}
+    for name, known in exact_known.classes.items():
+        now, then = coarse.classes[name], coarse_known.classes[name]
+        camera = _scaled(known.camera.seen, now.camera.seen, then.camera.seen)
+        lidar = _scaled(known.lidar.seen, now.lidar.seen, then.lidar.seen)
+        seen = _scaled(known.any_seen, now.any_seen, then.any_seen)
+        if camera is None or lidar is None or seen is None:
+            return None
+        classes[name] = _class_scores(known.h_total, camera, lidar, max(seen, camera, lidar), settings)
+    return Scores(classes, {})
+
+
+def _scaled(known: float, now: float, then: float) -> float | None:
+    if then > 0.0:
+        return min(known * now / then, 1.0)
+    return None if now > 0.0 else known
+
+
+def _class_scores(
+    h_total: float, camera: float, lidar: float, seen: float, settings: MetricSettings
+) -> ClassScores:
+    is_residual = settings.reading == "residual"
+    kinds = [
+        KindScore(-h_total * (1.0 - share if is_residual else share), share) for share in (camera, lidar)
+    ]
+    s_ms = settings.camera_weight * kinds[0].s_mig + kinds[1].s_mig
+    return ClassScores(h_total, kinds[0], kinds[1], seen, s_ms)
