@@ -40,6 +40,16 @@ def _end_cell(high: float, origin: float, voxel: float, count: int) -> int:
 
 
 @kernel
+def _upright_levels(box: np.ndarray, origin: float, voxel: float, low: int, end: int) -> tuple[int, int]:
+    """Levels low..end-1 whose centre an upright box holds, by the same comparison as `_inside`."""
+    while low < end and abs(origin + (low + 0.5) * voxel - box[2]) > box[5]:
+        low += 1
+    while low < end and abs(origin + (end - 0.5) * voxel - box[2]) > box[5]:
+        end -= 1
+    return low, end
+
+
+@kernel
 def _earlier_overlaps(boxes: np.ndarray, frame: np.ndarray, b: int, overlaps: np.ndarray) -> int:
     """Boxes of the same frame before box b whose extents meet its own; their number and, in overlaps, their rows."""
     count = 0
@@ -77,11 +87,17 @@ def _fill_box(
     low_z = _first_cell(box[2] - _reach(box, 2), origin[2], voxel, nz)
     end_z = _end_cell(box[2] + _reach(box, 2), origin[2], voxel, nz)
     upright = box[8] == 0.0 and box[11] == 0.0 and box[12] == 0.0 and box[13] == 0.0 and box[14] == 1.0
+    if upright:
+        low_z, end_z = _upright_levels(box, origin[2], voxel, low_z, end_z)
     for ix in range(low_x, end_x):
         x = origin[0] + (ix + 0.5) * voxel
         for iy in range(low_y, end_y):
             y = origin[1] + (iy + 0.5) * voxel
             if upright and not _inside(box, x, y, box[2]):
+                continue
+            if upright and others.size == 0:
+                for iz in range(low_z, end_z):
+                    counts[ix, iy, iz] += 1
                 continue
             for iz in range(low_z, end_z):
                 z = origin[2] + (iz + 0.5) * voxel
