@@ -38,7 +38,7 @@ def study(scene: SceneOptions, score: ScoreOptions, folder: Path, quick: bool, e
     if edits is not None and edits < 1:
         raise InputError(f"--edits: found {edits}, accepted is a whole number from 1 up")
     _require_folder(folder)
-    _, field = load_with_progress(scene)
+    field = load_with_progress(scene)[1]
     plan = replace(
         QUICK if quick else Plan(),
         voxel_m=field.grid.voxel_m,

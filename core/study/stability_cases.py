@@ -124,7 +124,7 @@ def _planes() -> Iterator[RayCase]:
         (lidar((0.0, 0.0, 4.0), (0.0, 45.0, -45.0, _SPACE_DIAGONAL_DEG, -_SPACE_DIAGONAL_DEG), EIGHT_WAYS),),
     )
     yield RayCase(
-        "rays aimed at edges, corners",
+        "rays aimed at edges",
         "generic origins, every ray as near to an edge as doubles can aim it",
         UNIT,
         tuple(_aimed(UNIT, number) for number in range(4)),
@@ -193,7 +193,7 @@ def _places() -> Iterator[RayCase]:
         "origin on a corner", "the first voxel is one of eight", UNIT, (lidar((2.0, -1.0, 4.0), tilt, turn),)
     )
     yield RayCase(
-        "origin on a corner of the ROI",
+        "origin on the ROI's corner",
         "half of the rays leave at once",
         UNIT,
         (lidar((-6.0, -5.0, 0.0), tilt, turn), lidar((6.0, 5.0, 8.0), tilt, turn)),
@@ -206,7 +206,7 @@ def _places() -> Iterator[RayCase]:
     )
     far = (-FAR_M, -FAR_M, -FAR_M)
     yield RayCase(
-        "origin a million metres away",
+        "origin 1,000,000 m away",
         "moments along the ray keep 9 digits fewer; corners are met all the same",
         UNIT,
         (

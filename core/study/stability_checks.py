@@ -237,7 +237,7 @@ def mirrored_twin(threads: int | None) -> Row:
     if scores[0] != scores[1]:
         fast = Outcome("fails", "scores differ")
     return _row(
-        "mirrored scene, mirrored rig",
+        "mirrored scene and rig",
         "left and right must score alike (no ray in a face: that would belong to the positive side of both)",
         outcome(lambda side: exact_cover(UNIT, (GENERIC, images)[side])).text,
         fast,

@@ -34,6 +34,7 @@ td.name span { display: block; max-width: 30rem; font-weight: 400; font-size: 12
   white-space: normal; }
 td.ok { color: var(--good); white-space: nowrap; }
 td.fails { color: var(--bad); background: #fdf1f0; font-weight: 600; white-space: nowrap; }
+td.whole { white-space: nowrap; }
 td.none { color: #a4adb6; }
 td.first, th.first { border-left: 1px solid var(--line); }
 td.letters { font-family: ui-monospace, "DejaVu Sans Mono", monospace; white-space: nowrap; }
@@ -89,9 +90,8 @@ def _method_row(row: Row) -> str:
     rays = "" if row.rays is None else f"{row.rays:,}"
     cells = "".join(_outcome(row.outcomes[method]) for method in METHODS)
     name = f"{escape(row.case)}<span>{escape(row.why)}</span>"
-    return (
-        f'<tr><td class="name">{name}</td><td class="n">{rays}</td><td>{escape(row.exact)}</td>{cells}</tr>'
-    )
+    exact = f'<td class="whole">{escape(row.exact)}</td>'
+    return f'<tr><td class="name">{name}</td><td class="n">{rays}</td>{exact}{cells}</tr>'
 
 
 def _outcome(outcome: Outcome) -> str:
