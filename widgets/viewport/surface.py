@@ -7,7 +7,6 @@ from collections.abc import Sequence
 import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
-from scipy.interpolate import BSpline
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkFiltersCore import vtkClipPolyData
 
@@ -15,10 +14,25 @@ Points = NDArray[np.float64]
 
 
 def spline_matrix(controls: int, samples: int, degree: int = 3) -> Points:
-    """Weights (samples, controls) of a clamped uniform B-spline at evenly spaced parameters."""
+    """Weights (samples, controls) of a clamped uniform B-spline at evenly spaced parameters.
+
+    De Boor's recursion, bit for bit as in scipy, whose interpolation would take longer to import than to use.
+    """
     inner = np.linspace(0.0, 1.0, controls - degree + 1)
     knots = np.concatenate([np.zeros(degree), inner, np.ones(degree)])
-    return np.asarray(BSpline(knots, np.eye(controls), degree)(np.linspace(0.0, 1.0, samples)))
+    at = np.linspace(0.0, 1.0, samples)
+    span = np.clip(np.searchsorted(knots, at, side="right") - 1, degree, controls - 1)
+    weights = [np.ones(samples)]
+    for order in range(1, degree + 1):
+        lower, weights = weights, [np.zeros(samples)]
+        for n in range(1, order + 1):
+            first, last = knots[span + n - order], knots[span + n]
+            slope = lower[n - 1] / (last - first)
+            weights[n - 1] = weights[n - 1] + slope * (last - at)
+            weights.append(slope * (at - first))
+    matrix = np.zeros((samples, controls))
+    np.put_along_axis(matrix, span[:, None] + np.arange(-degree, 1), np.stack(weights, axis=1), axis=1)
+    return matrix
 
 
 def loft(net: Points, rows: int, columns: int) -> pv.PolyData:
