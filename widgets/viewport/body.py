@@ -21,7 +21,9 @@ from widgets.viewport.body_profiles import (
     ShutLine,
     Station,
 )
+from widgets.viewport.body_store import stored_surfaces
 from widgets.viewport.surface import (
+    Painted,
     Points,
     cut,
     cut_convex,
@@ -60,7 +62,7 @@ def body_parts(vehicle: Vehicle) -> tuple[BodyPart, ...]:
 @lru_cache(maxsize=4)
 def _parts(vehicle: Vehicle) -> tuple[BodyPart, ...]:
     profile = PROFILES[vehicle.body]
-    painted = _shell(profile) + _cabin(profile)
+    painted = stored_surfaces(vehicle.body, lambda: _shell(profile) + _cabin(profile))
     _fit(painted, vehicle)
     scale = vehicle.height / profile.height_m
     wheelbase = (profile.axle_x[1] - profile.axle_x[0]) * vehicle.length / profile.length_m
@@ -74,9 +76,6 @@ def _parts(vehicle: Vehicle) -> tuple[BodyPart, ...]:
         if mesh.n_cells:
             merged.setdefault(material, []).append(mesh)
     return tuple(BodyPart(material, join(meshes)) for material, meshes in merged.items())
-
-
-Painted = list[tuple[str, pv.PolyData]]
 
 
 def _shell(profile: BodyProfile) -> Painted:

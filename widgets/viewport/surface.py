@@ -11,6 +11,7 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkFiltersCore import vtkClipPolyData
 
 Points = NDArray[np.float64]
+Painted = list[tuple[str, pv.PolyData]]  # surfaces, each with its material
 
 
 def spline_matrix(controls: int, samples: int, degree: int = 3) -> Points:

@@ -1,0 +1,89 @@
+"""The cached surfaces of the car: the same as built, and built again when the file is no good."""
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+from widgets.viewport import body_store
+from widgets.viewport.body_store import stored_surfaces
+from widgets.viewport.surface import superellipsoid
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.setenv("RIGLENS_CACHE_DIR", str(tmp_path / "cache"))
+    return tmp_path / "cache"
+
+
+class Workshop:
+    """Builds two surfaces and an empty one, and counts how often."""
+
+    def __init__(self) -> None:
+        self.built = 0
+
+    def __call__(self) -> list[tuple[str, pv.PolyData]]:
+        self.built += 1
+        paint, glass = superellipsoid((2.0, 1.0, 0.5), 0.6), superellipsoid((1.0, 0.8, 0.4), 0.9, samples=8)
+        return [("paint", paint), ("trim", pv.PolyData()), ("glass", glass)]
+
+
+def assert_as_built(painted):
+    built = [(material, mesh) for material, mesh in Workshop()() if mesh.n_cells]
+    assert [material for material, _ in painted] == [material for material, _ in built]
+    for (_, found), (_, expected) in zip(painted, built, strict=True):
+        assert found.points.dtype == expected.points.dtype
+        assert np.array_equal(found.points, expected.points)
+        assert np.array_equal(found.faces, expected.faces)
+        assert np.array_equal(found.point_data["Normals"], expected.point_data["Normals"])
+        assert found.point_data.active_normals_name == "Normals"
+
+
+def test_the_second_start_builds_nothing_and_gets_the_same_surfaces(folder):
+    build = Workshop()
+    assert_as_built(stored_surfaces("sedan", build))
+    assert_as_built(stored_surfaces("sedan", build))
+    assert build.built == 1
+
+
+@pytest.mark.parametrize("damage", ["flipped", "cut short", "empty", "text"])
+def test_a_damaged_file_is_replaced(folder, damage):
+    build = Workshop()
+    stored_surfaces("sedan", build)
+    [file] = folder.iterdir()
+    whole = file.read_bytes()
+    middle = len(whole) // 2
+    broken = {
+        "flipped": whole[:middle] + bytes([whole[middle] ^ 255]) + whole[middle + 1 :],
+        "cut short": whole[:middle],
+        "empty": b"",
+        "text": b"not an archive",
+    }
+    file.write_bytes(broken[damage])
+    assert_as_built(stored_surfaces("sedan", build))
+    assert build.built == 2
+    assert_as_built(stored_surfaces("sedan", build))
+    assert build.built == 2
+
+
+def test_surfaces_of_other_code_are_built_again(folder, monkeypatch):
+    build = Workshop()
+    stored_surfaces("sedan", build)
+    monkeypatch.setattr(body_store, "_MADE_BY", ("body.py", "body_profiles.py"))
+    assert_as_built(stored_surfaces("sedan", build))
+    assert build.built == 2
+
+
+def test_without_a_place_to_keep_them_they_are_built_every_time(folder):
+    folder.write_text("a file where the folder should be")
+    build = Workshop()
+    for _ in range(2):
+        assert_as_built(stored_surfaces("sedan", build))
+    assert build.built == 2
+
+
+def test_a_change_of_the_surfaces_does_not_reach_the_cache(folder):
+    build = Workshop()
+    for _ in range(2):
+        painted = stored_surfaces("sedan", build)
+        assert_as_built(painted)
+        painted[0][1].points = np.array(painted[0][1].points) * 2.0
