@@ -30,7 +30,6 @@ STRAIGHTEST = 1e-3
 STEEPEST = 1e3
 CLOSE = 0.999
 """Rays whose gap is below this many voxels leave no voxel between them out."""
-PLANES_PER_BLOCK = 16
 
 
 class Fan(NamedTuple):
@@ -285,18 +284,16 @@ def mark_fan(fan: Fan, space: Space, plane_from: int, plane_to: int, marks: np.n
 
     Every worker writes its own row of marks uint64 (workers, words): no atomic operations, no shared words.
     """
-    workers = marks.shape[0]
-    shape = space.shape
-    blocks = (plane_to - plane_from + PLANES_PER_BLOCK - 1) // PLANES_PER_BLOCK
+    workers, planes, shape = marks.shape[0], plane_to - plane_from, space.shape
     masks = level_masks(space.box[4], space.box[5], (shape[2] + 63) // 64)
-    for worker in numba.prange(workers):
+    for worker in numba.prange(workers):  # neighbouring planes share columns: a sector for every worker
         own = marks[worker]
         runs = np.empty((shape[0] + shape[1] + 3, 3), np.int32)
-        for block in range(worker, blocks, workers):
-            start = plane_from + block * PLANES_PER_BLOCK
-            for plane in range(start, min(start + PLANES_PER_BLOCK, plane_to)):
-                if not _walk_plane(fan, space, plane, masks, own, runs):
-                    for row in fan.row_of:
-                        _walk_alone(fan, space, plane, row, space.box, own, runs)
-                for row in fan.steep:
+        for plane in range(
+            plane_from + planes * worker // workers, plane_from + planes * (worker + 1) // workers
+        ):
+            if not _walk_plane(fan, space, plane, masks, own, runs):
+                for row in fan.row_of:
                     _walk_alone(fan, space, plane, row, space.box, own, runs)
+            for row in fan.steep:
+                _walk_alone(fan, space, plane, row, space.box, own, runs)
