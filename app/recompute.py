@@ -1,8 +1,9 @@
 """The one background thread: evaluates rigs and loads box data, always for the latest wish.
 
 Every Numba kernel of the window runs here, because parallel kernels must not be called from two threads.
-There is one pending slot and no timer: a newer request takes the place of a waiting one. Results return by
-signals that carry their request, and the window drops those older than what it shows.
+There is one pending slot and no timer: a newer request takes the place of a waiting one. Where the exact answer
+would take longer than a frame, a coarse one goes ahead, and the exact one is made when the mouse rests. Results
+return by signals that carry their request, and the window drops those older than what it shows.
 """
 
 from __future__ import annotations
@@ -11,70 +12,20 @@ import sys
 import threading
 import traceback
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 
 from PySide6.QtCore import QObject, Signal
 
-from app.heatmap import Heatmaps, HeatMode
 from app.options import SceneOptions
-from app.scenario import load_field
-from core.engine.engine import Engine, Evaluation
+from app.scoring import FRAME_MS, EvaluationRequest, LoadedScene, Scoring, load_scene
 from core.errors import InputError
-from core.metric.entropy import EntropyField
-from core.metric.scores import MetricSettings, Scores
-from core.rig.model import Rig
-from core.scene.boxes import CLASSES, Progress
-from core.scene.display import DisplayGrid
-from widgets.viewport.heatmap_layer import HeatmapData
+from core.scene.boxes import Progress
 
 CANCELLED = "Loading was cancelled."
-
-
-@dataclass(frozen=True)
-class LoadedScene:
-    """Box data ready for use: the entropy of every informative voxel, and a coarser grid to draw."""
-
-    options: SceneOptions
-    field: EntropyField
-    heatmaps: Heatmaps
-
-
-def load_scene(options: SceneOptions, progress: Progress) -> LoadedScene:
-    """Read the boxes or the stored POG; InputError on bad input."""
-    pog, field = load_field(options, progress)
-    return LoadedScene(options, field, Heatmaps(DisplayGrid.build(pog, field)))
-
+REST_S = 0.05
+"""A mouse that asked for nothing new for so long rests: time for the exact answer that a coarse one stood for."""
 
 SceneLoader = Callable[[SceneOptions, Progress], LoadedScene]
 """Turns options into a scene on the background thread; InputError on bad input."""
-
-
-@dataclass(frozen=True)
-class EvaluationRequest:
-    """Everything one evaluation depends on; `saved_rig` is what the changes are counted from."""
-
-    revision: int
-    rig: Rig
-    saved_rig: Rig
-    settings: MetricSettings
-    heat: HeatMode = "off"
-    heat_class: str = CLASSES[0]
-    is_preview: bool = False
-
-    def asks_same(self, other: EvaluationRequest) -> bool:
-        """Whether the answer to both is the same, whatever revision they belong to."""
-        return replace(self, revision=other.revision, is_preview=other.is_preview) == other
-
-
-@dataclass(frozen=True)
-class Result:
-    """The answer to one request: scores now and of the saved rig, and the heatmap to draw."""
-
-    request: EvaluationRequest
-    scene: LoadedScene
-    evaluation: Evaluation
-    saved_scores: Scores
-    heatmap: HeatmapData | None
 
 
 class _Cancelled(Exception):
@@ -85,20 +36,30 @@ class Recompute(QObject):
     """Owner of the background thread; every method is called from the interface thread.
 
     Every request is answered unless a newer one took its place; after a load the last one is answered again.
-    `close` must be called before the object goes away.
+    `close` must be called before the object goes away. `coarse_above_ms`: exact answers that are expected to
+    take longer are preceded by a coarse one.
     """
 
     evaluated = Signal(object)
+    """An exact Result."""
+    approximated = Signal(object)
+    """An Approximation, never the last answer to a request that nothing newer replaces."""
     scene_loaded = Signal(object)
     load_progress = Signal(float)
     load_ended = Signal(str)
     """A load is over; the text is empty after success, and after a cancel or an error says which."""
     failed = Signal(str)
 
-    def __init__(self, loader: SceneLoader = load_scene, threads: int | None = None) -> None:
+    def __init__(
+        self,
+        loader: SceneLoader = load_scene,
+        threads: int | None = None,
+        coarse_above_ms: float = FRAME_MS,
+    ) -> None:
         super().__init__()
         self._loader = loader
         self._threads = threads
+        self._coarse_above_ms = coarse_above_ms
         self._condition = threading.Condition()
         self._wanted: EvaluationRequest | None = None
         self._last: EvaluationRequest | None = None
@@ -108,13 +69,16 @@ class Recompute(QObject):
         self._is_busy = False
         self._is_loading = False
         self._gave_up_last = False
-        self._scene: LoadedScene | None = None
-        self._engine: Engine | None = None
-        self._saved: tuple[Rig, MetricSettings, Scores] | None = None
+        self._scoring: Scoring | None = None
         self._thread = threading.Thread(target=self._run, name="recompute", daemon=True)
         self._thread.start()
 
     # ------------------------------------------------------------------ called by the interface thread
+    @property
+    def threads(self) -> int | None:
+        """Number of threads of the engines, None for all."""
+        return self._threads
+
     def evaluate(self, request: EvaluationRequest) -> None:
         """Ask for scores; takes the place of a request that still waits."""
         with self._condition:
@@ -149,7 +113,7 @@ class Recompute(QObject):
         self._thread.join()
 
     def _is_idle(self) -> bool:
-        waiting = self._scene_wanted is not None or (self._wanted is not None and self._engine is not None)
+        waiting = self._scene_wanted is not None or (self._wanted is not None and self._scoring is not None)
         return not (waiting or self._is_busy)
 
     # ------------------------------------------------------------------ the thread
@@ -175,7 +139,7 @@ class Recompute(QObject):
         try:
             scene = self._loader(request, self._report_progress)
             self._stop_if_unwanted()
-            engine = Engine(scene.field, self._threads)
+            scoring = Scoring(scene, self._threads, self._coarse_above_ms)
         except _Cancelled:
             outcome = CANCELLED
         except InputError as error:
@@ -185,7 +149,7 @@ class Recompute(QObject):
         else:
             self.scene_loaded.emit(scene)
             with self._condition:
-                self._scene, self._engine, self._saved = scene, engine, None
+                self._scoring = scoring
                 self._wanted = self._wanted or self._last
             outcome = ""
         with self._condition:
@@ -205,7 +169,7 @@ class Recompute(QObject):
                 raise _Cancelled
 
     def _evaluate_wanted(self) -> None:
-        if self._engine is None or self._scene is None:
+        if self._scoring is None:
             return
         with self._condition:
             request, self._wanted = self._wanted, None
@@ -213,21 +177,37 @@ class Recompute(QObject):
         if request is None:
             return
         try:
-            result = self._evaluate(self._engine, self._scene, request)
+            self._answer(self._scoring, request)
         except Exception as error:
             self.failed.emit(_unexpected(error))
-        else:
-            self._gave_up_last = result is None
-            if result is not None:
-                self.evaluated.emit(result)
 
-    def _evaluate(self, engine: Engine, scene: LoadedScene, request: EvaluationRequest) -> Result | None:
-        evaluation = engine.evaluate(request.rig, request.settings, self._is_stale)
-        if evaluation is None:
-            return None
-        saved_scores = self._scores_of_saved(engine, request, evaluation)
-        heatmap = scene.heatmaps.heatmap(request.heat, request.heat_class, evaluation)
-        return Result(request, scene, evaluation, saved_scores, heatmap)
+    def _answer(self, scoring: Scoring, request: EvaluationRequest) -> None:
+        """The exact answer; where it is slow a coarse one before it, and in a drag it then waits for a rest."""
+        first = scoring.approximate(request, self._is_closing) if scoring.is_slow(request) else None
+        if first is None:
+            result = scoring.exact(request, self._is_stale)
+            self._gave_up_last = result is None
+        else:
+            self.approximated.emit(first)
+            is_measured = scoring.is_measured(request)
+            if is_measured and request.is_preview and self._is_followed_within(REST_S):
+                return
+            result = scoring.exact(request, self._is_followed if is_measured else self._is_stale)
+        if result is not None:
+            self.evaluated.emit(result)
+            scoring.learn(result, self._is_closing)
+
+    def _is_closing(self) -> bool:
+        with self._condition:
+            return self._closing
+
+    def _is_followed(self) -> bool:
+        """Whether anything newer waits: it will get a coarse answer at once, so nobody is left without numbers."""
+        return self._is_followed_within(0.0)
+
+    def _is_followed_within(self, seconds: float) -> bool:
+        with self._condition:
+            return self._condition.wait_for(lambda: self._closing or self._wanted is not None, seconds)
 
     def _is_stale(self) -> bool:
         """Whether to give up: somebody waits for a final answer, and the last request was not given up.
@@ -238,17 +218,6 @@ class Recompute(QObject):
         with self._condition:
             wanted = self._wanted
             return self._closing or (wanted is not None and not wanted.is_preview and not self._gave_up_last)
-
-    def _scores_of_saved(self, engine: Engine, request: EvaluationRequest, evaluation: Evaluation) -> Scores:
-        """Scores of the saved rig under the same settings; computed once per save, settings and scene."""
-        if request.rig == request.saved_rig:
-            self._saved = (request.saved_rig, request.settings, evaluation.scores)
-        elif self._saved is None or self._saved[:2] != (request.saved_rig, request.settings):
-            saved = engine.evaluate(request.saved_rig, request.settings)
-            assert saved is not None
-            self._saved = (request.saved_rig, request.settings, saved.scores)
-        assert self._saved is not None
-        return self._saved[2]
 
 
 def _unexpected(error: Exception) -> str:

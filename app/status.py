@@ -5,8 +5,14 @@ from __future__ import annotations
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QLabel, QProgressBar, QPushButton, QStatusBar, QWidget
 
-from app.recompute import LoadedScene, Result
 from app.scenario import short_source
+from app.scoring import Approximation, LoadedScene, Result
+
+UPDATING = "updating…"
+COARSE_NOTE = (
+    "An exact answer takes longer than a frame here.\nScores marked ≈ are estimated on larger voxels; "
+    "the exact ones replace them as soon as the mouse rests."
+)
 
 
 class StatusBar(QStatusBar):
@@ -17,7 +23,8 @@ class StatusBar(QStatusBar):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setSizeGripEnabled(False)
-        self.state, self.time, self.scene = QLabel("updating…"), QLabel(), QLabel()
+        self.state, self.time, self.scene = QLabel(UPDATING), QLabel(), QLabel()
+        self._is_coarse = False
         self._progress = QProgressBar()
         self._progress.setRange(0, 1000)
         self._progress.setFixedWidth(160)
@@ -49,12 +56,21 @@ class StatusBar(QStatusBar):
         return not self._progress.isHidden()
 
     def set_updating(self) -> None:
-        """The numbers shown are of an earlier state."""
-        self.state.setText("updating…")
+        """The numbers shown are of an earlier state; coarse ones are said to be so until the next are there."""
+        if not self._is_coarse:
+            self.state.setText(UPDATING)
+
+    def show_approximation(self, first: Approximation) -> None:
+        """Say that the numbers are coarse, and that this is not the end."""
+        self._is_coarse = True
+        self.state.setText(f"coarse (δ {first.voxel_m:g} m), exact follows")
+        self.state.setToolTip(COARSE_NOTE)
+        self.time.setText(f"coarse answer {first.elapsed_ms:.1f} ms")
 
     def show_result(self, result: Result, is_current: bool) -> None:
         """Say how long the evaluation took."""
-        self.state.setText("exact" if is_current else "updating…")
+        self._is_coarse = False
+        self.state.setText("exact" if is_current else UPDATING)
         evaluation = result.evaluation
         self.state.setToolTip(f"method {evaluation.settings.method}, {evaluation.threads} threads")
         self.time.setText(f"last edit {evaluation.elapsed_ms:.1f} ms")

@@ -26,9 +26,19 @@ from app.document import Document
 from app.heatmap import HEAT_TITLES, HeatMode
 from app.interrupt import quit_on_interrupt
 from app.options import SceneOptions, ScoreOptions
-from app.recompute import EvaluationRequest, LoadedScene, Recompute, Result
+from app.recompute import Recompute
+from app.scoring import Approximation, EvaluationRequest, LoadedScene, Result
 from app.status import StatusBar, scene_line
-from app.window_parts import ABOUT, ViewportWidget, choice_of, file_name, free_place, help_html, menu_button
+from app.window_parts import (
+    ABOUT,
+    ViewportWidget,
+    choice_of,
+    file_name,
+    free_place,
+    help_html,
+    menu_button,
+    options_of,
+)
 from core.errors import InputError
 from core.geometry import Pose
 from core.metric.scores import MetricSettings
@@ -73,6 +83,7 @@ class MainWindow(QMainWindow):
         self._scene_options = scene
         self._request: EvaluationRequest | None = None
         self._result: Result | None = None
+        self._shown_revision = -1
         self._vehicle: Vehicle | None = None
         self._heat: HeatMode = "probability"
         self._heat_class = CLASSES[0]
@@ -228,6 +239,7 @@ class MainWindow(QMainWindow):
     def _connect_recompute(self) -> None:
         queued = Qt.ConnectionType.QueuedConnection
         self.recompute.evaluated.connect(self.show_result, queued)
+        self.recompute.approximated.connect(self.show_approximation, queued)
         self.recompute.scene_loaded.connect(self._on_scene, queued)
         self.recompute.load_progress.connect(self.status.show_progress, queued)
         self.recompute.load_ended.connect(self._on_load_ended, queued)
@@ -317,15 +329,22 @@ class MainWindow(QMainWindow):
 
     def show_result(self, result: Result) -> None:
         """Show an answer unless a newer one is shown; greyed when the rig has moved on meanwhile."""
-        if self._result is not None and result.request.revision < self._result.request.revision:
+        if result.request.revision < self._shown_revision:
             return
-        self._result = result
+        self._result, self._shown_revision = result, result.request.revision
         is_current = result.request is self._request
         self.scores.show_scores(result.evaluation.scores, result.saved_scores)
         if not is_current:
             self.scores.set_stale()
         self.status.show_result(result, is_current)
         self.viewport.set_heatmap(result.heatmap)
+
+    def show_approximation(self, first: Approximation) -> None:
+        """Show coarse scores, marked as such, unless something newer is shown; the heatmap waits for the exact ones."""
+        if first.request.revision >= self._shown_revision:
+            self._shown_revision = first.request.revision
+            self.scores.show_estimate(first.scores)
+            self.status.show_approximation(first)
 
     def set_heat(self, mode: str) -> None:
         """Choose what the heatmap shows: a key of HEAT_TITLES."""
@@ -346,32 +365,28 @@ class MainWindow(QMainWindow):
 
     # ------------------------------------------------------------------ box data
     def load(self, options: SceneOptions) -> None:
-        """Load other box data in the background."""
+        """Load other box data in the background; an automatic voxel edge goes by the rig as it is now."""
+        settings = self.scores.settings
+        score = ScoreOptions(
+            settings.method, settings.reading, settings.camera_weight, self.recompute.threads
+        )
+        options = options.for_rigs([self.document.rig], score)
         self._scene_options = options
         self.status.show_progress(0.0)
         self.recompute.load(options)
 
     def _load_choice(self, choice: SceneChoice) -> None:
-        """Load what the scene panel says; class names stay mapped as long as the data set is the same."""
-        same = choice.boxes == self._scene_options.boxes
-        try:
-            options = SceneOptions(
-                boxes=choice.boxes,
-                origin_m=choice.origin_m if choice.boxes is not None else None,
-                frames=choice.frames,
-                classes=self._scene_options.classes if same else (),
-                voxel_m=choice.voxel_m,
-                roi_m=choice.roi_m,
-            )
-        except InputError as error:
-            self.report_error(str(error))
-            return
-        self.load(options)
+        self.load(options_of(choice, self._scene_options))
 
     def _on_scene(self, scene: LoadedScene) -> None:
         self.viewport.set_grid(scene.field.grid)
         self.status.show_scene(scene)
-        self.scene_panel.set_loaded(choice_of(scene.options), f"In use: {scene_line(scene)}")
+        picked = tried = ""
+        if scene.choice is not None:
+            picked = f"Auto picked {scene.choice.reason()}. Load picks again, for the rig as it is then."
+            tried = "\n".join(scene.choice.lines())
+        loaded = choice_of(scene.options, scene.field.grid)
+        self.scene_panel.set_loaded(loaded, f"In use: {scene_line(scene)}", picked, tried)
         self.scores.set_stale()
 
     def _on_load_ended(self, problem: str) -> None:

@@ -10,10 +10,10 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QMenu, QToolButton
 
 from app.actions import Actions, shortcut_rows
-from app.options import SceneOptions
+from app.options import AutoVoxel, SceneOptions
 from core.geometry import Vec3
 from core.rig.model import Rig, Vehicle
-from core.scene.grid import DEFAULT_ROI_M, DEFAULT_VOXEL_M
+from core.scene.grid import DEFAULT_ROI_M, DEFAULT_VOXEL_M, VoxelGrid
 from widgets.panels.icons import icon
 from widgets.panels.scene_panel import SceneChoice
 from widgets.panels.scores_panel import SIGN_NOTE
@@ -95,14 +95,34 @@ def menu_button(kind: str, menu: QMenu) -> QToolButton:
     return button
 
 
-def choice_of(options: SceneOptions) -> SceneChoice:
-    """What the scene panel shows for these options."""
+def choice_of(options: SceneOptions, grid: VoxelGrid | None = None) -> SceneChoice:
+    """What the scene panel shows for these options; the grid of a stored POG is known once it is loaded."""
+    voxel_m, roi_m = options.voxel_m or DEFAULT_VOXEL_M, options.roi_m or DEFAULT_ROI_M
+    if options.pog is not None and grid is not None:
+        voxel_m, roi_m = grid.voxel_m, grid.roi_m
     return SceneChoice(
         options.boxes,
         options.origin_m or (0.0, 0.0, 0.0),
         options.frames,
-        options.voxel_m or DEFAULT_VOXEL_M,
-        options.roi_m or DEFAULT_ROI_M,
+        voxel_m if options.auto is None else None,
+        roi_m,
+        options.pog,
+    )
+
+
+def options_of(choice: SceneChoice, before: SceneOptions) -> SceneOptions:
+    """Options for what the scene panel says; class names stay mapped as long as the data set is the same."""
+    if choice.pog is not None:
+        return SceneOptions(pog=choice.pog)
+    auto = (before.auto or AutoVoxel()) if choice.voxel_m is None else None
+    return SceneOptions(
+        boxes=choice.boxes,
+        origin_m=choice.origin_m if choice.boxes is not None else None,
+        frames=choice.frames,
+        classes=before.classes if choice.boxes == before.boxes else (),
+        voxel_m=choice.voxel_m,
+        roi_m=choice.roi_m,
+        auto=auto,
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -11,9 +12,10 @@ import pytest
 from PySide6.QtCore import Qt
 from pytestqt.qtbot import QtBot
 
-import app.recompute
+import app.scoring
 from app.options import SceneOptions
-from app.recompute import CANCELLED, EvaluationRequest, LoadedScene, Recompute, load_scene
+from app.recompute import CANCELLED, Recompute
+from app.scoring import EvaluationRequest, LoadedScene, load_scene
 from core.errors import InputError
 from core.metric.scores import MetricSettings
 from core.scene.boxes import Progress
@@ -37,7 +39,7 @@ class Worker:
         self.scenes: list[LoadedScene] = []
         self.ended: list[str] = []
         self.failures: list[str] = []
-        self.recompute = Recompute(loader, threads=1)
+        self.recompute = Recompute(loader, threads=1, coarse_above_ms=math.inf)
         self.recompute.evaluated.connect(lambda result: self.answered.append(result.request.revision), QUEUED)
         self.recompute.scene_loaded.connect(self.scenes.append, QUEUED)
         self.recompute.load_ended.connect(self.ended.append, QUEUED)
@@ -120,7 +122,9 @@ class SlowEngine:
     def __init__(self, field: Any, threads: int | None) -> None:
         self._engine = app_engine(field, threads)
 
-    def evaluate(self, rig: Any, settings: Any, is_stale: Callable[[], bool] = lambda: False) -> Any:
+    def evaluate(
+        self, rig: Any, settings: Any, is_stale: Callable[[], bool] = lambda: False, with_seen: bool = True
+    ) -> Any:
         if self.gates:
             self.gates.pop(0).pass_through()
         stale = is_stale()
@@ -128,12 +132,12 @@ class SlowEngine:
         return None if stale else self._engine.evaluate(rig, settings)
 
 
-app_engine = app.recompute.Engine
+app_engine = app.scoring.Engine
 
 
 def start_slow(start: StartWorker, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, gates: int) -> Any:
     SlowEngine.gates, SlowEngine.given_up = [], []
-    monkeypatch.setattr(app.recompute, "Engine", SlowEngine)
+    monkeypatch.setattr(app.scoring, "Engine", SlowEngine)
     worker = start()
     worker.recompute.load(scene_options(tmp_path))
     worker.wait(lambda: worker.ended == [""])
@@ -187,11 +191,11 @@ def test_a_failure_is_reported_and_the_next_request_is_answered(
     worker.recompute.load(scene_options(tmp_path))
     worker.wait(lambda: worker.ended == [""])
 
-    def fail(*_: object) -> None:
+    def fail(*_: object, **__: object) -> None:
         raise ZeroDivisionError("no way")
 
     with monkeypatch.context() as broken:
-        broken.setattr(app.recompute.Engine, "evaluate", fail)
+        broken.setattr(app.scoring.Engine, "evaluate", fail)
         worker.recompute.evaluate(request(1))
         worker.wait(lambda: bool(worker.failures))
     assert "ZeroDivisionError: no way" in worker.failures[0]

@@ -10,7 +10,8 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QComboBox, QLineEdit, QPushButton
 from pytestqt.qtbot import QtBot
 
-from app.recompute import CANCELLED, Result
+from app.recompute import CANCELLED
+from app.scoring import Result
 from core.geometry import Pose
 from core.metric.scores import MetricSettings
 from core.scene.boxes import CLASSES

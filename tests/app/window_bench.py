@@ -15,7 +15,8 @@ from pytestqt.qtbot import QtBot
 from app.dialogs import Dialogs, Unsaved
 from app.document import Document
 from app.options import SceneOptions
-from app.recompute import LoadedScene, Recompute
+from app.recompute import Recompute
+from app.scoring import FRAME_MS, LoadedScene
 from app.window import MainWindow
 from core.engine.engine import Engine
 from core.geometry import Pose
@@ -221,15 +222,22 @@ def choose_item(combo: QComboBox, text: str) -> None:
 
 @contextmanager
 def open_bench(
-    qtbot: QtBot, folder: Path, rig: Rig = RIG, viewport: QWidget | None = None, wait: bool = True
+    qtbot: QtBot,
+    folder: Path,
+    rig: Rig = RIG,
+    viewport: QWidget | None = None,
+    wait: bool = True,
+    coarse_above_ms: float = FRAME_MS,
+    **scene: Any,
 ) -> Iterator[Bench]:
-    """A window on a small scene; closed without questions at the end."""
+    """A window on a small scene, with fields of its options changed; closed without questions at the end."""
     view = FakeViewport() if viewport is None else viewport
     dialogs = FakeDialogs()
-    recompute = Recompute(threads=1)
+    recompute = Recompute(threads=1, coarse_above_ms=coarse_above_ms)
     scenes: list[LoadedScene] = []
     recompute.scene_loaded.connect(scenes.append, Qt.ConnectionType.QueuedConnection)
-    window = MainWindow(Document(rig), view, recompute, scene_options(folder), MetricSettings(), dialogs)
+    options = scene_options(folder, **scene)
+    window = MainWindow(Document(rig), view, recompute, options, MetricSettings(), dialogs)
     qtbot.addWidget(window)
     window.show()
     window.activateWindow()  # shortcuts belong to the active window

@@ -11,26 +11,45 @@ from PySide6.QtWidgets import QComboBox, QLabel, QPushButton, QWidget
 from core.errors import InputError
 from core.geometry import Vec3
 from core.scene.grid import DEFAULT_ROI_M, DEFAULT_VOXEL_M, VoxelGrid
+from core.study.voxel_choice import LADDER_M, ladder_grids
 from widgets.panels.form import ChoiceBox, Form, read_item, write_item
 from widgets.panels.number_edit import IntegerEdit, NumberEdit, full_number, parse_number
 
-VOXEL_EDGES_M = (0.2, 0.1, 0.05)
+AUTO = "Auto"
+VOXEL_TIP = (
+    "Edge of a voxel; smaller is finer and slower. Auto tries "
+    + ", ".join(f"{edge:g}" for edge in LADDER_M)
+    + " m and takes the coarsest at which the rig sees as much as with the finest."
+)
 
 
 @dataclass(frozen=True)
 class SceneChoice:
-    """What is chosen; `boxes` None is the bundled scenario, `frames` None counts those of the data set."""
+    """What is chosen; `boxes` None is the bundled scenario, `frames` None counts those of the data set.
+
+    `voxel_m` None picks it by the scores. A stored POG (`pog`) holds its boxes and its grid: nothing of it can
+    be changed but for other boxes.
+    """
 
     boxes: Path | None = None
     origin_m: Vec3 = (0.0, 0.0, 0.0)
     frames: int | None = None
-    voxel_m: float = DEFAULT_VOXEL_M
+    voxel_m: float | None = DEFAULT_VOXEL_M
     roi_m: Vec3 = DEFAULT_ROI_M
+    pog: Path | None = None
 
     def replace(self, **changes: object) -> SceneChoice:
-        """The choice with some fields changed; InputError when voxel and region do not fit together."""
+        """The choice with some fields changed; InputError when they do not fit together, or a POG is fixed."""
         changed: SceneChoice = replace(self, **changes)  # type: ignore[arg-type]
-        VoxelGrid(changed.voxel_m, changed.roi_m)
+        if changed.pog is not None and changed != self:
+            raise InputError(
+                f"{changed.pog.name} is a stored POG, cut into voxels of {self.voxel_m:g} m already; "
+                "choose a box data set to change this"
+            )
+        if changed.voxel_m is None:
+            ladder_grids(changed.roi_m)
+        else:
+            VoxelGrid(changed.voxel_m, changed.roi_m)
         return changed
 
 
@@ -56,6 +75,11 @@ class ScenePanel(Form):
         self._hint.setObjectName("hint")
         self._hint.setWordWrap(True)
         self.add_wide(self._hint)
+        self._picked = QLabel()
+        self._picked.setObjectName("hint")
+        self._picked.setWordWrap(True)
+        self._picked.hide()
+        self.add_wide(self._picked)
         self.close_form()
         self.changed.connect(self.show_subject)
         self.show_subject(choice)
@@ -69,13 +93,22 @@ class ScenePanel(Form):
 
     def choose_boxes(self, boxes: Path | None) -> None:
         """Take another data set; the fields of the old one are emptied, because they described it."""
-        self.show_subject(self.choice.replace(boxes=boxes, origin_m=(0.0, 0.0, 0.0), frames=None))
+        self.show_subject(self.choice.replace(boxes=boxes, origin_m=(0.0, 0.0, 0.0), frames=None, pog=None))
 
-    def set_loaded(self, choice: SceneChoice, summary: str) -> None:
-        """Say what is in use now."""
+    def set_loaded(self, choice: SceneChoice, summary: str, picked: str = "", tried: str = "") -> None:
+        """Say what is in use now, and why its voxel edge was picked: a sentence, and all that was tried."""
+        is_untouched = self.choice == self._loaded
         self._loaded = choice
         self._hint.setText(summary)
-        self.show_subject(self.choice)
+        self._picked.setText(picked)
+        self._picked.setToolTip(tried)
+        self._picked.setVisible(bool(picked))
+        self.show_subject(choice if is_untouched else self.choice)
+
+    @property
+    def picked(self) -> tuple[str, str]:
+        """Why the voxel edge in use was picked, and all that was tried; empty when it was given."""
+        return self._picked.text(), self._picked.toolTip()
 
     # ------------------------------------------------------------------ fields
     def _add_data(self) -> None:
@@ -115,28 +148,31 @@ class ScenePanel(Form):
         voxel.setEditable(True)
         voxel.setObjectName("voxel_m")
         voxel.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
-        voxel.addItems([full_number(edge) for edge in VOXEL_EDGES_M])
+        voxel.addItems([AUTO, *(full_number(edge) for edge in LADDER_M)])
         line = voxel.lineEdit()
         assert line is not None
         line.editingFinished.connect(self._take_voxel)
         voxel.activated.connect(lambda _: self._take_voxel())
         self._voxel = voxel
-        self.add_row("Voxel δ (m)", [voxel], "Edge of a voxel; smaller is finer and slower")
+        self.add_row("Voxel δ (m)", [voxel], VOXEL_TIP)
         self._add_triple("Region (m)", "roi_m", "LWH", "Length, width and height of the region of interest")
 
     def _take_voxel(self) -> None:
+        text = self._voxel.currentText().strip()
         try:
-            self.show_subject(self.choice.replace(voxel_m=parse_number(self._voxel.currentText())))
+            voxel_m = None if text.lower() == AUTO.lower() else parse_number(text)
+            self.show_subject(self.choice.replace(voxel_m=voxel_m))
         except (InputError, ValueError) as error:
             self.show_problem(f"Voxel: {error}")
 
     def show_subject(self, subject: SceneChoice) -> None:
-        """Show a choice; the button is ready when it differs from what is in use."""
+        """Show a choice; the button is ready when it differs from what is in use, or when it picks again."""
         super().show_subject(subject)
-        self._name.setText(subject.boxes.name if subject.boxes else "Bundled town")
-        self._name.setToolTip(str(subject.boxes or "A traffic simulation that comes with the program"))
-        self._voxel.setCurrentText(full_number(subject.voxel_m))
-        self._load.setEnabled(subject != self._loaded)
+        path = subject.pog or subject.boxes
+        self._name.setText(path.name if path else "Bundled town")
+        self._name.setToolTip(str(path or "A traffic simulation that comes with the program"))
+        self._voxel.setCurrentText(AUTO if subject.voxel_m is None else full_number(subject.voxel_m))
+        self._load.setEnabled(subject != self._loaded or subject.voxel_m is None)
 
 
 def _write_frames(choice: SceneChoice, frames: int | None) -> SceneChoice:

@@ -1,4 +1,7 @@
-"""Scores per class with the change since the last save, in 10^3 nat; every digit in tooltip and copy."""
+"""Scores per class with the change since the last save, in 10^3 nat; every digit in tooltip and copy.
+
+Estimates can be shown in their place for a moment: marked ≈, in italics, without changes and without a copy.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +30,7 @@ from widgets.panels.number_edit import NumberEdit
 from widgets.panels.style import MARGIN, SPACING, numbers_font, tones
 from widgets.theme import CLASS_COLOURS
 
-MINUS, NONE = "\u2212", "–"
+MINUS, NONE, ABOUT, FOLLOWS = "\u2212", "–", "≈ ", "…"
 CLASS_PX, MIN_VALUE_PX, CHANGE_PX = 120, 90, 96
 
 SIGN_NOTE = (
@@ -37,6 +40,7 @@ SIGN_NOTE = (
     "both are true of the published system. Read S-MS together with <b>seen</b>, the share of the scene's "
     "uncertainty that any sensor looks at, which grows with coverage."
 )
+ESTIMATE_NOTE = "Estimated on larger voxels; the exact number follows as soon as the mouse rests"
 SEEN_NOTE = "Share of the class's entropy H(Ω) that any enabled sensor looks at"
 READING_NOTES = {
     "covered": "S-MIG = −entropy of the set of voxels reached: the paper's equations",
@@ -74,9 +78,8 @@ class ScoresPanel(QWidget):
         super().__init__(parent)
         self.setObjectName("panel")
         self._settings = settings
-        self._scores: Scores | None = None
-        self._saved: Scores | None = None
         self._is_stale = True
+        self._is_estimate = False
         self._table = _ScoreTable()
         self._weight = NumberEdit(0.05)
         self._reading = ChoiceBox()
@@ -120,8 +123,13 @@ class ScoresPanel(QWidget):
     # ------------------------------------------------------------------ what is shown
     def show_scores(self, scores: Scores, saved: Scores) -> None:
         """Show up-to-date scores and their change since `saved`."""
-        self._scores, self._saved, self._is_stale = scores, saved, False
-        self._table.show_scores(scores, saved, self._settings, is_stale=False)
+        self._is_stale = self._is_estimate = False
+        self._table.show_scores(scores, saved, self._settings)
+
+    def show_estimate(self, scores: Scores) -> None:
+        """Show rough scores until the exact ones are there; there is nothing to copy until then."""
+        self._is_stale = self._is_estimate = True
+        self._table.show_estimate(scores)
 
     def set_stale(self) -> None:
         """Grey the numbers: they belong to an earlier state."""
@@ -133,6 +141,11 @@ class ScoresPanel(QWidget):
     def is_stale(self) -> bool:
         """Whether the numbers are greyed."""
         return self._is_stale
+
+    @property
+    def is_estimate(self) -> bool:
+        """Whether the numbers are rough ones."""
+        return self._is_estimate
 
     def text_of(self, class_name: str, column: str) -> str:
         """What a cell shows; `column` is a key of COLUMNS, or the key with " change" behind it."""
@@ -221,7 +234,7 @@ class _ScoreTable(QTableWidget):
         assert item is not None
         return item
 
-    def show_scores(self, scores: Scores, saved: Scores, settings: MetricSettings, is_stale: bool) -> None:
+    def show_scores(self, scores: Scores, saved: Scores, settings: MetricSettings) -> None:
         for name in CLASSES:
             now, before = scores.classes[name], saved.classes[name]
             for column in COLUMNS:
@@ -229,8 +242,24 @@ class _ScoreTable(QTableWidget):
                 self._show_value(self.cell(name, column.key), column, value)
                 self._show_change(self.cell(name, f"{column.key} change"), column, change, settings)
 
+    def show_estimate(self, scores: Scores) -> None:
+        """Rough values without changes, of which no digit can be copied."""
+        for name in CLASSES:
+            for column in COLUMNS:
+                value = column.value(scores.classes[name])
+                self._show_rough(self.cell(name, column.key), ABOUT + rough_text(column, value))
+                self._show_rough(self.cell(name, f"{column.key} change"), FOLLOWS)
+
+    def _show_rough(self, item: QTableWidgetItem, text: str) -> None:
+        item.setText(text)
+        item.setToolTip(ESTIMATE_NOTE)
+        item.setData(Qt.ItemDataRole.UserRole, None)
+        item.setForeground(QBrush(QColor(tones().muted)))
+        _set_italic(item, True)
+
     def _show_value(self, item: QTableWidgetItem, column: Column, value: float) -> None:
         item.setText(share_text(value) if column.is_share else kilo_text(value))
+        _set_italic(item, False)
         item.setToolTip(exact_text(column, value))
         item.setData(Qt.ItemDataRole.UserRole, value)
         item.setForeground(QBrush(QColor(tones().text)))
@@ -239,6 +268,7 @@ class _ScoreTable(QTableWidget):
         self, item: QTableWidgetItem, column: Column, change: float, settings: MetricSettings
     ) -> None:
         item.setText(change_text(change, column))
+        _set_italic(item, False)
         item.setData(Qt.ItemDataRole.UserRole, change)
         looks_at_more = (change > 0) == (column.is_share or settings.reading == "residual")
         colour = tones().muted if change == 0 else tones().more if looks_at_more else tones().less
@@ -275,6 +305,20 @@ class _ScoreTable(QTableWidget):
             QGuiApplication.clipboard().setText(self.as_text())
             return
         super().keyPressEvent(event)
+
+
+def _set_italic(item: QTableWidgetItem, italic: bool) -> None:
+    font = item.font()
+    if font.italic() != italic:
+        font.setItalic(italic)
+        item.setFont(font)
+
+
+def rough_text(column: Column, value: float) -> str:
+    """One decimal instead of two: an estimate is not better than that."""
+    if column.is_share:
+        return f"{100 * value:.1f} %"
+    return _signed(f"{abs(value) / 1000:.1f}", value, plus="")
 
 
 def kilo_text(value_nat: float) -> str:

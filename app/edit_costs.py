@@ -1,0 +1,64 @@
+"""How long exact evaluations take, learnt from the engine's own times: a running median for every sensor."""
+
+from __future__ import annotations
+
+import statistics
+from collections import deque
+
+from core.rig.model import Camera, Lidar, Rig
+
+REMEMBERED = 5
+Sensor = Lidar | Camera
+
+
+def _rays_of(sensor: Sensor) -> Sensor:
+    """The sensor without what changes no ray."""
+    return sensor.model_copy(update={"name": "", "model": None, "enabled": True})
+
+
+class EditCosts:
+    """What it costs to bring an engine from the rig it holds to another one; a sensor is known by its name.
+
+    A sensor that was never changed alone is guessed from the last evaluation that cast several.
+    """
+
+    def __init__(self) -> None:
+        self._held: list[Sensor] = []
+        self._times: dict[str, deque[float]] = {}
+        self._guess_ms = 0.0
+
+    def expected_ms(self, rig: Rig) -> float:
+        """Time to cast what is in this rig and not in the one held; 0 when nothing is."""
+        return sum(self._cost(name) for name in self._to_cast(rig))
+
+    def is_guess(self, rig: Rig) -> bool:
+        """Whether a sensor that has to be cast was never measured."""
+        return any(name not in self._times for name in self._to_cast(rig))
+
+    def slowest_ms(self, rig: Rig) -> float:
+        """The largest cost of a sensor of this rig."""
+        return max((self._cost(sensor.name) for sensor in rig.sensors if sensor.enabled), default=0.0)
+
+    def note(self, rig: Rig, elapsed_ms: float) -> None:
+        """The engine holds this rig now, and took that long to get there."""
+        cast = self._to_cast(rig)
+        if len(cast) == 1:
+            self._times.setdefault(cast[0], deque(maxlen=REMEMBERED)).append(elapsed_ms)
+        elif cast:
+            self._guess_ms = elapsed_ms / len(cast)
+        self._held = [_rays_of(sensor) for sensor in rig.sensors if sensor.enabled]
+
+    def _cost(self, name: str) -> float:
+        return statistics.median(self._times[name]) if name in self._times else self._guess_ms
+
+    def _to_cast(self, rig: Rig) -> list[str]:
+        held = list(self._held)
+        names = []
+        for sensor in rig.sensors:
+            if not sensor.enabled:
+                continue
+            if (rays := _rays_of(sensor)) in held:
+                held.remove(rays)
+            else:
+                names.append(sensor.name)
+        return names

@@ -1,0 +1,177 @@
+"""Scores of rigs on one loaded scene: the exact engine, and a coarser one that answers first where it is slow."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from app.edit_costs import EditCosts
+from app.heatmap import Heatmaps, HeatMode
+from app.options import SceneOptions
+from app.scenario import load_scenario
+from core.engine.engine import Engine, Evaluation
+from core.metric.coarse import estimated
+from core.metric.entropy import EntropyField
+from core.metric.scores import MetricSettings, Scores
+from core.rig.model import Rig
+from core.scene.boxes import CLASSES, Progress
+from core.scene.coarse import coarse_pog
+from core.scene.display import DisplayGrid
+from core.study.voxel_choice import VoxelChoice
+from widgets.viewport.heatmap_layer import HeatmapData
+
+FRAME_MS = 16.0
+"""An exact answer that takes longer than a frame of the screen is preceded by a coarse one."""
+IsStale = Callable[[], bool]
+
+
+@dataclass(frozen=True)
+class LoadedScene:
+    """Box data ready for use: the entropy of every informative voxel, and a coarser grid to draw.
+
+    `coarse` is a field of larger voxels for first answers, None where the grid allows none; `choice` says how
+    the voxel edge was picked, None when it was given.
+    """
+
+    options: SceneOptions
+    field: EntropyField
+    heatmaps: Heatmaps
+    coarse: EntropyField | None = None
+    choice: VoxelChoice | None = None
+
+
+def load_scene(options: SceneOptions, progress: Progress) -> LoadedScene:
+    """Read the boxes or the stored POG; InputError on bad input."""
+    found = load_scenario(options, progress)
+    heatmaps = Heatmaps(DisplayGrid.build(found.pog, found.field))
+    thinned = coarse_pog(found.pog)
+    coarse = EntropyField.from_pog(thinned) if thinned is not None else None
+    return LoadedScene(options, found.field, heatmaps, coarse, found.choice)
+
+
+@dataclass(frozen=True)
+class EvaluationRequest:
+    """Everything one evaluation depends on; `saved_rig` is what the changes are counted from."""
+
+    revision: int
+    rig: Rig
+    saved_rig: Rig
+    settings: MetricSettings
+    heat: HeatMode = "off"
+    heat_class: str = CLASSES[0]
+    is_preview: bool = False
+
+    def asks_same(self, other: EvaluationRequest) -> bool:
+        """Whether the answer to both is the same, whatever revision they belong to."""
+        return replace(self, revision=other.revision, is_preview=other.is_preview) == other
+
+
+@dataclass(frozen=True)
+class Result:
+    """The exact answer to one request: scores now and of the saved rig, and the heatmap to draw."""
+
+    request: EvaluationRequest
+    scene: LoadedScene
+    evaluation: Evaluation
+    saved_scores: Scores
+    heatmap: HeatmapData | None
+
+
+@dataclass(frozen=True)
+class Approximation:
+    """A first answer to one request, from voxels of `voxel_m`; the exact one follows when nothing newer is asked.
+
+    A type of its own, so that it can never be taken for a Result.
+    """
+
+    request: EvaluationRequest
+    scores: Scores
+    voxel_m: float
+    elapsed_ms: float
+
+
+class Scoring:
+    """Both engines on one scene. Called by one thread only."""
+
+    def __init__(self, scene: LoadedScene, threads: int | None, coarse_above_ms: float = FRAME_MS) -> None:
+        self.scene = scene
+        self._threads = threads
+        self._coarse_above_ms = coarse_above_ms
+        self._engine = Engine(scene.field, threads)
+        self._costs = EditCosts()
+        self._saved: tuple[Rig, MetricSettings, Scores] | None = None
+        self._coarse: Engine | None = None
+        self._known: tuple[MetricSettings, Scores, Scores] | None = None
+
+    # ------------------------------------------------------------------ exact
+    def exact(self, request: EvaluationRequest, is_stale: IsStale) -> Result | None:
+        """The exact answer; None when `is_stale` said so half-way."""
+        evaluation = self._engine.evaluate(
+            request.rig, request.settings, is_stale, with_seen=request.heat == "seen"
+        )
+        if evaluation is None:
+            return None
+        self._costs.note(request.rig, evaluation.elapsed_ms)
+        saved_scores = self._scores_of_saved(request, evaluation)
+        heatmap = self.scene.heatmaps.heatmap(request.heat, request.heat_class, evaluation)
+        return Result(request, self.scene, evaluation, saved_scores, heatmap)
+
+    def _scores_of_saved(self, request: EvaluationRequest, evaluation: Evaluation) -> Scores:
+        """Scores of the saved rig under the same settings; computed once per save, settings and scene."""
+        if request.rig == request.saved_rig:
+            self._saved = (request.saved_rig, request.settings, evaluation.scores)
+        elif self._saved is None or self._saved[:2] != (request.saved_rig, request.settings):
+            saved = self._engine.evaluate(request.saved_rig, request.settings, with_seen=False)
+            assert saved is not None
+            self._costs.note(request.saved_rig, saved.elapsed_ms)
+            self._saved = (request.saved_rig, request.settings, saved.scores)
+        assert self._saved is not None
+        return self._saved[2]
+
+    # ------------------------------------------------------------------ coarse
+    def is_slow(self, request: EvaluationRequest) -> bool:
+        """Whether the exact answer is expected to take longer than a frame."""
+        return self._costs.expected_ms(request.rig) > self._coarse_above_ms
+
+    def is_measured(self, request: EvaluationRequest) -> bool:
+        """Whether the expectation rests on times of the very sensors that have to be cast."""
+        return not self._costs.is_guess(request.rig)
+
+    def approximate(self, request: EvaluationRequest, is_stale: IsStale) -> Approximation | None:
+        """A coarse answer; None when there is nothing to estimate it from, or when it was given up."""
+        if self._known is None or not _same_sets(self._known[0], request.settings):
+            return None
+        found = self._evaluate_coarse(request.rig, request.settings, is_stale)
+        scores = estimated(found.scores, *self._known[1:], request.settings) if found is not None else None
+        if found is None or scores is None:
+            return None
+        return Approximation(request, scores, self._coarse_voxel_m, found.elapsed_ms)
+
+    def learn(self, result: Result, is_stale: IsStale) -> None:
+        """Have the coarse engine follow an exact answer, from which the next coarse ones are estimated.
+
+        Nothing is done where no sensor is slow, so that quick scenes pay nothing.
+        """
+        request = result.request
+        if self.scene.coarse is None or self._costs.slowest_ms(request.rig) <= self._coarse_above_ms:
+            return
+        found = self._evaluate_coarse(request.rig, request.settings, is_stale)
+        if found is not None:
+            self._known = (request.settings, found.scores, result.evaluation.scores)
+
+    def _evaluate_coarse(self, rig: Rig, settings: MetricSettings, is_stale: IsStale) -> Evaluation | None:
+        assert self.scene.coarse is not None
+        if self._coarse is None:
+            self._coarse = Engine(self.scene.coarse, self._threads)
+        covered = replace(settings, reading="covered")  # an estimate needs only what is seen
+        return self._coarse.evaluate(rig, covered, is_stale, with_seen=False)
+
+    @property
+    def _coarse_voxel_m(self) -> float:
+        assert self.scene.coarse is not None
+        return self.scene.coarse.grid.voxel_m
+
+
+def _same_sets(one: MetricSettings, other: MetricSettings) -> bool:
+    """Whether both settings see the same voxels; reading and weight only add them up in other ways."""
+    return one.method == other.method

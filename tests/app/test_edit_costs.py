@@ -1,0 +1,54 @@
+"""What an edit costs is learnt for each sensor, from evaluations that cast that sensor alone."""
+
+from __future__ import annotations
+
+import pytest
+
+from app.edit_costs import REMEMBERED, EditCosts
+from core.rig.model import Rig
+from tests.app.window_bench import RIG
+
+
+def moved(name: str, x: float, rig: Rig = RIG) -> Rig:
+    return rig.with_sensor(name, rig.sensor(name).replace(position=(x, 0.0, 2.0)))
+
+
+@pytest.fixture
+def costs() -> EditCosts:
+    """The small rig is held; it took 40 ms for two sensors."""
+    costs = EditCosts()
+    costs.note(RIG, 40.0)
+    return costs
+
+
+def test_nothing_new_to_cast_costs_nothing(costs: EditCosts) -> None:
+    roof = RIG.sensor("roof")
+    for same in (RIG, RIG.replace(name="other"), RIG.with_sensor("roof", roof.replace(name="top"))):
+        assert costs.expected_ms(same) == 0.0
+    off = RIG.with_sensor("roof", roof.replace(enabled=False))
+    assert costs.expected_ms(off) == 0.0
+
+
+def test_a_sensor_that_was_never_moved_is_guessed_from_all(costs: EditCosts) -> None:
+    assert costs.expected_ms(moved("roof", 1.0)) == 20.0
+    assert costs.expected_ms(moved("front", 1.0, moved("roof", 1.0))) == 40.0
+    assert costs.is_guess(moved("roof", 1.0))
+
+
+def test_each_sensor_has_its_own_median(costs: EditCosts) -> None:
+    rig = RIG
+    for x, elapsed_ms in ((1.0, 3.0), (2.0, 100.0), (3.0, 5.0)):
+        rig = moved("roof", x, rig)
+        costs.note(rig, elapsed_ms)
+    assert costs.expected_ms(moved("roof", 9.0, rig)) == 5.0
+    assert not costs.is_guess(moved("roof", 9.0, rig))
+    assert costs.expected_ms(moved("front", 9.0, rig)) == 20.0
+    assert costs.slowest_ms(rig) == 20.0
+
+
+def test_old_times_are_forgotten(costs: EditCosts) -> None:
+    rig = RIG
+    for step in range(2 * REMEMBERED):
+        rig = moved("roof", float(step), rig)
+        costs.note(rig, 500.0 if step < REMEMBERED else 2.0)
+    assert costs.expected_ms(moved("roof", -1.0, rig)) == 2.0

@@ -1,0 +1,363 @@
+"""Where exact scores take longer than a frame, coarse ones go ahead, marked as such, and exact ones end it."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import replace
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QComboBox
+from pytestqt.qtbot import QtBot
+
+import app.recompute
+import app.scoring
+from app.scoring import FRAME_MS, Approximation, Result
+from core.engine.engine import Engine
+from core.geometry import Pose
+from core.rig.model import Lidar
+from core.rig.yaml_file import load_rig
+from core.scene.boxes import CLASSES
+from tests.app.window_bench import TIMEOUT_MS, Bench, choose_item, open_bench
+from widgets.panels.scores_panel import COLUMNS
+
+QUEUED = Qt.ConnectionType.QueuedConnection
+FINE_M, COARSE_M = 0.5, 1.0
+ALL_SLOW = 0.0
+"""With this threshold whatever has to be cast counts as slow."""
+
+
+class Watch:
+    """Everything the window showed, in the order in which it was shown."""
+
+    def __init__(self, bench: Bench) -> None:
+        self.bench = bench
+        self.shown: list[tuple[str, int]] = []
+        self.states: list[str] = []
+        bench.window.recompute.approximated.connect(self._on_coarse, QUEUED)
+        bench.window.recompute.evaluated.connect(self._on_exact, QUEUED)
+
+    def _on_coarse(self, first: Approximation) -> None:
+        self._note("coarse", first.request.revision)
+
+    def _on_exact(self, result: Result) -> None:
+        self._note("exact", result.request.revision)
+
+    def _note(self, kind: str, revision: int) -> None:
+        self.shown.append((kind, revision))
+        self.states.append(self.bench.window.status.state.text())
+
+    @property
+    def kinds(self) -> list[str]:
+        return [kind for kind, _ in self.shown]
+
+    def wait_for(self, kind: str, revision: int) -> None:
+        self.bench.qtbot.waitUntil(lambda: (kind, revision) in self.shown, timeout=TIMEOUT_MS)
+
+
+Open = Callable[..., Bench]
+
+
+@pytest.fixture
+def opened(qtbot: QtBot, tmp_path: Path) -> Iterator[Open]:
+    benches: list[AbstractContextManager[Bench]] = []
+
+    def open_it(coarse_above_ms: float = ALL_SLOW, **scene: Any) -> Bench:
+        benches.append(open_bench(qtbot, tmp_path, coarse_above_ms=coarse_above_ms, **scene))
+        bench = benches[-1].__enter__()
+        assert bench.window.recompute.wait_until_idle()
+        return bench
+
+    yield open_it
+    for bench in benches:
+        bench.__exit__(None, None, None)
+
+
+def move(bench: Bench, name: str, x: float) -> int:
+    """One step of an open drag; returns the revision."""
+    bench.viewport.move(name, Pose((x, 0.2, 1.4), bench.document.rig.sensor(name).rpy_deg))
+    return bench.document.revision
+
+
+def know(bench: Bench, *names: str) -> None:
+    """Move each sensor once and back, so that its time is known."""
+    for name in names:
+        bench.drag(name, (2.0, 1.0, 1.0))
+        bench.settle()
+        bench.act("undo")
+        bench.settle()
+    assert bench.window.recompute.wait_until_idle()
+
+
+def numbers(bench: Bench) -> list[list[float]]:
+    lines = bench.window.scores.as_text().splitlines()[1:]
+    return [[float(cell) for cell in line.split("\t")[1:]] for line in lines]
+
+
+def fresh_numbers(bench: Bench) -> list[list[float]]:
+    now, saved = bench.fresh_scores(bench.document.rig), bench.fresh_scores(bench.document.saved_rig)
+    rows = []
+    for name in CLASSES:
+        pairs = [(c.value(now.classes[name]), c.value(saved.classes[name])) for c in COLUMNS]
+        rows.append([number for value, before in pairs for number in (value, value - before)])
+    return rows
+
+
+class TimedEngine:
+    """The engine with other times on its clock (1 ms if not told), and a gate before exact answers."""
+
+    exact_ms: Mapping[str, float] = MappingProxyType({})
+    gate: threading.Event | None = None
+    reached: threading.Event
+
+    def __init__(self, field: Any, threads: int | None) -> None:
+        self._engine, self._is_exact = Engine(field, threads), field.grid.voxel_m == FINE_M
+        self._last: Any = None
+
+    def evaluate(self, rig: Any, settings: Any, is_stale: Any = lambda: False, with_seen: bool = True) -> Any:
+        if self._is_exact and self.gate is not None:
+            self.reached.set()
+            assert self.gate.wait(TIMEOUT_MS / 1000)
+            if is_stale():
+                return None
+        found = self._engine.evaluate(rig, settings, is_stale, with_seen)
+        before, self._last = self._last, rig
+        if found is None or before is None:
+            return found
+        changed = [s.name for s in rig.sensors if s not in before.sensors]
+        return replace(found, elapsed_ms=sum(self.exact_ms.get(name, 1.0) for name in changed))
+
+
+@pytest.fixture
+def timed(monkeypatch: pytest.MonkeyPatch) -> type[TimedEngine]:
+    monkeypatch.setattr(TimedEngine, "exact_ms", TimedEngine.exact_ms)
+    monkeypatch.setattr(TimedEngine, "gate", None)
+    monkeypatch.setattr(TimedEngine, "reached", threading.Event(), raising=False)
+    monkeypatch.setattr(app.scoring, "Engine", TimedEngine)
+    return TimedEngine
+
+
+def test_a_slow_edit_shows_coarse_scores_first_and_ends_exact_to_the_last_bit(opened: Open) -> None:
+    bench = opened()
+    watch = Watch(bench)
+    bench.drag("roof", (3.0, 0.0, 1.0), (-4.0, 1.0, 2.0), (1 / 3, 0.1 + 0.2, 1.7))
+    bench.settle()
+    assert watch.kinds[0] == "coarse"
+    assert watch.kinds[-1] == "exact"
+    assert watch.states[0] == "coarse (δ 1 m), exact follows"
+    assert watch.states[-1] == "exact"
+    assert numbers(bench) == fresh_numbers(bench)
+
+
+def test_any_sequence_of_edits_ends_exact_to_the_last_bit(opened: Open) -> None:
+    bench = opened()
+    know(bench, "roof", "front")
+    bench.drag("roof", (3.0, 0.0, 1.0), (-4.0, 1.0, 2.0))
+    bench.document.duplicate("front")
+    bench.drag("front", (2.0, 0.4, 1.2))
+    bench.document.set_enabled("roof", False)
+    bench.act("undo")
+    bench.act("undo")
+    bench.settle()
+    assert numbers(bench) == fresh_numbers(bench)
+    assert not bench.window.scores.is_estimate
+
+
+def test_a_quick_engine_never_answers_coarsely(opened: Open, timed: type[TimedEngine]) -> None:
+    bench = opened(FRAME_MS)
+    know(bench, "roof", "front")
+    watch = Watch(bench)
+    bench.drag("roof", (3.0, 0.0, 1.0), (-4.0, 1.0, 2.0))
+    bench.settle()
+    bench.drag("front", (3.0, 0.0, 1.0))
+    bench.settle()
+    assert set(watch.kinds) == {"exact"}
+
+
+def test_only_the_sensor_that_is_slow_is_answered_coarsely(opened: Open, timed: type[TimedEngine]) -> None:
+    timed.exact_ms = {"front": 50.0}
+    bench = opened(FRAME_MS)
+    know(bench, "roof", "front")
+    watch = Watch(bench)
+    bench.drag("roof", (3.0, 0.0, 1.0))
+    bench.settle()
+    assert watch.kinds == ["exact"]
+    bench.drag("front", (3.0, 0.0, 1.0))
+    bench.settle()
+    assert watch.kinds[1:] == ["coarse", "exact"]
+
+
+def test_while_the_mouse_moves_answers_are_coarse_and_the_exact_one_waits_for_its_rest(
+    opened: Open, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bench = opened()
+    know(bench, "roof")
+    watch = Watch(bench)
+    monkeypatch.setattr(app.recompute, "REST_S", TIMEOUT_MS / 1000)
+    bench.viewport.press("roof")
+    for step in range(1, 4):
+        watch.wait_for("coarse", move(bench, "roof", 0.7 * step))
+    assert set(watch.kinds) == {"coarse"}
+    monkeypatch.setattr(app.recompute, "REST_S", 0.0)
+    last = move(bench, "roof", 3.0)
+    watch.wait_for("exact", last)
+    assert bench.document.is_dragging
+    assert watch.shown[-2:] == [("coarse", last), ("exact", last)]
+    bench.settle()
+    assert numbers(bench) == fresh_numbers(bench)
+    bench.viewport.release("roof")
+
+
+def test_an_exact_answer_under_way_is_given_up_for_anything_newer(
+    opened: Open, timed: type[TimedEngine], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    timed.exact_ms = {"roof": 50.0}
+    bench = opened(FRAME_MS)
+    know(bench, "roof")
+    watch = Watch(bench)
+    monkeypatch.setattr(app.recompute, "REST_S", 0.0)
+    timed.gate = threading.Event()
+    timed.reached.clear()
+    bench.viewport.press("roof")
+    first = move(bench, "roof", 1.0)
+    assert timed.reached.wait(TIMEOUT_MS / 1000)
+    second = move(bench, "roof", 2.0)
+    timed.gate.set()
+    watch.wait_for("exact", second)
+    assert watch.shown == [("coarse", first), ("coarse", second), ("exact", second)]
+    bench.viewport.release("roof")
+
+
+@contextmanager
+def coarse_shown(opened: Open, timed: type[TimedEngine]) -> Iterator[Bench]:
+    """A window in the middle of a slow edit: coarse scores are shown, the exact ones are held back."""
+    timed.exact_ms = {"roof": 50.0}
+    bench = opened(FRAME_MS)
+    know(bench, "roof")
+    timed.gate = threading.Event()
+    watch = Watch(bench)
+    bench.viewport.press("roof")
+    watch.wait_for("coarse", move(bench, "roof", 2.5))
+    try:
+        yield bench
+    finally:
+        timed.gate.set()
+    bench.viewport.release("roof")
+    bench.settle()
+    assert numbers(bench) == fresh_numbers(bench)
+
+
+def cells(bench: Bench) -> dict[str, Any]:
+    keys = [key for column in COLUMNS for key in (column.key, f"{column.key} change")]
+    return {f"{name} {key}": bench.window.scores._table.cell(name, key) for name in CLASSES for key in keys}
+
+
+def test_coarse_numbers_are_marked_and_have_no_change(opened: Open, timed: type[TimedEngine]) -> None:
+    with coarse_shown(opened, timed) as bench:
+        assert bench.window.scores.is_estimate
+        for key, cell in cells(bench).items():
+            assert cell.font().italic(), key
+            assert cell.text() == "…" if key.endswith("change") else cell.text().startswith("≈ "), key
+            assert "exact number follows" in cell.toolTip()
+        assert bench.window.status.state.text() == "coarse (δ 1 m), exact follows"
+        assert not bench.window.is_exact
+
+
+def test_coarse_numbers_cannot_be_copied(opened: Open, timed: type[TimedEngine]) -> None:
+    with coarse_shown(opened, timed) as bench:
+        for line in bench.window.scores.as_text().splitlines()[1:]:
+            assert line.split("\t")[1:] == [""] * 8
+
+
+def test_saving_in_between_writes_the_rig_and_the_change_counts_from_exact_scores(
+    opened: Open, timed: type[TimedEngine], tmp_path: Path
+) -> None:
+    with coarse_shown(opened, timed) as bench:
+        bench.dialogs.path = tmp_path / "rig.yaml"
+        bench.act("save")
+        assert load_rig(tmp_path / "rig.yaml").rig == bench.document.rig
+    assert bench.shown("car", "s_ms change") == "–"
+
+
+def test_marks_are_gone_when_the_exact_numbers_are_there(opened: Open) -> None:
+    bench = opened()
+    bench.drag("roof", (3.0, 0.0, 1.0))
+    bench.settle()
+    for key, cell in cells(bench).items():
+        assert not cell.font().italic(), key
+        assert "≈" not in cell.text()
+    assert bench.window.status.state.text() == "exact"
+
+
+def test_the_heatmap_shows_what_is_exact_only(opened: Open) -> None:
+    bench = opened()
+    bench.window.set_heat("seen")
+    bench.settle()
+    know(bench, "roof")
+    before = bench.viewport.heatmap
+    told: list[Any] = []
+    bench.window.recompute.approximated.connect(lambda _: told.append(bench.viewport.heatmap), QUEUED)
+    bench.drag("roof", (3.0, 0.0, 1.0))
+    bench.settle()
+    assert told
+    assert all(shown is before for shown in told)
+    assert bench.viewport.heatmap is not before
+
+
+def test_an_approximation_older_than_what_is_shown_is_dropped(opened: Open) -> None:
+    bench = opened()
+    old: list[Approximation] = []
+    bench.window.recompute.approximated.connect(old.append, QUEUED)
+    bench.drag("roof", (3.0, 0.0, 1.0))
+    bench.settle()
+    bench.document.set_enabled("roof", False)
+    bench.settle()
+    bench.window.show_approximation(old[0])
+    assert not bench.window.scores.is_estimate
+    assert bench.window.status.state.text() == "exact"
+
+
+def test_without_a_coarser_copy_or_with_hits_there_are_exact_answers_only(opened: Open) -> None:
+    odd = opened(voxel_m=0.8)
+    watch = Watch(odd)
+    odd.drag("roof", (3.0, 0.0, 1.0))
+    odd.settle()
+    assert set(watch.kinds) == {"exact"}
+    hits = opened()
+    reading = hits.window.scores.findChild(QComboBox, "reading")
+    assert reading is not None
+    choose_item(reading, "hits")
+    hits.settle()
+    watch = Watch(hits)
+    hits.drag("roof", (3.0, 0.0, 1.0))
+    hits.settle()
+    assert set(watch.kinds) == {"exact"}
+
+
+def test_the_first_sensor_of_a_kind_is_answered_exactly_as_there_is_nothing_to_estimate_from(
+    opened: Open,
+) -> None:
+    bench = opened()
+    bench.document.delete("roof")
+    bench.settle()
+    watch = Watch(bench)
+    lidar = bench.document.saved_rig.sensor("roof")
+    assert isinstance(lidar, Lidar)
+    bench.document.add(lidar)
+    bench.settle()
+    assert watch.kinds == ["exact"]
+    assert numbers(bench) == fresh_numbers(bench)
+
+
+def test_no_threshold_no_coarse_answers(opened: Open) -> None:
+    bench = opened(math.inf)
+    watch = Watch(bench)
+    bench.drag("roof", (3.0, 0.0, 1.0))
+    bench.settle()
+    assert set(watch.kinds) == {"exact"}

@@ -1,0 +1,124 @@
+"""The scene panel: an automatic voxel edge says what it picked and why, and a stored POG keeps its grid."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from PySide6.QtWidgets import QComboBox, QLabel, QLineEdit, QPushButton
+from pytestqt.qtbot import QtBot
+
+from app.options import AutoVoxel
+from app.scenario import load_scenario
+from core.scene.pog_store import save_pog
+from tests.app.window_bench import TIMEOUT_MS, Bench, choose_item, open_bench, scene_options, type_into
+
+SMALL_ROI_M = (8.0, 8.0, 4.0)
+
+
+def voxel_box(bench: Bench) -> QComboBox:
+    box = bench.window.scene_panel.findChild(QComboBox, "voxel_m")
+    assert box is not None
+    return box
+
+
+def load(bench: Bench) -> None:
+    button = bench.window.scene_panel.findChild(QPushButton, "load")
+    assert button is not None
+    scenes = len(bench.scenes)
+    button.click()
+    bench.qtbot.waitUntil(lambda: len(bench.scenes) > scenes, timeout=TIMEOUT_MS)
+    bench.settle()
+
+
+def test_auto_scores_on_the_edge_it_picked_and_says_why(qtbot: QtBot, tmp_path: Path) -> None:
+    with open_bench(qtbot, tmp_path, roi_m=SMALL_ROI_M) as bench:
+        panel = bench.window.scene_panel
+        assert panel.picked == ("", "")
+        choose_item(voxel_box(bench), "Auto")
+        load(bench)
+        choice = bench.scenes[-1].choice
+        assert choice is not None
+        assert bench.scenes[-1].field.grid.voxel_m == choice.voxel_m
+        assert f"δ {choice.voxel_m:g} m" in bench.window.status.scene.text()
+        sentence, table = panel.picked
+        assert sentence.startswith(f"Auto picked {choice.reason()}")
+        assert table.splitlines() == list(choice.lines())
+        assert voxel_box(bench).currentText() == "Auto"
+
+
+def test_auto_goes_by_the_rig_as_it_is_when_load_is_pressed(qtbot: QtBot, tmp_path: Path) -> None:
+    auto = AutoVoxel(tolerance_pp=0.0)
+    with open_bench(qtbot, tmp_path, roi_m=SMALL_ROI_M, voxel_m=None, auto=auto) as bench:
+        assert bench.scenes[0].field.grid.voxel_m == 0.05
+        bench.document.apply(bench.document.rig.replace(sensors=()))
+        load(bench)
+        assert bench.scenes[1].field.grid.voxel_m == 0.4  # without sensors every edge says the same
+        assert bench.scenes[1].options.auto is not None
+        assert bench.scenes[1].options.auto.tolerance_pp == 0.0
+
+
+def test_a_typed_edge_ends_auto(qtbot: QtBot, tmp_path: Path) -> None:
+    auto = AutoVoxel(tolerance_pp=100.0)
+    with open_bench(qtbot, tmp_path, roi_m=SMALL_ROI_M, voxel_m=None, auto=auto) as bench:
+        line = voxel_box(bench).lineEdit()
+        assert line is not None
+        type_into(qtbot, line, "0.5")
+        load(bench)
+        assert bench.scenes[-1].field.grid.voxel_m == 0.5
+        assert bench.window.scene_panel.picked == ("", "")
+
+
+def test_auto_needs_a_region_that_some_edge_divides(qtbot: QtBot, tmp_path: Path) -> None:
+    with open_bench(qtbot, tmp_path, roi_m=(20.07, 20.07, 4.14), voxel_m=0.09) as bench:
+        choose_item(voxel_box(bench), "Auto")
+        assert "none of the edges" in bench.window.scene_panel.problem
+        assert bench.window.scene_panel.choice.voxel_m == 0.09
+
+
+@pytest.fixture
+def stored(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
+    """A window on a stored POG of 0.5 m."""
+    path = tmp_path / "stored.npz"
+    save_pog(load_scenario(scene_options(tmp_path)).pog, path)
+    with open_bench(qtbot, tmp_path, boxes=None, voxel_m=None, roi_m=None, pog=path) as bench:
+        yield bench
+
+
+def test_a_stored_pog_is_shown_with_its_name_and_its_grid(stored: Bench) -> None:
+    name = stored.window.scene_panel.findChild(QLabel, "boxes")
+    assert name is not None
+    assert name.text() == "stored.npz"
+    assert voxel_box(stored).currentText() == "0.5"
+    assert stored.window.scene_panel.choice.roi_m == (20.0, 20.0, 4.0)
+
+
+@pytest.mark.parametrize(
+    ("field", "text"), [("voxel", "0.25"), ("voxel", "Auto"), ("frames", "9"), ("L", "40")]
+)
+def test_what_a_stored_pog_fixes_is_refused_and_nothing_is_loaded(
+    stored: Bench, field: str, text: str
+) -> None:
+    panel = stored.window.scene_panel
+    before = panel.choice
+    names = {"frames": "frames", "L": "roi_m.L"}
+    line = voxel_box(stored).lineEdit() if field == "voxel" else panel.findChild(QLineEdit, names[field])
+    assert line is not None
+    type_into(stored.qtbot, line, text)
+    assert "stored.npz is a stored POG, cut into voxels of 0.5 m already" in panel.problem
+    assert panel.choice == before
+    button = panel.findChild(QPushButton, "load")
+    assert button is not None
+    assert not button.isEnabled()
+
+
+def test_other_boxes_take_the_place_of_a_stored_pog(stored: Bench, tmp_path: Path) -> None:
+    stored.dialogs.path = tmp_path / "boxes.csv"
+    stored.act("boxes_file")
+    line = voxel_box(stored).lineEdit()
+    assert line is not None
+    type_into(stored.qtbot, line, "1.0")
+    load(stored)
+    assert stored.scenes[-1].options.pog is None
+    assert stored.scenes[-1].field.grid.voxel_m == 1.0
