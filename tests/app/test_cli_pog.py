@@ -58,7 +58,7 @@ def test_ctrl_c_in_the_middle_of_a_build_changes_nothing(riglens_process, tmp_pa
     with table.open("w") as file:
         file.write("seq,frame,cls,x,y,z,length,width,height,yaw\n")
         for frame in range(1_000_000):
-            file.write(f"s,{frame},car,{frame % 17},2,0.8,4.5,1.9,1.6,0.5\n")
+            file.write(f"s,{frame},bus,{frame % 17},2,1.8,12,2.5,3.5,0.5\n")
     out, cache = tmp_path / "out", tmp_path / "cache"
     out.mkdir()
     (out / "old.npz").write_text("kept")
