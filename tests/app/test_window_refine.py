@@ -40,17 +40,12 @@ class Watch:
         self.bench = bench
         self.shown: list[tuple[str, int]] = []
         self.states: list[str] = []
-        bench.window.recompute.approximated.connect(self._on_coarse, QUEUED)
-        bench.window.recompute.evaluated.connect(self._on_exact, QUEUED)
+        recompute = bench.window.recompute  # Qt holds a method of a plain object weakly, a lambda for good
+        recompute.approximated.connect(lambda first: self._note("coarse", first), QUEUED)
+        recompute.evaluated.connect(lambda result: self._note("exact", result), QUEUED)
 
-    def _on_coarse(self, first: Approximation) -> None:
-        self._note("coarse", first.request.revision)
-
-    def _on_exact(self, result: Result) -> None:
-        self._note("exact", result.request.revision)
-
-    def _note(self, kind: str, revision: int) -> None:
-        self.shown.append((kind, revision))
+    def _note(self, kind: str, answer: Approximation | Result) -> None:
+        self.shown.append((kind, answer.request.revision))
         self.states.append(self.bench.window.status.state.text())
 
     @property
