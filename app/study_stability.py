@@ -97,6 +97,9 @@ def _print(found: StabilityStudy, source: str, folder: Path) -> None:
             console.print(sentence, markup=False)
 
     console.print(methods_table(found.rows))
+    say(
+        "plain way: DDA in doubles, voxel by voxel; without rays, what one would write without thinking twice"
+    )
     say(*methods_verdict(found.rows), "", caption(found.metric, source))
     console.print(orders_table(lines(found.metric)))
     say(READING_THE_TABLE, "")

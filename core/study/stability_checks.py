@@ -86,7 +86,6 @@ def refused_grid() -> Row:
         "no such grid",
         fast,
         plain=plain,
-        bresenham=plain,
     )
 
 

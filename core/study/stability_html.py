@@ -51,7 +51,8 @@ def page(study: StabilityStudy, source: str) -> str:
         f'<p class="dim">{escape(caption(study.metric, source))}</p>',
         "<h2>1. Methods: cases that break simple ones</h2>",
         "<p>Every voxel counts in these cases. The right answer comes from rational arithmetic. A method "
-        "fails when it misses a voxel that a ray runs through, or adds one that no ray runs through.</p>",
+        "fails when it misses a voxel that a ray runs through, or adds one that no ray runs through. The plain way is "
+        "DDA in doubles, voxel by voxel; where no rays are compared, what one would write without thinking twice.</p>",
         _list(methods_verdict(study.rows)),
         _methods(study.rows),
         "<h2>2. The metric: what it promises on this scene</h2>",

@@ -22,7 +22,7 @@ from core.study.stability_cases import RayCase, Sensor
 
 MethodName = Literal["fast", "plain", "bresenham"]
 METHODS: tuple[MethodName, ...] = ("fast", "plain", "bresenham")
-TITLES: dict[MethodName, str] = {"fast": "fast engine", "plain": "plain DDA", "bresenham": "Bresenham"}
+TITLES: dict[MethodName, str] = {"fast": "fast engine", "plain": "plain way", "bresenham": "Bresenham"}
 Verdict = Literal["ok", "fails", "n.a."]
 
 
