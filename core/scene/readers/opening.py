@@ -12,7 +12,6 @@ from core.scene.readers.carla import FOLDERS, CarlaSource
 from core.scene.readers.classes import ANY_TABLE, CARLA, KITTI, ClassTable
 from core.scene.readers.common import BoxOptions, readable
 from core.scene.readers.kitti import OBJECT, TRACKING, VELODYNE_M, KittiSource, Layout
-from core.scene.readers.table import CsvSource, ParquetSource, is_parquet
 
 ACCEPTED = "a CSV, CSV.gz or Parquet table, a KITTI tracking or object folder, or a CARLA folder"
 _NO_SHIFT: Vec3 = (0.0, 0.0, 0.0)
@@ -39,6 +38,9 @@ def open_boxes(
 
     with readable(place):
         if place.is_file():
+            # here, and not above: loads pyarrow, for which the window's first picture need not wait
+            from core.scene.readers.table import CsvSource, ParquetSource, is_parquet
+
             source = ParquetSource if is_parquet(place) else CsvSource
             return source(place, options(ANY_TABLE))
         if not place.is_dir():
