@@ -195,7 +195,7 @@ class Recompute(QObject):
             result = scoring.exact(request, self._is_followed if is_measured else self._is_stale)
         if result is not None:
             self.evaluated.emit(result)
-            scoring.learn(result, self._is_closing)
+            scoring.learn(result, self._is_followed if scoring.has_learnt else self._is_closing)
 
     def _is_closing(self) -> bool:
         with self._condition:

@@ -22,6 +22,8 @@ from widgets.viewport.heatmap_layer import HeatmapData
 
 FRAME_MS = 16.0
 """An exact answer that takes longer than a frame of the screen is preceded by a coarse one."""
+WORTH = 0.75
+"""A coarse answer is worth it where it takes at most this part of the time of an exact one."""
 IsStale = Callable[[], bool]
 
 
@@ -98,7 +100,7 @@ class Scoring:
         self._threads = threads
         self._coarse_above_ms = coarse_above_ms
         self._engine = Engine(scene.field, threads)
-        self._costs = EditCosts()
+        self._costs, self._coarse_costs = EditCosts(), EditCosts()
         self._saved: tuple[Rig, MetricSettings, Scores] | None = None
         self._coarse: Engine | None = None
         self._known: tuple[MetricSettings, Scores, Scores] | None = None
@@ -130,8 +132,12 @@ class Scoring:
 
     # ------------------------------------------------------------------ coarse
     def is_slow(self, request: EvaluationRequest) -> bool:
-        """Whether the exact answer is expected to take longer than a frame."""
-        return self._costs.expected_ms(request.rig) > self._coarse_above_ms
+        """Whether the exact answer is expected to take longer than a frame, and a coarse one clearly less."""
+        exact_ms = self._costs.expected_ms(request.rig)
+        return (
+            exact_ms > self._coarse_above_ms
+            and self._coarse_costs.expected_ms(request.rig) <= WORTH * exact_ms
+        )
 
     def is_measured(self, request: EvaluationRequest) -> bool:
         """Whether the expectation rests on times of the very sensors that have to be cast."""
@@ -164,7 +170,15 @@ class Scoring:
         if self._coarse is None:
             self._coarse = Engine(self.scene.coarse, self._threads)
         covered = replace(settings, reading="covered")  # an estimate needs only what is seen
-        return self._coarse.evaluate(rig, covered, is_stale, with_seen=False)
+        found = self._coarse.evaluate(rig, covered, is_stale, with_seen=False)
+        if found is not None:
+            self._coarse_costs.note(rig, found.elapsed_ms)
+        return found
+
+    @property
+    def has_learnt(self) -> bool:
+        """Whether there is an exact answer from which coarse ones can be estimated."""
+        return self._known is not None
 
     @property
     def _coarse_voxel_m(self) -> float:

@@ -60,7 +60,8 @@ Open = Callable[..., Bench]
 
 
 @pytest.fixture
-def opened(qtbot: QtBot, tmp_path: Path) -> Iterator[Open]:
+def opened(qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Open]:
+    monkeypatch.setattr(app.scoring, "WORTH", math.inf)  # in a tiny scene a coarse answer saves nothing
     benches: list[AbstractContextManager[Bench]] = []
 
     def open_it(coarse_above_ms: float = ALL_SLOW, **scene: Any) -> Bench:
@@ -108,6 +109,7 @@ class TimedEngine:
     """The engine with other times on its clock (1 ms if not told), and a gate before exact answers."""
 
     exact_ms: Mapping[str, float] = MappingProxyType({})
+    coarse_ms: Mapping[str, float] = MappingProxyType({})
     gate: threading.Event | None = None
     reached: threading.Event
 
@@ -126,12 +128,14 @@ class TimedEngine:
         if found is None or before is None:
             return found
         changed = [s.name for s in rig.sensors if s not in before.sensors]
-        return replace(found, elapsed_ms=sum(self.exact_ms.get(name, 1.0) for name in changed))
+        times = self.exact_ms if self._is_exact else self.coarse_ms
+        return replace(found, elapsed_ms=sum(times.get(name, 1.0) for name in changed))
 
 
 @pytest.fixture
 def timed(monkeypatch: pytest.MonkeyPatch) -> type[TimedEngine]:
     monkeypatch.setattr(TimedEngine, "exact_ms", TimedEngine.exact_ms)
+    monkeypatch.setattr(TimedEngine, "coarse_ms", TimedEngine.coarse_ms)
     monkeypatch.setattr(TimedEngine, "gate", None)
     monkeypatch.setattr(TimedEngine, "reached", threading.Event(), raising=False)
     monkeypatch.setattr(app.scoring, "Engine", TimedEngine)
@@ -348,6 +352,22 @@ def test_the_first_sensor_of_a_kind_is_answered_exactly_as_there_is_nothing_to_e
     bench.settle()
     assert watch.kinds == ["exact"]
     assert numbers(bench) == fresh_numbers(bench)
+
+
+def test_a_coarse_answer_that_saves_no_time_is_not_given(
+    opened: Open, timed: type[TimedEngine], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    timed.exact_ms, timed.coarse_ms = {"roof": 50.0, "front": 50.0}, {"roof": 45.0, "front": 5.0}
+    bench = opened(FRAME_MS)
+    monkeypatch.setattr(app.scoring, "WORTH", 0.75)
+    know(bench, "roof", "front")
+    watch = Watch(bench)
+    bench.drag("roof", (3.0, 0.0, 1.0))
+    bench.settle()
+    assert watch.kinds == ["exact"]
+    bench.drag("front", (3.0, 0.0, 1.0))
+    bench.settle()
+    assert watch.kinds == ["exact", "coarse", "exact"]
 
 
 def test_no_threshold_no_coarse_answers(opened: Open) -> None:

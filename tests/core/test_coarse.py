@@ -74,22 +74,29 @@ def scores_at(x: float, field: EntropyField = FIELD, settings: MetricSettings = 
 
 @given(SHIFT, SHIFT)
 @pytest.mark.parametrize("reading", ["covered", "residual"])
-def test_on_the_same_grid_the_estimate_is_the_exact_answer(reading, known: float, now: float) -> None:
+def test_cameras_follow_the_coarse_answer_and_lidars_half_of_it(reading, known: float, now: float) -> None:
     settings = MetricSettings(reading=reading, camera_weight=0.3)
-    exact = scores_at(now, settings=settings)
+    exact, before = scores_at(now, settings=settings), scores_at(known, settings=settings)
     guess = estimated(scores_at(now), scores_at(known), scores_at(known), settings)
     assert guess is not None
     for name, found in exact.classes.items():
-        shown = guess.classes[name]
+        shown, then = guess.classes[name], before.classes[name]
         assert shown.h_total == found.h_total
-        for one, other in (
-            (shown.camera, found.camera),
-            (shown.lidar, found.lidar),
-        ):
-            assert one.seen == pytest.approx(other.seen, rel=1e-12)
-            assert one.s_mig == pytest.approx(other.s_mig, rel=1e-9)
-        assert shown.any_seen == pytest.approx(found.any_seen, rel=1e-12)
-        assert shown.s_ms == pytest.approx(found.s_ms, rel=1e-9)
+        assert shown.camera.seen == pytest.approx(found.camera.seen, rel=1e-12)
+        assert shown.camera.s_mig == pytest.approx(found.camera.s_mig, rel=1e-9)
+        assert shown.lidar.seen**2 == pytest.approx(found.lidar.seen * then.lidar.seen, rel=1e-9)
+        assert shown.s_ms == pytest.approx(0.3 * shown.camera.s_mig + shown.lidar.s_mig, rel=1e-12)
+        assert shown.any_seen == pytest.approx(max(found.any_seen, shown.lidar.seen), rel=1e-12)
+
+
+def test_a_rig_that_is_known_is_estimated_as_it_is() -> None:
+    known = scores_at(0.7)
+    guess = estimated(known, known, known, COVERED)
+    assert guess is not None
+    for name, found in known.classes.items():
+        shown = guess.classes[name]
+        assert (shown.camera.seen, shown.lidar.seen) == (found.camera.seen, found.lidar.seen)
+        assert (shown.any_seen, shown.s_ms) == (found.any_seen, pytest.approx(found.s_ms, rel=1e-12))
 
 
 def test_shares_stay_shares_and_any_sensor_sees_at_least_what_each_kind_sees() -> None:
