@@ -7,7 +7,7 @@ from collections import deque
 
 from core.rig.model import Camera, Lidar, Rig
 
-REMEMBERED = 5
+REMEMBERED = 9
 Sensor = Lidar | Camera
 
 

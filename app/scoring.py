@@ -22,8 +22,9 @@ from widgets.viewport.heatmap_layer import HeatmapData
 
 FRAME_MS = 16.0
 """An exact answer that takes longer than a frame of the screen is preceded by a coarse one."""
-WORTH = 0.75
-"""A coarse answer is worth it where it takes at most this part of the time of an exact one."""
+WORTH, STILL_WORTH = 0.5, 1.0
+"""Coarse answers begin where they take at most this part of the time of exact ones, and then go on up to that
+part, so that noise in the times does not have the two take turns within a drag."""
 IsStale = Callable[[], bool]
 
 
@@ -103,6 +104,7 @@ class Scoring:
         self._costs, self._coarse_costs = EditCosts(), EditCosts()
         self._saved: tuple[Rig, MetricSettings, Scores] | None = None
         self._coarse: Engine | None = None
+        self._was_slow = False
         self._known: tuple[MetricSettings, Scores, Scores] | None = None
 
     # ------------------------------------------------------------------ exact
@@ -134,10 +136,10 @@ class Scoring:
     def is_slow(self, request: EvaluationRequest) -> bool:
         """Whether the exact answer is expected to take longer than a frame, and a coarse one clearly less."""
         exact_ms = self._costs.expected_ms(request.rig)
-        return (
-            exact_ms > self._coarse_above_ms
-            and self._coarse_costs.expected_ms(request.rig) <= WORTH * exact_ms
-        )
+        coarse_ms = self._coarse_costs.expected_ms(request.rig)
+        worth = STILL_WORTH if self._was_slow else WORTH
+        self._was_slow = exact_ms > self._coarse_above_ms and coarse_ms <= worth * exact_ms
+        return self._was_slow
 
     def is_measured(self, request: EvaluationRequest) -> bool:
         """Whether the expectation rests on times of the very sensors that have to be cast."""

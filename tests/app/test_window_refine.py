@@ -61,7 +61,8 @@ Open = Callable[..., Bench]
 
 @pytest.fixture
 def opened(qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Open]:
-    monkeypatch.setattr(app.scoring, "WORTH", math.inf)  # in a tiny scene a coarse answer saves nothing
+    for name in ("WORTH", "STILL_WORTH"):  # in a tiny scene a coarse answer saves nothing
+        monkeypatch.setattr(app.scoring, name, math.inf)
     benches: list[AbstractContextManager[Bench]] = []
 
     def open_it(coarse_above_ms: float = ALL_SLOW, **scene: Any) -> Bench:
@@ -359,7 +360,8 @@ def test_a_coarse_answer_that_saves_no_time_is_not_given(
 ) -> None:
     timed.exact_ms, timed.coarse_ms = {"roof": 50.0, "front": 50.0}, {"roof": 45.0, "front": 5.0}
     bench = opened(FRAME_MS)
-    monkeypatch.setattr(app.scoring, "WORTH", 0.75)
+    monkeypatch.setattr(app.scoring, "WORTH", 0.5)
+    monkeypatch.setattr(app.scoring, "STILL_WORTH", 0.8)
     know(bench, "roof", "front")
     watch = Watch(bench)
     bench.drag("roof", (3.0, 0.0, 1.0))
