@@ -1,6 +1,7 @@
 """Runs the command line as a user would, in this process or in one of its own; small box data to score."""
 
 import os
+import signal
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -61,6 +62,11 @@ def program(*arguments: object) -> list[str]:
     return [sys.executable, "-m", "app", *(str(argument) for argument in arguments)]
 
 
+def _heed_ctrl_c() -> None:
+    """Undo what a shell does to jobs in the background: they, and what they start, ignore Ctrl-C."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 @pytest.fixture
 def riglens_process() -> Iterator[Callable[..., "subprocess.Popen[str]"]]:
     """Start `riglens ARGUMENTS...` in a process of its own; keywords go to Popen."""
@@ -75,6 +81,7 @@ def riglens_process() -> Iterator[Callable[..., "subprocess.Popen[str]"]]:
             stderr=subprocess.PIPE,
             text=True,
             env=environment,
+            preexec_fn=_heed_ctrl_c,
             **keywords,  # type: ignore[call-overload]
         )
         started.append(process)
