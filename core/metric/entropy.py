@@ -35,8 +35,8 @@ def nats(quanta: int) -> float:
     return int(quanta) / QUANTA_PER_NAT
 
 
-def _numbered(rows: Counts) -> tuple[NDArray[np.unsignedinteger[Any]], Counts]:
-    """Codes (n,) of equal rows, most frequent first, and the distinct rows (m, 3)."""
+def _numbered(rows: Counts) -> tuple[NDArray[np.unsignedinteger[Any]], Counts, NDArray[np.int64]]:
+    """Codes (n,) of equal rows, most frequent first, the distinct rows (m, 3) and how often each is used (m,)."""
     numbers = np.empty(len(rows), np.uint32)
     most = 1 << 16
     while True:
@@ -50,7 +50,7 @@ def _numbered(rows: Counts) -> tuple[NDArray[np.unsignedinteger[Any]], Counts]:
     ranks[order] = np.arange(found, dtype=np.uint32)
     codes = np.empty(len(rows), np.uint16) if found <= 1 << 16 else numbers
     palette.renumber(numbers, ranks, codes)
-    return codes, rows[firsts[:found][order]]
+    return codes, rows[firsts[:found][order]], uses[order]
 
 
 @dataclass(frozen=True)
@@ -79,10 +79,9 @@ class EntropyField:
             words = index.words.copy()
             bits.keep_flagged(words, informative)
             index, rows = VoxelIndex.of(pog.grid, words), rows[informative]
-        codes, distinct = _numbered(rows)
+        codes, distinct, uses = _numbered(rows)
         palette_q = np.zeros((len(distinct), 4), np.uint32)
         palette_q[:, :3] = np.rint(entropy_of_counts(distinct, frames) * QUANTA_PER_NAT).astype(np.uint32)
-        uses = np.bincount(codes, minlength=len(distinct))
         totals = tuple(int(total) for total in uses @ palette_q[:, :3].astype(np.int64))
         return cls(pog.grid, index, codes, palette_q, pog.data, totals)
 
