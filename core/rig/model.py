@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from core.geometry import Pose, Vec3
+from core.geometry import Pose
 
 FORMAT_VERSION = 1
 MAX_SENSORS = 255
@@ -213,8 +213,3 @@ class Rig(_Frozen):
     def lidars(self) -> tuple[Lidar, ...]:
         """Enabled LiDARs, in order."""
         return tuple(s for s in self.sensors if isinstance(s, Lidar) and s.enabled)
-
-
-def vec3(values: NDArray[np.float64]) -> Vec3:
-    """Three doubles of an array (3,) as the tuple that a sensor stores."""
-    return float(values[0]), float(values[1]), float(values[2])
