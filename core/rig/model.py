@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -12,6 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from core.geometry import Pose
 
 FORMAT_VERSION = 1
+PARAMETRIC_BODIES = ("sedan", "suv", "van", "truck")
 MAX_SENSORS = 255
 MAX_RAYS_PER_SENSOR = 1 << 26
 
@@ -69,6 +71,7 @@ class _Sensor(_Frozen):
     rpy_deg: Angles3 = (0.0, 0.0, 0.0)
     range_m: tuple[Annotated[float, Field(ge=0.0)], Annotated[float, Field(gt=0.0)]] = (0.0, math.inf)
     enabled: bool = True
+    mirror_of: Name | None = None
 
     @model_validator(mode="after")
     def _range_rises(self) -> Any:
@@ -167,14 +170,55 @@ class Camera(_Sensor):
 Sensor = Annotated[Lidar | Camera, Field(discriminator="kind")]
 
 
+class MeshPlacement(_Frozen):
+    """How a mesh file comes into the vehicle frame: scaled about its origin, turned, then moved (metres)."""
+
+    scale: Annotated[float, Field(allow_inf_nan=False, ge=1e-6, le=1e6)] = 1.0
+    rpy_deg: Angles3 = (0.0, 0.0, 0.0)
+    offset: Position = (0.0, 0.0, 0.0)
+
+
 class Vehicle(_Frozen):
-    """The ego car's body in metres; `body` is a parametric body or the path of a mesh file."""
+    """The ego car's body in metres; `body` is a parametric body or the path of a mesh file.
+
+    `mesh` places the mesh of a file; a parametric body does not use it.
+    """
 
     body: Name = "sedan"
     length: Length = 4.6
     width: Length = 1.9
     height: Length = 1.45
     rear_axle_x: Metres = -1.35
+    mesh: MeshPlacement = MeshPlacement()
+
+    @property
+    def has_mesh_file(self) -> bool:
+        """Whether `body` is the path of a mesh file."""
+        return self.body not in PARAMETRIC_BODIES
+
+
+def mirror_problem(sensors: Iterable[tuple[str, str, str | None]]) -> tuple[int, str] | None:
+    """Index of the first sensor (name, kind, mirror_of) with a wrong `mirror_of`, and why; None if all is well.
+
+    A pair is two sensors of one kind; one of them names the other, and neither belongs to another pair.
+    """
+    listed = list(sensors)
+    kinds = {name: kind for name, kind, _ in listed}
+    taken = {name for name, _, other in listed if other is not None}
+    for index, (name, kind, other) in enumerate(listed):
+        if other is None:
+            continue
+        reason = ""
+        if other not in kinds or other == name:
+            reason = "accepted is the name of another sensor"
+        elif kinds[other] != kind:
+            reason = f"that is a {kinds[other]}, accepted is a {kind}"
+        elif other in taken:
+            reason = "that sensor belongs to another mirror pair"
+        if reason:
+            return index, f"mirror_of: found '{other}'; {reason}"
+        taken.add(other)
+    return None
 
 
 class Rig(_Frozen):
@@ -192,6 +236,13 @@ class Rig(_Frozen):
             if sensor.name in seen:
                 raise ValueError(f"sensor name '{sensor.name}' is used twice; names must be unique")
             seen.add(sensor.name)
+        return self
+
+    @model_validator(mode="after")
+    def _mirrors_pair_up(self) -> Rig:
+        problem = mirror_problem((s.name, s.kind, s.mirror_of) for s in self.sensors)
+        if problem is not None:
+            raise ValueError(f"sensors[{problem[0]}].{problem[1]}")
         return self
 
     def sensor(self, name: str) -> Lidar | Camera:

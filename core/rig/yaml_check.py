@@ -11,7 +11,17 @@ from pydantic import BaseModel, ValidationError
 
 from core.errors import InputError
 from core.rig.library import default_library, supplied_fields
-from core.rig.model import FORMAT_VERSION, MAX_SENSORS, Camera, EvenAngles, Lidar, Rig, Vehicle
+from core.rig.model import (
+    FORMAT_VERSION,
+    MAX_SENSORS,
+    Camera,
+    EvenAngles,
+    Lidar,
+    MeshPlacement,
+    Rig,
+    Vehicle,
+    mirror_problem,
+)
 from core.rig.yaml_nodes import Mapping, Node, Scalar, Sequence, plain_value, shortened
 from core.rig.yaml_text import plain_fields, value_text
 
@@ -26,12 +36,16 @@ ACCEPTED = {
     "": "a mapping with riglens, name, vehicle and sensors",
     "riglens": f"the format version {FORMAT_VERSION}",
     "name": "a text of 1 to 200 characters",
-    "vehicle": "a mapping with body, length, width, height and rear_axle_x",
+    "vehicle": "a mapping with body, length, width, height, rear_axle_x and mesh",
     "vehicle.body": "sedan, suv, van, truck or the path of a mesh file",
     "vehicle.length": "metres above 0, at most 100",
     "vehicle.width": "metres above 0, at most 100",
     "vehicle.height": "metres above 0, at most 100",
     "vehicle.rear_axle_x": "metres, -1e7 to 1e7",
+    "vehicle.mesh": "a mapping with scale, rpy_deg and offset",
+    "vehicle.mesh.scale": "a factor, 1e-6 to 1e6",
+    "vehicle.mesh.rpy_deg": "[roll, pitch, yaw] in degrees, finite numbers",
+    "vehicle.mesh.offset": "[x, y, z] in metres, each -1e7 to 1e7",
     "sensors": f"a list of at most {MAX_SENSORS} sensors",
     "sensors[]": "a mapping with name, kind, position and the other fields of a sensor",
     "sensors[].name": "a text of 1 to 200 characters, unique in the file",
@@ -41,6 +55,7 @@ ACCEPTED = {
     "sensors[].rpy_deg": "[roll, pitch, yaw] in degrees, finite numbers",
     "sensors[].range_m": "[min, max] in metres with 0 <= min < max; max may be .inf",
     "sensors[].enabled": "true or false",
+    "sensors[].mirror_of": "the name of another sensor of the same kind",
     "sensors[].elevations_deg": _ANGLES.format("-90 to 90"),
     "sensors[].elevations_deg.from": _ANGLE,
     "sensors[].elevations_deg.to": _ANGLE,
@@ -136,7 +151,10 @@ def _check_version(root: Mapping, where: str) -> None:
 def _key_problems(root: Mapping) -> Iterable[_Problem]:
     """Unknown keys of the document, the vehicle, the sensors and their angles."""
     yield from _unknown_keys(root, (), Rig)
-    yield from _unknown_keys(root.get("vehicle"), ("vehicle",), Vehicle)
+    vehicle = root.get("vehicle")
+    yield from _unknown_keys(vehicle, ("vehicle",), Vehicle)
+    if isinstance(vehicle, Mapping):
+        yield from _unknown_keys(vehicle.get("mesh"), ("vehicle", "mesh"), MeshPlacement)
     for index, sensor in _sensor_nodes(root):
         path: Path = ("sensors", index)
         kind = _scalar(sensor.get("kind"))
@@ -166,6 +184,19 @@ def _sensor_problems(root: Mapping) -> Iterable[_Problem]:
         yield from _name_problems(sensor, path, lines)
         yield from _kind_problems(sensor, path)
         yield from _model_problems(sensor, path)
+    yield from _mirror_problems(_sensor_nodes(root))
+
+
+def _mirror_problems(sensors: list[tuple[int, Mapping]]) -> Iterable[_Problem]:
+    """A `mirror_of` that makes no pair; the other fields are judged elsewhere."""
+    keys = ("name", "kind", "mirror_of")
+    said = [tuple(_scalar(sensor.get(key)) for key in keys) for _, sensor in sensors]
+    if all(isinstance(name, str) and (other is None or isinstance(other, str)) for name, _, other in said):
+        problem = mirror_problem((name, str(kind), other) for name, kind, other in said)
+        if problem is not None:
+            index, sensor = sensors[problem[0]]
+            node = sensor.get("mirror_of") or sensor
+            yield _Problem(node.line, f"{path_text(('sensors', index))}.{shortened(problem[1], 300)}")
 
 
 def _name_problems(sensor: Mapping, path: str, lines: dict[str, int]) -> Iterable[_Problem]:

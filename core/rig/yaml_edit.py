@@ -12,7 +12,15 @@ from typing import Any
 from core.rig.model import Camera, Lidar, Rig, Vehicle
 from core.rig.yaml_nodes import Mapping, Node, Scalar, Sequence, parse_yaml, plain_value
 from core.rig.yaml_sensors import match_sensors, rearranged
-from core.rig.yaml_text import FIELD_ORDER, implied_fields, line_end, plain_fields, same_value, value_text
+from core.rig.yaml_text import (
+    FIELD_ORDER,
+    implied_fields,
+    line_end,
+    plain_fields,
+    same_value,
+    value_text,
+    vehicle_fields,
+)
 
 _RIG_ORDER = ("riglens", "name", "vehicle", "sensors")
 
@@ -41,10 +49,10 @@ def _with_values(text: str, new: Rig, pairs: AbstractSequence[tuple[int, Lidar |
     vehicle, vehicle_node = plain_fields(new.vehicle), root.get("vehicle")
     wanted: dict[str, Any] = {"name": new.name}
     implied: dict[str, Any] = {"name": Rig.model_fields["name"].default}
-    if isinstance(vehicle_node, Mapping):
+    if isinstance(vehicle_node, Mapping) and vehicle_node.entries:
         edits.mapping(vehicle_node, vehicle, plain_fields(Vehicle()), tuple(vehicle))
     else:
-        wanted["vehicle"], implied["vehicle"] = vehicle, plain_fields(Vehicle())
+        wanted["vehicle"], implied["vehicle"] = vehicle_fields(new.vehicle), vehicle_fields(Vehicle())
     edits.mapping(root, wanted, implied, _RIG_ORDER)
     for index, sensor in pairs:
         edits.mapping(_item(root, index), plain_fields(sensor), implied_fields(sensor), FIELD_ORDER)
@@ -91,17 +99,17 @@ class _Edits:
         present = [key.text for key, _ in node.entries]
         for key, value in node.entries:
             if key.text in wanted:
-                self.value(key, value, wanted[key.text])
+                self.value(key, value, wanted[key.text], implied.get(key.text))
         for name in order:
             if name in wanted and name not in present and not same_value(wanted[name], implied.get(name)):
                 self._add(node, f"{name}: {value_text(wanted[name])}", self._anchor(node, name, order))
 
-    def value(self, key: Scalar, node: Node, wanted: Any) -> None:
+    def value(self, key: Scalar, node: Node, wanted: Any, implied: Any = None) -> None:
         """Make a value of a mapping say what is wanted, number by number where the shape stays."""
         if same_value(plain_value(node), wanted):
             return
-        if isinstance(node, Mapping) and isinstance(wanted, dict):
-            self.mapping(node, wanted, {}, tuple(wanted))
+        if isinstance(node, Mapping) and node.entries and isinstance(wanted, dict):
+            self.mapping(node, wanted, implied if isinstance(implied, dict) else {}, tuple(wanted))
         elif isinstance(node, Sequence) and isinstance(wanted, tuple) and len(node.items) == len(wanted):
             for item, number in zip(node.items, wanted, strict=True):
                 self.value(key, item, number)

@@ -7,6 +7,7 @@ import json
 import os
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from core.errors import InputError
 from core.files import atomic_write
@@ -14,8 +15,9 @@ from core.rig.model import Rig
 from core.rig.yaml_check import check_rig, rig_from_nodes
 from core.rig.yaml_edit import edited_text
 from core.rig.yaml_nodes import MAX_BYTES, parse_yaml, shortened
-from core.rig.yaml_text import plain_fields, rig_text, same_value
+from core.rig.yaml_text import plain_fields, rig_text, same_value, vehicle_fields
 
+LATER_FIELDS = ("mirror_of",)
 _BOM = "\ufeff"
 
 
@@ -76,9 +78,20 @@ def load_rig(path: str | os.PathLike[str]) -> RigFile:
 
 
 def rig_sha256(rig: Rig) -> str:
-    """SHA-256 (hex) of what the rig says, whatever the layout of its file: canonical JSON of every field."""
-    content = json.dumps(plain_fields(check_rig(rig)), sort_keys=True, separators=(",", ":"))
+    """SHA-256 (hex) of what the rig says, whatever the layout of its file: canonical JSON of its fields.
+
+    Fields that came after the first version are left out at their defaults: a rig keeps its hash.
+    """
+    content = json.dumps(_hashed_fields(check_rig(rig)), sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(content.encode("ascii")).hexdigest()
+
+
+def _hashed_fields(rig: Rig) -> dict[str, Any]:
+    sensors = [
+        {key: value for key, value in sensor.items() if key not in LATER_FIELDS or value is not None}
+        for sensor in plain_fields(rig)["sensors"]
+    ]
+    return plain_fields(rig) | {"vehicle": vehicle_fields(rig.vehicle), "sensors": sensors}
 
 
 def same_rig(one: Rig, other: Rig) -> bool:

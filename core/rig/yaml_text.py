@@ -10,16 +10,16 @@ from typing import Any
 from pydantic import BaseModel
 
 from core.rig.library import LENS_MATRIX, supplied_fields
-from core.rig.model import Camera, Lidar, Rig
+from core.rig.model import Camera, Lidar, MeshPlacement, Rig, Vehicle
 from core.rig.yaml_nodes import scalar_value
 
 _PLAIN = re.compile(r"[A-Za-z_]([A-Za-z0-9_+./ -]*[A-Za-z0-9_+./-])?")
 _OLD_YAML_BOOLS = frozenset(("y", "n", "yes", "no", "on", "off"))
-_OPTIONS = ("model", "range_m", "enabled", "hfov_deg", "fx", "fy", "cx", "cy")
+_OPTIONS = ("model", "range_m", "enabled", "mirror_of", "hfov_deg", "fx", "fy", "cx", "cy")
 _LENS = ("image", "hfov_deg", "fx", "fy", "cx", "cy", "cast")
 FIELD_ORDER = (
     *("name", "kind", "model", "position", "rpy_deg", "elevations_deg", "azimuths_deg"),
-    *(*_LENS, "range_m", "enabled"),
+    *(*_LENS, "range_m", "enabled", "mirror_of"),
 )
 """The order in which the fields of a sensor are written."""
 
@@ -54,6 +54,14 @@ def written_fields(sensor: Lidar | Camera) -> dict[str, Any]:
     return {key: fields[key] for key in FIELD_ORDER if key in fields and key not in silent}
 
 
+def vehicle_fields(vehicle: Vehicle) -> dict[str, Any]:
+    """The fields of a vehicle that a new file says: how a mesh is placed only when it is not as it comes."""
+    fields = plain_fields(vehicle)
+    if same_value(fields["mesh"], plain_fields(MeshPlacement())):
+        del fields["mesh"]
+    return fields
+
+
 def implied_fields(sensor: Lidar | Camera) -> dict[str, Any]:
     """What a sensor's fields are when a file does not say them: the library model's, or the defaults."""
     fields = plain_fields(sensor)
@@ -69,7 +77,7 @@ def _default_fields(sensor: Lidar | Camera) -> dict[str, Any]:
 def rig_text(rig: Rig) -> str:
     """A fresh rig file in the layout of the documentation, line ends LF."""
     lines = [f"riglens: {rig.riglens}", f"name: {value_text(rig.name)}"]
-    lines.append(f"vehicle: {value_text(plain_fields(rig.vehicle))}")
+    lines.append(f"vehicle: {value_text(vehicle_fields(rig.vehicle))}")
     if not rig.sensors:
         return "\n".join([*lines, "sensors: []", ""])
     lines.append("sensors:")

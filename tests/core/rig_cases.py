@@ -5,7 +5,7 @@ import math
 from hypothesis import strategies as st
 
 from core.rig.library import default_library
-from core.rig.model import Camera, EvenAngles, Lidar, Rig, Vehicle
+from core.rig.model import Camera, EvenAngles, Lidar, MeshPlacement, Rig, Vehicle
 
 NASTY = st.sampled_from([-0.0, 0.0, 1e-17, -1e-300, 5e-324, 0.1 + 0.2, 1 / 3, 1e7, 123456.789])
 ANY_NAME = st.text(min_size=1, max_size=12) | st.sampled_from(
@@ -73,8 +73,15 @@ def cameras(names: st.SearchStrategy[str]) -> st.SearchStrategy[Camera]:
 def rigs(names: st.SearchStrategy[str] = ANY_NAME, max_sensors: int = 4) -> st.SearchStrategy[Rig]:
     """Any valid rig whose sensors have names of that kind."""
     length = numbers(1e-3, 100.0)
+    placements = st.builds(MeshPlacement, scale=numbers(1e-6, 1e6), rpy_deg=ANGLES3, offset=POSITIONS)
     vehicles = st.builds(
-        Vehicle, body=ANY_NAME, length=length, width=length, height=length, rear_axle_x=numbers(-1e7, 1e7)
+        Vehicle,
+        body=ANY_NAME,
+        length=length,
+        width=length,
+        height=length,
+        rear_axle_x=numbers(-1e7, 1e7),
+        mesh=st.just(MeshPlacement()) | placements,
     )
     sensors = st.lists(
         lidars(names) | cameras(names), max_size=max_sensors, unique_by=lambda sensor: sensor.name

@@ -161,3 +161,33 @@ def test_every_field_of_the_model_is_written_and_explained() -> None:
         assert set(kind.model_fields) <= set(FIELD_ORDER)
         assert all(f"sensors[].{field}" in ACCEPTED for field in kind.model_fields)
     assert all(field in ACCEPTED for field in Rig.model_fields)
+
+
+def test_how_a_mesh_is_placed_survives_a_save_and_is_only_said_where_it_matters() -> None:
+    text = "riglens: 1\nvehicle: {body: car.glb, mesh: {scale: 0.001, offset: [0, 0, -0.1]}} # own car\n"
+    file = loads(text)
+    placement = file.rig.vehicle.mesh
+    assert (placement.scale, placement.rpy_deg, placement.offset) == (0.001, (0, 0, 0), (0, 0, -0.1))
+    assert loads(dumps(file.rig)).rig == file.rig
+    turned = file.rig.replace(
+        vehicle=file.rig.vehicle.replace(mesh=placement.replace(rpy_deg=(0.0, 0.0, 90.0)))
+    )
+    changed = file.updated(turned)
+    assert loads(changed.text).rig == turned and "# own car" in changed.text
+    assert "mesh" not in dumps(preset("W+T"))
+    empty = loads("riglens: 1\nvehicle: {mesh: {}}\n")
+    assert loads(empty.updated(turned).text).rig == turned
+
+
+@pytest.mark.parametrize(
+    ("mesh", "said"),
+    [
+        ("{size: 2}", r"vehicle\.mesh\.size: unknown field; accepted are scale, rpy_deg, offset"),
+        ("{scale: 0}", r"vehicle\.mesh\.scale: found 0; accepted is a factor, 1e-6 to 1e6"),
+        ("{rpy_deg: [0, 0]}", r"vehicle\.mesh\.rpy_deg: found \[0, 0\]; accepted is \[roll, pitch, yaw\]"),
+        ("null", r"vehicle\.mesh: found null; accepted is a mapping with scale, rpy_deg and offset"),
+    ],
+)
+def test_a_mesh_placed_wrongly_is_refused_with_its_field(mesh: str, said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        loads(f"riglens: 1\nvehicle: {{mesh: {mesh}}}\n")

@@ -1,0 +1,108 @@
+"""Mirror pairs: a sensor and its image on the other side of the car keep agreeing, whatever edits one of them."""
+
+from __future__ import annotations
+
+from core.geometry import Pose
+from core.rig.model import Camera, Lidar, Rig
+
+
+def mirrored_pose(pose: Pose) -> Pose:
+    """The pose on the other side of the car's middle plane: y, roll and yaw change sign.
+
+    Reflecting both frames at y = 0 turns Rz(yaw) Ry(pitch) Rx(roll) into Rz(-yaw) Ry(pitch) Rx(-roll).
+    """
+    (x, y, z), (roll, pitch, yaw) = pose.position_m, pose.rpy_deg
+    return Pose((x, 0.0 - y, z), (0.0 - roll, pitch, 0.0 - yaw))
+
+
+def partner_of(rig: Rig, name: str) -> str | None:
+    """Name of the other sensor of a mirror pair; None for a sensor without one."""
+    for sensor in rig.sensors:
+        if sensor.mirror_of is not None and name in (sensor.name, sensor.mirror_of):
+            return sensor.mirror_of if sensor.name == name else sensor.name
+    return None
+
+
+def linked(rig: Rig, name: str, other: str) -> Rig:
+    """The rig with two sensors as a mirror pair; the second takes pose and fields of the first.
+
+    ValueError when they are of different kinds or one of them belongs to another pair.
+    """
+    follower = _image(rig.sensor(name), rig.sensor(other)).replace(mirror_of=name)
+    checked: Rig = rig.replace(sensors=_with(rig, [follower]).sensors)
+    return checked
+
+
+def unlinked(rig: Rig, name: str) -> Rig:
+    """The rig with the mirror pair of a sensor dissolved; both stay where they are."""
+    pair = (name, partner_of(rig, name))
+    return _with(rig, [_alone(sensor) for sensor in rig.sensors if sensor.name in pair])
+
+
+def without_sensor(rig: Rig, name: str) -> Rig:
+    """The rig without a sensor; its mirror image stays and stands alone."""
+    rig = unlinked(rig, name)
+    return rig.model_copy(update={"sensors": tuple(s for s in rig.sensors if s.name != name)})
+
+
+def in_step(before: Rig, after: Rig) -> Rig:
+    """`after` with its mirror pairs in step: what an edit of `before` changed in one sensor happens to the other.
+
+    Where both changed, or are paired anew, the sensor that the other names leads. A pair whose leader has
+    another name keeps it; one whose leader is gone is dissolved.
+    """
+    if all(sensor.mirror_of is None for sensor in after.sensors):
+        return after
+    after = _with_living_leaders(before, after)
+    old = {sensor.name: sensor for sensor in before.sensors}
+    images = []
+    for follower in after.sensors:
+        if follower.mirror_of is None:
+            continue
+        leader, was = after.sensor(follower.mirror_of), old.get(follower.name)
+        is_new = was is None or was.mirror_of is None
+        if is_new or not _agrees(leader, old.get(leader.name)):
+            images.append(_image(leader, follower))
+        elif not _agrees(follower, was):
+            images.append(_image(follower, leader))
+    return _with(after, images)
+
+
+def _with_living_leaders(before: Rig, after: Rig) -> Rig:
+    """Followers of a renamed leader name it as it is called now, those of a deleted one stand alone."""
+    names = {sensor.name for sensor in after.sensors}
+    renamed = {}
+    if len(before.sensors) == len(after.sensors):
+        pairs = zip(before.sensors, after.sensors, strict=True)
+        renamed = {old.name: new.name for old, new in pairs if old.name not in names}
+    lost = [
+        sensor for sensor in after.sensors if sensor.mirror_of is not None and sensor.mirror_of not in names
+    ]
+    return _with(after, [_follower(sensor, renamed.get(sensor.mirror_of or "")) for sensor in lost])
+
+
+def _agrees(sensor: Lidar | Camera, old: Lidar | Camera | None) -> bool:
+    """Whether a sensor is as it was, apart from name and pair; a sensor of another name counts as it was."""
+    return old is None or _image(sensor, old) == _image(old, old)
+
+
+def _image(sensor: Lidar | Camera, own: Lidar | Camera) -> Lidar | Camera:
+    """The mirror image of a sensor, with name and pair of `own`."""
+    pose = mirrored_pose(sensor.pose)
+    image: Lidar | Camera = sensor.with_pose(pose)
+    return image.model_copy(update={"name": own.name, "mirror_of": own.mirror_of})
+
+
+def _follower(sensor: Lidar | Camera, leader: str | None) -> Lidar | Camera:
+    return sensor.model_copy(update={"mirror_of": leader})
+
+
+def _alone(sensor: Lidar | Camera) -> Lidar | Camera:
+    return _follower(sensor, None)
+
+
+def _with(rig: Rig, changed: list[Lidar | Camera]) -> Rig:
+    """The rig with some sensors exchanged for those of the same names."""
+    new = {sensor.name: sensor for sensor in changed}
+    sensors = tuple(new.get(sensor.name, sensor) for sensor in rig.sensors)
+    return rig.model_copy(update={"sensors": sensors})
