@@ -1,0 +1,147 @@
+"""Poses as text for the clipboard: YAML as in a rig file, numbers, a quaternion or a 4 x 4 matrix, both ways.
+
+All forms mean the sensor's pose in the vehicle frame, in metres and degrees, whatever a window displays.
+A copied YAML or numbers text reads back to the same doubles.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from core.errors import InputError
+from core.geometry import Pose, Vec3, rpy_deg_from_rotation
+from core.rig.yaml_nodes import Mapping, parse_yaml, plain_value, shortened
+
+PoseFormat = Literal["yaml", "numbers", "quaternion", "matrix"]
+POSE_FORMATS: dict[PoseFormat, str] = {
+    "yaml": "YAML, as in a rig file",
+    "numbers": "x y z roll pitch yaw (m, deg)",
+    "quaternion": "x y z qx qy qz qw (m)",
+    "matrix": "4 × 4 matrix, sensor to vehicle",
+}
+ACCEPTED = (
+    "accepted are `position: [x, y, z]` with `rpy_deg: [roll, pitch, yaw]`, the six numbers "
+    "x y z roll pitch yaw, the seven x y z qx qy qz qw, or a 4 x 4 matrix"
+)
+MAX_CHARACTERS = 4000
+MAX_METRES = 1e7
+_RIGID_TOLERANCE = 1e-3
+"""Matrices and quaternions are often printed with four digits; what is farther from a rotation is none."""
+_NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
+_KEY_LINE = re.compile(r"^\W*(?:position|rpy_deg|quaternion)", re.M)
+_KEYS = ("position", "rpy_deg", "quaternion_xyzw")
+
+
+def pose_text(pose: Pose, form: PoseFormat = "yaml") -> str:
+    """The pose in one of POSE_FORMATS, with every digit."""
+    position, rpy = ([repr(float(value)) for value in values] for values in (pose.position_m, pose.rpy_deg))
+    if form == "yaml":
+        return f"position: [{', '.join(position)}]\nrpy_deg: [{', '.join(rpy)}]\n"
+    if form == "numbers":
+        return " ".join((*position, *rpy))
+    if form == "quaternion":
+        return " ".join((*position, *(repr(part) for part in quaternion_xyzw(pose.rpy_deg))))
+    rows = pose.vehicle_SE3_sensor().tolist()
+    return "\n".join("  ".join(repr(value) for value in row) for row in rows) + "\n"
+
+
+def parse_pose(text: str) -> Pose:
+    """The pose that a text in one of POSE_FORMATS says; InputError with what was found when it says none."""
+    if len(text) > MAX_CHARACTERS:
+        raise InputError(f"pose: found a text of {len(text)} characters; {ACCEPTED}")
+    pose = _from_mapping(text) if _KEY_LINE.search(text) else None
+    return _checked(pose or _from_numbers(text))
+
+
+def quaternion_xyzw(rpy_deg: Vec3) -> tuple[float, float, float, float]:
+    """Unit quaternion (x, y, z, w) of R = Rz(yaw) Ry(pitch) Rx(roll), angles in degrees."""
+    roll, pitch, yaw = (math.radians(angle) / 2 for angle in rpy_deg)
+    cr, sr, cp, sp = math.cos(roll), math.sin(roll), math.cos(pitch), math.sin(pitch)
+    cy, sy = math.cos(yaw), math.sin(yaw)
+    return (
+        sr * cp * cy - cr * sp * sy,
+        cr * sp * cy + sr * cp * sy,
+        cr * cp * sy - sr * sp * cy,
+        cr * cp * cy + sr * sp * sy,
+    )
+
+
+def rotation_from_quaternion(xyzw: tuple[float, ...]) -> NDArray[np.float64]:
+    """Rotation matrix (3, 3) of a quaternion (x, y, z, w); InputError unless its length is about 1."""
+    length = math.sqrt(sum(part * part for part in xyzw))
+    if not abs(length - 1.0) <= 10 * _RIGID_TOLERANCE:
+        raise InputError(f"quaternion: found one of length {length:.4g}, accepted is one of length 1")
+    x, y, z, w = (part / length for part in xyzw)
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def _from_mapping(text: str) -> Pose:
+    """A pose from the keys of a rig file; other keys of a copied sensor are passed over."""
+    dedented = re.sub(r"^(\s*)- ", r"\1  ", text, flags=re.M)
+    indent = min(
+        (len(line) - len(line.lstrip()) for line in dedented.splitlines() if line.strip()), default=0
+    )
+    node = parse_yaml("\n".join(line[indent:] for line in dedented.splitlines()), "pose")
+    if not isinstance(node, Mapping):
+        raise InputError(f"pose: {ACCEPTED}")
+    found = {key: plain_value(value) for key in _KEYS if (value := node.get(key)) is not None}
+    position = _floats(found.get("position"), "position", 3)
+    if "quaternion_xyzw" in found:
+        turned = rotation_from_quaternion(_floats(found["quaternion_xyzw"], "quaternion_xyzw", 4))
+        return _pose(position, rpy_deg_from_rotation(turned))
+    return _pose(position, _floats(found.get("rpy_deg", (0.0, 0.0, 0.0)), "rpy_deg", 3))
+
+
+def _from_numbers(text: str) -> Pose:
+    """Six, seven, twelve or sixteen numbers with anything between them that is no letter."""
+    rest = _NUMBER.sub(" ", text)
+    numbers = tuple(float(match) for match in _NUMBER.findall(text))
+    if len(numbers) not in (6, 7, 12, 16) or re.search(r"[^\s,;|()\[\]{}]", rest):
+        raise InputError(f"pose: found '{shortened(text.strip())}'; {ACCEPTED}")
+    if len(numbers) == 6:
+        return _pose(numbers[:3], numbers[3:])
+    if len(numbers) == 7:
+        return _pose(numbers[:3], rpy_deg_from_rotation(rotation_from_quaternion(numbers[3:])))
+    return _from_matrix(np.array(numbers).reshape(-1, 4))
+
+
+def _from_matrix(matrix: NDArray[np.float64]) -> Pose:
+    """A pose from the transform (3 or 4, 4) from sensor to vehicle."""
+    rotation = matrix[:3, :3]
+    is_rigid = np.abs(rotation @ rotation.T - np.eye(3)).max() <= _RIGID_TOLERANCE
+    if not is_rigid or np.linalg.det(rotation) < 0:
+        raise InputError("pose: the matrix is no rotation; accepted is one without scale or mirror")
+    if len(matrix) == 4 and np.abs(matrix[3] - (0.0, 0.0, 0.0, 1.0)).max() > _RIGID_TOLERANCE:
+        raise InputError("pose: the last row of the matrix must be 0 0 0 1")
+    left, _, right = np.linalg.svd(rotation)
+    return _pose(tuple(matrix[:3, 3].tolist()), rpy_deg_from_rotation(left @ right))
+
+
+def _floats(values: Any, field: str, count: int) -> tuple[float, ...]:
+    is_list = isinstance(values, (tuple, list)) and len(values) == count
+    if not is_list or not all(type(value) in (int, float) for value in values):
+        raise InputError(f"pose: {field}: accepted are {count} numbers in brackets")
+    return tuple(float(value) for value in values)
+
+
+def _pose(position_m: tuple[float, ...], rpy_deg: tuple[float, ...]) -> Pose:
+    (x, y, z), (roll, pitch, yaw) = position_m, rpy_deg
+    return Pose((x, y, z), (roll, pitch, yaw))
+
+
+def _checked(pose: Pose) -> Pose:
+    is_finite = all(map(math.isfinite, (*pose.position_m, *pose.rpy_deg)))
+    if not is_finite or max(map(abs, pose.position_m)) > MAX_METRES:
+        raise InputError(f"pose: found a number that is not finite or too large; {ACCEPTED}")
+    return pose
