@@ -25,7 +25,7 @@ from core.rig.model import Lidar
 from core.rig.yaml_file import load_rig
 from core.scene.boxes import CLASSES
 from tests.app.window_bench import TIMEOUT_MS, Bench, choose_item, open_bench
-from widgets.panels.scores_panel import COLUMNS
+from widgets.panels.score_text import COLUMNS
 
 QUEUED = Qt.ConnectionType.QueuedConnection
 FINE_M, COARSE_M = 0.5, 1.0

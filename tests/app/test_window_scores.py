@@ -16,7 +16,7 @@ from core.geometry import Pose
 from core.metric.scores import MetricSettings
 from core.scene.boxes import CLASSES
 from tests.app.window_bench import RIG, TIMEOUT_MS, Bench, choose_item, open_bench, scene_options, type_into
-from widgets.panels.scores_panel import COLUMNS
+from widgets.panels.score_text import COLUMNS
 
 
 @pytest.fixture

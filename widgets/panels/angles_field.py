@@ -9,8 +9,10 @@ from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QLabel, QWidget
 
 from core.rig.model import EvenAngles, Lidar
+from widgets.panels.expression import DEGREES
 from widgets.panels.form import ChoiceBox, Form
-from widgets.panels.number_edit import IntegerEdit, ListEdit, NumberEdit, ValueEdit
+from widgets.panels.number_edit import IntegerEdit, ListEdit, NumberEdit
+from widgets.panels.value_edit import ValueEdit
 
 EVEN, LIST = "evenly spaced", "list"
 
@@ -37,13 +39,13 @@ class AnglesField(QObject):
 
     def _add_even(self, form: Form) -> QWidget:
         edits: list[tuple[str, ValueEdit[Any]]] = [
-            ("from_", NumberEdit(1.0)),
-            ("to", NumberEdit(1.0)),
+            ("from_", NumberEdit(1.0, DEGREES)),
+            ("to", NumberEdit(1.0, DEGREES)),
             ("count", IntegerEdit()),
         ]
         low, high, count = (edit for _, edit in edits)
         fields = [low, QLabel("to"), high, QLabel("×"), count]
-        row = form.add_row("", fields, "from, to (degrees) × number of angles")
+        row = form.add_row("", fields, "from, to × number of angles")
         for part, edit in edits:
             title = part.rstrip("_")
             edit.setAccessibleName(f"{self._field} {title}")
@@ -56,9 +58,9 @@ class AnglesField(QObject):
         return row
 
     def _add_list(self, form: Form) -> QWidget:
-        edit = ListEdit()
+        edit = ListEdit(DEGREES)
         edit.setAccessibleName(f"{self._field} list")
-        row = form.add_row("", [edit], "angles in degrees, separated by commas")
+        row = form.add_row("", [edit], "angles, separated by commas")
         form.bind_edit(edit, self._read_list, self._write_list, f"{self._field}.list")
         return row
 

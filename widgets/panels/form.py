@@ -12,8 +12,10 @@ from PySide6.QtGui import QWheelEvent
 from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QHBoxLayout, QLabel, QWidget
 
 from core.errors import InputError
-from widgets.panels.number_edit import ValueEdit
+from widgets.panels.expression import Unit
+from widgets.panels.number_edit import ListEdit, NumberEdit
 from widgets.panels.style import MARGIN, SPACING
+from widgets.panels.value_edit import ValueEdit
 
 
 class ChoiceBox(QComboBox):
@@ -99,6 +101,11 @@ class Form(QWidget):
         """A widget over the whole width."""
         self._grid.addWidget(widget, self._grid.rowCount(), 0, 1, 2)
 
+    def set_fields_enabled(self, enabled: bool) -> None:
+        """Let every bound field be edited, or only looked at."""
+        for binding in self._bindings:
+            binding.widget.setEnabled(enabled)
+
     def close_form(self) -> None:
         """Put the place for reasons under the last row and keep the rows at the top."""
         self.add_wide(self._problem)
@@ -122,6 +129,15 @@ class Form(QWidget):
         combo.setObjectName(name)
         self._bindings.append(_Binding(combo, read, lambda value: _choose(combo, value)))
         combo.activated.connect(lambda index: self._try(combo, write, combo.itemData(index)))
+
+    def set_units(self, *units: Unit) -> None:
+        """Show every length and angle in these units; what is stored stays in metres and degrees."""
+        for binding in self._bindings:
+            edit = binding.widget
+            if isinstance(edit, NumberEdit | ListEdit):
+                fitting = next((unit for unit in units if unit.quantity == edit.unit.quantity), None)
+                if fitting is not None and fitting != edit.unit:
+                    edit.set_unit(fitting)
 
     # ------------------------------------------------------------------ showing and changing
     def show_subject(self, subject: Any) -> None:

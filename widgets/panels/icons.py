@@ -29,9 +29,18 @@ _BODIES = {
     "delete": '<path d="M4 7h16M9 7V4h6v3M6 7l1 13h10l1-13M10 11v5M14 11v5"/>',
     "eye": '<path d="M2 12c2.5-4.5 6-6.5 10-6.5s7.5 2 10 6.5c-2.5 4.5-6 6.5-10 6.5S4.5 16.5 2 12z"/>'
     '<circle cx="12" cy="12" r="3"/>',
-    "eye-off": '<path d="M3 10c2.3 3.5 5.3 5 9 5s6.7-1.5 9-5M5 16l1.5-2M12 18.500V15M19 16l-1.5-2"/>',
+    "eye-off": '<path d="M3 10c2.3 3.5 5.3 5 9 5s6.7-1.5 9-5M5 16l1.5-2M12 18.5V15M19 16l-1.5-2"/>',
     "screenshot": '<path d="M4 8V4h4M16 4h4v4M20 16v4h-4M8 20H4v-4"/><circle cx="12" cy="12" r="3.5"/>',
     "frame": '<path d="M4 8V4h4M16 4h4v4M20 16v4h-4M8 20H4v-4"/><path d="M9 9h6v6H9z"/>',
+    "copy": '<rect x="8" y="8" width="12" height="12" rx="1.5"/><path d="M4 15V4h11"/>',
+    "paste": '<path d="M9 5H5v16h14V5h-4"/><rect x="9" y="3" width="6" height="4" rx="1"/>'
+    '<path d="M8.5 12h7M8.5 16h5"/>',
+    "reset": '<path d="M4 12a8 8 0 1 0 2.5-5.8"/><path d="M4 3v4h4"/>',
+    "lock": '<rect x="5" y="11" width="14" height="9" rx="1.5"/><path d="M8 11V8a4 4 0 0 1 8 0v3"/>',
+    "unlock": '<rect x="5" y="11" width="14" height="9" rx="1.5"/><path d="M8 11V8a4 4 0 0 1 7.6-1.7"/>',
+    "pin": '<path d="M9 3h6l-1 6 4 4H6l4-4z"/><path d="M12 13v8"/>',
+    "search": '<circle cx="10.5" cy="10.5" r="6"/><path d="M15 15l5.5 5.5"/>',
+    "snapshot": '<rect x="4" y="4" width="16" height="16" rx="2"/><path d="M12 8v8M8 12h8"/>',
     "close": '<path d="M6 6l12 12M18 6L6 18"/>',
 }
 

@@ -7,10 +7,15 @@ from typing import Any
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFrame, QLabel, QScrollArea, QStackedWidget, QWidget
 
+from core.geometry import Pose
+from core.metric.scores import Scores
 from core.rig.model import Lidar, Rig
+from widgets.panels.camera_form import CameraForm
+from widgets.panels.expression import DEGREES, METRES, Unit
 from widgets.panels.form import ChoiceBox, Form
+from widgets.panels.lidar_form import LidarForm
 from widgets.panels.number_edit import NumberEdit, TextEdit, thousands
-from widgets.panels.sensor_form import CameraForm, LidarForm, SensorForm
+from widgets.panels.sensor_form import SensorForm
 from widgets.viewport.body_profiles import PROFILES
 
 
@@ -20,16 +25,24 @@ class Inspector(QStackedWidget):
     sensor_edited = Signal(str, object)
     """Name the sensor had, and the sensor as it shall be."""
     rig_edited = Signal(object)
+    units_changed = Signal(object)
+    """The Units that lengths and angles are shown in from now on, as a tuple."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._rig_form, self._lidar_form, self._camera_form = RigForm(), LidarForm(), CameraForm()
+        self._sensor_forms: tuple[SensorForm, ...] = (self._lidar_form, self._camera_form)
         self._shown_name: str | None = None
+        self._saved: Rig | None = None
+        self._locked: frozenset[str] = frozenset()
+        self._units: tuple[Unit, ...] = (METRES, DEGREES)
         for form in (self._rig_form, self._lidar_form, self._camera_form):
             self.addWidget(_scrolled(form))
         self._rig_form.changed.connect(self.rig_edited)
-        for sensor_form in (self._lidar_form, self._camera_form):
+        for sensor_form in self._sensor_forms:
             sensor_form.changed.connect(self._on_sensor_changed)
+            sensor_form.units_chosen.connect(self._choose_unit)
+            sensor_form.show_units(*self._units)
 
     @property
     def form(self) -> Form:
@@ -40,6 +53,48 @@ class Inspector(QStackedWidget):
         assert isinstance(form, Form)
         return form
 
+    @property
+    def units(self) -> tuple[Unit, ...]:
+        """The units that lengths and angles are shown in."""
+        return self._units
+
+    def set_units(self, units: tuple[Unit, ...]) -> None:
+        """Show every length and angle in these units."""
+        self._units = units
+        for form in (self._rig_form, *self._sensor_forms):
+            form.set_units(*units)
+        for sensor_form in self._sensor_forms:
+            sensor_form.show_units(*units)
+
+    def _choose_unit(self, chosen: Unit) -> None:
+        self.set_units(tuple(chosen if chosen.quantity == unit.quantity else unit for unit in self._units))
+        self.units_changed.emit(self._units)
+
+    def set_saved(self, rig: Rig) -> None:
+        """The rig as it was last saved, to which a pose can be put back."""
+        self._saved = rig
+
+    def set_locked(self, locked: frozenset[str]) -> None:
+        """Names of the sensors that can only be looked at."""
+        self._locked = locked
+        for form in self._sensor_forms:
+            form.set_locked(self._shown_name in locked)
+
+    def show_loss(self, now: Scores, without: Scores) -> None:
+        """Exact scores with and without the sensor shown."""
+        for form in self._sensor_forms:
+            form.marginal.show_loss(now, without)
+
+    def show_no_loss(self, reason: str) -> None:
+        """Say why there is nothing to show about the rig without the sensor."""
+        for form in self._sensor_forms:
+            form.marginal.show_none(reason)
+
+    def set_loss_stale(self) -> None:
+        """Grey what the rig loses without the sensor: it is of an earlier rig."""
+        for form in self._sensor_forms:
+            form.marginal.set_stale(True)
+
     def set_rig(self, rig: Rig, selected: str | None) -> None:
         """Show the selected sensor, or the rig."""
         form: Form = self._rig_form
@@ -48,6 +103,8 @@ class Inspector(QStackedWidget):
             subject = rig.sensor(selected)
             sensor_form: SensorForm = self._lidar_form if isinstance(subject, Lidar) else self._camera_form
             sensor_form.set_taken_names(frozenset(s.name for s in rig.sensors) - {selected})
+            sensor_form.set_locked(selected in self._locked)
+            sensor_form.tools.set_saved(self._saved_pose(selected))
             form = sensor_form
         if form is not self.form or selected != self._shown_name:
             self.form.forget_input()
@@ -55,6 +112,10 @@ class Inspector(QStackedWidget):
         self._shown_name = selected
         self.setCurrentIndex([self._rig_form, self._lidar_form, self._camera_form].index(form))
         form.show_subject(subject)
+
+    def _saved_pose(self, name: str) -> Pose | None:
+        sensors = self._saved.sensors if self._saved is not None else ()
+        return next((sensor.pose for sensor in sensors if sensor.name == name), None)
 
     def _on_sensor_changed(self, sensor: Any) -> None:
         if self._shown_name is not None:
@@ -73,10 +134,10 @@ class RigForm(Form):
         self.add_heading("Vehicle")
         self._add_body()
         for field, caption, tip in (
-            ("length", "Length (m)", "bumper to bumper"),
-            ("width", "Width (m)", "without mirrors"),
-            ("height", "Height (m)", "ground to roof"),
-            ("rear_axle_x", "Rear axle x (m)", "from the centre of the body, negative is behind it"),
+            ("length", "Length", "bumper to bumper"),
+            ("width", "Width", "without mirrors"),
+            ("height", "Height", "ground to roof"),
+            ("rear_axle_x", "Rear axle x", "from the centre of the body, negative is behind it"),
         ):
             self._add_size(field, caption, tip)
         self._summary = QLabel()
@@ -98,7 +159,7 @@ class RigForm(Form):
         )
 
     def _add_size(self, field: str, caption: str, tip: str) -> None:
-        edit = NumberEdit(0.05)
+        edit = NumberEdit(0.05, METRES)
         edit.setAccessibleName(caption)
         self.add_row(caption, [edit], tip)
         self.bind_edit(

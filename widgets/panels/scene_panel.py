@@ -12,8 +12,9 @@ from core.errors import InputError
 from core.geometry import Vec3
 from core.scene.grid import DEFAULT_ROI_M, DEFAULT_VOXEL_M, VoxelGrid
 from core.study.voxel_choice import LADDER_M, ladder_grids
+from widgets.panels.expression import parse_number
 from widgets.panels.form import ChoiceBox, Form, read_item, write_item
-from widgets.panels.number_edit import IntegerEdit, NumberEdit, full_number, parse_number
+from widgets.panels.number_edit import IntegerEdit, NumberEdit, full_number
 
 AUTO = "Auto"
 VOXEL_TIP = (

@@ -6,8 +6,6 @@ Estimates can be shown in their place for a moment: marked ≈, in italics, with
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QBrush, QColor, QGuiApplication, QKeyEvent, QKeySequence
@@ -22,50 +20,34 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from core.metric.scores import READINGS, ClassScores, MetricSettings, Scores
+from core.metric.scores import READINGS, MetricSettings, Scores
 from core.scene.boxes import CLASSES
 from widgets.panels.form import ChoiceBox
 from widgets.panels.icons import swatch
 from widgets.panels.number_edit import NumberEdit
+from widgets.panels.score_text import (
+    COLUMNS,
+    NONE,
+    SIGN_NOTE,
+    Column,
+    change_text,
+    exact_text,
+    kilo_text,
+    rough_text,
+    share_text,
+)
 from widgets.panels.style import MARGIN, SPACING, numbers_font, tones
 from widgets.theme import CLASS_COLOURS
 
-MINUS, NONE, ABOUT, FOLLOWS = "\u2212", "–", "≈ ", "…"
+ABOUT, FOLLOWS = "≈ ", "…"
 CLASS_PX, MIN_VALUE_PX, CHANGE_PX = 120, 90, 96
 
-SIGN_NOTE = (
-    "<b>S-MS = λ · S-MIG(cameras) + S-MIG(LiDARs)</b>, in nat, with S-MIG = −(entropy of the voxels "
-    "that the sensors reach), as the paper writes it.<br>So S-MS <b>falls</b> as coverage "
-    "grows: without sensors it is 0. The paper argues the other way round, that covering more is better; "
-    "both are true of the published system. Read S-MS together with <b>seen</b>, the share of the scene's "
-    "uncertainty that any sensor looks at, which grows with coverage."
-)
 ESTIMATE_NOTE = "Estimated on larger voxels; the exact number follows as soon as the mouse rests"
-SEEN_NOTE = "Share of the class's entropy H(Ω) that any enabled sensor looks at"
 READING_NOTES = {
     "covered": "S-MIG = −entropy of the set of voxels reached: the paper's equations",
     "residual": "S-MIG = −entropy of the voxels not reached: grows with coverage",
     "hits": "S-MIG counts a voxel once per ray: what the published code adds up",
 }
-
-
-@dataclass(frozen=True)
-class Column:
-    """One number per class: its title, its value, how it reads, and the sign it takes as coverage grows."""
-
-    key: str
-    title: str
-    tip: str
-    value: Callable[[ClassScores], float]
-    is_share: bool = False
-
-
-COLUMNS = (
-    Column("camera", "Cameras S-MIG", "S-MIG of all enabled cameras together", lambda c: c.camera.s_mig),
-    Column("lidar", "LiDARs S-MIG", "S-MIG of all enabled LiDARs together", lambda c: c.lidar.s_mig),
-    Column("s_ms", "S-MS", SIGN_NOTE, lambda c: c.s_ms),
-    Column("seen", "Seen by any", SEEN_NOTE, lambda c: c.any_seen, is_share=True),
-)
 
 
 class ScoresPanel(QWidget):
@@ -312,40 +294,3 @@ def _set_italic(item: QTableWidgetItem, italic: bool) -> None:
     if font.italic() != italic:
         font.setItalic(italic)
         item.setFont(font)
-
-
-def rough_text(column: Column, value: float) -> str:
-    """One decimal instead of two: an estimate is not better than that."""
-    if column.is_share:
-        return f"{100 * value:.1f} %"
-    return _signed(f"{abs(value) / 1000:.1f}", value, plus="")
-
-
-def kilo_text(value_nat: float) -> str:
-    """10^3 nat with two decimals and a real minus sign; never "-0.00"."""
-    return _signed(f"{abs(value_nat) / 1000:.2f}", value_nat, plus="")
-
-
-def share_text(share: float) -> str:
-    """A fraction as percent with two decimals."""
-    return f"{100 * share:.2f} %"
-
-
-def change_text(change: float, column: Column) -> str:
-    """A signed change; a change too small for two decimals says so, none at all is a dash."""
-    if change == 0.0:
-        return NONE
-    size, unit = (abs(change) * 100, " pp") if column.is_share else (abs(change) / 1000, "")
-    digits = f"{size:.2f}" if size >= 0.005 else "<0.01"
-    return _signed(digits, change, plus="+") + unit
-
-
-def exact_text(column: Column, value: float) -> str:
-    """Every digit, with the unit."""
-    return f"{value!r} of H(Ω)" if column.is_share else f"{value!r} nat"
-
-
-def _signed(digits: str, value: float, plus: str) -> str:
-    if not any(character in "123456789" for character in digits):
-        return digits
-    return (MINUS if value < 0 else plus) + digits

@@ -1,35 +1,55 @@
-"""Forms with every field of a LiDAR or a camera."""
+"""What the forms of LiDARs and cameras have in common: identity, pose, range, and what follows from them."""
 
 from __future__ import annotations
 
-import math
 from typing import Any, Literal
 
-from PySide6.QtCore import Qt
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QCheckBox, QComboBox, QLabel, QWidget
 
+from core.geometry import Pose
 from core.rig.library import default_library
 from core.rig.model import Camera, Lidar
-from widgets.panels.angles_field import AnglesField
+from widgets.panels.derived import derived_rows
+from widgets.panels.expression import DEGREES, METRES, Unit
 from widgets.panels.form import ChoiceBox, Form, read_field, read_item, write_field, write_item
-from widgets.panels.number_edit import IntegerEdit, NumberEdit, TextEdit, ValueEdit, thousands
+from widgets.panels.marginal_view import MarginalView
+from widgets.panels.number_edit import NumberEdit, TextEdit
+from widgets.panels.pose_tools import PoseTools
+from widgets.panels.style import numbers_font
+from widgets.panels.value_edit import ValueEdit
 
 STEP_M, STEP_DEG = 0.05, 1.0
 POSE_TIP = (
     "x forward, y left, z up from the ground under the middle of the car; "
     "positive pitch looks down, positive yaw turns left"
 )
-FIELD_OF_VIEW, FOCAL_LENGTHS = "field of view", "focal lengths"
 _NO_MODEL = "none"
+_DERIVED = {
+    "lidar": ("Rays", "Field of view", "Resolution"),
+    "camera": ("Rays", "Field of view", "Focal length", "Resolution"),
+}
+
+
+LOCKED_NOTE = "Locked: unlock it in the list to edit it."
+DISABLED_NOTE = "Disabled: it does not count in the scores."
 
 
 class SensorForm(Form):
-    """What every sensor has: name, kind, model, pose, range, and whether it counts."""
+    """What every sensor has: name, kind, model, pose, range, whether it counts, and what it is worth."""
+
+    units_chosen = Signal(object)
+    """The Unit that lengths or angles shall be shown in."""
 
     def __init__(self, kind: Literal["lidar", "camera"], parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._taken: frozenset[str] = frozenset()
+        self._is_locked = False
         self._kind = kind
+        self._state = QLabel()
+        self._state.setObjectName("state")
+        self._state.setWordWrap(True)
+        self.add_wide(self._state)
         self._add_identity()
         self._add_pose()
 
@@ -62,9 +82,13 @@ class SensorForm(Form):
 
     def _add_pose(self) -> None:
         """Position on the left, rotation on the right."""
-        self.add_heading("Position (m) and rotation (deg)")
+        self.tools = PoseTools()
+        self.tools.pasted.connect(self._take_pose)
+        self.tools.refused.connect(self.show_problem)
+        self.tools.units_chosen.connect(self.units_chosen)
+        self.add_wide(self.tools)
         for place, (axis, angle) in enumerate(zip("xyz", ("roll", "pitch", "yaw"), strict=True)):
-            along, about = NumberEdit(STEP_M), NumberEdit(STEP_DEG)
+            along, about = NumberEdit(STEP_M, METRES), NumberEdit(STEP_DEG, DEGREES)
             caption = QLabel(angle)
             caption.setMinimumWidth(36)
             caption.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
@@ -72,6 +96,52 @@ class SensorForm(Form):
             for edit, name, field in ((along, axis, "position"), (about, angle, "rpy_deg")):
                 edit.setAccessibleName(name)
                 self.bind_edit(edit, read_item(field, place), write_item(field, place), name)
+
+    def _take_pose(self, pose: Pose) -> None:
+        """Another pose as one change."""
+        self._try(self.tools, lambda sensor, value: sensor.with_pose(value), pose)
+
+    def add_derived(self) -> None:
+        """What follows from the fields, and what the rig would lose without the sensor."""
+        self.add_heading("Derived")
+        self._derived: dict[str, QLabel] = {}
+        for caption in _DERIVED[self._kind]:
+            value = QLabel()
+            value.setFont(numbers_font(value.font()))
+            value.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+            value.setObjectName(caption)
+            self._derived[caption] = value
+            self.add_row(caption, [value])
+        self.add_heading("The rig without it")
+        self.marginal = MarginalView()
+        self.add_wide(self.marginal)
+
+    def show_subject(self, subject: Any) -> None:
+        """Show a sensor with what follows from its fields."""
+        super().show_subject(subject)
+        self.tools.set_pose(subject.pose)
+        for caption, value in derived_rows(subject):
+            self._derived[caption].setText(value)
+        self._show_state()
+
+    def set_locked(self, locked: bool) -> None:
+        """Make every field read only, or editable again."""
+        self._is_locked = locked
+        self.set_fields_enabled(not locked)
+        self.tools.set_editable(not locked)
+        self._show_state()
+
+    def _show_state(self) -> None:
+        notes = [LOCKED_NOTE] if self._is_locked else []
+        if self.subject is not None and not self.subject.enabled:
+            notes.append(DISABLED_NOTE)
+        self._state.setText("\n".join(notes))
+        self._state.setVisible(bool(notes))
+
+    def show_units(self, *units: Unit) -> None:
+        """Show lengths and angles in these units."""
+        self.set_units(*units)
+        self.tools.show_units(*units)
 
     def add_pair(
         self, caption: str, edits: dict[str, ValueEdit[Any]], between: str, field: str, tip: str
@@ -86,105 +156,12 @@ class SensorForm(Form):
     def add_range(self) -> None:
         """Nearest and farthest distance that a ray covers."""
         self.add_pair(
-            "Range (m)",
-            {"range_min": NumberEdit(0.5), "range_max": NumberEdit(5.0)},
+            "Range",
+            {"range_min": NumberEdit(0.5, METRES), "range_max": NumberEdit(5.0, METRES)},
             "to",
             "range_m",
-            "from, to in metres; ∞ or inf: up to the end of the region of interest",
+            "from, to; ∞ or inf: up to the end of the region of interest",
         )
-
-
-class LidarForm(SensorForm):
-    """Every field of a LiDAR."""
-
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__("lidar", parent)
-        self.add_heading("Beams (deg)")
-        self._angles = (
-            AnglesField(self, "elevations_deg", "Elevations", "beam angles, both ends included"),
-            AnglesField(self, "azimuths_deg", "Azimuths", "angles of one turn; the end is left out"),
-        )
-        self.add_range()
-        self._summary = QLabel()
-        self._summary.setObjectName("hint")
-        self.add_wide(self._summary)
-        self.close_form()
-
-    def show_subject(self, subject: Lidar) -> None:
-        """Show a LiDAR."""
-        super().show_subject(subject)
-        for angles in self._angles:
-            angles.show_rows(subject)
-        beams = len(subject.elevations())
-        self._summary.setText(f"{beams} beams, {thousands(subject.ray_count)} rays")
-
-
-class CameraForm(SensorForm):
-    """Every field of a camera."""
-
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__("camera", parent)
-        self.add_heading("Image and lens")
-        self.add_pair(
-            "Image (px)",
-            {"image_width": IntegerEdit(), "image_height": IntegerEdit()},
-            "×",
-            "image",
-            "width, height",
-        )
-        self._add_lens()
-        self.add_pair(
-            "Rays cast",
-            {"cast_columns": IntegerEdit(), "cast_rows": IntegerEdit()},
-            "×",
-            "cast",
-            "columns, rows of the ray lattice; never more than the image has pixels",
-        )
-        self.add_range()
-        self._summary = QLabel()
-        self._summary.setObjectName("hint")
-        self.add_wide(self._summary)
-        self.close_form()
-
-    def _add_lens(self) -> None:
-        way = ChoiceBox()
-        for text in (FIELD_OF_VIEW, FOCAL_LENGTHS):
-            way.addItem(text, text)
-        self.add_row("Lens by", [way], "one field of view, or focal lengths and principal point in pixels")
-        self.bind_choice(way, _lens_way, _write_lens_way, "lens.way")
-        hfov = NumberEdit(1.0)
-        hfov.setAccessibleName("field of view")
-        self._hfov_row = self._add_optional(hfov, "hfov_deg", "HFOV (deg)", "horizontal field of view")
-        self._focal_rows = [
-            self._add_optional(NumberEdit(1.0), name, f"{name} (px)", tip)
-            for name, tip in (
-                ("fx", "focal length along the width"),
-                ("fy", "focal length along the height"),
-                ("cx", "principal point from the left edge"),
-                ("cy", "principal point from the upper edge"),
-            )
-        ]
-
-    def _add_optional(self, edit: NumberEdit, field: str, caption: str, tip: str) -> QWidget:
-        """A row for one number that can be absent."""
-        edit.setAccessibleName(edit.accessibleName() or field)
-        row = self.add_row(caption, [edit], tip)
-        self.bind_edit(edit, read_field(field), write_field(field), field)
-        return row
-
-    def show_subject(self, subject: Camera) -> None:
-        """Show a camera."""
-        super().show_subject(subject)
-        by_angle = subject.hfov_deg is not None
-        self.show_row(self._hfov_row, by_angle)
-        for row in self._focal_rows:
-            self.show_row(row, not by_angle)
-        fx, fy, _, _ = subject.intrinsics_px()
-        wide, high = (
-            2 * math.degrees(math.atan(size / 2 / f)) for size, f in zip(subject.image, (fx, fy), strict=True)
-        )
-        rays = thousands(subject.ray_count)
-        self._summary.setText(f"{wide:.1f}° × {high:.1f}°, fx {fx:.1f} px, {rays} rays")
 
 
 def _write_model(sensor: Lidar | Camera, model: str | None) -> Lidar | Camera:
@@ -198,18 +175,3 @@ def _write_model(sensor: Lidar | Camera, model: str | None) -> Lidar | Camera:
         default_library().entry(model).sensor(sensor.name, sensor.pose).replace(enabled=sensor.enabled)
     )
     return changed
-
-
-def _lens_way(camera: Camera) -> str:
-    return FIELD_OF_VIEW if camera.hfov_deg is not None else FOCAL_LENGTHS
-
-
-def _write_lens_way(camera: Camera, way: str) -> Any:
-    """The same lens said the other way; a field of view cannot say an off-centre principal point."""
-    if way == _lens_way(camera):
-        return camera
-    fx, fy, cx, cy = camera.intrinsics_px()
-    if way == FOCAL_LENGTHS:
-        return camera.replace(hfov_deg=None, fx=fx, fy=fy, cx=cx, cy=cy)
-    hfov_deg = 2 * math.degrees(math.atan(camera.image[0] / 2 / fx))
-    return camera.replace(hfov_deg=hfov_deg, fx=None, fy=None, cx=None, cy=None)

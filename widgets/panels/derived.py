@@ -1,0 +1,61 @@
+"""What follows from a sensor's fields, in the words of a data sheet: rays, resolution, field of view, focal length."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from core.rig.model import Camera, EvenAngles, Lidar
+from widgets.panels.number_edit import thousands
+
+
+def derived_rows(sensor: Lidar | Camera) -> list[tuple[str, str]]:
+    """Captions and values, always the same captions for a kind of sensor."""
+    return _lidar_rows(sensor) if isinstance(sensor, Lidar) else _camera_rows(sensor)
+
+
+def _lidar_rows(lidar: Lidar) -> list[tuple[str, str]]:
+    beams, turn = lidar.elevations(), lidar.azimuths()
+    return [
+        ("Rays", f"{thousands(lidar.ray_count)}  =  {len(beams)} beams × {thousands(len(turn))}"),
+        ("Field of view", f"{_turn_deg(lidar):.4g}° × {np.ptp(beams):.4g}°"),
+        ("Resolution", f"{_gaps(turn)} × {_gaps(beams)}"),
+    ]
+
+
+def _turn_deg(lidar: Lidar) -> float:
+    angles = lidar.azimuths_deg
+    return angles.to - angles.from_ if isinstance(angles, EvenAngles) else max(angles) - min(angles)
+
+
+def _gaps(angles_deg: NDArray[np.float64]) -> str:
+    """The distance of neighbouring angles, or from the closest to the widest."""
+    if len(angles_deg) < 2:
+        return "–"
+    gaps = np.diff(np.sort(angles_deg))
+    low, high = f"{gaps.min():.3g}", f"{gaps.max():.3g}"
+    return f"{low}°" if low == high else f"{low}–{high}°"
+
+
+def _camera_rows(camera: Camera) -> list[tuple[str, str]]:
+    fx, fy, _, _ = camera.intrinsics_px()
+    width_px, height_px = camera.image
+    columns, rows = camera.cast
+    wide, high = (2 * math.degrees(math.atan(px / 2 / f)) for px, f in ((width_px, fx), (height_px, fy)))
+    focal = f"{fx:.1f} px" if f"{fx:.1f}" == f"{fy:.1f}" else f"{fx:.1f} × {fy:.1f} px"
+    return [
+        ("Rays", f"{thousands(camera.ray_count)}  =  {columns} × {rows}"),
+        ("Field of view", f"{wide:.1f}° × {high:.1f}°"),
+        ("Focal length", focal),
+        (
+            "Resolution",
+            f"{_pixel_deg(fx):.3g}° per pixel, {_pixel_deg(fx * columns / width_px):.3g}° per ray",
+        ),
+    ]
+
+
+def _pixel_deg(focal_px: float) -> float:
+    """The angle of one pixel in the middle of the image."""
+    return math.degrees(math.atan(1 / focal_px))

@@ -1,0 +1,80 @@
+"""How scores read: columns of a class's scores, and their values as text with signs that need no colour."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from core.metric.scores import ClassScores
+
+MINUS, NONE = "\u2212", "–"
+
+SIGN_NOTE = (
+    "<b>S-MS = λ · S-MIG(cameras) + S-MIG(LiDARs)</b>, in nat, with S-MIG = −(entropy of the voxels "
+    "that the sensors reach), as the paper writes it.<br>So S-MS <b>falls</b> as coverage "
+    "grows: without sensors it is 0. The paper argues the other way round, that covering more is better; "
+    "both are true of the published system. Read S-MS together with <b>seen</b>, the share of the scene's "
+    "uncertainty that any sensor looks at, which grows with coverage."
+)
+SEEN_NOTE = "Share of the class's entropy H(Ω) that any enabled sensor looks at"
+
+
+@dataclass(frozen=True)
+class Column:
+    """One number per class: its title, its value, how it reads, and the sign it takes as coverage grows."""
+
+    key: str
+    title: str
+    tip: str
+    value: Callable[[ClassScores], float]
+    is_share: bool = False
+
+
+COLUMNS = (
+    Column("camera", "Cameras S-MIG", "S-MIG of all enabled cameras together", lambda c: c.camera.s_mig),
+    Column("lidar", "LiDARs S-MIG", "S-MIG of all enabled LiDARs together", lambda c: c.lidar.s_mig),
+    Column("s_ms", "S-MS", SIGN_NOTE, lambda c: c.s_ms),
+    Column("seen", "Seen by any", SEEN_NOTE, lambda c: c.any_seen, is_share=True),
+)
+
+
+def column_of(key: str) -> Column:
+    """The column of that key."""
+    return next(column for column in COLUMNS if column.key == key)
+
+
+def rough_text(column: Column, value: float) -> str:
+    """One decimal instead of two: an estimate is not better than that."""
+    if column.is_share:
+        return f"{100 * value:.1f} %"
+    return _signed(f"{abs(value) / 1000:.1f}", value, plus="")
+
+
+def kilo_text(value_nat: float) -> str:
+    """10^3 nat with two decimals and a real minus sign; never "-0.00"."""
+    return _signed(f"{abs(value_nat) / 1000:.2f}", value_nat, plus="")
+
+
+def share_text(share: float) -> str:
+    """A fraction as percent with two decimals."""
+    return f"{100 * share:.2f} %"
+
+
+def change_text(change: float, column: Column) -> str:
+    """A signed change; a change too small for two decimals says so, none at all is a dash."""
+    if change == 0.0:
+        return NONE
+    size, unit = (abs(change) * 100, " pp") if column.is_share else (abs(change) / 1000, "")
+    digits = f"{size:.2f}" if size >= 0.005 else "<0.01"
+    return _signed(digits, change, plus="+") + unit
+
+
+def exact_text(column: Column, value: float) -> str:
+    """Every digit, with the unit."""
+    return f"{value!r} of H(Ω)" if column.is_share else f"{value!r} nat"
+
+
+def _signed(digits: str, value: float, plus: str) -> str:
+    if not any(character in "123456789" for character in digits):
+        return digits
+    return (MINUS if value < 0 else plus) + digits
