@@ -1,0 +1,1 @@
+"""What a single sensor sees of one frame: pictures for a person, beside the metric."""

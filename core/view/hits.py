@@ -1,0 +1,54 @@
+"""What rays from one point hit first in one frame: traffic boxes, the ground, the car's own body."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from core.geometry import Vec3
+from core.kernels import hits as kernel
+from core.kernels.hits import BODY, GROUND, NOTHING
+from core.view.body_tree import BodyTree
+from core.view.frames import FrameBoxes
+
+__all__ = ["BODY", "GROUND", "NOTHING", "Hits", "cast"]
+
+
+@dataclass(frozen=True)
+class Hits:
+    """Of n rays: range_m (n,), inf where nothing is hit; what (n,) int32: number of a box, GROUND, BODY or
+    NOTHING; facing (n,): 0 to 1, how squarely a ray meets the body, 0 elsewhere."""
+
+    range_m: NDArray[np.float64]
+    what: NDArray[np.int32]
+    facing: NDArray[np.float64]
+
+
+def cast(
+    origin_m: Vec3,
+    directions: NDArray[np.float64],
+    boxes: FrameBoxes,
+    body: BodyTree,
+    range_m: tuple[float, float],
+    has_ground: bool = True,
+) -> Hits:
+    """First hits of rays with unit directions (n, 3) in the vehicle frame.
+
+    What is nearer than the range's begin blocks the ray but gives no return, as in a LiDAR.
+    """
+    origin, rays = np.array(origin_m, np.float64), np.ascontiguousarray(directions)
+    distance = np.full(len(rays), float(range_m[1]))
+    what = np.full(len(rays), NOTHING, np.int32)
+    facing = np.zeros(len(rays))
+    if has_ground:
+        kernel.hit_ground(origin[2], rays, distance, what)
+    kernel.hit_boxes(origin, rays, boxes.centre_m, boxes.size_m / 2, boxes.rotation, distance, what)
+    kernel.hit_triangles(
+        origin, rays, body.corners_m, body.bounds_m, body.leaf, body.skip, distance, what, facing
+    )
+    what[distance < range_m[0]] = NOTHING
+    distance[what == NOTHING] = np.inf
+    facing[what != BODY] = 0.0
+    return Hits(distance, what, facing)

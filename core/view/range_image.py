@@ -1,0 +1,74 @@
+"""A LiDAR's range image of one frame: beams by azimuths, as the sensor fires them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from core.rays import sensor_rays
+from core.rig.model import Lidar
+from core.view.body_tree import BodyTree
+from core.view.frames import FrameBoxes
+from core.view.hits import cast
+
+MAX_RAYS = 1_000_000
+
+
+@dataclass(frozen=True)
+class RangeImage:
+    """Rows from the highest beam down, columns from the left of the sensor to its right.
+
+    beams (rows,): place in the sensor's list; elevations_deg (rows,); azimuths_deg (columns,) within
+    (-180, 180]; range_m (rows, columns), inf without a return; what (rows, columns) as in `core.view.hits`.
+    thinned: only every so many beams and azimuths are cast, 1 for all.
+    """
+
+    lidar: Lidar
+    beams: NDArray[np.int64]
+    elevations_deg: NDArray[np.float64]
+    azimuths_deg: NDArray[np.float64]
+    range_m: NDArray[np.float64]
+    what: NDArray[np.int32]
+    box_classes: NDArray[np.uint8]
+    thinned: tuple[int, int] = (1, 1)
+
+    @property
+    def returns(self) -> int:
+        """Number of rays that come back."""
+        return int(np.count_nonzero(np.isfinite(self.range_m)))
+
+
+def range_image(lidar: Lidar, boxes: FrameBoxes, body: BodyTree, max_rays: int = MAX_RAYS) -> RangeImage:
+    """What the beams of a LiDAR hit in one frame; of very many rays only some are cast."""
+    elevations, azimuths = lidar.elevations(), wrapped_deg(lidar.azimuths())
+    step_beam, step_azimuth = _steps(len(elevations), len(azimuths), max_rays)
+    beams = np.argsort(-elevations, kind="stable")[::step_beam]
+    turns = np.argsort(-azimuths, kind="stable")[::step_azimuth]
+    rays = sensor_rays(lidar, (beams[:, None] * len(azimuths) + turns).ravel())
+    hits = cast(lidar.position, rays.directions, boxes, body, lidar.range_m)
+    shape = len(beams), len(turns)
+    return RangeImage(
+        lidar,
+        beams,
+        elevations[beams],
+        azimuths[turns],
+        hits.range_m.reshape(shape),
+        hits.what.reshape(shape),
+        boxes.cls,
+        (step_beam, step_azimuth),
+    )
+
+
+def wrapped_deg(angles_deg: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Angles within (-180, 180] degrees."""
+    return 180.0 - np.mod(180.0 - angles_deg, 360.0)
+
+
+def _steps(beams: int, azimuths: int, max_rays: int) -> tuple[int, int]:
+    """Every how many beams and azimuths are cast so that there are at most `max_rays`."""
+    step_azimuth = max(1, -(-beams * azimuths // max_rays))
+    step_azimuth = min(step_azimuth, azimuths)
+    columns = -(-azimuths // step_azimuth)
+    return max(1, -(-beams * columns // max_rays)), step_azimuth

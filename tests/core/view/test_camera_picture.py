@@ -1,0 +1,133 @@
+"""A camera's picture agrees with its rays: what a pixel shows is what a ray through it hits first."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from core.kernels.clip import clip_polygons
+from core.rays import sensor_rays
+from core.scene.grid import VoxelGrid
+from core.view.body_tree import BodyTree
+from core.view.camera_picture import CameraPicture, camera_picture
+from core.view.frames import FrameBoxes
+from core.view.hits import BODY, cast
+from core.view.projection import NEAR_M, Projection
+from tests.core.view.view_cases import camera, frame_of, random_frame
+
+GRID = VoxelGrid(0.5, (60.0, 40.0, 4.0))
+NO_BODY = BodyTree.of(np.zeros((0, 3, 3)))
+angles = st.floats(-180.0, 180.0)
+tilts = st.floats(-30.0, 30.0)
+
+
+def picture(seed: int = 1, **changes: float) -> CameraPicture:
+    return camera_picture(camera(**changes), GRID, random_frame(seed), NO_BODY)  # type: ignore[arg-type]
+
+
+@settings(max_examples=8)
+@given(yaw=angles, pitch=tilts, roll=tilts, seed=st.integers(0, 2**32 - 1))
+def test_the_box_on_top_is_the_one_that_the_ray_hits_first(
+    yaw: float, pitch: float, roll: float, seed: int
+) -> None:
+    eye, boxes = camera(yaw, pitch, roll, cast=(32, 18)), random_frame(seed)
+    shown = camera_picture(eye, GRID, boxes, NO_BODY)
+    rays = sensor_rays(eye)
+    hits = cast(eye.position, rays.directions, boxes, NO_BODY, eye.range_m, has_ground=False)
+    faces = [shown.face_at(x, y) for y in np.arange(10.0, 360, 20) for x in np.arange(10.0, 640, 20)]
+    found = np.array([-1 if face is None else face.box for face in faces])
+    assert np.count_nonzero(found != hits.what) <= 2  # pixels right on an edge may go either way
+
+
+@settings(max_examples=20)
+@given(yaw=angles, pitch=tilts, roll=tilts)
+def test_a_pixel_is_where_its_ray_goes(yaw: float, pitch: float, roll: float) -> None:
+    eye = camera(yaw, pitch, roll, fx=500.0, fy=480.0, cx=300.0, cy=200.0, hfov_deg=None)
+    rays = sensor_rays(eye)
+    view = Projection(eye)
+    points = np.array(eye.position) + rays.directions * 7.0
+    pixels = view.pixels(view.to_camera(points)).reshape(36, 64, 2)
+    np.testing.assert_allclose(pixels[:, :, 0], np.broadcast_to(np.arange(5.0, 640, 10), (36, 64)), atol=1e-6)
+    np.testing.assert_allclose(
+        pixels[:, :, 1], np.broadcast_to(np.arange(5.0, 360, 10)[:, None], (36, 64)), atol=1e-6
+    )
+
+
+@settings(max_examples=20)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_clipped_polygons_hold_the_points_above_all_planes_and_no_others(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    square = np.array([[[-1.0, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]])
+    planes = np.column_stack([rng.normal(size=(3, 2)), np.zeros(3), rng.uniform(-0.5, 0.8, 3)])
+    clipped, counts = np.empty((1, 7, 3)), np.zeros(1, np.int64)
+    clip_polygons(square, planes, clipped, counts)
+    corners = clipped[0, : counts[0]]
+    points = np.column_stack([rng.uniform(-1, 1, (4000, 2)), np.zeros(4000), np.ones(4000)])
+    kept = float((points @ planes.T >= 0.0).all(axis=1).mean()) * 4.0
+    turned = np.roll(corners, -1, axis=0)
+    area = float(abs((corners[:, 0] * turned[:, 1] - turned[:, 0] * corners[:, 1]).sum()) / 2)
+    assert area == pytest.approx(kept, abs=0.15)
+    if len(corners):
+        homogeneous = np.column_stack([corners, np.ones(len(corners))])
+        assert (homogeneous @ planes.T > -1e-9).all()
+
+
+def test_boxes_beside_and_behind_the_camera_do_not_fold_into_the_picture() -> None:
+    wall = frame_of((0, (0.0, 3.0, 1.5), (60.0, 0.5, 3.0), 0.0), (1, (-5.0, 0.0, 1.0), (1.0, 1.0, 2.0), 0.0))
+    shown = camera_picture(camera(), GRID, wall, NO_BODY)
+    assert {face.box for face in shown.faces} == {0}
+    for face in shown.faces:
+        assert np.isfinite(face.corners_px).all()
+        assert face.corners_px[:, 0].max() < 320.0  # a wall on the left stays on the left
+    assert shown.boxes_in_view() == {"car": 1, "bicycle": 0, "pedestrian": 0}
+
+
+def test_a_box_that_touches_the_lens_is_cut_off_in_front_of_it() -> None:
+    shown = camera_picture(camera(), GRID, frame_of((0, (1.0, 0.0, 1.0), (1.99, 2, 1), 0.0)), NO_BODY)
+    assert shown.faces and all(np.isfinite(face.corners_px).all() for face in shown.faces)
+    assert min(face.range_m for face in shown.faces) < NEAR_M + 0.2
+
+
+def test_the_horizon_of_a_level_camera_is_the_middle_row_and_the_ground_below_it() -> None:
+    shown = picture()
+    rows = np.concatenate(shown.horizon_px)[:, 1]
+    np.testing.assert_allclose(rows, 180.0, atol=1e-6)
+    assert shown.ground_px[:, 1].min() == pytest.approx(180.0, abs=0.1)
+    assert shown.ground_px[:, 1].max() >= 360.0
+
+
+def test_pitching_down_raises_the_horizon_and_looking_up_loses_the_ground() -> None:
+    assert np.concatenate(picture(pitch_deg=10.0).horizon_px)[:, 1].max() < 180.0
+    assert len(picture(pitch_deg=-60.0).ground_px) == 0
+    assert picture(pitch_deg=-60.0).grid_px == []
+
+
+def test_roi_lines_end_at_its_corners() -> None:
+    eye = camera()
+    view = Projection(eye)
+    corner = view.pixels(view.to_camera(np.array([[30.0, 20.0, 0.0]])))[0]
+    ends = np.concatenate(picture().roi_px)
+    assert np.linalg.norm(ends - corner, axis=1).min() < 1e-6
+
+
+def test_the_own_body_covers_the_pixels_whose_rays_hit_it() -> None:
+    bonnet = np.array(
+        [
+            [[0.3, -1.0, 1.0], [2.5, -1.0, 1.0], [2.5, 1.0, 1.0]],
+            [[0.3, -1.0, 1.0], [2.5, 1.0, 1.0], [0.3, 1.0, 1.0]],
+        ]
+    )
+    tree, eye = BodyTree.of(bonnet), camera(image=(480, 270))
+    shown = camera_picture(eye, GRID, FrameBoxes.none(), tree)
+    rays = Projection(eye).directions(480, 270)
+    hits = cast(eye.position, rays, FrameBoxes.none(), tree, (0.0, math.inf), has_ground=False)
+    np.testing.assert_array_equal(shown.body > 0, (hits.what == BODY).reshape(270, 480))
+    assert 0.05 < shown.body_share < 0.5
+    assert not shown.body[:130].any()
+
+
+def test_a_camera_in_the_ground_shows_no_ground() -> None:
+    eye = camera(position=(0.0, 0.0, -0.3))
+    assert len(camera_picture(eye, GRID, FrameBoxes.none(), NO_BODY).ground_px) == 0
