@@ -1,78 +1,64 @@
-"""Every action of the window in one table: text, shortcut, icon, tooltip; menus, toolbar and help read it."""
+"""Actions of the window from specs: text, shortcut, icon, tooltip, place; menus, toolbar and help read them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QActionGroup, QKeySequence
-from PySide6.QtWidgets import QMainWindow, QMenu, QToolBar, QToolButton
+from PySide6.QtWidgets import QMainWindow, QMenu, QToolButton
 
 from app.heatmap import HEAT_TITLES
 from core.scene.boxes import CLASSES
 from widgets.panels.icons import icon, swatch
 from widgets.theme import CLASS_COLOURS
 
+if TYPE_CHECKING:
+    from app.window.places import Places
+
 
 @dataclass(frozen=True)
 class Spec:
-    """One action; `group` makes it one choice out of several."""
+    """One action; `group` makes it one choice out of several.
+
+    `menu` is its place in the menus ("file/open"), `tool` its section of the toolbar; both in app/window/places.py.
+    """
 
     key: str
     text: str
     tip: str
     shortcut: str = ""
     icon: str = ""
+    menu: str = ""
+    tool: str = ""
     group: str = ""
     is_checkable: bool = False
 
 
-SPECS = (
-    Spec("open", "Open…", "Open a rig file", "Ctrl+O", "open"),
-    Spec("save", "Save", "Save the rig to its file", "Ctrl+S", "save"),
-    Spec("save_as", "Save as…", "Save the rig to another file", "Ctrl+Shift+S"),
-    Spec("screenshot", "Screenshot…", "Save the 3D view as a PNG picture", "F12", "screenshot"),
-    Spec("quit", "Quit", "Close the window", "Ctrl+Q"),
-    Spec("undo", "Undo", "Take back the last change", "Ctrl+Z", "undo"),
-    Spec("redo", "Redo", "Do again what was taken back", "Ctrl+Shift+Z", "redo"),
-    Spec("duplicate", "Duplicate", "Add a copy of the selected sensor", "Ctrl+D", "duplicate"),
-    Spec("delete", "Delete", "Delete the selected sensor", "Del", "delete"),
-    Spec("hide", "Show or hide", "Show or hide the selected sensor in the view", "H", "eye"),
-    Spec("move", "Move", "Arrows on the selected sensor", "W", "move", "gizmo"),
-    Spec("rotate", "Rotate", "Rings on the selected sensor", "E", "rotate", "gizmo"),
-    Spec("both", "Move and rotate", "Arrows and rings on the selected sensor", "Q", "both", "gizmo"),
-    Spec(
-        "local", "Local axes", "Along the sensor's own axes; off: along those of the car", "L", "axes",
-        is_checkable=True,
-    ),
-    Spec("iso", "Corner", "View from a corner", "1"),
-    Spec("top", "Top", "View from above", "2"),
-    Spec("front", "Front", "View of the front", "3"),
-    Spec("left", "Left", "View of the left side", "4"),
-    Spec("rear", "Rear", "View of the rear", "5"),
-    Spec("frame", "Frame selection", "Bring the selected sensor into the middle of the view", "F", "frame"),
-    Spec("boxes_file", "Box file…", "Score on a CSV, CSV.gz or Parquet table of boxes"),
-    Spec("boxes_folder", "Box folder…", "Score on a KITTI or CARLA folder"),
-    Spec("help", "Shortcuts and mouse", "What keys and mouse buttons do", "F1"),
-    Spec("about", "About RigLens", "What this program computes"),
-)  # fmt: skip
-
-VIEWS = ("iso", "top", "front", "left", "rear")
-
-
 class Actions:
-    """The window's actions by key; `bind` gives each what it does, and none stays without."""
+    """The window's actions by key, in the order in which features add them; `bind` gives each what it does."""
 
-    def __init__(self, window: QMainWindow) -> None:
+    def __init__(self, window: QMainWindow, places: Places) -> None:
         self._window = window
+        self._places = places
         self._actions: dict[str, QAction] = {}
         self._groups: dict[str, QActionGroup] = {}
-        for spec in SPECS:
-            self._actions[spec.key] = self._make(spec)
+        self.specs: tuple[Spec, ...] = ()
 
     def __getitem__(self, key: str) -> QAction:
         return self._actions[key]
+
+    def add(self, specs: Iterable[Spec]) -> None:
+        """Make actions and put them where their specs say."""
+        for spec in specs:
+            action = self._actions[spec.key] = self._make(spec)
+            self.specs += (spec,)
+            if spec.menu:
+                self._places.add_to_menu(spec.menu, action)
+            if spec.tool:
+                self._places.add_to_toolbar(spec.tool, action)
 
     def _make(self, spec: Spec) -> QAction:
         action = QAction(spec.text, self._window)
@@ -94,14 +80,6 @@ class Actions:
         """Connect actions by key."""
         for key, slot in slots.items():
             self._actions[key].triggered.connect(lambda _=False, slot=slot: slot())
-
-    def fill(self, menu: QMenu | QToolBar, keys: str) -> None:
-        """Add actions by key, separated by blanks; | is a separator."""
-        for key in keys.split():
-            if key == "|":
-                menu.addSeparator()
-            else:
-                menu.addAction(self._actions[key])
 
 
 class Choice(QToolButton):
@@ -153,7 +131,7 @@ def class_actions(window: QMainWindow, chosen: Callable[[str], None]) -> dict[st
 def shortcut_rows(actions: Actions) -> list[tuple[str, str]]:
     """Shortcut and what it does, for the help."""
     rows = []
-    for spec in SPECS:
+    for spec in actions.specs:
         shown = actions[spec.key].shortcut().toString(QKeySequence.SequenceFormat.NativeText)
         if shown:
             rows.append((shown, spec.tip))

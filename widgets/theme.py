@@ -1,4 +1,4 @@
-"""The shared palette: colours of sensor kinds, classes, axes and the 3D view, for light and dark windows."""
+"""Every colour, for light and dark windows: sensor kinds, classes, axes, the 3D view, and panels. No Qt."""
 
 from __future__ import annotations
 
@@ -47,6 +47,54 @@ LIGHT = Palette(
     text="#4a5563",
     roi="#6b7786",
     paint="#8fa3b8",
+)
+
+
+@dataclass(frozen=True)
+class Tones:
+    """Colours with a meaning, as `#rrggbb`: readable on the panel background of their theme."""
+
+    window: str
+    panel: str
+    field: str
+    border: str
+    text: str
+    muted: str
+    accent: str
+    chosen: str
+    more: str
+    less: str
+    error: str
+    error_field: str
+
+
+LIGHT_TONES = Tones(
+    window="#eef1f4",
+    panel="#f8f9fb",
+    field="#ffffff",
+    border="#d3d9e0",
+    text="#1f2933",
+    muted="#6b7683",
+    accent="#2563eb",
+    chosen="#d6e2fb",
+    more="#0f766e",
+    less="#b45309",
+    error="#b91c1c",
+    error_field="#fdecec",
+)
+DARK_TONES = Tones(
+    window="#20242b",
+    panel="#262b33",
+    field="#1b1f26",
+    border="#3b434f",
+    text="#e3e8ee",
+    muted="#93a0ae",
+    accent="#5b93f7",
+    chosen="#2f4468",
+    more="#2dd4bf",
+    less="#fbbf24",
+    error="#f87171",
+    error_field="#3a2226",
 )
 
 

@@ -8,6 +8,8 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QApplication, QLineEdit
 from pytestqt.qtbot import QtBot
 
+from app.window.features.edits import Edits
+from app.window.features.sensors import Sensors
 from core.geometry import Pose
 from core.rig.library import default_library
 from tests.app.window_bench import LIDAR, RIG, Bench, open_bench
@@ -46,7 +48,7 @@ def agree(bench: Bench) -> bool:
 def test_a_sensor_of_the_library_is_added_above_the_roof_and_selected(bench: Bench, model: str) -> None:
     action = next(
         action
-        for menu in bench.window.add_menus.values()
+        for menu in bench.window.feature(Sensors).add_menus.values()
         for action in menu.actions()
         if action.objectName() == model
     )
@@ -60,8 +62,8 @@ def test_a_sensor_of_the_library_is_added_above_the_roof_and_selected(bench: Ben
 
 
 def test_two_added_sensors_do_not_stand_in_each_other(bench: Bench) -> None:
-    bench.window.add_sensor("generic-16")
-    bench.window.add_sensor("generic-16")
+    bench.window.feature(Sensors).add("generic-16")
+    bench.window.feature(Sensors).add("generic-16")
     first, second = bench.document.rig.sensors[-2:]
     assert first.position != second.position
     assert first.name != second.name
@@ -167,7 +169,7 @@ def test_undo_and_redo_during_a_drag_only_give_up_the_drag(bench: Bench, key: st
     bench.document.set_enabled("front", False)
     bench.viewport.press("roof")
     bench.viewport.move("roof", Pose((4.0, 0.0, 1.0)))
-    bench.window.travel(getattr(bench.document, key))
+    bench.window.feature(Edits).travel(getattr(bench.document, key))
     assert bench.document.rig.sensor("roof") == LIDAR
     assert not bench.document.rig.sensor("front").enabled
     assert not bench.document.is_dragging

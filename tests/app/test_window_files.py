@@ -10,6 +10,7 @@ import pytest
 from pytestqt.qtbot import QtBot
 
 from app.dialogs import Unsaved
+from app.window.features.files import Files
 from core.rig.presets import preset
 from core.rig.yaml_file import load_rig, new_rig_file
 from tests.app.window_bench import RIG, Bench, open_bench
@@ -73,7 +74,7 @@ def test_a_place_that_cannot_be_written_is_reported_and_nothing_counts_as_saved(
 
 
 def test_a_preset_is_opened_from_the_menu(bench: Bench) -> None:
-    bench.window.open_preset("N+P")
+    bench.window.feature(Files).open_preset("N+P")
     assert bench.document.rig == preset("N+P")
     bench.settle()
 
@@ -88,7 +89,7 @@ def test_opening_over_unsaved_changes_asks_first(
     modify(bench)
     changed = bench.document.rig
     bench.dialogs.answer = answer
-    bench.window.open_preset("N+P")
+    bench.window.feature(Files).open_preset("N+P")
     assert bench.dialogs.asked == 1
     assert (bench.document.rig == preset("N+P")) is lost
     assert (load_rig(target).rig == changed) is (answer == "save")

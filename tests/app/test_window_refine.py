@@ -19,6 +19,8 @@ from pytestqt.qtbot import QtBot
 import app.recompute
 import app.scoring
 from app.scoring import FRAME_MS, Approximation, Result
+from app.window.features.heat import Heat
+from app.window.features.scores import Scores
 from core.engine.engine import Engine
 from core.geometry import Pose
 from core.rig.model import Lidar
@@ -297,7 +299,7 @@ def test_marks_are_gone_when_the_exact_numbers_are_there(opened: Open) -> None:
 
 def test_the_heatmap_shows_what_is_exact_only(opened: Open) -> None:
     bench = opened()
-    bench.window.set_heat("seen")
+    bench.window.feature(Heat).set_mode("seen")
     bench.settle()
     know(bench, "roof")
     before = bench.viewport.heatmap
@@ -318,7 +320,7 @@ def test_an_approximation_older_than_what_is_shown_is_dropped(opened: Open) -> N
     bench.settle()
     bench.document.set_enabled("roof", False)
     bench.settle()
-    bench.window.show_approximation(old[0])
+    bench.window.feature(Scores).show_approximation(old[0])
     assert not bench.window.scores.is_estimate
     assert bench.window.status.state.text() == "exact"
 

@@ -12,6 +12,9 @@ from pytestqt.qtbot import QtBot
 
 from app.recompute import CANCELLED
 from app.scoring import Result
+from app.window.features.heat import Heat
+from app.window.features.scene_data import SceneData
+from app.window.features.scores import Scores
 from core.geometry import Pose
 from core.metric.scores import MetricSettings
 from core.scene.boxes import CLASSES
@@ -83,7 +86,7 @@ def test_an_answer_older_than_the_one_shown_is_dropped(bench: Bench) -> None:
     bench.settle()
     bench.document.set_enabled("roof", False)
     bench.settle()
-    bench.window.show_result(old[0])
+    bench.window.feature(Scores).show_result(old[0])
     assert bench.shown("car", "lidar") == "0.00"
 
 
@@ -130,8 +133,8 @@ def test_a_lambda_that_is_no_weight_is_refused(bench: Bench, text: str) -> None:
 
 def test_the_heatmap_follows_mode_class_and_rig(bench: Bench) -> None:
     assert bench.viewport.heatmap.title == "POG probability, car"
-    bench.window.set_heat("seen")
-    bench.window.set_heat_class("bicycle")
+    bench.window.feature(Heat).set_mode("seen")
+    bench.window.feature(Heat).set_class("bicycle")
     bench.settle()
     before = bench.viewport.heatmap
     assert before.title == "Seen entropy, bicycle"
@@ -141,7 +144,7 @@ def test_the_heatmap_follows_mode_class_and_rig(bench: Bench) -> None:
     assert after.centres_m is before.centres_m
     assert before.values.sum() > 0
     assert after.values.sum() == 0
-    bench.window.set_heat("off")
+    bench.window.feature(Heat).set_mode("off")
     bench.settle()
     assert bench.viewport.heatmap is None
 
@@ -199,7 +202,7 @@ def test_boxes_that_cannot_be_read_are_reported_and_the_old_ones_stay(bench: Ben
 
 
 def test_cancel_ends_a_load_and_keeps_the_old_boxes(bench: Bench, tmp_path: Path) -> None:
-    bench.window.load(scene_options(tmp_path, voxel_m=0.25))
+    bench.window.feature(SceneData).load(scene_options(tmp_path, voxel_m=0.25))
     cancel = bench.window.status.findChild(QPushButton, "cancel_load")
     assert cancel is not None
     assert cancel.isVisible()

@@ -1,65 +1,16 @@
-"""How panels and window look: a Qt palette and a style sheet for light and dark, and named colours."""
+"""How panels and window look: the colours of the theme as a Qt palette and a style sheet."""
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor, QFont, QFontDatabase, QGuiApplication, QPalette
 from PySide6.QtWidgets import QApplication
 
 from assets import asset_path
+from widgets.theme import DARK_TONES, LIGHT_TONES, Tones
 
 SPACING = 6
 MARGIN = 8
-
-
-@dataclass(frozen=True)
-class Tones:
-    """Colours with a meaning, as `#rrggbb`: readable on the panel background of their theme."""
-
-    window: str
-    panel: str
-    field: str
-    border: str
-    text: str
-    muted: str
-    accent: str
-    chosen: str
-    more: str
-    less: str
-    error: str
-    error_field: str
-
-
-LIGHT = Tones(
-    window="#eef1f4",
-    panel="#f8f9fb",
-    field="#ffffff",
-    border="#d3d9e0",
-    text="#1f2933",
-    muted="#6b7683",
-    accent="#2563eb",
-    chosen="#d6e2fb",
-    more="#0f766e",
-    less="#b45309",
-    error="#b91c1c",
-    error_field="#fdecec",
-)
-DARK = Tones(
-    window="#20242b",
-    panel="#262b33",
-    field="#1b1f26",
-    border="#3b434f",
-    text="#e3e8ee",
-    muted="#93a0ae",
-    accent="#5b93f7",
-    chosen="#2f4468",
-    more="#2dd4bf",
-    less="#fbbf24",
-    error="#f87171",
-    error_field="#3a2226",
-)
 
 
 def is_dark() -> bool:
@@ -69,7 +20,11 @@ def is_dark() -> bool:
 
 def tones() -> Tones:
     """The colours of the theme that the application shows now."""
-    return DARK if QApplication.palette().color(QPalette.ColorRole.Window).lightness() < 128 else LIGHT
+    return (
+        DARK_TONES
+        if QApplication.palette().color(QPalette.ColorRole.Window).lightness() < 128
+        else LIGHT_TONES
+    )
 
 
 def numbers_font(base: QFont) -> QFont:
@@ -81,7 +36,7 @@ def numbers_font(base: QFont) -> QFont:
 
 def apply_style(app: QApplication, dark: bool | None = None) -> None:
     """Give the whole application one calm look; `dark` None follows the system."""
-    chosen = DARK if (is_dark() if dark is None else dark) else LIGHT
+    chosen = DARK_TONES if (is_dark() if dark is None else dark) else LIGHT_TONES
     app.setStyle("Fusion")
     app.setPalette(_qt_palette(chosen))
     font = QFontDatabase.systemFont(QFontDatabase.SystemFont.GeneralFont)
@@ -120,7 +75,9 @@ def _qt_palette(tones: Tones) -> QPalette:
 
 
 def _sheet(t: Tones) -> str:
-    chevron = asset_path("icons/chevron-dark.svg" if t is DARK else "icons/chevron-light.svg").as_posix()
+    chevron = asset_path(
+        "icons/chevron-dark.svg" if t is DARK_TONES else "icons/chevron-light.svg"
+    ).as_posix()
     check = asset_path("icons/check.svg").as_posix()
     return _WINDOW_SHEET.format(t=t) + _FIELD_SHEET.format(t=t, chevron=chevron, check=check)
 

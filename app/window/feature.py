@@ -1,0 +1,31 @@
+"""What every feature of the window has in common."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, ClassVar
+
+from PySide6.QtCore import QObject
+
+from app.actions import Spec
+
+if TYPE_CHECKING:
+    from app.window.main_window import MainWindow
+
+
+class Feature(QObject):
+    """One thing that the window can do: its actions and its work. A child of the window, gone with it."""
+
+    specs: ClassVar[tuple[Spec, ...]] = ()
+    """The actions of this feature, in the order in which they stand in menu and toolbar."""
+
+    def __init__(self, window: MainWindow) -> None:
+        super().__init__(window)
+        self.window = window
+        self.document = window.document
+        self.viewport = window.viewport
+        window.actions_.add(self.specs)
+
+    def bind(self, **slots: Callable[[], object]) -> None:
+        """What the actions do, by their keys."""
+        self.window.actions_.bind(**slots)

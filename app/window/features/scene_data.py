@@ -1,0 +1,115 @@
+"""Box data: which traffic the rig is scored on, loaded in the background."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import Qt
+
+from app.actions import Spec
+from app.options import AutoVoxel, SceneOptions, ScoreOptions
+from app.scoring import LoadedScene
+from app.status import scene_line
+from app.window.feature import Feature
+from core.scene.grid import DEFAULT_ROI_M, DEFAULT_VOXEL_M, VoxelGrid
+from widgets.panels.scene_panel import SceneChoice
+
+if TYPE_CHECKING:
+    from app.window.main_window import MainWindow
+
+
+class SceneData(Feature):
+    """Loads scenes; `loaded` is the one loaded last, None before the first."""
+
+    specs = (
+        Spec(
+            "boxes_file", "Box file…", "Score on a CSV, CSV.gz or Parquet table of boxes", menu="scene/boxes"
+        ),
+        Spec("boxes_folder", "Box folder…", "Score on a KITTI or CARLA folder", menu="scene/boxes"),
+    )
+
+    def __init__(self, window: MainWindow) -> None:
+        super().__init__(window)
+        self.loaded: LoadedScene | None = None
+        self._options = SceneOptions()
+        self.bind(boxes_file=self._choose_file, boxes_folder=self._choose_folder)
+        queued = Qt.ConnectionType.QueuedConnection
+        window.recompute.scene_loaded.connect(self._on_scene, queued)
+        window.recompute.load_progress.connect(window.status.show_progress, queued)
+        window.recompute.load_ended.connect(self._on_load_ended, queued)
+        window.status.cancelled.connect(window.recompute.cancel_load)
+        window.scene_panel.load_wanted.connect(self._load_choice)
+        window.scene_panel.file_wanted.connect(self._choose_file)
+        window.scene_panel.folder_wanted.connect(self._choose_folder)
+
+    def load(self, options: SceneOptions) -> None:
+        """Load other box data in the background; an automatic voxel edge goes by the rig as it is now."""
+        settings, recompute = self.window.scores.settings, self.window.recompute
+        score = ScoreOptions(settings.method, settings.reading, settings.camera_weight, recompute.threads)
+        self._options = options.for_rigs([self.document.rig], score)
+        self.window.status.show_progress(0.0)
+        recompute.load(self._options)
+
+    def _load_choice(self, choice: SceneChoice) -> None:
+        self.load(options_of(choice, self._options))
+
+    def _on_scene(self, scene: LoadedScene) -> None:
+        self.loaded = scene
+        self.viewport.set_grid(scene.field.grid)
+        self.window.status.show_scene(scene)
+        picked = tried = ""
+        if scene.choice is not None:
+            picked = f"Auto picked {scene.choice.reason()}. Load picks again, for the rig as it is then."
+            tried = "\n".join(scene.choice.lines())
+        choice = choice_of(scene.options, scene.field.grid)
+        self.window.scene_panel.set_loaded(choice, f"In use: {scene_line(scene)}", picked, tried)
+        self.window.scene_shown.emit(scene)
+
+    def _on_load_ended(self, problem: str) -> None:
+        self.window.status.hide_progress()
+        if problem:
+            self.window.report_error(problem)
+
+    def _choose_file(self) -> None:
+        self._choose(self.window.dialogs.box_file(self.window))
+
+    def _choose_folder(self) -> None:
+        self._choose(self.window.dialogs.box_folder(self.window))
+
+    def _choose(self, path: Path | None) -> None:
+        if path is not None:
+            self.window.scene_panel.choose_boxes(path)
+            self.window.docks["Scene"].show()
+            self.window.docks["Scene"].raise_()
+
+
+def choice_of(options: SceneOptions, grid: VoxelGrid | None = None) -> SceneChoice:
+    """What the scene panel shows for these options; the grid of a stored POG is known once it is loaded."""
+    voxel_m, roi_m = options.voxel_m or DEFAULT_VOXEL_M, options.roi_m or DEFAULT_ROI_M
+    if options.pog is not None and grid is not None:
+        voxel_m, roi_m = grid.voxel_m, grid.roi_m
+    return SceneChoice(
+        options.boxes,
+        options.origin_m or (0.0, 0.0, 0.0),
+        options.frames,
+        voxel_m if options.auto is None else None,
+        roi_m,
+        options.pog,
+    )
+
+
+def options_of(choice: SceneChoice, before: SceneOptions) -> SceneOptions:
+    """Options for what the scene panel says; class names stay mapped as long as the data set is the same."""
+    if choice.pog is not None:
+        return SceneOptions(pog=choice.pog)
+    auto = (before.auto or AutoVoxel()) if choice.voxel_m is None else None
+    return SceneOptions(
+        boxes=choice.boxes,
+        origin_m=choice.origin_m if choice.boxes is not None else None,
+        frames=choice.frames,
+        classes=before.classes if choice.boxes == before.boxes else (),
+        voxel_m=choice.voxel_m,
+        roi_m=choice.roi_m,
+        auto=auto,
+    )

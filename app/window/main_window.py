@@ -1,0 +1,172 @@
+"""The main window: puts document, viewport, panels, background thread and features together."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TypeVar, cast
+
+from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtGui import QCloseEvent
+from PySide6.QtWidgets import QDockWidget, QMainWindow, QTabWidget, QToolBar, QVBoxLayout, QWidget
+
+from app.actions import Actions
+from app.dialogs import Dialogs
+from app.document import Document
+from app.options import SceneOptions
+from app.recompute import Recompute
+from app.status import StatusBar
+from app.window.feature import Feature
+from app.window.features.edits import Edits
+from app.window.features.files import Files
+from app.window.features.follow import Follow
+from app.window.features.heat import Heat
+from app.window.features.help import Help
+from app.window.features.picture import Picture
+from app.window.features.scene_data import SceneData, choice_of
+from app.window.features.scores import Scores
+from app.window.features.sensors import Sensors
+from app.window.features.views import Views
+from app.window.places import Places
+from app.window.viewport_widget import ViewportWidget
+from core.errors import InputError
+from core.metric.scores import MetricSettings
+from widgets.panels.inspector import Inspector
+from widgets.panels.message_bar import MessageBar
+from widgets.panels.scene_panel import ScenePanel
+from widgets.panels.scores_panel import ScoresPanel
+from widgets.panels.sensor_tree import SensorTree
+
+FEATURES: tuple[type[Feature], ...] = (
+    Files, Edits, Sensors, Views, Heat, Picture, SceneData, Scores, Follow, Help,
+)  # fmt: skip
+"""Everything the window can do, in the order in which it stands in menus and toolbar."""
+DEFAULT_SIZE = QSize(1280, 800)
+LEFT_PX, RIGHT_PX, BOTTOM_PX = 240, 300, 170
+AREA = Qt.DockWidgetArea
+AnyFeature = TypeVar("AnyFeature", bound=Feature)
+
+
+class MainWindow(QMainWindow):
+    """The window over one document. `viewport` is a QWidget with the methods of ViewportWidget.
+
+    The window owns `recompute` and closes it; it starts loading `scene` at once.
+    """
+
+    rig_shown = Signal()
+    """Viewport, tree and inspector show the rig, selection and hidden sensors of the document."""
+    result_shown = Signal(object)
+    """An exact Result is shown; it may belong to an earlier rig while the mouse moves on."""
+    approximation_shown = Signal(object)
+    """An Approximation is shown until the exact scores are there."""
+    scene_shown = Signal(object)
+    """A LoadedScene took the place of the one before; scores on it follow."""
+    settings_changed = Signal()
+    """The settings of the metric, or what the heatmap shows, are others."""
+    closing = Signal()
+    """The window closes for good: stop timers and threads, write what is to be kept."""
+
+    def __init__(
+        self,
+        document: Document,
+        viewport: QWidget,
+        recompute: Recompute,
+        scene: SceneOptions,
+        settings: MetricSettings,
+        dialogs: Dialogs | None = None,
+    ) -> None:
+        super().__init__()
+        self.document = document
+        self.viewport = cast(ViewportWidget, viewport)
+        self.recompute = recompute
+        self.dialogs = dialogs or Dialogs()
+        self.tree, self.inspector = SensorTree(), Inspector()
+        self.scores, self.scene_panel = ScoresPanel(settings), ScenePanel(choice_of(scene))
+        self.message_bar, self.status = MessageBar(), StatusBar()
+        self.docks: dict[str, QDockWidget] = {}
+        self.places = Places(self.menuBar(), self._toolbar())
+        self.actions_ = Actions(self, self.places)
+        self._build_layout(viewport)
+        self._features = [feature(self) for feature in FEATURES]
+        self.feature(Follow).show_all()
+        self.feature(SceneData).load(scene)
+        self.feature(Scores).request()
+
+    def feature(self, kind: type[AnyFeature]) -> AnyFeature:
+        """The window's feature of a class; StopIteration when it has none."""
+        return next(feature for feature in self._features if isinstance(feature, kind))
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether everything shown belongs to the rig, scene and settings as they are now."""
+        return self.feature(Scores).is_current and not self.status.shows_progress
+
+    # ------------------------------------------------------------------ building
+    def _build_layout(self, viewport: QWidget) -> None:
+        self.setWindowTitle("RigLens")
+        self.resize(DEFAULT_SIZE)
+        centre = QWidget()
+        column = QVBoxLayout(centre)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        column.addWidget(self.message_bar)
+        column.addWidget(viewport, 1)
+        self.setCentralWidget(centre)
+        self.setStatusBar(self.status)
+        self.setTabPosition(AREA.AllDockWidgetAreas, QTabWidget.TabPosition.North)
+        sensors = self.add_dock("Sensors", self.tree, AREA.LeftDockWidgetArea)
+        inspector = self.add_dock("Inspector", self.inspector, AREA.RightDockWidgetArea)
+        self.add_dock("Scene", self.scene_panel, AREA.RightDockWidgetArea, beside="Inspector")
+        scores = self.add_dock("Scores", self.scores, AREA.BottomDockWidgetArea)
+        self.resizeDocks([sensors, inspector], [LEFT_PX, RIGHT_PX], Qt.Orientation.Horizontal)
+        self.resizeDocks([scores], [BOTTOM_PX], Qt.Orientation.Vertical)
+
+    def _toolbar(self) -> QToolBar:
+        bar = QToolBar("Toolbar", self)
+        bar.setObjectName("toolbar")
+        bar.setMovable(False)
+        bar.setIconSize(QSize(20, 20))
+        self.addToolBar(bar)
+        return bar
+
+    def add_dock(
+        self, title: str, content: QWidget, area: Qt.DockWidgetArea, beside: str | None = None
+    ) -> QDockWidget:
+        """A dock that can be closed and comes back by the View menu; `beside` makes it a tab of another dock."""
+        dock = QDockWidget(title, self)
+        dock.setObjectName(title)
+        dock.setWidget(content)
+        self.addDockWidget(area, dock)
+        self.docks[title] = dock
+        self.places.add_to_menu("view/docks", dock.toggleViewAction())
+        if beside is not None:
+            self.tabifyDockWidget(self.docks[beside], dock)
+            self.docks[beside].raise_()
+        return dock
+
+    # ------------------------------------------------------------------ messages
+    def report_error(self, message: str) -> None:
+        """Say what went wrong, in a bar over the view that stops nothing."""
+        self.message_bar.show_message(message)
+
+    def guarded(self, edit: Callable[..., object]) -> Callable[..., None]:
+        """An edit whose InputError becomes a message; the panels then show again what is true."""
+
+        def guarded(*values: object) -> None:
+            self.viewport.cancel_drag()
+            try:
+                edit(*values)
+            except InputError as error:
+                self.report_error(str(error))
+                self.feature(Follow).show_all()
+
+        return guarded
+
+    # ------------------------------------------------------------------ end
+    def closeEvent(self, event: QCloseEvent) -> None:
+        if not self.feature(Files).may_lose_changes():
+            event.ignore()
+            return
+        self.closing.emit()
+        self.recompute.close()
+        self.viewport.close_viewport()
+        super().closeEvent(event)

@@ -1,0 +1,111 @@
+"""Where actions stand: the sections of the menus and of the toolbar, which features fill in any order."""
+
+from __future__ import annotations
+
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QMenu, QMenuBar, QToolBar, QWidget
+
+MENUS = {
+    "file": ("&File", "open | save | export | end"),
+    "edit": ("&Edit", "history | clipboard | sensor"),
+    "view": ("&View", "looks | gizmo | shown | docks | window"),
+    "sensor": ("&Sensor", "add | edit | place"),
+    "scene": ("S&cene", "boxes"),
+    "study": ("S&tudy", "rigs | reports"),
+    "help": ("&Help", "texts"),
+}
+"""Title and sections by menu; | is a separator. A place is "menu/section"."""
+TOOLS = "file | history | add sensor place | gizmo | views | heat | export"
+
+
+class Sections:
+    """A menu or a toolbar in named sections; a separator is seen only between sections with something in them."""
+
+    def __init__(self, bar: QMenu | QToolBar, sections: str) -> None:
+        self._bar = bar
+        self._actions: dict[str, list[QAction]] = {}
+        self._separators: dict[str, QAction] = {}
+        separated = False
+        for name in sections.split():
+            if name == "|":
+                separated = True
+                continue
+            self._actions[name] = []
+            if separated:
+                self._separators[name] = bar.addSeparator()
+            separated = False
+        self._show_separators()
+
+    def add(self, section: str, action: QAction) -> None:
+        """Put an action at the end of a section; KeyError for a section that does not exist."""
+        self._actions[section].append(action)
+        following = self._next_separator(section)
+        if following is None:
+            self._bar.addAction(action)
+        else:
+            self._bar.insertAction(following, action)
+        self._show_separators()
+
+    def _next_separator(self, section: str) -> QAction | None:
+        """What stands behind a section: the next section's first thing."""
+        names = list(self._actions)
+        for name in names[names.index(section) + 1 :]:
+            if name in self._separators:
+                return self._separators[name]
+            if self._actions[name]:
+                return self._actions[name][0]
+        return None
+
+    def _show_separators(self) -> None:
+        is_any_before = False
+        is_due = False
+        for name, actions in self._actions.items():
+            if name in self._separators:
+                self._separators[name].setVisible(False)
+                is_due = True
+            if actions:
+                if is_due and is_any_before:
+                    self._last_separator(name).setVisible(True)
+                is_any_before, is_due = True, False
+
+    def _last_separator(self, section: str) -> QAction:
+        """The separator in front of a section, its own or that of one that it follows directly."""
+        names = list(self._actions)
+        before = reversed(names[: names.index(section) + 1])
+        return next(self._separators[name] for name in before if name in self._separators)
+
+
+class Places:
+    """Every place for an action: "file/open" in a menu, "history" in the toolbar."""
+
+    def __init__(self, bar: QMenuBar, toolbar: QToolBar) -> None:
+        self._toolbar = toolbar
+        self._tools = Sections(toolbar, TOOLS)
+        self._menus: dict[str, Sections] = {}
+        self._bar = bar
+        self._menu_widgets: dict[str, QMenu] = {}
+        for key, (title, sections) in MENUS.items():
+            menu = QMenu(title, bar)
+            menu.setToolTipsVisible(True)
+            bar.addMenu(menu).setVisible(False)
+            self._menu_widgets[key] = menu
+            self._menus[key] = Sections(menu, sections)
+
+    def add_to_menu(self, place: str, entry: QAction | QMenu) -> None:
+        """Put an action or a submenu at the end of a section, "menu/section"; the menu is seen from then on."""
+        menu, section = place.split("/")
+        self._menus[menu].add(section, entry.menuAction() if isinstance(entry, QMenu) else entry)
+        self._menu_widgets[menu].menuAction().setVisible(True)
+
+    def add_to_toolbar(self, section: str, entry: QAction | QWidget) -> None:
+        """Put an action or a widget at the end of a section of the toolbar."""
+        if isinstance(entry, QAction):
+            self._tools.add(section, entry)
+        else:
+            placed = self._toolbar.addWidget(entry)
+            self._toolbar.removeAction(placed)
+            self._tools.add(section, placed)
+
+    def menu(self, name: str) -> QMenu:
+        """A whole menu, to look at."""
+        return self._menu_widgets[name]

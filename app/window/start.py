@@ -1,0 +1,36 @@
+"""Opens the window on a rig and runs it to its end."""
+
+from __future__ import annotations
+
+from PySide6.QtWidgets import QApplication
+
+from app.document import Document
+from app.interrupt import quit_on_interrupt
+from app.options import SceneOptions, ScoreOptions
+from app.recompute import Recompute
+from app.window.main_window import MainWindow
+from core.metric.scores import MetricSettings
+from core.rig.presets import find_rig
+from widgets.panels.style import apply_style, is_dark
+from widgets.theme import palette
+
+
+def open_window(rig: str, scene: SceneOptions, score: ScoreOptions) -> int:
+    """Open the window on a rig (a file or a preset) and run it to its end; returns the exit code.
+
+    InputError when the rig cannot be read. Boxes are loaded in the background: the window is there at once,
+    and says what is wrong with them.
+    """
+    found, rig_file = find_rig(rig)
+    app = QApplication.instance() or QApplication(["riglens"])
+    assert isinstance(app, QApplication)
+    apply_style(app)
+    from widgets.viewport.viewport import Viewport  # loads VTK, which a check of the rig file does not need
+
+    document = Document(found, rig_file, rig_file.path if rig_file is not None else None)
+    settings = MetricSettings(score.method, score.reading, score.camera_weight)
+    viewport = Viewport(palette=palette(is_dark()))
+    window = MainWindow(document, viewport, Recompute(threads=score.threads), scene, settings)
+    with quit_on_interrupt(app):
+        window.show()
+        return app.exec()

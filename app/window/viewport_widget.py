@@ -1,0 +1,48 @@
+"""What the window asks of a viewport, on the screen or offscreen."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Protocol
+
+from core.rig.model import Rig, Vehicle
+
+
+class ViewportWidget(Protocol):
+    """The methods and signals that features may use; the widget itself is a QWidget."""
+
+    sensor_picked: Any
+    drag_started: Any
+    drag_moved: Any
+    drag_finished: Any
+    drag_cancelled: Any
+
+    def set_rig(self, rig: Rig, hidden: frozenset[str], selected: str | None) -> None:
+        """Show a rig."""
+
+    def set_heatmap(self, data: Any) -> None:
+        """Show a heatmap, None for none."""
+
+    def set_grid(self, grid: Any) -> None:
+        """Show another region of interest."""
+
+    def set_gizmo(self, mode: Any, space: Any) -> None:
+        """Choose the handles and whose axes they follow."""
+
+    def set_view(self, name: str) -> None:
+        """Look from a named side."""
+
+    def frame_sensor(self, name: str) -> None:
+        """Look at one sensor from near by."""
+
+    def set_vehicle(self, vehicle: Vehicle) -> None:
+        """Draw another car; InputError for an unknown body."""
+
+    def cancel_drag(self) -> bool:
+        """Give up the drag in progress; False when there is none."""
+
+    def screenshot(self, path: Path) -> object:
+        """Write the view as a PNG."""
+
+    def close_viewport(self) -> None:
+        """Give back what Qt does not: VTK's window and observers."""
