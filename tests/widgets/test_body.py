@@ -4,13 +4,16 @@ import numpy as np
 import pytest
 
 from core.errors import InputError
-from core.rig.model import Vehicle
+from core.rig.model import PARAMETRIC_BODIES, Vehicle
 from widgets.viewport.body import body_parts
+from widgets.viewport.body_profiles import PROFILES, reference_vehicle
 
+BODIES = [reference_vehicle(body) for body in PARAMETRIC_BODIES]
 VEHICLES = [
-    Vehicle(),
+    *BODIES,
     Vehicle(length=5.2, width=2.0, height=1.5, rear_axle_x=-1.6),
     Vehicle(length=3.6, width=1.6),
+    Vehicle(body="truck", length=12.0, width=2.55, height=3.9, rear_axle_x=-3.5),
 ]
 
 
@@ -20,8 +23,8 @@ def points_of(vehicle: Vehicle, *materials: str) -> np.ndarray:
 
 @pytest.mark.parametrize("vehicle", VEHICLES)
 def test_the_body_has_the_length_width_and_height_of_the_vehicle(vehicle):
-    points = points_of(vehicle, "paint", "glass", "trim", "plate", "lamp", "tail")
-    mirrors = (np.abs(points[:, 1]) > vehicle.width / 2 + 1e-3) & (points[:, 2] > 0.5 * vehicle.height)
+    points = points_of(vehicle, "paint", "panel", "glass", "trim", "plate", "lamp", "tail", "dark")
+    mirrors = (np.abs(points[:, 1]) > vehicle.width / 2 + 1e-3) & (points[:, 2] > 0.4 * vehicle.height)
     points = points[~mirrors]
     assert np.allclose(points[:, 0].min(), -vehicle.length / 2, atol=2e-3)
     assert np.allclose(points[:, 0].max(), vehicle.length / 2, atol=2e-3)
@@ -32,7 +35,8 @@ def test_the_body_has_the_length_width_and_height_of_the_vehicle(vehicle):
 @pytest.mark.parametrize("vehicle", VEHICLES)
 def test_the_wheels_stand_on_the_ground_at_the_axles_inside_the_width(vehicle):
     tyres = points_of(vehicle, "tyre")
-    wheelbase_m = 2.7 * vehicle.length / 4.6
+    profile = PROFILES[vehicle.body]
+    wheelbase_m = (profile.axle_x[1] - profile.axle_x[0]) * vehicle.length / profile.length_m
     assert tyres[:, 2].min() == pytest.approx(0.0, abs=1e-4)
     assert np.abs(tyres[:, 1]).max() <= vehicle.width / 2
     rear, front = tyres[tyres[:, 0] < 0.0], tyres[tyres[:, 0] > 0.0]
@@ -40,17 +44,18 @@ def test_the_wheels_stand_on_the_ground_at_the_axles_inside_the_width(vehicle):
     assert front[:, 0].mean() == pytest.approx(vehicle.rear_axle_x + wheelbase_m, abs=0.02)
 
 
-def test_the_body_is_the_same_on_both_sides():
-    for part in body_parts(Vehicle()):
+@pytest.mark.parametrize("vehicle", BODIES)
+def test_the_body_is_the_same_on_both_sides(vehicle):
+    for part in body_parts(vehicle):
         low, high = part.mesh.bounds[2:4]
         assert low == pytest.approx(-high, abs=1e-3), part.material
 
 
-def test_lamps_are_in_front_tail_lights_behind_and_glass_above_the_doors():
-    vehicle = Vehicle()
-    assert points_of(vehicle, "lamp")[:, 0].min() > 1.7
-    assert points_of(vehicle, "tail")[:, 0].max() < -1.7
-    assert points_of(vehicle, "glass")[:, 2].min() > 0.6 * vehicle.height
+@pytest.mark.parametrize("vehicle", BODIES)
+def test_lamps_are_in_front_tail_lights_behind_and_glass_above_the_doors(vehicle):
+    assert points_of(vehicle, "lamp")[:, 0].min() > 0.36 * vehicle.length
+    assert points_of(vehicle, "tail")[:, 0].max() < -0.36 * vehicle.length
+    assert points_of(vehicle, "glass")[:, 2].min() > 0.4 * vehicle.height
 
 
 def test_windscreen_and_rear_window_slope_as_on_a_sedan():
@@ -61,20 +66,39 @@ def test_windscreen_and_rear_window_slope_as_on_a_sedan():
     assert low[:, 0].min() < high[:, 0].min() - 0.3
 
 
-def test_nothing_but_tyres_and_housings_hangs_below_the_sills():
-    body = points_of(Vehicle(), "paint", "glass", "trim", "plate", "lamp", "tail")
+def test_a_truck_is_a_cab_and_a_box_with_a_gap_between_them():
+    vehicle = reference_vehicle("truck")
+    paint, box = points_of(vehicle, "paint"), points_of(vehicle, "panel")
+    cab = paint[np.abs(paint[:, 1]) < 1.2]
+    assert cab[:, 0].min() > box[:, 0].max() + 0.1
+    assert np.ptp(box[:, 0]) > 0.7 * vehicle.length and box[:, 2].max() == pytest.approx(
+        vehicle.height, abs=1e-3
+    )
+    assert box[:, 2].min() > 0.95
+
+
+@pytest.mark.parametrize("vehicle", BODIES)
+def test_nothing_but_tyres_and_housings_hangs_below_the_sills(vehicle):
+    body = points_of(vehicle, "paint", "panel", "glass", "trim", "plate", "lamp", "tail")
     assert body[:, 2].min() > 0.12
 
 
-def test_shading_normals_point_outwards():
-    vehicle = Vehicle()
+@pytest.mark.parametrize("vehicle", BODIES)
+def test_shading_normals_point_outwards(vehicle):
     for part in body_parts(vehicle):
-        if part.material in ("paint", "glass"):
+        if part.material in ("paint", "glass") or (part.material == "panel" and vehicle.body == "truck"):
             normals = np.asarray(part.mesh.point_data["Normals"])
-            outwards = part.mesh.points - np.array([0.0, 0.0, 0.6])
-            assert ((normals * outwards).sum(axis=1) > -0.05).mean() > 0.9, part.material
+            outwards = part.mesh.points - part.mesh.points.mean(axis=0)
+            assert ((normals * outwards).sum(axis=1) > -0.05).mean() > 0.85, part.material
 
 
 def test_an_unknown_body_is_refused_in_one_line_that_names_the_known_ones():
-    with pytest.raises(InputError, match=r"^vehicle\.body: found 'hovercraft', accepted is sedan$"):
+    with pytest.raises(
+        InputError, match=r"^vehicle\.body: found 'hovercraft', accepted is sedan or suv or truck or van$"
+    ):
         body_parts(Vehicle(body="hovercraft"))
+
+
+def test_every_body_that_a_rig_file_may_name_can_be_drawn():
+    assert tuple(PROFILES) == PARAMETRIC_BODIES
+    assert reference_vehicle("sedan") == Vehicle()

@@ -11,28 +11,19 @@ import pyvista as pv
 
 from core.errors import InputError
 from core.rig.model import Vehicle
-from widgets.viewport.body_profiles import (
-    PROFILES,
-    BodyProfile,
-    Decal,
-    Facing,
-    Level,
-    Plane,
-    ShutLine,
-    Station,
-)
+from widgets.viewport.body_profiles import PROFILES
 from widgets.viewport.body_store import stored_surfaces
+from widgets.viewport.body_types import Block, BodyProfile, Decal, Facing, Level, Plane, ShutLine, Station
+from widgets.viewport.body_wheels import axle
 from widgets.viewport.surface import (
     Painted,
     Points,
     cut,
     cut_convex,
-    grid_surface,
     join,
-    lathe,
     loft,
     polygon_distance,
-    set_normals,
+    rounded_box,
     strip,
     superellipsoid,
 )
@@ -62,15 +53,17 @@ def body_parts(vehicle: Vehicle) -> tuple[BodyPart, ...]:
 @lru_cache(maxsize=4)
 def _parts(vehicle: Vehicle) -> tuple[BodyPart, ...]:
     profile = PROFILES[vehicle.body]
-    painted = stored_surfaces(vehicle.body, lambda: _shell(profile) + _cabin(profile))
+    painted = stored_surfaces(
+        vehicle.body, lambda: _shell(profile) + _cabin(profile) + _blocks(profile.blocks)
+    )
     _fit(painted, vehicle)
     scale = vehicle.height / profile.height_m
     wheelbase = (profile.axle_x[1] - profile.axle_x[0]) * vehicle.length / profile.length_m
     axles_x = (vehicle.rear_axle_x, vehicle.rear_axle_x + wheelbase)
-    painted = _open_arches(painted, axles_x, profile.arch_radius_m * scale, profile.wheel_radius_m * scale)
+    painted = _open_arches(painted, axles_x, profile, scale)
     painted += _mirrors(profile, vehicle)
-    for x in axles_x:
-        painted += _axle(profile, vehicle, x, scale)
+    for front, x in enumerate(axles_x):
+        painted += axle(profile, vehicle, bool(front), x, scale)
     merged: dict[str, list[pv.PolyData]] = {}
     for material, mesh in painted:
         if mesh.n_cells:
@@ -80,6 +73,8 @@ def _parts(vehicle: Vehicle) -> tuple[BodyPart, ...]:
 
 def _shell(profile: BodyProfile) -> Painted:
     """Lower body: cross-sections lofted along x, with its decals."""
+    if not profile.stations:
+        return []
     net = np.array([_section(station) for station in profile.stations])
     return _engrave(_paint(loft(net, 80, 113), profile.body_decals), profile.shut_lines)
 
@@ -109,14 +104,32 @@ def _section(station: Station) -> Points:
 
 def _cabin(profile: BodyProfile) -> Painted:
     """Greenhouse: horizontal outlines lofted upwards, with its windows."""
-    net = np.array([_outline(level) for level in profile.cabin])
-    return _paint(loft(net, 36, 113), profile.cabin_decals)
+    net = np.array([_outline(level, profile.cabin_bow_m) for level in profile.cabin])
+    return _engrave(_paint(loft(net, 36, 113), profile.cabin_decals), profile.cabin_shut_lines)
 
 
-def _outline(level: Level) -> Points:
+def _blocks(blocks: tuple[Block, ...]) -> Painted:
+    """Boxes with rounded edges: a cargo box, rails, a tank."""
+    painted: Painted = []
+    for block in blocks:
+        painted += _block(block, 1.0)
+        if block.on_both_sides:
+            painted += _block(block, -1.0)
+    return painted
+
+
+def _block(block: Block, side: float) -> Painted:
+    low, high = np.array(block.low), np.array(block.high)
+    if side < 0.0:
+        low[1], high[1] = -high[1], -low[1]
+    painted = _engrave(_paint(rounded_box(low, high, block.round_m), block.decals), block.shut_lines)
+    return [(block.material if material == "paint" else material, mesh) for material, mesh in painted]
+
+
+def _outline(level: Level, bow_m: float) -> Points:
     """Control points (k, 3) of a cabin outline: a rounded, bowed rectangle, once round from the rear."""
     front, rear, w = level.x_front, level.x_rear, level.half_width
-    bow = 0.10 * min(1.0, (front - rear) / 1.0)
+    bow = bow_m * min(1.0, (front - rear) / 1.0)
     half = [
         (rear, 0.0),
         (rear + 0.15 * bow, 0.45 * w),
@@ -193,8 +206,13 @@ def _fit(painted: Painted, vehicle: Vehicle) -> None:
         mesh.points = (mesh.points - middle) * scale
 
 
-def _open_arches(painted: Painted, axles_x: tuple[float, float], arch_m: float, wheel_m: float) -> Painted:
+def _open_arches(
+    painted: Painted, axles_x: tuple[float, float], profile: BodyProfile, scale: float
+) -> Painted:
     """Cut the wheel arches out of everything near the sides and edge them with a dark lip."""
+    arch_m, wheel_m, lip_m = (
+        scale * length for length in (profile.arch_radius_m, profile.wheel_radius_m, profile.arch_lip_m)
+    )
     opened: Painted = []
     for material, mesh in painted:
         for x in axles_x:
@@ -202,7 +220,7 @@ def _open_arches(painted: Painted, axles_x: tuple[float, float], arch_m: float, 
                 continue
             from_axle = np.hypot(mesh.points[:, 0] - x, mesh.points[:, 2] - wheel_m)
             inner = 0.45 * np.abs(mesh.points[:, 1]).max() - np.abs(mesh.points[:, 1])
-            lip, mesh = cut(mesh, np.maximum(from_axle - arch_m - 0.022, inner))
+            lip, mesh = cut(mesh, np.maximum(from_axle - arch_m - lip_m, inner))
             if lip.n_cells:
                 _, lip = cut(lip, np.hypot(lip.points[:, 0] - x, lip.points[:, 2] - wheel_m) - arch_m)
                 opened.append(("trim", lip))
@@ -210,91 +228,15 @@ def _open_arches(painted: Painted, axles_x: tuple[float, float], arch_m: float, 
     return opened
 
 
-def _axle(profile: BodyProfile, vehicle: Vehicle, x: float, scale: float) -> Painted:
-    """Both wheels of an axle and the dark wheel housings behind them."""
-    radius, width = profile.wheel_radius_m * scale, profile.wheel_width_m * scale
-    outer_y = vehicle.width / 2 - 0.035
-    painted: Painted = []
-    for side in (1.0, -1.0):
-        for material, mesh in [*_wheel(radius, width), *_housing(profile.arch_radius_m * scale, width)]:
-            mesh = mesh.copy()
-            mesh.points = np.array(mesh.points) * [1.0, side, 1.0] + [x, side * outer_y, radius]
-            set_normals(mesh, np.array(mesh.point_data["Normals"]) * [1.0, side, 1.0])
-            painted.append((material, mesh))
-    return painted
-
-
-@lru_cache(maxsize=4)
-def _wheel(radius: float, width: float) -> tuple[tuple[str, pv.PolyData], ...]:
-    """A left wheel with its outer face at y = 0: tyre, dark bowl, spokes and hub; metres."""
-    rim = 0.70 * radius
-    tyre = np.array(
-        [
-            (rim, -width), (0.90 * radius, -width), (0.98 * radius, -0.92 * width), (radius, -0.8 * width),
-            (radius, -0.2 * width), (0.985 * radius, -0.08 * width), (0.91 * radius, 0.0),
-            (0.80 * radius, 0.006), (rim, -0.004), (0.98 * rim, -0.02),
-        ]
-    )  # fmt: skip
-    bowl = np.array([(0.97 * rim, -0.02), (0.90 * rim, -0.35 * width), (0.0, -0.35 * width)])
-    ring = np.array(
-        [
-            (0.98 * rim, -0.02),
-            (0.985 * rim, 0.0),
-            (0.94 * rim, 0.004),
-            (0.90 * rim, -0.012),
-            (0.89 * rim, -0.03),
-        ]
-    )
-    hub = np.array([(0.24 * rim, -0.03), (0.23 * rim, -0.006), (0.17 * rim, 0.0), (0.0, 0.0)])
-    parts = [
-        ("tyre", lathe(tyre, 48)),
-        ("dark", lathe(bowl, 48)),
-        ("rim", lathe(ring, 48)),
-        ("rim", lathe(hub, 24)),
-    ]
-    parts += [
-        ("rim", _spoke(rim, 2.0 * np.pi * k / 5 + np.pi / 2 + turn))
-        for k in range(5)
-        for turn in (-0.14, 0.14)
-    ]
-    return tuple(parts)
-
-
-def _spoke(rim: float, angle: float) -> pv.PolyData:
-    """A tapered, slightly dished spoke from the hub to the rim ring, in the wheel's plane."""
-    radii = np.array([0.12, 0.5, 0.95]) * rim
-    half = np.array([0.055, 0.05, 0.068]) * rim
-    face_y = np.array([-0.004, -0.014, -0.006])
-    across = np.array([(-1.0, -0.03), (-1.0, 0.0), (1.0, 0.0), (1.0, -0.03)])
-    radial, tangent = (
-        np.array([np.cos(angle), 0.0, np.sin(angle)]),
-        np.array([-np.sin(angle), 0.0, np.cos(angle)]),
-    )
-    points = [
-        [r * radial + side * h * tangent + [0.0, y + depth, 0.0] for side, depth in across]
-        for r, h, y in zip(radii, half, face_y, strict=True)
-    ]
-    mesh = grid_surface(np.array(points)).compute_normals(
-        split_vertices=True, feature_angle=40, cell_normals=False
-    )
-    return mesh
-
-
-def _housing(arch_m: float, wheel_width: float) -> Painted:
-    """Dark half-drum behind a wheel, so that nobody looks through the arch into an empty body."""
-    depth = wheel_width + 0.10
-    profile = np.array([(arch_m + 0.012, -0.03), (arch_m + 0.012, -depth), (0.0, -depth)])
-    drum = lathe(profile, 40).clip("z", origin=(0.0, 0.0, -0.42 * arch_m), invert=False)
-    return [("dark", drum)]
-
-
 def _mirrors(profile: BodyProfile, vehicle: Vehicle) -> Painted:
-    """Two door mirrors: rounded housings beside the foot of the windscreen."""
+    """Two door mirrors: rounded housings beside the foot of the windscreen, on arms if they stand off."""
     scale = np.array([vehicle.length, vehicle.width, vehicle.height])
     scale = scale / [profile.length_m, profile.width_m, profile.height_m]
-    painted: Painted = []
+    painted = _blocks(profile.mirror_arms)
+    for _, arm in painted:
+        arm.points = arm.points * scale
     for side in (1.0, -1.0):
-        housing = superellipsoid((0.075, 0.125, 0.075), 0.6)
+        housing = superellipsoid(profile.mirror_radii_m, 0.6)
         housing.points = (housing.points + np.array(profile.mirror_m) * [1.0, side, 1.0]) * scale
         painted.append(("paint", housing))
     return painted

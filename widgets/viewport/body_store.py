@@ -19,7 +19,10 @@ from core.files import atomic_write
 from core.scene.pog_store import cache_folder
 from widgets.viewport.surface import Painted, set_normals
 
-_MADE_BY = ("body.py", "body_profiles.py", "surface.py")
+_MADE_BY = (
+    *("body.py", "body_types.py", "surface.py"),
+    *("body_sedan.py", "body_suv.py", "body_van.py", "body_truck.py"),
+)
 Arrays = dict[str, NDArray[Any]]
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
 
-from widgets.theme import Palette, rgb
+from widgets.theme import Palette, mix, rgb
 
 
 @dataclass(frozen=True)
@@ -28,6 +28,7 @@ def car_materials(palette: Palette) -> dict[str, Material]:
     """The materials of a car body by name, with the palette's paint."""
     return {
         "paint": Material(palette.paint, 0.26, 0.74, 0.35, 45.0),
+        "panel": Material(mix(palette.paint, "#ffffff", 0.5), 0.30, 0.70, 0.15, 25.0),
         "glass": Material("#10161d", 0.45, 0.55, 0.6, 60.0, sky="#415669"),
         "trim": Material("#1d2126", 0.25, 0.75, 0.15, 15.0),
         "gap": Material("#2a2f36", 0.4, 0.6, 0.0),

@@ -12,6 +12,7 @@ from vtkmodules.vtkFiltersCore import vtkClipPolyData
 
 Points = NDArray[np.float64]
 Painted = list[tuple[str, pv.PolyData]]  # surfaces, each with its material
+_BOX_STEP_M = 0.2
 
 
 def spline_matrix(controls: int, samples: int, degree: int = 3) -> Points:
@@ -81,14 +82,56 @@ def superellipsoid(radii_m: tuple[float, float, float], squareness: float, sampl
     return grid_surface(np.stack([x, y, z], axis=-1)[:, ::-1])
 
 
+def rounded_box(low_m: Points, high_m: Points, radius_m: float) -> pv.PolyData:
+    """A box from corner to corner, (3,) each, with edges rounded by `radius_m`; its faces are exactly flat."""
+    half = (np.asarray(high_m) - low_m) / 2
+    ticks = [_box_ticks(float(length), min(radius_m, float(half.min()))) for length in half]
+    faces = [_box_face(half, ticks, axis, side, radius_m) for axis in range(3) for side in (-1.0, 1.0)]
+    box = join(faces)
+    box.points = np.asarray(box.points) + (np.asarray(low_m) + high_m) / 2
+    return box
+
+
+def _box_ticks(half_m: float, radius_m: float) -> Points:
+    """Where the lattice of a face has its lines: even along the flat part, by angle in the round edges."""
+    flat_m = half_m - radius_m
+    arc = radius_m * np.tan(np.linspace(0.0, np.pi / 4, 4))[1:]
+    middle = np.linspace(-flat_m, flat_m, 2 + int(2 * flat_m / _BOX_STEP_M))
+    return np.concatenate([-flat_m - arc[::-1], middle, flat_m + arc])
+
+
+def _box_face(half: Points, ticks: list[Points], axis: int, side: float, radius_m: float) -> pv.PolyData:
+    """One face with its half of the round edges: a cube's face whose rim is pulled onto cylinders and spheres."""
+    across = [(axis + 1) % 3, (axis + 2) % 3]
+    cube = np.empty((len(ticks[across[0]]), len(ticks[across[1]]), 3))
+    cube[..., axis] = side * half[axis]
+    cube[..., across[0]], cube[..., across[1]] = np.meshgrid(*(ticks[i] for i in across), indexing="ij")
+    reach = np.maximum(half - min(radius_m, float(half.min())), 0.0)
+    inner = np.clip(cube, -reach, reach)
+    normals = cube - inner
+    normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
+    face = inner + min(radius_m, float(half.min())) * normals
+    mesh = grid_surface(face if side > 0.0 else face[::-1])
+    set_normals(mesh, (normals if side > 0.0 else normals[::-1]).reshape(-1, 3))
+    return mesh
+
+
 def _lattice_normals(points: Points) -> Points:
     """Unit normals of a lattice; where an edge is collapsed to a point the neighbour's normal is taken."""
     normal = np.cross(np.gradient(points, axis=0), np.gradient(points, axis=1))
     size = np.linalg.norm(normal, axis=-1, keepdims=True)
     for row, inner in ((0, 1), (-1, -2)):
         weak = size[row, :, 0] < 1e-6
+        if _is_line(points[row]):
+            weak = np.ones(len(weak), dtype=bool)
         normal[row][weak], size[row][weak] = normal[inner][weak], size[inner][weak]
     return np.asarray(normal / np.maximum(size, 1e-12))
+
+
+def _is_line(outline: Points) -> bool:
+    """Whether a closed outline (k, 3) encloses nothing: there a surface closes, and its own normals mean little."""
+    spokes = outline - outline.mean(axis=0)
+    return bool(np.linalg.norm(np.cross(spokes[:-1], spokes[1:]).sum(axis=0)) < 1e-9)
 
 
 def lathe(profile: Points, sectors: int) -> pv.PolyData:
