@@ -94,7 +94,7 @@ class Scene:
     """The scene that rigs are scored on."""
 
     boxes: Annotated[Path | None, _scene("--boxes", "PATH")] = None
-    """Box data set: CSV, CSV.gz or Parquet table, KITTI or CARLA folder. Without it: the bundled scenario."""
+    """Box data set: table, nuScenes, Argoverse 2, KITTI or CARLA folder. Without it: the bundled scenario."""
     reading: Reading = Reading()
     pog: Annotated[Path | None, _scene("--pog", "FILE")] = None
     """Use a stored POG (made by `riglens pog`) instead of boxes."""
@@ -197,7 +197,7 @@ def pog(
     Parameters
     ----------
     boxes
-        Box data set: CSV, CSV.gz or Parquet table, KITTI or CARLA folder.
+        Box data set: table, nuScenes, Argoverse 2, KITTI or CARLA folder.
     out
         Where to store it (.npz).
     """

@@ -34,7 +34,8 @@ class BoxBatch:
 class DataReport:
     """What a data set held: frames T (with and without boxes), boxes per class, and what was not mapped.
 
-    `notes` are sentences for the user about how the data were read, such as columns that were not used.
+    `notes` are sentences for the user about how the data were read, such as columns that were not used;
+    `sequences` counts the runs of frames that belong together (drives, scenes, logs).
     """
 
     source: str
@@ -43,10 +44,15 @@ class DataReport:
     unmapped: Counter[str] = field(default_factory=Counter)
     sha256: str = ""
     notes: tuple[str, ...] = ()
+    sequences: int = 1
 
 
 class BoxSource(Protocol):
     """A box data set that can be streamed any number of times with flat memory."""
+
+    @property
+    def name(self) -> str:
+        """What the data set is called in reports: mostly its path."""
 
     @property
     def content_hash(self) -> str:
@@ -67,3 +73,14 @@ def rotations_from_yaw(yaw_rad: NDArray[np.float64]) -> NDArray[np.float64]:
     rotation[:, 1, 0], rotation[:, 1, 1] = sin, cos
     rotation[:, 2, 2] = 1.0
     return rotation
+
+
+def rotations_from_quaternions(wxyz: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Rotation matrices (n, 3, 3) from quaternions (n, 4) in the order w, x, y, z; their length does not matter."""
+    w, x, y, z = (wxyz / np.linalg.norm(wxyz, axis=1, keepdims=True)).T
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.moveaxis(np.array(rows, dtype=np.float64), 2, 0)

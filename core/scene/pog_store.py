@@ -7,6 +7,7 @@ import hashlib
 import json
 import os
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +36,7 @@ def _header(pog: Pog) -> dict[str, Any]:
         "unmapped": dict(data.unmapped),
         "sha256": data.sha256,
         "notes": list(data.notes),
+        "sequences": data.sequences,
     }
 
 
@@ -70,7 +72,13 @@ def _checked(header: dict[str, Any], words: np.ndarray, counts: np.ndarray) -> P
     unmapped = Counter({str(name): int(count) for name, count in header["unmapped"].items()})
     notes = tuple(str(note) for note in header.get("notes", ()))
     data = DataReport(
-        str(header["source"]), int(header["frames"]), boxes, unmapped, str(header["sha256"]), notes
+        str(header["source"]),
+        int(header["frames"]),
+        boxes,
+        unmapped,
+        str(header["sha256"]),
+        notes,
+        int(header.get("sequences", 1)),
     )
     return Pog(grid, data, index, counts)
 
@@ -113,7 +121,8 @@ def cached_pog(source: BoxSource, grid: VoxelGrid, progress: Progress | None = N
     """The POG of a data set, from the cache when its content was seen before; rebuilt when damaged."""
     path = _cache_file(source, grid)
     with contextlib.suppress(InputError):  # not there, not readable or damaged: all the same
-        return load_pog(path)
+        pog = load_pog(path)
+        return replace(pog, data=replace(pog.data, source=source.name))  # an equal copy may have been first
     pog = build_pog(source, grid, progress)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -38,6 +38,11 @@ class ResampledFrames:
         self._first = np.concatenate([[0], np.cumsum(self.times)])
 
     @property
+    def name(self) -> str:
+        """Name of the data set that was drawn from."""
+        return self._stored.data.source
+
+    @property
     def content_hash(self) -> str:
         """Hash of the data set's own and of the draw."""
         return hashlib.sha256(f"{self._stored.data.sha256} {self._seed}".encode()).hexdigest()

@@ -20,6 +20,7 @@ class CycledBoxes:
         self._cycle = source.report().frames
         self._frames = frames
         self._report = DataReport("repeated town", 0, dict.fromkeys(CLASSES, 0))
+        self.name = self._report.source
         self.content_hash = f"{source.content_hash} x {frames}"
 
     def batches(self, progress: Progress | None = None) -> Iterator[BoxBatch]:
@@ -45,6 +46,7 @@ class PickedFrames:
         source = bundled_source()
         self.batches_ = [_every(batch, step) for batch in source.batches()]
         self.frames = -(-source.report().frames // step)
+        self.name = "some frames of the town"
         self.content_hash = f"{source.content_hash} / {step}"
 
     def batches(self, progress: Progress | None = None) -> Iterator[BoxBatch]:
@@ -53,7 +55,7 @@ class PickedFrames:
 
     def report(self) -> DataReport:
         """Frames, without counts of boxes."""
-        return DataReport("some frames of the town", self.frames, dict.fromkeys(CLASSES, 0))
+        return DataReport(self.name, self.frames, dict.fromkeys(CLASSES, 0))
 
 
 def _until(batch: BoxBatch, frames: int) -> BoxBatch:

@@ -156,6 +156,7 @@ class Boxes:
     rotation: NDArray[np.float64]
     frames: int
     split: tuple[int, ...] = ()
+    name: str = "in memory"
 
     @property
     def content_hash(self) -> str:
@@ -179,7 +180,7 @@ class Boxes:
     def report(self) -> DataReport:
         """Frames and boxes per class."""
         boxes = {name: int((self.cls == c).sum()) for c, name in enumerate(CLASSES)}
-        return DataReport("in memory", self.frames, boxes, sha256=self.content_hash)
+        return DataReport(self.name, self.frames, boxes, sha256=self.content_hash)
 
 
 def boxes_of(*rows: tuple[int, int, Sequence[float], Sequence[float], float], frames: int) -> Boxes:

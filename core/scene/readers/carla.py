@@ -19,17 +19,18 @@ from core.errors import InputError
 from core.scene.boxes import BoxBatch, Progress
 from core.scene.readers.classes import UNMAPPED
 from core.scene.readers.common import (
+    BATCH_BOXES,
     BoxOptions,
     FileBoxSource,
     Tally,
     accepted_number,
+    end_of_frame,
     first_bad_box,
     readable,
 )
 
 FOLDERS = ("vehicle", "pedestrian", "cyclist")
 MAX_FILE_BYTES = 1 << 16
-_BOXES_PER_BATCH = 4096
 _TOLERANCE_M = 0.01
 _SHAPES = ((3, 8), (4, 8), (8, 3), (8, 4))
 _TRIPLES = np.array(list(itertools.combinations(range(1, 8), 3)))
@@ -62,7 +63,7 @@ class CarlaSource(FileBoxSource):
         )
         start = 0
         while start < len(self._entries):
-            end = _end_of_frame(frames, start + _BOXES_PER_BATCH)
+            end = end_of_frame(frames, start + BATCH_BOXES)
             yield self._boxes(slice(start, end), frames, tally)
             start = end
             progress(end / len(self._entries))
@@ -150,13 +151,6 @@ def _entries(path: Path) -> list[tuple[int, str]]:
                 raise InputError(f"{file}: no frame number in the name, accepted is <actor>_<frame>.npy")
             entries.append((int(frame), f"{folder}/{file.name}"))
     return sorted(entries)
-
-
-def _end_of_frame(frames: NDArray[np.int64], end: int) -> int:
-    """The first index from `end` on where a new frame begins."""
-    if end >= frames.size:
-        return int(frames.size)
-    return int(np.searchsorted(frames, frames[end - 1], side="right"))
 
 
 def _spans_all_corners(edges: NDArray[np.float64], vectors: NDArray[np.float64]) -> NDArray[np.bool_]:

@@ -23,6 +23,9 @@ from core.scene.readers.classes import ClassTable
 
 MAX_POSITION_M = 1e6
 MAX_SIZE_M = 1e3
+BATCH_BOXES = 4096
+"""About so many boxes go into one batch where the reader is free to choose."""
+
 ACCEPTED_POSITION = f"a finite number in metres within ±{MAX_POSITION_M:g}"
 ACCEPTED_SIZE = f"a number in metres above 0, at most {MAX_SIZE_M:g}"
 ACCEPTED_ANGLE = "a finite number in radians"
@@ -35,12 +38,16 @@ class BoxOptions:
     """What the user may say about a data set.
 
     origin_m: place of the source's origin in the vehicle frame, metres, added to every box; frames: how many
-    frames the set holds when empty ones leave no trace in it. Raises InputError for numbers out of range.
+    frames the set holds when empty ones leave no trace in it; is_part: whether it belongs to a larger set, so
+    that it may hold no frame; notes: what the report has to say besides. Raises InputError for numbers out of
+    range.
     """
 
     origin_m: Vec3
     classes: ClassTable
     frames: int | None = None
+    is_part: bool = False
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if not all(math.isfinite(value) and abs(value) <= MAX_POSITION_M for value in self.origin_m):
@@ -51,9 +58,13 @@ class BoxOptions:
 
 @dataclass
 class Tally:
-    """Counts of one pass; readers add frames, unmapped names and notes, the source counts the boxes."""
+    """Counts of one pass; readers add frames, unmapped names and notes, the source counts the boxes.
+
+    sequences: runs of frames that belong together, such as the drives of a data set.
+    """
 
     frames: int = 0
+    sequences: int = 1
     boxes: NDArray[np.int64] = field(default_factory=lambda: np.zeros(len(CLASSES), dtype=np.int64))
     unmapped: Counter[str] = field(default_factory=Counter)
     notes: list[str] = field(default_factory=list)
@@ -75,6 +86,20 @@ class FileBoxSource(ABC):
     def _read(self, tally: Tally, progress: Progress) -> Iterator[BoxBatch]:
         """Stream the boxes in the source's own frame, axes as in the vehicle frame, and fill the tally."""
 
+    @property
+    def name(self) -> str:
+        """What the data set is called in reports."""
+        return str(self.path)
+
+    def parts(self) -> Sequence[FileBoxSource]:
+        """Sources over parts of the files, which together hold the same frames; just itself when it is one."""
+        return (self,)
+
+    def merged(self, reports: Sequence[DataReport]) -> DataReport:
+        """The report of the whole from those of its parts."""
+        report = added_up(self.name, self.content_hash, reports)
+        return report if self.options.is_part else with_all_frames(report, self.options.frames)
+
     @cached_property
     def content_hash(self) -> str:
         """SHA-256 (hex) over bytes and relative names of the files, origin, frames and class table."""
@@ -90,7 +115,7 @@ class FileBoxSource(ABC):
 
     def batches(self, progress: Progress | None = None) -> Iterator[BoxBatch]:
         """Stream the boxes once, in the vehicle frame; InputError on bad input."""
-        tally = Tally()
+        tally = Tally(notes=list(self.options.notes))
         with readable(self.path):
             for batch in self._read(tally, progress or _ignore_progress):
                 tally.boxes += np.bincount(batch.cls, minlength=len(CLASSES))
@@ -104,18 +129,44 @@ class FileBoxSource(ABC):
         return self._report
 
     def _finish(self, tally: Tally) -> DataReport:
-        if tally.frames == 0:
-            raise InputError(f"{self.path}: found no boxes, accepted is a data set with at least one frame")
-        wanted = self.options.frames
-        if wanted is not None and wanted < tally.frames:
-            raise InputError(
-                f"{self.path}: frames: found {wanted}, but the data hold {tally.frames} frames already"
-            )
         boxes = {name: int(count) for name, count in zip(CLASSES, tally.boxes, strict=True)}
-        frames = wanted or tally.frames
-        return DataReport(
-            str(self.path), frames, boxes, tally.unmapped, self.content_hash, tuple(tally.notes)
+        report = DataReport(
+            self.name,
+            tally.frames,
+            boxes,
+            tally.unmapped,
+            self.content_hash,
+            tuple(tally.notes),
+            tally.sequences,
         )
+        return report if self.options.is_part else with_all_frames(report, self.options.frames)
+
+
+def added_up(name: str, sha256: str, reports: Sequence[DataReport]) -> DataReport:
+    """One report for several sets of frames; notes that several share are said once."""
+    return DataReport(
+        name,
+        sum(report.frames for report in reports),
+        {cls: sum(report.boxes[cls] for report in reports) for cls in CLASSES},
+        sum((report.unmapped for report in reports), Counter[str]()),
+        sha256,
+        tuple(dict.fromkeys(note for report in reports for note in report.notes)),
+        sum(report.sequences for report in reports),
+    )
+
+
+def with_all_frames(report: DataReport, frames: int | None) -> DataReport:
+    """The report of a whole data set with the number of frames that the user knows of, if any.
+
+    Raises InputError when there are no frames, or more than that.
+    """
+    if report.frames == 0:
+        raise InputError(f"{report.source}: found no boxes, accepted is a data set with at least one frame")
+    if frames is not None and frames < report.frames:
+        raise InputError(
+            f"{report.source}: frames: found {frames}, but the data hold {report.frames} frames already"
+        )
+    return replace(report, frames=frames or report.frames)
 
 
 @contextmanager
@@ -174,6 +225,13 @@ def join(batches: Sequence[BoxBatch]) -> BoxBatch:
     if len(batches) == 1:
         return batches[0]
     return BoxBatch(*(np.concatenate(parts) for parts in zip(*map(_columns, batches), strict=True)))
+
+
+def end_of_frame(frames: NDArray[np.integer[Any]], end: int) -> int:
+    """The first index from `end` on where a new frame begins; frames (n,) are sorted."""
+    if end >= frames.size:
+        return int(frames.size)
+    return int(np.searchsorted(frames, frames[end - 1], side="right"))
 
 
 def _columns(batch: BoxBatch) -> tuple[NDArray[Any], ...]:

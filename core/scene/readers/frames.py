@@ -32,6 +32,11 @@ class FrameCounter:
         self._sequences: dict[str, int] = {}
         self._last = (-1, -1)
 
+    @property
+    def sequences(self) -> int:
+        """Number of sequences so far."""
+        return len(self._sequences)
+
     def number(
         self, names: Sequence[str], codes: NDArray[np.intp], frame: NDArray[np.int64]
     ) -> NDArray[np.int64]:

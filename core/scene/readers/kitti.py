@@ -8,8 +8,8 @@ Source of the format: the development kits of the KITTI object and tracking benc
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -76,12 +76,14 @@ class Labels:
 class KittiSource(FileBoxSource):
     """A KITTI tracking or object folder; raw boxes are in the frame of the Velodyne."""
 
-    def __init__(self, path: Path, layout: Layout, options: BoxOptions) -> None:
+    def __init__(
+        self, path: Path, layout: Layout, options: BoxOptions, labels: Sequence[Path] | None = None
+    ) -> None:
+        """`labels` chooses some of the label files, all without it."""
         super().__init__(path, options)
         self._layout = layout
         with readable(path):
-            found = (path / layout.folder).glob("*.txt")
-            self._labels = sorted(file for file in found if not file.name.startswith("."))
+            self._labels = _label_files(path / layout.folder) if labels is None else list(labels)
         if not self._labels:
             raise InputError(f"{path / layout.folder}: no label files, accepted are files named *.txt")
         for label in self._labels:
@@ -90,6 +92,13 @@ class KittiSource(FileBoxSource):
                     f"{self._calib(label)}: missing, accepted is one calibration file per label file"
                 )
 
+    def parts(self) -> Sequence[KittiSource]:
+        """One source per tracking sequence, or per some hundred object frames."""
+        step = 1 if self._layout.tracking else _FILES_PER_BATCH
+        options = replace(self.options, frames=None, is_part=True)
+        starts = range(0, len(self._labels), step)
+        return [KittiSource(self.path, self._layout, options, self._labels[at : at + step]) for at in starts]
+
     def _calib(self, label: Path) -> Path:
         return self.path / "calib" / label.name
 
@@ -97,9 +106,7 @@ class KittiSource(FileBoxSource):
         return [*self._labels, *map(self._calib, self._labels)]
 
     def _read(self, tally: Tally, progress: Progress) -> Iterator[BoxBatch]:
-        if self.options.origin_m == VELODYNE_M:
-            x, y, z = VELODYNE_M
-            tally.notes.append(f"origin: the Velodyne stands at {x:g} {y:g} {z:g} m in the vehicle frame")
+        tally.sequences = len(self._labels) if self._layout.tracking else 1
         pending: list[BoxBatch] = []
         for done, label in enumerate(self._labels, start=1):
             pending.append(self._boxes(label, tally))
@@ -187,6 +194,10 @@ def read_labels(path: Path, layout: Layout) -> Labels:
         lines.append(number)
     boxes = np.asarray(rows, dtype=np.float64).reshape(len(rows), len(_BOX_FIELDS))
     return Labels(np.asarray(frames, dtype=np.int64), names, boxes, lines)
+
+
+def _label_files(folder: Path) -> list[Path]:
+    return sorted(file for file in folder.glob("*.txt") if not file.name.startswith("."))
 
 
 def _text_lines(path: Path) -> Iterator[tuple[int, str]]:

@@ -2,58 +2,132 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from core.errors import InputError
 from core.geometry import Vec3
-from core.scene.boxes import BoxSource
 from core.scene.readers.carla import FOLDERS, CarlaSource
-from core.scene.readers.classes import ANY_TABLE, CARLA, KITTI, ClassTable
-from core.scene.readers.common import BoxOptions, readable
+from core.scene.readers.classes import ANY_TABLE, ARGOVERSE, CARLA, KITTI, NUSCENES, ClassTable
+from core.scene.readers.collection import BoxCollection
+from core.scene.readers.common import BoxOptions, FileBoxSource, readable
 from core.scene.readers.kitti import OBJECT, TRACKING, VELODYNE_M, KittiSource, Layout
+from core.scene.readers.nuscenes import REAR_AXLE_M, NuscenesSource
+from core.scene.readers.nuscenes_tables import tables_folder
 
-ACCEPTED = "a CSV, CSV.gz or Parquet table, a KITTI tracking or object folder, or a CARLA folder"
+ACCEPTED = (
+    "a CSV, CSV.gz or Parquet table or a folder of them, a nuScenes folder, annotations.feather or log folders of "
+    "Argoverse 2, a KITTI tracking or object folder, or a CARLA folder"
+)
+TABLE_ENDINGS = (".csv", ".csv.gz", ".parquet", ".pq")
+Source = FileBoxSource | BoxCollection
 _NO_SHIFT: Vec3 = (0.0, 0.0, 0.0)
 
 
+@dataclass(frozen=True)
+class HowToRead:
+    """What the user says about box data.
+
+    origin_m: place of the source's origin in the vehicle frame, metres, added to every box; None takes the
+    source's own default: the Velodyne's place for KITTI, the rear axle's for nuScenes and Argoverse 2, zero for
+    everything else. lift_m: added to the origin's z, whichever it is. frames: number of frames T, for data in
+    which empty frames leave no trace. class_map: {source name: car, bicycle, pedestrian or ignore}, on top of
+    the source's table. notes: sentences that the report says besides.
+    """
+
+    origin_m: Vec3 | None = None
+    frames: int | None = None
+    class_map: Mapping[str, str] = field(default_factory=dict)
+    lift_m: float = 0.0
+    notes: tuple[str, ...] = ()
+
+    def options(
+        self, names: Mapping[str, str], is_part: bool, default_m: Vec3 = _NO_SHIFT, what: str = ""
+    ) -> BoxOptions:
+        """The options of one source, whose origin is `default_m` unless the user says otherwise."""
+        x, y, z = default_m if self.origin_m is None else self.origin_m
+        notes = list(self.notes)
+        if self.origin_m is None and what:
+            notes.append(f"origin: {what} at {x:g} {y:g} {z:g} m in the vehicle frame")
+        frames = None if is_part else self.frames
+        classes = ClassTable(names, self.class_map)
+        return BoxOptions((x, y, z + self.lift_m), classes, frames, is_part, tuple(notes))
+
+
 def open_boxes(
-    path: Path | str,
+    path: Path | str | Sequence[Path],
     origin_m: Vec3 | None = None,
     frames: int | None = None,
     class_map: Mapping[str, str] | None = None,
-) -> BoxSource:
-    """Open a box data set; what it is follows from the path's content (file) or layout (folder).
+    lift_m: float = 0.0,
+    notes: tuple[str, ...] = (),
+) -> Source:
+    """Open a box data set, or several as one; what it is follows from the path's content or layout.
 
-    origin_m: place of the source's origin in the vehicle frame, metres, added to every box; None takes the
-    source's own default: the Velodyne's place for KITTI folders, zero for everything else. frames: number of
-    frames T, for data in which empty frames leave no trace. class_map: {source name: car, bicycle, pedestrian
-    or ignore}, on top of the source's table. Raises InputError when nothing readable is there.
+    The options are those of HowToRead. Raises InputError when nothing readable is there.
     """
-    place, overrides = Path(path), dict(class_map or {})
+    how = HowToRead(origin_m, frames, dict(class_map or {}), lift_m, notes)
+    places = [Path(path)] if isinstance(path, str | Path) else list(path)
+    if len(places) == 1:
+        return _open(places[0], how, is_part=False)
+    members = [_open(place, how, is_part=True) for place in places]
+    return BoxCollection(", ".join(map(str, places)), members, frames)
 
-    def options(names: Mapping[str, str], default_origin_m: Vec3 = _NO_SHIFT) -> BoxOptions:
-        origin = default_origin_m if origin_m is None else origin_m
-        return BoxOptions(origin, ClassTable(names, overrides), frames)
 
+def _open(place: Path, how: HowToRead, is_part: bool) -> Source:
     with readable(place):
         if place.is_file():
-            # here, and not above: loads pyarrow, for which the window's first picture need not wait
-            from core.scene.readers.table import CsvSource, ParquetSource, is_parquet
-
-            source = ParquetSource if is_parquet(place) else CsvSource
-            return source(place, options(ANY_TABLE))
+            return _open_file(place, how, is_part)
         if not place.is_dir():
             found = "neither a file nor a folder" if place.exists() else "does not exist"
             raise InputError(f"{place}: {found}, accepted is {ACCEPTED}")
-        if kitti := _kitti_layouts(place):
-            if len(kitti) > 1:
-                raise InputError(f"{place}: both label_02 and label_2, accepted is a folder with one of them")
-            return KittiSource(place, kitti[0], options(KITTI, VELODYNE_M))
-        if any((place / name).is_dir() for name in FOLDERS):
-            return CarlaSource(place, options(CARLA))
-    raise InputError(f"{place}: found no box data in this folder, accepted is {ACCEPTED}")
+        found_source = _open_folder(place, how, is_part)
+    if found_source is None:
+        raise InputError(f"{place}: found no box data in this folder, accepted is {ACCEPTED}")
+    return found_source
+
+
+def _open_file(place: Path, how: HowToRead, is_part: bool) -> FileBoxSource:
+    # here, and not above: these load pyarrow, for which the window's first picture need not wait
+    from core.scene.readers import argoverse
+    from core.scene.readers.table import CsvSource, ParquetSource, is_parquet
+
+    if argoverse.is_feather(place):
+        what = "the rear axle is"
+        return argoverse.ArgoverseSource(place, how.options(ARGOVERSE, is_part, argoverse.REAR_AXLE_M, what))
+    source = ParquetSource if is_parquet(place) else CsvSource
+    return source(place, how.options(ANY_TABLE, is_part))
+
+
+def _open_folder(place: Path, how: HowToRead, is_part: bool) -> Source | None:
+    if tables := tables_folder(place):
+        what = "the rear axle is"
+        return NuscenesSource(place, tables, how.options(NUSCENES, is_part, REAR_AXLE_M, what))
+    if kitti := _kitti_layouts(place):
+        if len(kitti) > 1:
+            raise InputError(f"{place}: both label_02 and label_2, accepted is a folder with one of them")
+        what = "the Velodyne stands"
+        return KittiSource(place, kitti[0], how.options(KITTI, is_part, VELODYNE_M, what))
+    if any((place / name).is_dir() for name in FOLDERS):
+        return CarlaSource(place, how.options(CARLA, is_part))
+    if files := _argoverse_logs(place) or _box_tables(place):
+        members = [_open_file(file, how, is_part=True) for file in files]
+        return BoxCollection(str(place), members, None if is_part else how.frames, is_part)
+    return None
 
 
 def _kitti_layouts(path: Path) -> list[Layout]:
     return [layout for layout in (TRACKING, OBJECT) if (path / layout.folder).is_dir()]
+
+
+def _argoverse_logs(path: Path) -> list[Path]:
+    from core.scene.readers.argoverse import find_logs
+
+    return find_logs(path)
+
+
+def _box_tables(path: Path) -> list[Path]:
+    """Tables that lie in a folder, sorted by name."""
+    files = (file for file in path.iterdir() if file.name.lower().endswith(TABLE_ENDINGS))
+    return sorted(file for file in files if file.is_file() and not file.name.startswith("."))

@@ -77,7 +77,7 @@ class TableSource(FileBoxSource):
             except RowError as error:
                 raise InputError(f"{piece.place(error.row)}: {error}") from error
             largest_yaw = max(largest_yaw, float(np.max(np.abs(piece.numbers[:, 6]), initial=0.0)))
-            tally.frames = counter.count
+            tally.frames, tally.sequences = counter.count, counter.sequences
             yield from whole.push(batch, counter.count - 1)
         yield from whole.flush()
         if largest_yaw > _FULL_TURN_RAD:

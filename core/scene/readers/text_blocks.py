@@ -40,27 +40,36 @@ def text_blocks(path: Path, progress: Progress) -> Iterator[TextBlock]:
 
     Raises InputError when the compression is damaged or cut off, or a line is absurdly long.
     """
-    size = max(1, path.stat().st_size)
     rest, line = b"", 1
-    with path.open("rb") as raw:
-        for piece in _pieces(path, raw):
-            head, newline, tail = piece.rpartition(b"\n")
-            data = rest + head + newline if newline else b""
-            rest = tail if newline else rest + tail
-            if len(rest) > MAX_LINE_BYTES:
-                number = line + data.count(b"\n")
-                raise InputError(
-                    f"{path}:{number}: a line of more than {MAX_LINE_BYTES} bytes; accepted is a CSV table"
-                )
-            if data:
-                yield TextBlock(line, data)
-                line += data.count(b"\n")
-            progress(raw.tell() / size)
+    for piece in byte_pieces(path, progress):
+        head, newline, tail = piece.rpartition(b"\n")
+        data = rest + head + newline if newline else b""
+        rest = tail if newline else rest + tail
+        if len(rest) > MAX_LINE_BYTES:
+            number = line + data.count(b"\n")
+            raise InputError(
+                f"{path}:{number}: a line of more than {MAX_LINE_BYTES} bytes; accepted is a CSV table"
+            )
+        if data:
+            yield TextBlock(line, data)
+            line += data.count(b"\n")
     if rest:
         yield TextBlock(line, rest)
 
 
-def _pieces(path: Path, raw: BinaryIO) -> Iterator[bytes]:
+def byte_pieces(path: Path, progress: Progress) -> Iterator[bytes]:
+    """Yield a file's content, decompressed, piece by piece; progress is the share of its bytes that were read.
+
+    Raises InputError when the compression is damaged or cut off.
+    """
+    size = max(1, path.stat().st_size)
+    with path.open("rb") as raw:
+        for piece in _decompressed(path, raw):
+            yield piece
+            progress(raw.tell() / size)
+
+
+def _decompressed(path: Path, raw: BinaryIO) -> Iterator[bytes]:
     """Decompressed pieces of a file; gzip is told by its first bytes, or promised by the file's name."""
     compressed = raw.read(2) == GZIP_MAGIC or path.suffix.lower() == ".gz"
     raw.seek(0)

@@ -1,0 +1,181 @@
+"""Argoverse 2 logs: the cuboids of one `annotations.feather`, which are in the ego frame of their sweep already.
+
+Columns as in the guide of the av2 package (Sensor Dataset, Annotations). The car itself, EGO_VEHICLE where a file
+has it, maps to no class.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+from numpy.typing import NDArray
+
+from core.errors import InputError
+from core.geometry import Vec3
+from core.scene.boxes import BoxBatch, Progress, rotations_from_quaternions
+from core.scene.readers.classes import UNMAPPED
+from core.scene.readers.common import (
+    ACCEPTED_POSITION,
+    ACCEPTED_SIZE,
+    BATCH_BOXES,
+    FileBoxSource,
+    Tally,
+    end_of_frame,
+    first_bad_box,
+    one_line,
+    readable,
+    select,
+)
+
+REAR_AXLE_M: Vec3 = (-1.34, 0.0, 0.33)
+"""Place of the ego frame's origin in the vehicle frame, about: the centre of the rear axle. It is 0.33 m above the
+ground (a maintainer in issue 286 of argoverse-api); the car is a Ford Fusion Hybrid, 4.87 m long."""
+
+FILE_NAME = "annotations.feather"
+NUMBERS = ("tx_m", "ty_m", "tz_m", "length_m", "width_m", "height_m", "qw", "qx", "qy", "qz")
+MAX_FILE_BYTES = 1 << 26
+MAX_ROWS = 5_000_000
+"""A log of 15 seconds has some twenty thousand; it bounds the memory, for rows may come in any order."""
+
+_FEATHER_MAGIC = b"ARROW1"
+_QUATERNION_TOLERANCE = 0.01
+
+
+class ArgoverseSource(FileBoxSource):
+    """One log. A frame is a sweep with annotations; sweeps without any leave no trace in the file."""
+
+    def _files(self) -> list[Path]:
+        return [self.path]
+
+    def _read(self, tally: Tally, progress: Progress) -> Iterator[BoxBatch]:
+        table = _table(self.path)
+        time = table["timestamp_ns"].cast(pa.int64()).to_numpy()
+        _, frame = np.unique(time, return_inverse=True)
+        tally.frames = int(frame.max(initial=-1)) + 1
+        category = table["category"].combine_chunks().dictionary_encode()
+        names = [str(name) for name in category.dictionary.to_pylist()]
+        code = category.indices.to_numpy().astype(np.intp)
+        cls = np.asarray(self.options.classes.codes(names), dtype=np.int64)[code]
+        missed = np.bincount(code[cls == UNMAPPED], minlength=len(names))
+        tally.unmapped.update({name: int(n) for name, n in zip(names, missed, strict=True) if n})
+        rows = np.flatnonzero(cls != UNMAPPED)
+        boxes = _boxes(self.path, table, frame, cls, rows[np.argsort(frame[rows], kind="stable")])
+        start = 0
+        while start < rows.size:
+            end = end_of_frame(boxes.frame, start + BATCH_BOXES)
+            yield select(boxes, slice(start, end))
+            progress(end / rows.size)
+            start = end
+
+
+def is_feather(path: Path) -> bool:
+    """Whether the file says so by its first bytes or promises it by its name."""
+    if path.suffix.lower() == ".feather":
+        return True
+    with path.open("rb") as file:
+        return file.read(len(_FEATHER_MAGIC)) == _FEATHER_MAGIC
+
+
+def find_logs(folder: Path) -> list[Path]:
+    """Annotation files of a log, of a folder of logs, or of a folder of splits with logs in them; sorted."""
+    for pattern in (FILE_NAME, f"*/{FILE_NAME}", f"*/*/{FILE_NAME}"):
+        if found := sorted(file for file in folder.glob(pattern) if file.is_file()):
+            return found
+    return []
+
+
+def _table(path: Path) -> pa.Table:
+    """The columns that are needed, complete and of a type that fits; InputError otherwise."""
+    if path.stat().st_size > MAX_FILE_BYTES:
+        raise InputError(
+            f"{path}: larger than {MAX_FILE_BYTES >> 20} MiB, accepted are the annotations of one log"
+        )
+    needed = ("timestamp_ns", "category", *NUMBERS)
+    with readable(path), _feather_errors(path), pa.OSFile(str(path)) as file:
+        reader = pa.ipc.open_file(file)
+        for name in needed:
+            _check_type(path, reader.schema, name)
+        batches, rows = [], 0
+        for index in range(reader.num_record_batches):
+            batch = reader.get_batch(index).select(list(needed))
+            batch.validate(full=True)
+            rows += batch.num_rows
+            if rows > MAX_ROWS:
+                raise InputError(
+                    f"{path}: more than {MAX_ROWS} rows, accepted are the annotations of one log"
+                )
+            batches.append(batch)
+        table = pa.Table.from_batches(batches, reader.schema.empty_table().select(list(needed)).schema)
+    for name in needed:
+        if table[name].null_count:
+            raise InputError(f"{path}: column {name!r}: found no value, accepted is one in every row")
+    return table
+
+
+@contextmanager
+def _feather_errors(path: Path) -> Iterator[None]:
+    """Turn what Arrow says about broken bytes into an InputError."""
+    try:
+        yield
+    except (pa.ArrowException, MemoryError, UnicodeDecodeError, KeyError, ValueError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"{path}: damaged Feather file ({one_line(str(error), 120)})") from error
+    except OSError as error:
+        if error.errno is not None:
+            raise
+        raise InputError(f"{path}: damaged Feather file ({one_line(str(error), 120)})") from error
+
+
+def _check_type(path: Path, schema: pa.Schema, name: str) -> None:
+    """InputError when a column is missing, stands there twice or holds something else."""
+    places = schema.get_all_field_indices(name)
+    if len(places) != 1:
+        found = "missing" if not places else f"stands there {len(places)} times"
+        raise InputError(f"{path}: column {name!r} {found}, accepted are the annotations of Argoverse 2")
+    kind = schema.field(places[0]).type
+    if name == "category":
+        value = kind.value_type if pa.types.is_dictionary(kind) else kind
+        good, accepted = pa.types.is_string(value) or pa.types.is_large_string(value), "text"
+    elif name == "timestamp_ns":
+        good, accepted = pa.types.is_integer(kind), "whole numbers"
+    else:
+        good, accepted = pa.types.is_floating(kind), "numbers"
+    if not good:
+        raise InputError(
+            f"{path}: column {name!r}: found type {one_line(str(kind), 60)}, accepted are {accepted}"
+        )
+
+
+def _boxes(
+    path: Path,
+    table: pa.Table,
+    frame: NDArray[np.intp],
+    cls: NDArray[np.int64],
+    rows: NDArray[np.intp],
+) -> BoxBatch:
+    """The chosen rows as boxes; InputError for a number that no box has."""
+    columns = [table[name].cast(pa.float64()).to_numpy() for name in NUMBERS]
+    numbers = np.column_stack(columns)[rows].reshape(-1, len(NUMBERS))
+    bad = first_bad_box(numbers[:, 0:3], numbers[:, 3:6])
+    if bad is not None:
+        accepted = ACCEPTED_POSITION if bad.column < 3 else ACCEPTED_SIZE
+        place = f"{path}: row {rows[bad.row] + 1}: column {NUMBERS[bad.column]!r}"
+        raise InputError(f"{place}: found {bad.value:g}, accepted is {accepted}")
+    with np.errstate(over="ignore"):
+        length = np.linalg.norm(numbers[:, 6:10], axis=1)
+    wrong = ~(np.abs(length - 1.0) <= _QUATERNION_TOLERANCE)
+    if wrong.any():
+        row = int(np.argmax(wrong))
+        raise InputError(
+            f"{path}: row {rows[row] + 1}: qw qx qy qz: found length {length[row]:g}, accepted is a quaternion of "
+            "length 1"
+        )
+    rotation = rotations_from_quaternions(numbers[:, 6:10])
+    return BoxBatch(
+        frame[rows].astype(np.int64), cls[rows].astype(np.uint8), numbers[:, 0:3], numbers[:, 3:6], rotation
+    )

@@ -1,0 +1,72 @@
+"""Several box data sets as one: logs of a folder, tables of a folder, or whatever paths a user names together."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from functools import cached_property
+
+from core.errors import InputError
+from core.scene.boxes import BoxBatch, DataReport, Progress
+from core.scene.readers.common import FileBoxSource, added_up, with_all_frames
+
+
+class BoxCollection:
+    """A BoxSource over members, read one after the other; frames and boxes add up.
+
+    The content hash does not depend on the order of the members. frames: number of frames T of the whole, for
+    data in which empty frames leave no trace. is_part: whether it belongs to a larger set, so that it may hold
+    no frame.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        members: Sequence[FileBoxSource | BoxCollection],
+        frames: int | None = None,
+        is_part: bool = False,
+    ) -> None:
+        if frames is not None and frames < 1:
+            raise InputError(f"frames: found {frames}, accepted is a whole number of at least 1")
+        self.name = name
+        self._members, self._frames, self._is_part = tuple(members), frames, is_part
+        self._report: DataReport | None = None
+
+    def parts(self) -> Sequence[FileBoxSource]:
+        """The parts of all members."""
+        return [part for member in self._members for part in member.parts()]
+
+    @cached_property
+    def content_hash(self) -> str:
+        """SHA-256 (hex) over the hashes of the members and the number of frames."""
+        hashes = sorted(member.content_hash for member in self._members)
+        return hashlib.sha256(repr(("collection", self._frames, hashes)).encode()).hexdigest()
+
+    def batches(self, progress: Progress | None = None) -> Iterator[BoxBatch]:
+        """Stream the boxes of all members; InputError on bad input."""
+        reports: list[DataReport] = []
+        for place, member in enumerate(self._members):
+            before = sum(report.frames for report in reports)
+            for batch in member.batches(_share(progress, place, len(self._members))):
+                yield replace(batch, frame=batch.frame + before)
+            reports.append(member.report())
+        self._report = self.merged(reports)
+
+    def merged(self, reports: Sequence[DataReport]) -> DataReport:
+        """The report of the whole from those of the members, or of their parts."""
+        report = added_up(self.name, self.content_hash, reports)
+        return report if self._is_part else with_all_frames(report, self._frames)
+
+    def report(self) -> DataReport:
+        """Counts of the last complete pass of `batches`; RuntimeError before the first one."""
+        if self._report is None:
+            raise RuntimeError("no complete pass over the boxes yet")
+        return self._report
+
+
+def _share(progress: Progress | None, place: int, count: int) -> Progress | None:
+    """Progress of one member as progress of the whole."""
+    if progress is None:
+        return None
+    return lambda fraction: progress((place + fraction) / count)

@@ -1,0 +1,223 @@
+"""The tables of a nuScenes folder: which ego pose each sample has, and which category each object.
+
+Source of the format: docs/schema_nuscenes.md of the nuScenes development kit. Every table is an array of flat
+records; `sample_data` and `ego_pose` of the full set hold millions, so all of them are read record by record.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from core.errors import InputError
+from core.scene.boxes import Progress, rotations_from_quaternions
+from core.scene.readers.common import shown
+from core.scene.readers.json_records import Record, json_records
+
+CHANNEL = "LIDAR_TOP"
+TABLES = (
+    "sample",
+    "sensor",
+    "calibrated_sensor",
+    "sample_data",
+    "ego_pose",
+    "category",
+    "instance",
+    "sample_annotation",
+)
+"""The tables that decide about the boxes, in the order in which they are read."""
+
+_QUATERNION_TOLERANCE = 0.01
+V = TypeVar("V")
+
+
+class Table:
+    """One table of the folder; its methods name file and record when a field is not as it should be."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    def records(self, progress: Progress) -> Iterator[Record]:
+        """The records in the order of the file."""
+        return json_records(self.path, progress)
+
+    def fail(self, record: Record, name: str, accepted: str) -> InputError:
+        """The error for a field of a record."""
+        found = shown(str(record.fields[name])) if name in record.fields else "nothing"
+        return InputError(
+            f"{self.path}: record {record.number}: {name!r}: found {found}, accepted is {accepted}"
+        )
+
+    def text(self, record: Record, name: str) -> str:
+        """A field that is text."""
+        value = record.fields.get(name)
+        if not isinstance(value, str):
+            raise self.fail(record, name, "text")
+        return value
+
+    def found(self, record: Record, name: str, values: Mapping[str, V]) -> V:
+        """What a field that is a token of another table refers to."""
+        try:
+            return values[self.text(record, name)]
+        except KeyError:
+            raise self.fail(record, name, "a token that its table holds") from None
+
+    def numbers(self, record: Record, name: str, count: int) -> list[float]:
+        """A field that is a list of finite numbers."""
+        value = record.fields.get(name)
+        accepted = f"a list of {count} finite numbers"
+        if not isinstance(value, list) or len(value) != count:
+            raise self.fail(record, name, accepted)
+        try:
+            if all(type(number) in (float, int) and math.isfinite(number) for number in value):
+                return [float(number) for number in value]
+        except OverflowError:  # a whole number larger than any double
+            pass
+        raise self.fail(record, name, accepted)
+
+    def quaternion(self, record: Record, name: str) -> list[float]:
+        """A rotation as w, x, y, z."""
+        wxyz = self.numbers(record, name, 4)
+        if abs(math.hypot(*wxyz) - 1.0) > _QUATERNION_TOLERANCE:
+            raise self.fail(record, name, "a quaternion w, x, y, z of length 1")
+        return wxyz
+
+
+@dataclass(frozen=True)
+class Samples:
+    """The annotated moments: number by token, in order of scene and time, and the ego pose of each.
+
+    global_SE3_ego is kept as rotation (n, 3, 3) and place (n, 3), metres, at the time of the LIDAR_TOP sweep.
+    """
+
+    number: dict[str, int]
+    scenes: int
+    rotation: NDArray[np.float64]
+    place_m: NDArray[np.float64]
+
+
+class NuscenesTables:
+    """Finds the tables of a folder, plain or gzip-compressed; InputError when one is missing."""
+
+    def __init__(self, folder: Path) -> None:
+        self._tables = {name: Table(_table_file(folder, name)) for name in TABLES}
+        self._sizes = [table.path.stat().st_size for table in self._tables.values()]
+
+    def files(self) -> list[Path]:
+        """All tables that are read."""
+        return [table.path for table in self._tables.values()]
+
+    def table(self, name: str) -> Table:
+        """One of TABLES."""
+        return self._tables[name]
+
+    def share(self, name: str, progress: Progress) -> Progress:
+        """Progress for reading one table, by the bytes of all of them."""
+        place = TABLES.index(name)
+        before, own, total = sum(self._sizes[:place]), self._sizes[place], max(1, sum(self._sizes))
+        return lambda fraction: progress((before + fraction * own) / total)
+
+    def samples(self, progress: Progress) -> Samples:
+        """All samples with the pose of the ego vehicle when LIDAR_TOP took its sweep."""
+        number, scenes = self._numbered_samples(progress)
+        pose_tokens = self._pose_tokens(number, self._calibrations(progress), progress)
+        wanted = set(pose_tokens)
+        poses: dict[str, tuple[list[float], list[float]]] = {}
+        table = self.table("ego_pose")
+        for record in table.records(self.share("ego_pose", progress)):
+            token = table.text(record, "token")
+            if token in wanted:
+                poses[token] = (
+                    table.numbers(record, "translation", 3),
+                    table.quaternion(record, "rotation"),
+                )
+        for token in pose_tokens:
+            if token not in poses:
+                raise InputError(f"{table.path}: no pose {shown(token)}, which sample_data refers to")
+        places = [poses[token][0] for token in pose_tokens]
+        quaternions = np.array([poses[token][1] for token in pose_tokens]).reshape(-1, 4)
+        return Samples(
+            number, scenes, rotations_from_quaternions(quaternions), np.array(places).reshape(-1, 3)
+        )
+
+    def category_of_instance(self, progress: Progress) -> dict[str, str]:
+        """Category name by token of the instance; every name is kept once."""
+        names = self._columns("category", "name", progress)
+        table = self.table("instance")
+        return {
+            table.text(record, "token"): table.found(record, "category_token", names)
+            for record in table.records(self.share("instance", progress))
+        }
+
+    def _numbered_samples(self, progress: Progress) -> tuple[dict[str, int], int]:
+        """Number by token, scenes in the order of their first sample and samples by time; number of scenes."""
+        table, scenes = self.table("sample"), dict[str, int]()
+        rows = []
+        for record in table.records(self.share("sample", progress)):
+            scene = scenes.setdefault(table.text(record, "scene_token"), len(scenes))
+            time = record.fields.get("timestamp")
+            if type(time) not in (int, float):
+                raise table.fail(record, "timestamp", "a number")
+            rows.append((scene, time, table.text(record, "token")))
+        tokens = dict.fromkeys(token for *_, token in sorted(rows))
+        return {token: place for place, token in enumerate(tokens)}, len(scenes)
+
+    def _calibrations(self, progress: Progress) -> set[str]:
+        """Tokens of the calibrations of LIDAR_TOP, one per vehicle or drive."""
+        channels = self._columns("sensor", "channel", progress)
+        sensors = self._columns("calibrated_sensor", "sensor_token", progress)
+        found = {token for token, sensor in sensors.items() if channels.get(sensor) == CHANNEL}
+        if not found:
+            raise InputError(f"{self.table('sensor').path}: no sensor with channel {CHANNEL}")
+        return found
+
+    def _pose_tokens(self, number: dict[str, int], calibrations: set[str], progress: Progress) -> list[str]:
+        """Token of the ego pose of each sample, from its key frame of LIDAR_TOP."""
+        table, tokens = self.table("sample_data"), [""] * len(number)
+        for record in table.records(self.share("sample_data", progress)):
+            if record.fields.get("is_key_frame") is not True:
+                continue
+            if table.text(record, "calibrated_sensor_token") in calibrations:
+                place = table.found(record, "sample_token", number)
+                tokens[place] = table.text(record, "ego_pose_token")
+        for sample, place in number.items():
+            if not tokens[place]:
+                raise InputError(f"{table.path}: no key frame of {CHANNEL} for sample {shown(sample)}")
+        return tokens
+
+    def _columns(self, name: str, field: str, progress: Progress) -> dict[str, str]:
+        """One text field by token."""
+        table = self.table(name)
+        records = table.records(self.share(name, progress))
+        return {table.text(record, "token"): table.text(record, field) for record in records}
+
+
+def tables_folder(path: Path) -> Path | None:
+    """The folder with the tables: the path itself or its one folder v1.0-*; None when it is not nuScenes.
+
+    Raises InputError when there are several versions to choose from.
+    """
+    if _is_version(path):
+        return path
+    versions = sorted(folder for folder in path.glob("v1.0-*") if folder.is_dir() and _is_version(folder))
+    if len(versions) > 1:
+        names = ", ".join(folder.name for folder in versions)
+        raise InputError(f"{path}: found {names}, accepted is one of these folders")
+    return versions[0] if versions else None
+
+
+def _is_version(path: Path) -> bool:
+    return any((path / f"sample_annotation.json{ending}").is_file() for ending in ("", ".gz"))
+
+
+def _table_file(folder: Path, name: str) -> Path:
+    for ending in ("", ".gz"):
+        if (folder / f"{name}.json{ending}").is_file():
+            return folder / f"{name}.json{ending}"
+    raise InputError(f"{folder / name}.json: missing, accepted is a folder with {', '.join(TABLES)}")

@@ -1,0 +1,64 @@
+"""Boxes that come in any order of frames, put aside in a temporary file and given back frame by frame."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterator
+from contextlib import AbstractContextManager
+from types import TracebackType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from core.scene.boxes import BoxBatch
+from core.scene.readers.common import BATCH_BOXES, end_of_frame
+
+_ROW = np.dtype([("cls", "u1"), ("centre", "f8", 3), ("size", "f8", 3), ("rotation", "f8", (3, 3))])
+
+
+class BoxSpool(AbstractContextManager["BoxSpool"]):
+    """Takes batches whose frames need no order. In memory it holds four bytes per box, the rest on the disk."""
+
+    def __init__(self) -> None:
+        self._file = tempfile.TemporaryFile(prefix="riglens-boxes-")  # noqa: SIM115 (closed by __exit__)
+        self._frames: list[NDArray[np.int32]] = []
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self._file.close()
+
+    def put(self, batch: BoxBatch) -> None:
+        """Take some boxes."""
+        rows = np.zeros(batch.frame.size, _ROW)
+        rows["cls"], rows["centre"] = batch.cls, batch.centre_m
+        rows["size"], rows["rotation"] = batch.size_m, batch.rotation
+        self._file.write(rows.tobytes())
+        self._frames.append(batch.frame.astype(np.int32))
+
+    def batches(self) -> Iterator[BoxBatch]:
+        """All boxes, sorted by frame; within a frame in the order in which they came."""
+        if not self._frames:
+            return
+        self._file.flush()
+        frame = np.concatenate(self._frames)
+        order = np.argsort(frame, kind="stable")
+        frame, start = frame[order], 0
+        while start < frame.size:
+            end = end_of_frame(frame, start + BATCH_BOXES)
+            yield self._rows(frame[start:end], order[start:end])
+            start = end
+
+    def _rows(self, frame: NDArray[np.int32], rows: NDArray[np.intp]) -> BoxBatch:
+        """The boxes at these places; the file is mapped anew each time, so that its pages do not add up."""
+        found = np.memmap(self._file, _ROW, "r")[rows]
+        return BoxBatch(
+            frame.astype(np.int64),
+            found["cls"].copy(),
+            found["centre"].copy(),
+            found["size"].copy(),
+            found["rotation"].copy(),
+        )
