@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from app import evaluate_json, tables
@@ -13,6 +13,7 @@ from app.scenario import grid_of, load_scenario, remarks_on, settings_of, short_
 from core.engine.engine import Engine, Evaluation, evaluate_from_scratch
 from core.files import atomic_write, require_writable
 from core.metric.entropy import EntropyField
+from core.rays import missing_ray_count
 from core.rig.model import Camera, Lidar, Rig
 from core.rig.presets import PAPER_RIGS, PRESETS, find_rig, preset
 from core.rig.yaml_file import dumps
@@ -63,6 +64,8 @@ def evaluate(names: Sequence[str], scene: SceneOptions, score: ScoreOptions, jso
     rigs = [rig_called(name) for name in names]
     if json_target not in (None, "-"):
         require_writable(json_target)
+    for line in (line for rig in rigs for line in missing_rays(rig)):
+        note(line)
     _, field = load_with_progress(scene.for_rigs(rigs, score))
     evaluations = score_rigs(rigs, field, score)
     document = evaluate_json.evaluation_document(field, settings_of(score), evaluations)
@@ -73,6 +76,15 @@ def evaluate(names: Sequence[str], scene: SceneOptions, score: ScoreOptions, jso
         with atomic_write(json_target, "w") as stream:
             stream.write(evaluate_json.to_text(document))
     print_scores(evaluations, field, score)
+
+
+def missing_rays(rig: Rig) -> Iterator[str]:
+    """One line for each enabled camera whose lens model gives some of its pixels no direction."""
+    for camera in rig.cameras():
+        missing = missing_ray_count(camera)
+        if missing:
+            share = f"{missing:,} of {camera.ray_count:,} rays lie beyond what its lens model can say"
+            yield f"{rig.name}: {camera.name}: {share}, and are left out"
 
 
 def table1(scene: SceneOptions, score: ScoreOptions, csv_target: Path | None) -> None:

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from core.camera import cast_px, pixel_directions
 from core.geometry import Vec3
 from core.kernels import lattice as kernel
 from core.rig.model import Camera, Lidar
 from core.scene.grid import VoxelGrid
 
 Ids = NDArray[np.int64]
+_AT_ONCE = 1 << 16
 
 
 @dataclass(frozen=True)
@@ -29,8 +32,9 @@ class Rays:
 class Lattice:
     """Tables from which the directions of a sensor's rays follow, ray = row * planes + plane.
 
-    rows (r, 2): a LiDAR's beams, a camera's image rows; planes (p, 2): azimuths or image columns
-    (see `core.kernels.lattice`).
+    rows (r, 2): a LiDAR's beams, a camera's image rows; planes (p, 2): azimuths or image columns. Lens distortion
+    and azimuth offsets fit no such tables: rows (n, 3) are then the directions themselves, of those rays that
+    there are (see `core.kernels.lattice`).
     """
 
     kind: int
@@ -65,7 +69,55 @@ def camera_lattice(camera: Camera) -> Lattice:
 
 def lattice(sensor: Lidar | Camera) -> Lattice:
     """The ray lattice of a sensor in its own frame."""
+    if is_listed(sensor):
+        return _listed(sensor.model_copy(update=_NOWHERE))
     return lidar_lattice(sensor) if isinstance(sensor, Lidar) else camera_lattice(sensor)
+
+
+def is_listed(sensor: Lidar | Camera) -> bool:
+    """Whether rays have to be told one by one: a lens with distortion, beams with azimuth offsets."""
+    if isinstance(sensor, Camera):
+        return sensor.distortion is not None
+    return sensor.azimuth_offsets_deg is not None
+
+
+_NOWHERE = {
+    **{"name": "", "model": None, "enabled": True},
+    **{"position": (0.0, 0.0, 0.0), "rpy_deg": (0.0, 0.0, 0.0), "range_m": (0.0, math.inf)},
+}
+
+
+@lru_cache(maxsize=4)
+def _listed(sensor: Lidar | Camera) -> Lattice:
+    """The lattice of a listed sensor that stands nowhere: the same one through a whole drag."""
+    parts = []
+    for start in range(0, sensor.ray_count, _AT_ONCE):
+        found = local_directions(sensor, np.arange(start, min(start + _AT_ONCE, sensor.ray_count)))
+        parts.append(found[~np.isnan(found[:, 0])])
+    return Lattice(kernel.LISTED, np.concatenate(parts), np.zeros((1, 2)))
+
+
+def local_directions(sensor: Lidar | Camera, rays: Ids) -> NDArray[np.float64]:
+    """Directions in the sensor frame of rays by number (row * planes + plane), (n, 3); NaN: the lens has none."""
+    if not is_listed(sensor):
+        return lattice(sensor).directions(rays)
+    if isinstance(sensor, Camera):
+        return pixel_directions(sensor, cast_px(sensor, rays))
+    azimuths = sensor.azimuths()
+    beam, turn = rays // azimuths.size, rays % azimuths.size
+    elevation = np.radians(sensor.elevations()[beam])
+    azimuth = np.radians(azimuths[turn] + np.array(sensor.azimuth_offsets_deg)[beam])
+    flat = np.cos(elevation)
+    return np.stack([flat * np.cos(azimuth), flat * np.sin(azimuth), np.sin(elevation)], axis=-1)
+
+
+def missing_ray_count(sensor: Lidar | Camera) -> int:
+    """Rays of a camera's lattice that are not cast, because its lens model gives their pixels no direction."""
+    return (
+        sensor.ray_count - len(lattice(sensor).rows)
+        if isinstance(sensor, Camera) and is_listed(sensor)
+        else 0
+    )
 
 
 def rotate(rotation: NDArray[np.float64], directions: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -75,10 +127,12 @@ def rotate(rotation: NDArray[np.float64], directions: NDArray[np.float64]) -> ND
 
 
 def sensor_rays(sensor: Lidar | Camera, rows: Ids | None = None) -> Rays:
-    """Rays of a sensor in the vehicle frame; `rows` (k,) picks some of them by index."""
-    return Rays(
-        sensor.position, rotate(sensor.pose.rotation(), lattice(sensor).directions(rows)), sensor.range_m
-    )
+    """Rays of a sensor in the vehicle frame: all that it casts, or some by number.
+
+    `rows` (k,) counts over the whole lattice, row * planes + plane; a ray that the lens model has not is NaN then.
+    """
+    local = lattice(sensor).directions() if rows is None else local_directions(sensor, rows)
+    return Rays(sensor.position, rotate(sensor.pose.rotation(), local), sensor.range_m)
 
 
 def clip_to_roi(grid: VoxelGrid, rays: Rays) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -74,13 +74,16 @@ class Caster:
         return self._mark_frustum(sensor, frustum, rays, parts, is_stale)
 
     def window(self, sensor: Sensor) -> Window:
-        """Where a sensor can mark: a camera only on its own side of the axes that all its corner rays agree on."""
+        """Where a sensor can mark: a camera only on its own side of the axes that all its corner rays agree on
+        (all its rays, where the lens bends them)."""
         nx, ny, _ = self._field.grid.shape
         sides = [0, nx, 0, ny]
         if isinstance(sensor, Camera):
             last_row, last_column = sensor.cast[1] - 1, sensor.cast[0] - 1
             corners = [row * sensor.cast[0] + column for row in (0, last_row) for column in (0, last_column)]
-            directions = sensor_rays(sensor, np.array(corners)).directions
+            directions = sensor_rays(
+                sensor, np.array(corners) if sensor.distortion is None else None
+            ).directions
             for axis, place in enumerate(self._field.grid.to_grid(sensor.position)[:2]):
                 cell = int(np.clip(np.floor(place), 0, (nx, ny)[axis] - 1))
                 if (directions[:, axis] > 0.0).all():

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from core.kernels.cast import Cast
 from core.kernels.fan import FARTHEST_ORIGIN, STEEPEST, Fan
-from core.kernels.lattice import LIDAR
+from core.kernels.lattice import LIDAR, LISTED
 from core.rays import Lattice
 
 TAMEST, WILDEST = 2.0**-110, 2.0**110
@@ -50,8 +50,10 @@ def is_upright(rotation: NDArray[np.float64]) -> bool:
 
 
 def is_plain(rays: Cast) -> bool:
-    """Whether the short cuts hold: rays from the origin to the end of the box, an origin not too far away for
-    their tolerance, and no number so small or large that a ray could need rational arithmetic."""
+    """Whether the short cuts hold: rays in rows and planes, from the origin to the end of the box, an origin not
+    too far away for their tolerance, and no number so small or large that a ray could need rational arithmetic."""
+    if rays.kind == LISTED:
+        return False
     near = max(np.abs(rays.origin).max(), rays.box.max()) <= FARTHEST_ORIGIN
     farthest = np.linalg.norm(np.abs(rays.box.reshape(3, 2).T - rays.origin).max(axis=0))
     endless = rays.reach[0] == 0.0 and rays.reach[1] > farthest + 1.0

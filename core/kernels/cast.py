@@ -17,8 +17,8 @@ BLOCK = 64
 
 
 class Cast(NamedTuple):
-    """Rays to walk: lattice tables (see `core.kernels.lattice`), origin (3,) in grid units, rotation (3, 3),
-    reach (2,) in grid units, box (6,) cells to stay in, shape (3,) of the grid, and the method."""
+    """Rays to walk: lattice tables of any kind (see `core.kernels.lattice`), origin (3,) in grid units, rotation
+    (3, 3), reach (2,) in grid units, box (6,) cells to stay in, shape (3,) of the grid, and the method."""
 
     kind: int
     rows: np.ndarray

@@ -2,6 +2,7 @@
 
 LiDAR: row (cos e, sin e), plane (cos a, sin a), direction (cos e cos a, cos e sin a, sin e).
 Camera: row (z, 0), plane (y, 0) on the image plane x = 1, direction (1, y, z) / sqrt(1 + y^2 + z^2).
+Listed: row (x, y, z) is the direction itself, and there is one plane, which is not looked at.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from core.kernels.jit import inlined
 
 LIDAR = 0
 CAMERA = 1
+LISTED = 2
 
 Direction = tuple[float, float, float]
 
@@ -21,6 +23,8 @@ def direction(kind: int, row: np.ndarray, plane: np.ndarray) -> Direction:
     """Unit direction in the sensor frame."""
     if kind == LIDAR:
         return row[0] * plane[0], row[0] * plane[1], row[1]
+    if kind == LISTED:
+        return row[0], row[1], row[2]
     y, z = plane[0], row[0]
     norm = np.sqrt(1.0 + y * y + z * z)
     return 1.0 / norm, y / norm, z / norm
@@ -42,6 +46,8 @@ def directions(kind: int, rows: np.ndarray, planes: np.ndarray, rays: np.ndarray
     The same doubles as `direction` gives, without compiled code: the window draws before the compiler is loaded.
     """
     row, plane = rows[rays // len(planes)], planes[rays % len(planes)]
+    if kind == LISTED:
+        return np.asarray(row)
     with np.errstate(over="ignore", invalid="ignore"):  # as in compiled code, which never warns
         if kind == LIDAR:
             return np.stack([row[:, 0] * plane[:, 0], row[:, 0] * plane[:, 1], row[:, 1]], axis=1)

@@ -64,7 +64,11 @@ def default_library() -> Library:
 
 
 def supplied_fields(sensor: dict[str, Any]) -> dict[str, Any]:
-    """Fields that the library gives to a sensor with these fields; a lens is one thing, said in one way."""
+    """Fields that the library gives to a sensor with these fields.
+
+    A lens is said in one way: a field of view leaves out the model's focal lengths and distortion. Azimuth offsets
+    belong to beams: with another number of beams they are left out.
+    """
     model = sensor.get("model")
     if not isinstance(model, str):
         return {}
@@ -72,9 +76,19 @@ def supplied_fields(sensor: dict[str, Any]) -> dict[str, Any]:
     if any(sensor.get(key) is not None for key in LENS_MATRIX):
         fields.pop("hfov_deg", None)
     if sensor.get("hfov_deg") is not None:
-        for key in LENS_MATRIX:
+        for key in (*LENS_MATRIX, "distortion"):
             fields.pop(key, None)
+    offsets, beams = fields.get("azimuth_offsets_deg"), sensor.get("elevations_deg")
+    if offsets is not None and beams is not None and _beam_count(beams) != len(offsets):
+        del fields["azimuth_offsets_deg"]
     return fields
+
+
+def _beam_count(beams: Any) -> Any:
+    """Number of beams that a field says, if it says one."""
+    if isinstance(beams, dict):
+        return beams.get("count")
+    return len(beams) if isinstance(beams, tuple) else None
 
 
 def load_library(path: Path) -> Library:

@@ -8,16 +8,19 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from core.geometry import Pose
+from core.rig.distortion import Distortion
+from core.rig.frozen import Finite, Frozen
 
 FORMAT_VERSION = 1
 PARAMETRIC_BODIES = ("sedan", "suv", "van", "truck")
 MAX_SENSORS = 255
 MAX_RAYS_PER_SENSOR = 1 << 26
+MAX_LISTED_RAYS = 1 << 23
+"""Rays that follow from no table of rows and columns (lens distortion, azimuth offsets) are held one by one."""
 
-Finite = Annotated[float, Field(allow_inf_nan=False)]
 Metres = Annotated[float, Field(allow_inf_nan=False, ge=-1e7, le=1e7)]
 Positive = Annotated[float, Field(allow_inf_nan=False, gt=0.0)]
 Length = Annotated[float, Field(allow_inf_nan=False, gt=0.0, le=100.0)]
@@ -29,18 +32,7 @@ Position = tuple[Metres, Metres, Metres]
 Angles3 = tuple[Finite, Finite, Finite]
 
 
-class _Frozen(BaseModel):
-    """Immutable, strict, no unknown keys; fields are addressed by the names of the YAML file."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, populate_by_name=True)
-
-    def replace(self, **changes: Any) -> Any:
-        """A validated copy with some fields changed."""
-        fields = {name: getattr(self, name) for name in type(self).model_fields}
-        return type(self)(**(fields | changes))
-
-
-class EvenAngles(_Frozen):
+class EvenAngles(Frozen):
     """`count` evenly spaced angles in degrees; whether `to` is included depends on where they are used."""
 
     from_: Azimuth = Field(alias="from")
@@ -64,7 +56,7 @@ class EvenAngles(_Frozen):
         return self.from_ + np.arange(self.count) * (self.to - self.from_) / self.count
 
 
-class _Sensor(_Frozen):
+class _Sensor(Frozen):
     name: Name
     model: str | None = None
     position: Position
@@ -91,13 +83,17 @@ class _Sensor(_Frozen):
 
 
 class Lidar(_Sensor):
-    """Spinning LiDAR; `elevations_deg` with both ends, `azimuths_deg` with an open end (paper, eq. 2)."""
+    """Spinning LiDAR; `elevations_deg` with both ends, `azimuths_deg` with an open end (paper, eq. 2).
+
+    `azimuth_offsets_deg`, one per beam, are added to the azimuths of that beam (positive turns left).
+    """
 
     kind: Literal["lidar"] = "lidar"
     elevations_deg: EvenAngles | Annotated[tuple[Elevation, ...], Field(min_length=1)]
     azimuths_deg: EvenAngles | Annotated[tuple[Azimuth, ...], Field(min_length=1)] = EvenAngles(
         from_=-180.0, to=180.0, count=360
     )
+    azimuth_offsets_deg: tuple[Azimuth, ...] | None = None
 
     @model_validator(mode="after")
     def _angles_sensible(self) -> Lidar:
@@ -109,6 +105,19 @@ class Lidar(_Sensor):
         span_deg = turn.to - turn.from_ if isinstance(turn, EvenAngles) else max(turn) - min(turn)
         if span_deg > 360.0:
             raise ValueError(f"azimuths_deg must not span more than 360 degrees, found {span_deg}")
+        return self
+
+    @model_validator(mode="after")
+    def _offsets_fit(self) -> Lidar:
+        offsets, beams = self.azimuth_offsets_deg, self.beam_count
+        if offsets is not None and len(offsets) != beams:
+            raise ValueError(
+                f"azimuth_offsets_deg must hold one offset per beam, {beams}, found {len(offsets)}"
+            )
+        if offsets is not None and self.ray_count > MAX_LISTED_RAYS:
+            raise ValueError(
+                f"azimuth_offsets_deg go with at most {MAX_LISTED_RAYS} rays, found {self.ray_count}"
+            )
         return self
 
     def elevations(self) -> NDArray[np.float64]:
@@ -124,15 +133,23 @@ class Lidar(_Sensor):
         return angles.open_end_deg() if isinstance(angles, EvenAngles) else np.array(angles, dtype=np.float64)
 
     @property
+    def beam_count(self) -> int:
+        """Number of beams."""
+        beams = self.elevations_deg
+        return beams.count if isinstance(beams, EvenAngles) else len(beams)
+
+    @property
     def ray_count(self) -> int:
         """Number of rays cast: beams times azimuths."""
-        beams, turn = self.elevations_deg, self.azimuths_deg
-        beam_count = beams.count if isinstance(beams, EvenAngles) else len(beams)
-        return beam_count * (turn.count if isinstance(turn, EvenAngles) else len(turn))
+        turn = self.azimuths_deg
+        return self.beam_count * (turn.count if isinstance(turn, EvenAngles) else len(turn))
 
 
 class Camera(_Sensor):
-    """Pinhole camera; casts a lattice `cast` of rays through pixel centres of the resized image (eq. 3-5)."""
+    """Camera; casts a lattice `cast` of rays through pixel centres of the resized image (paper, eq. 3-5).
+
+    A pinhole, or with `distortion` a lens that bends its rays as in `core.lens`.
+    """
 
     kind: Literal["camera"] = "camera"
     image: tuple[Pixels, Pixels] = (1600, 900)
@@ -141,6 +158,7 @@ class Camera(_Sensor):
     fy: Positive | None = None
     cx: Finite | None = None
     cy: Finite | None = None
+    distortion: Distortion | None = None
     cast: tuple[Pixels, Pixels] = (352, 128)
 
     @model_validator(mode="after")
@@ -150,6 +168,14 @@ class Camera(_Sensor):
             raise ValueError("give either hfov_deg or all of fx, fy, cx, cy")
         if self.cast[0] > self.image[0] or self.cast[1] > self.image[1]:
             raise ValueError(f"cast {list(self.cast)} must not exceed the image {list(self.image)}")
+        return self
+
+    @model_validator(mode="after")
+    def _distortion_has_a_matrix(self) -> Camera:
+        if self.distortion is not None and self.hfov_deg is not None:
+            raise ValueError("distortion needs the lens as fx, fy, cx, cy in pixels, not as hfov_deg")
+        if self.distortion is not None and self.ray_count > MAX_LISTED_RAYS:
+            raise ValueError(f"distortion goes with at most {MAX_LISTED_RAYS} rays, found {self.ray_count}")
         return self
 
     def intrinsics_px(self) -> tuple[float, float, float, float]:
@@ -163,14 +189,14 @@ class Camera(_Sensor):
 
     @property
     def ray_count(self) -> int:
-        """Number of rays cast: columns times rows of the lattice."""
+        """Number of rays of the lattice, columns times rows; a distorted lens may have none for some of them."""
         return self.cast[0] * self.cast[1]
 
 
 Sensor = Annotated[Lidar | Camera, Field(discriminator="kind")]
 
 
-class MeshPlacement(_Frozen):
+class MeshPlacement(Frozen):
     """How a mesh file comes into the vehicle frame: scaled about its origin, turned, then moved (metres)."""
 
     scale: Annotated[float, Field(allow_inf_nan=False, ge=1e-6, le=1e6)] = 1.0
@@ -178,7 +204,7 @@ class MeshPlacement(_Frozen):
     offset: Position = (0.0, 0.0, 0.0)
 
 
-class Vehicle(_Frozen):
+class Vehicle(Frozen):
     """The ego car's body in metres; `body` is a parametric body or the path of a mesh file.
 
     `mesh` places the mesh of a file; a parametric body does not use it.
@@ -221,7 +247,7 @@ def mirror_problem(sensors: Iterable[tuple[str, str, str | None]]) -> tuple[int,
     return None
 
 
-class Rig(_Frozen):
+class Rig(Frozen):
     """A named set of sensors on a vehicle; immutable, every edit gives a new rig."""
 
     riglens: Literal[1] = 1

@@ -10,6 +10,7 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from core.errors import InputError
+from core.rig.distortion import COEFFICIENTS, BrownConrady, KannalaBrandt
 from core.rig.library import default_library, supplied_fields
 from core.rig.model import (
     FORMAT_VERSION,
@@ -28,6 +29,7 @@ from core.rig.yaml_text import plain_fields, value_text
 Path = tuple[str | int, ...]
 _LONG_LIST = 6
 _KINDS: dict[Any, type[BaseModel]] = {"lidar": Lidar, "camera": Camera}
+_LENSES: dict[Any, type[BaseModel]] = {"brown_conrady": BrownConrady, "kannala_brandt": KannalaBrandt}
 
 _ANGLES = "{{from: {0}, to: {0}, count: 1 to 100000}} with from <= to, or a list of angles of {0} degrees"
 _ANGLE = "a number of degrees, for elevations -90 to 90, for azimuths -360 to 360"
@@ -64,12 +66,17 @@ ACCEPTED = {
     "sensors[].azimuths_deg.from": _ANGLE,
     "sensors[].azimuths_deg.to": _ANGLE,
     "sensors[].azimuths_deg.count": "a whole number, 1 to 100000",
+    "sensors[].azimuth_offsets_deg": "a list of degrees, one per beam, each -360 to 360",
     "sensors[].image": _PIXELS,
     "sensors[].hfov_deg": "degrees above 0 and below 180",
     "sensors[].fx": "pixels, above 0",
     "sensors[].fy": "pixels, above 0",
     "sensors[].cx": "pixels, a finite number",
     "sensors[].cy": "pixels, a finite number",
+    "sensors[].distortion": "{model: brown_conrady, k1, k2, p1, p2, k3 to k6} or "
+    "{model: kannala_brandt, k1 to k4}, with fx, fy, cx, cy",
+    "sensors[].distortion.model": "brown_conrady or kannala_brandt",
+    **{f"sensors[].distortion.{name}": "a number, -1e9 to 1e9" for name in COEFFICIENTS},
     "sensors[].cast": _PIXELS + ", at most the image",
 }
 """What each field of a rig file accepts, in words; the keys are field paths without list indices."""
@@ -162,6 +169,10 @@ def _key_problems(root: Mapping) -> Iterable[_Problem]:
             yield from _unknown_keys(sensor, path, _KINDS[kind])
         for key in ("elevations_deg", "azimuths_deg"):
             yield from _unknown_keys(sensor.get(key), (*path, key), EvenAngles)
+        lens = sensor.get("distortion")
+        model = _scalar(lens.get("model")) if isinstance(lens, Mapping) else None
+        if model in _LENSES:
+            yield from _unknown_keys(lens, (*path, "distortion"), _LENSES[model])
 
 
 def _unknown_keys(node: Node | None, path: Path, model: type[BaseModel]) -> Iterable[_Problem]:

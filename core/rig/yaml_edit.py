@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence as AbstractSequence
 from typing import Any
 
+from core.rig.distortion import COEFFICIENTS
 from core.rig.model import Camera, Lidar, Rig, Vehicle
 from core.rig.yaml_nodes import Mapping, Node, Scalar, Sequence, parse_yaml, plain_value
 from core.rig.yaml_sensors import match_sensors, rearranged
@@ -23,6 +24,8 @@ from core.rig.yaml_text import (
 )
 
 _RIG_ORDER = ("riglens", "name", "vehicle", "sensors")
+_ABSENT = {"distortion": dict.fromkeys(COEFFICIENTS, 0.0)}
+"""What a number of a nested mapping is when the file does not say it."""
 
 
 def edited_text(text: str, old: Rig, new: Rig) -> str:
@@ -108,8 +111,9 @@ class _Edits:
         """Make a value of a mapping say what is wanted, number by number where the shape stays."""
         if same_value(plain_value(node), wanted):
             return
-        if isinstance(node, Mapping) and node.entries and isinstance(wanted, dict):
-            self.mapping(node, wanted, implied if isinstance(implied, dict) else {}, tuple(wanted))
+        if isinstance(node, Mapping) and isinstance(wanted, dict) and _is_part(node, wanted):
+            absent = _ABSENT.get(key.text, implied)
+            self.mapping(node, wanted, absent if isinstance(absent, dict) else {}, tuple(wanted))
         elif isinstance(node, Sequence) and isinstance(wanted, tuple) and len(node.items) == len(wanted):
             for item, number in zip(node.items, wanted, strict=True):
                 self.value(key, item, number)
@@ -140,6 +144,11 @@ class _Edits:
             pieces += [self._text[position:start], new]
             position = end
         return "".join([*pieces, self._text[position:]])
+
+
+def _is_part(node: Mapping, wanted: dict[str, Any]) -> bool:
+    """Whether a mapping holds something, and nothing that is no longer wanted."""
+    return bool(node.entries) and {key.text for key, _ in node.entries} <= wanted.keys()
 
 
 def _root(text: str) -> Mapping:

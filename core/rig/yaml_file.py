@@ -17,7 +17,7 @@ from core.rig.yaml_edit import edited_text
 from core.rig.yaml_nodes import MAX_BYTES, parse_yaml, shortened
 from core.rig.yaml_text import plain_fields, rig_text, same_value, vehicle_fields
 
-LATER_FIELDS = ("mirror_of",)
+LATER_FIELDS = ("mirror_of", "azimuth_offsets_deg", "distortion")
 _BOM = "\ufeff"
 
 

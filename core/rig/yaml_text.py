@@ -15,10 +15,14 @@ from core.rig.yaml_nodes import scalar_value
 
 _PLAIN = re.compile(r"[A-Za-z_]([A-Za-z0-9_+./ -]*[A-Za-z0-9_+./-])?")
 _OLD_YAML_BOOLS = frozenset(("y", "n", "yes", "no", "on", "off"))
-_OPTIONS = ("model", "range_m", "enabled", "mirror_of", "hfov_deg", "fx", "fy", "cx", "cy")
-_LENS = ("image", "hfov_deg", "fx", "fy", "cx", "cy", "cast")
+_OPTIONS = (
+    *("model", "azimuth_offsets_deg", "range_m", "enabled", "mirror_of"),
+    *("hfov_deg", "fx", "fy", "cx", "cy", "distortion"),
+)
+_LENS = ("image", "hfov_deg", "fx", "fy", "cx", "cy", "distortion", "cast")
 FIELD_ORDER = (
     *("name", "kind", "model", "position", "rpy_deg", "elevations_deg", "azimuths_deg"),
+    "azimuth_offsets_deg",
     *(*_LENS, "range_m", "enabled", "mirror_of"),
 )
 """The order in which the fields of a sensor are written."""
@@ -65,8 +69,8 @@ def vehicle_fields(vehicle: Vehicle) -> dict[str, Any]:
 def implied_fields(sensor: Lidar | Camera) -> dict[str, Any]:
     """What a sensor's fields are when a file does not say them: the library model's, or the defaults."""
     fields = plain_fields(sensor)
-    lens = {key: fields.get(key) for key in ("model", "hfov_deg", *LENS_MATRIX)}
-    return _default_fields(sensor) | supplied_fields(lens)
+    said = {key: fields.get(key) for key in ("model", "elevations_deg", "hfov_deg", *LENS_MATRIX)}
+    return _default_fields(sensor) | supplied_fields(said)
 
 
 def _default_fields(sensor: Lidar | Camera) -> dict[str, Any]:

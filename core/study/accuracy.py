@@ -22,6 +22,7 @@ from core.errors import InputError
 from core.kernels import jit
 from core.metric.entropy import EntropyField
 from core.metric.scores import DEFAULT_LAMBDA, MetricSettings
+from core.rays import is_listed
 from core.rig.model import Rig
 from core.scene.boxes import CLASSES, Progress
 from core.study.approximations import VoxelTests
@@ -229,9 +230,15 @@ def study_accuracy(
 
 
 def require_sensors(rig: Rig) -> None:
-    """Raise InputError when no sensor of the rig is switched on."""
+    """Raise InputError when no sensor of the rig is switched on, or one is too odd for the rough methods."""
     if not any(sensor.enabled for sensor in rig.sensors):
         raise InputError(f"rig {rig.name}: no sensor is switched on, so there is nothing to measure")
+    for sensor in rig.sensors:
+        if sensor.enabled and is_listed(sensor):
+            raise InputError(
+                f"rig {rig.name}: sensor {sensor.name} has lens distortion or azimuth offsets, which the rough methods "
+                "of this study do not know; accepted are cameras and LiDARs without"
+            )
 
 
 def _contestants(

@@ -43,6 +43,7 @@ def exact_cover(grid: VoxelGrid, sensors: Iterable[Lidar | Camera], progress: Pr
         for start in range(0, sensor.ray_count, RAYS_AT_ONCE):
             numbers = np.arange(start, min(start + RAYS_AT_ONCE, sensor.ray_count))
             directions = sensor_rays(sensor, numbers).directions
+            directions = directions[~np.isnan(directions[:, 0])]
             for ray in _mark_clear(origin, directions, near, far, seen):
                 _mark_rational(origin, directions[ray], near, far, seen)
             done += numbers.size

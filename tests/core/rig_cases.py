@@ -4,6 +4,7 @@ import math
 
 from hypothesis import strategies as st
 
+from core.rig.distortion import BrownConrady, KannalaBrandt
 from core.rig.library import default_library
 from core.rig.model import Camera, EvenAngles, Lidar, MeshPlacement, Rig, Vehicle
 
@@ -46,7 +47,23 @@ def common(names: st.SearchStrategy[str], kind: str) -> dict[str, st.SearchStrat
 
 def lidars(names: st.SearchStrategy[str]) -> st.SearchStrategy[Lidar]:
     """Any LiDAR."""
-    return st.builds(Lidar, **common(names, "lidar"), elevations_deg=angles(90.0), azimuths_deg=angles(180.0))
+    plain = st.builds(
+        Lidar, **common(names, "lidar"), elevations_deg=angles(90.0), azimuths_deg=angles(180.0)
+    )
+    return plain | st.builds(_with_offsets, plain, numbers(-360.0, 360.0))
+
+
+def _with_offsets(lidar: Lidar, first_deg: float) -> Lidar:
+    offsets_deg = (first_deg, *(float(beam) / 7 for beam in range(1, lidar.beam_count)))
+    return lidar.replace(azimuth_offsets_deg=offsets_deg)
+
+
+def lenses() -> st.SearchStrategy[BrownConrady | KannalaBrandt]:
+    """Any coefficients of lens distortion."""
+    number = numbers(-1e9, 1e9)
+    brown = {name: number for name in BrownConrady.model_fields if name != "model"}
+    fisheye = {name: number for name in KannalaBrandt.model_fields if name != "model"}
+    return st.builds(BrownConrady, **brown) | st.builds(KannalaBrandt, **fisheye)
 
 
 def cameras(names: st.SearchStrategy[str]) -> st.SearchStrategy[Camera]:
@@ -66,6 +83,7 @@ def cameras(names: st.SearchStrategy[str]) -> st.SearchStrategy[Camera]:
         cx=centre,
         cy=centre,
         hfov_deg=st.none(),
+        distortion=st.none() | lenses(),
     )
     return by_angle | by_matrix
 

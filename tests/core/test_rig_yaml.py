@@ -9,6 +9,7 @@ from hypothesis import given
 
 from core.errors import InputError
 from core.geometry import Pose
+from core.rig.distortion import BrownConrady, KannalaBrandt
 from core.rig.library import default_library
 from core.rig.model import Camera, EvenAngles, Lidar, Rig
 from core.rig.presets import preset
@@ -154,6 +155,43 @@ def test_the_hash_depends_on_what_a_rig_says_and_not_on_how_it_is_written() -> N
     assert len(hashes) == 6
     dragged = rig.with_sensor("CAM_FRONT", rig.sensor("CAM_FRONT").with_pose(Pose((0.5, -0.0, 1.8))))
     assert rig_sha256(dragged) != rig_sha256(rig)
+
+
+BENT = """\
+riglens: 1
+sensors:
+  - name: cam          # calibrated in May
+    kind: camera
+    position: [0, 0, 2]
+    fx: 900
+    fy: 900
+    cx: 800
+    cy: 450
+    distortion: {model: brown_conrady, k1: -0.30, p1: 1e-3}  # rms 0.2 px
+"""
+
+
+def test_saving_changes_only_the_coefficient_that_changed() -> None:
+    file = loads(BENT)
+    camera = file.rig.sensor("cam")
+    assert isinstance(camera, Camera) and camera.distortion == BrownConrady(k1=-0.3, p1=1e-3)
+    assert file.updated(file.rig.replace(name="other")).text.endswith(BENT.partition("sensors:")[2])
+    for lens, line in (
+        (BrownConrady(k1=-0.25, p1=1e-3), "{model: brown_conrady, k1: -0.25, p1: 1e-3}  # rms 0.2 px"),
+        (BrownConrady(k1=-0.3), "{model: brown_conrady, k1: -0.30, p1: 0.0}  # rms 0.2 px"),
+        (
+            BrownConrady(k1=-0.3, p1=1e-3, k6=2.0),
+            "{model: brown_conrady, k1: -0.30, p1: 1e-3, k6: 2.0}  # rms 0.2 px",
+        ),
+        (
+            KannalaBrandt(k1=0.5),
+            "{model: kannala_brandt, k1: 0.5, k2: 0.0, k3: 0.0, k4: 0.0}  # rms 0.2 px",
+        ),
+    ):
+        saved = file.updated(file.rig.with_sensor("cam", camera.replace(distortion=lens))).text
+        assert saved == BENT.replace("{model: brown_conrady, k1: -0.30, p1: 1e-3}  # rms 0.2 px", line)
+    without = file.updated(file.rig.with_sensor("cam", camera.replace(distortion=None))).text
+    assert "distortion" not in without and "# calibrated in May" in without
 
 
 def test_every_field_of_the_model_is_written_and_explained() -> None:

@@ -217,6 +217,14 @@ def test_a_broken_rig_is_refused(old: str, new: str, expected: str) -> None:
             "11: sensors[1].range_m: range_m must be [min, max] with 0 <= min < max, found [5.0, 2.0]",
         ),
         ("range_m: [-1, 2]", "11: sensors[1].range_m: found [-1, 2]; accepted is [min, max] in metres"),
+        (
+            "azimuth_offsets_deg: [1, 2]",
+            "11: sensors[1].azimuth_offsets_deg: azimuth_offsets_deg must hold one offset per beam, 3, found 2",
+        ),
+        (
+            "azimuth_offsets_deg: [1, .inf, 2]",
+            "11: sensors[1].azimuth_offsets_deg: found [1, .inf, 2]; accepted is a list of degrees, one per beam",
+        ),
         ("range_m: [0, .nan]", "11: sensors[1].range_m: found [0, .nan]; accepted is [min, max] in metres"),
         ("kind: lidar", "11: key kind is given twice, first in line 10"),
     ],
@@ -228,6 +236,36 @@ def test_a_broken_field_of_a_sensor_is_refused(line: str, expected: str) -> None
 @pytest.mark.parametrize(
     ("old", "new", "expected"),
     [
+        (
+            "hfov_deg: 70",
+            "hfov_deg: 70\n    distortion: {model: kannala_brandt}",
+            "7: sensors[0].distortion: distortion needs the lens as fx, fy, cx, cy in pixels, not as hfov_deg",
+        ),
+        (
+            "hfov_deg: 70",
+            "distortion: {model: brown_conrady, k7: 1}",
+            "6: sensors[0].distortion.k7: unknown field; accepted are model, k1, k2, p1",
+        ),
+        (
+            "hfov_deg: 70",
+            "distortion: {model: fish, k1: 1}",
+            "6: sensors[0].distortion: found {model: fish, k1: 1}; accepted is {model: brown_conrady, k1,",
+        ),
+        (
+            "hfov_deg: 70",
+            "distortion: {k1: 1}",
+            "6: sensors[0].distortion: found {k1: 1}; accepted is {model: brown_conrady, k1,",
+        ),
+        (
+            "hfov_deg: 70",
+            "distortion: {model: kannala_brandt, k1: .nan}",
+            "6: sensors[0].distortion.k1: found .nan; accepted is a number, -1e9 to 1e9",
+        ),
+        (
+            "hfov_deg: 70",
+            "distortion: 3",
+            "6: sensors[0].distortion: found 3; accepted is {model: brown_conrady, k1,",
+        ),
         (
             "hfov_deg: 70",
             "hfov_deg: -70",

@@ -95,13 +95,19 @@ def _segments(sensor: Lidar | Camera, grid: VoxelGrid, rows: _Index) -> tuple[Po
 
 
 def _frustum(camera: Camera, grid: VoxelGrid, colour: str, alpha: float, framed: bool) -> pv.PolyData:
-    """The four edges of the field of view and, if wanted, a frame one metre ahead that the corners see."""
+    """The four edges of the field of view and, if wanted, a frame one metre ahead that the corners see.
+
+    A fisheye that has no ray in a corner, or one that looks sideways, has no such frame.
+    """
     starts, ends, _ = _segments(camera, grid, frame_rows(camera))
     edges = _tinted(starts, ends, colour, alpha, 0.5 * alpha)
     if not framed or not len(starts):
         return edges
     rays = sensor_rays(camera, frame_rows(camera))
-    ahead = rays.directions / (rays.directions @ camera.pose.rotation()[:, 0])[:, None]
+    depth = rays.directions @ camera.pose.rotation()[:, 0]
+    if not (depth > 0.1).all():
+        return edges
+    ahead = rays.directions / depth[:, None]
     corners = np.array(rays.origin_m) + ahead
     return _joined([edges, _tinted(corners, np.roll(corners, -1, axis=0), colour, alpha, alpha)])
 

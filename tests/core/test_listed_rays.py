@@ -1,0 +1,124 @@
+"""Azimuth offsets and lens distortion fit no table of rows and columns: their rays are walked one by one."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from core.engine.caster import Caster
+from core.engine.fans import is_plain
+from core.engine.frustums import make_frustum
+from core.metric.scores import MetricSettings
+from core.rays import sensor_rays
+from core.rig.distortion import BrownConrady, KannalaBrandt
+from core.rig.model import Camera, EvenAngles, Lidar
+from core.study.reference import exact_cover
+from tests.core.builders import evaluate, field_of, grid_of, rig_of, seen_by, spinning
+
+GRID = grid_of(24, 20, 11, 0.25)
+FIELD = field_of(GRID)
+LENSES = (
+    BrownConrady(k1=-0.3, k2=0.08, p1=1e-3),
+    BrownConrady(k1=0.4, k2=0.2),
+    KannalaBrandt(k1=0.05, k2=-0.01),
+)
+seeds = st.integers(0, 2**32 - 1)
+
+
+def staggered(rng: np.random.Generator, rpy_deg: tuple[float, float, float]) -> Lidar:
+    """A LiDAR with uneven beams, each turned by an offset of its own."""
+    position = rng.uniform(-0.4, 0.4, 3) * GRID.roi_m + [0.0, 0.0, GRID.roi_m[2] / 2]
+    return Lidar(
+        name="L",
+        position=tuple(map(float, position)),
+        rpy_deg=rpy_deg,
+        elevations_deg=tuple(map(float, np.sort(rng.uniform(-30, 20, 5)))),
+        azimuths_deg=EvenAngles(from_=-180.0, to=180.0, count=40),
+        azimuth_offsets_deg=tuple(map(float, rng.uniform(-8.0, 8.0, 5))),
+    )
+
+
+def bent(rng: np.random.Generator, rpy_deg: tuple[float, float, float]) -> Camera:
+    """A camera with lens distortion, looking about as wide as a lens of a car does."""
+    position = rng.uniform(-0.4, 0.4, 3) * GRID.roi_m + [0.0, 0.0, GRID.roi_m[2] / 2]
+    focal = float(rng.uniform(300.0, 900.0))
+    lens = {"fx": focal, "fy": focal, "cx": 799.5, "cy": 452.25}
+    return Camera(
+        name="C",
+        position=tuple(map(float, position)),
+        rpy_deg=rpy_deg,
+        image=(1600, 900),
+        cast=(24, 14),
+        distortion=LENSES[rng.integers(3)],
+        **lens,
+    )
+
+
+@settings(max_examples=25, deadline=None)
+@given(seed=seeds, make=st.sampled_from([staggered, bent]), is_upright=st.booleans())
+def test_the_engine_covers_the_voxels_of_every_ray(seed: int, make, is_upright: bool) -> None:
+    rng = np.random.default_rng(seed)
+    roll, pitch, yaw = (float(angle) for angle in rng.uniform(-180.0, 180.0, 3))
+    sensor = make(rng, (0.0, 0.0, yaw) if is_upright else (roll, pitch / 2, yaw))
+    assert np.array_equal(seen_by(FIELD, sensor), exact_cover(GRID, [sensor]))
+
+
+@pytest.mark.parametrize("make", [staggered, bent])
+def test_no_short_cut_is_taken(make) -> None:
+    sensor = make(np.random.default_rng(3), (0.0, 0.0, 30.0))
+    rays = Caster(FIELD)._rays(sensor, "exact")
+    assert not is_plain(rays)
+    if isinstance(sensor, Camera):
+        assert make_frustum(sensor, rays) is None
+
+
+@pytest.mark.parametrize("make", [staggered, bent])
+def test_edits_and_the_reading_of_hits_are_those_of_an_evaluation_from_scratch(make) -> None:
+    rng = np.random.default_rng(5)
+    first, second = make(rng, (0.0, 0.0, 10.0)), make(rng, (1.0, 2.0, 100.0))
+    for reading in ("covered", "hits"):
+        settings_ = MetricSettings(reading=reading)
+        both = evaluate(FIELD, rig_of(first, second), settings_).scores
+        assert both == evaluate(FIELD, rig_of(first, second), settings_, threads=1).scores
+        assert both != evaluate(FIELD, rig_of(first), settings_).scores
+
+
+def test_offsets_turn_their_beam_to_the_left() -> None:
+    lidar = Lidar(
+        name="L",
+        position=(0.0, 0.0, 1.0),
+        elevations_deg=(-10.0, 5.0),
+        azimuths_deg=(0.0, 90.0),
+        azimuth_offsets_deg=(3.0, -2.0),
+    )
+    rays = sensor_rays(lidar).directions
+    found = np.degrees(np.arctan2(rays[:, 1], rays[:, 0]))
+    assert found == pytest.approx([3.0, 93.0, -2.0, 88.0])
+    assert np.degrees(np.arcsin(rays[:, 2])) == pytest.approx([-10.0, -10.0, 5.0, 5.0])
+
+
+def test_offsets_of_zero_give_the_same_rays_bit_for_bit() -> None:
+    plain = spinning((0.3, 0.2, 1.1), (0.0, 0.0, 33.0), beams=7, count=90)
+    offset = plain.replace(azimuth_offsets_deg=(0.0,) * 7)
+    assert np.array_equal(sensor_rays(offset).directions, sensor_rays(plain).directions)
+    assert np.array_equal(seen_by(FIELD, offset), seen_by(FIELD, plain))
+
+
+def test_a_fisheye_that_sees_behind_itself_covers_voxels_behind_it() -> None:
+    fisheye = Camera(
+        name="C",
+        position=(0.0, 0.0, 1.0),
+        image=(1600, 900),
+        cast=(160, 90),
+        fx=350.0,
+        fy=350.0,
+        cx=800.0,
+        cy=450.0,
+        distortion=KannalaBrandt(),
+    )
+    seen = seen_by(FIELD, fisheye)
+    assert seen[:12].sum() > 50 and seen[12:].sum() > 500
+    angles = np.degrees(np.arccos(sensor_rays(fisheye).directions[:, 0]))
+    assert angles.max() == pytest.approx(np.degrees(math.hypot(795, 445) / 350), abs=1.0)
