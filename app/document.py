@@ -5,24 +5,31 @@ Gizmo, tree and inspector only follow this document; they never talk to each oth
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
 
 from core.errors import InputError
 from core.geometry import Pose
+from core.rig.edit_names import Edit, describe
 from core.rig.history import History
+from core.rig.mirror import in_step, without_sensor
 from core.rig.model import MAX_SENSORS, Camera, Lidar, Rig
 from core.rig.yaml_file import RigFile, load_rig, new_rig_file
 
 DUPLICATE_OFFSET_M = 0.2
+MERGE_S = 1.0
+"""Edits of the same numbers within so long of each other are one undo step: nudges, spin-box steps, the wheel."""
 
 
 class Document(QObject):
     """A rig with undo, a selection, a set of hidden sensors and the file it belongs to.
 
-    `revision` grows by one with every change of the rig, previews of a drag included.
+    `revision` grows by one with every change of the rig, previews of a drag included. Mirror pairs stay in step
+    whatever is edited. `clock` tells seconds, to see which edits follow closely.
     """
 
     rig_changed = Signal()
@@ -31,15 +38,24 @@ class Document(QObject):
     file_changed = Signal()
     """The path or the saved state changed; also sent when a document is opened."""
 
-    def __init__(self, rig: Rig, rig_file: RigFile | None = None, path: Path | None = None) -> None:
+    def __init__(
+        self,
+        rig: Rig,
+        rig_file: RigFile | None = None,
+        path: Path | None = None,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
         super().__init__()
         self.revision = 0
+        self._clock = clock
         self._start(rig, rig_file, path)
 
     def _start(self, rig: Rig, rig_file: RigFile | None, path: Path | None) -> None:
         self._history = History(rig)
         self._rig_file = rig_file or new_rig_file(rig)
         self._dragged: str | None = None
+        self._is_grouping = False
+        self._last_edit, self._last_edit_s = Edit(""), -MERGE_S
         self.path = path
         self.selected: str | None = None
         self._hidden: frozenset[str] = frozenset()
@@ -125,11 +141,50 @@ class Document(QObject):
             self.hidden_changed.emit()
 
     # ------------------------------------------------------------------ edits, one undo step each
-    def apply(self, rig: Rig, label: str = "edit the rig") -> None:
-        """Make `rig` the current one, as one undo step; nothing happens when it says the same."""
+    def apply(self, rig: Rig, label: str = "") -> None:
+        """Make `rig` the current one, as one undo step; nothing happens when it says the same.
+
+        `label` is for the Edit menu, in lower case; without one it says what changed. Repeated edits of the same
+        numbers become one step.
+        """
         self.cancel_drag()
-        if self._history.apply(label, rig):
+        rig = in_step(self.rig, rig)
+        if self._is_grouping:
+            self._history.preview(rig)
+            return
+        edit = describe(self.rig, rig)
+        now_s = self._clock()
+        continues = edit.continues(self._last_edit) and now_s - self._last_edit_s <= MERGE_S
+        self._last_edit, self._last_edit_s = edit, now_s
+        if self._history.apply(label or edit.label, rig, continues):
             self._rig_moved_on()
+
+    @contextmanager
+    def group(self, label: str) -> Iterator[None]:
+        """Make all edits inside one undo step, such as "align 3 sensors"; others hear of the rig at the end.
+
+        An exception takes all of them back and goes on. A group inside a group is part of the outer one.
+        """
+        if self._is_grouping:
+            yield
+            return
+        self.cancel_drag()
+        self._history.begin(label)
+        self._is_grouping = True
+        end = self._history.cancel
+        try:
+            yield
+            end = self._history.commit
+        finally:
+            self._is_grouping = False
+            self._last_edit = Edit("")
+            end()
+            self._keep_selection_real()
+            self._rig_moved_on()
+
+    def _keep_selection_real(self) -> None:
+        if self.selected not in self._names():
+            self.select(None)
 
     def replace_sensor(self, name: str, sensor: Lidar | Camera) -> None:
         """Exchange one sensor; a new name takes selection and visibility along, InputError when taken."""
@@ -141,7 +196,7 @@ class Document(QObject):
             self._hidden = (self._hidden - {name}) | {sensor.name}
         if was_selected:
             self.selected = sensor.name
-        self.apply(self.rig.with_sensor(name, sensor), f"edit {name}")
+        self.apply(self.rig.with_sensor(name, sensor))
         if was_selected and sensor.name != name:
             self.selection_changed.emit()
 
@@ -161,7 +216,8 @@ class Document(QObject):
         if len(self.rig.sensors) >= MAX_SENSORS:
             raise InputError(f"sensors: a rig holds at most {MAX_SENSORS}; delete one first")
         name = self.free_name(sensor.name)
-        self.apply(self.rig.replace(sensors=(*self.rig.sensors, sensor.replace(name=name))), f"add {name}")
+        alone = sensor.replace(name=name, mirror_of=None)
+        self.apply(self.rig.replace(sensors=(*self.rig.sensors, alone)), f"add {name}")
         self.select(name)
         return name
 
@@ -177,8 +233,7 @@ class Document(QObject):
         self.cancel_drag()
         if self.selected == name:
             self.select(None)
-        kept = tuple(sensor for sensor in self.rig.sensors if sensor.name != name)
-        self.apply(self.rig.replace(sensors=kept), f"delete {name}")
+        self.apply(without_sensor(self.rig, name), f"delete {name}")
 
     def free_name(self, wanted: str) -> str:
         """`wanted`, or with the first number behind it that makes it unique."""
@@ -203,7 +258,8 @@ class Document(QObject):
     def preview(self, name: str, pose: Pose) -> None:
         """Move the dragged sensor; ignored when it is not the one being dragged."""
         if self._dragged == name:
-            self._history.preview(self.rig.with_sensor(name, self.rig.sensor(name).with_pose(pose)))
+            moved = self.rig.with_sensor(name, self.rig.sensor(name).with_pose(pose))
+            self._history.preview(in_step(self.rig, moved))
             self._rig_moved_on()
 
     def finish_drag(self) -> None:
@@ -216,7 +272,7 @@ class Document(QObject):
 
     def _end_drag(self, end: Callable[[], bool]) -> None:
         if self._dragged is not None:
-            self._dragged = None
+            self._dragged, self._last_edit = None, Edit("")
             end()
             self._rig_moved_on()
 
@@ -233,6 +289,7 @@ class Document(QObject):
         if self.is_dragging:
             self.cancel_drag()
             return
+        self._last_edit = Edit("")
         before = self.selected
         place = self._place_of_selection()
         step()

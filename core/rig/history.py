@@ -19,8 +19,9 @@ class _State:
 class History:
     """The rigs of a session in the order of the edits, where we are in it, and which one is on the disk.
 
-    A drag is `begin`, any number of `preview`, then `commit` or `cancel`; previews change what `rig` says but
-    not the stack. Rigs are immutable, so states share their sensors and cost next to nothing.
+    A drag, and a group of edits likewise, is `begin`, any number of `preview`, then `commit` or `cancel`;
+    previews change what `rig` says but not the stack. Rigs are immutable, so states share their sensors and
+    cost next to nothing.
     """
 
     def __init__(self, rig: Rig) -> None:
@@ -78,10 +79,28 @@ class History:
         self._open_label = self._previewed = None
         return was_open
 
-    def apply(self, label: str, rig: Rig) -> bool:
-        """One edit as one step, an open drag is committed first; False when the rig stays the same."""
+    def apply(self, label: str, rig: Rig, continues: bool = False) -> bool:
+        """One edit as one step, an open drag is committed first; False when the rig stays the same.
+
+        With `continues` it becomes part of the step before, unless that one is on the disk or was undone.
+        """
         self.commit()
+        if continues and self._can_continue():
+            return self._extend(rig)
         return self._push(label, rig)
+
+    def _can_continue(self) -> bool:
+        is_last = self._index == len(self._states) - 1
+        return self._index > 0 and is_last and self.committed is not self._saved
+
+    def _extend(self, rig: Rig) -> bool:
+        """Have the current step lead to another rig; a step that leads nowhere any more is dropped."""
+        if same_rig(rig, self.committed):
+            return False
+        last = self._states.pop()
+        self._index -= 1
+        self._push(last.label, rig)
+        return True
 
     def undo(self) -> bool:
         """One step back; an open drag is cancelled instead. False when there is nothing to undo."""

@@ -5,9 +5,10 @@ from pathlib import Path
 import pytest
 from pytestqt.qtbot import QtBot
 
-from app.document import Document
+from app.document import MERGE_S, Document
 from core.errors import InputError
 from core.geometry import Pose
+from core.rig.mirror import linked
 from core.rig.yaml_file import load_rig
 from tests.app.window_bench import CAMERA, LIDAR, RIG
 
@@ -154,3 +155,99 @@ def test_editing_back_to_the_saved_state_is_no_modification(document: Document) 
     assert document.is_modified
     document.undo()
     assert not document.is_modified
+
+
+class Clock:
+    """Seconds that pass when the test says so."""
+
+    def __init__(self) -> None:
+        self.now_s = 0.0
+
+    def __call__(self) -> float:
+        return self.now_s
+
+
+def nudge(document: Document, index: int, by_m: float) -> None:
+    position = list(document.rig.sensor("roof").position)
+    position[index] += by_m
+    document.replace_sensor("roof", document.rig.sensor("roof").replace(position=tuple(position)))
+
+
+def test_nudges_in_quick_succession_are_one_step(qtbot: QtBot) -> None:
+    clock = Clock()
+    document = Document(RIG, clock=clock)
+    for _ in range(5):
+        nudge(document, 0, 0.05)
+        clock.now_s += MERGE_S
+    assert document.undo_label == "move roof"
+    document.undo()
+    assert document.rig == RIG and document.undo_label is None
+
+
+def test_a_pause_another_field_or_an_undo_ends_the_step(qtbot: QtBot) -> None:
+    clock = Clock()
+    document = Document(RIG, clock=clock)
+    places = []
+    for index in (0, 0, 2):
+        nudge(document, index, 0.05)
+        places.append(document.rig)
+        clock.now_s += 2 * MERGE_S
+    document.undo()
+    assert document.rig == places[1]
+    document.undo()
+    assert document.rig == places[0]
+    nudge(document, 0, 0.05)
+    document.undo()
+    assert document.rig == places[0]
+
+
+def test_a_group_of_edits_is_one_step_and_one_change(document: Document) -> None:
+    seen = []
+    document.rig_changed.connect(lambda: seen.append(document.rig))
+    with document.group("align 2 sensors"):
+        document.replace_sensor("roof", LIDAR.replace(position=(0.0, 0.0, 2.0)))
+        document.replace_sensor("front", CAMERA.replace(position=(0.0, 0.0, 1.5)))
+    assert [sensor.position[0] for sensor in document.rig.sensors] == [0.0, 0.0]
+    assert seen == [document.rig]
+    assert document.undo_label == "align 2 sensors"
+    document.undo()
+    assert document.rig == RIG and document.undo_label is None
+
+
+def test_a_group_that_fails_takes_everything_back(document: Document) -> None:
+    with pytest.raises(InputError), document.group("rename both"):
+        document.add(LIDAR)
+        document.rename("front", "roof")
+    assert document.rig == RIG
+    assert (document.selected, document.undo_label, document.is_modified) == (None, None, False)
+
+
+def test_a_group_inside_a_group_belongs_to_the_outer_one(document: Document) -> None:
+    with document.group("outer"):
+        document.delete("front")
+        with document.group("inner"):
+            document.rename("roof", "top")
+    assert document.undo_label == "outer"
+    document.undo()
+    assert document.rig == RIG
+
+
+def test_a_mirror_pair_moves_as_one_in_a_drag_and_stays_one_step(qtbot: QtBot) -> None:
+    document = Document(linked(RIG.replace(sensors=(LIDAR, LIDAR.replace(name="other"))), "roof", "other"))
+    start = document.rig
+    document.begin_drag("roof")
+    document.preview("roof", Pose((1.0, 0.7, 2.0)))
+    assert document.rig.sensor("other").position == (1.0, -0.7, 2.0)
+    document.finish_drag()
+    document.undo()
+    assert document.rig == start
+
+
+def test_one_of_a_mirror_pair_can_be_renamed_copied_and_deleted(qtbot: QtBot) -> None:
+    document = Document(linked(RIG.replace(sensors=(LIDAR, LIDAR.replace(name="other"))), "roof", "other"))
+    document.rename("roof", "top")
+    assert document.rig.sensor("other").mirror_of == "top"
+    copy = document.duplicate("other")
+    assert document.rig.sensor(copy).mirror_of is None
+    document.delete("top")
+    assert document.rig.sensor("other").mirror_of is None

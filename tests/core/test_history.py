@@ -121,3 +121,28 @@ def test_modified_follows_the_saved_state_through_undo_and_redo() -> None:
 def test_a_negative_zero_is_a_modification() -> None:
     history = History(moved(START, 0.0))
     assert history.apply("sign", moved(START, -0.0)) and history.is_modified
+
+
+def test_a_step_that_goes_on_takes_the_place_of_the_one_before() -> None:
+    history = History(START)
+    history.apply("one", moved(START, 1.0))
+    assert history.apply("one", moved(START, 2.0), continues=True)
+    assert history.rig == moved(START, 2.0)
+    assert history.undo() and history.rig == START and not history.can_undo
+
+
+def test_a_step_that_leads_back_to_its_start_is_no_step() -> None:
+    history = History(START)
+    history.apply("one", moved(START, 1.0))
+    assert history.apply("one", START, continues=True)
+    assert history.rig == START and not history.can_undo
+
+
+def test_the_rig_on_the_disk_stays_a_step_of_its_own() -> None:
+    history = History(START)
+    history.apply("one", moved(START, 1.0))
+    history.mark_saved()
+    history.apply("one", moved(START, 2.0), continues=True)
+    assert history.undo() and history.rig == moved(START, 1.0) and not history.is_modified
+    history.apply("one", moved(START, 3.0), continues=True)
+    assert history.undo() and history.rig == moved(START, 1.0)
