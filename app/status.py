@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QLabel, QProgressBar, QPushButton, QStatusBar, QWidget
+from PySide6.QtWidgets import QLabel, QStatusBar, QWidget
 
 from app.scenario import short_source
 from app.scoring import Approximation, LoadedScene, Result
+from widgets.panels.progress_strip import ProgressStrip
 
 UPDATING = "updating…"
 COARSE_NOTE = (
@@ -16,44 +16,23 @@ COARSE_NOTE = (
 
 
 class StatusBar(QStatusBar):
-    """State on the left, scene on the right, and a progress bar with Cancel while data are loaded."""
-
-    cancelled = Signal()
+    """State on the left, scene on the right, and a strip per piece of long work between them."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setSizeGripEnabled(False)
         self.state, self.time, self.scene = QLabel(UPDATING), QLabel(), QLabel()
         self._is_coarse = False
-        self._progress = QProgressBar()
-        self._progress.setRange(0, 1000)
-        self._progress.setFixedWidth(160)
-        self._progress.setFormat("loading boxes %p %")
-        self._cancel = QPushButton("Cancel")
-        self._cancel.setObjectName("cancel_load")
-        self._cancel.clicked.connect(self.cancelled)
         self.state.setMinimumWidth(80)
         self.addWidget(self.state)
         self.addWidget(self.time)
-        for widget in (self._progress, self._cancel, self.scene):
-            self.addPermanentWidget(widget)
-        self.hide_progress()
+        self.addPermanentWidget(self.scene)
 
-    def show_progress(self, fraction: float) -> None:
-        """Show how much of a load is done, 0 to 1."""
-        self._progress.setValue(round(1000 * fraction))
-        self._progress.show()
-        self._cancel.show()
-
-    def hide_progress(self) -> None:
-        """The load is over."""
-        self._progress.hide()
-        self._cancel.hide()
-
-    @property
-    def shows_progress(self) -> bool:
-        """Whether a load is under way."""
-        return not self._progress.isHidden()
+    def add_strip(self, title: str) -> ProgressStrip:
+        """Room for the progress of one piece of work; the last one that was added is the leftmost."""
+        strip = ProgressStrip(title)
+        self.insertPermanentWidget(0, strip)
+        return strip
 
     def set_updating(self) -> None:
         """The numbers shown are of an earlier state; coarse ones are said to be so until the next are there."""

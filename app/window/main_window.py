@@ -15,7 +15,9 @@ from app.document import Document
 from app.options import SceneOptions
 from app.recompute import Recompute
 from app.status import StatusBar
+from app.tasks import Tasks
 from app.window.feature import Feature
+from app.window.features.background import Background
 from app.window.features.edits import Edits
 from app.window.features.files import Files
 from app.window.features.follow import Follow
@@ -37,7 +39,7 @@ from widgets.panels.scores_panel import ScoresPanel
 from widgets.panels.sensor_tree import SensorTree
 
 FEATURES: tuple[type[Feature], ...] = (
-    Files, Edits, Sensors, Views, Heat, Picture, SceneData, Scores, Follow, Help,
+    Files, Edits, Sensors, Views, Heat, Picture, SceneData, Scores, Follow, Background, Help,
 )  # fmt: skip
 """Everything the window can do, in the order in which it stands in menus and toolbar."""
 DEFAULT_SIZE = QSize(1280, 800)
@@ -82,6 +84,7 @@ class MainWindow(QMainWindow):
         self.tree, self.inspector = SensorTree(), Inspector()
         self.scores, self.scene_panel = ScoresPanel(settings), ScenePanel(choice_of(scene))
         self.message_bar, self.status = MessageBar(), StatusBar()
+        self.tasks = Tasks(self)
         self.docks: dict[str, QDockWidget] = {}
         self.places = Places(self.menuBar(), self._toolbar())
         self.actions_ = Actions(self, self.places)
@@ -98,7 +101,7 @@ class MainWindow(QMainWindow):
     @property
     def is_exact(self) -> bool:
         """Whether everything shown belongs to the rig, scene and settings as they are now."""
-        return self.feature(Scores).is_current and not self.status.shows_progress
+        return self.feature(Scores).is_current and not self.feature(SceneData).is_loading
 
     # ------------------------------------------------------------------ building
     def _build_layout(self, viewport: QWidget) -> None:
@@ -144,9 +147,9 @@ class MainWindow(QMainWindow):
         return dock
 
     # ------------------------------------------------------------------ messages
-    def report_error(self, message: str) -> None:
-        """Say what went wrong, in a bar over the view that stops nothing."""
-        self.message_bar.show_message(message)
+    def report_error(self, message: str, details: str = "") -> None:
+        """Say what went wrong, in a bar over the view that stops nothing; details on request."""
+        self.message_bar.show_message(message, details)
 
     def guarded(self, edit: Callable[..., object]) -> Callable[..., None]:
         """An edit whose InputError becomes a message; the panels then show again what is true."""

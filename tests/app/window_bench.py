@@ -167,6 +167,10 @@ class Bench:
         """Choose an action of a menu or the toolbar."""
         self.window.actions_[key].trigger()
 
+    def clipboard(self) -> str:
+        """The text on the clipboard."""
+        return QApplication.clipboard().text()
+
     def find(self, name: str) -> QWidget:
         """A field of the inspector by its name."""
         found = self.window.inspector.form.findChild(QWidget, name)

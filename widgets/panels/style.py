@@ -105,6 +105,7 @@ QStatusBar QLabel {{ color: {t.muted}; padding: 0 6px; }}
 QToolTip {{ background: {t.field}; color: {t.text}; border: 1px solid {t.border}; padding: 4px; }}
 QFrame#messageBar {{ background: {t.error_field}; border: 0; border-bottom: 1px solid {t.error}; }}
 QFrame#messageBar QLabel {{ color: {t.text}; }}
+QFrame#noteBar {{ background: {t.chosen}; border: 0; border-bottom: 1px solid {t.accent}; }}
 """
 
 _FIELD_SHEET = """

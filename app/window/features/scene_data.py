@@ -33,22 +33,29 @@ class SceneData(Feature):
         super().__init__(window)
         self.loaded: LoadedScene | None = None
         self._options = SceneOptions()
+        self._strip = window.status.add_strip("Loading boxes")
+        self._strip.cancel.setObjectName("cancel_load")
         self.bind(boxes_file=self._choose_file, boxes_folder=self._choose_folder)
         queued = Qt.ConnectionType.QueuedConnection
         window.recompute.scene_loaded.connect(self._on_scene, queued)
-        window.recompute.load_progress.connect(window.status.show_progress, queued)
+        window.recompute.load_progress.connect(self._strip.show_progress, queued)
         window.recompute.load_ended.connect(self._on_load_ended, queued)
-        window.status.cancelled.connect(window.recompute.cancel_load)
+        self._strip.cancelled.connect(window.recompute.cancel_load)
         window.scene_panel.load_wanted.connect(self._load_choice)
         window.scene_panel.file_wanted.connect(self._choose_file)
         window.scene_panel.folder_wanted.connect(self._choose_folder)
+
+    @property
+    def is_loading(self) -> bool:
+        """Whether a load is under way."""
+        return self._strip.is_running
 
     def load(self, options: SceneOptions) -> None:
         """Load other box data in the background; an automatic voxel edge goes by the rig as it is now."""
         settings, recompute = self.window.scores.settings, self.window.recompute
         score = ScoreOptions(settings.method, settings.reading, settings.camera_weight, recompute.threads)
         self._options = options.for_rigs([self.document.rig], score)
-        self.window.status.show_progress(0.0)
+        self._strip.begin()
         recompute.load(self._options)
 
     def _load_choice(self, choice: SceneChoice) -> None:
@@ -67,7 +74,7 @@ class SceneData(Feature):
         self.window.scene_shown.emit(scene)
 
     def _on_load_ended(self, problem: str) -> None:
-        self.window.status.hide_progress()
+        self._strip.end()
         if problem:
             self.window.report_error(problem)
 

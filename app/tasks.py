@@ -1,0 +1,126 @@
+"""Long work beside the window: in a thread of its own, with progress, Cancel, and one clear error.
+
+    window.tasks.run("Writing the report", lambda progress: write(rigs, path, progress), done=self._written)
+
+`work` runs in the background: it knows neither Qt nor VTK, calls `progress(0..1)` now and then, and must not
+call parallel kernels (those run on the thread of `Recompute` only). `done` gets what it returned, on the
+interface thread. The status bar shows a bar with the time left as soon as the work takes more than half a second.
+"""
+
+from __future__ import annotations
+
+import threading
+import traceback
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+from PySide6.QtCore import QObject, Qt, Signal
+
+from core.errors import InputError
+from core.scene.boxes import Progress
+
+Found = TypeVar("Found")
+
+
+class TaskCancelled(Exception):
+    """Raised by `progress` inside work that nobody wants any more; the work lets it pass."""
+
+
+class Task(QObject):
+    """One piece of work. Its signals arrive on the interface thread when connected as queued."""
+
+    progressed = Signal(float)
+    succeeded = Signal(object)
+    failed = Signal(str, str)
+    """One line for the user, and details for the person who mends it (empty for bad input)."""
+    ended = Signal()
+    """The last word, after success, failure and cancel alike."""
+
+    def __init__(self, title: str, work: Callable[[Progress], object]) -> None:
+        super().__init__()
+        self.title = title
+        self._work = work
+        self._unwanted = threading.Event()
+        self._thread = threading.Thread(target=self._run, name=title, daemon=True)
+
+    def start(self) -> None:
+        """Begin, in the background."""
+        self._thread.start()
+
+    def cancel(self) -> None:
+        """Stop at the next report of progress; returns at once."""
+        self._unwanted.set()
+
+    def join(self) -> None:
+        """Wait until the thread is over."""
+        self._thread.join()
+
+    def _run(self) -> None:
+        try:
+            found = self._work(self._report)
+            self._report(1.0)
+        except TaskCancelled:
+            pass
+        except InputError as error:
+            self.failed.emit(str(error), "")
+        except Exception as error:
+            line = f"{self.title}: unexpected failure: {type(error).__name__}: {error}"
+            self.failed.emit(line, "".join(traceback.format_exception(error)))
+        else:
+            self.succeeded.emit(found)
+        self.ended.emit()
+
+    def _report(self, fraction: float) -> None:
+        if self._unwanted.is_set():
+            raise TaskCancelled
+        self.progressed.emit(fraction)
+
+
+class Tasks(QObject):
+    """Starts tasks and keeps them until they end; `close` before the window goes."""
+
+    started = Signal(object)
+    """A Task, before it runs: whoever shows it connects here."""
+    failed = Signal(str, str)
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._running: list[Task] = []
+
+    @property
+    def running(self) -> tuple[Task, ...]:
+        """Tasks that have not ended."""
+        return tuple(self._running)
+
+    def run(
+        self,
+        title: str,
+        work: Callable[[Progress], Found],
+        done: Callable[[Found], Any],
+        ended: Callable[[], Any] | None = None,
+    ) -> Task:
+        """Do `work` in the background, then `done` with what it returned; `ended` comes in any case."""
+        queued = Qt.ConnectionType.QueuedConnection
+        task = Task(title, work)
+        task.succeeded.connect(done, queued)
+        task.failed.connect(self.failed, queued)
+        if ended is not None:
+            task.ended.connect(ended, queued)
+        task.ended.connect(lambda: self._forget(task), queued)
+        self._running.append(task)
+        self.started.emit(task)
+        task.start()
+        return task
+
+    def close(self) -> None:
+        """Give up everything and wait for the threads."""
+        for task in self._running:
+            task.cancel()
+        for task in self._running:
+            task.join()
+        self._running.clear()
+
+    def _forget(self, task: Task) -> None:
+        if task in self._running:
+            task.join()
+            self._running.remove(task)

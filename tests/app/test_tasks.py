@@ -1,0 +1,101 @@
+"""Long work runs beside the window: progress, cancel, one error, and nothing left behind."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from PySide6.QtWidgets import QPushButton
+from pytestqt.qtbot import QtBot
+
+from app.tasks import Tasks
+from core.errors import InputError
+from core.scene.boxes import Progress
+from tests.app.window_bench import TIMEOUT_MS, open_bench
+from widgets.panels.progress_strip import ProgressStrip
+
+
+@pytest.fixture
+def tasks(qtbot: QtBot) -> Iterator[Tasks]:
+    made = Tasks()
+    yield made
+    made.close()
+
+
+def forever(progress: Progress) -> None:
+    """Work that ends only when it is cancelled."""
+    waiting = threading.Event()
+    while not waiting.wait(0.002):
+        progress(0.25)
+
+
+def test_the_answer_arrives_on_the_interface_thread(qtbot: QtBot, tasks: Tasks) -> None:
+    seen: list[object] = []
+    tasks.run(
+        "Adding", lambda progress: 1 + 1, lambda found: seen.extend((found, threading.current_thread()))
+    )
+    qtbot.waitUntil(lambda: not tasks.running, timeout=TIMEOUT_MS)
+    assert seen == [2, threading.main_thread()]
+
+
+def test_bad_input_is_one_line_without_details(qtbot: QtBot, tasks: Tasks) -> None:
+    def refuse(progress: Progress) -> None:
+        raise InputError("boxes.csv: line 3: x: found 'a'")
+
+    said: list[tuple[str, str]] = []
+    tasks.failed.connect(lambda message, details: said.append((message, details)))
+    tasks.run("Reading", refuse, lambda _: said.append(("done", "")))
+    qtbot.waitUntil(lambda: not tasks.running, timeout=TIMEOUT_MS)
+    assert said == [("boxes.csv: line 3: x: found 'a'", "")]
+
+
+def test_a_mistake_of_ours_names_the_task_and_has_a_traceback(qtbot: QtBot, tasks: Tasks) -> None:
+    said: list[tuple[str, str]] = []
+    tasks.failed.connect(lambda message, details: said.append((message, details)))
+    tasks.run("Dividing", lambda progress: 1 // 0, print)
+    qtbot.waitUntil(lambda: not tasks.running, timeout=TIMEOUT_MS)
+    [(message, details)] = said
+    assert message.startswith("Dividing: unexpected failure: ZeroDivisionError")
+    assert "Traceback" in details
+
+
+def test_a_cancelled_task_ends_without_an_answer_or_an_error(qtbot: QtBot, tasks: Tasks) -> None:
+    said: list[str] = []
+    tasks.failed.connect(lambda message, _: said.append(message))
+    task = tasks.run("Waiting", forever, lambda _: said.append("done"), lambda: said.append("ended"))
+    task.cancel()
+    qtbot.waitUntil(lambda: not tasks.running, timeout=TIMEOUT_MS)
+    assert said == ["ended"]
+
+
+def test_the_status_bar_shows_long_work_and_its_cancel_ends_it(qtbot: QtBot, tmp_path: Path) -> None:
+    with open_bench(qtbot, tmp_path) as bench:
+        task = bench.window.tasks.run("Counting sheep", forever, print)
+        strips = bench.window.status.findChildren(ProgressStrip)
+        [strip] = [strip for strip in strips if strip.is_running]
+        qtbot.waitUntil(strip.isVisible, timeout=TIMEOUT_MS)
+        qtbot.waitUntil(lambda: strip.bar.value() == 250, timeout=TIMEOUT_MS)
+        assert "Counting sheep" in strip.bar.format()
+        strip.findChild(QPushButton).click()
+        qtbot.waitUntil(lambda: task not in bench.window.tasks.running, timeout=TIMEOUT_MS)
+
+
+def test_closing_the_window_gives_up_what_runs(qtbot: QtBot, tmp_path: Path) -> None:
+    with open_bench(qtbot, tmp_path) as bench:
+        bench.window.tasks.run("Counting sheep", forever, print)
+        bench.window.close()
+        assert bench.window.tasks.running == ()
+
+
+def test_a_failed_task_is_told_in_the_message_bar_with_details(qtbot: QtBot, tmp_path: Path) -> None:
+    with open_bench(qtbot, tmp_path) as bench:
+        bench.window.tasks.run("Dividing", lambda progress: 1 // 0, print)
+        bar = bench.window.message_bar
+        qtbot.waitUntil(lambda: bar.message != "", timeout=TIMEOUT_MS)
+        assert "Traceback" in bar.details
+        bar.findChild(QPushButton, "details").click()
+        bar.findChild(QPushButton, "copy_details").click()
+        copied = bench.clipboard()
+        assert copied.startswith(bar.message) and bar.details in copied
