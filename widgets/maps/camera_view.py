@@ -1,0 +1,211 @@
+"""A camera's image: boxes of a frame by class, ground, horizon, ROI and the car's own body, through its lens."""
+
+from __future__ import annotations
+
+import numpy as np
+from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt
+from PySide6.QtGui import QColor, QImage, QMouseEvent, QPainter, QPaintEvent, QPen, QPolygonF, QTransform
+from PySide6.QtWidgets import QWidget
+
+from core.scene.boxes import CLASSES
+from core.view.camera_picture import CameraPicture, Face
+from core.view.projection import Points
+from widgets.maps.paint import argb, image_of, small_font
+from widgets.panels.style import DARK, Tones, tones
+from widgets.theme import CLASS_COLOURS, mix
+
+_MARGIN_PX, _FOOTER_PX = 6.0, 20.0
+_SKY = {True: "#2a3442", False: "#dbe6f2"}
+_GROUND = {True: "#1d2127", False: "#c9cfd6"}
+_LINE = {True: "#4b5563", False: "#97a2af"}
+_ROI = "#eab308"
+_BODY = {True: "#8d98a6", False: "#5d6b7b"}
+_RAY_PX = 5.0
+
+
+class CameraView(QWidget):
+    """Draws a CameraPicture as large as fits; the border is that of the native image."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setMouseTracking(True)
+        self.setMinimumSize(160, 100)
+        self._picture: CameraPicture | None = None
+        self._body: QImage | None = None
+        self._shows_rays = False
+        self._hover: QPointF | None = None
+
+    def set_picture(self, picture: CameraPicture | None) -> None:
+        """Show another picture, or none."""
+        self._picture, self._body = picture, None
+        self.update()
+
+    def set_rays(self, shown: bool) -> None:
+        """Draw where the rays of the metric pass the image, or not."""
+        self._shows_rays = shown
+        self.update()
+
+    @property
+    def image_area(self) -> QRectF:
+        """Where the image lies on the widget."""
+        room = QRectF(self.rect()).adjusted(_MARGIN_PX, _MARGIN_PX, -_MARGIN_PX, -_FOOTER_PX)
+        if self._picture is None or room.width() <= 0.0 or room.height() <= 0.0:
+            return QRectF()
+        width, height = self._picture.camera.image
+        scale = min(room.width() / width, room.height() / height)
+        area = QRectF(0.0, 0.0, width * scale, height * scale)
+        area.moveCenter(room.center())
+        return area
+
+    def readout(self) -> str:
+        """What is under the mouse, or what the image holds."""
+        picture = self._picture
+        if picture is None:
+            return ""
+        if self._hover is None or not self.image_area.contains(self._hover):
+            return self._summary(picture)
+        x, y = self._to_pixel(self._hover, picture)
+        place = f"pixel {x:.0f}, {y:.0f}"
+        if _mask_at(picture, x, y):
+            return f"{place} · own car"
+        face = picture.face_at(x, y)
+        return place if face is None else f"{place} · {CLASSES[face.cls]}, {face.range_m:.1f} m away"
+
+    def _summary(self, picture: CameraPicture) -> str:
+        counts = [f"{name} {count}" for name, count in picture.boxes_in_view().items() if count]
+        width, height = picture.camera.image
+        body = f" · own car {100 * picture.body_share:.0f} %" if picture.body_share > 0.005 else ""
+        return f"{width} × {height} px · in view: {', '.join(counts) or 'no boxes'}{body}"
+
+    def _to_pixel(self, at: QPointF, picture: CameraPicture) -> tuple[float, float]:
+        area = self.image_area
+        width, height = picture.camera.image
+        return (at.x() - area.left()) / area.width() * width, (at.y() - area.top()) / area.height() * height
+
+    # ------------------------------------------------------------------ painting
+    def paintEvent(self, event: QPaintEvent) -> None:
+        painter = QPainter(self)
+        look = tones()
+        painter.fillRect(self.rect(), QColor(look.panel))
+        if self._picture is not None and not self.image_area.isEmpty():
+            painter.setFont(small_font(painter))
+            painter.save()
+            self._draw_image(painter, self._picture, look is DARK)
+            painter.restore()
+            self._draw_footer(painter, look)
+        painter.end()
+
+    def _draw_image(self, painter: QPainter, picture: CameraPicture, dark: bool) -> None:
+        area = self.image_area
+        width, height = picture.camera.image
+        painter.setClipRect(area)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.fillRect(area, QColor(_SKY[dark]))
+        to_widget = QTransform.fromTranslate(area.left(), area.top())
+        to_widget.scale(area.width() / width, area.height() / height)
+        painter.setTransform(to_widget, True)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(QColor(_GROUND[dark]))
+        if len(picture.ground_px):
+            painter.drawPolygon(polygon(picture.ground_px))
+        _draw_lines(painter, picture.grid_px, QColor(_LINE[dark]), 1.0)
+        _draw_lines(painter, picture.horizon_px, QColor(_LINE[dark]), 1.0)
+        _draw_lines(painter, picture.roi_px, QColor(_ROI), 1.2, Qt.PenStyle.DashLine)
+        for face in picture.faces:
+            _draw_face(painter, face)
+        self._draw_body(painter, picture, dark)
+        if self._shows_rays:
+            _draw_rays(painter, picture, area.width() / width)
+
+    def _draw_body(self, painter: QPainter, picture: CameraPicture, dark: bool) -> None:
+        if not picture.body.any():
+            return
+        if self._body is None:
+            self._body = image_of(_body_colours(dark)[picture.body])
+        painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
+        painter.drawImage(QRectF(0.0, 0.0, *picture.camera.image), self._body)
+
+    def _draw_footer(self, painter: QPainter, look: Tones) -> None:
+        area = self.image_area
+        painter.setPen(QPen(QColor(look.muted), 1.0))
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        painter.drawRect(area)
+        box = QRectF(8.0, self.height() - _FOOTER_PX, self.width() - 16.0, _FOOTER_PX)
+        text = painter.fontMetrics().elidedText(self.readout(), Qt.TextElideMode.ElideRight, int(box.width()))
+        painter.setPen(QColor(look.text))
+        painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text)
+
+    # ------------------------------------------------------------------ mouse
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        self._hover = event.position()
+        self.update()
+
+    def leaveEvent(self, event: QEvent) -> None:
+        self._hover = None
+        self.update()
+
+    def changeEvent(self, event: QEvent) -> None:
+        self._body = None  # its colours follow the theme
+        super().changeEvent(event)
+
+    def sizeHint(self) -> QSize:
+        return QSize(360, 230)
+
+
+def polygon(corners_px: Points) -> QPolygonF:
+    """Corners (n, 2) as Qt takes them."""
+    return QPolygonF([QPointF(x, y) for x, y in corners_px.tolist()])
+
+
+def _draw_lines(
+    painter: QPainter,
+    lines: list[Points],
+    colour: QColor,
+    width: float,
+    style: Qt.PenStyle = Qt.PenStyle.SolidLine,
+) -> None:
+    pen = QPen(colour, width, style)
+    pen.setCosmetic(True)
+    painter.setPen(pen)
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    for line in lines:
+        painter.drawPolyline(polygon(line))
+
+
+def _draw_face(painter: QPainter, face: Face) -> None:
+    base = CLASS_COLOURS[CLASSES[face.cls]]
+    pen = QPen(QColor(mix(base, "#000000", 0.55)), 1.0)
+    pen.setCosmetic(True)
+    painter.setPen(pen)
+    painter.setBrush(QColor(mix("#000000", base, 0.45 + 0.55 * min(1.0, face.light / 0.82))))
+    painter.drawPolygon(polygon(face.corners_px))
+
+
+def _draw_rays(painter: QPainter, picture: CameraPicture, scale: float) -> None:
+    """Where rays of the metric pass the image: all, or every so many so that single ones can be told apart."""
+    width, height = picture.camera.image
+    columns, rows = picture.camera.cast
+    step_x = max(1, round(_RAY_PX * columns / (width * scale)))
+    step_y = max(1, round(_RAY_PX * rows / (height * scale)))
+    x = (np.arange(columns)[step_x // 2 :: step_x] + 0.5) * width / columns
+    y = (np.arange(rows)[step_y // 2 :: step_y] + 0.5) * height / rows
+    pen = QPen(QColor("#ffffff"), 1.4)
+    pen.setCosmetic(True)
+    painter.setPen(pen)
+    painter.drawPoints(polygon(np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)))
+
+
+def _body_colours(dark: bool) -> np.ndarray:
+    """Colour per value of the body mask, 0xAARRGGBB: nothing, then darker to lighter."""
+    table = np.array(
+        [argb(mix("#000000", _BODY[dark], 0.35 + 0.65 * value / 255.0)) for value in range(256)], np.uint32
+    )
+    table[0] = 0
+    return table
+
+
+def _mask_at(picture: CameraPicture, x_px: float, y_px: float) -> bool:
+    rows, columns = picture.body.shape
+    width, height = picture.camera.image
+    row, column = int(y_px / height * rows), int(x_px / width * columns)
+    return 0 <= row < rows and 0 <= column < columns and bool(picture.body[row, column])

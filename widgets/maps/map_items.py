@@ -1,0 +1,134 @@
+"""What the map from above shows on top of its cells: range rings, ROI, car, sensors, legend."""
+
+from __future__ import annotations
+
+import math
+
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPainterPath, QPen
+
+from core.rig.model import Camera, Lidar, Vehicle
+from core.scene.grid import VoxelGrid
+from widgets.maps.paint import BAR_PX, SHARE_MAP, draw_bar, draw_tag
+from widgets.maps.plane import PlaneView
+from widgets.panels.style import DARK, Tones
+from widgets.theme import KIND_COLOURS, SELECTED_COLOUR
+
+BLIND_COLOUR = "#f0356b"
+DOT_PX = 4.5
+_TICK_PX, _WEDGE_PX = 13.0, 20.0
+_FLAT = 0.2
+
+
+def draw_rings(painter: QPainter, view: PlaneView, grid: VoxelGrid, tones: Tones) -> None:
+    """Circles of equal distance with their metres, out to the corners of the ROI."""
+    step_m = view.ring_step_m()
+    reach_m = math.hypot(grid.roi_m[0], grid.roi_m[1]) / 2
+    ink, paper = QColor(tones.muted), QColor(tones.field)
+    ink.setAlphaF(0.75)
+    paper.setAlphaF(0.7)
+    middle = view.to_px(0.0, 0.0)
+    for number in range(1, int(reach_m / step_m) + 1):
+        radius = number * step_m * view.scale
+        painter.setPen(QPen(ink, 1.0, Qt.PenStyle.DotLine))
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        painter.drawEllipse(middle, radius, radius)
+        at = view.to_px(number * step_m, 0.0)
+        if view.area.adjusted(16.0, 9.0, -16.0, -9.0).contains(at):
+            draw_tag(painter, at, f"{number * step_m:g} m", QColor(tones.text), paper)
+
+
+def draw_roi(painter: QPainter, view: PlaneView, grid: VoxelGrid, tones: Tones) -> None:
+    """The limit of the ROI."""
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    painter.setPen(QPen(QColor(tones.text), 1.2))
+    painter.drawRect(roi_rectangle(view, grid))
+
+
+def roi_rectangle(view: PlaneView, grid: VoxelGrid) -> QRectF:
+    """Where the ROI lies on the widget."""
+    x, y = grid.roi_m[0] / 2, grid.roi_m[1] / 2
+    return view.rectangle((-x, x), (-y, y))
+
+
+def draw_car(painter: QPainter, view: PlaneView, vehicle: Vehicle, tones: Tones) -> None:
+    """The car's outline with its windscreen, which tells front from rear."""
+    half_l, half_w = vehicle.length / 2, vehicle.width / 2
+    fill = QColor(tones.panel)
+    fill.setAlphaF(0.85)
+    painter.setPen(QPen(QColor(tones.text), 1.4))
+    painter.setBrush(fill)
+    rounding = 0.28 * vehicle.width * view.scale
+    painter.drawRoundedRect(view.rectangle((-half_l, half_l), (-half_w, half_w)), rounding, rounding)
+    glass = QPainterPath(view.to_px(0.12 * vehicle.length, 0.76 * half_w))
+    glass.quadTo(view.to_px(0.24 * vehicle.length, 0.0), view.to_px(0.12 * vehicle.length, -0.76 * half_w))
+    glass.lineTo(view.to_px(0.03 * vehicle.length, -0.64 * half_w))
+    glass.lineTo(view.to_px(0.03 * vehicle.length, 0.64 * half_w))
+    glass.closeSubpath()
+    painter.setPen(Qt.PenStyle.NoPen)
+    painter.setBrush(QColor(tones.muted))
+    painter.drawPath(glass)
+
+
+def draw_sensor(
+    painter: QPainter, view: PlaneView, sensor: Lidar | Camera, selected: bool, tones: Tones
+) -> None:
+    """A sensor with its heading: a dot with a tick for a LiDAR, with its field of view for a camera."""
+    colour = QColor(KIND_COLOURS[sensor.kind])
+    at = view.to_px(sensor.position[0], sensor.position[1])
+    edge = QColor(tones.field if tones is DARK else tones.text)
+    painter.setPen(QPen(colour, 1.6, c=Qt.PenCapStyle.RoundCap))
+    if isinstance(sensor, Camera):
+        _draw_wedge(painter, at, sensor, colour)
+    else:
+        tick = _on_screen(sensor, (1.0, 0.0, 0.0), _TICK_PX)
+        if tick is not None:
+            painter.drawLine(at, at + tick)
+    if selected:
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        painter.setPen(QPen(edge, 4.0))
+        painter.drawEllipse(at, DOT_PX + 3.0, DOT_PX + 3.0)
+        painter.setPen(QPen(QColor(SELECTED_COLOUR), 2.2))
+        painter.drawEllipse(at, DOT_PX + 3.0, DOT_PX + 3.0)
+    painter.setPen(QPen(edge if sensor.enabled else colour, 1.2))
+    painter.setBrush(colour if sensor.enabled else QColor(tones.field))
+    painter.drawEllipse(at, DOT_PX, DOT_PX)
+
+
+def _draw_wedge(painter: QPainter, at: QPointF, camera: Camera, colour: QColor) -> None:
+    fx_px, _, cx_px, _ = camera.intrinsics_px()
+    left = _on_screen(camera, (1.0, cx_px / fx_px, 0.0), _WEDGE_PX)
+    right = _on_screen(camera, (1.0, (cx_px - camera.image[0]) / fx_px, 0.0), _WEDGE_PX)
+    if left is None or right is None:
+        return
+    fill = QColor(colour)
+    fill.setAlphaF(0.22 if camera.enabled else 0.0)
+    wedge = QPainterPath(at)
+    wedge.lineTo(at + left)
+    wedge.lineTo(at + right)
+    wedge.closeSubpath()
+    painter.setBrush(fill)
+    painter.setPen(QPen(colour, 1.0))
+    painter.drawPath(wedge)
+
+
+def _on_screen(sensor: Lidar | Camera, ray: tuple[float, float, float], length_px: float) -> QPointF | None:
+    """A ray of the sensor frame on the map, of a length in pixels; None where it stands nearly upright."""
+    x, y, z = sensor.pose.rotation() @ ray
+    flat = math.hypot(x, y)
+    if flat < _FLAT * math.hypot(flat, z):
+        return None
+    return QPointF(-y / flat * length_px, -x / flat * length_px)
+
+
+def draw_legend(painter: QPainter, area: QRectF, tones: Tones) -> None:
+    """The colour bar of the seen share, and what the colour of blind areas means."""
+    metrics = QFontMetricsF(painter.font())
+    text = "nothing seen"
+    wide = metrics.horizontalAdvance(text) + BAR_PX + 6.0
+    bar = QRectF(area.left(), area.top(), max(40.0, area.width() - wide - 14.0), area.height())
+    draw_bar(painter, bar, SHARE_MAP, [(0.0, "> 0"), (0.5, "50"), (1.0, "100 %")], tones)
+    left = area.right() - wide
+    painter.fillRect(QRectF(left, area.top(), BAR_PX, BAR_PX), QColor(BLIND_COLOUR))
+    painter.setPen(QColor(tones.text))
+    painter.drawText(QPointF(left + BAR_PX + 5.0, area.top() + BAR_PX), text)

@@ -1,0 +1,89 @@
+"""What the flat pictures share: readable texts, colour bars, messages, colour tables."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import matplotlib
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QFont, QFontMetricsF, QImage, QPainter, QPen
+
+from widgets.panels.style import Tones, numbers_font
+
+SHARE_MAP, RANGE_MAP = "viridis", "turbo"
+BAR_PX = 8.0
+
+
+@lru_cache(maxsize=4)
+def colours(name: str) -> NDArray[np.uint32]:
+    """A colour map as 256 values 0xAARRGGBB."""
+    table = np.rint(matplotlib.colormaps[name](np.linspace(0.0, 1.0, 256))[:, :3] * 255).astype(np.uint32)
+    return np.asarray(0xFF000000 | table[:, 0] << 16 | table[:, 1] << 8 | table[:, 2], np.uint32)
+
+
+def argb(colour: str | QColor) -> int:
+    """A colour as 0xAARRGGBB."""
+    return int(QColor(colour).rgba())
+
+
+def image_of(pixels: NDArray[np.uint32]) -> QImage:
+    """An image of its own from pixels (rows, columns) 0xAARRGGBB."""
+    data = np.ascontiguousarray(pixels, np.uint32)
+    rows, columns = data.shape
+    return QImage(data.data, columns, rows, 4 * columns, QImage.Format.Format_ARGB32).copy()
+
+
+def small_font(painter: QPainter) -> QFont:
+    """The widget's font a little smaller, with figures of one width."""
+    font = numbers_font(painter.font())
+    font.setPointSizeF(max(7.0, font.pointSizeF() - 1.0))
+    font.setBold(False)
+    return font
+
+
+def draw_tag(painter: QPainter, at: QPointF, text: str, ink: QColor, paper: QColor) -> None:
+    """A short text centred on a point, on a patch that keeps it readable over anything."""
+    metrics = QFontMetricsF(painter.font())
+    box = metrics.boundingRect(text).adjusted(-3.0, -1.0, 3.0, 1.0)
+    box.moveCenter(at)
+    painter.setPen(Qt.PenStyle.NoPen)
+    painter.setBrush(paper)
+    painter.drawRoundedRect(box, 3.0, 3.0)
+    painter.setPen(ink)
+    painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text)
+
+
+def draw_message(painter: QPainter, area: QRectF, text: str, tones: Tones) -> None:
+    """A sentence in the middle of an area, on a patch of its own."""
+    font = QFont(painter.font())
+    painter.setFont(font)
+    room = area.adjusted(16.0, 8.0, -16.0, -8.0)
+    flags = int(Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap)
+    box = QFontMetricsF(font).boundingRect(room, flags, text).adjusted(-10.0, -6.0, 10.0, 6.0)
+    paper = QColor(tones.panel)
+    paper.setAlphaF(0.92)
+    painter.setPen(QPen(QColor(tones.border), 1.0))
+    painter.setBrush(paper)
+    painter.drawRoundedRect(box, 5.0, 5.0)
+    painter.setPen(QColor(tones.text))
+    painter.drawText(room, flags, text)
+
+
+def draw_bar(
+    painter: QPainter, area: QRectF, name: str, marks: list[tuple[float, str]], tones: Tones
+) -> None:
+    """A colour bar along the top of an area with marks (share of its length, text) below it."""
+    strip = QRectF(area.left(), area.top(), area.width(), BAR_PX)
+    painter.drawImage(strip, image_of(colours(name)[None, :]))
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    painter.setPen(QPen(QColor(tones.border), 1.0))
+    painter.drawRect(strip)
+    painter.setPen(QColor(tones.text))
+    metrics = QFontMetricsF(painter.font())
+    for share, text in marks:
+        width = metrics.horizontalAdvance(text) + 2.0
+        left = strip.left() + share * (strip.width() - width)
+        box = QRectF(left, strip.bottom() + 1.0, width, metrics.height())
+        painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text)

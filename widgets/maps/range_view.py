@@ -1,0 +1,211 @@
+"""A LiDAR's range image: one row per beam, one column per azimuth, coloured by range or by what was hit."""
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt
+from PySide6.QtGui import QColor, QFontMetricsF, QImage, QMouseEvent, QPainter, QPaintEvent, QPen
+from PySide6.QtWidgets import QWidget
+
+from core.scene.boxes import CLASSES
+from core.view.hits import BODY, GROUND, NOTHING
+from core.view.range_image import RangeImage
+from widgets.maps.paint import BAR_PX, RANGE_MAP, argb, colours, draw_bar, image_of, small_font
+from widgets.panels.style import Tones, tones
+from widgets.theme import CLASS_COLOURS
+
+Colouring = Literal["range", "hit"]
+_LEFT_PX, _TOP_PX, _RIGHT_PX = 40.0, 6.0, 10.0
+_AXIS_PX, _LEGEND_PX, _READOUT_PX = 16.0, 26.0, 18.0
+_GROUND_COLOUR, _BODY_COLOUR = "#8a7f70", "#94a3b8"
+_REACH_STEP_M = 10.0
+_TICK_STEPS = (0.5, 1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 45.0, 90.0, 180.0)
+
+
+class RangeView(QWidget):
+    """Draws a RangeImage over the whole widget: rows as the beams are, whatever their elevations."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setMouseTracking(True)
+        self.setMinimumSize(200, 100)
+        self._image: RangeImage | None = None
+        self._pixels: QImage | None = None
+        self._reach_m = 40.0
+        self._colouring: Colouring = "range"
+        self._hover: QPointF | None = None
+
+    def set_image(self, image: RangeImage | None, reach_m: float = 40.0) -> None:
+        """Show another image; colours end at `reach_m` or at the sensor's own range."""
+        self._image, self._pixels = image, None
+        if image is not None:
+            reach = min(reach_m, image.lidar.range_m[1])
+            self._reach_m = max(1.0, math.ceil(reach / _REACH_STEP_M) * _REACH_STEP_M)
+        self.update()
+
+    def set_colouring(self, colouring: Colouring) -> None:
+        """Colour by range, or by what was hit."""
+        self._colouring, self._pixels = colouring, None
+        self.update()
+
+    @property
+    def image_area(self) -> QRectF:
+        """Where the image lies on the widget."""
+        below = _AXIS_PX + _LEGEND_PX + _READOUT_PX
+        return QRectF(self.rect()).adjusted(_LEFT_PX, _TOP_PX, -_RIGHT_PX, -below)
+
+    def readout(self) -> str:
+        """What is under the mouse, or what the image holds."""
+        image = self._image
+        if image is None:
+            return ""
+        cell = self._cell_at(self._hover) if self._hover is not None else None
+        if cell is None:
+            return _summary(image)
+        row, column = cell
+        beam = f"beam {image.beams[row] + 1} of {len(image.lidar.elevations())}"
+        angles = f"{image.elevations_deg[row]:.2f}° up, {image.azimuths_deg[column]:.1f}° left"
+        what = hit_name(image, int(image.what[row, column]))
+        range_m = image.range_m[row, column]
+        return f"{beam} · {angles} · {what}" + (f", {range_m:.1f} m" if math.isfinite(range_m) else "")
+
+    def _cell_at(self, at: QPointF) -> tuple[int, int] | None:
+        area, image = self.image_area, self._image
+        if image is None or not area.contains(at):
+            return None
+        rows, columns = image.range_m.shape
+        row = int((at.y() - area.top()) / area.height() * rows)
+        column = int((at.x() - area.left()) / area.width() * columns)
+        return min(row, rows - 1), min(column, columns - 1)
+
+    # ------------------------------------------------------------------ painting
+    def paintEvent(self, event: QPaintEvent) -> None:
+        painter = QPainter(self)
+        look = tones()
+        painter.fillRect(self.rect(), QColor(look.panel))
+        if self._image is not None and not self.image_area.isEmpty():
+            painter.setFont(small_font(painter))
+            self._draw_pixels(painter, self._image, look)
+            self._draw_axes(painter, self._image, look)
+            self._draw_legend(painter, look)
+        painter.end()
+
+    def _draw_pixels(self, painter: QPainter, image: RangeImage, look: Tones) -> None:
+        area = self.image_area
+        painter.fillRect(area, QColor(look.field))
+        if self._pixels is None:
+            found = range_colours(image, self._reach_m) if self._colouring == "range" else hit_colours(image)
+            self._pixels = image_of(found)
+        shrinks = image.range_m.shape[1] > area.width() * self.devicePixelRatioF()
+        painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, shrinks)
+        painter.drawImage(area, self._pixels)
+        painter.setPen(QPen(QColor(look.border), 1.0))
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        painter.drawRect(area)
+
+    def _draw_axes(self, painter: QPainter, image: RangeImage, look: Tones) -> None:
+        """Elevations of some rows on the left, azimuths below."""
+        area, metrics = self.image_area, QFontMetricsF(painter.font())
+        painter.setPen(QColor(look.muted))
+        rows, columns = image.range_m.shape
+        for row in spread(rows, int(area.height() / (metrics.height() + 3.0))):
+            middle = area.top() + (row + 0.5) / rows * area.height()
+            box = QRectF(0.0, middle - metrics.height() / 2, _LEFT_PX - 5.0, metrics.height())
+            painter.drawText(box, _RIGHT, f"{image.elevations_deg[row]:.3g}°")
+        for column, text in azimuth_ticks(image.azimuths_deg, int(area.width() / 80.0)):
+            width = metrics.horizontalAdvance(text) + 2.0
+            middle = area.left() + (column + 0.5) / columns * area.width()
+            left = min(max(middle - width / 2, area.left()), area.right() - width)
+            box = QRectF(left, area.bottom() + 1.0, width, metrics.height())
+            painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text)
+
+    def _draw_legend(self, painter: QPainter, look: Tones) -> None:
+        area = QRectF(self.image_area)
+        top = area.bottom() + _AXIS_PX + 3.0
+        legend = QRectF(area.left(), top, min(area.width(), 320.0), _LEGEND_PX)
+        if self._colouring == "range":
+            marks = [(0.0, "0"), (0.5, f"{self._reach_m / 2:g}"), (1.0, f"≥ {self._reach_m:g} m")]
+            draw_bar(painter, legend, RANGE_MAP, marks, look)
+        else:
+            self._draw_swatches(painter, legend.topLeft(), look)
+        box = QRectF(8.0, self.height() - _READOUT_PX, self.width() - 16.0, _READOUT_PX)
+        text = painter.fontMetrics().elidedText(self.readout(), Qt.TextElideMode.ElideRight, int(box.width()))
+        painter.setPen(QColor(look.text))
+        painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text)
+
+    def _draw_swatches(self, painter: QPainter, at: QPointF, look: Tones) -> None:
+        metrics = QFontMetricsF(painter.font())
+        x = at.x()
+        for name, colour in (*CLASS_COLOURS.items(), ("ground", _GROUND_COLOUR), ("own car", _BODY_COLOUR)):
+            painter.fillRect(QRectF(x, at.y() + 3.0, BAR_PX, BAR_PX), QColor(colour))
+            painter.setPen(QColor(look.text))
+            painter.drawText(QPointF(x + BAR_PX + 4.0, at.y() + 3.0 + BAR_PX), name)
+            x += BAR_PX + 16.0 + metrics.horizontalAdvance(name)
+
+    # ------------------------------------------------------------------ mouse
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        self._hover = event.position()
+        self.update()
+
+    def leaveEvent(self, event: QEvent) -> None:
+        self._hover = None
+        self.update()
+
+    def sizeHint(self) -> QSize:
+        return QSize(420, 200)
+
+
+_RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+
+
+def spread(count: int, most: int) -> list[int]:
+    """At most so many of `count` rows at even steps, beginning with the first."""
+    return list(range(0, count, max(1, -(-count // max(1, most)))))
+
+
+def azimuth_ticks(azimuths_deg: NDArray[np.float64], most: int) -> list[tuple[int, str]]:
+    """Columns next to round azimuths and what is written there, at most so many."""
+    high, low = float(azimuths_deg.max()), float(azimuths_deg.min())
+    step = next((step for step in _TICK_STEPS if (high - low) / step <= max(1, most - 1)), _TICK_STEPS[-1])
+    wanted = np.arange(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1) * step
+    return [(int(np.argmin(np.abs(azimuths_deg - angle))), azimuth_text(float(angle))) for angle in wanted]
+
+
+def azimuth_text(azimuth_deg: float) -> str:
+    """An azimuth with the side it lies on."""
+    if azimuth_deg == 0.0 or abs(azimuth_deg) == 180.0:
+        return "ahead" if azimuth_deg == 0.0 else "behind"
+    return f"{abs(azimuth_deg):g}° {'left' if azimuth_deg > 0 else 'right'}"
+
+
+def hit_name(image: RangeImage, what: int) -> str:
+    """What a ray hit, in words."""
+    names = {NOTHING: "no return", GROUND: "ground", BODY: "own car"}
+    return names[what] if what < 0 else CLASSES[image.box_classes[what]]
+
+
+def range_colours(image: RangeImage, reach_m: float) -> NDArray[np.uint32]:
+    """Pixels 0xAARRGGBB by range, clear where nothing came back."""
+    level = np.clip(np.nan_to_num(image.range_m, posinf=0.0) / reach_m * 255.0, 0.0, 255.0).astype(np.uint8)
+    return np.asarray(np.where(image.what == NOTHING, np.uint32(0), colours(RANGE_MAP)[level]), np.uint32)
+
+
+def hit_colours(image: RangeImage) -> NDArray[np.uint32]:
+    """Pixels 0xAARRGGBB by what was hit, clear where nothing came back."""
+    of_class = np.array([argb(CLASS_COLOURS[name]) for name in CLASSES], np.uint32)
+    table = np.concatenate(
+        [of_class[image.box_classes], [argb(_BODY_COLOUR), argb(_GROUND_COLOUR), 0]]
+    ).astype(np.uint32)
+    return table[image.what]  # BODY, GROUND and NOTHING count from the end
+
+
+def _summary(image: RangeImage) -> str:
+    rows, columns = image.range_m.shape
+    thin_beams, thin_azimuths = image.thinned
+    thinned = "" if image.thinned == (1, 1) else f" (every {thin_beams}. beam, {thin_azimuths}. azimuth)"
+    on_boxes = int(np.count_nonzero(image.what >= 0))
+    return f"{rows} beams × {columns} azimuths{thinned} · {image.returns:,} returns, {on_boxes:,} on boxes"

@@ -1,0 +1,148 @@
+"""The sensor view: what the selected camera or LiDAR sees of one frame of the data set."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from PySide6.QtCore import QSignalBlocker, Qt, Signal
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QComboBox,
+    QHBoxLayout,
+    QLabel,
+    QSlider,
+    QSpinBox,
+    QStackedWidget,
+    QVBoxLayout,
+    QWidget,
+)
+
+from core.view.camera_picture import CameraPicture
+from core.view.range_image import RangeImage
+from widgets.maps.camera_view import CameraView
+from widgets.maps.range_view import RangeView
+from widgets.panels.style import MARGIN, SPACING
+
+COLOURINGS = {"range": "Colour: range", "hit": "Colour: what is hit"}
+
+
+class SensorView(QWidget):
+    """A header with the sensor's name and the choice of the frame over an image, or over a text."""
+
+    frame_chosen = Signal(int)
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setObjectName("panel")
+        self.camera, self.ranges, self.text = CameraView(), RangeView(), QLabel()
+        self.text.setObjectName("hint")
+        self.text.setWordWrap(True)
+        self.text.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self.text.setMargin(MARGIN)
+        self._build_header()
+        self._stack = QStackedWidget()
+        self._pages: tuple[QWidget, ...] = (self.text, self.camera, self.ranges)
+        for page in self._pages:
+            self._stack.addWidget(page)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        column.addWidget(self._header)
+        column.addWidget(self._stack, 1)
+        self.note = QLabel()
+        self.note.setObjectName("hint")
+        self.note.setContentsMargins(MARGIN, 0, MARGIN, 2)
+        self.note.setWordWrap(True)
+        column.addWidget(self.note)
+        self.set_note("")
+        self.set_frames(0)
+        self.show_text("")
+
+    def _build_header(self) -> None:
+        self._header = QWidget()
+        row = QHBoxLayout(self._header)
+        row.setContentsMargins(MARGIN, 4, MARGIN, 4)
+        row.setSpacing(SPACING)
+        self.frame, self.slider = QSpinBox(), QSlider(Qt.Orientation.Horizontal)
+        self.frame.setObjectName("frame")
+        self.frame.setToolTip("Frame of the data set, counted from 0")
+        self.frame.setKeyboardTracking(False)
+        self.slider.setMinimumWidth(60)
+        self._of = QLabel()
+        self.rays = QCheckBox("Rays")
+        self.rays.setToolTip("Where the rays that the score casts pass the image; few of many are drawn")
+        self.rays.toggled.connect(self.camera.set_rays)
+        self.colouring = QComboBox()
+        for key, title in COLOURINGS.items():
+            self.colouring.addItem(title, key)
+        self.colouring.currentIndexChanged.connect(
+            lambda _: self.ranges.set_colouring(self.colouring.currentData())
+        )
+        for widget in (QLabel("Frame"), self.frame, self._of):
+            row.addWidget(widget)
+        row.addWidget(self.slider, 1)
+        row.addWidget(self.rays)
+        row.addWidget(self.colouring)
+        self.frame.valueChanged.connect(self._choose)
+        self.slider.valueChanged.connect(self._choose)
+
+    # ------------------------------------------------------------------ what is shown
+    def set_frames(self, count: int) -> None:
+        """How many frames there are to choose from; the chosen one stays if it is among them."""
+        with self._silent():
+            self.frame.setRange(0, max(0, count - 1))
+            self.slider.setRange(0, max(0, count - 1))
+            self.slider.setValue(self.frame.value())
+        self._of.setText(f"of {count:,}")
+        for widget in (self.frame, self.slider):
+            widget.setEnabled(count > 1)
+
+    @property
+    def chosen_frame(self) -> int:
+        """The frame that is shown."""
+        return self.frame.value()
+
+    def show_text(self, text: str) -> None:
+        """Say why there is no picture."""
+        self.text.setText(text)
+        self._show_page(self.text)
+
+    def show_camera(self, picture: CameraPicture) -> None:
+        """Show what a camera sees."""
+        self.camera.set_picture(picture)
+        self._show_page(self.camera)
+
+    def show_ranges(self, image: RangeImage, reach_m: float) -> None:
+        """Show what a LiDAR measures, coloured up to `reach_m`."""
+        self.ranges.set_image(image, reach_m)
+        self._show_page(self.ranges)
+
+    def set_note(self, text: str) -> None:
+        """A remark below the picture, empty for none."""
+        self.note.setText(text)
+        self.note.setVisible(bool(text))
+
+    @property
+    def page(self) -> QWidget:
+        """The widget that is shown: `text`, `camera` or `ranges`."""
+        return self._pages[self._stack.currentIndex()]
+
+    def _show_page(self, page: QWidget) -> None:
+        self._stack.setCurrentWidget(page)
+        self._header.setVisible(page is not self.text)
+        self.rays.setVisible(page is self.camera)
+        self.colouring.setVisible(page is self.ranges)
+
+    def _choose(self, frame: int) -> None:
+        with self._silent():
+            self.frame.setValue(frame)
+            self.slider.setValue(frame)
+        self.frame_chosen.emit(frame)
+
+    @contextmanager
+    def _silent(self) -> Iterator[None]:
+        blockers = [QSignalBlocker(widget) for widget in (self.frame, self.slider)]
+        yield
+        for blocker in blockers:
+            blocker.unblock()
