@@ -17,6 +17,7 @@ from core.rig.model import Rig
 from core.scene.boxes import CLASSES, Progress
 from core.scene.coarse import coarse_pog
 from core.scene.display import DisplayGrid
+from core.scene.top_view import SeenBy, TopView, TopViews
 from core.study.voxel_choice import VoxelChoice
 from widgets.viewport.heatmap_layer import HeatmapData
 
@@ -63,6 +64,7 @@ class EvaluationRequest:
     heat: HeatMode = "off"
     heat_class: str = CLASSES[0]
     is_preview: bool = False
+    map_by: SeenBy | None = None
 
     def asks_same(self, other: EvaluationRequest) -> bool:
         """Whether the answer to both is the same, whatever revision they belong to."""
@@ -71,13 +73,14 @@ class EvaluationRequest:
 
 @dataclass(frozen=True)
 class Result:
-    """The exact answer to one request: scores now and of the saved rig, and the heatmap to draw."""
+    """The exact answer to one request: scores now and of the saved rig, and the heatmap and the map to draw."""
 
     request: EvaluationRequest
     scene: LoadedScene
     evaluation: Evaluation
     saved_scores: Scores
     heatmap: HeatmapData | None
+    top_view: TopView | None = None
 
 
 @dataclass(frozen=True)
@@ -101,6 +104,7 @@ class Scoring:
         self._threads = threads
         self._coarse_above_ms = coarse_above_ms
         self._engine = Engine(scene.field, threads)
+        self._top_views = TopViews(scene.field)
         self._costs, self._coarse_costs = EditCosts(), EditCosts()
         self._saved: tuple[Rig, MetricSettings, Scores] | None = None
         self._coarse: Engine | None = None
@@ -111,14 +115,27 @@ class Scoring:
     def exact(self, request: EvaluationRequest, is_stale: IsStale) -> Result | None:
         """The exact answer; None when `is_stale` said so half-way."""
         evaluation = self._engine.evaluate(
-            request.rig, request.settings, is_stale, with_seen=request.heat == "seen"
+            request.rig,
+            request.settings,
+            is_stale,
+            with_seen=request.heat == "seen" or request.map_by is not None,
         )
         if evaluation is None:
             return None
         self._costs.note(request.rig, evaluation.elapsed_ms)
         saved_scores = self._scores_of_saved(request, evaluation)
         heatmap = self.scene.heatmaps.heatmap(request.heat, request.heat_class, evaluation)
-        return Result(request, self.scene, evaluation, saved_scores, heatmap)
+        return Result(
+            request, self.scene, evaluation, saved_scores, heatmap, self._top_view(request, evaluation)
+        )
+
+    def _top_view(self, request: EvaluationRequest, evaluation: Evaluation) -> TopView | None:
+        if request.map_by is None:
+            return None
+        camera, lidar = evaluation.seen_camera, evaluation.seen_lidar
+        seen = {"any": camera | lidar, "camera": camera, "lidar": lidar}[request.map_by]
+        cls = CLASSES.index(request.heat_class)
+        return self._top_views.view(cls, request.heat_class, request.map_by, seen)
 
     def _scores_of_saved(self, request: EvaluationRequest, evaluation: Evaluation) -> Scores:
         """Scores of the saved rig under the same settings; computed once per save, settings and scene."""

@@ -23,9 +23,11 @@ from app.window.features.files import Files
 from app.window.features.follow import Follow
 from app.window.features.heat import Heat
 from app.window.features.help import Help
+from app.window.features.map import Map
 from app.window.features.picture import Picture
 from app.window.features.scene_data import SceneData, choice_of
 from app.window.features.scores import Scores
+from app.window.features.sensor_view import SensorView
 from app.window.features.sensors import Sensors
 from app.window.features.views import Views
 from app.window.places import Places
@@ -39,7 +41,7 @@ from widgets.panels.scores_panel import ScoresPanel
 from widgets.panels.sensor_tree import SensorTree
 
 FEATURES: tuple[type[Feature], ...] = (
-    Files, Edits, Sensors, Views, Heat, Picture, SceneData, Scores, Follow, Background, Help,
+    Files, Edits, Sensors, Views, Heat, Picture, SceneData, Map, SensorView, Scores, Follow, Background, Help,
 )  # fmt: skip
 """Everything the window can do, in the order in which it stands in menus and toolbar."""
 DEFAULT_SIZE = QSize(1280, 800)

@@ -35,6 +35,9 @@ class ViewportWidget(Protocol):
     def frame_sensor(self, name: str) -> None:
         """Look at one sensor from near by."""
 
+    def look_at(self, x_m: float, y_m: float) -> None:
+        """Bring a spot on the ground into the middle of the view."""
+
     def set_vehicle(self, vehicle: Vehicle) -> None:
         """Draw another car; InputError for an unknown body."""
 

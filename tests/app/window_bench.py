@@ -88,6 +88,9 @@ class FakeViewport(QWidget):
     def frame_sensor(self, name: str) -> None:
         self.told.append(("frame", name))
 
+    def look_at(self, x_m: float, y_m: float) -> None:
+        self.told.append(("look", x_m, y_m))
+
     def screenshot(self, path: Path) -> None:
         path.write_bytes(b"PNG")
 

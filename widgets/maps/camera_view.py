@@ -11,8 +11,8 @@ from core.scene.boxes import CLASSES
 from core.view.camera_picture import CameraPicture, Face
 from core.view.projection import Points
 from widgets.maps.paint import argb, image_of, small_font
-from widgets.panels.style import DARK, Tones, tones
-from widgets.theme import CLASS_COLOURS, mix
+from widgets.panels.style import tones
+from widgets.theme import CLASS_COLOURS, DARK_TONES, Tones, mix
 
 _MARGIN_PX, _FOOTER_PX = 6.0, 20.0
 _SKY = {True: "#2a3442", False: "#dbe6f2"}
@@ -90,7 +90,7 @@ class CameraView(QWidget):
         if self._picture is not None and not self.image_area.isEmpty():
             painter.setFont(small_font(painter))
             painter.save()
-            self._draw_image(painter, self._picture, look is DARK)
+            self._draw_image(painter, self._picture, look is DARK_TONES)
             painter.restore()
             self._draw_footer(painter, look)
         painter.end()

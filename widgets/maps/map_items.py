@@ -11,8 +11,7 @@ from core.rig.model import Camera, Lidar, Vehicle
 from core.scene.grid import VoxelGrid
 from widgets.maps.paint import BAR_PX, SHARE_MAP, draw_bar, draw_tag
 from widgets.maps.plane import PlaneView
-from widgets.panels.style import DARK, Tones
-from widgets.theme import KIND_COLOURS, SELECTED_COLOUR
+from widgets.theme import DARK_TONES, KIND_COLOURS, SELECTED_COLOUR, Tones
 
 BLIND_COLOUR = "#f0356b"
 DOT_PX = 4.5
@@ -76,7 +75,7 @@ def draw_sensor(
     """A sensor with its heading: a dot with a tick for a LiDAR, with its field of view for a camera."""
     colour = QColor(KIND_COLOURS[sensor.kind])
     at = view.to_px(sensor.position[0], sensor.position[1])
-    edge = QColor(tones.field if tones is DARK else tones.text)
+    edge = QColor(tones.field if tones is DARK_TONES else tones.text)
     painter.setPen(QPen(colour, 1.6, c=Qt.PenCapStyle.RoundCap))
     if isinstance(sensor, Camera):
         _draw_wedge(painter, at, sensor, colour)

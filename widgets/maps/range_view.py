@@ -15,8 +15,8 @@ from core.scene.boxes import CLASSES
 from core.view.hits import BODY, GROUND, NOTHING
 from core.view.range_image import RangeImage
 from widgets.maps.paint import BAR_PX, RANGE_MAP, argb, colours, draw_bar, image_of, small_font
-from widgets.panels.style import Tones, tones
-from widgets.theme import CLASS_COLOURS
+from widgets.panels.style import tones
+from widgets.theme import CLASS_COLOURS, Tones
 
 Colouring = Literal["range", "hit"]
 _LEFT_PX, _TOP_PX, _RIGHT_PX = 40.0, 6.0, 10.0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from html import escape
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtWidgets import (
@@ -61,8 +62,13 @@ class SensorView(QWidget):
 
     def _build_header(self) -> None:
         self._header = QWidget()
-        row = QHBoxLayout(self._header)
-        row.setContentsMargins(MARGIN, 4, MARGIN, 4)
+        both = QVBoxLayout(self._header)
+        both.setContentsMargins(MARGIN, 4, MARGIN, 4)
+        both.setSpacing(2)
+        self.title = QLabel()
+        both.addWidget(self.title)
+        row = QHBoxLayout()
+        both.addLayout(row)
         row.setSpacing(SPACING)
         self.frame, self.slider = QSpinBox(), QSlider(Qt.Orientation.Horizontal)
         self.frame.setObjectName("frame")
@@ -88,6 +94,10 @@ class SensorView(QWidget):
         self.slider.valueChanged.connect(self._choose)
 
     # ------------------------------------------------------------------ what is shown
+    def set_title(self, name: str) -> None:
+        """Say whose view this is."""
+        self.title.setText(f"<b>{escape(name)}</b>")
+
     def set_frames(self, count: int) -> None:
         """How many frames there are to choose from; the chosen one stays if it is among them."""
         with self._silent():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -114,6 +115,12 @@ class ViewportBase(QWidget):
     def frame_sensor(self, name: str) -> None:
         """Look at one sensor from near by."""
         self._scene.frame(name)
+        self.request_render()
+
+    def look_at(self, x_m: float, y_m: float) -> None:
+        """Bring a spot of the ground plan into the middle of the view, from the direction and distance as now."""
+        camera = self._scene.state.camera
+        self._scene.set_camera(replace(camera, focal_m=(x_m, y_m, camera.focal_m[2])))
         self.request_render()
 
     def cancel_drag(self) -> bool:

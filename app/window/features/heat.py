@@ -24,7 +24,7 @@ class Heat(Feature):
         self.class_name = CLASSES[0]
         self._modes = Choice("heatmap", "What the heatmap shows", heat_actions(window, self.set_mode))
         self._classes = Choice(
-            "class", "Class of traffic of the heatmap", class_actions(window, self.set_class)
+            "class", "Class of traffic of heatmap and map", class_actions(window, self.set_class)
         )
         self._classes.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         window.places.add_to_toolbar("heat", self._modes)
@@ -46,4 +46,3 @@ class Heat(Feature):
     def _show(self) -> None:
         self._modes.show_choice(self.mode, f"Heatmap: {HEAT_TITLES[self.mode]}")
         self._classes.show_choice(self.class_name, self.class_name, with_icon=True)
-        self._classes.setEnabled(self.mode != "off")

@@ -9,6 +9,7 @@ from PySide6.QtCore import Qt
 from app.scoring import Approximation, EvaluationRequest, Result
 from app.window.feature import Feature
 from app.window.features.heat import Heat
+from app.window.features.map import Map
 from app.window.features.scene_data import SceneData
 
 if TYPE_CHECKING:
@@ -47,7 +48,7 @@ class Scores(Feature):
         document, heat = self.document, self.window.feature(Heat)
         request = EvaluationRequest(
             document.revision, document.rig, document.saved_rig, self.window.scores.settings,
-            heat.mode, heat.class_name, document.is_dragging,
+            heat.mode, heat.class_name, document.is_dragging, self.window.feature(Map).seen_by,
         )  # fmt: skip
         if self._request is not None and self._request.asks_same(request):
             return
