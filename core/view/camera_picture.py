@@ -42,7 +42,8 @@ class CameraPicture:
     """Everything in native pixels (x right, y down), in the order in which it is drawn.
 
     ground_px (k, 2), empty when none is in view; lines are (m, 2) each; `faces` go from far to near; body
-    (rows, columns) uint8 over the whole image: 0 where the car's own body is not, else how light it is.
+    (rows, columns) uint8 over the whole image: 0 where the car's own body is not, else how light it is;
+    boxes_seen: how many boxes of each class are not wholly hidden by nearer ones or by the body.
     """
 
     camera: Camera
@@ -52,11 +53,7 @@ class CameraPicture:
     roi_px: list[Points]
     faces: tuple[Face, ...]
     body: NDArray[np.uint8]
-
-    def boxes_in_view(self) -> dict[str, int]:
-        """Number of boxes of each class of which any part is in the image."""
-        seen = {(face.box, face.cls) for face in self.faces if _touches(face.corners_px, self.camera.image)}
-        return {name: sum(1 for _, cls in seen if cls == number) for number, name in enumerate(CLASSES)}
+    boxes_seen: dict[str, int]
 
     @property
     def body_share(self) -> float:
@@ -82,7 +79,7 @@ def camera_picture(camera: Camera, grid: VoxelGrid, boxes: FrameBoxes, body: Bod
         view.lines(*_horizon_m(camera)),
         view.lines(roi_m[_EDGES[:, 0]], roi_m[_EDGES[:, 1]]),
         _faces(view, boxes),
-        _body_mask(view, body),
+        *_first_hits(view, boxes, body),
     )
 
 
@@ -138,21 +135,19 @@ def _faces(view: Projection, boxes: FrameBoxes) -> tuple[Face, ...]:
     )
 
 
-def _body_mask(view: Projection, body: BodyTree) -> NDArray[np.uint8]:
-    """Where the rays of a coarse lattice over the image first meet the body, and how squarely."""
+def _first_hits(
+    view: Projection, boxes: FrameBoxes, body: BodyTree
+) -> tuple[NDArray[np.uint8], dict[str, int]]:
+    """What rays of a coarse lattice over the image meet first: the mask of the body, and the boxes seen."""
     width, height = view.camera.image
     columns = min(width, _MASK_WIDTH)
     rows = max(1, min(height, round(columns * height / width), _MASK_WIDTH * 2))
     rays = view.directions(columns, rows)
-    hits = cast(view.camera.position, rays, FrameBoxes.none(), body, (0.0, np.inf), has_ground=False)
+    hits = cast(view.camera.position, rays, boxes, body, (0.0, np.inf), has_ground=False)
     mask = np.where(hits.what == BODY, 1.0 + 254.0 * hits.facing, 0.0)
-    return mask.astype(np.uint8).reshape(rows, columns)
-
-
-def _touches(corners_px: Points, image: tuple[int, int]) -> bool:
-    """Whether the bounding box of a polygon overlaps the image."""
-    low, high = corners_px.min(axis=0), corners_px.max(axis=0)
-    return bool((high > 0.0).all() and (low < np.array(image)).all())
+    seen = boxes.cls[np.unique(hits.what[hits.what >= 0])]
+    counts = {name: int(np.count_nonzero(seen == number)) for number, name in enumerate(CLASSES)}
+    return mask.astype(np.uint8).reshape(rows, columns), counts
 
 
 def _holds(corners_px: Points, point: Points) -> bool:

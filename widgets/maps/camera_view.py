@@ -55,6 +55,7 @@ class CameraView(QWidget):
         scale = min(room.width() / width, room.height() / height)
         area = QRectF(0.0, 0.0, width * scale, height * scale)
         area.moveCenter(room.center())
+        area.moveTop(room.top() + min(area.top() - room.top(), 24.0))
         return area
 
     def readout(self) -> str:
@@ -72,10 +73,10 @@ class CameraView(QWidget):
         return place if face is None else f"{place} · {CLASSES[face.cls]}, {face.range_m:.1f} m away"
 
     def _summary(self, picture: CameraPicture) -> str:
-        counts = [f"{name} {count}" for name, count in picture.boxes_in_view().items() if count]
+        counts = [f"{name} {count}" for name, count in picture.boxes_seen.items() if count]
         width, height = picture.camera.image
         body = f" · own car {100 * picture.body_share:.0f} %" if picture.body_share > 0.005 else ""
-        return f"{width} × {height} px · in view: {', '.join(counts) or 'no boxes'}{body}"
+        return f"{width} × {height} px · sees {', '.join(counts) or 'no boxes'}{body}"
 
     def _to_pixel(self, at: QPointF, picture: CameraPicture) -> tuple[float, float]:
         area = self.image_area
@@ -130,7 +131,7 @@ class CameraView(QWidget):
         painter.setPen(QPen(QColor(look.muted), 1.0))
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.drawRect(area)
-        box = QRectF(8.0, self.height() - _FOOTER_PX, self.width() - 16.0, _FOOTER_PX)
+        box = QRectF(8.0, area.bottom(), self.width() - 16.0, _FOOTER_PX)
         text = painter.fontMetrics().elidedText(self.readout(), Qt.TextElideMode.ElideRight, int(box.width()))
         painter.setPen(QColor(look.text))
         painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text)

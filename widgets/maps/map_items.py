@@ -53,9 +53,9 @@ def roi_rectangle(view: PlaneView, grid: VoxelGrid) -> QRectF:
 def draw_car(painter: QPainter, view: PlaneView, vehicle: Vehicle, tones: Tones) -> None:
     """The car's outline with its windscreen, which tells front from rear."""
     half_l, half_w = vehicle.length / 2, vehicle.width / 2
-    fill = QColor(tones.panel)
-    fill.setAlphaF(0.85)
-    painter.setPen(QPen(QColor(tones.text), 1.4))
+    fill = QColor(tones.text)
+    fill.setAlphaF(0.9)
+    painter.setPen(QPen(QColor(tones.field), 1.4))
     painter.setBrush(fill)
     rounding = 0.28 * vehicle.width * view.scale
     painter.drawRoundedRect(view.rectangle((-half_l, half_l), (-half_w, half_w)), rounding, rounding)
@@ -65,7 +65,7 @@ def draw_car(painter: QPainter, view: PlaneView, vehicle: Vehicle, tones: Tones)
     glass.lineTo(view.to_px(0.03 * vehicle.length, 0.64 * half_w))
     glass.closeSubpath()
     painter.setPen(Qt.PenStyle.NoPen)
-    painter.setBrush(QColor(tones.muted))
+    painter.setBrush(QColor(tones.field))
     painter.drawPath(glass)
 
 

@@ -81,7 +81,7 @@ def test_boxes_beside_and_behind_the_camera_do_not_fold_into_the_picture() -> No
     for face in shown.faces:
         assert np.isfinite(face.corners_px).all()
         assert face.corners_px[:, 0].max() < 320.0  # a wall on the left stays on the left
-    assert shown.boxes_in_view() == {"car": 1, "bicycle": 0, "pedestrian": 0}
+    assert shown.boxes_seen == {"car": 1, "bicycle": 0, "pedestrian": 0}
 
 
 def test_a_box_that_touches_the_lens_is_cut_off_in_front_of_it() -> None:
@@ -131,3 +131,9 @@ def test_the_own_body_covers_the_pixels_whose_rays_hit_it() -> None:
 def test_a_camera_in_the_ground_shows_no_ground() -> None:
     eye = camera(position=(0.0, 0.0, -0.3))
     assert len(camera_picture(eye, GRID, FrameBoxes.none(), NO_BODY).ground_px) == 0
+
+
+def test_boxes_behind_others_are_not_counted_as_seen() -> None:
+    wall, behind = (0, (5.0, 0.0, 2.0), (0.5, 30.0, 4.0), 0.0), (2, (9.0, 0.0, 0.9), (0.5, 0.5, 1.8), 0.0)
+    assert camera_picture(camera(), GRID, frame_of(wall, behind), NO_BODY).boxes_seen["pedestrian"] == 0
+    assert camera_picture(camera(), GRID, frame_of(behind), NO_BODY).boxes_seen["pedestrian"] == 1

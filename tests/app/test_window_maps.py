@@ -1,0 +1,197 @@
+"""Map and sensor view in the window: they follow rig, selection, class and scene, and cost nothing out of sight."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from pytestqt.qtbot import QtBot
+
+from app.scenario import load_scenario
+from app.window.features.heat import Heat
+from app.window.features.map import Map
+from app.window.features.scene_data import SceneData
+from app.window.features.scores import Scores
+from app.window.features.sensor_view import SensorView
+from core.engine.engine import Engine
+from core.geometry import Pose
+from core.rig.model import Vehicle
+from core.scene.pog_store import save_pog
+from core.scene.top_view import SeenBy, TopView, TopViews
+from core.view.camera_picture import CameraPicture
+from core.view.range_image import RangeImage
+from tests.app.window_bench import TIMEOUT_MS, Bench, open_bench, scene_options
+
+
+@pytest.fixture
+def bench(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
+    with open_bench(qtbot, tmp_path) as opened:
+        yield opened
+
+
+def look_at(bench: Bench, dock: str) -> None:
+    """Bring a dock to the front, as a click on its tab does."""
+    bench.window.docks[dock].show()
+    bench.window.docks[dock].raise_()
+    bench.qtbot.waitUntil(lambda: bench.window.docks[dock].widget().isVisible(), timeout=TIMEOUT_MS)
+
+
+def shown_map(bench: Bench) -> TopView:
+    """The map once it is up to date."""
+    look_at(bench, "Map")
+    bench.settle()
+    result = bench.window.feature(Scores).result
+    assert result is not None and result.top_view is not None
+    assert bench.window.feature(Map).panel.map._top is result.top_view
+    return result.top_view
+
+
+def expected_map(bench: Bench, cls: int, seen_by: SeenBy) -> TopView:
+    """The map of the document's rig, made from scratch."""
+    field = bench.scenes[-1].field
+    evaluation = Engine(field, 1).evaluate(bench.document.rig)
+    assert evaluation is not None
+    camera, lidar = evaluation.seen_camera, evaluation.seen_lidar
+    seen = {"any": camera | lidar, "camera": camera, "lidar": lidar}[seen_by]
+    return TopViews(field).view(cls, "", seen_by, seen)
+
+
+def picture(bench: Bench) -> CameraPicture | RangeImage:
+    """What the sensor view shows once it is up to date."""
+    look_at(bench, "Sensor view")
+    feature = bench.window.feature(SensorView)
+    bench.qtbot.waitUntil(lambda: feature.is_current, timeout=TIMEOUT_MS)
+    panel = feature.panel
+    found = panel.camera._picture if panel.page is panel.camera else panel.ranges._image
+    assert panel.page is not panel.text, panel.text.text()
+    assert found is not None
+    return found
+
+
+def test_out_of_sight_no_map_is_made(bench: Bench) -> None:
+    bench.drag("roof", (0.5, 0.0, 1.9))
+    bench.settle()
+    result = bench.window.feature(Scores).result
+    assert result is not None and result.top_view is None
+    assert bench.window.feature(SensorView).pictures._thread is None
+
+
+def test_the_map_follows_every_edit_exactly(bench: Bench) -> None:
+    np.testing.assert_array_equal(shown_map(bench).seen, expected_map(bench, 0, "any").seen)
+    bench.drag("roof", (0.5, 0.0, 1.9), (-0.7, 0.3, 2.5))
+    np.testing.assert_array_equal(shown_map(bench).seen, expected_map(bench, 0, "any").seen)
+    bench.act("undo")
+    np.testing.assert_array_equal(shown_map(bench).seen, expected_map(bench, 0, "any").seen)
+
+
+def test_the_map_shows_the_class_and_the_sensors_that_are_chosen(bench: Bench) -> None:
+    panel = bench.window.feature(Map).panel
+    shown_map(bench)
+    bench.window.feature(Heat).set_class("pedestrian")
+    assert shown_map(bench).class_name == "pedestrian"
+    assert panel.title.text() == "Pedestrian, seen by"
+    for place, seen_by in ((1, "lidar"), (2, "camera")):
+        panel.choice.setCurrentIndex(place)
+        panel.choice.activated.emit(place)
+        np.testing.assert_array_equal(shown_map(bench).levels, expected_map(bench, 2, seen_by).levels)  # type: ignore[arg-type]
+
+
+def test_a_click_on_the_map_selects_a_sensor_or_turns_the_view_there(bench: Bench) -> None:
+    shown_map(bench)
+    view = bench.window.feature(Map).panel.map
+    x, y, _ = bench.document.rig.sensor("front").position
+    QTest.mouseClick(view, Qt.MouseButton.LeftButton, pos=view.plane.to_px(x, y).toPoint())
+    assert bench.document.selected == "front"
+    QTest.mouseClick(view, Qt.MouseButton.LeftButton, pos=view.plane.to_px(6.0, -5.0).toPoint())
+    name, x, y = bench.viewport.told[-1]
+    assert name == "look"
+    assert (x, y) == pytest.approx((6.0, -5.0), abs=0.2)
+
+
+def test_the_sensor_view_shows_the_selected_sensor(bench: Bench) -> None:
+    bench.document.select("front")
+    shown = picture(bench)
+    assert isinstance(shown, CameraPicture) and shown.camera.name == "front"
+    assert shown.boxes_seen == {"car": 1, "bicycle": 0, "pedestrian": 0}  # the bicycle is far to the right
+    bench.document.select("roof")
+    shown = picture(bench)
+    assert isinstance(shown, RangeImage) and shown.range_m.shape == (8, 36)
+    assert (shown.what >= 0).any()
+
+
+def test_the_sensor_view_follows_a_drag(bench: Bench) -> None:
+    bench.document.select("front")
+    before = picture(bench)
+    bench.viewport.press("front")
+    bench.viewport.move("front", Pose((1.0, 0.0, 1.4), (0.0, 0.0, 180.0)))
+    during = picture(bench)
+    bench.viewport.release("front")
+    assert isinstance(before, CameraPicture) and isinstance(during, CameraPicture)
+    assert during.camera.rpy_deg == (0.0, 0.0, 180.0)
+    assert during.boxes_seen != before.boxes_seen
+
+
+def test_the_frame_is_kept_when_another_sensor_is_selected(bench: Bench) -> None:
+    bench.document.select("front")
+    picture(bench)
+    panel = bench.window.feature(SensorView).panel
+    assert panel.frame.maximum() == 2
+    panel.frame.setValue(1)
+    shown = picture(bench)
+    assert isinstance(shown, CameraPicture) and shown.boxes_seen["car"] == 0  # it stands behind
+    bench.document.select("roof")
+    picture(bench)
+    assert panel.chosen_frame == 1
+
+
+def test_the_car_itself_is_in_the_picture(bench: Bench) -> None:
+    bench.document.select("front")
+    bench.viewport.press("front")
+    bench.viewport.move("front", Pose((0.0, 0.0, 2.5), (0.0, 60.0, 0.0)))
+    bench.viewport.release("front")
+    shown = picture(bench)
+    assert isinstance(shown, CameraPicture)
+    assert shown.body_share > 0.3
+    vehicle = Vehicle(length=1.0, width=0.4, height=0.4, rear_axle_x=-0.3)
+    bench.document.apply(bench.document.rig.replace(vehicle=vehicle))
+    smaller = picture(bench)
+    assert isinstance(smaller, CameraPicture)
+    assert smaller.body_share < 0.5 * shown.body_share
+
+
+def test_a_stored_pog_has_no_boxes_to_show_and_says_so(qtbot: QtBot, tmp_path: Path) -> None:
+    path = tmp_path / "small.pog"
+    save_pog(load_scenario(scene_options(tmp_path)).pog, path)
+    with open_bench(qtbot, tmp_path, boxes=None, voxel_m=None, roi_m=None, pog=path) as bench:
+        bench.document.select("front")
+        shown = picture(bench)
+        panel = bench.window.feature(SensorView).panel
+        assert isinstance(shown, CameraPicture) and not shown.faces
+        assert "stored POG holds no boxes" in panel.note.text() and panel.note.isVisible()
+        assert not panel.frame.isEnabled()
+
+
+def test_a_switched_off_sensor_is_shown_and_said_not_to_count(bench: Bench) -> None:
+    bench.document.select("front")
+    bench.document.set_enabled("front", False)
+    picture(bench)
+    assert "does not count" in bench.window.feature(SensorView).panel.note.text()
+
+
+def test_another_data_set_brings_its_own_frames(bench: Bench, tmp_path: Path) -> None:
+    bench.document.select("front")
+    picture(bench)
+    other = tmp_path / "other.csv"
+    other.write_text(
+        "seq,frame,cls,x,y,z,length,width,height,yaw\n"
+        + "".join(f"s,{n},pedestrian,8,0,0.9,0.6,0.6,1.8,0\n" for n in range(9))
+    )
+    bench.window.feature(SceneData).load(scene_options(tmp_path, boxes=other))
+    bench.settle()
+    bench.qtbot.waitUntil(lambda: bench.scenes[-1].options.boxes == other, timeout=TIMEOUT_MS)
+    shown = picture(bench)
+    assert isinstance(shown, CameraPicture)
+    assert shown.boxes_seen == {"car": 0, "bicycle": 0, "pedestrian": 1}
+    assert bench.window.feature(SensorView).panel.frame.maximum() == 8
