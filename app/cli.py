@@ -23,6 +23,7 @@ from core.errors import InputError
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 SCENE = Group("Scene: boxes and grid", sort_key=10)
 SCORE = Group("Score", sort_key=20)
+BUILD = Group("Build", sort_key=30)
 
 
 def _whole_number(_: Any, tokens: Sequence[Token]) -> int:
@@ -186,25 +187,32 @@ def evaluate(
 
 @app.command(sort_key=2)
 def pog(
-    boxes: Annotated[Path, Parameter(name="BOXES")],
-    /,
-    *,
+    *boxes: Annotated[Path, Parameter(name="BOXES", required=True)],
     out: Out,
     reading: Reading = Reading(),
+    workers: Annotated[Whole, Parameter(group=BUILD)] = None,
+    dask: Annotated[str | None, Parameter(group=BUILD, metavar="ADDRESS")] = None,
 ) -> None:
-    """Build the POG of a box data set and store it for --pog.
+    """Build the POG of one or more box data sets together and store it for --pog.
+
+    A build of many logs or tables works on several of them at once. When it is interrupted, the same command goes
+    on where it was.
 
     Parameters
     ----------
     boxes
-        Box data set: table, nuScenes, Argoverse 2, KITTI or CARLA folder.
+        Box data sets: tables, nuScenes, Argoverse 2, KITTI or CARLA folders.
     out
-        Where to store it (.npz).
+        Where to store it (.npz). Finished parts are kept beside it, in FILE.parts, until all is done.
+    workers
+        Processes that build parts at the same time (as many as cores, parts and memory allow).
+    dask
+        Build the parts on the Dask cluster whose scheduler listens there, such as tcp://10.0.0.1:8786.
     """
-    options = reading.options(boxes)
-    from app import jobs
+    options = reading.options(boxes[0])
+    from app import pog_job
 
-    jobs.build_pog_file(options, out)
+    pog_job.build_pog_file(options, boxes, out, workers, dask)
 
 
 @app.command(sort_key=3)

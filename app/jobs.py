@@ -1,4 +1,4 @@
-"""What the commands that draw nothing do: score rigs, store a POG, list presets, repeat Table I."""
+"""What the commands that draw nothing do: score rigs, list presets, repeat Table I."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 from app import evaluate_json, tables
 from app.console import note, progress_bar, results
 from app.options import SceneOptions, ScoreOptions
-from app.scenario import grid_of, load_scenario, remarks_on, settings_of, short_source, source_of
+from app.scenario import load_scenario, remarks_on, settings_of, short_source
 from core.engine.engine import Engine, Evaluation, evaluate_from_scratch
 from core.files import atomic_write, require_writable
 from core.metric.entropy import EntropyField
@@ -17,8 +17,7 @@ from core.rays import missing_ray_count
 from core.rig.model import Camera, Lidar, Rig
 from core.rig.presets import PAPER_RIGS, PRESETS, find_rig, preset
 from core.rig.yaml_file import dumps
-from core.scene.pog import Pog, build_pog
-from core.scene.pog_store import save_pog
+from core.scene.pog import Pog
 from core.study import table1 as study
 
 WARM_UP = Rig(
@@ -117,22 +116,6 @@ def print_scores(evaluations: Sequence[Evaluation], field: EntropyField, score: 
     print_scene(field, score)
     console.print(tables.score_table(evaluations))
     console.print(tables.EXPLANATION[score.reading], soft_wrap=True)
-
-
-def build_pog_file(options: SceneOptions, out: Path) -> None:
-    """Build a POG and store it; on Ctrl-C the old file stays and nothing half-written is left."""
-    require_writable(out)
-    source, grid = source_of(options), grid_of(options)
-    with progress_bar("Building the POG") as progress:
-        pog = build_pog(source, grid, progress)
-    save_pog(pog, out)
-    for line in remarks_on(pog.data):
-        note(line)
-    console = results()
-    console.print(tables.data_line(pog.data, short_source(pog.data)), soft_wrap=True, markup=False)
-    console.print(
-        f"{out}: {pog.index.count:,} occupied voxels of {grid.voxel_m:g} m", soft_wrap=True, markup=False
-    )
 
 
 def presets(name: str | None, out: Path | None) -> None:

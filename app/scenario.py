@@ -17,7 +17,7 @@ from core.scene.boxes import BoxSource, DataReport, Progress
 from core.scene.grid import DEFAULT_ROI_M, DEFAULT_VOXEL_M, VoxelGrid
 from core.scene.pog import Pog
 from core.scene.pog_store import cached_pog, load_pog
-from core.scene.readers import bundled_source, open_boxes, parse_class_map
+from core.scene.readers import Source, bundled_source, open_boxes, parse_class_map
 from core.study.voxel_choice import Tried, VoxelChoice, choose, ladder_grids
 
 SHOWN_UNMAPPED = 5
@@ -60,7 +60,12 @@ def source_of(options: SceneOptions) -> BoxSource:
             if value is not None:
                 raise InputError(f"{name} describes a box data set; name the data set with --boxes as well")
         return bundled_source()
-    return open_boxes(options.boxes, options.origin_m, options.frames, parse_class_map(options.classes))
+    return boxes_of(options, [options.boxes])
+
+
+def boxes_of(options: SceneOptions, paths: Sequence[Path]) -> Source:
+    """The box data at some paths as one data set, read as the options say."""
+    return open_boxes(paths, options.origin_m, options.frames, parse_class_map(options.classes))
 
 
 def load_field(options: SceneOptions, progress: Progress | None = None) -> tuple[Pog, EntropyField]:

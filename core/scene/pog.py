@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from core.errors import InputError
 from core.kernels import fill, jit
-from core.scene.boxes import CLASSES, BoxBatch, BoxSource, DataReport, Progress
+from core.scene.boxes import CLASSES, BoxSource, DataReport, Progress
 from core.scene.columns import VoxelIndex, empty_words
+from core.scene.filling import fill_batch
 from core.scene.grid import VoxelGrid
 
 BYTES_PER_VOXEL = 4.0 * len(CLASSES) + 0.5
@@ -32,45 +33,57 @@ class Pog:
         return result
 
 
-def _packed(batch: BoxBatch, rows: NDArray[np.bool_]) -> NDArray[np.float64]:
-    rotation = batch.rotation[rows].reshape(-1, 9)
-    return np.ascontiguousarray(np.hstack([batch.centre_m[rows], batch.size_m[rows] / 2, rotation]))
+class PogSum:
+    """Adds up boxes and POGs of parts of a data set on one grid.
+
+    Counts are whole numbers, so the sum is the same to the last bit however the data were split and in
+    whatever order the parts come. Memory depends on the grid alone: `counts` holds one dense array per class.
+    Raises InputError when the grid does not fit in memory.
+    """
+
+    def __init__(self, grid: VoxelGrid) -> None:
+        grid.require_memory(BYTES_PER_VOXEL, "building the POG")
+        self.grid = grid
+        self.counts = [np.zeros(grid.shape, np.uint32) for _ in CLASSES]
+
+    def add(self, part: Pog) -> None:
+        """Add the POG of some other frames on the same grid."""
+        i, j, k = part.index.ijk().T
+        for cls, dense in enumerate(self.counts):
+            dense[i, j, k] += part.counts[:, cls]
+
+    def pog(self, report: DataReport) -> Pog:
+        """The POG of everything that was added; `report` says how many frames that were."""
+        words = empty_words(self.grid)
+        for dense in self.counts:
+            fill.pack_nonzero(dense, words)
+        index = VoxelIndex.of(self.grid, words)
+        dtype = np.uint16 if report.frames <= np.iinfo(np.uint16).max else np.uint32
+        packed = np.empty((index.count, len(CLASSES)), dtype)
+        i, j, k = index.ijk().T
+        for cls, dense in enumerate(self.counts):
+            packed[:, cls] = dense[i, j, k]
+        return Pog(self.grid, report, index, packed)
 
 
-def fill_batch(batch: BoxBatch, grid: VoxelGrid, counts: list[NDArray[np.uint32]], workers: int) -> None:
-    """Add the frames of a batch to the dense counts, one array (nx, ny, nz) per class."""
-    origin = np.array(grid.origin_m)
-    for cls, target in enumerate(counts):
-        rows = batch.cls == cls
-        if rows.any():
-            fill.fill_counts(_packed(batch, rows), batch.frame[rows], origin, grid.voxel_m, workers, target)
-
-
-def _compressed(grid: VoxelGrid, counts: list[NDArray[np.uint32]], frames: int) -> tuple[VoxelIndex, Counts]:
-    words = empty_words(grid)
-    for dense in counts:
-        fill.pack_nonzero(dense, words)
-    index = VoxelIndex.of(grid, words)
-    dtype = np.uint16 if frames <= np.iinfo(np.uint16).max else np.uint32
-    packed = np.empty((index.count, len(CLASSES)), dtype)
-    i, j, k = index.ijk().T
-    for cls, dense in enumerate(counts):
-        packed[:, cls] = dense[i, j, k]
-    return index, packed
-
-
-def build_pog(source: BoxSource, grid: VoxelGrid, progress: Progress | None = None) -> Pog:
+def build_pog(
+    source: BoxSource, grid: VoxelGrid, progress: Progress | None = None, threads: int | None = None
+) -> Pog:
     """Stream a data set into a POG; memory depends on the grid alone, not on the number of frames.
 
     Raises InputError on bad input or when the grid does not fit in memory.
     """
-    grid.require_memory(BYTES_PER_VOXEL, "building the POG")
-    workers = jit.use_threads(None)
-    counts = [np.zeros(grid.shape, np.uint32) for _ in CLASSES]
+    pog = build_part(source, grid, progress, threads)
+    if pog.data.frames < 1:
+        raise InputError(f"{pog.data.source}: holds no frames; at least one is needed")
+    return pog
+
+
+def build_part(
+    source: BoxSource, grid: VoxelGrid, progress: Progress | None = None, threads: int | None = None
+) -> Pog:
+    """As build_pog, for a part of a data set: it may hold no frame at all."""
+    total, workers = PogSum(grid), jit.use_threads(threads)
     for batch in source.batches(progress):
-        fill_batch(batch, grid, counts, workers)
-    report = source.report()
-    if report.frames < 1:
-        raise InputError(f"{report.source}: holds no frames; at least one is needed")
-    index, packed = _compressed(grid, counts, report.frames)
-    return Pog(grid, report, index, packed)
+        fill_batch(batch, grid, total.counts, workers)
+    return total.pog(source.report())

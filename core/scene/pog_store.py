@@ -9,7 +9,7 @@ import os
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 import platformdirs
@@ -49,16 +49,21 @@ def _digest(header: str, words: np.ndarray, counts: np.ndarray) -> str:
 
 def save_pog(pog: Pog, path: Path | str) -> None:
     """Write a POG atomically; InputError when the place cannot be written."""
+    with atomic_write(Path(path), "wb") as file:
+        write_pog(pog, file)
+
+
+def write_pog(pog: Pog, file: IO[bytes]) -> None:
+    """Write a POG into an open file."""
     header = json.dumps(_header(pog), sort_keys=True)
     digest = _digest(header, pog.index.words, pog.counts)
-    with atomic_write(Path(path), "wb") as file:
-        np.savez_compressed(
-            file,
-            header=np.array(header),
-            digest=np.array(digest),
-            words=pog.index.words,
-            counts=pog.counts,
-        )
+    np.savez_compressed(
+        file,
+        header=np.array(header),
+        digest=np.array(digest),
+        words=pog.index.words,
+        counts=pog.counts,
+    )
 
 
 def _checked(header: dict[str, Any], words: np.ndarray, counts: np.ndarray) -> Pog:
@@ -86,15 +91,8 @@ def _checked(header: dict[str, Any], words: np.ndarray, counts: np.ndarray) -> P
 def load_pog(path: Path | str) -> Pog:
     """Read a POG file; InputError when it is missing, damaged, or not a POG (nothing is ever unpickled)."""
     try:
-        with Path(path).open("rb") as file, np.load(file, allow_pickle=False) as archive:
-            header_text = str(archive["header"])
-            words, counts = archive["words"], archive["counts"]
-            if _digest(header_text, words, counts) != str(archive["digest"]):
-                raise ValueError("checksum differs")
-        header = json.loads(header_text)
-        if header.get("riglens_pog") != FORMAT:
-            raise ValueError(f"format {header.get('riglens_pog')} is not supported")
-        return _checked(header, words, counts)
+        with Path(path).open("rb") as file:
+            return read_pog(file)
     except FileNotFoundError as error:
         raise InputError(f"{path}: no such file; accepted is a POG written by 'riglens pog'") from error
     except Exception as error:  # damaged bytes make numpy, zipfile and zlib raise a dozen kinds of error
@@ -104,22 +102,36 @@ def load_pog(path: Path | str) -> Pog:
         ) from error
 
 
+def read_pog(file: IO[bytes]) -> Pog:
+    """The POG in an open file; raises whatever its damaged bytes lead to."""
+    with np.load(file, allow_pickle=False) as archive:
+        header_text = str(archive["header"])
+        words, counts = archive["words"], archive["counts"]
+        if _digest(header_text, words, counts) != str(archive["digest"]):
+            raise ValueError("checksum differs")
+    header = json.loads(header_text)
+    if header.get("riglens_pog") != FORMAT:
+        raise ValueError(f"format {header.get('riglens_pog')} is not supported")
+    return _checked(header, words, counts)
+
+
 def cache_folder() -> Path:
     """The user's cache folder of RigLens; the environment variable RIGLENS_CACHE_DIR wins."""
     override = os.environ.get("RIGLENS_CACHE_DIR")
     return Path(override) if override else Path(platformdirs.user_cache_dir("riglens"))
 
 
-def _cache_file(source: BoxSource, grid: VoxelGrid) -> Path:
+def pog_file_name(source: BoxSource, grid: VoxelGrid) -> str:
+    """The name under which the POG of these boxes on this grid is kept: other boxes, another name."""
     key = json.dumps(
         [FORMAT, source.content_hash, grid.voxel_m.hex(), [side.hex() for side in map(float, grid.roi_m)]]
     )
-    return cache_folder() / f"pog-{hashlib.sha256(key.encode()).hexdigest()[:32]}.npz"
+    return f"pog-{hashlib.sha256(key.encode()).hexdigest()[:32]}.npz"
 
 
 def cached_pog(source: BoxSource, grid: VoxelGrid, progress: Progress | None = None) -> Pog:
     """The POG of a data set, from the cache when its content was seen before; rebuilt when damaged."""
-    path = _cache_file(source, grid)
+    path = cache_folder() / pog_file_name(source, grid)
     with contextlib.suppress(InputError):  # not there, not readable or damaged: all the same
         pog = load_pog(path)
         return replace(pog, data=replace(pog.data, source=source.name))  # an equal copy may have been first

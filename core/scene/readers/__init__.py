@@ -2,6 +2,6 @@
 
 from core.scene.readers.bundled import bundled_source
 from core.scene.readers.classes import parse_class_map
-from core.scene.readers.opening import open_boxes
+from core.scene.readers.opening import Source, open_boxes, together
 
-__all__ = ["bundled_source", "open_boxes", "parse_class_map"]
+__all__ = ["Source", "bundled_source", "open_boxes", "parse_class_map", "together"]

@@ -106,7 +106,7 @@ class KittiSource(FileBoxSource):
         return [*self._labels, *map(self._calib, self._labels)]
 
     def _read(self, tally: Tally, progress: Progress) -> Iterator[BoxBatch]:
-        tally.sequences = len(self._labels) if self._layout.tracking else 1
+        tally.sequences = len(self._labels)
         pending: list[BoxBatch] = []
         for done, label in enumerate(self._labels, start=1):
             pending.append(self._boxes(label, tally))

@@ -72,7 +72,12 @@ def open_boxes(
     if len(places) == 1:
         return _open(places[0], how, is_part=False)
     members = [_open(place, how, is_part=True) for place in places]
-    return BoxCollection(", ".join(map(str, places)), members, frames)
+    return BoxCollection(together(places), members, frames)
+
+
+def together(paths: Sequence[Path]) -> str:
+    """What several data sets that are read as one are called."""
+    return str(paths[0]) if len(paths) == 1 else f"{paths[0]} + {len(paths) - 1} more"
 
 
 def _open(place: Path, how: HowToRead, is_part: bool) -> Source:

@@ -1,0 +1,93 @@
+"""Counts boxes into the dense grid, in calls that are short enough for Ctrl-C to be heard in between."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from core.kernels import fill
+from core.scene.boxes import BoxBatch
+from core.scene.grid import VoxelGrid
+
+VOXELS_PER_CALL = 1 << 27
+"""Compiled code does not listen; this much takes it some tenths of a second, rarely more than one."""
+
+BOXES_PER_FRAME = 1 << 12
+"""With more boxes than this in one frame, looking for overlaps between all of them takes longer than marking."""
+
+Counts = NDArray[np.uint32]
+
+
+def fill_batch(batch: BoxBatch, grid: VoxelGrid, counts: list[Counts], workers: int) -> None:
+    """Add the frames of a batch to the dense counts, one array (nx, ny, nz) per class."""
+    for cls, target in enumerate(counts):
+        rows = batch.cls == cls
+        if rows.any():
+            _fill_class(_packed(batch, rows), batch.frame[rows], grid, target, workers)
+
+
+def _fill_class(
+    boxes: NDArray[np.float64], frame: NDArray[np.int64], grid: VoxelGrid, target: Counts, workers: int
+) -> None:
+    voxels = voxels_within_reach(boxes, grid)
+    for start, end in _runs_of_frames(frame, voxels):
+        run = slice(start, end)
+        if frame[start] == frame[end - 1] and _is_heavy(voxels[run]):
+            _fill_heavy_frame(boxes[run], voxels[run], grid, target, workers)
+        else:
+            _call(boxes[run], frame[run], grid, target, workers)
+
+
+def _fill_heavy_frame(
+    boxes: NDArray[np.float64], voxels: NDArray[np.int64], grid: VoxelGrid, target: Counts, workers: int
+) -> None:
+    """Add one frame box by box: mark on a grid of its own, as if each box were a frame, then count once."""
+    marks = np.zeros_like(target)
+    each = np.arange(len(boxes), dtype=np.int64)
+    for start, end in _runs_of_frames(each, voxels):
+        _call(boxes[start:end], each[start:end], grid, marks, workers)
+    np.add(target, marks > 0, out=target)
+
+
+def _call(
+    boxes: NDArray[np.float64], frame: NDArray[np.int64], grid: VoxelGrid, target: Counts, workers: int
+) -> None:
+    fill.fill_counts(boxes, frame, np.array(grid.origin_m), grid.voxel_m, workers, target)
+
+
+def _packed(batch: BoxBatch, rows: NDArray[np.bool_]) -> NDArray[np.float64]:
+    rotation = batch.rotation[rows].reshape(-1, 9)
+    return np.ascontiguousarray(np.hstack([batch.centre_m[rows], batch.size_m[rows] / 2, rotation]))
+
+
+def voxels_within_reach(boxes: NDArray[np.float64], grid: VoxelGrid) -> NDArray[np.int64]:
+    """About how many voxels of the grid have to be looked at for each box, (n,), at least 1.
+
+    boxes (n, 15): centre, half size, rotation by rows, as the kernel takes them.
+    """
+    half = np.einsum("nij,nj->ni", np.abs(boxes[:, 6:15].reshape(-1, 3, 3)), boxes[:, 3:6])
+    low = (boxes[:, 0:3] - half - grid.origin_m) / grid.voxel_m
+    high = (boxes[:, 0:3] + half - grid.origin_m) / grid.voxel_m
+    cells = np.clip(high, 0, grid.shape) - np.clip(low, 0, grid.shape) + 1
+    return np.asarray(np.prod(cells, axis=1), dtype=np.int64)
+
+
+def _is_heavy(voxels: NDArray[np.int64]) -> bool:
+    return int(voxels.sum()) > VOXELS_PER_CALL or voxels.size > BOXES_PER_FRAME
+
+
+def _runs_of_frames(frame: NDArray[np.int64], voxels: NDArray[np.int64]) -> Iterator[tuple[int, int]]:
+    """(start, end) of runs of whole frames, each for one call; a heavy frame is a run of its own."""
+    starts = np.flatnonzero(np.diff(frame, prepend=frame[0] - 1))
+    sizes = np.diff(starts, append=frame.size)
+    work = np.add.reduceat(voxels, starts)
+    heavy = (work > VOXELS_PER_CALL) | (sizes > BOXES_PER_FRAME)
+    share = (np.cumsum(work) - work) // VOXELS_PER_CALL
+    begins = np.diff(share, prepend=-1) != 0
+    begins |= heavy
+    begins[1:] |= heavy[:-1]
+    cuts = [*starts[begins].tolist(), int(frame.size)]
+    yield from itertools.pairwise(cuts)

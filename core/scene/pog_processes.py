@@ -1,0 +1,67 @@
+"""Worker processes on this machine that build groups of a data set."""
+
+from __future__ import annotations
+
+import multiprocessing
+import multiprocessing.connection
+import os
+import signal
+import threading
+from collections.abc import Iterator
+from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+
+from core.scene.grid import VoxelGrid
+from core.scene.pog_parts import group_file
+from core.scene.readers.collection import BoxCollection
+
+
+class WorkerProcesses:
+    """Processes that build groups, each on its share of the cores."""
+
+    def __init__(self, pool: ProcessPoolExecutor, count: int) -> None:
+        self._pool = pool
+        self._threads = max(1, (os.cpu_count() or 1) // count)
+        self.ahead = count + 1
+
+    def submit(self, group: BoxCollection, grid: VoxelGrid) -> Future[bytes]:
+        """Begin to build one group as soon as a process is free."""
+        return self._pool.submit(group_file, group, grid, self._threads)
+
+
+@contextmanager
+def worker_processes(count: int) -> Iterator[WorkerProcesses]:
+    """Run `count` processes while the block runs; on any exception, Ctrl-C included, they end at once.
+
+    Raises ChildProcessError when one of them was killed, as the system does when memory runs out.
+    """
+    before = set(multiprocessing.active_children())
+    # spawn: a forked copy of a process with threads (Numba's, Arrow's) may hang
+    pool = ProcessPoolExecutor(count, multiprocessing.get_context("spawn"), _begin)
+    try:
+        yield WorkerProcesses(pool, count)
+    except BaseException as error:
+        for process in set(multiprocessing.active_children()) - before:
+            process.terminate()
+        pool.shutdown(cancel_futures=True)
+        if isinstance(error, BrokenProcessPool):
+            raise ChildProcessError(
+                "a worker process ended before its work was done (out of memory?); what is finished is kept: run "
+                "the same command again, with fewer --workers"
+            ) from error
+        raise
+    pool.shutdown()
+
+
+def _begin() -> None:
+    """In a worker: leave Ctrl-C to the main process, and end when that has been killed."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        multiprocessing.connection.wait([parent.sentinel])
+        os._exit(1)

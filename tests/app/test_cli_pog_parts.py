@@ -1,0 +1,166 @@
+"""`riglens pog` on many tables: in parallel, killed and continued, on a Dask cluster: one and the same POG."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import psutil
+import pytest
+
+from core.scene.pog_store import load_pog
+from tests.app.conftest import REPOSITORY
+
+GRID = ("--voxel", "0.2", "--roi", "40", "20", "4")
+HEADER = "seq,frame,cls,x,y,z,length,width,height,yaw\n"
+TABLES = 6
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder of tables that each take a moment."""
+    path = tmp_path_factory.mktemp("tables")
+    random = np.random.default_rng(11)
+    for table in range(TABLES):
+        numbers = random.uniform([-18, -9, 0.5, 3, 1, 1, -3], [18, 9, 2, 12, 3, 3, 3], (2400, 7)).round(3)
+        rows = (f"s,{n // 4},car,{','.join(map(str, row))}" for n, row in enumerate(numbers.tolist()))
+        (path / f"{table}.csv").write_text(HEADER + "\n".join(rows) + "\n")
+    return path
+
+
+@pytest.fixture(scope="module")
+def expected(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[bytes, ...]:
+    """The POG built here, one table after the other."""
+    from app.cli import main
+
+    out = tmp_path_factory.mktemp("expected") / "all.npz"
+    assert main(["pog", str(folder), "--out", str(out), *GRID, "--workers", "1"]) == 0
+    return content(out)
+
+
+def content(path: Path) -> tuple[bytes, ...]:
+    pog = load_pog(path)
+    assert pog.data.frames == TABLES * 600
+    return pog.index.words.tobytes(), pog.counts.tobytes(), str(pog.counts.dtype).encode()
+
+
+def test_tables_named_one_by_one_in_any_order_give_the_pog_of_the_folder(riglens, folder, expected, tmp_path):
+    paths = sorted(folder.iterdir(), reverse=True)
+    outcome = riglens("pog", *paths, "--out", tmp_path / "o.npz", *GRID, "--workers", "1")
+    assert outcome.code == 0
+    assert "5.csv + 5 more: 3,600 frames" in outcome.out
+    assert content(tmp_path / "o.npz") == expected
+    assert [path.name for path in tmp_path.iterdir()] == ["o.npz"]
+
+
+def wait_for_part(process: "subprocess.Popen[str]", parts: Path, count: int = 1) -> None:
+    """Return when some parts are finished; fails when the build ends before that."""
+    end = time.monotonic() + 90
+    while time.monotonic() < end and process.poll() is None:
+        if parts.is_dir() and len(list(parts.glob("pog-*.npz"))) >= count:
+            return
+        time.sleep(0.01)
+    raise AssertionError(process.communicate())
+
+
+def test_a_killed_build_leaves_no_process_and_goes_on(riglens_process, folder, expected, tmp_path):
+    out, parts = tmp_path / "o.npz", tmp_path / "o.npz.parts"
+    words = ("pog", folder, "--out", out, *GRID, "--workers", "2")
+    process = riglens_process(*words)
+    wait_for_part(process, parts)
+    children = psutil.Process(process.pid).children(recursive=True)
+    os.kill(process.pid, signal.SIGKILL)
+    process.communicate()
+    assert not out.exists()
+    kept = {path.name: path.stat().st_mtime_ns for path in parts.glob("pog-*.npz")}
+    _, alive = psutil.wait_procs(children, timeout=30)
+    assert not alive
+    process = riglens_process(*words)
+    wait_for_part(process, parts, min(len(kept) + 1, TABLES))
+    again = {path.name: path.stat().st_mtime_ns for path in parts.glob("pog-*.npz")}
+    assert kept.items() <= again.items()
+    assert process.wait(60) == 0
+    assert content(out) == expected
+    assert not parts.exists()
+
+
+def test_ctrl_c_says_how_many_parts_are_kept(riglens_process, folder, tmp_path):
+    parts = tmp_path / "o.npz.parts"
+    process = riglens_process(
+        "pog", folder, "--out", tmp_path / "o.npz", *GRID, "--workers", "2", start_new_session=True
+    )
+    wait_for_part(process, parts)
+    os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to the workers too
+    output, errors = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert output == ""
+    kept, interrupted = errors.splitlines()
+    assert f"of {TABLES} parts are kept in {parts}" in kept
+    assert interrupted == "riglens: interrupted; no file was changed"
+    assert len(list(parts.glob("pog-*.npz"))) == int(kept.split()[1])
+
+
+def test_options_of_the_build_are_checked(riglens, boxes, tmp_path, monkeypatch):
+    out = ("--out", tmp_path / "o.npz")
+    assert "--workers: found 0" in riglens("pog", boxes, *out, "--workers", "0").refused()
+    assert "tcp://HOST:PORT" in riglens("pog", boxes, *out, "--dask", "localhost").refused()
+    both = ("--workers", "2", "--dask", "tcp://127.0.0.1:9")
+    assert "give only one" in riglens("pog", boxes, *out, *both).refused()
+    assert "BOXES" in riglens("pog", *out).refused()
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    line = riglens("pog", boxes, *out, "--dask", "tcp://127.0.0.1:9").refused()
+    assert "pip install 'riglens[cluster]'" in line
+
+
+def test_a_bad_table_among_many_is_named_in_one_line(riglens_process, folder, tmp_path):
+    bad = tmp_path / "bad.csv"
+    bad.write_text(HEADER + "s,0,car,abc,0,0,1,1,1,0\n")
+    process = riglens_process("pog", folder, bad, "--out", tmp_path / "o.npz", *GRID, "--workers", "2")
+    output, errors = process.communicate(timeout=90)
+    assert (process.returncode, output) == (2, "")
+    assert errors == (
+        f"riglens: {bad}:2: column 'x': found 'abc', accepted is a finite number in metres within ±1e+06\n"
+    )
+
+
+@pytest.fixture
+def dask(tmp_path: Path) -> Iterator[Callable[..., "subprocess.Popen[bytes]"]]:
+    """Start a Dask scheduler or worker as a process of its own."""
+    started: list[subprocess.Popen[bytes]] = []
+    environment = {**os.environ, "PYTHONPATH": str(REPOSITORY)}
+
+    def start(module: str, *arguments: object) -> "subprocess.Popen[bytes]":
+        command = [sys.executable, "-m", f"distributed.cli.{module}", *map(str, arguments), "--no-dashboard"]
+        with (tmp_path / f"{module}-{len(started)}.log").open("wb") as log:
+            started.append(subprocess.Popen(command, env=environment, stdout=log, stderr=log))
+        return started[-1]
+
+    yield start
+    for process in started:
+        process.kill()
+    for process in started:
+        process.wait(30)
+
+
+def test_a_cluster_that_loses_a_worker_gives_the_same_pog(riglens_process, dask, folder, expected, tmp_path):
+    file, out = tmp_path / "scheduler.json", tmp_path / "o.npz"
+    dask("dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--scheduler-file", file)
+    workers = [
+        dask("dask_worker", "--scheduler-file", file, "--no-nanny", "--nthreads", "1", "--local-directory", tmp_path)
+        for _ in range(2)
+    ]  # fmt: skip
+    while not file.exists() or not file.read_text():
+        time.sleep(0.05)
+    address = json.loads(file.read_text())["address"]
+    process = riglens_process("pog", folder, "--out", out, *GRID, "--dask", address)
+    wait_for_part(process, tmp_path / "o.npz.parts")
+    workers[0].kill()
+    output, errors = process.communicate(timeout=120)
+    assert process.returncode == 0, errors
+    assert "3,600 frames" in output
+    assert content(out) == expected

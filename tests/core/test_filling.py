@@ -1,0 +1,72 @@
+"""Boxes are counted in short calls; where the calls are cut makes no difference."""
+
+import numpy as np
+import pytest
+
+from core.scene import filling
+from core.scene.grid import VoxelGrid
+from core.scene.pog import Pog, build_pog
+from tests.core.builders import Boxes
+
+GRID = VoxelGrid(0.5, (8.0, 6.0, 4.0))
+
+
+def random_boxes(seed: int, frames: int = 6, per_frame: int = 9, largest_m: float = 6.0) -> Boxes:
+    random = np.random.default_rng(seed)
+    count = frames * per_frame
+    rotation = np.linalg.qr(random.normal(size=(count, 3, 3)))[0]
+    return Boxes(
+        np.repeat(np.arange(frames), per_frame),
+        random.integers(0, 3, count).astype(np.uint8),
+        random.uniform([-5, -4, -1], [5, 4, 5], (count, 3)),
+        random.uniform(0.2, largest_m, (count, 3)),
+        rotation * np.sign(np.linalg.det(rotation))[:, None, None],
+        frames,
+    )
+
+
+def bits(pog: Pog) -> tuple[bytes, bytes]:
+    return pog.index.words.tobytes(), pog.counts.tobytes()
+
+
+@pytest.mark.parametrize("voxels", [1, 100, 1000, 20_000])
+@pytest.mark.parametrize("boxes", [1, 2, 4096])
+def test_calls_of_any_size_give_the_same_pog(
+    monkeypatch: pytest.MonkeyPatch, voxels: int, boxes: int
+) -> None:
+    expected = [bits(build_pog(random_boxes(seed), GRID)) for seed in range(3)]
+    monkeypatch.setattr(filling, "VOXELS_PER_CALL", voxels)
+    monkeypatch.setattr(filling, "BOXES_PER_FRAME", boxes)
+    assert [bits(build_pog(random_boxes(seed), GRID)) for seed in range(3)] == expected
+
+
+def test_no_call_gets_more_than_its_share_unless_one_box_is_that_large(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    sizes: list[int] = []
+    inner = filling.fill.fill_counts
+
+    def heard(boxes: np.ndarray, *rest: object) -> None:
+        sizes.append(int(filling.voxels_within_reach(boxes, GRID).sum()))
+        inner(boxes, *rest)
+
+    monkeypatch.setattr(filling.fill, "fill_counts", heard)
+    monkeypatch.setattr(filling, "VOXELS_PER_CALL", 2000)
+    source = random_boxes(7, frames=3, per_frame=60, largest_m=30.0)
+    build_pog(source, GRID)
+    largest_box = 18 * 14 * 10
+    assert len(sizes) > 20
+    assert max(sizes) <= 2000 + largest_box
+
+
+def test_the_estimate_covers_what_is_filled() -> None:
+    source = random_boxes(3, frames=40, per_frame=1)
+    for batch in source.batches():
+        packed = filling._packed(batch, np.ones(batch.cls.size, np.bool_))
+        reach = filling.voxels_within_reach(packed, GRID)
+    for row in range(40):
+        alone = Boxes(
+            np.zeros(1, np.int64), batch.cls[row : row + 1], batch.centre_m[row : row + 1],
+            batch.size_m[row : row + 1], batch.rotation[row : row + 1], 1,
+        )  # fmt: skip
+        assert build_pog(alone, GRID).index.count <= reach[row]
