@@ -131,7 +131,7 @@ def _faces(view: Projection, boxes: FrameBoxes) -> tuple[Face, ...]:
     return tuple(
         Face(outline, int(n), int(boxes.cls[n]), float(range_m[n]), float(bright))
         for outline, n, bright in zip(outlines, box, light, strict=True)
-        if len(outline)
+        if len(outline) >= 3
     )
 
 
@@ -151,8 +151,10 @@ def _first_hits(
 
 
 def _holds(corners_px: Points, point: Points) -> bool:
-    """Whether a convex polygon holds a point, whichever way round it goes."""
-    edge = np.roll(corners_px, -1, axis=0) - corners_px
-    to = point - corners_px
-    side = edge[:, 0] * to[:, 1] - edge[:, 1] * to[:, 0]
-    return bool((side >= 0.0).all() or (side <= 0.0).all())
+    """Whether a polygon holds a point: a line to its right crosses the outline an odd number of times."""
+    here, there = corners_px, np.roll(corners_px, -1, axis=0)
+    crossed = (here[:, 1] <= point[1]) != (there[:, 1] <= point[1])
+    here, there = here[crossed], there[crossed]
+    share = (point[1] - here[:, 1]) / (there[:, 1] - here[:, 1])
+    right = here[:, 0] + share * (there[:, 0] - here[:, 0]) > point[0]
+    return bool(np.count_nonzero(right) % 2)

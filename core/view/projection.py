@@ -2,20 +2,28 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
+from core import lens
+from core.camera import pixel_directions, project_px
 from core.kernels import clip
-from core.rays import lattice, rotate
+from core.rays import rotate
+from core.rig.distortion import KannalaBrandt
 from core.rig.model import Camera
 
 Points = NDArray[np.float64]
 NEAR_M = 0.05
 """Nothing nearer to the image plane than this is drawn."""
+WIDEST_DEG = 89.0
+"""Nothing farther from the optical axis than this is drawn: a polygon is cut by planes, and those end there."""
 _MARGIN = 0.02
+_SIDES = 24
 
 
 @dataclass(frozen=True)
@@ -32,12 +40,19 @@ class Projection:
 
     @cached_property
     def planes(self) -> Points:
-        """Planes (5, 4) of what is drawn: the near plane, and a little more than the image on its four sides."""
-        (left, top), (right, bottom) = self._corner_slopes()
+        """Planes (m, 4) of what is drawn: the near plane, and the sides of a pyramid around what is imaged."""
+        near = np.array([[1.0, 0.0, 0.0, -NEAR_M]])
+        sides = self._image_sides() if self.camera.distortion is None else self._cone_sides()
+        return np.concatenate([near, sides])
+
+    def _image_sides(self) -> Points:
+        """A little more than the image of a pinhole on its four sides."""
+        fx, fy, cx, cy = self.camera.intrinsics_px()
+        width, height = self.camera.image
+        left, right, top, bottom = cx / fx, (cx - width) / fx, cy / fy, (cy - height) / fy
         wide, high = _MARGIN * (left - right), _MARGIN * (top - bottom)
         return np.array(
             [
-                [1.0, 0.0, 0.0, -NEAR_M],
                 [left + wide, -1.0, 0.0, 0.0],
                 [wide - right, 1.0, 0.0, 0.0],
                 [top + high, 0.0, -1.0, 0.0],
@@ -45,31 +60,30 @@ class Projection:
             ]
         )
 
-    def _corner_slopes(self) -> tuple[tuple[float, float], tuple[float, float]]:
-        """(y / x, z / x) of the upper left and the lower right corner of the image."""
-        fx, fy, cx, cy = self.camera.intrinsics_px()
-        width, height = self.camera.image
-        return (cx / fx, cy / fy), ((cx - width) / fx, (cy - height) / fy)
-
-    def pixels(self, points_m: Points) -> Points:
-        """Pixels (n, 2) of points (n, 3) of the camera frame that lie within `planes`."""
-        fx, fy, cx, cy = self.camera.intrinsics_px()
-        x, y, z = points_m[:, 0], points_m[:, 1], points_m[:, 2]
-        return np.stack([cx - fx * y / x, cy - fy * z / x], axis=1)
+    def _cone_sides(self) -> Points:
+        """A pyramid of many sides within the angle up to which a bent lens images anything."""
+        angle = _widest_rad(_standing_nowhere(self.camera))
+        turn = np.arange(_SIDES) * 2.0 * math.pi / _SIDES
+        inner = math.atan(math.tan(angle) * math.cos(math.pi / _SIDES))
+        across = math.cos(inner) * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+        return np.column_stack([np.full(_SIDES, math.sin(inner)), -across, np.zeros(_SIDES)])
 
     def directions(self, columns: int, rows: int) -> Points:
-        """Unit directions (rows * columns, 3) in the vehicle frame through a lattice of pixel centres."""
-        coarse = self.camera.model_copy(update={"cast": (columns, rows)})
-        return rotate(self.camera.pose.rotation(), lattice(coarse).directions())
+        """Unit directions (rows * columns, 3) in the vehicle frame through a lattice of pixels over the image;
+        zero where the lens images nothing."""
+        local = _lattice_directions(_standing_nowhere(self.camera), columns, rows)
+        return rotate(self.camera.pose.rotation(), local)
 
     def polygons(self, corners_m: Points) -> list[Points]:
         """Convex polygons (n, k, 3) of the vehicle frame as pixels, (m, 2) each, empty where out of view."""
-        inside = self.to_camera(corners_m)
+        inside = np.ascontiguousarray(self.to_camera(corners_m))
         clipped = np.empty((len(inside), inside.shape[1] + len(self.planes), 3))
         counts = np.zeros(len(inside), np.int64)
-        clip.clip_polygons(np.ascontiguousarray(inside), self.planes, clipped, counts)
-        flat = np.concatenate([part[:count] for part, count in zip(clipped, counts, strict=True)] or [_NONE])
-        return np.split(self.pixels(flat), np.cumsum(counts)[:-1])
+        clip.clip_polygons(inside, self.planes, clipped, counts)
+        outlines = [part[:count] for part, count in zip(clipped, counts, strict=True)]
+        if self.camera.distortion is not None:
+            outlines = [_subdivided(np.concatenate([part, part[:1]]), 12)[:-1] for part in outlines]
+        return self._pixels(outlines)
 
     def lines(self, starts_m: Points, ends_m: Points) -> list[Points]:
         """Straight lines (n, 3) to (n, 3) of the vehicle frame as pixels, (m, 2) each; those in view alone."""
@@ -84,8 +98,58 @@ class Projection:
             high = np.where((at_a < 0.0) & (at_b < 0.0), -1.0, high)
         seen = np.flatnonzero(low < high)
         ends = np.stack([low[seen], high[seen]], axis=1)[:, :, None]
-        parts = a[seen, None] + ends * (b - a)[seen, None]
-        return list(self.pixels(parts.reshape(-1, 3)).reshape(-1, 2, 2))
+        parts = list(a[seen, None] + ends * (b - a)[seen, None])
+        return self._pixels(
+            parts if self.camera.distortion is None else [_subdivided(part, 32) for part in parts]
+        )
+
+    def _pixels(self, parts: list[Points]) -> list[Points]:
+        """Pixels of paths (m, 3) in the camera frame, without the points that the lens does not image."""
+        if not parts:
+            return []
+        pixels = project_px(self.camera, np.concatenate(parts))
+        split = np.split(pixels, np.cumsum([len(part) for part in parts])[:-1])
+        return [path[np.isfinite(path[:, 0])] for path in split]
 
 
-_NONE = np.zeros((0, 3))
+def _standing_nowhere(camera: Camera) -> Camera:
+    """The same lens and image without name and place: what stays the same through a whole drag."""
+    return camera.model_copy(update={"name": "", "position": (0.0, 0.0, 0.0), "rpy_deg": (0.0, 0.0, 0.0)})
+
+
+@lru_cache(maxsize=4)
+def _lattice_directions(camera: Camera, columns: int, rows: int) -> Points:
+    """Directions (rows * columns, 3) in the camera frame, zero where there is none; a bent lens takes its time."""
+    width, height = camera.image
+    x = (np.arange(columns) + 0.5) * width / columns
+    y = (np.arange(rows) + 0.5) * height / rows
+    return np.nan_to_num(pixel_directions(camera, np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)))
+
+
+@lru_cache(maxsize=4)
+def _widest_rad(camera: Camera) -> float:
+    """The angle off the axis up to which a bent lens images anything that can be drawn."""
+    distortion = camera.distortion
+    assert distortion is not None
+    limit = lens.radial_of(distortion).limit
+    limit = limit if isinstance(distortion, KannalaBrandt) else math.atan(limit)
+    border = pixel_directions(camera, _border_px(camera.image))
+    used = float(np.arccos(np.clip(border[:, 0], -1.0, 1.0)).max())  # NaN where the lens has no direction
+    reach = min(0.999 * limit, math.radians(WIDEST_DEG))
+    return min(reach, 1.05 * used) if math.isfinite(used) else reach
+
+
+def _subdivided(path: Points, pieces: int) -> Points:
+    """A path (m, 3) with points between its own, evenly by angle as seen from the origin rather than by length."""
+    rays = path / np.linalg.norm(path, axis=1, keepdims=True)
+    share = np.arange(pieces)[:, None] / pieces
+    steps = [start + share * (end - start) for start, end in pairwise(rays)]
+    return np.concatenate([*steps, rays[-1:]])
+
+
+def _border_px(image: tuple[int, int]) -> Points:
+    """Points along the border of the image."""
+    share = np.linspace(0.0, 1.0, 33)
+    zero, one = np.zeros_like(share), np.ones_like(share)
+    sides = [(share, zero), (share, one), (zero, share), (one, share)]
+    return np.concatenate([np.stack(side, axis=1) for side in sides]) * np.array(image, np.float64)

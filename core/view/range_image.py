@@ -21,7 +21,8 @@ class RangeImage:
     """Rows from the highest beam down, columns from the left of the sensor to its right.
 
     beams (rows,): place in the sensor's list; elevations_deg (rows,); azimuths_deg (columns,) within
-    (-180, 180]; range_m (rows, columns), inf without a return; what (rows, columns) as in `core.view.hits`.
+    (-180, 180], before the offsets that beams may have; range_m (rows, columns), inf without a return; what (rows,
+    columns) as in `core.view.hits`; box_classes: class of each box of the frame.
     thinned: only every so many beams and azimuths are cast, 1 for all.
     """
 
@@ -33,6 +34,12 @@ class RangeImage:
     what: NDArray[np.int32]
     box_classes: NDArray[np.uint8]
     thinned: tuple[int, int] = (1, 1)
+
+    def azimuth_deg(self, row: int, column: int) -> float:
+        """Azimuth of one ray, with the offset of its beam."""
+        offsets = self.lidar.azimuth_offsets_deg
+        offset = 0.0 if offsets is None else offsets[int(self.beams[row])]
+        return float(self.azimuths_deg[column]) + offset
 
     @property
     def returns(self) -> int:

@@ -68,7 +68,7 @@ class RangeView(QWidget):
             return _summary(image)
         row, column = cell
         beam = f"beam {image.beams[row] + 1} of {len(image.lidar.elevations())}"
-        angles = f"{image.elevations_deg[row]:.2f}° up, {image.azimuths_deg[column]:.1f}° left"
+        angles = f"{image.elevations_deg[row]:.2f}° up, {image.azimuth_deg(row, column):.1f}° left"
         what = hit_name(image, int(image.what[row, column]))
         range_m = image.range_m[row, column]
         return f"{beam} · {angles} · {what}" + (f", {range_m:.1f} m" if math.isfinite(range_m) else "")

@@ -7,8 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from core.camera import project_px
 from core.kernels.clip import clip_polygons
 from core.rays import sensor_rays
+from core.rig.distortion import BrownConrady, KannalaBrandt
 from core.scene.grid import VoxelGrid
 from core.view.body_tree import BodyTree
 from core.view.camera_picture import CameraPicture, camera_picture
@@ -41,6 +43,48 @@ def test_the_box_on_top_is_the_one_that_the_ray_hits_first(
     assert np.count_nonzero(found != hits.what) <= 2  # pixels right on an edge may go either way
 
 
+LENSES = (
+    BrownConrady(k1=-0.28, k2=0.07, p1=0.001, p2=-0.002),
+    BrownConrady(k1=0.1, k4=0.05),
+    KannalaBrandt(k1=-0.02, k2=0.003),
+)
+
+
+@settings(max_examples=6)
+@given(lens=st.sampled_from(LENSES), yaw=angles, pitch=tilts, seed=st.integers(0, 2**32 - 1))
+def test_bent_lenses_bend_boxes_as_they_bend_rays(
+    lens: BrownConrady | KannalaBrandt, yaw: float, pitch: float, seed: int
+) -> None:
+    matrix = {"hfov_deg": None, "fx": 300.0, "fy": 300.0, "cx": 320.0, "cy": 180.0}
+    eye = camera(yaw, pitch, 0.0, cast=(32, 18), distortion=lens, **matrix)
+    boxes = random_frame(seed)
+    shown = camera_picture(eye, GRID, boxes, NO_BODY)
+    rays = sensor_rays(eye, np.arange(32 * 18))
+    hits = cast(eye.position, np.nan_to_num(rays.directions), boxes, NO_BODY, eye.range_m, has_ground=False)
+    faces = [shown.face_at(x, y) for y in np.arange(10.0, 360, 20) for x in np.arange(10.0, 640, 20)]
+    found = np.array([-1 if face is None else face.box for face in faces])
+    assert np.count_nonzero(hits.what >= 0) > 20
+    assert np.count_nonzero(found != hits.what) <= 2  # pixels near an edge: curves are drawn as short lines
+
+
+def test_a_fisheye_shows_what_lies_beside_the_car() -> None:
+    eye = camera(
+        distortion=KannalaBrandt(),
+        hfov_deg=None,
+        image=(640, 640),
+        fx=200.0,
+        fy=200.0,
+        cx=320.0,
+        cy=320.0,
+        cast=(16, 16),
+    )
+    left = frame_of((2, (1.0, 6.0, 1.0), (1.0, 1.0, 2.0), 0.0))
+    shown = camera_picture(eye, GRID, left, NO_BODY)
+    assert shown.boxes_seen["pedestrian"] == 1
+    face = shown.face_at(320.0 - 200.0 * math.atan2(5.5, 1.0), 330.0)
+    assert face is not None and face.box == 0
+
+
 @settings(max_examples=20)
 @given(yaw=angles, pitch=tilts, roll=tilts)
 def test_a_pixel_is_where_its_ray_goes(yaw: float, pitch: float, roll: float) -> None:
@@ -48,7 +92,7 @@ def test_a_pixel_is_where_its_ray_goes(yaw: float, pitch: float, roll: float) ->
     rays = sensor_rays(eye)
     view = Projection(eye)
     points = np.array(eye.position) + rays.directions * 7.0
-    pixels = view.pixels(view.to_camera(points)).reshape(36, 64, 2)
+    pixels = project_px(eye, view.to_camera(points)).reshape(36, 64, 2)
     np.testing.assert_allclose(pixels[:, :, 0], np.broadcast_to(np.arange(5.0, 640, 10), (36, 64)), atol=1e-6)
     np.testing.assert_allclose(
         pixels[:, :, 1], np.broadcast_to(np.arange(5.0, 360, 10)[:, None], (36, 64)), atol=1e-6
@@ -107,7 +151,7 @@ def test_pitching_down_raises_the_horizon_and_looking_up_loses_the_ground() -> N
 def test_roi_lines_end_at_its_corners() -> None:
     eye = camera()
     view = Projection(eye)
-    corner = view.pixels(view.to_camera(np.array([[30.0, 20.0, 0.0]])))[0]
+    corner = project_px(eye, view.to_camera(np.array([[30.0, 20.0, 0.0]])))[0]
     ends = np.concatenate(picture().roi_px)
     assert np.linalg.norm(ends - corner, axis=1).min() < 1e-6
 
