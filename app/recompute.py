@@ -4,6 +4,7 @@ Every Numba kernel of the window runs here, because parallel kernels must not be
 There is one pending slot and no timer: a newer request takes the place of a waiting one. Where the exact answer
 would take longer than a frame, a coarse one goes ahead, and the exact one is made when the mouse rests. Results
 return by signals that carry their request, and the window drops those older than what it shows.
+Side jobs (app/side_jobs.py) fill the time in which nobody edits, and give way at once.
 """
 
 from __future__ import annotations
@@ -11,12 +12,13 @@ from __future__ import annotations
 import sys
 import threading
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from PySide6.QtCore import QObject, Signal
 
 from app.options import SceneOptions
 from app.scoring import FRAME_MS, EvaluationRequest, LoadedScene, Scoring, load_scene
+from app.side_jobs import SideAnswer, SideQueue, SideRequest
 from core.errors import InputError
 from core.scene.boxes import Progress
 
@@ -49,6 +51,8 @@ class Recompute(QObject):
     load_ended = Signal(str)
     """A load is over; the text is empty after success, and after a cancel or an error says which."""
     failed = Signal(str)
+    side_answered = Signal(object)
+    """A SideAnswer."""
 
     def __init__(
         self,
@@ -69,6 +73,7 @@ class Recompute(QObject):
         self._is_busy = False
         self._is_loading = False
         self._gave_up_last = False
+        self._side = SideQueue()
         self._scoring: Scoring | None = None
         self._thread = threading.Thread(target=self._run, name="recompute", daemon=True)
         self._thread.start()
@@ -83,7 +88,20 @@ class Recompute(QObject):
         """Ask for scores; takes the place of a request that still waits."""
         with self._condition:
             self._wanted = request
+            self._side.postpone()
             self._condition.notify_all()
+
+    def ask_aside(self, requests: Sequence[SideRequest]) -> None:
+        """Have rigs scored when nobody edits, in this order, each answered by `side_answered`."""
+        with self._condition:
+            for request in requests:
+                self._side.ask(request)
+            self._condition.notify_all()
+
+    def forget_aside(self, group: str) -> None:
+        """Drop what a group asked for and has no answer yet; an answer may still be on its way."""
+        with self._condition:
+            self._side.forget(group)
 
     def load(self, request: SceneOptions) -> None:
         """Ask for other box data; a load under way is given up. The old scene stays until then."""
@@ -101,7 +119,8 @@ class Recompute(QObject):
             self.load_ended.emit(CANCELLED)
 
     def wait_until_idle(self, timeout_s: float = 60.0) -> bool:
-        """Block until nothing waits or runs; False on timeout. Results may still be queued as Qt events."""
+        """Block until nothing but side jobs waits or runs; False on timeout. Results may still be queued as
+        Qt events."""
         with self._condition:
             return self._condition.wait_for(self._is_idle, timeout_s)
 
@@ -122,14 +141,18 @@ class Recompute(QObject):
             with self._condition:
                 self._is_busy = self._is_loading = False
                 self._condition.notify_all()
-                self._condition.wait_for(lambda: self._closing or not self._is_idle())
+                while not (self._closing or not self._is_idle() or self._side_delay_s() == 0.0):
+                    self._condition.wait(self._side_delay_s())
                 if self._closing:
                     return
-                self._is_busy = True
+                side = self._side.first() if self._is_idle() else None
+                self._is_busy = side is None
                 scene_wanted, self._scene_wanted = self._scene_wanted, None
                 self._is_loading = scene_wanted is not None
                 self._cancel_load = False
-            if scene_wanted is not None:
+            if side is not None:
+                self._answer_aside(side)
+            elif scene_wanted is not None:
                 self._load(scene_wanted)
             else:
                 self._evaluate_wanted()
@@ -197,6 +220,34 @@ class Recompute(QObject):
             self.evaluated.emit(result)
             scoring.learn(result, self._is_followed if scoring.has_learnt else self._is_closing)
 
+    # ------------------------------------------------------------------ side jobs
+    def _side_delay_s(self) -> float | None:
+        """Seconds until a side job is due, None while there is none or no scene to run it on."""
+        return self._side.delay_s() if self._scoring is not None else None
+
+    def _answer_aside(self, request: SideRequest) -> None:
+        """Answer a side job, or give way and leave it in the queue."""
+        assert self._scoring is not None
+        scoring = self._scoring
+        try:
+            found = scoring.aside(request.rig, request.settings, lambda: self._gives_way(request))
+        except Exception as error:
+            self.failed.emit(_unexpected(error))
+            found = None
+            self.forget_aside(request.group)
+        if found is None:
+            return
+        with self._condition:
+            is_wanted = self._side.wants(request)
+            self._side.done(request)
+        if is_wanted:
+            self.side_answered.emit(SideAnswer(request, scoring.scene, found.scores, found.elapsed_ms))
+
+    def _gives_way(self, request: SideRequest) -> bool:
+        with self._condition:
+            return self._closing or not self._is_idle() or not self._side.wants(request)
+
+    # ------------------------------------------------------------------ giving up
     def _is_closing(self) -> bool:
         with self._condition:
             return self._closing

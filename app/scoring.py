@@ -108,6 +108,7 @@ class Scoring:
         self._costs, self._coarse_costs = EditCosts(), EditCosts()
         self._saved: tuple[Rig, MetricSettings, Scores] | None = None
         self._coarse: Engine | None = None
+        self._aside: Engine | None = None
         self._was_slow = False
         self._known: tuple[MetricSettings, Scores, Scores] | None = None
 
@@ -148,6 +149,15 @@ class Scoring:
             self._saved = (request.saved_rig, request.settings, saved.scores)
         assert self._saved is not None
         return self._saved[2]
+
+    def aside(self, rig: Rig, settings: MetricSettings, is_stale: IsStale) -> Evaluation | None:
+        """The exact scores of a rig that is not the one being edited; None when `is_stale` said so half-way.
+
+        It has an engine of its own, so that the next edit still has to cast nothing but what it changes.
+        """
+        if self._aside is None:
+            self._aside = Engine(self.scene.field, self._threads)
+        return self._aside.evaluate(rig, settings, is_stale, with_seen=False)
 
     # ------------------------------------------------------------------ coarse
     def is_slow(self, request: EvaluationRequest) -> bool:

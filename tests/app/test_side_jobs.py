@@ -1,0 +1,173 @@
+"""Side jobs: exact scores of other rigs in the time nobody edits, never in the way of an edit."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import Qt
+from pytestqt.qtbot import QtBot
+
+import app.side_jobs
+from app.recompute import Recompute
+from app.scoring import EvaluationRequest, IsStale, LoadedScene, Scoring
+from app.side_jobs import SideAnswer, SideRequest
+from core.engine.engine import Engine, Evaluation
+from core.metric.scores import MetricSettings
+from core.rig.model import Rig
+from tests.app.window_bench import CAMERA, LIDAR, RIG, TIMEOUT_MS, scene_options
+
+QUEUED = Qt.ConnectionType.QueuedConnection
+SETTINGS = MetricSettings()
+WITHOUT = {
+    "roof": RIG.replace(sensors=(CAMERA,)),
+    "front": RIG.replace(sensors=(LIDAR,)),
+    "all": RIG.replace(sensors=()),
+}
+
+
+class Desk:
+    """A Recompute on a small scene with everything it answered, in order."""
+
+    def __init__(self, qtbot: QtBot, folder: Path) -> None:
+        self._qtbot = qtbot
+        self.answers: list[SideAnswer] = []
+        self.order: list[str] = []
+        self.scenes: list[LoadedScene] = []
+        self.recompute = Recompute(threads=1)
+        self.recompute.side_answered.connect(self._note, QUEUED)
+        self.recompute.evaluated.connect(lambda _: self.order.append("edit"), QUEUED)
+        self.recompute.scene_loaded.connect(self.scenes.append, QUEUED)
+        self.recompute.load(scene_options(folder))
+        self.wait(lambda: bool(self.scenes))
+
+    def _note(self, answer: SideAnswer) -> None:
+        self.answers.append(answer)
+        self.order.append(answer.request.name)
+
+    def ask(self, *names: str, group: str = "test") -> None:
+        self.recompute.ask_aside([SideRequest(group, name, WITHOUT[name], SETTINGS) for name in names])
+
+    def edit(self, revision: int) -> None:
+        self.recompute.evaluate(EvaluationRequest(revision, RIG, RIG, SETTINGS))
+
+    def wait(self, condition: Callable[[], bool]) -> None:
+        self._qtbot.waitUntil(condition, timeout=TIMEOUT_MS)
+
+
+@pytest.fixture
+def desk(qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Desk]:
+    monkeypatch.setattr(app.side_jobs, "SIDE_REST_S", 0.0)
+    opened = Desk(qtbot, tmp_path)
+    yield opened
+    opened.recompute.close()
+
+
+def test_other_rigs_are_scored_as_a_fresh_engine_scores_them_bit_for_bit(desk: Desk) -> None:
+    desk.ask("roof", "front", "all")
+    desk.wait(lambda: len(desk.answers) == 3)
+    assert desk.order == ["roof", "front", "all"]
+    for answer in desk.answers:
+        fresh = Engine(desk.scenes[0].field, 1).evaluate(answer.request.rig, SETTINGS)
+        assert fresh is not None
+        assert answer.scores == fresh.scores
+        assert answer.scene is desk.scenes[0]
+
+
+def test_what_is_asked_for_again_is_answered_once(desk: Desk) -> None:
+    with desk.recompute._condition:  # the thread starts when everything is in the queue
+        desk.ask("roof", "front")
+        desk.ask("roof")
+    desk.wait(lambda: len(desk.answers) == 2)
+    desk.edit(1)
+    desk.wait(lambda: "edit" in desk.order)
+    assert desk.order == ["front", "roof", "edit"]
+
+
+def test_what_is_forgotten_is_not_answered(desk: Desk) -> None:
+    with desk.recompute._condition:
+        desk.ask("roof", "front", group="old")
+        desk.ask("all", group="new")
+        desk.recompute.forget_aside("old")
+    desk.wait(lambda: bool(desk.answers))
+    desk.edit(1)
+    desk.wait(lambda: "edit" in desk.order)
+    assert desk.order == ["all", "edit"]
+
+
+class HeldScoring:
+    """Stands still inside side jobs until a test lets go, then does as it is told."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.reached, self.go_on = threading.Event(), threading.Event()
+        self.gave_way = 0
+        real = Scoring.aside
+
+        def aside(
+            scoring: Scoring, rig: Rig, settings: MetricSettings, is_stale: IsStale
+        ) -> Evaluation | None:
+            self.reached.set()
+            assert self.go_on.wait(TIMEOUT_MS / 1000)
+            if is_stale():
+                self.gave_way += 1
+                return None
+            return real(scoring, rig, settings, is_stale)
+
+        monkeypatch.setattr(Scoring, "aside", aside)
+
+
+def test_an_edit_drives_a_side_job_out_and_the_job_is_done_afterwards(
+    desk: Desk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    held = HeldScoring(monkeypatch)
+    desk.ask("roof")
+    held.reached.wait()
+    desk.edit(1)
+    held.go_on.set()
+    desk.wait(lambda: len(desk.order) == 2)
+    assert held.gave_way == 1
+    assert desk.order == ["edit", "roof"]
+
+
+def test_closing_in_the_middle_of_a_side_job_ends_the_thread(
+    desk: Desk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    held = HeldScoring(monkeypatch)
+    desk.ask("roof")
+    held.reached.wait()
+    threading.Timer(0.05, held.go_on.set).start()
+    desk.recompute.close()
+    assert held.gave_way == 1
+    assert desk.answers == []
+
+
+def test_a_failure_in_a_side_job_is_reported_and_its_group_given_up(
+    desk: Desk, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    problems: list[str] = []
+    desk.recompute.failed.connect(problems.append, QUEUED)
+
+    def fail(*_: object) -> None:
+        raise ZeroDivisionError("no way")
+
+    with monkeypatch.context() as broken:
+        broken.setattr(Scoring, "aside", fail)
+        desk.ask("roof", "front")
+        desk.wait(lambda: bool(problems))
+    assert "ZeroDivisionError: no way" in problems[0]
+    assert "Traceback" in capsys.readouterr().err
+    desk.ask("all")
+    desk.wait(lambda: bool(desk.order))
+    assert desk.order == ["all"]
+
+
+def test_side_jobs_wait_until_the_edits_have_rested(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(app.side_jobs, "SIDE_REST_S", 1e6)
+    desk.edit(1)
+    desk.ask("roof")
+    desk.edit(2)
+    assert desk.recompute.wait_until_idle(TIMEOUT_MS / 1000)
+    desk.wait(lambda: "edit" in desk.order)
+    assert desk.answers == []
