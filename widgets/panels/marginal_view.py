@@ -32,6 +32,19 @@ def lost_share(now: Scores, without: Scores) -> float:
     return lost / total if total else 0.0
 
 
+def loss_tip(now: Scores, without: Scores) -> str:
+    """Loss per class: what is seen and S-MS."""
+    lines = ["Without it, exactly:"]
+    for name in CLASSES:
+        parts = []
+        for key in ("seen", "s_ms"):
+            column = column_of(key)
+            change = column.value(without.classes[name]) - column.value(now.classes[name])
+            parts.append(f"{column.title} {change_text(change, column)}")
+        lines.append(f"{name}: {', '.join(parts)}")
+    return "\n".join(lines)
+
+
 class MarginalView(QWidget):
     """A small table; numbers of an earlier rig are greyed."""
 

@@ -1,24 +1,33 @@
-"""The list of sensors, by kind: a tick for "counts in the scores", an eye for "is drawn", names to edit."""
+"""The list of sensors by kind: tick, name, short type, loss without it, lock and eye; several can be selected.
+
+Which sensors are selected beside the one that is edited is known to this list alone.
+"""
 
 from __future__ import annotations
 
-from PySide6.QtCore import QEvent, QModelIndex, QSize, Qt, Signal
+from functools import partial
+
+from PySide6.QtCore import QEvent, QItemSelectionModel, QModelIndex, QPoint, QSize, Qt, Signal
 from PySide6.QtGui import QBrush, QColor
-from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTreeWidget, QTreeWidgetItem, QWidget
+from PySide6.QtWidgets import QAbstractItemView, QMenu, QTreeWidget, QTreeWidgetItem, QWidget
 
-from core.rig.model import Camera, Lidar, Rig
-from widgets.panels.icons import icon
-from widgets.panels.style import tones
-from widgets.theme import KIND_COLOURS
-
-NAME, EYE = 0, 1
-_OLD_NAME = Qt.ItemDataRole.UserRole
-_ROW_FLAGS = (
-    Qt.ItemFlag.ItemIsEnabled
-    | Qt.ItemFlag.ItemIsSelectable
-    | Qt.ItemFlag.ItemIsEditable
-    | Qt.ItemFlag.ItemIsUserCheckable
+from core.metric.scores import Scores
+from core.rig.model import Rig
+from widgets.panels.marginal_view import loss_tip, lost_share
+from widgets.panels.sensor_rows import (
+    EYE,
+    LOCK,
+    NAME,
+    SENSOR_NAME,
+    RowState,
+    set_loss_stale,
+    set_up_columns,
+    show_loss,
+    show_sensor,
 )
+from widgets.panels.style import tones
+
+Names = tuple[str, ...]
 _KINDS = (("lidar", "LiDARs"), ("camera", "Cameras"))
 
 
@@ -26,12 +35,16 @@ class SensorTree(QTreeWidget):
     """Follows a rig; says what the user wants by signals and changes nothing by itself."""
 
     selected = Signal(object)
-    """Name of the sensor, None when nothing is selected."""
-    enabled_toggled = Signal(str, bool)
-    hidden_toggled = Signal(str, bool)
+    """Name of the sensor to edit, None when nothing is selected."""
+    enabled_toggled = Signal(tuple, bool)
+    hidden_toggled = Signal(tuple, bool)
+    locked_toggled = Signal(tuple, bool)
+    """Names, and whether they shall be enabled, hidden or locked."""
     renamed = Signal(str, str)
     refused = Signal(str)
     """A name that cannot be given, with the reason."""
+    menu_wanted = Signal(object)
+    """A QMenu for the selected sensors, to be filled with more before it opens."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -40,42 +53,85 @@ class SensorTree(QTreeWidget):
         self._rows: list[QTreeWidgetItem] = []
         self._items: dict[str, QTreeWidgetItem] = {}
         self._hidden: frozenset[str] = frozenset()
-        self.setColumnCount(2)
-        self.setHeaderHidden(True)
+        self._locked: frozenset[str] = frozenset()
+        self._enabled: frozenset[str] = frozenset()
+        set_up_columns(self)
         self.setIndentation(8)
         self.setRootIsDecorated(False)
         self.setUniformRowHeights(True)
         self.setIconSize(QSize(16, 16))
+        self.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
         self.setEditTriggers(
             QAbstractItemView.EditTrigger.DoubleClicked | QAbstractItemView.EditTrigger.EditKeyPressed
         )
-        header = self.header()
-        header.setStretchLastSection(False)
-        header.setSectionResizeMode(NAME, QHeaderView.ResizeMode.Stretch)
-        header.setSectionResizeMode(EYE, QHeaderView.ResizeMode.Fixed)
-        header.resizeSection(EYE, 30)
+        self.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
+        self.customContextMenuRequested.connect(self._open_menu)
         self.itemChanged.connect(self._on_changed)
         self.itemClicked.connect(self._on_clicked)
-        self.itemDoubleClicked.connect(self._on_double_clicked)
+        self.itemDoubleClicked.connect(self._on_clicked)
         self.itemSelectionChanged.connect(self._on_selection)
 
-    def set_rig(self, rig: Rig, hidden: frozenset[str], selected: str | None) -> None:
+    # ------------------------------------------------------------------ what is shown
+    def set_rig(
+        self, rig: Rig, hidden: frozenset[str], selected: str | None, locked: frozenset[str] = frozenset()
+    ) -> None:
         """Show a rig. Rows are built anew only when sensors come or go, never while one of them is edited."""
-        shown = (tuple((s.name, s.kind, s.enabled) for s in rig.sensors), hidden)
+        shown = (rig.sensors, hidden, locked)
+        chosen = self.chosen
         self.blockSignals(True)
         if shown != self._shown:
-            self._shown, self._hidden = shown, hidden
+            self._shown, self._hidden, self._locked = shown, hidden, locked
+            self._enabled = frozenset(sensor.name for sensor in rig.sensors if sensor.enabled)
             self._show_rows(rig)
-        if selected is not None:
-            self.setCurrentItem(self._items[selected])
-        else:
+        self._show_selection(selected, chosen)
+        self.blockSignals(False)
+
+    def _show_selection(self, selected: str | None, chosen: Names) -> None:
+        """Select one sensor; those selected with it stay when it was one of them."""
+        if selected is None:
             self.setCurrentIndex(QModelIndex())
             self.clearSelection()
+            return
+        kept = {name for name in chosen if name in self._items} if selected in chosen else set()
+        for name, item in self._items.items():
+            item.setSelected(name == selected or name in kept)
+        self.setCurrentItem(self._items[selected], NAME, QItemSelectionModel.SelectionFlag.NoUpdate)
+
+    @property
+    def chosen(self) -> Names:
+        """Names of all selected sensors, in the order of the list."""
+        return tuple(name for name, item in self._items.items() if item.isSelected())
+
+    def choose(self, names: Names) -> None:
+        """Select several sensors; the last one is the one to edit."""
+        self.blockSignals(True)
+        for name, item in self._items.items():
+            item.setSelected(name in names)
         self.blockSignals(False)
+        if names:
+            self.setCurrentItem(self._items[names[-1]], NAME, QItemSelectionModel.SelectionFlag.NoUpdate)
+        self._on_selection()
 
     def item_of(self, name: str) -> QTreeWidgetItem:
         """The row of a sensor; KeyError when there is none."""
         return self._items[name]
+
+    # ------------------------------------------------------------------ what a sensor is worth
+    def show_losses(self, now: Scores, without: dict[str, Scores]) -> None:
+        """Exact scores of the rig, and of the rig without each of the sensors that are known by now."""
+        shares = {name: lost_share(now, scores) for name, scores in without.items() if name in self._items}
+        largest = max(shares.values(), default=0.0)
+        self.blockSignals(True)
+        for name, share in shares.items():
+            show_loss(self._items[name], share, largest, loss_tip(now, without[name]))
+        self.blockSignals(False)
+
+    def set_losses_stale(self) -> None:
+        """Grey the losses: they are of an earlier rig."""
+        self.blockSignals(True)
+        for row in self._rows:
+            set_loss_stale(row)
+        self.blockSignals(False)
 
     # ------------------------------------------------------------------ rows
     def _show_rows(self, rig: Rig) -> None:
@@ -85,7 +141,8 @@ class SensorTree(QTreeWidget):
             self._rows = self._build_rows(kinds)
         self._items = {sensor.name: row for sensor, row in zip(rig.sensors, self._rows, strict=True)}
         for sensor in rig.sensors:
-            self._update_row(self._items[sensor.name], sensor)
+            state = RowState(sensor.name in self._hidden, sensor.name in self._locked)
+            show_sensor(self._items[sensor.name], sensor, state)
 
     def _build_rows(self, kinds: list[str]) -> list[QTreeWidgetItem]:
         """Empty rows under their group, in the order of the rig's sensors."""
@@ -104,31 +161,27 @@ class SensorTree(QTreeWidget):
         group.setFirstColumnSpanned(True)
         return group
 
-    def _update_row(self, row: QTreeWidgetItem, sensor: Lidar | Camera) -> None:
-        hidden = sensor.name in self._hidden
-        row.setFlags(_ROW_FLAGS)
-        row.setText(NAME, sensor.name)
-        row.setData(NAME, _OLD_NAME, sensor.name)
-        row.setCheckState(NAME, Qt.CheckState.Checked if sensor.enabled else Qt.CheckState.Unchecked)
-        row.setIcon(NAME, icon(sensor.kind, KIND_COLOURS[sensor.kind]))
-        row.setIcon(EYE, icon("eye-off" if hidden else "eye", tones().muted if hidden else None))
-        row.setToolTip(NAME, "Tick: counts in the scores. Double click or F2: another name.")
-        row.setToolTip(
-            EYE, "Hidden in the view; it still counts in the scores" if hidden else "Shown in the view"
-        )
-        text = tones().text if sensor.enabled and not hidden else tones().muted
-        row.setForeground(NAME, QBrush(QColor(text)))
-
     # ------------------------------------------------------------------ what the user does
     def edit(  # type: ignore[override]
         self, index: QModelIndex, trigger: QAbstractItemView.EditTrigger, event: QEvent
     ) -> bool:
-        """Only names are edited, never the eye."""
+        """Only names are edited."""
         return index.column() == NAME and super().edit(index, trigger, event)
 
+    def rename_selected(self) -> None:
+        """Open the editor on the name of the selected sensor."""
+        item = self.currentItem()
+        if item is not None and self._name(item) is not None and self._name(item) not in self._locked:
+            self.editItem(item, NAME)
+
     def _name(self, item: QTreeWidgetItem) -> str | None:
-        name = item.data(NAME, _OLD_NAME)
+        name = item.data(NAME, SENSOR_NAME)
         return name if isinstance(name, str) else None
+
+    def _meant(self, name: str) -> Names:
+        """The sensors that a click on one of them is about: all selected ones when it is selected, too."""
+        chosen = self.chosen
+        return chosen if name in chosen else (name,)
 
     def _on_changed(self, item: QTreeWidgetItem, column: int) -> None:
         name = self._name(item)
@@ -137,7 +190,7 @@ class SensorTree(QTreeWidget):
         if item.text(NAME) != name:
             self._rename(item, name)
             return
-        self.enabled_toggled.emit(name, item.checkState(NAME) == Qt.CheckState.Checked)
+        self.enabled_toggled.emit(self._meant(name), item.checkState(NAME) == Qt.CheckState.Checked)
 
     def _rename(self, item: QTreeWidgetItem, name: str) -> None:
         wanted = item.text(NAME).strip()
@@ -156,14 +209,46 @@ class SensorTree(QTreeWidget):
             self.renamed.emit(name, wanted)
 
     def _on_clicked(self, item: QTreeWidgetItem, column: int) -> None:
+        """A click on lock or eye; the second click of a fast pair counts as one, too."""
         name = self._name(item)
         if name is not None and column == EYE:
-            self.hidden_toggled.emit(name, name not in self._hidden)
-
-    def _on_double_clicked(self, item: QTreeWidgetItem, column: int) -> None:
-        """The second click of a fast pair on the eye counts as a click, too."""
-        self._on_clicked(item, column)
+            self.hidden_toggled.emit(self._meant(name), name not in self._hidden)
+        elif name is not None and column == LOCK:
+            self.locked_toggled.emit(self._meant(name), name not in self._locked)
 
     def _on_selection(self) -> None:
-        chosen = self.selectedItems()
-        self.selected.emit(self._name(chosen[0]) if chosen else None)
+        chosen = self.chosen
+        current = self.currentItem()
+        name = self._name(current) if current is not None else None
+        self.selected.emit(name if name in chosen else chosen[0] if chosen else None)
+
+    # ------------------------------------------------------------------ context menu
+    def _open_menu(self, position: QPoint) -> None:
+        menu = self.context_menu()
+        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        menu.popup(self.viewport().mapToGlobal(position))
+
+    def context_menu(self) -> QMenu:
+        """What can be done with the selected sensors; without one, what selects some."""
+        menu = QMenu(self)
+        chosen = self.chosen
+        if chosen:
+            for title, names_on, signal in (
+                ("Enabled", self._enabled, self.enabled_toggled),
+                ("Hidden", self._hidden, self.hidden_toggled),
+                ("Locked", self._locked, self.locked_toggled),
+            ):
+                action = menu.addAction(title)
+                action.setCheckable(True)
+                action.setChecked(all(name in names_on for name in chosen))
+                action.triggered.connect(partial(signal.emit, chosen))
+            menu.addSeparator()
+            rename = menu.addAction("Rename", self.rename_selected)
+            rename.setShortcut(Qt.Key.Key_F2)
+            rename.setEnabled(len(chosen) == 1 and chosen[0] not in self._locked)
+            self.menu_wanted.emit(menu)
+            menu.addSeparator()
+        for kind, title in _KINDS:
+            of_kind = tuple(name for name, k in zip(self._items, self._kinds, strict=True) if k == kind)
+            menu.addAction(f"Select all {title}", partial(self.choose, of_kind)).setEnabled(bool(of_kind))
+        return menu

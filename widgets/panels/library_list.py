@@ -1,0 +1,179 @@
+"""The sensor models of the library: searchable, by kind; dragged onto the car, or added by a double click."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from PySide6.QtCore import QByteArray, QMimeData, QSize, Qt, Signal
+from PySide6.QtGui import QBrush, QColor
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QHeaderView,
+    QLineEdit,
+    QTreeWidget,
+    QTreeWidgetItem,
+    QVBoxLayout,
+    QWidget,
+)
+
+from core.geometry import Pose
+from core.rig.library import Entry
+from core.rig.model import Camera, Lidar
+from widgets.panels.derived import derived_rows
+from widgets.panels.icons import icon
+from widgets.panels.style import MARGIN, numbers_font, tones
+from widgets.theme import KIND_COLOURS
+
+MODEL_MIME = "application/x-riglens-model"
+"""What a dragged model is announced as; the data are its name in UTF-8."""
+_MODEL = Qt.ItemDataRole.UserRole
+_WORDS = Qt.ItemDataRole.UserRole.value + 1
+_KINDS = (("lidar", "LiDARs"), ("camera", "Cameras"))
+
+
+def key_figures(sensor: Lidar | Camera) -> str:
+    """The two figures by which people tell models apart."""
+    if isinstance(sensor, Lidar):
+        reach = sensor.range_m[1]
+        beams = f"{len(sensor.elevations())} beams"
+        return beams if reach == float("inf") else f"{beams}, {reach:g} m"
+    wide = dict(derived_rows(sensor))["Field of view"].split(" × ")[0]
+    return f"{wide}, {sensor.image[0]}×{sensor.image[1]}"
+
+
+def model_tip(entry: Entry, sensor: Lidar | Camera) -> str:
+    """Title, figures and source of a model."""
+    figures = [f"{caption}: {value}" for caption, value in derived_rows(sensor)]
+    low, high = sensor.range_m
+    if high != float("inf"):
+        figures.append(f"Range: {low:g} to {high:g} m")
+    return "\n".join([f"{entry.title} ({entry.name})", *figures, entry.source])
+
+
+class LibraryList(QWidget):
+    """Shows library entries; says which one the user wants added."""
+
+    add_wanted = Signal(str)
+    """Name of a model to be added where the program finds room."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setObjectName("panel")
+        self._search = QLineEdit()
+        self._search.setObjectName("library_search")
+        self._search.setPlaceholderText("Search the library")
+        self._search.setClearButtonEnabled(True)
+        self._search.addAction(icon("search", tones().muted), QLineEdit.ActionPosition.LeadingPosition)
+        self._search.textChanged.connect(self._filter)
+        self.models = _Models()
+        self.models.itemDoubleClicked.connect(self._on_double_click)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        box = QVBoxLayout()
+        box.setContentsMargins(MARGIN, 4, MARGIN, 4)
+        box.addWidget(self._search)
+        column.addLayout(box)
+        column.addWidget(self.models, 1)
+
+    def set_entries(self, entries: Sequence[Entry]) -> None:
+        """Show these models."""
+        self.models.set_entries(entries)
+        self._filter(self._search.text())
+
+    @property
+    def shown(self) -> list[str]:
+        """Names of the models that the search leaves."""
+        return [str(row.data(0, _MODEL)) for row in self.models.rows() if not row.isHidden()]
+
+    def row_of(self, model: str) -> QTreeWidgetItem:
+        """The row of a model; StopIteration when there is none."""
+        return next(row for row in self.models.rows() if row.data(0, _MODEL) == model)
+
+    def _filter(self, text: str) -> None:
+        """Leave the models that have every word of the text somewhere."""
+        words = text.casefold().split()
+        for row in self.models.rows():
+            row.setHidden(not all(word in row.data(0, _WORDS) for word in words))
+        self.models.hide_empty_groups()
+
+    def _on_double_click(self, row: QTreeWidgetItem) -> None:
+        model = row.data(0, _MODEL)
+        if isinstance(model, str):
+            self.add_wanted.emit(model)
+
+
+class _Models(QTreeWidget):
+    """Title and key figures, under a heading per kind."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setColumnCount(2)
+        self.setHeaderHidden(True)
+        self.setRootIsDecorated(False)
+        self.setIndentation(8)
+        self.setIconSize(QSize(16, 16))
+        self.setDragEnabled(True)
+        self.setDragDropMode(QAbstractItemView.DragDropMode.DragOnly)
+        self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        self.setTextElideMode(Qt.TextElideMode.ElideRight)
+        header = self.header()
+        header.setStretchLastSection(False)
+        header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
+        header.setSectionResizeMode(1, QHeaderView.ResizeMode.ResizeToContents)
+
+    def set_entries(self, entries: Sequence[Entry]) -> None:
+        self.clear()
+        for kind, title in _KINDS:
+            of_kind = [entry for entry in entries if entry.kind == kind]
+            group = QTreeWidgetItem(self, [f"{title}  {len(of_kind)}"])
+            group.setFlags(Qt.ItemFlag.ItemIsEnabled)
+            group.setForeground(0, QBrush(QColor(tones().muted)))
+            group.setFirstColumnSpanned(True)
+            for entry in of_kind:
+                self._add(group, entry)
+        self.expandAll()
+
+    def _add(self, group: QTreeWidgetItem, entry: Entry) -> None:
+        sensor = entry.sensor(entry.name, Pose())
+        row = QTreeWidgetItem(group, [entry.title, key_figures(sensor)])
+        row.setFlags(Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable | Qt.ItemFlag.ItemIsDragEnabled)
+        row.setData(0, _MODEL, entry.name)
+        row.setData(0, _WORDS, f"{entry.name} {model_tip(entry, sensor)}".casefold())
+        row.setIcon(0, icon(entry.kind, KIND_COLOURS[entry.kind]))
+        row.setFont(1, numbers_font(row.font(1)))
+        row.setForeground(1, QBrush(QColor(tones().muted)))
+        row.setTextAlignment(1, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+        tip = f"{model_tip(entry, sensor)}\n\nDrag it onto the car, or double click."
+        for column in (0, 1):
+            row.setToolTip(column, tip)
+
+    def rows(self) -> list[QTreeWidgetItem]:
+        """The rows of all models."""
+        return [row for group in self._groups() for row in _children(group)]
+
+    def hide_empty_groups(self) -> None:
+        """Hide headings that the search left nothing under."""
+        for group in self._groups():
+            group.setHidden(all(row.isHidden() for row in _children(group)))
+
+    def _groups(self) -> list[QTreeWidgetItem]:
+        return _children(self.invisibleRootItem())
+
+    def mimeTypes(self) -> list[str]:
+        """Only what the 3D view understands."""
+        return [MODEL_MIME]
+
+    def mimeData(self, items: Sequence[QTreeWidgetItem]) -> QMimeData:
+        """The name of the dragged model."""
+        data = QMimeData()
+        models = [model for item in items if isinstance(model := item.data(0, _MODEL), str)]
+        if models:
+            data.setData(MODEL_MIME, QByteArray(models[0].encode("utf-8")))
+            data.setText(models[0])
+        return data
+
+
+def _children(item: QTreeWidgetItem) -> list[QTreeWidgetItem]:
+    found = (item.child(place) for place in range(item.childCount()))
+    return [child for child in found if child is not None]

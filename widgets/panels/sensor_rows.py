@@ -1,0 +1,149 @@
+"""How one sensor looks in the list: columns, icons, tooltips, and the bar of what the rig loses without it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from PySide6.QtCore import QModelIndex, QPersistentModelIndex, QRect, Qt
+from PySide6.QtGui import QBrush, QColor, QPainter
+from PySide6.QtWidgets import (
+    QHeaderView,
+    QStyle,
+    QStyledItemDelegate,
+    QStyleOptionViewItem,
+    QTreeWidget,
+    QTreeWidgetItem,
+)
+
+from core.rig.library import default_library
+from core.rig.model import Camera, Lidar
+from widgets.panels.derived import derived_rows
+from widgets.panels.icons import icon
+from widgets.panels.style import numbers_font, tones
+from widgets.theme import KIND_COLOURS
+
+NAME, TYPE, LOSS, LOCK, EYE = range(5)
+TITLES = ("Sensor", "Type", "Loss", "", "")
+SENSOR_NAME = Qt.ItemDataRole.UserRole
+_SHARE = Qt.ItemDataRole.UserRole.value + 1
+_IS_STALE = Qt.ItemDataRole.UserRole.value + 2
+_WIDTHS_PX = {TYPE: 62, LOSS: 50, LOCK: 24, EYE: 26}
+_BAR_PX, _BAR_MARGIN_PX = 3, 5
+_FIXED_FLAGS = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
+_EDIT_FLAGS = _FIXED_FLAGS | Qt.ItemFlag.ItemIsEditable | Qt.ItemFlag.ItemIsUserCheckable
+TIPS = (
+    "Tick: counts in the scores. F2 or double click: another name. Ctrl and Shift select several.",
+    "Beams of a LiDAR, field of view of a camera",
+    "What the rig no longer sees without this sensor, in percentage points of H(Ω) of all classes together",
+    "Lock: it cannot be moved, edited or deleted",
+    "Eye: shown in the view or not; it counts in the scores either way",
+)
+
+
+@dataclass(frozen=True)
+class RowState:
+    """What is to be seen of a sensor beside its fields."""
+
+    is_hidden: bool = False
+    is_locked: bool = False
+
+
+def set_up_columns(tree: QTreeWidget) -> None:
+    """Titles, widths and delegates: only the name grows with the list."""
+    tree.setColumnCount(len(TITLES))
+    tree.setHeaderLabels(list(TITLES))
+    tree.setItemDelegateForColumn(LOSS, LossBar(tree))
+    head = tree.headerItem()
+    for column, tip in enumerate(TIPS):
+        head.setToolTip(column, tip)
+    head.setTextAlignment(LOSS, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+    header = tree.header()
+    header.setStretchLastSection(False)
+    header.setSectionsMovable(False)
+    header.setMinimumSectionSize(min(_WIDTHS_PX.values()))
+    header.setSectionResizeMode(NAME, QHeaderView.ResizeMode.Stretch)
+    for column, width in _WIDTHS_PX.items():
+        header.setSectionResizeMode(column, QHeaderView.ResizeMode.Fixed)
+        header.resizeSection(column, width)
+
+
+def short_type(sensor: Lidar | Camera) -> str:
+    """A few characters: beams of a LiDAR, horizontal field of view of a camera."""
+    if isinstance(sensor, Lidar):
+        return f"{len(sensor.elevations())} beams"
+    return dict(derived_rows(sensor))["Field of view"].split(" × ")[0].replace(".0°", "°")
+
+
+def model_note(sensor: Lidar | Camera) -> str:
+    """Title and source of the sensor's model, or that it has none."""
+    if sensor.model is None:
+        return "no model of the library"
+    known = {entry.name: entry for entry in default_library().entries()}
+    entry = known.get(sensor.model)
+    return f"{entry.title}\n{entry.source}" if entry is not None else f"{sensor.model}: not in the library"
+
+
+def show_sensor(row: QTreeWidgetItem, sensor: Lidar | Camera, state: RowState) -> None:
+    """Bring a row in line with a sensor."""
+    row.setFlags(_FIXED_FLAGS if state.is_locked else _EDIT_FLAGS)
+    row.setText(NAME, sensor.name)
+    row.setData(NAME, SENSOR_NAME, sensor.name)
+    row.setCheckState(NAME, Qt.CheckState.Checked if sensor.enabled else Qt.CheckState.Unchecked)
+    row.setIcon(NAME, icon(sensor.kind, KIND_COLOURS[sensor.kind]))
+    row.setText(TYPE, short_type(sensor))
+    row.setFont(TYPE, numbers_font(row.font(TYPE)))
+    row.setIcon(LOCK, icon("lock") if state.is_locked else icon("unlock", tones().border))
+    row.setIcon(EYE, icon("eye-off", tones().muted) if state.is_hidden else icon("eye"))
+    row.setToolTip(NAME, f"{sensor.name}\n{TIPS[NAME]}")
+    row.setToolTip(TYPE, model_note(sensor))
+    row.setToolTip(LOCK, "Locked: it cannot be moved, edited or deleted" if state.is_locked else TIPS[LOCK])
+    row.setToolTip(
+        EYE, "Hidden in the view; it still counts in the scores" if state.is_hidden else "Shown in the view"
+    )
+    bright = tones().text if sensor.enabled and not state.is_hidden else tones().muted
+    row.setForeground(NAME, QBrush(QColor(bright)))
+    row.setForeground(TYPE, QBrush(QColor(tones().muted)))
+    if not sensor.enabled:
+        show_loss(row, None, 0.0, "It does not count, so nothing is lost without it")
+
+
+def show_loss(row: QTreeWidgetItem, share: float | None, largest: float, tip: str) -> None:
+    """Show the share of the entropy that is lost without the sensor; None takes bar and number away."""
+    row.setText(LOSS, "" if share is None else f"{100 * share:.2f}")
+    row.setTextAlignment(LOSS, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+    row.setFont(LOSS, numbers_font(row.font(LOSS)))
+    row.setData(LOSS, _SHARE, None if share is None or largest <= 0.0 else share / largest)
+    row.setData(LOSS, _IS_STALE, False)
+    row.setToolTip(LOSS, tip)
+    row.setForeground(LOSS, QBrush(QColor(tones().text)))
+
+
+def set_loss_stale(row: QTreeWidgetItem) -> None:
+    """Grey the loss: it is of an earlier rig."""
+    row.setData(LOSS, _IS_STALE, True)
+    row.setForeground(LOSS, QBrush(QColor(tones().muted)))
+
+
+class LossBar(QStyledItemDelegate):
+    """A thin bar under the number, as long as the loss is large beside that of the other sensors."""
+
+    def paint(
+        self,
+        painter: QPainter,
+        option: QStyleOptionViewItem,
+        index: QModelIndex | QPersistentModelIndex,
+    ) -> None:
+        """Draw the number as usual, then the bar."""
+        super().paint(painter, option, index)
+        share = index.data(_SHARE)
+        if not isinstance(share, float):
+            return
+        rect: QRect = option.rect  # type: ignore[attr-defined]
+        state: QStyle.StateFlag = option.state  # type: ignore[attr-defined]
+        room = rect.width() - 2 * _BAR_MARGIN_PX
+        length = max(1, round(room * share))
+        colour = QColor(tones().border if index.data(_IS_STALE) else tones().accent)
+        if state & QStyle.StateFlag.State_Selected:
+            colour = QColor("white")
+        left = rect.right() - _BAR_MARGIN_PX - length
+        painter.fillRect(left, rect.bottom() - _BAR_PX, length, _BAR_PX - 1, colour)
