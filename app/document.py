@@ -16,17 +16,19 @@ from core.errors import InputError
 from core.geometry import Pose
 from core.rig.edit_names import Edit, describe
 from core.rig.history import History
-from core.rig.mirror import in_step, without_sensor
+from core.rig.many import duplicated, free_name, list_text, with_enabled, without
+from core.rig.mirror import in_step, partner_of
 from core.rig.model import MAX_SENSORS, Camera, Lidar, Rig
 from core.rig.yaml_file import RigFile, load_rig, new_rig_file
 
 DUPLICATE_OFFSET_M = 0.2
+Names = tuple[str, ...]
 MERGE_S = 1.0
 """Edits of the same numbers within so long of each other are one undo step: nudges, spin-box steps, the wheel."""
 
 
 class Document(QObject):
-    """A rig with undo, a selection, a set of hidden sensors and the file it belongs to.
+    """A rig with undo, a selection, sets of hidden and locked sensors, and the file it belongs to.
 
     `revision` grows by one with every change of the rig, previews of a drag included. Mirror pairs stay in step
     whatever is edited. `clock` tells seconds, to see which edits follow closely.
@@ -35,6 +37,7 @@ class Document(QObject):
     rig_changed = Signal()
     selection_changed = Signal()
     hidden_changed = Signal()
+    locked_changed = Signal()
     file_changed = Signal()
     """The path or the saved state changed; also sent when a document is opened."""
 
@@ -59,6 +62,7 @@ class Document(QObject):
         self.path = path
         self.selected: str | None = None
         self._hidden: frozenset[str] = frozenset()
+        self._locked: frozenset[str] = frozenset()
 
     # ------------------------------------------------------------------ state
     @property
@@ -75,6 +79,14 @@ class Document(QObject):
     def hidden(self) -> frozenset[str]:
         """Names of the sensors that are not drawn; they still count in the scores."""
         return self._hidden & self._names()
+
+    @property
+    def locked(self) -> frozenset[str]:
+        """Names of the sensors that are guarded against dragging, editing and deleting.
+
+        A lock guards against slips of the hand and says nothing about the rig, so no file holds it.
+        """
+        return self._locked & self._names()
 
     @property
     def is_modified(self) -> bool:
@@ -115,6 +127,7 @@ class Document(QObject):
         self._rig_moved_on()
         self.selection_changed.emit()
         self.hidden_changed.emit()
+        self.locked_changed.emit()
         self.file_changed.emit()
 
     def save(self, path: Path) -> None:
@@ -133,12 +146,27 @@ class Document(QObject):
             self.selected = wanted
             self.selection_changed.emit()
 
-    def set_hidden(self, name: str, hidden: bool) -> None:
-        """Draw a sensor or not."""
-        changed = self._hidden | {name} if hidden else self._hidden - {name}
+    def set_hidden(self, names: Names, hidden: bool) -> None:
+        """Draw sensors or not."""
+        changed = self._hidden | set(names) if hidden else self._hidden - set(names)
         if changed != self._hidden:
             self._hidden = changed
             self.hidden_changed.emit()
+
+    def set_locked(self, names: Names, locked: bool) -> None:
+        """Guard sensors against edits, or let them be edited again."""
+        self.cancel_drag()
+        changed = self._locked | set(names) if locked else self._locked - set(names)
+        if changed != self._locked:
+            self._locked = changed
+            self.locked_changed.emit()
+
+    def _refuse_locked(self, names: Names) -> None:
+        """InputError when one of these sensors, or the mirror image of one, is locked."""
+        meant = {*names, *(partner_of(self.rig, name) for name in names)}
+        found = [sensor.name for sensor in self.rig.sensors if sensor.name in self.locked & meant]
+        if found:
+            raise InputError(f"{list_text(found)}: locked; unlock it in the list of sensors first")
 
     # ------------------------------------------------------------------ edits, one undo step each
     def apply(self, rig: Rig, label: str = "") -> None:
@@ -189,6 +217,7 @@ class Document(QObject):
     def replace_sensor(self, name: str, sensor: Lidar | Camera) -> None:
         """Exchange one sensor; a new name takes selection and visibility along, InputError when taken."""
         self.cancel_drag()
+        self._refuse_locked((name,))
         if sensor.name != name and sensor.name in self._names():
             raise InputError(f"name: '{sensor.name}' is used by another sensor; names must be unique")
         was_selected = self.selected == name
@@ -206,52 +235,44 @@ class Document(QObject):
             raise InputError("name: found nothing, accepted is any text that no other sensor uses")
         self.replace_sensor(name, self.rig.sensor(name).replace(name=new_name.strip()))
 
-    def set_enabled(self, name: str, enabled: bool) -> None:
-        """Count a sensor in the scores or not."""
-        self.replace_sensor(name, self.rig.sensor(name).replace(enabled=enabled))
+    def set_enabled(self, names: Names, enabled: bool) -> None:
+        """Count sensors in the scores or not."""
+        self._refuse_locked(names)
+        word = "enable" if enabled else "disable"
+        self.apply(with_enabled(self.rig, names, enabled), f"{word} {list_text(names)}")
 
     def add(self, sensor: Lidar | Camera) -> str:
         """Append a sensor under a free name and select it; returns the name."""
         self.cancel_drag()
         if len(self.rig.sensors) >= MAX_SENSORS:
             raise InputError(f"sensors: a rig holds at most {MAX_SENSORS}; delete one first")
-        name = self.free_name(sensor.name)
+        name = free_name(self._names(), sensor.name)
         alone = sensor.replace(name=name, mirror_of=None)
         self.apply(self.rig.replace(sensors=(*self.rig.sensors, alone)), f"add {name}")
         self.select(name)
         return name
 
-    def duplicate(self, name: str) -> str:
-        """Add a copy of a sensor a little to its left and select it; returns the copy's name."""
+    def duplicate(self, names: Names) -> Names:
+        """Add copies of sensors a little to their left and select the last; returns the copies' names."""
         self.cancel_drag()
-        sensor = self.rig.sensor(name)
-        x, y, z = sensor.position
-        return self.add(sensor.replace(position=(x, y + DUPLICATE_OFFSET_M, z)))
+        rig, copies = duplicated(self.rig, names, DUPLICATE_OFFSET_M)
+        self.apply(rig, f"duplicate {list_text(names)}")
+        self.select(copies[-1])
+        return copies
 
-    def delete(self, name: str) -> None:
-        """Remove a sensor."""
+    def delete(self, names: Names) -> None:
+        """Remove sensors."""
         self.cancel_drag()
-        if self.selected == name:
+        self._refuse_locked(names)
+        if self.selected in names:
             self.select(None)
-        self.apply(without_sensor(self.rig, name), f"delete {name}")
-
-    def free_name(self, wanted: str) -> str:
-        """`wanted`, or with the first number behind it that makes it unique."""
-        names = self._names()
-        if wanted not in names:
-            return wanted
-        stem, _, tail = wanted.rpartition("_")
-        stem = stem if stem and tail.isdigit() else wanted
-        number = 2
-        while f"{stem}_{number}" in names:
-            number += 1
-        return f"{stem}_{number}"
+        self.apply(without(self.rig, names), f"delete {list_text(names)}")
 
     # ------------------------------------------------------------------ drags: many previews, one undo step
     def begin_drag(self, name: str) -> None:
-        """Open a drag of one sensor."""
+        """Open a drag of one sensor; a locked one stays where it is."""
         self.cancel_drag()
-        if name in self._names():
+        if name in self._names() and not {name, partner_of(self.rig, name)} & self.locked:
             self._history.begin(f"move {name}")
             self._dragged = name
 

@@ -11,7 +11,7 @@ REMEMBERED = 9
 Sensor = Lidar | Camera
 
 
-def _rays_of(sensor: Sensor) -> Sensor:
+def rays_of(sensor: Sensor) -> Sensor:
     """The sensor without what changes no ray."""
     return sensor.model_copy(update={"name": "", "model": None, "enabled": True})
 
@@ -46,7 +46,7 @@ class EditCosts:
             self._times.setdefault(cast[0], deque(maxlen=REMEMBERED)).append(elapsed_ms)
         elif cast:
             self._guess_ms = elapsed_ms / len(cast)
-        self._held = [_rays_of(sensor) for sensor in rig.sensors if sensor.enabled]
+        self._held = [rays_of(sensor) for sensor in rig.sensors if sensor.enabled]
 
     def _cost(self, name: str) -> float:
         return statistics.median(self._times[name]) if name in self._times else self._guess_ms
@@ -57,7 +57,7 @@ class EditCosts:
         for sensor in rig.sensors:
             if not sensor.enabled:
                 continue
-            if (rays := _rays_of(sensor)) in held:
+            if (rays := rays_of(sensor)) in held:
                 held.remove(rays)
             else:
                 names.append(sensor.name)

@@ -55,11 +55,11 @@ def load_scene(options: SceneOptions, progress: Progress) -> LoadedScene:
 
 @dataclass(frozen=True)
 class EvaluationRequest:
-    """Everything one evaluation depends on; `saved_rig` is what the changes are counted from."""
+    """Everything one evaluation depends on; `baseline_rig` is what the changes are counted from."""
 
     revision: int
     rig: Rig
-    saved_rig: Rig
+    baseline_rig: Rig
     settings: MetricSettings
     heat: HeatMode = "off"
     heat_class: str = CLASSES[0]
@@ -73,12 +73,12 @@ class EvaluationRequest:
 
 @dataclass(frozen=True)
 class Result:
-    """The exact answer to one request: scores now and of the saved rig, and the heatmap and the map to draw."""
+    """The exact answer to one request: scores now and of the baseline, and the heatmap and the map to draw."""
 
     request: EvaluationRequest
     scene: LoadedScene
     evaluation: Evaluation
-    saved_scores: Scores
+    baseline_scores: Scores
     heatmap: HeatmapData | None
     top_view: TopView | None = None
 
@@ -106,7 +106,7 @@ class Scoring:
         self._engine = Engine(scene.field, threads)
         self._top_views = TopViews(scene.field)
         self._costs, self._coarse_costs = EditCosts(), EditCosts()
-        self._saved: tuple[Rig, MetricSettings, Scores] | None = None
+        self._baseline: tuple[Rig, MetricSettings, Scores] | None = None
         self._coarse: Engine | None = None
         self._aside: Engine | None = None
         self._was_slow = False
@@ -124,10 +124,10 @@ class Scoring:
         if evaluation is None:
             return None
         self._costs.note(request.rig, evaluation.elapsed_ms)
-        saved_scores = self._scores_of_saved(request, evaluation)
+        baseline_scores = self._scores_of_baseline(request, evaluation)
         heatmap = self.scene.heatmaps.heatmap(request.heat, request.heat_class, evaluation)
         return Result(
-            request, self.scene, evaluation, saved_scores, heatmap, self._top_view(request, evaluation)
+            request, self.scene, evaluation, baseline_scores, heatmap, self._top_view(request, evaluation)
         )
 
     def _top_view(self, request: EvaluationRequest, evaluation: Evaluation) -> TopView | None:
@@ -138,17 +138,17 @@ class Scoring:
         cls = CLASSES.index(request.heat_class)
         return self._top_views.view(cls, request.heat_class, request.map_by, seen)
 
-    def _scores_of_saved(self, request: EvaluationRequest, evaluation: Evaluation) -> Scores:
-        """Scores of the saved rig under the same settings; computed once per save, settings and scene."""
-        if request.rig == request.saved_rig:
-            self._saved = (request.saved_rig, request.settings, evaluation.scores)
-        elif self._saved is None or self._saved[:2] != (request.saved_rig, request.settings):
-            saved = self._engine.evaluate(request.saved_rig, request.settings, with_seen=False)
-            assert saved is not None
-            self._costs.note(request.saved_rig, saved.elapsed_ms)
-            self._saved = (request.saved_rig, request.settings, saved.scores)
-        assert self._saved is not None
-        return self._saved[2]
+    def _scores_of_baseline(self, request: EvaluationRequest, evaluation: Evaluation) -> Scores:
+        """Scores of the baseline under the same settings; computed once per baseline, settings and scene."""
+        if request.rig == request.baseline_rig:
+            self._baseline = (request.baseline_rig, request.settings, evaluation.scores)
+        elif self._baseline is None or self._baseline[:2] != (request.baseline_rig, request.settings):
+            found = self._engine.evaluate(request.baseline_rig, request.settings, with_seen=False)
+            assert found is not None
+            self._costs.note(request.baseline_rig, found.elapsed_ms)
+            self._baseline = (request.baseline_rig, request.settings, found.scores)
+        assert self._baseline is not None
+        return self._baseline[2]
 
     def aside(self, rig: Rig, settings: MetricSettings, is_stale: IsStale) -> Evaluation | None:
         """The exact scores of a rig that is not the one being edited; None when `is_stale` said so half-way.

@@ -18,12 +18,15 @@ from app.status import StatusBar
 from app.tasks import Tasks
 from app.window.feature import Feature
 from app.window.features.background import Background
+from app.window.features.baseline import Baseline
 from app.window.features.edits import Edits
 from app.window.features.files import Files
 from app.window.features.follow import Follow
 from app.window.features.heat import Heat
 from app.window.features.help import Help
+from app.window.features.library import LibraryPanel
 from app.window.features.map import Map
+from app.window.features.marginals import Marginals
 from app.window.features.picture import Picture
 from app.window.features.scene_data import SceneData, choice_of
 from app.window.features.scores import Scores
@@ -41,11 +44,12 @@ from widgets.panels.scores_panel import ScoresPanel
 from widgets.panels.sensor_tree import SensorTree
 
 FEATURES: tuple[type[Feature], ...] = (
-    Files, Edits, Sensors, Views, Heat, Picture, SceneData, Map, SensorView, Scores, Follow, Background, Help,
+    Files, Edits, Sensors, LibraryPanel, Views, Heat, Picture, SceneData, Map, SensorView, Baseline, Scores, Marginals,
+    Follow, Background, Help,
 )  # fmt: skip
 """Everything the window can do, in the order in which it stands in menus and toolbar."""
 DEFAULT_SIZE = QSize(1280, 800)
-LEFT_PX, RIGHT_PX, BOTTOM_PX = 240, 300, 170
+LEFT_PX, RIGHT_PX, BOTTOM_PX = 270, 300, 170
 AREA = Qt.DockWidgetArea
 AnyFeature = TypeVar("AnyFeature", bound=Feature)
 
@@ -91,7 +95,9 @@ class MainWindow(QMainWindow):
         self.places = Places(self.menuBar(), self._toolbar())
         self.actions_ = Actions(self, self.places)
         self._build_layout(viewport)
-        self._features = [feature(self) for feature in FEATURES]
+        self._features: list[Feature] = []
+        for feature in FEATURES:  # a feature may ask for those before it
+            self._features.append(feature(self))
         self.feature(Follow).show_all()
         self.feature(SceneData).load(scene)
         self.feature(Scores).request()

@@ -46,7 +46,7 @@ def test_previews_count_only_for_the_sensor_that_is_dragged(document: Document) 
 
 
 def test_undo_in_the_middle_of_a_drag_gives_up_the_drag_only(document: Document) -> None:
-    document.set_enabled("front", False)
+    document.set_enabled(("front",), False)
     document.begin_drag("roof")
     document.preview("roof", Pose((5.0, 0.0, 1.0)))
     document.undo()
@@ -57,7 +57,7 @@ def test_undo_in_the_middle_of_a_drag_gives_up_the_drag_only(document: Document)
 def test_an_edit_in_the_middle_of_a_drag_gives_up_the_drag(document: Document) -> None:
     document.begin_drag("roof")
     document.preview("roof", Pose((5.0, 0.0, 1.0)))
-    document.delete("front")
+    document.delete(("front",))
     assert document.rig.sensors == (LIDAR,)
 
 
@@ -74,7 +74,7 @@ def test_every_change_and_every_preview_has_its_own_revision(document: Document)
 
 def test_a_renamed_sensor_stays_selected_and_hidden(document: Document) -> None:
     document.select("roof")
-    document.set_hidden("roof", True)
+    document.set_hidden(("roof",), True)
     document.rename("roof", "top")
     assert (document.selected, document.hidden) == ("top", {"top"})
     document.undo()
@@ -89,8 +89,8 @@ def test_a_name_that_is_taken_or_empty_is_refused(document: Document, name: str)
 
 
 def test_a_copy_gets_a_free_name_a_place_beside_and_the_selection(document: Document) -> None:
-    assert document.duplicate("roof") == "roof_2"
-    assert document.duplicate("roof_2") == "roof_3"
+    assert document.duplicate(("roof",)) == ("roof_2",)
+    assert document.duplicate(("roof_2",)) == ("roof_3",)
     assert document.selected == "roof_3"
     copy = document.rig.sensor("roof_2")
     assert copy.replace(name="roof", position=LIDAR.position) == LIDAR
@@ -99,7 +99,7 @@ def test_a_copy_gets_a_free_name_a_place_beside_and_the_selection(document: Docu
 
 def test_deleting_the_selection_clears_it_and_undo_brings_the_sensor_back(document: Document) -> None:
     document.select("front")
-    document.delete("front")
+    document.delete(("front",))
     assert document.selected is None
     assert document.rig.sensors == (LIDAR,)
     document.undo()
@@ -107,7 +107,7 @@ def test_deleting_the_selection_clears_it_and_undo_brings_the_sensor_back(docume
 
 
 def test_undoing_an_addition_clears_its_selection(document: Document) -> None:
-    document.duplicate("front")
+    document.duplicate(("front",))
     document.undo()
     assert document.selected is None
 
@@ -132,14 +132,14 @@ def test_saving_keeps_the_comments_of_the_file(document: Document, tmp_path: Pat
     document.save(path)
     path.write_text("# measured on Tuesday\n" + path.read_text())
     document.open(path)
-    document.set_enabled("front", False)
+    document.set_enabled(("front",), False)
     document.save(path)
     assert path.read_text().startswith("# measured on Tuesday\n")
     assert not load_rig(path).rig.sensor("front").enabled
 
 
 def test_what_cannot_be_saved_or_opened_changes_nothing(document: Document, tmp_path: Path) -> None:
-    document.set_enabled("front", False)
+    document.set_enabled(("front",), False)
     with pytest.raises(InputError):
         document.save(tmp_path / "no folder" / "rig.yaml")
     assert document.is_modified
@@ -151,7 +151,7 @@ def test_what_cannot_be_saved_or_opened_changes_nothing(document: Document, tmp_
 
 
 def test_editing_back_to_the_saved_state_is_no_modification(document: Document) -> None:
-    document.set_enabled("front", False)
+    document.set_enabled(("front",), False)
     assert document.is_modified
     document.undo()
     assert not document.is_modified
@@ -224,7 +224,7 @@ def test_a_group_that_fails_takes_everything_back(document: Document) -> None:
 
 def test_a_group_inside_a_group_belongs_to_the_outer_one(document: Document) -> None:
     with document.group("outer"):
-        document.delete("front")
+        document.delete(("front",))
         with document.group("inner"):
             document.rename("roof", "top")
     assert document.undo_label == "outer"
@@ -247,7 +247,7 @@ def test_one_of_a_mirror_pair_can_be_renamed_copied_and_deleted(qtbot: QtBot) ->
     document = Document(linked(RIG.replace(sensors=(LIDAR, LIDAR.replace(name="other"))), "roof", "other"))
     document.rename("roof", "top")
     assert document.rig.sensor("other").mirror_of == "top"
-    copy = document.duplicate("other")
+    (copy,) = document.duplicate(("other",))
     assert document.rig.sensor(copy).mirror_of is None
-    document.delete("top")
+    document.delete(("top",))
     assert document.rig.sensor("other").mirror_of is None

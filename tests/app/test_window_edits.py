@@ -166,7 +166,7 @@ def test_a_drag_in_the_view_is_followed_by_list_and_inspector_and_is_one_step(be
 
 @pytest.mark.parametrize("key", ["undo", "redo"])
 def test_undo_and_redo_during_a_drag_only_give_up_the_drag(bench: Bench, key: str) -> None:
-    bench.document.set_enabled("front", False)
+    bench.document.set_enabled(("front",), False)
     bench.viewport.press("roof")
     bench.viewport.move("roof", Pose((4.0, 0.0, 1.0)))
     bench.window.feature(Edits).travel(getattr(bench.document, key))

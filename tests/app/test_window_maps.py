@@ -175,7 +175,7 @@ def test_a_stored_pog_has_no_boxes_to_show_and_says_so(qtbot: QtBot, tmp_path: P
 
 def test_a_switched_off_sensor_is_shown_and_said_not_to_count(bench: Bench) -> None:
     bench.document.select("front")
-    bench.document.set_enabled("front", False)
+    bench.document.set_enabled(("front",), False)
     picture(bench)
     assert "does not count" in bench.window.feature(SensorView).panel.note.text()
 

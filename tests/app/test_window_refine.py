@@ -161,9 +161,9 @@ def test_any_sequence_of_edits_ends_exact_to_the_last_bit(opened: Open) -> None:
     bench = opened()
     know(bench, "roof", "front")
     bench.drag("roof", (3.0, 0.0, 1.0), (-4.0, 1.0, 2.0))
-    bench.document.duplicate("front")
+    bench.document.duplicate(("front",))
     bench.drag("front", (2.0, 0.4, 1.2))
-    bench.document.set_enabled("roof", False)
+    bench.document.set_enabled(("roof",), False)
     bench.act("undo")
     bench.act("undo")
     bench.settle()
@@ -318,7 +318,7 @@ def test_an_approximation_older_than_what_is_shown_is_dropped(opened: Open) -> N
     bench.window.recompute.approximated.connect(old.append, QUEUED)
     bench.drag("roof", (3.0, 0.0, 1.0))
     bench.settle()
-    bench.document.set_enabled("roof", False)
+    bench.document.set_enabled(("roof",), False)
     bench.settle()
     bench.window.feature(Scores).show_approximation(old[0])
     assert not bench.window.scores.is_estimate
@@ -346,7 +346,7 @@ def test_the_first_sensor_of_a_kind_is_answered_exactly_as_there_is_nothing_to_e
     opened: Open,
 ) -> None:
     bench = opened()
-    bench.document.delete("roof")
+    bench.document.delete(("roof",))
     bench.settle()
     watch = Watch(bench)
     lidar = bench.document.saved_rig.sensor("roof")

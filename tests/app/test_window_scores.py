@@ -70,7 +70,7 @@ def test_after_a_drag_the_scores_are_those_of_a_fresh_evaluation_bit_for_bit(ben
 def test_a_number_that_is_out_of_date_is_greyed_until_the_new_one_is_there(bench: Bench) -> None:
     assert not bench.window.scores.is_stale
     before = bench.shown("car", "lidar")
-    bench.document.set_enabled("roof", False)
+    bench.document.set_enabled(("roof",), False)
     assert bench.window.scores.is_stale
     assert bench.shown("car", "lidar") == before
     assert bench.window.status.state.text() == "updating…"
@@ -84,7 +84,7 @@ def test_an_answer_older_than_the_one_shown_is_dropped(bench: Bench) -> None:
     bench.window.recompute.evaluated.connect(old.append, Qt.ConnectionType.QueuedConnection)
     bench.drag("roof", (3.0, 0.0, 1.0))
     bench.settle()
-    bench.document.set_enabled("roof", False)
+    bench.document.set_enabled(("roof",), False)
     bench.settle()
     bench.window.feature(Scores).show_result(old[0])
     assert bench.shown("car", "lidar") == "0.00"
@@ -94,7 +94,7 @@ def test_the_change_counts_from_the_rig_that_was_opened_and_then_from_the_saved_
     bench: Bench, tmp_path: Path
 ) -> None:
     assert bench.shown("car", "s_ms change") == "–"
-    bench.document.set_enabled("roof", False)
+    bench.document.set_enabled(("roof",), False)
     bench.settle()
     assert bench.shown("car", "s_ms change").startswith("+")
     assert bench.shown("car", "seen change").startswith("−")

@@ -33,6 +33,7 @@ class Inspector(QStackedWidget):
         self._rig_form, self._lidar_form, self._camera_form = RigForm(), LidarForm(), CameraForm()
         self._sensor_forms: tuple[SensorForm, ...] = (self._lidar_form, self._camera_form)
         self._shown_name: str | None = None
+        self._loss_of: str | None = None
         self._saved: Rig | None = None
         self._locked: frozenset[str] = frozenset()
         self._units: tuple[Unit, ...] = (METRES, DEGREES)
@@ -80,13 +81,20 @@ class Inspector(QStackedWidget):
         for form in self._sensor_forms:
             form.set_locked(self._shown_name in locked)
 
+    @property
+    def loss_of(self) -> str | None:
+        """The sensor whose loss is shown, greyed or not; None when there is none."""
+        return self._loss_of
+
     def show_loss(self, now: Scores, without: Scores) -> None:
         """Exact scores with and without the sensor shown."""
+        self._loss_of = self._shown_name
         for form in self._sensor_forms:
             form.marginal.show_loss(now, without)
 
     def show_no_loss(self, reason: str) -> None:
         """Say why there is nothing to show about the rig without the sensor."""
+        self._loss_of = None
         for form in self._sensor_forms:
             form.marginal.show_none(reason)
 

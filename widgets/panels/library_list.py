@@ -21,6 +21,7 @@ from core.rig.library import Entry
 from core.rig.model import Camera, Lidar
 from widgets.panels.derived import derived_rows
 from widgets.panels.icons import icon
+from widgets.panels.sensor_rows import short_type
 from widgets.panels.style import MARGIN, numbers_font, tones
 from widgets.theme import KIND_COLOURS
 
@@ -29,16 +30,6 @@ MODEL_MIME = "application/x-riglens-model"
 _MODEL = Qt.ItemDataRole.UserRole
 _WORDS = Qt.ItemDataRole.UserRole.value + 1
 _KINDS = (("lidar", "LiDARs"), ("camera", "Cameras"))
-
-
-def key_figures(sensor: Lidar | Camera) -> str:
-    """The two figures by which people tell models apart."""
-    if isinstance(sensor, Lidar):
-        reach = sensor.range_m[1]
-        beams = f"{len(sensor.elevations())} beams"
-        return beams if reach == float("inf") else f"{beams}, {reach:g} m"
-    wide = dict(derived_rows(sensor))["Field of view"].split(" × ")[0]
-    return f"{wide}, {sensor.image[0]}×{sensor.image[1]}"
 
 
 def model_tip(entry: Entry, sensor: Lidar | Camera) -> str:
@@ -104,7 +95,7 @@ class LibraryList(QWidget):
 
 
 class _Models(QTreeWidget):
-    """Title and key figures, under a heading per kind."""
+    """Title and short type, under a heading per kind."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -130,17 +121,17 @@ class _Models(QTreeWidget):
             group.setFlags(Qt.ItemFlag.ItemIsEnabled)
             group.setForeground(0, QBrush(QColor(tones().muted)))
             group.setFirstColumnSpanned(True)
+            group.setIcon(0, icon(kind, KIND_COLOURS[kind]))
             for entry in of_kind:
                 self._add(group, entry)
         self.expandAll()
 
     def _add(self, group: QTreeWidgetItem, entry: Entry) -> None:
         sensor = entry.sensor(entry.name, Pose())
-        row = QTreeWidgetItem(group, [entry.title, key_figures(sensor)])
+        row = QTreeWidgetItem(group, [entry.title, short_type(sensor)])
         row.setFlags(Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable | Qt.ItemFlag.ItemIsDragEnabled)
         row.setData(0, _MODEL, entry.name)
         row.setData(0, _WORDS, f"{entry.name} {model_tip(entry, sensor)}".casefold())
-        row.setIcon(0, icon(entry.kind, KIND_COLOURS[entry.kind]))
         row.setFont(1, numbers_font(row.font(1)))
         row.setForeground(1, QBrush(QColor(tones().muted)))
         row.setTextAlignment(1, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)

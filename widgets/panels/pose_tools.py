@@ -40,6 +40,7 @@ class PoseTools(QWidget):
         line.setSpacing(2)
         title = QLabel("Pose")
         title.setObjectName("heading")
+        title.setIndent(0)
         line.addWidget(title)
         line.addStretch(1)
         self._units = [self._unit_button(first, second) for first, second in _SHOWN_UNITS]
@@ -123,9 +124,8 @@ class PoseTools(QWidget):
         button = QToolButton()
         button.setObjectName(f"unit_{first.quantity}")
         button.setText(first.name)
-        button.setAutoRaise(True)
         button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        button.setMinimumWidth(34)
+        button.setFixedWidth(34)
         button.setToolTip(f"Show in {first.name} or {second.name}; files and copies always have {first.name}")
         button.clicked.connect(
             lambda: self.units_chosen.emit(second if button.text() == first.name else first)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QBrush, QColor, QGuiApplication, QKeyEvent, QKeySequence
+from PySide6.QtGui import QBrush, QColor, QGuiApplication, QKeyEvent, QKeySequence, QResizeEvent
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableWidget, QTableWidgetItem
 
 from core.metric.scores import MetricSettings, Scores
@@ -25,7 +25,8 @@ from widgets.theme import CLASS_COLOURS
 
 ABOUT, FOLLOWS = "≈ ", "…"
 LAST_SAVED = "the rig as last saved"
-CLASS_PX, MIN_VALUE_PX, CHANGE_PX, TRAIL_PX = 96, 90, 86, 96
+CLASS_PX, MIN_VALUE_PX, CHANGE_PX, TRAIL_PX = 112, 88, 82, 76
+NARROW_PX = 1000
 TRAIL = 1 + 2 * len(COLUMNS)
 ESTIMATE_NOTE = "Estimated on larger voxels; the exact number follows as soon as the mouse rests"
 CHANGE_TIP = "Change against the baseline: the pinned rig, or else the rig as it was last saved or opened"
@@ -188,6 +189,15 @@ class ScoreTable(QTableWidget):
             ]
             lines.append("\t".join([name, *("" if value is None else repr(value) for value in values)]))
         return "\n".join(lines) + "\n"
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Titles are short where there is no room for long ones."""
+        super().resizeEvent(event)
+        is_narrow = event.size().width() < NARROW_PX
+        for number, column in enumerate(COLUMNS):
+            item = self.horizontalHeaderItem(1 + 2 * number)
+            assert item is not None
+            item.setText(column.short if is_narrow else column.title)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.matches(QKeySequence.StandardKey.Copy):

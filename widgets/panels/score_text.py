@@ -21,20 +21,29 @@ SEEN_NOTE = "Share of the class's entropy H(Ω) that any enabled sensor looks at
 
 @dataclass(frozen=True)
 class Column:
-    """One number per class: its title, its value, how it reads, and the sign it takes as coverage grows."""
+    """One number per class: its titles, its value, how it reads, and the sign it takes as coverage grows."""
 
     key: str
     title: str
+    short: str
     tip: str
     value: Callable[[ClassScores], float]
     is_share: bool = False
 
 
 COLUMNS = (
-    Column("camera", "Cameras S-MIG", "S-MIG of all enabled cameras together", lambda c: c.camera.s_mig),
-    Column("lidar", "LiDARs S-MIG", "S-MIG of all enabled LiDARs together", lambda c: c.lidar.s_mig),
-    Column("s_ms", "S-MS", SIGN_NOTE, lambda c: c.s_ms),
-    Column("seen", "Seen by any", SEEN_NOTE, lambda c: c.any_seen, is_share=True),
+    Column(
+        "camera",
+        "Cameras S-MIG",
+        "S-MIG cam.",
+        "S-MIG of all enabled cameras together",
+        lambda c: c.camera.s_mig,
+    ),
+    Column(
+        "lidar", "LiDARs S-MIG", "S-MIG LiD.", "S-MIG of all enabled LiDARs together", lambda c: c.lidar.s_mig
+    ),
+    Column("s_ms", "S-MS", "S-MS", SIGN_NOTE, lambda c: c.s_ms),
+    Column("seen", "Seen by any", "Seen", SEEN_NOTE, lambda c: c.any_seen, is_share=True),
 )
 
 

@@ -20,20 +20,19 @@ from core.rig.model import Camera, Lidar
 from widgets.panels.derived import derived_rows
 from widgets.panels.icons import icon
 from widgets.panels.style import numbers_font, tones
-from widgets.theme import KIND_COLOURS
 
 NAME, TYPE, LOSS, LOCK, EYE = range(5)
 TITLES = ("Sensor", "Type", "Loss", "", "")
 SENSOR_NAME = Qt.ItemDataRole.UserRole
 _SHARE = Qt.ItemDataRole.UserRole.value + 1
 _IS_STALE = Qt.ItemDataRole.UserRole.value + 2
-_WIDTHS_PX = {TYPE: 62, LOSS: 50, LOCK: 24, EYE: 26}
+_WIDTHS_PX = {TYPE: 52, LOSS: 50, LOCK: 24, EYE: 26}
 _BAR_PX, _BAR_MARGIN_PX = 3, 5
 _FIXED_FLAGS = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
 _EDIT_FLAGS = _FIXED_FLAGS | Qt.ItemFlag.ItemIsEditable | Qt.ItemFlag.ItemIsUserCheckable
 TIPS = (
     "Tick: counts in the scores. F2 or double click: another name. Ctrl and Shift select several.",
-    "Beams of a LiDAR, field of view of a camera",
+    "Channels of a LiDAR, horizontal field of view of a camera",
     "What the rig no longer sees without this sensor, in percentage points of H(Ω) of all classes together",
     "Lock: it cannot be moved, edited or deleted",
     "Eye: shown in the view or not; it counts in the scores either way",
@@ -68,9 +67,9 @@ def set_up_columns(tree: QTreeWidget) -> None:
 
 
 def short_type(sensor: Lidar | Camera) -> str:
-    """A few characters: beams of a LiDAR, horizontal field of view of a camera."""
+    """A few characters: channels (beams) of a LiDAR, horizontal field of view of a camera."""
     if isinstance(sensor, Lidar):
-        return f"{len(sensor.elevations())} beams"
+        return f"{len(sensor.elevations())} ch"
     return dict(derived_rows(sensor))["Field of view"].split(" × ")[0].replace(".0°", "°")
 
 
@@ -89,7 +88,6 @@ def show_sensor(row: QTreeWidgetItem, sensor: Lidar | Camera, state: RowState) -
     row.setText(NAME, sensor.name)
     row.setData(NAME, SENSOR_NAME, sensor.name)
     row.setCheckState(NAME, Qt.CheckState.Checked if sensor.enabled else Qt.CheckState.Unchecked)
-    row.setIcon(NAME, icon(sensor.kind, KIND_COLOURS[sensor.kind]))
     row.setText(TYPE, short_type(sensor))
     row.setFont(TYPE, numbers_font(row.font(TYPE)))
     row.setIcon(LOCK, icon("lock") if state.is_locked else icon("unlock", tones().border))

@@ -7,18 +7,29 @@ from __future__ import annotations
 
 from functools import partial
 
-from PySide6.QtCore import QEvent, QItemSelectionModel, QModelIndex, QPoint, QSize, Qt, Signal
-from PySide6.QtGui import QBrush, QColor
+from PySide6.QtCore import (
+    QEvent,
+    QItemSelectionModel,
+    QModelIndex,
+    QPersistentModelIndex,
+    QPoint,
+    QSize,
+    Qt,
+    Signal,
+)
+from PySide6.QtGui import QBrush, QColor, QMouseEvent, QResizeEvent
 from PySide6.QtWidgets import QAbstractItemView, QMenu, QTreeWidget, QTreeWidgetItem, QWidget
 
 from core.metric.scores import Scores
 from core.rig.model import Rig
+from widgets.panels.icons import icon
 from widgets.panels.marginal_view import loss_tip, lost_share
 from widgets.panels.sensor_rows import (
     EYE,
     LOCK,
     NAME,
     SENSOR_NAME,
+    TYPE,
     RowState,
     set_loss_stale,
     set_up_columns,
@@ -26,8 +37,10 @@ from widgets.panels.sensor_rows import (
     show_sensor,
 )
 from widgets.panels.style import tones
+from widgets.theme import KIND_COLOURS
 
 Names = tuple[str, ...]
+NARROW_PX, TICK_PX = 250, 20
 _KINDS = (("lidar", "LiDARs"), ("camera", "Cameras"))
 
 
@@ -59,6 +72,7 @@ class SensorTree(QTreeWidget):
         self.setIndentation(8)
         self.setRootIsDecorated(False)
         self.setUniformRowHeights(True)
+        self.setTextElideMode(Qt.TextElideMode.ElideMiddle)
         self.setIconSize(QSize(16, 16))
         self.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
         self.setEditTriggers(
@@ -148,25 +162,41 @@ class SensorTree(QTreeWidget):
         """Empty rows under their group, in the order of the rig's sensors."""
         scrolled = self.verticalScrollBar().value()
         self.clear()
-        groups = {kind: self._group(f"{title}  {kinds.count(kind)}") for kind, title in _KINDS}
+        groups = {kind: self._group(kind, f"{title}  {kinds.count(kind)}") for kind, title in _KINDS}
         rows = [QTreeWidgetItem(groups[kind]) for kind in kinds]
         self.expandAll()
         self.verticalScrollBar().setValue(scrolled)
         return rows
 
-    def _group(self, title: str) -> QTreeWidgetItem:
+    def _group(self, kind: str, title: str) -> QTreeWidgetItem:
         group = QTreeWidgetItem(self, [title])
         group.setFlags(Qt.ItemFlag.ItemIsEnabled)
         group.setForeground(NAME, QBrush(QColor(tones().muted)))
         group.setFirstColumnSpanned(True)
+        group.setIcon(NAME, icon(kind, KIND_COLOURS[kind]))
         return group
 
     # ------------------------------------------------------------------ what the user does
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """In a narrow list the name is worth more than the type."""
+        super().resizeEvent(event)
+        self.setColumnHidden(TYPE, self.viewport().width() < NARROW_PX)
+
     def edit(  # type: ignore[override]
         self, index: QModelIndex, trigger: QAbstractItemView.EditTrigger, event: QEvent
     ) -> bool:
         """Only names are edited."""
         return index.column() == NAME and super().edit(index, trigger, event)
+
+    def selectionCommand(
+        self, index: QModelIndex | QPersistentModelIndex, event: QEvent | None = None
+    ) -> QItemSelectionModel.SelectionFlag:
+        """A click on tick, lock or eye leaves the selection as it is, so that it can be about all of it."""
+        if isinstance(event, QMouseEvent):
+            tick_px = self.visualRect(index).left() + TICK_PX
+            if index.column() in (LOCK, EYE) or event.position().x() < tick_px:
+                return QItemSelectionModel.SelectionFlag.NoUpdate
+        return super().selectionCommand(index, event)
 
     def rename_selected(self) -> None:
         """Open the editor on the name of the selected sensor."""
@@ -243,9 +273,6 @@ class SensorTree(QTreeWidget):
                 action.setChecked(all(name in names_on for name in chosen))
                 action.triggered.connect(partial(signal.emit, chosen))
             menu.addSeparator()
-            rename = menu.addAction("Rename", self.rename_selected)
-            rename.setShortcut(Qt.Key.Key_F2)
-            rename.setEnabled(len(chosen) == 1 and chosen[0] not in self._locked)
             self.menu_wanted.emit(menu)
             menu.addSeparator()
         for kind, title in _KINDS:

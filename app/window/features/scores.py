@@ -6,8 +6,10 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt
 
+from app.edit_costs import rays_of
 from app.scoring import Approximation, EvaluationRequest, Result
 from app.window.feature import Feature
+from app.window.features.baseline import Baseline
 from app.window.features.heat import Heat
 from app.window.features.map import Map
 from app.window.features.scene_data import SceneData
@@ -24,6 +26,7 @@ class Scores(Feature):
         self.result: Result | None = None
         self._request: EvaluationRequest | None = None
         self._shown_revision = -1
+        self._trailed: Result | None = None
         queued = Qt.ConnectionType.QueuedConnection
         window.recompute.evaluated.connect(self.show_result, queued)
         window.recompute.approximated.connect(self.show_approximation, queued)
@@ -32,6 +35,7 @@ class Scores(Feature):
         window.scene_shown.connect(lambda _: window.scores.set_stale())
         for changed in (window.settings_changed, self.document.rig_changed, self.document.file_changed):
             changed.connect(self.request)
+        self.document.rig_changed.connect(self._lengthen_trail)
 
     @property
     def is_current(self) -> bool:
@@ -47,7 +51,7 @@ class Scores(Feature):
         """Ask for scores of the rig as it is; nothing happens when that was asked already."""
         document, heat = self.document, self.window.feature(Heat)
         request = EvaluationRequest(
-            document.revision, document.rig, document.saved_rig, self.window.scores.settings,
+            document.revision, document.rig, self.window.feature(Baseline).rig, self.window.scores.settings,
             heat.mode, heat.class_name, document.is_dragging, self.window.feature(Map).seen_by,
         )  # fmt: skip
         if self._request is not None and self._request.asks_same(request):
@@ -63,12 +67,28 @@ class Scores(Feature):
             return
         self.result, self._shown_revision = result, result.request.revision
         is_asked = result.request is self._request
-        self.window.scores.show_scores(result.evaluation.scores, result.saved_scores)
+        self.window.scores.show_scores(result.evaluation.scores, result.baseline_scores)
         if not is_asked:
             self.window.scores.set_stale()
         self.window.status.show_result(result, is_asked)
         self.viewport.set_heatmap(result.heatmap)
+        self._lengthen_trail()
         self.window.result_shown.emit(result)
+
+    def _lengthen_trail(self) -> None:
+        """One more edit for the sparklines when none is under way; they start anew with traffic or settings."""
+        result = self.result
+        if result is None or self.document.is_dragging or not self.is_current:
+            return
+        last, self._trailed = self._trailed, result
+        if last is not None and (last.scene, last.request.settings) != (
+            result.scene,
+            result.request.settings,
+        ):
+            self.window.scores.clear_trail()
+            last = None
+        if last is None or _rays(last) != _rays(result):
+            self.window.scores.add_to_trail(result.evaluation.scores)
 
     def show_approximation(self, first: Approximation) -> None:
         """Show coarse scores, marked as such, unless something newer is shown; the heatmap waits for exact ones."""
@@ -77,3 +97,8 @@ class Scores(Feature):
             self.window.scores.show_estimate(first.scores)
             self.window.status.show_approximation(first)
             self.window.approximation_shown.emit(first)
+
+
+def _rays(result: Result) -> list[object]:
+    """What decides the scores of a rig: its sensors that count, without their names."""
+    return [rays_of(sensor) for sensor in result.request.rig.sensors if sensor.enabled]

@@ -1,4 +1,4 @@
-"""Sensors: add from the library, duplicate, delete, show or hide."""
+"""Sensors: add from the library; duplicate, delete, show, hide, enable, lock and rename what is selected."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from app.window.main_window import MainWindow
 
 GAP_M = 0.15
-SELECTED_ONLY = ("duplicate", "delete", "hide")
+SELECTED_ONLY = ("duplicate", "delete", "hide", "enable", "lock", "rename")
 
 
 class Sensors(Feature):
@@ -28,14 +28,23 @@ class Sensors(Feature):
 
     specs = (
         Spec(
-            "duplicate", "Duplicate", "Add a copy of the selected sensor", "Ctrl+D", "duplicate",
+            "duplicate", "Duplicate", "Add copies of the selected sensors", "Ctrl+D", "duplicate",
             "sensor/edit", "sensor",
         ),
-        Spec("delete", "Delete", "Delete the selected sensor", "Del", "delete", "sensor/edit", "sensor"),
+        Spec("delete", "Delete", "Delete the selected sensors", "Del", "delete", "sensor/edit", "sensor"),
         Spec(
-            "hide", "Show or hide", "Show or hide the selected sensor in the view", "H", "eye",
+            "hide", "Show or hide", "Show or hide the selected sensors in the view", "H", "eye",
             "sensor/edit", "sensor",
         ),
+        Spec(
+            "enable", "Count or not", "Count the selected sensors in the scores, or not", "Ctrl+E",
+            menu="sensor/edit",
+        ),
+        Spec(
+            "lock", "Lock or unlock", "Guard the selected sensors against dragging, editing and deleting",
+            "Ctrl+L", "lock", "sensor/edit",
+        ),
+        Spec("rename", "Rename", "Give the selected sensor another name", "F2", menu="sensor/edit"),
     )  # fmt: skip
 
     def __init__(self, window: MainWindow) -> None:
@@ -46,8 +55,16 @@ class Sensors(Feature):
             window.places.add_to_toolbar("add", menu_button(kind, menu))
         for key in ("duplicate", "delete"):
             window.places.add_to_menu("edit/sensor", window.actions_[key])
-        self.bind(duplicate=self.duplicate, delete=self.delete, hide=self.toggle_hidden)
+        self.bind(
+            duplicate=self.duplicate,
+            delete=self.delete,
+            hide=self.toggle_hidden,
+            enable=self.toggle_enabled,
+            lock=self.toggle_locked,
+            rename=window.tree.rename_selected,
+        )
         window.rig_shown.connect(self._update)
+        window.tree.menu_wanted.connect(self._fill_menu)
 
     def _library_menu(self, kind: Any) -> QMenu:
         menu = QMenu("Add LiDAR" if kind == "lidar" else "Add camera", self.window)
@@ -66,25 +83,47 @@ class Sensors(Feature):
         self.window.guarded(self.document.add)(sensor_from_model(model, f"{kind}_1", pose))
 
     def duplicate(self) -> None:
-        """Add a copy of the selected sensor."""
-        if self.document.selected is not None:
-            self.window.guarded(self.document.duplicate)(self.document.selected)
+        """Add copies of the selected sensors and select those."""
+        if self.window.tree.chosen:
+            self.window.guarded(self._duplicate)(self.window.tree.chosen)
+
+    def _duplicate(self, names: tuple[str, ...]) -> None:
+        self.window.tree.choose(self.document.duplicate(names))
 
     def delete(self) -> None:
-        """Delete the selected sensor."""
-        if self.document.selected is not None:
-            self.window.guarded(self.document.delete)(self.document.selected)
+        """Delete the selected sensors, as one step."""
+        if self.window.tree.chosen:
+            self.window.guarded(self.document.delete)(self.window.tree.chosen)
 
     def toggle_hidden(self) -> None:
-        """Show or hide the selected sensor."""
-        name = self.document.selected
-        if name is not None:
-            self.document.set_hidden(name, name not in self.document.hidden)
+        """Show the selected sensors if all are hidden, else hide them."""
+        chosen = self.window.tree.chosen
+        self.document.set_hidden(chosen, not self.document.hidden.issuperset(chosen))
+
+    def toggle_enabled(self) -> None:
+        """Let the selected sensors count if none does, else none, as one step."""
+        chosen = self.window.tree.chosen
+        counted = any(self.document.rig.sensor(name).enabled for name in chosen)
+        if chosen:
+            self.window.guarded(self.document.set_enabled)(chosen, not counted)
+
+    def toggle_locked(self) -> None:
+        """Unlock the selected sensors if all are locked, else lock them."""
+        chosen = self.window.tree.chosen
+        self.document.set_locked(chosen, not self.document.locked.issuperset(chosen))
+
+    def _fill_menu(self, menu: QMenu) -> None:
+        """What the sensor menu offers for a selection, in the list's context menu, too."""
+        for key in ("rename", "duplicate", "delete", "frame"):
+            menu.addAction(self.window.actions_[key])
 
     def _update(self) -> None:
         document, actions = self.document, self.window.actions_
         for key in SELECTED_ONLY:
             actions[key].setEnabled(document.selected is not None)
+        if document.selected in document.locked:
+            actions["delete"].setEnabled(not document.locked.issuperset(self.window.tree.chosen))
+            actions["rename"].setEnabled(False)
         actions["hide"].setIcon(icon("eye-off" if document.selected in document.hidden else "eye"))
 
 

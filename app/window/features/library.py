@@ -1,0 +1,27 @@
+"""The library of sensor models, below the list of sensors."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import Qt
+
+from app.window.feature import Feature
+from app.window.features.sensors import Sensors
+from core.rig.library import default_library
+from widgets.panels.library_list import LibraryList
+
+if TYPE_CHECKING:
+    from app.window.main_window import MainWindow
+
+
+class LibraryPanel(Feature):
+    """Models to drag onto the car, or to add by a double click."""
+
+    def __init__(self, window: MainWindow) -> None:
+        super().__init__(window)
+        self.list = LibraryList()
+        self.list.set_entries(default_library().entries())
+        self.list.add_wanted.connect(window.feature(Sensors).add)
+        dock = window.add_dock("Library", self.list, Qt.DockWidgetArea.LeftDockWidgetArea)
+        window.resizeDocks([window.docks["Sensors"], dock], [3, 2], Qt.Orientation.Vertical)

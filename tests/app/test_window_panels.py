@@ -1,0 +1,333 @@
+"""Several sensors at once, locks, the library, the baseline and what each sensor is worth, as a person uses them."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtWidgets import QLineEdit, QToolButton
+from pytestqt.qtbot import QtBot
+
+import app.side_jobs
+from app.window.features.library import LibraryPanel
+from app.window.features.marginals import Marginals
+from core.geometry import Pose
+from core.rig.many import without
+from core.rig.presets import preset
+from core.rig.yaml_file import new_rig_file
+from tests.app.window_bench import CAMERA, LIDAR, RIG, TIMEOUT_MS, Bench, open_bench
+from widgets.panels.library_list import MODEL_MIME
+from widgets.panels.marginal_view import NOT_COUNTED, WAITING
+from widgets.panels.pose_tools import PoseTools
+from widgets.panels.score_text import COLUMNS, change_text
+from widgets.panels.sensor_rows import EYE, LOCK, LOSS, NAME
+
+CTRL = Qt.KeyboardModifier.ControlModifier
+
+
+@pytest.fixture
+def bench(qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
+    monkeypatch.setattr(app.side_jobs, "SIDE_REST_S", 0.0)
+    with open_bench(qtbot, tmp_path) as opened:
+        yield opened
+
+
+def click(bench: Bench, name: str, column: int = NAME, modifiers: Qt.KeyboardModifier | None = None) -> None:
+    tree = bench.window.tree
+    rect = tree.visualItemRect(tree.item_of(name))
+    x = tree.columnViewportPosition(column) + (rect.left() + 50 if column == NAME else 12)
+    bench.qtbot.mouseClick(
+        tree.viewport(), Qt.MouseButton.LeftButton, modifiers or Qt.KeyboardModifier.NoModifier,
+        QPoint(x, rect.center().y()),
+    )  # fmt: skip
+
+
+def choose_both(bench: Bench) -> None:
+    click(bench, "roof")
+    click(bench, "front", modifiers=CTRL)
+    assert bench.window.tree.chosen == ("roof", "front")
+
+
+# ---------------------------------------------------------------------- several at once
+def test_several_sensors_are_deleted_as_one_step(bench: Bench) -> None:
+    choose_both(bench)
+    bench.qtbot.keyClick(bench.window, Qt.Key.Key_Delete)
+    assert bench.document.rig.sensors == ()
+    assert bench.document.undo_label == "delete 2 sensors"
+    bench.act("undo")
+    assert bench.document.rig == RIG
+
+
+def test_several_sensors_are_copied_as_one_step_and_the_copies_are_selected(bench: Bench) -> None:
+    choose_both(bench)
+    bench.qtbot.keyClick(bench.window, Qt.Key.Key_D, CTRL)
+    assert [s.name for s in bench.document.rig.sensors] == ["roof", "front", "roof_2", "front_2"]
+    assert bench.window.tree.chosen == ("roof_2", "front_2")
+    bench.act("undo")
+    assert bench.document.rig == RIG
+
+
+def test_a_tick_on_one_of_several_switches_all_of_them_as_one_step(bench: Bench) -> None:
+    choose_both(bench)
+    tree = bench.window.tree
+    rect = tree.visualItemRect(tree.item_of("roof"))
+    tick = QPoint(rect.left() + 10, rect.center().y())
+    bench.qtbot.mouseClick(tree.viewport(), Qt.MouseButton.LeftButton, pos=tick)
+    assert not any(sensor.enabled for sensor in bench.document.rig.sensors)
+    bench.act("undo")
+    assert bench.document.rig == RIG
+
+
+def test_an_eye_of_one_of_several_hides_all_of_them(bench: Bench) -> None:
+    choose_both(bench)
+    click(bench, "front", EYE)
+    assert bench.document.hidden == {"roof", "front"}
+
+
+def test_the_one_to_edit_stays_among_several_when_it_changes(bench: Bench) -> None:
+    choose_both(bench)
+    assert bench.document.selected == "front"
+    bench.type("x", "1.2 + 0.05")
+    assert bench.document.rig.sensor("front").position[0] == 1.25
+    assert bench.window.tree.chosen == ("roof", "front")
+
+
+def test_a_pick_in_the_view_ends_a_selection_of_several(bench: Bench) -> None:
+    choose_both(bench)
+    bench.document.select(None)
+    bench.viewport.sensor_picked.emit("roof")
+    assert bench.window.tree.chosen == ("roof",)
+
+
+def test_all_of_a_kind_are_selected_by_the_context_menu(bench: Bench) -> None:
+    bench.document.duplicate(("front",))
+    menu = bench.window.tree.context_menu()
+    next(action for action in menu.actions() if action.text() == "Select all Cameras").trigger()
+    assert bench.window.tree.chosen == ("front", "front_2")
+    names = [action.text() for action in bench.window.tree.context_menu().actions()]
+    assert {"Enabled", "Hidden", "Locked", "Rename", "Duplicate", "Delete"} <= set(names)
+
+
+# ---------------------------------------------------------------------- locks
+def test_a_locked_sensor_cannot_be_edited_deleted_or_switched_off(bench: Bench) -> None:
+    click(bench, "roof")
+    click(bench, "roof", LOCK)
+    assert bench.document.locked == {"roof"}
+    assert not bench.find("x").isEnabled()
+    assert not bench.window.actions_["delete"].isEnabled()
+    bench.window.guarded(bench.document.delete)(("roof",))
+    assert "locked" in bench.window.message_bar.message
+    bench.qtbot.keyClick(bench.window, Qt.Key.Key_E, CTRL)
+    assert bench.document.rig == RIG
+
+
+def test_a_locked_sensor_stays_where_it_is_when_it_is_dragged(bench: Bench) -> None:
+    click(bench, "roof", LOCK)
+    bench.drag("roof", (3.0, 0.0, 1.0))
+    assert bench.document.rig == RIG
+    assert "locked" in bench.window.message_bar.message
+    assert bench.viewport.dragged is None
+
+
+def test_an_unlocked_sensor_can_be_edited_again(bench: Bench) -> None:
+    click(bench, "roof")
+    bench.qtbot.keyClick(bench.window, Qt.Key.Key_L, CTRL)
+    bench.qtbot.keyClick(bench.window, Qt.Key.Key_L, CTRL)
+    bench.type("x", "2")
+    assert bench.document.rig.sensor("roof").position[0] == 2.0
+
+
+# ---------------------------------------------------------------------- library
+def test_the_library_is_searched_by_words_of_name_figures_and_source(bench: Bench) -> None:
+    library = bench.window.feature(LibraryPanel).list
+    search = library.findChild(QLineEdit, "library_search")
+    assert search is not None
+    bench.qtbot.keyClicks(search, "velodyne 32")
+    assert library.shown == ["velodyne-vlp-32c"]
+    search.clear()
+    assert "generic-16" in library.shown
+
+
+def test_a_model_is_dragged_as_its_name(bench: Bench) -> None:
+    models = bench.window.feature(LibraryPanel).list.models
+    data = models.mimeData([bench.window.feature(LibraryPanel).list.row_of("generic-16")])
+    assert data.data(MODEL_MIME).data() == b"generic-16"
+    assert models.dragEnabled()
+
+
+def test_a_double_click_in_the_library_adds_the_model_above_the_roof(bench: Bench) -> None:
+    library = bench.window.feature(LibraryPanel).list
+    row = library.row_of("hesai-xt32")
+    library.models.scrollToItem(row)
+    place = library.models.visualItemRect(row).center()
+    for press in (bench.qtbot.mouseClick, bench.qtbot.mouseDClick):
+        press(library.models.viewport(), Qt.MouseButton.LeftButton, pos=place)
+    added = bench.document.selected_sensor()
+    assert added is not None
+    assert added.model == "hesai-xt32"
+    assert added.position[2] > bench.document.rig.vehicle.height
+
+
+# ---------------------------------------------------------------------- pose
+def tool(bench: Bench, name: str) -> QToolButton:
+    tools = bench.window.inspector.form.findChild(PoseTools)
+    assert tools is not None
+    button = tools.findChild(QToolButton, name)
+    assert button is not None
+    return button
+
+
+def test_a_pose_is_copied_from_one_sensor_and_pasted_into_another(bench: Bench) -> None:
+    bench.document.select("roof")
+    tool(bench, "copy_pose").click()
+    assert QGuiApplication.clipboard().text() == "position: [0.1, 0.2, 1.9]\nrpy_deg: [0.0, 0.0, 0.0]\n"
+    bench.document.select("front")
+    tool(bench, "paste_pose").click()
+    assert bench.document.rig.sensor("front").pose == LIDAR.pose
+    assert bench.document.undo_label == "edit front"
+
+
+def test_a_text_that_is_no_pose_changes_nothing_and_says_why(bench: Bench) -> None:
+    bench.document.select("roof")
+    QGuiApplication.clipboard().setText("hello")
+    tool(bench, "paste_pose").click()
+    assert bench.document.rig == RIG
+    assert "hello" in bench.window.inspector.form.problem
+
+
+def test_a_pose_goes_back_to_the_last_saved_one(bench: Bench) -> None:
+    bench.document.select("roof")
+    bench.type("yaw", "30")
+    menu = tool(bench, "reset_pose").menu()
+    assert menu is not None
+    next(action for action in menu.actions() if action.text() == "Pose as last saved").trigger()
+    assert bench.document.rig == RIG
+
+
+def test_units_change_what_is_shown_and_nothing_else(bench: Bench) -> None:
+    bench.document.select("roof")
+    tool(bench, "unit_length").click()
+    tool(bench, "unit_angle").click()
+    assert bench.find("x").property("text") == "100"
+    bench.type("yaw", "pi/2")
+    bench.type("y", "250")
+    assert bench.document.rig.sensor("roof").rpy_deg[2] == pytest.approx(90.0)
+    assert bench.document.rig.sensor("roof").position[1] == 0.25
+    bench.document.select("front")
+    assert bench.find("x").property("text") == "1000"
+
+
+# ---------------------------------------------------------------------- baseline
+def test_changes_count_from_the_pinned_rig_until_it_is_let_go(bench: Bench, tmp_path: Path) -> None:
+    bench.document.set_enabled(("front",), False)
+    bench.settle()
+    pin = bench.window.scores.findChild(QToolButton, "pin")
+    assert pin is not None
+    pin.click()
+    bench.settle()
+    assert bench.shown("car", "seen change") == "–"
+    assert "small" in bench.window.scores.note
+    bench.dialogs.path = tmp_path / "rig.yaml"
+    bench.act("undo")
+    bench.settle()
+    assert bench.shown("car", "seen change").startswith("+")
+    pin.click()
+    bench.settle()
+    assert bench.shown("car", "seen change") == "–"
+    assert "last saved" in bench.window.scores.note
+
+
+def test_a_file_or_a_preset_can_be_the_baseline(bench: Bench, tmp_path: Path) -> None:
+    bench.dialogs.path = tmp_path / "empty.yaml"
+    new_rig_file(RIG.replace(sensors=(), name="bare car")).save(bench.dialogs.path)
+    bench.act("pin_file")
+    bench.settle()
+    seen = next(column for column in COLUMNS if column.key == "seen")
+    now = bench.fresh_scores(RIG).classes["car"].any_seen
+    assert bench.shown("car", "seen change") == change_text(now, seen)
+    assert "bare car" in bench.window.scores.note
+    bench.act("unpin")
+    bench.settle()
+    assert bench.shown("car", "seen change") == "–"
+
+
+def test_a_baseline_file_that_cannot_be_read_leaves_the_old_one(bench: Bench, tmp_path: Path) -> None:
+    bench.dialogs.path = tmp_path / "missing.yaml"
+    bench.act("pin_file")
+    assert "missing.yaml" in bench.window.message_bar.message
+    assert "last saved" in bench.window.scores.note
+
+
+def test_the_sparkline_has_one_point_per_edit_however_long_the_drag(bench: Bench) -> None:
+    assert bench.window.scores.trail_of("car") == [bench.fresh_scores(RIG).classes["car"].s_ms]
+    bench.viewport.press("roof")
+    for step in range(3):
+        bench.viewport.move("roof", Pose((step, 0.2, 1.0)))
+        bench.settle()
+    bench.viewport.release("roof")
+    bench.settle()
+    assert len(bench.window.scores.trail_of("car")) == 2
+    bench.document.rename("roof", "mast")
+    bench.settle()
+    assert len(bench.window.scores.trail_of("car")) == 2
+
+
+# ---------------------------------------------------------------------- what a sensor is worth
+def wait_for_losses(bench: Bench, count: int) -> None:
+    bench.qtbot.waitUntil(lambda: len(bench.window.feature(Marginals).losses) == count, timeout=TIMEOUT_MS)
+
+
+def test_the_loss_without_a_sensor_is_exact(bench: Bench) -> None:
+    bench.document.select("roof")
+    wait_for_losses(bench, 2)
+    now = bench.fresh_scores(RIG)
+    found = bench.window.feature(Marginals).losses
+    for name in ("roof", "front"):
+        assert found[name] == bench.fresh_scores(without(RIG, (name,)))
+    view = bench.window.inspector.form.marginal  # type: ignore[attr-defined]
+    seen = next(column for column in COLUMNS if column.key == "seen")
+    lost = found["roof"].classes["car"].any_seen - now.classes["car"].any_seen
+    assert lost < 0
+    assert view.text_of("car", "seen") == change_text(lost, seen)
+    assert bench.window.tree.item_of("front").text(LOSS) != ""
+
+
+def test_losses_follow_edits_and_a_sensor_that_does_not_count_has_none(bench: Bench) -> None:
+    wait_for_losses(bench, 2)
+    bench.document.set_enabled(("roof",), False)
+    assert bench.window.feature(Marginals).losses == {}
+    bench.settle()
+    wait_for_losses(bench, 1)
+    alone = RIG.replace(sensors=(LIDAR.replace(enabled=False), CAMERA))
+    assert bench.window.feature(Marginals).losses["front"] == bench.fresh_scores(without(alone, ("front",)))
+    bench.document.select("roof")
+    view = bench.window.inspector.form.marginal  # type: ignore[attr-defined]
+    assert view.note == NOT_COUNTED
+    assert bench.window.tree.item_of("roof").text(LOSS) == ""
+
+
+def test_nothing_is_computed_aside_while_the_mouse_is_down(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    wait_for_losses(bench, 2)
+    bench.viewport.press("roof")
+    bench.viewport.move("roof", Pose((3.0, 0.2, 1.0)))
+    bench.settle()
+    assert bench.window.feature(Marginals).result is None
+    bench.viewport.release("roof")
+    wait_for_losses(bench, 2)
+    bench.document.select("roof")
+    assert bench.window.inspector.form.marginal.note != WAITING  # type: ignore[attr-defined]
+
+
+def test_a_preset_is_pinned_from_the_menu_of_the_button(bench: Bench) -> None:
+    pin = bench.window.scores.findChild(QToolButton, "pin")
+    assert pin is not None
+    menu = pin.menu()
+    assert menu is not None
+    presets = next(entry for entry in menu.actions() if entry.text() == "Baseline from preset").menu()
+    assert presets is not None
+    next(entry for entry in presets.actions() if entry.text() == "W+C").trigger()  # type: ignore[attr-defined]
+    bench.settle()
+    assert preset("W+C").name in bench.window.scores.note
