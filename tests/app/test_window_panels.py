@@ -185,7 +185,7 @@ def test_a_pose_is_copied_from_one_sensor_and_pasted_into_another(bench: Bench) 
     bench.document.select("front")
     tool(bench, "paste_pose").click()
     assert bench.document.rig.sensor("front").pose == LIDAR.pose
-    assert bench.document.undo_label == "edit front"
+    assert bench.document.undo_label == "move front"
 
 
 def test_a_text_that_is_no_pose_changes_nothing_and_says_why(bench: Bench) -> None:
