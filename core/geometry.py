@@ -50,11 +50,18 @@ class Pose:
 
 
 def rpy_deg_from_rotation(rotation: NDArray[np.float64]) -> Vec3:
-    """Roll, pitch, yaw in degrees of a rotation matrix (3, 3); at pitch +-90 deg roll is set to zero."""
-    pitch = math.atan2(-rotation[2, 0], math.hypot(rotation[0, 0], rotation[1, 0]))
-    if math.hypot(rotation[2, 1], rotation[2, 2]) < 1e-12:
+    """Roll, pitch, yaw in degrees of a rotation matrix (3, 3); at pitch +-90 deg roll is set to zero.
+
+    Roll is measured after yaw has been turned back, so that near +-90 deg it makes up for the error of yaw.
+    """
+    level = math.hypot(rotation[0, 0], rotation[1, 0])
+    pitch = math.atan2(-rotation[2, 0], level)
+    if level < 1e-12:
         roll, yaw = 0.0, math.atan2(-rotation[0, 1], rotation[1, 1])
     else:
-        roll = math.atan2(rotation[2, 1], rotation[2, 2])
         yaw = math.atan2(rotation[1, 0], rotation[0, 0])
+        sy, cy = math.sin(yaw), math.cos(yaw)
+        roll = math.atan2(
+            sy * rotation[0, 2] - cy * rotation[1, 2], cy * rotation[1, 1] - sy * rotation[0, 1]
+        )
     return (math.degrees(roll), math.degrees(pitch), math.degrees(yaw))
