@@ -6,8 +6,9 @@ import contextlib
 import errno
 import os
 import secrets
+import shutil
 import stat
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import IO, Any, Literal, overload
@@ -52,6 +53,58 @@ def require_writable(path: str | os.PathLike[str]) -> None:
         problem = str(error.strerror)
     if problem:
         raise InputError(f"{_shown(path)}: cannot be written: {problem}")
+
+
+def atomic_folder(path: str | os.PathLike[str], files: Mapping[str, bytes]) -> None:
+    """Make a folder with these files (plain names); it appears at once and complete, or not at all.
+
+    A folder that is there already is replaced when it holds files of these names and nothing else; any other is
+    refused with InputError, and so is a place that cannot be written.
+    """
+    target = Path(os.path.realpath(path))
+    temporary = target.parent / f".{target.name[:100]}.{secrets.token_hex(6)}.tmp"
+    try:
+        _require_replaceable(target, path, files)
+        temporary.mkdir()
+        for name, content in files.items():
+            with (temporary / name).open("xb") as stream:
+                stream.write(content)
+                stream.flush()
+                os.fsync(stream.fileno())
+        _swap_in(temporary, target)
+    except OSError as error:
+        raise InputError(f"{_shown(path)}: cannot be written: {error.strerror}") from error
+    finally:
+        shutil.rmtree(temporary, ignore_errors=True)
+    _sync_folder(target.parent)
+
+
+def _require_replaceable(target: Path, path: str | os.PathLike[str], files: Mapping[str, bytes]) -> None:
+    problem = "" if target.parent.is_dir() else f"no such folder: {_shown(target.parent)}"
+    if not problem and target.is_dir():
+        others = [entry.name for entry in target.iterdir() if entry.name not in files or not entry.is_file()]
+        problem = (
+            f"the folder holds {_shown(others[0])}; accepted is a new or an empty folder" if others else ""
+        )
+    elif not problem and target.exists():
+        problem = "this is a file, accepted is the name of a folder"
+    if problem:
+        raise InputError(f"{_shown(path)}: cannot be written: {problem}")
+
+
+def _swap_in(temporary: Path, target: Path) -> None:
+    """Put the new folder in the place of the old one, which comes back when that fails."""
+    if not target.exists():
+        os.rename(temporary, target)
+        return
+    old = target.parent / f"{temporary.name}.old"
+    os.rename(target, old)
+    try:
+        os.rename(temporary, target)
+    except BaseException:
+        os.rename(old, target)
+        raise
+    shutil.rmtree(old, ignore_errors=True)
 
 
 def _problem(target: Path) -> str:

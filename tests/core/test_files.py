@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from core.errors import InputError
-from core.files import atomic_write
+from core.files import atomic_folder, atomic_write
 
 
 def test_bytes_and_text_appear_under_the_name_asked_for(tmp_path: Path) -> None:
@@ -111,3 +111,37 @@ def test_devices_are_written_and_not_replaced() -> None:
     with atomic_write("/dev/null") as stream:
         stream.write(b"x")
     assert not Path("/dev/null").is_file()
+
+
+def test_a_folder_appears_whole_and_is_replaced_whole(tmp_path: Path) -> None:
+    target = tmp_path / "kit"
+    atomic_folder(target, {"a.yaml": b"one", "b.yaml": b"two"})
+    atomic_folder(target, {"a.yaml": b"three", "b.yaml": b"four"})
+    assert {path.name: path.read_bytes() for path in target.iterdir()} == {
+        "a.yaml": b"three",
+        "b.yaml": b"four",
+    }
+    assert list(tmp_path.iterdir()) == [target]
+
+
+def test_a_folder_with_other_files_is_left_alone(tmp_path: Path) -> None:
+    target = tmp_path / "home"
+    target.mkdir()
+    (target / "thesis.tex").write_text("mine")
+    with pytest.raises(InputError, match=r"home: cannot be written: the folder holds thesis\.tex"):
+        atomic_folder(target, {"a.yaml": b"one"})
+    assert [path.name for path in target.iterdir()] == ["thesis.tex"]
+
+
+def test_a_folder_that_cannot_be_filled_leaves_nothing_and_the_old_one_as_it_was(tmp_path: Path) -> None:
+    target = tmp_path / "kit"
+    atomic_folder(target, {"a.yaml": b"one"})
+    with pytest.raises(InputError, match="cannot be written"):
+        atomic_folder(target, {"a.yaml": b"two", "no/such/place": b"three"})
+    assert (target / "a.yaml").read_bytes() == b"one" and list(tmp_path.iterdir()) == [target]
+    for place, complaint in (
+        (tmp_path / "no" / "kit", "no such folder"),
+        (target / "a.yaml", "this is a file"),
+    ):
+        with pytest.raises(InputError, match=complaint):
+            atomic_folder(place, {"a.yaml": b"two"})
