@@ -278,6 +278,49 @@ def presets(
     jobs.presets(name, out)
 
 
+@app.command(sort_key=5)
+def convert(
+    source: Annotated[str, Parameter(name="IN")],
+    out: Annotated[Path, Parameter(name="OUT")],
+    /,
+    *,
+    from_: Annotated[str | None, Parameter(name="--from", metavar="FORMAT")] = None,
+    to: Annotated[str | None, Parameter(name="--to", metavar="FORMAT")] = None,
+    vehicle: Annotated[str | None, Parameter(metavar="RIG")] = None,
+    rear_axle_x: Annotated[float | None, Parameter(metavar="M")] = None,
+    origin: Annotated[Triple | None, Parameter(metavar="X Y Z")] = None,
+    token: Annotated[str | None, Parameter(metavar="TEXT")] = None,
+) -> None:
+    """Convert a rig between formats, and say what was converted, approximated or left out.
+
+    Formats: riglens, nuscenes, autoware, urdf, carla, carla-toml, driveworks both ways; pandaset, kalibr, kitti
+    read only; osi written only.
+
+    Parameters
+    ----------
+    source
+        Rig file, preset name, or a file or folder of another program.
+    out
+        File to write; a folder for nuscenes and autoware.
+    from_
+        Format of IN, where it cannot be told by the file.
+    to
+        Format of OUT, where its ending does not say it.
+    vehicle
+        Take the vehicle of this rig file, where IN does not know its car.
+    rear_axle_x
+        Where the rear axle is, in metres from the body centre (-1.35).
+    origin
+        Where the origin of IN lies in the vehicle frame, in metres.
+    token
+        Which rig of several: a token of nuScenes, the id of a CARLA vehicle.
+    """
+    from app.convert import Conversion
+    from app.convert import convert as run
+
+    run(Conversion(source, out, from_, to, vehicle, rear_axle_x, origin, token))
+
+
 @study.command
 def table1(
     *,

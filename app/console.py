@@ -10,6 +10,8 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 from rich.text import Text
 
+from core.rig.formats.report import Report
+
 PIPE_WIDTH = 120
 """Columns when standard output is a file or a pipe: wide enough that no number is cut."""
 
@@ -27,6 +29,13 @@ def remarks() -> Console:
 def note(message: str) -> None:
     """One line on standard error for the user to know; not an error."""
     remarks().print(Text(f"note: {message}"), soft_wrap=True)
+
+
+def note_report(report: Report | None) -> None:
+    """What became of a rig of another program, a line for each remark, on standard error."""
+    if report is not None:
+        for line in report.lines():
+            note(f"{report.title}: {line}")
 
 
 @contextmanager

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from app import evaluate_json, tables
-from app.console import note, progress_bar, results
+from app.console import note, note_report, progress_bar, results
 from app.options import SceneOptions, ScoreOptions
 from app.scenario import load_scenario, remarks_on, settings_of, short_source
 from core.engine.engine import Engine, Evaluation, evaluate_from_scratch
@@ -15,7 +15,8 @@ from core.files import atomic_write, require_writable
 from core.metric.entropy import EntropyField
 from core.rays import missing_ray_count
 from core.rig.model import Camera, Lidar, Rig
-from core.rig.presets import PAPER_RIGS, PRESETS, find_rig, preset
+from core.rig.opening import open_rig
+from core.rig.presets import PAPER_RIGS, PRESETS, preset
 from core.rig.yaml_file import dumps
 from core.scene.pog import Pog
 from core.study import table1 as study
@@ -30,8 +31,10 @@ WARM_UP = Rig(
 
 
 def rig_called(name: str) -> Rig:
-    """The rig of a file or a preset."""
-    return find_rig(name)[0]
+    """The rig of a preset, a rig file or a file of another program; what became of that is noted."""
+    opened = open_rig(name)
+    note_report(opened.report)
+    return opened.rig
 
 
 def load_with_progress(options: SceneOptions) -> tuple[Pog, EntropyField]:

@@ -10,7 +10,7 @@ from app.options import SceneOptions, ScoreOptions
 from app.recompute import Recompute
 from app.window.main_window import MainWindow
 from core.metric.scores import MetricSettings
-from core.rig.presets import find_rig
+from core.rig.opening import open_rig
 from widgets.panels.style import apply_style, is_dark
 from widgets.theme import palette
 
@@ -21,13 +21,14 @@ def open_window(rig: str, scene: SceneOptions, score: ScoreOptions) -> int:
     InputError when the rig cannot be read. Boxes are loaded in the background: the window is there at once,
     and says what is wrong with them.
     """
-    found, rig_file = find_rig(rig)
+    opened = open_rig(rig)
     app = QApplication.instance() or QApplication(["riglens"])
     assert isinstance(app, QApplication)
     apply_style(app)
     from widgets.viewport.viewport import Viewport  # loads VTK, which a check of the rig file does not need
 
-    document = Document(found, rig_file, rig_file.path if rig_file is not None else None)
+    path = opened.file.path if opened.file is not None else None
+    document = Document(opened.rig, opened.file, path)
     settings = MetricSettings(score.method, score.reading, score.camera_weight)
     viewport = Viewport(palette=palette(is_dark()))
     window = MainWindow(document, viewport, Recompute(threads=score.threads), scene, settings)

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import difflib
 import math
-import os
 from dataclasses import dataclass
 
 from core.errors import InputError
 from core.geometry import Vec3
 from core.rig.model import Camera, EvenAngles, Lidar, Rig
-from core.rig.yaml_file import RigFile, load_rig
 from core.rig.yaml_nodes import shortened
 
 _OUTER_ROLL_DEG = math.degrees(0.28)
@@ -163,7 +161,7 @@ def preset(name: str) -> Rig:
     """
     found = find_preset(name)
     if found is None:
-        close = _close(name)
+        close = close_presets(name)
         hint = f"did you mean {' or '.join(close)}? " if close else ""
         raise InputError(f"preset: found '{shortened(name)}'; {hint}accepted are {', '.join(PRESETS)}")
     return found.rig()
@@ -175,7 +173,7 @@ def find_preset(name: str) -> Preset | None:
     return PRESETS[known] if known else None
 
 
-def _close(name: str) -> list[str]:
+def close_presets(name: str) -> list[str]:
     """The presets whose names are nearest to a misspelt one."""
     spellings = difflib.get_close_matches(_plain(name), _spellings(), n=3, cutoff=0.5)
     return list(dict.fromkeys(_spellings()[spelling] for spelling in spellings))
@@ -193,22 +191,3 @@ def _spellings() -> dict[str, str]:
         if found.cameras and found.lidars:
             spellings[_plain(f"{found.cameras.name}+{found.lidars.name}")] = name
     return spellings
-
-
-def find_rig(name_or_path: str) -> tuple[Rig, RigFile | None]:
-    """A preset by its name, or a rig file by its path (then with the file, for saving).
-
-    A preset's name wins over a file of that name; write ./W+T for the file. InputError when there is neither.
-    """
-    found = find_preset(name_or_path)
-    if found is not None:
-        return found.rig(), None
-    is_path = (
-        "/" in name_or_path or os.sep in name_or_path or name_or_path.lower().endswith((".yaml", ".yml"))
-    )
-    if is_path or os.path.exists(name_or_path):
-        file = load_rig(name_or_path)
-        return file.rig, file
-    close = _close(name_or_path)
-    hint = f"; did you mean {' or '.join(close)}?" if close else ""
-    raise InputError(f"rig '{shortened(name_or_path)}': neither a rig file nor a preset{hint}")

@@ -72,9 +72,9 @@ def test_help_loads_no_heavy_package():
 
 def test_only_commands_that_exist_are_offered(riglens):
     text = riglens("--help").out
-    for name in ("evaluate", "pog", "render", "presets", "study"):
+    for name in ("evaluate", "pog", "render", "presets", "convert", "study"):
         assert name in text
-    for name in ("report", "convert", "optimise"):
+    for name in ("report", "optimise"):
         assert name not in text
 
 

@@ -1,14 +1,13 @@
 """The rigs of the paper, by every name they go by."""
 
 import math
-from pathlib import Path
 
 import pytest
 
 from core.errors import InputError
 from core.rig.model import Camera, Lidar
-from core.rig.presets import PAPER_RIGS, PRESETS, find_rig, preset
-from core.rig.yaml_file import dumps, load_rig, loads, new_rig_file
+from core.rig.presets import PAPER_RIGS, PRESETS, preset
+from core.rig.yaml_file import dumps, loads
 
 LIDARS = {
     "C": [(0, 0, 2.4), (0, 0, 2.6), (0, 0, 2.8), (0, 0, 3.0)],
@@ -83,7 +82,6 @@ def test_tilted_groups_are_converted_from_radians_exactly() -> None:
 def test_names_may_be_spelled_in_words_and_in_any_case(spelling: str, name: str) -> None:
     assert preset(spelling) == preset(name)
     assert preset(spelling).name == name
-    assert find_rig(spelling) == (preset(name), None)
 
 
 def test_single_groups_hold_lidars_or_cameras_alone() -> None:
@@ -102,24 +100,3 @@ def test_an_unknown_preset_is_refused_with_the_nearest_ones() -> None:
         InputError, match=r"preset: found 'W\+X'; did you mean .*W\+T.*accepted are W\+C, W\+P"
     ):
         preset("W+X")
-    with pytest.raises(
-        InputError, match=r"rig 'Trapezod': neither a rig file nor a preset; did you mean Trapezoid"
-    ):
-        find_rig("Trapezod")
-    with pytest.raises(InputError) as caught:
-        find_rig("line\nbreak" * 30)
-    assert "\n" not in str(caught.value) and len(str(caught.value)) < 200
-
-
-def test_a_rig_is_found_by_path_and_comes_with_its_file(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    new_rig_file(preset("N+S")).save("mine")
-    new_rig_file(preset("Line")).save("W+T")
-    rig, file = find_rig("mine")
-    assert rig == preset("N+S") and file is not None and file.path == Path("mine")
-    assert find_rig("W+T")[0] == preset("W+T") and find_rig("./W+T")[0] == preset("Line")
-    assert find_rig(str(tmp_path / "mine"))[0] == load_rig("mine").rig
-    with pytest.raises(InputError, match=r"^w\+t\.yaml: no such file"):
-        find_rig("w+t.yaml")

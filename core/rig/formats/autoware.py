@@ -1,0 +1,171 @@
+"""Autoware: sensors_calibration.yaml and sensor_kit_calibration.yaml (all *_calibration.yaml of a folder).
+
+Each file says {parent frame: {child frame: {x, y, z, roll, pitch, yaw}}} in metres and radians about the fixed
+axes of the parent, x forward, y left, z up. base_link lies on the ground under the rear axle. Camera frames
+(.../camera_link) look along x; names with "optical" have z forward. A name is all that tells a sensor's kind.
+Source: Autoware documentation, "Creating sensor and vehicle models"; individual_params.
+"""
+
+from __future__ import annotations
+
+import math
+
+from core.errors import InputError
+from core.geometry import Vec3
+from core.rig.formats.base import Exported, Format, Imported
+from core.rig.formats.frame_names import is_optical, kind_of, without_ending
+from core.rig.formats.frames import FrameTree, Matrix, from_optical, pose_from_se3, se3_from_rpy_deg
+from core.rig.formats.mounts import (
+    Mounting,
+    ReadOptions,
+    rear_axle_on_ground,
+    root_SE3_body,
+    sensors_to_write,
+)
+from core.rig.formats.report import Notes
+from core.rig.formats.source import Source
+from core.rig.formats.values import MAX_ANGLE, Value
+from core.rig.model import Camera, Lidar, Rig, Vehicle
+from core.rig.yaml_text import value_text
+
+TITLE = "Autoware sensor kit calibration"
+BASE, KIT = "base_link", "sensor_kit_base_link"
+POSITION, ANGLES = ("x", "y", "z"), ("roll", "pitch", "yaw")
+FOOT = "_base_link"
+_PLACES = ("sensors_calibration.yaml", "sensor_kit_calibration.yaml")
+
+
+def recognises(source: Source) -> bool:
+    """A folder with such files (or with config/ that has them), or one such file."""
+    if source.is_folder:
+        return any(source.sibling(name, f"config/{name}") for name in _PLACES)
+    if source.suffix not in (".yaml", ".yml") or not source.yaml.is_mapping:
+        return False
+    parents = list(source.yaml.raw.values())
+    return bool(parents) and all(_is_parent(parent) for parent in parents)
+
+
+def _is_parent(parent: object) -> bool:
+    children = list(parent.values()) if isinstance(parent, dict) else []
+    return bool(children) and all(
+        isinstance(child, dict) and set(POSITION) & set(child) for child in children
+    )
+
+
+def read(source: Source, options: ReadOptions) -> Imported:
+    """The sensors of all calibration files of the folder, chained to base_link."""
+    notes = Notes()
+    files = _files(source)
+    tree = FrameTree(source.where)
+    for file in files:
+        for parent, children in file.yaml.items():
+            for child, value in children.items():
+                tree.add(parent, child, _transform(value))
+    notes.read(f"{len(tree.frames())} frames of {', '.join(file.path.name for file in files)}")
+    vehicle = options.vehicle_or(Vehicle())
+    origin_m = options.origin_m or rear_axle_on_ground(vehicle)
+    mounting = Mounting(source.where, notes, vehicle, _root_place(tree, origin_m, vehicle, options, notes))
+    inner = tree.inner_frames()
+    for frame in tree.frames():
+        if frame not in inner:
+            _add(frame, tree.root_SE3(frame), mounting)
+    x, y, z = mounting.origin_m
+    notes.converted(
+        f"angles from radians to degrees; origin moved to the body centre: added {x:g} {y:g} {z:g} m"
+    )
+    if options.vehicle is None and options.rear_axle_x is None:
+        notes.approximated(
+            f"vehicle not in the files: rear axle at x = {vehicle.rear_axle_x:g} m; --rear-axle-x changes it"
+        )
+    return Imported(mounting.rig(source.name), notes.report(TITLE))
+
+
+def _files(source: Source) -> list[Source]:
+    found = source.siblings("*_calibration.yaml") or source.siblings("config/*_calibration.yaml")
+    is_among = any(file.path.name == source.path.name for file in found)
+    return found if source.is_folder or is_among else [source]
+
+
+def _transform(value: Value) -> Matrix:
+    x, y, z = value.field_numbers(*POSITION)
+    angles = [value.item(name).number(-MAX_ANGLE, MAX_ANGLE) for name in ANGLES]
+    roll, pitch, yaw = (math.degrees(angle) for angle in angles)
+    return se3_from_rpy_deg((x, y, z), (roll, pitch, yaw))
+
+
+def _root_place(tree: FrameTree, base_m: Vec3, vehicle: Vehicle, options: ReadOptions, notes: Notes) -> Vec3:
+    """Where the root of the frames lies in the vehicle frame; without base_link it is a kit on the roof."""
+    roots = {tree.root_of(frame) for frame in tree.frames()}
+    if len(roots) > 1:
+        raise InputError(f"{tree.where}: frames hang on {', '.join(sorted(roots))}; accepted is one tree")
+    if roots == {BASE} or options.origin_m is not None:
+        return base_m
+    notes.approximated(
+        f"{BASE} not in the files: {', '.join(roots)} is put on the middle of the roof; --origin X Y Z places it"
+    )
+    return 0.0, 0.0, vehicle.height
+
+
+def _add(frame: str, root_SE3_frame: Matrix, mounting: Mounting) -> None:
+    kind = kind_of(frame)
+    if kind == "camera":
+        mounting.notes.approximated(
+            "lens and image not in the files: 1600 x 900 pixels, 70 degrees wide", frame
+        )
+        body = from_optical(root_SE3_frame) if is_optical(frame) else root_SE3_frame
+        mounting.add_camera(without_ending(frame), body, image=(1600, 900), hfov_deg=70.0)
+    elif kind == "lidar" or (frame.endswith(FOOT) and not _is_other(frame)):
+        if frame.endswith(FOOT):
+            mounting.notes.approximated(
+                "the foot of the LiDAR is taken for its centre, which is some cm higher", frame
+            )
+        mounting.add_lidar(without_ending(frame), root_SE3_frame)
+    else:
+        mounting.notes.ignored("neither camera nor LiDAR, as its name says", frame)
+
+
+def _is_other(frame: str) -> bool:
+    """Whether the name says another sensor, as in imu_base_link."""
+    return kind_of(f"lidar {frame}") is None
+
+
+def write(rig: Rig) -> Exported:
+    """Both files in a folder: the kit on the middle of the roof, every sensor on the kit."""
+    notes = Notes()
+    sensors = sensors_to_write(rig, notes)
+    rear_m, roof_m = rear_axle_on_ground(rig.vehicle), (0.0, 0.0, rig.vehicle.height)
+    kit = {KIT: _pose_text(roof_m[0] - rear_m[0], roof_m[1], roof_m[2], (0.0, 0.0, 0.0))}
+    children: dict[str, str] = {}
+    for sensor in sensors:
+        pose = pose_from_se3(root_SE3_body(sensor, roof_m))
+        children[_frame(sensor)] = _pose_text(*pose.position_m, pose.rpy_deg)
+        notes.written("pose", sensor.name)
+        notes.ignored("model, rays, lens and range: the files have no place for them", sensor.name)
+    notes.converted(f"origin to the rear axle on the ground, {KIT} on the roof; angles to radians")
+    notes.ignored("vehicle: the files have no place for it")
+    texts = {_PLACES[0]: _file_text(BASE, kit), _PLACES[1]: _file_text(KIT, children)}
+    return Exported(texts, notes.report(TITLE))
+
+
+def _frame(sensor: Lidar | Camera) -> str:
+    """The frame of a sensor as Autoware's sensor kits call it."""
+    return f"{sensor.name}/camera_link" if isinstance(sensor, Camera) else f"{sensor.name}{FOOT}"
+
+
+def _pose_text(x: float, y: float, z: float, rpy_deg: Vec3) -> str:
+    numbers = (x, y, z, *(math.radians(angle) for angle in rpy_deg))
+    lines = (
+        f"    {name}: {value_text(number)}"
+        for name, number in zip((*POSITION, *ANGLES), numbers, strict=True)
+    )
+    return "\n".join(lines)
+
+
+def _file_text(parent: str, children: dict[str, str]) -> str:
+    lines = [f"{parent}:"]
+    for child, pose in children.items():
+        lines += [f"  {value_text(child)}:", pose]
+    return "\n".join([*lines, ""])
+
+
+AUTOWARE = Format("autoware", TITLE, recognises, read, write, is_folder=True)

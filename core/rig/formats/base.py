@@ -1,0 +1,43 @@
+"""The one small interface of all formats: recognise a source, read it to a rig, write a rig to files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from core.rig.formats.mounts import ReadOptions
+from core.rig.formats.report import Report
+from core.rig.formats.source import Source
+from core.rig.model import Rig
+
+
+@dataclass(frozen=True)
+class Imported:
+    """A rig that was read, and what became of everything in the file."""
+
+    rig: Rig
+    report: Report
+
+
+@dataclass(frozen=True)
+class Exported:
+    """The text of every file by its name, and what became of everything in the rig."""
+
+    files: Mapping[str, str]
+    report: Report
+
+
+@dataclass(frozen=True)
+class Format:
+    """A format by its name on the command line. `read` or `write` is None where there is no such way.
+
+    endings: how file names end that can only be this format; is_folder: whether it is written as a folder.
+    """
+
+    name: str
+    title: str
+    recognises: Callable[[Source], bool]
+    read: Callable[[Source, ReadOptions], Imported] | None = None
+    write: Callable[[Rig], Exported] | None = None
+    endings: tuple[str, ...] = ()
+    is_folder: bool = False

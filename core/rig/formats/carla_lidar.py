@@ -1,0 +1,54 @@
+"""The rays of CARLA's LiDAR, as both of its formats count them."""
+
+from __future__ import annotations
+
+import math
+
+from core.rig.formats.report import Notes
+from core.rig.model import EvenAngles, Lidar
+
+TURNS_PER_SECOND = 10.0
+FARTHEST_M = 1000.0
+_MOST_AZIMUTHS = 36_000
+
+
+def azimuth_count(points_per_second: float, turns_per_second: float, channels: int) -> int:
+    """Azimuths of one turn: the points of a second, shared among turns and beams."""
+    return max(1, min(_MOST_AZIMUTHS, round(points_per_second / (turns_per_second * channels))))
+
+
+def rays_to_write(lidar: Lidar, notes: Notes) -> dict[str, float]:
+    """CARLA's attributes for the rays of a LiDAR; what it cannot say is reported."""
+    beams, turn = lidar.elevations(), lidar.azimuths()
+    if not isinstance(lidar.elevations_deg, EvenAngles) or not isinstance(lidar.azimuths_deg, EvenAngles):
+        notes.approximated("uneven angles: CARLA spaces beams and azimuths evenly", lidar.name)
+    if lidar.azimuth_offsets_deg is not None:
+        notes.ignored("azimuth offsets of beams: CARLA has none", lidar.name)
+    span_deg = _span_deg(lidar, notes)
+    low_m, high_m = lidar.range_m
+    if low_m > 0.0:
+        notes.ignored("smallest range: CARLA has none", lidar.name)
+    if math.isinf(high_m):
+        notes.approximated(f"no largest range: {FARTHEST_M:g} m is written", lidar.name)
+    if lidar.model is not None:
+        notes.ignored("model name: the file has no place for it", lidar.name)
+    notes.written("pose and rays", lidar.name)
+    return {
+        "channels": len(beams),
+        "lower_fov": float(beams.min()),
+        "upper_fov": float(beams.max()),
+        "range": min(high_m, FARTHEST_M) if math.isinf(high_m) else high_m,
+        "rotation_frequency": TURNS_PER_SECOND,
+        "points_per_second": round(len(turn) * len(beams) * TURNS_PER_SECOND),
+        **({} if span_deg == 360.0 else {"horizontal_fov": span_deg}),
+    }
+
+
+def _span_deg(lidar: Lidar, notes: Notes) -> float:
+    """How wide the LiDAR sees; CARLA's fan is even to both sides of the x axis."""
+    turn = lidar.azimuths_deg
+    low, high = (turn.from_, turn.to) if isinstance(turn, EvenAngles) else (min(turn), max(turn))
+    span = high - low
+    if span < 360.0 and low + high != 0.0:
+        notes.approximated("azimuths not even to both sides of the x axis: CARLA's are", lidar.name)
+    return span if span > 0.0 else 1.0

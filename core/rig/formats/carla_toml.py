@@ -1,0 +1,202 @@
+"""CARLA, TOML of the published multi-sensor placement code: lidar_*.toml with [lidar] and perhaps [camera].
+
+CARLA's left-handed axes: x forward, y to the RIGHT, z up; positive pitch looks UP, positive yaw turns RIGHT,
+positive roll as in ROS. LiDARs: lists x, y, z in metres, roll and pitch in radians, no yaw; one number of channels
+and field of view for all, or lists of lists (`sets`). Cameras (T_CAM_*, R_CAM_*, FOV_CAM_*): roll, pitch, yaw in
+degrees. Origin: the vehicle's actor, on the ground under the middle of its bounding box.
+Source: the published code's LiDARSetup; carla_common/transforms.py of the ROS bridge for the signs.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator
+from typing import Any
+
+from core.geometry import Vec3
+from core.rig.formats.base import Exported, Format, Imported
+from core.rig.formats.carla_lidar import TURNS_PER_SECOND, azimuth_count, rays_to_write
+from core.rig.formats.frames import Matrix, pose_from_se3, se3_from_rpy_deg
+from core.rig.formats.lenses import report_distortion
+from core.rig.formats.mounts import Mounting, ReadOptions, root_SE3_body, sensors_to_write
+from core.rig.formats.report import Notes
+from core.rig.formats.source import Source
+from core.rig.formats.values import Value
+from core.rig.model import Camera, EvenAngles, Lidar, Rig, Vehicle
+from core.rig.yaml_text import value_text
+
+TITLE = "CARLA TOML of the published placement code"
+ORIGIN: Vec3 = (0.0, 0.0, 0.0)
+IMAGE = (1600, 900)
+RANGE_M = 100.0
+_LISTS = ("x", "y", "z", "roll", "pitch")
+_COMMON = ("channels", "lower_fov", "upper_fov")
+_POINTS_PER_CHANNEL = 20_000.0
+_PUBLISHED_TURNS = 20.0
+_MAX_LIDARS = 255
+
+
+def recognises(source: Source) -> bool:
+    """A TOML file with a table [lidar]."""
+    return not source.is_folder and source.suffix == ".toml" and "lidar" in source.toml
+
+
+def read(source: Source, options: ReadOptions) -> Imported:
+    """The LiDARs, and the cameras where the file has any."""
+    notes = Notes()
+    mounting = Mounting(source.where, notes, options.vehicle_or(Vehicle()), options.origin_m or ORIGIN)
+    for index, fields in enumerate(_lidars(source.toml.item("lidar"))):
+        _add_lidar(f"lidar_{index}", fields, mounting)
+    camera = source.toml.get("camera")
+    if camera is not None:
+        _add_cameras(camera, mounting)
+    for key, _ in source.toml.items():
+        if key not in ("lidar", "camera"):
+            notes.ignored("table that is neither [lidar] nor [camera]", key)
+    notes.converted("left-handed axes to right-handed: y, pitch and yaw change sign")
+    notes.read("roll and pitch of LiDARs as radians, the unit of the published files")
+    if options.vehicle is None:
+        notes.approximated(
+            "vehicle not in the file: a sedan whose body centre is the actor; --vehicle changes it"
+        )
+    return Imported(mounting.rig(source.name), notes.report(TITLE))
+
+
+def _lidars(table: Value) -> Iterator[dict[str, Value]]:
+    """The fields of every LiDAR: from flat lists with common values, or from lists of sets."""
+    count = len(table.item("x").elements())
+    if count > _MAX_LIDARS:
+        table.item("x").refuse(f"at most {_MAX_LIDARS} LiDARs")
+    lists = {key: table.item(key).elements(count) for key in _LISTS}
+    given = [
+        key
+        for key in (*_COMMON, "lidar_range_in_meters", "rotation_frequency", "points_per_channel")
+        if key in table
+    ]
+    common = {key: table.item(key) for key in {*_COMMON, *given}}
+    for index in range(count):
+        one = {key: values[index] for key, values in lists.items()}
+        one |= {
+            key: value.elements(count)[index] if value.is_list else value for key, value in common.items()
+        }
+        if not one["x"].is_list:
+            yield one
+            continue
+        size = len(one["x"].elements())
+        members = {
+            key: value.elements(size) if value.is_list else [value] * size for key, value in one.items()
+        }
+        yield from ({key: values[member] for key, values in members.items()} for member in range(size))
+
+
+def _add_lidar(name: str, fields: dict[str, Value], mounting: Mounting) -> None:
+    x, y, z = (fields[key].number() for key in ("x", "y", "z"))
+    roll, pitch = (math.degrees(fields[key].number(-10.0, 10.0)) for key in ("roll", "pitch"))
+    channels = fields["channels"].whole(1, 1000)
+    lower, upper = (fields[key].number(-90.0, 90.0) for key in ("lower_fov", "upper_fov"))
+    if lower > upper:
+        fields["lower_fov"].refuse("an angle not above upper_fov")
+    turns = _number(fields, "rotation_frequency", _PUBLISHED_TURNS)
+    points = _number(fields, "points_per_channel", _POINTS_PER_CHANNEL)
+    if "points_per_channel" not in fields:
+        mounting.notes.approximated(
+            f"points not in the file: {_POINTS_PER_CHANNEL:g} a second and beam", name
+        )
+    mounting.add_lidar(
+        name,
+        _right_handed((x, y, z), (roll, pitch, 0.0)),
+        elevations_deg=EvenAngles(from_=lower, to=upper, count=channels),
+        azimuths_deg=EvenAngles(from_=-180.0, to=180.0, count=azimuth_count(points, turns, 1)),
+        range_m=(0.0, _number(fields, "lidar_range_in_meters", RANGE_M)),
+    )
+
+
+def _number(fields: dict[str, Value], key: str, default: float) -> float:
+    return fields[key].number(1e-3, 1e6) if key in fields else default
+
+
+def _right_handed(position: Vec3, rpy_deg: Vec3) -> Matrix:
+    """A pose of CARLA in right-handed axes: mirrored in the plane of x and z."""
+    (x, y, z), (roll, pitch, yaw) = position, rpy_deg
+    return se3_from_rpy_deg((x, -y, z), (roll, -pitch, -yaw))
+
+
+def _add_cameras(table: Value, mounting: Mounting) -> None:
+    for key, value in table.items():
+        if not key.startswith("T_"):
+            continue
+        name = key.removeprefix("T_")
+        roll, pitch, yaw = table.item(f"R_{name}").vector(limit=1e6)
+        pose = _right_handed(value.vector(), (roll, pitch, yaw))
+        fov = table.item(f"FOV_{name}").number(1e-3, 179.9)
+        mounting.notes.approximated("image size not in the file: 1600 x 900 pixels", name)
+        mounting.add_camera(name, pose, image=IMAGE, hfov_deg=fov)
+
+
+def write(rig: Rig) -> Exported:
+    """[lidar] as lists of one set per LiDAR, [camera] with a line for pose and field of view each."""
+    notes = Notes()
+    sensors = sensors_to_write(rig, notes)
+    lidars = [_lidar_fields(sensor, notes) for sensor in sensors if isinstance(sensor, Lidar)]
+    lines = ["[lidar]", f"sets = {len(lidars)}", f"num = {value_text((1,) * len(lidars))}"]
+    for key in (*_LISTS, *_COMMON, "lidar_range_in_meters", "rotation_frequency", "points_per_channel"):
+        lines.append(f"{key} = [{', '.join(f'[{_text(one[key])}]' for one in lidars)}]")
+    cameras = [line for sensor in sensors if isinstance(sensor, Camera) for line in _camera(sensor, notes)]
+    notes.converted("right-handed axes to CARLA's left-handed: y, pitch and yaw change sign")
+    notes.ignored("vehicle: the file has no place for it")
+    text = "\n".join([*lines, *(["", "[camera]", *cameras] if cameras else []), ""])
+    return Exported({"rig.toml": text}, notes.report(TITLE))
+
+
+def _left_handed(sensor: Lidar | Camera) -> tuple[Vec3, Vec3]:
+    """Position in metres and roll, pitch, yaw in degrees in CARLA's axes."""
+    pose = pose_from_se3(root_SE3_body(sensor, ORIGIN))
+    (x, y, z), (roll, pitch, yaw) = pose.position_m, pose.rpy_deg
+    return (x, -y + 0.0, z), (roll, -pitch + 0.0, -yaw + 0.0)
+
+
+def _lidar_fields(lidar: Lidar, notes: Notes) -> dict[str, Any]:
+    (x, y, z), (roll, pitch, yaw) = _left_handed(lidar)
+    rays = rays_to_write(lidar, notes)
+    notes.ignored("the name: the file numbers LiDARs", lidar.name)
+    if yaw != 0.0:
+        notes.ignored("yaw: the file has none for LiDARs", lidar.name)
+    if "horizontal_fov" in rays:
+        notes.ignored("azimuths of less than a full turn: the file has no place for them", lidar.name)
+    pose = {"x": x, "y": y, "z": z, "roll": math.radians(roll), "pitch": math.radians(pitch)}
+    points = rays["points_per_second"] / rays["channels"]
+    extra = {
+        "lidar_range_in_meters": rays["range"],
+        "rotation_frequency": TURNS_PER_SECOND,
+        "points_per_channel": points,
+    }
+    return pose | {key: rays[key] for key in _COMMON} | extra
+
+
+def _camera(camera: Camera, notes: Notes) -> list[str]:
+    """Three keys; the published code looks for the names CAM_FRONT, CAM_FRONT_LEFT and so on."""
+    position, rpy_deg = _left_handed(camera)
+    report_distortion(camera, notes)
+    fx, *_ = camera.intrinsics_px()
+    fov = camera.hfov_deg or math.degrees(2.0 * math.atan(camera.image[0] / 2 / fx))
+    if camera.hfov_deg is None:
+        notes.approximated(
+            "lens written as a field of view with the principal point in the middle", camera.name
+        )
+    notes.written("pose and field of view", camera.name)
+    notes.ignored("image size, ray lattice and range: the file has no place for them", camera.name)
+    values = (("T", value_text(position)), ("R", value_text(rpy_deg)), ("FOV", value_text(fov)))
+    return [f"{_key(f'{prefix}_{camera.name}')} = {text}" for prefix, text in values]
+
+
+def _key(name: str) -> str:
+    """A quoted key: JSON's escapes are TOML's, but for DEL."""
+    return json.dumps(name, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+def _text(number: float) -> str:
+    return value_text(float(number)) if isinstance(number, float) else str(number)
+
+
+CARLA_TOML = Format("carla-toml", TITLE, recognises, read, write, endings=(".toml",))

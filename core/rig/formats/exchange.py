@@ -1,0 +1,109 @@
+"""Every rig format by name: which one a file is in, reading any of them, writing any of them."""
+
+from __future__ import annotations
+
+import difflib
+import os
+from pathlib import Path
+
+from core.errors import InputError
+from core.files import atomic_folder, atomic_write
+from core.rig.formats.autoware import AUTOWARE
+from core.rig.formats.base import Exported, Format, Imported
+from core.rig.formats.carla_objects import CARLA
+from core.rig.formats.carla_toml import CARLA_TOML
+from core.rig.formats.driveworks import DRIVEWORKS
+from core.rig.formats.kalibr import KALIBR
+from core.rig.formats.kitti import KITTI
+from core.rig.formats.mounts import ReadOptions
+from core.rig.formats.nuscenes import NUSCENES
+from core.rig.formats.osi import OSI
+from core.rig.formats.pandaset import PANDASET
+from core.rig.formats.riglens import RIGLENS
+from core.rig.formats.source import Source, shown_path
+from core.rig.formats.urdf import URDF
+from core.rig.model import Rig
+from core.rig.yaml_nodes import shortened
+
+FORMATS = {
+    format_.name: format_
+    for format_ in (
+        *(RIGLENS, NUSCENES, AUTOWARE, URDF, CARLA, CARLA_TOML, DRIVEWORKS),
+        *(PANDASET, KALIBR, KITTI, OSI),
+    )
+}
+"""Every format by its name on the command line; RigLens' own comes first."""
+
+READABLE = tuple(name for name, format_ in FORMATS.items() if format_.read)
+WRITABLE = tuple(name for name, format_ in FORMATS.items() if format_.write)
+_FOREIGN_ENDINGS = (".json", ".toml", ".urdf", ".xacro", ".xml", ".txt")
+_DATA_ENDINGS = (".yaml", ".yml", *_FOREIGN_ENDINGS)
+
+
+def detect(source: Source) -> Format:
+    """The format of a file or folder: RigLens' own for a YAML file that is no other, it explains what is wrong.
+
+    Raises InputError when there is no such file, and when no format fits.
+    """
+    if not source.path.exists():
+        raise InputError(f"{source.where}: no such file or folder")
+    if RIGLENS.recognises(source):
+        return RIGLENS
+    if source.is_folder or source.suffix in _DATA_ENDINGS:
+        found = next((format_ for format_ in FORMATS.values() if format_.recognises(source)), None)
+        if found is not None:
+            return found
+    if not source.is_folder and source.suffix not in _FOREIGN_ENDINGS:
+        return RIGLENS
+    raise InputError(f"{source.where}: no rig in a format that is known; accepted are {', '.join(READABLE)}")
+
+
+def read_rig(
+    path: str | os.PathLike[str], name: str | None = None, options: ReadOptions | None = None
+) -> Imported:
+    """The rig of a file or folder and the report on it; the format is detected unless `name` says it.
+
+    Raises InputError with file, field, what was found and what is accepted.
+    """
+    source = Source(path)
+    format_ = detect(source) if name is None else format_called(name, READABLE)
+    if not source.path.exists():
+        raise InputError(f"{source.where}: no such file or folder")
+    assert format_.read is not None
+    return format_.read(source, options or ReadOptions())
+
+
+def write_rig(rig: Rig, path: str | os.PathLike[str], name: str | None = None) -> Exported:
+    """Write a rig; the format follows from the ending of the path unless `name` says it.
+
+    One file, or a folder written whole or not at all. Raises InputError when it cannot be written.
+    """
+    format_ = format_for(Path(path)) if name is None else format_called(name, WRITABLE)
+    assert format_.write is not None
+    exported = format_.write(rig)
+    if format_.is_folder:
+        atomic_folder(path, {file: text.encode("utf-8") for file, text in exported.files.items()})
+    else:
+        (text,) = exported.files.values()
+        with atomic_write(path) as stream:
+            stream.write(text.encode("utf-8"))
+    return exported
+
+
+def format_called(name: str, accepted: tuple[str, ...]) -> Format:
+    """The format of that name; InputError that lists the accepted ones."""
+    if name in accepted:
+        return FORMATS[name]
+    close = difflib.get_close_matches(name, accepted, n=1)
+    hint = f"did you mean {close[0]}? " if close else ""
+    raise InputError(f"format: found '{shortened(name)}'; {hint}accepted are {', '.join(accepted)}")
+
+
+def format_for(path: Path) -> Format:
+    """The format that a file's ending says; InputError when several write files of that ending, or none does."""
+    for format_ in FORMATS.values():
+        if format_.write and path.name.lower().endswith(format_.endings or ("\n",)):
+            return format_
+    raise InputError(
+        f"{shown_path(path)}: its ending does not say the format; name it with --to: {', '.join(WRITABLE)}"
+    )

@@ -1,0 +1,136 @@
+"""Frames of other programs: quaternions, optical axes, left-handed axes, chains of transforms.
+
+Transforms are (4, 4) matrices named parent_SE3_child: they take coordinates in the child to the parent.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from core.errors import InputError
+from core.geometry import Pose, Vec3, rotation_from_rpy_deg, rpy_deg_from_rotation
+from core.rig.formats.values import Value
+from core.rig.pose_text import quaternion_xyzw, rotation_from_quaternion
+
+Matrix = NDArray[np.float64]
+
+BODY_R_OPTICAL: Matrix = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
+"""From optical axes (x right, y down, z forward) to the axes of a sensor's body (x forward, y left, z up)."""
+
+ROUNDED_OFF_RAD = 1e-6
+"""A rotation that is this close to orthonormal was merely written with few digits."""
+
+_WORST_ROTATION = 0.02
+_DECIMALS = 12
+
+
+def se3(rotation: Matrix, position_m: Vec3 | Matrix) -> Matrix:
+    """The transform with that rotation (3, 3) and position (3,) in metres."""
+    matrix = np.eye(4)
+    matrix[:3, :3] = rotation
+    matrix[:3, 3] = position_m
+    return matrix
+
+
+def se3_from_rpy_deg(position_m: Vec3, rpy_deg: Vec3) -> Matrix:
+    """The transform with that position and fixed-axis roll, pitch, yaw in degrees."""
+    return se3(rotation_from_rpy_deg(rpy_deg), position_m)
+
+
+def inverse(transform: Matrix) -> Matrix:
+    """The inverse of a rigid transform, (4, 4)."""
+    rotation = transform[:3, :3].T
+    return se3(rotation, -rotation @ transform[:3, 3])
+
+
+def from_optical(parent_SE3_optical: Matrix) -> Matrix:
+    """The transform of a camera's body whose optical frame stands there."""
+    return parent_SE3_optical @ se3(BODY_R_OPTICAL.T, (0.0, 0.0, 0.0))
+
+
+def to_optical(parent_SE3_body: Matrix) -> Matrix:
+    """The transform of the optical frame of a camera whose body stands there."""
+    return parent_SE3_body @ se3(BODY_R_OPTICAL, (0.0, 0.0, 0.0))
+
+
+def pose_from_se3(vehicle_SE3_sensor: Matrix) -> Pose:
+    """The pose, rounded to 1e-12 m and 1e-12 degrees, so that 35 degrees read as 35."""
+    x, y, z = (round(float(value), _DECIMALS) + 0.0 for value in vehicle_SE3_sensor[:3, 3])
+    roll, pitch, yaw = (
+        round(angle, _DECIMALS) + 0.0 for angle in rpy_deg_from_rotation(vehicle_SE3_sensor[:3, :3])
+    )
+    return Pose((x, y, z), (roll, pitch, yaw))
+
+
+def rotation_from_wxyz(value: Value, wxyz: list[float]) -> Matrix:
+    """Rotation (3, 3) of a quaternion; refused at `value` when it is far from length 1."""
+    w, x, y, z = wxyz
+    try:
+        return rotation_from_quaternion((x, y, z, w))
+    except InputError:
+        value.refuse("a quaternion of length 1", f"length {math.hypot(*wxyz):.4g}")
+
+
+def wxyz_from_rotation(rotation: Matrix) -> list[float]:
+    """Unit quaternion w, x, y, z of a rotation (3, 3), with w >= 0."""
+    x, y, z, w = quaternion_xyzw(rpy_deg_from_rotation(rotation))
+    return [math.copysign(1.0, w) * part for part in (w, x, y, z)]
+
+
+def nearest_rotation(value: Value, matrix: Matrix) -> tuple[Matrix, float]:
+    """The rotation nearest to a matrix (3, 3), and how far off it was; refused when that is not a rotation."""
+    left, _, right = np.linalg.svd(matrix)
+    rotation: Matrix = left @ right
+    error = float(np.abs(rotation - matrix).max())
+    if np.linalg.det(rotation) < 0.0 or error > _WORST_ROTATION:
+        value.refuse("a rotation matrix, orthonormal and right-handed", "one that is not")
+    return rotation, error
+
+
+class FrameTree:
+    """Frames that hang on each other, each on one parent."""
+
+    def __init__(self, where: str) -> None:
+        self.where = where
+        self._parents: dict[str, tuple[str, Matrix]] = {}
+
+    def add(self, parent: str, child: str, parent_SE3_child: Matrix) -> None:
+        """Hang a frame on another; InputError when it hangs on one already, or on itself."""
+        if child in self._parents or child == parent:
+            raise InputError(f"{self.where}: frame '{child}' has two parents; accepted is a tree")
+        self._parents[child] = (parent, parent_SE3_child)
+
+    def frames(self) -> list[str]:
+        """The frames that hang on another, in the order in which they were added."""
+        return list(self._parents)
+
+    def inner_frames(self) -> set[str]:
+        """The frames on which others hang."""
+        return {parent for parent, _ in self._parents.values()}
+
+    def above(self, frame: str) -> list[str]:
+        """The frames on which a frame hangs, the nearest first; InputError when the chain is a loop."""
+        found: list[str] = []
+        seen = {frame}
+        place = frame
+        while place in self._parents:
+            place = self._parents[place][0]
+            if place in seen:
+                raise InputError(f"{self.where}: frame '{frame}' hangs on itself; accepted is a tree")
+            seen.add(place)
+            found.append(place)
+        return found
+
+    def root_of(self, frame: str) -> str:
+        """The frame at the other end of the chain."""
+        return [frame, *self.above(frame)][-1]
+
+    def root_SE3(self, frame: str) -> Matrix:
+        """The transform from the root of the chain to that frame."""
+        transform = np.eye(4)
+        for place in [frame, *self.above(frame)][:-1]:
+            transform = self._parents[place][1] @ transform
+        return transform

@@ -1,0 +1,178 @@
+"""From the axes and the origin of a foreign file to the vehicle frame, and from what it says to valid sensors."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from pydantic import ValidationError
+
+from core.errors import InputError
+from core.geometry import Pose, Vec3
+from core.rig.formats.frames import Matrix, inverse, pose_from_se3, se3
+from core.rig.formats.report import Notes
+from core.rig.library import Entry, default_library
+from core.rig.model import MAX_SENSORS, Camera, Lidar, Rig, Vehicle
+from core.rig.yaml_nodes import shortened
+
+DEFAULT_LIDAR = "generic-16"
+DEFAULT_CAST = (352, 128)
+MAX_PIXELS = 20_000
+
+
+@dataclass(frozen=True)
+class ReadOptions:
+    """What the user may say about a foreign file that the file itself does not.
+
+    vehicle: the car that the sensors are on; rear_axle_x: where its rear axle is, metres from the body centre;
+    origin_m: where the origin of the file lies in the vehicle frame, metres; token: which rig of several.
+    """
+
+    vehicle: Vehicle | None = None
+    rear_axle_x: float | None = None
+    origin_m: Vec3 | None = None
+    token: str | None = None
+
+    def __post_init__(self) -> None:
+        numbers = [*(self.origin_m or ()), self.rear_axle_x or 0.0]
+        if not all(math.isfinite(number) and abs(number) <= 1e6 for number in numbers):
+            raise InputError("--origin, --rear-axle-x: accepted are finite numbers in metres")
+
+    def vehicle_or(self, known: Vehicle) -> Vehicle:
+        """The vehicle that the user named, or the one that the file or its data set is known for."""
+        found = self.vehicle or known
+        if self.rear_axle_x is None:
+            return found
+        replaced: Vehicle = found.replace(rear_axle_x=self.rear_axle_x)
+        return replaced
+
+
+@dataclass
+class Mounting:
+    """Collects the sensors of a file: `origin_m` is where the file's root frame lies in the vehicle frame."""
+
+    where: str
+    notes: Notes
+    vehicle: Vehicle
+    origin_m: Vec3
+    sensors: list[Lidar | Camera] = field(default_factory=list)
+
+    def pose(self, root_SE3_sensor: Matrix) -> Pose:
+        """The pose in the vehicle frame of a sensor that stands there in the file's root frame."""
+        return pose_from_se3(se3(np.eye(3), self.origin_m) @ root_SE3_sensor)
+
+    def add_lidar(self, name: str, root_SE3_sensor: Matrix, said: str | None = None, **fields: Any) -> None:
+        """A LiDAR there; beams from `fields`, else of the library model that the words `said` name, else a default."""
+        entry = None if "elevations_deg" in fields else self._entry(name, said)
+        supplied = entry.fields if entry else {}
+        model = {"model": entry.name} if entry else {}
+        self._add(Lidar, name, root_SE3_sensor, **(supplied | model | fields))
+
+    def add_camera(self, name: str, root_SE3_sensor: Matrix, **fields: Any) -> None:
+        """A camera whose body (x forward, y left, z up) stands there."""
+        width_px, height_px = fields["image"]
+        cast = (min(DEFAULT_CAST[0], width_px), min(DEFAULT_CAST[1], height_px))
+        self._add(Camera, name, root_SE3_sensor, cast=cast, **fields)
+
+    def rig(self, name: str) -> Rig:
+        """The rig of all sensors so far; InputError when there is none."""
+        if not self.sensors:
+            raise InputError(f"{self.where}: no LiDAR and no camera found; accepted is a rig with sensors")
+        counts = [sum(s.kind == kind for s in self.sensors) for kind in ("camera", "lidar")]
+        self.notes.read(f"{_count(counts[0], 'camera')}, {_count(counts[1], 'LiDAR')}")
+        return Rig(name=shortened(name, 190) or "imported", vehicle=self.vehicle, sensors=tuple(self.sensors))
+
+    def _entry(self, name: str, said: str | None) -> Entry:
+        found = find_lidar_model(said or name)
+        if found is not None:
+            how = "its beams are those of the library model" if said else "taken by its name for a"
+            add = self.notes.read if said else self.notes.approximated
+            add(f"{how} {found.name}", name)
+            return found
+        what = f"unknown to the library ({shortened(said, 40)})" if said else "not in the file"
+        self.notes.approximated(f"LiDAR model {what}: its beams are those of {DEFAULT_LIDAR}", name)
+        return default_library().entry(DEFAULT_LIDAR)
+
+    def _add(
+        self, kind: type[Lidar] | type[Camera], name: str, root_SE3_sensor: Matrix, **fields: Any
+    ) -> None:
+        if len(self.sensors) >= MAX_SENSORS:
+            raise InputError(f"{self.where}: more than {MAX_SENSORS} sensors; accepted are at most that many")
+        pose = self.pose(root_SE3_sensor)
+        unique = self._unique(name)
+        try:
+            sensor = kind(name=unique, position=pose.position_m, rpy_deg=pose.rpy_deg, **fields)
+        except ValidationError as error:
+            raise InputError(f"{self.where}: sensor '{unique}': {_complaint(error)}") from error
+        self.sensors.append(sensor)
+
+    def _unique(self, name: str) -> str:
+        """The name as a rig accepts it: not empty, not too long, not taken."""
+        base = name.strip()[:190] or "sensor"
+        used = {sensor.name for sensor in self.sensors}
+        found = next(new for number in range(1, 999) if (new := _numbered(base, number)) not in used)
+        if found != name:
+            self.notes.converted(f"renamed from '{shortened(name, 40)}'", found)
+        return found
+
+
+def find_lidar_model(words: str) -> Entry | None:
+    """The LiDAR of the library that the words name ("VELO_VLP32C", "Hesai Pandar64"); the longest name wins."""
+    plain = _letters(words)
+    exact = [entry for entry in default_library().entries("lidar") if entry.name == words]
+    found = exact or [entry for entry in default_library().entries("lidar") if _product(entry) in plain]
+    return max(found, key=lambda entry: len(_product(entry)), default=None)
+
+
+def _product(entry: Entry) -> str:
+    """The library name without the maker and without punctuation; a name without a number matches nothing."""
+    product = _letters(entry.name.partition("-")[2])
+    is_telling = len(product) >= 4 and any(letter.isdigit() for letter in product)
+    return product if is_telling else "\n"
+
+
+def _letters(words: str) -> str:
+    return re.sub(r"[^a-z0-9]", "", words.lower())
+
+
+def _numbered(base: str, number: int) -> str:
+    return base if number == 1 else f"{base}_{number}"
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
+def _complaint(error: ValidationError) -> str:
+    """The first thing that is wrong with a sensor, in words."""
+    details = error.errors()[0]
+    place = ".".join(str(part) for part in details["loc"][:1])
+    found = shortened(str(details.get("input", "")), 60)
+    message = str(details["ctx"]["error"]) if details["type"] == "value_error" else details["msg"]
+    return f"{place}: found {found}; {message}" if place else message
+
+
+def sensors_to_write(rig: Rig, notes: Notes) -> list[Lidar | Camera]:
+    """The sensors that are switched on; those that are not are reported. InputError when none is left."""
+    for sensor in rig.sensors:
+        if not sensor.enabled:
+            notes.ignored("switched off in the rig, not written", sensor.name)
+        elif sensor.mirror_of is not None:
+            notes.ignored("that it mirrors another sensor: the format has no word for it", sensor.name)
+    chosen = [sensor for sensor in rig.sensors if sensor.enabled]
+    if not chosen:
+        raise InputError(f"rig '{shortened(rig.name)}': it has no sensor that is switched on to write")
+    return chosen
+
+
+def root_SE3_body(sensor: Lidar | Camera, origin_m: Vec3) -> Matrix:
+    """The transform of a sensor in a frame whose origin lies at `origin_m` in the vehicle frame."""
+    return inverse(se3(np.eye(3), origin_m)) @ sensor.pose.vehicle_SE3_sensor()
+
+
+def rear_axle_on_ground(vehicle: Vehicle) -> Vec3:
+    """Where the middle of the rear axle, dropped to the ground, lies in the vehicle frame."""
+    return vehicle.rear_axle_x, 0.0, 0.0

@@ -1,0 +1,80 @@
+"""What became of a foreign rig: everything that was read, converted, approximated or left out, in plain words."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Literal
+
+Kind = Literal["read", "written", "converted", "approximated", "ignored"]
+KINDS: tuple[Kind, ...] = ("read", "written", "converted", "approximated", "ignored")
+_NAMED = 4
+
+
+@dataclass(frozen=True)
+class Remark:
+    """One thing to know, and the sensors or parts of the file that it is about (none: the whole)."""
+
+    kind: Kind
+    text: str
+    about: tuple[str, ...] = ()
+
+    def line(self) -> str:
+        """The remark on one line: at most a few of the parts are named, the others counted."""
+        if not self.about:
+            return f"{self.kind}: {self.text}"
+        names = ", ".join(self.about[:_NAMED])
+        rest = len(self.about) - _NAMED
+        return f"{self.kind}: {self.text} ({names}{f' and {rest} more' if rest > 0 else ''})"
+
+
+@dataclass(frozen=True)
+class Report:
+    """The remarks of one import or export, those of a kind together; `title` names the format."""
+
+    title: str
+    remarks: tuple[Remark, ...]
+
+    def lines(self) -> list[str]:
+        """Every remark as a line of text."""
+        return [remark.line() for remark in self.remarks]
+
+    def of_kind(self, kind: Kind) -> tuple[Remark, ...]:
+        """The remarks of one kind."""
+        return tuple(remark for remark in self.remarks if remark.kind == kind)
+
+
+@dataclass
+class Notes:
+    """Collects remarks while a file is read or written; the same text about several parts becomes one remark."""
+
+    _about: dict[tuple[Kind, str], list[str]] = field(default_factory=dict)
+
+    def read(self, text: str, *about: str) -> None:
+        """Something that the file said and the rig now says."""
+        self._add("read", text, about)
+
+    def written(self, text: str, *about: str) -> None:
+        """Something that the rig says and the file now says."""
+        self._add("written", text, about)
+
+    def converted(self, text: str, *about: str) -> None:
+        """Something said in other axes, units or words, without loss."""
+        self._add("converted", text, about)
+
+    def approximated(self, text: str, *about: str) -> None:
+        """Something that one side does not know: a stated default, or the nearest that can be said."""
+        self._add("approximated", text, about)
+
+    def ignored(self, text: str, *about: str) -> None:
+        """Something that the other side cannot say and that was left out."""
+        self._add("ignored", text, about)
+
+    def report(self, title: str) -> Report:
+        """The remarks so far, by kind and then in the order in which they came."""
+        found = [Remark(kind, text, tuple(about)) for (kind, text), about in self._about.items()]
+        return Report(title, tuple(sorted(found, key=lambda remark: KINDS.index(remark.kind))))
+
+    def _add(self, kind: Kind, text: str, about: Sequence[str]) -> None:
+        parts = self._about.setdefault((kind, text), [])
+        parts.extend(part for part in about if part not in parts)

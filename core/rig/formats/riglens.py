@@ -1,0 +1,50 @@
+"""RigLens' own rig YAML as one of the formats."""
+
+from __future__ import annotations
+
+import re
+
+from core.rig.formats.base import Exported, Format, Imported
+from core.rig.formats.mounts import ReadOptions
+from core.rig.formats.report import Notes
+from core.rig.formats.source import Source
+from core.rig.model import Rig
+from core.rig.yaml_file import dumps, load_rig
+
+TITLE = "RigLens rig YAML"
+_HEAD = re.compile(r"^['\"]?riglens['\"]?\s*:", re.MULTILINE)
+_LOOK_BYTES = 4_000_000
+
+
+def recognises(source: Source) -> bool:
+    """A YAML file with the key riglens; one that cannot be read counts, its error says what is wrong."""
+    if source.is_folder or source.suffix not in (".yaml", ".yml"):
+        return False
+    try:
+        with source.path.open("rb") as stream:
+            return _HEAD.search(stream.read(_LOOK_BYTES).decode("utf-8", "replace")) is not None
+    except OSError:
+        return True
+
+
+def read(source: Source, options: ReadOptions) -> Imported:
+    """The rig as it is; a vehicle or rear axle that the user names replaces the one in the file."""
+    notes = Notes()
+    rig = load_rig(source.path).rig
+    vehicle = options.vehicle_or(rig.vehicle)
+    if vehicle != rig.vehicle:
+        notes.converted("vehicle replaced by the one that was named")
+    if options.origin_m is not None or options.token is not None:
+        notes.ignored("origin and token: this format has no need of them")
+    notes.read("everything")
+    return Imported(rig.replace(vehicle=vehicle), notes.report(TITLE))
+
+
+def write(rig: Rig) -> Exported:
+    """The rig, whole."""
+    notes = Notes()
+    notes.written("everything")
+    return Exported({"rig.yaml": dumps(rig)}, notes.report(TITLE))
+
+
+RIGLENS = Format("riglens", TITLE, recognises, read, write, endings=(".yaml", ".yml"))

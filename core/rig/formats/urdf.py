@@ -1,0 +1,193 @@
+"""ROS URDF: links on joints, expanded (no xacro), with the sensors of Gazebo where there are any.
+
+Axes x forward, y left, z up; metres; rpy are radians about the fixed axes of the parent link. Links called
+..._optical... have camera axes (x right, y down, z forward; REP-103). A URDF knows links, not sensors: what a
+link holds is told by <gazebo reference="link"><sensor>, else by its name. base_link may be anywhere on the
+vehicle (REP-105); here it is taken for the point on the ground under the rear axle unless --origin says else.
+Source: ROS wiki "urdf/XML"; SDFormat specification, <sensor>.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.errors import InputError
+from core.rig.formats.base import Format, Imported
+from core.rig.formats.frame_names import SensorKind, is_optical, kind_of, without_ending
+from core.rig.formats.frames import FrameTree, Matrix, from_optical, inverse, se3_from_rpy_deg
+from core.rig.formats.mounts import Mounting, ReadOptions, rear_axle_on_ground
+from core.rig.formats.report import Notes
+from core.rig.formats.sdf_sensor import KINDS, add_sdf_sensor, numbers_in
+from core.rig.formats.source import Source
+from core.rig.formats.urdf_write import TITLE, write
+from core.rig.formats.xml_tree import Element
+from core.rig.model import Vehicle
+from core.rig.yaml_nodes import shortened
+
+BASES = ("base_footprint", "base_link")
+MAX_JOINTS = 2_000
+
+
+@dataclass(frozen=True)
+class _Found:
+    """A link that holds a sensor; `sensor` is Gazebo's element, None when only the name tells."""
+
+    link: str
+    kind: SensorKind
+    sensor: Element | None = None
+
+
+def recognises(source: Source) -> bool:
+    """An XML file whose root is <robot>."""
+    if source.is_folder or source.suffix not in (".urdf", ".xacro", ".xml"):
+        return False
+    return source.suffix != ".xml" or source.xml.tag == "robot"
+
+
+def read(source: Source, options: ReadOptions) -> Imported:
+    """The sensors of a robot, chained to base_link."""
+    root = source.xml
+    _check(root, source)
+    notes = Notes()
+    tree = _joints(root, notes)
+    base = _base(root, tree)
+    vehicle = options.vehicle_or(Vehicle())
+    mounting = Mounting(source.where, notes, vehicle, options.origin_m or rear_axle_on_ground(vehicle))
+    for found in _sensors(root, tree, notes):
+        if tree.root_of(found.link) != tree.root_of(base):
+            notes.ignored(f"does not hang on {base}", found.link)
+            continue
+        _add(found, inverse(tree.root_SE3(base)) @ tree.root_SE3(found.link), mounting)
+    _remark(root, base, mounting, options)
+    return Imported(mounting.rig(root.attributes.get("name", source.name)), notes.report(TITLE))
+
+
+def _check(root: Element, source: Source) -> None:
+    """Refuse what is no URDF, or one that still has macros in it."""
+    if root.tag != "robot":
+        raise root.error("accepted is <robot>")
+    if source.suffix == ".xacro" or any(_is_macro(element) for element in _walk(root)):
+        raise InputError(
+            f"{source.where}: this is xacro, not expanded URDF; expand it first: xacro {source.path.name} > rig.urdf"
+        )
+
+
+def _is_macro(element: Element) -> bool:
+    values = element.attributes.values()
+    return element.tag.startswith("xacro:") or any("${" in value or "$(" in value for value in values)
+
+
+def _walk(root: Element) -> Iterator[Element]:
+    waiting = [root]
+    while waiting:
+        element = waiting.pop()
+        yield element
+        waiting.extend(element.children)
+
+
+def _joints(root: Element, notes: Notes) -> FrameTree:
+    """The tree of links; joints that move are taken at zero."""
+    tree = FrameTree(root.where)
+    joints = list(root.all("joint"))
+    if len(joints) > MAX_JOINTS:
+        raise root.error(f"{len(joints)} joints; accepted are at most {MAX_JOINTS}")
+    for joint in joints:
+        parent, child = joint.first("parent"), joint.first("child")
+        if parent is None or child is None:
+            raise joint.error("a joint needs <parent link=...> and <child link=...>")
+        tree.add(parent.attribute("link"), child.attribute("link"), _origin(joint))
+        if joint.attributes.get("type") != "fixed":
+            notes.approximated("joint that moves, taken at zero", joint.attributes.get("name", "?"))
+    return tree
+
+
+def _origin(element: Element) -> Matrix:
+    origin = element.first("origin")
+    if origin is None:
+        return np.eye(4)
+    x, y, z = numbers_in(origin, origin.attributes.get("xyz", "0 0 0"), 3)
+    roll, pitch, yaw = numbers_in(origin, origin.attributes.get("rpy", "0 0 0"), 3)
+    return se3_from_rpy_deg((x, y, z), (math.degrees(roll), math.degrees(pitch), math.degrees(yaw)))
+
+
+def _base(root: Element, tree: FrameTree) -> str:
+    """The frame that stands for the vehicle: base_footprint, base_link, or the root of the tree."""
+    links = [link.attribute("name") for link in root.all("link")]
+    if not links:
+        raise root.error("no <link>; accepted is a robot with links")
+    named = next((base for base in BASES if base in links), None)
+    return named or tree.root_of(links[0])
+
+
+def _sensors(root: Element, tree: FrameTree, notes: Notes) -> list[_Found]:
+    """Gazebo's sensors, then links whose names tell; of links of a kind on one branch the outermost counts."""
+    found = [*_gazebo_sensors(root, notes)]
+    taken = {sensor.link for sensor in found}
+    for link in root.all("link"):
+        name = link.attribute("name")
+        kind = kind_of(name)
+        if kind is None and name not in (*BASES, *taken):
+            notes.ignored("link whose name tells neither camera nor LiDAR", name)
+        elif kind is not None and name not in taken:
+            found.append(_Found(name, kind))
+    return _outermost(found, tree, notes)
+
+
+def _outermost(found: list[_Found], tree: FrameTree, notes: Notes) -> list[_Found]:
+    """Without links that are the mount, or another axes frame, of a sensor of the same kind in the list."""
+    above = {(sensor.kind, frame) for sensor in found for frame in tree.above(sensor.link)}
+    gazebo = {(sensor.kind, sensor.link) for sensor in found if sensor.sensor is not None}
+    kept: list[_Found] = []
+    for sensor in found:
+        is_below = any((sensor.kind, frame) in gazebo for frame in tree.above(sensor.link))
+        if sensor.sensor is None and (is_below or (sensor.kind, sensor.link) in above):
+            notes.read("link belongs to the sensor on the same branch", sensor.link)
+        else:
+            kept.append(sensor)
+    return kept
+
+
+def _gazebo_sensors(root: Element, notes: Notes) -> Iterator[_Found]:
+    for gazebo in root.all("gazebo"):
+        for sensor in gazebo.all("sensor"):
+            kind = KINDS.get(sensor.attributes.get("type", "").lower())
+            name = sensor.attributes.get("name", "?")
+            if kind is None:
+                notes.ignored(
+                    f"Gazebo sensor of type '{shortened(sensor.attributes.get('type', ''), 30)}'", name
+                )
+            else:
+                yield _Found(gazebo.attribute("reference"), kind, sensor)
+
+
+def _add(found: _Found, base_SE3_link: Matrix, mounting: Mounting) -> None:
+    name = without_ending(found.link)
+    if found.sensor is not None:
+        add_sdf_sensor(found.sensor, found.kind, name, base_SE3_link, mounting)
+    elif found.kind == "lidar":
+        mounting.add_lidar(name, base_SE3_link)
+    else:
+        body = from_optical(base_SE3_link) if is_optical(found.link) else base_SE3_link
+        mounting.notes.approximated(
+            "lens and image not in the file: 1600 x 900 pixels, 70 degrees wide", name
+        )
+        mounting.add_camera(name, body, image=(1600, 900), hfov_deg=70.0)
+
+
+def _remark(root: Element, base: str, mounting: Mounting, options: ReadOptions) -> None:
+    notes, (x, y, z) = mounting.notes, mounting.origin_m
+    notes.converted(f"{base} lies at {x:g} {y:g} {z:g} m in the vehicle frame; angles to degrees")
+    if options.origin_m is None:
+        notes.approximated(
+            f"where {base} is on the vehicle is not in the file: on the ground under the rear axle; --origin changes it"
+        )
+    meshes = sum(element.tag == "mesh" for element in _walk(root))
+    if meshes:
+        notes.ignored(f"{meshes} meshes: they are not opened")
+
+
+URDF = Format("urdf", TITLE, recognises, read, write, endings=(".urdf",))
