@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -75,12 +76,30 @@ class DisplayGrid:
 
     def seen_share(self, cls: int, words: Words) -> NDArray[np.float32]:
         """Share of each cell's entropy that lies in a seen set, 0 to 1, 0 where there is none, (m,)."""
-        grid, index, of_class = self.pog.grid, self.entropies.index, self._entropies_of(cls)
+        seen_q, total_q = self._seen_q(cls, words), self._entropies_of(cls).total_q
+        return np.divide(seen_q, total_q, out=np.zeros(len(seen_q)), where=total_q > 0).astype(np.float32)
+
+    def seen_entropy(self, cls: int, words: Words) -> NDArray[np.float32]:
+        """Entropy of each cell that lies in a set of voxels, nat, (m,)."""
+        return (self._seen_q(cls, words) / QUANTA_PER_NAT).astype(np.float32)
+
+    def _seen_q(self, cls: int, words: Words) -> NDArray[np.int64]:
+        grid, index = self.pog.grid, self.entropies.index
         seen_q = np.zeros(len(self.centres_m), np.int64)
         slab = self.block * grid.shape[1] * words_per_column(grid)
-        h_q, total_q = of_class.h_q, of_class.total_q
+        h_q = self._entropies_of(cls).h_q
         blocks.seen_per_cell(words, index.words, index.first, h_q, self._cells_informative, slab, seen_q)
-        return np.divide(seen_q, total_q, out=np.zeros(len(seen_q)), where=total_q > 0).astype(np.float32)
+        return seen_q
+
+    def prevailing(self, cls: int, levels: NDArray[np.uint64]) -> NDArray[np.float32]:
+        """In which of nested sets most of each cell's entropy lies: 0 none, 1 the first only, ..., (m,).
+
+        `levels` (n, words): sets of voxels, each a part of the one before. Where two are equal the lower counts.
+        """
+        at_least = [self._entropies_of(cls).total_q, *(self._seen_q(cls, words) for words in levels)]
+        between = [more - fewer for more, fewer in itertools.pairwise(at_least)]
+        level: NDArray[np.float32] = np.argmax([*between, at_least[-1]], axis=0).astype(np.float32)
+        return level
 
     def _entropies_of(self, cls: int) -> _ClassEntropies:
         if cls not in self._last:

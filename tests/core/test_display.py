@@ -97,6 +97,25 @@ def test_nothing_and_everything_seen() -> None:
     assert np.array_equal(everything > 0.0, display.entropy(0) > 0.0)
 
 
+def test_the_number_of_sensors_of_a_cell_is_that_of_most_of_its_entropy() -> None:
+    pog, field = scene(8)
+    display = DisplayGrid.build(pog, field, 60)
+    covers = np.random.default_rng(8).integers(0, 5, GRID.shape)
+    found = display.prevailing(0, np.array([pack(GRID, covers >= level) for level in (1, 2, 3)]))
+    h = dense_h(field)[..., 0]
+    plain = [per_cell(display, h * (np.minimum(covers, 3) == number)) for number in range(4)]
+    assert np.array_equal(found, np.argmax(plain, axis=0))
+    assert set(np.unique(found)) == {0.0, 1.0, 2.0, 3.0}
+
+
+def test_the_entropy_of_a_set_is_spread_over_its_cells() -> None:
+    pog, field = scene(9)
+    display = DisplayGrid.build(pog, field, 60)
+    mask = np.random.default_rng(9).random(GRID.shape) < 0.3
+    plain = per_cell(display, dense_h(field)[..., 1] * mask) / QUANTA_PER_NAT
+    assert display.seen_entropy(1, pack(GRID, mask)) == pytest.approx(plain, rel=1e-6)
+
+
 def test_the_seen_set_of_an_evaluation_fits() -> None:
     pog, field = scene(6)
     display = DisplayGrid.build(pog, field, 300)

@@ -1,0 +1,198 @@
+"""Why a sensor does not see a voxel: from the very rays that it casts and the box of the voxel.
+
+Whether it sees the voxel is the engine's answer (`core.engine.inspect`). There is no occlusion in the metric, so a
+voxel is missed for one of four reasons: the sensor is off, the voxel is outside its field of view, it is out of
+range, or it lies between the rays.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from core.rays import sensor_rays
+from core.rig.model import Camera, Lidar
+from core.scene.grid import VoxelGrid
+from core.scene.voxel import Voxel
+
+Sensor = Lidar | Camera
+Verdict = Literal["sees", "off", "outside", "range", "between"]
+Side = Literal["above", "below", "beside", ""]
+Points = NDArray[np.float64]
+RAYS_AT_ONCE = 1 << 18
+_SEARCH_STEPS = 90
+_WIDE_GAP = 3.0
+"""A gap between azimuths this much wider than any other is not between beams: the LiDAR does not look there."""
+
+
+@dataclass(frozen=True)
+class Sight:
+    """What a sensor makes of a voxel, `distance_m` from the sensor to the voxel's centre.
+
+    For "outside" and "between": `miss_m` is how far the nearest ray stays from the voxel's box and `miss_deg` the
+    angle from the nearest ray to its centre; `side` tells where the voxel lies outside the field of view.
+    """
+
+    sensor: str
+    verdict: Verdict
+    distance_m: float
+    miss_m: float | None = None
+    miss_deg: float | None = None
+    side: Side = ""
+
+
+@dataclass(frozen=True)
+class _Nearest:
+    """Rays that may pass nearest to a box, unit directions (k, 3), and the one nearest by angle."""
+
+    directions: Points
+    by_angle: int
+    angle_rad: float
+
+
+def sight(sensor: Sensor, grid: VoxelGrid, voxel: Voxel, sees: bool) -> Sight:
+    """The reason why a sensor does not see a voxel; `sees` is the engine's answer."""
+    edge = grid.voxel_m
+    centre = np.array(grid.origin_m) + (np.array(voxel) + 0.5) * edge - np.array(sensor.position)
+    distance_m = float(np.linalg.norm(centre))
+    if not sensor.enabled:
+        return Sight(sensor.name, "off", distance_m)
+    if sees:
+        return Sight(sensor.name, "sees", distance_m)
+    low, high = centre - edge / 2, centre + edge / 2
+    nearest = _nearest_rays(sensor, centre, edge * math.sqrt(3.0) / 2)
+    if _would_cross(sensor, nearest.directions, low, high):
+        return Sight(sensor.name, "range", distance_m)
+    side = _outside(sensor, centre, nearest.by_angle)
+    if not side and _is_out_of_range(sensor, low, high):
+        return Sight(sensor.name, "range", distance_m)
+    miss_m = min(float(np.linalg.norm(np.clip(0.0, low, high))), _miss(nearest.directions, low, high))
+    angle_deg = math.degrees(nearest.angle_rad)
+    return Sight(sensor.name, "outside" if side else "between", distance_m, miss_m, angle_deg, side)
+
+
+def _chunks(sensor: Sensor) -> Iterator[tuple[int, Points]]:
+    """First number and directions (n, 3) of the sensor's rays, a chunk at a time."""
+    for start in range(0, sensor.ray_count, RAYS_AT_ONCE):
+        rows = np.arange(start, min(start + RAYS_AT_ONCE, sensor.ray_count))
+        yield start, sensor_rays(sensor, rows).directions
+
+
+def _nearest_rays(sensor: Sensor, centre: Points, radius_m: float) -> _Nearest:
+    """All rays that can pass nearest to a box with this centre, relative to the sensor, and half diagonal.
+
+    A ray is at most `radius_m` nearer to the box than to its centre, so no other ray can. Rays that lead away
+    from all of the box are left out: they are nearest where they start.
+    """
+    length = float(np.linalg.norm(centre))
+    kept: list[tuple[Points, Points]] = []
+    by_angle, best_cosine, least = 0, -math.inf, math.inf
+    for start, directions in _chunks(sensor):
+        along = directions @ centre
+        beside = np.linalg.norm(centre - np.maximum(along, 0.0)[:, None] * directions, axis=1)
+        least = min(least, float(beside.min()))
+        near = (beside <= least + radius_m) & (along > -radius_m)
+        kept.append((directions[near], beside[near]))
+        place = int(along.argmax())
+        if along[place] > best_cosine:
+            by_angle, best_cosine = start + place, float(along[place])
+    directions, distances = (np.concatenate(parts) for parts in zip(*kept, strict=True))
+    angle = math.acos(min(1.0, max(-1.0, best_cosine / length))) if length else 0.0
+    return _Nearest(directions[distances <= least + radius_m], by_angle, angle)
+
+
+def _is_out_of_range(sensor: Sensor, low: Points, high: Points) -> bool:
+    """Whether all of the box is beyond the range, or before it."""
+    near, far = sensor.range_m
+    nearest = float(np.linalg.norm(np.clip(0.0, low, high)))
+    farthest = float(np.linalg.norm(np.maximum(np.abs(low), np.abs(high))))
+    return nearest >= far or farthest <= near
+
+
+def _would_cross(sensor: Sensor, directions: Points, low: Points, high: Points) -> bool:
+    """Whether rays run through the box, but none within the range."""
+    near, far = sensor.range_m
+    with np.errstate(divide="ignore", invalid="ignore"):
+        first, second = low / directions, high / directions
+    enter = np.maximum(np.nanmax(np.minimum(first, second), axis=1), 0.0)
+    leave = np.nanmin(np.maximum(first, second), axis=1)
+    crosses = leave > enter
+    in_range = np.minimum(leave, far) > np.maximum(enter, near)
+    return bool(crosses.any() and not (crosses & in_range).any())
+
+
+def _miss(directions: Points, low: Points, high: Points) -> float:
+    """Distance from the nearest of some rays, from the sensor at zero, to a box, metres.
+
+    Along a ray the distance to a box is convex: the smallest is found by trisection.
+    """
+    start = np.zeros(len(directions))
+    end = np.full(len(directions), float(np.linalg.norm(np.maximum(np.abs(low), np.abs(high)))))
+    for _ in range(_SEARCH_STEPS):
+        third = (end - start) / 3
+        left, right = start + third, end - third
+        falls = _distance(directions, left, low, high) > _distance(directions, right, low, high)
+        start, end = np.where(falls, left, start), np.where(falls, end, right)
+    return float(_distance(directions, (start + end) / 2, low, high).min(initial=math.inf))
+
+
+def _distance(directions: Points, along: Points, low: Points, high: Points) -> Points:
+    """Distance to the box of the point `along` metres along each ray, (k,)."""
+    points = along[:, None] * directions
+    result: Points = np.linalg.norm(points - np.clip(points, low, high), axis=1)
+    return result
+
+
+def _outside(sensor: Sensor, centre: Points, by_angle: int) -> Side:
+    """On which side of the field of view a direction lies, "" within it."""
+    if isinstance(sensor, Lidar):
+        return _outside_lidar(sensor, sensor.pose.rotation().T @ centre)
+    return _outside_camera(sensor, centre, by_angle)
+
+
+def _outside_lidar(lidar: Lidar, direction: Points) -> Side:
+    """A LiDAR looks between its lowest and highest beam, all round or within its sector."""
+    elevation = math.degrees(math.atan2(direction[2], math.hypot(direction[0], direction[1])))
+    if elevation > lidar.elevations().max():
+        return "above"
+    if elevation < lidar.elevations().min():
+        return "below"
+    azimuths = np.sort(lidar.azimuths() % 360.0)
+    gaps = np.diff(azimuths, append=azimuths[0] + 360.0)
+    widest = int(gaps.argmax())
+    others = np.delete(gaps, widest)
+    if len(others) and gaps[widest] <= _WIDE_GAP * others.max():
+        return ""
+    past = (math.degrees(math.atan2(direction[1], direction[0])) - azimuths[widest]) % 360.0
+    return "beside" if 0.0 < past < gaps[widest] else ""
+
+
+def _outside_camera(camera: Camera, centre: Points, by_angle: int) -> Side:
+    """A camera looks as far as its outermost rays, and half their spacing more: to the edge of the image."""
+    columns, rows = camera.cast
+    row, column = divmod(by_angle, columns)
+    pairs: list[tuple[int, Side]] = [
+        (row * columns + _inwards(column, columns), "beside"),
+        (_inwards(row, rows) * columns + column, "above" if row == 0 else "below"),
+    ]
+    direction = centre / max(float(np.linalg.norm(centre)), 1e-12)
+    for inner, side in pairs:
+        if inner == by_angle:
+            continue
+        edge, inside = sensor_rays(camera, np.array([by_angle, inner])).directions
+        outwards = edge - inside
+        if (direction - edge) @ outwards > 0.5 * (outwards @ outwards):
+            return side
+    return ""
+
+
+def _inwards(place: int, count: int) -> int:
+    """The neighbour of the first or last of `count` places; every other place itself."""
+    if count == 1 or 0 < place < count - 1:
+        return place
+    return 1 if place == 0 else place - 1

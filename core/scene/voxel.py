@@ -1,0 +1,81 @@
+"""One voxel: where it is, how likely each class is there, and which voxel of a display cell a click means."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from core.geometry import Vec3
+from core.metric.entropy import entropy_of_counts
+from core.scene.columns import VoxelIndex, words_per_column
+from core.scene.grid import VoxelGrid
+from core.scene.pog import Pog
+
+Voxel = tuple[int, int, int]
+"""Indices along x, y, z of a voxel of the grid."""
+Points = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class VoxelFacts:
+    """What the POG says of a voxel: centre (metres, vehicle frame), p and h (nat) per class of CLASSES."""
+
+    voxel: Voxel
+    centre_m: Vec3
+    p: tuple[float, ...]
+    h_nat: tuple[float, ...]
+
+    @property
+    def is_informative(self) -> bool:
+        """Whether it can change a score: h > 0 for some class."""
+        return any(h > 0.0 for h in self.h_nat)
+
+
+def word_and_bit(grid: VoxelGrid, voxel: Voxel) -> tuple[int, int]:
+    """Number of the word that holds a voxel, and its bit as a number."""
+    ix, iy, iz = voxel
+    return (ix * grid.shape[1] + iy) * words_per_column(grid) + iz // 64, 1 << (iz % 64)
+
+
+def id_of(index: VoxelIndex, voxel: Voxel) -> int | None:
+    """Compact id of a voxel in a set, None when it is not in the set."""
+    word, bit = word_and_bit(index.grid, voxel)
+    keep = int(index.words[word])
+    return int(index.first[word]) + (keep & (bit - 1)).bit_count() if keep & bit else None
+
+
+def voxel_facts(pog: Pog, voxel: Voxel) -> VoxelFacts:
+    """Position, p and h of a voxel; p = 0 everywhere where no box ever was."""
+    row = id_of(pog.index, voxel)
+    counts = np.zeros(pog.counts.shape[1], np.int64) if row is None else pog.counts[row].astype(np.int64)
+    frames = max(pog.data.frames, 1)
+    x, y, z = (float(pog.grid.centres_m(axis)[place]) for axis, place in enumerate(voxel))
+    h_nat = tuple(float(h) for h in entropy_of_counts(counts, frames))  # type: ignore[arg-type]
+    return VoxelFacts(voxel, (x, y, z), tuple(float(count) / frames for count in counts), h_nat)
+
+
+def voxel_in_cell(pog: Pog, cls: int, centre_m: Points, cell_m: float, ray: tuple[Points, Points]) -> Voxel:
+    """The voxel of a display cell (its centre (3,) and edge) that a ray, origin and direction (3,), passes nearest.
+
+    Voxels that the class was in come first; of a cell without any the nearest voxel is taken.
+    """
+    grid = pog.grid
+    low = np.rint((centre_m - cell_m / 2 - np.array(grid.origin_m)) / grid.voxel_m).astype(np.int64)
+    block = max(1, round(cell_m / grid.voxel_m))
+    ranges = [np.arange(max(0, at), min(at + block, n)) for at, n in zip(low, grid.shape, strict=True)]
+    voxels = np.stack(np.meshgrid(*ranges, indexing="ij"), axis=-1).reshape(-1, 3)
+    occupied = [_count(pog, cls, (int(i), int(j), int(k))) > 0 for i, j, k in voxels]
+    if any(occupied):
+        voxels = voxels[occupied]
+    origin, direction = ray
+    offset = np.array(grid.origin_m) + (voxels + 0.5) * grid.voxel_m - origin
+    beside = np.linalg.norm(offset - (offset @ direction)[:, None] * direction, axis=1)
+    i, j, k = voxels[np.lexsort((offset @ direction, np.round(beside / grid.voxel_m, 6)))[0]]
+    return int(i), int(j), int(k)
+
+
+def _count(pog: Pog, cls: int, voxel: Voxel) -> int:
+    row = id_of(pog.index, voxel)
+    return 0 if row is None else int(pog.counts[row, cls])
