@@ -227,7 +227,20 @@ def render(
     cls: Annotated[
         Literal["car", "bicycle", "pedestrian"], Parameter(name="--class", metavar="NAME")
     ] = "car",
-    heatmap: Annotated[Literal["probability", "entropy", "seen", "off"], Parameter(metavar="NAME")] = "seen",
+    heatmap: Annotated[
+        Literal["probability", "entropy", "seen", "unseen", "sensors", "change", "off"],
+        Parameter(metavar="NAME"),
+    ] = "seen",
+    baseline: Annotated[str | None, Parameter(metavar="RIG")] = None,
+    slice: Annotated[tuple[float, float] | None, Parameter(metavar="FROM TO")] = None,
+    threshold: Annotated[float | None, Parameter(metavar="SHARE")] = None,
+    log: bool = False,
+    opacity: Annotated[float | None, Parameter(metavar="SHARE")] = None,
+    transparent: bool = False,
+    legend: Annotated[bool, Parameter(negative="--no-legend")] = True,
+    title: bool = False,
+    scores: bool = False,
+    theme: Annotated[Literal["dark", "light"], Parameter(metavar="NAME")] = "dark",
     scene: Scene = Scene(),
 ) -> None:
     """Draw a rig, its rays and the heatmap of a class into a PNG file, without a display.
@@ -247,12 +260,40 @@ def render(
     cls
         Class of the heatmap.
     heatmap
-        What the heatmap shows: probability of being occupied, entropy, or the entropy that the rig sees.
+        What the heatmap shows: probability of being occupied, entropy, the entropy that the rig sees or does not
+        see, by how many sensors a place is seen, or the change against --baseline.
+    baseline
+        The rig that --heatmap change starts from.
+    slice
+        Draw only cells of the heatmap between two heights, metres.
+    threshold
+        Leave out cells in the lowest part of the colour scale, 0 to 1 (0.02).
+    log
+        Logarithmic colour scale, three powers of ten long.
+    opacity
+        Opacity of the highest values, 0 to 1 (0.5).
+    transparent
+        No background.
+    legend
+        The colour bar.
+    title
+        Name of the rig and what it was scored on, in the upper corner.
+    scores
+        The table of scores, in the lower corner.
+    theme
+        Dark or light background.
     """
     options = scene.options()
     from app import render as drawing
 
-    drawing.render(rig, options, drawing.Picture(out, view, drawing.parse_size(size), scale, cls, heatmap))
+    drawing.render(
+        rig,
+        options,
+        drawing.Picture(
+            out, view, drawing.parse_size(size), scale, cls, heatmap, transparent, legend, title, scores, theme,
+            threshold, log, opacity, slice, baseline,
+        ),
+    )  # fmt: skip
 
 
 @app.command(sort_key=4)

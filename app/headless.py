@@ -6,6 +6,7 @@ from pathlib import Path
 
 from app import evaluate_json
 from app.console import results
+from app.heatmap import marks_of
 from app.jobs import load_with_progress, print_scores, score_rigs
 from app.options import SceneOptions, ScoreOptions
 from app.render import Picture, draw, prepare_drawing
@@ -33,7 +34,7 @@ def run(rig: Rig, scene: SceneOptions, score: ScoreOptions) -> None:
         stream.write(evaluate_json.to_text(document))
     with atomic_write(rig_file, "w") as stream:
         stream.write(dumps(rig))
-    draw(pog, field, evaluations[0], Picture(screenshot))
+    draw(pog, field, evaluations[0], marks_of(evaluations[0]), Picture(screenshot))
     results().print(f"Written: {screenshot}, {rig_file}, {scores}", soft_wrap=True)
 
 

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+import math
 import os
 import re
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
 from app.console import progress_bar, results
 from app.display import missing_display
-from app.jobs import load_with_progress, rig_called, score_rigs
+from app.heatmap import Heatmaps, HeatMode, Marks, marks_for, seen_words
+from app.jobs import load_with_progress, rig_called
 from app.options import SceneOptions, ScoreOptions
 from app.system_libraries import require_system_libraries
-from core.engine.engine import Evaluation
+from core.engine.engine import Engine, Evaluation
 from core.errors import InputError
 from core.files import require_writable
 from core.metric.entropy import EntropyField
@@ -22,20 +24,34 @@ from core.scene.display import DisplayGrid
 from core.scene.pog import Pog
 
 View = Literal["iso", "top", "front", "left", "rear"]
-Heat = Literal["probability", "entropy", "seen", "off"]
+Theme = Literal["dark", "light"]
 MIN_SIDE_PX, MAX_SIDE_PX, MAX_SCALE = 64, 8192, 4
 
 
 @dataclass(frozen=True)
 class Picture:
-    """What to draw and where to put it; `size_px` is width and height before `scale` enlarges all alike."""
+    """What to draw and where to put it; `size_px` is width and height before `scale` enlarges all alike.
+
+    `threshold`, `log`, `opacity` and `slice_m` are those of HeatLook; `baseline` names the rig that a heatmap
+    of changes starts from.
+    """
 
     out: Path
     view: View = "iso"
     size_px: tuple[int, int] = (1280, 800)
     scale: int = 1
     class_name: str = "car"
-    heat: Heat = "seen"
+    heat: HeatMode = "seen"
+    transparent: bool = False
+    legend: bool = True
+    title: bool = False
+    scores: bool = False
+    theme: Theme = "dark"
+    threshold: float | None = None
+    log: bool = False
+    opacity: float | None = None
+    slice_m: tuple[float, float] | None = None
+    baseline: str | None = None
 
     def __post_init__(self) -> None:
         if self.out.suffix.lower() != ".png":
@@ -47,6 +63,21 @@ class Picture:
             raise InputError(
                 f"--size: found {width}x{height} at scale {self.scale}, accepted are sides "
                 f"of {MIN_SIDE_PX} to {MAX_SIDE_PX} pixels, scale included"
+            )
+        self._check_heatmap()
+
+    def _check_heatmap(self) -> None:
+        for name, share in (("threshold", self.threshold), ("opacity", self.opacity)):
+            if share is not None and not 0.0 <= share <= 1.0:
+                raise InputError(f"--{name}: found {share:g}, accepted is a number from 0 to 1")
+        if self.slice_m is not None and not -math.inf < self.slice_m[0] < self.slice_m[1] < math.inf:
+            low, high = self.slice_m
+            raise InputError(
+                f"--slice: found {low:g} {high:g}, accepted are two heights in metres, FROM below TO"
+            )
+        if (self.heat == "change") != (self.baseline is not None):
+            raise InputError(
+                "--heatmap change shows what a rig gains and loses against --baseline RIG: give both, or neither"
             )
 
 
@@ -63,9 +94,17 @@ def render(name: str, scene: SceneOptions, picture: Picture) -> None:
     prepare_drawing()
     require_writable(picture.out)
     rig = rig_called(name)
+    baseline = rig_called(picture.baseline) if picture.baseline is not None else None
     pog, field = load_with_progress(scene.for_rigs([rig], ScoreOptions()))
-    [evaluation] = score_rigs([rig], field, ScoreOptions())
-    draw(pog, field, evaluation, picture)
+    with progress_bar("Casting rays"):
+        engine = Engine(field)
+        evaluation = engine.evaluate(rig)
+        assert evaluation is not None
+        marks = marks_for(picture.heat, engine, evaluation)
+        before = engine.evaluate(baseline) if baseline is not None else None
+        if before is not None:
+            marks = replace(marks, baseline=seen_words(before), baseline_name=before.rig.name)
+    draw(pog, field, evaluation, marks, picture)
     width, height = (side * picture.scale for side in picture.size_px)
     results().print(f"{picture.out}: {width} x {height} pixels", soft_wrap=True, markup=False)
 
@@ -80,13 +119,28 @@ def prepare_drawing() -> None:
         os.environ["VTK_DEFAULT_OPENGL_WINDOW"] = "vtkEGLRenderWindow"
 
 
-def draw(pog: Pog, field: EntropyField, evaluation: Evaluation, picture: Picture) -> None:
+def draw(pog: Pog, field: EntropyField, evaluation: Evaluation, marks: Marks, picture: Picture) -> None:
     """Draw an evaluated rig with its rays and the heatmap of a class; call `prepare_drawing` before."""
-    from app.heatmap import heatmap
+    from app.picture import Findings, PictureWords, with_words
+    from widgets.theme import palette
+    from widgets.viewport.heat_scale import DEFAULT_LOOK, HeatLook
     from widgets.viewport.scene import SceneState, render_still
 
+    look = HeatLook(
+        DEFAULT_LOOK.threshold if picture.threshold is None else picture.threshold,
+        picture.log,
+        DEFAULT_LOOK.opacity if picture.opacity is None else picture.opacity,
+        picture.slice_m,
+    )
     with progress_bar("Drawing"):
-        cells = heatmap(DisplayGrid.build(pog, field), evaluation, picture.heat, picture.class_name)
+        cells = Heatmaps(DisplayGrid.build(pog, field)).heatmap(picture.heat, picture.class_name, marks)
         rig = evaluation.rig
-        state = SceneState(vehicle=rig.vehicle, rig=rig, grid=field.grid, heatmap=cells)
-        render_still(state, picture.size_px, picture.scale, picture.out, view=picture.view)
+        state = SceneState(
+            vehicle=rig.vehicle, rig=rig, grid=field.grid, heatmap=cells, heat_look=look,
+            palette=palette(picture.theme == "dark"),
+        )  # fmt: skip
+        words = PictureWords(picture.legend, picture.title, picture.scores)
+        state = with_words(state, words, Findings(rig, evaluation.scores, evaluation.settings, field))
+        render_still(
+            state, picture.size_px, picture.scale, picture.out, picture.transparent, view=picture.view
+        )

@@ -6,8 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from app.edit_costs import EditCosts
-from app.heatmap import Heatmaps, HeatMode
+from app.heatmap import NO_WORDS, Heatmaps, HeatMode, marks_for, needs_seen, seen_words
 from app.options import SceneOptions
+from app.picked import PickedVoxel, VoxelReporter
 from app.scenario import load_scenario
 from core.engine.engine import Engine, Evaluation
 from core.metric.coarse import estimated
@@ -16,10 +17,12 @@ from core.metric.scores import MetricSettings, Scores
 from core.rig.model import Rig
 from core.scene.boxes import CLASSES, Progress
 from core.scene.coarse import coarse_pog
+from core.scene.columns import Words
 from core.scene.display import DisplayGrid
 from core.scene.top_view import SeenBy, TopView, TopViews
+from core.scene.voxel import Voxel
 from core.study.voxel_choice import VoxelChoice
-from widgets.viewport.heatmap_layer import HeatmapData
+from widgets.viewport.heat_scale import HeatmapData
 
 FRAME_MS = 16.0
 """An exact answer that takes longer than a frame of the screen is preceded by a coarse one."""
@@ -55,7 +58,7 @@ def load_scene(options: SceneOptions, progress: Progress) -> LoadedScene:
 
 @dataclass(frozen=True)
 class EvaluationRequest:
-    """Everything one evaluation depends on; `baseline_rig` is what the changes are counted from."""
+    """Everything one evaluation depends on; `baseline_rig` is what the changes are counted from, `voxel` is picked."""
 
     revision: int
     rig: Rig
@@ -65,6 +68,7 @@ class EvaluationRequest:
     heat_class: str = CLASSES[0]
     is_preview: bool = False
     map_by: SeenBy | None = None
+    voxel: Voxel | None = None
 
     def asks_same(self, other: EvaluationRequest) -> bool:
         """Whether the answer to both is the same, whatever revision they belong to."""
@@ -73,7 +77,7 @@ class EvaluationRequest:
 
 @dataclass(frozen=True)
 class Result:
-    """The exact answer to one request: scores now and of the baseline, and the heatmap and the map to draw."""
+    """The exact answer to one request: scores now and of the baseline, heatmap and map to draw, the picked voxel."""
 
     request: EvaluationRequest
     scene: LoadedScene
@@ -81,6 +85,17 @@ class Result:
     baseline_scores: Scores
     heatmap: HeatmapData | None
     top_view: TopView | None = None
+    picked: PickedVoxel | None = None
+
+
+@dataclass(frozen=True)
+class _Baseline:
+    """What changes are counted from; `seen` is empty until a heatmap of changes is asked for."""
+
+    rig: Rig
+    settings: MetricSettings
+    scores: Scores
+    seen: Words
 
 
 @dataclass(frozen=True)
@@ -106,7 +121,8 @@ class Scoring:
         self._engine = Engine(scene.field, threads)
         self._top_views = TopViews(scene.field)
         self._costs, self._coarse_costs = EditCosts(), EditCosts()
-        self._baseline: tuple[Rig, MetricSettings, Scores] | None = None
+        self._baseline: _Baseline | None = None
+        self._reporter = VoxelReporter(scene.heatmaps.display.pog)
         self._coarse: Engine | None = None
         self._aside: Engine | None = None
         self._was_slow = False
@@ -119,16 +135,21 @@ class Scoring:
             request.rig,
             request.settings,
             is_stale,
-            with_seen=request.heat == "seen" or request.map_by is not None,
+            with_seen=needs_seen(request.heat) or request.map_by is not None,
         )
         if evaluation is None:
             return None
         self._costs.note(request.rig, evaluation.elapsed_ms)
-        baseline_scores = self._scores_of_baseline(request, evaluation)
-        heatmap = self.scene.heatmaps.heatmap(request.heat, request.heat_class, evaluation)
-        return Result(
-            request, self.scene, evaluation, baseline_scores, heatmap, self._top_view(request, evaluation)
+        picked = self._picked(request)
+        marks = marks_for(request.heat, self._engine, evaluation)
+        baseline = self._baseline_of(request, evaluation)
+        heatmap = self.scene.heatmaps.heatmap(
+            request.heat,
+            request.heat_class,
+            replace(marks, baseline=baseline.seen, baseline_name=baseline.rig.name),
         )
+        top_view = self._top_view(request, evaluation)
+        return Result(request, self.scene, evaluation, baseline.scores, heatmap, top_view, picked)
 
     def _top_view(self, request: EvaluationRequest, evaluation: Evaluation) -> TopView | None:
         if request.map_by is None:
@@ -138,17 +159,32 @@ class Scoring:
         cls = CLASSES.index(request.heat_class)
         return self._top_views.view(cls, request.heat_class, request.map_by, seen)
 
-    def _scores_of_baseline(self, request: EvaluationRequest, evaluation: Evaluation) -> Scores:
-        """Scores of the baseline under the same settings; computed once per baseline, settings and scene."""
-        if request.rig == request.baseline_rig:
-            self._baseline = (request.baseline_rig, request.settings, evaluation.scores)
-        elif self._baseline is None or self._baseline[:2] != (request.baseline_rig, request.settings):
-            found = self._engine.evaluate(request.baseline_rig, request.settings, with_seen=False)
+    def _picked(self, request: EvaluationRequest) -> PickedVoxel | None:
+        """The picked voxel in the light of the evaluation that has just been made."""
+        voxel = request.voxel
+        if voxel is None or any(i >= n for i, n in zip(voxel, self.scene.field.grid.shape, strict=True)):
+            return None
+        method = request.settings.method
+        return self._reporter.report(self._engine, request.rig, method, voxel, request.is_preview)
+
+    def _baseline_of(self, request: EvaluationRequest, evaluation: Evaluation) -> _Baseline:
+        """Scores of the baseline under the same settings; computed once per baseline, settings and scene.
+
+        After it the engine may hold the sensors of the baseline: read before what belongs to the rig.
+        """
+        rig, settings, known = request.baseline_rig, request.settings, self._baseline
+        wants_seen = request.heat == "change"
+        is_known = known is not None and (known.rig, known.settings) == (rig, settings)
+        if known is None or not is_known or (wants_seen and not known.seen.size):
+            found: Evaluation | None = evaluation
+            if request.rig != rig:
+                found = self._engine.evaluate(rig, settings, with_seen=wants_seen)
+                assert found is not None
+                self._costs.note(rig, found.elapsed_ms)
             assert found is not None
-            self._costs.note(request.baseline_rig, found.elapsed_ms)
-            self._baseline = (request.baseline_rig, request.settings, found.scores)
-        assert self._baseline is not None
-        return self._baseline[2]
+            known = _Baseline(rig, settings, found.scores, seen_words(found) if wants_seen else NO_WORDS)
+            self._baseline = known
+        return known
 
     def aside(self, rig: Rig, settings: MetricSettings, is_stale: IsStale) -> Evaluation | None:
         """The exact scores of a rig that is not the one being edited; None when `is_stale` said so half-way.

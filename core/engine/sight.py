@@ -21,7 +21,8 @@ from core.scene.grid import VoxelGrid
 from core.scene.voxel import Voxel
 
 Sensor = Lidar | Camera
-Verdict = Literal["sees", "off", "outside", "range", "between"]
+Verdict = Literal["sees", "off", "outside", "range", "between", "missed"]
+"""In haste nobody asks why: then it is just "missed"."""
 Side = Literal["above", "below", "beside", ""]
 Points = NDArray[np.float64]
 RAYS_AT_ONCE = 1 << 18

@@ -43,10 +43,26 @@ def test_views_classes_and_rigs_give_different_pictures(riglens, boxes, tmp_path
         "top": picture("--view", "top"),
         "pedestrian": picture("--class", "pedestrian"),
         "no heatmap": picture("--heatmap", "off"),
+        "sensors": picture("--heatmap", "sensors"),
+        "change": picture("--heatmap", "change", "--baseline", "N+C"),
+        "slice": picture("--slice", "0.5", "1"),
+        "log": picture("--log"),
+        "no legend": picture("--no-legend"),
+        "title": picture("--title"),
+        "scores": picture("--scores"),
         "no sensors behind": picture(rig="Center"),
     }
     same = [name for name, other in others.items() if np.array_equal(first, other)]
     assert same == []
+
+
+def test_a_transparent_picture_has_no_background(riglens, boxes, tmp_path):
+    out = tmp_path / "clear.png"
+    options = ("--boxes", boxes, *SMALL, "--size", "320x200", "--out", out, "--transparent", "--no-legend")
+    assert riglens("render", "W+T", *options).code == 0
+    image = matplotlib.image.imread(out)
+    assert image.shape == (200, 320, 4)
+    assert image[0, 0, 3] == 0.0 and image[..., 3].max() == 1.0
 
 
 @pytest.mark.parametrize(
@@ -60,6 +76,12 @@ def test_views_classes_and_rigs_give_different_pictures(riglens, boxes, tmp_path
         (("--scale", "9"), "--scale"),
         (("--view", "below"), "iso"),
         (("--class", "tram"), "pedestrian"),
+        (("--slice", "2", "1"), "FROM below TO"),
+        (("--slice", "0", "inf"), "FROM below TO"),
+        (("--threshold", "1.5"), "from 0 to 1"),
+        (("--opacity", "nan"), "from 0 to 1"),
+        (("--heatmap", "change"), "--baseline RIG"),
+        (("--baseline", "W+C"), "--heatmap change"),
     ],
 )
 def test_a_picture_that_cannot_be_drawn_is_refused_by_option(riglens, tmp_path, monkeypatch, options, hint):

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import pytest
 import pyvista as pv
 
-from app.heatmap import Heatmaps
+from app.heatmap import Heatmaps, marks_of
 from core.rig.model import Rig
 from core.scene.display import DisplayGrid
 from tests.bench.race import Goal, Race
 from tests.bench.scenes import Scene as BenchScene
 from tests.bench.scenes import Scenes, moved, names_of, wide_trapezoid
-from widgets.viewport.heatmap_layer import HeatmapData
+from widgets.viewport.heat_scale import HeatmapData
 from widgets.viewport.scene import Scene, SceneState, render_window
 
 SIZE_PX = [1280, 800]
@@ -78,4 +78,4 @@ def _steps(bench: BenchScene, rig: Rig, name: str) -> Iterator[_Step]:
         rig = rig.with_sensor(name, moved(wide_trapezoid().sensor(name), number))
         evaluation = engine.evaluate(rig)
         assert evaluation is not None
-        yield _Step(rig, heatmaps.heatmap("seen", "car", evaluation))
+        yield _Step(rig, heatmaps.heatmap("seen", "car", marks_of(evaluation)))

@@ -7,7 +7,7 @@ from core.rays import clip_to_roi, sensor_rays
 from core.rig.model import Camera, EvenAngles, Lidar
 from core.scene.grid import VoxelGrid
 from widgets.theme import DARK, LIGHT, mix, rgb
-from widgets.viewport.heatmap_layer import DRAG_CELLS, coarse_level, colour_index, colour_table, full_level
+from widgets.viewport.heatmap_layer import DRAG_CELLS, coarse_level, full_level
 from widgets.viewport.rays_layer import OTHER_LINES, SELECTED_LINES, fan_mesh, fan_rows
 from widgets.viewport.sensor_shapes import sensor_mesh
 
@@ -67,8 +67,8 @@ def test_a_coarse_heatmap_has_few_cells_and_loses_no_peak():
     x, y, z = np.meshgrid(np.arange(150) * 0.4, np.arange(100) * 0.4, np.arange(10) * 0.4, indexing="ij")
     centres = np.stack([x, y, z], axis=-1).reshape(-1, 3).astype(np.float32)
     values = np.random.default_rng(1).random(len(centres)).astype(np.float32)
-    level = coarse_level(centres, 0.4)
-    coarse = level.values_of(values)
+    level = coarse_level(full_level(centres, 0.4))
+    coarse = level.largest(values)
     assert len(level.centres_m) == len(coarse) <= DRAG_CELLS
     assert coarse.max() == values.max()
     peak = centres[values.argmax()]
@@ -77,26 +77,13 @@ def test_a_coarse_heatmap_has_few_cells_and_loses_no_peak():
 
 def test_a_block_of_cells_shows_its_largest_value():
     centres = np.array([[0.2, 0.2, 0.2], [0.6, 0.2, 0.2], [5.0, 0.2, 0.2]], dtype=np.float32)
-    level = coarse_level(centres, 0.4, most=2)
-    assert level.values_of(np.array([0.3, 0.9, 0.5], dtype=np.float32)).tolist() == pytest.approx([0.9, 0.5])
+    level = coarse_level(full_level(centres, 0.4), most=2)
+    assert level.largest(np.array([0.3, 0.9, 0.5], dtype=np.float32)).tolist() == pytest.approx([0.9, 0.5])
 
 
 def test_a_small_heatmap_is_shown_in_full_while_dragging():
-    centres = np.zeros((10, 3), dtype=np.float32)
-    assert coarse_level(centres, 0.4).cell_m == full_level(centres, 0.4).cell_m
-
-
-def test_colours_run_from_the_lowest_to_the_highest_value_and_clip_beyond():
-    values = np.array([-1.0, 0.0, 0.5, 1.0, 9.0], dtype=np.float32)
-    assert colour_index(values, 0.0, 1.0).tolist() == [0, 0, 127, 255, 255]
-    assert colour_index(values, 0.5, 0.5).max() <= 255
-
-
-def test_higher_values_are_brighter_and_more_opaque():
-    table = colour_table().astype(float)
-    brightness = table[:, :3] @ [0.2126, 0.7152, 0.0722]
-    assert (np.diff(brightness) > -1.0).all() and brightness[-1] > brightness[0] + 100
-    assert (np.diff(table[:, 3]) >= 0).all()
+    full = full_level(np.zeros((10, 3), dtype=np.float32), 0.4)
+    assert coarse_level(full) is full
 
 
 @pytest.mark.parametrize("sensor", [LIDAR, CAMERA])

@@ -6,7 +6,7 @@ import pytest
 from core.rig.model import EvenAngles, Lidar, Rig
 from widgets.theme import LIGHT
 from widgets.viewport.camera import OrbitCamera
-from widgets.viewport.heatmap_layer import HeatmapData
+from widgets.viewport.heat_scale import HeatmapData
 from widgets.viewport.scene import SceneState, render_still
 
 SIZE = (320, 200)

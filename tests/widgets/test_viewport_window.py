@@ -24,7 +24,7 @@ from core.geometry import Pose
 from core.rig.model import Camera, EvenAngles, Lidar, Rig, Vehicle
 from widgets.gizmo.drag import Handle, along_axis_m, gizmo_axes
 from widgets.gizmo.handles import handle_polyline
-from widgets.viewport.heatmap_layer import HeatmapData
+from widgets.viewport.heat_scale import HeatmapData
 from widgets.viewport.offscreen import OffscreenViewport
 from widgets.viewport.viewport import Viewport
 from widgets.viewport.viewport_base import ViewportBase

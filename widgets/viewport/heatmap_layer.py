@@ -6,24 +6,30 @@ something is dragged a coarser level (blocks of cells with their largest value) 
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
 
-import matplotlib
 import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
-from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.util.numpy_support import numpy_to_vtkIdTypeArray, vtk_to_numpy
+from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
+from vtkmodules.vtkCommonDataModel import vtkCellArray
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
 from widgets.viewport.camera import OrbitCamera, Size
+from widgets.viewport.heat_scale import (
+    DEFAULT_LOOK,
+    HeatLook,
+    HeatmapData,
+    Values,
+    alphas,
+    colour_rows,
+    colours,
+    in_slice,
+    strength,
+)
 
-COLOUR_MAP = "inferno"
-MAX_CELLS = 200_000
 DRAG_CELLS = 30_000
-_HIDDEN_BELOW = 0.02
-_ALPHA_LOW, _ALPHA_HIGH = 0.01, 0.50
 _SLANTED = 1.25
 _GL_PROGRAM_POINT_SIZE = 0x8642
 _FAR_M = 1e4
@@ -46,124 +52,150 @@ _FADE_CODE = """
 
 
 @dataclass(frozen=True)
-class HeatmapData:
-    """What the heatmap shows: cell centres (m, 3) and edge in metres, a value per cell (m,), and its legend.
+class Level:
+    """Cells of one resolution, and which cells of the full heatmap each of them stands for.
 
-    Pass the same `centres_m` array again when only the values change: then nothing else is recomputed.
-    `note` says which grid is shown (e.g. "cells of 0.4 m, grid 0.1 m"). Values in the lowest 2 % of the range
-    from `vmin` to `vmax` are not drawn.
+    rows (n,): cells of the heatmap, those of a block side by side; first (k,): where each block begins, None
+    where every cell is drawn by itself.
     """
 
-    centres_m: NDArray[np.float32]
+    centres_m: Values
     cell_m: float
-    values: NDArray[np.float32]
-    title: str
-    unit: str
-    vmin: float
-    vmax: float
-    note: str = ""
+    rows: NDArray[np.int64]
+    first: NDArray[np.int64] | None = None
+
+    def largest(self, values: Values) -> Values:
+        """The largest value of each cell's block."""
+        own = values[self.rows]
+        return own if self.first is None else np.maximum.reduceat(own, self.first)
+
+    def merged(self, data: HeatmapData) -> tuple[Values, Values | None]:
+        """Values and weights of the cells: the largest of a block, of changes by size; of steps the commonest."""
+        weights = data.weights if data.weights is None else self.largest(data.weights)
+        if self.first is None or data.scale == "ramp":
+            return self.largest(data.values), weights
+        if data.scale == "change":
+            most, least = self.largest(data.values), -self.largest(-data.values)
+            return np.where(most >= -least, most, least), weights
+        shares = np.ones_like(data.values) if data.weights is None else data.weights
+        own, shares = data.values[self.rows], shares[self.rows]
+        votes = [np.add.reduceat(shares * (own == step), self.first) for step in range(len(data.labels))]
+        return np.argmax(votes, axis=0).astype(np.float32), weights
 
 
-@dataclass(frozen=True)
-class Level:
-    """Cells of one resolution and how to get their values from those of the full one."""
-
-    centres_m: NDArray[np.float32]
-    cell_m: float
-    values_of: Callable[[NDArray[np.float32]], NDArray[np.float32]]
+def full_level(centres_m: Values, cell_m: float, rows: NDArray[np.int64] | None = None) -> Level:
+    """The level that shows every cell, or those of some rows."""
+    rows = np.arange(len(centres_m)) if rows is None else rows
+    return Level(np.asarray(centres_m, dtype=np.float32)[rows], cell_m, rows)
 
 
-def full_level(centres_m: NDArray[np.float32], cell_m: float) -> Level:
-    """The level that shows every cell."""
-    return Level(np.asarray(centres_m, dtype=np.float32), cell_m, lambda values: values)
-
-
-def coarse_level(centres_m: NDArray[np.float32], cell_m: float, most: int = DRAG_CELLS) -> Level:
-    """Blocks of 2, 3, ... cells per edge until there are at most `most`; a block shows its largest value."""
-    level, factor = full_level(centres_m, cell_m), 1
-    while len(level.centres_m) > most:
+def coarse_level(level: Level, most: int = DRAG_CELLS) -> Level:
+    """Blocks of 2, 3, ... cells per edge until there are at most `most`."""
+    coarse, factor = level, 1
+    while len(coarse.centres_m) > most:
         factor += 1
-        level = _blocks(np.asarray(centres_m, dtype=np.float32), cell_m, factor)
-    return level
+        coarse = _blocks(level, factor)
+    return coarse
 
 
-def _blocks(centres_m: NDArray[np.float32], cell_m: float, factor: int) -> Level:
-    edge_m = cell_m * factor
-    low = centres_m.min(axis=0) - cell_m / 2
-    block = np.floor((centres_m - low) / edge_m).astype(np.int64)
+def _blocks(level: Level, factor: int) -> Level:
+    edge_m = level.cell_m * factor
+    low = level.centres_m.min(axis=0) - level.cell_m / 2
+    block = np.floor((level.centres_m - low) / edge_m).astype(np.int64)
     key = (block[:, 0] << 42) | (block[:, 1] << 21) | block[:, 2]
     order = np.argsort(key, kind="stable")
     first = np.flatnonzero(np.diff(key[order], prepend=-1))
     centres = (low + (block[order[first]] + 0.5) * edge_m).astype(np.float32)
-    return Level(centres, edge_m, lambda values: np.maximum.reduceat(values[order], first))
+    return Level(centres, edge_m, level.rows[order], first)
 
 
-@lru_cache(maxsize=4)
-def colour_table(name: str = COLOUR_MAP) -> NDArray[np.uint8]:
-    """The colour map as (256, 4) uint8; opacity grows with the value."""
-    colours = matplotlib.colormaps[name](np.linspace(0.12, 1.0, 256))
-    colours[:, 3] = _ALPHA_LOW + (_ALPHA_HIGH - _ALPHA_LOW) * np.linspace(0.0, 1.0, 256) ** 1.6
-    return np.asarray(np.round(colours * 255), dtype=np.uint8)
+class _Cells:
+    """The points of one level. They never move; a frame writes their colours and the order they are drawn in."""
 
+    def __init__(self, level: Level) -> None:
+        self.level = level
+        count = len(level.centres_m)
+        self.mesh = pv.PolyData(level.centres_m) if count else pv.PolyData()
+        self._rgba = vtkUnsignedCharArray()
+        self._rgba.SetName("rgba")
+        self._rgba.SetNumberOfComponents(4)
+        self._rgba.SetNumberOfTuples(count)
+        self.mesh.GetPointData().AddArray(self._rgba)
+        self._order = vtkCellArray()
+        self.mesh.SetVerts(self._order)
 
-def colour_index(values: NDArray[np.float32], vmin: float, vmax: float) -> NDArray[np.int64]:
-    """Row of the colour table per value, 0..255; values outside the range take the end colours."""
-    span = max(vmax - vmin, 1e-30)
-    return np.asarray(np.clip((values - vmin) / span * 255.0, 0.0, 255.0), dtype=np.int64)
+    def write(self, rgba: NDArray[np.uint8], order: NDArray[np.int64]) -> None:
+        """Colours (n, 4) of all points, and the numbers (k,) of those that are drawn, the last on top."""
+        if not len(rgba):
+            return
+        vtk_to_numpy(self._rgba)[:] = rgba
+        self._rgba.Modified()
+        offsets = np.array([0, len(order)] if len(order) else [0], np.int64)
+        self._order.SetData(numpy_to_vtkIdTypeArray(offsets, True), numpy_to_vtkIdTypeArray(order, True))
+        self.mesh.Modified()
 
 
 class HeatmapLayer:
-    """The heatmap of a scene; `set_data` then `arrange` before each frame."""
+    """The heatmap of a scene; `set_data` and `set_look`, then `arrange` before each frame."""
 
     def __init__(self, renderer: pv.Renderer) -> None:
         self._data: HeatmapData | None = None
-        self._levels: tuple[Level, Level] | None = None
-        self._drawn: Level | None = None
-        self._mesh = pv.PolyData()
+        self._look = DEFAULT_LOOK
+        self._cells: tuple[_Cells, _Cells] | None = None
+        self._drawn: _Cells | None = None
         self._mapper = _cell_mapper()
         self._actor = _cell_actor(self._mapper)
         renderer.AddObserver("StartEvent", _let_shaders_size_points)
         renderer.AddActor(self._actor)
 
+    @property
+    def drawn_cell_m(self) -> float | None:
+        """Edge of the cells as they are drawn now, coarser while something moves; None without a heatmap."""
+        return self._drawn.level.cell_m if self._drawn is not None else None
+
     def set_data(self, data: HeatmapData | None) -> None:
         """Show other values, other cells, or nothing."""
         same_cells = data is not None and self._data is not None and data.centres_m is self._data.centres_m
         self._data, self._drawn = data, None
-        if data is not None and not same_cells:
-            self._levels = full_level(data.centres_m, data.cell_m), coarse_level(data.centres_m, data.cell_m)
+        if not same_cells:
+            self._cells = None
         if data is None:
             self._actor.SetVisibility(False)
 
-    def arrange(self, camera: OrbitCamera, size: Size, quick: bool) -> None:
-        """Choose the level and size its cells for this camera; higher values are drawn over lower ones."""
-        if self._data is None or self._levels is None:
-            return
-        level = self._levels[1 if quick else 0]
-        self._aim(level.cell_m, camera, size)
-        if self._drawn is level:
-            return
-        self._drawn = level
-        values = level.values_of(self._data.values)
-        index = colour_index(values, self._data.vmin, self._data.vmax)
-        shown = np.flatnonzero(index > _HIDDEN_BELOW * 255)
-        shown = shown[np.argsort(index[shown].astype(np.uint8), kind="stable")]
-        self._put(level.centres_m[shown], colour_table()[index[shown]])
+    def set_look(self, look: HeatLook) -> None:
+        """Draw the same values in another way."""
+        if look.slice_m != self._look.slice_m:
+            self._cells = None
+        self._look, self._drawn = look, None
 
-    def _put(self, points: NDArray[np.float32], rgba: NDArray[np.uint8]) -> None:
-        self._actor.SetVisibility(len(points) > 0)
-        if not len(points):
+    def arrange(self, camera: OrbitCamera, size: Size, quick: bool) -> None:
+        """Choose the level and size its cells for this camera; stronger cells are drawn over weaker ones."""
+        if self._data is None:
             return
-        if self._mesh.n_points == len(points):
-            arrays = self._mesh.GetPoints().GetData(), self._mesh.GetPointData().GetArray("rgba")
-            for array, values in zip(arrays, (points, rgba), strict=True):
-                vtk_to_numpy(array)[:] = values
-                array.Modified()
-            self._mesh.GetPoints().Modified()
-            self._mesh.Modified()
-            return
-        self._mesh = pv.PolyData(points, verts=np.concatenate([[len(points)], np.arange(len(points))]))
-        self._mesh["rgba"] = rgba
-        self._mapper.SetInputData(self._mesh)
+        if self._cells is None:
+            self._cells = self._make_cells(self._data)
+        cells = self._cells[1 if quick else 0]
+        self._aim(cells.level.cell_m, camera, size)
+        if self._drawn is not cells:
+            self._drawn = cells
+            self._paint(cells, self._data)
+
+    def _make_cells(self, data: HeatmapData) -> tuple[_Cells, _Cells]:
+        full = full_level(data.centres_m, data.cell_m, in_slice(self._look, data.centres_m[:, 2]))
+        coarse = coarse_level(full)
+        cells = _Cells(full)
+        return cells, cells if coarse is full else _Cells(coarse)
+
+    def _paint(self, cells: _Cells, data: HeatmapData) -> None:
+        values, weights = cells.level.merged(data)
+        places = strength(data, values, weights, self._look.log)
+        shown = np.flatnonzero(places > self._look.threshold)
+        self._actor.SetVisibility(len(shown) > 0)
+        rgba = np.empty((len(places), 4), np.uint8)
+        rgba[:, :3] = colours(data.scale)[colour_rows(data.scale, values, places)]
+        rgba[:, 3] = alphas(places, self._look.opacity)
+        cells.write(rgba, shown[np.argsort((places[shown] * 255).astype(np.uint8), kind="stable")])
+        self._mapper.SetInputData(cells.mesh)
 
     def _aim(self, cell_m: float, camera: OrbitCamera, size: Size) -> None:
         """Tell the shader how large a cell is and where the eye is.

@@ -25,8 +25,10 @@ from widgets.gizmo.handles import GizmoActors, GizmoMode, GizmoPlace, hit_handle
 from widgets.theme import DARK, Palette
 from widgets.viewport.body_layer import BodyLayer
 from widgets.viewport.camera import OrbitCamera, Size, view_camera
+from widgets.viewport.caption_layer import NO_CAPTION, Caption, CaptionLayer
 from widgets.viewport.ground_layer import GroundLayer
-from widgets.viewport.heatmap_layer import HeatmapData, HeatmapLayer
+from widgets.viewport.heat_scale import DEFAULT_LOOK, HeatLook, HeatmapData
+from widgets.viewport.heatmap_layer import HeatmapLayer
 from widgets.viewport.legend_layer import LegendLayer
 from widgets.viewport.rays_layer import RaysLayer
 from widgets.viewport.roi_layer import RoiLayer
@@ -52,6 +54,9 @@ class SceneState:
     selected: str | None = None
     grid: VoxelGrid = field(default_factory=VoxelGrid)
     heatmap: HeatmapData | None = None
+    heat_look: HeatLook = DEFAULT_LOOK
+    show_legend: bool = True
+    caption: Caption = NO_CAPTION
     camera: OrbitCamera = field(default_factory=OrbitCamera)
     gizmo_mode: GizmoMode = "both"
     gizmo_space: Space = "local"
@@ -76,7 +81,7 @@ class Scene:
         self._ground, self._roi = GroundLayer(renderer), RoiLayer(renderer)
         self._body, self._sensors = BodyLayer(renderer), SensorLayer(renderer)
         self._rays, self._heatmap = RaysLayer(renderer), HeatmapLayer(renderer)
-        self._legend = LegendLayer(renderer)
+        self._legend, self._caption = LegendLayer(renderer), CaptionLayer(renderer)
         self._gizmo = GizmoActors(self._overlay, palette)
         self._rays.set_line_width(pixel_ratio)
         _set_lights(plotter)
@@ -127,7 +132,9 @@ class Scene:
         self._gizmo.set_palette(palette)
         self.set_grid(self._state.grid)
         self._sensors.set_sensors(self._shown(), self._lit(), palette)
+        self._heatmap.set_look(self._state.heat_look)
         self.set_heatmap(self._state.heatmap)
+        self._caption.set_caption(self._state.caption, palette)
 
     def set_vehicle(self, vehicle: Vehicle) -> None:
         """Draw another car. Raises InputError for an unknown body and keeps the car shown before."""
@@ -161,7 +168,23 @@ class Scene:
         """Show a heatmap with its colour bar, or none. Pass the same `centres_m` when only values change."""
         self._state = replace(self._state, heatmap=data)
         self._heatmap.set_data(data)
-        self._legend.set_data(data, self._state.palette)
+        self._draw_legend()
+
+    def set_heat_look(self, look: HeatLook) -> None:
+        """Draw the same heatmap in another way: threshold, scale, opacity, slice."""
+        self._state = replace(self._state, heat_look=look)
+        self._heatmap.set_look(look)
+        self._draw_legend()
+
+    @property
+    def legend_texts(self) -> tuple[str, ...]:
+        """What the legend of the heatmap says."""
+        return self._legend.texts
+
+    def _draw_legend(self) -> None:
+        state = self._state
+        shown = state.heatmap if state.show_legend else None
+        self._legend.set_data(shown, state.heat_look, state.palette)
 
     def set_gizmo(self, mode: GizmoMode, space: Space) -> None:
         """Choose arrows, rings or both, and whose axes they follow."""
@@ -227,7 +250,9 @@ class Scene:
         state = self._state
         self._apply_camera(state.camera)
         self._heatmap.arrange(state.camera, self.size, self._quick)
+        self._legend.set_drawn(self._heatmap.drawn_cell_m)
         self._legend.place(self.size, self._pixel_ratio)
+        self._caption.place(self.size, self._pixel_ratio)
         place = self.gizmo_place()
         if place is None:
             self._gizmo.hide()

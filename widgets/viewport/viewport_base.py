@@ -17,7 +17,7 @@ from widgets.gizmo.drag import Space
 from widgets.gizmo.handles import GizmoMode
 from widgets.theme import Palette
 from widgets.viewport.controller import Button, Pixel, ViewController
-from widgets.viewport.heatmap_layer import HeatmapData
+from widgets.viewport.heat_scale import HeatmapData
 from widgets.viewport.scene import Scene, SceneState, render_still
 
 _REST_MS = 160

@@ -1,0 +1,196 @@
+"""How values of a heatmap become colours, opacity and the marks of a colour bar. No Qt, no VTK."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Literal
+
+import matplotlib
+import numpy as np
+from numpy.typing import NDArray
+
+from widgets.theme import mix, rgb
+
+Scale = Literal["ramp", "steps", "change"]
+"""ramp: from low to high; steps: a few named values; change: from lost through nothing to gained."""
+Values = NDArray[np.float32]
+COLOUR_MAP = "inferno"
+STEP_COLOURS = ("#d7301f", "#fdae61", "#9fd4ea", "#2c7bb6")
+LOST_COLOUR, NONE_COLOUR, GAINED_COLOUR = "#e5383b", "#9aa3ad", "#2f7df6"
+LOG_DECADES = 3
+"""A logarithmic scale reaches from the largest value down by so many powers of ten."""
+LEVELS = 256
+_FAINTEST = 0.02
+_STEEPNESS = 1.6
+_MOST_TICKS = 6
+
+
+@dataclass(frozen=True)
+class HeatLook:
+    """What the user chose about the drawing of a heatmap; it changes no value.
+
+    `threshold`: cells in the lowest part of the scale, 0 to 1, are not drawn. `opacity` is that of the highest
+    value. `slice_m`: only cells whose centre lies between these heights are drawn, metres.
+    """
+
+    threshold: float = 0.02
+    log: bool = False
+    opacity: float = 0.5
+    slice_m: tuple[float, float] | None = None
+
+
+DEFAULT_LOOK = HeatLook()
+
+
+@dataclass(frozen=True)
+class HeatmapData:
+    """What the heatmap shows: cell centres (m, 3) and edge in metres, a value per cell (m,), and its legend.
+
+    Pass the same `centres_m` array again when only the values change: then nothing else is recomputed.
+    `note` says which grid is shown (e.g. "cells of 0.4 m, sum of 4³ voxels"). With `steps` the values are places
+    in `labels`, and `weights` (m,) from 0 to 1 decide how opaque a cell is; with `change` they are signed.
+    """
+
+    centres_m: Values
+    cell_m: float
+    values: Values
+    title: str
+    unit: str
+    vmin: float
+    vmax: float
+    note: str = ""
+    scale: Scale = "ramp"
+    labels: tuple[str, ...] = ()
+    weights: Values | None = None
+
+
+@dataclass(frozen=True)
+class Tick:
+    """A mark of the colour bar: its place from 0 (left) to 1, and its text."""
+
+    place: float
+    text: str
+
+
+@lru_cache(maxsize=4)
+def colours(scale: Scale = "ramp") -> NDArray[np.uint8]:
+    """Colours of a scale from its lowest to its highest value, (256, 3); of steps one row each."""
+    if scale == "steps":
+        table = np.array([rgb(colour) for colour in STEP_COLOURS])
+    elif scale == "change":
+        halves = [
+            [rgb(mix(NONE_COLOUR, end, min(1.0, 0.25 + 0.75 * share))) for share in np.linspace(0, 1, 128)]
+            for end in (LOST_COLOUR, GAINED_COLOUR)
+        ]
+        table = np.array(halves[0][::-1] + halves[1])
+    else:
+        table = matplotlib.colormaps[COLOUR_MAP](np.linspace(0.12, 1.0, LEVELS))[:, :3]
+    return np.asarray(np.round(table * 255), dtype=np.uint8)
+
+
+def strength(data: HeatmapData, values: Values, weights: Values | None, log: bool) -> Values:
+    """How strong each cell is, 0 to 1: its place on the scale, by size where values have a sign.
+
+    Opacity, threshold and drawing order go by it.
+    """
+    if data.scale == "steps":
+        return on_scale(np.ones(len(values), np.float32) if weights is None else weights, log)
+    sizes = np.abs(values) if data.scale == "change" else values - _zero(data)
+    return on_scale(np.asarray(sizes / max(data.vmax - _zero(data), 1e-30), np.float32), log)
+
+
+def on_scale(share: Values, log: bool) -> Values:
+    """Place on the scale, 0 to 1, of a share of the largest value."""
+    place = 1.0 + np.log10(np.maximum(share, 10.0 ** -(LOG_DECADES + 1))) / LOG_DECADES if log else share
+    result: Values = np.clip(place, 0.0, 1.0).astype(np.float32)
+    return result
+
+
+def off_scale(place: float, log: bool) -> float:
+    """The reverse of `on_scale` for one place: the share of the largest value."""
+    return 10.0 ** (LOG_DECADES * (place - 1.0)) if log else place
+
+
+def _zero(data: HeatmapData) -> float:
+    return 0.0 if data.scale == "change" else data.vmin
+
+
+def colour_rows(scale: Scale, values: Values, strengths: Values) -> NDArray[np.int64]:
+    """Row of `colours` per cell."""
+    if scale == "steps":
+        return np.clip(values, 0, len(STEP_COLOURS) - 1).astype(np.int64)
+    if scale == "change":
+        signed = np.where(values < 0, -strengths, strengths)
+        return np.asarray(np.floor(127.5 * (1.0 + signed) + (values > 0) * 0.5), dtype=np.int64)
+    return np.asarray(strengths * (LEVELS - 1), dtype=np.int64)
+
+
+def alphas(strengths: Values, opacity: float) -> NDArray[np.uint8]:
+    """Opacity of cells, 0 to 255: it grows with the strength up to `opacity`."""
+    steps = np.linspace(0.0, 1.0, LEVELS) ** _STEEPNESS
+    table = np.round(255 * opacity * (_FAINTEST + (1.0 - _FAINTEST) * steps)).astype(np.uint8)
+    result: NDArray[np.uint8] = table[(strengths * (LEVELS - 1)).astype(np.int64)]
+    return result
+
+
+def in_slice(look: HeatLook, heights_m: Values) -> NDArray[np.int64]:
+    """Row numbers of the cells whose centre lies in the slice; all of them without one."""
+    if look.slice_m is None:
+        return np.arange(len(heights_m))
+    low_m, high_m = look.slice_m
+    return np.flatnonzero((heights_m >= low_m) & (heights_m < high_m))
+
+
+# ---------------------------------------------------------------- the colour bar
+def bar_colours(data: HeatmapData, look: HeatLook, paper: str) -> NDArray[np.float64]:
+    """Colours of the bar from left to right, (n, 3) from 0 to 1; what is not drawn has the colour `paper`."""
+    table = colours(data.scale) / 255.0
+    if data.scale == "steps":
+        return np.asarray(table[: len(data.labels)])
+    places = np.linspace(0.0, 1.0, len(table))
+    sizes = np.abs(2.0 * places - 1.0) if data.scale == "change" else places
+    return np.where((sizes > look.threshold)[:, None], table, np.array(rgb(paper)))
+
+
+def bar_ticks(data: HeatmapData, look: HeatLook) -> tuple[Tick, ...]:
+    """The marks under the bar."""
+    if data.scale == "steps":
+        count = max(1, len(data.labels))
+        return tuple(Tick((place + 0.5) / count, label) for place, label in enumerate(data.labels))
+    zero, span = _zero(data), max(data.vmax - _zero(data), 1e-30)
+    values = tick_values(zero, data.vmax, look.log)
+    places = on_scale((np.array(values, np.float32) - np.float32(zero)) / np.float32(span), look.log).tolist()
+    if data.scale == "ramp":
+        return tuple(Tick(place, number_text(value)) for place, value in zip(places, values, strict=True))
+    end, text = places[-1] / 2, number_text(values[-1])
+    return Tick(0.5 - end, f"−{text} lost"), Tick(0.5, "0"), Tick(0.5 + end, f"+{text} gained")
+
+
+def tick_values(low: float, high: float, log: bool) -> list[float]:
+    """Round values from `low` to `high`: multiples of 1, 2 or 5, or powers of ten."""
+    if not high > low:
+        return [low]
+    if log:
+        top = math.floor(math.log10(high) + 1e-9)
+        return [10.0**power for power in range(top - LOG_DECADES + 1, top + 1)]
+    for exponent in range(math.floor(math.log10(high - low)) - 2, 400):
+        for factor in (1.0, 2.0, 5.0):
+            step = factor * 10.0**exponent
+            if (high - low) / step < _MOST_TICKS - 1:
+                first = math.ceil(low / step - 1e-9)
+                return [n * step for n in range(first, math.floor(high / step + 1e-9) + 1)]
+    return [low]
+
+
+def number_text(value: float) -> str:
+    """A round value as text, without noise of binary fractions."""
+    return f"{value:.3g}" if value else "0"
+
+
+def value_text(data: HeatmapData, place: float, log: bool) -> str:
+    """The value at a place of the scale with its unit, for the threshold."""
+    value = off_scale(place, log) * (1.0 if data.scale == "steps" else data.vmax)
+    unit = "of the largest h" if data.scale == "steps" else data.unit
+    return f"{value:.2g} {unit}".strip()

@@ -1,0 +1,104 @@
+"""Flat parts of a picture - text, plates, lines - placed in pixels over the 3D scene, alike at every scale."""
+
+from __future__ import annotations
+
+import matplotlib
+import numpy as np
+import pyvista as pv
+from numpy.typing import NDArray
+from vtkmodules.vtkRenderingCore import vtkActor2D, vtkPolyDataMapper2D, vtkTextActor, vtkTextRenderer
+
+from widgets.theme import rgb
+from widgets.viewport.camera import Size
+
+FONT_FILE = f"{matplotlib.get_data_path()}/fonts/ttf/DejaVuSans.ttf"
+BOLD_FONT_FILE = f"{matplotlib.get_data_path()}/fonts/ttf/DejaVuSans-Bold.ttf"
+_FULL_VIEW_PX = (800, 500)
+_LEAST_UNIT = 0.4
+_LEAST_FONT_PX = 6
+_PLATE_OPACITY = 0.82
+_VTK_FONT_FILE = 4
+_DPI = 72
+
+
+def unit_px(size: Size, pixel_ratio: float) -> float:
+    """Pixels per unit of length of flat parts: the pixel ratio, less in views too small for them."""
+    room = min(size[0] / _FULL_VIEW_PX[0], size[1] / _FULL_VIEW_PX[1])
+    return min(pixel_ratio, max(_LEAST_UNIT * pixel_ratio, room))
+
+
+def text_actor(bold: bool = False, justification: int = 0) -> vtkTextActor:
+    """A line of text in a font that has Greek letters, signs and exponents; 0 left, 1 centred, 2 right."""
+    actor = vtkTextActor()
+    font = actor.GetTextProperty()
+    font.SetFontFamily(_VTK_FONT_FILE)
+    font.SetFontFile(BOLD_FONT_FILE if bold else FONT_FILE)
+    font.SetJustification(justification)
+    return actor
+
+
+def place_text(actor: vtkTextActor, x: float, y: float, font_px: float) -> None:
+    """Put the start of the base line at a pixel, counted from the lower left, in letters of a size."""
+    actor.SetPosition(round(x), round(y))
+    actor.GetTextProperty().SetFontSize(max(_LEAST_FONT_PX, round(font_px)))
+
+
+def text_width_px(actor: vtkTextActor) -> float:
+    """How wide a text is in the size it was placed with, pixels."""
+    box = [0, 0, 0, 0]
+    vtkTextRenderer.GetInstance().GetBoundingBox(actor.GetTextProperty(), actor.GetInput(), box, _DPI)
+    return float(box[1] - box[0] + 1)
+
+
+def flat_actor(mesh: pv.PolyData) -> vtkActor2D:
+    """An actor for lines or polygons whose points are pixels, counted from the lower left."""
+    actor, mapper = vtkActor2D(), vtkPolyDataMapper2D()
+    mapper.SetInputData(mesh)
+    actor.SetMapper(mapper)
+    return actor
+
+
+class Plate:
+    """A rectangle behind text, nearly opaque."""
+
+    def __init__(self) -> None:
+        self._mesh = pv.PolyData(np.zeros((4, 3)), [4, 0, 1, 2, 3])
+        self.actor = flat_actor(self._mesh)
+        self.actor.GetProperty().SetOpacity(_PLATE_OPACITY)
+
+    def set_colour(self, colour: str) -> None:
+        """Fill it with a `#rrggbb` colour."""
+        self.actor.GetProperty().SetColor(*rgb(colour))
+
+    def cover(self, left: float, low: float, width: float, height: float) -> None:
+        """Cover a rectangle of pixels, counted from the lower left."""
+        right, high = left + width, low + height
+        self._mesh.points = [(left, low, 0), (right, low, 0), (right, high, 0), (left, high, 0)]
+
+
+class ColourBar:
+    """A row of coloured fields of equal width."""
+
+    def __init__(self) -> None:
+        self._mesh = pv.PolyData()
+        self.actor = flat_actor(self._mesh)
+        self._shares = np.zeros(0)
+
+    def set_colours(self, colours: NDArray[np.float64]) -> None:
+        """Colours (n, 3) from 0 to 1, from left to right; `cover` afterwards."""
+        count = len(colours)
+        self._shares = np.repeat(np.arange(count + 1) / max(1, count), 2)
+        first = 2 * np.arange(count)
+        self._mesh.points = np.zeros((2 * count + 2, 3))
+        self._mesh.faces = np.stack(
+            [np.full(count, 4), first, first + 2, first + 3, first + 1], axis=1
+        ).ravel()
+        self._mesh.cell_data["rgb"] = np.round(255 * colours).astype(np.uint8)
+        self._mesh.cell_data.active_scalars_name = "rgb"
+
+    def cover(self, left: float, low: float, width: float, height: float) -> None:
+        """Fill a rectangle of pixels, counted from the lower left."""
+        points = np.zeros((len(self._shares), 3))
+        points[:, 0] = left + self._shares * width
+        points[:, 1] = low + np.arange(len(points)) % 2 * height
+        self._mesh.points = points
