@@ -31,7 +31,7 @@ class StatusBar(QStatusBar):
     def add_strip(self, title: str) -> ProgressStrip:
         """Room for the progress of one piece of work; the last one that was added is the leftmost."""
         strip = ProgressStrip(title)
-        self.insertPermanentWidget(0, strip)
+        self.insertPermanentWidget(2, strip)  # behind state and time
         return strip
 
     def set_updating(self) -> None:

@@ -53,6 +53,8 @@ def pytest_configure(config: pytest.Config) -> None:
     folder = tempfile.TemporaryDirectory(prefix="riglens-tests-")
     config.add_cleanup(folder.cleanup)
     os.environ["RIGLENS_CACHE_DIR"] = str(Path(folder.name) / "cache")
+    os.environ["RIGLENS_CONFIG_DIR"] = str(Path(folder.name) / "settings")
+    os.environ["RIGLENS_STATE_DIR"] = str(Path(folder.name) / "state")
     os.environ["XDG_CONFIG_HOME"] = str(Path(folder.name) / "config")
     os.environ["LIBGL_ALWAYS_SOFTWARE"] = "1"
     os.environ["QT_QPA_PLATFORM"] = "xcb"

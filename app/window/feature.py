@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 from PySide6.QtCore import QObject
 
 from app.actions import Spec
+from app.window.settings import Settings
 
 if TYPE_CHECKING:
     from app.window.main_window import MainWindow
@@ -25,6 +26,12 @@ class Feature(QObject):
         self.document = window.document
         self.viewport = window.viewport
         window.actions_.add(self.specs)
+
+    def restore(self, settings: Settings) -> None:
+        """Take up what an earlier session kept; called once all features are there. Expect any value."""
+
+    def keep(self, settings: Settings) -> None:
+        """Write what the next session should find; called when the window closes."""
 
     def bind(self, **slots: Callable[[], object]) -> None:
         """What the actions do, by their keys."""

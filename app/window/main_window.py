@@ -24,6 +24,7 @@ from app.window.features.files import Files
 from app.window.features.follow import Follow
 from app.window.features.heat import Heat
 from app.window.features.help import Help
+from app.window.features.layout import Layout
 from app.window.features.library import LibraryPanel
 from app.window.features.map import Map
 from app.window.features.marginals import Marginals
@@ -32,8 +33,10 @@ from app.window.features.scene_data import SceneData, choice_of
 from app.window.features.scores import Scores
 from app.window.features.sensor_view import SensorView
 from app.window.features.sensors import Sensors
+from app.window.features.theme import Theme
 from app.window.features.views import Views
 from app.window.places import Places
+from app.window.settings import Settings
 from app.window.viewport_widget import ViewportWidget
 from core.errors import InputError
 from core.metric.scores import MetricSettings
@@ -44,9 +47,25 @@ from widgets.panels.scores_panel import ScoresPanel
 from widgets.panels.sensor_tree import SensorTree
 
 FEATURES: tuple[type[Feature], ...] = (
-    Files, Edits, Sensors, LibraryPanel, Views, Heat, Picture, SceneData, Map, SensorView, Baseline, Scores, Marginals,
-    Follow, Background, Help,
-)  # fmt: skip
+    Files,
+    Edits,
+    Sensors,
+    LibraryPanel,
+    Views,
+    Heat,
+    Picture,
+    SceneData,
+    Map,
+    SensorView,
+    Baseline,
+    Scores,
+    Marginals,
+    Follow,
+    Background,
+    Theme,
+    Layout,
+    Help,
+)
 """Everything the window can do, in the order in which it stands in menus and toolbar."""
 DEFAULT_SIZE = QSize(1280, 800)
 LEFT_PX, RIGHT_PX, BOTTOM_PX = 270, 300, 170
@@ -57,7 +76,8 @@ AnyFeature = TypeVar("AnyFeature", bound=Feature)
 class MainWindow(QMainWindow):
     """The window over one document. `viewport` is a QWidget with the methods of ViewportWidget.
 
-    The window owns `recompute` and closes it; it starts loading `scene` at once.
+    The window owns `recompute` and closes it; it starts loading `scene` at once. `kept` are the settings of
+    earlier sessions; without them nothing is kept.
     """
 
     rig_shown = Signal()
@@ -70,6 +90,8 @@ class MainWindow(QMainWindow):
     """A LoadedScene took the place of the one before; scores on it follow."""
     settings_changed = Signal()
     """The settings of the metric, or what the heatmap shows, are others."""
+    theme_changed = Signal(bool)
+    """The window is dark now, or light: whoever drew with colours of the theme draws again."""
     closing = Signal()
     """The window closes for good: stop timers and threads, write what is to be kept."""
 
@@ -81,12 +103,14 @@ class MainWindow(QMainWindow):
         scene: SceneOptions,
         settings: MetricSettings,
         dialogs: Dialogs | None = None,
+        kept: Settings | None = None,
     ) -> None:
         super().__init__()
         self.document = document
         self.viewport = cast(ViewportWidget, viewport)
         self.recompute = recompute
         self.dialogs = dialogs or Dialogs()
+        self.settings = kept or Settings()
         self.tree, self.inspector = SensorTree(), Inspector()
         self.scores, self.scene_panel = ScoresPanel(settings), ScenePanel(choice_of(scene))
         self.message_bar, self.status = MessageBar(), StatusBar()
@@ -98,6 +122,8 @@ class MainWindow(QMainWindow):
         self._features: list[Feature] = []
         for feature in FEATURES:  # a feature may ask for those before it
             self._features.append(feature(self))
+        for made in self._features:
+            made.restore(self.settings)
         self.feature(Follow).show_all()
         self.feature(SceneData).load(scene)
         self.feature(Scores).request()
@@ -177,6 +203,9 @@ class MainWindow(QMainWindow):
         if not self.feature(Files).may_lose_changes():
             event.ignore()
             return
+        for feature in self._features:
+            feature.keep(self.settings)
+        self.settings.sync()
         self.closing.emit()
         self.recompute.close()
         self.viewport.close_viewport()

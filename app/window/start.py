@@ -8,7 +8,9 @@ from app.document import Document
 from app.interrupt import quit_on_interrupt
 from app.options import SceneOptions, ScoreOptions
 from app.recompute import Recompute
+from app.user_folders import config_folder
 from app.window.main_window import MainWindow
+from app.window.settings import Settings
 from core.metric.scores import MetricSettings
 from core.rig.opening import open_rig
 from widgets.panels.style import apply_style, is_dark
@@ -30,8 +32,9 @@ def open_window(rig: str, scene: SceneOptions, score: ScoreOptions) -> int:
     path = opened.file.path if opened.file is not None else None
     document = Document(opened.rig, opened.file, path)
     settings = MetricSettings(score.method, score.reading, score.camera_weight)
+    kept = Settings(config_folder() / "window.ini")
     viewport = Viewport(palette=palette(is_dark()))
-    window = MainWindow(document, viewport, Recompute(threads=score.threads), scene, settings)
+    window = MainWindow(document, viewport, Recompute(threads=score.threads), scene, settings, kept=kept)
     with quit_on_interrupt(app):
         window.show()
         return app.exec()

@@ -6,6 +6,8 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from core.rig.model import Rig, Vehicle
+from widgets.theme import Palette
+from widgets.viewport.camera import OrbitCamera
 
 
 class ViewportWidget(Protocol):
@@ -40,6 +42,15 @@ class ViewportWidget(Protocol):
 
     def set_vehicle(self, vehicle: Vehicle) -> None:
         """Draw another car; InputError for an unknown body."""
+
+    def set_palette(self, palette: Palette) -> None:
+        """Follow a light or dark window."""
+
+    def chosen_camera(self) -> OrbitCamera | None:
+        """Where somebody looks from; None while it is the first view."""
+
+    def set_camera(self, camera: OrbitCamera) -> None:
+        """Look from there."""
 
     def cancel_drag(self) -> bool:
         """Give up the drag in progress; False when there is none."""

@@ -18,6 +18,7 @@ from app.options import SceneOptions
 from app.recompute import Recompute
 from app.scoring import FRAME_MS, LoadedScene
 from app.window import MainWindow
+from app.window.settings import Settings
 from core.engine.engine import Engine
 from core.geometry import Pose
 from core.metric.scores import MetricSettings, Scores
@@ -66,6 +67,7 @@ class FakeViewport(QWidget):
         self.heatmap: Any = None
         self.told: list[tuple[Any, ...]] = []
         self.dragged: str | None = None
+        self.camera: Any = None
 
     def set_rig(self, rig: Rig, hidden: frozenset[str], selected: str | None) -> None:
         self.rig, self.hidden, self.selected = rig, hidden, selected
@@ -93,6 +95,15 @@ class FakeViewport(QWidget):
 
     def screenshot(self, path: Path) -> None:
         path.write_bytes(b"PNG")
+
+    def set_palette(self, palette: Any) -> None:
+        self.told.append(("palette", palette))
+
+    def set_camera(self, camera: Any) -> None:
+        self.camera = camera
+
+    def chosen_camera(self) -> Any:
+        return self.camera
 
     def cancel_drag(self) -> bool:
         name, self.dragged = self.dragged, None
@@ -235,6 +246,7 @@ def open_bench(
     viewport: QWidget | None = None,
     wait: bool = True,
     coarse_above_ms: float = FRAME_MS,
+    kept: Settings | None = None,
     **scene: Any,
 ) -> Iterator[Bench]:
     """A window on a small scene, with fields of its options changed; closed without questions at the end."""
@@ -244,7 +256,7 @@ def open_bench(
     scenes: list[LoadedScene] = []
     recompute.scene_loaded.connect(scenes.append, Qt.ConnectionType.QueuedConnection)
     options = scene_options(folder, **scene)
-    window = MainWindow(Document(rig), view, recompute, options, MetricSettings(), dialogs)
+    window = MainWindow(Document(rig), view, recompute, options, MetricSettings(), dialogs, kept)
     qtbot.addWidget(window)
     window.show()
     window.activateWindow()  # shortcuts belong to the active window

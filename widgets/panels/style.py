@@ -18,13 +18,14 @@ def is_dark() -> bool:
     return QGuiApplication.styleHints().colorScheme() == Qt.ColorScheme.Dark
 
 
+def shows_dark() -> bool:
+    """Whether the application is dark now, by the system's wish or by a choice."""
+    return QApplication.palette().color(QPalette.ColorRole.Window).lightness() < 128
+
+
 def tones() -> Tones:
     """The colours of the theme that the application shows now."""
-    return (
-        DARK_TONES
-        if QApplication.palette().color(QPalette.ColorRole.Window).lightness() < 128
-        else LIGHT_TONES
-    )
+    return DARK_TONES if shows_dark() else LIGHT_TONES
 
 
 def numbers_font(base: QFont) -> QFont:

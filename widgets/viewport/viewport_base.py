@@ -16,6 +16,7 @@ from core.scene.grid import VoxelGrid
 from widgets.gizmo.drag import Space
 from widgets.gizmo.handles import GizmoMode
 from widgets.theme import Palette
+from widgets.viewport.camera import OrbitCamera
 from widgets.viewport.controller import Button, Pixel, ViewController
 from widgets.viewport.heat_scale import HeatmapData
 from widgets.viewport.scene import Scene, SceneState, render_still
@@ -110,6 +111,16 @@ class ViewportBase(QWidget):
     def set_view(self, name: str, wide: bool = False) -> None:
         """Look from "iso", "top", "front", "left" or "rear"; `wide` shows the whole ROI in the iso view."""
         self._scene.set_view(name, wide)
+        self.request_render()
+
+    def chosen_camera(self) -> OrbitCamera | None:
+        """Where somebody looks from; None while the first view is fitted to the size of the widget."""
+        camera = self._scene.state.camera
+        return None if camera is self._home else camera
+
+    def set_camera(self, camera: OrbitCamera) -> None:
+        """Look from there."""
+        self._scene.set_camera(camera)
         self.request_render()
 
     def frame_sensor(self, name: str) -> None:

@@ -9,6 +9,7 @@ from PySide6.QtCore import Qt
 from app.actions import Choice, class_actions, heat_actions
 from app.heatmap import HEAT_TITLES, HeatMode
 from app.window.feature import Feature
+from app.window.settings import Settings
 from core.scene.boxes import CLASSES
 
 if TYPE_CHECKING:
@@ -42,6 +43,16 @@ class Heat(Feature):
         self.class_name = name
         self._show()
         self.window.settings_changed.emit()
+
+    def restore(self, settings: Settings) -> None:
+        mode, name = settings.read("heat/mode", self.mode), settings.read("heat/class", self.class_name)
+        self.mode = mode if mode in HEAT_TITLES else self.mode
+        self.class_name = name if name in CLASSES else self.class_name
+        self._show()
+
+    def keep(self, settings: Settings) -> None:
+        settings.write("heat/mode", self.mode)
+        settings.write("heat/class", self.class_name)
 
     def _show(self) -> None:
         self._modes.show_choice(self.mode, f"Heatmap: {HEAT_TITLES[self.mode]}")

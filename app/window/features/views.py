@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from app.actions import Spec
 from app.window.feature import Feature
+from app.window.settings import Settings
+from widgets.viewport.camera import OrbitCamera
 
 if TYPE_CHECKING:
     from app.window.main_window import MainWindow
 
 VIEWS = ("iso", "top", "front", "left", "rear")
 GIZMOS = ("move", "rotate", "both")
+FAR_M = 2000.0
 
 
 def _view(key: str, text: str, tip: str, shortcut: str, icon: str = "") -> Spec:
@@ -49,7 +53,6 @@ class Views(Feature):
             **dict.fromkeys((*GIZMOS, "local"), self.set_gizmo),
             **{view: partial(self.viewport.set_view, view) for view in VIEWS},
         )
-        window.actions_["both"].setChecked(True)
         window.rig_shown.connect(self._update)
 
     def set_gizmo(self) -> None:
@@ -63,5 +66,35 @@ class Views(Feature):
         if self.document.selected is not None:
             self.viewport.frame_sensor(self.document.selected)
 
+    def restore(self, settings: Settings) -> None:
+        key = settings.read("gizmo/mode", "both")
+        self.window.actions_[key if key in GIZMOS else "both"].setChecked(True)
+        self.window.actions_["local"].setChecked(settings.read("gizmo/local", False))
+        self.set_gizmo()
+        camera = _camera(settings.read("view/camera", {}))
+        if camera is not None:
+            self.viewport.set_camera(camera)
+
+    def keep(self, settings: Settings) -> None:
+        settings.write("gizmo/mode", next(key for key in GIZMOS if self.window.actions_[key].isChecked()))
+        settings.write("gizmo/local", self.window.actions_["local"].isChecked())
+        camera = self.viewport.chosen_camera()
+        settings.write("view/camera", {} if camera is None else asdict(camera))
+
     def _update(self) -> None:
         self.window.actions_["frame"].setEnabled(self.document.selected is not None)
+
+
+def _camera(kept: dict[str, Any]) -> OrbitCamera | None:
+    """The camera of an earlier session, None when it does not say one."""
+    try:
+        x, y, z = (float(value) for value in kept["focal_m"])
+        distance, azimuth, elevation = (
+            float(kept[key]) for key in ("distance_m", "azimuth_deg", "elevation_deg")
+        )
+    except (KeyError, TypeError, ValueError):
+        return None
+    is_sane = max(map(abs, (x, y, z))) <= FAR_M and 0.0 < distance <= FAR_M and abs(elevation) <= 90.0
+    if not (is_sane and abs(azimuth) <= 360.0):  # false for NaN too
+        return None
+    return OrbitCamera((x, y, z), distance, azimuth, elevation, kept.get("parallel") is True)

@@ -1,0 +1,146 @@
+"""A window comes back as it was left, whatever stands in the settings file; the user's own file is never touched."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import QSettings, Qt
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
+
+from app.user_folders import config_folder, state_folder
+from app.window.features.heat import Heat
+from app.window.features.theme import Theme
+from app.window.settings import Settings
+from tests.app.window_bench import open_bench
+from widgets.panels.style import apply_style, shows_dark
+from widgets.theme import DARK, LIGHT
+from widgets.viewport.camera import OrbitCamera
+
+KEYS = (
+    "window/geometry", "window/state", "theme", "heat/mode", "heat/class", "gizmo/mode", "gizmo/local", "view/camera",
+    "files/recent",
+)  # fmt: skip
+JUNK = ('"junk"', "[1, null]", '{"focal_m": [1e400, 0, 0]}', "12", "true", "{", '"\ufffd"', "[" * 5000)
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    return tmp_path / "window.ini"
+
+
+@pytest.fixture
+def plain_style(qapp: QApplication) -> Iterator[None]:
+    """Give the next test the look that this one found."""
+    palette, sheet, style = qapp.palette(), qapp.styleSheet(), qapp.style().objectName()
+    yield
+    qapp.setStyleSheet(sheet)
+    qapp.setStyle(style)
+    qapp.setPalette(palette)
+
+
+def test_what_was_chosen_is_there_again_the_next_time(qtbot: QtBot, tmp_path: Path, file: Path) -> None:
+    with open_bench(qtbot, tmp_path, kept=Settings(file)) as bench:
+        heat = bench.window.feature(Heat)
+        heat.set_mode("entropy")
+        heat.set_class("bicycle")
+        bench.act("rotate")
+        bench.act("local")
+        bench.viewport.camera = OrbitCamera((1.0, 2.0, 3.0), 25.0, 30.0, 40.0, True)
+        bench.window.docks["Scene"].hide()
+    with open_bench(qtbot, tmp_path, kept=Settings(file)) as bench:
+        heat = bench.window.feature(Heat)
+        assert (heat.mode, heat.class_name) == ("entropy", "bicycle")
+        assert bench.window.actions_["rotate"].isChecked() and bench.window.actions_["local"].isChecked()
+        assert ("gizmo", "rotate", "local") in bench.viewport.told
+        assert bench.viewport.camera == OrbitCamera((1.0, 2.0, 3.0), 25.0, 30.0, 40.0, True)
+        assert bench.window.docks["Scene"].isHidden()
+
+
+def test_reset_layout_brings_back_what_was_closed(qtbot: QtBot, tmp_path: Path, file: Path) -> None:
+    with open_bench(qtbot, tmp_path, kept=Settings(file), wait=False) as bench:
+        for dock in bench.window.docks.values():
+            dock.hide()
+    with open_bench(qtbot, tmp_path, kept=Settings(file), wait=False) as bench:
+        assert all(dock.isHidden() for dock in bench.window.docks.values())
+        bench.act("reset_layout")
+        assert not any(dock.isHidden() for dock in bench.window.docks.values())
+
+
+@pytest.mark.parametrize("junk", JUNK)
+def test_junk_in_the_settings_never_stops_the_start(
+    qtbot: QtBot, tmp_path: Path, file: Path, junk: str
+) -> None:
+    store = QSettings(str(file), QSettings.Format.IniFormat)
+    for key in KEYS:
+        store.setValue(key, junk)
+    store.sync()
+    with open_bench(qtbot, tmp_path, kept=Settings(file), wait=False) as bench:
+        assert bench.window.isVisible()
+        assert bench.window.actions_["both"].isChecked()
+        assert bench.viewport.camera is None
+
+
+@pytest.mark.parametrize("content", [b"\x00\xff" * 500, b"[window]\nstate=@Variant(\x00\x00", b"=\n[[[\n"])
+def test_a_broken_settings_file_is_like_none(
+    qtbot: QtBot, tmp_path: Path, file: Path, content: bytes
+) -> None:
+    file.write_bytes(content)
+    with open_bench(qtbot, tmp_path, kept=Settings(file), wait=False) as bench:
+        bench.window.feature(Heat).set_class("pedestrian")
+    assert Settings(file).read("heat/class", "") == "pedestrian"
+
+
+def test_a_value_of_another_type_gives_the_default() -> None:
+    settings = Settings()
+    settings.write("key", ["a"])
+    assert settings.read("key", "default") == "default"
+    assert settings.read("key", False) is False
+    assert settings.read("key", []) == ["a"]
+    assert settings.read_bytes("key").isEmpty()
+
+
+def test_tests_keep_away_from_the_settings_of_the_user() -> None:
+    assert "riglens-tests-" in str(config_folder()) and "riglens-tests-" in str(state_folder())
+
+
+def test_a_forced_theme_is_everywhere_at_once_and_kept(
+    qtbot: QtBot, tmp_path: Path, file: Path, plain_style: None
+) -> None:
+    told: list[bool] = []
+    with open_bench(qtbot, tmp_path, kept=Settings(file), wait=False) as bench:
+        bench.window.theme_changed.connect(told.append)
+        bench.act("theme_dark")
+        assert shows_dark()
+        assert bench.viewport.told[-1] == ("palette", DARK)
+        bench.act("theme_light")
+        assert not shows_dark()
+        assert bench.viewport.told[-1] == ("palette", LIGHT)
+        bench.act("theme_dark")
+        assert told == [True, False, True]
+    with open_bench(qtbot, tmp_path, kept=Settings(file), wait=False) as bench:
+        assert bench.window.feature(Theme).choice == "theme_dark"
+        assert shows_dark()
+
+
+def test_the_theme_follows_the_system_while_the_window_is_open(
+    qtbot: QtBot, tmp_path: Path, plain_style: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with open_bench(qtbot, tmp_path, wait=False) as bench:
+        apply_style(_app(), dark=False)
+        monkeypatch.setattr("app.window.features.theme.is_dark", lambda: True)
+        QGuiApplication.styleHints().colorSchemeChanged.emit(Qt.ColorScheme.Dark)
+        assert shows_dark()
+        assert bench.viewport.told[-1] == ("palette", DARK)
+        bench.act("theme_light")
+        QGuiApplication.styleHints().colorSchemeChanged.emit(Qt.ColorScheme.Dark)
+        assert not shows_dark()
+
+
+def _app() -> QApplication:
+    app = QApplication.instance()
+    assert isinstance(app, QApplication)
+    return app
