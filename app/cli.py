@@ -61,8 +61,8 @@ def _scene(name: str, metavar: str, converter: Callable[..., Any] | None = None)
 
 @Parameter(name="*")
 @dataclass(frozen=True)
-class Reading:
-    """How boxes are read and cut into voxels, the same for every command that reads boxes."""
+class Boxes:
+    """How boxes are read, the same for every command that reads boxes."""
 
     origin: Annotated[Triple | None, _scene("--origin", "X Y Z")] = None
     """Where the origin of the data set lies in the vehicle frame, metres (nuScenes ego: -1.35 0 0)."""
@@ -70,6 +70,16 @@ class Reading:
     """Number of frames of the data set, where frames without boxes have no row."""
     classes: Annotated[tuple[str, ...], _scene("--classes", "NAME=CLASS")] = ()
     """Count boxes called NAME as car, bicycle or pedestrian, or ignore them; may be given many times."""
+    ground: Annotated[Literal["auto"] | None, _scene("--ground", "auto")] = None
+    """With auto, estimate the ground by the bottoms of near boxes and put it at z = 0; see `riglens data`."""
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Reading:
+    """How boxes are read and cut into voxels."""
+
+    how: Boxes = Boxes()
     voxel: Annotated[float | Literal["auto"] | None, _scene("--voxel", "M|auto", _edge_or_auto)] = None
     """Edge of a voxel in metres (0.1). With auto, where rigs are scored: the coarsest that suits them."""
     roi: Annotated[Triple | None, _scene("--roi", "L W H")] = None
@@ -86,7 +96,8 @@ class Reading:
             raise InputError(
                 f"--tolerance {tolerance_pp:g} belongs to --voxel auto; add that, or leave it out"
             )
-        return SceneOptions(boxes, self.origin, self.frames, self.classes, voxel_m, self.roi, pog, auto)
+        how, ground = self.how, self.how.ground == "auto"
+        return SceneOptions(boxes, how.origin, how.frames, how.classes, voxel_m, self.roi, pog, auto, ground)
 
 
 @Parameter(name="*")
@@ -152,6 +163,11 @@ Rig = Annotated[str, Parameter(name="RIG")]
 Out = Annotated[Path, Parameter(metavar="FILE")]
 
 
+def _check_json(target: str | None) -> None:
+    if target is not None and target.startswith("-") and target != "-":
+        raise InputError(f"--json: found '{target}', accepted is a file name, or - for standard output")
+
+
 @app.default
 def window(rig: Rig = DEFAULT_RIG, /, *, scene: Scene = Scene(), score: Score = Score()) -> int:
     """Open the window on RIG (W+T). Without a display: the scores, and a picture, YAML and JSON in out/."""
@@ -177,8 +193,7 @@ def evaluate(
     json
         Also write the scores as JSON to a file; with - to standard output, instead of the table.
     """
-    if json is not None and json.startswith("-") and json != "-":
-        raise InputError(f"--json: found '{json}', accepted is a file name, or - for standard output")
+    _check_json(json)
     options, metric = scene.options(), score.options()
     from app import jobs
 
@@ -216,6 +231,28 @@ def pog(
 
 
 @app.command(sort_key=3)
+def data(
+    *boxes: Annotated[Path, Parameter(name="BOXES", required=True)],
+    how: Boxes = Boxes(),
+    json: Annotated[str | None, Parameter(allow_leading_hyphen=True, metavar="FILE|-")] = None,
+) -> None:
+    """Say what box data hold: classes, directions, distances, sizes, the ground, and what is not mapped.
+
+    Parameters
+    ----------
+    boxes
+        Box data sets: tables, nuScenes, Argoverse 2, KITTI or CARLA folders.
+    json
+        Also write the figures as JSON to a file; with - to standard output, instead of the tables.
+    """
+    _check_json(json)
+    options = Reading(how).options(boxes[0])
+    from app import data_job
+
+    data_job.describe(options, boxes, json)
+
+
+@app.command(sort_key=4)
 def render(
     rig: Rig,
     /,
@@ -296,7 +333,7 @@ def render(
     )  # fmt: skip
 
 
-@app.command(sort_key=4)
+@app.command(sort_key=5)
 def presets(
     name: Annotated[str | None, Parameter(name="NAME")] = None,
     /,

@@ -32,6 +32,7 @@ def evaluation_document(
             "frames": data.frames,
             "boxes": {name: data.boxes.get(name, 0) for name in CLASSES},
             "sha256": data.sha256,
+            "notes": list(data.notes),
         },
         "method": settings.method,
         "reading": settings.reading,

@@ -54,7 +54,8 @@ class AutoVoxel:
 class SceneOptions:
     """Which boxes and which grid; None means "not said" (the bundled scenario, the default grid).
 
-    `auto` takes the place of a voxel edge. The numbers are checked where they are used: by grid and readers.
+    `auto` takes the place of a voxel edge; `find_ground` puts the ground at z = 0, by the bottoms of the boxes. The
+    numbers are checked where they are used: by grid and readers.
     """
 
     boxes: Path | None = None
@@ -65,6 +66,7 @@ class SceneOptions:
     roi_m: Triple | None = None
     pog: Path | None = None
     auto: AutoVoxel | None = None
+    find_ground: bool = False
 
     def for_rigs(self, rigs: Sequence[Rig], score: ScoreOptions) -> SceneOptions:
         """The same with the rigs that an automatic voxel edge has to suit; without one nothing changes."""

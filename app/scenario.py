@@ -18,6 +18,7 @@ from core.scene.grid import DEFAULT_ROI_M, DEFAULT_VOXEL_M, VoxelGrid
 from core.scene.pog import Pog
 from core.scene.pog_store import cached_pog, load_pog
 from core.scene.readers import Source, bundled_source, open_boxes, parse_class_map
+from core.scene.survey import FEWEST_BOXES, LARGEST_SPREAD_M, NEAR_M, survey
 from core.study.voxel_choice import Tried, VoxelChoice, choose, ladder_grids
 
 SHOWN_UNMAPPED = 5
@@ -55,6 +56,7 @@ def source_of(options: SceneOptions) -> BoxSource:
             "--origin": options.origin_m,
             "--frames": options.frames,
             "--classes": options.classes or None,
+            "--ground": options.find_ground or None,
         }
         for name, value in said.items():
             if value is not None:
@@ -64,8 +66,23 @@ def source_of(options: SceneOptions) -> BoxSource:
 
 
 def boxes_of(options: SceneOptions, paths: Sequence[Path]) -> Source:
-    """The box data at some paths as one data set, read as the options say."""
-    return open_boxes(paths, options.origin_m, options.frames, parse_class_map(options.classes))
+    """The box data at some paths as one data set, read as the options say.
+
+    With `find_ground` they are read once more before, which may end in an InputError about the ground.
+    """
+    open_as_said = partial(
+        open_boxes, paths, options.origin_m, options.frames, parse_class_map(options.classes)
+    )
+    if not options.find_ground:
+        return open_as_said()
+    ground = survey(open_as_said()).ground
+    if ground is None or not ground.is_certain:
+        found = ground.text() if ground else f"no boxes within {NEAR_M:g} m"
+        raise InputError(
+            f"--ground auto: found {found}; accepted are {FEWEST_BOXES} boxes or more of which half agree to "
+            f"{LARGEST_SPREAD_M:g} m; say where the ground is with --origin X Y Z"
+        )
+    return open_as_said(lift_m=ground.lift_m, notes=(f"ground: {ground.text()}; moved to z = 0",))
 
 
 def load_field(options: SceneOptions, progress: Progress | None = None) -> tuple[Pog, EntropyField]:
@@ -144,6 +161,7 @@ def _stored_pog(options: SceneOptions, path: Path) -> Pog:
         "--origin": options.origin_m,
         "--frames": options.frames,
         "--classes": options.classes or None,
+        "--ground": options.find_ground or None,
     }
     for name, value in described.items():
         if value is not None:

@@ -8,6 +8,7 @@ from dataclasses import replace
 from functools import cached_property
 
 from core.errors import InputError
+from core.geometry import Vec3
 from core.scene.boxes import BoxBatch, DataReport, Progress
 from core.scene.readers.common import FileBoxSource, added_up, with_all_frames
 
@@ -32,6 +33,12 @@ class BoxCollection:
         self.name = name
         self._members, self._frames, self._is_part = tuple(members), frames, is_part
         self._report: DataReport | None = None
+
+    @property
+    def origin_m(self) -> Vec3 | None:
+        """Place of the origin in the vehicle frame, metres, when it is the same for all members."""
+        places = {member.origin_m for member in self._members}
+        return places.pop() if len(places) == 1 else None
 
     def parts(self) -> Sequence[FileBoxSource]:
         """The parts of all members."""

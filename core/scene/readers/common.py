@@ -91,6 +91,11 @@ class FileBoxSource(ABC):
         """What the data set is called in reports."""
         return str(self.path)
 
+    @property
+    def origin_m(self) -> Vec3:
+        """Place of the source's origin in the vehicle frame, metres, the default one if nobody said."""
+        return self.options.origin_m
+
     def parts(self) -> Sequence[FileBoxSource]:
         """Sources over parts of the files, which together hold the same frames; just itself when it is one."""
         return (self,)

@@ -1,0 +1,154 @@
+"""What a box data set holds, and where: counts by class, direction and distance, sizes, and the ground below it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from core.scene.boxes import CLASSES, BoxBatch, BoxSource, DataReport, Progress
+
+SECTORS = ("front", "left", "rear", "right")
+"""Quarters around the car, each 45° to both sides of its direction."""
+
+RINGS_M = (0.0, 10.0, 20.0, 30.0, 50.0, math.inf)
+"""Borders of the distances, horizontally from the car's middle to the middle of a box."""
+
+NEAR_M = 20.0
+"""Only boxes this near say where the ground is: farther off the road may rise or fall."""
+
+BARE_SHARE = 0.01
+FEWEST_BOXES = 20
+LARGEST_SPREAD_M = 0.5
+_STEP_M = 0.01
+_HEIGHT_RANGE_M = 20.0
+_SIZE_RANGE_M = 40.0
+
+
+@dataclass(frozen=True)
+class Ground:
+    """The ground as the bottoms of near boxes say: height_m is their median, half of them lie in between_m.
+
+    Heights are in the frame of the boxes; `boxes` counts those of class `cls` within NEAR_M.
+    """
+
+    height_m: float
+    between_m: tuple[float, float]
+    boxes: int
+    cls: str
+
+    @property
+    def is_certain(self) -> bool:
+        """Whether there are enough boxes, and they agree."""
+        low, high = self.between_m
+        return self.boxes >= FEWEST_BOXES and high - low <= LARGEST_SPREAD_M
+
+    @property
+    def lift_m(self) -> float:
+        """What has to be added to z so that the ground is at 0, in whole centimetres."""
+        return -round(self.height_m, 2)
+
+    def text(self) -> str:
+        """The estimate in words."""
+        low, high = self.between_m
+        return (
+            f"z = {self.height_m:.2f} m by the bottoms of {self.boxes:,} {self.cls} boxes within {NEAR_M:g} m, half of "
+            f"them from {low:.2f} to {high:.2f}"
+        )
+
+
+@dataclass(frozen=True)
+class Survey:
+    """Counts (class, sector, ring), median sizes (class, length width height) in metres, NaN without boxes."""
+
+    data: DataReport
+    counts: NDArray[np.int64]
+    sizes_m: NDArray[np.float64]
+    frames_with_boxes: int
+    most_in_a_frame: int
+    ground: Ground | None
+
+    @property
+    def boxes_per_frame(self) -> float:
+        """Mapped boxes per frame, on average over all frames."""
+        return float(self.counts.sum() / max(self.data.frames, 1))
+
+    def bare_sectors(self) -> dict[str, int]:
+        """Quarters around the car with next to no boxes while others have some, and how many they have."""
+        boxes = dict(zip(SECTORS, self.counts.sum(axis=(0, 2)).tolist(), strict=True))
+        few = BARE_SHARE * sum(boxes.values())
+        return {name: count for name, count in boxes.items() if count < few}
+
+
+class _Histogram:
+    """Counts of values in steps of a centimetre, for quantiles with flat memory; values beyond the ends count there."""
+
+    def __init__(self, low_m: float, high_m: float) -> None:
+        self._low_m = low_m
+        self._counts = np.zeros(round((high_m - low_m) / _STEP_M), np.int64)
+
+    def add(self, values_m: NDArray[np.float64]) -> None:
+        places = np.floor((values_m - self._low_m) / _STEP_M)
+        places = np.clip(places, 0, self._counts.size - 1).astype(np.int64)
+        self._counts += np.bincount(places, minlength=self._counts.size)
+
+    @property
+    def total(self) -> int:
+        return int(self._counts.sum())
+
+    def quantile(self, share: float) -> float:
+        """Middle of the step in which the quantile lies; NaN without values."""
+        if not self.total:
+            return math.nan
+        place = np.searchsorted(np.cumsum(self._counts), share * self.total)
+        return round(float(self._low_m + (place + 0.5) * _STEP_M), 3)
+
+
+class _Tally:
+    """What is counted while the boxes stream by."""
+
+    def __init__(self) -> None:
+        self.counts = np.zeros((len(CLASSES), len(SECTORS), len(RINGS_M) - 1), np.int64)
+        self.sizes = [[_Histogram(0.0, _SIZE_RANGE_M) for _ in range(3)] for _ in CLASSES]
+        self.bottoms = [_Histogram(-_HEIGHT_RANGE_M, _HEIGHT_RANGE_M) for _ in CLASSES]
+        self.frames, self.most = 0, 0
+
+    def add(self, batch: BoxBatch) -> None:
+        if not batch.frame.size:
+            return
+        per_frame = np.unique(batch.frame, return_counts=True)[1]
+        self.frames += per_frame.size
+        self.most = max(self.most, int(per_frame.max()))
+        x, y = batch.centre_m[:, 0], batch.centre_m[:, 1]
+        sector = np.floor((np.arctan2(y, x) + math.pi / 4) / (math.pi / 2)).astype(np.int64) % len(SECTORS)
+        distance = np.hypot(x, y)
+        ring = np.searchsorted(RINGS_M, distance, side="right") - 1
+        np.add.at(self.counts, (batch.cls, sector, ring), 1)
+        bottom = batch.centre_m[:, 2] - batch.rotation[:, 2, 2] * batch.size_m[:, 2] / 2
+        for cls in range(len(CLASSES)):
+            rows = batch.cls == cls
+            for axis in range(3):
+                self.sizes[cls][axis].add(batch.size_m[rows, axis])
+            self.bottoms[cls].add(bottom[rows & (distance <= NEAR_M)])
+
+
+def survey(source: BoxSource, progress: Progress | None = None) -> Survey:
+    """Read a data set once and count; memory does not grow with it. InputError on bad input."""
+    tally = _Tally()
+    for batch in source.batches(progress):
+        tally.add(batch)
+    sizes = np.array([[edge.quantile(0.5) for edge in edges] for edges in tally.sizes])
+    return Survey(source.report(), tally.counts, sizes, tally.frames, tally.most, _ground(tally.bottoms))
+
+
+def _ground(bottoms: list[_Histogram]) -> Ground | None:
+    """From the first class with enough boxes near by: cars stand on the road, people on kerbs and stairs too."""
+    classes = list(zip(CLASSES, bottoms, strict=True))
+    enough = [pair for pair in classes if pair[1].total >= FEWEST_BOXES]
+    name, heights = enough[0] if enough else max(classes, key=lambda pair: pair[1].total)
+    if not heights.total:
+        return None
+    between = heights.quantile(0.25), heights.quantile(0.75)
+    return Ground(heights.quantile(0.5), between, heights.total, name)

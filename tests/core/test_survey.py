@@ -1,0 +1,96 @@
+"""A survey counts boxes by direction and distance, and finds the ground below them."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from core.scene.survey import CLASSES, RINGS_M, SECTORS, survey
+from tests.core.builders import Boxes, boxes_of
+
+CAR = (4.5, 1.9, 1.6)
+
+
+def at(angle_deg: float, distance_m: float, cls: int = 0, frame: int = 0):  # type: ignore[no-untyped-def]
+    x, y = (distance_m * f(math.radians(angle_deg)) for f in (math.cos, math.sin))
+    return frame, cls, (x, y, 0.8), CAR, 0.0
+
+
+@pytest.mark.parametrize(
+    ("angle_deg", "sector"),
+    [(0, "front"), (44, "front"), (-44, "front"), (46, "left"), (134, "left"), (136, "rear"), (180, "rear"),
+     (-136, "rear"), (-134, "right"), (-46, "right")],
+)  # fmt: skip
+def test_quarters_are_those_around_the_car(angle_deg: float, sector: str) -> None:
+    found = survey(boxes_of(at(angle_deg, 12.0), frames=1))
+    assert found.counts[0, SECTORS.index(sector)].sum() == found.counts.sum() == 1
+
+
+@pytest.mark.parametrize(
+    ("distance_m", "ring"), [(0.5, 0), (9.99, 0), (10.01, 1), (29, 2), (31, 3), (500, 4)]
+)
+def test_rings_are_those_of_the_distance_on_the_ground(distance_m: float, ring: int) -> None:
+    assert survey(boxes_of(at(20, distance_m), frames=1)).counts[0, 0, ring] == 1
+    assert len(RINGS_M) == 6
+
+
+def test_boxes_per_frame_count_frames_without_boxes_too() -> None:
+    found = survey(boxes_of(at(0, 5), at(0, 9), at(9, 5, 2), at(0, 5, frame=3), frames=8))
+    assert (found.boxes_per_frame, found.most_in_a_frame, found.frames_with_boxes) == (0.5, 3, 2)
+    assert found.counts.sum(axis=(1, 2)).tolist() == [3, 0, 1]
+
+
+def test_sizes_are_medians_and_unknown_without_boxes() -> None:
+    rows = [(0, 0, (5.0, n, 1.0), (4.0 + n, 2.0, 1.5), 0.0) for n in range(3)]
+    sizes = survey(boxes_of(*rows, frames=1)).sizes_m
+    np.testing.assert_allclose(sizes[0], [5.0, 2.0, 1.5], atol=0.011)
+    assert np.isnan(sizes[1:]).all()
+
+
+def test_a_quarter_with_next_to_nothing_is_told() -> None:
+    ahead = [at(angle, 15, frame=angle + 40) for angle in range(-40, 40)] * 2
+    rows = sorted([*ahead, at(90, 10)], key=lambda row: row[0])
+    assert survey(boxes_of(*rows, frames=90)).bare_sectors() == {"left": 1, "rear": 0, "right": 0}
+    assert survey(boxes_of(frames=3)).bare_sectors() == {}
+    around = [at(angle, 10) for angle in range(0, 360, 10)]
+    assert survey(boxes_of(*around, frames=1)).bare_sectors() == {}
+
+
+def boxes_on(ground_m: float, seed: int, count: int = 60, cls: int = 0) -> Boxes:
+    """Boxes that stand on a ground, some of them anywhere else: wrong labels, bridges, far hills."""
+    random = np.random.default_rng(seed)
+    size = random.uniform([3, 1.5, 1.2], [5, 2, 3], (count, 3))
+    bottom = ground_m + random.normal(0, 0.05, count)
+    bottom[: count // 5] += random.uniform(-3, 3, count // 5)
+    centre = np.column_stack([random.uniform(-12, 12, (count, 2)), bottom + size[:, 2] / 2])
+    centre[-10:, 0] += 60  # far away and far below
+    centre[-10:, 2] -= 8
+    rotation = np.tile(np.eye(3), (count, 1, 1))
+    return Boxes(np.arange(count), np.full(count, cls, np.uint8), centre, size, rotation, count)
+
+
+@given(st.floats(-3, 3), st.integers(0, 1000))
+def test_the_ground_is_found_among_outliers(ground_m: float, seed: int) -> None:
+    ground = survey(boxes_on(ground_m, seed)).ground
+    assert ground is not None and ground.is_certain
+    assert ground.height_m == pytest.approx(ground_m, abs=0.06)
+    assert ground.lift_m == pytest.approx(-ground_m, abs=0.07)
+    assert ground.boxes == 50
+
+
+def test_pedestrians_stand_in_where_there_are_no_cars() -> None:
+    ground = survey(boxes_on(0.5, 1, cls=2)).ground
+    assert ground is not None
+    assert ground.cls == "pedestrian" == CLASSES[2]
+
+
+def test_a_ground_nobody_agrees_on_is_not_certain() -> None:
+    random = np.random.default_rng(3)
+    rows = [(n, 0, (5.0, 1.0, float(random.uniform(-3, 3))), CAR, 0.0) for n in range(50)]
+    ground = survey(boxes_of(*rows, frames=50)).ground
+    assert ground is not None and not ground.is_certain
+    few = survey(boxes_of(at(0, 5), frames=1)).ground
+    assert few is not None and not few.is_certain
+    assert survey(boxes_of(at(0, 50), frames=1)).ground is None
