@@ -94,6 +94,36 @@ def draw_sensor(
     painter.drawEllipse(at, DOT_PX, DOT_PX)
 
 
+def draw_outside(painter: QPainter, view: PlaneView, sensor: Lidar | Camera) -> None:
+    """An arrow at the edge of the map towards a sensor beyond it."""
+    at = outside_mark(view, sensor)
+    if at is None:
+        return
+    towards = view.to_px(sensor.position[0], sensor.position[1]) - view.area.center()
+    painter.save()
+    painter.translate(at)
+    painter.rotate(math.degrees(math.atan2(towards.y(), towards.x())))
+    arrow = QPainterPath(QPointF(DOT_PX + 2.0, 0.0))
+    arrow.lineTo(-DOT_PX, DOT_PX)
+    arrow.lineTo(-DOT_PX, -DOT_PX)
+    arrow.closeSubpath()
+    painter.setPen(QPen(QColor("#000000"), 1.0))
+    painter.setBrush(QColor(KIND_COLOURS[sensor.kind]))
+    painter.drawPath(arrow)
+    painter.restore()
+
+
+def outside_mark(view: PlaneView, sensor: Lidar | Camera) -> QPointF | None:
+    """Where on the edge a sensor beyond the map is marked, None for one on the map."""
+    at, area = view.to_px(sensor.position[0], sensor.position[1]), view.area
+    if area.contains(at):
+        return None
+    inner = area.adjusted(8.0, 8.0, -8.0, -8.0)
+    return QPointF(
+        min(max(at.x(), inner.left()), inner.right()), min(max(at.y(), inner.top()), inner.bottom())
+    )
+
+
 def _draw_wedge(painter: QPainter, at: QPointF, camera: Camera, colour: QColor) -> None:
     fx_px, _, cx_px, _ = camera.intrinsics_px()
     left = _on_screen(camera, (1.0, cx_px / fx_px, 0.0), _WEDGE_PX)

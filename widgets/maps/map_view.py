@@ -16,9 +16,11 @@ from widgets.maps.map_items import (
     BLIND_COLOUR,
     draw_car,
     draw_legend,
+    draw_outside,
     draw_rings,
     draw_roi,
     draw_sensor,
+    outside_mark,
     roi_rectangle,
 )
 from widgets.maps.paint import SHARE_MAP, argb, colours, draw_message, draw_tag, image_of, small_font
@@ -105,7 +107,7 @@ class MapView(QWidget):
         x, y = self.plane.to_m(self._hover)
         place = f"x {x:.1f}  y {y:.1f} m"
         if sensor is not None:
-            return f"{sensor.name} · {place}" + ("" if sensor.enabled else " · switched off")
+            return " · ".join([sensor.name, *self._state_of(sensor), place])
         cell = self._top.cell_at(x, y) if self._top is not None else None
         if self._top is None or cell is None:
             return f"{place} · outside the ROI" if self._top is not None else place
@@ -114,9 +116,23 @@ class MapView(QWidget):
         return f"{place} · {100 * self._top.seen[cell]:.0f} % seen of {self._top.entropy_nat[cell]:.3g} nat"
 
     def _summary(self) -> str:
-        if self._top is None or self._top.is_empty:
-            return ""
-        return f"{100 * self._top.blind_share():.1f} % of the area with {self._top.class_name} is blind"
+        said = []
+        if self._top is not None and not self._top.is_empty:
+            share = 100 * self._top.blind_share()
+            said.append(f"{share:.1f} % of the area with {self._top.class_name} is blind")
+        outside = [sensor.name for sensor in self._shown() if self._is_outside(sensor)]
+        if outside:
+            said.append(f"outside the ROI: {', '.join(outside)}")
+        return " · ".join(said)
+
+    def _state_of(self, sensor: Lidar | Camera) -> list[str]:
+        """What is unusual about a sensor."""
+        said = {"outside the ROI": self._is_outside(sensor), "switched off": not sensor.enabled}
+        return [text for text, is_so in said.items() if is_so]
+
+    def _is_outside(self, sensor: Lidar | Camera) -> bool:
+        low, roi = self._grid.origin_m, self._grid.roi_m
+        return not all(a <= p < a + b for a, b, p in zip(low, roi, sensor.position, strict=True))
 
     # ------------------------------------------------------------------ painting
     def paintEvent(self, event: QPaintEvent) -> None:
@@ -133,6 +149,7 @@ class MapView(QWidget):
         draw_car(painter, view, self._rig.vehicle, look)
         for sensor in sorted(self._shown(), key=lambda sensor: sensor.name == self._selected):
             draw_sensor(painter, view, sensor, sensor.name == self._selected, look)
+            draw_outside(painter, view, sensor)
         if self._message:
             draw_message(painter, view.area, self._message, look)
         painter.restore()
@@ -229,7 +246,8 @@ class MapView(QWidget):
         """The sensor nearest to a place, within reach of the mouse; the highest of those at the same spot."""
         found: list[tuple[float, float, Lidar | Camera]] = []
         for sensor in self._shown():
-            offset = self.plane.to_px(sensor.position[0], sensor.position[1]) - at
+            mark = outside_mark(self.plane, sensor)
+            offset = (mark or self.plane.to_px(sensor.position[0], sensor.position[1])) - at
             distance = math.hypot(offset.x(), offset.y())
             if distance <= _PICK_PX:
                 found.append((round(distance), -sensor.position[2], sensor))

@@ -57,11 +57,12 @@ def draw_tag(painter: QPainter, at: QPointF, text: str, ink: QColor, paper: QCol
 
 
 def draw_message(painter: QPainter, area: QRectF, text: str, tones: Tones) -> None:
-    """A sentence in the middle of an area, on a patch of its own."""
+    """A sentence at the foot of an area, on a patch of its own."""
     font = QFont(painter.font())
     painter.setFont(font)
     room = area.adjusted(16.0, 8.0, -16.0, -8.0)
-    flags = int(Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap)
+    room.adjust(0.0, 0.0, 0.0, -10.0)
+    flags = int(Qt.AlignmentFlag.AlignHCenter | Qt.AlignmentFlag.AlignBottom | Qt.TextFlag.TextWordWrap)
     box = QFontMetricsF(font).boundingRect(room, flags, text).adjusted(-10.0, -6.0, 10.0, 6.0)
     paper = QColor(tones.panel)
     paper.setAlphaF(0.92)
