@@ -9,6 +9,7 @@ from app.scoring import Approximation, LoadedScene, Result
 from widgets.panels.progress_strip import ProgressStrip
 
 UPDATING = "updating…"
+NO_DATA = "no box data, no scores"
 COARSE_NOTE = (
     "An exact answer takes longer than a frame here.\nScores marked ≈ are estimated on larger voxels; "
     "the exact ones replace them as soon as the mouse rests."
@@ -23,6 +24,7 @@ class StatusBar(QStatusBar):
         self.setSizeGripEnabled(False)
         self.state, self.time, self.scene = QLabel(UPDATING), QLabel(), QLabel()
         self._is_coarse = False
+        self._waiting = UPDATING
         self.state.setMinimumWidth(80)
         self.addWidget(self.state)
         self.addWidget(self.time)
@@ -37,7 +39,12 @@ class StatusBar(QStatusBar):
     def set_updating(self) -> None:
         """The numbers shown are of an earlier state; coarse ones are said to be so until the next are there."""
         if not self._is_coarse:
-            self.state.setText(UPDATING)
+            self.state.setText(self._waiting)
+
+    def set_no_data(self) -> None:
+        """No scores are coming: there is nothing to compute them on."""
+        self._waiting = NO_DATA
+        self.set_updating()
 
     def show_approximation(self, first: Approximation) -> None:
         """Say that the numbers are coarse, and that this is not the end."""
@@ -57,6 +64,7 @@ class StatusBar(QStatusBar):
     def show_scene(self, scene: LoadedScene) -> None:
         """Say what the scores are computed on."""
         field = scene.field
+        self._waiting = UPDATING
         self.scene.setText(scene_line(scene))
         boxes = ", ".join(f"{count:,} {name}" for name, count in field.data.boxes.items())
         unmapped = (

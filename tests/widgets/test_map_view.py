@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QImage, QWheelEvent
-from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from core.rig.model import Camera, EvenAngles, Lidar, Rig
 from core.scene.grid import VoxelGrid
 from core.scene.top_view import BLIND, MOST, TopView
+from tests.widgets.mouse import hover
 from widgets.maps.map_items import BLIND_COLOUR
 from widgets.maps.map_view import MapView
 from widgets.maps.plane import PlaneView
@@ -87,13 +87,13 @@ def test_blind_seen_and_empty_areas_have_colours_of_their_own(view: MapView) -> 
 
 
 def test_hovering_says_place_share_and_entropy(view: MapView) -> None:
-    QTest.mouseMove(view, spot(view, -7.0, -5.0))
+    hover(view, spot(view, -7.0, -5.0))
     assert view.readout() == "x -7.0  y -5.0 m · 100 % seen of 4 nat"
-    QTest.mouseMove(view, spot(view, 8.0, 6.0))
+    hover(view, spot(view, 8.0, 6.0))
     assert "0 % seen of 2 nat" in view.readout()
-    QTest.mouseMove(view, spot(view, 0.0, -8.0))
+    hover(view, spot(view, 0.0, -8.0))
     assert view.readout().endswith("no car here")
-    QTest.mouseMove(view, spot(view, -5.0, -3.0))
+    hover(view, spot(view, -5.0, -3.0))
     assert view.readout().startswith("front · ")
 
 

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, QPointF
 from PySide6.QtGui import QColor, QImage
-from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 
 from core.rig.model import Camera, Lidar
@@ -14,6 +13,7 @@ from core.view.body_tree import BodyTree
 from core.view.camera_picture import camera_picture
 from core.view.frames import FrameBoxes
 from core.view.range_image import range_image
+from tests.widgets.mouse import hover
 from widgets.maps.range_view import azimuth_text, azimuth_ticks, spread
 from widgets.maps.sensor_view import SensorView
 from widgets.theme import CLASS_COLOURS
@@ -73,9 +73,9 @@ def test_a_box_on_the_left_of_the_car_is_on_the_left_of_the_image(view: SensorVi
 def test_hovering_over_the_image_says_what_is_there_and_how_far(view: SensorView) -> None:
     view.show_camera(camera_picture(CAMERA, GRID, boxes((0, 8.0, 0.0)), NO_BODY))
     assert view.camera.readout() == "400 × 200 px · sees car 1"
-    QTest.mouseMove(view.camera, pixel(view, 200, 100).toPoint())
+    hover(view.camera, pixel(view, 200, 100).toPoint())
     assert view.camera.readout().endswith("car, 7.5 m away")
-    QTest.mouseMove(view.camera, pixel(view, 20, 20).toPoint())
+    hover(view.camera, pixel(view, 20, 20).toPoint())
     assert view.camera.readout().startswith("pixel ")
 
 
@@ -90,19 +90,19 @@ def test_the_own_car_is_drawn_where_the_mask_says(view: SensorView) -> None:
     a, b, c, d = (0.5, -2.0, 1.0), (3.0, -2.0, 1.0), (3.0, 2.0, 1.0), (0.5, 2.0, 1.0)
     bonnet = np.array([[a, b, c], [a, c, d]])
     view.show_camera(camera_picture(CAMERA, GRID, boxes(), BodyTree.of(bonnet)))
-    QTest.mouseMove(view.camera, pixel(view, 200, 180).toPoint())
+    hover(view.camera, pixel(view, 200, 180).toPoint())
     assert view.camera.readout().endswith("own car")
-    QTest.mouseMove(view.camera, QPoint(1, 1))
+    hover(view.camera, QPoint(1, 1))
     assert "own car" in view.camera.readout()
 
 
 def test_hovering_over_a_range_image_names_beam_angles_and_what_is_hit(view: SensorView) -> None:
     view.show_ranges(range_image(LIDAR, boxes((1, 8.0, 0.0)), NO_BODY), 40.0)
     area = view.ranges.image_area
-    QTest.mouseMove(view.ranges, QPointF(area.center().x() - 1, area.top() + area.height() / 2).toPoint())
+    hover(view.ranges, QPointF(area.center().x() - 1, area.top() + area.height() / 2).toPoint())
     assert view.ranges.readout().startswith("beam 3 of 3 · -3.00° up, ")
     assert view.ranges.readout().endswith("bicycle, 7.5 m")
-    QTest.mouseMove(view.ranges, QPointF(area.left() + 3, area.top() + 3).toPoint())
+    hover(view.ranges, QPointF(area.left() + 3, area.top() + 3).toPoint())
     assert view.ranges.readout().endswith("no return")
 
 

@@ -12,6 +12,7 @@ from PySide6.QtWidgets import (
     QComboBox,
     QHBoxLayout,
     QLabel,
+    QSizePolicy,
     QSlider,
     QSpinBox,
     QStackedWidget,
@@ -62,14 +63,15 @@ class SensorView(QWidget):
 
     def _build_header(self) -> None:
         self._header = QWidget()
-        both = QVBoxLayout(self._header)
-        both.setContentsMargins(MARGIN, 4, MARGIN, 4)
-        both.setSpacing(2)
+        rows = QVBoxLayout(self._header)
+        rows.setContentsMargins(MARGIN, 4, MARGIN, 4)
+        rows.setSpacing(2)
+        first, second = QHBoxLayout(), QHBoxLayout()
+        for row in (first, second):
+            row.setSpacing(SPACING)
+            rows.addLayout(row)
         self.title = QLabel()
-        both.addWidget(self.title)
-        row = QHBoxLayout()
-        both.addLayout(row)
-        row.setSpacing(SPACING)
+        self.title.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.frame, self.slider = QSpinBox(), QSlider(Qt.Orientation.Horizontal)
         self.frame.setObjectName("frame")
         self.frame.setToolTip("Frame of the data set, counted from 0")
@@ -85,11 +87,12 @@ class SensorView(QWidget):
         self.colouring.currentIndexChanged.connect(
             lambda _: self.ranges.set_colouring(self.colouring.currentData())
         )
+        first.addWidget(self.title, 1)
+        first.addWidget(self.rays)
+        first.addWidget(self.colouring)
         for widget in (QLabel("Frame"), self.frame, self._of):
-            row.addWidget(widget)
-        row.addWidget(self.slider, 1)
-        row.addWidget(self.rays)
-        row.addWidget(self.colouring)
+            second.addWidget(widget)
+        second.addWidget(self.slider, 1)
         self.frame.valueChanged.connect(self._choose)
         self.slider.valueChanged.connect(self._choose)
 

@@ -77,6 +77,8 @@ class SceneData(Feature):
         self._strip.end()
         if problem:
             self.window.report_error(problem)
+            if self.loaded is None:
+                self.window.status.set_no_data()
 
     def _choose_file(self) -> None:
         self._choose(self.window.dialogs.box_file(self.window))
