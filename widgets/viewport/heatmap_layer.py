@@ -17,6 +17,7 @@ from vtkmodules.vtkCommonDataModel import vtkCellArray
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
 from widgets.viewport.camera import OrbitCamera, Size
+from widgets.viewport.heat_pick import CAR_CENTRE_M, CAR_RADII_M, CLEAR_BEFORE, CLEAR_BESIDE, eye_m
 from widgets.viewport.heat_scale import (
     DEFAULT_LOOK,
     HeatLook,
@@ -32,22 +33,21 @@ from widgets.viewport.heat_scale import (
 DRAG_CELLS = 30_000
 _SLANTED = 1.25
 _GL_PROGRAM_POINT_SIZE = 0x8642
-_FAR_M = 1e4
 _POSITION_HOOK = "//VTK::PositionVC::Impl"
 _SIZE_CODE = "  gl_PointSize = clamp(cellScale / gl_Position.w, 1.0, 96.0);\n"
 _COLOUR_HOOK = "//VTK::Color::Impl"
 # Cells between the eye and the car are almost clear, or traffic would hide car and sensors: in a space where
 # car and sensors fill the unit sphere, those inside the cone from the eye to that sphere.
-_FADE_CODE = """
+_FADE_CODE = f"""
   vec3 eye = vec3(eyeX, eyeY, eyeZ);
-  vec3 carCentre = vec3(0.0, 0.0, 1.4);
-  vec3 carRadii = vec3(3.2, 1.8, 2.1);
+  vec3 carCentre = vec3{CAR_CENTRE_M};
+  vec3 carRadii = vec3{CAR_RADII_M};
   vec3 toCell = (vertexMC.xyz - eye) / carRadii;
   vec3 toCar = (carCentre - eye) / carRadii;
   float along = dot(toCell, normalize(toCar));
   float beside = length(toCell - along * normalize(toCar)) * length(toCar) / max(along, 1e-6);
-  float before = 1.0 - smoothstep(length(toCar) - 0.7, length(toCar) + 0.3, along);
-  vertexColorVSOutput.a *= 1.0 - 0.99 * before * (1.0 - smoothstep(0.9, 1.5, beside));
+  float before = 1.0 - smoothstep(length(toCar) + {CLEAR_BEFORE[0]}, length(toCar) + {CLEAR_BEFORE[1]}, along);
+  vertexColorVSOutput.a *= 1.0 - 0.99 * before * (1.0 - smoothstep({CLEAR_BESIDE[0]}, {CLEAR_BESIDE[1]}, beside));
 """
 
 
@@ -141,7 +141,7 @@ class HeatmapLayer:
     def __init__(self, renderer: pv.Renderer) -> None:
         self._data: HeatmapData | None = None
         self._look = DEFAULT_LOOK
-        self._cells: tuple[_Cells, _Cells] | None = None
+        self._cells: dict[bool, _Cells] = {}
         self._drawn: _Cells | None = None
         self._mapper = _cell_mapper()
         self._actor = _cell_actor(self._mapper)
@@ -158,33 +158,31 @@ class HeatmapLayer:
         same_cells = data is not None and self._data is not None and data.centres_m is self._data.centres_m
         self._data, self._drawn = data, None
         if not same_cells:
-            self._cells = None
+            self._cells = {}
         if data is None:
             self._actor.SetVisibility(False)
 
     def set_look(self, look: HeatLook) -> None:
         """Draw the same values in another way."""
         if look.slice_m != self._look.slice_m:
-            self._cells = None
+            self._cells = {}
         self._look, self._drawn = look, None
 
     def arrange(self, camera: OrbitCamera, size: Size, quick: bool) -> None:
         """Choose the level and size its cells for this camera; stronger cells are drawn over weaker ones."""
         if self._data is None:
             return
-        if self._cells is None:
-            self._cells = self._make_cells(self._data)
-        cells = self._cells[1 if quick else 0]
+        cells = self._cells_of(self._data, quick)
         self._aim(cells.level.cell_m, camera, size)
         if self._drawn is not cells:
             self._drawn = cells
             self._paint(cells, self._data)
 
-    def _make_cells(self, data: HeatmapData) -> tuple[_Cells, _Cells]:
-        full = full_level(data.centres_m, data.cell_m, in_slice(self._look, data.centres_m[:, 2]))
-        coarse = coarse_level(full)
-        cells = _Cells(full)
-        return cells, cells if coarse is full else _Cells(coarse)
+    def _cells_of(self, data: HeatmapData, quick: bool) -> _Cells:
+        if quick not in self._cells:
+            level = full_level(data.centres_m, data.cell_m, in_slice(self._look, data.centres_m[:, 2]))
+            self._cells[quick] = _Cells(coarse_level(level) if quick else level)
+        return self._cells[quick]
 
     def _paint(self, cells: _Cells, data: HeatmapData) -> None:
         values, weights = cells.level.merged(data)
@@ -204,10 +202,9 @@ class HeatmapLayer:
         """
         pixels_at_1m = cell_m * size[1] / 2 / np.tan(np.radians(camera.view_angle_deg) / 2)
         scale = pixels_at_1m / camera.distance_m if camera.parallel else _SLANTED * pixels_at_1m
-        eye = camera.focal_m - (_FAR_M if camera.parallel else camera.distance_m) * camera.axes()[2]
         uniforms = self._actor.GetShaderProperty().GetVertexCustomUniforms()
         uniforms.SetUniformf("cellScale", float(scale))
-        for axis, value in zip("XYZ", eye, strict=True):
+        for axis, value in zip("XYZ", eye_m(camera), strict=True):
             uniforms.SetUniformf(f"eye{axis}", float(value))
 
 

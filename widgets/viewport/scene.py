@@ -27,9 +27,11 @@ from widgets.viewport.body_layer import BodyLayer
 from widgets.viewport.camera import OrbitCamera, Size, view_camera
 from widgets.viewport.caption_layer import NO_CAPTION, Caption, CaptionLayer
 from widgets.viewport.ground_layer import GroundLayer
+from widgets.viewport.heat_pick import PickedCell, cell_at
 from widgets.viewport.heat_scale import DEFAULT_LOOK, HeatLook, HeatmapData
 from widgets.viewport.heatmap_layer import HeatmapLayer
 from widgets.viewport.legend_layer import LegendLayer
+from widgets.viewport.marker_layer import Marker, MarkerLayer
 from widgets.viewport.rays_layer import RaysLayer
 from widgets.viewport.roi_layer import RoiLayer
 from widgets.viewport.sensor_layer import SensorLayer
@@ -57,6 +59,7 @@ class SceneState:
     heat_look: HeatLook = DEFAULT_LOOK
     show_legend: bool = True
     caption: Caption = NO_CAPTION
+    marker: Marker | None = None
     camera: OrbitCamera = field(default_factory=OrbitCamera)
     gizmo_mode: GizmoMode = "both"
     gizmo_space: Space = "local"
@@ -82,6 +85,7 @@ class Scene:
         self._body, self._sensors = BodyLayer(renderer), SensorLayer(renderer)
         self._rays, self._heatmap = RaysLayer(renderer), HeatmapLayer(renderer)
         self._legend, self._caption = LegendLayer(renderer), CaptionLayer(renderer)
+        self._marker = MarkerLayer(self._overlay)
         self._gizmo = GizmoActors(self._overlay, palette)
         self._rays.set_line_width(pixel_ratio)
         _set_lights(plotter)
@@ -135,6 +139,7 @@ class Scene:
         self._heatmap.set_look(self._state.heat_look)
         self.set_heatmap(self._state.heatmap)
         self._caption.set_caption(self._state.caption, palette)
+        self._marker.set_marker(self._state.marker, palette)
 
     def set_vehicle(self, vehicle: Vehicle) -> None:
         """Draw another car. Raises InputError for an unknown body and keeps the car shown before."""
@@ -175,6 +180,18 @@ class Scene:
         self._state = replace(self._state, heat_look=look)
         self._heatmap.set_look(look)
         self._draw_legend()
+
+    def set_marker(self, marker: Marker | None) -> None:
+        """Point out a cube, or none."""
+        self._state = replace(self._state, marker=marker)
+        self._marker.set_marker(marker, self._state.palette)
+
+    def cell_at(self, pixel: tuple[float, float]) -> PickedCell | None:
+        """The cell of the heatmap under a pixel, the nearest of those that are drawn."""
+        state = self._state
+        if state.heatmap is None:
+            return None
+        return cell_at(state.heatmap, state.heat_look, state.camera, self.size, pixel)
 
     @property
     def legend_texts(self) -> tuple[str, ...]:
@@ -253,6 +270,7 @@ class Scene:
         self._legend.set_drawn(self._heatmap.drawn_cell_m)
         self._legend.place(self.size, self._pixel_ratio)
         self._caption.place(self.size, self._pixel_ratio)
+        self._marker.arrange(state.camera, self.size, self._pixel_ratio)
         place = self.gizmo_place()
         if place is None:
             self._gizmo.hide()

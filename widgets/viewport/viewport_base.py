@@ -17,8 +17,10 @@ from widgets.gizmo.drag import Space
 from widgets.gizmo.handles import GizmoMode
 from widgets.theme import Palette
 from widgets.viewport.camera import OrbitCamera
+from widgets.viewport.cell_picker import CellPicker
 from widgets.viewport.controller import Button, Pixel, ViewController
-from widgets.viewport.heat_scale import HeatmapData
+from widgets.viewport.heat_scale import HeatLook, HeatmapData
+from widgets.viewport.marker_layer import Marker
 from widgets.viewport.scene import Scene, SceneState, render_still
 
 _REST_MS = 160
@@ -42,6 +44,9 @@ class ViewportBase(QWidget):
     drag_finished = Signal(str)
     drag_cancelled = Signal(str)
     drawn = Signal()
+    cell_picked = Signal(object)
+    """The PickedCell of the heatmap that was clicked at, None where there is none."""
+    escaped = Signal()
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -66,6 +71,9 @@ class ViewportBase(QWidget):
         canvas.setMouseTracking(True)
         canvas.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         canvas.installEventFilter(self)
+        self._picker = CellPicker(canvas, scene, lambda: self._controller.dragging is not None)
+        self._picker.picked.connect(self.cell_picked)
+        self._picker.escaped.connect(self.escaped)
         layout = self.layout()
         assert layout is not None
         layout.addWidget(canvas)
@@ -91,6 +99,20 @@ class ViewportBase(QWidget):
     def set_heatmap(self, data: HeatmapData | None) -> None:
         """Show a heatmap, or none."""
         self._scene.set_heatmap(data)
+        self.request_render()
+
+    def set_heat_look(self, look: HeatLook) -> None:
+        """Draw the heatmap in another way: threshold, scale, opacity, slice."""
+        self._scene.set_heat_look(look)
+        self.request_render()
+
+    def set_picking(self, is_on: bool) -> None:
+        """Have every left click pick a cell of the heatmap; else only those with Alt do."""
+        self._picker.set_on(is_on)
+
+    def set_marker(self, marker: Marker | None) -> None:
+        """Point out a voxel, or none."""
+        self._scene.set_marker(marker)
         self.request_render()
 
     def set_grid(self, grid: VoxelGrid) -> None:
@@ -158,6 +180,7 @@ class ViewportBase(QWidget):
         self._draw_timer.stop()
         self._rest_timer.stop()
         self._canvas.removeEventFilter(self)
+        self._picker.stop()
         self._release()
 
     # ---- what a subclass supplies
