@@ -15,6 +15,7 @@ from core.geometry import Vec3
 from core.rig.formats.base import Exported, Format, Imported
 from core.rig.formats.frame_names import is_optical, kind_of, without_ending
 from core.rig.formats.frames import FrameTree, Matrix, from_optical, pose_from_se3, se3_from_rpy_deg
+from core.rig.formats.lenses import report_distortion
 from core.rig.formats.mounts import (
     Mounting,
     ReadOptions,
@@ -140,6 +141,8 @@ def write(rig: Rig) -> Exported:
         pose = pose_from_se3(root_SE3_body(sensor, roof_m))
         children[_frame(sensor)] = _pose_text(*pose.position_m, pose.rpy_deg)
         notes.written("pose", sensor.name)
+        if isinstance(sensor, Camera):
+            report_distortion(sensor, notes)
         notes.ignored("model, rays, lens and range: the files have no place for them", sensor.name)
     notes.converted(f"origin to the rear axle on the ground, {KIT} on the roof; angles to radians")
     notes.ignored("vehicle: the files have no place for it")

@@ -40,8 +40,9 @@ def recognises(source: Source) -> bool:
         return source.sibling(CAM_TO_CAM) is not None
     if source.suffix != ".txt":
         return False
-    lines = source.text[:100_000].splitlines()
-    return source.path.name == VELO_TO_CAM or any(line.startswith(("P2:", "P_rect_02:")) for line in lines)
+    if source.path.name in (CAM_TO_CAM, VELO_TO_CAM):
+        return True
+    return any(line.startswith(("P2:", "P_rect_02:")) for line in source.text[:100_000].splitlines())
 
 
 def read(source: Source, options: ReadOptions) -> Imported:

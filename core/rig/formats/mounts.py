@@ -16,6 +16,7 @@ from core.rig.formats.frames import Matrix, inverse, pose_from_se3, se3
 from core.rig.formats.report import Notes
 from core.rig.library import Entry, default_library
 from core.rig.model import MAX_SENSORS, Camera, Lidar, Rig, Vehicle
+from core.rig.yaml_check import ACCEPTED
 from core.rig.yaml_nodes import shortened
 
 DEFAULT_LIDAR = "generic-16"
@@ -149,10 +150,11 @@ def _count(number: int, noun: str) -> str:
 def _complaint(error: ValidationError) -> str:
     """The first thing that is wrong with a sensor, in words."""
     details = error.errors()[0]
-    place = ".".join(str(part) for part in details["loc"][:1])
-    found = shortened(str(details.get("input", "")), 60)
-    message = str(details["ctx"]["error"]) if details["type"] == "value_error" else details["msg"]
-    return f"{place}: found {found}; {message}" if place else message
+    if details["type"] == "value_error":
+        return str(details["ctx"]["error"])
+    field = str(details["loc"][0])
+    accepted = ACCEPTED.get(f"sensors[].{field}", details["msg"])
+    return f"{field}: found {shortened(str(details['input']), 60)}; accepted is {accepted}"
 
 
 def sensors_to_write(rig: Rig, notes: Notes) -> list[Lidar | Camera]:

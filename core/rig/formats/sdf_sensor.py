@@ -30,7 +30,8 @@ def numbers_in(element: Element, text: str, count: int) -> list[float]:
     except ValueError:
         found = []
     if len(found) != count or not all(abs(number) <= 1e6 for number in found):
-        raise element.error(f"found '{shortened(text, 40)}'; accepted are {count} numbers within ±1e6")
+        accepted = "is a number" if count == 1 else f"are {count} numbers"
+        raise element.error(f"found '{shortened(text, 40)}'; accepted {accepted} within ±1e6")
     return found
 
 
