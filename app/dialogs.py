@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QFileDialog, QMessageBox, QWidget
 RIG_FILES = "Rig files (*.yaml *.yml);;All files (*)"
 BOX_FILES = "Box tables (*.csv *.csv.gz *.parquet);;All files (*)"
 PICTURES = "PNG pictures (*.png)"
+TABLES = "CSV tables (*.csv)"
 Unsaved = Literal["save", "discard", "cancel"]
 
 
@@ -29,6 +30,11 @@ class Dialogs:
         """Where to save the picture."""
         chosen = QFileDialog.getSaveFileName(parent, "Save the picture", str(suggestion), PICTURES)[0]
         return _with_suffix(_path(chosen), ".png")
+
+    def save_table(self, parent: QWidget, suggestion: Path) -> Path | None:
+        """Where to save a table."""
+        chosen = QFileDialog.getSaveFileName(parent, "Save the table", str(suggestion), TABLES)[0]
+        return _with_suffix(_path(chosen), ".csv")
 
     def box_file(self, parent: QWidget) -> Path | None:
         """The box table to score on."""

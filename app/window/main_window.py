@@ -19,6 +19,7 @@ from app.tasks import Tasks
 from app.window.feature import Feature
 from app.window.features.background import Background
 from app.window.features.baseline import Baseline
+from app.window.features.compare import Compare
 from app.window.features.edits import Edits
 from app.window.features.files import Files
 from app.window.features.follow import Follow
@@ -60,6 +61,7 @@ FEATURES: tuple[type[Feature], ...] = (
     Baseline,
     Scores,
     Marginals,
+    Compare,
     Follow,
     Background,
     Theme,

@@ -145,6 +145,9 @@ class FakeDialogs(Dialogs):
     def save_picture(self, parent: QWidget, suggestion: Path) -> Path | None:
         return self.path
 
+    def save_table(self, parent: QWidget, suggestion: Path) -> Path | None:
+        return self.path
+
     def box_file(self, parent: QWidget) -> Path | None:
         return self.path
 

@@ -16,6 +16,7 @@ from widgets.panels.score_text import (
     change_text,
     exact_text,
     kilo_text,
+    looks_at_more,
     rough_text,
     share_text,
 )
@@ -159,12 +160,10 @@ class ScoreTable(QTableWidget):
         item.setText(change_text(change, column))
         _set_italic(item, False)
         item.setData(Qt.ItemDataRole.UserRole, change)
-        looks_at_more = (change > 0) == (column.is_share or settings.reading == "residual")
-        colour = tones().muted if change == 0 else tones().more if looks_at_more else tones().less
+        more = looks_at_more(change, column, settings.reading)
+        colour = tones().muted if change == 0 else tones().more if more else tones().less
         item.setForeground(QBrush(QColor(colour)))
-        meaning = (
-            "the same as" if change == 0 else "looks at more than" if looks_at_more else "looks at less than"
-        )
+        meaning = "the same as" if change == 0 else "looks at more than" if more else "looks at less than"
         item.setToolTip(f"{exact_text(column, change)}: {meaning} {self._baseline}")
 
     def grey(self) -> None:

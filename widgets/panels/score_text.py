@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from core.metric.scores import ClassScores
+from core.metric.scores import ClassScores, Reading
 
 MINUS, NONE = "\u2212", "–"
 
@@ -76,6 +76,11 @@ def change_text(change: float, column: Column) -> str:
     size, unit = (abs(change) * 100, " pp") if column.is_share else (abs(change) / 1000, "")
     digits = f"{size:.2f}" if size >= 0.005 else "<0.01"
     return _signed(digits, change, plus="+") + unit
+
+
+def looks_at_more(change: float, column: Column, reading: Reading) -> bool:
+    """Whether a change that is not 0 means that more is looked at: the sign depends on score and reading."""
+    return (change > 0) == (column.is_share or reading == "residual")
 
 
 def exact_text(column: Column, value: float) -> str:

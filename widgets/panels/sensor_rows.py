@@ -4,19 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from PySide6.QtCore import QModelIndex, QPersistentModelIndex, QRect, Qt
-from PySide6.QtGui import QBrush, QColor, QPainter
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QBrush, QColor
 from PySide6.QtWidgets import (
     QHeaderView,
-    QStyle,
-    QStyledItemDelegate,
-    QStyleOptionViewItem,
     QTreeWidget,
     QTreeWidgetItem,
 )
 
 from core.rig.library import default_library
 from core.rig.model import Camera, Lidar
+from widgets.panels.bar_delegate import BAR_COLOUR, BAR_SHARE, BarDelegate
 from widgets.panels.derived import derived_rows
 from widgets.panels.icons import icon
 from widgets.panels.style import numbers_font, tones
@@ -24,10 +22,7 @@ from widgets.panels.style import numbers_font, tones
 NAME, TYPE, LOSS, LOCK, EYE = range(5)
 TITLES = ("Sensor", "Type", "Loss", "", "")
 SENSOR_NAME = Qt.ItemDataRole.UserRole
-_SHARE = Qt.ItemDataRole.UserRole.value + 1
-_IS_STALE = Qt.ItemDataRole.UserRole.value + 2
 _WIDTHS_PX = {TYPE: 52, LOSS: 50, LOCK: 24, EYE: 26}
-_BAR_PX, _BAR_MARGIN_PX = 3, 5
 _FIXED_FLAGS = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
 _EDIT_FLAGS = _FIXED_FLAGS | Qt.ItemFlag.ItemIsEditable | Qt.ItemFlag.ItemIsUserCheckable
 TIPS = (
@@ -51,7 +46,7 @@ def set_up_columns(tree: QTreeWidget) -> None:
     """Titles, widths and delegates: only the name grows with the list."""
     tree.setColumnCount(len(TITLES))
     tree.setHeaderLabels(list(TITLES))
-    tree.setItemDelegateForColumn(LOSS, LossBar(tree))
+    tree.setItemDelegateForColumn(LOSS, BarDelegate(tree))
     head = tree.headerItem()
     for column, tip in enumerate(TIPS):
         head.setToolTip(column, tip)
@@ -110,38 +105,13 @@ def show_loss(row: QTreeWidgetItem, share: float | None, largest: float, tip: st
     row.setText(LOSS, "" if share is None else f"{100 * share:.2f}")
     row.setTextAlignment(LOSS, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
     row.setFont(LOSS, numbers_font(row.font(LOSS)))
-    row.setData(LOSS, _SHARE, None if share is None or largest <= 0.0 else share / largest)
-    row.setData(LOSS, _IS_STALE, False)
+    row.setData(LOSS, BAR_SHARE, None if share is None or largest <= 0.0 else share / largest)
+    row.setData(LOSS, BAR_COLOUR, None)
     row.setToolTip(LOSS, tip)
     row.setForeground(LOSS, QBrush(QColor(tones().text)))
 
 
 def set_loss_stale(row: QTreeWidgetItem) -> None:
     """Grey the loss: it is of an earlier rig."""
-    row.setData(LOSS, _IS_STALE, True)
+    row.setData(LOSS, BAR_COLOUR, tones().border)
     row.setForeground(LOSS, QBrush(QColor(tones().muted)))
-
-
-class LossBar(QStyledItemDelegate):
-    """A thin bar under the number, as long as the loss is large beside that of the other sensors."""
-
-    def paint(
-        self,
-        painter: QPainter,
-        option: QStyleOptionViewItem,
-        index: QModelIndex | QPersistentModelIndex,
-    ) -> None:
-        """Draw the number as usual, then the bar."""
-        super().paint(painter, option, index)
-        share = index.data(_SHARE)
-        if not isinstance(share, float):
-            return
-        rect: QRect = option.rect  # type: ignore[attr-defined]
-        state: QStyle.StateFlag = option.state  # type: ignore[attr-defined]
-        room = rect.width() - 2 * _BAR_MARGIN_PX
-        length = max(1, round(room * share))
-        colour = QColor(tones().border if index.data(_IS_STALE) else tones().accent)
-        if state & QStyle.StateFlag.State_Selected:
-            colour = QColor("white")
-        left = rect.right() - _BAR_MARGIN_PX - length
-        painter.fillRect(left, rect.bottom() - _BAR_PX, length, _BAR_PX - 1, colour)

@@ -1,0 +1,216 @@
+"""Several rigs side by side in the window: scored exactly in the background, sorted, opened, restored, exported."""
+
+import csv
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtWidgets import QComboBox, QPushButton
+from pytestqt.qtbot import QtBot
+
+import app.side_jobs
+from app.window.features.baseline import Baseline
+from app.window.features.compare import Compare
+from core.rig.presets import PAPER_RIGS, preset
+from core.rig.yaml_file import new_rig_file
+from core.scene.boxes import CLASSES
+from tests.app.window_bench import RIG, TIMEOUT_MS, Bench, choose_item, open_bench
+from widgets.panels.compare_rows import ALL_CLASSES
+from widgets.panels.score_text import change_text, column_of, kilo_text, share_text
+
+S_MS, SEEN = column_of("s_ms"), column_of("seen")
+
+
+@pytest.fixture
+def bench(qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
+    monkeypatch.setattr(app.side_jobs, "SIDE_REST_S", 0.0)
+    with open_bench(qtbot, tmp_path) as opened:
+        yield opened
+
+
+def compare(bench: Bench) -> Compare:
+    return bench.window.feature(Compare)
+
+
+def wait_for_scores(bench: Bench) -> None:
+    bench.settle()
+    bench.qtbot.waitUntil(lambda: all(row.scores for row in compare(bench).rows), timeout=TIMEOUT_MS)
+
+
+def choose(bench: Bench, name: str, text: str) -> None:
+    combo = compare(bench).panel.findChild(QComboBox, name)
+    assert combo is not None
+    choose_item(combo, text)
+
+
+def row_place(bench: Bench, name: str) -> QPoint:
+    panel = compare(bench).panel
+    table = panel.table
+    return table.visualRect(table.model().index(panel.names().index(name), 0)).center()
+
+
+def double_click(bench: Bench, name: str) -> None:
+    table = compare(bench).panel.table
+    place = row_place(bench, name)
+    for press in (bench.qtbot.mouseClick, bench.qtbot.mouseDClick):
+        press(table.viewport(), Qt.MouseButton.LeftButton, pos=place)
+
+
+def test_every_rig_has_the_scores_of_a_fresh_evaluation(bench: Bench) -> None:
+    compare(bench).add_presets(PAPER_RIGS[:2])
+    bench.document.set_enabled(("front",), False)
+    wait_for_scores(bench)
+    for row in compare(bench).rows:
+        assert row.scores == bench.fresh_scores(row.rig)
+    name = PAPER_RIGS[0]
+    fresh = bench.fresh_scores(preset(name)).classes["car"]
+    assert compare(bench).panel.text_of(name, "car S-MS") == kilo_text(fresh.s_ms)
+    assert compare(bench).panel.text_of(name, "car Seen") == share_text(fresh.any_seen)
+
+
+def test_the_rig_being_edited_is_the_first_row_and_follows_the_edits(bench: Bench) -> None:
+    bench.document.set_enabled(("roof",), False)
+    bench.settle()
+    first = compare(bench).rows[0]
+    assert (first.origin, first.rig) == ("current", bench.document.rig)
+    choose(bench, "compare_class", "car")
+    assert compare(bench).panel.text_of("small", "LiDARs S-MIG") == "0.00"
+
+
+def test_a_snapshot_is_restored_by_a_double_click_as_one_step(bench: Bench) -> None:
+    bench.qtbot.keyClick(bench.window, Qt.Key.Key_T, Qt.KeyboardModifier.ControlModifier)
+    bench.document.delete(("roof",))
+    wait_for_scores(bench)
+    double_click(bench, "small #1")
+    assert bench.document.rig == RIG
+    assert bench.document.undo_label == "restore small #1"
+    bench.act("undo")
+    assert [sensor.name for sensor in bench.document.rig.sensors] == ["front"]
+
+
+def test_a_snapshot_of_what_is_scored_already_costs_no_evaluation(bench: Bench) -> None:
+    bench.act("snapshot")
+    bench.act("snapshot")
+    assert [row.name for row in compare(bench).rows] == ["small", "small #1", "small #2"]
+    assert all(row.scores == bench.fresh_scores(RIG) for row in compare(bench).rows)
+
+
+def test_a_preset_and_a_file_are_opened_from_the_table(bench: Bench, tmp_path: Path) -> None:
+    path = tmp_path / "mast.yaml"
+    new_rig_file(RIG.replace(name="mast")).save(path)
+    bench.dialogs.path = path
+    bench.act("compare_file")
+    compare(bench).add_presets(("W+T",))
+    wait_for_scores(bench)
+    double_click(bench, "W+T")
+    assert bench.document.rig == preset("W+T")
+    double_click(bench, "mast.yaml")
+    assert (bench.document.path, bench.document.rig.name) == (path, "mast")
+
+
+def test_a_file_that_is_no_rig_is_reported_and_not_listed(bench: Bench, tmp_path: Path) -> None:
+    bench.dialogs.path = tmp_path / "bad.yaml"
+    bench.dialogs.path.write_text("riglens: 1\nsensors: 7\n")
+    bench.act("compare_file")
+    assert "bad.yaml" in bench.window.message_bar.message
+    assert len(compare(bench).rows) == 1
+
+
+def test_differences_count_from_the_first_rig_or_from_the_baseline(bench: Bench) -> None:
+    empty = RIG.replace(sensors=(), name="bare")
+    bench.window.feature(Baseline).pin(empty)
+    compare(bench).add_presets(("W+T",))
+    wait_for_scores(bench)
+    here, other, bare = (bench.fresh_scores(rig).classes["car"] for rig in (RIG, preset("W+T"), empty))
+    panel = compare(bench).panel
+    choose(bench, "compare_shown", "difference to the first")
+    assert panel.text_of("W+T", "car Seen") == change_text(other.any_seen - here.any_seen, SEEN)
+    assert panel.text_of("small", "car Seen") == "–"
+    choose(bench, "compare_shown", "difference to the baseline")
+    assert panel.text_of("W+T", "car S-MS") == change_text(other.s_ms - bare.s_ms, S_MS)
+
+
+@pytest.mark.parametrize("class_name", [ALL_CLASSES, *CLASSES])
+def test_rigs_are_sorted_by_the_column_that_is_clicked(bench: Bench, class_name: str) -> None:
+    compare(bench).add_presets(("W+T", "N+C", "Center"))
+    wait_for_scores(bench)
+    choose(bench, "compare_class", class_name)
+    panel = compare(bench).panel
+    header = panel.table.horizontalHeader()
+    title = "car Seen" if class_name == ALL_CLASSES else "Seen by any"
+    columns = range(panel.model.columnCount())
+    section = next(c for c in columns if panel.model.headerData(c, Qt.Orientation.Horizontal) == title)
+    place = QPoint(header.sectionViewportPosition(section) + 20, header.height() // 2)
+    bench.qtbot.mouseClick(header.viewport(), Qt.MouseButton.LeftButton, pos=place)
+    scored = "car" if class_name == ALL_CLASSES else class_name
+    rows = sorted(compare(bench).rows, key=lambda row: row.scores.classes[scored].any_seen)  # type: ignore[union-attr]
+    assert panel.names() == [row.name for row in rows]
+
+
+def test_other_settings_void_the_scores_and_compute_them_again(bench: Bench) -> None:
+    compare(bench).add_presets(("W+T",))
+    wait_for_scores(bench)
+    reading = bench.window.scores.findChild(QComboBox, "reading")
+    assert reading is not None
+    choose_item(reading, "residual")
+    bench.settle()
+    wait_for_scores(bench)
+    for row in compare(bench).rows:
+        assert row.scores == bench.fresh_scores(row.rig)
+
+
+def test_scoring_is_cancelled_and_taken_up_again(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(app.side_jobs, "SIDE_REST_S", 1e6)
+    compare(bench).add_presets(PAPER_RIGS)
+    button = compare(bench).panel.findChild(QPushButton, "compare_cancel")
+    assert button is not None
+    assert button.isVisible()
+    button.click()
+    monkeypatch.setattr(app.side_jobs, "SIDE_REST_S", 0.0)
+    assert button.text() == "Score"
+    assert any(row.scores is None for row in compare(bench).rows)
+    button.click()
+    wait_for_scores(bench)
+    assert not button.isVisible()
+
+
+def test_rigs_are_removed_by_key_but_never_the_one_being_edited(bench: Bench) -> None:
+    compare(bench).add_presets(("W+T", "N+C"))
+    table = compare(bench).panel.table
+    table.setFocus()
+    bench.qtbot.mouseClick(table.viewport(), Qt.MouseButton.LeftButton, pos=row_place(bench, "W+T"))
+    bench.qtbot.keyClick(table, Qt.Key.Key_Delete)
+    assert compare(bench).panel.names() == ["small", "N+C"]
+    bench.qtbot.mouseClick(table.viewport(), Qt.MouseButton.LeftButton, pos=row_place(bench, "small"))
+    bench.qtbot.keyClick(table, Qt.Key.Key_Delete)
+    assert compare(bench).panel.names() == ["small", "N+C"]
+    assert bench.document.rig == RIG
+
+
+def test_the_table_is_saved_and_copied_with_every_digit(bench: Bench, tmp_path: Path) -> None:
+    compare(bench).add_presets(("W+T",))
+    wait_for_scores(bench)
+    bench.dialogs.path = tmp_path / "rigs.csv"
+    export = compare(bench).panel.findChild(QPushButton, "compare_export")
+    assert export is not None
+    export.click()
+    with bench.dialogs.path.open(encoding="utf-8", newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    assert [row["rig"] for row in rows] == ["small", "W+T"]
+    fresh = bench.fresh_scores(preset("W+T")).classes["pedestrian"]
+    assert float(rows[1]["pedestrian S-MS (nat)"]) == fresh.s_ms
+    compare(bench).panel.copy()
+    assert QGuiApplication.clipboard().text().splitlines()[0].startswith("rig\torigin\t")
+
+
+def test_a_snapshot_gets_another_name(bench: Bench) -> None:
+    bench.act("snapshot")
+    key = compare(bench).rows[1].key
+    model = compare(bench).panel.model
+    assert not model.flags(model.index(0, 0)) & Qt.ItemFlag.ItemIsEditable
+    assert model.setData(model.index(1, 0), "before the mirror")
+    assert compare(bench).rows[1].name == "before the mirror"
+    compare(bench).panel.pin_wanted.emit(key)
+    assert bench.window.feature(Baseline).rig == RIG

@@ -1,0 +1,178 @@
+"""The compare table as a Qt model: rigs as rows, scores or their differences as columns, with sort keys and bars."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Literal
+
+from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelIndex, Qt, Signal
+from PySide6.QtGui import QBrush, QColor, QFont
+
+from core.metric.scores import Reading, Scores
+from widgets.panels.bar_delegate import BAR_COLOUR, BAR_SHARE
+from widgets.panels.compare_rows import ALL_CLASSES, ORIGIN_TITLES, CompareRow, ScoreColumn, columns_for
+from widgets.panels.score_text import change_text, exact_text, kilo_text, looks_at_more, share_text
+from widgets.panels.style import tones
+from widgets.theme import CLASS_COLOURS
+
+Index = QModelIndex | QPersistentModelIndex
+Shown = Literal["values", "first", "baseline"]
+RIG, SENSORS, FIRST_SCORE = 0, 1, 2
+SORT = Qt.ItemDataRole.UserRole.value
+FOLLOWS = "…"
+_ROLE = Qt.ItemDataRole
+
+
+class CompareModel(QAbstractTableModel):
+    """Rows in the order in which they were added; a row without scores shows that they follow."""
+
+    renamed = Signal(str, str)
+    """Key of a row and the name that the user typed."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._rows: tuple[CompareRow, ...] = ()
+        self._columns = columns_for(ALL_CLASSES)
+        self._shown: Shown = "values"
+        self._reading: Reading = "covered"
+        self._baseline: Scores | None = None
+
+    # ------------------------------------------------------------------ what is shown
+    def set_rows(self, rows: Sequence[CompareRow]) -> None:
+        """Show these rigs; the view keeps its place when only numbers are new."""
+        keys = [row.key for row in rows]
+        if keys == [row.key for row in self._rows]:
+            self._rows = tuple(rows)
+            self._numbers_changed()
+            return
+        self.beginResetModel()
+        self._rows = tuple(rows)
+        self.endResetModel()
+
+    def set_class(self, class_name: str) -> None:
+        """Show all scores of a class, or the main ones of ALL_CLASSES."""
+        self.beginResetModel()
+        self._columns = columns_for(class_name)
+        self.endResetModel()
+
+    def set_shown(self, shown: Shown) -> None:
+        """Show values, or differences to the first rig or to the baseline."""
+        self._shown = shown
+        self._numbers_changed()
+
+    def set_baseline(self, scores: Scores | None, reading: Reading) -> None:
+        """Scores of the baseline, and the reading, which decides what a smaller S-MS means."""
+        self._baseline, self._reading = scores, reading
+        self._numbers_changed()
+
+    def _numbers_changed(self) -> None:
+        if self._rows:
+            self.dataChanged.emit(self.index(0, 0), self.index(len(self._rows) - 1, self.columnCount() - 1))
+
+    @property
+    def rows(self) -> tuple[CompareRow, ...]:
+        """The rigs, in the order in which they were added."""
+        return self._rows
+
+    @property
+    def _reference(self) -> Scores | None:
+        """What differences count from; None while it is not known."""
+        if self._shown == "first":
+            return self._rows[0].scores if self._rows else None
+        return self._baseline
+
+    # ------------------------------------------------------------------ Qt's questions
+    def rowCount(self, parent: Index = QModelIndex()) -> int:  # noqa: B008 Qt's signature
+        return 0 if parent.isValid() else len(self._rows)
+
+    def columnCount(self, parent: Index = QModelIndex()) -> int:  # noqa: B008 Qt's signature
+        return 0 if parent.isValid() else FIRST_SCORE + len(self._columns)
+
+    def headerData(self, section: int, orientation: Qt.Orientation, role: int = _ROLE.DisplayRole) -> Any:
+        if orientation != Qt.Orientation.Horizontal:
+            return None
+        column = self._columns[section - FIRST_SCORE] if section >= FIRST_SCORE else None
+        if role == _ROLE.DisplayRole:
+            return column.title if column is not None else ("Rig", "Sensors")[section]
+        if role == _ROLE.ToolTipRole and column is not None:
+            return f"{column.class_name}: {column.score.tip}"
+        if role == _ROLE.TextAlignmentRole:
+            side = Qt.AlignmentFlag.AlignRight if section >= FIRST_SCORE else Qt.AlignmentFlag.AlignLeft
+            return side | Qt.AlignmentFlag.AlignVCenter
+        return None
+
+    def flags(self, index: Index) -> Qt.ItemFlag:
+        flags = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
+        is_own_name = index.column() == RIG and self._rows[index.row()].origin == "snapshot"
+        return flags | Qt.ItemFlag.ItemIsEditable if is_own_name else flags
+
+    def setData(self, index: Index, value: Any, role: int = _ROLE.EditRole) -> bool:
+        """A snapshot gets another name."""
+        if role != _ROLE.EditRole or not str(value).strip():
+            return False
+        self.renamed.emit(self._rows[index.row()].key, str(value).strip())
+        return True
+
+    def data(self, index: Index, role: int = _ROLE.DisplayRole) -> Any:
+        row = self._rows[index.row()]
+        if index.column() < FIRST_SCORE:
+            return _rig_data(row, index.column(), role)
+        if role == _ROLE.TextAlignmentRole:
+            return Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+        column = self._columns[index.column() - FIRST_SCORE]
+        if row.scores is None:
+            return _waiting_data(role)
+        return self._score_data(column, column.value(row.scores), role)
+
+    def _score_data(self, column: ScoreColumn, value: float, role: int) -> Any:
+        reference = self._reference
+        change = None
+        if self._shown != "values":
+            if reference is None:
+                return _waiting_data(role)
+            change = value - column.value(reference)
+        if role == SORT:
+            return value if change is None else change
+        if role == _ROLE.DisplayRole:
+            if change is not None:
+                return change_text(change, column.score)
+            return share_text(value) if column.score.is_share else kilo_text(value)
+        if role == _ROLE.ToolTipRole:
+            return exact_text(column.score, value if change is None else change)
+        if role == _ROLE.ForegroundRole and change:
+            more = looks_at_more(change, column.score, self._reading)
+            return QBrush(QColor(tones().more if more else tones().less))
+        if role == BAR_SHARE and change is None:
+            return self._bar_share(column, value)
+        return CLASS_COLOURS[column.class_name] if role == BAR_COLOUR else None
+
+    def _bar_share(self, column: ScoreColumn, value: float) -> float:
+        """Length of a value beside the largest of its column; shares are of the whole."""
+        if column.score.is_share:
+            return value
+        largest = max(abs(column.value(row.scores)) for row in self._rows if row.scores is not None)
+        return abs(value) / largest if largest else 0.0
+
+
+def _rig_data(row: CompareRow, column: int, role: int) -> Any:
+    """Name and sensors of a rig."""
+    if role in (_ROLE.DisplayRole, _ROLE.EditRole, SORT):
+        return row.name if column == RIG else row.sensors
+    if role == _ROLE.ToolTipRole:
+        return f"{row.name}: {ORIGIN_TITLES[row.origin]}{f', {row.where}' if row.where else ''}"
+    if role == _ROLE.FontRole and row.origin == "current":
+        font = QFont()
+        font.setBold(True)
+        return font
+    if role == _ROLE.ForegroundRole and column == SENSORS:
+        return QBrush(QColor(tones().muted))
+    return None
+
+
+def _waiting_data(role: int) -> Any:
+    """A number that is not there yet; it sorts before all others."""
+    if role == _ROLE.DisplayRole:
+        return FOLLOWS
+    if role == _ROLE.ForegroundRole:
+        return QBrush(QColor(tones().muted))
+    return float("-inf") if role == SORT else None
