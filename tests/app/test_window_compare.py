@@ -67,7 +67,7 @@ def test_every_rig_has_the_scores_of_a_fresh_evaluation(bench: Bench) -> None:
     name = PAPER_RIGS[0]
     fresh = bench.fresh_scores(preset(name)).classes["car"]
     assert compare(bench).panel.text_of(name, "car S-MS") == kilo_text(fresh.s_ms)
-    assert compare(bench).panel.text_of(name, "car Seen") == share_text(fresh.any_seen)
+    assert compare(bench).panel.text_of(name, "car seen") == share_text(fresh.any_seen)
 
 
 def test_the_rig_being_edited_is_the_first_row_and_follows_the_edits(bench: Bench) -> None:
@@ -126,8 +126,8 @@ def test_differences_count_from_the_first_rig_or_from_the_baseline(bench: Bench)
     here, other, bare = (bench.fresh_scores(rig).classes["car"] for rig in (RIG, preset("W+T"), empty))
     panel = compare(bench).panel
     choose(bench, "compare_shown", "difference to the first")
-    assert panel.text_of("W+T", "car Seen") == change_text(other.any_seen - here.any_seen, SEEN)
-    assert panel.text_of("small", "car Seen") == "–"
+    assert panel.text_of("W+T", "car seen") == change_text(other.any_seen - here.any_seen, SEEN)
+    assert panel.text_of("small", "car seen") == "–"
     choose(bench, "compare_shown", "difference to the baseline")
     assert panel.text_of("W+T", "car S-MS") == change_text(other.s_ms - bare.s_ms, S_MS)
 
@@ -139,7 +139,7 @@ def test_rigs_are_sorted_by_the_column_that_is_clicked(bench: Bench, class_name:
     choose(bench, "compare_class", class_name)
     panel = compare(bench).panel
     header = panel.table.horizontalHeader()
-    title = "car Seen" if class_name == ALL_CLASSES else "Seen by any"
+    title = "car seen" if class_name == ALL_CLASSES else "Seen by any"
     columns = range(panel.model.columnCount())
     section = next(c for c in columns if panel.model.headerData(c, Qt.Orientation.Horizontal) == title)
     place = QPoint(header.sectionViewportPosition(section) + 20, header.height() // 2)

@@ -35,7 +35,7 @@ SHOWN: dict[Shown, str] = {
     "first": "difference to the first",
     "baseline": "difference to the baseline",
 }
-_NAME_PX, _SENSORS_PX = 150, 76
+_NAME_PX, _SENSORS_PX = 150, 96
 
 
 class ComparePanel(QWidget):

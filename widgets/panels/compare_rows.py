@@ -21,7 +21,7 @@ ORIGIN_TITLES: dict[Origin, str] = {
     "file": "file",
 }
 ALL_CLASSES = "all classes"
-_SHOWN_OF_ALL = ("s_ms", "seen")
+_SHOWN_OF_ALL = {"s_ms": "S-MS", "seen": "seen"}
 
 
 @dataclass(frozen=True)
@@ -59,9 +59,9 @@ def columns_for(class_name: str) -> tuple[ScoreColumn, ...]:
     if class_name != ALL_CLASSES:
         return tuple(ScoreColumn(class_name, column, column.title) for column in COLUMNS)
     return tuple(
-        ScoreColumn(name, column_of(key), f"{name} {column_of(key).short}")
+        ScoreColumn(name, column_of(key), f"{name} {title}")
         for name in CLASSES
-        for key in _SHOWN_OF_ALL
+        for key, title in _SHOWN_OF_ALL.items()
     )
 
 

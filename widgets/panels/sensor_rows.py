@@ -22,7 +22,7 @@ from widgets.panels.style import numbers_font, tones
 NAME, TYPE, LOSS, LOCK, EYE = range(5)
 TITLES = ("Sensor", "Type", "Loss", "", "")
 SENSOR_NAME = Qt.ItemDataRole.UserRole
-_WIDTHS_PX = {TYPE: 52, LOSS: 50, LOCK: 24, EYE: 26}
+WIDTHS_PX = {TYPE: 46, LOSS: 48, LOCK: 22, EYE: 24}
 _FIXED_FLAGS = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
 _EDIT_FLAGS = _FIXED_FLAGS | Qt.ItemFlag.ItemIsEditable | Qt.ItemFlag.ItemIsUserCheckable
 TIPS = (
@@ -54,9 +54,9 @@ def set_up_columns(tree: QTreeWidget) -> None:
     header = tree.header()
     header.setStretchLastSection(False)
     header.setSectionsMovable(False)
-    header.setMinimumSectionSize(min(_WIDTHS_PX.values()))
+    header.setMinimumSectionSize(min(WIDTHS_PX.values()))
     header.setSectionResizeMode(NAME, QHeaderView.ResizeMode.Stretch)
-    for column, width in _WIDTHS_PX.items():
+    for column, width in WIDTHS_PX.items():
         header.setSectionResizeMode(column, QHeaderView.ResizeMode.Fixed)
         header.resizeSection(column, width)
 
@@ -87,7 +87,7 @@ def show_sensor(row: QTreeWidgetItem, sensor: Lidar | Camera, state: RowState) -
     row.setFont(TYPE, numbers_font(row.font(TYPE)))
     row.setIcon(LOCK, icon("lock") if state.is_locked else icon("unlock", tones().border))
     row.setIcon(EYE, icon("eye-off", tones().muted) if state.is_hidden else icon("eye"))
-    row.setToolTip(NAME, f"{sensor.name}\n{TIPS[NAME]}")
+    row.setToolTip(NAME, f"{sensor.name}, {short_type(sensor)}\n{model_note(sensor)}\n\n{TIPS[NAME]}")
     row.setToolTip(TYPE, model_note(sensor))
     row.setToolTip(LOCK, "Locked: it cannot be moved, edited or deleted" if state.is_locked else TIPS[LOCK])
     row.setToolTip(

@@ -30,6 +30,7 @@ from widgets.panels.sensor_rows import (
     NAME,
     SENSOR_NAME,
     TYPE,
+    WIDTHS_PX,
     RowState,
     set_loss_stale,
     set_up_columns,
@@ -40,7 +41,7 @@ from widgets.panels.style import tones
 from widgets.theme import KIND_COLOURS
 
 Names = tuple[str, ...]
-NARROW_PX, TICK_PX = 250, 20
+TICK_PX = 20
 _KINDS = (("lidar", "LiDARs"), ("camera", "Cameras"))
 
 
@@ -69,7 +70,7 @@ class SensorTree(QTreeWidget):
         self._locked: frozenset[str] = frozenset()
         self._enabled: frozenset[str] = frozenset()
         set_up_columns(self)
-        self.setIndentation(8)
+        self.setIndentation(6)
         self.setRootIsDecorated(False)
         self.setUniformRowHeights(True)
         self.setTextElideMode(Qt.TextElideMode.ElideMiddle)
@@ -157,6 +158,7 @@ class SensorTree(QTreeWidget):
         for sensor in rig.sensors:
             state = RowState(sensor.name in self._hidden, sensor.name in self._locked)
             show_sensor(self._items[sensor.name], sensor, state)
+        self._fit_names()
 
     def _build_rows(self, kinds: list[str]) -> list[QTreeWidgetItem]:
         """Empty rows under their group, in the order of the rig's sensors."""
@@ -178,9 +180,15 @@ class SensorTree(QTreeWidget):
 
     # ------------------------------------------------------------------ what the user does
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """In a narrow list the name is worth more than the type."""
+        """Give names the room that they need."""
         super().resizeEvent(event)
-        self.setColumnHidden(TYPE, self.viewport().width() < NARROW_PX)
+        self._fit_names()
+
+    def _fit_names(self) -> None:
+        """Leave the types out where names would be cut."""
+        longest = max((self.fontMetrics().horizontalAdvance(name) for name in self._items), default=0)
+        needed = longest + TICK_PX + 2 * self.indentation() + sum(WIDTHS_PX.values())
+        self.setColumnHidden(TYPE, needed > self.viewport().width())
 
     def edit(  # type: ignore[override]
         self, index: QModelIndex, trigger: QAbstractItemView.EditTrigger, event: QEvent
