@@ -14,7 +14,7 @@ from core.view.camera_picture import camera_picture
 from core.view.frames import FrameBoxes
 from core.view.range_image import range_image
 from tests.widgets.mouse import hover
-from widgets.maps.range_view import azimuth_text, azimuth_ticks, spread
+from widgets.maps.range_view import azimuth_text, azimuth_ticks, nearest_of, spread
 from widgets.maps.sensor_view import SensorView
 from widgets.theme import CLASS_COLOURS
 
@@ -150,3 +150,18 @@ def test_axes_have_round_labels_that_fit() -> None:
     assert [column for column, _ in azimuth_ticks(turn, 5)] == [270, 180, 90, 0]
     assert azimuth_ticks(np.array([30.0]), 5)[0] == (0, "30° left")
     assert azimuth_text(-180.0) == "behind"
+
+
+def test_a_thin_thing_stays_in_a_range_image_with_more_azimuths_than_pixels() -> None:
+    post = FrameBoxes(
+        np.zeros(1, np.uint8),
+        np.array([[6.0, 0.0, 1.5]]),
+        np.array([[0.05, 0.05, 3.0]]),
+        rotations_from_yaw(np.zeros(1)),
+    )
+    image = range_image(LIDAR, post, NO_BODY)
+    row = int(np.flatnonzero((image.what == 0).any(axis=1))[0])
+    for most in (400, 360, 100, 7):
+        shown = nearest_of(image, most)
+        assert len(shown) <= most and shown.max() < 360
+        assert (np.take_along_axis(image.what, shown.T, axis=1)[row] == 0).sum() == 1

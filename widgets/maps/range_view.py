@@ -97,11 +97,10 @@ class RangeView(QWidget):
     def _draw_pixels(self, painter: QPainter, image: RangeImage, look: Tones) -> None:
         area = self.image_area
         painter.fillRect(area, QColor(look.field))
-        if self._pixels is None:
+        shown = nearest_of(image, int(area.width() * self.devicePixelRatioF()))
+        if self._pixels is None or self._pixels.width() != len(shown):
             found = range_colours(image, self._reach_m) if self._colouring == "range" else hit_colours(image)
-            self._pixels = image_of(found)
-        shrinks = image.range_m.shape[1] > area.width() * self.devicePixelRatioF()
-        painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, shrinks)
+            self._pixels = image_of(np.take_along_axis(found, shown.T, axis=1))
         painter.drawImage(area, self._pixels)
         painter.setPen(QPen(QColor(look.border), 1.0))
         painter.setBrush(Qt.BrushStyle.NoBrush)
@@ -116,7 +115,7 @@ class RangeView(QWidget):
             middle = area.top() + (row + 0.5) / rows * area.height()
             box = QRectF(0.0, middle - metrics.height() / 2, _LEFT_PX - 5.0, metrics.height())
             painter.drawText(box, _RIGHT, f"{image.elevations_deg[row]:.3g}°")
-        for column, text in azimuth_ticks(image.azimuths_deg, int(area.width() / 80.0)):
+        for column, text in azimuth_ticks(image.azimuths_deg, int(area.width() / 70.0)):
             width = metrics.horizontalAdvance(text) + 2.0
             middle = area.left() + (column + 0.5) / columns * area.width()
             left = min(max(middle - width / 2, area.left()), area.right() - width)
@@ -167,10 +166,22 @@ def spread(count: int, most: int) -> list[int]:
     return list(range(0, count, max(1, -(-count // max(1, most)))))
 
 
+def nearest_of(image: RangeImage, most: int) -> NDArray[np.int64]:
+    """Which column is shown for each beam where there are more than pixels, (shown, beams): in each group of
+    neighbours the one with the nearest hit, so that nothing thin gets lost."""
+    beams, columns = image.range_m.shape
+    size = -(-columns // max(1, most))
+    starts = np.arange(0, columns, size)
+    padded = np.full((beams, len(starts) * size), np.inf)
+    padded[:, :columns] = image.range_m
+    nearest = padded.reshape(beams, len(starts), size).argmin(axis=2)
+    return np.asarray((starts + nearest).T, np.int64)
+
+
 def azimuth_ticks(azimuths_deg: NDArray[np.float64], most: int) -> list[tuple[int, str]]:
     """Columns next to round azimuths and what is written there, at most so many."""
     high, low = float(azimuths_deg.max()), float(azimuths_deg.min())
-    step = next((step for step in _TICK_STEPS if (high - low) / step <= max(1, most - 1)), _TICK_STEPS[-1])
+    step = next((step for step in _TICK_STEPS if (high - low) / step < max(1, most)), _TICK_STEPS[-1])
     wanted = np.arange(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1) * step
     return [(int(np.argmin(np.abs(azimuths_deg - angle))), azimuth_text(float(angle))) for angle in wanted]
 
