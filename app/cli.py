@@ -139,6 +139,22 @@ class Score:
         return ScoreOptions(self.method, self.reading, self.camera_weight, self.threads)
 
 
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Libraries:
+    """Sensor models beside those that ship with the program."""
+
+    library: Annotated[tuple[Path, ...], Parameter(name="--library", metavar="FILE", show_default=False)] = ()
+    """A file with sensor models of your own, for rigs that name them; may be given many times."""
+
+    def use(self) -> None:
+        """Have rigs find the models of these files."""
+        if self.library:
+            from core.rig.library import use_libraries
+
+            use_libraries(self.library)
+
+
 def _version() -> str:
     try:
         return version("riglens")
@@ -169,8 +185,16 @@ def _check_json(target: str | None) -> None:
 
 
 @app.default
-def window(rig: Rig = DEFAULT_RIG, /, *, scene: Scene = Scene(), score: Score = Score()) -> int:
+def window(
+    rig: Rig = DEFAULT_RIG,
+    /,
+    *,
+    scene: Scene = Scene(),
+    score: Score = Score(),
+    libraries: Libraries = Libraries(),
+) -> int:
     """Open the window on RIG (W+T). Without a display: the scores, and a picture, YAML and JSON in out/."""
+    libraries.use()
     options, metric = scene.options(), score.options()
     from app.main import start
 
@@ -181,6 +205,7 @@ def window(rig: Rig = DEFAULT_RIG, /, *, scene: Scene = Scene(), score: Score = 
 def evaluate(
     *rigs: Annotated[str, Parameter(name="RIG", required=True)],
     scene: Scene = Scene(),
+    libraries: Libraries = Libraries(),
     score: Score = Score(),
     json: Annotated[str | None, Parameter(allow_leading_hyphen=True, metavar="FILE|-")] = None,
 ) -> None:
@@ -194,6 +219,7 @@ def evaluate(
         Also write the scores as JSON to a file; with - to standard output, instead of the table.
     """
     _check_json(json)
+    libraries.use()
     options, metric = scene.options(), score.options()
     from app import jobs
 
@@ -279,6 +305,7 @@ def render(
     scores: bool = False,
     theme: Annotated[Literal["dark", "light"], Parameter(metavar="NAME")] = "dark",
     scene: Scene = Scene(),
+    libraries: Libraries = Libraries(),
 ) -> None:
     """Draw a rig, its rays and the heatmap of a class into a PNG file, without a display.
 
@@ -320,6 +347,7 @@ def render(
     theme
         Dark or light background.
     """
+    libraries.use()
     options = scene.options()
     from app import render as drawing
 
@@ -399,6 +427,34 @@ def convert(
     run(Conversion(source, out, from_, to, vehicle, rear_axle_x, origin, token))
 
 
+@app.command(sort_key=7)
+def library(
+    name: Annotated[str | None, Parameter(name="NAME")] = None,
+    /,
+    *,
+    kind: Annotated[Literal["lidar", "camera"] | None, Parameter(metavar="KIND")] = None,
+    json: bool = False,
+    libraries: Libraries = Libraries(),
+) -> None:
+    """List the sensor models, or show one with its beams or lens and where its figures come from.
+
+    Parameters
+    ----------
+    name
+        One model; without it all are listed.
+    kind
+        Only LiDARs or only cameras.
+    json
+        Print JSON, with every figure of every model listed.
+    """
+    if name is not None and kind is not None:
+        raise InputError(f"--kind {kind} chooses what is listed; leave it out to show the model {name}")
+    libraries.use()
+    from app import library_listing
+
+    library_listing.show(name, kind, json)
+
+
 @study.command
 def table1(
     *,
@@ -425,6 +481,7 @@ def accuracy(
     /,
     *,
     scene: Scene = Scene(),
+    libraries: Libraries = Libraries(),
     camera_weight: Annotated[float, Parameter(name="--lambda", group=SCORE, metavar="X")] = 0.1,
     threads: Annotated[Whole, Parameter(group=SCORE)] = None,
     out: Annotated[Path, Parameter(metavar="DIR")] = Path("out"),
@@ -445,6 +502,7 @@ def accuracy(
     quick
         One run of each instead of five, and fewer settings: a look, not a measurement.
     """
+    libraries.use()
     options, metric = scene.options(), ScoreOptions(camera_weight=camera_weight, threads=threads)
     from app import study_accuracy
 

@@ -48,3 +48,14 @@ def project_px(camera: Camera, points: Doubles) -> Doubles:
         with np.errstate(all="ignore"):
             plane = np.where(depth > 0.0, optical[:, :2] / depth, np.nan)
     return np.asarray(plane * np.array([fx_px, fy_px]) + np.array([cx_px, cy_px]))
+
+
+def field_of_view_deg(camera: Camera) -> tuple[float, float]:
+    """Angles in degrees that the image spans along its middle row and its middle column; NaN: beyond the lens."""
+    width_px, height_px = camera.image
+    _, _, cx_px, cy_px = camera.intrinsics_px()
+    edges = np.array([[0.0, cy_px], [width_px, cy_px], [cx_px, 0.0], [cx_px, height_px]])
+    x, y, z = pixel_directions(camera, edges).T
+    off_axis = np.degrees(np.arctan2(np.hypot(y, z), x))
+    outwards = off_axis * np.sign([cx_px, width_px - cx_px, cy_px, height_px - cy_px])
+    return float(outwards[0] + outwards[1]), float(outwards[2] + outwards[3])

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.polynomial import polynomial as poly
@@ -18,9 +19,12 @@ from core.rig.distortion import BrownConrady, KannalaBrandt
 
 Doubles = NDArray[np.float64]
 _STEPS = 100
+_NEWTON_STEPS = 12
+"""Then halving: near its end Newton may go to and fro between doubles that are equally good."""
 _NOTHING = 1e-100
 """Coefficients below this bend no ray that a double can tell from a straight one."""
-_SHORTEST_STEP = 2.0**-12
+_SHORTEST_STEP = 2.0**-8
+_ROUNDING = 2.0**-52
 _REACHED = 1e-11
 """Share of the image plane's unit within which a point found must fall on the one asked for."""
 
@@ -50,18 +54,19 @@ class Radial:
         low, high = np.zeros_like(g), self._above(g)
         t = np.where(g <= high, g, 0.5 * high)
         todo = np.flatnonzero(np.isfinite(high) & (g > 0.0))
-        for _ in range(_STEPS):
+        for step in range(_STEPS):
             if not todo.size:
                 break
             now, excess = t[todo], self.value(t[todo]) - g[todo]
             low[todo] = np.where(excess < 0.0, now, low[todo])
             high[todo] = np.where(excess > 0.0, now, high[todo])
             following = now - excess / self.slope(now)
-            between = (following >= low[todo]) & (following <= high[todo])
+            between = (following >= low[todo]) & (following <= high[todo]) & (step < _NEWTON_STEPS)
             following = np.where(between, following, 0.5 * (low[todo] + high[todo]))
             moved = (following != now) & (high[todo] - low[todo] > np.spacing(now))
-            t[todo] = np.where(excess == 0.0, now, following)
-            todo = todo[moved & (excess != 0.0)]
+            is_met = np.abs(excess) <= _ROUNDING * g[todo]
+            t[todo] = np.where(is_met, now, following)
+            todo = todo[moved & ~is_met]
         return np.where(np.isfinite(high), t, np.nan)
 
     def _above(self, g: Doubles) -> Doubles:
@@ -75,6 +80,7 @@ class Radial:
         return np.where(self.value(top) >= g, top, np.nan)
 
 
+@lru_cache(maxsize=32)
 def radial_of(lens: BrownConrady | KannalaBrandt) -> Radial:
     """The radial part of a lens: of the radius on the plane at distance 1, or of the angle off the axis."""
     if isinstance(lens, KannalaBrandt):
@@ -153,7 +159,8 @@ def _without_tangential(lens: BrownConrady, at_x: Doubles, at_y: Doubles, x: Dou
     found = np.stack([x, y], axis=-1)
     best = _miss(lens, found, at_x, at_y)
     share = np.ones_like(best)
-    todo = np.flatnonzero(np.isfinite(best) & (best > 0.0))
+    rounding = _ROUNDING * np.hypot(at_x, at_y)
+    todo = np.flatnonzero(np.isfinite(best) & (best > rounding))
     for _ in range(_STEPS):
         if not todo.size:
             break
@@ -163,7 +170,7 @@ def _without_tangential(lens: BrownConrady, at_x: Doubles, at_y: Doubles, x: Dou
         found[todo] = np.where(closer[:, None], trial, found[todo])
         best[todo] = np.where(closer, miss, best[todo])
         share[todo] = np.where(closer, 1.0, 0.5 * share[todo])
-        todo = todo[(share[todo] > _SHORTEST_STEP) & (best[todo] > 0.0)]
+        todo = todo[(share[todo] > _SHORTEST_STEP) & (best[todo] > rounding[todo])]
     inside = _is_in_front_of_the_fold(lens, radial_of(lens), found[:, 0], found[:, 1])
     return np.where((inside & (best <= _REACHED * (1.0 + np.hypot(at_x, at_y))))[:, None], found, np.nan)
 

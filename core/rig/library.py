@@ -1,66 +1,73 @@
-"""The library of sensor models: published beam angles and camera lenses that a rig names by `model:`."""
+"""The library of sensor models: published beam angles and camera lenses that a rig names by `model:`.
+
+It holds the models that ship with the program and a user's own: those of `library.yaml` in the user's
+configuration folder, and those of the files that RIGLENS_LIBRARY names (the option --library sets it). A name
+means one model: an own entry never takes the name of another.
+"""
 
 from __future__ import annotations
 
 import difflib
-from functools import cache
+import os
+from collections.abc import Iterable
+from functools import lru_cache
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from platformdirs import user_config_path
 
 from assets import asset_path
 from core.errors import InputError
 from core.geometry import Pose
+from core.rig.library_file import Entry as Entry
+from core.rig.library_file import library_path, read_entries
 from core.rig.model import Camera, Lidar
-from core.rig.yaml_nodes import Mapping, Node, parse_yaml, plain_value
+from core.rig.text_file import shown_path
 
 LENS_MATRIX = ("fx", "fy", "cx", "cy")
-_ABOUT = ("kind", "title", "source")
-
-
-class Entry(BaseModel):
-    """One sensor model: what it is, where its figures come from and the sensor fields it supplies."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
-
-    name: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9.+-]*$")]
-    kind: Literal["lidar", "camera"]
-    title: Annotated[str, Field(min_length=3)]
-    source: Annotated[str, Field(min_length=10)]
-    fields: dict[str, Any]
-
-    def sensor(self, name: str, pose: Pose) -> Lidar | Camera:
-        """A sensor of this model; raises pydantic's ValidationError when the entry's fields are wrong."""
-        placed: dict[str, Any] = {"position": pose.position_m, "rpy_deg": pose.rpy_deg, "model": self.name}
-        maker = Lidar if self.kind == "lidar" else Camera
-        return maker(name=name, **placed, **self.fields)
+LIBRARY_VARIABLE = "RIGLENS_LIBRARY"
+BUNDLED = "bundled"
 
 
 class Library:
-    """The sensor models by name, in the order of the file."""
+    """The sensor models by name, in the order of the files; `origins` says for each name which file it is from."""
 
-    def __init__(self, entries: tuple[Entry, ...]) -> None:
+    def __init__(self, entries: Iterable[Entry], origins: dict[str, str] | None = None) -> None:
         self._entries = {entry.name: entry for entry in entries}
+        self.origins = origins or dict.fromkeys(self._entries, BUNDLED)
 
     def entries(self, kind: Literal["lidar", "camera"] | None = None) -> tuple[Entry, ...]:
         """All entries, or those of one kind."""
         return tuple(entry for entry in self._entries.values() if kind in (None, entry.kind))
 
+    def by_maker(self, kind: Literal["lidar", "camera"]) -> dict[str, tuple[Entry, ...]]:
+        """The entries of a kind, maker by maker, both in the order of the files."""
+        makers = dict.fromkeys(entry.maker for entry in self.entries(kind))
+        return {maker: tuple(e for e in self.entries(kind) if e.maker == maker) for maker in makers}
+
     def entry(self, model: str) -> Entry:
-        """The entry of that name; InputError that lists the known names when there is none."""
+        """The entry of that name; InputError with the nearest names when there is none."""
         if model in self._entries:
             return self._entries[model]
         close = [name for name in self._entries if model.lower() in name]
         close = close or difflib.get_close_matches(model.lower(), self._entries, n=1)
-        hint = f"did you mean '{close[0]}'? " if close else ""
-        raise InputError(f"model: unknown sensor model '{model}'; {hint}known are {', '.join(self._entries)}")
+        hint = f"did you mean {' or '.join(repr(name) for name in close[:3])}? " if close else ""
+        raise InputError(
+            f"model: unknown sensor model '{model}'; {hint}`riglens library` lists all {len(self._entries)}"
+        )
 
 
-@cache
 def default_library() -> Library:
-    """The library that ships with the program, read once."""
-    return load_library(asset_path("library.yaml"))
+    """The bundled models and the user's own; InputError when a file of the user's is wrong."""
+    return _library(user_library_files())
+
+
+def user_library_files() -> tuple[Path, ...]:
+    """The user's own library files: that of the configuration folder if there is one, then those of RIGLENS_LIBRARY."""
+    own = library_path(user_config_path("riglens", appauthor=False))
+    named = os.environ.get(LIBRARY_VARIABLE, "")
+    files = [*([own] if own.is_file() else []), *(Path(part) for part in named.split(os.pathsep) if part)]
+    return tuple(dict.fromkeys(files))
 
 
 def supplied_fields(sensor: dict[str, Any]) -> dict[str, Any]:
@@ -91,12 +98,17 @@ def _beam_count(beams: Any) -> Any:
     return len(beams) if isinstance(beams, tuple) else None
 
 
+def use_libraries(files: Iterable[Path]) -> None:
+    """Add library files for this process and those it starts; they stand in RIGLENS_LIBRARY from then on."""
+    named = [str(path.absolute()) for path in files]
+    if named:
+        before = os.environ.get(LIBRARY_VARIABLE, "")
+        os.environ[LIBRARY_VARIABLE] = os.pathsep.join([*([before] if before else []), *named])
+
+
 def load_library(path: Path) -> Library:
-    """Read and check a library file; InputError with file, line and model when an entry is wrong."""
-    root = parse_yaml(path.read_text(encoding="utf-8"), path.name)
-    if not isinstance(root, Mapping):
-        raise InputError(f"{path.name}:1: accepted is a mapping of model names to sensor fields")
-    return Library(tuple(_entry(key.text, key.line, value, path.name) for key, value in root.entries))
+    """Read and check one library file; InputError with file, line and model when an entry is wrong."""
+    return Library(read_entries(path, path.name))
 
 
 def sensor_from_model(model: str, name: str, pose: Pose) -> Lidar | Camera:
@@ -104,17 +116,19 @@ def sensor_from_model(model: str, name: str, pose: Pose) -> Lidar | Camera:
     return default_library().entry(model).sensor(name, pose)
 
 
-def _entry(name: str, line: int, node: Node, where: str) -> Entry:
-    values = plain_value(node)
-    if not isinstance(values, dict):
-        raise InputError(f"{where}:{line}: {name}: accepted are the fields of a sensor model")
-    about = {key: values[key] for key in _ABOUT if key in values}
-    fields = {key: value for key, value in values.items() if key not in _ABOUT}
-    try:
-        entry = Entry(name=name, fields=fields, **about)
-        entry.sensor(name, Pose())
-    except ValidationError as error:
-        first = error.errors()[0]
-        field = ".".join(str(part) for part in first["loc"])
-        raise InputError(f"{where}:{line}: {name}: {field}: {first['msg']}") from error
-    return entry
+@lru_cache(maxsize=8)
+def _library(files: tuple[Path, ...]) -> Library:
+    """The bundled library and these files; each is read once."""
+    entries = list(load_library(asset_path("library.yaml")).entries())
+    origins = {entry.name: BUNDLED for entry in entries}
+    for path in files:
+        where = shown_path(path)
+        for entry in read_entries(path, where):
+            if entry.name in origins:
+                raise InputError(
+                    f"{where}: {entry.name}: this name belongs to a model of the library ({origins[entry.name]}); "
+                    f"accepted is a name of its own, such as my-{entry.name}"
+                )
+            entries.append(entry)
+            origins[entry.name] = where
+    return Library(entries, origins)

@@ -241,14 +241,15 @@ def _model_complaint(model: str | None, kind: Any) -> str:
     """Why a sensor of that kind cannot be of that library model ("model: ..."); empty when it can."""
     if model is None:
         return ""
+    library = default_library()
     try:
-        entry = default_library().entry(model)
+        entry = library.entry(model)
     except InputError as error:
         return str(error)
     if kind not in _KINDS or entry.kind == kind:
         return ""
-    known = ", ".join(other.name for other in default_library().entries(kind))
-    return f"model: found '{model}', a {entry.kind}, but this sensor is a {kind}; known are {known}"
+    hint = f"`riglens library --kind {kind}` lists the models of a {kind}"
+    return f"model: found '{model}', a {entry.kind}, but this sensor is a {kind}; {hint}"
 
 
 def _completed(root: Mapping) -> dict[str, Any]:

@@ -12,9 +12,10 @@ from typing import Any
 from core.errors import InputError
 from core.files import atomic_write
 from core.rig.model import Rig
+from core.rig.text_file import read_text, shown_path
 from core.rig.yaml_check import check_rig, rig_from_nodes
 from core.rig.yaml_edit import edited_text
-from core.rig.yaml_nodes import MAX_BYTES, parse_yaml, shortened
+from core.rig.yaml_nodes import parse_yaml
 from core.rig.yaml_text import plain_fields, rig_text, same_value, vehicle_fields
 
 LATER_FIELDS = ("mirror_of", "azimuth_offsets_deg", "distortion")
@@ -72,8 +73,7 @@ def loads(text: str, where: str = "rig.yaml") -> RigFile:
 
 def load_rig(path: str | os.PathLike[str]) -> RigFile:
     """Read a rig file; InputError with file, line and field when it is missing, unreadable or wrong."""
-    where = shortened(os.fspath(path), 200)
-    file = loads(_decoded(_content(path, where), where), where)
+    file = loads(read_text(path, "a rig YAML file"), shown_path(path))
     return RigFile(file.rig, file.text, Path(path))
 
 
@@ -104,29 +104,3 @@ def _says(text: str, rig: Rig) -> bool:
         return same_rig(loads(text).rig, rig)
     except InputError:
         return False
-
-
-def _content(path: str | os.PathLike[str], where: str) -> bytes:
-    try:
-        with open(path, "rb") as stream:
-            content = stream.read(MAX_BYTES + 1)
-    except FileNotFoundError as error:
-        raise InputError(f"{where}: no such file") from error
-    except IsADirectoryError as error:
-        raise InputError(f"{where}: this is a folder; accepted is a rig YAML file") from error
-    except OSError as error:
-        raise InputError(f"{where}: cannot be read: {error.strerror}") from error
-    if len(content) > MAX_BYTES:
-        raise InputError(f"{where}: larger than {MAX_BYTES / 1e6:g} MB; accepted is a rig YAML file")
-    return content
-
-
-def _decoded(content: bytes, where: str) -> str:
-    if b"\0" in content:
-        raise InputError(f"{where}: not a text file; accepted is a rig YAML file in UTF-8")
-    try:
-        return content.decode("utf-8")
-    except UnicodeDecodeError as error:
-        line = content.count(b"\n", 0, error.start) + 1
-        found = f"found byte 0x{content[error.start]:02x}"
-        raise InputError(f"{where}:{line}: not UTF-8 text, {found}; accepted is UTF-8") from error

@@ -49,7 +49,8 @@ def test_a_sensor_of_the_library_is_added_above_the_roof_and_selected(bench: Ben
     action = next(
         action
         for menu in bench.window.feature(Sensors).add_menus.values()
-        for action in menu.actions()
+        for maker in menu.actions()
+        for action in maker.menu().actions()
         if action.objectName() == model
     )
     action.trigger()

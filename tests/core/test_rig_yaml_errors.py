@@ -196,11 +196,11 @@ def test_a_broken_rig_is_refused(old: str, new: str, expected: str) -> None:
         ("hfov_deg: 70", "11: sensors[1].hfov_deg: unknown field"),
         (
             "model: vlp-16",
-            "11: sensors[1].model: unknown sensor model 'vlp-16'; did you mean 'velodyne-vlp-16'? known are",
+            "11: sensors[1].model: unknown sensor model 'vlp-16'; did you mean 'velodyne-vlp-16' or",
         ),
         (
             "model: paper-camera-70",
-            "11: sensors[1].model: found 'paper-camera-70', a camera, but this sensor is a lidar; known are",
+            "11: sensors[1].model: found 'paper-camera-70', a camera, but this sensor is a lidar; `riglens library",
         ),
         (
             "model: 16",

@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from core.camera import field_of_view_deg
 from core.rig.model import Camera, EvenAngles, Lidar
 from widgets.panels.number_edit import thousands
 
@@ -22,7 +23,14 @@ def _lidar_rows(lidar: Lidar) -> list[tuple[str, str]]:
         ("Rays", f"{thousands(lidar.ray_count)}  =  {len(beams)} beams × {thousands(len(turn))}"),
         ("Field of view", f"{_turn_deg(lidar):.4g}° × {np.ptp(beams):.4g}°"),
         ("Resolution", f"{_gaps(turn)} × {_gaps(beams)}"),
+        ("Azimuth offsets", _offsets(lidar)),
     ]
+
+
+def _offsets(lidar: Lidar) -> str:
+    """How far beams fire beside the azimuth of the turn."""
+    offsets = lidar.azimuth_offsets_deg
+    return "none" if offsets is None else f"{min(offsets):.3g}° to {max(offsets):.3g}°, by beam"
 
 
 def _turn_deg(lidar: Lidar) -> float:
@@ -41,9 +49,9 @@ def _gaps(angles_deg: NDArray[np.float64]) -> str:
 
 def _camera_rows(camera: Camera) -> list[tuple[str, str]]:
     fx, fy, _, _ = camera.intrinsics_px()
-    width_px, height_px = camera.image
+    width_px, _ = camera.image
     columns, rows = camera.cast
-    wide, high = (2 * math.degrees(math.atan(px / 2 / f)) for px, f in ((width_px, fx), (height_px, fy)))
+    wide, high = field_of_view_deg(camera)
     focal = f"{fx:.1f} px" if f"{fx:.1f}" == f"{fy:.1f}" else f"{fx:.1f} × {fy:.1f} px"
     return [
         ("Rays", f"{thousands(camera.ray_count)}  =  {columns} × {rows}"),
@@ -53,7 +61,17 @@ def _camera_rows(camera: Camera) -> list[tuple[str, str]]:
             "Resolution",
             f"{_pixel_deg(fx):.3g}° per pixel, {_pixel_deg(fx * columns / width_px):.3g}° per ray",
         ),
+        ("Distortion", _distortion(camera)),
     ]
+
+
+def _distortion(camera: Camera) -> str:
+    """The lens model and its first coefficient."""
+    lens = camera.distortion
+    if lens is None:
+        return "none"
+    name = "Brown-Conrady" if lens.model == "brown_conrady" else "Kannala-Brandt"
+    return f"{name}, k1 {lens.k1:.4g}"
 
 
 def _pixel_deg(focal_px: float) -> float:

@@ -26,8 +26,8 @@ POSE_TIP = (
 )
 _NO_MODEL = "none"
 _DERIVED = {
-    "lidar": ("Rays", "Field of view", "Resolution"),
-    "camera": ("Rays", "Field of view", "Focal length", "Resolution"),
+    "lidar": ("Rays", "Field of view", "Resolution", "Azimuth offsets"),
+    "camera": ("Rays", "Field of view", "Focal length", "Resolution", "Distortion"),
 }
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import partial
+from html import escape
 from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import Qt
@@ -13,6 +14,7 @@ from app.actions import Spec
 from app.window.feature import Feature
 from core.geometry import Pose, Vec3
 from core.rig.library import default_library, sensor_from_model
+from core.rig.library_file import Entry
 from core.rig.model import Rig
 from widgets.panels.icons import icon
 
@@ -24,7 +26,7 @@ SELECTED_ONLY = ("duplicate", "delete", "hide", "enable", "lock", "rename")
 
 
 class Sensors(Feature):
-    """What is done to whole sensors; `add_menus` are the library by kind."""
+    """What is done to whole sensors; `add_menus` are the library by kind and maker."""
 
     specs = (
         Spec(
@@ -70,10 +72,14 @@ class Sensors(Feature):
         menu = QMenu("Add LiDAR" if kind == "lidar" else "Add camera", self.window)
         menu.setIcon(icon(kind))
         menu.setToolTipsVisible(True)
-        for entry in default_library().entries(kind):
-            action = menu.addAction(entry.title, partial(self.add, entry.name))
-            action.setToolTip(entry.source)
-            action.setObjectName(entry.name)
+        for maker, entries in default_library().by_maker(kind).items():
+            of_maker = QMenu(maker, menu)
+            of_maker.setToolTipsVisible(True)
+            menu.addMenu(of_maker)
+            for entry in entries:
+                action = of_maker.addAction(entry.title, partial(self.add, entry.name))
+                action.setToolTip(entry_tip(entry))
+                action.setObjectName(entry.name)
         return menu
 
     def add(self, model: str) -> None:
@@ -125,6 +131,12 @@ class Sensors(Feature):
             actions["delete"].setEnabled(not document.locked.issuperset(self.window.tree.chosen))
             actions["rename"].setEnabled(False)
         actions["hide"].setIcon(icon("eye-off" if document.selected in document.hidden else "eye"))
+
+
+def entry_tip(entry: Entry) -> str:
+    """What a model is known from, wrapped."""
+    note = f"<p>{escape(entry.note)}</p>" if entry.note else ""
+    return f"<p>{escape(entry.source)}</p>{note}"
 
 
 def menu_button(kind: str, menu: QMenu) -> QToolButton:
