@@ -64,7 +64,7 @@ def default_library() -> Library:
 
 def user_library_files() -> tuple[Path, ...]:
     """The user's own library files: that of the configuration folder if there is one, then those of RIGLENS_LIBRARY."""
-    own = library_path(user_config_path("riglens", appauthor=False))
+    own = _own_library(os.environ.get("XDG_CONFIG_HOME"))
     named = os.environ.get(LIBRARY_VARIABLE, "")
     files = [*([own] if own.is_file() else []), *(Path(part) for part in named.split(os.pathsep) if part)]
     return tuple(dict.fromkeys(files))
@@ -114,6 +114,12 @@ def load_library(path: Path) -> Library:
 def sensor_from_model(model: str, name: str, pose: Pose) -> Lidar | Camera:
     """A sensor called `name` of a library model at that pose; InputError for an unknown model."""
     return default_library().entry(model).sensor(name, pose)
+
+
+@lru_cache(maxsize=8)
+def _own_library(_config_home: str | None) -> Path:
+    """Where the configuration folder's library would be; asked for every sensor, so looked up once."""
+    return library_path(user_config_path("riglens", appauthor=False))
 
 
 @lru_cache(maxsize=8)
