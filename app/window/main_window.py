@@ -17,9 +17,12 @@ from app.recompute import Recompute
 from app.status import StatusBar
 from app.tasks import Tasks
 from app.window.feature import Feature
+from app.window.features.autosave import Autosave
 from app.window.features.background import Background
 from app.window.features.baseline import Baseline
+from app.window.features.clipboard import Clipboard
 from app.window.features.compare import Compare
+from app.window.features.drop import Drop
 from app.window.features.edits import Edits
 from app.window.features.files import Files
 from app.window.features.follow import Follow
@@ -30,6 +33,7 @@ from app.window.features.library import LibraryPanel
 from app.window.features.map import Map
 from app.window.features.marginals import Marginals
 from app.window.features.picture import Picture
+from app.window.features.recent import Recent
 from app.window.features.scene_data import SceneData, choice_of
 from app.window.features.scores import Scores
 from app.window.features.sensor_view import SensorView
@@ -49,7 +53,9 @@ from widgets.panels.sensor_tree import SensorTree
 
 FEATURES: tuple[type[Feature], ...] = (
     Files,
+    Recent,
     Edits,
+    Clipboard,
     Sensors,
     LibraryPanel,
     Views,
@@ -64,6 +70,8 @@ FEATURES: tuple[type[Feature], ...] = (
     Compare,
     Follow,
     Background,
+    Autosave,
+    Drop,
     Theme,
     Layout,
     Help,
@@ -115,7 +123,8 @@ class MainWindow(QMainWindow):
         self.settings = kept or Settings()
         self.tree, self.inspector = SensorTree(), Inspector()
         self.scores, self.scene_panel = ScoresPanel(settings), ScenePanel(choice_of(scene))
-        self.message_bar, self.status = MessageBar(), StatusBar()
+        self.note_bar, self.message_bar = MessageBar(is_error=False), MessageBar()
+        self.status = StatusBar()
         self.tasks = Tasks(self)
         self.docks: dict[str, QDockWidget] = {}
         self.places = Places(self.menuBar(), self._toolbar())
@@ -147,6 +156,7 @@ class MainWindow(QMainWindow):
         column = QVBoxLayout(centre)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
+        column.addWidget(self.note_bar)
         column.addWidget(self.message_bar)
         column.addWidget(viewport, 1)
         self.setCentralWidget(centre)

@@ -6,7 +6,7 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QMenu, QMenuBar, QToolBar, QWidget
 
 MENUS = {
-    "file": ("&File", "open | save | export | end"),
+    "file": ("&File", "new | open | save | export | end"),
     "edit": ("&Edit", "history | clipboard | sensor"),
     "view": ("&View", "looks | gizmo | shown | docks | window"),
     "sensor": ("&Sensor", "add | edit | place"),

@@ -8,9 +8,11 @@ from app.document import Document
 from app.interrupt import quit_on_interrupt
 from app.options import SceneOptions, ScoreOptions
 from app.recompute import Recompute
-from app.user_folders import config_folder
+from app.user_folders import config_folder, state_folder
+from app.window.features.autosave import Autosave
 from app.window.main_window import MainWindow
 from app.window.settings import Settings
+from app.window.unexpected import failures_told
 from core.metric.scores import MetricSettings
 from core.rig.opening import open_rig
 from widgets.panels.style import apply_style, is_dark
@@ -35,6 +37,7 @@ def open_window(rig: str, scene: SceneOptions, score: ScoreOptions) -> int:
     kept = Settings(config_folder() / "window.ini")
     viewport = Viewport(palette=palette(is_dark()))
     window = MainWindow(document, viewport, Recompute(threads=score.threads), scene, settings, kept=kept)
-    with quit_on_interrupt(app):
+    with quit_on_interrupt(app), failures_told(window.report_error, state_folder()):
         window.show()
+        window.feature(Autosave).start(state_folder() / "unsaved")
         return app.exec()

@@ -127,6 +127,12 @@ class SensorTree(QTreeWidget):
             self.setCurrentItem(self._items[names[-1]], NAME, QItemSelectionModel.SelectionFlag.NoUpdate)
         self._on_selection()
 
+    def changeEvent(self, event: QEvent) -> None:
+        """Other colours: the rows are coloured anew when the rig is shown next."""
+        if event.type() == QEvent.Type.PaletteChange:
+            self._shown = ()
+        super().changeEvent(event)
+
     def item_of(self, name: str) -> QTreeWidgetItem:
         """The row of a sensor; KeyError when there is none."""
         return self._items[name]

@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QMenu
 from app.actions import Spec
 from app.window.feature import Feature
 from core.errors import InputError
+from core.rig.model import Rig
 from core.rig.presets import PRESETS, preset
 
 if TYPE_CHECKING:
@@ -21,6 +22,7 @@ class Files(Feature):
     """Opens and saves the document."""
 
     specs = (
+        Spec("new", "New", "Start with a car without sensors", "Ctrl+N", "", "file/new"),
         Spec("open", "Open…", "Open a rig file", "Ctrl+O", "open", "file/open", "file"),
         Spec("save", "Save", "Save the rig to its file", "Ctrl+S", "save", "file/save", "file"),
         Spec("save_as", "Save as…", "Save the rig to another file", "Ctrl+Shift+S", "", "file/save"),
@@ -29,13 +31,13 @@ class Files(Feature):
 
     def __init__(self, window: MainWindow) -> None:
         super().__init__(window)
-        window.places.add_to_menu("file/open", self._preset_menu())
-        self.bind(open=self.open, save=self.save, save_as=self.save_as, quit=window.close)
+        window.places.add_to_menu("file/new", self._preset_menu())
+        self.bind(new=self.new, open=self.open, save=self.save, save_as=self.save_as, quit=window.close)
         window.rig_shown.connect(self._update_title)
         self.document.file_changed.connect(self._update_title)
 
     def _preset_menu(self) -> QMenu:
-        menu = QMenu("Open preset", self.window)
+        menu = QMenu("New from preset", self.window)
         for name in PRESETS:
             menu.addAction(name, partial(self.open_preset, name))
         return menu
@@ -47,6 +49,16 @@ class Files(Feature):
             path = self.window.dialogs.open_rig(self.window, folder)
             if path is not None:
                 self.window.guarded(self.document.open)(path)
+
+    def open_path(self, path: Path) -> None:
+        """Open a rig file that was chosen elsewhere."""
+        if self.may_lose_changes():
+            self.window.guarded(self.document.open)(path)
+
+    def new(self) -> None:
+        """Start with a car without sensors."""
+        if self.may_lose_changes():
+            self.document.show(Rig(name="new rig"))
 
     def open_preset(self, name: str) -> None:
         """Open a built-in rig."""

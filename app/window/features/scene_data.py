@@ -58,6 +58,14 @@ class SceneData(Feature):
         self._strip.begin()
         recompute.load(self._options)
 
+    def load_path(self, path: Path, is_pog: bool) -> None:
+        """Load a box data set on the grid in use, or a stored POG with its own."""
+        if is_pog:
+            self.load(SceneOptions(pog=path))
+            return
+        self._choose(path)
+        self._load_choice(self.window.scene_panel.choice)
+
     def _load_choice(self, choice: SceneChoice) -> None:
         self.load(options_of(choice, self._options))
 

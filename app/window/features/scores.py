@@ -32,6 +32,7 @@ class Scores(Feature):
         window.recompute.approximated.connect(self.show_approximation, queued)
         window.recompute.failed.connect(window.report_error, queued)
         window.scores.settings_changed.connect(lambda _: window.settings_changed.emit())
+        window.theme_changed.connect(self._show_again)
         window.scene_shown.connect(lambda _: window.scores.set_stale())
         for changed in (window.settings_changed, self.document.rig_changed, self.document.file_changed):
             changed.connect(self.request)
@@ -74,6 +75,14 @@ class Scores(Feature):
         self.viewport.set_heatmap(result.heatmap)
         self._lengthen_trail()
         self.window.result_shown.emit(result)
+
+    def _show_again(self) -> None:
+        """The same numbers in the colours of another theme."""
+        was_stale = self.window.scores.is_stale
+        if self.result is not None:
+            self.window.scores.show_scores(self.result.evaluation.scores, self.result.baseline_scores)
+            if was_stale:
+                self.window.scores.set_stale()
 
     def _lengthen_trail(self) -> None:
         """One more edit for the sparklines when none is under way; they start anew with traffic or settings."""

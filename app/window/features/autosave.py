@@ -1,0 +1,140 @@
+"""Unsaved changes survive a crash: written beside the work, offered at the next start."""
+
+from __future__ import annotations
+
+import time
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QTimer
+
+from app.autosave import AutosaveFile, Orphan, Unsaved, orphans
+from app.tasks import Task
+from app.window.feature import Feature
+from app.window.features.files import Files
+from core.errors import InputError
+from widgets.panels.time_left import duration_text
+
+if TYPE_CHECKING:
+    from app.window.main_window import MainWindow
+
+DELAY_MS = 1000
+
+
+class Autosave(Feature):
+    """Writes the rig a second after the first change that is not written yet, never on the interface thread."""
+
+    def __init__(self, window: MainWindow) -> None:
+        super().__init__(window)
+        self._file: AutosaveFile | None = None
+        self._writing: Task | None = None
+        self._folder: Path | None = None
+        self._is_recovering = False
+        self._timer = QTimer(self)
+        self._timer.setSingleShot(True)
+        self._timer.setInterval(DELAY_MS)
+        self._timer.timeout.connect(self._write)
+        self.document.rig_changed.connect(self._on_change)
+        self.document.file_changed.connect(self._on_change)
+        window.closing.connect(self._close)
+
+    def start(self, folder: Path) -> None:
+        """Keep unsaved changes in this folder from now on, and offer what others left there."""
+        self._folder, self._file = folder, AutosaveFile(folder)
+        self.offer()
+
+    # ------------------------------------------------------------------ writing
+    def _on_change(self) -> None:
+        if self._file is None or self._is_recovering:
+            return
+        if not self.document.is_modified:
+            self._timer.stop()
+            self._forget()
+        elif not self._timer.isActive():
+            self._timer.start()
+
+    def _write(self) -> None:
+        if self._file is None or not self.document.is_modified:
+            return
+        if self._writing is not None or self.document.is_dragging:
+            self._timer.start()
+            return
+        state = Unsaved(self.document.rig, self.document.saved_rig, self.document.path)
+        self._writing = self.window.tasks.run(
+            "Autosave", partial(_write, self._file, state), lambda _: None, self._written
+        )
+
+    def _written(self) -> None:
+        self._writing = None
+        if not self.document.is_modified:
+            self._forget()
+
+    def _forget(self) -> None:
+        if self._file is not None and self._writing is None:
+            self._file.remove()
+
+    def _close(self) -> None:
+        """The user saved or gave up the changes: nothing is to be recovered."""
+        self._timer.stop()
+        if self._writing is not None:
+            self._writing.join()
+        if self._file is not None:
+            self._file.remove()
+
+    # ------------------------------------------------------------------ recovery
+    def offer(self) -> None:
+        """Ask about the newest rig that a window left behind, if there is any."""
+        assert self._folder is not None
+        found = orphans(self._folder)
+        if not found:
+            return
+        more = f" ({len(found) - 1} more)" if len(found) > 1 else ""
+        self.window.note_bar.show_message(
+            f"RigLens ended without saving {_title(found[0])}.{more}",
+            choices={
+                "Recover": partial(self.recover, found[0]),
+                "Discard": partial(self.discard, found[0]),
+            },
+        )
+
+    def recover(self, orphan: Orphan) -> None:
+        """Open the rig with its unsaved changes; they are one undo step, and still unsaved."""
+        assert self._file is not None
+        if not self.window.feature(Files).may_lose_changes():
+            self.offer()
+            return
+        if not self._file.take(orphan):
+            self.window.report_error(f"{_title(orphan)}: another window has recovered or discarded it")
+            return
+        self._is_recovering = True  # what was taken over stays on the disk until it is written anew
+        self._show(orphan.unsaved)
+        self._is_recovering = False
+        self._on_change()
+        self.offer()
+
+    def _show(self, unsaved: Unsaved) -> None:
+        try:
+            if unsaved.path is None:
+                self.document.show(unsaved.base)
+            else:
+                self.document.open(unsaved.path)
+        except InputError as error:
+            self.document.show(unsaved.base)
+            self.window.report_error(f"{error}; the changes are recovered without the file")
+        self.document.apply(unsaved.rig, "recover unsaved changes")
+
+    def discard(self, orphan: Orphan) -> None:
+        """Delete what a window left behind, and ask about the next."""
+        orphan.file.unlink(missing_ok=True)
+        self.offer()
+
+
+def _write(file: AutosaveFile, state: Unsaved, progress: object) -> None:
+    file.write(state)
+
+
+def _title(orphan: Orphan) -> str:
+    path = orphan.unsaved.path
+    file = f"{path.name}, " if path is not None else ""
+    return f"“{orphan.unsaved.rig.name}” ({file}{duration_text(max(0.0, time.time() - orphan.saved_at))} ago)"

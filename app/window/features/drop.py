@@ -1,0 +1,71 @@
+"""Files dropped on the window: a rig is opened, traffic is loaded."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QEvent, QMimeData, QObject, QTimer
+from PySide6.QtGui import QDropEvent
+
+from app.window.feature import Feature
+from app.window.features.files import Files
+from app.window.features.scene_data import SceneData
+
+if TYPE_CHECKING:
+    from app.window.main_window import MainWindow
+
+RIGS = (".yaml", ".yml")
+TABLES = (".csv", ".csv.gz", ".parquet")
+POGS = (".npz",)
+ACCEPTED = (
+    "accepted are rig files (.yaml), box tables (.csv, .csv.gz, .parquet), stored POGs (.npz) and box folders"
+)
+
+
+class Drop(Feature):
+    """Takes local files from a file manager, anywhere on the window where nothing else wants them."""
+
+    def __init__(self, window: MainWindow) -> None:
+        super().__init__(window)
+        window.setAcceptDrops(True)
+        window.installEventFilter(self)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Welcome files; what they are is looked at when they are let go."""
+        if isinstance(event, QDropEvent) and local_paths(event.mimeData()):
+            event.acceptProposedAction()
+            if event.type() == QEvent.Type.Drop:
+                paths = local_paths(event.mimeData())
+                QTimer.singleShot(
+                    0, self, lambda: self.take(paths)
+                )  # a question must not hold up the file manager
+            return True
+        return super().eventFilter(watched, event)
+
+    def take(self, paths: list[Path]) -> None:
+        """Open the first rig and load the first traffic among some files."""
+        kinds = [_kind(path) for path in paths]
+        unknown = [path.name for path, kind in zip(paths, kinds, strict=True) if kind == ""]
+        if unknown:
+            self.window.report_error(f"{unknown[0]}: cannot be opened; {ACCEPTED}")
+        if "rig" in kinds:
+            self.window.feature(Files).open_path(paths[kinds.index("rig")])
+        traffic = [path for path, kind in zip(paths, kinds, strict=True) if kind in ("boxes", "pog")]
+        if traffic:
+            self.window.feature(SceneData).load_path(traffic[0], is_pog=_kind(traffic[0]) == "pog")
+
+
+def local_paths(data: QMimeData) -> list[Path]:
+    """The files of a drop that are on this machine."""
+    return [Path(url.toLocalFile()) for url in data.urls() if url.isLocalFile() and url.toLocalFile()]
+
+
+def _kind(path: Path) -> str:
+    """What a dropped path is by its name: "rig", "boxes", "pog", or "" for anything else."""
+    name = path.name.lower()
+    if path.is_dir() or name.endswith(TABLES):
+        return "boxes"
+    if name.endswith(RIGS):
+        return "rig"
+    return "pog" if name.endswith(POGS) else ""

@@ -1,0 +1,169 @@
+"""Unsaved work survives a killed window, is offered once, and windows never take each other's."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from PySide6.QtWidgets import QPushButton
+from pytestqt.qtbot import QtBot
+
+from app.autosave import AutosaveFile, Unsaved, orphans
+from app.window.features.autosave import Autosave
+from core.rig.yaml_file import load_rig, new_rig_file
+from tests.app.conftest import REPOSITORY
+from tests.app.window_bench import LIDAR, RIG, TIMEOUT_MS, Bench, open_bench
+
+MOVED = RIG.with_sensor("roof", LIDAR.replace(position=(0.0, 0.0, 3.0)))
+
+
+def killed_window(folder: Path, *rig: Path) -> None:
+    """Run a window that edits its rig, and kill it as soon as that is on the disk."""
+    command = [sys.executable, "-m", "tests.app.autosave_child", str(folder), *map(str, rig)]
+    environment = {**os.environ, "PYTHONPATH": str(REPOSITORY)}
+    with subprocess.Popen(command, stdout=subprocess.PIPE, cwd=REPOSITORY, env=environment) as child:
+        try:
+            assert child.stdout is not None
+            assert child.stdout.readline().strip()
+        finally:
+            child.kill()
+
+
+def orphan(folder: Path, path: Path | None = None) -> Path:
+    """The file of a window that is gone."""
+    file = AutosaveFile(folder)
+    file.write(Unsaved(MOVED, RIG, path))
+    said = json.loads(file.path.read_text())
+    said["owner"]["started_at"] -= 1000.0
+    file.path.write_text(json.dumps(said))
+    return file.path
+
+
+def start(bench: Bench, folder: Path) -> Autosave:
+    autosave = bench.window.feature(Autosave)
+    autosave.start(folder)
+    return autosave
+
+
+def press(bench: Bench, choice: str) -> None:
+    bar = bench.window.note_bar
+    [button] = [found for found in bar.findChildren(QPushButton, choice) if found.isVisibleTo(bar)]
+    button.click()
+
+
+def files(folder: Path) -> list[Path]:
+    return sorted(folder.glob("*.json"))
+
+
+def test_changes_of_a_killed_window_are_recovered_at_the_next_start(qtbot: QtBot, tmp_path: Path) -> None:
+    rig = tmp_path / "my.yaml"
+    rig.write_text("# mine\n" + new_rig_file(RIG).text)
+    killed_window(tmp_path, rig)
+    with open_bench(qtbot, tmp_path, wait=False) as bench:
+        start(bench, tmp_path / "unsaved")
+        assert "my.yaml" in bench.window.note_bar.message
+        press(bench, "Recover")
+        assert bench.document.rig == MOVED
+        assert bench.document.path == rig and bench.document.is_modified
+        bench.act("save")
+        assert load_rig(rig).rig == MOVED and rig.read_text().startswith("# mine\n")
+    assert files(tmp_path / "unsaved") == []
+
+
+def test_a_rig_that_was_never_saved_is_recovered_too(qtbot: QtBot, tmp_path: Path) -> None:
+    orphan(tmp_path / "unsaved")
+    with open_bench(qtbot, tmp_path, wait=False) as bench:
+        start(bench, tmp_path / "unsaved")
+        press(bench, "Recover")
+        assert (bench.document.rig, bench.document.saved_rig, bench.document.path) == (MOVED, RIG, None)
+        assert not bench.window.note_bar.isVisible()
+        bench.act("undo")
+        assert bench.document.rig == RIG
+
+
+def test_recovered_changes_stay_on_the_disk_until_they_are_saved_or_given_up(
+    qtbot: QtBot, tmp_path: Path
+) -> None:
+    orphan(tmp_path / "unsaved")
+    with open_bench(qtbot, tmp_path, wait=False) as bench:
+        start(bench, tmp_path / "unsaved")
+        press(bench, "Recover")
+        assert len(files(tmp_path / "unsaved")) == 1
+    assert files(tmp_path / "unsaved") == []
+
+
+def test_discard_deletes_and_asks_about_the_next(qtbot: QtBot, tmp_path: Path) -> None:
+    for _ in range(2):
+        orphan(tmp_path / "unsaved")
+    with open_bench(qtbot, tmp_path, wait=False) as bench:
+        start(bench, tmp_path / "unsaved")
+        assert "(1 more)" in bench.window.note_bar.message
+        press(bench, "Discard")
+        assert len(files(tmp_path / "unsaved")) == 1
+        press(bench, "Discard")
+        assert files(tmp_path / "unsaved") == [] and not bench.window.note_bar.isVisible()
+        assert bench.document.rig == RIG
+
+
+def test_a_running_window_keeps_its_file(qtbot: QtBot, tmp_path: Path) -> None:
+    other = AutosaveFile(tmp_path / "unsaved")
+    other.write(Unsaved(MOVED, RIG, None))
+    with open_bench(qtbot, tmp_path, wait=False) as bench:
+        start(bench, tmp_path / "unsaved")
+        assert bench.window.note_bar.message == ""
+    assert files(tmp_path / "unsaved") == [other.path]
+
+
+def test_only_one_of_two_windows_gets_what_a_third_left_behind(qtbot: QtBot, tmp_path: Path) -> None:
+    orphan(tmp_path / "unsaved")
+    with open_bench(qtbot, tmp_path, wait=False) as one, open_bench(qtbot, tmp_path, wait=False) as other:
+        for bench in (one, other):
+            start(bench, tmp_path / "unsaved")
+        press(one, "Recover")
+        press(other, "Recover")
+        assert (one.document.rig, other.document.rig) == (MOVED, RIG)
+        assert "another window" in other.window.message_bar.message
+
+
+def test_changes_are_written_and_the_file_goes_when_they_are_saved(qtbot: QtBot, tmp_path: Path) -> None:
+    with open_bench(qtbot, tmp_path) as bench:
+        start(bench, tmp_path / "unsaved")
+        bench.document.apply(MOVED)
+        qtbot.waitUntil(lambda: len(files(tmp_path / "unsaved")) == 1, timeout=TIMEOUT_MS)
+        bench.dialogs.path = tmp_path / "saved.yaml"
+        qtbot.waitUntil(lambda: not bench.window.tasks.running, timeout=TIMEOUT_MS)
+        bench.act("save")
+        assert files(tmp_path / "unsaved") == []
+
+
+def test_a_folder_that_cannot_be_written_is_told_once_per_attempt_and_the_work_goes_on(
+    qtbot: QtBot, tmp_path: Path
+) -> None:
+    (tmp_path / "unsaved").write_text("a file where the folder should be")
+    with open_bench(qtbot, tmp_path) as bench:
+        start(bench, tmp_path / "unsaved")
+        bench.document.apply(MOVED)
+        qtbot.waitUntil(lambda: "unsaved" in bench.window.message_bar.message, timeout=TIMEOUT_MS)
+        assert bench.document.rig == MOVED
+
+
+def test_a_file_that_is_gone_meanwhile_costs_no_change(qtbot: QtBot, tmp_path: Path) -> None:
+    orphan(tmp_path / "unsaved", path=tmp_path / "gone.yaml")
+    with open_bench(qtbot, tmp_path, wait=False) as bench:
+        start(bench, tmp_path / "unsaved")
+        press(bench, "Recover")
+        assert bench.document.rig == MOVED and bench.document.is_modified
+        assert "gone.yaml" in bench.window.message_bar.message
+
+
+@pytest.mark.parametrize(
+    "content",
+    [b"", b"\xff\x00", b"[]", b"{}", b'{"owner": {"pid": -1}}', b"[" * 100_000, b'{"owner": {"pid": "a"}}'],
+)
+def test_a_file_that_makes_no_sense_is_passed_over(tmp_path: Path, content: bytes) -> None:
+    (tmp_path / "1-1.autosave.json").write_bytes(content)
+    assert orphans(tmp_path) == []

@@ -1,0 +1,97 @@
+"""Sensors travel as text: into another window, another program and back; foreign text is refused clearly."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
+
+from core.rig.yaml_file import loads
+from tests.app.window_bench import CAMERA, LIDAR, RIG, Bench, open_bench
+
+
+@pytest.fixture
+def bench(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
+    with open_bench(qtbot, tmp_path, wait=False) as opened:
+        yield opened
+
+
+def press(bench: Bench, key: Qt.Key) -> None:
+    bench.qtbot.keyClick(bench.window, key, Qt.KeyboardModifier.ControlModifier)
+
+
+def test_a_copy_comes_back_under_a_free_name_as_one_step(bench: Bench) -> None:
+    bench.document.select("roof")
+    press(bench, Qt.Key.Key_C)
+    press(bench, Qt.Key.Key_V)
+    assert bench.document.rig.sensor("roof_2") == LIDAR.replace(name="roof_2")
+    assert bench.document.undo_label == "paste roof"
+    bench.act("undo")
+    assert bench.document.rig == RIG
+
+
+def test_several_sensors_go_into_another_window_in_one_step(
+    qtbot: QtBot, tmp_path: Path, bench: Bench
+) -> None:
+    bench.window.tree.choose(("roof", "front"))
+    bench.act("copy")
+    with open_bench(qtbot, tmp_path, rig=RIG.replace(sensors=()), wait=False) as other:
+        other.act("paste")
+        assert other.document.rig.sensors == (LIDAR, CAMERA)
+        assert other.document.undo_label == "paste 2 sensors"
+
+
+def test_what_is_copied_is_a_rig_file(bench: Bench) -> None:
+    bench.document.select("front")
+    bench.act("copy")
+    assert loads(bench.clipboard()).rig == RIG.replace(sensors=(CAMERA,))
+
+
+def test_cut_copies_and_deletes(bench: Bench) -> None:
+    bench.document.select("front")
+    bench.act("cut")
+    assert bench.document.rig.sensors == (LIDAR,)
+    bench.act("paste")
+    assert bench.document.rig.sensors == (LIDAR, CAMERA)
+
+
+@pytest.mark.parametrize("head", ["sensors:\n", ""])
+def test_part_of_a_rig_file_from_an_editor_is_enough(bench: Bench, head: str) -> None:
+    bench.document.select("roof")
+    bench.act("copy")
+    text = bench.clipboard()
+    QApplication.clipboard().setText(head + text.partition("sensors:\n")[2])
+    bench.act("paste")
+    assert bench.document.rig.sensor("roof_2").position == LIDAR.position
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("", "no text"),
+        ("Dear Sir or Madam,", "clipboard"),
+        ("sensors: [{name: a, kind: sonar}]", "clipboard"),
+        ("riglens: 1\nname: a\nsensors: []\n", "no sensors"),
+        ("- " * 3000, "clipboard"),
+    ],
+)
+def test_foreign_text_is_refused_in_one_line_and_changes_nothing(
+    bench: Bench, text: str, reason: str
+) -> None:
+    QApplication.clipboard().setText(text)
+    bench.act("paste")
+    message = bench.window.message_bar.message
+    assert reason in message and "accepted are sensors" in message and "\n" not in message
+    assert bench.document.rig == RIG
+
+
+def test_in_a_text_field_the_keys_copy_text(bench: Bench) -> None:
+    edit = bench.find("rig_name")
+    edit.setFocus()
+    bench.qtbot.keyClick(edit, Qt.Key.Key_A, Qt.KeyboardModifier.ControlModifier)
+    bench.qtbot.keyClick(edit, Qt.Key.Key_C, Qt.KeyboardModifier.ControlModifier)
+    assert bench.clipboard() == RIG.name
