@@ -60,14 +60,14 @@ class VoxelReporter:
 
 
 def sight_text(found: Sight) -> str:
-    """Why a sensor does not see a voxel, in a few words."""
-    miss = f"nearest ray {length_text(found.miss_m)} off" if found.miss_m is not None else ""
-    if found.verdict == "outside":
+    """What a sensor makes of a voxel, in a few words."""
+    if found.verdict == "outside" and found.miss_deg is not None:
         place = {"above": "above", "below": "below"}.get(found.side, "outside")
-        angle = f"{found.miss_deg:.1f}° from its nearest ray" if found.miss_deg is not None else ""
-        return f"{place} its field of view, {angle}"
-    texts = {"off": "switched off", "range": "out of range", "missed": "not seen", "sees": "sees it"}
-    return texts.get(found.verdict) or f"between rays, {miss}"
+        return f"{place} field of view by {found.miss_deg:.1f}°"
+    if found.verdict == "between" and found.miss_m is not None:
+        return f"between rays, missed by {length_text(found.miss_m)}"
+    texts = {"sees": "sees it", "off": "switched off", "range": "out of range"}
+    return texts.get(found.verdict, "not seen")
 
 
 def length_text(length_m: float) -> str:

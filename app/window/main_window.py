@@ -32,6 +32,7 @@ from app.window.features.layout import Layout
 from app.window.features.library import LibraryPanel
 from app.window.features.map import Map
 from app.window.features.marginals import Marginals
+from app.window.features.pick import Pick
 from app.window.features.picture import Picture
 from app.window.features.recent import Recent
 from app.window.features.scene_data import SceneData, choice_of
@@ -60,6 +61,7 @@ FEATURES: tuple[type[Feature], ...] = (
     LibraryPanel,
     Views,
     Heat,
+    Pick,
     Picture,
     SceneData,
     Map,

@@ -18,12 +18,23 @@ class ViewportWidget(Protocol):
     drag_moved: Any
     drag_finished: Any
     drag_cancelled: Any
+    cell_picked: Any
+    escaped: Any
 
     def set_rig(self, rig: Rig, hidden: frozenset[str], selected: str | None) -> None:
         """Show a rig."""
 
     def set_heatmap(self, data: Any) -> None:
         """Show a heatmap, None for none."""
+
+    def set_heat_look(self, look: Any) -> None:
+        """Draw the heatmap in another way."""
+
+    def set_picking(self, is_on: bool) -> None:
+        """Have every left click pick a cell of the heatmap."""
+
+    def set_marker(self, marker: Any) -> None:
+        """Point out a voxel, None for none."""
 
     def set_grid(self, grid: Any) -> None:
         """Show another region of interest."""

@@ -60,14 +60,14 @@ def test_a_voxel_without_uncertainty_counts_for_no_sensor(engine):
     [
         (Sight("a", "off", 3.0), "switched off"),
         (Sight("a", "range", 3.0), "out of range"),
-        (Sight("a", "between", 3.0, 0.123, 2.0), "between rays, nearest ray 12.3 cm off"),
+        (Sight("a", "between", 3.0, 0.123, 2.0), "between rays, missed by 12.3 cm"),
         (
             Sight("a", "outside", 3.0, 1.5, 33.2, "above"),
-            "above its field of view, 33.2° from its nearest ray",
+            "above field of view by 33.2°",
         ),
         (
             Sight("a", "outside", 3.0, 1.5, 33.2, "beside"),
-            "outside its field of view, 33.2° from its nearest ray",
+            "outside field of view by 33.2°",
         ),
     ],
 )

@@ -58,6 +58,8 @@ class FakeViewport(QWidget):
     drag_moved = Signal(str, object)
     drag_finished = Signal(str)
     drag_cancelled = Signal(str)
+    cell_picked = Signal(object)
+    escaped = Signal()
 
     def __init__(self) -> None:
         super().__init__()
@@ -65,6 +67,8 @@ class FakeViewport(QWidget):
         self.hidden: frozenset[str] = frozenset()
         self.selected: str | None = None
         self.heatmap: Any = None
+        self.look: Any = None
+        self.marker: Any = None
         self.told: list[tuple[Any, ...]] = []
         self.dragged: str | None = None
         self.camera: Any = None
@@ -74,6 +78,15 @@ class FakeViewport(QWidget):
 
     def set_heatmap(self, data: Any) -> None:
         self.heatmap = data
+
+    def set_heat_look(self, look: Any) -> None:
+        self.look = look
+
+    def set_picking(self, is_on: bool) -> None:
+        self.told.append(("picking", is_on))
+
+    def set_marker(self, marker: Any) -> None:
+        self.marker = marker
 
     def set_vehicle(self, vehicle: Any) -> None:
         self.told.append(("vehicle", vehicle))

@@ -41,6 +41,8 @@ _BODIES = {
     "pin": '<path d="M9 3h6l-1 6 4 4H6l4-4z"/><path d="M12 13v8"/>',
     "search": '<circle cx="10.5" cy="10.5" r="6"/><path d="M15 15l5.5 5.5"/>',
     "snapshot": '<rect x="4" y="4" width="16" height="16" rx="2"/><path d="M12 8v8M8 12h8"/>',
+    "sliders": '<path d="M4 7h9M17 7h3M4 17h3M11 17h9"/><circle cx="15" cy="7" r="2"/><circle cx="9" cy="17" r="2"/>',
+    "pick": '<path d="M12 3v5M12 16v5M3 12h5M16 12h5"/><path d="M10 10h4v4h-4z"/>',
     "close": '<path d="M6 6l12 12M18 6L6 18"/>',
 }
 

@@ -83,7 +83,7 @@ class CaptionLayer:
         if self._caption == NO_CAPTION or self._placed == (size, pixel_ratio):
             return
         self._placed = size, pixel_ratio
-        unit = unit_px(size, pixel_ratio)
+        unit = unit_px(size, pixel_ratio, crowded=bool(self._caption.table))
         self._place_title(size, unit)
         self._place_table(unit)
 

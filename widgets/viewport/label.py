@@ -13,7 +13,7 @@ from widgets.viewport.camera import Size
 
 FONT_FILE = f"{matplotlib.get_data_path()}/fonts/ttf/DejaVuSans.ttf"
 BOLD_FONT_FILE = f"{matplotlib.get_data_path()}/fonts/ttf/DejaVuSans-Bold.ttf"
-_FULL_VIEW_PX = (800, 500)
+_FULL_VIEW_PX, _FULL_PICTURE_PX = (640, 400), (800, 500)
 _LEAST_UNIT = 0.4
 _LEAST_FONT_PX = 6
 _PLATE_OPACITY = 0.82
@@ -21,9 +21,13 @@ _VTK_FONT_FILE = 4
 _DPI = 72
 
 
-def unit_px(size: Size, pixel_ratio: float) -> float:
-    """Pixels per unit of length of flat parts: the pixel ratio, less in views too small for them."""
-    room = min(size[0] / _FULL_VIEW_PX[0], size[1] / _FULL_VIEW_PX[1])
+def unit_px(size: Size, pixel_ratio: float, crowded: bool = False) -> float:
+    """Pixels per unit of length of flat parts: the pixel ratio, less in views too small for them.
+
+    `crowded`: a legend and a table stand side by side.
+    """
+    full = _FULL_PICTURE_PX if crowded else _FULL_VIEW_PX
+    room = min(size[0] / full[0], size[1] / full[1])
     return min(pixel_ratio, max(_LEAST_UNIT * pixel_ratio, room))
 
 

@@ -72,12 +72,12 @@ class LegendLayer:
         is_coarse = cell_m > 1.001 * self._data.cell_m
         self._note.SetInput(f"cells of {cell_m:.3g} m while it moves" if is_coarse else self._data.note)
 
-    def place(self, size: Size, pixel_ratio: float) -> None:
+    def place(self, size: Size, pixel_ratio: float, crowded: bool = False) -> None:
         """Keep the legend in the corner of a view of this size in pixels; small views get a small one."""
         if self._data is None or self._placed == (size, pixel_ratio):
             return
         self._placed = size, pixel_ratio
-        unit, lines = unit_px(size, pixel_ratio), 2 if self._slice.GetInput() else 1
+        unit, lines = unit_px(size, pixel_ratio, crowded), 2 if self._slice.GetInput() else 1
         height_px = _FOOT_PX + _BAR_PX + lines * _LINE_PX + _HEAD_PX
         left, low = size[0] - (_MARGIN_PX + _WIDTH_PX) * unit, _MARGIN_PX * unit
         self._plate.cover(left, low, _WIDTH_PX * unit, height_px * unit)

@@ -13,7 +13,8 @@ from widgets.theme import Palette, rgb
 from widgets.viewport.camera import OrbitCamera, Size
 
 _LEAST_PX = 9.0
-_WIDTH_PX = 2.0
+_WIDTHS_PX = (5.0, 2.0)
+_EDGE_COLOUR = "#101418"
 
 
 @dataclass(frozen=True)
@@ -25,28 +26,31 @@ class Marker:
 
 
 class MarkerLayer:
-    """A cube of lines on the overlay."""
+    """A cube of lines on the overlay, with a dark edge so that it stands out of every colour."""
 
     def __init__(self, overlay: vtkRenderer) -> None:
         cube = pv.Cube().extract_all_edges()
-        self._actor = pv.Actor(mapper=pv.DataSetMapper(cube))
-        self._actor.prop.lighting = False
-        self._actor.pickable = False
-        self._actor.visibility = False
+        self._actors = tuple(pv.Actor(mapper=pv.DataSetMapper(cube)) for _ in _WIDTHS_PX)
         self._marker: Marker | None = None
-        overlay.AddActor(self._actor)
+        for actor in self._actors:
+            actor.prop.lighting = False
+            actor.pickable = False
+            actor.visibility = False
+            overlay.AddActor(actor)
 
     def set_marker(self, marker: Marker | None, palette: Palette) -> None:
         """Point out another cube, or none."""
         self._marker = marker
-        self._actor.visibility = marker is not None
-        self._actor.prop.color = rgb(palette.selected)
+        for actor, colour in zip(self._actors, (_EDGE_COLOUR, palette.selected), strict=True):
+            actor.visibility = marker is not None
+            actor.prop.color = rgb(colour)
 
     def arrange(self, camera: OrbitCamera, size: Size, pixel_ratio: float) -> None:
         """Draw the cube at its size, larger where it would be too small to see."""
         if self._marker is None:
             return
         least_m = _LEAST_PX * pixel_ratio * camera.metres_per_pixel(np.array(self._marker.centre_m), size)
-        self._actor.scale = max(self._marker.edge_m, least_m)
-        self._actor.position = self._marker.centre_m
-        self._actor.prop.line_width = _WIDTH_PX * pixel_ratio
+        for actor, width_px in zip(self._actors, _WIDTHS_PX, strict=True):
+            actor.scale = max(self._marker.edge_m, least_m)
+            actor.position = self._marker.centre_m
+            actor.prop.line_width = width_px * pixel_ratio

@@ -268,7 +268,7 @@ class Scene:
         self._apply_camera(state.camera)
         self._heatmap.arrange(state.camera, self.size, self._quick)
         self._legend.set_drawn(self._heatmap.drawn_cell_m)
-        self._legend.place(self.size, self._pixel_ratio)
+        self._legend.place(self.size, self._pixel_ratio, crowded=bool(state.caption.table))
         self._caption.place(self.size, self._pixel_ratio)
         self._marker.arrange(state.camera, self.size, self._pixel_ratio)
         place = self.gizmo_place()

@@ -12,6 +12,7 @@ from app.window.feature import Feature
 from app.window.features.baseline import Baseline
 from app.window.features.heat import Heat
 from app.window.features.map import Map
+from app.window.features.pick import Pick
 from app.window.features.scene_data import SceneData
 
 if TYPE_CHECKING:
@@ -54,6 +55,7 @@ class Scores(Feature):
         request = EvaluationRequest(
             document.revision, document.rig, self.window.feature(Baseline).rig, self.window.scores.settings,
             heat.mode, heat.class_name, document.is_dragging, self.window.feature(Map).seen_by,
+            self.window.feature(Pick).voxel,
         )  # fmt: skip
         if self._request is not None and self._request.asks_same(request):
             return

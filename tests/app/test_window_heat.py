@@ -1,0 +1,188 @@
+"""The heatmap in the window: sliders change how it is drawn, a picked voxel is explained and follows the rig."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QLabel, QToolButton, QWidget
+from pytestqt.qtbot import QtBot
+
+from app.heatmap import HEAT_TITLES
+from app.window.features.baseline import Baseline
+from app.window.features.heat import Heat, look_of
+from app.window.features.pick import Pick
+from core.engine.engine import Engine
+from core.engine.inspect import sees_voxel
+from core.geometry import Pose
+from core.scene.columns import unpack
+from tests.app.window_bench import TIMEOUT_MS, Bench, open_bench
+from widgets.viewport.camera import Ray
+from widgets.viewport.heat_pick import PickedCell
+from widgets.viewport.heat_scale import DEFAULT_LOOK, HeatLook
+from widgets.viewport.offscreen import OffscreenViewport
+
+
+@pytest.fixture
+def bench(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
+    with open_bench(qtbot, tmp_path) as opened:
+        yield opened
+
+
+def pick(bench: Bench, row: int = 0) -> Pick:
+    """Click at a cell of the heatmap that is shown; the view answers in place of a mouse."""
+    data = bench.viewport.heatmap
+    centre = data.centres_m[row].astype(float)
+    down = Ray(centre + np.array([0.0, 0.0, 9.0]), np.array([0.0, 0.0, -1.0]))
+    bench.viewport.cell_picked.emit(PickedCell(row, centre, data.cell_m, down))
+    found = bench.window.feature(Pick)
+    bench.qtbot.waitUntil(lambda: found.card.text is not None, timeout=TIMEOUT_MS)
+    bench.settle()
+    return found
+
+
+def test_every_mode_can_be_chosen_and_says_what_it_is(bench: Bench) -> None:
+    heat = bench.window.feature(Heat)
+    for mode, title in HEAT_TITLES.items():
+        heat.set_mode(mode)
+        bench.settle()
+        data = bench.viewport.heatmap
+        assert (data is None) if mode == "off" else data.title == f"{title}, car"
+
+
+def test_changes_are_counted_from_the_baseline_of_the_scores(bench: Bench) -> None:
+    bench.window.feature(Heat).set_mode("change")
+    bench.settle()
+    assert not bench.viewport.heatmap.values.any()
+    bench.document.set_enabled("roof", False)
+    bench.settle()
+    shown = bench.viewport.heatmap
+    now, before = (
+        Engine(bench.scenes[-1].field).evaluate(rig)
+        for rig in (bench.document.rig, bench.window.feature(Baseline).rig)
+    )
+    assert now is not None and before is not None
+    seen_now, seen_before = (found.seen_camera | found.seen_lidar for found in (now, before))
+    field = bench.scenes[-1].field
+    places = np.floor((shown.centres_m - np.array(field.grid.origin_m)) / field.grid.voxel_m).astype(int)
+    gained = unpack(field.grid, seen_now & ~seen_before)[tuple(places.T)]
+    lost = unpack(field.grid, seen_before & ~seen_now)[tuple(places.T)]
+    assert np.array_equal(shown.values > 0, gained) and np.array_equal(shown.values < 0, lost)
+    assert lost.any() and not gained.any()
+
+
+def test_sliders_tell_the_view_at_once_and_ask_for_no_scores(bench: Bench) -> None:
+    panel, asked = bench.window.feature(Heat).panel, []
+    bench.window.recompute.evaluated.connect(asked.append, Qt.ConnectionType.QueuedConnection)
+    panel.threshold.setValue(100)
+    panel.log.setChecked(True)
+    panel.opacity.setValue(160)
+    assert bench.viewport.look == HeatLook(0.5, True, 0.8)
+    panel.sliced.setChecked(True)
+    panel.bottom.setValue(2)
+    assert bench.viewport.look.slice_m == (1.0, 1.5)
+    panel.thickness.setValue(3)
+    assert bench.viewport.look.slice_m == (1.0, 2.5)
+    bench.qtbot.wait(20)
+    assert asked == []
+    reset = panel.findChild(QWidget, "reset_look")
+    assert reset is not None
+    QTest.mouseClick(reset, Qt.MouseButton.LeftButton)
+    assert bench.viewport.look == DEFAULT_LOOK
+
+
+def test_the_threshold_is_said_in_the_unit_of_the_heatmap(bench: Bench) -> None:
+    heat = bench.window.feature(Heat)
+    heat.set_mode("entropy")
+    bench.settle()
+    heat.panel.threshold.setValue(100)
+    label = heat.panel.findChild(QLabel, "Show from value")
+    assert label is not None and label.text() == f"{bench.viewport.heatmap.vmax / 2:.2g} nat"
+
+
+def test_the_sliders_open_under_a_button_of_the_toolbar(bench: Bench) -> None:
+    button = bench.window.findChild(QToolButton, "heat_look")
+    assert button is not None and not bench.window.feature(Heat).panel.isVisible()
+    menu = button.menu()
+    menu.popup(QPoint(0, 0))
+    assert bench.window.feature(Heat).panel.isVisible()
+    menu.close()
+
+
+@pytest.mark.parametrize("kept", [{}, {"threshold": "x", "opacity": 0.5}, {"threshold": 2.0, "opacity": 0.5}])
+def test_a_look_that_was_not_kept_well_is_forgotten(kept: dict) -> None:
+    assert look_of(kept) is None
+    assert look_of({"threshold": 0.3, "opacity": 0.7, "log": True}) == HeatLook(0.3, True, 0.7)
+
+
+def test_who_sees_a_picked_voxel_is_what_the_engine_marks(bench: Bench) -> None:
+    found = pick(bench)
+    assert found.voxel is not None and found.card.text is not None
+    engine = Engine(bench.scenes[-1].field)
+    engine.evaluate(bench.document.rig)
+    for sensor, line in zip(bench.document.rig.sensors, found.card.text.sensors, strict=True):
+        assert line.name == sensor.name
+        assert line.sees == sees_voxel(engine, sensor, "exact", found.voxel)
+    assert bench.viewport.marker.edge_m == 0.5
+    assert found.card.isVisible()
+
+
+def test_the_card_follows_the_rig(bench: Bench) -> None:
+    found = pick(bench)
+    bench.document.set_enabled("roof", False)
+    bench.settle()
+    assert found.card.text is not None
+    assert {line.name: line.text for line in found.card.text.sensors}["roof"] == "switched off"
+    bench.viewport.press("roof")
+    bench.viewport.move("roof", Pose((0.5, 0.0, 2.0), (0.0, 0.0, 0.0)))
+    bench.viewport.release("roof")
+    bench.document.set_enabled("roof", True)
+    bench.settle()
+    engine = Engine(bench.scenes[-1].field)
+    engine.evaluate(bench.document.rig)
+    assert found.voxel is not None
+    sees = sees_voxel(engine, bench.document.rig.sensor("roof"), "exact", found.voxel)
+    assert {line.name: line.sees for line in found.card.text.sensors}["roof"] == sees
+
+
+def test_escape_forgets_the_voxel_and_then_puts_the_tool_away(bench: Bench) -> None:
+    bench.act("pick")
+    assert bench.viewport.told[-1] == ("picking", True)
+    found = pick(bench)
+    bench.viewport.escaped.emit()
+    assert found.voxel is None and not found.card.isVisible() and bench.viewport.marker is None
+    assert bench.window.actions_["pick"].isChecked()
+    bench.viewport.escaped.emit()
+    assert bench.viewport.told[-1] == ("picking", False)
+
+
+def test_a_click_beside_the_heatmap_forgets_the_voxel(bench: Bench) -> None:
+    found = pick(bench)
+    bench.viewport.cell_picked.emit(None)
+    assert found.voxel is None and found.card.text is None
+
+
+def test_alt_click_picks_without_touching_selection_or_camera(qtbot: QtBot, tmp_path: Path) -> None:
+    with open_bench(qtbot, tmp_path, viewport=OffscreenViewport()) as bench:
+        bench.document.select("roof")
+        qtbot.wait(50)
+        canvas, state = bench.viewport.findChild(QWidget), bench.viewport.scene_state
+        size = (canvas.width(), canvas.height())
+        spots = state.camera.project(state.heatmap.centres_m.astype(float), size)
+        inside = ((spots[:, :2] > 20) & (spots[:, :2] < np.array(size) - 20)).all(axis=1)
+        far = inside & (np.abs(state.heatmap.centres_m[:, 0]) > 3.5)
+        spot = QPoint(*(round(float(place)) for place in spots[np.flatnonzero(far)[0], :2]))
+        alt, left = Qt.KeyboardModifier.AltModifier, Qt.MouseButton.LeftButton
+        QTest.mouseClick(canvas, left, alt, spot)
+        found = bench.window.feature(Pick)
+        qtbot.waitUntil(lambda: found.card.text is not None, timeout=TIMEOUT_MS)
+        assert bench.document.selected == "roof"
+        assert bench.viewport.scene_state.camera == state.camera
+        marker = bench.viewport.scene_state.marker
+        assert marker is not None and found.voxel is not None
+        QTest.keyClick(canvas, Qt.Key.Key_Escape)
+        assert found.voxel is None and bench.viewport.scene_state.marker is None
