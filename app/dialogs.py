@@ -8,7 +8,7 @@ from typing import Literal
 from PySide6.QtWidgets import QFileDialog, QMessageBox, QWidget
 
 RIG_FILES = "Rig files (*.yaml *.yml);;All files (*)"
-BOX_FILES = "Box tables (*.csv *.csv.gz *.parquet);;All files (*)"
+BOX_FILES = "Box tables (*.csv *.csv.gz *.parquet *.feather);;All files (*)"
 PICTURES = "PNG pictures (*.png)"
 TABLES = "CSV tables (*.csv)"
 Unsaved = Literal["save", "discard", "cancel"]
@@ -41,7 +41,7 @@ class Dialogs:
         return _path(QFileDialog.getOpenFileName(parent, "Open a box table", "", BOX_FILES)[0])
 
     def box_folder(self, parent: QWidget) -> Path | None:
-        """The KITTI or CARLA folder to score on."""
+        """The folder of a box data set to score on."""
         return _path(QFileDialog.getExistingDirectory(parent, "Open a folder of boxes"))
 
     def unsaved(self, parent: QWidget, rig_name: str) -> Unsaved:

@@ -13,6 +13,7 @@ from app.options import AutoVoxel
 from app.scenario import load_scenario
 from core.scene.pog_store import save_pog
 from tests.app.window_bench import TIMEOUT_MS, Bench, choose_item, open_bench, scene_options, type_into
+from tests.core.argoverse_log import random_columns, write_log
 
 SMALL_ROI_M = (8.0, 8.0, 4.0)
 
@@ -75,6 +76,27 @@ def test_auto_needs_a_region_that_some_edge_divides(qtbot: QtBot, tmp_path: Path
         choose_item(voxel_box(bench), "Auto")
         assert "none of the edges" in bench.window.scene_panel.problem
         assert bench.window.scene_panel.choice.voxel_m == 0.09
+
+
+def test_a_chosen_folder_brings_its_own_origin(qtbot: QtBot, tmp_path: Path) -> None:
+    write_log(tmp_path / "logs" / "one", random_columns(3, 20))
+    with open_bench(qtbot, tmp_path, roi_m=SMALL_ROI_M) as bench:
+        bench.dialogs.path = tmp_path / "logs"
+        bench.act("boxes_folder")
+        assert bench.window.scene_panel.choice.origin_m == (-1.34, 0.0, 0.33)
+        load(bench)
+        assert bench.scenes[-1].field.data.frames == 3
+        assert bench.window.scene_panel.choice.origin_m == (-1.34, 0.0, 0.33)
+
+
+def test_a_folder_without_boxes_is_refused_at_once(qtbot: QtBot, tmp_path: Path) -> None:
+    (tmp_path / "empty").mkdir()
+    with open_bench(qtbot, tmp_path, roi_m=SMALL_ROI_M) as bench:
+        before = bench.window.scene_panel.choice
+        bench.dialogs.path = tmp_path / "empty"
+        bench.act("boxes_folder")
+        assert "no box data in this folder" in bench.window.message_bar.message
+        assert bench.window.scene_panel.choice == before
 
 
 @pytest.fixture

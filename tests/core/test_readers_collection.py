@@ -7,7 +7,7 @@ import pytest
 
 from core.errors import InputError
 from core.scene.boxes import BoxBatch
-from core.scene.readers import open_boxes
+from core.scene.readers import default_origin_m, open_boxes
 from core.scene.readers.common import join
 
 HEADER = "seq,frame,cls,x,y,z,length,width,height,yaw\n"
@@ -72,3 +72,18 @@ def test_the_origin_is_added_to_every_member_and_lifted(tmp_path: Path) -> None:
     both = [table(tmp_path / f"{name}.csv", range(2)) for name in "ab"]
     (plain, _), (moved, _) = read(*both), read(*both, origin_m=(1.0, 2.0, 3.0), lift_m=0.5)
     np.testing.assert_allclose(moved.centre_m - plain.centre_m, np.tile([1.0, 2.0, 3.5], (4, 1)))
+
+
+def test_the_origin_of_a_source_is_told_without_reading_it(tmp_path: Path) -> None:
+    (tmp_path / "kitti" / "label_02").mkdir(parents=True)
+    (tmp_path / "av2").mkdir()
+    (tmp_path / "av2" / "annotations.feather").write_bytes(b"broken")
+    (tmp_path / "nuscenes" / "v1.0-mini").mkdir(parents=True)
+    (tmp_path / "nuscenes" / "v1.0-mini" / "sample_annotation.json").write_bytes(b"broken")
+    assert default_origin_m(tmp_path / "kitti") == (0.4, 0.0, 1.73)
+    assert default_origin_m(tmp_path / "av2") == (-1.34, 0.0, 0.33)
+    assert default_origin_m(tmp_path / "av2" / "annotations.feather") == (-1.34, 0.0, 0.33)
+    assert default_origin_m(tmp_path / "nuscenes") == (-1.35, 0.0, 0.0)
+    assert default_origin_m(table(tmp_path / "a.csv", range(2))) == (0.0, 0.0, 0.0)
+    with pytest.raises(InputError, match="does not exist"):
+        default_origin_m(tmp_path / "nothing")

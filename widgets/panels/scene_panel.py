@@ -92,9 +92,9 @@ class ScenePanel(Form):
         assert isinstance(subject, SceneChoice)
         return subject
 
-    def choose_boxes(self, boxes: Path | None) -> None:
-        """Take another data set; the fields of the old one are emptied, because they described it."""
-        self.show_subject(self.choice.replace(boxes=boxes, origin_m=(0.0, 0.0, 0.0), frames=None, pog=None))
+    def choose_boxes(self, boxes: Path | None, origin_m: Vec3 = (0.0, 0.0, 0.0)) -> None:
+        """Take another data set with its own origin; what was said about the old one goes with it."""
+        self.show_subject(self.choice.replace(boxes=boxes, origin_m=origin_m, frames=None, pog=None))
 
     def set_loaded(self, choice: SceneChoice, summary: str, picked: str = "", tried: str = "") -> None:
         """Say what is in use now, and why its voxel edge was picked: a sentence, and all that was tried."""
@@ -119,8 +119,12 @@ class ScenePanel(Form):
         self.add_row("Data", [self._name])
         buttons = []
         for text, tip, slot in (
-            ("File…", "CSV, CSV.gz or Parquet table", self.file_wanted.emit),
-            ("Folder…", "KITTI or CARLA folder", self.folder_wanted.emit),
+            ("File…", "CSV, CSV.gz or Parquet table, or annotations.feather", self.file_wanted.emit),
+            (
+                "Folder…",
+                "Folder of nuScenes, Argoverse 2, KITTI or CARLA, or of tables",
+                self.folder_wanted.emit,
+            ),
             ("Bundled", "The simulated town that comes with the program", lambda: self.choose_boxes(None)),
         ):
             button = QPushButton(text)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,11 +13,17 @@ from app.options import AutoVoxel, SceneOptions, ScoreOptions
 from app.scoring import LoadedScene
 from app.status import scene_line
 from app.window.feature import Feature
+from core.errors import InputError
+from core.geometry import Vec3
 from core.scene.grid import DEFAULT_ROI_M, DEFAULT_VOXEL_M, VoxelGrid
+from core.scene.readers import default_origin_m
 from widgets.panels.scene_panel import SceneChoice
 
 if TYPE_CHECKING:
     from app.window.main_window import MainWindow
+
+FILE_TIP = "Score on a CSV, CSV.gz or Parquet table, or on annotations.feather"
+FOLDER_TIP = "Score on a folder of nuScenes, Argoverse 2, KITTI or CARLA, or of tables"
 
 
 class SceneData(Feature):
@@ -24,9 +31,17 @@ class SceneData(Feature):
 
     specs = (
         Spec(
-            "boxes_file", "Box file…", "Score on a CSV, CSV.gz or Parquet table of boxes", menu="scene/boxes"
+            "boxes_file",
+            "Box file…",
+            FILE_TIP,
+            menu="scene/boxes",
         ),
-        Spec("boxes_folder", "Box folder…", "Score on a KITTI or CARLA folder", menu="scene/boxes"),
+        Spec(
+            "boxes_folder",
+            "Box folder…",
+            FOLDER_TIP,
+            menu="scene/boxes",
+        ),
     )
 
     def __init__(self, window: MainWindow) -> None:
@@ -96,7 +111,11 @@ class SceneData(Feature):
 
     def _choose(self, path: Path | None) -> None:
         if path is not None:
-            self.window.scene_panel.choose_boxes(path)
+            try:
+                self.window.scene_panel.choose_boxes(path, default_origin_m(path))
+            except InputError as error:
+                self.window.report_error(str(error))
+                return
             self.window.docks["Scene"].show()
             self.window.docks["Scene"].raise_()
 
@@ -108,12 +127,20 @@ def choice_of(options: SceneOptions, grid: VoxelGrid | None = None) -> SceneChoi
         voxel_m, roi_m = grid.voxel_m, grid.roi_m
     return SceneChoice(
         options.boxes,
-        options.origin_m or (0.0, 0.0, 0.0),
+        options.origin_m or _own_origin_m(options.boxes),
         options.frames,
         voxel_m if options.auto is None else None,
         roi_m,
         options.pog,
     )
+
+
+def _own_origin_m(boxes: Path | None) -> Vec3:
+    """The origin that a data set has by itself; data that are not there any more have none."""
+    with suppress(InputError):
+        if boxes is not None:
+            return default_origin_m(boxes)
+    return 0.0, 0.0, 0.0
 
 
 def options_of(choice: SceneChoice, before: SceneOptions) -> SceneOptions:
@@ -129,4 +156,5 @@ def options_of(choice: SceneChoice, before: SceneOptions) -> SceneOptions:
         voxel_m=choice.voxel_m,
         roi_m=choice.roi_m,
         auto=auto,
+        find_ground=before.find_ground and choice.boxes == before.boxes,
     )

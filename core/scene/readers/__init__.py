@@ -2,6 +2,6 @@
 
 from core.scene.readers.bundled import bundled_source
 from core.scene.readers.classes import parse_class_map
-from core.scene.readers.opening import Source, open_boxes, together
+from core.scene.readers.opening import Source, default_origin_m, open_boxes, together
 
-__all__ = ["Source", "bundled_source", "open_boxes", "parse_class_map", "together"]
+__all__ = ["Source", "bundled_source", "default_origin_m", "open_boxes", "parse_class_map", "together"]

@@ -15,7 +15,6 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from core.errors import InputError
-from core.geometry import Vec3
 from core.scene.boxes import BoxBatch, Progress, rotations_from_quaternions
 from core.scene.readers.classes import UNMAPPED
 from core.scene.readers.common import (
@@ -31,17 +30,11 @@ from core.scene.readers.common import (
     select,
 )
 
-REAR_AXLE_M: Vec3 = (-1.34, 0.0, 0.33)
-"""Place of the ego frame's origin in the vehicle frame, about: the centre of the rear axle. It is 0.33 m above the
-ground (a maintainer in issue 286 of argoverse-api); the car is a Ford Fusion Hybrid, 4.87 m long."""
-
-FILE_NAME = "annotations.feather"
 NUMBERS = ("tx_m", "ty_m", "tz_m", "length_m", "width_m", "height_m", "qw", "qx", "qy", "qz")
 MAX_FILE_BYTES = 1 << 26
 MAX_ROWS = 5_000_000
 """A log of 15 seconds has some twenty thousand; it bounds the memory, for rows may come in any order."""
 
-_FEATHER_MAGIC = b"ARROW1"
 _QUATERNION_TOLERANCE = 0.01
 
 
@@ -70,22 +63,6 @@ class ArgoverseSource(FileBoxSource):
             yield select(boxes, slice(start, end))
             progress(end / rows.size)
             start = end
-
-
-def is_feather(path: Path) -> bool:
-    """Whether the file says so by its first bytes or promises it by its name."""
-    if path.suffix.lower() == ".feather":
-        return True
-    with path.open("rb") as file:
-        return file.read(len(_FEATHER_MAGIC)) == _FEATHER_MAGIC
-
-
-def find_logs(folder: Path) -> list[Path]:
-    """Annotation files of a log, of a folder of logs, or of a folder of splits with logs in them; sorted."""
-    for pattern in (FILE_NAME, f"*/{FILE_NAME}", f"*/*/{FILE_NAME}"):
-        if found := sorted(file for file in folder.glob(pattern) if file.is_file()):
-            return found
-    return []
 
 
 def _table(path: Path) -> pa.Table:

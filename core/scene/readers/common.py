@@ -185,8 +185,9 @@ def readable(path: Path) -> Iterator[None]:
 
 
 def one_line(text: str, limit: int = 200) -> str:
-    """Foreign text as one line of at most `limit` characters."""
-    return " ".join(text.split())[:limit]
+    """Foreign text as one line of at most `limit` characters; what cannot be printed becomes a question mark."""
+    line = " ".join(text.split())[:limit]
+    return "".join(character if character.isprintable() else "?" for character in line)
 
 
 def shown(text: str) -> str:

@@ -8,12 +8,14 @@ from pathlib import Path
 
 from core.errors import InputError
 from core.geometry import Vec3
+from core.scene.readers import argoverse_files, nuscenes
+from core.scene.readers.argoverse_files import find_logs, is_feather
 from core.scene.readers.carla import FOLDERS, CarlaSource
 from core.scene.readers.classes import ANY_TABLE, ARGOVERSE, CARLA, KITTI, NUSCENES, ClassTable
 from core.scene.readers.collection import BoxCollection
 from core.scene.readers.common import BoxOptions, FileBoxSource, readable
 from core.scene.readers.kitti import OBJECT, TRACKING, VELODYNE_M, KittiSource, Layout
-from core.scene.readers.nuscenes import REAR_AXLE_M, NuscenesSource
+from core.scene.readers.nuscenes import NuscenesSource
 from core.scene.readers.nuscenes_tables import tables_folder
 
 ACCEPTED = (
@@ -23,6 +25,12 @@ ACCEPTED = (
 TABLE_ENDINGS = (".csv", ".csv.gz", ".parquet", ".pq")
 Source = FileBoxSource | BoxCollection
 _NO_SHIFT: Vec3 = (0.0, 0.0, 0.0)
+_ORIGINS = {
+    "nuscenes": (nuscenes.REAR_AXLE_M, "the rear axle is"),
+    "argoverse": (argoverse_files.REAR_AXLE_M, "the rear axle is"),
+    "kitti": (VELODYNE_M, "the Velodyne stands"),
+}
+"""Place of a source's origin in the vehicle frame, metres, and what is there."""
 
 
 @dataclass(frozen=True)
@@ -80,56 +88,74 @@ def together(paths: Sequence[Path]) -> str:
     return str(paths[0]) if len(paths) == 1 else f"{paths[0]} + {len(paths) - 1} more"
 
 
+def default_origin_m(path: Path) -> Vec3:
+    """Where the origin of the data at a path lies in the vehicle frame unless the user says otherwise, metres.
+
+    Looks at names and first bytes alone. Raises InputError as open_boxes does.
+    """
+    with readable(path):
+        layout = _layout(path)
+    return _ORIGINS[layout][0] if layout in _ORIGINS else _NO_SHIFT
+
+
 def _open(place: Path, how: HowToRead, is_part: bool) -> Source:
     with readable(place):
-        if place.is_file():
-            return _open_file(place, how, is_part)
-        if not place.is_dir():
-            found = "neither a file nor a folder" if place.exists() else "does not exist"
-            raise InputError(f"{place}: {found}, accepted is {ACCEPTED}")
-        found_source = _open_folder(place, how, is_part)
-    if found_source is None:
-        raise InputError(f"{place}: found no box data in this folder, accepted is {ACCEPTED}")
-    return found_source
+        layout = _layout(place)
+        if place.is_dir():
+            return _open_folder(place, layout, how, is_part)
+        return _open_file(place, layout, how, is_part)
 
 
-def _open_file(place: Path, how: HowToRead, is_part: bool) -> FileBoxSource:
+def _layout(place: Path) -> str:
+    """What a path holds, by layout (folder) or content (file); InputError when it is nothing of that kind."""
+    if place.is_file():
+        return "argoverse" if is_feather(place) else "table"
+    if not place.is_dir():
+        found = "neither a file nor a folder" if place.exists() else "does not exist"
+        raise InputError(f"{place}: {found}, accepted is {ACCEPTED}")
+    if tables_folder(place):
+        return "nuscenes"
+    if _kitti_layouts(place):
+        return "kitti"
+    if any((place / name).is_dir() for name in FOLDERS):
+        return "carla"
+    if find_logs(place):
+        return "argoverse"
+    if _box_tables(place):
+        return "table"
+    raise InputError(f"{place}: found no box data in this folder, accepted is {ACCEPTED}")
+
+
+def _open_file(place: Path, layout: str, how: HowToRead, is_part: bool) -> FileBoxSource:
     # here, and not above: these load pyarrow, for which the window's first picture need not wait
-    from core.scene.readers import argoverse
+    from core.scene.readers.argoverse import ArgoverseSource
     from core.scene.readers.table import CsvSource, ParquetSource, is_parquet
 
-    if argoverse.is_feather(place):
-        what = "the rear axle is"
-        return argoverse.ArgoverseSource(place, how.options(ARGOVERSE, is_part, argoverse.REAR_AXLE_M, what))
+    if layout == "argoverse":
+        return ArgoverseSource(place, how.options(ARGOVERSE, is_part, *_ORIGINS[layout]))
     source = ParquetSource if is_parquet(place) else CsvSource
     return source(place, how.options(ANY_TABLE, is_part))
 
 
-def _open_folder(place: Path, how: HowToRead, is_part: bool) -> Source | None:
-    if tables := tables_folder(place):
-        what = "the rear axle is"
-        return NuscenesSource(place, tables, how.options(NUSCENES, is_part, REAR_AXLE_M, what))
-    if kitti := _kitti_layouts(place):
+def _open_folder(place: Path, layout: str, how: HowToRead, is_part: bool) -> Source:
+    if layout == "nuscenes":
+        tables = tables_folder(place)
+        assert tables is not None
+        return NuscenesSource(place, tables, how.options(NUSCENES, is_part, *_ORIGINS[layout]))
+    if layout == "kitti":
+        kitti = _kitti_layouts(place)
         if len(kitti) > 1:
             raise InputError(f"{place}: both label_02 and label_2, accepted is a folder with one of them")
-        what = "the Velodyne stands"
-        return KittiSource(place, kitti[0], how.options(KITTI, is_part, VELODYNE_M, what))
-    if any((place / name).is_dir() for name in FOLDERS):
+        return KittiSource(place, kitti[0], how.options(KITTI, is_part, *_ORIGINS[layout]))
+    if layout == "carla":
         return CarlaSource(place, how.options(CARLA, is_part))
-    if files := _argoverse_logs(place) or _box_tables(place):
-        members = [_open_file(file, how, is_part=True) for file in files]
-        return BoxCollection(str(place), members, None if is_part else how.frames, is_part)
-    return None
+    files = find_logs(place) if layout == "argoverse" else _box_tables(place)
+    members = [_open_file(file, layout, how, is_part=True) for file in files]
+    return BoxCollection(str(place), members, None if is_part else how.frames, is_part)
 
 
 def _kitti_layouts(path: Path) -> list[Layout]:
     return [layout for layout in (TRACKING, OBJECT) if (path / layout.folder).is_dir()]
-
-
-def _argoverse_logs(path: Path) -> list[Path]:
-    from core.scene.readers.argoverse import find_logs
-
-    return find_logs(path)
 
 
 def _box_tables(path: Path) -> list[Path]:
