@@ -54,6 +54,8 @@ def lidars(names: st.SearchStrategy[str]) -> st.SearchStrategy[Lidar]:
 
 
 def _with_offsets(lidar: Lidar, first_deg: float) -> Lidar:
+    if lidar.beam_count > 30:
+        return lidar
     offsets_deg = (first_deg, *(float(beam) / 7 for beam in range(1, lidar.beam_count)))
     return lidar.replace(azimuth_offsets_deg=offsets_deg)
 
