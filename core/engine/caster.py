@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from core.engine.fans import is_plain, is_upright, make_fan
+from core.engine.fans import farthest, is_plain, is_upright, make_fan, make_profile
 from core.engine.frustums import make_frustum
 from core.kernels import cast
 from core.kernels.cast import Cast
@@ -28,6 +28,7 @@ from core.scene.columns import Words, words_per_column
 RAYS_PER_CHUNK = 1 << 15
 PLANES_PER_CHUNK = 512
 ROWS_PER_CHUNK = 128
+SLABS_PER_WORKER = 2
 
 IsStale = Callable[[], bool]
 Sensor = Lidar | Camera
@@ -41,37 +42,25 @@ def never_stale() -> bool:
 
 
 class Caster:
-    """Casts sensors against one entropy field with a number of workers, each of which marks a set of its own."""
+    """Casts sensors against one entropy field with a number of workers."""
 
     def __init__(self, field: EntropyField, workers: int = 1) -> None:
         self.workers = workers
         self._field = field
         self._shape = np.array(field.grid.shape, np.int64)
 
-    def empty_parts(self) -> NDArray[np.uint64]:
-        """A set of voxels for every worker, (workers, words), to be marked."""
-        return np.zeros((self.workers, self._field.index.words.size), np.uint64)
-
-    def mark(self, sensor: Sensor, method: Method, marks: Words, is_stale: IsStale = never_stale) -> bool:
-        """Set the bits of the informative voxels traversed; False when abandoned half-way."""
-        parts = self.empty_parts()
-        if not self.mark_parts(sensor, method, parts, is_stale):
-            return False
-        marks |= np.bitwise_or.reduce(parts, axis=0) & self._field.index.words
-        return True
-
-    def mark_parts(
-        self, sensor: Sensor, method: Method, parts: NDArray[np.uint64], is_stale: IsStale = never_stale
+    def mark(
+        self, sensor: Sensor, method: Method, window: Window, marks: Words, is_stale: IsStale = never_stale
     ) -> bool:
-        """Mark the voxels traversed, in parts (workers, words) that together hold the set; voxels that are not
-        informative may be marked too. False when abandoned half-way (the parts are then dirty)."""
+        """Set the bits of the voxels traversed, of all that are informative and maybe of others; `window` is that of
+        the sensor. False when abandoned half-way (some bits are then set)."""
         rays = self._rays(sensor, method)
         if method == "exact" and is_upright(rays.rotation) and is_plain(rays):
-            return self._mark_fan(lattice(sensor), rays, parts, is_stale)
+            return self._mark_fan(lattice(sensor), rays, window, marks, is_stale)
         frustum = make_frustum(sensor, rays) if method == "exact" and isinstance(sensor, Camera) else None
         if frustum is None:
-            return self._mark_rays(rays, parts, is_stale)
-        return self._mark_frustum(sensor, frustum, rays, parts, is_stale)
+            return self._mark_rays(rays, marks, is_stale)
+        return self._mark_frustum(frustum, rays, window, marks, is_stale)
 
     def window(self, sensor: Sensor) -> Window:
         """Where a sensor can mark: a camera only on its own side of the axes that all its corner rays agree on
@@ -93,45 +82,54 @@ class Caster:
         depth = words_per_column(self._field.grid)
         return sides[0], sides[1], sides[2] * depth, sides[3] * depth
 
-    def _mark_fan(self, rays_of: Lattice, rays: Cast, parts: NDArray[np.uint64], is_stale: IsStale) -> bool:
+    def _mark_fan(
+        self, rays_of: Lattice, rays: Cast, window: Window, marks: Words, is_stale: IsStale
+    ) -> bool:
         fan = make_fan(rays_of, rays.rotation)
+        profile, slabs = make_profile(fan, rays), self._slabs(window)
         space = Space(rays.origin, rays.rotation, rays.box, rays.shape)
         planes = len(fan.planes)
         for start in range(0, planes, PLANES_PER_CHUNK):
             if is_stale():
                 return False
-            mark_fan(fan, space, start, min(start + PLANES_PER_CHUNK, planes), parts)
+            end = min(start + PLANES_PER_CHUNK, planes)
+            mark_fan(fan, space, profile, start, end, slabs, self.workers, marks)
         return True
 
+    def _slabs(self, window: Window) -> NDArray[np.int64]:
+        """Rows a sensor can mark, cut into a few parts (k, 2) for each worker, so that all have as much to do."""
+        first, last = window[:2]
+        parts = SLABS_PER_WORKER * self.workers if self.workers > 1 else 1
+        cuts = first + (last - first) * np.arange(parts + 1) // parts
+        return np.stack([cuts[:-1], cuts[1:]], axis=1)
+
     def _mark_frustum(
-        self, sensor: Sensor, frustum: Frustum, rays: Cast, parts: NDArray[np.uint64], is_stale: IsStale
+        self, frustum: Frustum, rays: Cast, window: Window, marks: Words, is_stale: IsStale
     ) -> bool:
         """Near voxels by voxel walking; what lies beyond its depth limit ray by ray, from there on."""
-        x_from, x_to = (
-            max(self.window(sensor)[0], int(rays.box[0])),
-            min(self.window(sensor)[1], int(rays.box[1])),
-        )
+        x_from, x_to = max(window[0], int(rays.box[0])), min(window[1], int(rays.box[1]))
         ny, depth = self._field.grid.shape[1], words_per_column(self._field.grid)
         for start in range(x_from, x_to, ROWS_PER_CHUNK):
             if is_stale():
                 return False
             end = min(start + ROWS_PER_CHUNK, x_to)
-            mark_frustum(frustum, ny, depth, start, end, self._field.index.words, parts)
-        farthest = np.linalg.norm(np.abs(rays.box.reshape(3, 2).T - rays.origin).max(axis=0))
-        if frustum.depth_limit > farthest:
+            mark_frustum(frustum, ny, depth, start, end, self._field.index.words, self.workers, marks)
+        if frustum.depth_limit > farthest(rays):
             return True
-        return self._mark_rays(
-            rays._replace(reach=np.array([frustum.depth_limit - 1.0, FARTHEST])), parts, is_stale
-        )
+        beyond = np.array([frustum.depth_limit - 1.0, FARTHEST])
+        return self._mark_rays(rays._replace(reach=beyond), marks, is_stale)
 
-    def _mark_rays(self, rays: Cast, parts: NDArray[np.uint64], is_stale: IsStale) -> bool:
+    def _mark_rays(self, rays: Cast, marks: Words, is_stale: IsStale) -> bool:
+        """Ray by ray; every worker but the first marks a set of its own, and these are added at the end."""
+        spare = np.zeros((self.workers - 1, marks.size), np.uint64)
         for start, end in _chunks(rays):
             if is_stale():
                 return False
             irregular = np.zeros(end - start, np.bool_)
-            cast.mark_rays(rays, start, end, parts, irregular)
+            cast.mark_rays(rays, start, end, marks, spare, irregular)
             for word, bit in self._walk_irregular(rays, start + np.flatnonzero(irregular)):
-                parts[0, word] |= bit
+                marks[word] |= bit
+        cast.add_marks(spare, marks, self.workers)
         return True
 
     def hits(self, sensor: Sensor, method: Method, is_stale: IsStale = never_stale) -> tuple[int, ...] | None:
@@ -148,8 +146,9 @@ class Caster:
                 end,
                 self.workers,
                 index.words,
-                index.first,
-                self._field.codes,
+                self._field.runs.first,
+                self._field.runs.starts,
+                self._field.runs.codes,
                 self._field.palette_q,
                 irregular,
             )
@@ -163,8 +162,9 @@ class Caster:
         keep = int(index.words[word])
         if not keep & int(bit):
             return [0, 0, 0]
-        voxel = int(index.first[word]) + (keep & (int(bit) - 1)).bit_count()
-        return [int(h) for h in self._field.palette_q[self._field.codes[voxel], :3]]
+        runs, upto = self._field.runs, int(bit) | (int(bit) - 1)
+        run = int(runs.first[word]) + (int(runs.starts[word]) & upto).bit_count() - 1
+        return [int(h) for h in self._field.palette_q[runs.codes[run], :3]]
 
     def _rays(self, sensor: Sensor, method: Method) -> Cast:
         grid, table = self._field.grid, lattice(sensor)

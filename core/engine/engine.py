@@ -1,8 +1,8 @@
 """Evaluates rigs against one entropy field; casts only what changed since the rig before.
 
-The state is the set of sensors held, each with the voxels it covers. Every change - add, remove, enable, edit,
-undo - is an exchange of one sensor's contribution, counted in integers, so the scores after any sequence of
-edits are the bits of an evaluation from scratch. Call it from one thread only.
+The state is the set of sensors held, each with the voxels it traverses, and their union by kind. Every change - add,
+remove, enable, edit, undo - casts the sensors that are new and settles the difference of the unions in integers, so
+the scores after any sequence of edits are the bits of an evaluation from scratch. Call it from one thread only.
 """
 
 from __future__ import annotations
@@ -10,12 +10,13 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import reduce
 
 import numpy as np
 from numpy.typing import NDArray
 
 from core.engine.caster import Caster, IsStale, Window, never_stale
-from core.kernels import exchange, jit
+from core.kernels import jit, settle
 from core.metric.entropy import EntropyField
 from core.metric.scores import PAPER_SETTINGS, Method, MetricSettings, Scores
 from core.metric.scoring import KINDS, score
@@ -23,6 +24,7 @@ from core.rig.model import Camera, Lidar, Rig
 from core.scene.columns import Words
 
 Sensor = Lidar | Camera
+SPARE_SLOTS = 2
 
 
 @dataclass(frozen=True)
@@ -54,10 +56,11 @@ class _Held:
 
 @dataclass
 class _State:
+    """Free rows of the stack are empty; the union holds informative voxels only, the stack maybe others too."""
+
     stack: NDArray[np.uint64]
     union: NDArray[np.uint64]
-    parts: NDArray[np.uint64]
-    sums_q: NDArray[np.int64] = field(default_factory=lambda: np.zeros((3, exchange.COLUMNS), np.int64))
+    sums_q: NDArray[np.int64] = field(default_factory=lambda: np.zeros((3, settle.COLUMNS), np.int64))
     held: list[_Held] = field(default_factory=list)
 
 
@@ -76,8 +79,7 @@ class Engine:
         self._field = field
         self._caster = Caster(field, jit.use_threads(threads))
         words = field.index.words.size
-        parts = self._caster.empty_parts()
-        self._state = _State(np.zeros((0, words), np.uint64), np.zeros((2, words), np.uint64), parts)
+        self._state = _State(np.zeros((0, words), np.uint64), np.zeros((2, words), np.uint64))
         self._hits: dict[tuple[Method, Sensor], tuple[int, ...]] = {}
 
     def evaluate(
@@ -103,8 +105,7 @@ class Engine:
         return Evaluation(rig, settings, scores, seen[0], seen[1], elapsed_ms, threads)
 
     def _hold(self, wanted: list[tuple[Method, Sensor]], is_stale: IsStale) -> bool:
-        """Exchange contributions until exactly the wanted sensors are held; False when abandoned."""
-        self._reserve(len(wanted))
+        """Cast and let go until exactly the wanted sensors are held; False when abandoned."""
         leaving = list(self._state.held)
         arriving: list[tuple[Method, Sensor]] = []
         for shape in wanted:
@@ -113,70 +114,67 @@ class Engine:
                 arriving.append(shape)
             else:
                 leaving.remove(match)
-        for shape in arriving:
-            if not self._mark(shape, is_stale):
-                return False
-            partner = next((held for held in leaving if held.shape[1].kind == shape[1].kind), None)
-            if partner is not None:
-                leaving.remove(partner)
-            self._exchange(partner, shape)
-        for held in leaving:
-            self._exchange(held, None)
+        arrived = self._cast(arriving, is_stale)
+        if arrived is None:
+            return False
+        self._state.held = [h for h in self._state.held if h not in leaving] + arrived
+        for kind in range(len(KINDS)):
+            self._settle(kind, arrived, leaving)
         return True
 
-    def _mark(self, shape: tuple[Method, Sensor], is_stale: IsStale) -> bool:
-        """Cast a sensor into the marks; they are clean again when this is abandoned or interrupted."""
-        done = False
+    def _cast(self, arriving: list[tuple[Method, Sensor]], is_stale: IsStale) -> list[_Held] | None:
+        """Cast sensors into free slots; when this is abandoned or interrupted the slots are empty again."""
+        self._reserve(len(arriving))
+        stack, arrived, done = self._state.stack, [], False
+        free = self._free_slots()
         try:
-            done = self._caster.mark_parts(shape[1], shape[0], self._state.parts, is_stale)
+            for shape in arriving:
+                held = _Held(shape, next(free), self._caster.window(shape[1]))
+                arrived.append(held)
+                if not self._caster.mark(shape[1], shape[0], held.window, stack[held.slot], is_stale):
+                    return None
+            done = True
         finally:
             if not done:
-                self._state.parts[:] = 0
-        return done
+                stack[[held.slot for held in arrived]] = 0
+        return arrived
 
-    def _exchange(self, old: _Held | None, new: tuple[Method, Sensor] | None) -> None:
-        """Put the marks in the place of a held sensor; no old one: a fresh slot, no new one: the slot falls free."""
-        state = self._state
-        slot = old.slot if old is not None else self._free_slot()
-        sensor = new[1] if new is not None else old.shape[1] if old is not None else None
-        assert sensor is not None
-        kind = KINDS.index(sensor.kind)
-        same_kind = np.array([h.slot for h in state.held if h.kind == kind and h.slot != slot], np.int64)
-        index = self._field.index
-        window = self._caster.window(new[1] if new is not None else sensor)
-        reach = window if old is None else _joint(window, old.window)
-        change = exchange.exchange(
+    def _settle(self, kind: int, arrived: list[_Held], leaving: list[_Held]) -> None:
+        """Bring the union and the sums of a kind up to date; the slots of those who leave fall free."""
+        changed = [held for held in (*arrived, *leaving) if held.kind == kind]
+        if not changed:
+            return
+        state, entropies, index = self._state, self._field, self._field.index
+        change = settle.settle(
             state.stack,
-            slot,
-            state.parts,
-            same_kind,
+            np.array([held.slot for held in state.held if held.kind == kind], np.int64),
+            np.array([held.slot for held in leaving if held.kind == kind], np.int64),
             state.union,
             kind,
             index.words,
-            index.first,
-            self._field.codes,
-            self._field.palette_q,
-            np.array(reach),
-            len(index.words) // self._field.grid.shape[0],
+            entropies.runs.starts,
+            entropies.runs.first,
+            entropies.runs.codes,
+            entropies.palette_q,
+            np.array(reduce(_joint, (held.window for held in changed))),
+            len(index.words) // entropies.grid.shape[0],
+            self._caster.workers,
         )
         state.sums_q[kind] += change[0]
         state.sums_q[2] += change[1]
-        state.held = [h for h in state.held if h is not old]
-        if new is not None:
-            state.held.append(_Held(new, slot, window))
 
     def _reserve(self, sensors: int) -> None:
-        """Room for that many contributions beside those held; untouched pages cost no memory."""
+        """Room for that many sensors beside those held; untouched pages cost no memory."""
         slots = sensors + len(self._state.held)
         if slots > len(self._state.stack):
-            more = np.zeros((slots, self._field.index.words.size), np.uint64)
+            more = np.zeros((slots + SPARE_SLOTS, self._field.index.words.size), np.uint64)
             for held in self._state.held:
                 more[held.slot] = self._state.stack[held.slot]
             self._state.stack = more
 
-    def _free_slot(self) -> int:
+    def _free_slots(self) -> Iterator[int]:
         used = {held.slot for held in self._state.held}
-        return next(i for i in range(len(self._state.stack)) if i not in used)
+        return (slot for slot in range(len(self._state.stack)) if slot not in used)
 
     def _hit_sums(self, wanted: list[tuple[Method, Sensor]], is_stale: IsStale) -> NDArray[np.object_] | None:
         """Sums with multiplicity per kind and class as Python integers, (2, 3); None when abandoned."""

@@ -1,4 +1,4 @@
-"""When a sensor's rays can be walked as fans of vertical planes, and the fans they make."""
+"""When a sensor's rays can be walked as fans of vertical planes, the fans they make, and their profile."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from core.kernels.cast import Cast
-from core.kernels.fan import FARTHEST_ORIGIN, STEEPEST, Fan
+from core.kernels.fan import FARTHEST_ORIGIN, STEEPEST, Fan, Profile, find_stays, masks_of
 from core.kernels.lattice import LIDAR, LISTED
 from core.rays import Lattice
 
@@ -37,11 +37,28 @@ def make_fan(lattice: Lattice, rotation: NDArray[np.float64]) -> Fan:
     order = np.argsort(slopes, kind="stable")
     flat = np.abs(slopes[order]) <= STEEPEST
     row_of = order[flat]
-    gap = float(np.diff(slopes[row_of]).max(initial=0.0))
     turned = np.ascontiguousarray(headings @ rotation[:2, :2].T)
     return Fan(
-        lattice.kind, lattice.rows, lattice.planes, turned, scales, slopes[row_of], gap, row_of, order[~flat]
+        lattice.kind, lattice.rows, lattice.planes, turned, scales, slopes[row_of], row_of, order[~flat]
     )
+
+
+def make_profile(fan: Fan, rays: Cast) -> Profile:
+    """Which levels the rays of a fan are in, by forward distance, as far as the box reaches."""
+    low, high, depth = int(rays.box[4]), int(rays.box[5]), (int(rays.shape[2]) + 63) // 64
+    most = 2 * (len(fan.slopes) + 2) * (high - low + 1)
+    distances, changes = np.empty(most), np.empty(most, np.int32)
+    count = find_stays(fan.slopes, rays.origin[2], low, high, farthest(rays) + 1.0, distances, changes)
+    order = np.argsort(distances[:count], kind="stable")
+    at = np.append(distances[order], np.inf)
+    ordered = changes[order]
+    begun = int(np.searchsorted(at, 0.0, side="right"))
+    return Profile(at, ordered, masks_of(ordered, depth), begun)
+
+
+def farthest(rays: Cast) -> float:
+    """Distance in voxels from the origin of the rays to the farthest corner of their box."""
+    return float(np.linalg.norm(np.abs(rays.box.reshape(3, 2).T - rays.origin).max(axis=0)))
 
 
 def is_upright(rotation: NDArray[np.float64]) -> bool:
@@ -55,8 +72,7 @@ def is_plain(rays: Cast) -> bool:
     if rays.kind == LISTED:
         return False
     near = max(np.abs(rays.origin).max(), rays.box.max()) <= FARTHEST_ORIGIN
-    farthest = np.linalg.norm(np.abs(rays.box.reshape(3, 2).T - rays.origin).max(axis=0))
-    endless = rays.reach[0] == 0.0 and rays.reach[1] > farthest + 1.0
+    endless = rays.reach[0] == 0.0 and rays.reach[1] > farthest(rays) + 1.0
     return bool(near and endless and _is_tame(rays.rows, rays.planes, rays.rotation, rays.origin))
 
 

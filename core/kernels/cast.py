@@ -56,22 +56,33 @@ def _mark_runs(runs: np.ndarray, count: int, depth: int, marks: np.ndarray) -> N
 
 
 @parallel_kernel
-def mark_rays(rays: Cast, first: int, end: int, marks: np.ndarray, irregular: np.ndarray) -> None:
-    """Mark what the rays first..end-1 traverse; every worker writes its own row of marks uint64 (workers, words).
-
-    irregular bool (end - first,): rays left to the rational walk.
+def mark_rays(
+    rays: Cast, first: int, end: int, marks: np.ndarray, spare: np.ndarray, irregular: np.ndarray
+) -> None:
+    """Mark what the rays first..end-1 traverse in marks uint64 (words,) and spare (workers - 1, words), one set for
+    each worker. irregular bool (end - first,): rays left to the rational walk.
     """
-    workers = marks.shape[0]
+    workers = spare.shape[0] + 1
     blocks = (end - first + BLOCK - 1) // BLOCK
     depth = (rays.shape[2] + 63) // 64
     for worker in numba.prange(workers):
-        own = marks[worker]
+        own = spare[worker - 1] if worker > 0 else marks
         runs = np.empty((rays.shape[0] + rays.shape[1] + rays.shape[2] + 3, 3), np.int32)
         for block in range(worker, blocks, workers):
             for ray in range(first + block * BLOCK, min(first + (block + 1) * BLOCK, end)):
                 count = _walk(rays, ray, runs)
                 irregular[ray - first] = count < 0
                 _mark_runs(runs, count, depth, own)
+
+
+@parallel_kernel
+def add_marks(spare: np.ndarray, marks: np.ndarray, workers: int) -> None:
+    """Set in marks (words,) what is set in spare (n, words)."""
+    words = marks.size
+    for worker in numba.prange(workers):
+        part = marks[words * worker // workers : words * (worker + 1) // workers]
+        for row in range(spare.shape[0]):
+            part |= spare[row, words * worker // workers : words * (worker + 1) // workers]
 
 
 @inlined
@@ -81,6 +92,7 @@ def _sum_runs(
     depth: int,
     keep: np.ndarray,
     first: np.ndarray,
+    starts: np.ndarray,
     codes: np.ndarray,
     palette_q: np.ndarray,
     sums: np.ndarray,
@@ -91,7 +103,9 @@ def _sum_runs(
             word = runs[r, 0] * depth + (level >> 6)
             bit = np.uint64(1) << np.uint64(level & 63)
             if keep[word] & bit != 0:
-                code = codes[first[word] + popcount(keep[word] & (bit - np.uint64(1)))]
+                code = codes[
+                    first[word] + popcount(starts[word] & (bit | (bit - np.uint64(1)))) - np.uint64(1)
+                ]
                 for c in range(3):
                     sums[c] += np.int64(palette_q[code, c])
 
@@ -104,6 +118,7 @@ def sum_hits(
     workers: int,
     keep: np.ndarray,
     first: np.ndarray,
+    starts: np.ndarray,
     codes: np.ndarray,
     palette_q: np.ndarray,
     irregular: np.ndarray,
@@ -118,6 +133,6 @@ def sum_hits(
             for ray in range(first_ray + block * BLOCK, min(first_ray + (block + 1) * BLOCK, end)):
                 count = _walk(rays, ray, runs)
                 irregular[ray - first_ray] = count < 0
-                _sum_runs(runs, count, depth, keep, first, codes, palette_q, partial[worker])
+                _sum_runs(runs, count, depth, keep, first, starts, codes, palette_q, partial[worker])
     total: np.ndarray = partial.sum(axis=0)
     return total

@@ -1,12 +1,13 @@
 """Fans: all rays of an upright sensor that share a vertical plane, walked through the grid together.
 
 The rays of one LiDAR azimuth, or of one image column of a camera without roll and pitch, run in one vertical
-plane: they cross the same grid columns at the same horizontal distances and differ in slope only. One walk in
-x and y therefore serves them all, and where neighbouring rays are less than a voxel apart every level between
-the lowest and the highest ray is met, so a whole run of voxels costs no more than one.
+plane: they cross the same grid columns at the same distances and differ in slope only. Where the rays enter and
+leave a level depends on the forward distance alone, the same for all planes. So the profile of the sensor - which
+levels any ray is in, by distance - is made once, and laid over the columns that each plane crosses: the cost is
+that of the columns and of the profile's events, however many rays there are.
 
-Nothing is decided here within TOLERANCE of a grid face, edge or corner: a ray that comes so close is walked
-through that column alone, and a plane that does is walked ray by ray, exactly. So the set marked is exact.
+Nothing is decided here within TOLERANCE of a grid face, edge or corner: a plane in which anything comes so close is
+walked ray by ray, exactly. So the set marked is exact.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ import numpy as np
 
 from core.kernels.jit import inlined, kernel, parallel_kernel
 from core.kernels.lattice import direction, rotated
-from core.kernels.levels import level_mask, level_masks
+from core.kernels.levels import level_mask
 from core.kernels.walk import FARTHEST, walk_exact
 
 TOLERANCE = 1e-8
@@ -28,15 +29,14 @@ FARTHEST_ORIGIN = 5e3
 STRAIGHTEST = 1e-3
 """Along a heading closer to an axis, rounding of the heading would move the crossings by more than the tolerance."""
 STEEPEST = 1e3
-CLOSE = 0.999
-"""Rays whose gap is below this many voxels leave no voxel between them out."""
 
 
 class Fan(NamedTuple):
     """Rays of an upright sensor by plane: tables of `core.kernels.lattice` and what the fans need beside them.
 
-    headings (planes, 2) unit vectors in x and y of the vehicle; scales (planes,) times slopes (rays,), ascending,
-    are dz / ds; gap: largest step between slopes; row_of (rays,): table row of each slope; steep (k,): other rows.
+    headings (planes, 2) unit vectors in x and y of the vehicle; slopes (rays,), ascending, are dz by forward
+    distance, which is scales (planes,) times the distance along the heading; row_of (rays,): table row of each
+    slope; steep (k,): other rows.
     """
 
     kind: int
@@ -45,7 +45,6 @@ class Fan(NamedTuple):
     headings: np.ndarray
     scales: np.ndarray
     slopes: np.ndarray
-    gap: float
     row_of: np.ndarray
     steep: np.ndarray
 
@@ -59,80 +58,121 @@ class Space(NamedTuple):
     shape: np.ndarray
 
 
-@inlined
-def _row(level: float, box: np.ndarray) -> int:
-    """Column of the masks for a level, which may lie outside the box."""
-    return int(min(max(level - box[4] + 1.0, 0.0), box[5] - box[4] + 1.0))
+class Profile(NamedTuple):
+    """Levels in which any ray of a plane is, by forward distance.
 
-
-@inlined
-def _bottom(z0: float, slope: float, s0: float, s1: float) -> tuple[float, bool]:
-    """Lowest level between two distances, and whether it is in doubt; the sensor's own height is exact."""
-    if slope == 0.0:
-        return np.floor(z0), False
-    z = z0 + slope * (s1 if slope < 0.0 else s0)
-    tolerance = TOLERANCE if s0 > 0.0 or slope < 0.0 else 0.0
-    level = np.floor(z + tolerance)
-    return level, level != np.floor(z - tolerance)
-
-
-@inlined
-def _top(z0: float, slope: float, s0: float, s1: float) -> tuple[float, bool]:
-    """Highest level between two distances, and whether it is in doubt."""
-    if slope == 0.0:
-        return np.floor(z0), False
-    z = z0 + slope * (s1 if slope > 0.0 else s0)
-    tolerance = TOLERANCE if s0 > 0.0 or slope > 0.0 else 0.0
-    level = np.ceil(z - tolerance)
-    return level - 1.0, level != np.ceil(z + tolerance)
-
-
-@inlined
-def _bits_at(
-    z0: float, slopes: np.ndarray, stretch: float, box: np.ndarray
-) -> tuple[np.uint64, np.uint64, bool]:
-    """Levels of rays at a distance as bits of two words; True when one is within the tolerance of a face.
-
-    Written for the vector units: no branch, two accumulators; what lies outside the box is no bit.
+    at (events + 1,): ascending distances, then infinity; changes (events,): the level + 1 that begins there, negative
+    where it ends; masks uint64 (events + 1, words per column): levels after the first 0, 1, 2... events; begun: how
+    many happen at the sensor itself.
     """
-    lower, upper = np.uint64(0), np.uint64(0)
-    blurred = 0
-    low, high = float(box[4]), float(box[5])
-    for j in range(slopes.size):
-        z = z0 + slopes[j] * stretch
-        level = np.floor(z)
-        close = (z - level < TOLERANCE) | (z - level > 1.0 - TOLERANCE)
-        blurred |= int(close & (slopes[j] != 0.0))
-        place = np.int64(level)
-        bit = np.uint64(1) << np.uint64(place & 63)
-        inside = (level >= low) & (level < high)
-        lower |= bit if inside & (place < 64) else np.uint64(0)
-        upper |= bit if inside & (place >= 64) else np.uint64(0)
-    return lower, upper, blurred != 0
+
+    at: np.ndarray
+    changes: np.ndarray
+    masks: np.ndarray
+    begun: int
+
+
+# ---------------------------------------------------------------- the profile
 
 
 @inlined
-def _start_bits(z0: float, slopes: np.ndarray, box: np.ndarray) -> tuple[np.uint64, np.uint64]:
-    """Levels in which rays start at the sensor's own height, exactly, as bits of two words."""
-    lower, upper = np.uint64(0), np.uint64(0)
-    for level, met in ((np.floor(z0), slopes[slopes.size - 1] >= 0.0), (np.ceil(z0) - 1.0, slopes[0] < 0.0)):
-        if met and box[4] <= level < box[5]:
-            bit = np.uint64(1) << np.uint64(int(level) & 63)
-            lower |= bit if level < 64 else np.uint64(0)
-            upper |= bit if level >= 64 else np.uint64(0)
-    return lower, upper
+def _emit(
+    events: np.ndarray,
+    levels: np.ndarray,
+    count: int,
+    level: int,
+    enters: float,
+    leaves: float,
+    farthest: float,
+) -> int:
+    """Add one stay in a level; levels are counted from 1, negative where they are left."""
+    if enters <= farthest:
+        events[count], levels[count] = enters, level + 1
+        count += 1
+        if leaves <= farthest:
+            events[count], levels[count] = leaves, -level - 1
+            count += 1
+    return count
 
 
 @inlined
-def _set(base: int, part: int, bits: np.uint64, marks: np.ndarray) -> None:
-    marks[base + part] |= bits
+def _stays(
+    slopes: np.ndarray,
+    enters_z: float,
+    leaves_z: float,
+    level: int,
+    farthest: float,
+    events: np.ndarray,
+    levels: np.ndarray,
+    count: int,
+) -> int:
+    """Add the stays in a level that rays (steepest first) come to at the height enters_z and leave at leaves_z,
+    both relative to the sensor; stays that overlap are one."""
+    enters, leaves = np.inf, -np.inf
+    for slope in slopes:
+        here, there = enters_z / slope, leaves_z / slope
+        if here > leaves:
+            if leaves > 0.0:
+                count = _emit(events, levels, count, level, enters, leaves, farthest)
+            enters = here
+        leaves = there
+        if enters > farthest:
+            break
+    return _emit(events, levels, count, level, enters, leaves, farthest)
 
 
-@inlined
-def _mark_span(masks: np.ndarray, low: int, high: int, base: int, marks: np.ndarray) -> None:
-    """Mark one run of levels in a column."""
-    for part in range(masks.shape[1]):
-        _set(base, part, masks[0, part, low] & masks[1, part, high], marks)
+@kernel
+def find_stays(
+    slopes: np.ndarray,
+    z0: float,
+    low: int,
+    high: int,
+    farthest: float,
+    events: np.ndarray,
+    levels: np.ndarray,
+) -> int:
+    """Write the distances (events) at which rays of ascending slopes enter and leave the levels low..high-1.
+
+    levels: level + 1 where a stay begins, -(level + 1) where it ends; at most 2 (rays + 2) (high - low + 1) events.
+    Returns how many were written.
+    """
+    count = 0
+    down = slopes[slopes < 0.0]
+    up = slopes[slopes > 0.0][::-1]
+    first_up, first_down = int(np.floor(z0)), int(np.ceil(z0)) - 1
+    level_stay, flat = -np.inf, up.size + down.size < slopes.size
+    if flat:
+        level_stay = np.inf
+    elif up.size > 0:
+        level_stay = (first_up + 1.0 - z0) / up[-1]
+    below_stay = (first_down - z0) / down[-1] if down.size > 0 else -np.inf
+    if first_up == first_down:
+        level_stay, below_stay = max(level_stay, below_stay), -np.inf
+    if level_stay > 0.0 and low <= first_up < high:
+        count = _emit(events, levels, count, first_up, 0.0, level_stay, farthest)
+    if below_stay > 0.0 and low <= first_down < high:
+        count = _emit(events, levels, count, first_down, 0.0, below_stay, farthest)
+    if up.size > 0:
+        for level in range(max(first_up + 1, low), high):
+            count = _stays(up, level - z0, level + 1.0 - z0, level, farthest, events, levels, count)
+    if down.size > 0:
+        for level in range(low, min(first_down, high)):
+            count = _stays(down, level + 1.0 - z0, level - z0, level, farthest, events, levels, count)
+    return count
+
+
+@kernel
+def masks_of(levels: np.ndarray, depth: int) -> np.ndarray:
+    """Levels in use after 0, 1, 2... events, uint64 (events + 1, depth)."""
+    masks = np.zeros((levels.size + 1, depth), np.uint64)
+    for i in range(levels.size):
+        masks[i + 1] = masks[i]
+        level = abs(levels[i]) - 1
+        masks[i + 1, level >> 6] ^= np.uint64(1) << np.uint64(level & 63)
+    return masks
+
+
+# ---------------------------------------------------------------- exact walks of single rays
 
 
 @kernel
@@ -146,36 +186,10 @@ def _walk_alone(
     for r in range(walk_exact(g, d, 0.0, FARTHEST, box, space.shape[1], runs)):
         low, high = runs[r, 1], runs[r, 2]
         for part in range(low >> 6, (high >> 6) + 1):
-            bits = level_mask(max(low - 64 * part, 0), min(high - 64 * part, 63))
-            _set(runs[r, 0] * depth, part, bits, marks)
+            marks[runs[r, 0] * depth + part] |= level_mask(max(low - 64 * part, 0), min(high - 64 * part, 63))
 
 
-@kernel
-def _mark_with_care(
-    fan: Fan,
-    space: Space,
-    plane: int,
-    first: int,
-    end: int,
-    s0: float,
-    s1: float,
-    column: int,
-    masks: np.ndarray,
-    marks: np.ndarray,
-    runs: np.ndarray,
-) -> None:
-    """Mark one column ray by ray; a ray in doubt is walked through the column exactly."""
-    ix, iy = column // space.shape[1], column % space.shape[1]
-    cells = np.array([ix, ix + 1, iy, iy + 1, space.box[4], space.box[5]])
-    for j in range(first, end):
-        slope = fan.slopes[j] * fan.scales[plane]
-        low, low_blurred = _bottom(space.origin[2], slope, s0, s1)
-        high, high_blurred = _top(space.origin[2], slope, s0, s1)
-        if low_blurred or high_blurred:
-            _walk_alone(fan, space, plane, fan.row_of[j], cells, marks, runs)
-        elif low <= high:
-            base = column * masks.shape[1]
-            _mark_span(masks, _row(low, space.box), _row(high, space.box), base, marks)
+# ---------------------------------------------------------------- planes
 
 
 @inlined
@@ -196,26 +210,88 @@ def _start_cell(g: float, h: float, s_in: float, low: int, high: int) -> tuple[f
     return np.floor(p), abs(p - np.rint(p)) > TOLERANCE
 
 
+class _Work(NamedTuple):
+    """Work space of one worker: columns crossed, place of each event among them, and what changes in a column:
+    levels that begin there, and levels that begin or end, uint64 (words per column, columns)."""
+
+    columns: np.ndarray
+    places: np.ndarray
+    begins: np.ndarray
+    toggles: np.ndarray
+    runs: np.ndarray
+
+
+@kernel
+def _cross_columns(
+    start: int,
+    steps: tuple[int, int],
+    t: tuple[float, float],
+    pace: tuple[float, float],
+    nearest: float,
+    s_end: float,
+    columns: np.ndarray,
+) -> int:
+    """Write the columns that a plane crosses; returns how many, or -1 where it comes too close to an edge."""
+    column, count = start, 0
+    t_x, t_y = t
+    while True:
+        columns[count] = column
+        count += 1
+        if abs(t_x - t_y) < nearest:
+            return -1
+        if min(t_x, t_y) >= s_end:
+            return count
+        is_x = t_x < t_y
+        column += steps[0] if is_x else steps[1]
+        t_x, t_y = (t_x + pace[0] if is_x else t_x), (t_y if is_x else t_y + pace[1])
+
+
+@kernel
+def _place_events(
+    at: np.ndarray, stretch: float, ax: float, ox: float, ay: float, oy: float, places: np.ndarray
+) -> bool:
+    """Write in which of the columns crossed each event happens; False when one is too close to a face.
+
+    at (n,): ascending forward distances, stretch: distance along the heading by forward distance; ax, ay: faces
+    crossed by distance, counted from ox, oy in the first column.
+    """
+    close = 0
+    for i in range(at.size):
+        s = at[i] * stretch
+        x, y = ox + s * ax, oy + s * ay
+        column_x, column_y = np.floor(x), np.floor(y)
+        past_x, past_y = x - column_x, y - column_y
+        close |= int(((past_x < TOLERANCE) & (column_x > 0.0)) | (past_x > 1.0 - TOLERANCE))
+        close |= int(((past_y < TOLERANCE) & (column_y > 0.0)) | (past_y > 1.0 - TOLERANCE))
+        places[i] = np.int32(column_x + column_y)
+    return close == 0
+
+
 @inlined
-def _trim(
-    z0: float, slopes: np.ndarray, stretch: float, first: int, end: int, box: np.ndarray
-) -> tuple[int, int]:
-    """Leave out the rays that have left the box below or above for good."""
-    while first < end and slopes[first] < 0.0 and z0 + slopes[first] * stretch < box[4] - TOLERANCE:
-        first += 1
-    while first < end and slopes[end - 1] > 0.0 and z0 + slopes[end - 1] * stretch > box[5] + TOLERANCE:
-        end -= 1
-    return first, end
+def _mark_columns(profile: Profile, first: int, end: int, count: int, work: _Work, marks: np.ndarray) -> None:
+    """Mark the levels of the profile in the columns crossed; the events first..end-1 happen in them."""
+    depth = profile.masks.shape[1]
+    work.begins[:, :count], work.toggles[:, :count] = 0, 0
+    for event in range(first, end):
+        change, place = profile.changes[event], work.places[event - first]
+        level = abs(change) - 1
+        bit = np.uint64(1) << np.uint64(level & 63)
+        work.toggles[level >> 6, place] ^= bit
+        work.begins[level >> 6, place] |= bit if change > 0 else np.uint64(0)
+    for part in range(depth):
+        levels = profile.masks[first, part]
+        for i in range(count):
+            marks[np.int64(work.columns[i]) * depth + part] |= levels | work.begins[part, i]
+            levels ^= work.toggles[part, i]
 
 
 @kernel
 def _walk_plane(
-    fan: Fan, space: Space, plane: int, masks: np.ndarray, marks: np.ndarray, runs: np.ndarray
+    fan: Fan, space: Space, profile: Profile, plane: int, box: np.ndarray, work: _Work, marks: np.ndarray
 ) -> bool:
-    """Walk one plane; False when it comes too close to a grid edge to be decided here. runs: work space."""
-    hx, hy, scale, slopes = fan.headings[plane, 0], fan.headings[plane, 1], fan.scales[plane], fan.slopes
-    gx, gy, z0 = space.origin[0], space.origin[1], space.origin[2]
-    box, ny, depth = space.box, space.shape[1], masks.shape[1]
+    """Walk one plane through a box; False when it comes too close to a face or an edge to be decided here."""
+    hx, hy, scale, at = fan.headings[plane, 0], fan.headings[plane, 1], fan.scales[plane], profile.at
+    gx, gy, ny = space.origin[0], space.origin[1], space.shape[1]
     if min(abs(hx), abs(hy)) < STRAIGHTEST:
         return False
     s_in, s_out = _clip_side(gx, hx, box[0], box[1], 0.0, np.inf)
@@ -224,76 +300,59 @@ def _walk_plane(
         return s_out - s_in < -TOLERANCE
     ix, certain_x = _start_cell(gx, hx, s_in, box[0], box[1])
     iy, certain_y = _start_cell(gy, hy, s_in, box[2], box[3])
-    if not (certain_x and certain_y):
+    first = profile.begun
+    if s_in > 0.0:
+        first = int(np.searchsorted(at, scale * s_in + TOLERANCE))
+        certain_x &= first == 0 or at[first - 1] < scale * s_in - TOLERANCE
+    end = int(np.searchsorted(at, scale * s_out - TOLERANCE))
+    if not (certain_x and certain_y) or at[end] < scale * s_out + TOLERANCE:
         return False
-    column_x, column_y = (ny if hx > 0.0 else -ny), (1 if hy > 0.0 else -1)
-    t_x, pace_x = (ix + (1.0 if hx > 0.0 else 0.0) - gx) / hx, abs(1.0 / hx)
-    t_y, pace_y = (iy + (1.0 if hy > 0.0 else 0.0) - gy) / hy, abs(1.0 / hy)
-    nearest = TOLERANCE / abs(hx * hy)
-    first, end, s0, column = 0, slopes.size, s_in, int(ix) * ny + int(iy)
-    known, blurred = False, False
-    lower_now, upper_now = np.uint64(0), np.uint64(0)
-    while True:
-        if abs(t_x - t_y) < nearest:
-            return False
-        s1 = min(t_x, t_y)
-        base = column * depth
-        first, end = _trim(z0, slopes, scale * s0, first, end, box)
-        if first == end:
-            return True
-        if fan.gap * scale * s1 < CLOSE:
-            low, low_blurred = _bottom(z0, slopes[first] * scale, s0, s1)
-            high, high_blurred = _top(z0, slopes[end - 1] * scale, s0, s1)
-            if low <= high:
-                _mark_span(masks, _row(low, box), _row(high, box), base, marks)
-            if low_blurred or high_blurred:
-                _mark_with_care(fan, space, plane, first, first + 1, s0, s1, column, masks, marks, runs)
-                _mark_with_care(fan, space, plane, end - 1, end, s0, s1, column, masks, marks, runs)
-            known = False
-        elif depth > 2 or max(-slopes[first], slopes[end - 1]) * scale * (s1 - s0) >= CLOSE:
-            _mark_with_care(fan, space, plane, first, end, s0, s1, column, masks, marks, runs)
-            known = False
-        else:  # every ray meets the level it comes from and the level it goes to, and no other
-            if s0 == 0.0:
-                lower_now, upper_now = _start_bits(z0, slopes[first:end], box)
-                blurred = False
-            elif not known:
-                lower_now, upper_now, blurred = _bits_at(z0, slopes[first:end], scale * s0, box)
-            lower, upper, blurred_then = _bits_at(z0, slopes[first:end], scale * s1, box)
-            if blurred or blurred_then:
-                _mark_with_care(fan, space, plane, first, end, s0, s1, column, masks, marks, runs)
-            else:
-                marks[base] |= lower_now | lower
-                if depth == 2:
-                    marks[base + 1] |= upper_now | upper
-            lower_now, upper_now, known, blurred = lower, upper, True, blurred_then
-        if s1 >= s_out - TOLERANCE:
-            return True
-        s0 = s1
-        if t_x < t_y:
-            column += column_x
-            t_x += pace_x
-        else:
-            column += column_y
-            t_y += pace_y
+    if first == end and not profile.masks[first].any():
+        return True
+    ox, oy = (gx - ix if hx > 0.0 else ix + 1.0 - gx), (gy - iy if hy > 0.0 else iy + 1.0 - gy)
+    steps = ((ny if hx > 0.0 else -ny), (1 if hy > 0.0 else -1))
+    ax, ay, start = abs(hx), abs(hy), int(ix) * ny + int(iy)
+    t, pace = ((1.0 - ox) / ax, (1.0 - oy) / ay), (1.0 / ax, 1.0 / ay)
+    count = _cross_columns(start, steps, t, pace, TOLERANCE / (ax * ay), s_out - TOLERANCE, work.columns)
+    if count < 0 or not _place_events(at[first:end], 1.0 / scale, ax, ox, ay, oy, work.places):
+        return False
+    _mark_columns(profile, first, end, count, work, marks)
+    return True
 
 
 @parallel_kernel
-def mark_fan(fan: Fan, space: Space, plane_from: int, plane_to: int, marks: np.ndarray) -> None:
-    """Mark the voxels that rays of the planes plane_from..plane_to-1 traverse.
+def mark_fan(
+    fan: Fan,
+    space: Space,
+    profile: Profile,
+    plane_from: int,
+    plane_to: int,
+    slabs: np.ndarray,
+    workers: int,
+    marks: np.ndarray,
+) -> None:
+    """Mark the voxels that rays of the planes plane_from..plane_to-1 traverse; marks uint64 (words,).
 
-    Every worker writes its own row of marks uint64 (workers, words): no atomic operations, no shared words.
+    slabs (k, 2): the rows of the grid, cut into parts: each is walked by one worker, so that no word is shared.
     """
-    workers, planes, shape = marks.shape[0], plane_to - plane_from, space.shape
-    masks = level_masks(space.box[4], space.box[5], (shape[2] + 63) // 64)
-    for worker in numba.prange(workers):  # neighbouring planes share columns: a sector for every worker
-        own = marks[worker]
-        runs = np.empty((shape[0] + shape[1] + 3, 3), np.int32)
-        for plane in range(
-            plane_from + planes * worker // workers, plane_from + planes * (worker + 1) // workers
-        ):
-            if not _walk_plane(fan, space, plane, masks, own, runs):
-                for row in fan.row_of:
-                    _walk_alone(fan, space, plane, row, space.box, own, runs)
-            for row in fan.steep:
-                _walk_alone(fan, space, plane, row, space.box, own, runs)
+    nx, ny, depth = space.shape[0], space.shape[1], profile.masks.shape[1]
+    for worker in numba.prange(workers):
+        crossed = nx + ny + 3
+        work = _Work(
+            np.empty(crossed, np.int32),
+            np.empty(profile.at.size, np.int32),
+            np.empty((depth, crossed), np.uint64),
+            np.empty((depth, crossed), np.uint64),
+            np.empty((crossed, 3), np.int32),
+        )
+        for slab in range(worker, slabs.shape[0], workers):
+            box = space.box.copy()
+            box[0], box[1] = max(box[0], slabs[slab, 0]), min(box[1], slabs[slab, 1])
+            if box[0] >= box[1]:
+                continue
+            for plane in range(plane_from, plane_to):
+                if not _walk_plane(fan, space, profile, plane, box, work, marks):
+                    for row in fan.row_of:
+                        _walk_alone(fan, space, plane, row, box, marks, work.runs)
+                for row in fan.steep:
+                    _walk_alone(fan, space, plane, row, box, marks, work.runs)

@@ -217,14 +217,20 @@ def _mark_column(
 
 @parallel_kernel
 def mark_frustum(
-    f: Frustum, ny: int, depth: int, x_from: int, x_to: int, keep: np.ndarray, marks: np.ndarray
+    f: Frustum,
+    ny: int,
+    depth: int,
+    x_from: int,
+    x_to: int,
+    keep: np.ndarray,
+    workers: int,
+    marks: np.ndarray,
 ) -> None:
     """Mark the voxels of the rows x_from..x_to-1 that are nearer than the depth limit and that a ray traverses.
 
-    keep uint64 (columns * depth,): voxels worth a test; marks uint64 (workers, words): every row of the grid is
-    marked by one worker.
+    keep uint64 (columns * depth,): voxels worth a test; marks uint64 (words,): every row of the grid is marked by
+    one worker.
     """
-    workers = marks.shape[0]
     for worker in numba.prange(workers):
         corners, points = np.empty((8, 3)), np.empty((8, 2))
         for ix in range(x_from + worker, x_to, workers):
@@ -234,4 +240,4 @@ def mark_frustum(
                 for part in range(1, depth):
                     occupied |= keep[base + part]
                 if occupied != 0:
-                    _mark_column(f, ix, iy, base, keep, marks[worker], corners, points)
+                    _mark_column(f, ix, iy, base, keep, marks, corners, points)

@@ -1,48 +1,88 @@
-"""Numbering the distinct rows of a table: voxels share few combinations of counts, so a number serves for three."""
+"""Numbering the combinations of counts of the voxels, run by run: neighbours in a column often share one."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from core.kernels.jit import kernel
+from core.kernels.bits import lowest_bit
+from core.kernels.jit import inlined, kernel
 
 EMPTY = -1
 
 
-@kernel
-def number_rows(
-    rows: np.ndarray, numbers: np.ndarray, firsts: np.ndarray, uses: np.ndarray, slots: np.ndarray
-) -> int:
-    """Give equal rows (n, 3) equal numbers, in the order of their first appearance; returns how many there are.
+@inlined
+def _same(rows: np.ndarray, a: int, b: int) -> bool:
+    return rows[a, 0] == rows[b, 0] and rows[a, 1] == rows[b, 1] and rows[a, 2] == rows[b, 2]
 
-    numbers (n,); firsts, uses (most,): first row and number of rows of each; slots int64 (power of two,) filled
-    with EMPTY, the open-addressing table. Returns -1 when there are more than firsts can hold.
+
+@kernel
+def find_runs(words: np.ndarray, rows: np.ndarray, starts: np.ndarray, first: np.ndarray) -> int:
+    """Mark where runs of equal rows begin; returns the number of runs.
+
+    words uint64 (n,): voxels in use; rows (voxels, 3) in their order; starts uint64 (n,): the voxels whose row
+    differs from that of the voxel before in the same word; first uint32 (n + 1,): runs before each word.
     """
-    found = 0
+    row, runs = 0, 0
+    for w in range(words.size):
+        first[w] = runs
+        bits, begun = words[w], np.uint64(0)
+        while bits != 0:
+            lowest = bits & (~bits + np.uint64(1))
+            if begun == 0 or not _same(rows, row - 1, row):
+                begun |= lowest
+                runs += 1
+            row += 1
+            bits ^= lowest
+        starts[w] = begun
+    first[words.size] = runs
+    return runs
+
+
+@inlined
+def _number_of(rows: np.ndarray, row: int, firsts: np.ndarray, found: int, slots: np.ndarray) -> int:
+    """Number of a row among the `found` distinct ones, or `found` for one not met before; it is then entered."""
     last = slots.size - 1
-    for row in range(rows.shape[0]):
-        a, b, c = np.uint64(rows[row, 0]), np.uint64(rows[row, 1]), np.uint64(rows[row, 2])
-        mixed = (a * np.uint64(73856093)) ^ (b * np.uint64(19349663)) ^ (c * np.uint64(83492791))
-        slot = np.int64((mixed ^ (mixed >> np.uint64(15))) & np.uint64(last))
-        while True:
-            number = slots[slot]
-            if number == EMPTY:
-                if found == firsts.size:
+    a, b, c = np.uint64(rows[row, 0]), np.uint64(rows[row, 1]), np.uint64(rows[row, 2])
+    mixed = (a * np.uint64(73856093)) ^ (b * np.uint64(19349663)) ^ (c * np.uint64(83492791))
+    slot = np.int64((mixed ^ (mixed >> np.uint64(15))) & np.uint64(last))
+    while slots[slot] != EMPTY and not _same(rows, firsts[slots[slot]], row):
+        slot = (slot + 1) & last
+    if slots[slot] == EMPTY and found < firsts.size:
+        slots[slot], firsts[found] = found, row
+        return found
+    return int(slots[slot])
+
+
+@kernel
+def number_runs(
+    words: np.ndarray,
+    starts: np.ndarray,
+    rows: np.ndarray,
+    numbers: np.ndarray,
+    firsts: np.ndarray,
+    uses: np.ndarray,
+    slots: np.ndarray,
+) -> int:
+    """Give runs with equal rows equal numbers, in the order of their first appearance; returns how many there are.
+
+    words, starts, rows as in `find_runs`; numbers (runs,); firsts, uses (most,): first row and number of voxels of
+    each; slots int64 (power of two,) filled with EMPTY, the open-addressing table. Returns -1 when there are more
+    than firsts can hold.
+    """
+    row, run, found = 0, -1, 0
+    for w in range(words.size):
+        bits = words[w]
+        while bits != 0:
+            if (starts[w] >> lowest_bit(bits)) & np.uint64(1) != 0:
+                number = _number_of(rows, row, firsts, found, slots)
+                if number == EMPTY:
                     return -1
-                slots[slot], firsts[found], uses[found] = found, row, 0
-                number = found
-                found += 1
-                break
-            first = firsts[number]
-            if (
-                rows[first, 0] == rows[row, 0]
-                and rows[first, 1] == rows[row, 1]
-                and rows[first, 2] == rows[row, 2]
-            ):
-                break
-            slot = (slot + 1) & last
-        numbers[row] = number
-        uses[number] += 1
+                found = max(found, number + 1)
+                run += 1
+                numbers[run] = number
+            uses[numbers[run]] += 1
+            row += 1
+            bits &= bits - np.uint64(1)
     return found
 
 
@@ -51,3 +91,17 @@ def renumber(numbers: np.ndarray, ranks: np.ndarray, codes: np.ndarray) -> None:
     """codes (n,) = ranks[numbers], without a temporary array."""
     for row in range(numbers.size):
         codes[row] = ranks[numbers[row]]
+
+
+@kernel
+def voxel_codes(words: np.ndarray, starts: np.ndarray, codes: np.ndarray, voxels: np.ndarray) -> None:
+    """The code of every voxel, voxels (n,), from those of the runs."""
+    row, run = 0, -1
+    for w in range(words.size):
+        bits = words[w]
+        while bits != 0:
+            if (starts[w] >> lowest_bit(bits)) & np.uint64(1) != 0:
+                run += 1
+            voxels[row] = codes[run]
+            row += 1
+            bits &= bits - np.uint64(1)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from core.kernels import bits, palette
 from core.scene.boxes import CLASSES, DataReport
-from core.scene.columns import VoxelIndex
+from core.scene.columns import VoxelIndex, Words
 from core.scene.grid import VoxelGrid
 from core.scene.pog import Counts, Pog
 
@@ -35,35 +35,50 @@ def nats(quanta: int) -> float:
     return int(quanta) / QUANTA_PER_NAT
 
 
-def _numbered(rows: Counts) -> tuple[NDArray[np.unsignedinteger[Any]], Counts, NDArray[np.int64]]:
-    """Codes (n,) of equal rows, most frequent first, the distinct rows (m, 3) and how often each is used (m,)."""
-    numbers = np.empty(len(rows), np.uint32)
+@dataclass(frozen=True)
+class Runs:
+    """Runs of neighbouring voxels of a word that share one combination of counts.
+
+    starts uint64 (words,): the first voxel of each run; first uint32 (words + 1,): number of runs before each word;
+    codes uint16 or uint32 (runs,): the row of the palette of each run.
+    """
+
+    starts: Words
+    first: NDArray[np.uint32]
+    codes: NDArray[np.unsignedinteger[Any]]
+
+
+def _runs_of(words: Words, rows: Counts) -> tuple[Runs, Counts, NDArray[np.int64]]:
+    """Runs of equal rows, the distinct rows (m, 3), most frequent first, and how many voxels use each (m,)."""
+    starts, first = np.empty(len(words), np.uint64), np.empty(len(words) + 1, np.uint32)
+    numbers = np.empty(palette.find_runs(words, rows, starts, first), np.uint32)
     most = 1 << 16
     while True:
         firsts, uses = np.zeros(most, np.int64), np.zeros(most, np.int64)
-        found = palette.number_rows(rows, numbers, firsts, uses, np.full(2 * most, palette.EMPTY, np.int64))
+        slots = np.full(2 * most, palette.EMPTY, np.int64)
+        found = palette.number_runs(words, starts, rows, numbers, firsts, uses, slots)
         if found >= 0:
             break
         most *= 4
     order = np.argsort(-uses[:found], kind="stable")
     ranks = np.empty(found, np.uint32)
     ranks[order] = np.arange(found, dtype=np.uint32)
-    codes = np.empty(len(rows), np.uint16) if found <= 1 << 16 else numbers
+    codes = np.empty(len(numbers), np.uint16) if found <= 1 << 16 else numbers
     palette.renumber(numbers, ranks, codes)
-    return codes, rows[firsts[:found][order]], uses[order]
+    return Runs(starts, first, codes), rows[firsts[:found][order]], uses[order]
 
 
 @dataclass(frozen=True)
 class EntropyField:
     """Informative voxels (h > 0 for some class) and their entropies, in units of 2^-32 nat.
 
-    Voxels share few combinations of counts: `codes` (n,) uint16 or uint32 tells the row of `palette_q` uint32
-    (m, 4) with the entropies of the three classes (the fourth entry is 0); frequent rows come first.
+    Voxels share few combinations of counts, neighbours in a column often the same: `runs` tells the row of
+    `palette_q` uint32 (m, 4) with the entropies of the three classes (the fourth entry is 0); frequent rows come first.
     """
 
     grid: VoxelGrid
     index: VoxelIndex
-    codes: NDArray[np.unsignedinteger[Any]]
+    runs: Runs
     palette_q: NDArray[np.uint32]
     data: DataReport
     totals_q: tuple[int, ...]
@@ -79,15 +94,21 @@ class EntropyField:
             words = index.words.copy()
             bits.keep_flagged(words, informative)
             index, rows = VoxelIndex.of(pog.grid, words), rows[informative]
-        codes, distinct, uses = _numbered(rows)
+        runs, distinct, uses = _runs_of(index.words, rows)
         palette_q = np.zeros((len(distinct), 4), np.uint32)
         palette_q[:, :3] = np.rint(entropy_of_counts(distinct, frames) * QUANTA_PER_NAT).astype(np.uint32)
         totals = tuple(int(total) for total in uses @ palette_q[:, :3].astype(np.int64))
-        return cls(pog.grid, index, codes, palette_q, pog.data, totals)
+        return cls(pog.grid, index, runs, palette_q, pog.data, totals)
+
+    def codes(self) -> NDArray[np.unsignedinteger[Any]]:
+        """Row of the palette of every informative voxel, (n,); made anew each time."""
+        codes = np.empty(self.index.count, self.runs.codes.dtype)
+        palette.voxel_codes(self.index.words, self.runs.starts, self.runs.codes, codes)
+        return codes
 
     def entropy_q(self, cls: int) -> NDArray[np.uint32]:
         """h of the informative voxels for one class of CLASSES in units of 2^-32 nat, (n,); made anew each time."""
-        result: NDArray[np.uint32] = np.ascontiguousarray(self.palette_q[:, cls])[self.codes]
+        result: NDArray[np.uint32] = np.ascontiguousarray(self.palette_q[:, cls])[self.codes()]
         return result
 
     def entropy_nat(self, cls: int) -> NDArray[np.float64]:

@@ -73,7 +73,8 @@ class VoxelTests:
         """Covered entropy in nat, (2, 3): seen by cameras, by LiDARs; per class."""
         workers = jit.use_threads(self._threads)
         sums: NDArray[np.float64] = (
-            approximate.sum_flagged(seen, self._field.codes, self._field.palette_q, workers) / QUANTA_PER_NAT
+            approximate.sum_flagged(seen, self._field.codes(), self._field.palette_q, workers)
+            / QUANTA_PER_NAT
         )
         return sums
 

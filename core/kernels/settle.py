@@ -1,0 +1,131 @@
+"""Bring the union of one kind of sensor up to date and account for exactly the voxels whose cover changed."""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+from core.kernels.bits import popcount
+from core.kernels.jit import inlined, kernel, parallel_kernel
+
+BATCH = 1 << 15
+COLUMNS = 4
+"""Sums are kept side by side: three classes in fixed point, then the number of voxels."""
+
+
+@inlined
+def _gain(new: np.uint64, old: np.uint64) -> int:
+    """How many more bits are set in one word than in the other."""
+    return np.int64(popcount(new)) - np.int64(popcount(old))
+
+
+@inlined
+def _unite(stack: np.ndarray, slots: np.ndarray, keep: np.ndarray, start: int, seen: np.ndarray) -> None:
+    """Write the informative voxels that any of the slots holds, for as many words as `seen` has."""
+    seen[:] = 0
+    for slot in slots:
+        for i in range(seen.size):
+            seen[i] |= stack[slot, start + i]
+    for i in range(seen.size):
+        seen[i] &= keep[start + i]
+
+
+@inlined
+def _note_changes(
+    seen: np.ndarray,
+    own: np.ndarray,
+    other: np.ndarray,
+    starts: np.ndarray,
+    first: np.ndarray,
+    changes: np.ndarray,
+    sums: np.ndarray,
+) -> int:
+    """Put `seen` in the place of `own`, count the voxels in sums (8,), and note the words that change.
+
+    changes uint64 (words + 1, 5): voxels gained, voxels lost, voxels that the other kind does not see, starts of
+    runs, number of the first run. Without a branch: which words change cannot be foreseen.
+    """
+    count, own_gain, any_gain = 0, 0, 0
+    for w in range(seen.size):
+        old, new, alone = own[w], seen[w], ~other[w]
+        own[w] = new
+        own_gain += _gain(new, old)
+        any_gain += _gain(new & alone, old & alone)
+        changes[count, 0], changes[count, 1], changes[count, 2] = new & ~old, old & ~new, alone
+        changes[count, 3], changes[count, 4] = starts[w], np.uint64(first[w])
+        count += int(old != new)
+    sums[3] += own_gain
+    sums[7] += any_gain
+    return count
+
+
+@kernel
+def _account(
+    changes: np.ndarray, count: int, codes: np.ndarray, palette_q: np.ndarray, sums: np.ndarray
+) -> None:
+    """Add to sums (8,) the entropies that this kind and any sensor gain in the changed words, run by run.
+
+    All voxels of a run have the same entropies. The sums are made in doubles, which is quicker, and exact: they are
+    whole numbers below 2^53 for up to 2^21 voxels, that is 2^15 words a call.
+    """
+    one = np.uint64(1)
+    own0, own1, own2, any0, any1, any2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in range(count):
+        gained, lost, alone, starts = changes[i, 0], changes[i, 1], changes[i, 2], changes[i, 3]
+        changed = gained | lost
+        while changed != 0:
+            lowest = changed & (~changed + one)
+            later = starts & ~(lowest | (lowest - one))
+            within = changed & ((later & (~later + one)) - one)
+            code = codes[np.int64(changes[i, 4] + popcount(starts ^ later) - one)]
+            more = float(_gain(gained & within, lost & within))
+            more_any = float(_gain(gained & within & alone, lost & within & alone))
+            h0, h1 = float(np.int64(palette_q[code, 0])), float(np.int64(palette_q[code, 1]))
+            h2 = float(np.int64(palette_q[code, 2]))
+            own0, own1, own2 = own0 + more * h0, own1 + more * h1, own2 + more * h2
+            any0, any1, any2 = any0 + more_any * h0, any1 + more_any * h1, any2 + more_any * h2
+            changed ^= within
+    for column, value in ((0, own0), (1, own1), (2, own2), (4, any0), (5, any1), (6, any2)):
+        sums[column] += np.int64(value)
+
+
+@parallel_kernel
+def settle(
+    stack: np.ndarray,
+    slots: np.ndarray,
+    freed: np.ndarray,
+    union: np.ndarray,
+    kind: int,
+    keep: np.ndarray,
+    starts: np.ndarray,
+    first: np.ndarray,
+    codes: np.ndarray,
+    palette_q: np.ndarray,
+    window: np.ndarray,
+    row_words: int,
+    workers: int,
+) -> np.ndarray:
+    """Make union[kind] what the slots hold now, and clear the freed slots; returns the change of the sums.
+
+    stack uint64 (slots, words): voxels that sensors traverse, of which only those in `keep` count; union (2, words):
+    voxels covered by all cameras and by all LiDARs; starts, first, codes, palette_q: entropies of the voxels in
+    `keep`, run by run (see `core.metric.entropy`); window: rows x0..x1-1 and words w0..w1-1 of each row outside of
+    which nothing changes. Result int64 (2, 4): this kind, and any sensor; columns as in COLUMNS. Integers, so the
+    order of the edits and the number of threads cannot matter.
+    """
+    partial = np.zeros((workers, 16), np.int64)  # cache lines of its own for every worker
+    for worker in numba.prange(workers):
+        words = window[3] - window[2]
+        seen, changes = np.empty(words, np.uint64), np.empty((words + 1, 5), np.uint64)
+        sums = partial[worker]
+        for row in range(window[0] + worker, window[1], workers):
+            start, end = row * row_words + window[2], row * row_words + window[3]
+            _unite(stack, slots, keep, start, seen)
+            own, other = union[kind, start:end], union[1 - kind, start:end]
+            count = _note_changes(seen, own, other, starts[start:end], first[start:end], changes, sums)
+            for done in range(0, count, BATCH):
+                _account(changes[done:], min(BATCH, count - done), codes, palette_q, sums)
+            for slot in freed:
+                stack[slot, start:end] = 0
+    change: np.ndarray = partial.sum(axis=0)[: 2 * COLUMNS].reshape(2, COLUMNS)
+    return change
