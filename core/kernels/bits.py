@@ -8,7 +8,7 @@ import numpy as np
 from numba.core import types
 from numba.extending import intrinsic
 
-from core.kernels.jit import kernel
+from core.kernels.jit import inlined, kernel
 
 
 @intrinsic  # type: ignore[untyped-decorator]
@@ -31,6 +31,18 @@ def lowest_bit(typingctx: Any, bits: Any) -> Any:
         return builder.cttz(args[0], ir.Constant(ir.IntType(1), 0))
 
     return types.uint64(types.uint64), codegen
+
+
+@inlined
+def first_run(bits: np.uint64, starts: np.uint64) -> tuple[np.int64, np.uint64]:
+    """Number (from 0) of the run that holds the lowest of some bits, and which of the bits lie in that run.
+
+    starts: the first bit of each run, runs reach up to the next one.
+    """
+    one = np.uint64(1)
+    lowest = bits & (~bits + one)
+    later = starts & ~(lowest | (lowest - one))
+    return np.int64(popcount(starts ^ later)) - 1, bits & ((later & (~later + one)) - one)
 
 
 @kernel

@@ -12,7 +12,7 @@ EMPTY = -1
 
 @inlined
 def _same(rows: np.ndarray, a: int, b: int) -> bool:
-    return rows[a, 0] == rows[b, 0] and rows[a, 1] == rows[b, 1] and rows[a, 2] == rows[b, 2]
+    return bool(rows[a, 0] == rows[b, 0] and rows[a, 1] == rows[b, 1] and rows[a, 2] == rows[b, 2])
 
 
 @kernel

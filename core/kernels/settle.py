@@ -5,7 +5,7 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from core.kernels.bits import popcount
+from core.kernels.bits import first_run, popcount
 from core.kernels.jit import inlined, kernel, parallel_kernel
 
 BATCH = 1 << 15
@@ -14,7 +14,7 @@ COLUMNS = 4
 
 
 @inlined
-def _gain(new: np.uint64, old: np.uint64) -> int:
+def _gain(new: np.uint64, old: np.uint64) -> np.int64:
     """How many more bits are set in one word than in the other."""
     return np.int64(popcount(new)) - np.int64(popcount(old))
 
@@ -45,7 +45,7 @@ def _note_changes(
     changes uint64 (words + 1, 5): voxels gained, voxels lost, voxels that the other kind does not see, starts of
     runs, number of the first run. Without a branch: which words change cannot be foreseen.
     """
-    count, own_gain, any_gain = 0, 0, 0
+    count, own_gain, any_gain = 0, np.int64(0), np.int64(0)
     for w in range(seen.size):
         old, new, alone = own[w], seen[w], ~other[w]
         own[w] = new
@@ -68,16 +68,13 @@ def _account(
     All voxels of a run have the same entropies. The sums are made in doubles, which is quicker, and exact: they are
     whole numbers below 2^53 for up to 2^21 voxels, that is 2^15 words a call.
     """
-    one = np.uint64(1)
     own0, own1, own2, any0, any1, any2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(count):
         gained, lost, alone, starts = changes[i, 0], changes[i, 1], changes[i, 2], changes[i, 3]
         changed = gained | lost
         while changed != 0:
-            lowest = changed & (~changed + one)
-            later = starts & ~(lowest | (lowest - one))
-            within = changed & ((later & (~later + one)) - one)
-            code = codes[np.int64(changes[i, 4] + popcount(starts ^ later) - one)]
+            run, within = first_run(changed, starts)
+            code = codes[np.int64(changes[i, 4]) + run]
             more = float(_gain(gained & within, lost & within))
             more_any = float(_gain(gained & within & alone, lost & within & alone))
             h0, h1 = float(np.int64(palette_q[code, 0])), float(np.int64(palette_q[code, 1]))

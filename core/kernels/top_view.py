@@ -5,7 +5,7 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from core.kernels.bits import lowest_bit, popcount
+from core.kernels.bits import first_run, popcount
 from core.kernels.jit import parallel_kernel
 
 
@@ -13,7 +13,7 @@ from core.kernels.jit import parallel_kernel
 def update_columns(
     before: np.ndarray,
     now: np.ndarray,
-    keep: np.ndarray,
+    starts: np.ndarray,
     first: np.ndarray,
     codes: np.ndarray,
     values_q: np.ndarray,
@@ -21,10 +21,10 @@ def update_columns(
     block: int,
     sums_q: np.ndarray,
 ) -> None:
-    """Have the sums of the columns follow a change of the chosen voxels (words, a part of `keep`), exactly.
+    """Have the sums of the columns follow a change of the chosen voxels (words), exactly.
 
-    shape: voxels along x and y, words per column; values_q int64 by code; sums_q int64 (bx, by): blocks of
-    `block` x `block` columns. A row of blocks is one thread's own.
+    shape: voxels along x and y, words per column; starts, first, codes: runs of equal voxels; values_q
+    int64 by code; sums_q int64 (bx, by): blocks of `block` x `block` columns. A row of blocks is one thread's own.
     """
     nx, ny, depth = shape
     for bx in numba.prange(sums_q.shape[0]):
@@ -33,9 +33,8 @@ def update_columns(
             for w in range(column * depth, (column + 1) * depth):
                 bits = before[w] ^ now[w]
                 while bits != 0:
-                    bit = lowest_bit(bits)
-                    below = (np.uint64(1) << bit) - np.uint64(1)
-                    value = values_q[codes[np.int64(first[w]) + np.int64(popcount(keep[w] & below))]]
-                    change += value if (now[w] >> bit) & np.uint64(1) != 0 else -value
-                    bits &= bits - np.uint64(1)
+                    run, within = first_run(bits, starts[w])
+                    gained = np.int64(popcount(now[w] & within)) - np.int64(popcount(before[w] & within))
+                    change += gained * values_q[codes[np.int64(first[w]) + run]]
+                    bits ^= within
             sums_q[bx, (column % ny) // block] += change

@@ -105,8 +105,9 @@ class TopViews:
         shape = nx, ny, words_per_column(field.grid)
         values_q = field.palette_q[:, self._cls].astype(np.int64)
         now = words & index.words
+        runs = field.runs
         update_columns(
-            sums.words, now, index.words, index.first, field.codes, values_q, shape, self.block, sums.sums_q
+            sums.words, now, runs.starts, runs.first, runs.codes, values_q, shape, self.block, sums.sums_q
         )
         sums.words = now
 
