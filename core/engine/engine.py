@@ -80,6 +80,7 @@ class Engine:
         self._caster = Caster(field, jit.use_threads(threads))
         words = field.index.words.size
         self._state = _State(np.zeros((0, words), np.uint64), np.zeros((2, words), np.uint64))
+        self._shapes: dict[tuple[int, Method], tuple[Sensor, tuple[Method, Sensor]]] = {}
         self._hits: dict[tuple[Method, Sensor], tuple[int, ...]] = {}
 
     def evaluate(
@@ -93,7 +94,7 @@ class Engine:
         stays sound)."""
         started = time.perf_counter()
         threads = jit.use_threads(self._caster.workers)
-        wanted = [_cast_shape(s, settings.method) for s in rig.sensors if s.enabled]
+        wanted = self._shapes_of(rig, settings.method)
         if not self._hold(wanted, is_stale):
             return None
         hits = self._hit_sums(wanted, is_stale) if settings.reading == "hits" else None
@@ -104,13 +105,23 @@ class Engine:
         elapsed_ms = (time.perf_counter() - started) * 1e3
         return Evaluation(rig, settings, scores, seen[0], seen[1], elapsed_ms, threads)
 
+    def _shapes_of(self, rig: Rig, method: Method) -> list[tuple[Method, Sensor]]:
+        """What decides the rays of each enabled sensor; the same objects as last time for the same sensors."""
+        known, self._shapes = self._shapes, {}
+        for sensor in rig.sensors:
+            if sensor.enabled:
+                found = known.get((id(sensor), method))
+                self._shapes[id(sensor), method] = found or (sensor, _cast_shape(sensor, method))
+        return [shape for _, shape in self._shapes.values()]
+
     def _hold(self, wanted: list[tuple[Method, Sensor]], is_stale: IsStale) -> bool:
         """Cast and let go until exactly the wanted sensors are held; False when abandoned."""
         leaving = list(self._state.held)
         arriving: list[tuple[Method, Sensor]] = []
+        by_identity = {id(held.shape): held for held in leaving}
         for shape in wanted:
-            match = next((held for held in leaving if held.shape == shape), None)
-            if match is None:
+            match = by_identity.get(id(shape)) or next((h for h in leaving if h.shape == shape), None)
+            if match is None or match not in leaving:
                 arriving.append(shape)
             else:
                 leaving.remove(match)

@@ -211,39 +211,46 @@ def _start_cell(g: float, h: float, s_in: float, low: int, high: int) -> tuple[f
 
 
 class _Work(NamedTuple):
-    """Work space of one worker: columns crossed, place of each event among them, and what changes in a column:
-    levels that begin there, and levels that begin or end, uint64 (words per column, columns)."""
+    """Work space of one worker: way to the next column crossed, place of each event among the columns, and what
+    changes in a column: levels that begin there, and levels that begin or end, uint64 (words per column, columns)."""
 
-    columns: np.ndarray
+    ways: np.ndarray
     places: np.ndarray
     begins: np.ndarray
     toggles: np.ndarray
     runs: np.ndarray
 
 
+@inlined
+def _is_close(past: float) -> int:
+    """1 where a place is within the tolerance of a face; `past`: how far it is past the face behind it."""
+    return int((past < TOLERANCE) | (past > 1.0 - TOLERANCE))
+
+
 @kernel
 def _cross_columns(
-    start: int,
-    steps: tuple[int, int],
-    t: tuple[float, float],
-    pace: tuple[float, float],
-    nearest: float,
-    s_end: float,
-    columns: np.ndarray,
-) -> int:
-    """Write the columns that a plane crosses; returns how many, or -1 where it comes too close to an edge."""
-    column, count = start, 0
-    t_x, t_y = t
-    while True:
-        columns[count] = column
-        count += 1
-        if abs(t_x - t_y) < nearest:
-            return -1
-        if min(t_x, t_y) >= s_end:
-            return count
-        is_x = t_x < t_y
-        column += steps[0] if is_x else steps[1]
-        t_x, t_y = (t_x + pace[0] if is_x else t_x), (t_y if is_x else t_y + pace[1])
+    step_x: int,
+    step_y: int,
+    faces_x: int,
+    ax: float,
+    ox: float,
+    ay: float,
+    oy: float,
+    count: int,
+    ways: np.ndarray,
+) -> bool:
+    """Write the ways from each of `count` columns crossed to the next; False where an edge is too close.
+
+    ax, ay: faces crossed by distance, counted from ox, oy in the first column; faces_x: faces crossed along x.
+    """
+    ways[:count] = step_y
+    close, pace = 0, 1.0 / ax
+    for i in range(faces_x):
+        y = oy + ay * ((i + 1.0 - ox) * pace)
+        passed = np.floor(y)
+        close |= _is_close(y - passed)
+        ways[min(i + int(passed), count - 1)] = step_x
+    return close == 0
 
 
 @kernel
@@ -268,8 +275,10 @@ def _place_events(
 
 
 @inlined
-def _mark_columns(profile: Profile, first: int, end: int, count: int, work: _Work, marks: np.ndarray) -> None:
-    """Mark the levels of the profile in the columns crossed; the events first..end-1 happen in them."""
+def _mark_columns(
+    profile: Profile, first: int, end: int, start: int, count: int, work: _Work, marks: np.ndarray
+) -> None:
+    """Mark the levels of the profile in the columns crossed, from `start` on; the events first..end-1 happen there."""
     depth = profile.masks.shape[1]
     work.begins[:, :count], work.toggles[:, :count] = 0, 0
     for event in range(first, end):
@@ -279,10 +288,24 @@ def _mark_columns(profile: Profile, first: int, end: int, count: int, work: _Wor
         work.toggles[level >> 6, place] ^= bit
         work.begins[level >> 6, place] |= bit if change > 0 else np.uint64(0)
     for part in range(depth):
-        levels = profile.masks[first, part]
+        levels, word = profile.masks[first, part], np.int64(start * depth + part)
         for i in range(count):
-            marks[np.int64(work.columns[i]) * depth + part] |= levels | work.begins[part, i]
+            marks[word] |= levels | work.begins[part, i]
             levels ^= work.toggles[part, i]
+            word += np.int64(work.ways[i]) * depth
+
+
+@inlined
+def _faces(
+    ix: float, iy: float, hx: float, hy: float, s_out: float, ox: float, oy: float, box: np.ndarray
+) -> tuple[int, int, bool]:
+    """Faces along x and y between the first column and the last one in the box, and whether both are certain."""
+    left_x = int(box[1] - 1 - ix if hx > 0.0 else ix - box[0])
+    left_y = int(box[3] - 1 - iy if hy > 0.0 else iy - box[2])
+    x, y = ox + abs(hx) * s_out, oy + abs(hy) * s_out
+    if x - left_x >= 1.0 - TOLERANCE:  # the plane leaves the box along x
+        return left_x, int(np.floor(y)), _is_close(y - np.floor(y)) == 0
+    return int(np.floor(x)), left_y, _is_close(x - np.floor(x)) == 0
 
 
 @kernel
@@ -310,13 +333,14 @@ def _walk_plane(
     if first == end and not profile.masks[first].any():
         return True
     ox, oy = (gx - ix if hx > 0.0 else ix + 1.0 - gx), (gy - iy if hy > 0.0 else iy + 1.0 - gy)
-    steps = ((ny if hx > 0.0 else -ny), (1 if hy > 0.0 else -1))
-    ax, ay, start = abs(hx), abs(hy), int(ix) * ny + int(iy)
-    t, pace = ((1.0 - ox) / ax, (1.0 - oy) / ay), (1.0 / ax, 1.0 / ay)
-    count = _cross_columns(start, steps, t, pace, TOLERANCE / (ax * ay), s_out - TOLERANCE, work.columns)
-    if count < 0 or not _place_events(at[first:end], 1.0 / scale, ax, ox, ay, oy, work.places):
+    ax, ay, step_x, step_y = abs(hx), abs(hy), (ny if hx > 0.0 else -ny), (1 if hy > 0.0 else -1)
+    faces_x, faces_y, certain = _faces(ix, iy, hx, hy, s_out, ox, oy, box)
+    count = faces_x + faces_y + 1
+    if not (certain and _cross_columns(step_x, step_y, faces_x, ax, ox, ay, oy, count, work.ways)):
         return False
-    _mark_columns(profile, first, end, count, work, marks)
+    if not _place_events(at[first:end], 1.0 / scale, ax, ox, ay, oy, work.places):
+        return False
+    _mark_columns(profile, first, end, int(ix) * ny + int(iy), count, work, marks)
     return True
 
 
