@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 class Spec:
     """One action; `group` makes it one choice out of several.
 
-    `menu` is its place in the menus ("file/open"), `tool` its section of the toolbar; both in app/window/places.py.
+    `shortcut` may name several keys ("?; F1"). `menu` is its place in the menus ("file/open"), `tool` its section
+    of the toolbar; both are listed in app/window/places.py.
     """
 
     key: str
@@ -66,8 +67,8 @@ class Actions:
         if spec.icon:
             action.setIcon(icon(spec.icon))
         if spec.shortcut:
-            action.setShortcut(QKeySequence(spec.shortcut))
-        shown = action.shortcut().toString(QKeySequence.SequenceFormat.NativeText)
+            action.setShortcuts(QKeySequence.listFromString(spec.shortcut))
+        shown = shortcut_text(action)
         action.setToolTip(f"{spec.tip} ({shown})" if shown else spec.tip)
         action.setCheckable(spec.is_checkable or bool(spec.group))
         if spec.group:
@@ -76,10 +77,21 @@ class Actions:
         self._window.addAction(action)
         return action
 
+    def keys(self, key: str) -> str:
+        """The shortcuts of an action as a user reads them, empty when it has none."""
+        return shortcut_text(self._actions[key])
+
     def bind(self, **slots: Callable[[], object]) -> None:
         """Connect actions by key."""
         for key, slot in slots.items():
             self._actions[key].triggered.connect(lambda _=False, slot=slot: slot())
+
+
+def shortcut_text(action: QAction) -> str:
+    """All shortcuts of an action in the system's words."""
+    return QKeySequence.listToString(action.shortcuts(), QKeySequence.SequenceFormat.NativeText).replace(
+        ";", " or"
+    )
 
 
 class Choice(QToolButton):
@@ -126,13 +138,3 @@ def class_actions(window: QMainWindow, chosen: Callable[[str], None]) -> dict[st
         actions[name] = QAction(swatch(CLASS_COLOURS[name]), name, window)
         actions[name].triggered.connect(lambda _=False, name=name: chosen(name))
     return actions
-
-
-def shortcut_rows(actions: Actions) -> list[tuple[str, str]]:
-    """Shortcut and what it does, for the help."""
-    rows = []
-    for spec in actions.specs:
-        shown = actions[spec.key].shortcut().toString(QKeySequence.SequenceFormat.NativeText)
-        if shown:
-            rows.append((shown, spec.tip))
-    return rows

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal
 
 from PySide6.QtWidgets import QFileDialog, QMessageBox, QWidget
+
+from widgets.panels.shortcut_sheet import Group, ShortcutSheet
 
 RIG_FILES = "Rig files (*.yaml *.yml);;All files (*)"
 BOX_FILES = "Box tables (*.csv *.csv.gz *.parquet *.feather);;All files (*)"
@@ -57,6 +60,10 @@ class Dialogs:
         if answer == button.Save:
             return "save"
         return "discard" if answer == button.Discard else "cancel"
+
+    def show_sheet(self, parent: QWidget, title: str, groups: Sequence[Group]) -> None:
+        """Keys and what they do."""
+        ShortcutSheet(title, groups, parent).show()
 
     def show_text(self, parent: QWidget, title: str, html: str) -> None:
         """Something to read."""

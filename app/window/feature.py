@@ -19,6 +19,8 @@ class Feature(QObject):
 
     specs: ClassVar[tuple[Spec, ...]] = ()
     """The actions of this feature, in the order in which they stand in menu and toolbar."""
+    mouse: ClassVar[tuple[tuple[str, str], ...]] = ()
+    """Gestures in the 3D view and what they do, for the sheet of shortcuts."""
 
     def __init__(self, window: MainWindow) -> None:
         super().__init__(window)

@@ -146,6 +146,11 @@ class MainWindow(QMainWindow):
         return next(feature for feature in self._features if isinstance(feature, kind))
 
     @property
+    def features(self) -> tuple[Feature, ...]:
+        """All features, in their order."""
+        return tuple(self._features)
+
+    @property
     def is_exact(self) -> bool:
         """Whether everything shown belongs to the rig, scene and settings as they are now."""
         return self.feature(Scores).is_current and not self.feature(SceneData).is_loading

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -23,6 +23,7 @@ from core.engine.engine import Engine
 from core.geometry import Pose
 from core.metric.scores import MetricSettings, Scores
 from core.rig.model import Camera, EvenAngles, Lidar, Rig
+from widgets.panels.shortcut_sheet import Group
 
 TIMEOUT_MS = 60_000
 BOXES = """seq,frame,cls,x,y,z,length,width,height,yaw
@@ -170,6 +171,9 @@ class FakeDialogs(Dialogs):
     def unsaved(self, parent: QWidget, rig_name: str) -> Unsaved:
         self.asked += 1
         return self.answer
+
+    def show_sheet(self, parent: QWidget, title: str, groups: Sequence[Group]) -> None:
+        self.shown.append("\n".join(f"{keys}: {what}" for group in groups for keys, what in group.rows))
 
     def show_text(self, parent: QWidget, title: str, html: str) -> None:
         self.shown.append(html)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from PySide6.QtCore import QPoint, QSortFilterProxyModel, Qt, Signal
-from PySide6.QtGui import QGuiApplication, QKeySequence, QShortcut
+from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QHBoxLayout,
@@ -27,6 +27,7 @@ from widgets.panels.compare_model import FIRST_SCORE, RIG, SENSORS, SORT, Compar
 from widgets.panels.compare_rows import ALL_CLASSES, CompareRow, table_text
 from widgets.panels.form import ChoiceBox
 from widgets.panels.icons import icon
+from widgets.panels.own_keys import OwnKeys, StandardKey
 from widgets.panels.score_text import SIGN_NOTE
 from widgets.panels.style import MARGIN, SPACING, numbers_font
 
@@ -134,13 +135,7 @@ class ComparePanel(QWidget):
         table.doubleClicked.connect(lambda index: self.open_wanted.emit(self._key(index.row())))
         table.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
         table.customContextMenuRequested.connect(self._open_menu)
-        for keys, slot in (
-            (QKeySequence(QKeySequence.StandardKey.Copy), self.copy),
-            (QKeySequence(QKeySequence.StandardKey.Delete), self._remove),
-        ):
-            shortcut = QShortcut(keys, table)
-            shortcut.setContext(Qt.ShortcutContext.WidgetShortcut)
-            shortcut.activated.connect(slot)
+        OwnKeys(table, {StandardKey.Copy: self.copy, StandardKey.Delete: self._remove})
         return table
 
     def _controls(self) -> QHBoxLayout:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QBrush, QColor, QGuiApplication, QKeyEvent, QKeySequence, QResizeEvent
+from PySide6.QtGui import QBrush, QColor, QGuiApplication, QResizeEvent
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableWidget, QTableWidgetItem
 
 from core.metric.scores import MetricSettings, Scores
 from core.scene.boxes import CLASSES
 from widgets.panels.icons import swatch
+from widgets.panels.own_keys import OwnKeys, StandardKey
 from widgets.panels.score_text import (
     COLUMNS,
     NONE,
@@ -39,6 +40,7 @@ class ScoreTable(QTableWidget):
 
     def __init__(self) -> None:
         super().__init__(len(CLASSES), 2 + 2 * len(COLUMNS))
+        OwnKeys(self, {StandardKey.Copy: self._copy})
         self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
         self.setSelectionMode(QAbstractItemView.SelectionMode.ContiguousSelection)
         self.setAlternatingRowColors(True)
@@ -198,11 +200,8 @@ class ScoreTable(QTableWidget):
             assert item is not None
             item.setText(column.short if is_narrow else column.title)
 
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        if event.matches(QKeySequence.StandardKey.Copy):
-            QGuiApplication.clipboard().setText(self.as_text())
-            return
-        super().keyPressEvent(event)
+    def _copy(self) -> None:
+        QGuiApplication.clipboard().setText(self.as_text())
 
 
 def _set_italic(item: QTableWidgetItem, italic: bool) -> None:

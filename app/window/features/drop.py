@@ -16,10 +16,11 @@ if TYPE_CHECKING:
     from app.window.main_window import MainWindow
 
 RIGS = (".yaml", ".yml")
-TABLES = (".csv", ".csv.gz", ".parquet")
+TABLES = (".csv", ".csv.gz", ".parquet", ".feather")
 POGS = (".npz",)
 ACCEPTED = (
-    "accepted are rig files (.yaml), box tables (.csv, .csv.gz, .parquet), stored POGs (.npz) and box folders"
+    "accepted are rig files (.yaml), box tables (.csv, .csv.gz, .parquet, .feather), "
+    "stored POGs (.npz) and box folders"
 )
 
 

@@ -34,12 +34,14 @@ class SceneData(Feature):
             "boxes_file",
             "Box file…",
             FILE_TIP,
+            "Ctrl+I",
             menu="scene/boxes",
         ),
         Spec(
             "boxes_folder",
             "Box folder…",
             FOLDER_TIP,
+            "Ctrl+Shift+I",
             menu="scene/boxes",
         ),
     )

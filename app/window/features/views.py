@@ -46,6 +46,16 @@ class Views(Feature):
         ),
     )  # fmt: skip
 
+    mouse = (
+        ("Left button on a sensor", "selects it"),
+        ("Left button on an arrow or ring", "drags the sensor; one drag is one undo step"),
+        ("Left button elsewhere", "turns the view"),
+        ("Middle button, or Shift and left button", "shifts the view"),
+        ("Wheel", "comes nearer to what is under the mouse, or goes away"),
+        ("Double click on a sensor", "brings it into the middle of the view"),
+        ("Esc during a drag", "puts the sensor back"),
+    )
+
     def __init__(self, window: MainWindow) -> None:
         super().__init__(window)
         self.bind(
