@@ -40,6 +40,7 @@ from app.window.features.scores import Scores
 from app.window.features.sensor_view import SensorView
 from app.window.features.sensors import Sensors
 from app.window.features.theme import Theme
+from app.window.features.units import Units
 from app.window.features.views import Views
 from app.window.places import Places
 from app.window.settings import Settings
@@ -70,6 +71,7 @@ FEATURES: tuple[type[Feature], ...] = (
     Scores,
     Marginals,
     Compare,
+    Units,
     Follow,
     Background,
     Autosave,

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import QPoint, Qt
+from PySide6.QtCore import QPoint, QSettings, Qt
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QLineEdit, QToolButton
 from pytestqt.qtbot import QtBot
@@ -12,6 +12,7 @@ from pytestqt.qtbot import QtBot
 import app.side_jobs
 from app.window.features.library import LibraryPanel
 from app.window.features.marginals import Marginals
+from app.window.settings import Settings
 from core.geometry import Pose
 from core.rig.many import without
 from core.rig.presets import preset
@@ -216,6 +217,37 @@ def test_units_change_what_is_shown_and_nothing_else(bench: Bench) -> None:
     assert bench.document.rig.sensor("roof").position[1] == 0.25
     bench.document.select("front")
     assert bench.find("x").property("text") == "1000"
+
+
+def test_the_units_chosen_are_there_again_in_the_next_session(qtbot: QtBot, tmp_path: Path) -> None:
+    kept = Settings(tmp_path / "settings.ini")
+    with open_bench(qtbot, tmp_path, kept=kept) as first:
+        first.document.select("roof")
+        tool(first, "unit_length").click()
+    with open_bench(qtbot, tmp_path, kept=kept) as second:
+        second.document.select("roof")
+        assert second.find("x").property("text") == "100"
+        assert tool(second, "unit_length").text() == "mm"
+
+
+@pytest.mark.parametrize("text", ["7", '["furlong", 3, ["m"]]', '["rad", "rad"]'])
+def test_units_that_make_no_sense_in_the_settings_do_no_harm(qtbot: QtBot, tmp_path: Path, text: str) -> None:
+    QSettings(str(tmp_path / "settings.ini"), QSettings.Format.IniFormat).setValue("units", text)
+    with open_bench(qtbot, tmp_path, kept=Settings(tmp_path / "settings.ini"), wait=False) as bench:
+        assert [unit.quantity for unit in bench.window.inspector.units] == ["length", "angle"]
+
+
+def test_panels_take_the_colours_of_another_theme(bench: Bench) -> None:
+    bench.document.select("roof")
+    wait_for_losses(bench, 2)
+    before = bench.window.tree.item_of("front").foreground(NAME).color()
+    try:
+        bench.act("theme_dark")
+        assert bench.window.tree.item_of("front").foreground(NAME).color() != before
+        assert bench.window.tree.item_of("front").text(LOSS) != ""
+        assert bench.window.tree.chosen == ("roof",)
+    finally:
+        bench.act("theme_light")
 
 
 # ---------------------------------------------------------------------- baseline

@@ -22,7 +22,7 @@ from widgets.panels.style import numbers_font, tones
 NAME, TYPE, LOSS, LOCK, EYE = range(5)
 TITLES = ("Sensor", "Type", "Loss", "", "")
 SENSOR_NAME = Qt.ItemDataRole.UserRole
-WIDTHS_PX = {TYPE: 46, LOSS: 48, LOCK: 22, EYE: 24}
+WIDTHS_PX = {TYPE: 50, LOSS: 48, LOCK: 22, EYE: 24}
 _FIXED_FLAGS = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
 _EDIT_FLAGS = _FIXED_FLAGS | Qt.ItemFlag.ItemIsEditable | Qt.ItemFlag.ItemIsUserCheckable
 TIPS = (

@@ -91,10 +91,12 @@ class SensorTree(QTreeWidget):
         self, rig: Rig, hidden: frozenset[str], selected: str | None, locked: frozenset[str] = frozenset()
     ) -> None:
         """Show a rig. Rows are built anew only when sensors come or go, never while one of them is edited."""
-        shown = (rig.sensors, hidden, locked)
+        shown = (rig.sensors, hidden, locked, tones())
         chosen = self.chosen
         self.blockSignals(True)
         if shown != self._shown:
+            if self._shown[-1:] != shown[-1:]:
+                self._kinds = []  # other colours: build every row anew
             self._shown, self._hidden, self._locked = shown, hidden, locked
             self._enabled = frozenset(sensor.name for sensor in rig.sensors if sensor.enabled)
             self._show_rows(rig)
@@ -126,12 +128,6 @@ class SensorTree(QTreeWidget):
         if names:
             self.setCurrentItem(self._items[names[-1]], NAME, QItemSelectionModel.SelectionFlag.NoUpdate)
         self._on_selection()
-
-    def changeEvent(self, event: QEvent) -> None:
-        """Other colours: the rows are coloured anew when the rig is shown next."""
-        if event.type() == QEvent.Type.PaletteChange:
-            self._shown = ()
-        super().changeEvent(event)
 
     def item_of(self, name: str) -> QTreeWidgetItem:
         """The row of a sensor; KeyError when there is none."""

@@ -21,7 +21,12 @@ class LibraryPanel(Feature):
     def __init__(self, window: MainWindow) -> None:
         super().__init__(window)
         self.list = LibraryList()
-        self.list.set_entries(default_library().entries())
+        self._show()
+        window.theme_changed.connect(lambda _: self._show())
         self.list.add_wanted.connect(window.feature(Sensors).add)
         dock = window.add_dock("Library", self.list, Qt.DockWidgetArea.LeftDockWidgetArea)
         window.resizeDocks([window.docks["Sensors"], dock], [3, 2], Qt.Orientation.Vertical)
+
+    def _show(self) -> None:
+        """Show every model, in the colours of the theme."""
+        self.list.set_entries(default_library().entries())

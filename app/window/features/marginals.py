@@ -37,6 +37,7 @@ class Marginals(Feature):
         window.rig_shown.connect(self._show_selected)
         window.scene_shown.connect(lambda _: self._forget())
         window.settings_changed.connect(self._drop_if_changed)
+        window.theme_changed.connect(lambda _: self._show_all())
         for slot in (self._drop_if_changed, self._start):
             self.document.rig_changed.connect(slot)
 
@@ -92,9 +93,13 @@ class Marginals(Feature):
         if not is_present or request.rig != with_enabled(result.request.rig, (request.name,), False):
             return
         self.losses[request.name] = answer.scores
-        self.window.tree.show_losses(result.evaluation.scores, self.losses)
-        if request.name == self.document.selected:
-            self._show_selected()
+        self._show_all()
+
+    def _show_all(self) -> None:
+        """Show what is known in the list, and of the selected sensor in the inspector."""
+        if self.result is not None:
+            self.window.tree.show_losses(self.result.evaluation.scores, self.losses)
+        self._show_selected()
 
     def _show_selected(self) -> None:
         """Show the loss of the selected sensor in the inspector, or why there is none."""
