@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QLineEdit, QToolButton
 from pytestqt.qtbot import QtBot
 
 import app.side_jobs
+from app.window.features.baseline import Baseline
 from app.window.features.library import LibraryPanel
 from app.window.features.marginals import Marginals
 from app.window.settings import Settings
@@ -144,7 +145,7 @@ def test_the_library_is_searched_by_words_of_name_figures_and_source(bench: Benc
     library = bench.window.feature(LibraryPanel).list
     search = library.findChild(QLineEdit, "library_search")
     assert search is not None
-    bench.qtbot.keyClicks(search, "velodyne 32")
+    bench.qtbot.keyClicks(search, "ultra velodyne 32")
     assert library.shown == ["velodyne-vlp-32c"]
     search.clear()
     assert "generic-16" in library.shown
@@ -168,6 +169,24 @@ def test_a_double_click_in_the_library_adds_the_model_above_the_roof(bench: Benc
     assert added is not None
     assert added.model == "hesai-xt32"
     assert added.position[2] > bench.document.rig.vehicle.height
+
+
+def test_return_in_the_library_adds_the_model_too(bench: Bench) -> None:
+    library = bench.window.feature(LibraryPanel).list
+    library.models.setCurrentItem(library.row_of("generic-16"))
+    bench.qtbot.keyClick(library.models, Qt.Key.Key_Return)
+    added = bench.document.selected_sensor()
+    assert added is not None
+    assert added.model == "generic-16"
+
+
+def test_what_files_say_is_never_read_as_html(bench: Bench) -> None:
+    bench.document.rename("roof", "<h1>roof</h1>")
+    bench.window.feature(Baseline).pin(RIG.replace(name="<img src='x'>"))
+    bench.settle()
+    assert "&lt;h1&gt;roof" in bench.window.tree.item_of("<h1>roof</h1>").toolTip(NAME)
+    cell = bench.window.scores._table.cell("car", "seen change")
+    assert "&lt;img" in cell.toolTip()
 
 
 # ---------------------------------------------------------------------- pose

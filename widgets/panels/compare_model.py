@@ -13,6 +13,7 @@ from widgets.panels.bar_delegate import BAR_COLOUR, BAR_SHARE
 from widgets.panels.compare_rows import ALL_CLASSES, ORIGIN_TITLES, CompareRow, ScoreColumn, columns_for
 from widgets.panels.score_text import change_text, exact_text, kilo_text, looks_at_more, share_text
 from widgets.panels.style import tones
+from widgets.panels.tooltips import plain_tip
 from widgets.theme import CLASS_COLOURS
 
 Index = QModelIndex | QPersistentModelIndex
@@ -159,7 +160,7 @@ def _rig_data(row: CompareRow, column: int, role: int) -> Any:
     if role in (_ROLE.DisplayRole, _ROLE.EditRole, SORT):
         return row.name if column == RIG else row.sensors
     if role == _ROLE.ToolTipRole:
-        return f"{row.name}: {ORIGIN_TITLES[row.origin]}{f', {row.where}' if row.where else ''}"
+        return plain_tip(f"{row.name}: {ORIGIN_TITLES[row.origin]}{f', {row.where}' if row.where else ''}")
     if role == _ROLE.FontRole and row.origin == "current":
         font = QFont()
         font.setBold(True)

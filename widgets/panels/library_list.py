@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from PySide6.QtCore import QByteArray, QMimeData, QSize, Qt, Signal
-from PySide6.QtGui import QBrush, QColor
+from PySide6.QtGui import QBrush, QColor, QKeyEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QHeaderView,
@@ -17,12 +17,13 @@ from PySide6.QtWidgets import (
 )
 
 from core.geometry import Pose
-from core.rig.library import Entry
+from core.rig.library_file import Entry
 from core.rig.model import Camera, Lidar
 from widgets.panels.derived import derived_rows
 from widgets.panels.icons import icon
 from widgets.panels.sensor_rows import short_type
 from widgets.panels.style import MARGIN, numbers_font, tones
+from widgets.panels.tooltips import plain_tip
 from widgets.theme import KIND_COLOURS
 
 MODEL_MIME = "application/x-riglens-model"
@@ -38,7 +39,8 @@ def model_tip(entry: Entry, sensor: Lidar | Camera) -> str:
     low, high = sensor.range_m
     if high != float("inf"):
         figures.append(f"Range: {low:g} to {high:g} m")
-    return "\n".join([f"{entry.title} ({entry.name})", *figures, entry.source])
+    notes = [entry.note] if entry.note else []
+    return "\n".join([f"{entry.title} ({entry.name})", *figures, entry.source, *notes])
 
 
 class LibraryList(QWidget):
@@ -57,7 +59,8 @@ class LibraryList(QWidget):
         self._search.addAction(icon("search", tones().muted), QLineEdit.ActionPosition.LeadingPosition)
         self._search.textChanged.connect(self._filter)
         self.models = _Models()
-        self.models.itemDoubleClicked.connect(self._on_double_click)
+        self.models.itemDoubleClicked.connect(self._ask_for)
+        self.models.returned.connect(self._ask_for)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
@@ -88,7 +91,7 @@ class LibraryList(QWidget):
             row.setHidden(not all(word in row.data(0, _WORDS) for word in words))
         self.models.hide_empty_groups()
 
-    def _on_double_click(self, row: QTreeWidgetItem) -> None:
+    def _ask_for(self, row: QTreeWidgetItem) -> None:
         model = row.data(0, _MODEL)
         if isinstance(model, str):
             self.add_wanted.emit(model)
@@ -96,6 +99,9 @@ class LibraryList(QWidget):
 
 class _Models(QTreeWidget):
     """Title and short type, under a heading per kind."""
+
+    returned = Signal(object)
+    """The row on which Return was pressed."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -135,7 +141,7 @@ class _Models(QTreeWidget):
         row.setFont(1, numbers_font(row.font(1)))
         row.setForeground(1, QBrush(QColor(tones().muted)))
         row.setTextAlignment(1, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
-        tip = f"{model_tip(entry, sensor)}\n\nDrag it onto the car, or double click."
+        tip = plain_tip(f"{model_tip(entry, sensor)}\n\nDrag it onto the car, or double click.")
         for column in (0, 1):
             row.setToolTip(column, tip)
 
@@ -150,6 +156,14 @@ class _Models(QTreeWidget):
 
     def _groups(self) -> list[QTreeWidgetItem]:
         return _children(self.invisibleRootItem())
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Return does what a double click does."""
+        row = self.currentItem()
+        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and row is not None:
+            self.returned.emit(row)
+            return
+        super().keyPressEvent(event)
 
     def mimeTypes(self) -> list[str]:
         """Only what the 3D view understands."""

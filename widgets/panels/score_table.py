@@ -23,6 +23,7 @@ from widgets.panels.score_text import (
 )
 from widgets.panels.sparkline import MAX_TRAIL, TRAIL_COLOUR, TRAIL_VALUES, Sparkline, trail_tip
 from widgets.panels.style import numbers_font, tones
+from widgets.panels.tooltips import plain_tip
 from widgets.theme import CLASS_COLOURS
 
 ABOUT, FOLLOWS = "≈ ", "…"
@@ -166,7 +167,7 @@ class ScoreTable(QTableWidget):
         colour = tones().muted if change == 0 else tones().more if more else tones().less
         item.setForeground(QBrush(QColor(colour)))
         meaning = "the same as" if change == 0 else "looks at more than" if more else "looks at less than"
-        item.setToolTip(f"{exact_text(column, change)}: {meaning} {self._baseline}")
+        item.setToolTip(plain_tip(f"{exact_text(column, change)}: {meaning} {self._baseline}"))
 
     def grey(self) -> None:
         """Every number in the muted colour."""

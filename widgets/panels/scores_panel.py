@@ -69,6 +69,7 @@ class ScoresPanel(QWidget):
         self._reading.activated.connect(self._on_reading)
         self._note = QLabel()
         self._note.setObjectName("hint")
+        self._note.setTextFormat(Qt.TextFormat.PlainText)
         self._note.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         row = QHBoxLayout()
         row.setContentsMargins(MARGIN, 5, MARGIN, 6)

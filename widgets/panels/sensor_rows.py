@@ -18,6 +18,7 @@ from widgets.panels.bar_delegate import BAR_COLOUR, BAR_SHARE, BarDelegate
 from widgets.panels.derived import derived_rows
 from widgets.panels.icons import icon
 from widgets.panels.style import numbers_font, tones
+from widgets.panels.tooltips import plain_tip
 
 NAME, TYPE, LOSS, LOCK, EYE = range(5)
 TITLES = ("Sensor", "Type", "Loss", "", "")
@@ -87,8 +88,10 @@ def show_sensor(row: QTreeWidgetItem, sensor: Lidar | Camera, state: RowState) -
     row.setFont(TYPE, numbers_font(row.font(TYPE)))
     row.setIcon(LOCK, icon("lock") if state.is_locked else icon("unlock", tones().border))
     row.setIcon(EYE, icon("eye-off", tones().muted) if state.is_hidden else icon("eye"))
-    row.setToolTip(NAME, f"{sensor.name}, {short_type(sensor)}\n{model_note(sensor)}\n\n{TIPS[NAME]}")
-    row.setToolTip(TYPE, model_note(sensor))
+    row.setToolTip(
+        NAME, plain_tip(f"{sensor.name}, {short_type(sensor)}\n{model_note(sensor)}\n\n{TIPS[NAME]}")
+    )
+    row.setToolTip(TYPE, plain_tip(model_note(sensor)))
     row.setToolTip(LOCK, "Locked: it cannot be moved, edited or deleted" if state.is_locked else TIPS[LOCK])
     row.setToolTip(
         EYE, "Hidden in the view; it still counts in the scores" if state.is_hidden else "Shown in the view"
