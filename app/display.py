@@ -1,10 +1,12 @@
-"""Whether there is a display to open a window on; asked before Qt is loaded, as Qt aborts without one."""
+"""Whether there is a display, and what to prepare where there is none; asked before Qt or VTK is loaded."""
 
 from __future__ import annotations
 
 import ctypes
 import os
 import sys
+
+from app.system_libraries import require_system_libraries
 
 _UNSEEN_PLATFORMS = ("offscreen", "minimal", "vnc")
 
@@ -36,3 +38,13 @@ def _answers(name: str) -> bool:
     works = xcb.xcb_connection_has_error(connection) == 0
     xcb.xcb_disconnect(connection)
     return works
+
+
+def prepare_drawing() -> None:
+    """Check the system libraries, and have VTK draw without an X server where there is none.
+
+    Comes before anything that imports VTK: it crashes, instead of complaining, when OpenGL is absent.
+    """
+    require_system_libraries("offscreen")
+    if sys.platform.startswith("linux") and missing_display():
+        os.environ["VTK_DEFAULT_OPENGL_WINDOW"] = "vtkEGLRenderWindow"

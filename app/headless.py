@@ -6,10 +6,11 @@ from pathlib import Path
 
 from app import evaluate_json
 from app.console import results
+from app.display import prepare_drawing
 from app.heatmap import marks_of
 from app.jobs import load_with_progress, print_scores, score_rigs
 from app.options import SceneOptions, ScoreOptions
-from app.render import Picture, draw, prepare_drawing
+from app.render import Picture, draw
 from app.scenario import settings_of
 from core.errors import InputError
 from core.files import atomic_write, require_writable

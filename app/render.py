@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import math
-import os
 import re
-import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
 from app.console import progress_bar, results
-from app.display import missing_display
+from app.display import prepare_drawing
 from app.heatmap import Heatmaps, HeatMode, Marks, marks_for, seen_words
 from app.jobs import load_with_progress, rig_called
 from app.options import SceneOptions, ScoreOptions
-from app.system_libraries import require_system_libraries
 from core.engine.engine import Engine, Evaluation
 from core.errors import InputError
 from core.files import require_writable
@@ -107,16 +104,6 @@ def render(name: str, scene: SceneOptions, picture: Picture) -> None:
     draw(pog, field, evaluation, marks, picture)
     width, height = (side * picture.scale for side in picture.size_px)
     results().print(f"{picture.out}: {width} x {height} pixels", soft_wrap=True, markup=False)
-
-
-def prepare_drawing() -> None:
-    """Check the system libraries, and have VTK draw without an X server where there is none.
-
-    Comes before anything that imports VTK: it crashes, instead of complaining, when OpenGL is absent.
-    """
-    require_system_libraries("offscreen")
-    if sys.platform.startswith("linux") and missing_display():
-        os.environ["VTK_DEFAULT_OPENGL_WINDOW"] = "vtkEGLRenderWindow"
 
 
 def draw(pog: Pog, field: EntropyField, evaluation: Evaluation, marks: Marks, picture: Picture) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any, Protocol
 
 from core.rig.model import Rig, Vehicle
@@ -66,8 +65,13 @@ class ViewportWidget(Protocol):
     def cancel_drag(self) -> bool:
         """Give up the drag in progress; False when there is none."""
 
-    def screenshot(self, path: Path) -> object:
-        """Write the view as a PNG."""
+    @property
+    def scene_state(self) -> Any:
+        """What is shown, to make pictures of it elsewhere."""
+
+    @property
+    def picture_size(self) -> tuple[int, int]:
+        """Width and height of the view in logical pixels."""
 
     def close_viewport(self) -> None:
         """Give back what Qt does not: VTK's window and observers."""

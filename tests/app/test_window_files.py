@@ -117,12 +117,6 @@ def test_closing_while_boxes_are_loaded_ends_the_thread(qtbot: QtBot, tmp_path: 
     assert not any(thread.name == "recompute" for thread in threading.enumerate())
 
 
-def test_a_screenshot_is_written_where_the_user_says(bench: Bench, tmp_path: Path) -> None:
-    bench.dialogs.path = tmp_path / "view.png"
-    bench.act("screenshot")
-    assert (tmp_path / "view.png").read_bytes() == b"PNG"
-
-
 def test_the_message_bar_goes_when_it_is_closed(bench: Bench) -> None:
     bench.window.report_error("rig.yaml:3: found x, accepted is y")
     assert bench.window.message_bar.isVisible()

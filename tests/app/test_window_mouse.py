@@ -116,9 +116,3 @@ def test_undo_by_key_in_the_middle_of_a_drag_puts_the_sensor_back(bench: Bench) 
     mouse.release()
     assert bench.document.rig == RIG
     assert bench.viewport.scene_state.rig == RIG
-
-
-def test_the_view_is_written_as_a_png(bench: Bench, tmp_path: Path) -> None:
-    bench.dialogs.path = tmp_path / "view.png"
-    bench.act("screenshot")
-    assert (tmp_path / "view.png").read_bytes().startswith(b"\x89PNG")

@@ -24,6 +24,7 @@ from core.geometry import Pose
 from core.metric.scores import MetricSettings, Scores
 from core.rig.model import Camera, EvenAngles, Lidar, Rig
 from widgets.panels.shortcut_sheet import Group
+from widgets.viewport.scene import SceneState
 
 TIMEOUT_MS = 60_000
 BOXES = """seq,frame,cls,x,y,z,length,width,height,yaw
@@ -107,8 +108,13 @@ class FakeViewport(QWidget):
     def look_at(self, x_m: float, y_m: float) -> None:
         self.told.append(("look", x_m, y_m))
 
-    def screenshot(self, path: Path) -> None:
-        path.write_bytes(b"PNG")
+    @property
+    def scene_state(self) -> SceneState:
+        return SceneState(rig=self.rig or Rig())
+
+    @property
+    def picture_size(self) -> tuple[int, int]:
+        return 320, 200
 
     def set_palette(self, palette: Any) -> None:
         self.told.append(("palette", palette))

@@ -266,20 +266,6 @@ def test_the_picture_on_the_screen_changes_with_what_is_shown(view):
     assert (np.abs(again - empty).max(axis=2) > 60).mean() < 0.001
 
 
-def test_a_screenshot_has_the_size_asked_for_and_shows_the_car(view, tmp_path):
-    view.screenshot(tmp_path / "small.png", size=(320, 200))
-    view.screenshot(tmp_path / "large.png", size=(320, 200), scale=2)
-    small, large = QImage(str(tmp_path / "small.png")), QImage(str(tmp_path / "large.png"))
-    assert (small.width(), small.height()) == (320, 200)
-    assert (large.width(), large.height()) == (640, 400)
-    assert len({small.pixel(x, y) for x in range(0, 320, 4) for y in range(0, 200, 4)}) > 200
-
-
-def test_a_screenshot_into_a_missing_folder_is_refused_by_name(view, tmp_path):
-    with pytest.raises(InputError, match=r"missing"):
-        view.screenshot(tmp_path / "missing" / "x.png", size=(64, 64))
-
-
 def test_an_unknown_car_body_is_refused_and_the_car_stays(view):
     with pytest.raises(InputError, match=r"vehicle\.body"):
         view.set_vehicle(Vehicle(body="hovercraft"))

@@ -6,9 +6,9 @@ frame, and the owner of the plotter renders it.
 
 from __future__ import annotations
 
+import io
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import BinaryIO, cast
 
 import matplotlib.image
 import numpy as np
@@ -379,7 +379,14 @@ def render_still(
         plotter.close()
 
 
+def png_of(image: NDArray[np.uint8]) -> bytes:
+    """Pixels (h, w, 3 or 4) as a PNG file."""
+    file = io.BytesIO()
+    matplotlib.image.imsave(file, image, format="png")
+    return file.getvalue()
+
+
 def write_png(image: NDArray[np.uint8], path: Path) -> None:
     """Write pixels (h, w, 3 or 4) as a PNG, completely or not at all; InputError if it cannot be written."""
     with atomic_write(path) as file:
-        matplotlib.image.imsave(cast(BinaryIO, file), image, format="png")
+        file.write(png_of(image))

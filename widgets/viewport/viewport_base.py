@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 from PySide6.QtCore import QEvent, QObject, QPointF, Qt, QTimer, Signal
@@ -21,7 +20,7 @@ from widgets.viewport.cell_picker import CellPicker
 from widgets.viewport.controller import Button, Pixel, ViewController
 from widgets.viewport.heat_scale import HeatLook, HeatmapData
 from widgets.viewport.marker_layer import Marker
-from widgets.viewport.scene import Scene, SceneState, render_still
+from widgets.viewport.scene import Scene, SceneState
 
 _REST_MS = 160
 _BUTTONS: dict[Qt.MouseButton, Button] = {
@@ -85,6 +84,11 @@ class ViewportBase(QWidget):
     def scene_state(self) -> SceneState:
         """What is shown, to make pictures of it elsewhere."""
         return self._scene.state
+
+    @property
+    def picture_size(self) -> tuple[int, int]:
+        """Width and height of the view in logical pixels."""
+        return self._canvas.width(), self._canvas.height()
 
     def set_vehicle(self, vehicle: Vehicle) -> None:
         """Draw another car; raises InputError for an unknown body and keeps the one shown."""
@@ -159,13 +163,6 @@ class ViewportBase(QWidget):
     def cancel_drag(self) -> bool:
         """Give up the drag in progress; False when there is none."""
         return self._controller.cancel()
-
-    def screenshot(self, path: Path | str, size: tuple[int, int] | None = None, scale: int = 1) -> None:
-        """Write a PNG of what is shown with smooth edges; `size` in pixels (else the view's), times `scale`.
-
-        Raises InputError when the file cannot be written.
-        """
-        render_still(self._scene.state, size or self._scene.size, scale, Path(path))
 
     def request_render(self) -> None:
         """Draw once, soon; any number of changes until then make one frame."""

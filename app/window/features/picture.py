@@ -1,35 +1,122 @@
-"""Pictures of the 3D view."""
+"""Pictures of the 3D view for reports: chosen in a dialog, drawn by a process of its own, saved or copied."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
+
+from PySide6.QtGui import QGuiApplication, QImage
 
 from app.actions import Spec
+from app.picture import Findings, PictureWords, with_words
+from app.picture_maker import PictureMaker
+from app.picture_process import PictureJob
+from app.render import MAX_SIDE_PX, MIN_SIDE_PX
 from app.window.feature import Feature
 from app.window.features.files import file_name
+from app.window.features.scores import Scores
+from core.files import atomic_write
+from widgets.panels.picture_dialog import PictureDialog
+from widgets.theme import LIGHT, palette
 
 if TYPE_CHECKING:
     from app.window.main_window import MainWindow
 
+Purpose = Literal["preview", "copy"] | Path
+
 
 class Picture(Feature):
-    """Saves what is shown as a PNG."""
+    """One dialog at a time; what it asks for is drawn from the scene as it was when the dialog opened."""
 
     specs = (
         Spec(
-            "screenshot", "Screenshot…", "Save the 3D view as a PNG picture", "F12", "screenshot",
+            "screenshot", "Picture…", "Save the 3D view as a PNG picture, or copy it", "F12", "screenshot",
             "file/export", "export",
         ),
     )  # fmt: skip
 
     def __init__(self, window: MainWindow) -> None:
         super().__init__(window)
-        self.bind(screenshot=self.screenshot)
+        self.dialog: PictureDialog | None = None
+        self.maker = PictureMaker(self)
+        self.bind(screenshot=self.open)
+        self.maker.made.connect(self._on_made)
+        self.maker.failed.connect(self._on_failed)
+        window.closing.connect(self._on_closed)
 
-    def screenshot(self) -> None:
-        """Ask where, and write the 3D view as a PNG."""
+    def open(self) -> None:
+        """Show the dialog."""
+        if self.dialog is not None:
+            self.dialog.raise_()
+            return
+        self._state = self.viewport.scene_state
+        result = self.window.feature(Scores).result
+        is_known = result is not None and result.request.rig == self._state.rig
+        self._found = None
+        if result is not None and is_known:
+            self._found = Findings(
+                self._state.rig, result.evaluation.scores, result.request.settings, result.scene.field
+            )
+        dialog = PictureDialog(
+            self.viewport.picture_size, (MIN_SIDE_PX, MAX_SIDE_PX), self._state.palette is LIGHT, self.window
+        )
+        dialog.set_words_possible(is_known)
+        dialog.changed.connect(self._preview)
+        dialog.save_wanted.connect(self._save)
+        dialog.copy_wanted.connect(lambda: self._draw("copy", dialog.choice.scale))
+        dialog.finished.connect(lambda _: self._on_closed())
+        self.dialog = dialog
+        dialog.open()
+        self._preview()
+
+    def _preview(self) -> None:
+        self._draw("preview", 1)
+
+    def _save(self) -> None:
         suggestion = Path(file_name(self.document.rig.name, ".png"))
         path = self.window.dialogs.save_picture(self.window, suggestion)
-        if path is not None:
-            self.window.guarded(self.viewport.screenshot)(path)
+        if path is not None and self.dialog is not None:
+            self._draw(path, self.dialog.choice.scale)
+
+    def _draw(self, purpose: Purpose, scale: int) -> None:
+        """Have a picture drawn for something."""
+        if self.dialog is None:
+            return
+        choice = self.dialog.choice
+        state = replace(self._state, palette=palette(not choice.light))
+        words = PictureWords(choice.legend, choice.title, choice.scores)
+        state = with_words(state, words, self._found)
+        job = PictureJob(state, choice.size_px, scale, choice.transparent, purpose)
+        self.dialog.set_busy("drawing…")
+        self.maker.draw(job)
+
+    def _on_made(self, job: PictureJob, png: bytes) -> None:
+        if self.dialog is None:
+            return
+        self.dialog.set_busy("")
+        purpose = job.purpose
+        if purpose == "preview":
+            self.dialog.preview.show_png(png)
+        elif purpose == "copy":
+            QGuiApplication.clipboard().setImage(QImage.fromData(png))
+            self.dialog.set_done("copied")
+        elif isinstance(purpose, Path):
+            self.window.guarded(_write)(purpose, png)
+            self.dialog.accept()
+
+    def _on_failed(self, problem: str) -> None:
+        if self.dialog is not None:
+            self.dialog.set_busy("")
+        self.window.report_error(f"The picture could not be drawn: {problem}")
+
+    def _on_closed(self) -> None:
+        self.maker.close()
+        dialog, self.dialog = self.dialog, None
+        if dialog is not None:
+            dialog.deleteLater()
+
+
+def _write(path: Path, png: bytes) -> None:
+    with atomic_write(path) as file:
+        file.write(png)

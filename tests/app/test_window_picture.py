@@ -1,0 +1,151 @@
+"""Pictures for reports: the dialog shows what it saves, and it is what `riglens render` draws."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QGuiApplication, QImage
+from PySide6.QtTest import QTest
+from pytestqt.qtbot import QtBot
+
+from app.picture import Findings, PictureWords, with_words
+from app.picture_maker import PictureMaker
+from app.picture_process import PictureJob
+from app.window.features.picture import Picture
+from app.window.features.scores import Scores
+from core.rig.model import Rig
+from tests.app.window_bench import TIMEOUT_MS, Bench, open_bench
+from widgets.panels.picture_dialog import PictureDialog
+from widgets.theme import palette
+from widgets.viewport.scene import SceneState, png_of, render_still
+
+SIZE = (240, 150)
+
+
+@pytest.fixture
+def bench(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
+    with open_bench(qtbot, tmp_path) as opened:
+        yield opened
+
+
+class StandIn(PictureMaker):
+    """Draws at once, in this process, one grey pixel; `jobs` are what was asked for."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.jobs: list[PictureJob] = []
+
+    def draw(self, job: PictureJob) -> None:
+        self.jobs.append(job)
+        self.made.emit(job, png_of(np.full((1, 1, 3), 128, np.uint8)))
+
+
+def with_stand_in(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> StandIn:
+    picture, maker = bench.window.feature(Picture), StandIn()
+    maker.made.connect(picture._on_made)
+    monkeypatch.setattr(picture, "maker", maker)
+    return maker
+
+
+def opened_dialog(bench: Bench) -> PictureDialog:
+    """The dialog, asking for a small picture."""
+    bench.act("screenshot")
+    dialog = bench.window.feature(Picture).dialog
+    assert dialog is not None
+    dialog.width_px.setValue(SIZE[0])
+    dialog.height_px.setValue(SIZE[1])
+    return dialog
+
+
+def press(button) -> None:
+    QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+
+
+def pixels(image: QImage) -> np.ndarray:
+    image = image.convertToFormat(QImage.Format.Format_RGBA8888)
+    rows = np.frombuffer(image.constBits(), np.uint8).reshape(image.height(), image.bytesPerLine())
+    return rows[:, : 4 * image.width()].reshape(image.height(), image.width(), 4).copy()
+
+
+def test_what_is_previewed_is_copied_and_saved_larger_by_the_code_that_draws_everywhere(bench, tmp_path):
+    dialog, picture = opened_dialog(bench), bench.window.feature(Picture)
+    for box in (dialog.title, dialog.scores, dialog.light, dialog.transparent):
+        box.setChecked(True)
+    dialog.scale.setCurrentIndex(1)
+    bench.qtbot.waitUntil(lambda: not picture.maker.is_busy, timeout=TIMEOUT_MS)
+    preview = pixels(dialog.preview.image)
+    assert preview.shape == (SIZE[1], SIZE[0], 4) and preview[0, -1, 3] == 0
+    bench.dialogs.path = tmp_path / "view.png"
+    press(dialog.save)
+    process, gone = picture.maker._process, []
+    process.destroyed.connect(lambda: gone.append(True))
+    bench.qtbot.waitUntil(lambda: picture.dialog is None and bool(gone), timeout=TIMEOUT_MS)
+    saved = pixels(QImage(str(tmp_path / "view.png")))
+    assert saved.shape == (2 * SIZE[1], 2 * SIZE[0], 4) and saved[0, -1, 3] == 0
+
+    result = bench.window.feature(Scores).result
+    assert result is not None
+    found = Findings(
+        result.request.rig, result.evaluation.scores, result.request.settings, result.scene.field
+    )
+    state = replace(bench.viewport.scene_state, palette=palette(False))
+    state = with_words(state, PictureWords(True, True, True), found)
+    again = render_still(state, SIZE, 2, transparent=True)
+    assert np.abs(saved.astype(int) - again).mean() < 0.5
+
+
+def test_the_dialog_asks_for_what_is_chosen(bench, monkeypatch):
+    maker = with_stand_in(bench, monkeypatch)
+    dialog = opened_dialog(bench)
+    dialog.legend.setChecked(False)
+    dialog.transparent.setChecked(True)
+    dialog.scale.setCurrentIndex(3)
+    last = maker.jobs[-1]
+    assert (last.size_px, last.scale, last.transparent, last.purpose) == (SIZE, 1, True, "preview")
+    assert not last.state.show_legend and not last.state.caption.table
+    press(dialog.copy)
+    assert (maker.jobs[-1].scale, maker.jobs[-1].purpose) == (4, "copy")
+    assert QGuiApplication.clipboard().image().size() == dialog.preview.image.size()
+
+
+def test_a_picture_that_cannot_be_written_leaves_a_message(bench, monkeypatch, tmp_path):
+    with_stand_in(bench, monkeypatch)
+    dialog = opened_dialog(bench)
+    bench.dialogs.path = tmp_path / "missing" / "view.png"
+    press(dialog.save)
+    assert bench.window.message_bar.isVisible()
+    assert not (tmp_path / "missing").exists()
+
+
+def test_a_picture_beyond_the_limit_cannot_be_saved(bench, monkeypatch):
+    with_stand_in(bench, monkeypatch)
+    dialog = opened_dialog(bench)
+    dialog.width_px.setValue(4000)
+    assert dialog.save.isEnabled()
+    dialog.scale.setCurrentIndex(3)
+    assert not dialog.save.isEnabled()
+
+
+def test_when_the_process_dies_the_window_says_so(bench, monkeypatch):
+    monkeypatch.setattr("app.picture_maker.sys.executable", "/bin/false")
+    dialog = opened_dialog(bench)
+    bench.qtbot.waitUntil(lambda: bench.window.message_bar.isVisible(), timeout=TIMEOUT_MS)
+    assert not bench.window.feature(Picture).maker.is_busy and dialog.save.isEnabled()
+
+
+def test_words_of_a_picture_are_those_of_the_rig_and_its_scores(bench):
+    result = bench.window.feature(Scores).result
+    assert result is not None
+    found = Findings(Rig(name="mine"), result.evaluation.scores, result.request.settings, result.scene.field)
+    caption = with_words(SceneState(), PictureWords(title=True, scores=True), found).caption
+    assert caption.title == "mine" and "0 cameras, 0 LiDARs · δ = 0.5 m" in caption.subtitle
+    assert [row[0] for row in caption.table] == ["10³ nat", "car", "bicycle", "pedestrian"]
+    seen = result.evaluation.scores.classes["car"].any_seen
+    assert caption.table[1][-1] == f"{100 * seen:.2f} %"
+    bare = with_words(SceneState(), PictureWords(legend=False), found)
+    assert not bare.show_legend and not bare.caption.title and not bare.caption.table
