@@ -37,6 +37,11 @@ class PictureRequest:
     scene: LoadedScene
     body: NDArray[np.float32]
 
+    def asks_same(self, other: PictureRequest) -> bool:
+        """Whether the answer to both is the same picture."""
+        same_data = self.scene is other.scene and self.body is other.body
+        return same_data and (self.sensor, self.frame) == (other.sensor, other.frame)
+
 
 @dataclass(frozen=True)
 class Picture:

@@ -195,3 +195,14 @@ def test_another_data_set_brings_its_own_frames(bench: Bench, tmp_path: Path) ->
     assert isinstance(shown, CameraPicture)
     assert shown.boxes_seen == {"car": 0, "bicycle": 0, "pedestrian": 1}
     assert bench.window.feature(SensorView).panel.frame.maximum() == 8
+
+
+def test_moving_another_sensor_makes_no_new_picture(bench: Bench) -> None:
+    bench.document.select("front")
+    before = picture(bench)
+    roof = bench.document.rig.sensor("roof")
+    bench.document.replace_sensor("roof", roof.replace(position=(0.4, 0.0, 2.0)))
+    assert picture(bench) is before
+    front = bench.document.rig.sensor("front")
+    bench.document.replace_sensor("front", front.replace(position=(0.4, 0.0, 1.5)))
+    assert picture(bench) is not before

@@ -131,7 +131,7 @@ class Person:
         x, y = next(pixel for pixel in pixels if scene.handle_at(tuple(pixel)) == handle)
         return QPoint(int(x), int(y))
 
-    def drag(self, name: str, start: QPoint, by: QPoint, steps: int = 60) -> None:
+    def drag(self, name: str, start: QPoint, by: QPoint, steps: int = 40) -> None:
         """Drag from a pixel, noting under `name` how long each step takes until it is drawn."""
         drawn: list[float] = []
         connection = self._view.drawn.connect(lambda: drawn.append(time.perf_counter()))

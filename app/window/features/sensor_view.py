@@ -35,7 +35,8 @@ class SensorView(Feature):
         self._is_seen = False
         self._scene: LoadedScene | None = None
         self._no_scene = LOADING
-        self._request: PictureRequest | None = None
+        self._asked: PictureRequest | None = None
+        self._is_answered = True
         self.dock = window.add_dock(
             "Sensor view", self.panel, Qt.DockWidgetArea.RightDockWidgetArea, beside="Inspector"
         )
@@ -52,7 +53,7 @@ class SensorView(Feature):
     @property
     def is_current(self) -> bool:
         """Whether the picture shown is the one last asked for."""
-        return self._request is None
+        return self._is_answered
 
     def _on_visible(self, is_seen: bool) -> None:
         self._is_seen = is_seen
@@ -75,13 +76,15 @@ class SensorView(Feature):
             return
         sensor, scene = self.document.selected_sensor(), self._scene
         if sensor is None or scene is None:
-            self._request = None
+            self._asked, self._is_answered = None, True
             has_sensors = bool(self.document.rig.sensors)
             why = self._no_scene if scene is None else NOTHING_SELECTED if has_sensors else NO_SENSORS
             self.panel.show_text(why)
             return
-        self._request = PictureRequest(sensor, self.panel.chosen_frame, scene, self._body())
-        self.pictures.ask(self._request)
+        request = PictureRequest(sensor, self.panel.chosen_frame, scene, self._body())
+        if self._asked is None or not request.asks_same(self._asked):
+            self._asked, self._is_answered = request, False
+            self.pictures.ask(request)
 
     def _body(self) -> NDArray[np.float32]:
         from widgets.maps.body_mesh import (
@@ -96,8 +99,8 @@ class SensorView(Feature):
     def _show(self, picture: Picture) -> None:
         """Show a picture of the selected sensor; one of an earlier pose too, until the next is there."""
         request, sensor = picture.request, self.document.selected_sensor()
-        if request is self._request:
-            self._request = None
+        if request is self._asked:
+            self._is_answered = True
         if sensor is None or sensor.name != request.sensor.name or request.scene is not self._scene:
             return
         self.panel.set_title(sensor.name)
@@ -110,5 +113,5 @@ class SensorView(Feature):
             self.panel.show_ranges(picture.image, math.hypot(grid.roi_m[0], grid.roi_m[1]) / 2)
 
     def _on_failed(self, problem: str) -> None:
-        self._request = None
+        self._asked, self._is_answered = None, True
         self.panel.show_text(problem)
