@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import math
+import re
+
 from core.geometry import Pose
 from core.rig.model import Camera, Lidar, Rig
+
+_LEFT, _RIGHT = ("left", "Left", "LEFT"), ("right", "Right", "RIGHT")
 
 
 def mirrored_pose(pose: Pose) -> Pose:
@@ -21,6 +26,43 @@ def partner_of(rig: Rig, name: str) -> str | None:
         if sensor.mirror_of is not None and name in (sensor.name, sensor.mirror_of):
             return sensor.mirror_of if sensor.name == name else sensor.name
     return None
+
+
+def mirrored_name(name: str) -> str:
+    """A name for the mirror image: left becomes right and the other way round, else with `_mirror` behind."""
+    swap = dict(zip(_LEFT + _RIGHT, _RIGHT + _LEFT, strict=True))
+    swapped = re.sub("|".join(swap), lambda match: swap[match[0]], name)
+    if swapped != name:
+        return swapped
+    return f"{name}_mirror"
+
+
+def with_mirror_image(rig: Rig, name: str, image_name: str) -> Rig:
+    """The rig with the mirror image of a sensor added behind it, the two linked.
+
+    ValueError when the sensor stands and looks along the middle plane: its image would be in the same place.
+    """
+    sensor = rig.sensor(name)
+    if sensor.pose == mirrored_pose(sensor.pose):
+        raise ValueError(
+            f"{name} stands on the middle plane of the car: its mirror image is in the same place"
+        )
+    image = _image(sensor, sensor.model_copy(update={"name": image_name, "mirror_of": name}))
+    place = [other.name for other in rig.sensors].index(name) + 1
+    checked: Rig = rig.replace(sensors=(*rig.sensors[:place], image, *rig.sensors[place:]))
+    return checked
+
+
+def nearest_to_image(rig: Rig, name: str) -> str | None:
+    """Name of the unpaired sensor of the same kind that stands nearest to where a sensor's image would be."""
+    sensor = rig.sensor(name)
+    image_m = mirrored_pose(sensor.pose).position_m
+    free = [
+        other
+        for other in rig.sensors
+        if other.kind == sensor.kind and other.name != name and partner_of(rig, other.name) is None
+    ]
+    return min(free, key=lambda other: math.dist(other.position, image_m)).name if free else None
 
 
 def linked(rig: Rig, name: str, other: str) -> Rig:
