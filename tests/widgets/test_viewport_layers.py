@@ -9,7 +9,6 @@ from core.scene.grid import VoxelGrid
 from widgets.theme import DARK, LIGHT, mix, rgb
 from widgets.viewport.heatmap_layer import DRAG_CELLS, coarse_level, full_level
 from widgets.viewport.rays_layer import OTHER_LINES, SELECTED_LINES, fan_mesh, fan_rows
-from widgets.viewport.sensor_shapes import sensor_mesh
 
 GRID = VoxelGrid()
 LIDAR = Lidar(
@@ -84,24 +83,6 @@ def test_a_block_of_cells_shows_its_largest_value():
 def test_a_small_heatmap_is_shown_in_full_while_dragging():
     full = full_level(np.zeros((10, 3), dtype=np.float32), 0.4)
     assert coarse_level(full) is full
-
-
-@pytest.mark.parametrize("sensor", [LIDAR, CAMERA])
-def test_a_sensor_is_larger_when_seen_but_stays_at_its_origin(sensor):
-    bounds = np.array(sensor_mesh(sensor, DARK, lit=False).bounds).reshape(3, 2)
-    assert (bounds[:, 0] < 0.0).all() and (bounds[:, 1] > 0.0).all()
-    assert (np.abs(bounds) < 0.2).all()
-
-
-def test_a_camera_looks_ahead_with_its_lens():
-    mesh = sensor_mesh(CAMERA, DARK, lit=False)
-    ahead = mesh["rgb"][np.argsort(np.asarray(mesh.points)[:, 0])[-20:]]
-    assert (ahead.max(axis=1) < 140).all()
-
-
-def test_selected_switched_off_and_ordinary_sensors_look_different():
-    looks = [sensor_mesh(LIDAR, DARK, lit, on)["rgb"].mean(axis=0) for lit, on in ((0, 1), (1, 1), (0, 0))]
-    assert min(np.abs(a - b).max() for i, a in enumerate(looks) for b in looks[:i]) > 15
 
 
 @pytest.mark.parametrize("palette", [DARK, LIGHT])

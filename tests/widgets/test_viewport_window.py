@@ -14,8 +14,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint, QPointF, Qt
-from PySide6.QtGui import QImage, QWheelEvent
+from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt
+from PySide6.QtGui import QDragEnterEvent, QDragMoveEvent, QDropEvent, QImage, QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
@@ -24,8 +24,10 @@ from core.geometry import Pose
 from core.rig.model import Camera, EvenAngles, Lidar, Rig, Vehicle
 from widgets.gizmo.drag import Handle, along_axis_m, gizmo_axes
 from widgets.gizmo.handles import handle_polyline
+from widgets.viewport.drop_target import MODEL_MIME
 from widgets.viewport.heat_scale import HeatmapData
 from widgets.viewport.offscreen import OffscreenViewport
+from widgets.viewport.scene import SMOOTH_SAMPLES
 from widgets.viewport.viewport import Viewport
 from widgets.viewport.viewport_base import ViewportBase
 
@@ -53,7 +55,8 @@ class Heard:
 
 def listen(view: ViewportBase) -> Heard:
     heard = Heard()
-    for name in ("sensor_picked", "drag_started", "drag_moved", "drag_finished", "drag_cancelled"):
+    names = ("sensor_picked", "drag_started", "drag_moved", "drag_finished", "drag_cancelled")
+    for name in (*names, "nudged", "placing_changed", "model_dropped"):
         getattr(view, name).connect(lambda *values, name=name: heard.signals.append((name, *values)))
 
     def count() -> None:
@@ -76,7 +79,13 @@ def view(request: pytest.FixtureRequest, qtbot) -> Iterator[ViewportBase]:
 
 
 def settle(view: ViewportBase) -> None:
-    QTest.qWait(220)
+    """Wait for the last frame, the one with smooth edges."""
+    QTest.qWait(20)
+    for _ in range(2000):
+        if view.is_at_rest:
+            break
+        QTest.qWait(10)
+    QTest.qWait(20)
 
 
 def to_point(view: ViewportBase, pixel: np.ndarray) -> QPoint:
@@ -208,6 +217,153 @@ def test_the_middle_button_or_shift_pans(view, button):
     assert (after.azimuth_deg, after.elevation_deg) == (before.azimuth_deg, before.elevation_deg)
 
 
+def test_dragging_a_plane_moves_the_sensor_in_that_plane_only(view):
+    view.set_gizmo("move", "world")
+    heard = listen(view)
+    start = handle_pixel(view, Handle("plane", 2))
+    drag(view, start, start + np.array([60.0, 20.0]))
+    pose = heard.signals[-2][2]
+    assert pose.position_m[2] == LIDAR.position[2] and pose.rpy_deg == LIDAR.rpy_deg
+    assert all(
+        abs(new - old) > 0.05 for new, old in zip(pose.position_m[:2], LIDAR.position[:2], strict=True)
+    )
+
+
+def test_with_snapping_a_drag_ends_on_round_numbers_and_ctrl_inverts_it(view):
+    view.set_gizmo("move", "world")
+    view.set_snap(True)
+    heard = listen(view)
+    start = handle_pixel(view, Handle("move", 2))
+    drag(view, start, start + np.array([0.0, -33.0]), release=False)
+    snapped = heard.signals[-1][2].position_m[2]
+    QTest.keyPress(view._canvas, Qt.Key.Key_Control)
+    free = heard.signals[-1][2].position_m[2]
+    QTest.keyRelease(view._canvas, Qt.Key.Key_Control)
+    again = heard.signals[-1][2].position_m[2]
+    QTest.mouseRelease(view._canvas, Qt.MouseButton.LeftButton, pos=to_point(view, start))
+    assert snapped == again == round(round(snapped / 0.05) * 0.05, 9)
+    assert free != snapped and abs(free - snapped) <= 0.025 + 1e-9
+
+
+def test_the_numbers_of_a_drag_stand_beside_the_cursor_until_it_ends(view):
+    start = handle_pixel(view, Handle("move", 2))
+    drag(view, start, start + np.array([0.0, -40.0]), release=False)
+    text, pixel = view._scene._echo_at
+    assert text.startswith("dz +") and np.allclose(np.subtract(pixel, start), (0.0, -40.0), atol=1.0)
+    QTest.mouseRelease(view._canvas, Qt.MouseButton.LeftButton, pos=to_point(view, start))
+    assert view._scene._echo_at[0] == ""
+
+
+@pytest.mark.parametrize(
+    ("key", "modifier", "place", "value"),
+    [
+        (Qt.Key.Key_PageUp, Qt.KeyboardModifier.NoModifier, 2, 2.21),
+        (Qt.Key.Key_PageDown, Qt.KeyboardModifier.ShiftModifier, 2, 2.1),
+        (Qt.Key.Key_Left, Qt.KeyboardModifier.ControlModifier, 5, 21.0),
+        (Qt.Key.Key_Right, Qt.KeyboardModifier.AltModifier, 5, 19.0),
+    ],
+)
+def test_a_key_nudges_the_selected_sensor(view, key, modifier, place, value):
+    view.set_gizmo("both", "world")
+    heard = listen(view)
+    QTest.keyClick(view._canvas, key, modifier)
+    [(_, name, pose)] = heard.signals
+    assert name == "roof" and (*pose.position_m, *pose.rpy_deg)[place] == pytest.approx(value, abs=1e-12)
+
+
+def test_without_a_selection_keys_nudge_nothing(view):
+    view.set_rig(RIG, frozenset(), None)
+    heard = listen(view)
+    QTest.keyClick(view._canvas, Qt.Key.Key_Left)
+    assert heard.signals == []
+
+
+ROOF, BESIDE = (-0.5, 0.0, 1.45), (0.0, -8.0, 0.0)
+
+
+def test_a_placed_sensor_follows_the_mouse_over_the_car_and_a_click_leaves_it_there(view):
+    heard = listen(view)
+    assert view.begin_placing()
+    roof = to_point(view, pixel_at(view, ROOF))
+    QTest.mouseMove(view._canvas, roof)
+    QTest.mouseClick(view._canvas, Qt.MouseButton.LeftButton, pos=roof)
+    assert heard.story() == [
+        "drag_started",
+        "placing_changed",
+        "drag_moved",
+        "placing_changed",
+        "drag_finished",
+    ]
+    pose = next(signal[2] for signal in reversed(heard.signals) if signal[0] == "drag_moved")
+    assert pose.position_m == pytest.approx((-0.5, 0.0, 1.45 + 0.085), abs=0.08)
+    assert abs(pose.rpy_deg[0]) < 10.0 and abs(pose.rpy_deg[1]) < 10.0
+    assert view.scene_state.rig.sensor("roof").pose == pose
+
+
+def test_escape_leaves_placing_and_puts_the_sensor_back(view):
+    heard = listen(view)
+    view.begin_placing()
+    QTest.mouseMove(view._canvas, to_point(view, pixel_at(view, ROOF)))
+    QTest.keyClick(view._canvas, Qt.Key.Key_Escape)
+    assert heard.story()[-2:] == ["placing_changed", "drag_cancelled"]
+    assert view.scene_state.rig.sensor("roof") == LIDAR
+
+
+def test_a_click_beside_the_car_places_nothing_and_placing_goes_on(view):
+    heard = listen(view)
+    view.begin_placing()
+    QTest.mouseClick(view._canvas, Qt.MouseButton.LeftButton, pos=to_point(view, pixel_at(view, BESIDE)))
+    assert "drag_finished" not in heard.story() and view._controller.is_placing
+    assert view.cancel_drag()
+
+
+def test_nothing_can_be_placed_without_a_selection(view):
+    view.set_rig(RIG, frozenset(), None)
+    assert not view.begin_placing()
+
+
+def model_drag(model: str) -> QMimeData:
+    data = QMimeData()
+    data.setData(MODEL_MIME, model.encode())
+    return data
+
+
+def drop(view: ViewportBase, data: QMimeData, point: QPoint) -> list[bool]:
+    """Drag something into the view and let it fall; whether each event was accepted."""
+    copy, button = Qt.DropAction.CopyAction, Qt.MouseButton.LeftButton
+    none = Qt.KeyboardModifier.NoModifier
+    events = [
+        QDragEnterEvent(point, copy, data, button, none),
+        QDragMoveEvent(point, copy, data, button, none),
+        QDropEvent(QPointF(point), copy, data, button, none),
+    ]
+    for event in events:
+        event.ignore()
+        QApplication.sendEvent(view, event)
+    return [event.isAccepted() for event in events]
+
+
+def test_a_model_dropped_on_the_car_is_reported_with_the_pose_that_place_at_gives(view):
+    heard = listen(view)
+    point = to_point(view, pixel_at(view, ROOF))
+    expected = view.place_at((float(point.x()), float(point.y())), "generic-16")
+    assert drop(view, model_drag("generic-16"), point) == [True, True, True]
+    assert heard.signals == [("model_dropped", "generic-16", expected)]
+    assert expected.position_m[2] > 1.45
+
+
+def test_a_model_dropped_beside_the_car_a_file_and_an_unknown_model_are_left_alone(view):
+    heard = listen(view)
+    roof, beside = (to_point(view, pixel_at(view, place)) for place in (ROOF, BESIDE))
+    assert drop(view, model_drag("generic-16"), beside)[1:] == [False, False]
+    assert not any(drop(view, model_drag("no-such-model"), roof))
+    urls = QMimeData()
+    urls.setText("file:///tmp/rig.yaml")
+    assert not any(drop(view, urls, roof))
+    assert heard.signals == []
+    assert view.place_at((float(beside.x()), float(beside.y())), "generic-16") is None
+
+
 def turn_wheel(view: ViewportBase, pixel: np.ndarray, notches: int) -> None:
     place = QPointF(float(pixel[0]), float(pixel[1]))
     none = Qt.KeyboardModifier.NoModifier
@@ -224,6 +380,29 @@ def test_the_wheel_zooms_and_keeps_the_place_under_the_cursor(view):
     turn_wheel(view, focal_pixel, 2)
     assert view.scene_state.camera.distance_m < 0.8 * before.distance_m
     assert np.allclose(pixel_at(view, before.focal_m), focal_pixel, atol=1e-3)
+
+
+def test_edges_are_smooth_once_nothing_moves_and_rough_while_something_does(view):
+    samples = []
+    view.drawn.connect(lambda: samples.append(view._plotter.render_window.GetMultiSamples()))
+    view.set_view("top")
+    settle(view)
+    assert samples == [0, SMOOTH_SAMPLES]
+
+
+@pytest.mark.parametrize("kind", [Viewport, OffscreenViewport])
+def test_a_picture_at_rest_has_shades_between_the_car_and_what_is_behind_it(kind, qtbot):
+    viewport = kind()
+    viewport.resize(320, 200)
+    viewport.show()
+    qtbot.waitExposed(viewport)
+    settle(viewport)
+    smooth = picture(viewport)
+    viewport._draw_with(0)
+    QTest.qWait(60)
+    rough = picture(viewport, wait=False)
+    viewport.close()
+    assert len(np.unique(smooth.reshape(-1, 3), axis=0)) > 1.2 * len(np.unique(rough.reshape(-1, 3), axis=0))
 
 
 def test_any_number_of_changes_in_one_go_makes_one_frame(view):
@@ -243,8 +422,9 @@ def test_an_idle_view_draws_nothing(view):
     assert heard.frames == 0
 
 
-def picture(view: ViewportBase) -> np.ndarray:
-    settle(view)
+def picture(view: ViewportBase, wait: bool = True) -> np.ndarray:
+    if wait:
+        settle(view)
     image = view.grab().toImage().convertToFormat(QImage.Format.Format_RGB888)
     if isinstance(view, Viewport):
         screen = QApplication.primaryScreen()

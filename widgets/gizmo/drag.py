@@ -1,7 +1,8 @@
 """From a view ray to a pose: the maths of dragging a handle. Pure numpy, no Qt, no VTK.
 
 A drag always answers with the start pose plus the whole movement, never with a sum of small steps, and
-components that the movement does not touch keep their bits.
+components that the movement does not touch keep their bits. A drag that snaps ends on round numbers: where it
+changes one number of the pose that number is round, elsewhere (along tilted axes) the movement is.
 """
 
 from __future__ import annotations
@@ -21,17 +22,19 @@ Space = Literal["local", "world"]
 _MIN_SINE = 0.02
 _EDGE_ON = 0.12
 _SAME_DEG = 1e-9
+SNAP_M, SNAP_DEG = 0.05, 5.0
 
 
 @dataclass(frozen=True)
 class Handle:
-    """One arrow ("move") or ring ("rotate") about axis 0, 1 or 2 (x, y, z)."""
+    """An arrow along, a plane across or a ring about axis 0, 1 or 2 (x, y, z): "move", "plane" or "rotate"."""
 
-    kind: Literal["move", "rotate"]
+    kind: Literal["move", "plane", "rotate"]
     axis: int
 
 
 MOVE_HANDLES = tuple(Handle("move", axis) for axis in range(3))
+PLANE_HANDLES = tuple(Handle("plane", axis) for axis in range(3))
 ROTATE_HANDLES = tuple(Handle("rotate", axis) for axis in range(3))
 
 
@@ -105,25 +108,56 @@ def _kept(old_deg: float, new_deg: float) -> float:
     return old_deg if abs(difference) < _SAME_DEG else new_deg
 
 
+def moved_snapped(start: Pose, axis: Vector, distance_m: float) -> Pose:
+    """Like `moved`, ending on a multiple of SNAP_M: the coordinate along an axis of the car, else the distance."""
+    along = np.flatnonzero(axis)
+    if len(along) != 1:
+        return moved(start, axis, _round_to(distance_m, SNAP_M))
+    position = list(start.position_m)
+    position[along[0]] = _round_to(position[along[0]] + distance_m * float(axis[along[0]]), SNAP_M)
+    return Pose((position[0], position[1], position[2]), start.rpy_deg)
+
+
+def turned_snapped(start: Pose, axis: Vector, angle_rad: float) -> Pose:
+    """Like `turned`, ending on a multiple of SNAP_DEG: the one angle that changes, else the angle turned by."""
+    free = turned(start, axis, angle_rad).rpy_deg
+    changed = [place for place in range(3) if free[place] != start.rpy_deg[place]]
+    if len(changed) != 1:
+        return turned(start, axis, math.radians(_round_to(math.degrees(angle_rad), SNAP_DEG)))
+    angles = list(start.rpy_deg)
+    angles[changed[0]] = _round_to(free[changed[0]], SNAP_DEG)
+    return Pose(start.position_m, (angles[0], angles[1], angles[2]))
+
+
+def _round_to(value: float, step: float) -> float:
+    """The nearest multiple of a step, as the short decimal a person would write."""
+    return round(round(value / step) * step, 9) + 0.0
+
+
 @dataclass(frozen=True)
 class Drag:
     """A drag that has begun: where the sensor was and where the handle was grasped.
 
-    `line` is the unit direction read off in metres from `line_origin_m`; rings seen edge on are read off
-    along their tangent too, with `radius_m` turning metres into radians.
+    `axes` (3, 3) are the gizmo's. `line` is the unit direction read off in metres from `line_origin_m`; rings
+    seen edge on are read off along their tangent too, with `radius_m` turning metres into radians.
     """
 
     handle: Handle
     start: Pose
-    axis: Vector
+    axes: Vector
     radius_m: float
     line_origin_m: Vector
     line: Vector | None
     grasp_m: float
     grasp: Vector
 
+    @property
+    def axis(self) -> Vector:
+        """Direction of an arrow, normal of a plane, axis of a ring, (3,)."""
+        return np.ascontiguousarray(self.axes[:, self.handle.axis])
+
     def amount(self, ray: Ray) -> float | None:
-        """Metres moved or radians turned since the start; None when the view ray says nothing."""
+        """Metres moved along an arrow or radians turned since the start; None when the view ray says nothing."""
         if self.line is None:
             end = on_plane_m(np.array(self.start.position_m), self.axis, ray)
             return None if end is None or not end.any() else signed_angle_rad(self.grasp, end, self.axis)
@@ -132,41 +166,51 @@ class Drag:
             return None
         return end_m - self.grasp_m if self.handle.kind == "move" else (end_m - self.grasp_m) / self.radius_m
 
-    def pose(self, ray: Ray) -> Pose | None:
-        """The pose for a view ray; None when the ray says nothing (keep what is shown)."""
+    def pose(self, ray: Ray, snap: bool = False) -> Pose | None:
+        """The pose for a view ray, on round numbers with `snap`; None when the ray says nothing."""
+        move, turn = (moved_snapped, turned_snapped) if snap else (moved, turned)
+        if self.handle.kind == "plane":
+            end = on_plane_m(np.array(self.start.position_m), self.axis, ray)
+            if end is None:
+                return None
+            first, second = (self.axes[:, (self.handle.axis + step) % 3] for step in (1, 2))
+            offset = end - self.grasp
+            return move(move(self.start, first, float(first @ offset)), second, float(second @ offset))
         amount = self.amount(ray)
         if amount is None:
             return None
-        change = moved if self.handle.kind == "move" else turned
-        return change(self.start, self.axis, amount)
+        return (move if self.handle.kind == "move" else turn)(self.start, self.axis, amount)
 
 
 def begin_drag(handle: Handle, space: Space, start: Pose, ray: Ray, radius_m: float) -> Drag | None:
     """Grasp a handle of the gizmo at `start` with a view ray; `radius_m` is the ring's radius in metres.
 
-    None when the handle cannot be dragged from this view (an arrow seen end on).
+    None when the handle cannot be dragged from this view (an arrow seen end on, a plane seen edge on).
     """
     origin = np.array(start.position_m)
-    axis = gizmo_axes(start, space)[:, handle.axis].copy()
+    axes = gizmo_axes(start, space)
+    axis = axes[:, handle.axis].copy()
     if handle.kind == "move":
-        return _line_drag(handle, start, axis, radius_m, origin, axis, ray)
+        return _line_drag(handle, start, axes, radius_m, origin, axis, ray)
     grasp = on_plane_m(origin, axis, ray)
     if abs(float(axis @ ray.direction)) >= _EDGE_ON and grasp is not None and grasp.any():
-        return Drag(handle, start, axis, radius_m, origin, None, 0.0, grasp)
+        return Drag(handle, start, axes, radius_m, origin, None, 0.0, grasp)
+    if handle.kind == "plane":
+        return None
     towards = -ray.direction - float(axis @ -ray.direction) * axis
     towards /= np.linalg.norm(towards)
     return _line_drag(
-        handle, start, axis, radius_m, origin + radius_m * towards, np.cross(axis, towards), ray
+        handle, start, axes, radius_m, origin + radius_m * towards, np.cross(axis, towards), ray
     )
 
 
 def _line_drag(
-    handle: Handle, start: Pose, axis: Vector, radius_m: float, origin_m: Vector, line: Vector, ray: Ray
+    handle: Handle, start: Pose, axes: Vector, radius_m: float, origin_m: Vector, line: Vector, ray: Ray
 ) -> Drag | None:
     grasp_m = along_axis_m(origin_m, line, ray)
     if grasp_m is None:
         return None
-    return Drag(handle, start, axis, radius_m, origin_m, line, grasp_m, np.zeros(3))
+    return Drag(handle, start, axes, radius_m, origin_m, line, grasp_m, np.zeros(3))
 
 
 def pose_matrix(position_m: Vec3, axes: Vector, scale: float) -> Vector:

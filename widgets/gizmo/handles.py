@@ -1,6 +1,6 @@
-"""The gizmo that is seen and grasped: three arrows and three rings of constant size on the screen.
+"""The gizmo that is seen and grasped: three arrows, planes and rings of constant size on the screen.
 
-The hit test works on projected polylines in pixels, not on a pick in the scene: it is quick, forgiving and
+The hit test works on projected outlines in pixels, not on a pick in the scene: it is quick, forgiving and
 the same for every backend. The actors live in a renderer of their own, drawn over everything else.
 """
 
@@ -16,7 +16,15 @@ from vtkmodules.vtkCommonDataModel import vtkPlane
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from core.geometry import Pose
-from widgets.gizmo.drag import MOVE_HANDLES, ROTATE_HANDLES, Handle, Space, gizmo_axes, pose_matrix
+from widgets.gizmo.drag import (
+    MOVE_HANDLES,
+    PLANE_HANDLES,
+    ROTATE_HANDLES,
+    Handle,
+    Space,
+    gizmo_axes,
+    pose_matrix,
+)
 from widgets.theme import Palette, mix
 from widgets.viewport.camera import OrbitCamera, Points, Size
 
@@ -24,8 +32,17 @@ GizmoMode = Literal["move", "rotate", "both"]
 SIZE_PX = 96.0
 RING_RADIUS = 0.74
 _ARROW_FROM, _ARROW_TO = 0.14, 1.0
-_GRASP_PX = 8.0
+_PLANE_FROM, _PLANE_TO = 0.24, 0.46
+_PLANE_FLAT = 0.12
+_GRASP_PX, _PLANE_GRASP_PX = 8.0, 5.0
 _BACK_SHARE = 0.05
+_SQUARE = (
+    (_PLANE_FROM, _PLANE_FROM),
+    (_PLANE_TO, _PLANE_FROM),
+    (_PLANE_TO, _PLANE_TO),
+    (_PLANE_FROM, _PLANE_TO),
+    (_PLANE_FROM, _PLANE_FROM),
+)
 
 
 @dataclass(frozen=True)
@@ -52,12 +69,23 @@ def place_gizmo(
 
 def shown_handles(mode: GizmoMode) -> tuple[Handle, ...]:
     """The handles of a gizmo mode."""
-    return {"move": MOVE_HANDLES, "rotate": ROTATE_HANDLES, "both": MOVE_HANDLES + ROTATE_HANDLES}[mode]
+    moving = MOVE_HANDLES + PLANE_HANDLES
+    return {"move": moving, "rotate": ROTATE_HANDLES, "both": moving + ROTATE_HANDLES}[mode]
 
 
 def handle_polyline(handle: Handle, place: GizmoPlace, camera: OrbitCamera) -> Points:
-    """The line (n, 3) in metres by which a handle is grasped; of a ring the half that faces the viewer."""
+    """The line (n, 3) in metres by which a handle is grasped; of a ring the half that faces the viewer.
+
+    Of a plane it is the outline of its square; NaN when the plane is seen edge on.
+    """
     origin = np.array(place.pose.position_m)
+    if handle.kind == "plane":
+        if is_flat(handle, place, camera):
+            return np.full((5, 3), np.nan)
+        axes = facing_axes(place, camera)
+        first, second = axes[:, (handle.axis + 1) % 3], axes[:, (handle.axis + 2) % 3]
+        corners = np.array(_SQUARE) @ np.stack([first, second])
+        return np.asarray(origin + place.size_m * corners)
     if handle.kind == "move":
         ends = np.array([_ARROW_FROM, _ARROW_TO])
         return np.asarray(origin + place.size_m * ends[:, None] * place.axes[:, handle.axis])
@@ -66,6 +94,17 @@ def handle_polyline(handle: Handle, place: GizmoPlace, camera: OrbitCamera) -> P
     ring = place.ring_radius_m * (np.cos(angle)[:, None] * first + np.sin(angle)[:, None] * second)
     front = ring @ -_view_direction(place, camera) > -_BACK_SHARE * place.size_m
     return np.asarray(origin + np.where(front[:, None], ring, np.nan))
+
+
+def is_flat(handle: Handle, place: GizmoPlace, camera: OrbitCamera) -> bool:
+    """Whether a plane handle is seen so much edge on that it cannot be dragged."""
+    return abs(float(place.axes[:, handle.axis] @ _view_direction(place, camera))) < _PLANE_FLAT
+
+
+def facing_axes(place: GizmoPlace, camera: OrbitCamera) -> Points:
+    """The gizmo's axes (3, 3), each turned round if it points away: the planes stand in the viewer's corner."""
+    away = _view_direction(place, camera) @ place.axes
+    return np.asarray(place.axes * np.where(away > 0.0, -1.0, 1.0))
 
 
 def _view_direction(place: GizmoPlace, camera: OrbitCamera) -> Points:
@@ -84,13 +123,16 @@ def hit_handle(
     size: Size,
     pixel_ratio: float = 1.0,
 ) -> Handle | None:
-    """The handle under a pixel, or None; the nearest line wins, arrows before rings at equal distance."""
+    """The handle under a pixel, or None; the nearest line wins, inside a plane's square the plane."""
     best, best_px = None, _GRASP_PX * pixel_ratio
     for handle in shown_handles(mode):
         line = camera.project(handle_polyline(handle, place, camera), size)
-        if np.nanmin(line[:, 2]) <= 0.0:
+        if np.isnan(line).all() or np.nanmin(line[:, 2]) <= 0.0:
             continue
-        distance = _distance_px(np.array(pixel), line[:, :2])
+        if handle.kind == "plane":
+            distance = _PLANE_GRASP_PX * pixel_ratio if _is_inside(np.array(pixel), line[:4, :2]) else np.inf
+        else:
+            distance = _distance_px(np.array(pixel), line[:, :2])
         if distance < best_px:
             best, best_px = handle, distance
     return best
@@ -108,17 +150,26 @@ def _distance_px(pixel: Points, line: Points) -> float:
     return float(np.linalg.norm(pixel - start - along[:, None] * edge, axis=1).min())
 
 
+def _is_inside(pixel: Points, corners: Points) -> bool:
+    """Whether a pixel lies in a convex polygon (n, 2), corners in either order."""
+    edges, offsets = np.roll(corners, -1, axis=0) - corners, pixel - corners
+    turn = edges[:, 0] * offsets[:, 1] - edges[:, 1] * offsets[:, 0]
+    return bool((turn >= 0.0).all() or (turn <= 0.0).all())
+
+
 class GizmoActors:
-    """The arrows and rings in an overlay renderer; shown, placed and lit up by the scene."""
+    """The arrows, planes and rings in an overlay renderer; shown, placed and lit up by the scene."""
 
     def __init__(self, renderer: vtkRenderer, palette: Palette) -> None:
         self._palette = palette
         self._plane = vtkPlane()
         self._actors: dict[Handle, pv.Actor] = {}
-        for handle in MOVE_HANDLES + ROTATE_HANDLES:
+        for handle in shown_handles("both"):
             actor = pv.Actor(mapper=pv.DataSetMapper(_handle_mesh(handle)))
             actor.prop.lighting = handle.kind == "move"
             actor.prop.ambient, actor.prop.diffuse = 0.55, 0.45
+            if handle.kind == "plane":
+                actor.prop.opacity, actor.prop.show_edges, actor.prop.line_width = 0.6, True, 1.5
             actor.visibility = False
             if handle.kind == "rotate":
                 actor.mapper.AddClippingPlane(self._plane)
@@ -133,15 +184,18 @@ class GizmoActors:
     def show(self, mode: GizmoMode, place: GizmoPlace, camera: OrbitCamera, lit: Handle | None) -> None:
         """Show the handles of a mode at a place; `lit` is under the mouse or being dragged."""
         matrix = pose_matrix(place.pose.position_m, place.axes, place.size_m)
+        facing = pose_matrix(place.pose.position_m, facing_axes(place, camera), place.size_m)
         towards = -_view_direction(place, camera)
         self._plane.SetNormal(*towards)
         self._plane.SetOrigin(*(np.array(place.pose.position_m) - towards * _BACK_SHARE * place.size_m))
         shown = shown_handles(mode)
         for handle, actor in self._actors.items():
-            actor.visibility = handle in shown
-            actor.user_matrix = matrix
+            is_plane = handle.kind == "plane"
+            actor.visibility = handle in shown and not (is_plane and is_flat(handle, place, camera))
+            actor.user_matrix = facing if is_plane else matrix
             colour = self._palette.axes[handle.axis]
-            actor.prop.color = mix(self._palette.selected, "#ffffff", 0.25) if handle == lit else colour
+            colour = mix(self._palette.selected, "#ffffff", 0.25) if handle == lit else colour
+            actor.prop.color = actor.prop.edge_color = colour
 
     def set_palette(self, palette: Palette) -> None:
         """Change the colours; seen at the next `show`."""
@@ -149,8 +203,11 @@ class GizmoActors:
 
 
 def _handle_mesh(handle: Handle) -> pv.PolyData:
-    """A handle of unit size about the origin: an arrow with a cone, or a thin ring."""
+    """A handle of unit size about the origin: an arrow with a cone, a small square, or a thin ring."""
     direction = np.eye(3)[handle.axis]
+    if handle.kind == "plane":
+        first, second = np.eye(3)[(handle.axis + 1) % 3], np.eye(3)[(handle.axis + 2) % 3]
+        return pv.PolyData(np.array(_SQUARE)[:4] @ np.stack([first, second]), [4, 0, 1, 2, 3])
     if handle.kind == "rotate":
         angle = np.linspace(0.0, 2.0 * np.pi, 97)
         first, second = np.eye(3)[(handle.axis + 1) % 3], np.eye(3)[(handle.axis + 2) % 3]

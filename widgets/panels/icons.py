@@ -43,6 +43,9 @@ _BODIES = {
     "snapshot": '<rect x="4" y="4" width="16" height="16" rx="2"/><path d="M12 8v8M8 12h8"/>',
     "sliders": '<path d="M4 7h9M17 7h3M4 17h3M11 17h9"/><circle cx="15" cy="7" r="2"/><circle cx="9" cy="17" r="2"/>',
     "pick": '<path d="M12 3v5M12 16v5M3 12h5M16 12h5"/><path d="M10 10h4v4h-4z"/>',
+    "mirror": '<path d="M12 3v18" stroke-dasharray="2 3"/><path d="M9 7v10H3zM15 7v10h6z"/>',
+    "place": '<path d="M3 19c4-4 14-4 18 0"/><path d="M12 3v9M9 9.5l3 3 3-3"/><circle cx="12" cy="15.7" r="0.6"/>',
+    "snap": '<path d="M6 4v8a6 6 0 0 0 12 0V4h-4v8a2 2 0 0 1-4 0V4zM6 8h4M14 8h4"/>',
     "close": '<path d="M6 6l12 12M18 6L6 18"/>',
 }
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QFrame, QLabel, QScrollArea, QStackedWidget, QWidget
+from PySide6.QtWidgets import QFrame, QLabel, QPushButton, QScrollArea, QStackedWidget, QWidget
 
 from core.geometry import Pose
 from core.metric.scores import Scores
@@ -14,6 +14,7 @@ from widgets.panels.camera_form import CameraForm
 from widgets.panels.expression import DEGREES, METRES, Unit
 from widgets.panels.form import ChoiceBox, Form
 from widgets.panels.lidar_form import LidarForm
+from widgets.panels.mesh_rows import MeshRows, with_body
 from widgets.panels.number_edit import NumberEdit, TextEdit, thousands
 from widgets.panels.sensor_form import SensorForm
 from widgets.viewport.body_profiles import PROFILES
@@ -25,6 +26,8 @@ class Inspector(QStackedWidget):
     sensor_edited = Signal(str, object)
     """Name the sensor had, and the sensor as it shall be."""
     rig_edited = Signal(object)
+    mesh_wanted = Signal()
+    """The user wants to choose a mesh file for the body."""
     units_changed = Signal(object)
     """The Units that lengths and angles are shown in from now on, as a tuple."""
 
@@ -40,6 +43,7 @@ class Inspector(QStackedWidget):
         for form in (self._rig_form, self._lidar_form, self._camera_form):
             self.addWidget(_scrolled(form))
         self._rig_form.changed.connect(self.rig_edited)
+        self._rig_form.mesh_wanted.connect(self.mesh_wanted)
         for sensor_form in self._sensor_forms:
             sensor_form.changed.connect(self._on_sensor_changed)
             sensor_form.units_chosen.connect(self._choose_unit)
@@ -133,6 +137,9 @@ class Inspector(QStackedWidget):
 class RigForm(Form):
     """Name of the rig, and body and size of the vehicle."""
 
+    mesh_wanted = Signal()
+    """The user wants to choose a mesh file."""
+
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         name = TextEdit()
@@ -158,13 +165,13 @@ class RigForm(Form):
         body = ChoiceBox()
         for known in PROFILES:
             body.addItem(known, known)
-        self.add_row("Body", [body])
-        self.bind_choice(
-            body,
-            lambda rig: rig.vehicle.body,
-            lambda rig, value: rig.replace(vehicle=rig.vehicle.replace(body=value)),
-            "body",
-        )
+        choose = QPushButton("Mesh…")
+        choose.setObjectName("mesh")
+        choose.setToolTip("A glTF, OBJ, STL or PLY file as the body of the car")
+        choose.clicked.connect(self.mesh_wanted)
+        self.add_row("Body", [body, choose])
+        self.bind_choice(body, lambda rig: rig.vehicle.body, with_body, "body")
+        self._mesh_rows = MeshRows(self)
 
     def _add_size(self, field: str, caption: str, tip: str) -> None:
         edit = NumberEdit(0.05, METRES)
@@ -180,6 +187,7 @@ class RigForm(Form):
     def show_subject(self, subject: Rig) -> None:
         """Show a rig."""
         super().show_subject(subject)
+        self._mesh_rows.show_for(subject.vehicle)
         rays = sum(sensor.ray_count for sensor in subject.sensors if sensor.enabled)
         self._summary.setText(
             f"{len(subject.lidars())} LiDARs and {len(subject.cameras())} cameras count in the scores: "

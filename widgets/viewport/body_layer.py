@@ -1,14 +1,24 @@
-"""The ego car in the scene: its surfaces with their materials, and a soft shadow on the ground."""
+"""The ego car in the scene: its surfaces with their materials, a soft shadow, and where a view ray meets it."""
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pyvista as pv
+from vtkmodules.vtkCommonCore import mutable
+from vtkmodules.vtkCommonDataModel import vtkStaticCellLocator
 
+from core.mesh import BodyMesh
 from core.rig.model import Vehicle
 from widgets.theme import Palette
 from widgets.viewport.body import body_parts
+from widgets.viewport.camera import Points, Ray
 from widgets.viewport.materials import car_materials, rgba_actor, surface_actor
+from widgets.viewport.surface import join, set_normals
+
+_REACH_M = 500.0
+_QUICK_TRIANGLES, _QUICK_CELLS = 60_000, 110
 
 
 class BodyLayer:
@@ -17,17 +27,88 @@ class BodyLayer:
     def __init__(self, renderer: pv.Renderer) -> None:
         self._renderer = renderer
         self._actors: list[pv.Actor] = []
+        self._quick_actors: list[pv.Actor] = []
+        self._solid = pv.PolyData()
+        self._locator: vtkStaticCellLocator | None = None
 
-    def set_vehicle(self, vehicle: Vehicle, palette: Palette) -> None:
-        """Draw a vehicle; raises InputError for an unknown body and then keeps the old one."""
-        parts = body_parts(vehicle)
-        for actor in self._actors:
+    def set_vehicle(self, vehicle: Vehicle, palette: Palette, mesh: BodyMesh | None = None) -> None:
+        """Draw a vehicle, with the mesh of its file if it has one.
+
+        InputError for an unknown body, which keeps the car shown before.
+        """
+        if mesh is None:
+            parts = [(part.mesh, part.material) for part in body_parts(vehicle)]
+            actors = [surface_actor(surface, car_materials(palette)[material]) for surface, material in parts]
+            solid, quick = join([surface for surface, _ in parts]), actors
+        else:
+            placed = mesh.placed(vehicle.mesh)
+            solid = mesh_surface(placed)
+            actors = quick = [_mesh_actor(solid, palette)]
+            if len(mesh.triangles) > _QUICK_TRIANGLES:
+                quick = [_mesh_actor(mesh_surface(placed.coarse(_QUICK_CELLS)), palette)]
+        self._exchange([*actors, rgba_actor(shadow_mesh(vehicle), "rgba")], quick)
+        self._solid, self._locator = solid, None
+
+    def _exchange(self, actors: list[pv.Actor], quick: list[pv.Actor]) -> None:
+        for actor in {*self._actors, *self._quick_actors}:
             self._renderer.RemoveActor(actor)
-        materials = car_materials(palette)
-        self._actors = [surface_actor(part.mesh, materials[part.material]) for part in parts]
-        self._actors.append(rgba_actor(shadow_mesh(vehicle), "rgba"))
-        for actor in self._actors:
+        self._actors = actors
+        self._quick_actors = [] if quick[0] in actors else quick
+        for actor in [*self._actors, *self._quick_actors]:
             self._renderer.AddActor(actor)
+        self.set_quick(False)
+
+    def set_quick(self, quick: bool) -> None:
+        """Show a large mesh with fewer triangles while something moves."""
+        if self._quick_actors:
+            self._actors[0].visibility = not quick
+            self._quick_actors[0].visibility = quick
+
+    def hit(self, ray: Ray) -> tuple[Points, Points] | None:
+        """Where a view ray first meets the car: point (3,) in metres and unit normal (3,) towards the viewer."""
+        if self._locator is None:
+            self._locator = vtkStaticCellLocator()
+            self._locator.SetDataSet(self._solid)
+            self._locator.BuildLocator()
+        share: Any = mutable(0.0)
+        sub: Any = mutable(0)
+        cell: Any = mutable(0)
+        point, inside = [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]
+        start, end = ray.origin_m.tolist(), (ray.origin_m + _REACH_M * ray.direction).tolist()
+        if not self._locator.IntersectWithLine(start, end, 1e-6, share, point, inside, sub, cell):
+            return None
+        normal = _normal_at(self._solid, int(cell), np.array(point))
+        return np.array(point), normal if float(normal @ ray.direction) <= 0.0 else -normal
+
+
+def _normal_at(mesh: pv.PolyData, cell: int, point: Points) -> Points:
+    """The smooth normal of a cell at a point: those of its corners, nearer corners counting more."""
+    corners = mesh.get_cell(cell)
+    distance = np.linalg.norm(np.asarray(corners.points) - point, axis=1)
+    weight = 1.0 / np.maximum(distance, 1e-9)
+    normal = weight @ np.asarray(mesh.point_data["Normals"], dtype=np.float64)[corners.point_ids]
+    length = float(np.linalg.norm(normal))
+    if length < 1e-9 * float(weight.sum()):
+        first, second, third = np.asarray(corners.points)[:3]
+        normal = np.cross(second - first, third - first)
+        length = max(1e-12, float(np.linalg.norm(normal)))
+    return np.asarray(normal / length)
+
+
+def mesh_surface(mesh: BodyMesh) -> pv.PolyData:
+    """A mesh as a surface with normals and, where the file has colours, an `rgb` array."""
+    faces = np.insert(mesh.triangles.astype(np.int64), 0, 3, axis=1).ravel()
+    surface = pv.PolyData(mesh.points, faces)
+    set_normals(surface, mesh.normals.astype(np.float64))
+    if mesh.colours is not None:
+        surface["rgb"] = mesh.colours
+    return surface
+
+
+def _mesh_actor(surface: pv.PolyData, palette: Palette) -> pv.Actor:
+    return surface_actor(
+        surface, car_materials(palette)["paint"], "rgb" if "rgb" in surface.point_data else ""
+    )
 
 
 def shadow_mesh(vehicle: Vehicle) -> pv.PolyData:

@@ -116,8 +116,10 @@ class OrbitCamera:
         return replace(self.panned(-dx_px, -dy_px, size), distance_m=distance)
 
 
-def view_camera(name: str, grid: VoxelGrid, aspect: float, wide: bool = False) -> OrbitCamera:
-    """The camera of a named view; InputError for another name.
+def view_camera(
+    name: str, grid: VoxelGrid, aspect: float, wide: bool = False, car_m: tuple[float, float] = (4.6, 1.45)
+) -> OrbitCamera:
+    """The camera of a named view; InputError for another name. `car_m` is length and height of the car.
 
     The iso view shows the car and its surroundings, or the whole ROI if `wide`; the top view the whole ROI;
     the side views the car with its sensors.
@@ -127,10 +129,13 @@ def view_camera(name: str, grid: VoxelGrid, aspect: float, wide: bool = False) -
     azimuth, elevation = _DIRECTION_DEG[name]
     if name == "iso" and wide:
         return _fitted(OrbitCamera((0.0, 0.0, 0.0), 1.0, azimuth, elevation + 6.0), _corners_m(grid), aspect)
-    tall_m, long_m = {"iso": (7.2, 9.5), "top": (grid.roi_m[1] * 1.14, grid.roi_m[0] * 1.10)}.get(
-        name, (4.6, 7.4)
-    )
-    focal = {"iso": (0.0, 0.0, 1.1), "top": (0.0, 0.0, 0.0)}.get(name, (0.0, 0.0, 1.45))
+    longer_m, taller_m = max(0.0, car_m[0] - 4.6), max(0.0, car_m[1] - 1.45)
+    tall_m, long_m = {
+        "iso": (7.2 + 0.5 * longer_m + taller_m, 9.5 + longer_m),
+        "top": (grid.roi_m[1] * 1.14, grid.roi_m[0] * 1.10),
+    }.get(name, (4.6 + 1.4 * taller_m, 7.4 + 1.2 * longer_m))
+    middle_m = 0.5 * taller_m
+    focal = {"iso": (0.0, 0.0, 1.1 + middle_m), "top": (0.0, 0.0, 0.0)}.get(name, (0.0, 0.0, 1.45 + middle_m))
     camera = OrbitCamera(focal, 1.0, azimuth, elevation, parallel=name != "iso")
     distance = max(tall_m, long_m / aspect) / 2 / math.tan(math.radians(camera.view_angle_deg) / 2)
     return replace(camera, distance_m=distance)

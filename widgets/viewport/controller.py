@@ -1,7 +1,8 @@
-"""What the mouse does in the 3D view, without Qt: pixels in, camera moves, picks and gizmo drags out.
+"""What mouse and keys do in the 3D view, without Qt: pixels in, camera moves, picks, drags and poses out.
 
 Left on a handle drags it, left elsewhere orbits, a left click selects, middle or Shift+left pans, the wheel
-zooms towards the cursor, a double click looks at a sensor from near by, Escape cancels a drag.
+zooms towards the cursor, a double click looks at a sensor from near by, arrow keys nudge, Escape cancels a drag.
+While a sensor is being placed it follows the mouse over the car, and a click leaves it there.
 """
 
 from __future__ import annotations
@@ -10,7 +11,10 @@ from dataclasses import dataclass
 from typing import Literal, Protocol
 
 from core.geometry import Pose
+from core.rig.model import Camera, Lidar
 from widgets.gizmo.drag import Drag, begin_drag
+from widgets.gizmo.echo import drag_echo
+from widgets.gizmo.nudge import NudgeKey, nudge_turned, nudged
 from widgets.viewport.scene import Scene
 
 Pixel = tuple[float, float]
@@ -20,13 +24,13 @@ _ZOOM_PER_STEP = 0.86
 
 
 class Listener(Protocol):
-    """Who hears what the mouse did."""
+    """Who hears what mouse and keys did."""
 
     def on_picked(self, name: str | None) -> None:
         """A click chose a sensor, or nothing."""
 
     def on_drag_started(self, name: str) -> None:
-        """A handle of the sensor was grasped."""
+        """A handle of the sensor was grasped, or the sensor is being placed."""
 
     def on_drag_moved(self, name: str, pose: Pose) -> None:
         """The sensor was dragged here; the scene shows it already."""
@@ -37,23 +41,34 @@ class Listener(Protocol):
     def on_drag_cancelled(self, name: str) -> None:
         """The drag was given up; the scene shows the start pose again."""
 
+    def on_nudged(self, name: str, pose: Pose) -> None:
+        """A key moved the sensor here."""
+
+    def on_placing(self, active: bool) -> None:
+        """A sensor follows the mouse over the car, or no longer."""
+
     def on_changed(self) -> None:
         """The scene needs to be drawn again."""
 
 
 @dataclass(frozen=True)
-class _GizmoDrag:
+class _Held:
+    """The sensor that follows the mouse: by a handle, or over the car when there is no `drag`."""
+
     name: str
-    drag: Drag
+    start: Pose
+    drag: Drag | None = None
 
 
 class ViewController:
-    """Turns mouse input into changes of a scene and tells the listener; pixels count from the upper left."""
+    """Turns mouse and keys into changes of a scene and tells the listener; pixels count from the upper left."""
 
     def __init__(self, scene: Scene, listener: Listener) -> None:
         self._scene = scene
         self._listener = listener
-        self._gizmo: _GizmoDrag | None = None
+        self._held: _Held | None = None
+        self._snap = False
+        self._inverted = False
         self._button: Button = "none"
         self._pressed: Pixel = (0.0, 0.0)
         self._last: Pixel = (0.0, 0.0)
@@ -62,13 +77,22 @@ class ViewController:
 
     @property
     def dragging(self) -> str | None:
-        """Name of the sensor whose handle is held."""
-        return self._gizmo.name if self._gizmo else None
+        """Name of the sensor that follows the mouse."""
+        return self._held.name if self._held else None
+
+    @property
+    def is_placing(self) -> bool:
+        """Whether a sensor follows the mouse over the car."""
+        return self._held is not None and self._held.drag is None
 
     @property
     def busy(self) -> bool:
         """Whether a mouse button is held in the view."""
         return self._button != "none"
+
+    def set_snap(self, snap: bool) -> None:
+        """Drags end on round numbers; Ctrl does the opposite of this while it is held."""
+        self._snap = snap
 
     def press(self, pixel: Pixel, button: Button, shift: bool = False) -> None:
         """A mouse button went down."""
@@ -76,37 +100,43 @@ class ViewController:
             return
         self._button, self._pressed, self._last, self._moved = button, pixel, pixel, False
         self._panning = button == "middle" or (button == "left" and shift)
-        if button == "left" and not shift:
+        if button == "left" and not shift and not self.is_placing:
             self._grasp(pixel)
 
-    def move(self, pixel: Pixel) -> None:
-        """The mouse moved, with or without a button."""
+    def move(self, pixel: Pixel, inverted: bool = False) -> None:
+        """The mouse moved, with or without a button; `inverted` is Ctrl."""
         dx, dy = pixel[0] - self._last[0], pixel[1] - self._last[1]
-        self._last = pixel
-        if not self.busy:
-            self._hover(pixel)
-        elif self._gizmo is not None:
+        self._last, self._inverted = pixel, inverted
+        if self._held is not None and (self._held.drag is not None or not self.busy):
             self._drag_to(pixel)
+        elif not self.busy:
+            self._hover(pixel)
         elif self._is_drag(pixel):
             self._move_camera(dx, dy)
+
+    def invert(self, inverted: bool) -> None:
+        """Ctrl went down or up: a drag goes on with or without snapping, even when the mouse rests."""
+        if self._held is not None and self._held.drag is not None and inverted != self._inverted:
+            self._inverted = inverted
+            self._drag_to(self._last)
 
     def release(self, pixel: Pixel, button: Button) -> None:
         """A mouse button went up."""
         if button != self._button:
             return
         self._button = "none"
-        gizmo, self._gizmo = self._gizmo, None
-        self._scene.set_quick(False)
-        if gizmo is not None:
-            self._listener.on_drag_finished(gizmo.name)
-        elif button == "left" and not self._moved:
+        is_click = button == "left" and not self._moved
+        if self._held is not None and (self._held.drag is not None or is_click):
+            self._let_go(pixel)
+        elif is_click:
             self._listener.on_picked(self._scene.sensor_at(pixel))
+        self._scene.set_quick(False)
         self._listener.on_changed()
 
     def double_click(self, pixel: Pixel) -> None:
         """Look at the sensor under the mouse from near by."""
         name = self._scene.sensor_at(pixel)
-        if name is not None:
+        if name is not None and self._held is None:
             self._scene.frame(name)
             self._listener.on_changed()
 
@@ -129,17 +159,49 @@ class ViewController:
             self._listener.on_changed()
 
     def cancel(self) -> bool:
-        """Give up a gizmo drag: everything is as before it. False when there was none."""
-        gizmo, self._gizmo = self._gizmo, None
-        if gizmo is None:
+        """Give up a drag or a placing: everything is as before it. False when there was none."""
+        held = self._held
+        if held is None:
             return False
         self._button = "none"
+        self._release_held()
         self._scene.set_quick(False)
-        if self._has(gizmo.name):
-            self._scene.preview(gizmo.name, gizmo.drag.start)
-        self._listener.on_drag_cancelled(gizmo.name)
+        if self._has(held.name):
+            self._scene.preview(held.name, held.start)
+        self._listener.on_drag_cancelled(held.name)
         self._listener.on_changed()
         return True
+
+    def begin_placing(self) -> bool:
+        """Have the selected sensor follow the mouse over the car; False when none is selected and seen."""
+        self.cancel()
+        sensor = self._selected()
+        if sensor is None:
+            return False
+        self._held = _Held(sensor.name, sensor.pose)
+        self._scene.set_hovered(None)
+        self._listener.on_drag_started(sensor.name)
+        self._listener.on_placing(True)
+        self._drag_to(self._last)
+        return True
+
+    def nudge(self, key: NudgeKey, turn: bool = False, coarse: bool = False) -> bool:
+        """Move the selected sensor by 1 cm or turn it by 1 degree, ten times as far when coarse."""
+        sensor, state = self._selected(), self._scene.state
+        if sensor is None or self._held is not None:
+            return False
+        pose = (
+            nudge_turned(sensor.pose, key, state.gizmo_space, coarse)
+            if turn
+            else nudged(sensor.pose, key, state.gizmo_space, state.camera, coarse)
+        )
+        self._listener.on_nudged(sensor.name, pose)
+        return True
+
+    def _selected(self) -> Lidar | Camera | None:
+        state = self._scene.state
+        seen = (s for s in state.rig.sensors if s.name == state.selected and s.name not in state.hidden)
+        return next(seen, None)
 
     def _grasp(self, pixel: Pixel) -> None:
         """Begin a gizmo drag when a handle is under the mouse and can be dragged from here."""
@@ -151,21 +213,45 @@ class ViewController:
         drag = begin_drag(handle, scene.state.gizmo_space, place.pose, ray, place.ring_radius_m)
         if drag is None:
             return
-        self._gizmo = _GizmoDrag(name, drag)
+        self._held = _Held(name, place.pose, drag)
         scene.set_hovered(handle)
         scene.set_quick(True)
+        scene.set_echo(drag_echo(place.pose, place.pose), pixel)
         self._listener.on_drag_started(name)
         self._listener.on_changed()
 
     def _drag_to(self, pixel: Pixel) -> None:
-        assert self._gizmo is not None
-        name = self._gizmo.name
-        pose = self._gizmo.drag.pose(self._scene.state.camera.ray(pixel, self._scene.size))
-        if pose is None or not self._has(name):
+        held, scene = self._held, self._scene
+        if held is None or not self._has(held.name):
             return
-        self._scene.preview(name, pose)
-        self._listener.on_drag_moved(name, pose)
+        if held.drag is None:
+            pose = scene.pose_on_body(pixel, scene.state.rig.sensor(held.name))
+        else:
+            pose = held.drag.pose(scene.state.camera.ray(pixel, scene.size), self._snap != self._inverted)
+        if pose is None:
+            return
+        scene.set_echo(drag_echo(held.start, pose), pixel)
+        scene.preview(held.name, pose)
+        scene.set_quick(True)
+        self._listener.on_drag_moved(held.name, pose)
         self._listener.on_changed()
+
+    def _let_go(self, pixel: Pixel) -> None:
+        """The held sensor stays where it is; a click beside the car places nothing."""
+        held = self._held
+        assert held is not None
+        if held.drag is None and self._has(held.name):
+            if self._scene.pose_on_body(pixel, self._scene.state.rig.sensor(held.name)) is None:
+                return
+            self._drag_to(pixel)
+        self._release_held()
+        self._listener.on_drag_finished(held.name)
+
+    def _release_held(self) -> None:
+        was_placing, self._held = self.is_placing, None
+        self._scene.set_echo("")
+        if was_placing:
+            self._listener.on_placing(False)
 
     def _has(self, name: str) -> bool:
         return any(sensor.name == name for sensor in self._scene.state.rig.sensors)

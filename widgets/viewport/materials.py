@@ -41,8 +41,8 @@ def car_materials(palette: Palette) -> dict[str, Material]:
     }
 
 
-def surface_actor(mesh: pv.PolyData, material: Material) -> pv.Actor:
-    """A shaded, unpickable actor of a mesh in one material."""
+def surface_actor(mesh: pv.PolyData, material: Material, colours: str = "") -> pv.Actor:
+    """A shaded, unpickable actor of a mesh in one material, or with its colours from a uint8 point array."""
     actor = plain_actor(mesh)
     prop = actor.prop
     prop.color, prop.ambient, prop.diffuse = material.colour, material.ambient, material.diffuse
@@ -50,6 +50,8 @@ def surface_actor(mesh: pv.PolyData, material: Material) -> pv.Actor:
     prop.interpolation = "Phong"
     if material.sky:
         _mirror_sky(actor, mesh, material)
+    if colours:
+        _colour_by_array(actor, colours)
     return actor
 
 

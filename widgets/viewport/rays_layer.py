@@ -17,6 +17,7 @@ from widgets.theme import Palette, mix, rgb
 from widgets.viewport.materials import line_mesh, rgba_actor
 
 SELECTED_LINES = 1150
+QUICK_LINES = 380
 OTHER_LINES = 130
 _MOST_BEAMS = 16
 _NEAR_SHARE = 0.12
@@ -150,13 +151,16 @@ class RaysLayer:
         for actor in self._actors:
             actor.prop.line_width = width_px
 
-    def set_selected(self, sensor: Lidar | Camera | None, grid: VoxelGrid, palette: Palette) -> None:
-        """Draw the dense fan of the selected sensor, or none."""
+    def set_selected(
+        self, sensor: Lidar | Camera | None, grid: VoxelGrid, palette: Palette, quick: bool = False
+    ) -> None:
+        """Draw the dense fan of the selected sensor, or none; a thinner one while something moves."""
         if sensor is None:
             self._show(0, pv.PolyData())
             return
         colour = mix(palette.kinds[sensor.kind], palette.selected, 0.25)
-        self._show(0, fan_mesh(sensor, grid, SELECTED_LINES, colour, 0.20))
+        most, alpha = (QUICK_LINES, 0.28) if quick else (SELECTED_LINES, 0.20)
+        self._show(0, fan_mesh(sensor, grid, most, colour, alpha))
 
     def set_others(self, sensors: list[Lidar | Camera], grid: VoxelGrid, palette: Palette) -> None:
         """Draw the sparse fans of the sensors that are not selected."""

@@ -18,6 +18,8 @@ from vtkmodules.vtkRenderingCore import vtkRenderer, vtkRenderWindow
 
 from core.files import atomic_write
 from core.geometry import Pose
+from core.mesh import BodyMesh
+from core.placing import placed_on
 from core.rig.model import Camera, Lidar, Rig, Vehicle
 from core.scene.grid import VoxelGrid
 from widgets.gizmo.drag import Handle, Space
@@ -26,6 +28,7 @@ from widgets.theme import DARK, Palette
 from widgets.viewport.body_layer import BodyLayer
 from widgets.viewport.camera import OrbitCamera, Size, view_camera
 from widgets.viewport.caption_layer import NO_CAPTION, Caption, CaptionLayer
+from widgets.viewport.echo_layer import EchoLayer
 from widgets.viewport.ground_layer import GroundLayer
 from widgets.viewport.heat_pick import PickedCell, cell_at
 from widgets.viewport.heat_scale import DEFAULT_LOOK, HeatLook, HeatmapData
@@ -35,8 +38,10 @@ from widgets.viewport.marker_layer import Marker, MarkerLayer
 from widgets.viewport.rays_layer import RaysLayer
 from widgets.viewport.roi_layer import RoiLayer
 from widgets.viewport.sensor_layer import SensorLayer
-from widgets.viewport.sensor_shapes import PICK_RADIUS_M
+from widgets.viewport.sensor_shapes import PICK_RADIUS_M, Mark, sensor_body
 
+SMOOTH_SAMPLES = 8
+"""Samples per pixel of a picture with smooth edges."""
 _PICK_PX = 9.0
 _LIGHTS = (
     ((4.0, -7.0, 8.0), 0.62),
@@ -51,6 +56,7 @@ class SceneState:
     """Everything a scene shows; a picture of it can be made again anywhere, at any size."""
 
     vehicle: Vehicle = field(default_factory=Vehicle)
+    body_mesh: BodyMesh | None = None
     rig: Rig = field(default_factory=Rig)
     hidden: frozenset[str] = frozenset()
     selected: str | None = None
@@ -77,6 +83,7 @@ class Scene:
         self._state = SceneState(palette=palette)
         self._hovered: str | Handle | None = None
         self._quick = False
+        self._echo_at = ("", (0.0, 0.0))
         renderer = plotter.renderer
         self._last_size: Size = (1, 1)
         renderer.SetUseOIT(False)  # cells come in their order; weighted blending would cost another pass
@@ -86,7 +93,7 @@ class Scene:
         self._rays, self._heatmap = RaysLayer(renderer), HeatmapLayer(renderer)
         self._legend, self._caption = LegendLayer(renderer), CaptionLayer(renderer)
         self._marker = MarkerLayer(self._overlay)
-        self._gizmo = GizmoActors(self._overlay, palette)
+        self._gizmo, self._echo = GizmoActors(self._overlay, palette), EchoLayer(self._overlay)
         self._rays.set_line_width(pixel_ratio)
         _set_lights(plotter)
         renderer.camera_set = True
@@ -119,15 +126,15 @@ class Scene:
 
     def apply(self, state: SceneState) -> None:
         """Show a whole state; InputError for an unknown vehicle body, but the rest is shown all the same."""
-        self._state = replace(state, vehicle=self._state.vehicle)
+        self._state = replace(state, vehicle=self._state.vehicle, body_mesh=self._state.body_mesh)
         self._redraw()
-        self.set_vehicle(state.vehicle)
+        self.set_vehicle(state.vehicle, state.body_mesh)
 
     def set_palette(self, palette: Palette) -> None:
         """Change all colours (light or dark window)."""
         self._state = replace(self._state, palette=palette)
         self._redraw()
-        self._body.set_vehicle(self._state.vehicle, palette)
+        self._body.set_vehicle(self._state.vehicle, palette, self._state.body_mesh)
 
     def _redraw(self) -> None:
         """Bring all layers except the car in line with the state."""
@@ -135,16 +142,19 @@ class Scene:
         self._plotter.renderer.set_background(palette.background, top=palette.background_top)
         self._gizmo.set_palette(palette)
         self.set_grid(self._state.grid)
-        self._sensors.set_sensors(self._shown(), self._lit(), palette)
+        self._draw_sensors()
         self._heatmap.set_look(self._state.heat_look)
         self.set_heatmap(self._state.heatmap)
         self._caption.set_caption(self._state.caption, palette)
         self._marker.set_marker(self._state.marker, palette)
 
-    def set_vehicle(self, vehicle: Vehicle) -> None:
-        """Draw another car. Raises InputError for an unknown body and keeps the car shown before."""
-        self._body.set_vehicle(vehicle, self._state.palette)
-        self._state = replace(self._state, vehicle=vehicle)
+    def set_vehicle(self, vehicle: Vehicle, mesh: BodyMesh | None = None) -> None:
+        """Draw another car, from the mesh of its file if it has one.
+
+        Raises InputError for an unknown body and keeps the car shown before.
+        """
+        self._body.set_vehicle(vehicle, self._state.palette, mesh)
+        self._state = replace(self._state, vehicle=vehicle, body_mesh=mesh)
 
     def set_grid(self, grid: VoxelGrid) -> None:
         """Show another region of interest: outline, ground, and where rays end."""
@@ -159,7 +169,7 @@ class Scene:
         self._state = replace(before, rig=rig, hidden=hidden, selected=selected)
         if (rig, hidden, selected) == (before.rig, before.hidden, before.selected):
             return
-        self._sensors.set_sensors(self._shown(), self._lit(), self._state.palette)
+        self._draw_sensors()
         self._draw_fans(others=_others_differ(before, self._state))
 
     def preview(self, name: str, pose: Pose) -> None:
@@ -210,7 +220,9 @@ class Scene:
     def set_view(self, name: str, wide: bool = False) -> None:
         """Look from "iso", "top", "front", "left", "rear" (else InputError); `wide`: iso over all the ROI."""
         width, height = self.size
-        self.set_camera(view_camera(name, self._state.grid, width / max(1, height), wide))
+        vehicle = self._state.vehicle
+        size_m = (vehicle.length, vehicle.height)
+        self.set_camera(view_camera(name, self._state.grid, width / max(1, height), wide, size_m))
 
     def set_camera(self, camera: OrbitCamera) -> None:
         """Look through another camera."""
@@ -226,12 +238,34 @@ class Scene:
         if hovered == self._hovered:
             return False
         self._hovered = hovered
-        self._sensors.set_sensors(self._shown(), self._lit(), self._state.palette)
+        self._draw_sensors()
         return True
 
     def set_quick(self, quick: bool) -> None:
-        """Draw a coarser heatmap while something is being dragged."""
-        self._quick = quick
+        """Draw a coarser heatmap, fewer rays and large meshes with fewer triangles while something moves."""
+        if quick != self._quick:
+            self._quick = quick
+            self._body.set_quick(quick)
+            self._draw_fans()
+
+    def set_samples(self, samples: int) -> None:
+        """Draw with so many samples per pixel: 0 while something moves, SMOOTH_SAMPLES for smooth edges."""
+        window = render_window(self._plotter)
+        if window.GetMultiSamples() != samples:
+            window.SetMultiSamples(samples)
+
+    def set_echo(self, text: str, pixel: tuple[float, float] = (0.0, 0.0)) -> None:
+        """Show a few numbers beside a pixel, or no longer."""
+        self._echo_at = (text, pixel)
+
+    def set_ghost(self, sensor: Lidar | Camera | None) -> None:
+        """Show where a sensor that is not in the rig would come to stand, or no longer."""
+        self._sensors.set_ghost(sensor, self._state.palette)
+
+    def pose_on_body(self, pixel: tuple[float, float], sensor: Lidar | Camera) -> Pose | None:
+        """The pose of a sensor that sits on the car under a pixel; None beside the car."""
+        hit = self._body.hit(self._state.camera.ray(pixel, self.size))
+        return None if hit is None else placed_on(*hit, sensor.kind, sensor_body(sensor).box_m())
 
     def gizmo_place(self) -> GizmoPlace | None:
         """Where the gizmo is, or None when no visible sensor is selected."""
@@ -271,6 +305,7 @@ class Scene:
         self._legend.place(self.size, self._pixel_ratio, crowded=bool(state.caption.table))
         self._caption.place(self.size, self._pixel_ratio)
         self._marker.arrange(state.camera, self.size, self._pixel_ratio)
+        self._echo.show(*self._echo_at, self.size, self._pixel_ratio, state.palette)
         place = self.gizmo_place()
         if place is None:
             self._gizmo.hide()
@@ -294,15 +329,17 @@ class Scene:
     def _shown(self) -> list[Lidar | Camera]:
         return [sensor for sensor in self._state.rig.sensors if sensor.name not in self._state.hidden]
 
-    def _lit(self) -> frozenset[str]:
-        names = (self._state.selected, self._hovered)
-        return frozenset(name for name in names if isinstance(name, str))
+    def _draw_sensors(self) -> None:
+        marks: dict[str, Mark] = {self._hovered: "hovered"} if isinstance(self._hovered, str) else {}
+        if self._state.selected is not None:
+            marks[self._state.selected] = "selected"
+        self._sensors.set_sensors(self._shown(), marks, self._state.palette)
 
     def _draw_fans(self, others: bool = True) -> None:
         state = self._state
         casting = [s for s in self._shown() if s.enabled] if state.show_rays else []
         selected = next((sensor for sensor in casting if sensor.name == state.selected), None)
-        self._rays.set_selected(selected, state.grid, state.palette)
+        self._rays.set_selected(selected, state.grid, state.palette, self._quick)
         if others:
             rest = [sensor for sensor in casting if sensor is not selected]
             self._rays.set_others(rest, state.grid, state.palette)
@@ -362,7 +399,7 @@ def render_still(
     """
     plotter = pv.Plotter(off_screen=True, window_size=[size[0] * scale, size[1] * scale], lighting="none")
     try:
-        render_window(plotter).SetMultiSamples(8)
+        render_window(plotter).SetMultiSamples(SMOOTH_SAMPLES)
         scene = Scene(plotter, state.palette, pixel_ratio=float(scale))
         scene.apply(state)
         if view is not None:

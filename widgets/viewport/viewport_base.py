@@ -5,11 +5,16 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from PySide6.QtCore import QEvent, QObject, QPointF, Qt, QTimer, Signal
-from PySide6.QtGui import QKeyEvent, QMouseEvent, QWheelEvent
+from PySide6.QtCore import QEvent, QObject, Qt, QTimer, Signal
+from PySide6.QtGui import (
+    QKeyEvent,
+    QMouseEvent,
+    QWheelEvent,
+)
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from core.geometry import Pose
+from core.mesh import BodyMesh
 from core.rig.model import Rig, Vehicle
 from core.scene.grid import VoxelGrid
 from widgets.gizmo.drag import Space
@@ -17,12 +22,15 @@ from widgets.gizmo.handles import GizmoMode
 from widgets.theme import Palette
 from widgets.viewport.camera import OrbitCamera
 from widgets.viewport.cell_picker import CellPicker
-from widgets.viewport.controller import Button, Pixel, ViewController
+from widgets.viewport.controller import Button, ViewController
+from widgets.viewport.drop_target import DropTarget
 from widgets.viewport.heat_scale import HeatLook, HeatmapData
+from widgets.viewport.keys import handle_key, is_nudge
 from widgets.viewport.marker_layer import Marker
-from widgets.viewport.scene import Scene, SceneState
+from widgets.viewport.scene import SMOOTH_SAMPLES, Scene, SceneState
 
 _REST_MS = 160
+_SMOOTH_MS = 250
 _BUTTONS: dict[Qt.MouseButton, Button] = {
     Qt.MouseButton.LeftButton: "left",
     Qt.MouseButton.MiddleButton: "middle",
@@ -30,7 +38,7 @@ _BUTTONS: dict[Qt.MouseButton, Button] = {
 }
 
 
-class ViewportBase(QWidget):
+class ViewportBase(DropTarget):
     """The 3D view as the window sees it; a subclass supplies the canvas and draws on it.
 
     A drag moves sensor, fan and gizmo at once by itself and emits `drag_moved`; the document answers with
@@ -42,6 +50,10 @@ class ViewportBase(QWidget):
     drag_moved = Signal(str, object)
     drag_finished = Signal(str)
     drag_cancelled = Signal(str)
+    nudged = Signal(str, object)
+    """A key moved a sensor: its name and Pose."""
+    placing_changed = Signal(bool)
+    """The selected sensor follows the mouse over the car, or no longer."""
     drawn = Signal()
     cell_picked = Signal(object)
     """The PickedCell of the heatmap that was clicked at, None where there is none."""
@@ -52,6 +64,7 @@ class ViewportBase(QWidget):
         self._closed = False
         self._draw_timer = self._single_shot(0, self._draw_now)
         self._rest_timer = self._single_shot(_REST_MS, self._rest)
+        self._smooth_timer = self._single_shot(_SMOOTH_MS, self._draw_smooth)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
 
@@ -90,9 +103,12 @@ class ViewportBase(QWidget):
         """Width and height of the view in logical pixels."""
         return self._canvas.width(), self._canvas.height()
 
-    def set_vehicle(self, vehicle: Vehicle) -> None:
-        """Draw another car; raises InputError for an unknown body and keeps the one shown."""
-        self._scene.set_vehicle(vehicle)
+    def set_vehicle(self, vehicle: Vehicle, mesh: BodyMesh | None = None) -> None:
+        """Draw another car, from the mesh of its file if it has one.
+
+        Raises InputError for an unknown body and keeps the one shown.
+        """
+        self._scene.set_vehicle(vehicle, mesh)
         self.request_render()
 
     def set_rig(self, rig: Rig, hidden: frozenset[str] = frozenset(), selected: str | None = None) -> None:
@@ -160,9 +176,24 @@ class ViewportBase(QWidget):
         self._scene.set_camera(replace(camera, focal_m=(x_m, y_m, camera.focal_m[2])))
         self.request_render()
 
+    def set_snap(self, snap: bool) -> None:
+        """Have drags end on round numbers: 0.05 m and 5 degrees."""
+        self._controller.set_snap(snap)
+
     def cancel_drag(self) -> bool:
-        """Give up the drag in progress; False when there is none."""
+        """Give up the drag or the placing in progress; False when there is none."""
         return self._controller.cancel()
+
+    def begin_placing(self) -> bool:
+        """Have the selected sensor follow the mouse over the car until a click; False when none is selected."""
+        self._canvas.setFocus(Qt.FocusReason.OtherFocusReason)
+        return self._controller.begin_placing()
+
+    @property
+    def is_at_rest(self) -> bool:
+        """Whether the picture is in full quality and nothing waits to be drawn."""
+        timers = (self._draw_timer, self._rest_timer, self._smooth_timer)
+        return not any(timer.isActive() for timer in timers)
 
     def request_render(self) -> None:
         """Draw once, soon; any number of changes until then make one frame."""
@@ -174,8 +205,8 @@ class ViewportBase(QWidget):
         if self._closed:
             return
         self._closed = True
-        self._draw_timer.stop()
-        self._rest_timer.stop()
+        for timer in (self._draw_timer, self._rest_timer, self._smooth_timer):
+            timer.stop()
         self._canvas.removeEventFilter(self)
         self._picker.stop()
         self._release()
@@ -210,6 +241,15 @@ class ViewportBase(QWidget):
         """The drag was given up."""
         self.drag_cancelled.emit(name)
 
+    def on_nudged(self, name: str, pose: Pose) -> None:
+        """A key moved the sensor."""
+        self.nudged.emit(name, pose)
+
+    def on_placing(self, active: bool) -> None:
+        """A sensor follows the mouse, or no longer."""
+        self._canvas.setCursor(Qt.CursorShape.CrossCursor if active else Qt.CursorShape.ArrowCursor)
+        self.placing_changed.emit(active)
+
     def on_changed(self) -> None:
         """The scene changed by the mouse."""
         self.request_render()
@@ -229,8 +269,12 @@ class ViewportBase(QWidget):
             self._controller.wheel(self._pixel(event.position()), event.angleDelta().y() / 120.0)
             self._rest_timer.start()
             return True
+        if isinstance(event, QKeyEvent) and event.type() == QEvent.Type.ShortcutOverride:
+            event.setAccepted(is_nudge(event))
+            return True
         if isinstance(event, QKeyEvent):
-            return self._on_key(event)
+            event.setAccepted(handle_key(self._controller, event))
+            return True
         if event.type() == QEvent.Type.Leave:
             self._controller.leave()
         if event.type() == QEvent.Type.Resize:
@@ -241,7 +285,7 @@ class ViewportBase(QWidget):
         pixel = self._pixel(event.position())
         button = _BUTTONS.get(event.button(), "none")
         if event.type() == QEvent.Type.MouseMove:
-            self._controller.move(pixel)
+            self._controller.move(pixel, bool(event.modifiers() & Qt.KeyboardModifier.ControlModifier))
         elif event.type() == QEvent.Type.MouseButtonPress:
             self._canvas.setFocus(Qt.FocusReason.MouseFocusReason)
             shift = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
@@ -253,23 +297,23 @@ class ViewportBase(QWidget):
         event.accept()
         return True
 
-    def _on_key(self, event: QKeyEvent) -> bool:
-        """Escape cancels a drag; every other key is the window's, none is VTK's."""
-        is_escape = event.type() == QEvent.Type.KeyPress and event.key() == Qt.Key.Key_Escape
-        event.setAccepted(is_escape and self._controller.cancel())
-        return True
-
-    def _pixel(self, position: QPointF) -> Pixel:
-        ratio = self._canvas.devicePixelRatioF()
-        return position.x() * ratio, position.y() * ratio
-
     def _rest(self) -> None:
         self._controller.rest()
 
     def _draw_now(self) -> None:
+        self._draw_with(0)
+        self._smooth_timer.start()
+
+    def _draw_smooth(self) -> None:
+        """Nothing has changed for a while: one more frame, with smooth edges."""
+        if not self._controller.busy:
+            self._draw_with(SMOOTH_SAMPLES)
+
+    def _draw_with(self, samples: int) -> None:
         if self._closed:
             return
         self._scene.set_pixel_ratio(self._canvas.devicePixelRatioF())
+        self._scene.set_samples(samples)
         self._fit_home()
         self._draw()
         self.drawn.emit()

@@ -1,0 +1,56 @@
+"""What stands beside the cursor during a drag: how far the sensor has gone, and where it is now."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from core.geometry import Pose, Vec3
+
+_COORDINATES = ("x", "y", "z")
+_ANGLES = ("roll", "pitch", "yaw")
+
+
+def drag_echo(start: Pose, now: Pose) -> str:
+    """Two lines: the change since the start and the new values, of the numbers that changed.
+
+    Where a sensor is put somewhere else altogether, moved and turned, they are its new position and angles.
+    """
+    if now.rpy_deg != start.rpy_deg and now.position_m != start.position_m:
+        (x, y, z), (roll, pitch, yaw) = now.position_m, now.rpy_deg
+        return f"x {x:.3f}   y {y:.3f}   z {z:.3f} m\nroll {roll:.1f}   pitch {pitch:.1f}   yaw {yaw:.1f} deg"
+    return _turn_echo(start, now) if now.rpy_deg != start.rpy_deg else _move_echo(start, now)
+
+
+def _move_echo(start: Pose, now: Pose) -> str:
+    changed = _changed(start.position_m, now.position_m, 5e-7) or [0, 1, 2]
+    moves = [(_COORDINATES[i], now.position_m[i] - start.position_m[i]) for i in changed]
+    first = "   ".join(f"d{name} {_signed(metres, 3)}" for name, metres in moves)
+    second = "   ".join(f"{_COORDINATES[i]} {now.position_m[i]:.3f}" for i in changed)
+    return f"{first} m\n{second} m"
+
+
+def _turn_echo(start: Pose, now: Pose) -> str:
+    changed = _changed(start.rpy_deg, now.rpy_deg, 5e-7) or [0, 1, 2]
+    first = f"turned {_angle_between_deg(start, now):.1f} deg"
+    if len(changed) == 1:
+        turned_deg = math.remainder(now.rpy_deg[changed[0]] - start.rpy_deg[changed[0]], 360.0)
+        first = f"d{_ANGLES[changed[0]]} {_signed(turned_deg, 1)} deg"
+    second = "   ".join(f"{_ANGLES[i]} {now.rpy_deg[i]:.1f}" for i in changed)
+    return f"{first}\n{second} deg"
+
+
+def _changed(before: Vec3, after: Vec3, least: float) -> list[int]:
+    return [i for i in range(3) if abs(after[i] - before[i]) >= least]
+
+
+def _angle_between_deg(start: Pose, now: Pose) -> float:
+    """The angle of the one turn that leads from a pose to another, 0 to 180 degrees."""
+    cosine = (float(np.trace(start.rotation().T @ now.rotation())) - 1.0) / 2.0
+    return math.degrees(math.acos(min(1.0, max(-1.0, cosine))))
+
+
+def _signed(value: float, digits: int) -> str:
+    """With its sign, and no minus before a zero."""
+    return f"{round(value, digits) + 0.0:+.{digits}f}"

@@ -1,0 +1,91 @@
+"""Models of the sensor library dragged onto the car: a ghost under the mouse, and word of where they were dropped."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QMimeData, QPointF, Signal
+from PySide6.QtGui import QDragEnterEvent, QDragLeaveEvent, QDragMoveEvent, QDropEvent
+from PySide6.QtWidgets import QWidget
+
+from core.errors import InputError
+from core.geometry import Pose
+from core.rig.library import sensor_from_model
+from core.rig.model import Camera, Lidar
+from widgets.viewport.controller import Pixel
+from widgets.viewport.scene import Scene
+
+MODEL_MIME = "application/x-riglens-model"
+"""What is dragged from the library: the name of a sensor model, UTF-8."""
+_MAX_NAME_BYTES = 200
+
+
+class DropTarget(QWidget):
+    """A view of a scene that takes models of the sensor library; everything else is left to the window."""
+
+    model_dropped = Signal(str, object)
+    """A model of the library was dropped on the car: its name and the Pose there."""
+    _scene: Scene
+    _canvas: QWidget
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._dropped: Lidar | Camera | None = None
+        self.setAcceptDrops(True)
+
+    def request_render(self) -> None:
+        """Draw once, soon."""
+        raise NotImplementedError
+
+    def place_at(self, pixel: Pixel, model: str) -> Pose | None:
+        """Where a sensor of a library model would sit on the car under a pixel; None beside the car.
+
+        Pixels are those of the screen, from the upper left of the view. InputError for an unknown model.
+        """
+        return self._scene.pose_on_body(pixel, sensor_from_model(model, model, Pose()))
+
+    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
+        """A model of the library may be dropped here; files are the window's."""
+        self._dropped = dragged_sensor(event.mimeData())
+        event.setAccepted(self._dropped is not None)
+
+    def dragMoveEvent(self, event: QDragMoveEvent) -> None:
+        """Show where the sensor would come to stand."""
+        pose = self._pose_of_drop(event.position())
+        self._show_drop(pose)
+        event.setAccepted(pose is not None)
+
+    def dragLeaveEvent(self, event: QDragLeaveEvent) -> None:
+        """The drag went elsewhere."""
+        self._show_drop(None)
+
+    def dropEvent(self, event: QDropEvent) -> None:
+        """Tell the window which model was dropped, and where."""
+        pose, sensor = self._pose_of_drop(event.position()), self._dropped
+        self._show_drop(None)
+        if pose is not None and sensor is not None:
+            event.acceptProposedAction()
+            self.model_dropped.emit(sensor.name, pose)
+
+    def _pose_of_drop(self, position: QPointF) -> Pose | None:
+        return (
+            None if self._dropped is None else self._scene.pose_on_body(self._pixel(position), self._dropped)
+        )
+
+    def _show_drop(self, pose: Pose | None) -> None:
+        sensor = self._dropped
+        self._scene.set_ghost(None if pose is None or sensor is None else sensor.with_pose(pose))
+        self.request_render()
+
+    def _pixel(self, position: QPointF) -> Pixel:
+        ratio = self._canvas.devicePixelRatioF()
+        return position.x() * ratio, position.y() * ratio
+
+
+def dragged_sensor(data: QMimeData) -> Lidar | Camera | None:
+    """The sensor of the library that is being dragged, at the origin; None for anything else."""
+    if not data.hasFormat(MODEL_MIME):
+        return None
+    name = bytes(data.data(MODEL_MIME).data())[:_MAX_NAME_BYTES].decode("utf-8", "replace")
+    try:
+        return sensor_from_model(name, name, Pose())
+    except InputError:
+        return None
