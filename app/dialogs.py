@@ -12,6 +12,7 @@ from widgets.panels.shortcut_sheet import Group, ShortcutSheet
 
 RIG_FILES = "Rig files (*.yaml *.yml);;All files (*)"
 BOX_FILES = "Box tables (*.csv *.csv.gz *.parquet *.feather);;All files (*)"
+MESH_FILES = "Meshes (*.glb *.gltf *.obj *.stl *.ply);;All files (*)"
 PICTURES = "PNG pictures (*.png)"
 TABLES = "CSV tables (*.csv)"
 Unsaved = Literal["save", "discard", "cancel"]
@@ -38,6 +39,10 @@ class Dialogs:
         """Where to save a table."""
         chosen = QFileDialog.getSaveFileName(parent, "Save the table", str(suggestion), TABLES)[0]
         return _with_suffix(_path(chosen), ".csv")
+
+    def mesh_file(self, parent: QWidget, folder: Path | None) -> Path | None:
+        """The mesh of the car's body."""
+        return _path(QFileDialog.getOpenFileName(parent, "Open a mesh", str(folder or ""), MESH_FILES)[0])
 
     def box_file(self, parent: QWidget) -> Path | None:
         """The box table to score on."""

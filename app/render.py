@@ -16,7 +16,10 @@ from app.options import SceneOptions, ScoreOptions
 from core.engine.engine import Engine, Evaluation
 from core.errors import InputError
 from core.files import require_writable
+from core.mesh import BodyMesh
+from core.mesh_file import mesh_path, read_mesh
 from core.metric.entropy import EntropyField
+from core.rig.model import Rig
 from core.scene.display import DisplayGrid
 from core.scene.pog import Pog
 
@@ -92,6 +95,7 @@ def render(name: str, scene: SceneOptions, picture: Picture) -> None:
     require_writable(picture.out)
     rig = rig_called(name)
     baseline = rig_called(picture.baseline) if picture.baseline is not None else None
+    body = _mesh_of(rig, name)
     pog, field = load_with_progress(scene.for_rigs([rig], ScoreOptions()))
     with progress_bar("Casting rays"):
         engine = Engine(field)
@@ -101,12 +105,25 @@ def render(name: str, scene: SceneOptions, picture: Picture) -> None:
         before = engine.evaluate(baseline) if baseline is not None else None
         if before is not None:
             marks = replace(marks, baseline=seen_words(before), baseline_name=before.rig.name)
-    draw(pog, field, evaluation, marks, picture)
+    draw(pog, field, evaluation, marks, picture, body)
     width, height = (side * picture.scale for side in picture.size_px)
     results().print(f"{picture.out}: {width} x {height} pixels", soft_wrap=True, markup=False)
 
 
-def draw(pog: Pog, field: EntropyField, evaluation: Evaluation, marks: Marks, picture: Picture) -> None:
+def _mesh_of(rig: Rig, name: str) -> BodyMesh | None:
+    """The mesh of the vehicle when the rig file names one, seen from its folder."""
+    vehicle = rig.vehicle
+    return read_mesh(mesh_path(vehicle.body, Path(name).parent)) if vehicle.has_mesh_file else None
+
+
+def draw(
+    pog: Pog,
+    field: EntropyField,
+    evaluation: Evaluation,
+    marks: Marks,
+    picture: Picture,
+    body: BodyMesh | None = None,
+) -> None:
     """Draw an evaluated rig with its rays and the heatmap of a class; call `prepare_drawing` before."""
     from app.picture import Findings, PictureWords, with_words
     from widgets.theme import palette
@@ -123,7 +140,7 @@ def draw(pog: Pog, field: EntropyField, evaluation: Evaluation, marks: Marks, pi
         cells = Heatmaps(DisplayGrid.build(pog, field)).heatmap(picture.heat, picture.class_name, marks)
         rig = evaluation.rig
         state = SceneState(
-            vehicle=rig.vehicle, rig=rig, grid=field.grid, heatmap=cells, heat_look=look,
+            vehicle=rig.vehicle, body_mesh=body, rig=rig, grid=field.grid, heatmap=cells, heat_look=look,
             palette=palette(picture.theme == "dark"),
         )  # fmt: skip
         words = PictureWords(picture.legend, picture.title, picture.scores)

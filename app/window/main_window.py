@@ -20,6 +20,7 @@ from app.window.feature import Feature
 from app.window.features.autosave import Autosave
 from app.window.features.background import Background
 from app.window.features.baseline import Baseline
+from app.window.features.car import Car
 from app.window.features.clipboard import Clipboard
 from app.window.features.compare import Compare
 from app.window.features.drop import Drop
@@ -32,8 +33,10 @@ from app.window.features.layout import Layout
 from app.window.features.library import LibraryPanel
 from app.window.features.map import Map
 from app.window.features.marginals import Marginals
+from app.window.features.mirror import Mirror
 from app.window.features.pick import Pick
 from app.window.features.picture import Picture
+from app.window.features.placing import Placing
 from app.window.features.recent import Recent
 from app.window.features.scene_data import SceneData, choice_of
 from app.window.features.scores import Scores
@@ -59,6 +62,8 @@ FEATURES: tuple[type[Feature], ...] = (
     Edits,
     Clipboard,
     Sensors,
+    Mirror,
+    Placing,
     LibraryPanel,
     Views,
     Heat,
@@ -73,6 +78,7 @@ FEATURES: tuple[type[Feature], ...] = (
     Compare,
     Units,
     Follow,
+    Car,
     Background,
     Autosave,
     Drop,

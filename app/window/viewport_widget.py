@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Protocol
 
+from core.mesh import BodyMesh
 from core.rig.model import Rig, Vehicle
 from widgets.theme import Palette
 from widgets.viewport.camera import OrbitCamera
@@ -19,6 +20,9 @@ class ViewportWidget(Protocol):
     drag_cancelled: Any
     cell_picked: Any
     escaped: Any
+    nudged: Any
+    placing_changed: Any
+    model_dropped: Any
 
     def set_rig(self, rig: Rig, hidden: frozenset[str], selected: str | None) -> None:
         """Show a rig."""
@@ -50,8 +54,14 @@ class ViewportWidget(Protocol):
     def look_at(self, x_m: float, y_m: float) -> None:
         """Bring a spot on the ground into the middle of the view."""
 
-    def set_vehicle(self, vehicle: Vehicle) -> None:
-        """Draw another car; InputError for an unknown body."""
+    def set_vehicle(self, vehicle: Vehicle, mesh: BodyMesh | None = None) -> None:
+        """Draw another car, from the mesh of its file if it has one; InputError for an unknown body."""
+
+    def set_snap(self, snap: bool) -> None:
+        """Have drags end on round numbers."""
+
+    def begin_placing(self) -> bool:
+        """Have the selected sensor follow the mouse over the car; False when none is selected and seen."""
 
     def set_palette(self, palette: Palette) -> None:
         """Follow a light or dark window."""

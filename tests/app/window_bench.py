@@ -62,6 +62,9 @@ class FakeViewport(QWidget):
     drag_cancelled = Signal(str)
     cell_picked = Signal(object)
     escaped = Signal()
+    nudged = Signal(str, object)
+    placing_changed = Signal(bool)
+    model_dropped = Signal(str, object)
 
     def __init__(self) -> None:
         super().__init__()
@@ -90,8 +93,16 @@ class FakeViewport(QWidget):
     def set_marker(self, marker: Any) -> None:
         self.marker = marker
 
-    def set_vehicle(self, vehicle: Any) -> None:
-        self.told.append(("vehicle", vehicle))
+    def set_vehicle(self, vehicle: Any, mesh: Any = None) -> None:
+        self.told.append(("vehicle", vehicle) if mesh is None else ("vehicle", vehicle, mesh))
+
+    def set_snap(self, snap: bool) -> None:
+        self.told.append(("snap", snap))
+
+    def begin_placing(self) -> bool:
+        self.told.append(("place",))
+        self.placing_changed.emit(True)
+        return True
 
     def set_grid(self, grid: Any) -> None:
         self.told.append(("grid", grid))
@@ -166,6 +177,9 @@ class FakeDialogs(Dialogs):
         return self.path
 
     def save_table(self, parent: QWidget, suggestion: Path) -> Path | None:
+        return self.path
+
+    def mesh_file(self, parent: QWidget, folder: Path | None) -> Path | None:
         return self.path
 
     def box_file(self, parent: QWidget) -> Path | None:

@@ -5,8 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from app.window.feature import Feature
-from core.errors import InputError
-from core.rig.model import Vehicle
 
 if TYPE_CHECKING:
     from app.window.main_window import MainWindow
@@ -17,7 +15,6 @@ class Follow(Feature):
 
     def __init__(self, window: MainWindow) -> None:
         super().__init__(window)
-        self._vehicle: Vehicle | None = None
         for changed in (
             self.document.rig_changed, self.document.selection_changed, self.document.hidden_changed,
             self.document.locked_changed,
@@ -56,19 +53,8 @@ class Follow(Feature):
         """Bring viewport, tree and inspector in line with the document; the other features follow."""
         document = self.document
         self.viewport.set_rig(document.rig, document.hidden, document.selected)
-        self._show_vehicle()
         self.window.tree.set_rig(document.rig, document.hidden, document.selected, document.locked)
         self.window.inspector.set_saved(document.saved_rig)
         self.window.inspector.set_rig(document.rig, document.selected)
         self.window.inspector.set_locked(document.locked)
         self.window.rig_shown.emit()
-
-    def _show_vehicle(self) -> None:
-        """Draw another car when the vehicle is another; an unknown body leaves the one shown."""
-        vehicle = self.document.rig.vehicle
-        if vehicle != self._vehicle:
-            self._vehicle = vehicle
-            try:
-                self.viewport.set_vehicle(vehicle)
-            except InputError as error:
-                self.window.report_error(str(error))

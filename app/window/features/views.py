@@ -44,6 +44,10 @@ class Views(Feature):
             "local", "Local axes", "Along the sensor's own axes; off: along those of the car", "L", "axes",
             "view/gizmo", "gizmo", is_checkable=True,
         ),
+        Spec(
+            "snap", "Snap", "Drags end on multiples of 0.05 m and 5°; Ctrl does the opposite while it is held",
+            "S", "snap", "view/gizmo", "gizmo", is_checkable=True,
+        ),
     )  # fmt: skip
 
     mouse = (
@@ -60,6 +64,7 @@ class Views(Feature):
         super().__init__(window)
         self.bind(
             frame=self.frame,
+            snap=lambda: self.viewport.set_snap(window.actions_["snap"].isChecked()),
             **dict.fromkeys((*GIZMOS, "local"), self.set_gizmo),
             **{view: partial(self.viewport.set_view, view) for view in VIEWS},
         )

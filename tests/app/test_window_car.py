@@ -1,0 +1,167 @@
+"""The car and what is put on it, in the window: mirror pairs, placing, drops, nudges, bodies and mesh files."""
+
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QApplication
+
+from core.geometry import Pose
+from core.rig.mirror import mirrored_pose, partner_of
+from tests.app.window_bench import LIDAR, TIMEOUT_MS, Bench, open_bench
+from widgets.viewport.body_profiles import reference_vehicle
+
+
+@pytest.fixture
+def bench(qtbot, tmp_path):
+    with open_bench(qtbot, tmp_path, wait=False) as bench:
+        bench.document.select("roof")
+        yield bench
+
+
+def names(bench: Bench) -> list[str]:
+    return [sensor.name for sensor in bench.document.rig.sensors]
+
+
+def pose(bench: Bench, name: str) -> Pose:
+    return bench.document.rig.sensor(name).pose
+
+
+def test_mirror_adds_a_linked_image_and_one_undo_takes_it_back(bench):
+    bench.act("mirror")
+    assert names(bench) == ["roof", "roof_mirror", "front"]
+    assert bench.document.selected == "roof_mirror"
+    assert pose(bench, "roof_mirror") == mirrored_pose(LIDAR.pose)
+    bench.act("undo")
+    assert names(bench) == ["roof", "front"]
+
+
+def test_a_drag_of_one_of_a_pair_moves_both_as_one_undo_step(bench):
+    bench.act("mirror")
+    before = bench.document.rig
+    bench.drag("roof", (0.3, 0.5, 2.0), (0.5, 0.7, 2.1))
+    assert pose(bench, "roof").position_m == (0.5, 0.7, 2.1)
+    assert pose(bench, "roof_mirror").position_m == (0.5, -0.7, 2.1)
+    assert bench.viewport.rig == bench.document.rig
+    bench.act("undo")
+    assert bench.document.rig == before
+
+
+def test_typing_a_coordinate_moves_the_mirror_image_too(bench):
+    bench.act("mirror")
+    bench.document.select("roof")
+    bench.type("x", "0.9")
+    assert pose(bench, "roof_mirror").position_m == (0.9, -0.2, 1.9)
+
+
+def test_unlinked_sensors_move_alone_and_linking_brings_the_nearest_back(bench):
+    bench.act("mirror")
+    bench.document.select("roof")
+    assert bench.window.actions_["unlink"].isEnabled() and not bench.window.actions_["mirror"].isEnabled()
+    bench.act("unlink")
+    bench.drag("roof", (0.5, 0.7, 2.1))
+    assert pose(bench, "roof_mirror") == mirrored_pose(LIDAR.pose)
+    bench.act("link")
+    assert partner_of(bench.document.rig, "roof") == "roof_mirror"
+    assert pose(bench, "roof_mirror").position_m == (0.5, -0.7, 2.1)
+
+
+def test_deleting_one_of_a_pair_leaves_the_other_alone(bench):
+    bench.act("mirror")
+    bench.act("delete")
+    assert names(bench) == ["roof", "front"]
+    assert (
+        bench.document.rig.sensor("roof").mirror_of is None
+        and not bench.window.actions_["unlink"].isEnabled()
+    )
+
+
+def test_a_sensor_on_the_middle_plane_has_no_mirror_image_and_the_window_says_so(bench):
+    bench.document.select("front")
+    bench.act("mirror")
+    assert names(bench) == ["roof", "front"]
+    assert "middle plane" in bench.window.message_bar.message
+
+
+def test_place_on_body_starts_in_the_view_with_a_hint_and_ends_with_it(bench):
+    bench.act("place")
+    assert ("place",) in bench.viewport.told
+    assert "Click on the car" in bench.window.status.currentMessage()
+    bench.viewport.placing_changed.emit(False)
+    assert not bench.window.actions_["place"].isChecked() and bench.window.status.currentMessage() == ""
+    bench.document.select(None)
+    assert not bench.window.actions_["place"].isEnabled()
+
+
+def test_a_model_dropped_on_the_car_is_added_there_and_selected(bench):
+    bench.viewport.model_dropped.emit("generic-16", Pose((0.1, 0.2, 1.5), (0.0, 1.0, 0.0)))
+    added = bench.document.selected_sensor()
+    assert (added.model, added.pose) == ("generic-16", Pose((0.1, 0.2, 1.5), (0.0, 1.0, 0.0)))
+    bench.act("undo")
+    assert names(bench) == ["roof", "front"]
+
+
+def test_nudges_in_a_row_are_one_undo_step(bench):
+    for x_m in (0.11, 0.12, 0.13):
+        bench.viewport.nudged.emit("roof", Pose((x_m, 0.2, 1.9)))
+    assert pose(bench, "roof").position_m == (0.13, 0.2, 1.9)
+    bench.act("undo")
+    assert pose(bench, "roof") == LIDAR.pose
+
+
+def test_the_snap_button_tells_the_view(bench):
+    bench.act("snap")
+    bench.act("snap")
+    assert [told for told in bench.viewport.told if told[0] == "snap"] == [("snap", True), ("snap", False)]
+
+
+def test_another_body_brings_its_own_size_but_keeps_what_was_measured(bench):
+    bench.document.select(None)
+    bench.type("width", "1.8")
+    bench.choose("body", "truck")
+    expected = reference_vehicle("truck").replace(width=1.8)
+    assert bench.document.rig.vehicle == expected
+    assert bench.viewport.told[-1] == ("vehicle", expected)
+
+
+TETRAHEDRON = "v 0 0 0\nv 2 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
+
+
+def vehicles_shown(bench: Bench) -> list[tuple]:
+    return [told for told in bench.viewport.told if told[0] == "vehicle"]
+
+
+def test_a_mesh_file_chosen_in_the_inspector_becomes_the_body_named_from_the_rigs_folder(bench, tmp_path):
+    bench.document.save(tmp_path / "rig.yaml")
+    (tmp_path / "meshes").mkdir()
+    (tmp_path / "meshes" / "car.obj").write_text(TETRAHEDRON)
+    bench.document.select(None)
+    bench.dialogs.path = tmp_path / "meshes" / "car.obj"
+    bench.qtbot.mouseClick(bench.find("mesh"), Qt.MouseButton.LeftButton)
+    assert bench.document.rig.vehicle.body == "meshes/car.obj"
+    bench.qtbot.waitUntil(lambda: len(vehicles_shown(bench)[-1]) == 3, timeout=TIMEOUT_MS)
+    assert vehicles_shown(bench)[-1][2].triangles.shape == (4, 3)
+    bench.type("mesh_scale", "0.5")
+    _, vehicle, mesh = vehicles_shown(bench)[-1]
+    assert vehicle.mesh.scale == 0.5 and mesh is vehicles_shown(bench)[-2][2]
+
+
+def test_a_mesh_that_cannot_be_read_is_reported_and_the_last_good_body_stays(bench, tmp_path):
+    bad = tmp_path / "bad.glb"
+    bad.write_bytes(b"glTF" + bytes(40))
+    shown = len(vehicles_shown(bench))
+    rig = bench.document.rig
+    bench.document.apply(rig.replace(vehicle=rig.vehicle.replace(body=str(bad))))
+    bench.qtbot.waitUntil(lambda: "bad.glb" in bench.window.message_bar.message, timeout=TIMEOUT_MS)
+    QApplication.processEvents()
+    assert len(vehicles_shown(bench)) == shown
+    bench.act("undo")
+    assert vehicles_shown(bench)[-1] == ("vehicle", rig.vehicle)
+
+
+def test_a_body_that_is_no_file_is_reported_with_what_is_accepted(bench, tmp_path: Path):
+    rig = bench.document.rig
+    bench.document.apply(rig.replace(vehicle=rig.vehicle.replace(body="hovercraft")))
+    bench.qtbot.waitUntil(
+        lambda: "accepted is sedan, suv" in bench.window.message_bar.message, timeout=TIMEOUT_MS
+    )
