@@ -52,7 +52,10 @@ class Views(Feature):
 
     mouse = (
         ("Left button on a sensor", "selects it"),
-        ("Left button on an arrow or ring", "drags the sensor; one drag is one undo step"),
+        ("Left button on an arrow, square or ring", "drags the sensor; one drag is one undo step"),
+        ("Ctrl during a drag", "snaps to 0.05 m and 5°, or not where snapping is on"),
+        ("Arrow keys, Page up, Page down in the view", "move the sensor by 1 cm, with Shift by 10 cm"),
+        ("The same keys with Ctrl or Alt", "turn it by 1°, with Shift by 10°"),
         ("Left button elsewhere", "turns the view"),
         ("Middle button, or Shift and left button", "shifts the view"),
         ("Wheel", "comes nearer to what is under the mouse, or goes away"),
