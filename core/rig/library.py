@@ -23,6 +23,7 @@ from core.rig.library_file import Entry as Entry
 from core.rig.library_file import library_path, read_entries
 from core.rig.model import Camera, Lidar
 from core.rig.text_file import shown_path
+from core.rig.yaml_nodes import shortened
 
 LENS_MATRIX = ("fx", "fy", "cx", "cy")
 LIBRARY_VARIABLE = "RIGLENS_LIBRARY"
@@ -53,7 +54,7 @@ class Library:
         close = close or difflib.get_close_matches(model.lower(), self._entries, n=1)
         hint = f"did you mean {' or '.join(repr(name) for name in close[:3])}? " if close else ""
         raise InputError(
-            f"model: unknown sensor model '{model}'; {hint}`riglens library` lists all {len(self._entries)}"
+            f"model: unknown sensor model '{shortened(model)}'; {hint}`riglens library` lists all {len(self._entries)}"
         )
 
 

@@ -268,7 +268,8 @@ def _validation_problems(root: Mapping, error: ValidationError) -> Iterable[_Pro
     for details in error.errors():
         path = _field_path(details["loc"])
         node, is_there = _node_at(root, path)
-        if path in seen or _is_other_way_to_say_angles(details["loc"], node):
+        angles, _ = _node_at(root, path[:3])  # sensors, index, elevations_deg or azimuths_deg
+        if path in seen or _is_other_way_to_say_angles(details["loc"], angles):
             continue
         seen.add(path)
         if details["type"] == "value_error":

@@ -75,6 +75,11 @@ def test_the_files_these_tests_break_are_fine() -> None:
             "8: sensors[0].elevations_deg.count: found 0; accepted is a whole number, 1 to",
         ),
         (
+            "to: 180",
+            "to: [[[]]]",
+            "12: sensors[1].azimuths_deg.to: found [[[]]]; accepted is a number of degrees",
+        ),
+        (
             "count: 360",
             "count: -1",
             "12: sensors[1].azimuths_deg.count: found -1; accepted is a whole number",
