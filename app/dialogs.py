@@ -11,6 +11,10 @@ from PySide6.QtWidgets import QFileDialog, QMessageBox, QWidget
 from widgets.panels.shortcut_sheet import Group, ShortcutSheet
 
 RIG_FILES = "Rig files (*.yaml *.yml);;All files (*)"
+OPEN_FILES = (
+    "Rigs, also of other programs (*.yaml *.yml *.json *.json.gz *.urdf *.toml *.txt);;"
+    "RigLens rigs (*.yaml *.yml);;All files (*)"
+)
 BOX_FILES = "Box tables (*.csv *.csv.gz *.parquet *.feather);;All files (*)"
 MESH_FILES = "Meshes (*.glb *.gltf *.obj *.stl *.ply);;All files (*)"
 PICTURES = "PNG pictures (*.png)"
@@ -23,12 +27,20 @@ class Dialogs:
 
     def open_rig(self, parent: QWidget, folder: Path | None) -> Path | None:
         """The rig file to open."""
-        return _path(QFileDialog.getOpenFileName(parent, "Open a rig", str(folder or ""), RIG_FILES)[0])
+        return _path(QFileDialog.getOpenFileName(parent, "Open a rig", str(folder or ""), OPEN_FILES)[0])
 
     def save_rig(self, parent: QWidget, suggestion: Path) -> Path | None:
         """Where to save the rig."""
         chosen = QFileDialog.getSaveFileName(parent, "Save the rig", str(suggestion), RIG_FILES)[0]
         return _with_suffix(_path(chosen), ".yaml")
+
+    def export_rig(self, parent: QWidget, suggestion: Path, title: str, is_folder: bool) -> Path | None:
+        """Where to write the rig in the format of another program: a file, or a folder to make."""
+        question = f"Name of the folder for {title}" if is_folder else f"Export as {title}"
+        suffix = suggestion.suffix
+        filter_ = "Folders (*)" if is_folder else f"Files (*{suffix});;All files (*)"
+        chosen = _path(QFileDialog.getSaveFileName(parent, question, str(suggestion), filter_)[0])
+        return chosen if is_folder else _with_suffix(chosen, suffix)
 
     def save_picture(self, parent: QWidget, suggestion: Path) -> Path | None:
         """Where to save the picture."""

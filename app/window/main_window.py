@@ -25,6 +25,7 @@ from app.window.features.clipboard import Clipboard
 from app.window.features.compare import Compare
 from app.window.features.drop import Drop
 from app.window.features.edits import Edits
+from app.window.features.exchange import Exchange
 from app.window.features.files import Files
 from app.window.features.follow import Follow
 from app.window.features.heat import Heat
@@ -59,6 +60,7 @@ from widgets.panels.sensor_tree import SensorTree
 FEATURES: tuple[type[Feature], ...] = (
     Files,
     Recent,
+    Exchange,
     Edits,
     Clipboard,
     Sensors,

@@ -10,6 +10,7 @@ from app.options import SceneOptions, ScoreOptions
 from app.recompute import Recompute
 from app.user_folders import config_folder, state_folder
 from app.window.features.autosave import Autosave
+from app.window.features.exchange import Exchange
 from app.window.main_window import MainWindow
 from app.window.settings import Settings
 from app.window.unexpected import failures_told
@@ -40,4 +41,5 @@ def open_window(rig: str, scene: SceneOptions, score: ScoreOptions) -> int:
     with quit_on_interrupt(app), failures_told(window.report_error, state_folder()):
         window.show()
         window.feature(Autosave).start(state_folder() / "unsaved")
+        window.feature(Exchange).show_report(opened.report)
         return app.exec()

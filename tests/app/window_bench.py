@@ -173,6 +173,9 @@ class FakeDialogs(Dialogs):
     def save_rig(self, parent: QWidget, suggestion: Path) -> Path | None:
         return self.path
 
+    def export_rig(self, parent: QWidget, suggestion: Path, title: str, is_folder: bool) -> Path | None:
+        return self.path
+
     def save_picture(self, parent: QWidget, suggestion: Path) -> Path | None:
         return self.path
 

@@ -6,11 +6,13 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QMenu
 
 from app.actions import Spec
 from app.window.feature import Feature
 from core.errors import InputError
+from core.rig.formats.exchange import may_be_foreign
 from core.rig.model import Rig
 from core.rig.presets import PRESETS, preset
 
@@ -20,6 +22,9 @@ if TYPE_CHECKING:
 
 class Files(Feature):
     """Opens and saves the document."""
+
+    foreign_chosen = Signal(object)
+    """The path of a file or folder that another program may have written was chosen to be opened."""
 
     specs = (
         Spec("new", "New", "Start with a car without sensors", "Ctrl+N", "", "file/new"),
@@ -48,12 +53,19 @@ class Files(Feature):
             folder = self.document.path.parent if self.document.path is not None else None
             path = self.window.dialogs.open_rig(self.window, folder)
             if path is not None:
-                self.window.guarded(self.document.open)(path)
+                self._open(path)
+
+    def _open(self, path: Path) -> None:
+        """Open a rig file, or have one of another program read."""
+        if may_be_foreign(path):
+            self.foreign_chosen.emit(path)
+        else:
+            self.window.guarded(self.document.open)(path)
 
     def open_path(self, path: Path) -> None:
         """Open a rig file that was chosen elsewhere."""
         if self.may_lose_changes():
-            self.window.guarded(self.document.open)(path)
+            self._open(path)
 
     def new(self) -> None:
         """Start with a car without sensors."""

@@ -76,7 +76,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
     )
     if options.vehicle is None and options.rear_axle_x is None:
         notes.approximated(
-            f"vehicle not in the files: rear axle at x = {vehicle.rear_axle_x:g} m; --rear-axle-x changes it"
+            f"vehicle not in the files: rear axle at x = {vehicle.rear_axle_x:g} m", option="--rear-axle-x"
         )
     return Imported(mounting.rig(source.name), notes.report(TITLE))
 
@@ -102,7 +102,7 @@ def _root_place(tree: FrameTree, base_m: Vec3, vehicle: Vehicle, options: ReadOp
     if roots == {BASE} or options.origin_m is not None:
         return base_m
     notes.approximated(
-        f"{BASE} not in the files: {', '.join(roots)} is put on the middle of the roof; --origin X Y Z places it"
+        f"{BASE} not in the files: {', '.join(roots)} is put on the middle of the roof", option="--origin"
     )
     return 0.0, 0.0, vehicle.height
 

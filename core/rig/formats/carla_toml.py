@@ -58,7 +58,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
     notes.read("roll and pitch of LiDARs as radians, the unit of the published files")
     if options.vehicle is None:
         notes.approximated(
-            "vehicle not in the file: a sedan whose body centre is the actor; --vehicle changes it"
+            "vehicle not in the file: a sedan whose body centre is the actor", option="--vehicle"
         )
     return Imported(mounting.rig(source.name), notes.report(TITLE))
 

@@ -71,7 +71,7 @@ def _vehicle(rig: Value, options: ReadOptions, notes: Notes) -> Vehicle:
         or not all(key in sizes for key in ("length", "width", "height"))
     ):
         if options.vehicle is None:
-            notes.approximated("vehicle not in the file: a sedan; --vehicle changes it")
+            notes.approximated("vehicle not in the file: a sedan", option="--vehicle")
         return Vehicle()
     length, width, height = (sizes.item(key).number(0.1, 100.0) for key in ("length", "width", "height"))
     notes.read("length, width and height of the vehicle")
@@ -84,7 +84,7 @@ def _vehicle(rig: Value, options: ReadOptions, notes: Notes) -> Vehicle:
     else:
         rear_axle_x = Vehicle().rear_axle_x
         notes.approximated(
-            f"bumperRear not in the file: rear axle at x = {rear_axle_x:g} m; --rear-axle-x changes it"
+            f"bumperRear not in the file: rear axle at x = {rear_axle_x:g} m", option="--rear-axle-x"
         )
     return Vehicle(length=length, width=width, height=height, rear_axle_x=rear_axle_x)
 

@@ -20,9 +20,10 @@ from core.rig.formats.nuscenes import NUSCENES
 from core.rig.formats.osi import OSI
 from core.rig.formats.pandaset import PANDASET
 from core.rig.formats.riglens import RIGLENS
-from core.rig.formats.source import Source, shown_path
+from core.rig.formats.source import Source
 from core.rig.formats.urdf import URDF
 from core.rig.model import Rig
+from core.rig.text_file import shown_path
 from core.rig.yaml_nodes import shortened
 
 FORMATS = {
@@ -56,6 +57,13 @@ def detect(source: Source) -> Format:
     if not source.is_folder and source.suffix not in _FOREIGN_ENDINGS:
         return RIGLENS
     raise InputError(f"{source.where}: no rig in a format that is known; accepted are {', '.join(READABLE)}")
+
+
+def may_be_foreign(path: Path) -> bool:
+    """Whether a file or folder that is there may hold a rig of another program, told without reading it whole."""
+    source = Source(path)
+    is_data = source.is_folder or source.suffix in _DATA_ENDINGS
+    return source.path.exists() and is_data and not RIGLENS.recognises(source)
 
 
 def read_rig(

@@ -62,10 +62,10 @@ def read(source: Source, options: ReadOptions) -> Imported:
     x, y, z = mounting.origin_m
     if options.origin_m is None:
         notes.approximated(
-            f"where the origin is on the vehicle is not in the file: {x:g} {y:g} {z:g} m; --origin changes it"
+            f"where the origin is on the vehicle is not in the file: {x:g} {y:g} {z:g} m", option="--origin"
         )
     if options.vehicle is None:
-        notes.approximated("vehicle not in the file: a sedan; --vehicle changes it")
+        notes.approximated("vehicle not in the file: a sedan", option="--vehicle")
     return Imported(mounting.rig(source.name), notes.report(TITLE))
 
 

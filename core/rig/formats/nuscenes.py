@@ -58,7 +58,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
     channels = _channels(_table(source, "sensor").json)
     rigs = _rigs(_table(source, "calibrated_sensor").json, channels)
     rows, which = _chosen(rigs, options.token, source.where)
-    notes.read(which)
+    notes.read(which, option="--token")
     vehicle = options.vehicle_or(ZOE)
     origin_m = options.origin_m or rear_axle_on_ground(vehicle)
     mounting = Mounting(source.where, notes, vehicle, origin_m)
@@ -111,8 +111,7 @@ def _chosen(rigs: list[list[Value]], token: str | None, where: str) -> tuple[lis
     """The rows of one rig, and which one it is in words."""
     if token is None:
         first = rigs[0][0].item("token").text()
-        other = "; --token with any token of another rig reads that one" if len(rigs) > 1 else ""
-        return rigs[0], f"rig 1 of {len(rigs)}, its first row is {shortened(first, 40)}{other}"
+        return rigs[0], f"rig 1 of {len(rigs)}, its first row is {shortened(first, 40)}"
     for number, rows in enumerate(rigs, 1):
         if any(row.item("token").text() == token for row in rows):
             return rows, f"rig {number} of {len(rigs)}, the one with row {shortened(token, 40)}"
@@ -142,9 +141,7 @@ def _remark_on_frames(notes: Notes, origin_m: Vec3, options: ReadOptions) -> Non
     notes.converted(f"origin from the rear axle on the ground to the body centre: added {x:g} {y:g} {z:g} m")
     notes.converted("cameras from optical axes and quaternions w x y z to roll, pitch, yaw of the body")
     if options.vehicle is None:
-        notes.approximated(
-            "vehicle not in the file: a Renault Zoe, the car of nuScenes; --vehicle changes it"
-        )
+        notes.approximated("vehicle not in the file: a Renault Zoe, the car of nuScenes", option="--vehicle")
 
 
 def write(rig: Rig) -> Exported:

@@ -13,19 +13,23 @@ _NAMED = 4
 
 @dataclass(frozen=True)
 class Remark:
-    """One thing to know, and the sensors or parts of the file that it is about (none: the whole)."""
+    """One thing to know, and the sensors or parts of the file that it is about (none: the whole).
+
+    `option` is the one of `riglens convert` that makes it otherwise.
+    """
 
     kind: Kind
     text: str
     about: tuple[str, ...] = ()
+    option: str = ""
 
-    def line(self) -> str:
+    def sentence(self) -> str:
         """The remark on one line: at most a few of the parts are named, the others counted."""
         if not self.about:
-            return f"{self.kind}: {self.text}"
+            return self.text
         names = ", ".join(self.about[:_NAMED])
         rest = len(self.about) - _NAMED
-        return f"{self.kind}: {self.text} ({names}{f' and {rest} more' if rest > 0 else ''})"
+        return f"{self.text} ({names}{f' and {rest} more' if rest > 0 else ''})"
 
 
 @dataclass(frozen=True)
@@ -36,8 +40,10 @@ class Report:
     remarks: tuple[Remark, ...]
 
     def lines(self) -> list[str]:
-        """Every remark as a line of text."""
-        return [remark.line() for remark in self.remarks]
+        """Every remark as a line for the terminal, with its kind and option."""
+        options = (f"; {remark.option} changes it" if remark.option else "" for remark in self.remarks)
+        told = zip(self.remarks, options, strict=True)
+        return [f"{remark.kind}: {remark.sentence()}{option}" for remark, option in told]
 
     def of_kind(self, kind: Kind) -> tuple[Remark, ...]:
         """The remarks of one kind."""
@@ -48,11 +54,11 @@ class Report:
 class Notes:
     """Collects remarks while a file is read or written; the same text about several parts becomes one remark."""
 
-    _about: dict[tuple[Kind, str], list[str]] = field(default_factory=dict)
+    _about: dict[tuple[Kind, str, str], list[str]] = field(default_factory=dict)
 
-    def read(self, text: str, *about: str) -> None:
+    def read(self, text: str, *about: str, option: str = "") -> None:
         """Something that the file said and the rig now says."""
-        self._add("read", text, about)
+        self._add("read", text, about, option)
 
     def written(self, text: str, *about: str) -> None:
         """Something that the rig says and the file now says."""
@@ -62,9 +68,9 @@ class Notes:
         """Something said in other axes, units or words, without loss."""
         self._add("converted", text, about)
 
-    def approximated(self, text: str, *about: str) -> None:
+    def approximated(self, text: str, *about: str, option: str = "") -> None:
         """Something that one side does not know: a stated default, or the nearest that can be said."""
-        self._add("approximated", text, about)
+        self._add("approximated", text, about, option)
 
     def ignored(self, text: str, *about: str) -> None:
         """Something that the other side cannot say and that was left out."""
@@ -72,9 +78,9 @@ class Notes:
 
     def report(self, title: str) -> Report:
         """The remarks so far, by kind and then in the order in which they came."""
-        found = [Remark(kind, text, tuple(about)) for (kind, text), about in self._about.items()]
+        found = [Remark(kind, text, tuple(about), way) for (kind, text, way), about in self._about.items()]
         return Report(title, tuple(sorted(found, key=lambda remark: KINDS.index(remark.kind))))
 
-    def _add(self, kind: Kind, text: str, about: Sequence[str]) -> None:
-        parts = self._about.setdefault((kind, text), [])
+    def _add(self, kind: Kind, text: str, about: Sequence[str], option: str = "") -> None:
+        parts = self._about.setdefault((kind, text, option), [])
         parts.extend(part for part in about if part not in parts)

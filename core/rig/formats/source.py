@@ -13,8 +13,9 @@ from pathlib import Path
 from typing import Any
 
 from core.errors import InputError
-from core.rig.formats.values import Value
+from core.rig.formats.values import Value, is_encodable
 from core.rig.formats.xml_tree import Element, parse_xml
+from core.rig.text_file import shown_path
 from core.rig.yaml_nodes import parse_yaml, plain_value, shortened
 
 MAX_JSON_BYTES = 16_000_000
@@ -107,11 +108,6 @@ class Source:
             raise InputError(f"{self.where}: {shortened(str(error), 160)}") from error
 
 
-def shown_path(path: Path) -> str:
-    """A path on one line, whatever its name contains."""
-    return shortened(os.fspath(path), 200)
-
-
 def _content(path: Path, where: str, is_packed: bool, limit: int) -> bytes:
     try:
         with gzip.open(path) if is_packed else path.open("rb") as stream:
@@ -136,6 +132,8 @@ def _load_json(text: str) -> Any:
 def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     fields: dict[str, Any] = {}
     for key, value in pairs:
+        if not is_encodable(key):
+            raise ValueError("a key is no text in UTF-8")
         if key in fields:
             raise ValueError(f"key '{shortened(key)}' is given twice in one object")
         fields[key] = value

@@ -183,7 +183,8 @@ def _remark(root: Element, base: str, mounting: Mounting, options: ReadOptions) 
     notes.converted(f"{base} lies at {x:g} {y:g} {z:g} m in the vehicle frame; angles to degrees")
     if options.origin_m is None:
         notes.approximated(
-            f"where {base} is on the vehicle is not in the file: on the ground under the rear axle; --origin changes it"
+            f"where {base} is on the vehicle is not in the file: on the ground under the rear axle",
+            option="--origin",
         )
     meshes = sum(element.tag == "mesh" for element in _walk(root))
     if meshes:

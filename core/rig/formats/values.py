@@ -80,8 +80,8 @@ class Value:
         return [Value(value, self._where, f"{self._path}[{index}]") for index, value in enumerate(self.raw)]
 
     def text(self) -> str:
-        """A text."""
-        if not isinstance(self.raw, str):
+        """A text; JSON can say halves of characters (surrogates), which no file can hold."""
+        if not isinstance(self.raw, str) or not is_encodable(self.raw):
             self.refuse("a text")
         return self.raw
 
@@ -132,6 +132,11 @@ class Value:
         if isinstance(self.raw, int) and abs(self.raw) > 1 << 64:
             return "a very large number"
         return shortened(str(self.raw))
+
+
+def is_encodable(text: str) -> bool:
+    """Whether a text can be written as UTF-8."""
+    return text.isascii() or not any("\ud800" <= letter <= "\udfff" for letter in text)
 
 
 def _number_in(text: str) -> float:

@@ -23,7 +23,7 @@ def check(path: Path, name: str | None, wants_all: bool) -> bool:
         rig = read_rig(path, name).rig
     except InputError as error:
         message = str(error)
-        assert message and message.isprintable() and len(message) < 1000, repr(message)
+        assert message and message.isprintable() and len(message) < 2000, repr(message)
         return False
     assert same_rig(loads(dumps(rig)).rig, rig)
     for target in WRITABLE if wants_all else ():

@@ -152,6 +152,8 @@ def test_broken_gzip_is_refused(tmp_path: Path) -> None:
         (CARLA_TOML, "num = 4", "num = 4\nnum = 5", "Cannot overwrite a value"),
         (DRIVEWORKS, "[0.1, 0.4, 0.2]", "[0.1, 0.4]", "roll-pitch-yaw: found a list of 2; accepted is a list of 3"),
         (DRIVEWORKS, "0.000545421498827636", "-0.0005", "accepted is an f-theta polynomial that rises"),
+        (DRIVEWORKS, "lidar:top", "lidar:\\ud800", "name: found 'lidar:\\ud800'; accepted is a text"),
+        (DRIVEWORKS, '"protocol": "lidar', '"\\ud800": "lidar', "a key is no text in UTF-8"),
         (DRIVEWORKS, '"width": "1920"', '"width": "1e9"', "width: found 1e9; accepted is a number from 1 to 20000"),
         (KALIBR, "[1.0, 0.0, 0.0, 0.3]", "[9.0, 0.0, 0.0, 0.3]", "cam0.T_cam_imu: found one that is not; accepted"),
         (KALIBR, "[0.0, 0.0, -1.0, 0.2]", "[0.0, 0.0, 1.0, 0.2]", "a rotation matrix, orthonormal and right-handed"),

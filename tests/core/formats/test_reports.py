@@ -49,8 +49,10 @@ def test_remarks_with_the_same_text_become_one_and_name_only_a_few_parts() -> No
         notes.ignored("no place for it", name)
     notes.read("everything")
     notes.ignored("no place for it", "a")
+    notes.approximated("a sedan", option="--vehicle")
     assert notes.report("X").lines() == [
         "read: everything",
+        "approximated: a sedan; --vehicle changes it",
         "ignored: no place for it (a, b, c, d and 2 more)",
     ]
 

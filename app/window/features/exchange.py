@@ -1,0 +1,84 @@
+"""Rigs of other programs: read in the background, written from the File menu, with a report to read each time."""
+
+from __future__ import annotations
+
+from functools import partial
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from PySide6.QtWidgets import QMenu
+
+from app.window.feature import Feature
+from app.window.features.files import Files, file_name
+from core.rig.formats.base import Format
+from core.rig.formats.exchange import FORMATS, WRITABLE, write_rig
+from core.rig.formats.report import KINDS, Kind, Report
+from core.rig.opening import OpenedRig, open_rig_file
+
+if TYPE_CHECKING:
+    from app.window.main_window import MainWindow
+
+HEADINGS: dict[Kind, str] = {
+    "read": "Read",
+    "written": "Written",
+    "converted": "Converted",
+    "approximated": "Approximated",
+    "ignored": "Left out",
+}
+
+
+class Exchange(Feature):
+    """Reads and writes rigs in the formats of other programs."""
+
+    def __init__(self, window: MainWindow) -> None:
+        super().__init__(window)
+        window.places.add_to_menu("file/export", self._export_menu())
+        window.feature(Files).foreign_chosen.connect(self.read)
+
+    def _export_menu(self) -> QMenu:
+        menu = QMenu("Export as", self.window)
+        menu.setToolTipsVisible(True)
+        for name in WRITABLE:
+            if name != "riglens":
+                format_ = FORMATS[name]
+                action = menu.addAction(f"{format_.title}…", partial(self.export, format_))
+                action.setObjectName(f"export_{name}")
+                action.setToolTip("Makes a folder" if format_.is_folder else "Makes a file")
+        return menu
+
+    def read(self, path: Path) -> None:
+        """Read the rig of another program in the background; then it is shown, and the report on it."""
+        self.window.tasks.run(f"Reading {path.name}", lambda _: open_rig_file(path), done=self._show)
+
+    def _show(self, opened: OpenedRig) -> None:
+        path = opened.file.path if opened.file is not None else None
+        self.document.show(opened.rig, opened.file, path)
+        self.show_report(opened.report)
+
+    def export(self, format_: Format) -> None:
+        """Ask where, and write the rig in that format."""
+        ending = "" if format_.is_folder else (format_.endings or (".json",))[0]
+        suggestion = Path(file_name(self.document.rig.name, ending))
+        path = self.window.dialogs.export_rig(self.window, suggestion, format_.title, format_.is_folder)
+        if path is not None:
+            self.window.guarded(self._write)(path, format_)
+
+    def _write(self, path: Path, format_: Format) -> None:
+        self.show_report(write_rig(self.document.rig, path, format_.name).report)
+
+    def show_report(self, report: Report | None) -> None:
+        """What became of everything, to read; nothing for RigLens' own files."""
+        if report is not None:
+            self.window.dialogs.show_text(self.window, report.title, report_html(report))
+
+
+def report_html(report: Report) -> str:
+    """The remarks under a heading for each kind."""
+    parts = []
+    for kind in KINDS:
+        remarks = report.of_kind(kind)
+        if remarks:
+            lines = "".join(f"<li>{escape(remark.sentence())}</li>" for remark in remarks)
+            parts.append(f"<p><b>{HEADINGS[kind]}</b></p><ul>{lines}</ul>")
+    return "".join(parts)

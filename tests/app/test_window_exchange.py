@@ -1,0 +1,96 @@
+"""Rigs of other programs in the window: opened, exported, and a report to read each time."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from PySide6.QtGui import QAction
+from pytestqt.qtbot import QtBot
+
+from core.rig.formats.exchange import WRITABLE, read_rig
+from tests.app.window_bench import RIG, Bench, open_bench
+from tests.core.formats.cases import AUTOWARE_KIT, DRIVEWORKS, NUSCENES, URDF, write_files
+
+
+@pytest.fixture
+def bench(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
+    with open_bench(qtbot, tmp_path) as opened:
+        yield opened
+
+
+def export(bench: Bench, name: str) -> None:
+    """Choose an entry of File > Export as."""
+    action = bench.window.findChild(QAction, f"export_{name}")
+    assert action is not None
+    action.trigger()
+
+
+@pytest.mark.parametrize(
+    ("files", "named", "names"),
+    [
+        (NUSCENES, "calibrated_sensor.json", ["CAM_FRONT", "LIDAR_TOP"]),
+        (AUTOWARE_KIT, "sensor_kit_calibration.yaml", ["camera0", "velodyne_top"]),
+        (URDF, "rig.urdf", ["velodyne", "camera"]),
+    ],
+)
+def test_a_rig_of_another_program_is_opened_with_a_report(
+    bench: Bench, tmp_path: Path, files: dict[str, str], named: str, names: list[str]
+) -> None:
+    bench.dialogs.path = write_files(tmp_path / "foreign", files) / named
+    bench.act("open")
+    bench.qtbot.waitUntil(lambda: bool(bench.dialogs.shown))
+    assert [sensor.name for sensor in bench.document.rig.sensors] == names
+    assert bench.document.path is None and not bench.window.isWindowModified()
+    (html,) = bench.dialogs.shown
+    assert "<b>Converted</b>" in html and "<b>Approximated</b>" in html
+    bench.settle()
+
+
+def test_saving_a_foreign_rig_asks_for_a_file_and_leaves_the_source_alone(
+    bench: Bench, tmp_path: Path
+) -> None:
+    source = write_files(tmp_path, DRIVEWORKS) / "rig.json"
+    before = source.read_bytes()
+    bench.dialogs.path = source
+    bench.act("open")
+    bench.qtbot.waitUntil(lambda: bool(bench.dialogs.shown))
+    bench.dialogs.path = tmp_path / "mine.yaml"
+    bench.act("save")
+    assert (tmp_path / "mine.yaml").is_file() and source.read_bytes() == before
+    bench.settle()
+
+
+def test_a_broken_foreign_file_is_reported_and_the_rig_stays(bench: Bench, tmp_path: Path) -> None:
+    bad = tmp_path / "rig.json"
+    bad.write_text('{"rig": {"sensors": [1]}}')
+    bench.dialogs.path = bad
+    bench.act("open")
+    bench.qtbot.waitUntil(lambda: "rig.json" in bench.window.message_bar.message)
+    assert bench.document.rig == RIG and not bench.dialogs.shown
+
+
+@pytest.mark.parametrize("name", [name for name in WRITABLE if name != "riglens"])
+def test_every_exporter_writes_what_is_shown(bench: Bench, tmp_path: Path, name: str) -> None:
+    bench.dialogs.path = tmp_path / f"out-{name}"
+    export(bench, name)
+    assert bench.dialogs.path.exists() and len(bench.dialogs.shown) == 1
+    assert "<b>Written</b>" in bench.dialogs.shown[0]
+    if name != "osi":
+        assert len(read_rig(bench.dialogs.path, name).rig.sensors) == len(RIG.sensors)
+
+
+def test_a_folder_with_other_files_is_not_overwritten_by_an_export(bench: Bench, tmp_path: Path) -> None:
+    bench.dialogs.path = write_files(tmp_path / "home", {"thesis.tex": "mine"})
+    export(bench, "autoware")
+    assert "the folder holds thesis.tex" in bench.window.message_bar.message
+    assert not bench.dialogs.shown
+
+
+def test_names_from_a_file_are_shown_as_they_are_and_not_as_markup(bench: Bench, tmp_path: Path) -> None:
+    text = AUTOWARE_KIT["sensor_kit_calibration.yaml"].replace("gnss_link", '"<img src=x>gnss"')
+    files = {**AUTOWARE_KIT, "sensor_kit_calibration.yaml": text}
+    bench.dialogs.path = write_files(tmp_path / "kit", files) / "sensors_calibration.yaml"
+    bench.act("open")
+    bench.qtbot.waitUntil(lambda: bool(bench.dialogs.shown))
+    assert "&lt;img src=x&gt;gnss" in bench.dialogs.shown[0] and "<img" not in bench.dialogs.shown[0]
+    bench.settle()
