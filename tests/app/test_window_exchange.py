@@ -7,6 +7,7 @@ import pytest
 from PySide6.QtGui import QAction
 from pytestqt.qtbot import QtBot
 
+from app.window.features.drop import Drop
 from core.rig.formats.exchange import WRITABLE, read_rig
 from tests.app.window_bench import RIG, Bench, open_bench
 from tests.core.formats.cases import AUTOWARE_KIT, DRIVEWORKS, NUSCENES, URDF, write_files
@@ -93,4 +94,11 @@ def test_names_from_a_file_are_shown_as_they_are_and_not_as_markup(bench: Bench,
     bench.act("open")
     bench.qtbot.waitUntil(lambda: bool(bench.dialogs.shown))
     assert "&lt;img src=x&gt;gnss" in bench.dialogs.shown[0] and "<img" not in bench.dialogs.shown[0]
+    bench.settle()
+
+
+def test_a_dropped_rig_of_another_program_is_opened(bench: Bench, tmp_path: Path) -> None:
+    bench.window.feature(Drop).take([write_files(tmp_path, DRIVEWORKS) / "rig.json"])
+    bench.qtbot.waitUntil(lambda: bool(bench.dialogs.shown))
+    assert [sensor.name for sensor in bench.document.rig.sensors] == ["camera:front", "lidar:top"]
     bench.settle()

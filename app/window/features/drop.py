@@ -15,11 +15,11 @@ from app.window.features.scene_data import SceneData
 if TYPE_CHECKING:
     from app.window.main_window import MainWindow
 
-RIGS = (".yaml", ".yml")
+RIGS = (".yaml", ".yml", ".json", ".json.gz", ".urdf", ".toml")
 TABLES = (".csv", ".csv.gz", ".parquet", ".feather")
 POGS = (".npz",)
 ACCEPTED = (
-    "accepted are rig files (.yaml), box tables (.csv, .csv.gz, .parquet, .feather), "
+    "accepted are rigs (.yaml, .json, .urdf, .toml), box tables (.csv, .csv.gz, .parquet, .feather), "
     "stored POGs (.npz) and box folders"
 )
 
