@@ -44,7 +44,6 @@ def test_a_rig_of_another_program_is_opened_with_a_report(
     assert bench.document.path is None and not bench.window.isWindowModified()
     (html,) = bench.dialogs.shown
     assert "<b>Converted</b>" in html and "<b>Approximated</b>" in html
-    bench.settle()
 
 
 def test_saving_a_foreign_rig_asks_for_a_file_and_leaves_the_source_alone(
@@ -58,7 +57,6 @@ def test_saving_a_foreign_rig_asks_for_a_file_and_leaves_the_source_alone(
     bench.dialogs.path = tmp_path / "mine.yaml"
     bench.act("save")
     assert (tmp_path / "mine.yaml").is_file() and source.read_bytes() == before
-    bench.settle()
 
 
 def test_a_broken_foreign_file_is_reported_and_the_rig_stays(bench: Bench, tmp_path: Path) -> None:
@@ -94,11 +92,9 @@ def test_names_from_a_file_are_shown_as_they_are_and_not_as_markup(bench: Bench,
     bench.act("open")
     bench.qtbot.waitUntil(lambda: bool(bench.dialogs.shown))
     assert "&lt;img src=x&gt;gnss" in bench.dialogs.shown[0] and "<img" not in bench.dialogs.shown[0]
-    bench.settle()
 
 
 def test_a_dropped_rig_of_another_program_is_opened(bench: Bench, tmp_path: Path) -> None:
     bench.window.feature(Drop).take([write_files(tmp_path, DRIVEWORKS) / "rig.json"])
     bench.qtbot.waitUntil(lambda: bool(bench.dialogs.shown))
     assert [sensor.name for sensor in bench.document.rig.sensors] == ["camera:front", "lidar:top"]
-    bench.settle()
