@@ -32,9 +32,9 @@ part, so that noise in the times does not have the two take turns within a drag.
 IsStale = Callable[[], bool]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class LoadedScene:
-    """Box data ready for use: the entropy of every informative voxel, and a coarser grid to draw.
+    """Box data ready for use: the entropy of every informative voxel, and a coarser grid to draw. Equal only to itself.
 
     `coarse` is a field of larger voxels for first answers, None where the grid allows none; `choice` says how
     the voxel edge was picked, None when it was given.

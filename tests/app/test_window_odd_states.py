@@ -12,13 +12,15 @@ from pytestqt.qtbot import QtBot
 import app.scoring
 from app.options import SceneOptions
 from app.scenario import Scenario
+from app.window.features.compare import Compare
 from app.window.features.heat import Heat
 from app.window.features.map import Map
+from app.window.features.scene_data import SceneData
 from app.window.features.sensor_view import SensorView
 from core.rig.model import Rig
 from core.scene.boxes import Progress
 from core.scene.top_view import BLIND
-from tests.app.window_bench import CAMERA, LIDAR, RIG, TIMEOUT_MS, Bench, open_bench
+from tests.app.window_bench import CAMERA, LIDAR, RIG, TIMEOUT_MS, Bench, open_bench, scene_options
 from tests.widgets.mouse import hover
 
 CARS = """seq,frame,cls,x,y,z,length,width,height,yaw
@@ -165,3 +167,13 @@ def test_the_window_fits_small_and_large_screens(qtbot: QtBot, tmp_path: Path, s
             QApplication.processEvents()
             assert (bench.window.width(), bench.window.height()) == size, bench.window.minimumSizeHint()
             assert bench.viewport.width() >= 240, dock
+
+
+def test_the_same_data_can_be_loaded_again_with_rigs_in_comparison(qtbot: QtBot, tmp_path: Path) -> None:
+    with open_bench(qtbot, tmp_path) as bench:
+        bench.act("snapshot")
+        bench.window.feature(SceneData).load(scene_options(tmp_path))
+        qtbot.waitUntil(lambda: len(bench.scenes) == 2, timeout=TIMEOUT_MS)
+        bench.settle()
+        rows = bench.window.feature(Compare)
+        qtbot.waitUntil(lambda: all(row.scores is not None for row in rows.rows), timeout=TIMEOUT_MS)
