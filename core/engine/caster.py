@@ -85,8 +85,10 @@ class Caster:
     def _mark_fan(
         self, rays_of: Lattice, rays: Cast, window: Window, marks: Words, is_stale: IsStale
     ) -> bool:
-        fan = make_fan(rays_of, rays.rotation)
+        fan = make_fan(rays_of, rays)
         profile, slabs = make_profile(fan, rays), self._slabs(window)
+        if profile is None:
+            return self._mark_rays(rays, marks, is_stale)
         space = Space(rays.origin, rays.rotation, rays.box, rays.shape)
         planes = len(fan.planes)
         for start in range(0, planes, PLANES_PER_CHUNK):

@@ -30,25 +30,33 @@ def _plane_headings(lattice: Lattice) -> tuple[NDArray[np.float64], NDArray[np.f
     return np.stack([1.0 / length, y / length], axis=1), 1.0 / length
 
 
-def make_fan(lattice: Lattice, rotation: NDArray[np.float64]) -> Fan:
-    """The fan of a lattice turned about the vertical by `rotation` (3, 3)."""
+def make_fan(lattice: Lattice, rays: Cast) -> Fan:
+    """The fan of a lattice turned about the vertical, with the ranges of the rays."""
     headings, scales = _plane_headings(lattice)
     slopes = _row_slopes(lattice)
     order = np.argsort(slopes, kind="stable")
     flat = np.abs(slopes[order]) <= STEEPEST
     row_of = order[flat]
-    turned = np.ascontiguousarray(headings @ rotation[:2, :2].T)
+    turned = np.ascontiguousarray(headings @ rays.rotation[:2, :2].T)
+    forward = lattice.rows[row_of, 0] if lattice.kind == LIDAR else np.ones(len(row_of))
+    near, far = rays.reach[0] * forward, rays.reach[1] * forward
     return Fan(
-        lattice.kind, lattice.rows, lattice.planes, turned, scales, slopes[row_of], row_of, order[~flat]
-    )
+        lattice.kind, lattice.rows, lattice.planes, turned, scales, slopes[row_of], near, far, rays.reach,
+        row_of, order[~flat],
+    )  # fmt: skip
 
 
-def make_profile(fan: Fan, rays: Cast) -> Profile:
-    """Which levels the rays of a fan are in, by forward distance, as far as the box reaches."""
+def make_profile(fan: Fan, rays: Cast) -> Profile | None:
+    """Which levels the rays of a fan are in, by forward distance, as far as the box reaches; None where a range ends
+    so close to a face that only the exact walk can tell."""
     low, high, depth = int(rays.box[4]), int(rays.box[5]), (int(rays.shape[2]) + 63) // 64
     most = 2 * (len(fan.slopes) + 2) * (high - low + 1)
     distances, changes = np.empty(most), np.empty(most, np.int32)
-    count = find_stays(fan.slopes, rays.origin[2], low, high, farthest(rays) + 1.0, distances, changes)
+    count = find_stays(
+        fan.slopes, fan.near, fan.far, rays.origin[2], low, high, farthest(rays) + 1.0, distances, changes
+    )
+    if count < 0:
+        return None
     order = np.argsort(distances[:count], kind="stable")
     at = np.append(distances[order], np.inf)
     ordered = changes[order]
@@ -67,13 +75,18 @@ def is_upright(rotation: NDArray[np.float64]) -> bool:
 
 
 def is_plain(rays: Cast) -> bool:
-    """Whether the short cuts hold: rays in rows and planes, from the origin to the end of the box, an origin not
-    too far away for their tolerance, and no number so small or large that a ray could need rational arithmetic."""
+    """Whether the short cuts hold: rays in rows and planes, from the origin to the end of the box for cameras, an
+    origin not too far away for their tolerance, and no number so small or large that a ray could need rational
+    arithmetic."""
     if rays.kind == LISTED:
         return False
     near = max(np.abs(rays.origin).max(), rays.box.max()) <= FARTHEST_ORIGIN
     endless = rays.reach[0] == 0.0 and rays.reach[1] > farthest(rays) + 1.0
-    return bool(near and endless and _is_tame(rays.rows, rays.planes, rays.rotation, rays.origin))
+    return bool(
+        near
+        and (endless or rays.kind == LIDAR)
+        and _is_tame(rays.rows, rays.planes, rays.rotation, rays.origin)
+    )
 
 
 def _is_tame(*tables: NDArray[np.float64]) -> bool:

@@ -20,7 +20,7 @@ import numpy as np
 from core.kernels.jit import inlined, kernel, parallel_kernel
 from core.kernels.lattice import direction, rotated
 from core.kernels.levels import level_mask
-from core.kernels.walk import FARTHEST, walk_exact
+from core.kernels.walk import walk_exact
 
 TOLERANCE = 1e-8
 """Voxels. Below FARTHEST_ORIGIN voxels, crossings summed up step by step are good to half of this; what is closer
@@ -35,8 +35,9 @@ class Fan(NamedTuple):
     """Rays of an upright sensor by plane: tables of `core.kernels.lattice` and what the fans need beside them.
 
     headings (planes, 2) unit vectors in x and y of the vehicle; slopes (rays,), ascending, are dz by forward
-    distance, which is scales (planes,) times the distance along the heading; row_of (rays,): table row of each
-    slope; steep (k,): other rows.
+    distance, which is scales (planes,) times the distance along the heading; near, far (rays,): forward distances
+    at which they begin and end, reach (2,) the distances along the rays; row_of (rays,): table row of each slope;
+    steep (k,): other rows.
     """
 
     kind: int
@@ -45,6 +46,9 @@ class Fan(NamedTuple):
     headings: np.ndarray
     scales: np.ndarray
     slopes: np.ndarray
+    near: np.ndarray
+    far: np.ndarray
+    reach: np.ndarray
     row_of: np.ndarray
     steep: np.ndarray
 
@@ -76,17 +80,46 @@ class Profile(NamedTuple):
 
 
 @inlined
-def _emit(
+def _stay(slope: float, near: float, far: float, enters_z: float, leaves_z: float) -> tuple[float, float]:
+    """Distances between which a ray is between two heights, relative to the sensor, and within its range."""
+    if slope == 0.0:
+        return near, far
+    return max(enters_z / slope, near), min(leaves_z / slope, far)
+
+
+@kernel
+def _add_stays(
+    stays: np.ndarray, level: int, farthest: float, events: np.ndarray, levels: np.ndarray, count: int
+) -> int:
+    """Write the stays (n, 2) in a level, in the order in which they begin, as events; those that overlap are one.
+
+    Returns how many events there are now; -1 when a stay is so short that it may be none.
+    """
+    enters, leaves = np.inf, -np.inf
+    for here, there in stays:
+        if here > 0.0 and abs(there - here) < TOLERANCE:
+            return -1
+        if here > farthest or there < here:
+            continue
+        if here > leaves:
+            count = _write(enters, leaves, level, farthest, events, levels, count)
+            enters, leaves = here, there
+        leaves = max(leaves, there)
+    return _write(enters, leaves, level, farthest, events, levels, count)
+
+
+@inlined
+def _write(
+    enters: float,
+    leaves: float,
+    level: int,
+    farthest: float,
     events: np.ndarray,
     levels: np.ndarray,
     count: int,
-    level: int,
-    enters: float,
-    leaves: float,
-    farthest: float,
 ) -> int:
-    """Add one stay in a level; levels are counted from 1, negative where they are left."""
-    if enters <= farthest:
+    """Write one stay: levels are counted from 1, negative where they are left."""
+    if leaves > enters:
         events[count], levels[count] = enters, level + 1
         count += 1
         if leaves <= farthest:
@@ -95,35 +128,11 @@ def _emit(
     return count
 
 
-@inlined
-def _stays(
-    slopes: np.ndarray,
-    enters_z: float,
-    leaves_z: float,
-    level: int,
-    farthest: float,
-    events: np.ndarray,
-    levels: np.ndarray,
-    count: int,
-) -> int:
-    """Add the stays in a level that rays (steepest first) come to at the height enters_z and leave at leaves_z,
-    both relative to the sensor; stays that overlap are one."""
-    enters, leaves = np.inf, -np.inf
-    for slope in slopes:
-        here, there = enters_z / slope, leaves_z / slope
-        if here > leaves:
-            if leaves > 0.0:
-                count = _emit(events, levels, count, level, enters, leaves, farthest)
-            enters = here
-        leaves = there
-        if enters > farthest:
-            break
-    return _emit(events, levels, count, level, enters, leaves, farthest)
-
-
 @kernel
 def find_stays(
     slopes: np.ndarray,
+    near: np.ndarray,
+    far: np.ndarray,
     z0: float,
     low: int,
     high: int,
@@ -133,31 +142,41 @@ def find_stays(
 ) -> int:
     """Write the distances (events) at which rays of ascending slopes enter and leave the levels low..high-1.
 
-    levels: level + 1 where a stay begins, -(level + 1) where it ends; at most 2 (rays + 2) (high - low + 1) events.
-    Returns how many were written.
+    near, far (rays,): forward distances at which the rays begin and end; levels: level + 1 where a stay begins,
+    -(level + 1) where it ends; at most 2 (rays + 2) (high - low + 1) events. Returns how many were written, or -1
+    where the range of a ray ends so close to a face that only the exact walk can tell.
     """
-    count = 0
-    down = slopes[slopes < 0.0]
-    up = slopes[slopes > 0.0][::-1]
+    count, rays = 0, slopes.size
+    stays = np.empty((rays, 2))
     first_up, first_down = int(np.floor(z0)), int(np.ceil(z0)) - 1
-    level_stay, flat = -np.inf, up.size + down.size < slopes.size
-    if flat:
-        level_stay = np.inf
-    elif up.size > 0:
-        level_stay = (first_up + 1.0 - z0) / up[-1]
-    below_stay = (first_down - z0) / down[-1] if down.size > 0 else -np.inf
-    if first_up == first_down:
-        level_stay, below_stay = max(level_stay, below_stay), -np.inf
-    if level_stay > 0.0 and low <= first_up < high:
-        count = _emit(events, levels, count, first_up, 0.0, level_stay, farthest)
-    if below_stay > 0.0 and low <= first_down < high:
-        count = _emit(events, levels, count, first_down, 0.0, below_stay, farthest)
-    if up.size > 0:
-        for level in range(max(first_up + 1, low), high):
-            count = _stays(up, level - z0, level + 1.0 - z0, level, farthest, events, levels, count)
-    if down.size > 0:
-        for level in range(low, min(first_down, high)):
-            count = _stays(down, level + 1.0 - z0, level - z0, level, farthest, events, levels, count)
+    for level in range(low, high):
+        found = 0
+        if first_down <= level <= first_up:  # where rays start: they come in any order
+            for j in range(rays):
+                starts = first_down if slopes[j] < 0.0 else first_up
+                ends_z = (first_down if slopes[j] < 0.0 else first_up + 1) - z0
+                if level == starts:
+                    stays[found] = _stay(slopes[j], near[j], far[j], 0.0, ends_z)
+                    found += 1
+            order = np.argsort(stays[:found, 0])
+            stays[:found] = stays[:found][order]
+        elif level > first_up:
+            for j in range(rays - 1, -1, -1):  # the steepest first
+                if slopes[j] > 0.0:
+                    stays[found] = _stay(slopes[j], near[j], far[j], level - z0, level + 1.0 - z0)
+                    found += 1
+                    if stays[found - 1, 0] > farthest:
+                        break
+        else:
+            for j in range(rays):
+                if slopes[j] < 0.0:
+                    stays[found] = _stay(slopes[j], near[j], far[j], level + 1.0 - z0, level - z0)
+                    found += 1
+                    if stays[found - 1, 0] > farthest:
+                        break
+        count = _add_stays(stays[:found], level, farthest, events, levels, count)
+        if count < 0:
+            return -1
     return count
 
 
@@ -183,7 +202,7 @@ def _walk_alone(
     d = rotated(space.rotation, direction(fan.kind, fan.rows[row], fan.planes[plane]))
     g = (space.origin[0], space.origin[1], space.origin[2])
     depth = (space.shape[2] + 63) // 64
-    for r in range(walk_exact(g, d, 0.0, FARTHEST, box, space.shape[1], runs)):
+    for r in range(walk_exact(g, d, fan.reach[0], fan.reach[1], box, space.shape[1], runs)):
         low, high = runs[r, 1], runs[r, 2]
         for part in range(low >> 6, (high >> 6) + 1):
             marks[runs[r, 0] * depth + part] |= level_mask(max(low - 64 * part, 0), min(high - 64 * part, 63))

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from core.engine.caster import Caster
 from core.engine.engine import Engine, Evaluation
 from core.metric.entropy import EntropyField
 from core.metric.scores import Method, MetricSettings
@@ -76,6 +77,13 @@ def seen_by(field: EntropyField, *sensors: Lidar | Camera, method: Method = "exa
     """Informative voxels that the sensors traverse together, (nx, ny, nz)."""
     result = evaluate(field, rig_of(*sensors), MetricSettings(method=method))
     return unpack(field.grid, result.seen_camera | result.seen_lidar)
+
+
+def seen_ray_by_ray(field: EntropyField, sensor: Lidar | Camera) -> Mask:
+    """Informative voxels that a sensor traverses, found without any way of casting rays together."""
+    caster, marks = Caster(field), np.zeros_like(field.index.words)
+    caster._mark_rays(caster._rays(sensor, "exact"), marks, lambda: False)
+    return unpack(field.grid, marks & field.index.words)
 
 
 def lidar(

@@ -14,7 +14,16 @@ from core.rational_walk import walk_rational
 from core.rig.model import Camera, Lidar
 from core.rig.presets import preset
 from core.scene.grid import VoxelGrid
-from tests.core.builders import camera, field_of, grid_of, lidar, random_sensor, seen_by, spinning
+from tests.core.builders import (
+    camera,
+    field_of,
+    grid_of,
+    lidar,
+    random_sensor,
+    seen_by,
+    seen_ray_by_ray,
+    spinning,
+)
 from tests.core.oracle import (
     GridRay,
     exact_cover,
@@ -181,7 +190,9 @@ def test_upright_sensors_with_close_rays(name: str, seed: int, share: float) -> 
     elevations = np.linspace(-spread, spread, int(rng.choice([1, 2, 5, 31])))
     dense = camera(position, rpy_deg, (2, int(rng.choice([1, 2, 21]))), float(rng.choice([2.0, 60.0, 150.0])))
     informative = rng.random(grid.shape) < share
-    for sensor in (dense, lidar(position, rpy_deg, elevations, rng.choice([0.0, 45.0, -60.0, 100.3], 2))):
+    near_m, far_m = rng.choice([0.0, 0.013, 0.5, 1.0, 1.7]), rng.choice([0.2, 1.0, 2.2, math.inf])
+    azimuths, range_m = rng.choice([0.0, 45.0, -60.0, 100.3], 2), (float(near_m), float(near_m + far_m))
+    for sensor in (dense, lidar(position, rpy_deg, elevations, azimuths, range_m)):
         assert np.array_equal(
             seen_by(field_of(grid, informative), sensor), exact_cover(grid, [sensor]) & informative
         )
@@ -211,15 +222,15 @@ def test_many_generic_rays_agree_with_slabs_in_doubles(seed: int) -> None:
 
 
 def test_at_full_size_a_sensor_covers_the_same_voxels_however_it_is_cast() -> None:
-    """A range that begins beyond zero, by next to nothing, keeps an upright sensor from any short cut."""
     field = field_of(VoxelGrid(0.2))
     front, left = preset("Wide").sensors[:2]
     native = left.replace(cast=(1600, 900), rpy_deg=(0.0, 0.0, 17.3))
-    for sensor in (*preset("Trapezoid").sensors[:2], front, left, native):
-        assert sensor.range_m == (0.0, math.inf)
+    lidars = preset("Trapezoid").sensors[:2]
+    blind_near_by = [sensor.replace(range_m=(0.5, 12.0)) for sensor in lidars]
+    for sensor in (*lidars, *blind_near_by, front, left, native):
         seen = seen_by(field, sensor)
         assert seen.sum() > 10_000
-        assert np.array_equal(seen, seen_by(field, sensor.replace(range_m=(1e-300, math.inf))))
+        assert np.array_equal(seen, seen_ray_by_ray(field, sensor))
 
 
 def test_a_heading_almost_along_an_axis_crosses_levels_where_it_should() -> None:
