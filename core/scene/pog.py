@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from core.errors import InputError
 from core.kernels import fill, jit
 from core.scene.boxes import CLASSES, BoxSource, DataReport, Progress
-from core.scene.columns import VoxelIndex, empty_words
+from core.scene.columns import VoxelIndex, empty_words, unpack
 from core.scene.filling import fill_batch
 from core.scene.grid import VoxelGrid
 
-BYTES_PER_VOXEL = 4.0 * len(CLASSES) + 0.5
+BYTES_PER_VOXEL = 4.0 * len(CLASSES) + 1.5
 Counts = NDArray[np.uint16] | NDArray[np.uint32]
 
 
@@ -48,9 +48,9 @@ class PogSum:
 
     def add(self, part: Pog) -> None:
         """Add the POG of some other frames on the same grid."""
-        i, j, k = part.index.ijk().T
+        occupied = unpack(self.grid, part.index.words)  # in the order in which voxels are numbered
         for cls, dense in enumerate(self.counts):
-            dense[i, j, k] += part.counts[:, cls]
+            dense[occupied] += part.counts[:, cls]
 
     def pog(self, report: DataReport) -> Pog:
         """The POG of everything that was added; `report` says how many frames that were."""
@@ -60,9 +60,9 @@ class PogSum:
         index = VoxelIndex.of(self.grid, words)
         dtype = np.uint16 if report.frames <= np.iinfo(np.uint16).max else np.uint32
         packed = np.empty((index.count, len(CLASSES)), dtype)
-        i, j, k = index.ijk().T
+        occupied = unpack(self.grid, words)
         for cls, dense in enumerate(self.counts):
-            packed[:, cls] = dense[i, j, k]
+            packed[:, cls] = dense[occupied]
         return Pog(self.grid, report, index, packed)
 
 

@@ -142,7 +142,7 @@ def group_file(group: BoxCollection, grid: VoxelGrid, threads: int | None = None
     """The content of a group's POG file: what a worker computes. InputError on bad input."""
     stream = BytesIO()
     with _ONE_BUILD_PER_PROCESS:
-        write_pog(build_part(group, grid, threads=threads), stream)
+        write_pog(build_part(group, grid, threads=threads), stream, level=1)
     return stream.getvalue()
 
 

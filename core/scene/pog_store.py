@@ -6,6 +6,7 @@ import contextlib
 import hashlib
 import json
 import os
+import zipfile
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
@@ -53,17 +54,21 @@ def save_pog(pog: Pog, path: Path | str) -> None:
         write_pog(pog, file)
 
 
-def write_pog(pog: Pog, file: IO[bytes]) -> None:
-    """Write a POG into an open file."""
+def write_pog(pog: Pog, file: IO[bytes], level: int = 6) -> None:
+    """Write a POG into an open file; `level` 1 to 9 says how much time to spend on compression."""
     header = json.dumps(_header(pog), sort_keys=True)
     digest = _digest(header, pog.index.words, pog.counts)
-    np.savez_compressed(
-        file,
-        header=np.array(header),
-        digest=np.array(digest),
-        words=pog.index.words,
-        counts=pog.counts,
-    )
+    arrays = {
+        "header": np.array(header),
+        "digest": np.array(digest),
+        "words": pog.index.words,
+        "counts": pog.counts,
+    }
+    # what numpy.savez_compressed does, which leaves no choice of the level
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=level) as archive:
+        for name, array in arrays.items():
+            with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
+                np.lib.format.write_array(member, array, allow_pickle=False)
 
 
 def _checked(header: dict[str, Any], words: np.ndarray, counts: np.ndarray) -> Pog:
