@@ -12,8 +12,8 @@ from core.geometry import Vec3
 from widgets.theme import Palette, rgb
 from widgets.viewport.camera import OrbitCamera, Size
 
-_LEAST_PX = 9.0
-_WIDTHS_PX = (5.0, 2.0)
+_LEAST_PX = 12.0
+_WIDTHS_PX = (4.0, 2.0)
 _EDGE_COLOUR = "#101418"
 
 

@@ -1,0 +1,98 @@
+"""The pictures that are kept as golden images: few, of a small scene, each with much to see.
+
+`python -m tests.render.pictures` draws them anew; look at them before they are committed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.heatmap import Heatmaps, HeatMode, marks_for, seen_words
+from app.picture import Findings, PictureWords, with_words
+from core.engine.engine import Engine
+from core.metric.entropy import EntropyField
+from core.metric.scores import PAPER_SETTINGS
+from core.rig.model import Camera, EvenAngles, Lidar, Rig
+from core.scene.display import DisplayGrid
+from core.scene.grid import VoxelGrid
+from core.scene.pog import Pog
+from tests.core.builders import synthetic_pog
+from widgets.theme import palette
+from widgets.viewport.heat_scale import HeatLook
+from widgets.viewport.marker_layer import Marker
+from widgets.viewport.scene import SceneState, png_of, render_still
+
+FOLDER = Path(__file__).with_name("golden")
+SIZE_PX = (480, 300)
+GRID = VoxelGrid(0.5, (24.0, 16.0, 4.0))
+FRAMES = 100
+LIDAR = Lidar(
+    name="roof",
+    position=(0.0, 0.0, 1.9),
+    elevations_deg=EvenAngles(**{"from": -25.0, "to": 15.0, "count": 12}),
+    azimuths_deg=EvenAngles(**{"from": -180.0, "to": 180.0, "count": 120}),
+)
+CAMERA = Camera(name="front", position=(1.2, 0.0, 1.4), hfov_deg=80.0, cast=(64, 36))
+REAR = CAMERA.replace(name="rear", position=(-1.5, 0.0, 1.4), rpy_deg=(0.0, 0.0, 180.0))
+RIG, BEFORE = Rig(name="golden", sensors=(LIDAR, CAMERA)), Rig(name="before", sensors=(LIDAR, REAR))
+
+
+@cache
+def scene() -> tuple[Pog, EntropyField]:
+    """Two lanes of traffic: p falls with the distance from their middle and with height."""
+    x, y, z = np.meshgrid(*(GRID.centres_m(axis) for axis in range(3)), indexing="ij")
+    p = 0.5 * np.exp(-(((np.abs(y) - 4.0) / 1.5) ** 2)) * np.exp(-z / 2.0) * (0.6 + 0.4 * np.cos(x / 3.0))
+    counts = np.repeat(np.floor(FRAMES * p).astype(np.int64)[..., None], 3, axis=-1)
+    pog = synthetic_pog(GRID, counts, FRAMES)
+    return pog, EntropyField.from_pog(pog)
+
+
+def state(mode: HeatMode, dark: bool, words: PictureWords, look: HeatLook | None = None) -> SceneState:
+    """The scene of a picture, evaluated anew."""
+    pog, field = scene()
+    engine = Engine(field, 1)
+    evaluation = engine.evaluate(RIG)
+    assert evaluation is not None
+    marks = marks_for(mode, engine, evaluation)
+    before = engine.evaluate(BEFORE)
+    assert before is not None
+    marks = replace(marks, baseline=seen_words(before), baseline_name="before")
+    heat = Heatmaps(DisplayGrid.build(pog, field)).heatmap(mode, "car", marks)
+    shown = SceneState(
+        rig=RIG, grid=GRID, heatmap=heat, heat_look=look or HeatLook(), palette=palette(dark), selected="roof"
+    )
+    return with_words(shown, words, Findings(RIG, evaluation.scores, PAPER_SETTINGS, field))
+
+
+def _seen() -> NDArray[np.uint8]:
+    return render_still(state("seen", True, PictureWords(True, True, True)), SIZE_PX, view="iso")
+
+
+def _sensors() -> NDArray[np.uint8]:
+    return render_still(state("sensors", False, PictureWords()), SIZE_PX, view="top")
+
+
+def _change() -> NDArray[np.uint8]:
+    shown = state("change", True, PictureWords(), HeatLook(opacity=0.8, slice_m=(0.5, 1.5)))
+    marked = replace(shown, marker=Marker((4.25, 4.25, 0.75), GRID.voxel_m))
+    return render_still(marked, SIZE_PX, view="iso")
+
+
+PICTURES: dict[str, Callable[[], NDArray[np.uint8]]] = {"seen": _seen, "sensors": _sensors, "change": _change}
+
+
+def main() -> None:
+    """Draw all golden images anew."""
+    FOLDER.mkdir(exist_ok=True)
+    for name, draw in PICTURES.items():
+        (FOLDER / f"{name}.png").write_bytes(png_of(draw()))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,58 @@
+"""The main views look as they did when somebody last looked at them, and drawing them leaves nothing behind.
+
+Compared are means over blocks of pixels, with room for other drivers, fonts and small changes of the car. After a
+wanted change: `python -m tests.render.pictures`, look at tests/render/golden, commit.
+"""
+
+import gc
+
+import matplotlib.image
+import numpy as np
+import pytest
+import pyvista as pv
+
+from tests.render.pictures import FOLDER, PICTURES, SIZE_PX
+from widgets.viewport.scene import SceneState, render_still
+
+BLOCK_PX = 20
+MEAN_OFF, WORST_OFF = 5.0, 60.0
+
+
+def blocks(image):
+    """Mean colour of each block of pixels."""
+    height, width = image.shape[0] // BLOCK_PX, image.shape[1] // BLOCK_PX
+    cut = image[: height * BLOCK_PX, : width * BLOCK_PX, :3].astype(float)
+    return cut.reshape(height, BLOCK_PX, width, BLOCK_PX, 3).mean(axis=(1, 3))
+
+
+@pytest.mark.parametrize("name", PICTURES)
+def test_a_main_view_looks_as_it_did(name, tmp_path):
+    kept = 255 * matplotlib.image.imread(FOLDER / f"{name}.png")
+    drawn = PICTURES[name]()
+    assert drawn.shape[:2] == kept.shape[:2] == SIZE_PX[::-1]
+    off = np.abs(blocks(drawn) - blocks(kept))
+    assert off.mean() < MEAN_OFF and off.max() < WORST_OFF, f"mean {off.mean():.1f}, worst {off.max():.1f}"
+
+
+def test_the_golden_images_differ_from_each_other_by_more_than_the_tolerance():
+    kept = [blocks(255 * matplotlib.image.imread(FOLDER / f"{name}.png")) for name in PICTURES]
+    for place, image in enumerate(kept):
+        for other in kept[:place]:
+            assert np.abs(image - other).mean() > 2 * MEAN_OFF
+
+
+def _vtk_objects() -> int:
+    gc.collect()
+    return sum(str(type(thing).__module__).startswith("vtkmodules") for thing in gc.get_objects())
+
+
+def test_a_picture_leaves_no_plotter_and_no_vtk_object_behind():
+    def draw():
+        render_still(SceneState(), (64, 64))
+
+    draw()
+    before = _vtk_objects()
+    draw()
+    draw()
+    assert _vtk_objects() <= before
+    assert not [plotter for plotter in pv.plotting.plotter._ALL_PLOTTERS.values() if not plotter._closed]
