@@ -90,7 +90,7 @@ FEATURES: tuple[type[Feature], ...] = (
 )
 """Everything the window can do, in the order in which it stands in menus and toolbar."""
 DEFAULT_SIZE = QSize(1280, 800)
-LEFT_PX, RIGHT_PX, BOTTOM_PX = 290, 300, 200
+LEFT_PX, RIGHT_PX, BOTTOM_PX = 304, 300, 200
 AREA = Qt.DockWidgetArea
 AnyFeature = TypeVar("AnyFeature", bound=Feature)
 
