@@ -14,12 +14,14 @@ from collections.abc import Callable
 from pathlib import Path
 
 from PySide6.QtCore import QPoint, QTimer
+from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QApplication, QComboBox, QPushButton
 
 from app.options import SceneOptions, ScoreOptions
 from app.window import MainWindow, open_window
 from app.window.features.baseline import Baseline
 from app.window.features.compare import Compare
+from app.window.features.picture import Picture
 from core.rig.yaml_file import dumps, load_rig
 from tests.session.person import Answers, Person
 from widgets.gizmo.drag import Handle
@@ -32,9 +34,9 @@ def work(person: Person) -> None:
     window, document = person.window, person.window.document
     person.settle()
     person.look("start")
-    add_lidar(person)
+    place_on_roof(person)
     drag_and_turn(person)
-    travel(person)
+    mirror_and_travel(person)
     change_voxel(person)
     compare(person)
     save(person, person.folder / "session.yaml")
@@ -44,18 +46,20 @@ def work(person: Person) -> None:
     assert window.isWindowModified()
 
 
-def add_lidar(person: Person) -> None:
-    """A library LiDAR over the roof: what is seen grows."""
+def place_on_roof(person: Person) -> None:
+    """A library LiDAR onto the roof: what is seen grows."""
     document, before = person.window.document, person.seen()
     count = len(document.rig.sensors)
     person.double_click_model(MODEL)
     assert len(document.rig.sensors) == count + 1
+    person.key("P")
+    person.click(person.pixel((-0.1, 0.15, document.rig.vehicle.height)))
     placed = document.selected_sensor()
     assert placed is not None and placed.kind == "lidar"
     x, y, z = placed.position
-    assert abs(x) < 1.0 and abs(y) < 0.7 and 1.2 < z < 2.7, placed.position
+    assert abs(x) < 1.0 and abs(y) < 0.7 and 1.2 < z < 1.7, placed.position
     assert person.seen() >= before
-    person.look("added")
+    person.look("placed-on-roof")
 
 
 def drag_and_turn(person: Person) -> None:
@@ -81,9 +85,13 @@ def drag_and_turn(person: Person) -> None:
     person.look("turned")
 
 
-def travel(person: Person) -> None:
-    """Undo three times, redo three times: the same rig and the same figures."""
+def mirror_and_travel(person: Person) -> None:
+    """Mirror, undo three times, redo three times: the same rig and the same figures."""
     document = person.window.document
+    count = len(document.rig.sensors)
+    person.key("M")
+    assert len(document.rig.sensors) == count + 1
+    person.look("mirrored")
     after, figures = document.rig, person.window.scores.as_text()
     for _ in range(3):
         person.key("Ctrl+Z")
@@ -134,7 +142,8 @@ def save(person: Person, path: Path) -> None:
 
 
 def lift(person: Person) -> None:
-    """One more edit, which is not saved."""
+    """One more edit, which is not saved; undo and redo may have left nothing selected."""
+    person.window.document.select(person.window.document.rig.sensors[-1].name)
     person.key("W")
     person.settle()
     person.drag("drag after saving", person.handle(Handle("move", 2)), QPoint(0, -30), steps=10)
@@ -159,12 +168,24 @@ def recover(person: Person) -> None:
 
 
 def export(person: Person) -> None:
-    """A picture of the view by F12."""
-    picture = person.folder / "view.png"
-    person.window.dialogs.path = picture  # type: ignore[attr-defined]
+    """A picture with the scores on it by F12, and the rig as a robot description."""
+    answers = person.window.dialogs
+    assert isinstance(answers, Answers)
+    answers.path = person.folder / "view.png"
     person.key("F12")
-    person.wait(picture.exists, "the picture")
-    assert picture.read_bytes().startswith(b"\x89PNG")
+    feature = person.window.feature(Picture)
+    person.wait(lambda: feature.dialog is not None and not feature.dialog.preview.image.isNull(), "a preview")
+    assert feature.dialog is not None
+    feature.dialog.scores.click()
+    person.look("picture")
+    person.press(feature.dialog.save)
+    person.wait(answers.path.exists, "the picture")
+    assert answers.path.read_bytes().startswith(b"\x89PNG")
+    answers.path = person.folder / "session.urdf"
+    action = person.window.findChild(QAction, "export_urdf")
+    assert action is not None
+    action.trigger()
+    assert answers.path.read_text().count("<joint") >= len(person.window.document.rig.sensors)
 
 
 def main(part: str, folder: Path) -> int:

@@ -35,6 +35,9 @@ class Answers(Dialogs):
     def save_picture(self, parent: QWidget, suggestion: Path) -> Path | None:
         return self.path
 
+    def export_rig(self, parent: QWidget, suggestion: Path, title: str, is_folder: bool) -> Path | None:
+        return self.path
+
     def unsaved(self, parent: QWidget, rig_name: str) -> Unsaved:
         return "discard"
 
