@@ -26,7 +26,7 @@ Verdict = Literal["sees", "off", "outside", "range", "between", "missed"]
 Side = Literal["above", "below", "beside", ""]
 Points = NDArray[np.float64]
 RAYS_AT_ONCE = 1 << 18
-_SEARCH_STEPS = 90
+_SEARCH_STEPS = 60
 _WIDE_GAP = 3.0
 """A gap between azimuths this much wider than any other is not between beams: the LiDAR does not look there."""
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from core.kernels import blocks
+from core.kernels.cover import levels_per_cell
 from core.metric.entropy import QUANTA_PER_NAT, EntropyField
 from core.scene.columns import Words, words_per_column
 from core.scene.pog import Pog
@@ -84,10 +84,9 @@ class DisplayGrid:
         return (self._seen_q(cls, words) / QUANTA_PER_NAT).astype(np.float32)
 
     def _seen_q(self, cls: int, words: Words) -> NDArray[np.int64]:
-        grid, index = self.pog.grid, self.entropies.index
+        index = self.entropies.index
         seen_q = np.zeros(len(self.centres_m), np.int64)
-        slab = self.block * grid.shape[1] * words_per_column(grid)
-        h_q = self._entropies_of(cls).h_q
+        slab, h_q = self._words_per_slab, self._entropies_of(cls).h_q
         blocks.seen_per_cell(words, index.words, index.first, h_q, self._cells_informative, slab, seen_q)
         return seen_q
 
@@ -96,10 +95,17 @@ class DisplayGrid:
 
         `levels` (n, words): sets of voxels, each a part of the one before. Where two are equal the lower counts.
         """
-        at_least = [self._entropies_of(cls).total_q, *(self._seen_q(cls, words) for words in levels)]
-        between = [more - fewer for more, fewer in itertools.pairwise(at_least)]
-        level: NDArray[np.float32] = np.argmax([*between, at_least[-1]], axis=0).astype(np.float32)
+        index = self.entropies.index
+        sums_q = np.zeros((len(self.centres_m), len(levels) + 1), np.int64)
+        h_q, cells = self._entropies_of(cls).h_q, self._cells_informative
+        levels_per_cell(levels, index.words, index.first, h_q, cells, self._words_per_slab, sums_q)
+        level: NDArray[np.float32] = np.argmax(sums_q, axis=1).astype(np.float32)
         return level
+
+    @property
+    def _words_per_slab(self) -> int:
+        """Words of the columns that share cells."""
+        return self.block * self.pog.grid.shape[1] * words_per_column(self.pog.grid)
 
     def _entropies_of(self, cls: int) -> _ClassEntropies:
         if cls not in self._last:

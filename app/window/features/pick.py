@@ -31,6 +31,8 @@ class Pick(Feature):
         ),
     )  # fmt: skip
 
+    mouse = (("Alt and left button on the heatmap", "says who sees that voxel, and why others do not"),)
+
     def __init__(self, window: MainWindow) -> None:
         super().__init__(window)
         self.voxel: Voxel | None = None
