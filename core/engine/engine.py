@@ -65,7 +65,7 @@ class _State:
 
 
 def _cast_shape(sensor: Sensor, method: Method) -> tuple[Method, Sensor]:
-    return method, sensor.model_copy(update={"name": "", "model": None, "enabled": True})
+    return method, sensor.model_copy(update={"name": "", "model": None, "enabled": True, "mirror_of": None})
 
 
 def _joint(a: Window, b: Window) -> Window:

@@ -54,7 +54,12 @@ def test_edit(race: Race, scenes: Scenes, voxel_m: float, kind: str) -> None:
     )
     cases = _cases(rig, name, scene.field.grid)
     race.run(
-        goal, cases, lambda case: engine.evaluate(case.rig), published, scale=rays / SAMPLE, rounds=ROUNDS
+        goal,
+        cases,
+        lambda case: engine.evaluate(case.rig, with_seen=False),
+        published,
+        scale=rays / SAMPLE,
+        rounds=ROUNDS,
     )
 
 

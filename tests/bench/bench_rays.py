@@ -24,7 +24,7 @@ def test_more_rays(race: Race, scenes: Scenes, voxel_m: float, kind: str) -> Non
     engines["many"].evaluate(many)
 
     def edit(which: str, rig: Rig, number: int) -> None:
-        engines[which].evaluate(rig.with_sensor(name, moved(rig.sensor(name), number)))
+        engines[which].evaluate(rig.with_sensor(name, moved(rig.sensor(name), number)), with_seen=False)
 
     goal = Goal("ray scaling", f"{name} moved, {RAYS[kind]} rays, {scene.edge}", GOALS[kind], "lower")
     numbers = iter(range(1, 1000))

@@ -9,11 +9,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from core.engine.caster import Caster
 from core.engine.engine import Engine, Evaluation
 from core.metric.entropy import EntropyField
 from core.metric.scores import MetricSettings
 from core.rig.model import Rig
-from tests.core.builders import camera, evaluate, grid_of, random_field, random_sensor, rig_of, spinning
+from tests.core.builders import (
+    camera,
+    evaluate,
+    grid_of,
+    lidar,
+    random_field,
+    random_sensor,
+    rig_of,
+    spinning,
+)
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 GRID = grid_of(10, 9, 70, 0.5)
@@ -152,6 +162,19 @@ def test_an_answer_does_not_change_when_the_engine_goes_on(field: EntropyField) 
     engine.evaluate(rig_of(camera((1.0, 0.0, 2.0)), spinning((1.0, 1.0, 1.0))))
     assert np.array_equal(first.seen_camera, camera_words)
     assert np.array_equal(first.seen_lidar, lidar_words)
+
+
+def test_names_models_and_pairing_cast_nothing_anew(
+    field: EntropyField, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    left, right = (lidar((0.0, y, 1.0)).replace(name=name) for y, name in ((1.0, "left"), (-1.0, "right")))
+    engine = Engine(field)
+    before = engine.evaluate(Rig(sensors=(left, right)))
+    monkeypatch.setattr(Caster, "mark", lambda *_: pytest.fail("a sensor was cast again"))
+    paired = left.replace(model="vlp-16"), right.replace(name="other", mirror_of="left")
+    after = engine.evaluate(Rig(sensors=paired))
+    assert before is not None and after is not None
+    assert after.scores == before.scores
 
 
 def test_the_answer_names_its_rig_its_settings_and_its_threads(field: EntropyField) -> None:
