@@ -7,6 +7,7 @@ import pytest
 from PySide6.QtGui import QAction
 from pytestqt.qtbot import QtBot
 
+from app.window.features.compare import Compare
 from app.window.features.drop import Drop
 from core.rig.formats.exchange import WRITABLE, read_rig
 from tests.app.window_bench import RIG, Bench, open_bench
@@ -98,3 +99,8 @@ def test_a_dropped_rig_of_another_program_is_opened(bench: Bench, tmp_path: Path
     bench.window.feature(Drop).take([write_files(tmp_path, DRIVEWORKS) / "rig.json"])
     bench.qtbot.waitUntil(lambda: bool(bench.dialogs.shown))
     assert [sensor.name for sensor in bench.document.rig.sensors] == ["camera:front", "lidar:top"]
+
+
+def test_a_rig_of_another_program_can_be_compared_with(bench: Bench, tmp_path: Path) -> None:
+    bench.window.feature(Compare).add_file(write_files(tmp_path, DRIVEWORKS) / "rig.json")
+    assert len(bench.dialogs.shown) == 1 and bench.document.rig == RIG

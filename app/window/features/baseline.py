@@ -9,9 +9,9 @@ from PySide6.QtWidgets import QMenu
 
 from app.actions import Spec
 from app.window.feature import Feature
+from app.window.features.exchange import Exchange
 from core.rig.model import Rig
 from core.rig.presets import PRESETS, preset
-from core.rig.yaml_file import load_rig
 
 if TYPE_CHECKING:
     from app.window.main_window import MainWindow
@@ -76,7 +76,7 @@ class Baseline(Feature):
         folder = self.document.path.parent if self.document.path is not None else None
         path = self.window.dialogs.open_rig(self.window, folder)
         if path is not None:
-            self.window.guarded(lambda: self.pin(load_rig(path).rig))()
+            self.window.guarded(lambda: self.pin(self.window.feature(Exchange).rig_of(path)))()
 
     def _preset_menu(self) -> QMenu:
         menu = QMenu("Baseline from preset", self.window)

@@ -16,13 +16,13 @@ from app.scoring import LoadedScene, Result
 from app.side_jobs import SideAnswer, SideRequest
 from app.window.feature import Feature
 from app.window.features.baseline import Baseline
+from app.window.features.exchange import Exchange
 from app.window.features.files import Files, file_name
 from core.errors import InputError
 from core.files import atomic_write
 from core.metric.scores import MetricSettings
 from core.rig.model import Rig
 from core.rig.presets import PAPER_RIGS, PRESETS, preset
-from core.rig.yaml_file import load_rig
 from widgets.panels.compare_panel import ComparePanel
 from widgets.panels.compare_rows import CompareRow, Origin
 
@@ -111,8 +111,8 @@ class Compare(Feature):
                 self._add(name, "preset", preset(name), name)
 
     def add_file(self, path: Path) -> None:
-        """Add a rig file; InputError when it cannot be read."""
-        self._add(path.name, "file", load_rig(path).rig, str(path))
+        """Add a rig file, also of another program; InputError when it cannot be read."""
+        self._add(path.name, "file", self.window.feature(Exchange).rig_of(path), str(path))
 
     def _choose_file(self) -> None:
         folder = self.document.path.parent if self.document.path is not None else None

@@ -14,6 +14,7 @@ from app.window.features.files import Files, file_name
 from core.rig.formats.base import Format
 from core.rig.formats.exchange import FORMATS, WRITABLE, write_rig
 from core.rig.formats.report import KINDS, Kind, Report
+from core.rig.model import Rig
 from core.rig.opening import OpenedRig, open_rig_file
 
 if TYPE_CHECKING:
@@ -55,6 +56,12 @@ class Exchange(Feature):
         path = opened.file.path if opened.file is not None else None
         self.document.show(opened.rig, opened.file, path)
         self.show_report(opened.report)
+
+    def rig_of(self, path: Path) -> Rig:
+        """The rig of a file to compare with; a report is shown where it comes from another program."""
+        opened = open_rig_file(path)
+        self.show_report(opened.report)
+        return opened.rig
 
     def export(self, format_: Format) -> None:
         """Ask where, and write the rig in that format."""
