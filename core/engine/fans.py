@@ -6,8 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from core.kernels.cast import Cast
-from core.kernels.fan import FARTHEST_ORIGIN, STEEPEST, Fan, Profile, find_stays, masks_of
+from core.kernels.fan import FARTHEST_ORIGIN, STEEPEST, Fan
 from core.kernels.lattice import LIDAR, LISTED
+from core.kernels.profile import Profile, find_stays, masks_of
 from core.rays import Lattice
 
 TAMEST, WILDEST = 2.0**-110, 2.0**110

@@ -19,10 +19,8 @@ MOST_COUNTED = 3
 
 
 def covered_by(engine: Engine, sensor: Sensor, method: Method) -> Words | None:
-    """The informative voxels that a sensor of the rig evaluated last covers; None when it is not held.
-
-    A view of the engine's own words: read it at once, never write, never keep it.
-    """
+    """The voxels that a sensor of the rig evaluated last traverses, all that are informative and maybe others; None
+    when it is not held. A view of the engine's own words: read it at once, never write, never keep it."""
     shape = _cast_shape(sensor, method)
     held = next((held for held in engine._state.held if held.shape == shape), None)
     return engine._state.stack[held.slot] if held is not None else None
@@ -48,4 +46,5 @@ def covered_at_least(engine: Engine, rig: Rig, method: Method) -> NDArray[np.uin
         for level in range(MOST_COUNTED - 1, 0, -1):
             levels[level] |= levels[level - 1] & words
         levels[0] |= words
+    levels &= engine._field.index.words
     return levels

@@ -20,11 +20,9 @@ import numpy as np
 from core.kernels.jit import inlined, kernel, parallel_kernel
 from core.kernels.lattice import direction, rotated
 from core.kernels.levels import level_mask
+from core.kernels.profile import TOLERANCE, Profile
 from core.kernels.walk import walk_exact
 
-TOLERANCE = 1e-8
-"""Voxels. Below FARTHEST_ORIGIN voxels, crossings summed up step by step are good to half of this; what is closer
-to a tie is decided exactly."""
 FARTHEST_ORIGIN = 5e3
 STRAIGHTEST = 1e-3
 """Along a heading closer to an axis, rounding of the heading would move the crossings by more than the tolerance."""
@@ -62,138 +60,6 @@ class Space(NamedTuple):
     shape: np.ndarray
 
 
-class Profile(NamedTuple):
-    """Levels in which any ray of a plane is, by forward distance.
-
-    at (events + 1,): ascending distances, then infinity; changes (events,): the level + 1 that begins there, negative
-    where it ends; masks uint64 (events + 1, words per column): levels after the first 0, 1, 2... events; begun: how
-    many happen at the sensor itself.
-    """
-
-    at: np.ndarray
-    changes: np.ndarray
-    masks: np.ndarray
-    begun: int
-
-
-# ---------------------------------------------------------------- the profile
-
-
-@inlined
-def _stay(slope: float, near: float, far: float, enters_z: float, leaves_z: float) -> tuple[float, float]:
-    """Distances between which a ray is between two heights, relative to the sensor, and within its range."""
-    if slope == 0.0:
-        return near, far
-    return max(enters_z / slope, near), min(leaves_z / slope, far)
-
-
-@kernel
-def _add_stays(
-    stays: np.ndarray, level: int, farthest: float, events: np.ndarray, levels: np.ndarray, count: int
-) -> int:
-    """Write the stays (n, 2) in a level, in the order in which they begin, as events; those that overlap are one.
-
-    Returns how many events there are now; -1 when a stay is so short that it may be none.
-    """
-    enters, leaves = np.inf, -np.inf
-    for here, there in stays:
-        if here > 0.0 and abs(there - here) < TOLERANCE:
-            return -1
-        if here > farthest or there < here:
-            continue
-        if here > leaves:
-            count = _write(enters, leaves, level, farthest, events, levels, count)
-            enters, leaves = here, there
-        leaves = max(leaves, there)
-    return _write(enters, leaves, level, farthest, events, levels, count)
-
-
-@inlined
-def _write(
-    enters: float,
-    leaves: float,
-    level: int,
-    farthest: float,
-    events: np.ndarray,
-    levels: np.ndarray,
-    count: int,
-) -> int:
-    """Write one stay: levels are counted from 1, negative where they are left."""
-    if leaves > enters:
-        events[count], levels[count] = enters, level + 1
-        count += 1
-        if leaves <= farthest:
-            events[count], levels[count] = leaves, -level - 1
-            count += 1
-    return count
-
-
-@kernel
-def find_stays(
-    slopes: np.ndarray,
-    near: np.ndarray,
-    far: np.ndarray,
-    z0: float,
-    low: int,
-    high: int,
-    farthest: float,
-    events: np.ndarray,
-    levels: np.ndarray,
-) -> int:
-    """Write the distances (events) at which rays of ascending slopes enter and leave the levels low..high-1.
-
-    near, far (rays,): forward distances at which the rays begin and end; levels: level + 1 where a stay begins,
-    -(level + 1) where it ends; at most 2 (rays + 2) (high - low + 1) events. Returns how many were written, or -1
-    where the range of a ray ends so close to a face that only the exact walk can tell.
-    """
-    count, rays = 0, slopes.size
-    stays = np.empty((rays, 2))
-    first_up, first_down = int(np.floor(z0)), int(np.ceil(z0)) - 1
-    for level in range(low, high):
-        found = 0
-        if first_down <= level <= first_up:  # where rays start: they come in any order
-            for j in range(rays):
-                starts = first_down if slopes[j] < 0.0 else first_up
-                ends_z = (first_down if slopes[j] < 0.0 else first_up + 1) - z0
-                if level == starts:
-                    stays[found] = _stay(slopes[j], near[j], far[j], 0.0, ends_z)
-                    found += 1
-            order = np.argsort(stays[:found, 0])
-            stays[:found] = stays[:found][order]
-        elif level > first_up:
-            for j in range(rays - 1, -1, -1):  # the steepest first
-                if slopes[j] > 0.0:
-                    stays[found] = _stay(slopes[j], near[j], far[j], level - z0, level + 1.0 - z0)
-                    found += 1
-                    if stays[found - 1, 0] > farthest:
-                        break
-        else:
-            for j in range(rays):
-                if slopes[j] < 0.0:
-                    stays[found] = _stay(slopes[j], near[j], far[j], level + 1.0 - z0, level - z0)
-                    found += 1
-                    if stays[found - 1, 0] > farthest:
-                        break
-        count = _add_stays(stays[:found], level, farthest, events, levels, count)
-        if count < 0:
-            return -1
-    return count
-
-
-@kernel
-def masks_of(levels: np.ndarray, depth: int) -> np.ndarray:
-    """Levels in use after 0, 1, 2... events, uint64 (events + 1, depth)."""
-    masks = np.zeros((levels.size + 1, depth), np.uint64)
-    for i in range(levels.size):
-        masks[i + 1] = masks[i]
-        level = abs(levels[i]) - 1
-        masks[i + 1, level >> 6] ^= np.uint64(1) << np.uint64(level & 63)
-    return masks
-
-
-# ---------------------------------------------------------------- exact walks of single rays
-
-
 @kernel
 def _walk_alone(
     fan: Fan, space: Space, plane: int, row: int, box: np.ndarray, marks: np.ndarray, runs: np.ndarray
@@ -206,9 +72,6 @@ def _walk_alone(
         low, high = runs[r, 1], runs[r, 2]
         for part in range(low >> 6, (high >> 6) + 1):
             marks[runs[r, 0] * depth + part] |= level_mask(max(low - 64 * part, 0), min(high - 64 * part, 63))
-
-
-# ---------------------------------------------------------------- planes
 
 
 @inlined
