@@ -26,7 +26,7 @@ run: setup
 	@$(PYTHON) -m app
 
 test: setup-dev
-	@$(PYTHON) -m pytest -m "not slow"
+	@$(PYTHON) -m pytest -m "not slow" -n logical --maxprocesses 4 --dist worksteal
 
 slow: setup-dev
 	@$(PYTHON) -m pytest -m slow
