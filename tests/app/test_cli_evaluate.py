@@ -3,9 +3,11 @@
 import json
 import math
 import subprocess
-from pathlib import Path
+import sys
 
 import pytest
+
+from tests.app.conftest import REPOSITORY
 
 SMALL = ("--voxel", "0.5", "--roi", "20", "20", "4")
 
@@ -145,15 +147,12 @@ def test_a_full_disk_is_told_in_one_line(riglens_process, boxes):
     assert "Traceback" not in err
 
 
-def test_a_command_that_draws_nothing_loads_neither_qt_nor_vtk(riglens_process, boxes, tmp_path):
+def test_a_command_that_draws_nothing_loads_neither_qt_nor_vtk(boxes):
     script = (
         "import sys; from app.cli import main; code = main(sys.argv[1:]);"
         "loaded = [m for m in sys.modules if m.split('.')[0] in ('PySide6', 'vtkmodules', 'pyvista')];"
         "sys.exit(f'loaded {loaded}' if loaded else code)"
     )
-    process = riglens_process("--help")
-    command = [process.args[0], "-c", script, "evaluate", "W+T", "--boxes", str(boxes), *SMALL]
-    process.communicate(timeout=60)
-    root = Path(__file__).resolve().parents[2]
-    result = subprocess.run(command, cwd=root, capture_output=True, text=True, timeout=300)
+    command = [sys.executable, "-c", script, "evaluate", "W+T", "--boxes", str(boxes), *SMALL]
+    result = subprocess.run(command, cwd=REPOSITORY, capture_output=True, text=True, timeout=300)
     assert result.returncode == 0, result.stderr

@@ -132,8 +132,9 @@ def test_offsets_have_the_signs_of_a_turn_to_the_left() -> None:
 
 def test_lidars_of_one_table_carry_the_angles_of_the_driver(shared_data: Path) -> None:
     for model, name in (("hesai-pandar40p", "Pandar40P"), ("hesai-qt128", "PandarQT128")):
-        rows = csv.reader((shared_data / "beams" / "nebula" / f"{name}.csv").open())
-        table = sorted((float(row[1]), -float(row[2])) for row in list(rows)[1:])
+        text = (shared_data / "beams" / "nebula" / f"{name}.csv").read_text()
+        rows = list(csv.reader(text.splitlines()))[1:]
+        table = sorted((float(row[1]), -float(row[2])) for row in rows)
         lidar = sensor_from_model(model, "a", Pose())
         assert isinstance(lidar, Lidar) and lidar.azimuth_offsets_deg is not None
         found = list(zip(lidar.elevations(), lidar.azimuth_offsets_deg, strict=True))

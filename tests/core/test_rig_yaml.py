@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 
 from core.errors import InputError
 from core.geometry import Pose
@@ -52,6 +52,7 @@ def test_the_documented_example_means_what_it_says() -> None:
     assert (camera.image, camera.hfov_deg, camera.cast) == ((1600, 900), 70.0, (352, 128))
 
 
+@settings(max_examples=40)
 @given(rigs())
 def test_any_rig_reads_back_bit_for_bit(rig: Rig) -> None:
     text = dumps(rig)

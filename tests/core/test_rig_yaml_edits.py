@@ -236,7 +236,7 @@ LAYOUTS: list[Callable[[Rig], str]] = [
 FEW_NAMES = st.sampled_from(["a", "b", "c", "d", "e"])
 
 
-@settings(max_examples=60)
+@settings(max_examples=40)
 @given(rigs(FEW_NAMES), rigs(FEW_NAMES), st.sampled_from(LAYOUTS), st.data())
 def test_any_file_can_be_edited_into_any_rig(
     old: Rig, new: Rig, layout: Callable[[Rig], str], data: st.DataObject
