@@ -26,7 +26,7 @@ from ruamel.yaml.events import (
 
 from core.errors import InputError
 
-MAX_BYTES = 4_000_000
+MAX_BYTES = 1_000_000
 MAX_DEPTH = 12
 
 _INT = re.compile(r"[-+]?[0-9]+")

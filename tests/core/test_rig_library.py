@@ -251,5 +251,5 @@ def test_a_missing_or_huge_library_is_refused(tmp_path: Path, monkeypatch: pytes
     with pytest.raises(InputError, match=r"none\.yaml: no such file"):
         default_library()
     monkeypatch.setenv("RIGLENS_LIBRARY", str(own_library(tmp_path, "#" * 4_100_000)))
-    with pytest.raises(InputError, match="larger than 4 MB; accepted is a sensor library"):
+    with pytest.raises(InputError, match="larger than 1 MB; accepted is a sensor library"):
         default_library()

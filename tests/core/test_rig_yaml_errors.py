@@ -390,7 +390,7 @@ def test_no_file_content_gives_anything_but_a_rig_or_one_line(
         (b"riglens: 1\nname: caf\xe9\n", ":2: not UTF-8 text, found byte 0xe9; accepted is UTF-8"),
         ("riglens: 1\n".encode("utf-16"), ": not a text file; accepted is a rig YAML file in UTF-8"),
         (b"\x89PNG\r\n\x1a\n\0\0", ": not a text file"),
-        (b"# " + b"x" * MAX_BYTES, ": larger than 4 MB; accepted is a rig YAML file"),
+        (b"# " + b"x" * MAX_BYTES, ": larger than 1 MB; accepted is a rig YAML file"),
     ],
 )
 def test_a_file_that_is_no_text_is_refused(tmp_path: Path, content: bytes, expected: str) -> None:
