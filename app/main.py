@@ -6,6 +6,7 @@ import sys
 
 from app.console import note_report
 from app.display import missing_display
+from app.leaving import leaving_on_interrupt
 from app.options import SceneOptions, ScoreOptions
 from app.system_libraries import require_system_libraries
 from core.rig.opening import open_rig
@@ -23,6 +24,7 @@ def start(rig: str, scene: SceneOptions, score: ScoreOptions) -> int:
         headless.run(opened.rig, scene, score)
         return 0
     require_system_libraries("window")
-    from app.window import open_window
+    with leaving_on_interrupt():
+        from app.window import open_window
 
-    return open_window(rig, scene, score)
+        return open_window(rig, scene, score)

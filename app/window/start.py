@@ -6,6 +6,7 @@ from PySide6.QtWidgets import QApplication
 
 from app.document import Document
 from app.interrupt import quit_on_interrupt
+from app.leaving import Grace
 from app.options import SceneOptions, ScoreOptions
 from app.recompute import Recompute
 from app.user_folders import config_folder, state_folder
@@ -38,8 +39,14 @@ def open_window(rig: str, scene: SceneOptions, score: ScoreOptions) -> int:
     kept = Settings(config_folder() / "window.ini")
     viewport = Viewport(palette=palette(is_dark()))
     window = MainWindow(document, viewport, Recompute(threads=score.threads), scene, settings, kept=kept)
-    with quit_on_interrupt(app), failures_told(window.report_error, state_folder()):
+    grace = Grace()
+    with quit_on_interrupt(app) as interrupt, failures_told(window.report_error, state_folder()):
+        window.closing.connect(
+            lambda: grace.start(interrupt.code)
+        )  # the last to be told: all is kept by then
         window.show()
         window.feature(Autosave).start(state_folder() / "unsaved")
         window.feature(Exchange).show_report(opened.report)
-        return app.exec()
+        code = app.exec() or interrupt.code
+    grace.cancel()
+    return code

@@ -1,0 +1,130 @@
+"""Ctrl-C ends the window at once while it starts, in order when it is open, and without waiting for long threads."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+from PySide6.QtCore import Qt, QTimer, Signal
+from PySide6.QtGui import QCloseEvent
+from PySide6.QtWidgets import QApplication, QWidget
+from pytestqt.qtbot import QtBot
+
+from app.interrupt import quit_on_interrupt
+from tests.app.window_bench import TIMEOUT_MS
+
+
+class Keeper(QWidget):
+    """A window that notes whether it was told to close, and does so if it likes."""
+
+    told = Signal()
+
+    def __init__(self, is_willing: bool) -> None:
+        super().__init__()
+        self.is_willing = is_willing
+        self.times_told = 0
+
+    def closeEvent(self, event: QCloseEvent) -> None:
+        self.times_told += 1
+        event.setAccepted(self.is_willing)
+        self.told.emit()
+
+
+def press_ctrl_c() -> None:
+    os.kill(os.getpid(), signal.SIGINT)
+
+
+def application_with(window: QWidget) -> QApplication:
+    app = QApplication.instance()
+    assert isinstance(app, QApplication)
+    window.show()
+    QTimer.singleShot(TIMEOUT_MS, window, lambda: app.exit(1))  # rather than wait for ever
+    return app
+
+
+def test_ctrl_c_while_qt_is_loaded_ends_the_process_at_once(riglens_process, xvfb, tmp_path):
+    process = riglens_process(env={"XDG_CONFIG_HOME": str(tmp_path), "XDG_STATE_HOME": str(tmp_path)})
+    wait_until_loaded(process.pid, "libQt6Core")
+    process.send_signal(signal.SIGINT)
+    output, errors = process.communicate(timeout=60)
+    assert (process.returncode, output, errors) == (130, "", "riglens: interrupted\n")
+
+
+def test_ctrl_c_closes_the_windows_from_qts_loop_and_not_in_the_middle_of_a_drawing(qtbot: QtBot) -> None:
+    window = Keeper(is_willing=True)
+    qtbot.addWidget(window)
+    app = application_with(window)
+    told_while_drawing: list[int] = []
+
+    def draw() -> None:
+        press_ctrl_c()
+        told_while_drawing.append(window.times_told)
+
+    with quit_on_interrupt(app) as interrupt:
+        QTimer.singleShot(0, draw)
+        app.exec()
+    assert told_while_drawing == [0]
+    assert window.times_told == 1 and not window.isVisible()
+    assert interrupt.code == 130
+
+
+def test_a_window_that_stays_open_calls_ctrl_c_off(qtbot: QtBot) -> None:
+    window = Keeper(is_willing=False)
+    qtbot.addWidget(window)
+    app = application_with(window)
+    codes: list[int] = []
+
+    def look() -> None:
+        codes.append(interrupt.code)
+        if len(codes) == 2:
+            app.exit()
+        else:
+            press_ctrl_c()  # no second press of the same: the first was answered
+
+    with quit_on_interrupt(app) as interrupt:
+        window.told.connect(look, Qt.ConnectionType.QueuedConnection)
+        QTimer.singleShot(0, press_ctrl_c)
+        app.exec()
+    assert codes == [0, 0] and window.times_told == 2 and window.isVisible()
+    window.is_willing = True
+
+
+def test_a_second_ctrl_c_before_the_first_was_heeded_ends_the_process() -> None:
+    script = (
+        "import os, signal\n"
+        "from PySide6.QtWidgets import QApplication\n"
+        "from app.interrupt import quit_on_interrupt\n"
+        "with quit_on_interrupt(QApplication(['riglens'])):\n"
+        "    for _ in range(2):\n"
+        "        os.kill(os.getpid(), signal.SIGINT)\n"
+        "    print('still there')\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "riglens: interrupted\n")
+
+
+def test_a_thread_that_goes_on_does_not_keep_the_process() -> None:
+    script = (
+        "import threading\n"
+        "from app.leaving import Grace\n"
+        "Grace().start(3)\n"
+        "threading.Event().wait(300)\n"  # as a join of a thread that compiles
+    )
+    done = subprocess.run([sys.executable, "-c", script], timeout=60, check=False)
+    assert done.returncode == 3
+
+
+def wait_until_loaded(pid: int, library: str, seconds: float = 60.0) -> None:
+    """Return when the process has mapped a shared library."""
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        with open(f"/proc/{pid}/maps") as maps:
+            if library in maps.read():
+                return
+        time.sleep(0.02)
+    raise AssertionError(f"{library} was never loaded")
