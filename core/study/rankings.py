@@ -7,8 +7,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
 
-from scipy import stats
-
 from core.engine.engine import Engine
 from core.metric.entropy import EntropyField
 from core.metric.scores import DEFAULT_LAMBDA, MetricSettings, Reading
@@ -103,6 +101,8 @@ def agreement(one: Ranking, other: Ranking, cls: str) -> Agreement:
     mine, theirs = (list(ranking.figures("rigs", cls).values()) for ranking in (one, other))
     if len(set(mine)) == 1 or len(set(theirs)) == 1:
         return Agreement(None, None)
+    from scipy import stats  # here, and not above: slow to load, and few commands need it
+
     tau, rho = stats.kendalltau(mine, theirs).statistic, stats.spearmanr(mine, theirs).statistic
     return Agreement(float(tau), float(rho))
 

@@ -13,8 +13,6 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Literal, Protocol
 
-from scipy import stats
-
 from assets import asset_path
 from core.metric.scores import MetricSettings, Scores
 from core.rig.model import Rig
@@ -192,6 +190,8 @@ def _rank_correlations(ours: list[float], published: list[float]) -> tuple[float
     """Kendall's tau-b and Spearman's rho, None where all of ours are equal and no rank exists."""
     if len(set(ours)) == 1:
         return None, None
+    from scipy import stats  # here, and not above: it takes longer to load than all the rest of the window
+
     tau = stats.kendalltau(ours, published).statistic
     rho = stats.spearmanr(ours, published).statistic
     return float(tau), float(rho)
