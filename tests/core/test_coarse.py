@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from core.metric.coarse import estimated
@@ -72,6 +72,7 @@ def scores_at(x: float, field: EntropyField = FIELD, settings: MetricSettings = 
     return evaluate(field, rig, settings).scores
 
 
+@settings(max_examples=20)
 @given(SHIFT, SHIFT)
 @pytest.mark.parametrize("reading", ["covered", "residual"])
 def test_cameras_follow_the_coarse_answer_and_lidars_half_of_it(reading, known: float, now: float) -> None:

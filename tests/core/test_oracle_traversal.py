@@ -95,7 +95,7 @@ def test_oracle_gives_a_ray_in_a_face_to_the_positive_side_and_a_diagonal_no_tou
 # ---------------------------------------------------------------- random sensors
 
 
-@settings(max_examples=150)
+@settings(max_examples=100)
 @given(name=st.sampled_from(sorted(GRIDS)), seed=seeds)
 def test_random_sensor_covers_what_the_oracle_says(name: str, seed: int) -> None:
     assert_agrees(name, random_sensor(GRIDS[name], np.random.default_rng(seed), rays=20))
@@ -171,7 +171,7 @@ def _awkward_sensors(draw: st.DrawFn, grid: VoxelGrid) -> Lidar | Camera:
     return lidar(position, rpy_deg, elevations, azimuths, range_m)
 
 
-@settings(max_examples=200)
+@settings(max_examples=120)
 @given(data=st.data(), name=st.sampled_from(sorted(GRIDS)))
 def test_awkward_sensor_covers_what_the_oracle_says(data: st.DataObject, name: str) -> None:
     assert_agrees(name, data.draw(_awkward_sensors(GRIDS[name])))

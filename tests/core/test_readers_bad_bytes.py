@@ -15,7 +15,7 @@ from core.errors import InputError
 from core.scene.readers import open_boxes
 from tests.core.broken_files import SOURCES, Sound, broken_versions, carla_file, csv_file
 
-QUICK, LONG = 150, 12_000
+QUICK, LONG = 100, 12_000
 CPU_SECONDS_PER_FILE = 30
 
 
