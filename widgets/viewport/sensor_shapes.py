@@ -7,6 +7,7 @@ how large it is has its true size, others are somewhat larger than life. Each is
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -89,9 +90,15 @@ def sensor_mesh(body: SensorBody, palette: Palette, mark: Mark = "", enabled: bo
         colour = palette.selected
     elif mark == "hovered":
         colour = mix(colour, "#ffffff", 0.55)
-    mesh = {"puck": _puck, "box": _solid_state, "camera": _camera}[body.shape](colour)
+    mesh = _shape(body.shape, colour).copy()
     mesh.points = np.asarray(mesh.points) * body.scale
     return mesh
+
+
+@lru_cache(maxsize=16)
+def _shape(shape: Shape, colour: str) -> pv.PolyData:
+    """The unscaled mesh, for copies: the cameras of a rig differ in their poses alone."""
+    return {"puck": _puck, "box": _solid_state, "camera": _camera}[shape](colour)
 
 
 def _puck(colour: str) -> pv.PolyData:
