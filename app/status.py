@@ -59,7 +59,7 @@ class StatusBar(QStatusBar):
         self.state.setText("exact" if is_current else UPDATING)
         evaluation = result.evaluation
         self.state.setToolTip(f"method {evaluation.settings.method}, {evaluation.threads} threads")
-        self.time.setText(f"last edit {evaluation.elapsed_ms:.1f} ms")
+        self.time.setText(f"last edit {duration_text(evaluation.elapsed_ms)}")
 
     def show_scene(self, scene: LoadedScene) -> None:
         """Say what the scores are computed on."""
@@ -82,6 +82,11 @@ def scene_line(scene: LoadedScene) -> str:
         f"δ {field.grid.voxel_m:g} m  ·  {count_text(field.index.count)} informative voxels  ·  "
         f"{short_source(field.data)}  ·  T = {field.data.frames:,} frames"
     )
+
+
+def duration_text(elapsed_ms: float) -> str:
+    """Milliseconds, or seconds from the first one on."""
+    return f"{elapsed_ms:.1f} ms" if elapsed_ms < 1000.0 else f"{elapsed_ms / 1000.0:.1f} s"
 
 
 def count_text(count: int) -> str:

@@ -61,6 +61,7 @@ class Tones:
     text: str
     muted: str
     accent: str
+    selection: str
     chosen: str
     more: str
     less: str
@@ -76,6 +77,7 @@ LIGHT_TONES = Tones(
     text="#1f2933",
     muted="#6b7683",
     accent="#2563eb",
+    selection="#2563eb",
     chosen="#d6e2fb",
     more="#0f766e",
     less="#b45309",
@@ -90,6 +92,7 @@ DARK_TONES = Tones(
     text="#e3e8ee",
     muted="#93a0ae",
     accent="#5b93f7",
+    selection="#2f62c4",
     chosen="#2f4468",
     more="#2dd4bf",
     less="#fbbf24",

@@ -16,6 +16,7 @@ from app.options import SceneOptions
 from app.recompute import Recompute
 from app.status import StatusBar
 from app.tasks import Tasks
+from app.window.dock_titles import DockTitles
 from app.window.feature import Feature
 from app.window.features.autosave import Autosave
 from app.window.features.background import Background
@@ -90,7 +91,7 @@ FEATURES: tuple[type[Feature], ...] = (
 )
 """Everything the window can do, in the order in which it stands in menus and toolbar."""
 DEFAULT_SIZE = QSize(1280, 800)
-LEFT_PX, RIGHT_PX, BOTTOM_PX = 304, 300, 200
+LEFT_PX, RIGHT_PX, BOTTOM_PX = 304, 320, 200
 AREA = Qt.DockWidgetArea
 AnyFeature = TypeVar("AnyFeature", bound=Feature)
 
@@ -139,6 +140,7 @@ class MainWindow(QMainWindow):
         self.status = StatusBar()
         self.tasks = Tasks(self)
         self.docks: dict[str, QDockWidget] = {}
+        self._dock_titles = DockTitles(self)
         self.places = Places(self.menuBar(), self._toolbar())
         self.actions_ = Actions(self, self.places)
         self._build_layout(viewport)
@@ -178,6 +180,7 @@ class MainWindow(QMainWindow):
         column.addWidget(viewport, 1)
         self.setCentralWidget(centre)
         self.setStatusBar(self.status)
+        self.setDockOptions(self.dockOptions() | QMainWindow.DockOption.GroupedDragging)  # tabs drag out
         self.setTabPosition(AREA.AllDockWidgetAreas, QTabWidget.TabPosition.North)
         sensors = self.add_dock("Sensors", self.tree, AREA.LeftDockWidgetArea)
         inspector = self.add_dock("Inspector", self.inspector, AREA.RightDockWidgetArea)
@@ -203,6 +206,7 @@ class MainWindow(QMainWindow):
         dock.setWidget(content)
         self.addDockWidget(area, dock)
         self.docks[title] = dock
+        self._dock_titles.follow(dock)
         self.places.add_to_menu("view/docks", dock.toggleViewAction())
         if beside is not None:
             self.tabifyDockWidget(self.docks[beside], dock)

@@ -382,3 +382,16 @@ def test_a_preset_is_pinned_from_the_menu_of_the_button(bench: Bench) -> None:
     next(entry for entry in presets.actions() if entry.text() == "W+C").trigger()  # type: ignore[attr-defined]
     bench.settle()
     assert preset("W+C").name in bench.window.scores.note
+
+
+def test_a_panel_among_tabs_is_named_by_its_tab_alone_and_gets_its_title_back_when_it_stands_alone(
+    bench: Bench,
+) -> None:
+    scores, compare, tree = (bench.window.docks[name] for name in ("Scores", "Compare", "Sensors"))
+    bench.qtbot.waitUntil(lambda: scores.titleBarWidget() is not None, timeout=TIMEOUT_MS)
+    assert compare.titleBarWidget() is not None
+    assert tree.titleBarWidget() is None
+    compare.toggleViewAction().trigger()
+    bench.qtbot.waitUntil(lambda: scores.titleBarWidget() is None, timeout=TIMEOUT_MS)
+    compare.toggleViewAction().trigger()
+    bench.qtbot.waitUntil(lambda: scores.titleBarWidget() is not None, timeout=TIMEOUT_MS)

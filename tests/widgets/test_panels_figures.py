@@ -41,7 +41,7 @@ def test_a_camera_is_summed_up_by_its_lens() -> None:
     high = 2 * math.degrees(math.atan(450 / 800))
     assert rows["Field of view"] == f"90.0° × {high:.1f}°"
     assert rows["Focal length"] == "800.0 px"
-    assert rows["Resolution"] == "0.0716° per pixel, 0.286° per ray"
+    assert rows["Resolution"] == "0.0716°/px, 0.286°/ray"
 
 
 @pytest.mark.parametrize(("sensor", "text"), [(LIDAR, "16 ch"), (CAMERA, "90°")])

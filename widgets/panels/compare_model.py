@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any, Literal
 
@@ -11,7 +12,7 @@ from PySide6.QtGui import QBrush, QColor, QFont
 from core.metric.scores import Reading, Scores
 from widgets.panels.bar_delegate import BAR_COLOUR, BAR_SHARE
 from widgets.panels.compare_rows import ALL_CLASSES, ORIGIN_TITLES, CompareRow, ScoreColumn, columns_for
-from widgets.panels.score_text import change_text, exact_text, kilo_text, looks_at_more, share_text
+from widgets.panels.score_text import NONE, change_text, exact_text, looks_at_more, value_text
 from widgets.panels.style import tones
 from widgets.panels.tooltips import plain_tip
 from widgets.theme import CLASS_COLOURS
@@ -35,6 +36,7 @@ class CompareModel(QAbstractTableModel):
         self._rows: tuple[CompareRow, ...] = ()
         self._columns = columns_for(ALL_CLASSES)
         self._shown: Shown = "values"
+        self._is_narrow = False
         self._reading: Reading = "covered"
         self._baseline: Scores | None = None
 
@@ -60,6 +62,12 @@ class CompareModel(QAbstractTableModel):
         """Show values, or differences to the first rig or to the baseline."""
         self._shown = shown
         self._numbers_changed()
+
+    def set_narrow(self, is_narrow: bool) -> None:
+        """Give columns short titles, or the whole ones."""
+        if is_narrow != self._is_narrow:
+            self._is_narrow = is_narrow
+            self.headerDataChanged.emit(Qt.Orientation.Horizontal, FIRST_SCORE, self.columnCount() - 1)
 
     def set_baseline(self, scores: Scores | None, reading: Reading) -> None:
         """Scores of the baseline, and the reading, which decides what a smaller S-MS means."""
@@ -94,7 +102,9 @@ class CompareModel(QAbstractTableModel):
             return None
         column = self._columns[section - FIRST_SCORE] if section >= FIRST_SCORE else None
         if role == _ROLE.DisplayRole:
-            return column.title if column is not None else ("Rig", "Sensors")[section]
+            if column is None:
+                return ("Rig", "Sensors")[section]
+            return column.short if self._is_narrow else column.title
         if role == _ROLE.ToolTipRole and column is not None:
             return f"{column.class_name}: {column.score.tip}"
         if role == _ROLE.TextAlignmentRole:
@@ -126,6 +136,8 @@ class CompareModel(QAbstractTableModel):
         return self._score_data(column, column.value(row.scores), role)
 
     def _score_data(self, column: ScoreColumn, value: float, role: int) -> Any:
+        if math.isnan(value):
+            return _waiting_data(role, NONE)
         reference = self._reference
         change = None
         if self._shown != "values":
@@ -137,7 +149,7 @@ class CompareModel(QAbstractTableModel):
         if role == _ROLE.DisplayRole:
             if change is not None:
                 return change_text(change, column.score)
-            return share_text(value) if column.score.is_share else kilo_text(value)
+            return value_text(column.score, value)
         if role == _ROLE.ToolTipRole:
             return exact_text(column.score, value if change is None else change)
         if role == _ROLE.ForegroundRole and change:
@@ -170,10 +182,10 @@ def _rig_data(row: CompareRow, column: int, role: int) -> Any:
     return None
 
 
-def _waiting_data(role: int) -> Any:
-    """A number that is not there yet; it sorts before all others."""
+def _waiting_data(role: int, text: str = FOLLOWS) -> Any:
+    """A number that is not there, or not yet; it sorts before all others."""
     if role == _ROLE.DisplayRole:
-        return FOLLOWS
+        return text
     if role == _ROLE.ForegroundRole:
         return QBrush(QColor(tones().muted))
     return float("-inf") if role == SORT else None

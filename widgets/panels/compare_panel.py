@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from PySide6.QtCore import QPoint, QSortFilterProxyModel, Qt, Signal
-from PySide6.QtGui import QGuiApplication
+from PySide6.QtGui import QGuiApplication, QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QHBoxLayout,
@@ -36,7 +36,8 @@ SHOWN: dict[Shown, str] = {
     "first": "difference to the first",
     "baseline": "difference to the baseline",
 }
-_NAME_PX, _SENSORS_PX = 150, 96
+_NAME_PX, _SENSORS_PX = 132, 84
+_NARROW_PX = 1000
 
 
 class ComparePanel(QWidget):
@@ -130,6 +131,7 @@ class ComparePanel(QWidget):
         table.verticalHeader().setDefaultSectionSize(26)
         header = table.horizontalHeader()
         header.setHighlightSections(False)
+        header.setTextElideMode(Qt.TextElideMode.ElideRight)
         header.setSortIndicatorClearable(True)
         header.setSortIndicator(-1, Qt.SortOrder.AscendingOrder)
         table.doubleClicked.connect(lambda index: self.open_wanted.emit(self._key(index.row())))
@@ -203,6 +205,11 @@ class ComparePanel(QWidget):
             header.setSectionResizeMode(column, mode)
         header.resizeSection(RIG, _NAME_PX)
         header.resizeSection(SENSORS, _SENSORS_PX)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Titles are short where there is no room for long ones."""
+        super().resizeEvent(event)
+        self.model.set_narrow(event.size().width() < _NARROW_PX)
 
     # ------------------------------------------------------------------ what the user does
     def _choose_class(self, _: int) -> None:

@@ -21,6 +21,7 @@ ORIGIN_TITLES: dict[Origin, str] = {
     "file": "file",
 }
 ALL_CLASSES = "all classes"
+_SHORT_CLASSES = {"pedestrian": "ped."}
 _SHOWN_OF_ALL = {"s_ms": "S-MS", "seen": "seen"}
 
 
@@ -48,6 +49,11 @@ class ScoreColumn:
     class_name: str
     score: Column
     title: str
+
+    @property
+    def short(self) -> str:
+        """The title where there is little room."""
+        return self.title.replace(self.class_name, _SHORT_CLASSES.get(self.class_name, self.class_name))
 
     def value(self, scores: Scores) -> float:
         """The number, in nat or as a fraction."""

@@ -57,10 +57,7 @@ def _camera_rows(camera: Camera) -> list[tuple[str, str]]:
         ("Rays", f"{thousands(camera.ray_count)}  =  {columns} × {rows}"),
         ("Field of view", f"{wide:.1f}° × {high:.1f}°"),
         ("Focal length", focal),
-        (
-            "Resolution",
-            f"{_pixel_deg(fx):.3g}° per pixel, {_pixel_deg(fx * columns / width_px):.3g}° per ray",
-        ),
+        ("Resolution", f"{_pixel_deg(fx):.3g}°/px, {_pixel_deg(fx * columns / width_px):.3g}°/ray"),
         ("Distortion", _distortion(camera)),
     ]
 

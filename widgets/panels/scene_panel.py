@@ -15,6 +15,7 @@ from core.study.voxel_choice import LADDER_M, ladder_grids
 from widgets.panels.expression import parse_number
 from widgets.panels.form import ChoiceBox, Form, read_item, write_item
 from widgets.panels.number_edit import IntegerEdit, NumberEdit, full_number
+from widgets.panels.style import MARGIN
 
 AUTO = "Auto"
 VOXEL_TIP = (
@@ -129,6 +130,7 @@ class ScenePanel(Form):
         ):
             button = QPushButton(text)
             button.setToolTip(tip)
+            button.setMinimumWidth(button.fontMetrics().horizontalAdvance(text) + 2 * MARGIN)
             button.clicked.connect(slot)
             buttons.append(button)
         self.add_row("", buttons)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QBrush, QColor, QGuiApplication, QResizeEvent
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableWidget, QTableWidgetItem
@@ -16,10 +18,9 @@ from widgets.panels.score_text import (
     Column,
     change_text,
     exact_text,
-    kilo_text,
     looks_at_more,
     rough_text,
-    share_text,
+    value_text,
 )
 from widgets.panels.sparkline import MAX_TRAIL, TRAIL_COLOUR, TRAIL_VALUES, Sparkline, trail_tip
 from widgets.panels.style import numbers_font, tones
@@ -28,8 +29,10 @@ from widgets.theme import CLASS_COLOURS
 
 ABOUT, FOLLOWS = "≈ ", "…"
 LAST_SAVED = "the rig as last saved"
-CLASS_PX, MIN_VALUE_PX, CHANGE_PX, TRAIL_PX = 112, 88, 82, 76
+CLASS_PX, MIN_VALUE_PX, CHANGE_PX, TRAIL_PX = 112, 88, 88, 76
 NARROW_PX = 1000
+ROW_PX = 26
+FULL_PX = CLASS_PX + len(COLUMNS) * (MIN_VALUE_PX + CHANGE_PX) + TRAIL_PX
 TRAIL = 1 + 2 * len(COLUMNS)
 ESTIMATE_NOTE = "Estimated on larger voxels; the exact number follows as soon as the mouse rests"
 CHANGE_TIP = "Change against the baseline: the pinned rig, or else the rig as it was last saved or opened"
@@ -48,18 +51,19 @@ class ScoreTable(QTableWidget):
         self.setShowGrid(False)
         self.setFont(numbers_font(self.font()))
         self.verticalHeader().hide()
-        self.verticalHeader().setDefaultSectionSize(26)
+        self.verticalHeader().setDefaultSectionSize(ROW_PX)
         self._baseline = LAST_SAVED
         self._trails: dict[str, list[float]] = {name: [] for name in CLASSES}
         self.setItemDelegateForColumn(TRAIL, Sparkline(self))
         self._set_header()
         for row, name in enumerate(CLASSES):
             self._fill_row(row, name)
+        self.setMinimumHeight(self.horizontalHeader().sizeHint().height() + len(CLASSES) * ROW_PX)
 
     def _set_header(self) -> None:
         header = self.horizontalHeader()
         header.setHighlightSections(False)
-        header.setMinimumSectionSize(MIN_VALUE_PX)
+        header.setMinimumSectionSize(TRAIL_PX)
         for place in range(self.columnCount()):
             is_value = place % 2 == 1 and place != TRAIL
             mode = QHeaderView.ResizeMode.Stretch if is_value else QHeaderView.ResizeMode.Fixed
@@ -131,7 +135,8 @@ class ScoreTable(QTableWidget):
         for name in CLASSES:
             now, before = scores.classes[name], baseline.classes[name]
             for column in COLUMNS:
-                value, change = column.value(now), column.value(now) - column.value(before)
+                value = column.value(now)
+                change = 0.0 if math.isnan(value) else value - column.value(before)
                 self._show_value(self.cell(name, column.key), column, value)
                 self._show_change(self.cell(name, f"{column.key} change"), column, change, settings)
 
@@ -140,7 +145,8 @@ class ScoreTable(QTableWidget):
         for name in CLASSES:
             for column in COLUMNS:
                 value = column.value(scores.classes[name])
-                self._show_rough(self.cell(name, column.key), ABOUT + rough_text(column, value))
+                text = NONE if math.isnan(value) else ABOUT + rough_text(column, value)
+                self._show_rough(self.cell(name, column.key), text)
                 self._show_rough(self.cell(name, f"{column.key} change"), FOLLOWS)
 
     def _show_rough(self, item: QTableWidgetItem, text: str) -> None:
@@ -151,10 +157,10 @@ class ScoreTable(QTableWidget):
         _set_italic(item, True)
 
     def _show_value(self, item: QTableWidgetItem, column: Column, value: float) -> None:
-        item.setText(share_text(value) if column.is_share else kilo_text(value))
+        item.setText(value_text(column, value))
         _set_italic(item, False)
         item.setToolTip(exact_text(column, value))
-        item.setData(Qt.ItemDataRole.UserRole, value)
+        item.setData(Qt.ItemDataRole.UserRole, None if math.isnan(value) else value)
         item.setForeground(QBrush(QColor(tones().text)))
 
     def _show_change(
@@ -193,8 +199,9 @@ class ScoreTable(QTableWidget):
         return "\n".join(lines) + "\n"
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Titles are short where there is no room for long ones."""
+        """Titles are short where there is no room for long ones; the sparklines give way to numbers."""
         super().resizeEvent(event)
+        self.setColumnHidden(TRAIL, event.size().width() < FULL_PX)
         is_narrow = event.size().width() < NARROW_PX
         for number, column in enumerate(COLUMNS):
             item = self.horizontalHeaderItem(1 + 2 * number)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -16,12 +17,16 @@ SIGN_NOTE = (
     "both are true of the published system. Read S-MS together with <b>seen</b>, the share of the scene's "
     "uncertainty that any sensor looks at, which grows with coverage."
 )
+NOTHING_NOTE = "No boxes of this class: there is nothing to see"
 SEEN_NOTE = "Share of the class's entropy H(Ω) that any enabled sensor looks at"
 
 
 @dataclass(frozen=True)
 class Column:
-    """One number per class: its titles, its value, how it reads, and the sign it takes as coverage grows."""
+    """One number per class: its titles, its value, how it reads, and the sign it takes as coverage grows.
+
+    The value is NaN where there is nothing to take a share of.
+    """
 
     key: str
     title: str
@@ -43,7 +48,14 @@ COLUMNS = (
         "lidar", "LiDARs S-MIG", "S-MIG LiD.", "S-MIG of all enabled LiDARs together", lambda c: c.lidar.s_mig
     ),
     Column("s_ms", "S-MS", "S-MS", SIGN_NOTE, lambda c: c.s_ms),
-    Column("seen", "Seen by any", "Seen", SEEN_NOTE, lambda c: c.any_seen, is_share=True),
+    Column(
+        "seen",
+        "Seen by any",
+        "Seen",
+        SEEN_NOTE,
+        lambda c: c.any_seen if c.h_total > 0.0 else math.nan,
+        is_share=True,
+    ),
 )
 
 
@@ -57,6 +69,13 @@ def rough_text(column: Column, value: float) -> str:
     if column.is_share:
         return f"{100 * value:.1f} %"
     return _signed(f"{abs(value) / 1000:.1f}", value, plus="")
+
+
+def value_text(column: Column, value: float) -> str:
+    """A value with two decimals in the column's unit, a dash where there is none."""
+    if math.isnan(value):
+        return NONE
+    return share_text(value) if column.is_share else kilo_text(value)
 
 
 def kilo_text(value_nat: float) -> str:
@@ -85,6 +104,8 @@ def looks_at_more(change: float, column: Column, reading: Reading) -> bool:
 
 def exact_text(column: Column, value: float) -> str:
     """Every digit, with the unit."""
+    if math.isnan(value):
+        return NOTHING_NOTE
     return f"{value!r} of H(Ω)" if column.is_share else f"{value!r} nat"
 
 

@@ -17,7 +17,7 @@ from PySide6.QtCore import (
     Qt,
     Signal,
 )
-from PySide6.QtGui import QBrush, QColor, QMouseEvent, QResizeEvent
+from PySide6.QtGui import QBrush, QColor, QMouseEvent, QPainter, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import QAbstractItemView, QMenu, QTreeWidget, QTreeWidgetItem, QWidget
 
 from core.metric.scores import Scores
@@ -42,6 +42,7 @@ from widgets.theme import KIND_COLOURS
 
 Names = tuple[str, ...]
 TICK_PX = 20
+NO_SENSORS = "No sensors yet.\nAdd one in the toolbar, or drag a model\nfrom the library onto the car."
 _KINDS = (("lidar", "LiDARs"), ("camera", "Cameras"))
 
 
@@ -181,6 +182,19 @@ class SensorTree(QTreeWidget):
         return group
 
     # ------------------------------------------------------------------ what the user does
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Say in an empty list where sensors come from."""
+        super().paintEvent(event)
+        if not self._rows:
+            last = self.topLevelItem(self.topLevelItemCount() - 1)
+            below = 0 if last is None else self.visualItemRect(last).bottom()
+            painter = QPainter(self.viewport())
+            painter.setPen(QColor(tones().muted))
+            place = self.viewport().rect().adjusted(8, below + 8, -8, 0)
+            top = Qt.AlignmentFlag.AlignTop | Qt.AlignmentFlag.AlignHCenter
+            painter.drawText(place, top | Qt.TextFlag.TextWordWrap, NO_SENSORS)
+            painter.end()
+
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Give names the room that they need."""
         super().resizeEvent(event)

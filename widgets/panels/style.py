@@ -57,7 +57,7 @@ def _qt_palette(tones: Tones) -> QPalette:
         role.PlaceholderText: tones.muted,
         role.Button: tones.panel,
         role.ButtonText: tones.text,
-        role.Highlight: tones.accent,
+        role.Highlight: tones.selection,
         role.HighlightedText: "#ffffff",
         role.ToolTipBase: tones.field,
         role.ToolTipText: tones.text,
@@ -76,11 +76,13 @@ def _qt_palette(tones: Tones) -> QPalette:
 
 
 def _sheet(t: Tones) -> str:
-    chevron = asset_path(
-        "icons/chevron-dark.svg" if t is DARK_TONES else "icons/chevron-light.svg"
-    ).as_posix()
+    theme = "dark" if t is DARK_TONES else "light"
+    icons = {
+        name: asset_path(f"icons/{name}-{theme}.svg").as_posix()
+        for name in ("chevron", "more", "close", "float")
+    }
     check = asset_path("icons/check.svg").as_posix()
-    return _WINDOW_SHEET.format(t=t) + _FIELD_SHEET.format(t=t, chevron=chevron, check=check)
+    return (_WINDOW_SHEET + _FIELD_SHEET).format(t=t, check=check, **icons)
 
 
 _WINDOW_SHEET = """
@@ -88,17 +90,19 @@ QMainWindow::separator {{ background: {t.border}; width: 1px; height: 1px; }}
 QMainWindow::separator:hover {{ background: {t.accent}; }}
 QToolBar {{ background: {t.panel}; border: 0; border-bottom: 1px solid {t.border};
     padding: 3px 6px; spacing: 1px; }}
-QToolBar::separator {{ background: {t.border}; width: 1px; margin: 6px 6px; }}
-QToolBar QToolButton {{ border: 1px solid transparent; border-radius: 5px; padding: 4px; color: {t.text}; }}
+QToolBar::separator {{ background: {t.border}; width: 1px; margin: 6px 4px; }}
+QToolBar QToolButton {{ border: 1px solid transparent; border-radius: 5px; padding: 3px; color: {t.text}; }}
 QToolBar QToolButton:hover {{ background: {t.field}; border-color: {t.border}; }}
 QToolBar QToolButton:checked {{ background: {t.chosen}; border-color: {t.accent}; }}
 QToolBar QToolButton:disabled {{ color: {t.muted}; }}
-QToolBar QToolButton[popupMode="2"] {{ padding: 4px 6px; }}
+QToolBar QToolButton[popupMode="2"] {{ padding: 3px 5px; }}
 QToolBar QToolButton::menu-indicator {{ image: none; }}
+QToolButton#qt_toolbar_ext_button {{ qproperty-icon: url("{more}"); padding: 0; min-width: 16px; }}
 QMenuBar {{ background: {t.panel}; color: {t.text}; }}
 QMenuBar::item {{ padding: 4px 9px; background: transparent; }}
 QMenuBar::item:selected {{ background: {t.chosen}; }}
-QDockWidget {{ color: {t.text}; font-weight: 600; }}
+QDockWidget {{ color: {t.text}; font-weight: 600; titlebar-close-icon: url("{close}");
+    titlebar-normal-icon: url("{float}"); }}
 QDockWidget::title {{ background: {t.window}; padding: 5px 8px; border-bottom: 1px solid {t.border}; }}
 QStatusBar {{ background: {t.panel}; color: {t.muted}; border-top: 1px solid {t.border}; }}
 QStatusBar::item {{ border: 0; }}
@@ -117,7 +121,7 @@ QHeaderView {{ background: {t.panel}; }}
 QHeaderView::section {{ background: {t.panel}; color: {t.muted}; border: 0;
     border-bottom: 1px solid {t.border}; padding: 3px 10px; font-weight: 500; }}
 QLineEdit, QComboBox {{ background: {t.field}; border: 1px solid {t.border}; border-radius: 4px;
-    padding: 1px 5px; min-height: 18px; selection-background-color: {t.accent}; selection-color: white; }}
+    padding: 1px 5px; min-height: 18px; selection-background-color: {t.selection}; selection-color: white; }}
 QLineEdit:focus, QComboBox:focus {{ border-color: {t.accent}; }}
 QLineEdit:disabled, QComboBox:disabled {{ color: {t.muted}; background: {t.panel}; }}
 QLineEdit[invalid="true"] {{ border-color: {t.error}; background: {t.error_field}; color: {t.error}; }}

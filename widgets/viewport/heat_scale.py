@@ -155,7 +155,9 @@ def bar_colours(data: HeatmapData, look: HeatLook, paper: str) -> NDArray[np.flo
 
 
 def bar_ticks(data: HeatmapData, look: HeatLook) -> tuple[Tick, ...]:
-    """The marks under the bar."""
+    """The marks under the bar; none when the heatmap has no cells."""
+    if not len(data.values):
+        return ()
     if data.scale == "steps":
         count = max(1, len(data.labels))
         return tuple(Tick((place + 0.5) / count, label) for place, label in enumerate(data.labels))

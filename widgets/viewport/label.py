@@ -14,7 +14,8 @@ from widgets.viewport.camera import Size
 FONT_FILE = f"{matplotlib.get_data_path()}/fonts/ttf/DejaVuSans.ttf"
 BOLD_FONT_FILE = f"{matplotlib.get_data_path()}/fonts/ttf/DejaVuSans-Bold.ttf"
 _FULL_VIEW_PX, _FULL_PICTURE_PX = (640, 400), (800, 500)
-_LEAST_UNIT = 0.4
+_LEAST_VIEW_PX = (308, 150)
+_LEAST_UNIT, _LEGIBLE_UNIT = 0.4, 0.8
 _LEAST_FONT_PX = 6
 _PLATE_OPACITY = 0.82
 _VTK_FONT_FILE = 4
@@ -24,10 +25,13 @@ _DPI = 72
 def unit_px(size: Size, pixel_ratio: float, crowded: bool = False) -> float:
     """Pixels per unit of length of flat parts: the pixel ratio, less in views too small for them.
 
-    `crowded`: a legend and a table stand side by side.
+    They stay legible as long as they fit at all. `crowded`: a legend and a table stand side by side.
     """
     full = _FULL_PICTURE_PX if crowded else _FULL_VIEW_PX
     room = min(size[0] / full[0], size[1] / full[1])
+    if not crowded:
+        fits = min(size[0] / _LEAST_VIEW_PX[0], size[1] / _LEAST_VIEW_PX[1])
+        room = max(room, min(fits, _LEGIBLE_UNIT * pixel_ratio))
     return min(pixel_ratio, max(_LEAST_UNIT * pixel_ratio, room))
 
 

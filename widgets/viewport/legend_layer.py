@@ -15,6 +15,7 @@ _WIDTH_PX, _MARGIN_PX, _INSET_PX = 284, 12, 14
 _LINE_PX, _HEAD_PX, _FOOT_PX, _BAR_PX, _TICK_PX = 16, 24, 30, 12, 4
 _TITLE_PX, _SMALL_PX = 13, 11
 _MOST_TICKS = 11
+NO_CELLS = "no boxes of this class"
 
 
 class LegendLayer:
@@ -56,7 +57,7 @@ class LegendLayer:
             return
         self._bar.set_colours(bar_colours(data, look, palette.background))
         self._title.SetInput(f"{data.title} [{data.unit}]" if data.unit else data.title)
-        self._note.SetInput(data.note)
+        self._note.SetInput(data.note if len(data.values) else NO_CELLS)
         self._slice.SetInput(slice_text(look))
         self._ticks = bar_ticks(data, look)[:_MOST_TICKS]
         for number, tick in zip(self._numbers, self._ticks, strict=False):
@@ -67,7 +68,7 @@ class LegendLayer:
 
     def set_drawn(self, cell_m: float | None) -> None:
         """Say which cells the picture shows at the moment: larger ones while something moves."""
-        if self._data is None or cell_m is None:
+        if self._data is None or cell_m is None or not len(self._data.values):
             return
         is_coarse = cell_m > 1.001 * self._data.cell_m
         self._note.SetInput(f"cells of {cell_m:.3g} m while it moves" if is_coarse else self._data.note)
