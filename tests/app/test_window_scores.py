@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import NoReturn
 
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QComboBox, QLineEdit, QPushButton
 from pytestqt.qtbot import QtBot
 
+from app.options import SceneOptions
 from app.recompute import CANCELLED
 from app.scoring import Result
 from app.window.features.heat import Heat
@@ -201,7 +204,17 @@ def test_boxes_that_cannot_be_read_are_reported_and_the_old_ones_stay(bench: Ben
     assert "boxes.csv" in bench.window.status.scene.text()
 
 
-def test_cancel_ends_a_load_and_keeps_the_old_boxes(bench: Bench, tmp_path: Path) -> None:
+def endless_load(_: SceneOptions, progress: Callable[[float], None]) -> NoReturn:
+    """A load that only Cancel ends, however slow the machine is."""
+    while True:
+        progress(0.0)
+        time.sleep(0.002)
+
+
+def test_cancel_ends_a_load_and_keeps_the_old_boxes(
+    bench: Bench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(bench.window.recompute, "_loader", endless_load)
     bench.window.feature(SceneData).load(scene_options(tmp_path, voxel_m=0.25))
     cancel = bench.window.status.findChild(QPushButton, "cancel_load")
     assert cancel is not None
