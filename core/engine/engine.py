@@ -105,6 +105,18 @@ class Engine:
         elapsed_ms = (time.perf_counter() - started) * 1e3
         return Evaluation(rig, settings, scores, seen[0], seen[1], elapsed_ms, threads)
 
+    @property
+    def field(self) -> EntropyField:
+        """What rigs are evaluated against."""
+        return self._field
+
+    def marks_of(self, sensor: Sensor, method: Method) -> Words | None:
+        """The voxels that a sensor of the rig evaluated last traverses, as words: all that are informative and maybe
+        others; None when it is not held. A view of the engine's own: read it at once, never write, never keep it."""
+        shape = _cast_shape(sensor, method)
+        held = next((held for held in self._state.held if held.shape == shape), None)
+        return self._state.stack[held.slot] if held is not None else None
+
     def _shapes_of(self, rig: Rig, method: Method) -> list[tuple[Method, Sensor]]:
         """What decides the rays of each enabled sensor; the same objects as last time for the same sensors."""
         known, self._shapes = self._shapes, {}

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from core.engine.engine import Engine
-from core.engine.inspect import covered_at_least, covered_by, sees_voxel
+from core.engine.inspect import covered_at_least, sees_voxel
 from core.metric.scores import PAPER_SETTINGS
 from core.scene.columns import unpack
 from tests.core.builders import grid_of, random_field, random_sensor, rig_of, seen_by, spinning
@@ -51,9 +51,9 @@ def test_twins_count_twice_and_a_sensor_that_is_off_not_at_all() -> None:
     engine.evaluate(rig)
     once, twice, thrice = covered_at_least(engine, rig, "exact")
     assert once.any() and np.array_equal(once, twice) and not thrice.any()
-    assert covered_by(engine, rig.sensors[2], "exact") is None
-    assert covered_by(engine, twin, PAPER_SETTINGS.method) is not None
-    assert covered_by(engine, twin, "bresenham") is None
+    assert engine.marks_of(rig.sensors[2], "exact") is None
+    assert engine.marks_of(twin, PAPER_SETTINGS.method) is not None
+    assert engine.marks_of(twin, "bresenham") is None
 
 
 @pytest.mark.parametrize("edit", ["move", "remove"])
