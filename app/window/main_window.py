@@ -33,6 +33,7 @@ from app.window.features.heat import Heat
 from app.window.features.help import Help
 from app.window.features.layout import Layout
 from app.window.features.library import LibraryPanel
+from app.window.features.locks import Locks
 from app.window.features.map import Map
 from app.window.features.marginals import Marginals
 from app.window.features.mirror import Mirror
@@ -65,6 +66,7 @@ FEATURES: tuple[type[Feature], ...] = (
     Edits,
     Clipboard,
     Sensors,
+    Locks,
     Mirror,
     Placing,
     LibraryPanel,

@@ -13,6 +13,7 @@ from pytestqt.qtbot import QtBot
 
 from app.user_folders import config_folder, state_folder
 from app.window.features.heat import Heat
+from app.window.features.locks import KEY, MOST_FILES
 from app.window.features.theme import Theme
 from app.window.settings import Settings
 from tests.app.window_bench import open_bench
@@ -21,8 +22,8 @@ from widgets.theme import DARK, LIGHT
 from widgets.viewport.camera import OrbitCamera
 
 KEYS = (
-    "window/geometry", "window/state", "theme", "heat/mode", "heat/class", "gizmo/mode", "gizmo/local", "view/camera",
-    "files/recent",
+    "window/geometry", "window/state", "theme", "heat/mode", "heat/class", "gizmo/mode", "gizmo/local", "gizmo/snap",
+    "view/camera", "files/recent", "sensors/locked",
 )  # fmt: skip
 JUNK = ('"junk"', "[1, null]", '{"focal_m": [1e400, 0, 0]}', "12", "true", "{", '"\ufffd"', "[" * 5000)
 
@@ -49,6 +50,7 @@ def test_what_was_chosen_is_there_again_the_next_time(qtbot: QtBot, tmp_path: Pa
         heat.set_class("bicycle")
         bench.act("rotate")
         bench.act("local")
+        bench.act("snap")
         bench.viewport.camera = OrbitCamera((1.0, 2.0, 3.0), 25.0, 30.0, 40.0, True)
         bench.window.docks["Scene"].hide()
     with open_bench(qtbot, tmp_path, kept=Settings(file)) as bench:
@@ -56,8 +58,38 @@ def test_what_was_chosen_is_there_again_the_next_time(qtbot: QtBot, tmp_path: Pa
         assert (heat.mode, heat.class_name) == ("entropy", "bicycle")
         assert bench.window.actions_["rotate"].isChecked() and bench.window.actions_["local"].isChecked()
         assert ("gizmo", "rotate", "local") in bench.viewport.told
+        assert bench.window.actions_["snap"].isChecked() and ("snap", True) in bench.viewport.told
         assert bench.viewport.camera == OrbitCamera((1.0, 2.0, 3.0), 25.0, 30.0, 40.0, True)
         assert bench.window.docks["Scene"].isHidden()
+
+
+def test_locks_come_back_with_the_file_that_they_belong_to(qtbot: QtBot, tmp_path: Path, file: Path) -> None:
+    mine, other = tmp_path / "mine.yaml", tmp_path / "other.yaml"
+    with open_bench(qtbot, tmp_path, kept=Settings(file), wait=False) as bench:
+        bench.document.save(mine)
+        bench.document.select("roof")
+        bench.act("lock")
+        assert bench.document.locked == {"roof"}
+        bench.document.save(other)
+        bench.act("lock")
+        assert not bench.document.locked
+        bench.document.open(mine)
+        assert bench.document.locked == {"roof"}
+    with open_bench(qtbot, tmp_path, kept=Settings(file), wait=False) as bench:
+        assert not bench.document.locked
+        bench.document.open(other)
+        assert not bench.document.locked
+        bench.document.open(mine)
+        assert bench.document.locked == {"roof"}
+
+
+def test_locks_of_many_files_do_not_pile_up(qtbot: QtBot, tmp_path: Path, file: Path) -> None:
+    with open_bench(qtbot, tmp_path, kept=Settings(file), wait=False) as bench:
+        bench.window.settings.write(KEY, {f"/rigs/{number}.yaml": ["roof"] for number in range(MOST_FILES)})
+        bench.document.save(tmp_path / "rig.yaml")
+        bench.document.set_locked(("front",), True)
+        kept = bench.window.settings.read(KEY, {})
+        assert len(kept) == MOST_FILES and kept[str(tmp_path / "rig.yaml")] == ["front"]
 
 
 def test_reset_layout_brings_back_what_was_closed(qtbot: QtBot, tmp_path: Path, file: Path) -> None:

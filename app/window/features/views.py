@@ -67,7 +67,7 @@ class Views(Feature):
         super().__init__(window)
         self.bind(
             frame=self.frame,
-            snap=lambda: self.viewport.set_snap(window.actions_["snap"].isChecked()),
+            snap=self.set_snap,
             **dict.fromkeys((*GIZMOS, "local"), self.set_gizmo),
             **{view: partial(self.viewport.set_view, view) for view in VIEWS},
         )
@@ -79,6 +79,10 @@ class Views(Feature):
         mode = next(key for key in GIZMOS if actions[key].isChecked())
         self.viewport.set_gizmo(mode, "local" if actions["local"].isChecked() else "world")
 
+    def set_snap(self) -> None:
+        """Have drags end on round numbers, or not."""
+        self.viewport.set_snap(self.window.actions_["snap"].isChecked())
+
     def frame(self) -> None:
         """Look at the selected sensor from near by."""
         if self.document.selected is not None:
@@ -88,7 +92,9 @@ class Views(Feature):
         key = settings.read("gizmo/mode", "both")
         self.window.actions_[key if key in GIZMOS else "both"].setChecked(True)
         self.window.actions_["local"].setChecked(settings.read("gizmo/local", False))
+        self.window.actions_["snap"].setChecked(settings.read("gizmo/snap", False))
         self.set_gizmo()
+        self.set_snap()
         camera = _camera(settings.read("view/camera", {}))
         if camera is not None:
             self.viewport.set_camera(camera)
@@ -96,6 +102,7 @@ class Views(Feature):
     def keep(self, settings: Settings) -> None:
         settings.write("gizmo/mode", next(key for key in GIZMOS if self.window.actions_[key].isChecked()))
         settings.write("gizmo/local", self.window.actions_["local"].isChecked())
+        settings.write("gizmo/snap", self.window.actions_["snap"].isChecked())
         camera = self.viewport.chosen_camera()
         settings.write("view/camera", {} if camera is None else asdict(camera))
 

@@ -1,0 +1,193 @@
+"""What is open in the window: a rig with its history, its file, what is selected, hidden and locked, and a drag.
+
+`Document` in document.py adds the edits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from PySide6.QtCore import QObject, Signal
+
+from core.errors import InputError
+from core.geometry import Pose
+from core.rig.edit_names import Edit
+from core.rig.history import History
+from core.rig.many import list_text
+from core.rig.mirror import in_step, partner_of
+from core.rig.model import Camera, Lidar, Rig
+from core.rig.yaml_file import RigFile, load_rig, new_rig_file
+
+Names = tuple[str, ...]
+
+
+class OpenRig(QObject):
+    """A rig with undo, a selection, sets of hidden and locked sensors, and the file it belongs to.
+
+    `revision` grows by one with every change of the rig, previews of a drag included. Mirror pairs stay in step
+    whatever is dragged or edited.
+    """
+
+    opened = Signal()
+    """Everything was exchanged for another rig; sent before the other signals of this."""
+    rig_changed = Signal()
+    selection_changed = Signal()
+    hidden_changed = Signal()
+    locked_changed = Signal()
+    file_changed = Signal()
+    """The path or the saved state changed; also sent when a document is opened."""
+
+    def __init__(self, rig: Rig, rig_file: RigFile | None = None, path: Path | None = None) -> None:
+        super().__init__()
+        self.revision = 0
+        self._start(rig, rig_file, path)
+
+    def _start(self, rig: Rig, rig_file: RigFile | None, path: Path | None) -> None:
+        self._history = History(rig)
+        self._rig_file = rig_file or new_rig_file(rig)
+        self._dragged: str | None = None
+        self._last_edit = Edit("")
+        self.path = path
+        self.selected: str | None = None
+        self._hidden: frozenset[str] = frozenset()
+        self._locked: frozenset[str] = frozenset()
+
+    # ------------------------------------------------------------------ state
+    @property
+    def rig(self) -> Rig:
+        """The rig as it is now, an open drag included."""
+        return self._history.rig
+
+    @property
+    def saved_rig(self) -> Rig:
+        """The rig that was last saved or opened."""
+        return self._history.saved
+
+    @property
+    def hidden(self) -> frozenset[str]:
+        """Names of the sensors that are not drawn; they still count in the scores."""
+        return self._hidden & self._names()
+
+    @property
+    def locked(self) -> frozenset[str]:
+        """Names of the sensors that are guarded against dragging, editing and deleting.
+
+        A lock guards against slips of the hand and says nothing about the rig, so no file holds it.
+        """
+        return self._locked & self._names()
+
+    @property
+    def is_modified(self) -> bool:
+        """Whether the rig differs from the saved one."""
+        return self._history.is_modified
+
+    @property
+    def is_dragging(self) -> bool:
+        """Whether a drag is open: started and neither finished nor cancelled."""
+        return self._dragged is not None
+
+    @property
+    def undo_label(self) -> str | None:
+        """What undo would take back, None when there is nothing."""
+        return self._history.undo_label
+
+    @property
+    def redo_label(self) -> str | None:
+        """What redo would do again, None when there is nothing."""
+        return self._history.redo_label
+
+    def selected_sensor(self) -> Lidar | Camera | None:
+        """The selected sensor, None when nothing is selected."""
+        return self.rig.sensor(self.selected) if self.selected is not None else None
+
+    def _names(self) -> frozenset[str]:
+        return frozenset(sensor.name for sensor in self.rig.sensors)
+
+    # ------------------------------------------------------------------ files
+    def open(self, path: Path) -> None:
+        """Load a rig file; InputError leaves the document as it is."""
+        rig_file = load_rig(path)
+        self.show(rig_file.rig, rig_file, path)
+
+    def show(self, rig: Rig, rig_file: RigFile | None = None, path: Path | None = None) -> None:
+        """Exchange everything for another rig, which counts as saved."""
+        self._start(rig, rig_file, path)
+        self.opened.emit()
+        self._rig_moved_on()
+        self.selection_changed.emit()
+        self.hidden_changed.emit()
+        self.locked_changed.emit()
+        self.file_changed.emit()
+
+    def save(self, path: Path) -> None:
+        """Write the rig to a file and take it as the saved state; InputError when that is impossible."""
+        self.cancel_drag()
+        self._rig_file = self._rig_file.save(path, self.rig)
+        self._history.mark_saved()
+        self.path = path
+        self.file_changed.emit()
+
+    # ------------------------------------------------------------------ selection and visibility
+    def select(self, name: str | None) -> None:
+        """Select a sensor by name, or nothing."""
+        wanted = name if name in self._names() else None
+        if wanted != self.selected:
+            self.selected = wanted
+            self.selection_changed.emit()
+
+    def set_hidden(self, names: Names, hidden: bool) -> None:
+        """Draw sensors or not."""
+        changed = self._hidden | set(names) if hidden else self._hidden - set(names)
+        if changed != self._hidden:
+            self._hidden = changed
+            self.hidden_changed.emit()
+
+    def set_locked(self, names: Names, locked: bool) -> None:
+        """Guard sensors against edits, or let them be edited again."""
+        self.cancel_drag()
+        changed = self._locked | set(names) if locked else self._locked - set(names)
+        if changed != self._locked:
+            self._locked = changed
+            self.locked_changed.emit()
+
+    def _refuse_locked(self, names: Names) -> None:
+        """InputError when one of these sensors, or the mirror image of one, is locked."""
+        meant = {*names, *(partner_of(self.rig, name) for name in names)}
+        found = [sensor.name for sensor in self.rig.sensors if sensor.name in self.locked & meant]
+        if found:
+            raise InputError(f"{list_text(found)}: locked; unlock it in the list of sensors first")
+
+    # ------------------------------------------------------------------ drags: many previews, one undo step
+    def begin_drag(self, name: str) -> None:
+        """Open a drag of one sensor; a locked one stays where it is."""
+        self.cancel_drag()
+        if name in self._names() and not {name, partner_of(self.rig, name)} & self.locked:
+            self._history.begin(f"move {name}")
+            self._dragged = name
+
+    def preview(self, name: str, pose: Pose) -> None:
+        """Move the dragged sensor; ignored when it is not the one being dragged."""
+        if self._dragged == name:
+            moved = self.rig.with_sensor(name, self.rig.sensor(name).with_pose(pose))
+            self._history.preview(in_step(self.rig, moved))
+            self._rig_moved_on()
+
+    def finish_drag(self) -> None:
+        """Keep where the drag ended, as one undo step."""
+        self._end_drag(self._history.commit)
+
+    def cancel_drag(self) -> None:
+        """Go back to where the drag began, if one is open."""
+        self._end_drag(self._history.cancel)
+
+    def _end_drag(self, end: Callable[[], bool]) -> None:
+        if self._dragged is not None:
+            self._dragged, self._last_edit = None, Edit("")
+            end()
+            self._rig_moved_on()
+
+    def _rig_moved_on(self) -> None:
+        """Count the revision and tell everybody; the selection is one that exists in the rig by now."""
+        self.revision += 1
+        self.rig_changed.emit()
