@@ -13,12 +13,13 @@ from core.mesh import BodyMesh
 from core.rig.model import Vehicle
 from widgets.theme import Palette
 from widgets.viewport.body import body_parts
+from widgets.viewport.body_baked import baked_actors
 from widgets.viewport.camera import Points, Ray
 from widgets.viewport.materials import car_materials, rgba_actor, surface_actor
 from widgets.viewport.surface import join, set_normals
 
 _REACH_M = 500.0
-_QUICK_TRIANGLES, _QUICK_CELLS = 60_000, 110
+_QUICK_TRIANGLES, _QUICK_CELLS = 25_000, 110
 
 
 class BodyLayer:
@@ -28,6 +29,8 @@ class BodyLayer:
         self._renderer = renderer
         self._actors: list[pv.Actor] = []
         self._quick_actors: list[pv.Actor] = []
+        self._all: list[pv.Actor] = []
+        self._quick = False
         self._solid = pv.PolyData()
         self._locator: vtkStaticCellLocator | None = None
 
@@ -37,32 +40,35 @@ class BodyLayer:
         InputError for an unknown body, which keeps the car shown before.
         """
         if mesh is None:
-            parts = [(part.mesh, part.material) for part in body_parts(vehicle)]
-            actors = [surface_actor(surface, car_materials(palette)[material]) for surface, material in parts]
-            solid, quick = join([surface for surface, _ in parts]), actors
+            parts = body_parts(vehicle)
+            actors = [surface_actor(part.mesh, car_materials(palette)[part.material]) for part in parts]
+            solid, quick = join([part.mesh for part in parts]), baked_actors(parts, palette)
         else:
             placed = mesh.placed(vehicle.mesh)
             solid = mesh_surface(placed)
             actors = quick = [_mesh_actor(solid, palette)]
             if len(mesh.triangles) > _QUICK_TRIANGLES:
                 quick = [_mesh_actor(mesh_surface(placed.coarse(_QUICK_CELLS)), palette)]
-        self._exchange([*actors, rgba_actor(shadow_mesh(vehicle), "rgba")], quick)
+        self._exchange(actors, quick, rgba_actor(shadow_mesh(vehicle), "rgba"))
         self._solid, self._locator = solid, None
 
-    def _exchange(self, actors: list[pv.Actor], quick: list[pv.Actor]) -> None:
-        for actor in {*self._actors, *self._quick_actors}:
+    def _exchange(self, actors: list[pv.Actor], quick: list[pv.Actor], shadow: pv.Actor) -> None:
+        for actor in self._all:
             self._renderer.RemoveActor(actor)
-        self._actors = actors
-        self._quick_actors = [] if quick[0] in actors else quick
-        for actor in [*self._actors, *self._quick_actors]:
+        self._actors, self._quick_actors = actors, quick
+        self._all = [*dict.fromkeys([*actors, *quick]), shadow]
+        for actor in self._all:
             self._renderer.AddActor(actor)
-        self.set_quick(False)
+        self.set_quick(self._quick)
 
     def set_quick(self, quick: bool) -> None:
-        """Show a large mesh with fewer triangles while something moves."""
-        if self._quick_actors:
-            self._actors[0].visibility = not quick
-            self._quick_actors[0].visibility = quick
+        """Show a car that is drawn sooner while something moves: its light painted on, or fewer triangles."""
+        self._quick = quick
+        hidden, shown = (self._actors, self._quick_actors) if quick else (self._quick_actors, self._actors)
+        for actor in hidden:
+            actor.visibility = False
+        for actor in shown:
+            actor.visibility = True
 
     def hit(self, ray: Ray) -> tuple[Points, Points] | None:
         """Where a view ray first meets the car: point (3,) in metres and unit normal (3,) towards the viewer."""

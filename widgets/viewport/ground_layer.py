@@ -13,6 +13,9 @@ from widgets.viewport.materials import line_mesh, plain_actor
 
 _STEP_M = 10.0
 _LABEL_HEIGHT_M = 0.45
+_PLANE_M, _LINE_M, _LABEL_M = -0.08, -0.03, -0.015
+"""Heights of plane, lines and labels: far enough apart to hide one another rightly. VTK's own offsets for what
+lies in one plane are a switch for all actors alike and make each of them write its depths anew."""
 
 
 class GroundLayer:
@@ -36,16 +39,14 @@ class GroundLayer:
                 _labels(half_x, half_y), color=mix(palette.text, palette.ground, 0.35), lighting=False
             ),
         ]
-        for order, actor in enumerate(self._actors):
-            actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(0.0, 40.0 - order)
-            actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()
+        for actor in self._actors:
             self._renderer.AddActor(actor)
         self._actors += _triad(self._renderer, palette)
 
 
 def _plane(half_x: float, half_y: float) -> pv.PolyData:
     return pv.Plane(
-        center=(0.0, 0.0, -0.02), i_size=2 * half_x, j_size=2 * half_y, i_resolution=1, j_resolution=1
+        center=(0.0, 0.0, _PLANE_M), i_size=2 * half_x, j_size=2 * half_y, i_resolution=1, j_resolution=1
     )
 
 
@@ -54,9 +55,9 @@ def _grid_lines(half_x: float, half_y: float) -> tuple[pv.PolyData, pv.PolyData]
     fine: list[tuple[tuple[float, float, float], tuple[float, float, float]]] = []
     strong: list[tuple[tuple[float, float, float], tuple[float, float, float]]] = []
     for x in np.arange(-half_x, half_x + 1e-6, 2.0):
-        (strong if x % _STEP_M == 0.0 else fine).append(((x, -half_y, -0.012), (x, half_y, -0.012)))
+        (strong if x % _STEP_M == 0.0 else fine).append(((x, -half_y, _LINE_M), (x, half_y, _LINE_M)))
     for y in np.arange(-half_y, half_y + 1e-6, 2.0):
-        (strong if y % _STEP_M == 0.0 else fine).append(((-half_x, y, -0.012), (half_x, y, -0.012)))
+        (strong if y % _STEP_M == 0.0 else fine).append(((-half_x, y, _LINE_M), (half_x, y, _LINE_M)))
     pairs = [np.array(lines) for lines in (fine, strong)]
     return line_mesh(pairs[0][:, 0], pairs[0][:, 1]), line_mesh(pairs[1][:, 0], pairs[1][:, 1])
 
@@ -76,7 +77,7 @@ def _labels(half_x: float, half_y: float) -> pv.PolyData:
 def _text(text: str, x: float, y: float) -> pv.PolyData:
     label = pv.Text3D(text, depth=0.0)
     label.points = label.points - [label.bounds[0], label.bounds[2], 0.0]
-    label.points = label.points * _LABEL_HEIGHT_M + [x, y, -0.005]
+    label.points = label.points * _LABEL_HEIGHT_M + [x, y, _LABEL_M]
     return pv.PolyData(label.points, label.faces)
 
 

@@ -49,18 +49,23 @@ def surface_actor(mesh: pv.PolyData, material: Material, colours: str = "") -> p
     prop.specular, prop.specular_power = material.specular, material.power
     prop.interpolation = "Phong"
     if material.sky:
-        _mirror_sky(actor, mesh, material)
+        mesh["rgb"] = np.asarray(255.0 * surface_colours(mesh, material), dtype=np.uint8)
+        _colour_by_array(actor, "rgb")
     if colours:
         _colour_by_array(actor, colours)
     return actor
 
 
-def _mirror_sky(actor: pv.Actor, mesh: pv.PolyData, material: Material) -> None:
-    """Brighten what looks up towards the sky's colour: a reflection that costs nothing per frame."""
+def surface_colours(mesh: pv.PolyData, material: Material) -> NDArray[np.float64]:
+    """Colours of the points of a mesh before any light falls on them, 0 to 1: (n, 3), or (1, 3) if all are alike.
+
+    What looks up is brightened towards the colour of the sky: a reflection that costs nothing per frame.
+    """
+    low = np.array(rgb(material.colour))
+    if not material.sky:
+        return low[None, :]
     up = np.clip(np.asarray(mesh.point_data["Normals"])[:, 2:3], 0.0, 1.0) ** 1.5
-    low, high = np.array(rgb(material.colour)), np.array(rgb(material.sky))
-    mesh["rgb"] = np.asarray((low + (high - low) * up) * 255, dtype=np.uint8)
-    _colour_by_array(actor, "rgb")
+    return np.asarray(low + (np.array(rgb(material.sky)) - low) * up)
 
 
 def plain_actor(mesh: pv.PolyData, **properties: Any) -> pv.Actor:

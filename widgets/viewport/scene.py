@@ -34,6 +34,7 @@ from widgets.viewport.heat_pick import PickedCell, cell_at
 from widgets.viewport.heat_scale import DEFAULT_LOOK, HeatLook, HeatmapData
 from widgets.viewport.heatmap_layer import HeatmapLayer
 from widgets.viewport.legend_layer import LegendLayer
+from widgets.viewport.lights import set_lights
 from widgets.viewport.marker_layer import Marker, MarkerLayer
 from widgets.viewport.rays_layer import RaysLayer
 from widgets.viewport.roi_layer import RoiLayer
@@ -43,12 +44,6 @@ from widgets.viewport.sensor_shapes import PICK_RADIUS_M, Mark, sensor_body
 SMOOTH_SAMPLES = 8
 """Samples per pixel of a picture with smooth edges."""
 _PICK_PX = 9.0
-_LIGHTS = (
-    ((4.0, -7.0, 8.0), 0.62),
-    ((-7.0, 5.0, 5.0), 0.34),
-    ((0.0, 0.0, 10.0), 0.30),
-    ((8.0, 6.0, 1.5), 0.22),
-)
 
 
 @dataclass(frozen=True)
@@ -95,7 +90,7 @@ class Scene:
         self._marker = MarkerLayer(self._overlay)
         self._gizmo, self._echo = GizmoActors(self._overlay, palette), EchoLayer(self._overlay)
         self._rays.set_line_width(pixel_ratio)
-        _set_lights(plotter)
+        set_lights(plotter)
         renderer.camera_set = True
         self.apply(self._state)
 
@@ -368,20 +363,10 @@ def _overlay_renderer(plotter: pv.BasePlotter) -> vtkRenderer:
     window.SetNumberOfLayers(window.GetNumberOfLayers() + 1)
     overlay.SetLayer(window.GetNumberOfLayers() - 1)
     overlay.InteractiveOff()
+    overlay.SetUseOIT(False)
     overlay.SetActiveCamera(plotter.renderer.camera)
     window.AddRenderer(overlay)
     return overlay
-
-
-def _set_lights(plotter: pv.BasePlotter) -> None:
-    """A studio: key light, fill, sky and a low edge light, fixed to the world."""
-    plotter.remove_all_lights()
-    for position, intensity in _LIGHTS:
-        light = pv.Light(
-            position=position, focal_point=(0.0, 0.0, 0.6), intensity=intensity, light_type="scene light"
-        )
-        light.positional = False
-        plotter.add_light(light)
 
 
 def render_still(

@@ -1,0 +1,64 @@
+"""While something moves the car is drawn with its light painted on: it must look like the car at rest."""
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+from core.rig.model import Vehicle
+from widgets.theme import DARK, LIGHT
+from widgets.viewport.body_profiles import PROFILES
+from widgets.viewport.camera import OrbitCamera
+from widgets.viewport.scene import Scene, SceneState, render_window
+
+SIZE_PX = (320, 200)
+AROUND = [OrbitCamera((0.0, 0.0, 0.9), 13.0, azimuth, 18.0) for azimuth in (-50.0, 40.0, 130.0, 220.0)]
+
+
+@pytest.fixture
+def plotter():
+    plotter = pv.Plotter(off_screen=True, window_size=list(SIZE_PX), lighting="none")
+    render_window(plotter).SetMultiSamples(0)
+    yield plotter
+    plotter.close()
+
+
+def picture(plotter: pv.Plotter, scene: Scene, camera: OrbitCamera, quick: bool) -> np.ndarray:
+    scene.set_quick(quick)
+    scene.set_camera(camera)
+    scene.prepare()
+    render_window(plotter).Render()
+    return np.asarray(plotter.screenshot(None, return_img=True))[:, :, :3].astype(int)
+
+
+@pytest.mark.parametrize("body", sorted(PROFILES))
+def test_a_moving_car_looks_like_the_car_at_rest_from_all_sides(plotter, body):
+    scene = Scene(plotter)
+    for palette in (DARK, LIGHT):
+        scene.apply(SceneState(vehicle=Vehicle(body=body), palette=palette))
+        for camera in AROUND:
+            rest, moving = (picture(plotter, scene, camera, quick) for quick in (False, True))
+            off = np.abs(rest - moving).max(axis=2)
+            assert (off > 0).sum() > 0, "the two are drawn in different ways"
+            assert (off > 60).mean() < 0.01 and off.mean() < 4.0
+
+
+def test_moving_changes_what_is_seen_of_the_car_and_makes_nothing_anew(plotter):
+    scene = Scene(plotter)
+
+    def shown() -> set[str]:
+        props = plotter.renderer.GetViewProps()
+        return {prop.GetAddressAsString("") for prop in props if prop.GetVisibility()}
+
+    def there() -> set[str]:
+        return {prop.GetAddressAsString("") for prop in plotter.renderer.GetViewProps()}
+
+    at_rest, everything = shown(), there()
+    scene.set_quick(True)
+    assert len(shown()) < len(at_rest) - 5
+    scene.set_vehicle(Vehicle(length=5.0))
+    assert len(shown()) < len(at_rest) - 5, "another car comes in the middle of a drag"
+    scene.set_vehicle(Vehicle())
+    moving = there()
+    scene.set_quick(False)
+    scene.set_quick(True)
+    assert there() == moving and len(moving) == len(everything)

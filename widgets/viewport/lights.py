@@ -1,0 +1,34 @@
+"""The lights of the scene, fixed to the world: a key light, a fill, the sky and a low edge light."""
+
+from __future__ import annotations
+
+import numpy as np
+import pyvista as pv
+
+from widgets.viewport.camera import Points
+
+_AIM_M = (0.0, 0.0, 0.6)
+_LIGHTS = (
+    ((4.0, -7.0, 8.0), 0.62),
+    ((-7.0, 5.0, 5.0), 0.34),
+    ((0.0, 0.0, 10.0), 0.30),
+    ((8.0, 6.0, 1.5), 0.22),
+)
+
+
+def set_lights(plotter: pv.BasePlotter) -> None:
+    """Light a plotter's scene with these lights and no others."""
+    plotter.remove_all_lights()
+    for position, intensity in _LIGHTS:
+        light = pv.Light(position=position, focal_point=_AIM_M, intensity=intensity, light_type="scene light")
+        light.positional = False
+        plotter.add_light(light)
+
+
+def light_on(normals: Points) -> Points:
+    """How much light falls on surfaces with unit normals (n, 3), all lights together: what VTK multiplies
+    with a diffuse colour, (n,)."""
+    places = np.array([position for position, _ in _LIGHTS]) - _AIM_M
+    towards = places / np.linalg.norm(places, axis=1, keepdims=True)
+    shares = np.clip(normals @ towards.T, 0.0, None)
+    return np.asarray(shares @ np.array([intensity for _, intensity in _LIGHTS]))
