@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint, QPointF, QRectF, Qt
+from PySide6.QtCore import QPoint, QPointF, QRectF, QSizeF, Qt
 from PySide6.QtGui import QColor, QImage, QWheelEvent
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
@@ -11,7 +11,7 @@ from core.rig.model import Camera, EvenAngles, Lidar, Rig
 from core.scene.grid import VoxelGrid
 from core.scene.top_view import BLIND, MOST, TopView
 from tests.widgets.mouse import hover
-from widgets.maps.map_items import BLIND_COLOUR
+from widgets.maps.map_items import BLIND_COLOUR, ring_labels
 from widgets.maps.map_view import MapView
 from widgets.maps.plane import PlaneView
 
@@ -92,13 +92,13 @@ def test_hovering_says_place_share_and_entropy(view: MapView) -> None:
     hover(view, spot(view, 8.0, 6.0))
     assert "0 % seen of 2 nat" in view.readout()
     hover(view, spot(view, 0.0, -8.0))
-    assert view.readout().endswith("no car here")
+    assert view.readout().endswith("no cars here")
     hover(view, spot(view, -5.0, -3.0))
     assert view.readout().startswith("front · ")
 
 
 def test_without_the_mouse_it_says_how_much_is_blind(view: MapView) -> None:
-    assert view.readout() == "50.0 % of the area with car is blind"
+    assert view.readout() == "50.0 % of the area with cars is blind"
 
 
 def test_a_click_selects_a_sensor_or_names_the_place(qtbot: QtBot, view: MapView) -> None:
@@ -139,6 +139,19 @@ def test_the_wheel_zooms_and_a_double_click_shows_all_again(qtbot: QtBot, view: 
     assert view.plane.scale > 1.5 * before.scale
     qtbot.mouseDClick(view, Qt.MouseButton.LeftButton, pos=at.toPoint())
     assert view.plane == before
+
+
+@pytest.mark.parametrize("size_px", [(160, 160), (250, 300), (304, 380), (600, 500), (1200, 700)])
+def test_labels_of_rings_are_never_cut_by_map_or_region(size_px: tuple[int, int]) -> None:
+    plane = PlaneView.fitted(QRectF(0, 0, *size_px), 60.0, 40.0)
+    roi, label = plane.rectangle((-30, 30), (-20, 20)), QSizeF(28.0, 12.0)
+    places = ring_labels(plane, roi, (10.0, 20.0, 30.0), label)
+    assert len(places) >= 2
+    for radius_m, at in places.items():
+        x, y = plane.to_m(at)
+        assert np.hypot(x, y) == pytest.approx(radius_m)
+        box = QRectF(at.x() - 14.0, at.y() - 6.0, 28.0, 12.0)
+        assert plane.area.contains(box) and (roi.contains(box) or not roi.intersects(box))
 
 
 def test_a_larger_widget_shows_the_whole_roi_larger(view: MapView) -> None:

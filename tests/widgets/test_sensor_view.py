@@ -100,7 +100,7 @@ def test_hovering_over_a_range_image_names_beam_angles_and_what_is_hit(view: Sen
     view.show_ranges(range_image(LIDAR, boxes((1, 8.0, 0.0)), NO_BODY), 40.0)
     area = view.ranges.image_area
     hover(view.ranges, QPointF(area.center().x() - 1, area.top() + area.height() / 2).toPoint())
-    assert view.ranges.readout().startswith("beam 3 of 3 · -3.00° up, ")
+    assert view.ranges.readout().startswith("beam 3 of 3 · 3.00° down, ")
     assert view.ranges.readout().endswith("bicycle, 7.5 m")
     hover(view.ranges, QPointF(area.left() + 3, area.top() + 3).toPoint())
     assert view.ranges.readout().endswith("no return")

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt
-from PySide6.QtGui import QColor, QImage, QMouseEvent, QPainter, QPaintEvent, QPen, QPolygonF, QTransform
+from PySide6.QtGui import QColor, QImage, QPainter, QPen, QPolygonF, QTransform
 from PySide6.QtWidgets import QWidget
 
 from core.scene.boxes import CLASSES
 from core.view.camera_picture import CameraPicture, Face
 from core.view.projection import Points
-from widgets.maps.paint import argb, image_of, small_font
-from widgets.panels.style import tones
+from widgets.maps.image_view import READOUT_PX, ImageView
+from widgets.maps.paint import LEGEND_PX, argb, draw_swatches, image_of
 from widgets.theme import CLASS_COLOURS, DARK_TONES, Tones, mix
 
-_MARGIN_PX, _FOOTER_PX = 6.0, 20.0
+_MARGIN_PX, _MOST_ABOVE_PX = 6.0, 24.0
 _SKY = {True: "#2a3442", False: "#dbe6f2"}
 _GROUND = {True: "#1d2127", False: "#c9cfd6"}
 _LINE = {True: "#4b5563", False: "#97a2af"}
@@ -23,17 +23,15 @@ _BODY = {True: "#8d98a6", False: "#5d6b7b"}
 _RAY_PX = 5.0
 
 
-class CameraView(QWidget):
+class CameraView(ImageView):
     """Draws a CameraPicture as large as fits; the border is that of the native image."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.setMouseTracking(True)
         self.setMinimumSize(160, 100)
         self._picture: CameraPicture | None = None
         self._body: QImage | None = None
         self._shows_rays = False
-        self._hover: QPointF | None = None
 
     def set_picture(self, picture: CameraPicture | None) -> None:
         """Show another picture, or none."""
@@ -48,15 +46,21 @@ class CameraView(QWidget):
     @property
     def image_area(self) -> QRectF:
         """Where the image lies on the widget."""
-        room = QRectF(self.rect()).adjusted(_MARGIN_PX, _MARGIN_PX, -_MARGIN_PX, -_FOOTER_PX)
+        below = READOUT_PX + LEGEND_PX
+        room = QRectF(self.rect()).adjusted(_MARGIN_PX, _MARGIN_PX, -_MARGIN_PX, -below)
         if self._picture is None or room.width() <= 0.0 or room.height() <= 0.0:
             return QRectF()
         width, height = self._picture.camera.image
         scale = min(room.width() / width, room.height() / height)
         area = QRectF(0.0, 0.0, width * scale, height * scale)
         area.moveCenter(room.center())
-        area.moveTop(room.top() + min(area.top() - room.top(), 24.0))
+        area.moveTop(min(area.top(), room.top() + _MOST_ABOVE_PX))
         return area
+
+    @property
+    def readout_area(self) -> QRectF:
+        """Two lines right below the image."""
+        return QRectF(8.0, self.image_area.bottom() + 4.0, self.width() - 16.0, READOUT_PX)
 
     def readout(self) -> str:
         """What is under the mouse, or what the image holds."""
@@ -84,17 +88,19 @@ class CameraView(QWidget):
         return (at.x() - area.left()) / area.width() * width, (at.y() - area.top()) / area.height() * height
 
     # ------------------------------------------------------------------ painting
-    def paintEvent(self, event: QPaintEvent) -> None:
-        painter = QPainter(self)
-        look = tones()
-        painter.fillRect(self.rect(), QColor(look.panel))
-        if self._picture is not None and not self.image_area.isEmpty():
-            painter.setFont(small_font(painter))
-            painter.save()
-            self._draw_image(painter, self._picture, look is DARK_TONES)
-            painter.restore()
-            self._draw_footer(painter, look)
-        painter.end()
+    def draw(self, painter: QPainter, look: Tones) -> None:
+        """The image, a line around it, and what its colours mean."""
+        if self._picture is None:
+            return
+        is_dark = look is DARK_TONES
+        painter.save()
+        self._draw_image(painter, self._picture, is_dark)
+        painter.restore()
+        painter.setPen(QPen(QColor(look.muted), 1.0))
+        painter.drawRect(self.image_area)
+        words = self.readout_area
+        legend = QRectF(words.left(), words.bottom(), words.width(), LEGEND_PX)
+        draw_swatches(painter, legend, {**CLASS_COLOURS, "own car": _BODY[is_dark], "region": _ROI}, look)
 
     def _draw_image(self, painter: QPainter, picture: CameraPicture, dark: bool) -> None:
         area = self.image_area
@@ -125,25 +131,6 @@ class CameraView(QWidget):
             self._body = image_of(_body_colours(dark)[picture.body])
         painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
         painter.drawImage(QRectF(0.0, 0.0, *picture.camera.image), self._body)
-
-    def _draw_footer(self, painter: QPainter, look: Tones) -> None:
-        area = self.image_area
-        painter.setPen(QPen(QColor(look.muted), 1.0))
-        painter.setBrush(Qt.BrushStyle.NoBrush)
-        painter.drawRect(area)
-        box = QRectF(8.0, area.bottom(), self.width() - 16.0, _FOOTER_PX)
-        text = painter.fontMetrics().elidedText(self.readout(), Qt.TextElideMode.ElideRight, int(box.width()))
-        painter.setPen(QColor(look.text))
-        painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text)
-
-    # ------------------------------------------------------------------ mouse
-    def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        self._hover = event.position()
-        self.update()
-
-    def leaveEvent(self, event: QEvent) -> None:
-        self._hover = None
-        self.update()
 
     def changeEvent(self, event: QEvent) -> None:
         self._body = None  # its colours follow the theme

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
-from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtCore import QPointF, QRectF, QSizeF, Qt
 from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPainterPath, QPen
 
 from core.rig.model import Camera, Lidar, Vehicle
@@ -17,6 +18,7 @@ BLIND_COLOUR = "#f0356b"
 DOT_PX = 4.5
 _TICK_PX, _WEDGE_PX = 13.0, 20.0
 _FLAT = 0.2
+_LABEL_ANGLES_DEG = (0, 30, -30, 180, 20, -20, 45, -45, 60, -60, 90, -90, 150, -150, 120, -120)
 
 
 def draw_rings(painter: QPainter, view: PlaneView, grid: VoxelGrid, tones: Tones) -> None:
@@ -27,14 +29,40 @@ def draw_rings(painter: QPainter, view: PlaneView, grid: VoxelGrid, tones: Tones
     ink.setAlphaF(0.75)
     paper.setAlphaF(0.7)
     middle = view.to_px(0.0, 0.0)
-    for number in range(1, int(reach_m / step_m) + 1):
-        radius = number * step_m * view.scale
-        painter.setPen(QPen(ink, 1.0, Qt.PenStyle.DotLine))
-        painter.setBrush(Qt.BrushStyle.NoBrush)
-        painter.drawEllipse(middle, radius, radius)
-        at = view.to_px(number * step_m, 0.0)
-        if view.area.adjusted(16.0, 9.0, -16.0, -9.0).contains(at):
-            draw_tag(painter, at, f"{number * step_m:g} m", QColor(tones.text), paper)
+    radii_m = [number * step_m for number in range(1, int(reach_m / step_m) + 1)]
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    painter.setPen(QPen(ink, 1.0, Qt.PenStyle.DotLine))
+    for radius_m in radii_m:
+        painter.drawEllipse(middle, radius_m * view.scale, radius_m * view.scale)
+    texts = {radius_m: f"{radius_m:g} m" for radius_m in radii_m}
+    metrics = QFontMetricsF(painter.font())
+    size = QSizeF(max(map(metrics.horizontalAdvance, texts.values()), default=0.0), metrics.height())
+    for radius_m, at in ring_labels(view, roi_rectangle(view, grid), radii_m, size).items():
+        draw_tag(painter, at, texts[radius_m], QColor(tones.text), paper)
+
+
+def ring_labels(view: PlaneView, roi: QRectF, radii_m: Sequence[float], size: QSizeF) -> dict[float, QPointF]:
+    """Where labels of a size stand on their rings: along one line from the car, the one where most are whole.
+
+    A label is left out where it would be cut by the map's edge or by the limit of the ROI.
+    """
+    room = view.area.adjusted(3.0, 3.0, -3.0, -3.0)
+    inner = roi.adjusted(2.0, 2.0, -2.0, -2.0)
+    found: list[dict[float, QPointF]] = []
+    for angle_deg in _LABEL_ANGLES_DEG:
+        x, y = math.cos(math.radians(angle_deg)), math.sin(math.radians(angle_deg))
+        places = {radius: view.to_px(radius * x, radius * y) for radius in radii_m}
+        found.append({})
+        for radius, at in places.items():
+            box = QRectF(
+                at.x() - size.width() / 2 - 4,
+                at.y() - size.height() / 2 - 2,
+                size.width() + 8,
+                size.height() + 4,
+            )
+            if room.contains(box) and (inner.contains(box) or not roi.intersects(box)):
+                found[-1][radius] = at
+    return max(found, key=len)
 
 
 def draw_roi(painter: QPainter, view: PlaneView, grid: VoxelGrid, tones: Tones) -> None:

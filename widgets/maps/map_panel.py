@@ -7,7 +7,7 @@ from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QToolButton, QVBox
 
 from core.scene.top_view import SeenBy
 from widgets.maps.map_view import MapView
-from widgets.panels.style import MARGIN, SPACING
+from widgets.panels.style import MARGIN, SPACING, as_panel
 
 SEEN_BY: dict[SeenBy, str] = {"any": "any sensor", "lidar": "LiDARs", "camera": "cameras"}
 
@@ -19,7 +19,7 @@ class MapPanel(QWidget):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.setObjectName("panel")
+        as_panel(self)
         self.map = MapView()
         self.title = QLabel()
         self.title.setToolTip("The class of traffic is chosen in the toolbar")

@@ -23,13 +23,15 @@ from widgets.maps.map_items import (
     outside_mark,
     roi_rectangle,
 )
-from widgets.maps.paint import SHARE_MAP, argb, colours, draw_message, draw_tag, image_of, small_font
+from widgets.maps.paint import SHARE_MAP, argb, colours, draw_message, image_of, small_font
 from widgets.maps.plane import PlaneView
 from widgets.panels.style import tones
 
 _LEGEND_PX = 46.0
 _CLICK_PX, _PICK_PX = 4.0, 10.0
 _WHEEL = 1.2
+AXES = "↑ x  ← y"
+MANY = {"car": "cars", "bicycle": "bicycles", "pedestrian": "pedestrians"}
 HINT = "Wheel: zoom · drag: shift · click: select, or look there · double click: fit"
 
 
@@ -112,14 +114,14 @@ class MapView(QWidget):
         if self._top is None or cell is None:
             return f"{place} · outside the ROI" if self._top is not None else place
         if self._top.levels[cell] == EMPTY:
-            return f"{place} · no {self._top.class_name} here"
+            return f"{place} · no {MANY[self._top.class_name]} here"
         return f"{place} · {100 * self._top.seen[cell]:.0f} % seen of {self._top.entropy_nat[cell]:.3g} nat"
 
     def _summary(self) -> str:
         said = []
         if self._top is not None and not self._top.is_empty:
             share = 100 * self._top.blind_share()
-            said.append(f"{share:.1f} % of the area with {self._top.class_name} is blind")
+            said.append(f"{share:.1f} % of the area with {MANY[self._top.class_name]} is blind")
         outside = [sensor.name for sensor in self._shown() if self._is_outside(sensor)]
         if outside:
             said.append(f"outside the ROI: {', '.join(outside)}")
@@ -177,14 +179,14 @@ class MapView(QWidget):
         painter.setPen(QColor(look.border))
         painter.drawLine(QPointF(0.0, top), QPointF(self.width(), top))
         draw_legend(painter, QRectF(8.0, top + 5.0, self.width() - 16.0, 22.0), look)
-        painter.setPen(QColor(look.text))
         box = QRectF(8.0, top + 28.0, self.width() - 16.0, 16.0)
+        middle = Qt.AlignmentFlag.AlignVCenter
+        painter.setPen(QColor(look.muted))
+        painter.drawText(box, Qt.AlignmentFlag.AlignRight | middle, AXES)
+        box.setWidth(box.width() - painter.fontMetrics().horizontalAdvance(AXES) - 10.0)
+        painter.setPen(QColor(look.text))
         text = painter.fontMetrics().elidedText(self.readout(), Qt.TextElideMode.ElideRight, int(box.width()))
-        painter.drawText(box, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, text)
-        if self.plane.area.height() > 200.0:
-            paper = QColor(look.panel)
-            paper.setAlphaF(0.8)
-            draw_tag(painter, QPointF(self.width() - 34.0, 12.0), "↑ x  ← y", QColor(look.muted), paper)
+        painter.drawText(box, Qt.AlignmentFlag.AlignLeft | middle, text)
 
     # ------------------------------------------------------------------ mouse
     def mousePressEvent(self, event: QMouseEvent) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import lru_cache
 
 import matplotlib
@@ -15,6 +16,9 @@ from widgets.theme import Tones
 
 SHARE_MAP, RANGE_MAP = "viridis", "turbo"
 BAR_PX = 8.0
+LEGEND_PX = 34.0
+"""Room for a colour bar with its marks, or for two rows of swatches."""
+_ROW_PX = 16.0
 
 
 @lru_cache(maxsize=4)
@@ -89,3 +93,17 @@ def draw_bar(
         left = strip.left() + share * (strip.width() - width)
         box = QRectF(left, strip.bottom() + 1.0, width, metrics.height())
         painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text)
+
+
+def draw_swatches(painter: QPainter, area: QRectF, entries: Mapping[str, str], tones: Tones) -> None:
+    """What colours mean: a small square beside each name, in as many rows as they need."""
+    metrics = QFontMetricsF(painter.font())
+    x, y = area.left(), area.top() + 3.0
+    for name, colour in entries.items():
+        width = BAR_PX + 4.0 + metrics.horizontalAdvance(name)
+        if x + width > area.right() and x > area.left():
+            x, y = area.left(), y + _ROW_PX
+        painter.fillRect(QRectF(x, y, BAR_PX, BAR_PX), QColor(colour))
+        painter.setPen(QColor(tones.text))
+        painter.drawText(QPointF(x + BAR_PX + 4.0, y + BAR_PX), name)
+        x += width + 12.0

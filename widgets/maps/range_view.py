@@ -7,37 +7,35 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt
-from PySide6.QtGui import QColor, QFontMetricsF, QImage, QMouseEvent, QPainter, QPaintEvent, QPen
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt
+from PySide6.QtGui import QColor, QFontMetricsF, QImage, QPainter, QPen
 from PySide6.QtWidgets import QWidget
 
 from core.scene.boxes import CLASSES
 from core.view.hits import BODY, GROUND, NOTHING
 from core.view.range_image import RangeImage
-from widgets.maps.paint import BAR_PX, RANGE_MAP, argb, colours, draw_bar, image_of, small_font
-from widgets.panels.style import tones
+from widgets.maps.image_view import READOUT_PX, ImageView
+from widgets.maps.paint import LEGEND_PX, RANGE_MAP, argb, colours, draw_bar, draw_swatches, image_of
 from widgets.theme import CLASS_COLOURS, Tones
 
 Colouring = Literal["range", "hit"]
-_LEFT_PX, _TOP_PX, _RIGHT_PX = 40.0, 6.0, 10.0
-_AXIS_PX, _LEGEND_PX, _READOUT_PX = 16.0, 26.0, 18.0
+_LEFT_PX, _TOP_PX, _RIGHT_PX = 44.0, 6.0, 10.0
+_AXIS_PX, _TICK_PX, _BAR_PX = 16.0, 62.0, 320.0
 _GROUND_COLOUR, _BODY_COLOUR = "#8a7f70", "#94a3b8"
 _REACH_STEP_M = 10.0
 _TICK_STEPS = (0.5, 1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 45.0, 90.0, 180.0)
 
 
-class RangeView(QWidget):
+class RangeView(ImageView):
     """Draws a RangeImage over the whole widget: rows as the beams are, whatever their elevations."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.setMouseTracking(True)
-        self.setMinimumSize(200, 100)
+        self.setMinimumSize(200, 120)
         self._image: RangeImage | None = None
         self._pixels: QImage | None = None
         self._reach_m = 40.0
         self._colouring: Colouring = "range"
-        self._hover: QPointF | None = None
 
     def set_image(self, image: RangeImage | None, reach_m: float = 40.0) -> None:
         """Show another image; colours end at `reach_m` or at the sensor's own range."""
@@ -55,8 +53,15 @@ class RangeView(QWidget):
     @property
     def image_area(self) -> QRectF:
         """Where the image lies on the widget."""
-        below = _AXIS_PX + _LEGEND_PX + _READOUT_PX
+        if self._image is None:
+            return QRectF()
+        below = _AXIS_PX + LEGEND_PX + READOUT_PX
         return QRectF(self.rect()).adjusted(_LEFT_PX, _TOP_PX, -_RIGHT_PX, -below)
+
+    @property
+    def readout_area(self) -> QRectF:
+        """Two lines at the foot."""
+        return QRectF(8.0, self.height() - READOUT_PX, self.width() - 16.0, READOUT_PX)
 
     def readout(self) -> str:
         """What is under the mouse, or what the image holds."""
@@ -68,7 +73,9 @@ class RangeView(QWidget):
             return _summary(image)
         row, column = cell
         beam = f"beam {image.beams[row] + 1} of {len(image.lidar.elevations())}"
-        angles = f"{image.elevations_deg[row]:.2f}° up, {image.azimuth_deg(row, column):.1f}° left"
+        angles = f"{angle_text(image.elevations_deg[row], 2, 'up', 'down')}, " + angle_text(
+            image.azimuth_deg(row, column), 1, "left", "right"
+        )
         what = hit_name(image, int(image.what[row, column]))
         range_m = image.range_m[row, column]
         return f"{beam} · {angles} · {what}" + (f", {range_m:.1f} m" if math.isfinite(range_m) else "")
@@ -83,16 +90,12 @@ class RangeView(QWidget):
         return min(row, rows - 1), min(column, columns - 1)
 
     # ------------------------------------------------------------------ painting
-    def paintEvent(self, event: QPaintEvent) -> None:
-        painter = QPainter(self)
-        look = tones()
-        painter.fillRect(self.rect(), QColor(look.panel))
-        if self._image is not None and not self.image_area.isEmpty():
-            painter.setFont(small_font(painter))
+    def draw(self, painter: QPainter, look: Tones) -> None:
+        """The image with its axes, and what its colours mean."""
+        if self._image is not None:
             self._draw_pixels(painter, self._image, look)
             self._draw_axes(painter, self._image, look)
             self._draw_legend(painter, look)
-        painter.end()
 
     def _draw_pixels(self, painter: QPainter, image: RangeImage, look: Tones) -> None:
         area = self.image_area
@@ -114,8 +117,8 @@ class RangeView(QWidget):
         for row in spread(rows, int(area.height() / (metrics.height() + 3.0))):
             middle = area.top() + (row + 0.5) / rows * area.height()
             box = QRectF(0.0, middle - metrics.height() / 2, _LEFT_PX - 5.0, metrics.height())
-            painter.drawText(box, _RIGHT, f"{image.elevations_deg[row]:.3g}°")
-        for column, text in azimuth_ticks(image.azimuths_deg, int(area.width() / 70.0)):
+            painter.drawText(box, _RIGHT, f"{image.elevations_deg[row]:.1f}°".replace("-", "−"))
+        for column, text in azimuth_ticks(image.azimuths_deg, int(area.width() / _TICK_PX)):
             width = metrics.horizontalAdvance(text) + 2.0
             middle = area.left() + (column + 0.5) / columns * area.width()
             left = min(max(middle - width / 2, area.left()), area.right() - width)
@@ -123,36 +126,15 @@ class RangeView(QWidget):
             painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text)
 
     def _draw_legend(self, painter: QPainter, look: Tones) -> None:
-        area = QRectF(self.image_area)
-        top = area.bottom() + _AXIS_PX + 3.0
-        legend = QRectF(area.left(), top, min(area.width(), 320.0), _LEGEND_PX)
+        area = self.image_area
+        legend = QRectF(area.left(), area.bottom() + _AXIS_PX + 3.0, area.width(), LEGEND_PX)
         if self._colouring == "range":
             marks = [(0.0, "0"), (0.5, f"{self._reach_m / 2:g}"), (1.0, f"≥ {self._reach_m:g} m")]
+            legend.setWidth(min(legend.width(), _BAR_PX))
             draw_bar(painter, legend, RANGE_MAP, marks, look)
         else:
-            self._draw_swatches(painter, legend.topLeft(), look)
-        box = QRectF(8.0, self.height() - _READOUT_PX, self.width() - 16.0, _READOUT_PX)
-        text = painter.fontMetrics().elidedText(self.readout(), Qt.TextElideMode.ElideRight, int(box.width()))
-        painter.setPen(QColor(look.text))
-        painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text)
-
-    def _draw_swatches(self, painter: QPainter, at: QPointF, look: Tones) -> None:
-        metrics = QFontMetricsF(painter.font())
-        x = at.x()
-        for name, colour in (*CLASS_COLOURS.items(), ("ground", _GROUND_COLOUR), ("own car", _BODY_COLOUR)):
-            painter.fillRect(QRectF(x, at.y() + 3.0, BAR_PX, BAR_PX), QColor(colour))
-            painter.setPen(QColor(look.text))
-            painter.drawText(QPointF(x + BAR_PX + 4.0, at.y() + 3.0 + BAR_PX), name)
-            x += BAR_PX + 16.0 + metrics.horizontalAdvance(name)
-
-    # ------------------------------------------------------------------ mouse
-    def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        self._hover = event.position()
-        self.update()
-
-    def leaveEvent(self, event: QEvent) -> None:
-        self._hover = None
-        self.update()
+            others = {"ground": _GROUND_COLOUR, "own car": _BODY_COLOUR}
+            draw_swatches(painter, legend, {**CLASS_COLOURS, **others}, look)
 
     def sizeHint(self) -> QSize:
         return QSize(420, 200)
@@ -193,6 +175,11 @@ def azimuth_text(azimuth_deg: float) -> str:
     return f"{abs(azimuth_deg):g}° {'left' if azimuth_deg > 0 else 'right'}"
 
 
+def angle_text(angle_deg: float, digits: int, positive: str, negative: str) -> str:
+    """An angle without a sign, with the side it points to: "3.33° down"."""
+    return f"{abs(angle_deg):.{digits}f}° {positive if angle_deg >= 0.0 else negative}"
+
+
 def hit_name(image: RangeImage, what: int) -> str:
     """What a ray hit, in words."""
     names = {NOTHING: "no return", GROUND: "ground", BODY: "own car"}
@@ -219,4 +206,5 @@ def _summary(image: RangeImage) -> str:
     thin_beams, thin_azimuths = image.thinned
     thinned = "" if image.thinned == (1, 1) else f" (every {thin_beams}. beam, {thin_azimuths}. azimuth)"
     on_boxes = int(np.count_nonzero(image.what >= 0))
-    return f"{rows} beams × {columns} azimuths{thinned} · {image.returns:,} returns, {on_boxes:,} on boxes"
+    size = f"{rows} beams × {columns} azimuths{thinned}"
+    return f"{size} · {image.returns:,} returns, {on_boxes:,} on boxes"

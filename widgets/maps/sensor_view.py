@@ -24,7 +24,7 @@ from core.view.camera_picture import CameraPicture
 from core.view.range_image import RangeImage
 from widgets.maps.camera_view import CameraView
 from widgets.maps.range_view import RangeView
-from widgets.panels.style import MARGIN, SPACING
+from widgets.panels.style import MARGIN, SPACING, as_panel
 
 COLOURINGS = {"range": "Colour: range", "hit": "Colour: what is hit"}
 
@@ -36,7 +36,7 @@ class SensorView(QWidget):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.setObjectName("panel")
+        as_panel(self)
         self.camera, self.ranges, self.text = CameraView(), RangeView(), QLabel()
         self.text.setObjectName("hint")
         self.text.setWordWrap(True)

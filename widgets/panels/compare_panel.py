@@ -29,7 +29,7 @@ from widgets.panels.form import ChoiceBox
 from widgets.panels.icons import icon
 from widgets.panels.own_keys import OwnKeys, StandardKey
 from widgets.panels.score_text import SIGN_NOTE
-from widgets.panels.style import MARGIN, SPACING, numbers_font
+from widgets.panels.style import MARGIN, SPACING, as_panel, numbers_font
 
 SHOWN: dict[Shown, str] = {
     "values": "values",
@@ -56,7 +56,7 @@ class ComparePanel(QWidget):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.setObjectName("panel")
+        as_panel(self)
         self.model = CompareModel()
         self.model.renamed.connect(self.renamed)
         self._sorted = QSortFilterProxyModel(self)

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from core.camera import field_of_view_deg
 from core.rig.model import Camera, EvenAngles, Lidar
-from widgets.panels.number_edit import thousands
 
 
 def derived_rows(sensor: Lidar | Camera) -> list[tuple[str, str]]:
@@ -20,7 +19,7 @@ def derived_rows(sensor: Lidar | Camera) -> list[tuple[str, str]]:
 def _lidar_rows(lidar: Lidar) -> list[tuple[str, str]]:
     beams, turn = lidar.elevations(), lidar.azimuths()
     return [
-        ("Rays", f"{thousands(lidar.ray_count)}  =  {len(beams)} beams × {thousands(len(turn))}"),
+        ("Rays", f"{lidar.ray_count:,}  =  {len(beams)} beams × {len(turn):,}"),
         ("Field of view", f"{_turn_deg(lidar):.4g}° × {np.ptp(beams):.4g}°"),
         ("Resolution", f"{_gaps(turn)} × {_gaps(beams)}"),
         ("Azimuth offsets", _offsets(lidar)),
@@ -54,7 +53,7 @@ def _camera_rows(camera: Camera) -> list[tuple[str, str]]:
     wide, high = field_of_view_deg(camera)
     focal = f"{fx:.1f} px" if f"{fx:.1f}" == f"{fy:.1f}" else f"{fx:.1f} × {fy:.1f} px"
     return [
-        ("Rays", f"{thousands(camera.ray_count)}  =  {columns} × {rows}"),
+        ("Rays", f"{camera.ray_count:,}  =  {columns} × {rows}"),
         ("Field of view", f"{wide:.1f}° × {high:.1f}°"),
         ("Focal length", focal),
         ("Resolution", f"{_pixel_deg(fx):.3g}°/px, {_pixel_deg(fx * columns / width_px):.3g}°/ray"),

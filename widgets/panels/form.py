@@ -14,7 +14,7 @@ from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QHBoxLayout, QL
 from core.errors import InputError
 from widgets.panels.expression import Unit
 from widgets.panels.number_edit import ListEdit, NumberEdit
-from widgets.panels.style import MARGIN, SPACING
+from widgets.panels.style import MARGIN, SPACING, as_panel
 from widgets.panels.value_edit import ValueEdit
 
 
@@ -50,7 +50,7 @@ class Form(QWidget):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.setObjectName("panel")
+        as_panel(self)
         self._subject: Any = None
         self._bindings: list[_Binding] = []
         self._captions: dict[QWidget, QLabel] = {}

@@ -7,7 +7,7 @@ import math
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QCheckBox, QGridLayout, QLabel, QPushButton, QSlider, QWidget
 
-from widgets.panels.style import MARGIN, SPACING
+from widgets.panels.style import MARGIN, SPACING, as_panel
 from widgets.viewport.heat_scale import DEFAULT_LOOK, HeatLook, HeatmapData, value_text
 
 _STEPS = 200
@@ -22,7 +22,7 @@ class HeatPanel(QWidget):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.setObjectName("panel")
+        as_panel(self)
         self._data: HeatmapData | None = None
         self._cell_m, self._layers = 0.4, 10
         self._grid = QGridLayout(self)

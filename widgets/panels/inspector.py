@@ -15,7 +15,7 @@ from widgets.panels.expression import DEGREES, METRES, Unit
 from widgets.panels.form import ChoiceBox, Form
 from widgets.panels.lidar_form import LidarForm
 from widgets.panels.mesh_rows import MeshRows, with_body
-from widgets.panels.number_edit import NumberEdit, TextEdit, thousands
+from widgets.panels.number_edit import NumberEdit, TextEdit
 from widgets.panels.sensor_form import SensorForm
 from widgets.viewport.body_profiles import PROFILES
 
@@ -191,7 +191,7 @@ class RigForm(Form):
         rays = sum(sensor.ray_count for sensor in subject.sensors if sensor.enabled)
         self._summary.setText(
             f"{len(subject.lidars())} LiDARs and {len(subject.cameras())} cameras count in the scores: "
-            f"{thousands(rays)} rays.\n\nSelect a sensor in the list or in the view to edit it."
+            f"{rays:,} rays.\n\nSelect a sensor in the list or in the view to edit it."
         )
 
 

@@ -22,7 +22,7 @@ from core.rig.model import Camera, Lidar
 from widgets.panels.derived import derived_rows
 from widgets.panels.icons import icon
 from widgets.panels.sensor_rows import short_type
-from widgets.panels.style import MARGIN, numbers_font, tones
+from widgets.panels.style import MARGIN, as_panel, numbers_font, tones
 from widgets.panels.tooltips import plain_tip
 from widgets.theme import KIND_COLOURS
 
@@ -51,7 +51,7 @@ class LibraryList(QWidget):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.setObjectName("panel")
+        as_panel(self)
         self._search = QLineEdit()
         self._search.setObjectName("library_search")
         self._search.setPlaceholderText("Search the library")

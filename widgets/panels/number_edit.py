@@ -41,11 +41,6 @@ def full_text(value: float, unit: Unit) -> str:
     return full_number(float(f"{value * unit.per_base:.12g}"))
 
 
-def thousands(count: int) -> str:
-    """A count with thin spaces between groups of three digits."""
-    return f"{count:,}".replace(",", "\u2009")
-
-
 class NumberEdit(ValueEdit[float]):
     """One double, right aligned, with its unit; arrow keys and, while focused, the wheel change it by `step`.
 

@@ -16,7 +16,7 @@ from widgets.panels.icons import icon
 from widgets.panels.number_edit import NumberEdit
 from widgets.panels.score_table import LAST_SAVED, ScoreTable
 from widgets.panels.score_text import SIGN_NOTE
-from widgets.panels.style import MARGIN, SPACING
+from widgets.panels.style import MARGIN, SPACING, as_panel
 
 READING_NOTES = {
     "covered": "S-MIG = −entropy of the set of voxels reached: the paper's equations",
@@ -35,7 +35,7 @@ class ScoresPanel(QWidget):
 
     def __init__(self, settings: MetricSettings, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.setObjectName("panel")
+        as_panel(self)
         self._settings = settings
         self._is_stale = True
         self._is_estimate = False

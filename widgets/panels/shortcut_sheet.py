@@ -19,7 +19,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from widgets.panels.style import MARGIN, tones
+from widgets.panels.style import MARGIN, as_panel, tones
 
 GAP_PX = 36
 COLUMN_PX, KEYS_PX = 530, 190
@@ -49,7 +49,7 @@ class ShortcutSheet(QDialog):
         self.setWindowTitle(title)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         sheet = QWidget()
-        sheet.setObjectName("panel")
+        as_panel(sheet)
         columns = QHBoxLayout(sheet)
         columns.setContentsMargins(GAP_PX // 2, MARGIN, GAP_PX // 2, MARGIN)
         columns.setSpacing(GAP_PX)

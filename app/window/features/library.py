@@ -25,7 +25,7 @@ class LibraryPanel(Feature):
         window.theme_changed.connect(lambda _: self._show())
         self.list.add_wanted.connect(window.feature(Sensors).add)
         dock = window.add_dock("Library", self.list, Qt.DockWidgetArea.LeftDockWidgetArea)
-        window.resizeDocks([window.docks["Sensors"], dock], [3, 2], Qt.Orientation.Vertical)
+        window.resizeDocks([window.docks["Sensors"], dock], [7, 3], Qt.Orientation.Vertical)
 
     def _show(self) -> None:
         """Show every model, in the colours of the theme."""

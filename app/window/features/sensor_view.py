@@ -23,6 +23,7 @@ NOTHING_SELECTED = "Select a camera or a LiDAR to look through it"
 NO_SENSORS = "The rig has no sensors: add one, and look through it here"
 LOADING = "Box data are being loaded"
 NO_DATA = "No box data are loaded: choose some in the Scene panel"
+WAITING = "The picture is being made"
 OFF = "Switched off: this sensor does not count in the scores."
 
 
@@ -84,6 +85,8 @@ class SensorView(Feature):
         request = PictureRequest(sensor, self.panel.chosen_frame, scene, self._body())
         if self._asked is None or not request.asks_same(self._asked):
             self._asked, self._is_answered = request, False
+            if self.panel.page is self.panel.text:
+                self.panel.show_text(WAITING)
             self.pictures.ask(request)
 
     def _body(self) -> NDArray[np.float32]:
