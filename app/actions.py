@@ -10,7 +10,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QActionGroup, QKeySequence
 from PySide6.QtWidgets import QMainWindow, QMenu, QToolButton
 
-from app.heatmap import HEAT_TITLES
+from app.heat_modes import HEAT_TITLES
 from core.scene.boxes import CLASSES
 from widgets.panels.icons import icon, swatch
 from widgets.theme import CLASS_COLOURS

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from app.heat_modes import HEAT_TITLES, HeatMode
 from core.engine.engine import Engine, Evaluation
 from core.engine.inspect import covered_at_least
 from core.scene.boxes import CLASSES
@@ -16,16 +16,6 @@ from core.scene.columns import Words
 from core.scene.display import DisplayGrid
 from widgets.viewport.heat_scale import HeatmapData
 
-HeatMode = Literal["off", "probability", "entropy", "seen", "unseen", "sensors", "change"]
-HEAT_TITLES: dict[HeatMode, str] = {
-    "off": "Off",
-    "probability": "POG probability",
-    "entropy": "Entropy",
-    "seen": "Seen entropy",
-    "unseen": "Unseen entropy",
-    "sensors": "Sensors that see it",
-    "change": "Gained and lost",
-}
 COUNT_LABELS = ("0", "1", "2", "3+")
 Values = NDArray[np.float32]
 NO_WORDS = np.empty(0, np.uint64)

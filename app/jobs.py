@@ -9,7 +9,7 @@ from pathlib import Path
 from app import evaluate_json, tables
 from app.console import note, note_report, progress_bar, results
 from app.options import SceneOptions, ScoreOptions
-from app.scenario import load_scenario, remarks_on, settings_of, short_source
+from app.scenario import load_scenario, remarks_on, settings_of
 from core.engine.engine import Engine, Evaluation, evaluate_from_scratch
 from core.files import atomic_write, require_writable
 from core.metric.entropy import EntropyField
@@ -109,7 +109,7 @@ def table1(scene: SceneOptions, score: ScoreOptions, csv_target: Path | None) ->
 
 def print_scene(field: EntropyField, score: ScoreOptions) -> None:
     """What was scored and how, on standard output."""
-    for line in tables.scene_lines(field, settings_of(score), short_source(field.data)):
+    for line in tables.scene_lines(field, settings_of(score), field.data.short_source):
         results().print(line, soft_wrap=True)
 
 

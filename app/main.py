@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 
-from app.console import note_report
 from app.display import missing_display
 from app.leaving import leaving_on_interrupt
 from app.options import SceneOptions, ScoreOptions
@@ -19,6 +18,7 @@ def start(rig: str, scene: SceneOptions, score: ScoreOptions) -> int:
     if problem is not None:
         print(f"no display: running headless ({problem})", file=sys.stderr)
         from app import headless
+        from app.console import note_report
 
         note_report(opened.report)
         headless.run(opened.rig, scene, score)

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
-from app.scenario import short_source
-from app.tables import decimals, percent, thousands
-from core.metric.entropy import EntropyField
+from app.figures import decimals, percent, thousands
 from core.metric.scores import MetricSettings, Scores
 from core.rig.model import Rig
 from widgets.viewport.caption_layer import Caption
 from widgets.viewport.scene import SceneState
+
+if TYPE_CHECKING:
+    from core.metric.entropy import EntropyField
 
 HEAD = ("10³ nat", "S-MIG camera", "S-MIG LiDAR", "S-MS", "seen")
 SIGN = "S-MS falls as a rig sees more."
@@ -52,7 +54,7 @@ def subtitle(found: Findings) -> str:
     """Sensors, voxel edge and data in one line."""
     cameras, lidars = len(found.rig.cameras()), len(found.rig.lidars())
     sensors = f"{cameras} camera{'s' * (cameras != 1)}, {lidars} LiDAR{'s' * (lidars != 1)}"
-    data = f"{short_source(found.field.data)}, {found.field.data.frames:,} frames"
+    data = f"{found.field.data.short_source}, {found.field.data.frames:,} frames"
     return f"{sensors} · δ = {found.field.grid.voxel_m:g} m · {data}"
 
 

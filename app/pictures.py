@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
 from app.options import SceneOptions
-from app.scenario import source_of
-from app.scoring import LoadedScene
+from app.requests import LoadedScene
 from core.errors import InputError
 from core.rig.model import Camera, Lidar
 from core.view.body_tree import BodyTree
@@ -148,6 +147,8 @@ class Pictures(QObject):
             if self._frames is not None:
                 self._frames[1].close()
                 self._frames = None
+            from app.scenario import source_of  # loads the compiler: not while the window opens
+
             self._frames = (options, FrameStore(source_of(options)))
         return self._frames[1]
 

@@ -13,7 +13,7 @@ import psutil
 from app import tables
 from app.console import note, progress_bar, results
 from app.options import SceneOptions
-from app.scenario import boxes_of, grid_of, remarks_on, short_source
+from app.scenario import boxes_of, grid_of, remarks_on
 from core.errors import InputError
 from core.files import require_writable
 from core.scene.boxes import Progress
@@ -90,7 +90,7 @@ def _say(pog: Pog, out: Path) -> None:
     for line in remarks_on(pog.data):
         note(line)
     console = results()
-    console.print(tables.data_line(pog.data, short_source(pog.data)), soft_wrap=True, markup=False)
+    console.print(tables.data_line(pog.data, pog.data.short_source), soft_wrap=True, markup=False)
     console.print(
         f"{out}: {pog.index.count:,} occupied voxels of {pog.grid.voxel_m:g} m", soft_wrap=True, markup=False
     )

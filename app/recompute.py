@@ -13,14 +13,18 @@ import sys
 import threading
 import traceback
 from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Signal
 
 from app.options import SceneOptions
-from app.scoring import FRAME_MS, EvaluationRequest, LoadedScene, Scoring, load_scene
+from app.requests import FRAME_MS, EvaluationRequest, LoadedScene
 from app.side_jobs import SideAnswer, SideQueue, SideRequest
 from core.errors import InputError
 from core.scene.boxes import Progress
+
+if TYPE_CHECKING:
+    from app.scoring import Scoring
 
 CANCELLED = "Loading was cancelled."
 REST_S = 0.05
@@ -39,7 +43,7 @@ class Recompute(QObject):
 
     Every request is answered unless a newer one took its place; after a load the last one is answered again.
     `close` must be called before the object goes away. `coarse_above_ms`: exact answers that are expected to
-    take longer are preceded by a coarse one.
+    take longer are preceded by a coarse one. With `waits` nothing is done before `begin`.
     """
 
     evaluated = Signal(object)
@@ -56,9 +60,10 @@ class Recompute(QObject):
 
     def __init__(
         self,
-        loader: SceneLoader = load_scene,
+        loader: SceneLoader | None = None,
         threads: int | None = None,
         coarse_above_ms: float = FRAME_MS,
+        waits: bool = False,
     ) -> None:
         super().__init__()
         self._loader = loader
@@ -70,6 +75,7 @@ class Recompute(QObject):
         self._scene_wanted: SceneOptions | None = None
         self._cancel_load = False
         self._closing = False
+        self._waits = waits
         self._is_busy = False
         self._is_loading = False
         self._gave_up_last = False
@@ -83,6 +89,12 @@ class Recompute(QObject):
     def threads(self) -> int | None:
         """Number of threads of the engines, None for all."""
         return self._threads
+
+    def begin(self) -> None:
+        """Do what has been asked for by now; for an owner that waits."""
+        with self._condition:
+            self._waits = False
+            self._condition.notify_all()
 
     def evaluate(self, request: EvaluationRequest) -> None:
         """Ask for scores; takes the place of a request that still waits."""
@@ -137,6 +149,8 @@ class Recompute(QObject):
 
     # ------------------------------------------------------------------ the thread
     def _run(self) -> None:
+        with self._condition:
+            self._condition.wait_for(lambda: self._closing or not self._waits)
         while True:
             with self._condition:
                 self._is_busy = self._is_loading = False
@@ -160,7 +174,12 @@ class Recompute(QObject):
     def _load(self, request: SceneOptions) -> None:
         self.load_progress.emit(0.0)
         try:
-            scene = self._loader(request, self._report_progress)
+            from app.scoring import (  # loads the compiler, which the first picture needs not
+                Scoring,
+                load_scene,
+            )
+
+            scene = (self._loader or load_scene)(request, self._report_progress)
             self._stop_if_unwanted()
             scoring = Scoring(scene, self._threads, self._coarse_above_ms)
         except _Cancelled:

@@ -10,9 +10,10 @@ from typing import Literal
 
 from app.console import progress_bar, results
 from app.display import prepare_drawing
-from app.heatmap import Heatmaps, HeatMode, Marks, marks_for, seen_words
+from app.heat_modes import HeatMode
+from app.heatmap import Heatmaps, Marks, marks_for, seen_words
 from app.jobs import load_with_progress, rig_called
-from app.options import SceneOptions, ScoreOptions
+from app.options import MAX_SCALE, MAX_SIDE_PX, MIN_SIDE_PX, SceneOptions, ScoreOptions
 from core.engine.engine import Engine, Evaluation
 from core.errors import InputError
 from core.files import require_writable
@@ -25,7 +26,6 @@ from core.scene.pog import Pog
 
 View = Literal["iso", "top", "front", "left", "rear"]
 Theme = Literal["dark", "light"]
-MIN_SIDE_PX, MAX_SIDE_PX, MAX_SCALE = 64, 8192, 4
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -193,8 +192,3 @@ def remarks_on(data: DataReport) -> list[str]:
     if empty:
         lines.append(f"no boxes of class {', '.join(empty)}: its scores are 0")
     return lines
-
-
-def short_source(data: DataReport) -> str:
-    """The data set's name as a person would say it: the file or folder, without the way to it."""
-    return os.path.basename(data.source.rstrip("/")) or data.source

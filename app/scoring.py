@@ -6,10 +6,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from app.edit_costs import EditCosts
-from app.heatmap import NO_WORDS, Heatmaps, HeatMode, marks_for, needs_seen, seen_words
+from app.heatmap import NO_WORDS, Heatmaps, marks_for, needs_seen, seen_words
 from app.options import SceneOptions
-from app.picked import PickedVoxel, VoxelReporter
+from app.picked import PickedVoxel
+from app.requests import FRAME_MS, Approximation, EvaluationRequest, LoadedScene, Result
 from app.scenario import load_scenario
+from app.voxel_reporter import VoxelReporter
 from core.engine.engine import Engine, Evaluation
 from core.metric.coarse import estimated
 from core.metric.entropy import EntropyField
@@ -19,32 +21,13 @@ from core.scene.boxes import CLASSES, Progress
 from core.scene.coarse import coarse_pog
 from core.scene.columns import Words
 from core.scene.display import DisplayGrid
-from core.scene.top_view import SeenBy, TopView, TopViews
-from core.scene.voxel import Voxel
-from core.study.voxel_choice import VoxelChoice
-from widgets.viewport.heat_scale import HeatmapData
+from core.scene.top_view import TopView
+from core.scene.top_views import TopViews
 
-FRAME_MS = 16.0
-"""An exact answer that takes longer than a frame of the screen is preceded by a coarse one."""
 WORTH, STILL_WORTH = 0.5, 1.0
 """Coarse answers begin where they take at most this part of the time of exact ones, and then go on up to that
 part, so that noise in the times does not have the two take turns within a drag."""
 IsStale = Callable[[], bool]
-
-
-@dataclass(frozen=True, eq=False)
-class LoadedScene:
-    """Box data ready for use: the entropy of every informative voxel, and a coarser grid to draw. Equal only to itself.
-
-    `coarse` is a field of larger voxels for first answers, None where the grid allows none; `choice` says how
-    the voxel edge was picked, None when it was given.
-    """
-
-    options: SceneOptions
-    field: EntropyField
-    heatmaps: Heatmaps
-    coarse: EntropyField | None = None
-    choice: VoxelChoice | None = None
 
 
 def load_scene(options: SceneOptions, progress: Progress) -> LoadedScene:
@@ -57,38 +40,6 @@ def load_scene(options: SceneOptions, progress: Progress) -> LoadedScene:
 
 
 @dataclass(frozen=True)
-class EvaluationRequest:
-    """Everything one evaluation depends on; `baseline_rig` is what the changes are counted from, `voxel` is picked."""
-
-    revision: int
-    rig: Rig
-    baseline_rig: Rig
-    settings: MetricSettings
-    heat: HeatMode = "off"
-    heat_class: str = CLASSES[0]
-    is_preview: bool = False
-    map_by: SeenBy | None = None
-    voxel: Voxel | None = None
-
-    def asks_same(self, other: EvaluationRequest) -> bool:
-        """Whether the answer to both is the same, whatever revision they belong to."""
-        return replace(self, revision=other.revision, is_preview=other.is_preview) == other
-
-
-@dataclass(frozen=True)
-class Result:
-    """The exact answer to one request: scores now and of the baseline, heatmap and map to draw, the picked voxel."""
-
-    request: EvaluationRequest
-    scene: LoadedScene
-    evaluation: Evaluation
-    baseline_scores: Scores
-    heatmap: HeatmapData | None
-    top_view: TopView | None = None
-    picked: PickedVoxel | None = None
-
-
-@dataclass(frozen=True)
 class _Baseline:
     """What changes are counted from; `seen` is empty until a heatmap of changes is asked for."""
 
@@ -96,19 +47,6 @@ class _Baseline:
     settings: MetricSettings
     scores: Scores
     seen: Words
-
-
-@dataclass(frozen=True)
-class Approximation:
-    """A first answer to one request, from voxels of `voxel_m`; the exact one follows when nothing newer is asked.
-
-    A type of its own, so that it can never be taken for a Result.
-    """
-
-    request: EvaluationRequest
-    scores: Scores
-    voxel_m: float
-    elapsed_ms: float
 
 
 class Scoring:

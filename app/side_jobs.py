@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass
 
-from app.scoring import LoadedScene
+from app.requests import LoadedScene
 from core.metric.scores import MetricSettings, Scores
 from core.rig.model import Rig
 

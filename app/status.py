@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from PySide6.QtWidgets import QLabel, QStatusBar, QWidget
 
-from app.scenario import short_source
-from app.scoring import Approximation, LoadedScene, Result
+from app.requests import Approximation, LoadedScene, Result
 from widgets.panels.progress_strip import ProgressStrip
 
 UPDATING = "updating…"
@@ -80,7 +79,7 @@ def scene_line(scene: LoadedScene) -> str:
     field = scene.field
     return (
         f"δ {field.grid.voxel_m:g} m  ·  {count_text(field.index.count)} informative voxels  ·  "
-        f"{short_source(field.data)}  ·  T = {field.data.frames:,} frames"
+        f"{field.data.short_source}  ·  T = {field.data.frames:,} frames"
     )
 
 

@@ -12,7 +12,7 @@ from rich.text import Text
 from app.console import note, progress_bar, results
 from app.jobs import load_with_progress, rig_called
 from app.options import SceneOptions, ScoreOptions
-from app.scenario import load_field, short_source
+from app.scenario import load_field
 from core.errors import InputError
 from core.files import atomic_write, require_writable
 from core.metric.entropy import EntropyField
@@ -38,8 +38,8 @@ def study(rig_name: str, scene: SceneOptions, score: ScoreOptions, folder: Path,
     fields = {field.grid.voxel_m: field, **_other_fields(scene, field.grid.voxel_m, edges)}
     with progress_bar("Measuring") as progress:
         found = study_accuracy(fields, field.grid.voxel_m, rig, plan, progress)
-    _write(found, short_source(field.data), folder)
-    _print(found, short_source(field.data), folder)
+    _write(found, field.data.short_source, folder)
+    _print(found, field.data.short_source, folder)
 
 
 def _require_folder(folder: Path) -> None:

@@ -13,7 +13,7 @@ from rich.text import Text
 from app.console import note, progress_bar, results
 from app.jobs import load_with_progress
 from app.options import SceneOptions, ScoreOptions
-from app.scenario import load_field, short_source, source_of
+from app.scenario import load_field, source_of
 from core.errors import InputError
 from core.files import atomic_write, require_writable
 from core.metric.entropy import EntropyField
@@ -53,8 +53,8 @@ def study(scene: SceneOptions, score: ScoreOptions, folder: Path, quick: bool, e
     with progress_bar("Ranking the paper's rigs") as progress:
         metric = study_metric(field, _grids(scene), source, plan, progress)
     found = StabilityStudy(rows, metric)
-    _write(found, short_source(field.data), folder)
-    _print(found, short_source(field.data), folder)
+    _write(found, field.data.short_source, folder)
+    _print(found, field.data.short_source, folder)
 
 
 def _require_folder(folder: Path) -> None:

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Sequence
 
 from rich import box
 from rich.table import Table
 from rich.text import Text
 
+from app.figures import decimals, percent, thousands
 from core.engine.engine import Evaluation
 from core.metric.entropy import EntropyField
 from core.metric.scores import MetricSettings, Reading
 from core.scene.boxes import CLASSES, DataReport
 from core.study.table1 import MEASURES, Measure, Row, Table1
 
-SIGNIFICANT_DIGITS = 5
 EXPLANATION: dict[Reading, str] = {
     "covered": "S-MIG = minus the entropy that is seen, so S-MS falls as a rig sees more; "
     "'seen' says how much, in % of H(Ω).",
@@ -72,24 +71,6 @@ def _figures(evaluation: Evaluation, name: str, digits: int) -> list[str]:
     entropies = (scores.camera.s_mig, scores.lidar.s_mig, scores.s_ms)
     shares = (scores.camera.seen, scores.lidar.seen, scores.any_seen)
     return [*(thousands(value, digits) for value in entropies), *(percent(share) for share in shares)]
-
-
-def decimals(largest_nat: float) -> int:
-    """Decimals in 10³ nat that show about five significant digits of the largest figure."""
-    if largest_nat <= 0.0:
-        return 1
-    return min(8, max(1, SIGNIFICANT_DIGITS - 1 - math.floor(math.log10(largest_nat / 1e3))))
-
-
-def thousands(value_nat: float, digits: int) -> str:
-    """Nats as 10³ nat; a zero has no sign."""
-    text = f"{value_nat / 1e3:,.{digits}f}"
-    return text.lstrip("-") if float(text.replace(",", "")) == 0.0 else text
-
-
-def percent(share: float) -> str:
-    """A fraction as percent with two decimals."""
-    return f"{100.0 * share:.2f} %"
 
 
 def preset_table(presets: Iterable[tuple[str, str, int, int]]) -> Table:

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from core.camera import cast_px, pixel_directions
 from core.geometry import Vec3
-from core.kernels import lattice as kernel
+from core.kernels import codes
+from core.kernels.directions import directions
 from core.rig.model import Camera, Lidar
 from core.scene.grid import VoxelGrid
 
@@ -44,14 +45,14 @@ class Lattice:
     def directions(self, rays: Ids | None = None) -> NDArray[np.float64]:
         """Directions in the sensor frame of all rays, or of some by number, (n, 3)."""
         every = np.arange(len(self.rows) * len(self.planes)) if rays is None else rays
-        return kernel.directions(self.kind, self.rows, self.planes, every)
+        return directions(self.kind, self.rows, self.planes, every)
 
 
 def lidar_lattice(lidar: Lidar) -> Lattice:
     """Directions (cos e cos a, cos e sin a, sin e), beam by beam (paper, eq. 2, as its text means it)."""
     elevation, azimuth = np.radians(lidar.elevations()), np.radians(lidar.azimuths())
     rows = np.stack([np.cos(elevation), np.sin(elevation)], axis=1)
-    return Lattice(kernel.LIDAR, rows, np.stack([np.cos(azimuth), np.sin(azimuth)], axis=1))
+    return Lattice(codes.LIDAR, rows, np.stack([np.cos(azimuth), np.sin(azimuth)], axis=1))
 
 
 def camera_lattice(camera: Camera) -> Lattice:
@@ -64,7 +65,7 @@ def camera_lattice(camera: Camera) -> Lattice:
     h = (np.arange(camera.cast[1]) + 0.5) * camera.image[1] / camera.cast[1]
     y, z = -(w - cx_px) / fx_px, -(h - cy_px) / fy_px
     rows = np.stack([z, np.zeros_like(z)], axis=1)
-    return Lattice(kernel.CAMERA, rows, np.stack([y, np.zeros_like(y)], axis=1))
+    return Lattice(codes.CAMERA, rows, np.stack([y, np.zeros_like(y)], axis=1))
 
 
 def lattice(sensor: Lidar | Camera) -> Lattice:
@@ -94,7 +95,7 @@ def _listed(sensor: Lidar | Camera) -> Lattice:
     for start in range(0, sensor.ray_count, _AT_ONCE):
         found = local_directions(sensor, np.arange(start, min(start + _AT_ONCE, sensor.ray_count)))
         parts.append(found[~np.isnan(found[:, 0])])
-    return Lattice(kernel.LISTED, np.concatenate(parts), np.zeros((1, 2)))
+    return Lattice(codes.LISTED, np.concatenate(parts), np.zeros((1, 2)))
 
 
 def local_directions(sensor: Lidar | Camera, rays: Ids) -> NDArray[np.float64]:

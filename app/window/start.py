@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import QApplication
 
 from app.document import Document
@@ -19,6 +20,10 @@ from core.metric.scores import MetricSettings
 from core.rig.opening import open_rig
 from widgets.panels.style import apply_style, is_dark
 from widgets.theme import palette
+
+LONGEST_WAIT_MS = 3000
+"""Loading boxes and compiled code waits for the first picture, which it would slow down, but not for ever: a window
+that opens minimised draws none."""
 
 
 def open_window(rig: str, scene: SceneOptions, score: ScoreOptions) -> int:
@@ -38,7 +43,10 @@ def open_window(rig: str, scene: SceneOptions, score: ScoreOptions) -> int:
     settings = MetricSettings(score.method, score.reading, score.camera_weight)
     kept = Settings(config_folder() / "window.ini")
     viewport = Viewport(palette=palette(is_dark()))
-    window = MainWindow(document, viewport, Recompute(threads=score.threads), scene, settings, kept=kept)
+    recompute = Recompute(threads=score.threads, waits=True)
+    viewport.shown.connect(recompute.begin, Qt.ConnectionType.SingleShotConnection)
+    QTimer.singleShot(LONGEST_WAIT_MS, recompute, recompute.begin)
+    window = MainWindow(document, viewport, recompute, scene, settings, kept=kept)
     grace = Grace()
     with quit_on_interrupt(app) as interrupt, failures_told(window.report_error, state_folder()):
         window.closing.connect(

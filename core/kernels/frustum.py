@@ -16,8 +16,9 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
+from core.kernels.codes import CAMERA
 from core.kernels.jit import inlined, kernel, parallel_kernel
-from core.kernels.lattice import CAMERA, direction, rotated
+from core.kernels.lattice import direction, rotated
 from core.kernels.levels import level_mask
 from core.kernels.walk import FARTHEST, hits_cell
 

@@ -7,10 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from core.kernels.codes import BODY, GROUND
 from core.kernels.jit import inlined, kernel
-
-NOTHING, GROUND, BODY = -1, -2, -3
-"""What a ray hits, besides the number of a box."""
 
 
 @inlined

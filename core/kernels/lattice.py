@@ -9,11 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from core.kernels.codes import LIDAR, LISTED
 from core.kernels.jit import inlined
-
-LIDAR = 0
-CAMERA = 1
-LISTED = 2
 
 Direction = tuple[float, float, float]
 
@@ -38,19 +35,3 @@ def rotated(rotation: np.ndarray, d: Direction) -> Direction:
         (rotation[1, 0] * d[0] + rotation[1, 1] * d[1]) + rotation[1, 2] * d[2],
         (rotation[2, 0] * d[0] + rotation[2, 1] * d[1]) + rotation[2, 2] * d[2],
     )
-
-
-def directions(kind: int, rows: np.ndarray, planes: np.ndarray, rays: np.ndarray) -> np.ndarray:
-    """Directions (n, 3) in the sensor frame of the rays `rays` (n,), ray = row * planes + plane.
-
-    The same doubles as `direction` gives, without compiled code: the window draws before the compiler is loaded.
-    """
-    row, plane = rows[rays // len(planes)], planes[rays % len(planes)]
-    if kind == LISTED:
-        return np.asarray(row)
-    with np.errstate(over="ignore", invalid="ignore"):  # as in compiled code, which never warns
-        if kind == LIDAR:
-            return np.stack([row[:, 0] * plane[:, 0], row[:, 0] * plane[:, 1], row[:, 1]], axis=1)
-        y, z = plane[:, 0], row[:, 0]
-        norm = np.sqrt(1.0 + y * y + z * z)
-        return np.stack([1.0 / norm, y / norm, z / norm], axis=1)

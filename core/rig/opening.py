@@ -5,17 +5,16 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from core.errors import InputError
-from core.rig.formats.exchange import detect
-from core.rig.formats.mounts import ReadOptions
-from core.rig.formats.report import Report
-from core.rig.formats.riglens import RIGLENS
-from core.rig.formats.source import Source
 from core.rig.model import Rig
 from core.rig.presets import close_presets, find_preset
 from core.rig.yaml_file import RigFile, load_rig
 from core.rig.yaml_nodes import shortened
+
+if TYPE_CHECKING:
+    from core.rig.formats.report import Report
 
 _ENDINGS = (".yaml", ".yml", ".json", ".urdf", ".xacro", ".toml")
 
@@ -49,6 +48,11 @@ def open_rig(name_or_path: str | Path) -> OpenedRig:
 
 def open_rig_file(path: Path) -> OpenedRig:
     """A rig file, or a rig in another format; InputError when it cannot be read."""
+    from core.rig.formats.exchange import detect  # many formats, which a preset needs not
+    from core.rig.formats.mounts import ReadOptions
+    from core.rig.formats.riglens import RIGLENS
+    from core.rig.formats.source import Source
+
     source = Source(path)
     format_ = detect(source)
     if format_ is RIGLENS:

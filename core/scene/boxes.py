@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -45,6 +46,11 @@ class DataReport:
     sha256: str = ""
     notes: tuple[str, ...] = ()
     sequences: int = 1
+
+    @property
+    def short_source(self) -> str:
+        """The data set's name as a person would say it: the file or folder, without the way to it."""
+        return os.path.basename(self.source.rstrip("/")) or self.source
 
 
 class BoxSource(Protocol):

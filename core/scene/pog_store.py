@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import json
-import os
 import zipfile
 from collections import Counter
 from dataclasses import replace
@@ -13,8 +12,8 @@ from pathlib import Path
 from typing import IO, Any
 
 import numpy as np
-import platformdirs
 
+from core.cache_folder import cache_folder
 from core.errors import InputError
 from core.files import atomic_write
 from core.scene.boxes import CLASSES, BoxSource, DataReport, Progress
@@ -118,12 +117,6 @@ def read_pog(file: IO[bytes]) -> Pog:
     if header.get("riglens_pog") != FORMAT:
         raise ValueError(f"format {header.get('riglens_pog')} is not supported")
     return _checked(header, words, counts)
-
-
-def cache_folder() -> Path:
-    """The user's cache folder of RigLens; the environment variable RIGLENS_CACHE_DIR wins."""
-    override = os.environ.get("RIGLENS_CACHE_DIR")
-    return Path(override) if override else Path(platformdirs.user_cache_dir("riglens"))
 
 
 def pog_file_name(source: BoxSource, grid: VoxelGrid) -> str:

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from core.geometry import Vec3
-from core.kernels import hits as kernel
-from core.kernels.hits import BODY, GROUND, NOTHING
+from core.kernels.codes import BODY, GROUND, NOTHING
 from core.view.body_tree import BodyTree
 from core.view.frames import FrameBoxes
 
@@ -38,6 +37,8 @@ def cast(
 
     What is nearer than the range's begin blocks the ray but gives no return, as in a LiDAR.
     """
+    from core.kernels import hits as kernel  # the compiler, only when a picture is computed
+
     origin, rays = np.array(origin_m, np.float64), np.ascontiguousarray(directions)
     distance = np.full(len(rays), float(range_m[1]))
     what = np.full(len(rays), NOTHING, np.int32)

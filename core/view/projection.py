@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from core import lens
 from core.camera import pixel_directions, project_px
-from core.kernels import clip
 from core.rays import rotate
 from core.rig.distortion import KannalaBrandt
 from core.rig.model import Camera
@@ -76,6 +75,8 @@ class Projection:
 
     def polygons(self, corners_m: Points) -> list[Points]:
         """Convex polygons (n, k, 3) of the vehicle frame as pixels, (m, 2) each, empty where out of view."""
+        from core.kernels import clip  # the compiler, only when a picture is computed
+
         inside = np.ascontiguousarray(self.to_camera(corners_m))
         clipped = np.empty((len(inside), inside.shape[1] + len(self.planes), 3))
         counts = np.zeros(len(inside), np.int64)

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from app.picked import VoxelReporter, length_text, sight_text
+from app.picked import length_text, sight_text
+from app.voxel_reporter import VoxelReporter
 from core.engine.engine import Engine
 from core.engine.sight import Sight
 from core.metric.entropy import EntropyField

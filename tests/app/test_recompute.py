@@ -15,7 +15,8 @@ from pytestqt.qtbot import QtBot
 import app.scoring
 from app.options import SceneOptions
 from app.recompute import CANCELLED, Recompute
-from app.scoring import EvaluationRequest, LoadedScene, load_scene
+from app.requests import EvaluationRequest, LoadedScene
+from app.scoring import load_scene
 from core.errors import InputError
 from core.metric.scores import MetricSettings
 from core.scene.boxes import Progress
@@ -101,6 +102,28 @@ def test_of_many_waiting_requests_only_the_latest_is_answered(start: StartWorker
     worker.wait(lambda: bool(worker.answered))
     worker.finish()
     assert worker.answered == [7]
+
+
+def test_a_thread_that_waits_does_nothing_before_it_is_told_to_begin(qtbot: QtBot) -> None:
+    begun = threading.Event()
+
+    def loader(_: SceneOptions, __: Progress) -> LoadedScene:
+        begun.set()
+        raise InputError("nothing to load")
+
+    recompute = Recompute(loader, waits=True)
+    try:
+        recompute.load(SceneOptions())
+        assert not begun.wait(0.1)
+        with qtbot.waitSignal(recompute.load_ended, timeout=TIMEOUT_MS):
+            recompute.begin()
+        assert begun.is_set()
+    finally:
+        recompute.close()
+
+
+def test_a_thread_that_was_never_told_to_begin_can_be_closed(qtbot: QtBot) -> None:
+    Recompute(waits=True).close()
 
 
 def test_the_last_request_is_answered_again_on_a_new_scene(start: StartWorker, tmp_path: Path) -> None:

@@ -12,7 +12,8 @@ from pytestqt.qtbot import QtBot
 
 import app.side_jobs
 from app.recompute import Recompute
-from app.scoring import EvaluationRequest, IsStale, LoadedScene, Scoring
+from app.requests import EvaluationRequest, LoadedScene
+from app.scoring import IsStale, Scoring
 from app.side_jobs import SideAnswer, SideRequest
 from core.engine.engine import Engine, Evaluation
 from core.metric.scores import MetricSettings

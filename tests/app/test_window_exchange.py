@@ -9,6 +9,7 @@ from pytestqt.qtbot import QtBot
 
 from app.window.features.compare import Compare
 from app.window.features.drop import Drop
+from app.window.features.exchange import Exchange
 from core.rig.formats.exchange import WRITABLE, read_rig
 from tests.app.window_bench import RIG, Bench, open_bench
 from tests.core.formats.cases import AUTOWARE_KIT, DRIVEWORKS, NUSCENES, URDF, write_files
@@ -22,6 +23,7 @@ def bench(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
 
 def export(bench: Bench, name: str) -> None:
     """Choose an entry of File > Export as."""
+    bench.window.feature(Exchange).menu.aboutToShow.emit()
     action = bench.window.findChild(QAction, f"export_{name}")
     assert action is not None
     action.trigger()

@@ -12,7 +12,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLabel, QToolButton, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.heatmap import HEAT_TITLES
+from app.heat_modes import HEAT_TITLES
 from app.window.features.baseline import Baseline
 from app.window.features.heat import Heat, look_of
 from app.window.features.pick import Pick

@@ -19,7 +19,8 @@ from core.engine.engine import Engine
 from core.geometry import Pose
 from core.rig.model import Vehicle
 from core.scene.pog_store import save_pog
-from core.scene.top_view import SeenBy, TopView, TopViews
+from core.scene.top_view import SeenBy, TopView
+from core.scene.top_views import TopViews
 from core.view.camera_picture import CameraPicture
 from core.view.range_image import RangeImage
 from tests.app.window_bench import TIMEOUT_MS, Bench, open_bench, scene_options

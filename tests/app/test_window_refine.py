@@ -18,7 +18,7 @@ from pytestqt.qtbot import QtBot
 
 import app.recompute
 import app.scoring
-from app.scoring import FRAME_MS, Approximation, Result
+from app.requests import FRAME_MS, Approximation, Result
 from app.window.features.heat import Heat
 from app.window.features.scores import Scores
 from core.engine.engine import Engine

@@ -14,7 +14,7 @@ from pytestqt.qtbot import QtBot
 
 from app.options import SceneOptions
 from app.recompute import CANCELLED
-from app.scoring import Result
+from app.requests import Result
 from app.window.features.heat import Heat
 from app.window.features.scene_data import SceneData
 from app.window.features.scores import Scores

@@ -16,7 +16,7 @@ from app.dialogs import Dialogs, Unsaved
 from app.document import Document
 from app.options import SceneOptions
 from app.recompute import Recompute
-from app.scoring import FRAME_MS, LoadedScene
+from app.requests import FRAME_MS, LoadedScene
 from app.window import MainWindow
 from app.window.settings import Settings
 from core.engine.engine import Engine

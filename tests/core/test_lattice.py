@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
-from core.kernels.lattice import CAMERA, LIDAR, direction, directions
+from core.kernels.codes import CAMERA, LIDAR
+from core.kernels.directions import directions
+from core.kernels.lattice import direction
 from core.rays import lattice
 from tests.core.builders import grid_of, random_sensor
 

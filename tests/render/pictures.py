@@ -13,7 +13,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from app.heatmap import Heatmaps, HeatMode, marks_for, seen_words
+from app.heat_modes import HeatMode
+from app.heatmap import Heatmaps, marks_for, seen_words
 from app.picture import Findings, PictureWords, with_words
 from core.engine.engine import Engine
 from core.metric.entropy import EntropyField

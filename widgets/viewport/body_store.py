@@ -14,9 +14,9 @@ import pyvista as pv
 from numpy.typing import NDArray
 from vtkmodules.vtkCommonCore import vtkVersion
 
+from core.cache_folder import cache_folder
 from core.errors import InputError
 from core.files import atomic_write
-from core.scene.pog_store import cache_folder
 from widgets.viewport.surface import Painted, set_normals
 
 _MADE_BY = (

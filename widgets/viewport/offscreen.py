@@ -75,6 +75,7 @@ class OffscreenViewport(ViewportBase):
             upright.data, width, height, 3 * width, QImage.Format.Format_RGB888
         ).copy()
         self._picture.update()
+        self.shown.emit()
 
     def _release(self) -> None:
         del self._window

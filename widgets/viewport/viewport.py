@@ -21,6 +21,7 @@ class Viewport(ViewportBase):
         super().__init__(parent)
         self._plotter = QtInteractor(self, auto_update=False, multi_samples=0, lighting="none")
         self._plotter.setAcceptDrops(False)
+        self._plotter.frameSwapped.connect(self.shown)
         scene = Scene(self._plotter, palette, self.devicePixelRatioF())
         self._start(self._plotter, scene)
 

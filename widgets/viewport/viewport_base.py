@@ -55,6 +55,8 @@ class ViewportBase(DropTarget):
     placing_changed = Signal(bool)
     """The selected sensor follows the mouse over the car, or no longer."""
     drawn = Signal()
+    shown = Signal()
+    """A picture is on the screen."""
     cell_picked = Signal(object)
     """The PickedCell of the heatmap that was clicked at, None where there is none."""
     escaped = Signal()

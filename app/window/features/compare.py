@@ -12,7 +12,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QMenu
 
 from app.actions import Spec
-from app.scoring import LoadedScene, Result
+from app.requests import LoadedScene, Result
 from app.side_jobs import SideAnswer, SideRequest
 from app.window.feature import Feature
 from app.window.features.baseline import Baseline

@@ -11,14 +11,13 @@ from PySide6.QtWidgets import QMenu
 
 from app.window.feature import Feature
 from app.window.features.files import Files, file_name
-from core.rig.formats.base import Format
-from core.rig.formats.exchange import FORMATS, WRITABLE, write_rig
 from core.rig.formats.report import KINDS, Kind, Report
 from core.rig.model import Rig
 from core.rig.opening import OpenedRig, open_rig_file
 
 if TYPE_CHECKING:
     from app.window.main_window import MainWindow
+    from core.rig.formats.base import Format
 
 HEADINGS: dict[Kind, str] = {
     "read": "Read",
@@ -34,19 +33,24 @@ class Exchange(Feature):
 
     def __init__(self, window: MainWindow) -> None:
         super().__init__(window)
-        window.places.add_to_menu("file/export", self._export_menu())
+        self.menu = QMenu("Export as", window)
+        self.menu.setToolTipsVisible(True)
+        self.menu.aboutToShow.connect(self._fill)
+        window.places.add_to_menu("file/export", self.menu)
         window.feature(Files).foreign_chosen.connect(self.read)
 
-    def _export_menu(self) -> QMenu:
-        menu = QMenu("Export as", self.window)
-        menu.setToolTipsVisible(True)
+    def _fill(self) -> None:
+        """List the formats, the first time that somebody looks."""
+        from core.rig.formats.exchange import FORMATS, WRITABLE
+
+        if not self.menu.isEmpty():
+            return
         for name in WRITABLE:
             if name != "riglens":
                 format_ = FORMATS[name]
-                action = menu.addAction(f"{format_.title}…", partial(self.export, format_))
+                action = self.menu.addAction(f"{format_.title}…", partial(self.export, format_))
                 action.setObjectName(f"export_{name}")
                 action.setToolTip("Makes a folder" if format_.is_folder else "Makes a file")
-        return menu
 
     def read(self, path: Path) -> None:
         """Read the rig of another program in the background; then it is shown, and the report on it."""
@@ -72,6 +76,8 @@ class Exchange(Feature):
             self.window.guarded(self._write)(path, format_)
 
     def _write(self, path: Path, format_: Format) -> None:
+        from core.rig.formats.exchange import write_rig
+
         self.show_report(write_rig(self.document.rig, path, format_.name).report)
 
     def show_report(self, report: Report | None) -> None:

@@ -12,7 +12,6 @@ from PySide6.QtWidgets import QMenu
 from app.actions import Spec
 from app.window.feature import Feature
 from core.errors import InputError
-from core.rig.formats.exchange import may_be_foreign
 from core.rig.model import Rig
 from core.rig.presets import PRESETS, preset
 
@@ -57,6 +56,8 @@ class Files(Feature):
 
     def _open(self, path: Path) -> None:
         """Open a rig file, or have one of another program read."""
+        from core.rig.formats.exchange import may_be_foreign  # many formats: not while the window opens
+
         if may_be_foreign(path):
             self.foreign_chosen.emit(path)
         else:

@@ -9,8 +9,8 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QMainWindow, QMenu, QToolButton, QWidget, QWidgetAction
 
 from app.actions import Choice, class_actions, heat_actions
-from app.heatmap import HEAT_TITLES, HeatMode
-from app.scoring import Result
+from app.heat_modes import HEAT_TITLES, HeatMode
+from app.requests import Result
 from app.window.feature import Feature
 from app.window.settings import Settings
 from core.scene.boxes import CLASSES

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt
 
-from app.scoring import LoadedScene, Result
+from app.requests import LoadedScene, Result
 from app.window.feature import Feature
 from app.window.features.heat import Heat
 from core.rig.model import Rig

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt
 
-from app.scoring import Result
+from app.requests import Result
 from app.side_jobs import SideAnswer, SideRequest
 from app.window.feature import Feature
 from app.window.features.scores import Scores as ScoresFeature

@@ -8,17 +8,17 @@ from PySide6.QtWidgets import QWidget
 
 from app.actions import Spec
 from app.picked import PickedVoxel, sight_text
-from app.scoring import LoadedScene, Result
+from app.requests import LoadedScene, Result
 from app.window.feature import Feature
 from app.window.features.heat import Heat
 from core.scene.boxes import CLASSES
-from core.scene.voxel import Voxel, voxel_in_cell
 from widgets.panels.voxel_card import SensorLine, VoxelCard, VoxelText
 from widgets.viewport.heat_pick import PickedCell
 from widgets.viewport.marker_layer import Marker
 
 if TYPE_CHECKING:
     from app.window.main_window import MainWindow
+    from core.scene.voxel import Voxel
 
 
 class Pick(Feature):
@@ -69,6 +69,8 @@ class Pick(Feature):
         if self._scene is None or cell is None:
             self.clear()
             return
+        from core.scene.voxel import voxel_in_cell  # is there with the scene; the first picture needs it not
+
         pog = self._scene.heatmaps.display.pog
         cls = CLASSES.index(self.window.feature(Heat).class_name)
         ray = (cell.ray.origin_m, cell.ray.direction)

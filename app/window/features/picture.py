@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Literal
 from PySide6.QtGui import QGuiApplication, QImage
 
 from app.actions import Spec
+from app.options import MAX_SIDE_PX, MIN_SIDE_PX
 from app.picture import Findings, PictureWords, with_words
 from app.picture_maker import PictureMaker
 from app.picture_process import PictureJob
-from app.render import MAX_SIDE_PX, MIN_SIDE_PX
 from app.window.feature import Feature
 from app.window.features.files import file_name
 from app.window.features.scores import Scores

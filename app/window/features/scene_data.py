@@ -10,13 +10,12 @@ from PySide6.QtCore import Qt
 
 from app.actions import Spec
 from app.options import AutoVoxel, SceneOptions, ScoreOptions
-from app.scoring import LoadedScene
+from app.requests import LoadedScene
 from app.status import scene_line
 from app.window.feature import Feature
 from core.errors import InputError
 from core.geometry import Vec3
 from core.scene.grid import DEFAULT_ROI_M, DEFAULT_VOXEL_M, VoxelGrid
-from core.scene.readers import default_origin_m
 from widgets.panels.scene_panel import SceneChoice
 
 if TYPE_CHECKING:
@@ -112,6 +111,8 @@ class SceneData(Feature):
         self._choose(self.window.dialogs.box_folder(self.window))
 
     def _choose(self, path: Path | None) -> None:
+        from core.scene.readers import default_origin_m  # many readers: not while the window opens
+
         if path is not None:
             try:
                 self.window.scene_panel.choose_boxes(path, default_origin_m(path))
@@ -141,6 +142,8 @@ def _own_origin_m(boxes: Path | None) -> Vec3:
     """The origin that a data set has by itself; data that are not there any more have none."""
     with suppress(InputError):
         if boxes is not None:
+            from core.scene.readers import default_origin_m
+
             return default_origin_m(boxes)
     return 0.0, 0.0, 0.0
 

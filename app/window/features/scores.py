@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import Qt
 
 from app.edit_costs import rays_of
-from app.scoring import Approximation, EvaluationRequest, Result
+from app.requests import Approximation, EvaluationRequest, Result
 from app.window.feature import Feature
 from app.window.features.baseline import Baseline
 from app.window.features.heat import Heat

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from PySide6.QtCore import Qt
 
 from app.pictures import Picture, PictureRequest, Pictures
-from app.scoring import LoadedScene
+from app.requests import LoadedScene
 from app.window.feature import Feature
 from core.errors import InputError
 from core.view.camera_picture import CameraPicture

@@ -1,0 +1,8 @@
+"""Numbers by which compiled and plain code name the same things; nothing here needs the compiler."""
+
+from __future__ import annotations
+
+LIDAR, CAMERA, LISTED = 0, 1, 2
+"""Kinds of ray lattice; `lattice.py` says what their tables mean."""
+NOTHING, GROUND, BODY = -1, -2, -3
+"""What a ray hits, besides the number of a box."""
