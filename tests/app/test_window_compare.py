@@ -13,12 +13,15 @@ from pytestqt.qtbot import QtBot
 import app.side_jobs
 from app.window.features.baseline import Baseline
 from app.window.features.compare import Compare
+from app.window.settings import Settings
 from core.rig.presets import PAPER_RIGS, preset
 from core.rig.yaml_file import new_rig_file
 from core.scene.boxes import CLASSES
 from tests.app.window_bench import RIG, TIMEOUT_MS, Bench, choose_item, open_bench
-from widgets.panels.compare_rows import ALL_CLASSES
-from widgets.panels.score_text import change_text, column_of, kilo_text, share_text
+from widgets.panels.compare_chart import CompareChart
+from widgets.panels.compare_panel import ComparePanel
+from widgets.panels.compare_rows import ALL_CLASSES, CompareRow
+from widgets.panels.score_text import COLUMNS, change_text, column_of, kilo_text, share_text
 
 S_MS, SEEN = column_of("s_ms"), column_of("seen")
 
@@ -214,3 +217,91 @@ def test_a_snapshot_gets_another_name(bench: Bench) -> None:
     assert compare(bench).rows[1].name == "before the mirror"
     compare(bench).panel.pin_wanted.emit(key)
     assert bench.window.feature(Baseline).rig == RIG
+
+
+# ---------------------------------------------------------------------- bars
+def show_bars(bench: Bench) -> CompareChart:
+    """Toggle the bars by their button, and wait until they are drawn."""
+    panel = compare(bench).panel
+    bench.qtbot.mouseClick(panel.bars, Qt.MouseButton.LeftButton)
+    bench.qtbot.waitUntil(panel.chart.isVisible, timeout=TIMEOUT_MS)
+    return panel.chart
+
+
+def test_bars_are_as_long_as_the_figures_of_the_table(bench: Bench) -> None:
+    compare(bench).add_presets(("W+T", "N+C"))
+    wait_for_scores(bench)
+    charts = show_bars(bench).charts()
+    assert [chart.score.title for chart in charts][:2] == ["car S-MS", "car seen"]
+    assert all([bar.row.name for bar in chart.bars] == ["small", "W+T", "N+C"] for chart in charts)
+    for bar in charts[0].bars:
+        assert bar.row.scores is not None
+        assert bar.figure == bar.row.scores.classes["car"].s_ms <= 0.0
+        assert bar.area.top() == charts[0].zero_px  # what is below zero hangs down
+    lengths = [bar.area.height() / bar.figure for bar in charts[0].bars]
+    assert lengths == pytest.approx([lengths[0]] * 3, rel=0.05)
+
+
+def test_bars_follow_the_order_the_class_and_the_differences_of_the_table(bench: Bench) -> None:
+    compare(bench).add_presets(("W+T",))
+    wait_for_scores(bench)
+    chart = show_bars(bench)
+    choose(bench, "compare_class", "pedestrian")
+    choose(bench, "compare_shown", "difference to the first")
+    panel = compare(bench).panel
+    panel.table.sortByColumn(0, Qt.SortOrder.AscendingOrder)
+    assert [found.score.key for found in (c.score for c in chart.charts())] == [c.key for c in COLUMNS]
+    bars = chart.charts()[2].bars
+    assert [bar.row.name for bar in bars] == panel.names() == ["W+T", "small"]
+    here, other = (bench.fresh_scores(rig).classes["pedestrian"].s_ms for rig in (RIG, preset("W+T")))
+    assert [bar.figure for bar in bars] == [other - here, 0.0]
+
+
+def test_a_click_on_a_bar_selects_its_rig_and_a_double_click_opens_it(bench: Bench) -> None:
+    compare(bench).add_presets(("W+T",))
+    wait_for_scores(bench)
+    chart = show_bars(bench)
+    place = chart.charts()[1].bars[1].area.center().toPoint()
+    bench.qtbot.mouseClick(chart, Qt.MouseButton.LeftButton, pos=place)
+    assert compare(bench).panel.table.chosen == (compare(bench).rows[1].key,)
+    bench.qtbot.mouseDClick(chart, Qt.MouseButton.LeftButton, pos=place)
+    assert bench.document.rig == preset("W+T")
+
+
+def test_table_and_bars_share_a_large_panel_and_take_turns_in_a_small_one(bench: Bench) -> None:
+    panel = compare(bench).panel
+    compare(bench).add_presets(("W+T",))
+    chart = show_bars(bench)
+    assert not panel.table.isVisible()
+    panel.setParent(None)  # type: ignore[call-overload]
+    panel.show()
+    for size, orientation in (
+        ((1600, 200), Qt.Orientation.Horizontal),
+        ((900, 600), Qt.Orientation.Vertical),
+    ):
+        panel.resize(*size)
+        bench.qtbot.waitUntil(panel.table.isVisible, timeout=TIMEOUT_MS)
+        assert chart.isVisible() and panel._halves.orientation() == orientation
+
+
+@pytest.mark.parametrize("height_px", [150, 161, 178, 240])
+def test_no_text_of_the_table_is_cut(qtbot: QtBot, height_px: int) -> None:
+    panel = ComparePanel()
+    qtbot.addWidget(panel)
+    panel.set_rows([CompareRow(str(n), f"rig {n}", "snapshot", RIG) for n in range(30)])
+    panel.resize(900, height_px)
+    panel.show()
+    qtbot.waitExposed(panel)
+    table, high = panel.table, panel.table.viewport().height()
+    last = table.rowAt(high - 1)
+    top = table.rowViewportPosition(last)
+    is_whole = top + table.rowHeight(last) <= high
+    assert last > 0 and (is_whole or high - top < 6)  # or so little of it that no text is
+
+
+def test_bars_are_there_again_the_next_time(qtbot: QtBot, tmp_path: Path) -> None:
+    kept = Settings(tmp_path / "window.ini")
+    with open_bench(qtbot, tmp_path, kept=kept, wait=False) as opened:
+        compare(opened).panel.set_bars(True)
+    with open_bench(qtbot, tmp_path, kept=kept, wait=False) as opened:
+        assert compare(opened).panel.bars.isChecked()

@@ -23,7 +23,7 @@ from widgets.viewport.camera import OrbitCamera
 
 KEYS = (
     "window/geometry", "window/state", "theme", "heat/mode", "heat/class", "gizmo/mode", "gizmo/local", "gizmo/snap",
-    "view/camera", "files/recent", "sensors/locked",
+    "view/camera", "files/recent", "sensors/locked", "compare/bars",
 )  # fmt: skip
 JUNK = ('"junk"', "[1, null]", '{"focal_m": [1e400, 0, 0]}', "12", "true", "{", '"\ufffd"', "[" * 5000)
 

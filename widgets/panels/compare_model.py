@@ -84,6 +84,11 @@ class CompareModel(QAbstractTableModel):
         return self._rows
 
     @property
+    def columns(self) -> tuple[ScoreColumn, ...]:
+        """The scores that are shown, from the column FIRST_SCORE on."""
+        return self._columns
+
+    @property
     def _reference(self) -> Scores | None:
         """What differences count from; None while it is not known."""
         if self._shown == "first":
@@ -130,34 +135,40 @@ class CompareModel(QAbstractTableModel):
             return _rig_data(row, index.column(), role)
         if role == _ROLE.TextAlignmentRole:
             return Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
-        column = self._columns[index.column() - FIRST_SCORE]
-        if row.scores is None:
-            return _waiting_data(role)
-        return self._score_data(column, column.value(row.scores), role)
+        return self._score_data(row, self._columns[index.column() - FIRST_SCORE], role)
 
-    def _score_data(self, column: ScoreColumn, value: float, role: int) -> Any:
-        if math.isnan(value):
-            return _waiting_data(role, NONE)
-        reference = self._reference
-        change = None
-        if self._shown != "values":
-            if reference is None:
-                return _waiting_data(role)
-            change = value - column.value(reference)
+    def figure(self, row: CompareRow, column: ScoreColumn) -> float | None:
+        """What is shown of a rig: the value, or the difference; None while it is not known, NaN where none is."""
+        if row.scores is None:
+            return None
+        value = column.value(row.scores)
+        if self._shown == "values" or math.isnan(value):
+            return value
+        return None if self._reference is None else value - column.value(self._reference)
+
+    def figure_text(self, column: ScoreColumn, figure: float) -> str:
+        """A figure as the cells show it."""
+        if self._shown != "values" and not math.isnan(figure):
+            return change_text(figure, column.score)
+        return value_text(column.score, figure)
+
+    def _score_data(self, row: CompareRow, column: ScoreColumn, role: int) -> Any:
+        figure = self.figure(row, column)
+        if figure is None or math.isnan(figure):
+            return _waiting_data(role, FOLLOWS if figure is None else NONE)
         if role == SORT:
-            return value if change is None else change
+            return figure
         if role == _ROLE.DisplayRole:
-            if change is not None:
-                return change_text(change, column.score)
-            return value_text(column.score, value)
+            return self.figure_text(column, figure)
         if role == _ROLE.ToolTipRole:
-            return exact_text(column.score, value if change is None else change)
-        if role == _ROLE.ForegroundRole and change:
-            more = looks_at_more(change, column.score, self._reading)
+            return exact_text(column.score, figure)
+        if self._shown == "values":
+            bar = {BAR_SHARE: self._bar_share(column, figure), BAR_COLOUR: CLASS_COLOURS[column.class_name]}
+            return bar.get(role)
+        if role == _ROLE.ForegroundRole and figure:
+            more = looks_at_more(figure, column.score, self._reading)
             return QBrush(QColor(tones().more if more else tones().less))
-        if role == BAR_SHARE and change is None:
-            return self._bar_share(column, value)
-        return CLASS_COLOURS[column.class_name] if role == BAR_COLOUR else None
+        return None
 
     def _bar_share(self, column: ScoreColumn, value: float) -> float:
         """Length of a value beside the largest of its column; shares are of the whole."""

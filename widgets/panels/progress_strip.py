@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 
 from PySide6.QtCore import QTimer, Signal
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QProgressBar, QPushButton, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QProgressBar, QPushButton, QSizePolicy, QWidget
 
 from widgets.panels.style import SPACING, numbers_font
 from widgets.panels.time_left import TimeLeft, duration_text
@@ -39,6 +39,7 @@ class ProgressStrip(QWidget):
         self.bar.setFixedWidth(190)
         self.left.setFont(numbers_font(self.font()))
         self.left.setMinimumWidth(64)
+        self.cancel.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
         self.cancel.clicked.connect(self._on_cancel)
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)

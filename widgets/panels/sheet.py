@@ -18,6 +18,9 @@ def style_sheet(t: Tones) -> str:
 
 _WINDOW = """
 QMainWindow::separator {{ background: {t.border}; width: 1px; height: 1px; }}
+QSplitter::handle {{ background: {t.border}; }}
+QSplitter::handle:horizontal {{ width: 1px; }}
+QSplitter::handle:vertical {{ height: 1px; }}
 QMainWindow::separator:hover {{ background: {t.accent}; }}
 QToolBar {{ background: {t.panel}; border: 0; border-bottom: 1px solid {t.border};
     padding: 3px 6px; spacing: 1px; }}

@@ -18,6 +18,7 @@ from app.window.feature import Feature
 from app.window.features.baseline import Baseline
 from app.window.features.exchange import Exchange
 from app.window.features.files import Files, file_name
+from app.window.settings import Settings
 from core.errors import InputError
 from core.files import atomic_write
 from core.metric.scores import MetricSettings
@@ -208,7 +209,13 @@ class Compare(Feature):
         self.panel.set_rows(self.rows)
         self.panel.show_progress(total - len(self._missing()), total, self._given_up)
 
-    # ------------------------------------------------------------------ export
+    # ------------------------------------------------------------------ between sessions, export
+    def restore(self, settings: Settings) -> None:
+        self.panel.set_bars(settings.read("compare/bars", False))
+
+    def keep(self, settings: Settings) -> None:
+        settings.write("compare/bars", self.panel.bars.isChecked())
+
     def _export(self) -> None:
         path = self.window.dialogs.save_table(self.window, Path(file_name("rigs", ".csv")))
         if path is None:
