@@ -24,6 +24,8 @@ from core.view.frames import FrameBoxes, FrameStore
 from core.view.range_image import RangeImage, range_image
 
 NO_BOXES = "A stored POG holds no boxes of single frames: load the box data set to see its traffic here."
+CLOSE_S = 1.0
+"""How long closing waits for the thread: compiling a kernel or reading one large block cannot be given up."""
 TOO_MANY = "Of this data set only the first {count:,} frames can be shown here: it has very many boxes."
 
 
@@ -82,12 +84,12 @@ class Pictures(QObject):
             self._thread.start()
 
     def close(self) -> None:
-        """End the thread and give back what it holds."""
+        """End the thread, which gives back what it holds; one that does not end in CLOSE_S is left to itself."""
         with self._condition:
             self._closing = True
             self._condition.notify_all()
         if self._thread is not None:
-            self._thread.join()
+            self._thread.join(CLOSE_S)
 
     def wait_until_idle(self, timeout_s: float = 60.0) -> bool:
         """Block until nothing waits or runs; False on timeout. Answers may still be queued as Qt events."""
@@ -112,14 +114,21 @@ class Pictures(QObject):
 
     def _answer(self, request: PictureRequest) -> None:
         try:
-            self.made.emit(self._picture(request))
+            picture = self._picture(request)
+            self._stop_if_closing()
         except _Stale:
             return
         except InputError as error:
-            self.failed.emit(str(error))
+            self._fail(str(error))
         except Exception as error:
             traceback.print_exception(error, file=sys.stderr)
-            self.failed.emit(f"Unexpected failure in the sensor view: {type(error).__name__}: {error}")
+            self._fail(f"Unexpected failure in the sensor view: {type(error).__name__}: {error}")
+        else:
+            self.made.emit(picture)
+
+    def _fail(self, reason: str) -> None:
+        if not self._is_closing():  # nobody hears it any more, and the signals may be gone
+            self.failed.emit(reason)
 
     def _picture(self, request: PictureRequest) -> Picture:
         boxes, note = self._boxes(request)
@@ -154,8 +163,16 @@ class Pictures(QObject):
 
     def _tree_of(self, body: NDArray[np.float32]) -> BodyTree:
         if self._tree is None or self._tree[0] is not body:
-            self._tree = (body, BodyTree.of(body))
+            self._tree = (body, BodyTree.of(body, self._stop_if_closing))
         return self._tree[1]
+
+    def _is_closing(self) -> bool:
+        with self._condition:
+            return self._closing
+
+    def _stop_if_closing(self) -> None:
+        if self._is_closing():
+            raise _Stale
 
     def _is_stale(self) -> bool:
         with self._condition:

@@ -10,6 +10,7 @@ interface thread. The status bar shows a bar with the time left as soon as the w
 from __future__ import annotations
 
 import threading
+import time
 import traceback
 from collections.abc import Callable
 from typing import Any, TypeVar
@@ -20,6 +21,8 @@ from core.errors import InputError
 from core.scene.boxes import Progress
 
 Found = TypeVar("Found")
+CLOSE_S = 1.0
+"""How long closing waits for work that does not report progress."""
 
 
 class TaskCancelled(Exception):
@@ -51,9 +54,9 @@ class Task(QObject):
         """Stop at the next report of progress; returns at once."""
         self._unwanted.set()
 
-    def join(self) -> None:
-        """Wait until the thread is over."""
-        self._thread.join()
+    def join(self, limit_s: float | None = None) -> None:
+        """Wait until the thread is over, at most so long."""
+        self._thread.join(limit_s)
 
     def _run(self) -> None:
         try:
@@ -113,11 +116,12 @@ class Tasks(QObject):
         return task
 
     def close(self) -> None:
-        """Give up everything and wait for the threads."""
+        """Give up everything; threads that do not end in CLOSE_S altogether are left to themselves."""
         for task in self._running:
             task.cancel()
+        end_s = time.monotonic() + CLOSE_S
         for task in self._running:
-            task.join()
+            task.join(max(0.0, end_s - time.monotonic()))
         self._running.clear()
 
     def _forget(self, task: Task) -> None:

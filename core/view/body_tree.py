@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,10 +22,13 @@ class BodyTree:
     skip: NDArray[np.int64]
 
     @classmethod
-    def of(cls, triangles_m: NDArray[np.floating]) -> BodyTree:
-        """The tree over triangles (t, 3, 3) in metres; none at all is fine."""
+    def of(cls, triangles_m: NDArray[np.floating], check: Callable[[], None] = lambda: None) -> BodyTree:
+        """The tree over triangles (t, 3, 3) in metres; none at all is fine.
+
+        `check` is called every few triangles: what it raises ends the work early.
+        """
         corners = np.asarray(triangles_m, np.float64).reshape(-1, 3, 3)
-        builder = _Builder(corners)
+        builder = _Builder(corners, check)
         if len(corners):
             builder.add(np.arange(len(corners)))
         return cls(
@@ -38,7 +42,8 @@ class BodyTree:
 class _Builder:
     """Splits triangles at the median of their centres along the longest side, until few are left."""
 
-    def __init__(self, corners: Points) -> None:
+    def __init__(self, corners: Points, check: Callable[[], None]) -> None:
+        self._check = check
         self._low, self._high = corners.min(axis=1), corners.max(axis=1)
         self._centre = corners.mean(axis=1)
         self.order: list[int] = []
@@ -48,6 +53,7 @@ class _Builder:
 
     def add(self, chosen: NDArray[np.int64]) -> None:
         """Add a node over the chosen triangles and everything below it."""
+        self._check()
         node = len(self.skip)
         low, high = self._low[chosen].min(axis=0), self._high[chosen].max(axis=0)
         self.bounds.append(np.concatenate([low, high]))

@@ -79,6 +79,21 @@ def test_out_of_sight_no_map_is_made(bench: Bench) -> None:
     assert bench.window.feature(SensorView).pictures._thread is None
 
 
+def test_a_panel_pulled_out_of_the_window_is_in_sight(bench: Bench) -> None:
+    bench.document.select("front")
+    for name in ("Map", "Sensor view"):
+        dock = bench.window.docks[name]
+        assert not dock.isFloating()
+        dock.setFloating(True)
+        dock.show()
+    bench.qtbot.waitUntil(lambda: bool(bench.window.feature(Map).in_sight), timeout=TIMEOUT_MS)
+    bench.settle()
+    result = bench.window.feature(Scores).result
+    assert result is not None and result.top_view is not None
+    feature = bench.window.feature(SensorView)
+    bench.qtbot.waitUntil(lambda: feature.panel.page is feature.panel.camera, timeout=TIMEOUT_MS)
+
+
 def test_the_map_follows_every_edit_exactly(bench: Bench) -> None:
     np.testing.assert_array_equal(shown_map(bench).seen, expected_map(bench, 0, "any").seen)
     bench.drag("roof", (0.5, 0.0, 1.9), (-0.7, 0.3, 2.5))

@@ -9,6 +9,7 @@ from PySide6.QtCore import Qt
 from app.requests import LoadedScene, Result
 from app.window.feature import Feature
 from app.window.features.heat import Heat
+from app.window.in_sight import InSight
 from core.rig.model import Rig
 from core.scene.top_view import SeenBy, TopView
 from widgets.maps.map_panel import MapPanel
@@ -27,12 +28,12 @@ class Map(Feature):
     def __init__(self, window: MainWindow) -> None:
         super().__init__(window)
         self.panel = MapPanel()
-        self._is_seen = False
         self._top: TopView | None = None
         self.dock = window.add_dock(
             "Map", self.panel, Qt.DockWidgetArea.RightDockWidgetArea, beside="Inspector"
         )
-        self.dock.visibilityChanged.connect(self._on_visible)
+        self.in_sight = InSight(self.dock)
+        self.in_sight.changed.connect(self._on_sight)
         self.panel.seen_by_chosen.connect(lambda _: window.settings_changed.emit())
         self.panel.map.sensor_clicked.connect(self.document.select)
         self.panel.map.place_clicked.connect(self.viewport.look_at)
@@ -45,10 +46,9 @@ class Map(Feature):
     @property
     def seen_by(self) -> SeenBy | None:
         """What evaluations have to add up for the map, None while nobody looks at it."""
-        return self.panel.seen_by if self._is_seen else None
+        return self.panel.seen_by if self.in_sight else None
 
-    def _on_visible(self, is_seen: bool) -> None:
-        self._is_seen = is_seen
+    def _on_sight(self, is_seen: bool) -> None:
         if is_seen:
             self.window.settings_changed.emit()
 

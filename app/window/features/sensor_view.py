@@ -12,6 +12,7 @@ from PySide6.QtCore import Qt
 from app.pictures import Picture, PictureRequest, Pictures
 from app.requests import LoadedScene
 from app.window.feature import Feature
+from app.window.in_sight import InSight
 from core.errors import InputError
 from core.view.camera_picture import CameraPicture
 from widgets.maps.sensor_view import SensorView as SensorViewPanel
@@ -33,7 +34,6 @@ class SensorView(Feature):
     def __init__(self, window: MainWindow) -> None:
         super().__init__(window)
         self.panel, self.pictures = SensorViewPanel(), Pictures(self)
-        self._is_seen = False
         self._scene: LoadedScene | None = None
         self._no_scene = LOADING
         self._asked: PictureRequest | None = None
@@ -41,7 +41,8 @@ class SensorView(Feature):
         self.dock = window.add_dock(
             "Sensor view", self.panel, Qt.DockWidgetArea.RightDockWidgetArea, beside="Inspector"
         )
-        self.dock.visibilityChanged.connect(self._on_visible)
+        self.in_sight = InSight(self.dock)
+        self.in_sight.changed.connect(lambda _: self._ask())
         self.panel.frame_chosen.connect(lambda _: self._ask())
         queued = Qt.ConnectionType.QueuedConnection
         self.pictures.made.connect(self._show, queued)
@@ -56,10 +57,6 @@ class SensorView(Feature):
         """Whether the picture shown is the one last asked for."""
         return self._is_answered
 
-    def _on_visible(self, is_seen: bool) -> None:
-        self._is_seen = is_seen
-        self._ask()
-
     def _on_scene(self, scene: LoadedScene) -> None:
         self._scene = scene
         has_boxes = scene.options.pog is None
@@ -73,7 +70,7 @@ class SensorView(Feature):
 
     def _ask(self) -> None:
         """Ask for the picture that belongs to what is selected now, or say why there is none."""
-        if not self._is_seen:
+        if not self.in_sight:
             return
         sensor, scene = self.document.selected_sensor(), self._scene
         if sensor is None or scene is None:

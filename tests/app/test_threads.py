@@ -1,0 +1,158 @@
+"""Threads of the window: parallel kernels run on one of them only, and none holds up the end."""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+import sys
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numba.core.registry import CPUDispatcher
+from pytestqt.qtbot import QtBot
+
+import app.pictures
+import app.side_jobs
+import app.tasks
+import core.kernels
+from app.pictures import Picture, PictureRequest, Pictures
+from app.scoring import LoadedScene, load_scene
+from app.tasks import Tasks
+from app.window.features.compare import Compare
+from app.window.features.heat import Heat
+from app.window.features.map import Map
+from app.window.features.pick import Pick
+from app.window.features.sensor_view import SensorView
+from tests.app.window_bench import CAMERA, TIMEOUT_MS, open_bench, scene_options
+
+MODES = ("probability", "entropy", "seen", "unseen", "sensors", "change")
+
+
+def all_kernels() -> dict[tuple[str, str], CPUDispatcher]:
+    """Compiled functions by the module that names them and by their name, of all modules that may call some."""
+    for found in pkgutil.iter_modules(core.kernels.__path__, "core.kernels."):
+        importlib.import_module(found.name)
+    importlib.import_module("app.scoring")
+    return {
+        (module_name, name): value
+        for module_name, module in list(sys.modules.items())
+        if module_name.startswith("core.")
+        for name, value in vars(module).items()
+        if isinstance(value, CPUDispatcher)
+    }
+
+
+def is_parallel(function: CPUDispatcher) -> bool:
+    return bool(function.targetoptions.get("parallel"))
+
+
+@pytest.fixture
+def callers(monkeypatch: pytest.MonkeyPatch) -> dict[str, set[str]]:
+    """Which threads have called kernels since: "parallel" and "serial" ones."""
+    found: dict[str, set[str]] = {"parallel": set(), "serial": set()}
+
+    def noted(function: CPUDispatcher) -> Callable[..., Any]:
+        kind = "parallel" if is_parallel(function) else "serial"
+
+        def call(*arguments: Any) -> Any:
+            found[kind].add(threading.current_thread().name)
+            return function(*arguments)
+
+        return call
+
+    for (module, name), kernel in all_kernels().items():
+        is_for_pictures = module in ("core.kernels.hits", "core.kernels.clip") and name[0] != "_"
+        if is_parallel(kernel) or is_for_pictures:
+            monkeypatch.setattr(sys.modules[module], name, noted(kernel))
+    return found
+
+
+def test_everything_in_the_window_calls_parallel_kernels_on_one_thread(
+    qtbot: QtBot, tmp_path: Path, callers: dict[str, set[str]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(app.side_jobs, "SIDE_REST_S", 0.0)
+    with open_bench(qtbot, tmp_path) as bench:
+        for dock in ("Map", "Sensor view"):
+            bench.window.docks[dock].setFloating(True)  # all in sight at once
+            bench.window.docks[dock].show()
+        qtbot.waitUntil(lambda: bool(bench.window.feature(Map).in_sight), timeout=TIMEOUT_MS)
+        bench.window.feature(Compare).add_presets(("Center",))
+        bench.act("pin")
+        for mode in MODES:
+            bench.window.feature(Heat).set_mode(mode)
+            bench.settle()
+        for name in ("front", "roof"):
+            bench.document.select(name)
+            bench.drag(name, (0.2, 0.1, 2.1), (0.4, 0.1, 2.2))
+            bench.window.feature(Pick).voxel = (20, 20, 2)
+            bench.window.settings_changed.emit()
+            bench.settle()
+            qtbot.waitUntil(lambda: bench.window.feature(SensorView).is_current, timeout=TIMEOUT_MS)
+        rows = bench.window.feature(Compare)
+        qtbot.waitUntil(lambda: all(row.scores for row in rows.rows), timeout=TIMEOUT_MS)
+        assert bench.window.feature(Map)._top is not None
+        assert bench.window.feature(SensorView).pictures._thread is not None
+    assert callers == {"parallel": {"recompute"}, "serial": {"pictures"}}
+
+
+# ---------------------------------------------------------------------- the end
+def request_for(folder: Path, triangles: int = 0) -> PictureRequest:
+    scene: LoadedScene = load_scene(scene_options(folder), lambda _: None)
+    corners = np.random.default_rng(1).normal(size=(triangles, 3, 3)).astype(np.float32)
+    return PictureRequest(CAMERA, 0, scene, corners)
+
+
+def test_closing_ends_a_picture_of_a_very_fine_car_early(qtbot: QtBot, tmp_path: Path) -> None:
+    pictures = Pictures()
+    pictures.ask(request_for(tmp_path, triangles=200_000))
+    qtbot.waitUntil(lambda: pictures._frames is not None, timeout=TIMEOUT_MS)
+    pictures.close()
+    assert pictures._thread is not None
+    pictures._thread.join()
+    assert pictures._tree is None  # given up before the whole of it was made
+
+
+def test_closing_does_not_wait_for_a_picture_that_cannot_be_given_up(
+    qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    begun, may_end = threading.Event(), threading.Event()
+
+    def endless(*_: object) -> None:
+        begun.set()
+        may_end.wait()
+
+    monkeypatch.setattr(app.pictures, "camera_picture", endless)
+    monkeypatch.setattr(app.pictures, "CLOSE_S", 0.01)
+    pictures, made = Pictures(), list[Picture]()
+    pictures.made.connect(made.append)
+    pictures.ask(request_for(tmp_path))
+    begun.wait()
+    pictures.close()
+    assert pictures._thread is not None and pictures._thread.is_alive()
+    may_end.set()
+    pictures._thread.join()
+    assert not made
+
+
+def test_closing_does_not_wait_for_work_without_progress(
+    qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(app.tasks, "CLOSE_S", 0.01)
+    begun, may_end = threading.Event(), threading.Event()
+
+    def endless(_: object) -> None:
+        begun.set()
+        may_end.wait()
+
+    tasks, done = Tasks(), list[object]()
+    task = tasks.run("Reading", endless, done.append)
+    begun.wait()
+    tasks.close()
+    assert task._thread.is_alive() and not tasks.running
+    may_end.set()
+    task.join()
+    assert not done
