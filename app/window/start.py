@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gc
+
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import QApplication
 
@@ -53,6 +55,7 @@ def open_window(rig: str, scene: SceneOptions, score: ScoreOptions) -> int:
             lambda: grace.start(interrupt.code)
         )  # the last to be told: all is kept by then
         window.show()
+        gc.enable()  # app.main paused it
         window.feature(Autosave).start(state_folder() / "unsaved")
         window.feature(Exchange).show_report(opened.report)
         code = app.exec() or interrupt.code

@@ -21,6 +21,7 @@ from core.errors import InputError
 from core.geometry import Pose
 from core.rig.library_file import Entry as Entry
 from core.rig.library_file import library_path, read_entries
+from core.rig.library_store import stored_entries
 from core.rig.model import Camera, Lidar
 from core.rig.text_file import shown_path
 from core.rig.yaml_nodes import shortened
@@ -126,7 +127,7 @@ def _own_library(_config_home: str | None) -> Path:
 @lru_cache(maxsize=8)
 def _library(files: tuple[Path, ...]) -> Library:
     """The bundled library and these files; each is read once."""
-    entries = list(load_library(asset_path("library.yaml")).entries())
+    entries = list(stored_entries(asset_path("library.yaml")))
     origins = {entry.name: BUNDLED for entry in entries}
     for path in files:
         where = shown_path(path)

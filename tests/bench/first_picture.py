@@ -5,9 +5,12 @@ from __future__ import annotations
 import os
 import sys
 
+from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QApplication, QMainWindow
 
 from app import cli
+
+PATIENCE_MS = 60_000
 
 
 class UntilFirstPicture(QApplication):
@@ -15,18 +18,27 @@ class UntilFirstPicture(QApplication):
 
     @staticmethod
     def exec() -> int:
-        """Run until VTK has drawn a frame of the window that is now open."""
+        """Run until VTK has drawn a frame of the window that is now open; Qt may have had it drawn already."""
         from pyvistaqt import (
-            QtInteractor,
-        )  # here, and not above: after the product has loaded it, in its order
+            QtInteractor,  # here, and not above: after the product has loaded it, in its order
+        )
 
         from widgets.viewport.scene import render_window
 
         [window] = [widget for widget in QApplication.topLevelWidgets() if isinstance(widget, QMainWindow)]
         [view] = window.findChildren(QtInteractor)
-        render_window(view).AddObserver("EndEvent", lambda *_: os._exit(0))
+        drawing = render_window(view)
+        if not drawing.GetNeverRendered():
+            os._exit(0)
+        drawing.AddObserver("EndEvent", lambda *_: os._exit(0))
+        QTimer.singleShot(PATIENCE_MS, _give_up)
         QApplication.exec()
         return 1
+
+
+def _give_up() -> None:
+    print(f"no picture after {PATIENCE_MS // 1000} s", file=sys.stderr, flush=True)
+    os._exit(1)
 
 
 def main() -> int:

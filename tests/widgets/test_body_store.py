@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from widgets.viewport import body_store
+from core.rig.model import Vehicle
+from widgets.viewport import body, body_store
+from widgets.viewport.body import body_parts
 from widgets.viewport.body_store import stored_surfaces
 from widgets.viewport.surface import superellipsoid
 
@@ -71,6 +73,31 @@ def test_surfaces_of_other_code_are_built_again(folder, monkeypatch):
     monkeypatch.setattr(body_store, "_MADE_BY", ("body.py", "body_profiles.py"))
     assert_as_built(stored_surfaces("sedan", build))
     assert build.built == 2
+
+
+def test_surfaces_of_something_else_are_built_again(folder):
+    build = Workshop()
+    for of in ("a short car", "a long car", "a long car"):
+        assert_as_built(stored_surfaces("finished", build, of=of))
+    assert build.built == 2
+
+
+@pytest.mark.parametrize("name", ["sedan", "suv", "van", "truck"])
+def test_a_car_from_the_cache_is_the_one_that_was_built(folder, name):
+    vehicle = Vehicle(body=name, length=4.9)
+    built, found = (_fresh(body_parts, vehicle) for _ in range(2))
+    assert [part.material for part in found] == [part.material for part in built]
+    for one, other in zip(found, built, strict=True):
+        assert one.mesh.points.dtype == other.mesh.points.dtype
+        assert np.array_equal(one.mesh.points, other.mesh.points)
+        assert np.array_equal(one.mesh.faces, other.mesh.faces)
+        assert np.array_equal(one.mesh.point_data["Normals"], other.mesh.point_data["Normals"])
+
+
+def _fresh(parts, vehicle):
+    """As in a process that has drawn no car yet."""
+    body._parts.cache_clear()
+    return parts(vehicle)
 
 
 def test_without_a_place_to_keep_them_they_are_built_every_time(folder):

@@ -18,6 +18,8 @@ from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt
 from PySide6.QtGui import QDragEnterEvent, QDragMoveEvent, QDropEvent, QImage, QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
 
 from core.errors import InputError
 from core.geometry import Pose
@@ -75,6 +77,30 @@ def view(request: pytest.FixtureRequest, qtbot) -> Iterator[ViewportBase]:
     settle(viewport)
     yield viewport
     viewport.close()
+
+
+def test_the_first_picture_on_the_screen_is_the_one_that_stays(qtbot) -> None:
+    view = Viewport()
+    window, pictures = view._plotter.render_window, []
+
+    def keep(*_: object) -> None:
+        width, height = window.GetSize()
+        pixels = vtkUnsignedCharArray()
+        window.GetPixelData(0, 0, width - 1, height - 1, 0, pixels, 0)
+        pictures.append(vtk_to_numpy(pixels).reshape(height, width, 3).astype(int))
+
+    tag = window.AddObserver("EndEvent", keep)
+    view.resize(900, 600)
+    view.set_rig(RIG, frozenset(), "roof")
+    with qtbot.waitSignal(view.shown):
+        view.show()
+    settle(view)
+    window.RemoveObserver(tag)
+    assert len(pictures) > 1  # the last one has smooth edges
+    assert pictures[0].std() > 10.0
+    difference = float(np.abs(pictures[0] - pictures[-1]).mean())
+    assert difference < 6.0, difference  # of the smooth edges alone
+    view.close()
 
 
 def settle(view: ViewportBase) -> None:

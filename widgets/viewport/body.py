@@ -52,6 +52,13 @@ def body_parts(vehicle: Vehicle) -> tuple[BodyPart, ...]:
 
 @lru_cache(maxsize=4)
 def _parts(vehicle: Vehicle) -> tuple[BodyPart, ...]:
+    """The finished car; the one drawn last is kept, because the next start is likely to show it again."""
+    painted = stored_surfaces("finished", lambda: _finished(vehicle), of=vehicle)
+    return tuple(BodyPart(material, mesh) for material, mesh in painted)
+
+
+def _finished(vehicle: Vehicle) -> Painted:
+    """The profile's surfaces in the size of a vehicle, with mirrors and wheels, one mesh per material."""
     profile = PROFILES[vehicle.body]
     painted = stored_surfaces(
         vehicle.body, lambda: _shell(profile) + _cabin(profile) + _blocks(profile.blocks)
@@ -68,7 +75,7 @@ def _parts(vehicle: Vehicle) -> tuple[BodyPart, ...]:
     for material, mesh in painted:
         if mesh.n_cells:
             merged.setdefault(material, []).append(mesh)
-    return tuple(BodyPart(material, join(meshes)) for material, meshes in merged.items())
+    return [(material, join(meshes)) for material, meshes in merged.items()]
 
 
 def _shell(profile: BodyProfile) -> Painted:

@@ -1,4 +1,4 @@
-"""The cut surfaces of the car, kept in the user's cache folder: making them would delay the first picture most."""
+"""Surfaces of the car, kept in the user's cache folder: making them would delay the first picture most."""
 
 from __future__ import annotations
 
@@ -20,19 +20,20 @@ from core.files import atomic_write
 from widgets.viewport.surface import Painted, set_normals
 
 _MADE_BY = (
-    *("body.py", "body_types.py", "surface.py"),
+    *("body.py", "body_profiles.py", "body_types.py", "body_wheels.py", "surface.py"),
     *("body_sedan.py", "body_suv.py", "body_van.py", "body_truck.py"),
 )
 Arrays = dict[str, NDArray[Any]]
 
 
-def stored_surfaces(body: str, build: Callable[[], Painted]) -> Painted:
-    """What `build` gives for a body, without its empty meshes; from the cache if the same code has made it before.
+def stored_surfaces(name: str, build: Callable[[], Painted], of: object = None) -> Painted:
+    """What `build` gives, without its empty meshes; from the cache if the same code has made it before of the same.
 
-    One file per body: it is replaced when the code changes, and rebuilt when it is damaged.
+    One file per name: it is replaced when the code changes or `of`, whose text says what the surfaces follow from,
+    and rebuilt when it is damaged.
     """
-    path = cache_folder() / f"car-{body}.npz"
-    maker = _maker()
+    path = cache_folder() / f"car-{name}.npz"
+    maker = f"{_maker()} {of!r}"
     with contextlib.suppress(Exception):  # damaged bytes make numpy and zipfile raise a dozen kinds of error
         return _load(path, maker)
     painted = [(material, mesh) for material, mesh in build() if mesh.n_cells]

@@ -92,7 +92,8 @@ class Scene:
         self._rays.set_line_width(pixel_ratio)
         set_lights(plotter)
         renderer.camera_set = True
-        self.apply(self._state)
+        self._has_car = False
+        self._redraw()
 
     @property
     def state(self) -> SceneState:
@@ -129,7 +130,8 @@ class Scene:
         """Change all colours (light or dark window)."""
         self._state = replace(self._state, palette=palette)
         self._redraw()
-        self._body.set_vehicle(self._state.vehicle, palette, self._state.body_mesh)
+        if self._has_car:
+            self._body.set_vehicle(self._state.vehicle, palette, self._state.body_mesh)
 
     def _redraw(self) -> None:
         """Bring all layers except the car in line with the state."""
@@ -149,7 +151,13 @@ class Scene:
         Raises InputError for an unknown body and keeps the car shown before.
         """
         self._body.set_vehicle(vehicle, self._state.palette, mesh)
+        self._has_car = True
         self._state = replace(self._state, vehicle=vehicle, body_mesh=mesh)
+
+    def _bring_car(self) -> None:
+        """Draw the car of the state unless one was chosen: not before, a car is the dearest thing to build."""
+        if not self._has_car:
+            self.set_vehicle(self._state.vehicle)
 
     def set_grid(self, grid: VoxelGrid) -> None:
         """Show another region of interest: outline, ground, and where rays end."""
@@ -259,6 +267,7 @@ class Scene:
 
     def pose_on_body(self, pixel: tuple[float, float], sensor: Lidar | Camera) -> Pose | None:
         """The pose of a sensor that sits on the car under a pixel; None beside the car."""
+        self._bring_car()
         hit = self._body.hit(self._state.camera.ray(pixel, self.size))
         return None if hit is None else placed_on(*hit, sensor.kind, sensor_body(sensor).box_m())
 
@@ -293,6 +302,7 @@ class Scene:
 
     def prepare(self) -> None:
         """Bring camera, heatmap and gizmo up to date for the next frame."""
+        self._bring_car()
         state = self._state
         self._apply_camera(state.camera)
         self._heatmap.arrange(state.camera, self.size, self._quick)

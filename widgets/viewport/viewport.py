@@ -8,9 +8,10 @@ from __future__ import annotations
 
 from PySide6.QtWidgets import QWidget
 from pyvistaqt import QtInteractor
+from vtkmodules.vtkCommonCore import vtkCommand
 
 from widgets.theme import DARK, Palette
-from widgets.viewport.scene import Scene
+from widgets.viewport.scene import Scene, render_window
 from widgets.viewport.viewport_base import ViewportBase
 
 
@@ -24,10 +25,28 @@ class Viewport(ViewportBase):
         self._plotter.frameSwapped.connect(self.shown)
         scene = Scene(self._plotter, palette, self.devicePixelRatioF())
         self._start(self._plotter, scene)
+        window = render_window(self._plotter)
+        self._before_first: int | None = window.AddObserver(
+            vtkCommand.StartEvent, lambda *_: self._prepare_first()
+        )
+
+    def _prepare_first(self) -> None:
+        """Qt paints the widget before its event loop runs: let that picture be the one that would be drawn next."""
+        self._forget_first()
+        self._draw_timer.stop()
+        self._adapt(0)
+        self._scene.prepare()
+        self._smooth_timer.start()
+
+    def _forget_first(self) -> None:
+        if self._before_first is not None:
+            render_window(self._plotter).RemoveObserver(self._before_first)
+            self._before_first = None
 
     def _draw(self) -> None:
         self._scene.prepare()
         self._plotter.update()
 
     def _release(self) -> None:
+        self._forget_first()
         self._plotter.close()

@@ -314,11 +314,15 @@ class ViewportBase(DropTarget):
     def _draw_with(self, samples: int) -> None:
         if self._closed:
             return
+        self._adapt(samples)
+        self._draw()
+        self.drawn.emit()
+
+    def _adapt(self, samples: int) -> None:
+        """Fit the scene to the screen and the size of the widget."""
         self._scene.set_pixel_ratio(self._canvas.devicePixelRatioF())
         self._scene.set_samples(samples)
         self._fit_home()
-        self._draw()
-        self.drawn.emit()
 
     def _fit_home(self) -> None:
         """Until somebody looks elsewhere, keep the first view fitted to the size of the widget."""
