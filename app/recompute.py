@@ -19,7 +19,8 @@ from PySide6.QtCore import QObject, Signal
 
 from app.options import SceneOptions
 from app.requests import FRAME_MS, EvaluationRequest, LoadedScene
-from app.side_jobs import SideAnswer, SideQueue, SideRequest
+from app.side_jobs import SideAnswer, SideRequest
+from app.wishes import Wishes
 from core.errors import InputError
 from core.scene.boxes import Progress
 
@@ -69,17 +70,7 @@ class Recompute(QObject):
         self._loader = loader
         self._threads = threads
         self._coarse_above_ms = coarse_above_ms
-        self._condition = threading.Condition()
-        self._wanted: EvaluationRequest | None = None
-        self._last: EvaluationRequest | None = None
-        self._scene_wanted: SceneOptions | None = None
-        self._cancel_load = False
-        self._closing = False
-        self._waits = waits
-        self._is_busy = False
-        self._is_loading = False
-        self._gave_up_last = False
-        self._side = SideQueue()
+        self._wishes = Wishes(waits)
         self._scoring: Scoring | None = None
         self._thread = threading.Thread(target=self._run, name="recompute", daemon=True)
         self._thread.start()
@@ -92,82 +83,46 @@ class Recompute(QObject):
 
     def begin(self) -> None:
         """Do what has been asked for by now; for an owner that waits."""
-        with self._condition:
-            self._waits = False
-            self._condition.notify_all()
+        self._wishes.begin()
 
     def evaluate(self, request: EvaluationRequest) -> None:
         """Ask for scores; takes the place of a request that still waits."""
-        with self._condition:
-            self._wanted = request
-            self._side.postpone()
-            self._condition.notify_all()
+        self._wishes.evaluate(request)
 
     def ask_aside(self, requests: Sequence[SideRequest]) -> None:
         """Have rigs scored when nobody edits, in this order, each answered by `side_answered`."""
-        with self._condition:
-            for request in requests:
-                self._side.ask(request)
-            self._condition.notify_all()
+        self._wishes.ask_aside(requests)
 
     def forget_aside(self, group: str) -> None:
         """Drop what a group asked for and has no answer yet; an answer may still be on its way."""
-        with self._condition:
-            self._side.forget(group)
+        self._wishes.forget_aside(group)
 
     def load(self, request: SceneOptions) -> None:
         """Ask for other box data; a load under way is given up. The old scene stays until then."""
-        with self._condition:
-            self._scene_wanted = request
-            self._condition.notify_all()
+        self._wishes.load(request)
 
     def cancel_load(self) -> None:
         """Give up the load under way and the one that waits."""
-        with self._condition:
-            only_waited = self._scene_wanted is not None and not self._is_loading
-            self._scene_wanted = None
-            self._cancel_load = True
-        if only_waited:
+        if self._wishes.cancel_load():
             self.load_ended.emit(CANCELLED)
 
     def wait_until_idle(self, timeout_s: float = 60.0) -> bool:
         """Block until nothing but side jobs waits or runs; False on timeout. Results may still be queued as
         Qt events."""
-        with self._condition:
-            return self._condition.wait_for(self._is_idle, timeout_s)
+        return self._wishes.wait_until_idle(timeout_s)
 
     def close(self) -> None:
         """Give up all work and end the thread."""
-        with self._condition:
-            self._closing = True
-            self._condition.notify_all()
+        self._wishes.close()
         self._thread.join()
-
-    def _is_idle(self) -> bool:
-        waiting = self._scene_wanted is not None or (self._wanted is not None and self._scoring is not None)
-        return not (waiting or self._is_busy)
 
     # ------------------------------------------------------------------ the thread
     def _run(self) -> None:
-        with self._condition:
-            self._condition.wait_for(lambda: self._closing or not self._waits)
-        while True:
-            with self._condition:
-                self._is_busy = self._is_loading = False
-                self._condition.notify_all()
-                while not (self._closing or not self._is_idle() or self._side_delay_s() == 0.0):
-                    self._condition.wait(self._side_delay_s())
-                if self._closing:
-                    return
-                side = self._side.first() if self._is_idle() else None
-                self._is_busy = side is None
-                scene_wanted, self._scene_wanted = self._scene_wanted, None
-                self._is_loading = scene_wanted is not None
-                self._cancel_load = False
-            if side is not None:
-                self._answer_aside(side)
-            elif scene_wanted is not None:
-                self._load(scene_wanted)
+        while (work := self._wishes.next_work()) is not None:
+            if isinstance(work, SideRequest):
+                self._answer_aside(work)
+            elif isinstance(work, SceneOptions):
+                self._load(work)
             else:
                 self._evaluate_wanted()
 
@@ -190,13 +145,10 @@ class Recompute(QObject):
             outcome = _unexpected(error)
         else:
             self.scene_loaded.emit(scene)
-            with self._condition:
-                self._scoring = scoring
-                self._wanted = self._wanted or self._last
+            self._scoring = scoring
+            self._wishes.repeat_last()
             outcome = ""
-        with self._condition:
-            superseded = self._scene_wanted is not None
-        if not superseded:
+        if not self._wishes.is_other_scene_wanted():
             self.load_ended.emit(outcome)
 
     def _report_progress(self, fraction: float) -> None:
@@ -206,17 +158,12 @@ class Recompute(QObject):
         self._evaluate_wanted()
 
     def _stop_if_unwanted(self) -> None:
-        with self._condition:
-            if self._closing or self._cancel_load or self._scene_wanted is not None:
-                raise _Cancelled
+        if self._wishes.is_load_unwanted():
+            raise _Cancelled
 
     def _evaluate_wanted(self) -> None:
-        if self._scoring is None:
-            return
-        with self._condition:
-            request, self._wanted = self._wanted, None
-            self._last = request or self._last
-        if request is None:
+        request = self._wishes.take_evaluation() if self._scoring is not None else None
+        if self._scoring is None or request is None:
             return
         try:
             self._answer(self._scoring, request)
@@ -225,69 +172,33 @@ class Recompute(QObject):
 
     def _answer(self, scoring: Scoring, request: EvaluationRequest) -> None:
         """The exact answer; where it is slow a coarse one before it, and in a drag it then waits for a rest."""
-        first = scoring.approximate(request, self._is_closing) if scoring.is_slow(request) else None
+        wishes = self._wishes
+        first = scoring.approximate(request, wishes.is_closing) if scoring.is_slow(request) else None
         if first is None:
-            result = scoring.exact(request, self._is_stale)
-            self._gave_up_last = result is None
+            result = scoring.exact(request, wishes.is_stale)
+            wishes.gave_up_last = result is None
         else:
             self.approximated.emit(first)
             is_measured = scoring.is_measured(request)
-            if is_measured and request.is_preview and self._is_followed_within(REST_S):
+            if is_measured and request.is_preview and wishes.is_followed_within(REST_S):
                 return
-            result = scoring.exact(request, self._is_followed if is_measured else self._is_stale)
+            result = scoring.exact(request, wishes.is_followed if is_measured else wishes.is_stale)
         if result is not None:
             self.evaluated.emit(result)
-            scoring.learn(result, self._is_followed if scoring.has_learnt else self._is_closing)
-
-    # ------------------------------------------------------------------ side jobs
-    def _side_delay_s(self) -> float | None:
-        """Seconds until a side job is due, None while there is none or no scene to run it on."""
-        return self._side.delay_s() if self._scoring is not None else None
+            scoring.learn(result, wishes.is_followed if scoring.has_learnt else wishes.is_closing)
 
     def _answer_aside(self, request: SideRequest) -> None:
         """Answer a side job, or give way and leave it in the queue."""
         assert self._scoring is not None
         scoring = self._scoring
         try:
-            found = scoring.aside(request.rig, request.settings, lambda: self._gives_way(request))
+            found = scoring.aside(request.rig, request.settings, lambda: self._wishes.gives_way(request))
         except Exception as error:
             self.failed.emit(_unexpected(error))
             found = None
             self.forget_aside(request.group)
-        if found is None:
-            return
-        with self._condition:
-            is_wanted = self._side.wants(request)
-            self._side.done(request)
-        if is_wanted:
+        if found is not None and self._wishes.take_aside(request):
             self.side_answered.emit(SideAnswer(request, scoring.scene, found.scores, found.elapsed_ms))
-
-    def _gives_way(self, request: SideRequest) -> bool:
-        with self._condition:
-            return self._closing or not self._is_idle() or not self._side.wants(request)
-
-    # ------------------------------------------------------------------ giving up
-    def _is_closing(self) -> bool:
-        with self._condition:
-            return self._closing
-
-    def _is_followed(self) -> bool:
-        """Whether anything newer waits: it will get a coarse answer at once, so nobody is left without numbers."""
-        return self._is_followed_within(0.0)
-
-    def _is_followed_within(self, seconds: float) -> bool:
-        with self._condition:
-            return self._condition.wait_for(lambda: self._closing or self._wanted is not None, seconds)
-
-    def _is_stale(self) -> bool:
-        """Whether to give up: somebody waits for a final answer, and the last request was not given up.
-
-        A preview never drives out a running evaluation, and never are two given up in a row: otherwise
-        a fast mouse could keep every number from being finished.
-        """
-        with self._condition:
-            wanted = self._wanted
-            return self._closing or (wanted is not None and not wanted.is_preview and not self._gave_up_last)
 
 
 def _unexpected(error: Exception) -> str:

@@ -78,7 +78,7 @@ def test_other_rigs_are_scored_as_a_fresh_engine_scores_them_bit_for_bit(desk: D
 
 
 def test_what_is_asked_for_again_is_answered_once(desk: Desk) -> None:
-    with desk.recompute._condition:  # the thread starts when everything is in the queue
+    with desk.recompute._wishes.lock:  # the thread starts when everything is in the queue
         desk.ask("roof", "front")
         desk.ask("roof")
     desk.wait(lambda: len(desk.answers) == 2)
@@ -88,7 +88,7 @@ def test_what_is_asked_for_again_is_answered_once(desk: Desk) -> None:
 
 
 def test_what_is_forgotten_is_not_answered(desk: Desk) -> None:
-    with desk.recompute._condition:
+    with desk.recompute._wishes.lock:
         desk.ask("roof", "front", group="old")
         desk.ask("all", group="new")
         desk.recompute.forget_aside("old")
