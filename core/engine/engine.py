@@ -168,10 +168,15 @@ class Engine:
         if not changed:
             return
         state, entropies, index = self._state, self._field, self._field.index
+        new = {held.slot for held in arrived}
+        staying = [held for held in state.held if held.slot not in new]
+        groups = [
+            np.array([held.slot for held in group if held.kind == kind], np.int64)
+            for group in (arrived, staying, leaving)
+        ]
         change = settle.settle(
             state.stack,
-            np.array([held.slot for held in state.held if held.kind == kind], np.int64),
-            np.array([held.slot for held in leaving if held.kind == kind], np.int64),
+            settle.Slots(*groups),
             state.union,
             kind,
             index.words,

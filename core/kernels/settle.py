@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numba
 import numpy as np
 
@@ -20,39 +22,64 @@ def _gain(new: np.uint64, old: np.uint64) -> np.int64:
 
 
 @inlined
-def _unite(stack: np.ndarray, slots: np.ndarray, keep: np.ndarray, start: int, seen: np.ndarray) -> None:
-    """Write the informative voxels that any of the slots holds, for as many words as `seen` has."""
+def _unite(stack: np.ndarray, slots: np.ndarray, start: int, seen: np.ndarray) -> None:
+    """Write the voxels that any of the slots holds, for as many words as `seen` has."""
     seen[:] = 0
     for slot in slots:
+        part = stack[slot, start : start + seen.size]
         for i in range(seen.size):
-            seen[i] |= stack[slot, start + i]
-    for i in range(seen.size):
-        seen[i] &= keep[start + i]
+            seen[i] |= part[i]
+
+
+@inlined
+def _differing(come: np.ndarray, gone: np.ndarray, where: np.ndarray) -> int:
+    """List the words that differ; only there can the union change. Without a branch: it cannot be foreseen."""
+    count = 0
+    for w in range(come.size):
+        where[count] = w
+        count += int(come[w] != gone[w])
+    return count
+
+
+class _Row(NamedTuple):
+    """A row of the grid: what arrives, what counts, the unions of both kinds, and the runs of equal entropies."""
+
+    come: np.ndarray
+    keep: np.ndarray
+    own: np.ndarray
+    other: np.ndarray
+    starts: np.ndarray
+    first: np.ndarray
 
 
 @inlined
 def _note_changes(
-    seen: np.ndarray,
-    own: np.ndarray,
-    other: np.ndarray,
-    starts: np.ndarray,
-    first: np.ndarray,
+    row: _Row,
+    stack: np.ndarray,
+    staying: np.ndarray,
+    start: int,
+    where: np.ndarray,
     changes: np.ndarray,
     sums: np.ndarray,
 ) -> int:
-    """Put `seen` in the place of `own`, count the voxels in sums (8,), and note the words that change.
+    """Bring the union up to date in the words `where`, count the voxels in sums (8,), and note what changes.
 
     changes uint64 (words + 1, 5): voxels gained, voxels lost, voxels that the other kind does not see, starts of
-    runs, number of the first run. Without a branch: which words change cannot be foreseen.
+    runs, number of the first run. Without a branch, as before.
     """
     count, own_gain, any_gain = 0, np.int64(0), np.int64(0)
-    for w in range(seen.size):
-        old, new, alone = own[w], seen[w], ~other[w]
-        own[w] = new
+    for word in where:
+        w = np.uint64(word)
+        new = row.come[w]
+        for slot in staying:
+            new |= stack[slot, np.uint64(start) + w]
+        new &= row.keep[w]
+        old, alone = row.own[w], ~row.other[w]
+        row.own[w] = new
         own_gain += _gain(new, old)
         any_gain += _gain(new & alone, old & alone)
         changes[count, 0], changes[count, 1], changes[count, 2] = new & ~old, old & ~new, alone
-        changes[count, 3], changes[count, 4] = starts[w], np.uint64(first[w])
+        changes[count, 3], changes[count, 4] = row.starts[w], np.uint64(row.first[w])
         count += int(old != new)
     sums[3] += own_gain
     sums[7] += any_gain
@@ -86,11 +113,18 @@ def _account(
         sums[column] += np.int64(value)
 
 
+class Slots(NamedTuple):
+    """Rows of the stack, by what becomes of them: int64 (k,) each."""
+
+    arrived: np.ndarray
+    staying: np.ndarray
+    leaving: np.ndarray
+
+
 @parallel_kernel
 def settle(
     stack: np.ndarray,
-    slots: np.ndarray,
-    freed: np.ndarray,
+    slots: Slots,
     union: np.ndarray,
     kind: int,
     keep: np.ndarray,
@@ -102,7 +136,8 @@ def settle(
     row_words: int,
     workers: int,
 ) -> np.ndarray:
-    """Make union[kind] what the slots hold now, and clear the freed slots; returns the change of the sums.
+    """Make union[kind] what the slots of that kind hold, without those leaving, which are cleared; returns the change
+    of the sums.
 
     stack uint64 (slots, words): voxels that sensors traverse, of which only those in `keep` count; union (2, words):
     voxels covered by all cameras and by all LiDARs; starts, first, codes, palette_q: entropies of the voxels in
@@ -113,16 +148,20 @@ def settle(
     partial = np.zeros((workers, 16), np.int64)  # cache lines of its own for every worker
     for worker in numba.prange(workers):
         words = window[3] - window[2]
-        seen, changes = np.empty(words, np.uint64), np.empty((words + 1, 5), np.uint64)
+        come, gone = np.empty(words, np.uint64), np.empty(words, np.uint64)
+        where, changes = np.empty(words + 1, np.int32), np.empty((words + 1, 5), np.uint64)
         sums = partial[worker]
-        for row in range(window[0] + worker, window[1], workers):
-            start, end = row * row_words + window[2], row * row_words + window[3]
-            _unite(stack, slots, keep, start, seen)
+        for x in range(window[0] + worker, window[1], workers):
+            start, end = x * row_words + window[2], x * row_words + window[3]
+            _unite(stack, slots.arrived, start, come)
+            _unite(stack, slots.leaving, start, gone)
+            differing = _differing(come, gone, where)
             own, other = union[kind, start:end], union[1 - kind, start:end]
-            count = _note_changes(seen, own, other, starts[start:end], first[start:end], changes, sums)
+            row = _Row(come, keep[start:end], own, other, starts[start:end], first[start:end])
+            count = _note_changes(row, stack, slots.staying, start, where[:differing], changes, sums)
             for done in range(0, count, BATCH):
                 _account(changes[done:], min(BATCH, count - done), codes, palette_q, sums)
-            for slot in freed:
+            for slot in slots.leaving:
                 stack[slot, start:end] = 0
     change: np.ndarray = partial.sum(axis=0)[: 2 * COLUMNS].reshape(2, COLUMNS)
     return change
