@@ -10,7 +10,7 @@ import numpy as np
 from core.kernels.bits import popcount
 from core.kernels.jit import inlined, parallel_kernel
 from core.kernels.lattice import direction, rotated
-from core.kernels.levels import level_mask
+from core.kernels.levels import level_mask, mark_levels
 from core.kernels.walk import walk_bresenham, walk_exact
 
 BLOCK = 64
@@ -72,9 +72,7 @@ def _mark_runs(runs: np.ndarray, count: int, depth: int, marks: np.ndarray) -> N
             marks[runs[r, 0]] |= level_mask(runs[r, 1], runs[r, 2])
         return
     for r in range(count):
-        low, high = runs[r, 1], runs[r, 2]
-        for part in range(low >> 6, (high >> 6) + 1):
-            marks[runs[r, 0] * depth + part] |= level_mask(max(low - 64 * part, 0), min(high - 64 * part, 63))
+        mark_levels(marks, np.int64(runs[r, 0]) * depth, np.int64(runs[r, 1]), np.int64(runs[r, 2]))
 
 
 @parallel_kernel

@@ -19,7 +19,7 @@ import numpy as np
 
 from core.kernels.jit import inlined, kernel, parallel_kernel
 from core.kernels.lattice import direction, rotated
-from core.kernels.levels import level_mask
+from core.kernels.levels import mark_levels
 from core.kernels.profile import TOLERANCE, Profile
 from core.kernels.walk import walk_exact
 
@@ -69,9 +69,7 @@ def _walk_alone(
     g = (space.origin[0], space.origin[1], space.origin[2])
     depth = (space.shape[2] + 63) // 64
     for r in range(walk_exact(g, d, fan.reach[0], fan.reach[1], box, space.shape[1], runs)):
-        low, high = runs[r, 1], runs[r, 2]
-        for part in range(low >> 6, (high >> 6) + 1):
-            marks[runs[r, 0] * depth + part] |= level_mask(max(low - 64 * part, 0), min(high - 64 * part, 63))
+        mark_levels(marks, np.int64(runs[r, 0]) * depth, np.int64(runs[r, 1]), np.int64(runs[r, 2]))
 
 
 @inlined

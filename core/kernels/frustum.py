@@ -19,7 +19,7 @@ import numpy as np
 from core.kernels.codes import CAMERA
 from core.kernels.jit import inlined, kernel, parallel_kernel
 from core.kernels.lattice import direction, rotated
-from core.kernels.levels import level_mask
+from core.kernels.levels import mark_levels
 from core.kernels.walk import FARTHEST, hits_cell
 
 BALL = 0.499
@@ -175,12 +175,6 @@ def _any_hits(f: Frustum, ix: int, iy: int, iz: int, corners: np.ndarray, points
     return False
 
 
-@inlined
-def _set_levels(low: int, high: int, base: int, marks: np.ndarray) -> None:
-    for part in range(low >> 6, (high >> 6) + 1):
-        marks[base + part] |= level_mask(max(low - 64 * part, 0), min(high - 64 * part, 63))
-
-
 @kernel
 def _mark_column(
     f: Frustum,
@@ -204,7 +198,7 @@ def _mark_column(
     low, high = _levels_within(f, x, y, z, 0.0)
     sure_first, sure_last = max(int(np.ceil(max(low, -1.0))), first), min(int(np.floor(min(high, 1e6))), last)
     if sure_first <= sure_last:
-        _set_levels(sure_first, sure_last, base, marks)
+        mark_levels(marks, base, sure_first, sure_last)
     else:
         sure_first, sure_last = last + 1, last
     for level in range(first, last + 1):
