@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from core.engine.fans import is_plain
 from core.kernels.cast import Cast
-from core.kernels.frustum import BALL, Frustum
+from core.kernels.frustum import BALL, SPHERE, Frustum
 from core.rig.model import Camera
 
 SHORTEST_DEPTH = 16.0
@@ -29,4 +30,17 @@ def make_frustum(camera: Camera, rays: Cast) -> Frustum | None:
         [cx * columns / width - 0.5, fx * columns / width, cy * rows / height - 0.5, fy * rows / height]
     )
     normals = sides / np.linalg.norm(sides, axis=1, keepdims=True)
-    return Frustum(rays.rows, rays.planes, rays.origin, rays.rotation, rays.box, normals, image, depth_limit)
+    outline = (rays.origin + _corners(normals, depth_limit) @ rays.rotation.T)[:, :2]
+    return Frustum(
+        rays.rows, rays.planes, rays.origin, rays.rotation, rays.box, normals, image, depth_limit,
+        np.ascontiguousarray(outline),
+    )  # fmt: skip
+
+
+def _corners(normals: NDArray[np.float64], depth_limit: float) -> NDArray[np.float64]:
+    """Corners (8, 3), in the camera frame, of the view up to the depth limit with room for half a voxel all around."""
+    corners = []
+    for x in (-SPHERE, depth_limit):
+        right, left, low, high = (-(n[0] * x + SPHERE) / (n[1] + n[2]) for n in normals)
+        corners += [(x, y, z) for y in (right, left) for z in (low, high)]
+    return np.array(corners)

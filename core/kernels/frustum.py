@@ -35,7 +35,8 @@ class Frustum(NamedTuple):
     """A camera for voxel walking: lattice tables, origin (3,) in grid units, rotation (3, 3), box (6,) cells.
 
     sides (4, 3): inward unit normals of the planes through the image borders; image (4,): u = (0) - (1) y / x and
-    v = (2) - (3) z / x; depth_limit: the forward distance up to which a ray is within BALL of any point.
+    v = (2) - (3) z / x; depth_limit: the forward distance up to which a ray is within BALL of any point; outline
+    (8, 2): corners, in x and y of the grid, of what holds the centres of all voxels that are marked or tested.
     """
 
     rows: np.ndarray
@@ -46,6 +47,7 @@ class Frustum(NamedTuple):
     sides: np.ndarray
     image: np.ndarray
     depth_limit: float
+    outline: np.ndarray
 
 
 @inlined
@@ -210,6 +212,22 @@ def _mark_column(
             marks[word] |= bit
 
 
+@inlined
+def _columns_in_row(outline: np.ndarray, x: float) -> tuple[float, float]:
+    """From where to where along y the convex outline is crossed at x (empty: from > to)."""
+    low, high = np.inf, -np.inf
+    for a in range(outline.shape[0]):
+        for b in range(a):
+            x0, x1 = outline[a, 0] - x, outline[b, 0] - x
+            if min(x0, x1) <= 0.0 <= max(x0, x1):
+                share = x0 / (x0 - x1) if x0 != x1 else 0.0
+                y = outline[a, 1] + share * (outline[b, 1] - outline[a, 1])
+                low, high = min(low, y), max(high, y)
+                if x0 == x1:
+                    low, high = min(low, outline[b, 1]), max(high, outline[b, 1])
+    return low, high
+
+
 @parallel_kernel
 def mark_frustum(
     f: Frustum,
@@ -229,7 +247,11 @@ def mark_frustum(
     for worker in numba.prange(workers):
         corners, points = np.empty((8, 3)), np.empty((8, 2))
         for ix in range(x_from + worker, x_to, workers):
-            for iy in range(f.box[2], f.box[3]):
+            low, high = _columns_in_row(f.outline, ix + 0.5)
+            if low > high:
+                continue
+            first, last = max(np.floor(low) - 1.0, float(f.box[2])), min(np.ceil(high) + 1.0, float(f.box[3]))
+            for iy in range(int(first), int(last)):
                 base = (ix * ny + iy) * depth
                 occupied = keep[base]
                 for part in range(1, depth):
