@@ -10,13 +10,13 @@ FULL_WORD = np.uint64(0xFFFFFFFFFFFFFFFF)
 
 
 @inlined
-def level_mask(low: int, high: int) -> np.uint64:
+def level_mask(low: int | np.int64, high: int | np.int64) -> np.uint64:
     """Bits low..high (both 0..63, both included) of a word."""
     return (FULL_WORD << np.uint64(low)) & (FULL_WORD >> np.uint64(63 - high))
 
 
 @inlined
-def mark_levels(marks: np.ndarray, base: int, low: int, high: int) -> None:
+def mark_levels(marks: np.ndarray, base: int | np.int64, low: int | np.int64, high: int | np.int64) -> None:
     """Set the levels low..high of the column whose first word is `base`; most often they share a word."""
     first, last = low >> 6, high >> 6
     if first == last:

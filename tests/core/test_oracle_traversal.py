@@ -171,6 +171,31 @@ def _awkward_sensors(draw: st.DrawFn, grid: VoxelGrid) -> Lidar | Camera:
     return lidar(position, rpy_deg, elevations, azimuths, range_m)
 
 
+@settings(max_examples=30)
+@given(
+    name=st.sampled_from(["unit", "tenths", "tall"]),
+    place=st.tuples(*[st.integers(-8, 8)] * 3),
+    yaw_deg=st.sampled_from([0.0, 90.0, 180.0, 45.0, 30.0, -126.86989764584402]),
+    focal=st.sampled_from([1.0, 2.0, 4.0, 5.0]),
+    is_camera=st.booleans(),
+    near=st.sampled_from([0, 2, 3]),
+)
+def test_upright_sensors_on_grid_faces_whose_rays_change_level_right_at_faces(
+    name: str, place: tuple[int, int, int], yaw_deg: float, focal: float, is_camera: bool, near: int
+) -> None:
+    grid = GRIDS[name]
+    x, y, z = (step * grid.voxel_m for step in place)
+    position, rpy_deg = [x, y, grid.roi_m[2] / 2 + z], [0.0, 0.0, yaw_deg]
+    if is_camera:
+        fov_deg = math.degrees(2.0 * math.atan(2.0 / focal))  # slopes like 1/8, 3/8, 5/8
+        sensor: Lidar | Camera = camera(position, rpy_deg, (4, 4), fov_deg, (0.0, math.inf))
+    else:
+        beams = [math.degrees(math.atan(rise / 4.0)) for rise in (-4, -2, -1, 0, 1, 3)]
+        azimuths = [math.degrees(math.atan2(b, a)) for a, b in ((3, 4), (-8, 15), (7, -24))]
+        sensor = lidar(position, rpy_deg, beams, azimuths, (near * grid.voxel_m, 9.0 * grid.voxel_m))
+    assert_agrees(name, sensor)
+
+
 @settings(max_examples=120)
 @given(data=st.data(), name=st.sampled_from(sorted(GRIDS)))
 def test_awkward_sensor_covers_what_the_oracle_says(data: st.DataObject, name: str) -> None:
