@@ -19,6 +19,7 @@ from hypothesis import settings
 SCREEN = "1600x1000x24"
 THREAD_GRACE_S = 2.0
 REPOSITORY = Path(__file__).resolve().parents[1]
+KERNELS = REPOSITORY / "core" / "kernels" / "__pycache__"
 
 settings.register_profile("riglens", derandomize=True, deadline=None, print_blob=True)
 settings.load_profile("riglens")
@@ -56,6 +57,7 @@ def pytest_configure(config: pytest.Config) -> None:
     os.environ["RIGLENS_CONFIG_DIR"] = str(Path(folder.name) / "settings")
     os.environ["RIGLENS_STATE_DIR"] = str(Path(folder.name) / "state")
     os.environ["XDG_CONFIG_HOME"] = str(Path(folder.name) / "config")
+    os.environ.setdefault("NUMBA_CACHE_DIR", str(KERNELS))  # kept, or every run would compile all of them
     os.environ["LIBGL_ALWAYS_SOFTWARE"] = "1"
     os.environ["QT_QPA_PLATFORM"] = "xcb"
     for name in ("DISPLAY", "WAYLAND_DISPLAY", "QT_API", "VTK_DEFAULT_OPENGL_WINDOW"):

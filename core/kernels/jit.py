@@ -12,22 +12,26 @@ from typing import Any, TypeVar
 
 import numba
 
+from core.kernels.compiled import use_own_folder
+
 F = TypeVar("F", bound=Callable[..., Any])
+CACHED = use_own_folder()
+"""Whether compiled kernels are kept for the next process."""
 
 
 def kernel(function: F) -> F:
     """A compiled, cached function; division by zero gives inf as in numpy."""
-    return numba.njit(cache=True, nogil=True, error_model="numpy")(function)  # type: ignore[no-any-return]
+    return numba.njit(cache=CACHED, nogil=True, error_model="numpy")(function)  # type: ignore[no-any-return]
 
 
 def inlined(function: F) -> F:
     """A compiled function that LLVM inlines into its caller."""
-    return numba.njit(cache=True, nogil=True, error_model="numpy", forceinline=True)(function)  # type: ignore[no-any-return]
+    return numba.njit(cache=CACHED, nogil=True, error_model="numpy", forceinline=True)(function)  # type: ignore[no-any-return]
 
 
 def parallel_kernel(function: F) -> F:
     """A compiled, cached function with `prange`; each iteration writes its own data."""
-    return numba.njit(cache=True, nogil=True, error_model="numpy", parallel=True)(function)  # type: ignore[no-any-return]
+    return numba.njit(cache=CACHED, nogil=True, error_model="numpy", parallel=True)(function)  # type: ignore[no-any-return]
 
 
 def use_threads(threads: int | None) -> int:
