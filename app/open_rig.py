@@ -78,6 +78,12 @@ class OpenRig(QObject):
         return self._locked & self._names()
 
     @property
+    def fixed(self) -> frozenset[str]:
+        """Names of the sensors that cannot be moved: those locked, and those whose mirror image is."""
+        names = self._names()
+        return frozenset(name for name in names if {name, partner_of(self.rig, name)} & self.locked)
+
+    @property
     def is_modified(self) -> bool:
         """Whether the rig differs from the saved one."""
         return self._history.is_modified
@@ -162,7 +168,7 @@ class OpenRig(QObject):
     def begin_drag(self, name: str) -> None:
         """Open a drag of one sensor; a locked one stays where it is."""
         self.cancel_drag()
-        if name in self._names() and not {name, partner_of(self.rig, name)} & self.locked:
+        if name in self._names() - self.fixed:
             self._history.begin(f"move {name}")
             self._dragged = name
 

@@ -9,7 +9,7 @@ from app.figures import decimals, percent, thousands
 from core.metric.scores import MetricSettings, Scores
 from core.rig.model import Rig
 from widgets.viewport.caption_layer import Caption
-from widgets.viewport.scene import SceneState
+from widgets.viewport.scene_state import SceneState
 
 if TYPE_CHECKING:
     from core.metric.entropy import EntropyField

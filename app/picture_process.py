@@ -43,7 +43,8 @@ def _read(stream: BinaryIO) -> bytes | None:
 
 
 def _draw(job: PictureJob) -> bytes:
-    from widgets.viewport.scene import SceneState, png_of, render_still
+    from widgets.viewport.scene_state import SceneState
+    from widgets.viewport.still import png_of, render_still
 
     assert isinstance(job.state, SceneState)
     return png_of(render_still(job.state, job.size_px, job.scale, transparent=job.transparent))

@@ -128,7 +128,8 @@ def draw(
     from app.picture import Findings, PictureWords, with_words
     from widgets.theme import palette
     from widgets.viewport.heat_scale import DEFAULT_LOOK, HeatLook
-    from widgets.viewport.scene import SceneState, render_still
+    from widgets.viewport.scene_state import SceneState
+    from widgets.viewport.still import render_still
 
     look = HeatLook(
         DEFAULT_LOOK.threshold if picture.threshold is None else picture.threshold,

@@ -24,8 +24,14 @@ class ViewportWidget(Protocol):
     placing_changed: Any
     model_dropped: Any
 
-    def set_rig(self, rig: Rig, hidden: frozenset[str], selected: str | None) -> None:
-        """Show a rig."""
+    def set_rig(
+        self,
+        rig: Rig,
+        hidden: frozenset[str] = frozenset(),
+        selected: str | None = None,
+        fixed: frozenset[str] = frozenset(),
+    ) -> None:
+        """Show a rig except the hidden sensors; those that are fixed get no gizmo."""
 
     def set_heatmap(self, data: Any) -> None:
         """Show a heatmap, None for none."""

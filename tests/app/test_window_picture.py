@@ -22,7 +22,8 @@ from core.rig.model import Rig
 from tests.app.window_bench import TIMEOUT_MS, Bench, open_bench
 from widgets.panels.picture_dialog import PictureDialog
 from widgets.theme import palette
-from widgets.viewport.scene import SceneState, png_of, render_still
+from widgets.viewport.scene_state import SceneState
+from widgets.viewport.still import png_of, render_still
 
 SIZE = (240, 150)
 

@@ -24,7 +24,7 @@ from core.geometry import Pose
 from core.metric.scores import MetricSettings, Scores
 from core.rig.model import Camera, EvenAngles, Lidar, Rig
 from widgets.panels.shortcut_sheet import Group
-from widgets.viewport.scene import SceneState
+from widgets.viewport.scene_state import SceneState
 
 TIMEOUT_MS = 60_000
 BOXES = """seq,frame,cls,x,y,z,length,width,height,yaw
@@ -70,6 +70,7 @@ class FakeViewport(QWidget):
         super().__init__()
         self.rig: Rig | None = None
         self.hidden: frozenset[str] = frozenset()
+        self.fixed: frozenset[str] = frozenset()
         self.selected: str | None = None
         self.heatmap: Any = None
         self.look: Any = None
@@ -78,8 +79,10 @@ class FakeViewport(QWidget):
         self.dragged: str | None = None
         self.camera: Any = None
 
-    def set_rig(self, rig: Rig, hidden: frozenset[str], selected: str | None) -> None:
-        self.rig, self.hidden, self.selected = rig, hidden, selected
+    def set_rig(
+        self, rig: Rig, hidden: frozenset[str], selected: str | None, fixed: frozenset[str] = frozenset()
+    ) -> None:
+        self.rig, self.hidden, self.selected, self.fixed = rig, hidden, selected, fixed
 
     def set_heatmap(self, data: Any) -> None:
         self.heatmap = data

@@ -15,7 +15,9 @@ from tests.bench.race import Goal, Race
 from tests.bench.scenes import Scene as BenchScene
 from tests.bench.scenes import Scenes, moved, names_of, wide_trapezoid
 from widgets.viewport.heat_scale import HeatmapData
-from widgets.viewport.scene import Scene, SceneState, render_window
+from widgets.viewport.scene import Scene
+from widgets.viewport.scene_state import SceneState
+from widgets.viewport.stage import render_window
 
 SIZE_PX = [1280, 800]
 GOAL = 1.3
@@ -66,7 +68,8 @@ def test_drag_step(race: Race, scenes: Scenes, xvfb: str, kind: str) -> None:
 
 def _actors(plotter: pv.Plotter) -> list[str]:
     """The VTK objects that are drawn, by address."""
-    return sorted(prop.GetAddressAsString("") for prop in plotter.renderer.GetViewProps())
+    renderers = render_window(plotter).GetRenderers()
+    return sorted(prop.GetAddressAsString("") for renderer in renderers for prop in renderer.GetViewProps())
 
 
 def _steps(bench: BenchScene, rig: Rig, name: str) -> Iterator[_Step]:

@@ -23,7 +23,7 @@ class UntilFirstPicture(QApplication):
             QtInteractor,  # here, and not above: after the product has loaded it, in its order
         )
 
-        from widgets.viewport.scene import render_window
+        from widgets.viewport.stage import render_window
 
         [window] = [widget for widget in QApplication.topLevelWidgets() if isinstance(widget, QMainWindow)]
         [view] = window.findChildren(QtInteractor)

@@ -27,7 +27,8 @@ from tests.core.builders import synthetic_pog
 from widgets.theme import palette
 from widgets.viewport.heat_scale import HeatLook
 from widgets.viewport.marker_layer import Marker
-from widgets.viewport.scene import SceneState, png_of, render_still
+from widgets.viewport.scene_state import SceneState
+from widgets.viewport.still import png_of, render_still
 
 FOLDER = Path(__file__).with_name("golden")
 SIZE_PX = (480, 300)

@@ -12,7 +12,8 @@ import pytest
 import pyvista as pv
 
 from tests.render.pictures import FOLDER, PICTURES, SIZE_PX
-from widgets.viewport.scene import SceneState, render_still
+from widgets.viewport.scene_state import SceneState
+from widgets.viewport.still import render_still
 
 BLOCK_PX = 20
 MEAN_OFF, WORST_OFF = 5.0, 60.0

@@ -8,7 +8,9 @@ from core.rig.model import Vehicle
 from widgets.theme import DARK, LIGHT
 from widgets.viewport.body_profiles import PROFILES
 from widgets.viewport.camera import OrbitCamera
-from widgets.viewport.scene import Scene, SceneState, render_window
+from widgets.viewport.scene import Scene
+from widgets.viewport.scene_state import SceneState
+from widgets.viewport.stage import render_window
 
 SIZE_PX = (320, 200)
 AROUND = [OrbitCamera((0.0, 0.0, 0.9), 13.0, azimuth, 18.0) for azimuth in (-50.0, 40.0, 130.0, 220.0)]
@@ -23,7 +25,7 @@ def plotter():
 
 
 def picture(plotter: pv.Plotter, scene: Scene, camera: OrbitCamera, quick: bool) -> np.ndarray:
-    scene.set_quick(quick)
+    scene._body.set_quick(quick)
     scene.set_camera(camera)
     scene.prepare()
     render_window(plotter).Render()
@@ -46,11 +48,11 @@ def test_moving_changes_what_is_seen_of_the_car_and_makes_nothing_anew(plotter):
     scene = Scene(plotter)
 
     def shown() -> set[str]:
-        props = plotter.renderer.GetViewProps()
+        props = scene._stage.main.GetViewProps()
         return {prop.GetAddressAsString("") for prop in props if prop.GetVisibility()}
 
     def there() -> set[str]:
-        return {prop.GetAddressAsString("") for prop in plotter.renderer.GetViewProps()}
+        return {prop.GetAddressAsString("") for prop in scene._stage.main.GetViewProps()}
 
     at_rest, everything = shown(), there()
     scene.set_quick(True)

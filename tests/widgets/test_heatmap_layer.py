@@ -8,7 +8,9 @@ import pyvista as pv
 
 from widgets.viewport.heat_scale import HeatLook, HeatmapData
 from widgets.viewport.heatmap_layer import DRAG_CELLS, coarse_level, full_level
-from widgets.viewport.scene import Scene, SceneState
+from widgets.viewport.scene import Scene
+from widgets.viewport.scene_state import SceneState
+from widgets.viewport.stage import render_window
 
 CELL_M = 0.4
 
@@ -64,18 +66,24 @@ def test_a_block_shows_the_number_of_sensors_that_most_of_it_has():
     assert strengths.tolist() == pytest.approx([0.8, 0.5])
 
 
+def everything(plotter):
+    """The VTK objects of all renderers, by address."""
+    renderers = render_window(plotter).GetRenderers()
+    return [prop.GetAddressAsString("") for renderer in renderers for prop in renderer.GetViewProps()]
+
+
 def test_a_drag_changes_values_and_no_actor(scene, plotter):
     scene.set_heatmap(heat(np.linspace(0, 1, len(CENTRES))))
     scene.set_quick(True)
     before = drawn(scene)
     mesh = scene._heatmap._drawn.mesh
-    props = [prop.GetAddressAsString("") for prop in plotter.renderer.GetViewProps()]
+    props = everything(plotter)
     points = np.array(mesh.points)
     scene.set_heatmap(heat(np.linspace(0, 0.3, len(CENTRES)) ** 2))
     assert 0 < drawn(scene) < before
     assert scene._heatmap._drawn.mesh is mesh
     assert np.array_equal(points, mesh.points)
-    assert props == [prop.GetAddressAsString("") for prop in plotter.renderer.GetViewProps()]
+    assert props == everything(plotter)
 
 
 def test_what_is_below_the_threshold_is_not_drawn(scene):

@@ -7,7 +7,8 @@ from core.rig.model import EvenAngles, Lidar, Rig
 from widgets.theme import LIGHT
 from widgets.viewport.camera import OrbitCamera
 from widgets.viewport.heat_scale import HeatmapData
-from widgets.viewport.scene import SceneState, render_still
+from widgets.viewport.scene_state import SceneState
+from widgets.viewport.still import render_still
 
 SIZE = (320, 200)
 LIDAR = Lidar(

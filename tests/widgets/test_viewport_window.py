@@ -218,6 +218,17 @@ def test_a_hidden_sensor_cannot_be_picked_and_shows_no_gizmo(view):
     assert heard.signals == [("sensor_picked", None)]
 
 
+def test_a_sensor_that_cannot_be_moved_has_no_gizmo_and_a_drag_there_turns_the_view(view):
+    heard = listen(view)
+    start, camera = handle_pixel(view, Handle("move", 2)), view.scene_state.camera
+    view.set_rig(RIG, frozenset(), "roof", frozenset({"roof"}))
+    assert view._scene.gizmo_place() is None
+    drag(view, start, start + np.array([40.0, -30.0]))
+    assert heard.signals == [] and view.scene_state.camera != camera
+    view.set_rig(RIG, frozenset(), "roof")
+    assert view._scene.gizmo_place() is not None
+
+
 def test_dragging_beside_the_gizmo_turns_the_view_and_selects_nothing(view):
     heard = listen(view)
     before = view.scene_state.camera

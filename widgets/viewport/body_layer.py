@@ -1,4 +1,4 @@
-"""The ego car in the scene: its surfaces with their materials, a soft shadow, and where a view ray meets it."""
+"""The ego car in the scene: its surfaces with their materials, its soft shadow, and where a view ray meets it."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 import pyvista as pv
 from vtkmodules.vtkCommonCore import mutable
 from vtkmodules.vtkCommonDataModel import vtkStaticCellLocator
+from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from core.mesh import BodyMesh
 from core.rig.model import Vehicle
@@ -25,11 +26,11 @@ _QUICK_TRIANGLES, _QUICK_CELLS = 25_000, 110
 class BodyLayer:
     """The car; rebuilt when the vehicle or the palette changes."""
 
-    def __init__(self, renderer: pv.Renderer) -> None:
-        self._renderer = renderer
+    def __init__(self, renderer: vtkRenderer, ground_renderer: vtkRenderer) -> None:
+        self._renderer, self._ground_renderer = renderer, ground_renderer
         self._actors: list[pv.Actor] = []
         self._quick_actors: list[pv.Actor] = []
-        self._all: list[pv.Actor] = []
+        self._shadow: pv.Actor | None = None
         self._quick = False
         self._solid = pv.PolyData()
         self._locator: vtkStaticCellLocator | None = None
@@ -53,12 +54,14 @@ class BodyLayer:
         self._solid, self._locator = solid, None
 
     def _exchange(self, actors: list[pv.Actor], quick: list[pv.Actor], shadow: pv.Actor) -> None:
-        for actor in self._all:
+        for actor in dict.fromkeys([*self._actors, *self._quick_actors]):
             self._renderer.RemoveActor(actor)
-        self._actors, self._quick_actors = actors, quick
-        self._all = [*dict.fromkeys([*actors, *quick]), shadow]
-        for actor in self._all:
+        if self._shadow is not None:
+            self._ground_renderer.RemoveActor(self._shadow)
+        self._actors, self._quick_actors, self._shadow = actors, quick, shadow
+        for actor in dict.fromkeys([*actors, *quick]):
             self._renderer.AddActor(actor)
+        self._ground_renderer.AddActor(shadow)
         self.set_quick(self._quick)
 
     def set_quick(self, quick: bool) -> None:

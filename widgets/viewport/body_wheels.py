@@ -22,6 +22,10 @@ def axle(profile: BodyProfile, vehicle: Vehicle, front: bool, x: float, scale: f
             mesh = mesh.copy()
             mesh.points = np.array(mesh.points) * [1.0, side, 1.0] + [x, side * outer_y, radius]
             set_normals(mesh, np.array(mesh.point_data["Normals"]) * [1.0, side, 1.0])
+            if side < 0.0:
+                mesh.flip_faces(
+                    inplace=True
+                )  # a mirror turns faces inside out, and light falls on their outside
             painted.append((material, mesh))
     return painted
 

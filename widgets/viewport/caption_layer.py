@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import pyvista as pv
-from vtkmodules.vtkRenderingCore import vtkActor2D, vtkTextActor
+from vtkmodules.vtkRenderingCore import vtkActor2D, vtkRenderer, vtkTextActor
 
 from widgets.theme import Palette, mix, rgb
 from widgets.viewport.camera import Size
@@ -35,7 +34,7 @@ NO_CAPTION = Caption()
 class CaptionLayer:
     """Title on a plate in the upper left corner, table on one in the lower left."""
 
-    def __init__(self, renderer: pv.Renderer) -> None:
+    def __init__(self, renderer: vtkRenderer) -> None:
         self._renderer = renderer
         self._caption = NO_CAPTION
         self._plates = (Plate(), Plate())

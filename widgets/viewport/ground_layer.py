@@ -1,4 +1,7 @@
-"""The ground: a plane with a grid every 10 m, metre labels lying on it, and the axes triad at the origin."""
+"""The ground: a plane with a grid every 10 m, metre labels lying on it, and the axes triad at the origin.
+
+The triad sticks out of the ground, so it is drawn among the things that stand there.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +9,7 @@ import math
 
 import numpy as np
 import pyvista as pv
+from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from core.scene.grid import VoxelGrid
 from widgets.theme import Palette, mix
@@ -13,6 +17,7 @@ from widgets.viewport.materials import line_mesh, plain_actor
 
 _STEP_M = 10.0
 _LABEL_HEIGHT_M = 0.45
+_WIDE_LINE = 0.6
 _PLANE_M, _LINE_M, _LABEL_M = -0.08, -0.03, -0.015
 """Heights of plane, lines and labels: far enough apart to hide one another rightly. VTK's own offsets for what
 lies in one plane are a switch for all actors alike and make each of them write its depths anew."""
@@ -21,27 +26,46 @@ lies in one plane are a switch for all actors alike and make each of them write 
 class GroundLayer:
     """Ground grid with labels; rebuilt when the ROI or the palette changes."""
 
-    def __init__(self, renderer: pv.Renderer) -> None:
-        self._renderer = renderer
+    def __init__(self, renderer: vtkRenderer, triad_renderer: vtkRenderer) -> None:
+        self._renderer, self._triad_renderer = renderer, triad_renderer
         self._actors: list[pv.Actor] = []
+        self._triad: list[pv.Actor] = []
+        self._lines: dict[pv.Actor, str] = {}
+        self._ground_colour = ""
+        self._quick = False
 
     def set_grid(self, grid: VoxelGrid, palette: Palette) -> None:
         """Draw the ground for a ROI: grid lines reach the next 10 m beyond it."""
         for actor in self._actors:
             self._renderer.RemoveActor(actor)
+        for actor in self._triad:
+            self._triad_renderer.RemoveActor(actor)
         half_x, half_y = (_STEP_M * math.ceil(length / 2 / _STEP_M) for length in grid.roi_m[:2])
         fine, strong = _grid_lines(half_x, half_y)
+        self._lines = {
+            plain_actor(fine, lighting=False): palette.grid_line,
+            plain_actor(strong, lighting=False): palette.grid_line_strong,
+        }
+        self._ground_colour = palette.ground
         self._actors = [
             plain_actor(_plane(half_x, half_y), color=palette.ground, lighting=False),
-            plain_actor(fine, color=palette.grid_line, lighting=False, line_width=1),
-            plain_actor(strong, color=palette.grid_line_strong, lighting=False, line_width=1),
+            *self._lines,
             plain_actor(
                 _labels(half_x, half_y), color=mix(palette.text, palette.ground, 0.35), lighting=False
             ),
         ]
+        self.set_quick(self._quick)
         for actor in self._actors:
             self._renderer.AddActor(actor)
-        self._actors += _triad(self._renderer, palette)
+        self._triad = _triad(palette)
+        for actor in self._triad:
+            self._triad_renderer.AddActor(actor)
+
+    def set_quick(self, quick: bool) -> None:
+        """Fainter lines while something moves: the ground is then drawn smaller and stretched, its lines are wide."""
+        self._quick = quick
+        for actor, colour in self._lines.items():
+            actor.prop.color = mix(colour, self._ground_colour, _WIDE_LINE) if quick else colour
 
 
 def _plane(half_x: float, half_y: float) -> pv.PolyData:
@@ -81,7 +105,7 @@ def _text(text: str, x: float, y: float) -> pv.PolyData:
     return pv.PolyData(label.points, label.faces)
 
 
-def _triad(renderer: pv.Renderer, palette: Palette) -> list[pv.Actor]:
+def _triad(palette: Palette) -> list[pv.Actor]:
     """Axes of the vehicle frame at its origin, on the ground: x red, y green, z blue."""
     actors = []
     for axis, length in enumerate((3.4, 2.0, 2.0)):
@@ -93,6 +117,5 @@ def _triad(renderer: pv.Renderer, palette: Palette) -> list[pv.Actor]:
             center=direction * length, direction=direction, height=0.16, radius=0.045, resolution=16
         )
         actor = plain_actor(shaft.append_polydata(tip), color=palette.axes[axis], lighting=False)
-        renderer.AddActor(actor)
         actors.append(actor)
     return actors

@@ -12,9 +12,9 @@ import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
 from vtkmodules.util.numpy_support import numpy_to_vtkIdTypeArray, vtk_to_numpy
-from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
+from vtkmodules.vtkCommonCore import vtkCommand, vtkUnsignedCharArray
 from vtkmodules.vtkCommonDataModel import vtkCellArray
-from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
+from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper, vtkRenderer
 
 from widgets.viewport.camera import OrbitCamera, Size
 from widgets.viewport.heat_pick import CAR_CENTRE_M, CAR_RADII_M, CLEAR_BEFORE, CLEAR_BESIDE, eye_m
@@ -29,12 +29,18 @@ from widgets.viewport.heat_scale import (
     in_slice,
     strength,
 )
+from widgets.viewport.stage import opengl_window
 
 DRAG_CELLS = 30_000
 _SLANTED = 1.25
 _GL_PROGRAM_POINT_SIZE = 0x8642
 _POSITION_HOOK = "//VTK::PositionVC::Impl"
-_SIZE_CODE = "  gl_PointSize = clamp(cellScale / gl_Position.w, 1.0, 96.0);\n"
+# Squares face the eye, so the lower edges of the lowest dip into the ground: behind everything else they are drawn
+# in front of it.
+_SIZE_CODE = """
+  gl_PointSize = clamp(cellScale / gl_Position.w, 1.0, 96.0);
+  gl_Position.z = mix(gl_Position.z, -0.99 * gl_Position.w, inFront);
+"""
 _COLOUR_HOOK = "//VTK::Color::Impl"
 # Cells between the eye and the car are almost clear, or traffic would hide car and sensors: in a space where
 # car and sensors fill the unit sphere, those inside the cone from the eye to that sphere.
@@ -136,17 +142,22 @@ class _Cells:
 
 
 class HeatmapLayer:
-    """The heatmap of a scene; `set_data` and `set_look`, then `arrange` before each frame."""
+    """The heatmap of a scene; `set_data` and `set_look`, then `arrange` before each frame.
 
-    def __init__(self, renderer: pv.Renderer) -> None:
+    It is drawn in `renderer` among the other things, or in `backdrop` behind all of them.
+    """
+
+    def __init__(self, renderer: vtkRenderer, backdrop: vtkRenderer) -> None:
         self._data: HeatmapData | None = None
         self._look = DEFAULT_LOOK
         self._cells: dict[bool, _Cells] = {}
         self._drawn: _Cells | None = None
+        self._is_empty = True
         self._mapper = _cell_mapper()
-        self._actor = _cell_actor(self._mapper)
-        renderer.AddObserver("StartEvent", _let_shaders_size_points)
-        renderer.AddActor(self._actor)
+        self._actor, self._actor_behind = _cell_actor(self._mapper), _cell_actor(self._mapper)
+        for where, actor in ((renderer, self._actor), (backdrop, self._actor_behind)):
+            where.AddObserver(vtkCommand.StartEvent, _let_shaders_size_points)
+            where.AddActor(actor)
 
     @property
     def drawn_cell_m(self) -> float | None:
@@ -160,7 +171,9 @@ class HeatmapLayer:
         if not same_cells:
             self._cells = {}
         if data is None:
+            self._is_empty = True
             self._actor.SetVisibility(False)
+            self._actor_behind.SetVisibility(False)
 
     def set_look(self, look: HeatLook) -> None:
         """Draw the same values in another way."""
@@ -168,15 +181,20 @@ class HeatmapLayer:
             self._cells = {}
         self._look, self._drawn = look, None
 
-    def arrange(self, camera: OrbitCamera, size: Size, quick: bool) -> None:
-        """Choose the level and size its cells for this camera; stronger cells are drawn over weaker ones."""
+    def arrange(self, camera: OrbitCamera, size: Size, quick: bool, behind: bool = False) -> None:
+        """Choose the level and size its cells for this camera; stronger cells are drawn over weaker ones.
+
+        `size` is that of the renderer that draws them: the backdrop when they are `behind` everything else.
+        """
         if self._data is None:
             return
         cells = self._cells_of(self._data, quick)
-        self._aim(cells.level.cell_m, camera, size)
+        self._aim(cells.level.cell_m, camera, size, behind)
         if self._drawn is not cells:
             self._drawn = cells
             self._paint(cells, self._data)
+        self._actor.SetVisibility(not self._is_empty and not behind)
+        self._actor_behind.SetVisibility(not self._is_empty and behind)
 
     def _cells_of(self, data: HeatmapData, quick: bool) -> _Cells:
         if quick not in self._cells:
@@ -188,24 +206,25 @@ class HeatmapLayer:
         values, weights = cells.level.merged(data)
         places = strength(data, values, weights, self._look.log)
         shown = np.flatnonzero(places > self._look.threshold)
-        self._actor.SetVisibility(len(shown) > 0)
+        self._is_empty = not len(shown)
         rgba = np.empty((len(places), 4), np.uint8)
         rgba[:, :3] = colours(data.scale)[colour_rows(data.scale, values, places)]
         rgba[:, 3] = alphas(places, self._look.opacity)
         cells.write(rgba, shown[np.argsort((places[shown] * 255).astype(np.uint8), kind="stable")])
         self._mapper.SetInputData(cells.mesh)
 
-    def _aim(self, cell_m: float, camera: OrbitCamera, size: Size) -> None:
+    def _aim(self, cell_m: float, camera: OrbitCamera, size: Size, behind: bool) -> None:
         """Tell the shader how large a cell is and where the eye is.
 
         Seen at a slant cells overlap a little, or gaps would show. Parallel views are seen from far away.
         """
         pixels_at_1m = cell_m * size[1] / 2 / np.tan(np.radians(camera.view_angle_deg) / 2)
         scale = pixels_at_1m / camera.distance_m if camera.parallel else _SLANTED * pixels_at_1m
-        uniforms = self._actor.GetShaderProperty().GetVertexCustomUniforms()
-        uniforms.SetUniformf("cellScale", float(scale))
-        for axis, value in zip("XYZ", eye_m(camera), strict=True):
-            uniforms.SetUniformf(f"eye{axis}", float(value))
+        values = dict(zip(("eyeX", "eyeY", "eyeZ"), eye_m(camera), strict=True))
+        actor = self._actor_behind if behind else self._actor
+        uniforms = actor.GetShaderProperty().GetVertexCustomUniforms()
+        for name, value in {**values, "cellScale": scale, "inFront": behind}.items():
+            uniforms.SetUniformf(name, float(value))
 
 
 def _cell_mapper() -> vtkPolyDataMapper:
@@ -230,7 +249,5 @@ def _cell_actor(mapper: vtkPolyDataMapper) -> vtkActor:
     return actor
 
 
-def _let_shaders_size_points(renderer: pv.Renderer, _event: str) -> None:
-    state = renderer.GetRenderWindow().GetState()
-    if state is not None:
-        state.vtkglEnable(_GL_PROGRAM_POINT_SIZE)
+def _let_shaders_size_points(renderer: vtkRenderer, _event: str) -> None:
+    opengl_window(renderer).GetState().vtkglEnable(_GL_PROGRAM_POINT_SIZE)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pyvista as pv
-from vtkmodules.vtkRenderingCore import vtkActor2D, vtkTextActor
+from vtkmodules.vtkRenderingCore import vtkActor2D, vtkRenderer, vtkTextActor
 
 from widgets.theme import Palette, rgb
 from widgets.viewport.camera import Size
@@ -21,7 +21,7 @@ NO_CELLS = "no boxes of this class"
 class LegendLayer:
     """A colour bar with title and numbers on a plate in the lower right corner; hidden without a heatmap."""
 
-    def __init__(self, renderer: pv.Renderer) -> None:
+    def __init__(self, renderer: vtkRenderer) -> None:
         self._bar = ColourBar()
         self._plate = Plate()
         self._marks_mesh = pv.PolyData()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pyvista as pv
+from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from widgets.viewport.camera import Points
 
@@ -16,13 +17,13 @@ _LIGHTS = (
 )
 
 
-def set_lights(plotter: pv.BasePlotter) -> None:
-    """Light a plotter's scene with these lights and no others."""
-    plotter.remove_all_lights()
+def set_lights(renderer: vtkRenderer) -> None:
+    """Light what a renderer draws with these lights and no others."""
+    renderer.RemoveAllLights()
     for position, intensity in _LIGHTS:
         light = pv.Light(position=position, focal_point=_AIM_M, intensity=intensity, light_type="scene light")
         light.positional = False
-        plotter.add_light(light)
+        renderer.AddLight(light)
 
 
 def light_on(normals: Points) -> Points:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
+from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from core.rays import clip_to_roi, sensor_rays
 from core.rig.model import Camera, Lidar
@@ -138,7 +139,7 @@ def _joined(meshes: list[pv.PolyData]) -> pv.PolyData:
 class RaysLayer:
     """The fans of a scene: one actor for the selected sensor, one for all others."""
 
-    def __init__(self, renderer: pv.Renderer) -> None:
+    def __init__(self, renderer: vtkRenderer) -> None:
         self._actors = [rgba_actor(pv.PolyData(), "rgba") for _ in range(2)]
         for actor in self._actors:
             actor.force_translucent = True

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pyvista as pv
+from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from core.scene.grid import VoxelGrid
 from widgets.theme import Palette
@@ -13,7 +14,7 @@ from widgets.viewport.materials import plain_actor
 class RoiLayer:
     """ROI box outline; rebuilt when the grid or the palette changes."""
 
-    def __init__(self, renderer: pv.Renderer) -> None:
+    def __init__(self, renderer: vtkRenderer) -> None:
         self._renderer = renderer
         self._actor: pv.Actor | None = None
 

@@ -6,92 +6,58 @@ frame, and the owner of the plotter renders it.
 
 from __future__ import annotations
 
-import io
-from dataclasses import dataclass, field, replace
-from pathlib import Path
+from dataclasses import replace
 
-import matplotlib.image
 import numpy as np
 import pyvista as pv
-from numpy.typing import NDArray
-from vtkmodules.vtkRenderingCore import vtkRenderer, vtkRenderWindow
 
-from core.files import atomic_write
 from core.geometry import Pose
 from core.mesh import BodyMesh
 from core.placing import placed_on
 from core.rig.model import Camera, Lidar, Rig, Vehicle
 from core.scene.grid import VoxelGrid
 from widgets.gizmo.drag import Handle, Space
-from widgets.gizmo.handles import GizmoActors, GizmoMode, GizmoPlace, hit_handle, place_gizmo
+from widgets.gizmo.handles import GizmoActors, GizmoMode, GizmoPlace
 from widgets.theme import DARK, Palette
 from widgets.viewport.body_layer import BodyLayer
 from widgets.viewport.camera import OrbitCamera, Size, view_camera
-from widgets.viewport.caption_layer import NO_CAPTION, Caption, CaptionLayer
+from widgets.viewport.caption_layer import CaptionLayer
 from widgets.viewport.echo_layer import EchoLayer
 from widgets.viewport.ground_layer import GroundLayer
-from widgets.viewport.heat_pick import PickedCell, cell_at
-from widgets.viewport.heat_scale import DEFAULT_LOOK, HeatLook, HeatmapData
+from widgets.viewport.heat_pick import PickedCell
+from widgets.viewport.heat_scale import HeatLook, HeatmapData
 from widgets.viewport.heatmap_layer import HeatmapLayer
 from widgets.viewport.legend_layer import LegendLayer
-from widgets.viewport.lights import set_lights
 from widgets.viewport.marker_layer import Marker, MarkerLayer
 from widgets.viewport.rays_layer import RaysLayer
 from widgets.viewport.roi_layer import RoiLayer
+from widgets.viewport.scene_state import SceneState
 from widgets.viewport.sensor_layer import SensorLayer
-from widgets.viewport.sensor_shapes import PICK_RADIUS_M, Mark, sensor_body
+from widgets.viewport.sensor_shapes import Mark, sensor_body
+from widgets.viewport.stage import Stage
+from widgets.viewport.under_mouse import Pixel, cell_under, gizmo_of, handle_under, sensor_under
 
 SMOOTH_SAMPLES = 8
 """Samples per pixel of a picture with smooth edges."""
-_PICK_PX = 9.0
-
-
-@dataclass(frozen=True)
-class SceneState:
-    """Everything a scene shows; a picture of it can be made again anywhere, at any size."""
-
-    vehicle: Vehicle = field(default_factory=Vehicle)
-    body_mesh: BodyMesh | None = None
-    rig: Rig = field(default_factory=Rig)
-    hidden: frozenset[str] = frozenset()
-    selected: str | None = None
-    grid: VoxelGrid = field(default_factory=VoxelGrid)
-    heatmap: HeatmapData | None = None
-    heat_look: HeatLook = DEFAULT_LOOK
-    show_legend: bool = True
-    caption: Caption = NO_CAPTION
-    marker: Marker | None = None
-    camera: OrbitCamera = field(default_factory=OrbitCamera)
-    gizmo_mode: GizmoMode = "both"
-    gizmo_space: Space = "local"
-    show_gizmo: bool = True
-    show_rays: bool = True
-    palette: Palette = DARK
 
 
 class Scene:
     """A scene on a plotter; `pixel_ratio` scales lines, letters and handles for dense or large pictures."""
 
     def __init__(self, plotter: pv.BasePlotter, palette: Palette = DARK, pixel_ratio: float = 1.0) -> None:
-        self._plotter = plotter
         self._pixel_ratio = pixel_ratio
         self._state = SceneState(palette=palette)
         self._hovered: str | Handle | None = None
         self._quick = False
         self._echo_at = ("", (0.0, 0.0))
-        renderer = plotter.renderer
-        self._last_size: Size = (1, 1)
-        renderer.SetUseOIT(False)  # cells come in their order; weighted blending would cost another pass
-        self._overlay = _overlay_renderer(plotter)
-        self._ground, self._roi = GroundLayer(renderer), RoiLayer(renderer)
-        self._body, self._sensors = BodyLayer(renderer), SensorLayer(renderer)
-        self._rays, self._heatmap = RaysLayer(renderer), HeatmapLayer(renderer)
-        self._legend, self._caption = LegendLayer(renderer), CaptionLayer(renderer)
-        self._marker = MarkerLayer(self._overlay)
-        self._gizmo, self._echo = GizmoActors(self._overlay, palette), EchoLayer(self._overlay)
+        self._stage = stage = Stage(plotter)
+        self._ground, self._roi = GroundLayer(stage.backdrop, stage.main), RoiLayer(stage.main)
+        self._body, self._sensors = BodyLayer(stage.main, stage.backdrop), SensorLayer(stage.main)
+        self._rays, self._heatmap = RaysLayer(stage.main), HeatmapLayer(stage.main, stage.backdrop)
+        self._legend, self._caption = LegendLayer(stage.main), CaptionLayer(stage.main)
+        self._marker, self._echo = MarkerLayer(stage.overlay), EchoLayer(stage.overlay)
+        self._gizmo = GizmoActors(stage.overlay, palette)
         self._rays.set_line_width(pixel_ratio)
-        set_lights(plotter)
-        renderer.camera_set = True
         self._has_car = False
         self._redraw()
 
@@ -103,11 +69,7 @@ class Scene:
     @property
     def size(self) -> Size:
         """Width and height of the picture in pixels; of a closed plotter the last ones."""
-        window = self._plotter.render_window
-        if window is not None:
-            width, height = window.GetSize()
-            self._last_size = int(width), int(height)
-        return self._last_size
+        return self._stage.size
 
     @property
     def pixel_ratio(self) -> float:
@@ -136,7 +98,7 @@ class Scene:
     def _redraw(self) -> None:
         """Bring all layers except the car in line with the state."""
         palette = self._state.palette
-        self._plotter.renderer.set_background(palette.background, top=palette.background_top)
+        self._stage.backdrop.set_background(palette.background, top=palette.background_top)
         self._gizmo.set_palette(palette)
         self.set_grid(self._state.grid)
         self._draw_sensors()
@@ -166,14 +128,21 @@ class Scene:
         self._state = replace(self._state, grid=grid)
         self._draw_fans()
 
-    def set_rig(self, rig: Rig, hidden: frozenset[str] = frozenset(), selected: str | None = None) -> None:
-        """Show a rig's sensors except the hidden ones; the selected one gets the gizmo and the dense fan."""
+    def set_rig(
+        self,
+        rig: Rig,
+        hidden: frozenset[str] = frozenset(),
+        selected: str | None = None,
+        fixed: frozenset[str] = frozenset(),
+    ) -> None:
+        """Show a rig's sensors except the hidden ones; the selected one gets the dense fan, and unless it is
+        `fixed` the gizmo."""
         before = self._state
-        self._state = replace(before, rig=rig, hidden=hidden, selected=selected)
+        self._state = replace(before, rig=rig, hidden=hidden, selected=selected, fixed=fixed)
         if (rig, hidden, selected) == (before.rig, before.hidden, before.selected):
             return
         self._draw_sensors()
-        self._draw_fans(others=_others_differ(before, self._state))
+        self._draw_fans(others=before.other_fans_differ(self._state))
 
     def preview(self, name: str, pose: Pose) -> None:
         """Move one sensor with its fan and gizmo, and nothing else."""
@@ -199,12 +168,9 @@ class Scene:
         self._state = replace(self._state, marker=marker)
         self._marker.set_marker(marker, self._state.palette)
 
-    def cell_at(self, pixel: tuple[float, float]) -> PickedCell | None:
+    def cell_at(self, pixel: Pixel) -> PickedCell | None:
         """The cell of the heatmap under a pixel, the nearest of those that are drawn."""
-        state = self._state
-        if state.heatmap is None:
-            return None
-        return cell_at(state.heatmap, state.heat_look, state.camera, self.size, pixel)
+        return cell_under(pixel, self._state, self.size)
 
     @property
     def legend_texts(self) -> tuple[str, ...]:
@@ -249,15 +215,14 @@ class Scene:
         if quick != self._quick:
             self._quick = quick
             self._body.set_quick(quick)
+            self._ground.set_quick(quick)
             self._draw_fans()
 
     def set_samples(self, samples: int) -> None:
         """Draw with so many samples per pixel: 0 while something moves, SMOOTH_SAMPLES for smooth edges."""
-        window = render_window(self._plotter)
-        if window.GetMultiSamples() != samples:
-            window.SetMultiSamples(samples)
+        self._stage.set_samples(samples)
 
-    def set_echo(self, text: str, pixel: tuple[float, float] = (0.0, 0.0)) -> None:
+    def set_echo(self, text: str, pixel: Pixel = (0.0, 0.0)) -> None:
         """Show a few numbers beside a pixel, or no longer."""
         self._echo_at = (text, pixel)
 
@@ -265,47 +230,31 @@ class Scene:
         """Show where a sensor that is not in the rig would come to stand, or no longer."""
         self._sensors.set_ghost(sensor, self._state.palette)
 
-    def pose_on_body(self, pixel: tuple[float, float], sensor: Lidar | Camera) -> Pose | None:
+    def pose_on_body(self, pixel: Pixel, sensor: Lidar | Camera) -> Pose | None:
         """The pose of a sensor that sits on the car under a pixel; None beside the car."""
         self._bring_car()
         hit = self._body.hit(self._state.camera.ray(pixel, self.size))
         return None if hit is None else placed_on(*hit, sensor.kind, sensor_body(sensor).box_m())
 
     def gizmo_place(self) -> GizmoPlace | None:
-        """Where the gizmo is, or None when no visible sensor is selected."""
-        state = self._state
-        if not state.show_gizmo or state.selected is None or state.selected in state.hidden:
-            return None
-        sensor = next((s for s in state.rig.sensors if s.name == state.selected), None)
-        if sensor is None:
-            return None
-        return place_gizmo(sensor.pose, state.gizmo_space, state.camera, self.size, self._pixel_ratio)
+        """Where the gizmo is, or None when there is nothing that can be dragged."""
+        return gizmo_of(self._state, self.size, self._pixel_ratio)
 
-    def handle_at(self, pixel: tuple[float, float]) -> Handle | None:
+    def handle_at(self, pixel: Pixel) -> Handle | None:
         """The gizmo handle under a pixel."""
-        place, state = self.gizmo_place(), self._state
-        if place is None:
-            return None
-        return hit_handle(pixel, state.gizmo_mode, place, state.camera, self.size, self._pixel_ratio)
+        return handle_under(pixel, self._state, self.size, self._pixel_ratio)
 
-    def sensor_at(self, pixel: tuple[float, float]) -> str | None:
+    def sensor_at(self, pixel: Pixel) -> str | None:
         """The sensor under a pixel; of several the one nearest to the viewer."""
-        sensors, camera = self._shown(), self._state.camera
-        if not sensors:
-            return None
-        places = np.array([sensor.position for sensor in sensors])
-        seen = camera.project(places, self.size)
-        radius = [PICK_RADIUS_M / camera.metres_per_pixel(place, self.size) for place in places]
-        reach = np.maximum(_PICK_PX * self._pixel_ratio, radius)
-        hit = np.flatnonzero((np.linalg.norm(seen[:, :2] - pixel, axis=1) <= reach) & (seen[:, 2] > 0.0))
-        return sensors[hit[np.argmin(seen[hit, 2])]].name if len(hit) else None
+        return sensor_under(pixel, self._state, self.size, self._pixel_ratio)
 
     def prepare(self) -> None:
         """Bring camera, heatmap and gizmo up to date for the next frame."""
         self._bring_car()
         state = self._state
-        self._apply_camera(state.camera)
-        self._heatmap.arrange(state.camera, self.size, self._quick)
+        is_coarse = self._stage.set_coarse(self._quick)
+        self._stage.set_camera(state.camera, 2.0 * float(np.linalg.norm(state.grid.roi_m)) + 20.0)
+        self._heatmap.arrange(state.camera, self._stage.backdrop_size, self._quick, behind=is_coarse)
         self._legend.set_drawn(self._heatmap.drawn_cell_m)
         self._legend.place(self.size, self._pixel_ratio, crowded=bool(state.caption.table))
         self._caption.place(self.size, self._pixel_ratio)
@@ -318,107 +267,17 @@ class Scene:
             lit = self._hovered if isinstance(self._hovered, Handle) else None
             self._gizmo.show(state.gizmo_mode, place, state.camera, lit)
 
-    def _apply_camera(self, orbit: OrbitCamera) -> None:
-        camera = self._plotter.renderer.camera
-        camera.SetPosition(*orbit.position_m())
-        camera.SetFocalPoint(*orbit.focal_m)
-        camera.SetViewUp(*orbit.axes()[1])
-        camera.SetViewAngle(orbit.view_angle_deg)
-        camera.SetParallelProjection(orbit.parallel)
-        camera.SetParallelScale(orbit.half_height_m())
-        reach = 2.0 * float(np.linalg.norm(self._state.grid.roi_m)) + 20.0
-        near = -reach if orbit.parallel else max(0.05, 0.02 * orbit.distance_m)
-        camera.SetClippingRange(near, orbit.distance_m + reach)
-        self._overlay.SetActiveCamera(camera)
-
-    def _shown(self) -> list[Lidar | Camera]:
-        return [sensor for sensor in self._state.rig.sensors if sensor.name not in self._state.hidden]
-
     def _draw_sensors(self) -> None:
         marks: dict[str, Mark] = {self._hovered: "hovered"} if isinstance(self._hovered, str) else {}
         if self._state.selected is not None:
             marks[self._state.selected] = "selected"
-        self._sensors.set_sensors(self._shown(), marks, self._state.palette)
+        self._sensors.set_sensors(self._state.shown, marks, self._state.palette)
 
     def _draw_fans(self, others: bool = True) -> None:
         state = self._state
-        casting = [s for s in self._shown() if s.enabled] if state.show_rays else []
+        casting = state.casting
         selected = next((sensor for sensor in casting if sensor.name == state.selected), None)
         self._rays.set_selected(selected, state.grid, state.palette, self._quick)
         if others:
             rest = [sensor for sensor in casting if sensor is not selected]
             self._rays.set_others(rest, state.grid, state.palette)
-
-
-def _others_differ(before: SceneState, after: SceneState) -> bool:
-    """Whether any sensor beside the selected one changed, so that the sparse fans must be drawn anew."""
-    if (before.hidden, before.selected) != (after.hidden, after.selected):
-        return True
-    old = [sensor for sensor in before.rig.sensors if sensor.name != after.selected]
-    return old != [sensor for sensor in after.rig.sensors if sensor.name != after.selected]
-
-
-def render_window(plotter: pv.BasePlotter) -> vtkRenderWindow:
-    """The VTK window of an open plotter."""
-    window = plotter.render_window
-    if window is None:
-        raise RuntimeError("the plotter is closed")
-    return window
-
-
-def _overlay_renderer(plotter: pv.BasePlotter) -> vtkRenderer:
-    """A second renderer over the scene with a depth buffer of its own, for things that are never hidden."""
-    window = render_window(plotter)
-    overlay = vtkRenderer()
-    window.SetNumberOfLayers(window.GetNumberOfLayers() + 1)
-    overlay.SetLayer(window.GetNumberOfLayers() - 1)
-    overlay.InteractiveOff()
-    overlay.SetUseOIT(False)
-    overlay.SetActiveCamera(plotter.renderer.camera)
-    window.AddRenderer(overlay)
-    return overlay
-
-
-def render_still(
-    state: SceneState,
-    size: Size,
-    scale: int = 1,
-    path: Path | None = None,
-    transparent: bool = False,
-    view: str | None = None,
-) -> NDArray[np.uint8]:
-    """Draw a state offscreen with smooth edges: pixels (height * scale, width * scale, 3 or 4) uint8.
-
-    `size` is width and height; `scale` enlarges everything alike. With `path` a PNG is written there. `view`
-    picks a named view of the whole ROI (InputError for an unknown one), else the state's camera is kept.
-    """
-    plotter = pv.Plotter(off_screen=True, window_size=[size[0] * scale, size[1] * scale], lighting="none")
-    try:
-        render_window(plotter).SetMultiSamples(SMOOTH_SAMPLES)
-        scene = Scene(plotter, state.palette, pixel_ratio=float(scale))
-        scene.apply(state)
-        if view is not None:
-            scene.set_view(view, wide=True)
-        if transparent:
-            plotter.renderer.GradientBackgroundOff()
-        scene.prepare()
-        plotter.show(auto_close=False, interactive=False)
-        image = np.asarray(plotter.screenshot(None, transparent_background=transparent, return_img=True))
-        if path is not None:
-            write_png(image, path)
-        return image
-    finally:
-        plotter.close()
-
-
-def png_of(image: NDArray[np.uint8]) -> bytes:
-    """Pixels (h, w, 3 or 4) as a PNG file."""
-    file = io.BytesIO()
-    matplotlib.image.imsave(file, image, format="png")
-    return file.getvalue()
-
-
-def write_png(image: NDArray[np.uint8], path: Path) -> None:
-    """Write pixels (h, w, 3 or 4) as a PNG, completely or not at all; InputError if it cannot be written."""
-    with atomic_write(path) as file:
-        file.write(png_of(image))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pyvista as pv
+from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from core.geometry import Pose
 from core.rig.model import Camera, Lidar
@@ -16,7 +17,7 @@ _OFF_OPACITY, _GHOST_OPACITY = 0.45, 0.65
 class SensorLayer:
     """Pucks, boxes and camera bodies by sensor name, and a ghost of one that is about to be put somewhere."""
 
-    def __init__(self, renderer: pv.Renderer) -> None:
+    def __init__(self, renderer: vtkRenderer) -> None:
         self._renderer = renderer
         self._actors: dict[str, pv.Actor] = {}
         self._looks: dict[str, tuple[object, ...]] = {}

@@ -11,7 +11,8 @@ from pyvistaqt import QtInteractor
 from vtkmodules.vtkCommonCore import vtkCommand
 
 from widgets.theme import DARK, Palette
-from widgets.viewport.scene import Scene, render_window
+from widgets.viewport.scene import Scene
+from widgets.viewport.stage import render_window
 from widgets.viewport.viewport_base import ViewportBase
 
 

@@ -27,7 +27,8 @@ from widgets.viewport.drop_target import DropTarget
 from widgets.viewport.heat_scale import HeatLook, HeatmapData
 from widgets.viewport.keys import handle_key, is_nudge
 from widgets.viewport.marker_layer import Marker
-from widgets.viewport.scene import SMOOTH_SAMPLES, Scene, SceneState
+from widgets.viewport.scene import SMOOTH_SAMPLES, Scene
+from widgets.viewport.scene_state import SceneState
 
 _REST_MS = 160
 _SMOOTH_MS = 250
@@ -113,9 +114,15 @@ class ViewportBase(DropTarget):
         self._scene.set_vehicle(vehicle, mesh)
         self.request_render()
 
-    def set_rig(self, rig: Rig, hidden: frozenset[str] = frozenset(), selected: str | None = None) -> None:
-        """Show the sensors of a rig."""
-        self._scene.set_rig(rig, hidden, selected)
+    def set_rig(
+        self,
+        rig: Rig,
+        hidden: frozenset[str] = frozenset(),
+        selected: str | None = None,
+        fixed: frozenset[str] = frozenset(),
+    ) -> None:
+        """Show the sensors of a rig except the `hidden` ones; those in `fixed` get no gizmo."""
+        self._scene.set_rig(rig, hidden, selected, fixed)
         self.request_render()
 
     def set_heatmap(self, data: HeatmapData | None) -> None:

@@ -52,7 +52,7 @@ class Follow(Feature):
     def show_all(self) -> None:
         """Bring viewport, tree and inspector in line with the document; the other features follow."""
         document = self.document
-        self.viewport.set_rig(document.rig, document.hidden, document.selected)
+        self.viewport.set_rig(document.rig, document.hidden, document.selected, document.fixed)
         self.window.tree.set_rig(document.rig, document.hidden, document.selected, document.locked)
         self.window.inspector.set_saved(document.saved_rig)
         self.window.inspector.set_rig(document.rig, document.selected)

@@ -1,0 +1,62 @@
+"""Everything a scene shows, as one frozen value: a picture of it can be made again anywhere, at any size."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from core.mesh import BodyMesh
+from core.rig.model import Camera, Lidar, Rig, Vehicle
+from core.scene.grid import VoxelGrid
+from widgets.gizmo.drag import Space
+from widgets.gizmo.handles import GizmoMode
+from widgets.theme import DARK, Palette
+from widgets.viewport.camera import OrbitCamera
+from widgets.viewport.caption_layer import NO_CAPTION, Caption
+from widgets.viewport.heat_scale import DEFAULT_LOOK, HeatLook, HeatmapData
+from widgets.viewport.marker_layer import Marker
+
+
+@dataclass(frozen=True)
+class SceneState:
+    """What is seen, from where, and in which colours. Sensors in `fixed` cannot be dragged: they get no gizmo."""
+
+    vehicle: Vehicle = field(default_factory=Vehicle)
+    body_mesh: BodyMesh | None = None
+    rig: Rig = field(default_factory=Rig)
+    hidden: frozenset[str] = frozenset()
+    fixed: frozenset[str] = frozenset()
+    selected: str | None = None
+    grid: VoxelGrid = field(default_factory=VoxelGrid)
+    heatmap: HeatmapData | None = None
+    heat_look: HeatLook = DEFAULT_LOOK
+    show_legend: bool = True
+    caption: Caption = NO_CAPTION
+    marker: Marker | None = None
+    camera: OrbitCamera = field(default_factory=OrbitCamera)
+    gizmo_mode: GizmoMode = "both"
+    gizmo_space: Space = "local"
+    show_gizmo: bool = True
+    show_rays: bool = True
+    palette: Palette = DARK
+
+    @property
+    def shown(self) -> list[Lidar | Camera]:
+        """The sensors that are not hidden."""
+        return [sensor for sensor in self.rig.sensors if sensor.name not in self.hidden]
+
+    @property
+    def selected_sensor(self) -> Lidar | Camera | None:
+        """The selected sensor, None when there is none or when it is hidden."""
+        return next((sensor for sensor in self.shown if sensor.name == self.selected), None)
+
+    @property
+    def casting(self) -> list[Lidar | Camera]:
+        """The sensors whose rays are drawn."""
+        return [sensor for sensor in self.shown if sensor.enabled] if self.show_rays else []
+
+    def other_fans_differ(self, after: SceneState) -> bool:
+        """Whether the rays of any sensor beside the selected one are to be drawn anew to show another state."""
+        if (self.hidden, self.selected) != (after.hidden, after.selected):
+            return True
+        old = [sensor for sensor in self.rig.sensors if sensor.name != after.selected]
+        return old != [sensor for sensor in after.rig.sensors if sensor.name != after.selected]

@@ -1,0 +1,61 @@
+"""Pictures of a scene without a window: pixels of any size, and PNG files of them."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+
+import matplotlib.image
+import numpy as np
+import pyvista as pv
+from numpy.typing import NDArray
+
+from core.files import atomic_write
+from widgets.viewport.camera import Size
+from widgets.viewport.scene import SMOOTH_SAMPLES, Scene
+from widgets.viewport.scene_state import SceneState
+
+
+def render_still(
+    state: SceneState,
+    size: Size,
+    scale: int = 1,
+    path: Path | None = None,
+    transparent: bool = False,
+    view: str | None = None,
+) -> NDArray[np.uint8]:
+    """Draw a state offscreen with smooth edges: pixels (height * scale, width * scale, 3 or 4) uint8.
+
+    `size` is width and height; `scale` enlarges everything alike. With `path` a PNG is written there. `view`
+    picks a named view of the whole ROI (InputError for an unknown one), else the state's camera is kept.
+    """
+    plotter = pv.Plotter(off_screen=True, window_size=[size[0] * scale, size[1] * scale], lighting="none")
+    try:
+        scene = Scene(plotter, state.palette, pixel_ratio=float(scale))
+        scene.set_samples(SMOOTH_SAMPLES)
+        scene.apply(state)
+        if view is not None:
+            scene.set_view(view, wide=True)
+        if transparent:
+            plotter.renderer.GradientBackgroundOff()
+        scene.prepare()
+        plotter.show(auto_close=False, interactive=False)
+        image = np.asarray(plotter.screenshot(None, transparent_background=transparent, return_img=True))
+        if path is not None:
+            write_png(image, path)
+        return image
+    finally:
+        plotter.close()
+
+
+def png_of(image: NDArray[np.uint8]) -> bytes:
+    """Pixels (h, w, 3 or 4) as a PNG file."""
+    file = io.BytesIO()
+    matplotlib.image.imsave(file, image, format="png")
+    return file.getvalue()
+
+
+def write_png(image: NDArray[np.uint8], path: Path) -> None:
+    """Write pixels (h, w, 3 or 4) as a PNG, completely or not at all; InputError if it cannot be written."""
+    with atomic_write(path) as file:
+        file.write(png_of(image))
