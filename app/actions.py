@@ -10,10 +10,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QActionGroup, QKeySequence
 from PySide6.QtWidgets import QMainWindow, QMenu, QToolButton
 
-from app.heat_modes import HEAT_TITLES
-from core.scene.boxes import CLASSES
-from widgets.panels.icons import icon, swatch
-from widgets.theme import CLASS_COLOURS
+from widgets.panels.icons import icon
 
 if TYPE_CHECKING:
     from app.window.places import Places
@@ -24,7 +21,8 @@ class Spec:
     """One action; `group` makes it one choice out of several.
 
     `shortcut` may name several keys ("?; F1"). `menu` is its place in the menus ("file/open"), `tool` its section
-    of the toolbar; both are listed in app/window/places.py.
+    of the toolbar; both are listed in app/window/places.py. A menu alone ("view") is for an action that its
+    feature puts into a submenu there.
     """
 
     key: str
@@ -56,7 +54,7 @@ class Actions:
         for spec in specs:
             action = self._actions[spec.key] = self._make(spec)
             self.specs += (spec,)
-            if spec.menu:
+            if "/" in spec.menu:
                 self._places.add_to_menu(spec.menu, action)
             if spec.tool:
                 self._places.add_to_toolbar(spec.tool, action)
@@ -94,6 +92,20 @@ def shortcut_text(action: QAction) -> str:
     )
 
 
+def menu_button(name: str, picture: str, tip: str, menu: QMenu, text: str = "") -> QToolButton:
+    """A toolbar button that opens a menu."""
+    button = QToolButton()
+    button.setObjectName(name)
+    button.setIcon(icon(picture))
+    button.setText(text)
+    if text:
+        button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+    button.setToolTip(tip)
+    button.setMenu(menu)
+    button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+    return button
+
+
 class Choice(QToolButton):
     """A toolbar button with a menu of exclusive choices that shows the one in force."""
 
@@ -102,14 +114,9 @@ class Choice(QToolButton):
         self.setObjectName(name)
         self.setToolTip(tip)
         self.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
-        menu = QMenu(self)
-        group = QActionGroup(self)
         self._choices = choices
-        for key, action in choices.items():
-            action.setCheckable(True)
-            action.setData(key)
-            group.addAction(action)
-            menu.addAction(action)
+        menu = QMenu(self)
+        menu.addActions(list(choices.values()))
         self.setMenu(menu)
         self.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
 
@@ -120,21 +127,3 @@ class Choice(QToolButton):
         self.setText(f"{caption} ▾")
         if with_icon:
             self.setIcon(action.icon())
-
-
-def heat_actions(window: QMainWindow, chosen: Callable[[str], None]) -> dict[str, QAction]:
-    """One action per heatmap mode."""
-    actions: dict[str, QAction] = {}
-    for mode, title in HEAT_TITLES.items():
-        actions[mode] = QAction(title, window)
-        actions[mode].triggered.connect(lambda _=False, mode=mode: chosen(mode))
-    return actions
-
-
-def class_actions(window: QMainWindow, chosen: Callable[[str], None]) -> dict[str, QAction]:
-    """One action per traffic class."""
-    actions = {}
-    for name in CLASSES:
-        actions[name] = QAction(swatch(CLASS_COLOURS[name]), name, window)
-        actions[name].triggered.connect(lambda _=False, name=name: chosen(name))
-    return actions

@@ -16,6 +16,7 @@ from app.options import SceneOptions
 from app.recompute import Recompute
 from app.status import StatusBar
 from app.tasks import Tasks
+from app.window.dock_actions import dock_spec, follow_dock
 from app.window.dock_titles import DockTitles
 from app.window.feature import Feature
 from app.window.features.autosave import Autosave
@@ -209,7 +210,9 @@ class MainWindow(QMainWindow):
         self.addDockWidget(area, dock)
         self.docks[title] = dock
         self._dock_titles.follow(dock)
-        self.places.add_to_menu("view/docks", dock.toggleViewAction())
+        spec = dock_spec(title, len(self.docks))
+        self.actions_.add((spec,))
+        follow_dock(self.actions_[spec.key], dock)
         if beside is not None:
             self.tabifyDockWidget(self.docks[beside], dock)
             self.docks[beside].raise_()

@@ -1,4 +1,4 @@
-"""All keys and mouse gestures on one sheet: grouped, in two columns."""
+"""All actions with their keys, and mouse gestures, on one sheet: grouped, in columns."""
 
 from __future__ import annotations
 
@@ -21,8 +21,9 @@ from PySide6.QtWidgets import (
 
 from widgets.panels.style import MARGIN, as_panel, tones
 
-GAP_PX = 36
-COLUMN_PX, KEYS_PX = 530, 190
+GAP_PX = 18
+COLUMN_PX, KEYS_PX = 286, 92
+LAST_PX, LAST_KEYS_PX = 292, 136
 HIGHEST_PX = 740
 HEADING_ROWS = 2
 """A heading takes the room of about two rows."""
@@ -53,8 +54,9 @@ class ShortcutSheet(QDialog):
         columns = QHBoxLayout(sheet)
         columns.setContentsMargins(GAP_PX // 2, MARGIN, GAP_PX // 2, MARGIN)
         columns.setSpacing(GAP_PX)
-        for column in in_two(groups):
-            columns.addWidget(_column(column))
+        for column in in_columns(groups[:-1], 3):
+            columns.addWidget(_column(column, COLUMN_PX, KEYS_PX))
+        columns.addWidget(_column(groups[-1:], LAST_PX, LAST_KEYS_PX))
         area = QScrollArea()
         area.setFrameShape(QFrame.Shape.NoFrame)
         area.setWidgetResizable(True)
@@ -69,27 +71,38 @@ class ShortcutSheet(QDialog):
         self.resize(wanted.width() + 40, min(HIGHEST_PX, wanted.height() + 70))
 
 
-def in_two(groups: Sequence[Group]) -> tuple[list[Group], list[Group]]:
-    """The groups in their order, cut where both columns are most alike in height."""
-    heights = [group.height for group in groups]
-    cut = min(range(len(groups) + 1), key=lambda place: max(sum(heights[:place]), sum(heights[place:])))
-    return list(groups[:cut]), list(groups[cut:])
+def in_columns(groups: Sequence[Group], count: int) -> list[list[Group]]:
+    """The groups in their order, at most so many columns, cut so that the highest column is as low as can be."""
+    height = max((group.height for group in groups), default=0)
+    while len(columns := _filled(groups, height)) > count:
+        height += 1
+    return columns
 
 
-def _column(groups: Sequence[Group]) -> QLabel:
-    label = QLabel("".join(_html(group) for group in groups))
+def _filled(groups: Sequence[Group], height: int) -> list[list[Group]]:
+    """Columns of a height, each filled with as many groups as go in."""
+    columns: list[list[Group]] = []
+    for group in groups:
+        if not columns or sum(other.height for other in columns[-1]) + group.height > height:
+            columns.append([])
+        columns[-1].append(group)
+    return columns
+
+
+def _column(groups: Sequence[Group], width_px: int, keys_px: int) -> QLabel:
+    label = QLabel("".join(_html(group, width_px, keys_px) for group in groups))
     label.setTextFormat(Qt.TextFormat.RichText)
     label.setWordWrap(True)
-    label.setFixedWidth(COLUMN_PX)
-    label.setMinimumHeight(label.heightForWidth(COLUMN_PX))
+    label.setFixedWidth(width_px)
+    label.setMinimumHeight(label.heightForWidth(width_px))
     label.setAlignment(Qt.AlignmentFlag.AlignTop)
     return label
 
 
-def _html(group: Group) -> str:
+def _html(group: Group, width_px: int, keys_px: int) -> str:
     rows = "".join(
-        f'<tr><td width="{KEYS_PX}"><b>{escape(keys)}</b></td><td>{escape(what)}</td></tr>'
+        f'<tr><td width="{keys_px}"><b>{escape(keys)}</b></td><td>{escape(what)}</td></tr>'
         for keys, what in group.rows
     )
     heading = f'<p style="color: {tones().accent}; margin-bottom: 2px"><b>{escape(group.title)}</b></p>'
-    return f'{heading}<table cellpadding="1" width="{COLUMN_PX}">{rows}</table>'
+    return f'{heading}<table cellpadding="1" width="{width_px}">{rows}</table>'

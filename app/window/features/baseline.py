@@ -25,7 +25,7 @@ class Baseline(Feature):
             "pin", "Pin as baseline", "Count all changes of the scores from the rig as it is now", "Ctrl+B", "pin",
             "study/rigs",
         ),
-        Spec("pin_file", "Baseline from file…", "Count all changes from a rig file", menu="study/rigs"),
+        Spec("pin_file", "Baseline from file…", "Count all changes from a rig file", "Ctrl+Alt+B", menu="study/rigs"),
         Spec(
             "unpin", "Unpin the baseline", "Count all changes from the rig as last saved again",
             "Ctrl+Shift+B", "", "study/rigs",

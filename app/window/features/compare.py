@@ -43,10 +43,13 @@ class Compare(Feature):
             "snapshot", "Take snapshot", "Keep the rig as it is now in the list of the Compare panel", "Ctrl+T",
             "snapshot", "study/rigs",
         ),
-        Spec("compare_file", "Compare with file…", "Add a rig file to the Compare panel", menu="study/rigs"),
+        Spec(
+            "compare_file", "Compare with file…", "Add a rig file to the Compare panel", "Ctrl+Alt+T",
+            menu="study/rigs",
+        ),
         Spec(
             "compare_paper", "Compare the paper's rigs", "Add the eight rigs of the paper to the Compare panel",
-            menu="study/rigs",
+            "Ctrl+Shift+T", menu="study/rigs",
         ),
     )  # fmt: skip
 

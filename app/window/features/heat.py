@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import asdict, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, cast
 
 from PySide6.QtCore import Qt
+from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QMainWindow, QMenu, QToolButton, QWidget, QWidgetAction
 
-from app.actions import Choice, class_actions, heat_actions
+from app.actions import Choice, Spec, menu_button
 from app.heat_modes import HEAT_TITLES, HeatMode
 from app.requests import Result
 from app.window.feature import Feature
 from app.window.settings import Settings
 from core.scene.boxes import CLASSES
 from widgets.panels.heat_panel import HeatPanel
-from widgets.panels.icons import icon
+from widgets.panels.icons import swatch
+from widgets.theme import CLASS_COLOURS
 from widgets.viewport.heat_scale import HeatLook
 
 if TYPE_CHECKING:
@@ -25,21 +28,54 @@ if TYPE_CHECKING:
 class Heat(Feature):
     """Two choices and a panel of sliders in the toolbar; `mode` and `class_name` are what evaluations ask for."""
 
+    specs = (
+        *(
+            Spec(f"heat_{mode}", title, f"Heatmap: {title}", f"Alt+{place}", menu="view", group="heat")
+            for place, (mode, title) in enumerate(HEAT_TITLES.items())
+        ),
+        *(
+            Spec(f"class_{name}", name, f"Heatmap and map: {name}", menu="view", group="class")
+            for name in CLASSES
+        ),
+        Spec(
+            "next_class", "Next class of traffic", "Heatmap and map of the next class of traffic", "T",
+            menu="view/shown",
+        ),
+    )  # fmt: skip
+
     def __init__(self, window: MainWindow) -> None:
         super().__init__(window)
         self.mode: HeatMode = "probability"
         self.class_name = CLASSES[0]
-        self._modes = Choice("heatmap", "What the heatmap shows", heat_actions(window, self.set_mode))
-        self._classes = Choice(
-            "class", "Class of traffic of heatmap and map", class_actions(window, self.set_class)
-        )
+        modes = {str(mode): window.actions_[f"heat_{mode}"] for mode in HEAT_TITLES}
+        classes = {name: window.actions_[f"class_{name}"] for name in CLASSES}
+        for name, action in classes.items():
+            action.setIcon(swatch(CLASS_COLOURS[name]))
+        self._modes = Choice("heatmap", "What the heatmap shows", modes)
+        self._classes = Choice("class", "Class of traffic of heatmap and map", classes)
         self._classes.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         self.panel = HeatPanel()
         for widget in (self._modes, self._classes, panel_button(self.panel, window)):
             window.places.add_to_toolbar("heat", widget)
+        self._add_menus([*modes.values()], [*classes.values()])
+        self.bind(
+            next_class=self.next_class,
+            **{f"heat_{mode}": partial(self.set_mode, mode) for mode in modes},
+            **{f"class_{name}": partial(self.set_class, name) for name in classes},
+        )
         self.panel.look_changed.connect(self.viewport.set_heat_look)
         window.result_shown.connect(self._follow)
         self._show()
+
+    def _add_menus(self, modes: list[QAction], classes: list[QAction]) -> None:
+        for title, actions in (("Heatmap", modes), ("Class of traffic", classes)):
+            menu = QMenu(title, self.window)
+            menu.addActions(actions)
+            self.window.places.add_to_menu("view/shown", menu)
+
+    def next_class(self) -> None:
+        """Choose the class after the one that is shown, after the last the first."""
+        self.set_class(CLASSES[(CLASSES.index(self.class_name) + 1) % len(CLASSES)])
 
     def set_mode(self, mode: str) -> None:
         """Choose what the heatmap shows: a key of HEAT_TITLES."""
@@ -80,16 +116,13 @@ class Heat(Feature):
 
 def panel_button(panel: QWidget, window: QMainWindow) -> QToolButton:
     """A toolbar button under which the panel opens."""
-    button, menu = QToolButton(), QMenu(window)
+    menu = QMenu(window)
     holder = QWidgetAction(menu)
     holder.setDefaultWidget(panel)
     menu.addAction(holder)
-    button.setObjectName("heat_look")
-    button.setIcon(icon("sliders"))
-    button.setToolTip("Threshold, colour scale, opacity and slice of the heatmap")
-    button.setMenu(menu)
-    button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
-    return button
+    return menu_button(
+        "heat_look", "sliders", "Threshold, colour scale, opacity and slice of the heatmap", menu
+    )
 
 
 def look_of(kept: dict[str, Any]) -> HeatLook | None:

@@ -19,13 +19,21 @@ ABOUT = (
     f"<p>{SIGN_NOTE}</p>"
 )
 
+PARTS = {
+    **dict.fromkeys(("heat", "class", "view/shown"), "Heatmap"),
+    **dict.fromkeys(("theme", "view/docks", "view/window"), "Panels"),
+}
+"""Headings of their own for parts of the View menu, by group or place."""
+SHORT = 38
+"""Tooltips up to this length say what an action does; of others the name is enough."""
+
 
 class Help(Feature):
     """Texts to read."""
 
     specs = (
         Spec("help", "Shortcuts and mouse", "What keys and mouse buttons do", "?; F1", "", "help/texts"),
-        Spec("about", "About RigLens", "What this program computes", "", "", "help/texts"),
+        Spec("about", "About RigLens", "What this program computes", "Shift+F1", "", "help/texts"),
     )
 
     def __init__(self, window: MainWindow) -> None:
@@ -42,16 +50,20 @@ class Help(Feature):
 
 
 def sheet(window: MainWindow) -> list[Group]:
-    """Every shortcut by the menu of its action, then what the mouse does."""
-    rows: dict[str, list[tuple[str, str]]] = {}
+    """Every action by its menu, with its keys if it has some, then what the mouse does."""
+    titles = [title.replace("&", "") for title, _ in MENUS.values()]
+    place = titles.index("View") + 1
+    titles[place:place] = ["Heatmap", "Panels"]
+    rows: dict[str, list[tuple[str, str]]] = {title: [] for title in titles}
     for spec in window.actions_.specs:
-        keys = window.actions_.keys(spec.key)
-        if keys:
-            rows.setdefault(spec.menu.partition("/")[0], []).append((keys, spec.tip))
-    groups = [
-        Group(title.replace("&", ""), tuple(rows[menu])) for menu, (title, _) in MENUS.items() if menu in rows
-    ]
-    if "" in rows:
-        groups.append(Group("More", tuple(rows[""])))
+        words = spec.tip if len(spec.tip) <= SHORT else spec.text.removesuffix("…")
+        rows[_heading(spec)].append((window.actions_.keys(spec.key), words))
+    groups = [Group(title, tuple(found)) for title, found in rows.items() if found]
     mouse = tuple(row for feature in window.features for row in feature.mouse)
     return [*groups, Group("Mouse in the 3D view", mouse)]
+
+
+def _heading(spec: Spec) -> str:
+    """The menu of an action; the long View menu in parts."""
+    title = PARTS.get(spec.group) or PARTS.get(spec.menu)
+    return title or MENUS[spec.menu.partition("/")[0]][0].replace("&", "")

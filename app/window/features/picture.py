@@ -32,7 +32,7 @@ class Picture(Feature):
     specs = (
         Spec(
             "screenshot", "Picture…", "Save the 3D view as a PNG picture, or copy it", "F12", "screenshot",
-            "file/export", "export",
+            "file/export", "picture",
         ),
     )  # fmt: skip
 

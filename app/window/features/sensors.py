@@ -7,10 +7,9 @@ from functools import partial
 from html import escape
 from typing import TYPE_CHECKING, Any
 
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QMenu, QToolButton
+from PySide6.QtWidgets import QMenu
 
-from app.actions import Spec
+from app.actions import Spec, menu_button
 from app.window.feature import Feature
 from core.geometry import Pose, Vec3
 from core.rig.library import default_library, sensor_from_model
@@ -54,7 +53,7 @@ class Sensors(Feature):
         self.add_menus = {kind: self._library_menu(kind) for kind in ("lidar", "camera")}
         for kind, menu in self.add_menus.items():
             window.places.add_to_menu("sensor/add", menu)
-            window.places.add_to_toolbar("add", menu_button(kind, menu))
+            window.places.add_to_toolbar("add", menu_button(f"add_{kind}", kind, menu.title(), menu, "+ ▾"))
         for key in ("duplicate", "delete"):
             window.places.add_to_menu("edit/sensor", window.actions_[key])
         self.bind(
@@ -137,19 +136,6 @@ def entry_tip(entry: Entry) -> str:
     """What a model is known from, wrapped."""
     note = f"<p>{escape(entry.note)}</p>" if entry.note else ""
     return f"<p>{escape(entry.source)}</p>{note}"
-
-
-def menu_button(kind: str, menu: QMenu) -> QToolButton:
-    """A toolbar button that opens the menu of sensor models of a kind."""
-    button = QToolButton()
-    button.setObjectName(f"add_{kind}")
-    button.setIcon(icon(kind))
-    button.setText("+ ▾")
-    button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
-    button.setToolTip(menu.title())
-    button.setMenu(menu)
-    button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
-    return button
 
 
 def free_place(rig: Rig, kind: str) -> Vec3:

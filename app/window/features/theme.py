@@ -24,9 +24,9 @@ class Theme(Feature):
     """Tells the application, the viewport and whoever listens to `theme_changed`."""
 
     specs = (
-        Spec("theme_system", "As the system", "Light or dark as the system says", group="theme"),
-        Spec("theme_light", "Light", "Always light", group="theme"),
-        Spec("theme_dark", "Dark", "Always dark", group="theme"),
+        Spec("theme_system", "As the system", "Light or dark as the system says", menu="view", group="theme"),
+        Spec("theme_light", "Light", "Always light", menu="view", group="theme"),
+        Spec("theme_dark", "Dark", "Always dark", menu="view", group="theme"),
     )
 
     def __init__(self, window: MainWindow) -> None:
