@@ -10,7 +10,6 @@ import numpy as np
 from core.kernels.bits import first_run, popcount
 from core.kernels.jit import inlined, kernel, parallel_kernel
 
-BATCH = 1 << 15
 COLUMNS = 4
 """Sums are kept side by side: three classes in fixed point, then the number of voxels."""
 
@@ -87,30 +86,30 @@ def _note_changes(
 
 
 @kernel
-def _account(
-    changes: np.ndarray, count: int, codes: np.ndarray, palette_q: np.ndarray, sums: np.ndarray
-) -> None:
-    """Add to sums (8,) the entropies that this kind and any sensor gain in the changed words, run by run.
-
-    All voxels of a run have the same entropies. The sums are made in doubles, which is quicker, and exact: they are
-    whole numbers below 2^53 for up to 2^21 voxels, that is 2^15 words a call.
-    """
-    own0, own1, own2, any0, any1, any2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for i in range(count):
+def _tally(changes: np.ndarray, count: int, codes: np.ndarray, tallies: np.ndarray) -> None:
+    """Count, by code of their entropies, the voxels that this kind (low 32 bits) and any sensor (high bits) gain in
+    the changed words; run by run, as all voxels of a run have the same code."""
+    for i in range(np.uint64(count)):
         gained, lost, alone, starts = changes[i, 0], changes[i, 1], changes[i, 2], changes[i, 3]
         changed = gained | lost
         while changed != 0:
             run, within = first_run(changed, starts)
-            code = codes[np.int64(changes[i, 4]) + run]
-            more = float(_gain(gained & within, lost & within))
-            more_any = float(_gain(gained & within & alone, lost & within & alone))
-            h0, h1 = float(np.int64(palette_q[code, 0])), float(np.int64(palette_q[code, 1]))
-            h2 = float(np.int64(palette_q[code, 2]))
-            own0, own1, own2 = own0 + more * h0, own1 + more * h1, own2 + more * h2
-            any0, any1, any2 = any0 + more_any * h0, any1 + more_any * h1, any2 + more_any * h2
+            code = np.uint64(codes[np.uint64(np.int64(changes[i, 4]) + run)])
+            more_any = _gain(gained & within & alone, lost & within & alone)
+            tallies[code] += _gain(gained & within, lost & within) + (more_any << np.int64(32))
             changed ^= within
-    for column, value in ((0, own0), (1, own1), (2, own2), (4, any0), (5, any1), (6, any2)):
-        sums[column] += np.int64(value)
+
+
+@inlined
+def _weigh(tallies: np.ndarray, palette_q: np.ndarray, sums: np.ndarray) -> None:
+    """Add to sums (8,) the entropies of the voxels tallied: fewer than 2^31 of each code, so none spills over."""
+    for code in range(tallies.size):
+        own = np.int64(np.int32(tallies[code]))
+        any_sensor = (tallies[code] - own) >> np.int64(32)
+        for c in range(3):
+            h_q = np.int64(palette_q[code, c])
+            sums[c] += own * h_q
+            sums[COLUMNS + c] += any_sensor * h_q
 
 
 class Slots(NamedTuple):
@@ -150,7 +149,7 @@ def settle(
         words = window[3] - window[2]
         come, gone = np.empty(words, np.uint64), np.empty(words, np.uint64)
         where, changes = np.empty(words + 1, np.int32), np.empty((words + 1, 5), np.uint64)
-        sums = partial[worker]
+        sums, tallies = partial[worker], np.zeros(palette_q.shape[0], np.int64)
         for x in range(window[0] + worker, window[1], workers):
             start, end = x * row_words + window[2], x * row_words + window[3]
             _unite(stack, slots.arrived, start, come)
@@ -159,9 +158,9 @@ def settle(
             own, other = union[kind, start:end], union[1 - kind, start:end]
             row = _Row(come, keep[start:end], own, other, starts[start:end], first[start:end])
             count = _note_changes(row, stack, slots.staying, start, where[:differing], changes, sums)
-            for done in range(0, count, BATCH):
-                _account(changes[done:], min(BATCH, count - done), codes, palette_q, sums)
+            _tally(changes, count, codes, tallies)
             for slot in slots.leaving:
                 stack[slot, start:end] = 0
+        _weigh(tallies, palette_q, sums)
     change: np.ndarray = partial.sum(axis=0)[: 2 * COLUMNS].reshape(2, COLUMNS)
     return change
