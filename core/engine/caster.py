@@ -56,7 +56,7 @@ class Caster:
         the sensor. False when abandoned half-way (some bits are then set)."""
         rays = self._rays(sensor, method)
         if method == "exact" and is_upright(rays.rotation) and is_plain(rays):
-            return self._mark_fan(lattice(sensor), rays, window, marks, is_stale)
+            return self._mark_fan(rays, window, marks, is_stale)
         frustum = make_frustum(sensor, rays) if method == "exact" and isinstance(sensor, Camera) else None
         if frustum is None:
             return self._mark_rays(rays, marks, is_stale)
@@ -82,10 +82,8 @@ class Caster:
         depth = words_per_column(self._field.grid)
         return sides[0], sides[1], sides[2] * depth, sides[3] * depth
 
-    def _mark_fan(
-        self, rays_of: Lattice, rays: Cast, window: Window, marks: Words, is_stale: IsStale
-    ) -> bool:
-        fan = make_fan(rays_of, rays)
+    def _mark_fan(self, rays: Cast, window: Window, marks: Words, is_stale: IsStale) -> bool:
+        fan = make_fan(Lattice(rays.kind, rays.rows, rays.planes), rays)
         profile, slabs = make_profile(fan, rays), self._slabs(window)
         if profile is None:
             return self._mark_rays(rays, marks, is_stale)
