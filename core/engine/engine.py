@@ -73,10 +73,14 @@ def _joint(a: Window, b: Window) -> Window:
 
 
 class Engine:
-    """Incremental evaluation of rigs on one field with a number of threads (all processors by default)."""
+    """Incremental evaluation of rigs on one field with a number of threads (all processors by default).
 
-    def __init__(self, field: EntropyField, threads: int | None = None) -> None:
-        self._field = field
+    With `for_edits` False it serves one rig only: the sensors of a kind share a slot, which saves most of the memory,
+    and of the time that a machine takes to give it.
+    """
+
+    def __init__(self, field: EntropyField, threads: int | None = None, for_edits: bool = True) -> None:
+        self._field, self._for_edits = field, for_edits
         self._caster = Caster(field, jit.use_threads(threads))
         words = field.index.words.size
         self._state = _State(np.zeros((0, words), np.uint64), np.zeros((2, words), np.uint64))
@@ -137,6 +141,8 @@ class Engine:
                 arriving.append(shape)
             else:
                 leaving.remove(match)
+        if not self._for_edits and self._state.held and (arriving or leaving):
+            raise ValueError("an engine that is not for edits evaluates one rig only")
         arrived = self._cast(arriving, is_stale)
         if arrived is None:
             return False
@@ -152,7 +158,8 @@ class Engine:
         free = self._free_slots()
         try:
             for shape in arriving:
-                held = _Held(shape, next(free), self._caster.window(shape[1]))
+                slot = next(free) if self._for_edits else KINDS.index(shape[1].kind)
+                held = _Held(shape, slot, self._caster.window(shape[1]))
                 arrived.append(held)
                 if not self._caster.mark(shape[1], shape[0], held.window, stack[held.slot], is_stale):
                     return None
@@ -171,7 +178,7 @@ class Engine:
         new = {held.slot for held in arrived}
         staying = [held for held in state.held if held.slot not in new]
         groups = [
-            np.array([held.slot for held in group if held.kind == kind], np.int64)
+            np.unique(np.array([held.slot for held in group if held.kind == kind], np.int64))
             for group in (arrived, staying, leaving)
         ]
         change = settle.settle(
@@ -193,9 +200,9 @@ class Engine:
 
     def _reserve(self, sensors: int) -> None:
         """Room for that many sensors beside those held; untouched pages cost no memory."""
-        slots = sensors + len(self._state.held)
+        slots = sensors + len(self._state.held) if self._for_edits else len(KINDS)
         if slots > len(self._state.stack):
-            more = np.zeros((slots + SPARE_SLOTS, self._field.index.words.size), np.uint64)
+            more = np.zeros((slots + SPARE_SLOTS * self._for_edits, self._field.index.words.size), np.uint64)
             for held in self._state.held:
                 more[held.slot] = self._state.stack[held.slot]
             self._state.stack = more
@@ -221,8 +228,9 @@ class Engine:
 def evaluate_from_scratch(
     field: EntropyField, rigs: list[Rig], settings: MetricSettings, threads: int | None = None
 ) -> Iterator[Evaluation]:
-    """Evaluate rigs one after the other, each with an engine of its own: nothing can be carried over."""
+    """Evaluate rigs one after the other, each with an engine of its own: nothing can be carried over. Scores alone:
+    the evaluations hold no seen voxels."""
     for rig in rigs:
-        evaluation = Engine(field, threads).evaluate(rig, settings)
+        evaluation = Engine(field, threads, for_edits=False).evaluate(rig, settings, with_seen=False)
         assert evaluation is not None
         yield evaluation

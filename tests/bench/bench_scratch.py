@@ -8,9 +8,11 @@ from functools import partial
 
 import pytest
 
+from core.engine.engine import evaluate_from_scratch
+from core.metric.scores import MetricSettings
 from core.rig.model import Rig
 from tests.bench.race import Goal, Race
-from tests.bench.scenes import GridRays, Scene, Scenes, grid_rays, moved, wide_trapezoid
+from tests.bench.scenes import THREADS, GridRays, Scene, Scenes, grid_rays, moved, wide_trapezoid
 
 GOAL = 8.0
 ROUNDS = 7
@@ -35,7 +37,7 @@ def test_all_sensors(race: Race, scenes: Scenes, voxel_m: float) -> None:
     race.run(
         goal,
         _cases(scene),
-        lambda case: scene.engine().evaluate(case.rig, with_seen=False),
+        lambda case: list(evaluate_from_scratch(scene.field, [case.rig], MetricSettings(), THREADS)),
         plain,
         rounds=ROUNDS,
     )

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from core.engine.caster import Caster
-from core.engine.engine import Engine, Evaluation
+from core.engine.engine import Engine, Evaluation, evaluate_from_scratch
 from core.metric.entropy import EntropyField
 from core.metric.scores import MetricSettings
 from core.rig.model import Rig
@@ -115,6 +115,27 @@ def test_random_edits_end_where_an_evaluation_from_scratch_does(field: EntropyFi
         assert_same(
             engine.evaluate(editor.rig, editor.settings), evaluate(field, editor.rig, editor.settings)
         )
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_rigs_evaluated_once_score_as_when_their_sensors_are_held_one_by_one(
+    field: EntropyField, seed: int
+) -> None:
+    editor = Editor(np.random.default_rng(seed))
+    for _ in range(12):
+        editor.step()
+        [once] = evaluate_from_scratch(field, [editor.rig], editor.settings)
+        held = Engine(field).evaluate(editor.rig, editor.settings)
+        assert held is not None and once.scores == held.scores
+
+
+def test_an_engine_made_for_one_rig_refuses_another(field: EntropyField) -> None:
+    engine = Engine(field, for_edits=False)
+    rig = rig_of(spinning((0.0, 0.0, 2.0)))
+    first = engine.evaluate(rig)
+    assert_same(engine.evaluate(rig), first)
+    with pytest.raises(ValueError, match="one rig"):
+        engine.evaluate(rig_of(spinning((0.0, 0.0, 3.0))))
 
 
 def test_an_abandoned_request_leaves_the_engine_sound(field: EntropyField) -> None:
