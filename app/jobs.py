@@ -54,8 +54,9 @@ def score_rigs(rigs: Sequence[Rig], field: EntropyField, options: ScoreOptions) 
     """Evaluations of the rigs in the order given; each from scratch, so that their times can be compared."""
     evaluations = []
     with progress_bar("Casting rays") as progress:
-        Engine(field, options.threads).evaluate(WARM_UP, settings_of(options))
-        for evaluation in evaluate_from_scratch(field, list(rigs), settings_of(options), options.threads):
+        found = evaluate_from_scratch(field, [WARM_UP, *rigs], settings_of(options), options.threads)
+        next(found)
+        for evaluation in found:
             evaluations.append(evaluation)
             progress(len(evaluations) / len(rigs))
     return evaluations

@@ -8,7 +8,7 @@ the scores after any sequence of edits are the bits of an evaluation from scratc
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import reduce
 
@@ -75,8 +75,8 @@ def _joint(a: Window, b: Window) -> Window:
 class Engine:
     """Incremental evaluation of rigs on one field with a number of threads (all processors by default).
 
-    With `for_edits` False it serves one rig only: the sensors of a kind share a slot, which saves most of the memory,
-    and of the time that a machine takes to give it.
+    With `for_edits` False it starts anew for each rig, in the same memory: the sensors of a kind then share a slot,
+    which saves most of the memory, and of the time that a machine takes to give it.
     """
 
     def __init__(self, field: EntropyField, threads: int | None = None, for_edits: bool = True) -> None:
@@ -132,6 +132,8 @@ class Engine:
 
     def _hold(self, wanted: list[tuple[Method, Sensor]], is_stale: IsStale) -> bool:
         """Cast and let go until exactly the wanted sensors are held; False when abandoned."""
+        if not self._for_edits:
+            self._forget()
         leaving = list(self._state.held)
         arriving: list[tuple[Method, Sensor]] = []
         by_identity = {id(held.shape): held for held in leaving}
@@ -141,8 +143,6 @@ class Engine:
                 arriving.append(shape)
             else:
                 leaving.remove(match)
-        if not self._for_edits and self._state.held and (arriving or leaving):
-            raise ValueError("an engine that is not for edits evaluates one rig only")
         arrived = self._cast(arriving, is_stale)
         if arrived is None:
             return False
@@ -150,6 +150,13 @@ class Engine:
         for kind in range(len(KINDS)):
             self._settle(kind, arrived, leaving)
         return True
+
+    def _forget(self) -> None:
+        """As if nothing had been evaluated, but for the memory."""
+        state = self._state
+        state.held = []
+        for array in (state.stack, state.union, state.sums_q):
+            array[:] = 0
 
     def _cast(self, arriving: list[tuple[Method, Sensor]], is_stale: IsStale) -> list[_Held] | None:
         """Cast sensors into free slots; when this is abandoned or interrupted the slots are empty again."""
@@ -226,11 +233,12 @@ class Engine:
 
 
 def evaluate_from_scratch(
-    field: EntropyField, rigs: list[Rig], settings: MetricSettings, threads: int | None = None
+    field: EntropyField, rigs: Iterable[Rig], settings: MetricSettings, threads: int | None = None
 ) -> Iterator[Evaluation]:
-    """Evaluate rigs one after the other, each with an engine of its own: nothing can be carried over. Scores alone:
-    the evaluations hold no seen voxels."""
+    """Evaluate rigs one after the other, each from scratch: nothing is carried over but memory. Scores alone: the
+    evaluations hold no seen voxels."""
+    engine = Engine(field, threads, for_edits=False)
     for rig in rigs:
-        evaluation = Engine(field, threads, for_edits=False).evaluate(rig, settings, with_seen=False)
+        evaluation = engine.evaluate(rig, settings, with_seen=False)
         assert evaluation is not None
         yield evaluation

