@@ -55,6 +55,7 @@ def open_window(rig: str, scene: SceneOptions, score: ScoreOptions) -> int:
             lambda: grace.start(interrupt.code)
         )  # the last to be told: all is kept by then
         window.show()
+        gc.freeze()  # what is there now stays: looking through it once would take as long as drawing a frame
         gc.enable()  # app.main paused it
         window.feature(Autosave).start(state_folder() / "unsaved")
         window.feature(Exchange).show_report(opened.report)
