@@ -1,6 +1,7 @@
 """Adding, copying, deleting, hiding, renaming and dragging in the window, as a person does it."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -8,6 +9,7 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QApplication, QLineEdit
 from pytestqt.qtbot import QtBot
 
+from app.window.features.compare import Compare
 from app.window.features.edits import Edits
 from app.window.features.sensors import Sensors
 from core.geometry import Pose
@@ -174,6 +176,53 @@ def test_undo_and_redo_during_a_drag_only_give_up_the_drag(bench: Bench, key: st
     assert bench.document.rig.sensor("roof") == LIDAR
     assert not bench.document.rig.sensor("front").enabled
     assert not bench.document.is_dragging
+
+
+EDITS: dict[str, Callable[[Bench], object]] = {
+    **{
+        key: partial(Bench.act, key=key)
+        for key in ("duplicate", "delete", "cut", "paste", "enable", "mirror", "link")
+    },
+    "unlink": lambda bench: bench.act("unlink"),
+    "add": lambda bench: bench.window.feature(Sensors).add("generic-16"),
+    "drop": lambda bench: bench.viewport.model_dropped.emit("generic-16", Pose((0.1, 0.2, 1.5))),
+    "nudge": lambda bench: bench.viewport.nudged.emit("roof", Pose((0.3, 0.2, 1.9))),
+    "drag": lambda bench: bench.drag("roof", (1.0, 0.0, 2.0), (1.5, 0.0, 2.0)),
+    "rename": lambda bench: bench.window.tree.renamed.emit("roof", "mast"),
+    "field": lambda bench: bench.type("z", "2.5"),
+    "model": lambda bench: bench.choose("model", "Velodyne VLP-16 (Puck)"),
+    "restore": lambda bench: bench.window.feature(Compare).panel.open_wanted.emit("snapshot-1"),
+}
+
+
+def test_everything_that_changes_the_rig_is_one_step_back_and_forth(bench: Bench) -> None:
+    document = bench.document
+    bench.act("snapshot")
+    twin = LIDAR.replace(name="twin", position=(0.1, -0.25, 1.9))
+    start = RIG.replace(sensors=(*RIG.sensors, twin), vehicle=RIG.vehicle.replace(length=5.0))
+    document.show(start)
+    for name, edit in EDITS.items():
+        document.select("roof")
+        if name == "paste":
+            bench.act("copy")
+        if name == "unlink":
+            bench.act("link")
+        before = document.rig
+        edit(bench)
+        after = document.rig
+        assert after != before, name
+        bench.act("undo")
+        assert document.rig == before, name
+        bench.act("redo")
+        assert document.rig == after, name
+        bench.act("undo")
+    document.select(None)
+    bench.type("length", "4.2")
+    bench.type("rig_name", "other")
+    assert (document.rig.vehicle.length, document.rig.name) == (4.2, "other")
+    while document.undo_label is not None:
+        bench.act("undo")
+    assert document.rig == start
 
 
 def test_deleting_a_sensor_while_it_is_dragged_ends_the_drag(bench: Bench) -> None:

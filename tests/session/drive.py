@@ -14,13 +14,13 @@ from collections.abc import Callable
 from pathlib import Path
 
 from PySide6.QtCore import QPoint, QTimer
-from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QApplication, QComboBox, QPushButton
 
 from app.options import SceneOptions, ScoreOptions
 from app.window import MainWindow, open_window
 from app.window.features.baseline import Baseline
 from app.window.features.compare import Compare
+from app.window.features.exchange import Exchange
 from app.window.features.picture import Picture
 from core.rig.yaml_file import dumps, load_rig
 from tests.session.person import Answers, Person
@@ -182,9 +182,11 @@ def export(person: Person) -> None:
     person.wait(answers.path.exists, "the picture")
     assert answers.path.read_bytes().startswith(b"\x89PNG")
     answers.path = person.folder / "session.urdf"
-    action = person.window.findChild(QAction, "export_urdf")
-    assert action is not None
-    action.trigger()
+    menu = person.window.feature(Exchange).menu
+    menu.popup(QPoint(40, 60))
+    person.wait(menu.isVisible, "the formats")
+    person.choose(menu, next(action.text() for action in menu.actions() if "URDF" in action.text()))
+    menu.close()
     assert answers.path.read_text().count("<joint") >= len(person.window.document.rig.sensors)
 
 

@@ -27,7 +27,8 @@ from widgets.maps.paint import SHARE_MAP, argb, colours, draw_message, image_of,
 from widgets.maps.plane import PlaneView
 from widgets.panels.style import tones
 
-_LEGEND_PX = 46.0
+_WORDS_PX = 30.0
+_LEGEND_PX = 30.0 + _WORDS_PX
 _CLICK_PX, _PICK_PX = 4.0, 10.0
 _WHEEL = 1.2
 AXES = "↑ x  ← y"
@@ -179,14 +180,12 @@ class MapView(QWidget):
         painter.setPen(QColor(look.border))
         painter.drawLine(QPointF(0.0, top), QPointF(self.width(), top))
         draw_legend(painter, QRectF(8.0, top + 5.0, self.width() - 16.0, 22.0), look)
-        box = QRectF(8.0, top + 28.0, self.width() - 16.0, 16.0)
-        middle = Qt.AlignmentFlag.AlignVCenter
+        box = QRectF(8.0, top + 28.0, self.width() - 16.0, _WORDS_PX)
         painter.setPen(QColor(look.muted))
-        painter.drawText(box, Qt.AlignmentFlag.AlignRight | middle, AXES)
+        painter.drawText(box, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignTop, AXES)
         box.setWidth(box.width() - painter.fontMetrics().horizontalAdvance(AXES) - 10.0)
         painter.setPen(QColor(look.text))
-        text = painter.fontMetrics().elidedText(self.readout(), Qt.TextElideMode.ElideRight, int(box.width()))
-        painter.drawText(box, Qt.AlignmentFlag.AlignLeft | middle, text)
+        painter.drawText(box, int(Qt.AlignmentFlag.AlignLeft | Qt.TextFlag.TextWordWrap), self.readout())
 
     # ------------------------------------------------------------------ mouse
     def mousePressEvent(self, event: QMouseEvent) -> None:

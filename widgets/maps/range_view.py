@@ -19,7 +19,7 @@ from widgets.maps.paint import LEGEND_PX, RANGE_MAP, argb, colours, draw_bar, dr
 from widgets.theme import CLASS_COLOURS, Tones
 
 Colouring = Literal["range", "hit"]
-_LEFT_PX, _TOP_PX, _RIGHT_PX = 44.0, 6.0, 10.0
+_LEFT_PX, _TOP_PX, _RIGHT_PX = 50.0, 6.0, 10.0
 _AXIS_PX, _TICK_PX, _BAR_PX = 16.0, 62.0, 320.0
 _GROUND_COLOUR, _BODY_COLOUR = "#8a7f70", "#94a3b8"
 _REACH_STEP_M = 10.0

@@ -87,6 +87,7 @@ class SensorView(QWidget):
         self.colouring.currentIndexChanged.connect(
             lambda _: self.ranges.set_colouring(self.colouring.currentData())
         )
+        self.title.setMinimumHeight(self.colouring.sizeHint().height())  # the header stays where it is
         first.addWidget(self.title, 1)
         first.addWidget(self.rays)
         first.addWidget(self.colouring)

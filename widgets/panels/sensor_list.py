@@ -26,6 +26,7 @@ from widgets.theme import KIND_COLOURS
 
 Names = tuple[str, ...]
 TICK_PX = 20
+_NAME_MARGIN_PX = 12
 NO_SENSORS = "No sensors yet.\nAdd one in the toolbar, or drag a model\nfrom the library onto the car."
 KINDS = (("lidar", "LiDARs"), ("camera", "Cameras"))
 
@@ -160,5 +161,5 @@ class SensorList(QTreeWidget):
     def _fit_names(self) -> None:
         """Leave the types out where names would be cut."""
         longest = max((self.fontMetrics().horizontalAdvance(name) for name in self._items), default=0)
-        needed = longest + TICK_PX + 2 * self.indentation() + sum(WIDTHS_PX.values())
+        needed = longest + TICK_PX + 2 * self.indentation() + _NAME_MARGIN_PX + sum(WIDTHS_PX.values())
         self.setColumnHidden(TYPE, needed > self.viewport().width())

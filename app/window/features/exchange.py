@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtWidgets import QMenu
 
+from app.actions import menu_button
 from app.window.feature import Feature
 from app.window.features.files import Files, file_name
 from core.rig.formats.report import KINDS, Kind, Report
@@ -37,6 +38,8 @@ class Exchange(Feature):
         self.menu.setToolTipsVisible(True)
         self.menu.aboutToShow.connect(self._fill)
         window.places.add_to_menu("file/export", self.menu)
+        button = menu_button("export", "export", "Export the rig for another program", self.menu)
+        window.places.add_to_toolbar("export", button)
         window.feature(Files).foreign_chosen.connect(self.read)
 
     def _fill(self) -> None:
