@@ -79,6 +79,18 @@ def view(request: pytest.FixtureRequest, qtbot) -> Iterator[ViewportBase]:
     viewport.close()
 
 
+def test_letters_are_not_enlarged_twice_on_a_dense_screen(qtbot) -> None:
+    view = Viewport()
+    view.resize(200, 150)
+    with qtbot.waitSignal(view.shown):
+        view.show()
+    window = view._plotter.render_window
+    window.SetDPI(144)  # what the widget does on a screen of double density
+    view.set_view("top")
+    qtbot.waitUntil(lambda: window.GetDPI() == 72)
+    view.close_viewport()
+
+
 def test_the_first_picture_on_the_screen_is_the_one_that_stays(qtbot) -> None:
     view = Viewport()
     window, pictures = view._plotter.render_window, []

@@ -19,7 +19,8 @@ _LEAST_UNIT, _LEGIBLE_UNIT = 0.4, 0.8
 _LEAST_FONT_PX = 6
 _PLATE_OPACITY = 0.82
 _VTK_FONT_FILE = 4
-_DPI = 72
+DPI = 72
+"""With this, a font size of VTK is in pixels."""
 
 
 def unit_px(size: Size, pixel_ratio: float, crowded: bool = False) -> float:
@@ -54,7 +55,7 @@ def place_text(actor: vtkTextActor, x: float, y: float, font_px: float) -> None:
 def text_width_px(actor: vtkTextActor) -> float:
     """How wide a text is in the size it was placed with, pixels."""
     box = [0, 0, 0, 0]
-    vtkTextRenderer.GetInstance().GetBoundingBox(actor.GetTextProperty(), actor.GetInput(), box, _DPI)
+    vtkTextRenderer.GetInstance().GetBoundingBox(actor.GetTextProperty(), actor.GetInput(), box, DPI)
     return float(box[1] - box[0] + 1)
 
 

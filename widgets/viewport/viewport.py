@@ -11,6 +11,7 @@ from pyvistaqt import QtInteractor
 from vtkmodules.vtkCommonCore import vtkCommand
 
 from widgets.theme import DARK, Palette
+from widgets.viewport.label import DPI
 from widgets.viewport.scene import Scene
 from widgets.viewport.stage import render_window
 from widgets.viewport.viewport_base import ViewportBase
@@ -27,6 +28,7 @@ class Viewport(ViewportBase):
         scene = Scene(self._plotter, palette, self.devicePixelRatioF())
         self._start(self._plotter, scene)
         window = render_window(self._plotter)
+        self._letters = window.AddObserver(vtkCommand.StartEvent, lambda *_: self._count_in_pixels())
         self._before_first: int | None = window.AddObserver(
             vtkCommand.StartEvent, lambda *_: self._prepare_first()
         )
@@ -44,10 +46,15 @@ class Viewport(ViewportBase):
             render_window(self._plotter).RemoveObserver(self._before_first)
             self._before_first = None
 
+    def _count_in_pixels(self) -> None:
+        """Letters are given in pixels of the screen: the widget would have VTK enlarge them once more."""
+        render_window(self._plotter).SetDPI(DPI)
+
     def _draw(self) -> None:
         self._scene.prepare()
         self._plotter.update()
 
     def _release(self) -> None:
         self._forget_first()
+        render_window(self._plotter).RemoveObserver(self._letters)
         self._plotter.close()
