@@ -46,6 +46,7 @@ def test_a_moving_car_looks_like_the_car_at_rest_from_all_sides(plotter, body):
 
 def test_moving_changes_what_is_seen_of_the_car_and_makes_nothing_anew(plotter):
     scene = Scene(plotter)
+    scene.prepare()
 
     def shown() -> set[str]:
         props = scene._stage.main.GetViewProps()
