@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import pyvista as pv
 
+from widgets.viewport.heat_levels import DRAG_CELLS, coarse_level, full_level
 from widgets.viewport.heat_scale import HeatLook, HeatmapData
-from widgets.viewport.heatmap_layer import DRAG_CELLS, coarse_level, full_level
 from widgets.viewport.scene import Scene
 from widgets.viewport.scene_state import SceneState
 from widgets.viewport.stage import render_window

@@ -1,5 +1,7 @@
 """The backdrop may be drawn smaller and stretched: the picture keeps its size, its places and its colours."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import pyvista as pv
@@ -18,13 +20,13 @@ STATE = SceneState(rig=Rig(sensors=(LIDAR,)), heatmap=wall(4.0), camera=CAMERA)
 @pytest.fixture(params=[(320, 200), (323, 199)], ids=["even", "odd"])
 def plotter(request):
     plotter = pv.Plotter(off_screen=True, window_size=list(request.param), lighting="none")
+    render_window(plotter).SetMultiSamples(0)
     yield plotter
     plotter.close()
 
 
-def picture(plotter, scene, quick, samples=0):
+def picture(plotter, scene, quick):
     scene.set_quick(quick)
-    scene.set_samples(samples)
     scene.prepare()
     render_window(plotter).Render()
     return np.asarray(plotter.screenshot(None, return_img=True))[:, :, :3].astype(int)
@@ -60,12 +62,26 @@ def test_only_the_backdrop_is_coarse_and_only_while_something_moves(plotter):
     assert scene._stage.backdrop_size == (width, height)
 
 
-def test_a_picture_with_smooth_edges_is_never_coarse(plotter):
+@pytest.mark.parametrize("selected", [None, "roof"])
+def test_edges_are_smooth_with_and_without_anything_in_front(plotter, selected):
+    scene = Scene(plotter)
+    scene.apply(replace(STATE, heatmap=None, selected=selected))
+    rough = picture(plotter, scene, False)
+    scene.set_smooth(True)
+    smooth = picture(plotter, scene, False)
+    assert len(np.unique(smooth.reshape(-1, 3), axis=0)) > 1.2 * len(np.unique(rough.reshape(-1, 3), axis=0))
+
+
+def test_smooth_edges_leave_places_colours_and_words_alone(plotter):
     scene = Scene(plotter)
     scene.apply(STATE)
-    smooth, moving = (picture(plotter, scene, quick, samples=8) for quick in (False, True))
-    assert scene._stage.backdrop_size == scene.size
-    assert mean_off(smooth, moving) < 2.0
+    rough = picture(plotter, scene, False)
+    scene.set_smooth(True)
+    smooth = picture(plotter, scene, False)
+    assert scene.is_smooth and 0.0 < mean_off(rough, smooth) < 2.0
+    width = scene.size[0]
+    legend = np.s_[-40:, width // 2 :]
+    assert np.abs(rough[legend] - smooth[legend]).max() < 25 < np.abs(rough - smooth).max()
 
 
 def test_the_coarse_backdrop_follows_the_size_of_the_window(plotter):

@@ -7,7 +7,7 @@ from core.rays import clip_to_roi, sensor_rays
 from core.rig.model import Camera, EvenAngles, Lidar
 from core.scene.grid import VoxelGrid
 from widgets.theme import DARK, LIGHT, mix, rgb
-from widgets.viewport.heatmap_layer import DRAG_CELLS, coarse_level, full_level
+from widgets.viewport.heat_levels import DRAG_CELLS, coarse_level, full_level
 from widgets.viewport.rays_layer import OTHER_LINES, SELECTED_LINES, fan_mesh, fan_rows
 
 GRID = VoxelGrid()

@@ -434,12 +434,66 @@ def test_the_wheel_zooms_and_keeps_the_place_under_the_cursor(view):
     assert np.allclose(pixel_at(view, before.focal_m), focal_pixel, atol=1e-3)
 
 
+@dataclass
+class Frames:
+    """How the frames of a viewport were drawn: coarse or in full, with rough or smooth edges."""
+
+    view: ViewportBase
+    looks: list[str] = field(default_factory=list)
+
+    def note(self) -> None:
+        scene = self.view._scene
+        coarse = "coarse" if scene._stage.backdrop_size != scene.size else "full"
+        self.looks.append(coarse + (" smooth" if scene.is_smooth else ""))
+
+
+def frames_of(view: ViewportBase) -> Frames:
+    frames = Frames(view)
+    view.drawn.connect(frames.note)
+    return frames
+
+
 def test_edges_are_smooth_once_nothing_moves_and_rough_while_something_does(view):
-    samples = []
-    view.drawn.connect(lambda: samples.append(view._plotter.render_window.GetMultiSamples()))
+    frames = frames_of(view)
     view.set_view("top")
     settle(view)
-    assert len(samples) == 2 and samples[0] == 0 and samples[1] > 1
+    assert frames.looks == ["full", "full smooth"]
+
+
+def test_a_drag_is_drawn_coarsely_until_it_rests_and_then_once_in_full(view):
+    frames = frames_of(view)
+    start = handle_pixel(view, Handle("move", 2))
+    drag(view, start, start + np.array([0.0, -50.0]), release=False)
+    QTest.qWait(400)
+    assert set(frames.looks[1:]) == {"coarse"}, "a held sensor may move on at any moment"
+    QTest.mouseRelease(view._canvas, Qt.MouseButton.LeftButton, pos=to_point(view, start))
+    settle(view)
+    assert set(frames.looks[1:-1]) == {"coarse"} and frames.looks[-1] == "full smooth"
+
+
+def test_a_drag_and_its_rest_make_nothing_anew(view):
+    def everything() -> list[str]:
+        renderers = view._plotter.render_window.GetRenderers()
+        return [prop.GetAddressAsString("") for renderer in renderers for prop in renderer.GetViewProps()]
+
+    before = everything()
+    start = handle_pixel(view, Handle("move", 2))
+    drag(view, start, start + np.array([0.0, -50.0]), release=False)
+    assert everything() == before
+    QTest.mouseRelease(view._canvas, Qt.MouseButton.LeftButton, pos=to_point(view, start))
+    settle(view)
+    assert everything() == before
+
+
+def test_the_frame_at_rest_waits_while_the_mouse_is_on_its_way(view):
+    frames = frames_of(view)
+    view.set_view("top")
+    for step in range(12):
+        QTest.mouseMove(view._canvas, QPoint(20 + 3 * step, 20))
+        QTest.qWait(50)
+    assert "full smooth" not in frames.looks
+    settle(view)
+    assert frames.looks[-1] == "full smooth"
 
 
 @pytest.mark.parametrize("kind", [Viewport, OffscreenViewport])
@@ -450,7 +504,7 @@ def test_a_picture_at_rest_has_shades_between_the_car_and_what_is_behind_it(kind
     qtbot.waitExposed(viewport)
     settle(viewport)
     smooth = picture(viewport)
-    viewport._draw_with(0)
+    viewport._draw_with(smooth=False)
     QTest.qWait(60)
     rough = picture(viewport, wait=False)
     viewport.close()

@@ -8,47 +8,17 @@ While a sensor is being placed it follows the mouse over the car, and a click le
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, Protocol
 
 from core.geometry import Pose
 from core.rig.model import Camera, Lidar
 from widgets.gizmo.drag import Drag, begin_drag
 from widgets.gizmo.echo import drag_echo
 from widgets.gizmo.nudge import NudgeKey, nudge_turned, nudged
+from widgets.viewport.listener import Button, Listener, Pixel
 from widgets.viewport.scene import Scene
 
-Pixel = tuple[float, float]
-Button = Literal["left", "middle", "right", "none"]
 _CLICK_PX = 4.0
 _ZOOM_PER_STEP = 0.86
-
-
-class Listener(Protocol):
-    """Who hears what mouse and keys did."""
-
-    def on_picked(self, name: str | None) -> None:
-        """A click chose a sensor, or nothing."""
-
-    def on_drag_started(self, name: str) -> None:
-        """A handle of the sensor was grasped, or the sensor is being placed."""
-
-    def on_drag_moved(self, name: str, pose: Pose) -> None:
-        """The sensor was dragged here; the scene shows it already."""
-
-    def on_drag_finished(self, name: str) -> None:
-        """The handle was let go."""
-
-    def on_drag_cancelled(self, name: str) -> None:
-        """The drag was given up; the scene shows the start pose again."""
-
-    def on_nudged(self, name: str, pose: Pose) -> None:
-        """A key moved the sensor here."""
-
-    def on_placing(self, active: bool) -> None:
-        """A sensor follows the mouse over the car, or no longer."""
-
-    def on_changed(self) -> None:
-        """The scene needs to be drawn again."""
 
 
 @dataclass(frozen=True)
@@ -130,7 +100,6 @@ class ViewController:
             self._let_go(pixel)
         elif is_click:
             self._listener.on_picked(self._scene.sensor_at(pixel))
-        self._scene.set_quick(False)
         self._listener.on_changed()
 
     def double_click(self, pixel: Pixel) -> None:
@@ -147,12 +116,6 @@ class ViewController:
         self._scene.set_quick(True)
         self._listener.on_changed()
 
-    def rest(self) -> None:
-        """Nothing moved for a while: show full quality again."""
-        if not self.busy:
-            self._scene.set_quick(False)
-            self._listener.on_changed()
-
     def leave(self) -> None:
         """The mouse left the view."""
         if not self.busy and self._scene.set_hovered(None):
@@ -165,7 +128,6 @@ class ViewController:
             return False
         self._button = "none"
         self._release_held()
-        self._scene.set_quick(False)
         if self._has(held.name):
             self._scene.preview(held.name, held.start)
         self._listener.on_drag_cancelled(held.name)

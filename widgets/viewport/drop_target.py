@@ -10,7 +10,7 @@ from core.errors import InputError
 from core.geometry import Pose
 from core.rig.library import sensor_from_model
 from core.rig.model import Camera, Lidar
-from widgets.viewport.controller import Pixel
+from widgets.viewport.listener import Pixel
 from widgets.viewport.scene import Scene
 
 MODEL_MIME = "application/x-riglens-model"

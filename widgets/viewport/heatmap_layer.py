@@ -6,8 +6,6 @@ something is dragged a coarser level (blocks of cells with their largest value) 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
@@ -17,12 +15,12 @@ from vtkmodules.vtkCommonDataModel import vtkCellArray
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper, vtkRenderer
 
 from widgets.viewport.camera import OrbitCamera, Size
+from widgets.viewport.heat_levels import Level, coarse_level, full_level
 from widgets.viewport.heat_pick import CAR_CENTRE_M, CAR_RADII_M, CLEAR_BEFORE, CLEAR_BESIDE, eye_m
 from widgets.viewport.heat_scale import (
     DEFAULT_LOOK,
     HeatLook,
     HeatmapData,
-    Values,
     alphas,
     colour_rows,
     colours,
@@ -31,7 +29,6 @@ from widgets.viewport.heat_scale import (
 )
 from widgets.viewport.stage import opengl_window
 
-DRAG_CELLS = 30_000
 _SLANTED = 1.25
 _GL_PROGRAM_POINT_SIZE = 0x8642
 _POSITION_HOOK = "//VTK::PositionVC::Impl"
@@ -55,64 +52,6 @@ _FADE_CODE = f"""
   float before = 1.0 - smoothstep(length(toCar) + {CLEAR_BEFORE[0]}, length(toCar) + {CLEAR_BEFORE[1]}, along);
   vertexColorVSOutput.a *= 1.0 - 0.99 * before * (1.0 - smoothstep({CLEAR_BESIDE[0]}, {CLEAR_BESIDE[1]}, beside));
 """
-
-
-@dataclass(frozen=True)
-class Level:
-    """Cells of one resolution, and which cells of the full heatmap each of them stands for.
-
-    rows (n,): cells of the heatmap, those of a block side by side; first (k,): where each block begins, None
-    where every cell is drawn by itself.
-    """
-
-    centres_m: Values
-    cell_m: float
-    rows: NDArray[np.int64]
-    first: NDArray[np.int64] | None = None
-
-    def largest(self, values: Values) -> Values:
-        """The largest value of each cell's block."""
-        own = values[self.rows]
-        return own if self.first is None else np.maximum.reduceat(own, self.first)
-
-    def merged(self, data: HeatmapData) -> tuple[Values, Values | None]:
-        """Values and weights of the cells: the largest of a block, of changes by size; of steps the commonest."""
-        weights = data.weights if data.weights is None else self.largest(data.weights)
-        if self.first is None or data.scale == "ramp":
-            return self.largest(data.values), weights
-        if data.scale == "change":
-            most, least = self.largest(data.values), -self.largest(-data.values)
-            return np.where(most >= -least, most, least), weights
-        shares = np.ones_like(data.values) if data.weights is None else data.weights
-        own, shares = data.values[self.rows], shares[self.rows]
-        votes = [np.add.reduceat(shares * (own == step), self.first) for step in range(len(data.labels))]
-        return np.argmax(votes, axis=0).astype(np.float32), weights
-
-
-def full_level(centres_m: Values, cell_m: float, rows: NDArray[np.int64] | None = None) -> Level:
-    """The level that shows every cell, or those of some rows."""
-    rows = np.arange(len(centres_m)) if rows is None else rows
-    return Level(np.asarray(centres_m, dtype=np.float32)[rows], cell_m, rows)
-
-
-def coarse_level(level: Level, most: int = DRAG_CELLS) -> Level:
-    """Blocks of 2, 3, ... cells per edge until there are at most `most`."""
-    coarse, factor = level, 1
-    while len(coarse.centres_m) > most:
-        factor += 1
-        coarse = _blocks(level, factor)
-    return coarse
-
-
-def _blocks(level: Level, factor: int) -> Level:
-    edge_m = level.cell_m * factor
-    low = level.centres_m.min(axis=0) - level.cell_m / 2
-    block = np.floor((level.centres_m - low) / edge_m).astype(np.int64)
-    key = (block[:, 0] << 42) | (block[:, 1] << 21) | block[:, 2]
-    order = np.argsort(key, kind="stable")
-    first = np.flatnonzero(np.diff(key[order], prepend=-1))
-    centres = (low + (block[order[first]] + 0.5) * edge_m).astype(np.float32)
-    return Level(centres, edge_m, level.rows[order], first)
 
 
 class _Cells:
@@ -144,7 +83,7 @@ class _Cells:
 class HeatmapLayer:
     """The heatmap of a scene; `set_data` and `set_look`, then `arrange` before each frame.
 
-    It is drawn in `renderer` among the other things, or in `backdrop` behind all of them.
+    It is drawn in `renderer` among the other things, or in `backdrop` behind all of them while something moves.
     """
 
     def __init__(self, renderer: vtkRenderer, backdrop: vtkRenderer) -> None:
@@ -181,20 +120,20 @@ class HeatmapLayer:
             self._cells = {}
         self._look, self._drawn = look, None
 
-    def arrange(self, camera: OrbitCamera, size: Size, quick: bool, behind: bool = False) -> None:
+    def arrange(self, camera: OrbitCamera, size: Size, quick: bool) -> None:
         """Choose the level and size its cells for this camera; stronger cells are drawn over weaker ones.
 
-        `size` is that of the renderer that draws them: the backdrop when they are `behind` everything else.
+        While something moves (`quick`) they are drawn in the backdrop; `size` is that of the renderer they are in.
         """
         if self._data is None:
             return
         cells = self._cells_of(self._data, quick)
-        self._aim(cells.level.cell_m, camera, size, behind)
+        self._aim(cells.level.cell_m, camera, size, quick)
         if self._drawn is not cells:
             self._drawn = cells
             self._paint(cells, self._data)
-        self._actor.SetVisibility(not self._is_empty and not behind)
-        self._actor_behind.SetVisibility(not self._is_empty and behind)
+        self._actor.SetVisibility(not self._is_empty and not quick)
+        self._actor_behind.SetVisibility(not self._is_empty and quick)
 
     def _cells_of(self, data: HeatmapData, quick: bool) -> _Cells:
         if quick not in self._cells:

@@ -28,6 +28,7 @@ from widgets.viewport.heat_pick import PickedCell
 from widgets.viewport.heat_scale import HeatLook, HeatmapData
 from widgets.viewport.heatmap_layer import HeatmapLayer
 from widgets.viewport.legend_layer import LegendLayer
+from widgets.viewport.listener import Pixel
 from widgets.viewport.marker_layer import Marker, MarkerLayer
 from widgets.viewport.rays_layer import RaysLayer
 from widgets.viewport.roi_layer import RoiLayer
@@ -35,10 +36,7 @@ from widgets.viewport.scene_state import SceneState
 from widgets.viewport.sensor_layer import SensorLayer
 from widgets.viewport.sensor_shapes import Mark, sensor_body
 from widgets.viewport.stage import Stage
-from widgets.viewport.under_mouse import Pixel, cell_under, gizmo_of, handle_under, sensor_under
-
-SMOOTH_SAMPLES = 8
-"""Samples per pixel of a picture with smooth edges."""
+from widgets.viewport.under_mouse import cell_under, gizmo_of, handle_under, sensor_under
 
 
 class Scene:
@@ -48,13 +46,13 @@ class Scene:
         self._pixel_ratio = pixel_ratio
         self._state = SceneState(palette=palette)
         self._hovered: str | Handle | None = None
-        self._quick = False
+        self._quick = self._smooth = False
         self._echo_at = ("", (0.0, 0.0))
         self._stage = stage = Stage(plotter)
         self._ground, self._roi = GroundLayer(stage.backdrop, stage.main), RoiLayer(stage.main)
         self._body, self._sensors = BodyLayer(stage.main, stage.backdrop), SensorLayer(stage.main)
         self._rays, self._heatmap = RaysLayer(stage.main), HeatmapLayer(stage.main, stage.backdrop)
-        self._legend, self._caption = LegendLayer(stage.main), CaptionLayer(stage.main)
+        self._legend, self._caption = LegendLayer(stage.overlay), CaptionLayer(stage.overlay)
         self._marker, self._echo = MarkerLayer(stage.overlay), EchoLayer(stage.overlay)
         self._gizmo = GizmoActors(stage.overlay, palette)
         self._rays.set_line_width(pixel_ratio)
@@ -218,9 +216,14 @@ class Scene:
             self._ground.set_quick(quick)
             self._draw_fans()
 
-    def set_samples(self, samples: int) -> None:
-        """Draw with so many samples per pixel: 0 while something moves, SMOOTH_SAMPLES for smooth edges."""
-        self._stage.set_samples(samples)
+    def set_smooth(self, smooth: bool) -> None:
+        """Smooth the edges of the frames to come: a filter that costs a third of a frame at rest."""
+        self._smooth = smooth
+
+    @property
+    def is_smooth(self) -> bool:
+        """Whether edges are smoothed."""
+        return self._smooth
 
     def set_echo(self, text: str, pixel: Pixel = (0.0, 0.0)) -> None:
         """Show a few numbers beside a pixel, or no longer."""
@@ -252,9 +255,9 @@ class Scene:
         """Bring camera, heatmap and gizmo up to date for the next frame."""
         self._bring_car()
         state = self._state
-        is_coarse = self._stage.set_coarse(self._quick)
+        self._stage.set_coarse(self._quick)
         self._stage.set_camera(state.camera, 2.0 * float(np.linalg.norm(state.grid.roi_m)) + 20.0)
-        self._heatmap.arrange(state.camera, self._stage.backdrop_size, self._quick, behind=is_coarse)
+        self._heatmap.arrange(state.camera, self._stage.backdrop_size, self._quick)
         self._legend.set_drawn(self._heatmap.drawn_cell_m)
         self._legend.place(self.size, self._pixel_ratio, crowded=bool(state.caption.table))
         self._caption.place(self.size, self._pixel_ratio)
@@ -266,6 +269,7 @@ class Scene:
         else:
             lit = self._hovered if isinstance(self._hovered, Handle) else None
             self._gizmo.show(state.gizmo_mode, place, state.camera, lit)
+        self._stage.set_smooth(self._smooth)
 
     def _draw_sensors(self) -> None:
         marks: dict[str, Mark] = {self._hovered: "hovered"} if isinstance(self._hovered, str) else {}

@@ -8,10 +8,11 @@ their size and stretched. `main` has car, sensors and rays; `overlay` what is ne
 from __future__ import annotations
 
 import weakref
+from typing import cast
 
 import pyvista as pv
 from vtkmodules.vtkCommonCore import VTK_UNSIGNED_CHAR, vtkCommand
-from vtkmodules.vtkRenderingCore import vtkRenderer, vtkRenderWindow
+from vtkmodules.vtkRenderingCore import vtkProp, vtkRenderer, vtkRenderWindow
 from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLFramebufferObject, vtkOpenGLRenderWindow
 
 from widgets.viewport.camera import OrbitCamera, Size
@@ -35,6 +36,7 @@ class Stage:
         self.backdrop.SetUseOIT(False)  # cells come in their order; weighted blending would cost another pass
         self.backdrop.camera_set = True
         self.main, self.overlay = self._renderer_above(), self._renderer_above()
+        self.overlay.GetCullers().RemoveAllItems()
         set_lights(self.main)
         stretch = weakref.WeakMethod(self._stretch)
         self.main.AddObserver(vtkCommand.StartEvent, lambda *_: (call := stretch()) and call())
@@ -65,23 +67,22 @@ class Stage:
         """Width and height in pixels at which the backdrop is drawn."""
         return self._coarse_size or self.size
 
-    def set_samples(self, samples: int) -> None:
-        """Draw with so many samples per pixel, 0 for rough edges."""
-        window = render_window(self._plotter)
-        if window.GetMultiSamples() != samples:
-            window.SetMultiSamples(samples)
+    def set_smooth(self, smooth: bool) -> None:
+        """Smooth the edges of the next frame by a filter over the finished picture (FXAA), but not of its words.
 
-    def set_coarse(self, coarse: bool) -> bool:
-        """Draw the backdrop of the next frame at a fraction of its size; never with several samples per pixel.
-
-        Whether it will be.
+        Several samples per pixel would be smoother yet, and take three times as long as all the rest. To be said
+        before each frame: a renderer runs the filter only if it draws anything, and the last one that does has to.
         """
+        is_last = any(prop.GetVisibility() for prop in props_of(self.overlay))
+        self.overlay.SetUseFXAA(smooth and is_last)
+        self.main.SetUseFXAA(smooth and not is_last)
+
+    def set_coarse(self, coarse: bool) -> None:
+        """Draw the backdrop of the next frames at a fraction of its size, or in full."""
         width, height = self.size
-        coarse = coarse and not render_window(self._plotter).GetMultiSamples()
         self._coarse_size = (-(-width // COARSE), -(-height // COARSE)) if coarse else None
         part = self.backdrop_size
         self.backdrop.SetViewport(0.0, 0.0, part[0] / width, part[1] / height)
-        return coarse
 
     def set_camera(self, orbit: OrbitCamera, reach_m: float) -> None:
         """Look through a camera at everything nearer than its focal point plus `reach_m`."""
@@ -134,3 +135,9 @@ def opengl_window(renderer: vtkRenderer) -> vtkOpenGLRenderWindow:
     window = renderer.GetRenderWindow()
     assert isinstance(window, vtkOpenGLRenderWindow)
     return window
+
+
+def props_of(renderer: vtkRenderer) -> list[vtkProp]:
+    """Everything that a renderer may show, visible or not."""
+    props = renderer.GetViewProps()
+    return [cast(vtkProp, props.GetItemAsObject(row)) for row in range(props.GetNumberOfItems())]

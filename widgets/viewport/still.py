@@ -12,8 +12,11 @@ from numpy.typing import NDArray
 
 from core.files import atomic_write
 from widgets.viewport.camera import Size
-from widgets.viewport.scene import SMOOTH_SAMPLES, Scene
+from widgets.viewport.scene import Scene
 from widgets.viewport.scene_state import SceneState
+from widgets.viewport.stage import render_window
+
+_SAMPLES = 8
 
 
 def render_still(
@@ -31,8 +34,8 @@ def render_still(
     """
     plotter = pv.Plotter(off_screen=True, window_size=[size[0] * scale, size[1] * scale], lighting="none")
     try:
+        render_window(plotter).SetMultiSamples(_SAMPLES)
         scene = Scene(plotter, state.palette, pixel_ratio=float(scale))
-        scene.set_samples(SMOOTH_SAMPLES)
         scene.apply(state)
         if view is not None:
             scene.set_view(view, wide=True)

@@ -8,11 +8,11 @@ from widgets.gizmo.drag import Handle
 from widgets.gizmo.handles import GizmoPlace, hit_handle, place_gizmo
 from widgets.viewport.camera import Size
 from widgets.viewport.heat_pick import PickedCell, cell_at
+from widgets.viewport.listener import Pixel
 from widgets.viewport.scene_state import SceneState
 from widgets.viewport.sensor_shapes import PICK_RADIUS_M
 
 _PICK_PX = 9.0
-Pixel = tuple[float, float]
 
 
 def gizmo_of(state: SceneState, size: Size, pixel_ratio: float) -> GizmoPlace | None:

@@ -36,10 +36,9 @@ class Viewport(ViewportBase):
     def _prepare_first(self) -> None:
         """Qt paints the widget before its event loop runs: let that picture be the one that would be drawn next."""
         self._forget_first()
-        self._draw_timer.stop()
-        self._adapt(0)
+        self._redraw.taken_over()
+        self._adapt(smooth=False)
         self._scene.prepare()
-        self._smooth_timer.start()
 
     def _forget_first(self) -> None:
         if self._before_first is not None:

@@ -1,16 +1,10 @@
-"""What both viewports share: signals, slots, mouse events to the controller, one drawing per change."""
+"""What both viewports share: signals, what the window calls, and the frames they draw."""
 
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
-from PySide6.QtCore import QEvent, QObject, Qt, QTimer, Signal
-from PySide6.QtGui import (
-    QKeyEvent,
-    QMouseEvent,
-    QWheelEvent,
-)
+from PySide6.QtCore import QEvent, Qt, Signal
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from core.geometry import Pose
@@ -21,22 +15,15 @@ from widgets.gizmo.drag import Space
 from widgets.gizmo.handles import GizmoMode
 from widgets.theme import Palette
 from widgets.viewport.camera import OrbitCamera
+from widgets.viewport.canvas_input import CanvasInput
 from widgets.viewport.cell_picker import CellPicker
-from widgets.viewport.controller import Button, ViewController
+from widgets.viewport.controller import ViewController
 from widgets.viewport.drop_target import DropTarget
 from widgets.viewport.heat_scale import HeatLook, HeatmapData
-from widgets.viewport.keys import handle_key, is_nudge
 from widgets.viewport.marker_layer import Marker
-from widgets.viewport.scene import SMOOTH_SAMPLES, Scene
+from widgets.viewport.redraw import Redraw
+from widgets.viewport.scene import Scene
 from widgets.viewport.scene_state import SceneState
-
-_REST_MS = 160
-_SMOOTH_MS = 250
-_BUTTONS: dict[Qt.MouseButton, Button] = {
-    Qt.MouseButton.LeftButton: "left",
-    Qt.MouseButton.MiddleButton: "middle",
-    Qt.MouseButton.RightButton: "right",
-}
 
 
 class ViewportBase(DropTarget):
@@ -65,27 +52,18 @@ class ViewportBase(DropTarget):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._closed = False
-        self._draw_timer = self._single_shot(0, self._draw_now)
-        self._rest_timer = self._single_shot(_REST_MS, self._rest)
-        self._smooth_timer = self._single_shot(_SMOOTH_MS, self._draw_smooth)
+        self._redraw = Redraw(self, self._draw_now, self._draw_rested)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
-
-    def _single_shot(self, delay_ms: int, slot: Any) -> QTimer:
-        timer = QTimer(self)
-        timer.setSingleShot(True)
-        timer.setInterval(delay_ms)
-        timer.timeout.connect(slot)
-        return timer
 
     def _start(self, canvas: QWidget, scene: Scene) -> None:
         """Put the canvas into the widget and listen to its mouse."""
         self._canvas, self._scene = canvas, scene
         self._controller = ViewController(scene, self)
         self._home = scene.state.camera
-        canvas.setMouseTracking(True)
-        canvas.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
-        canvas.installEventFilter(self)
+        self._input = CanvasInput(canvas, self._controller)
+        self._input.used.connect(self._redraw.postpone_rest)
+        self._input.resized.connect(self.request_render)
         self._picker = CellPicker(canvas, scene, lambda: self._controller.dragging is not None)
         self._picker.picked.connect(self.cell_picked)
         self._picker.escaped.connect(self.escaped)
@@ -201,22 +179,19 @@ class ViewportBase(DropTarget):
     @property
     def is_at_rest(self) -> bool:
         """Whether the picture is in full quality and nothing waits to be drawn."""
-        timers = (self._draw_timer, self._rest_timer, self._smooth_timer)
-        return not any(timer.isActive() for timer in timers)
+        return self._redraw.is_at_rest
 
     def request_render(self) -> None:
         """Draw once, soon; any number of changes until then make one frame."""
-        if not self._closed and not self._draw_timer.isActive():
-            self._draw_timer.start()
+        self._redraw.request()
 
     def close_viewport(self) -> None:
         """Stop all timers and release the graphics; the widget draws no more."""
         if self._closed:
             return
         self._closed = True
-        for timer in (self._draw_timer, self._rest_timer, self._smooth_timer):
-            timer.stop()
-        self._canvas.removeEventFilter(self)
+        self._redraw.stop()
+        self._input.stop()
         self._picker.stop()
         self._release()
 
@@ -270,65 +245,26 @@ class ViewportBase(DropTarget):
         self.close_viewport()
         super().closeEvent(event)  # type: ignore[arg-type]
 
-    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Mouse and keys of the canvas go to the controller, never to VTK's own interaction styles."""
-        if isinstance(event, QMouseEvent):
-            return self._on_mouse(event)
-        if isinstance(event, QWheelEvent):
-            self._controller.wheel(self._pixel(event.position()), event.angleDelta().y() / 120.0)
-            self._rest_timer.start()
-            return True
-        if isinstance(event, QKeyEvent) and event.type() == QEvent.Type.ShortcutOverride:
-            event.setAccepted(is_nudge(event))
-            return True
-        if isinstance(event, QKeyEvent):
-            event.setAccepted(handle_key(self._controller, event))
-            return True
-        if event.type() == QEvent.Type.Leave:
-            self._controller.leave()
-        if event.type() == QEvent.Type.Resize:
-            self.request_render()
-        return super().eventFilter(watched, event)
-
-    def _on_mouse(self, event: QMouseEvent) -> bool:
-        pixel = self._pixel(event.position())
-        button = _BUTTONS.get(event.button(), "none")
-        if event.type() == QEvent.Type.MouseMove:
-            self._controller.move(pixel, bool(event.modifiers() & Qt.KeyboardModifier.ControlModifier))
-        elif event.type() == QEvent.Type.MouseButtonPress:
-            self._canvas.setFocus(Qt.FocusReason.MouseFocusReason)
-            shift = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
-            self._controller.press(pixel, button, shift)
-        elif event.type() == QEvent.Type.MouseButtonRelease:
-            self._controller.release(pixel, button)
-        elif event.type() == QEvent.Type.MouseButtonDblClick:
-            self._controller.double_click(pixel)
-        event.accept()
-        return True
-
-    def _rest(self) -> None:
-        self._controller.rest()
-
     def _draw_now(self) -> None:
-        self._draw_with(0)
-        self._smooth_timer.start()
+        self._draw_with(smooth=False)
 
-    def _draw_smooth(self) -> None:
-        """Nothing has changed for a while: one more frame, with smooth edges."""
+    def _draw_rested(self) -> None:
+        """Nothing has changed for a while: one more frame, of everything and with smooth edges."""
         if not self._controller.busy:
-            self._draw_with(SMOOTH_SAMPLES)
+            self._scene.set_quick(False)
+            self._draw_with(smooth=True)
 
-    def _draw_with(self, samples: int) -> None:
+    def _draw_with(self, smooth: bool) -> None:
         if self._closed:
             return
-        self._adapt(samples)
+        self._adapt(smooth)
         self._draw()
         self.drawn.emit()
 
-    def _adapt(self, samples: int) -> None:
+    def _adapt(self, smooth: bool) -> None:
         """Fit the scene to the screen and the size of the widget."""
         self._scene.set_pixel_ratio(self._canvas.devicePixelRatioF())
-        self._scene.set_samples(samples)
+        self._scene.set_smooth(smooth)
         self._fit_home()
 
     def _fit_home(self) -> None:
