@@ -23,6 +23,7 @@ class ViewportWidget(Protocol):
     nudged: Any
     placing_changed: Any
     model_dropped: Any
+    shown: Any
 
     def set_rig(
         self,

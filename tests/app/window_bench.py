@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtWidgets import QApplication, QComboBox, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
 
@@ -65,6 +65,7 @@ class FakeViewport(QWidget):
     nudged = Signal(str, object)
     placing_changed = Signal(bool)
     model_dropped = Signal(str, object)
+    shown = Signal()
 
     def __init__(self) -> None:
         super().__init__()
@@ -78,6 +79,7 @@ class FakeViewport(QWidget):
         self.told: list[tuple[Any, ...]] = []
         self.dragged: str | None = None
         self.camera: Any = None
+        QTimer.singleShot(0, self, self.shown.emit)
 
     def set_rig(
         self, rig: Rig, hidden: frozenset[str], selected: str | None, fixed: frozenset[str] = frozenset()

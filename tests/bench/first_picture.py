@@ -18,19 +18,14 @@ class UntilFirstPicture(QApplication):
 
     @staticmethod
     def exec() -> int:
-        """Run until VTK has drawn a frame of the window that is now open; Qt may have had it drawn already."""
+        """Run until the first frame of the 3D view in the window that is now open is on the screen."""
         from pyvistaqt import (
             QtInteractor,  # here, and not above: after the product has loaded it, in its order
         )
 
-        from widgets.viewport.stage import render_window
-
         [window] = [widget for widget in QApplication.topLevelWidgets() if isinstance(widget, QMainWindow)]
         [view] = window.findChildren(QtInteractor)
-        drawing = render_window(view)
-        if not drawing.GetNeverRendered():
-            os._exit(0)
-        drawing.AddObserver("EndEvent", lambda *_: os._exit(0))
+        view.frameSwapped.connect(lambda: os._exit(0))
         QTimer.singleShot(PATIENCE_MS, _give_up)
         QApplication.exec()
         return 1

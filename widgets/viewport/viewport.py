@@ -17,12 +17,21 @@ from widgets.viewport.stage import render_window
 from widgets.viewport.viewport_base import ViewportBase
 
 
+class _Canvas(QtInteractor):
+    """Draws nothing before its window is on the screen: Qt also paints when it first sizes the widget."""
+
+    def paintGL(self) -> None:
+        window = self.window().windowHandle()
+        if window is not None and window.isExposed():
+            super().paintGL()
+
+
 class Viewport(ViewportBase):
     """The scene on a QtInteractor: needs a platform with OpenGL windows (xcb, Wayland, Windows, macOS)."""
 
     def __init__(self, parent: QWidget | None = None, palette: Palette = DARK) -> None:
         super().__init__(parent)
-        self._plotter = QtInteractor(self, auto_update=False, multi_samples=0, lighting="none")
+        self._plotter = _Canvas(self, auto_update=False, multi_samples=0, lighting="none")
         self._plotter.setAcceptDrops(False)
         self._plotter.frameSwapped.connect(self.shown)
         scene = Scene(self._plotter, palette, self.devicePixelRatioF())
@@ -34,7 +43,7 @@ class Viewport(ViewportBase):
         )
 
     def _prepare_first(self) -> None:
-        """Qt paints the widget before its event loop runs: let that picture be the one that would be drawn next."""
+        """Qt may paint the canvas before the timer draws: let that picture be the one that would be drawn next."""
         self._forget_first()
         self._redraw.taken_over()
         self._adapt(smooth=False)

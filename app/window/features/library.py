@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import Qt, QTimer
+from PySide6.QtCore import Qt
 
 from app.window.feature import Feature
 from app.window.features.sensors import Sensors
@@ -21,7 +21,10 @@ class LibraryPanel(Feature):
     def __init__(self, window: MainWindow) -> None:
         super().__init__(window)
         self.list = LibraryList()
-        QTimer.singleShot(0, self, self._show)  # fifty rows with their figures: after the first picture
+        once = Qt.ConnectionType.SingleShotConnection
+        self.viewport.shown.connect(
+            self._show, once
+        )  # fifty rows with their figures: after the first picture
         window.theme_changed.connect(lambda _: self._show())
         self.list.add_wanted.connect(window.feature(Sensors).add)
         dock = window.add_dock("Library", self.list, Qt.DockWidgetArea.LeftDockWidgetArea)
