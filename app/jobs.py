@@ -11,23 +11,16 @@ from app.console import note, note_report, progress_bar, results
 from app.options import SceneOptions, ScoreOptions
 from app.scenario import load_scenario, remarks_on, settings_of
 from core.engine.engine import Engine, Evaluation, evaluate_from_scratch
+from core.engine.warm_up import WARM_UP
 from core.files import atomic_write, require_writable
 from core.metric.entropy import EntropyField
 from core.rays import missing_ray_count
-from core.rig.model import Camera, Lidar, Rig
+from core.rig.model import Rig
 from core.rig.opening import open_rig
 from core.rig.presets import PAPER_RIGS, PRESETS, preset
 from core.rig.yaml_file import dumps
 from core.scene.pog import Pog
 from core.study import table1 as study
-
-WARM_UP = Rig(
-    sensors=(
-        Lidar(name="lidar", position=(0.0, 0.0, 2.0), elevations_deg=(0.0,), azimuths_deg=(0.0,)),
-        Camera(name="camera", position=(0.0, 0.0, 2.0), hfov_deg=90.0, cast=(1, 1)),
-    )
-)
-"""Two rays: evaluated first, so that compiling and loading the kernels counts for no rig's time."""
 
 
 def rig_called(name: str) -> Rig:

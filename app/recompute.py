@@ -53,6 +53,7 @@ class Recompute(QObject):
     """An Approximation, never the last answer to a request that nothing newer replaces."""
     scene_loaded = Signal(object)
     load_progress = Signal(float)
+    load_preparing = Signal()
     load_ended = Signal(str)
     """A load is over; the text is empty after success, and after a cancel or an error says which."""
     failed = Signal(str)
@@ -133,10 +134,14 @@ class Recompute(QObject):
                 Scoring,
                 load_scene,
             )
+            from core.engine.warm_up import warm_up
 
             scene = (self._loader or load_scene)(request, self._report_progress)
             self._stop_if_unwanted()
             scoring = Scoring(scene, self._threads, self._coarse_above_ms)
+            self.load_preparing.emit()
+            warm_up(scene.field, self._threads)
+            self._stop_if_unwanted()
         except _Cancelled:
             outcome = CANCELLED
         except InputError as error:

@@ -99,3 +99,14 @@ def test_a_failed_task_is_told_in_the_message_bar_with_details(qtbot: QtBot, tmp
         bar.findChild(QPushButton, "copy_details").click()
         copied = bench.clipboard()
         assert copied.startswith(bar.message) and bar.details in copied
+
+
+def test_a_stage_of_unknown_length_is_named_and_shows_no_share_of_the_way(qtbot: QtBot) -> None:
+    strip = ProgressStrip("Loading boxes")
+    qtbot.addWidget(strip)
+    strip.begin()
+    strip.show_progress(0.4)
+    strip.show_stage("Preparing the engine", "a minute or two")
+    assert strip.bar.text() == "Preparing the engine" and strip.left.text() == "a minute or two"
+    strip.begin()
+    assert strip.bar.text().startswith("Loading boxes")

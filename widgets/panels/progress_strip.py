@@ -68,6 +68,12 @@ class ProgressStrip(QWidget):
         self.bar.setFormat(f"{self._title}  %p %")
         self.left.setText("" if seconds is None else f"{duration_text(seconds)} left")
 
+    def show_stage(self, title: str, note: str) -> None:
+        """What is left takes a time that nobody knows: say what it is, not how far."""
+        self.bar.setValue(STEPS)
+        self.bar.setFormat(title)
+        self.left.setText(note)
+
     def end(self) -> None:
         """The work is over."""
         self._patience.stop()

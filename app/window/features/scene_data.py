@@ -55,6 +55,7 @@ class SceneData(Feature):
         queued = Qt.ConnectionType.QueuedConnection
         window.recompute.scene_loaded.connect(self._on_scene, queued)
         window.recompute.load_progress.connect(self._strip.show_progress, queued)
+        window.recompute.load_preparing.connect(self._on_preparing, queued)
         window.recompute.load_ended.connect(self._on_load_ended, queued)
         self._strip.cancelled.connect(window.recompute.cancel_load)
         window.scene_panel.load_wanted.connect(self._load_choice)
@@ -96,6 +97,9 @@ class SceneData(Feature):
         choice = choice_of(scene.options, scene.field.grid)
         self.window.scene_panel.set_loaded(choice, f"In use: {scene_line(scene)}", picked, tried)
         self.window.scene_shown.emit(scene)
+
+    def _on_preparing(self) -> None:
+        self._strip.show_stage("Preparing the engine", "the first start compiles: a minute or two")
 
     def _on_load_ended(self, problem: str) -> None:
         self._strip.end()

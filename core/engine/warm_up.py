@@ -1,0 +1,23 @@
+"""A rig that has every kernel of the engine compiled, or loaded from the disk, before the time of any other counts."""
+
+from __future__ import annotations
+
+from core.engine.engine import Engine
+from core.metric.entropy import EntropyField
+from core.rig.model import Camera, Lidar, Rig
+
+WARM_UP = Rig(
+    sensors=(
+        Lidar(name="lidar", position=(0.0, 0.0, 2.0), elevations_deg=(0.0,), azimuths_deg=(0.0,)),
+        Camera(name="camera", position=(0.0, 0.0, 2.0), hfov_deg=90.0, cast=(1, 1)),
+        Camera(
+            name="tilted", position=(0.0, 0.0, 2.0), rpy_deg=(0.0, 5.0, 0.0), hfov_deg=90.0, cast=(64, 64)
+        ),
+    )
+)
+"""Few rays: upright sensors, and a tilted camera dense enough for voxel walking and too sparse for it alone."""
+
+
+def warm_up(field: EntropyField, threads: int | None = None) -> None:
+    """Have the kernels compiled, or loaded from the disk: no answer's time is to hold that."""
+    Engine(field, threads, for_edits=False).evaluate(WARM_UP, with_seen=False)

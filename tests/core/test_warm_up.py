@@ -1,0 +1,36 @@
+"""The rig that is evaluated before all others leaves no kernel to be compiled while somebody drags a sensor."""
+
+import subprocess
+import sys
+
+SCRIPT = """
+import importlib, pkgutil
+import core.kernels
+from core.engine.engine import Engine
+from core.engine.warm_up import warm_up
+from core.rig.presets import preset
+from tests.core.builders import field_of, grid_of
+
+
+def compiled():
+    names = [found.name for found in pkgutil.iter_modules(core.kernels.__path__, "core.kernels.")]
+    things = [thing for name in names for thing in vars(importlib.import_module(name)).values()]
+    return {thing.py_func.__qualname__: len(thing.signatures) for thing in things if hasattr(thing, "py_func")}
+
+
+field = field_of(grid_of(40, 40, 10, 0.5))
+warm_up(field, 2)
+before, engine = compiled(), Engine(field, 2)
+rig = preset("W+T")
+tilt = lambda sensor: sensor.replace(rpy_deg=(3.0, -4.0, sensor.rpy_deg[2]))
+near = lambda sensor: sensor.replace(range_m=(0.5, 8.0))
+for change in (tilt, near, lambda sensor: sensor):
+    engine.evaluate(rig.model_copy(update={"sensors": tuple(change(sensor) for sensor in rig.sensors)}))
+print([name for name, count in compiled().items() if count != before[name]])
+"""
+
+
+def test_after_the_warm_up_no_kernel_is_left_to_compile() -> None:
+    done = subprocess.run([sys.executable, "-c", SCRIPT], capture_output=True, text=True, timeout=240)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.strip() == "[]"
