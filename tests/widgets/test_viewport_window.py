@@ -298,10 +298,10 @@ def test_with_snapping_a_drag_ends_on_round_numbers_and_ctrl_inverts_it(view):
 def test_the_numbers_of_a_drag_stand_beside_the_cursor_until_it_ends(view):
     start = handle_pixel(view, Handle("move", 2))
     drag(view, start, start + np.array([0.0, -40.0]), release=False)
-    text, pixel = view._scene._echo_at
+    text, pixel = view._scene._words._echo_at
     assert text.startswith("dz +") and np.allclose(np.subtract(pixel, start), (0.0, -40.0), atol=1.0)
     QTest.mouseRelease(view._canvas, Qt.MouseButton.LeftButton, pos=to_point(view, start))
-    assert view._scene._echo_at[0] == ""
+    assert view._scene._words._echo_at[0] == ""
 
 
 NUDGES = (

@@ -176,13 +176,17 @@ class GizmoActors:
             renderer.AddActor(actor)
             self._actors[handle] = actor
 
-    def hide(self) -> None:
-        """Show no handle."""
+    def arrange(
+        self, place: GizmoPlace | None, mode: GizmoMode, camera: OrbitCamera, lit: Handle | None
+    ) -> None:
+        """Show the handles of a mode at a place, or none; `lit` is under the mouse or being dragged."""
+        if place is not None:
+            self._show(mode, place, camera, lit)
+            return
         for actor in self._actors.values():
             actor.visibility = False
 
-    def show(self, mode: GizmoMode, place: GizmoPlace, camera: OrbitCamera, lit: Handle | None) -> None:
-        """Show the handles of a mode at a place; `lit` is under the mouse or being dragged."""
+    def _show(self, mode: GizmoMode, place: GizmoPlace, camera: OrbitCamera, lit: Handle | None) -> None:
         matrix = pose_matrix(place.pose.position_m, place.axes, place.size_m)
         facing = pose_matrix(place.pose.position_m, facing_axes(place, camera), place.size_m)
         towards = -_view_direction(place, camera)
@@ -198,7 +202,7 @@ class GizmoActors:
             actor.prop.color = actor.prop.edge_color = colour
 
     def set_palette(self, palette: Palette) -> None:
-        """Change the colours; seen at the next `show`."""
+        """Change the colours; seen at the next `arrange`."""
         self._palette = palette
 
 

@@ -21,22 +21,19 @@ from widgets.gizmo.handles import GizmoActors, GizmoMode, GizmoPlace
 from widgets.theme import DARK, Palette
 from widgets.viewport.body_layer import BodyLayer
 from widgets.viewport.camera import OrbitCamera, Size, view_camera
-from widgets.viewport.caption_layer import CaptionLayer
-from widgets.viewport.echo_layer import EchoLayer
 from widgets.viewport.ground_layer import GroundLayer
 from widgets.viewport.heat_pick import PickedCell
 from widgets.viewport.heat_scale import HeatLook, HeatmapData
 from widgets.viewport.heatmap_layer import HeatmapLayer
-from widgets.viewport.legend_layer import LegendLayer
 from widgets.viewport.listener import Pixel
 from widgets.viewport.marker_layer import Marker, MarkerLayer
-from widgets.viewport.rays_layer import RaysLayer
+from widgets.viewport.rig_layer import RigLayer
 from widgets.viewport.roi_layer import RoiLayer
 from widgets.viewport.scene_state import SceneState
-from widgets.viewport.sensor_layer import SensorLayer
-from widgets.viewport.sensor_shapes import Mark, sensor_body
+from widgets.viewport.sensor_shapes import sensor_body
 from widgets.viewport.stage import Stage
 from widgets.viewport.under_mouse import cell_under, gizmo_of, handle_under, sensor_under
+from widgets.viewport.words_layer import WordsLayer
 
 
 class Scene:
@@ -47,15 +44,13 @@ class Scene:
         self._state = SceneState(palette=palette)
         self._hovered: str | Handle | None = None
         self._quick = self._smooth = False
-        self._echo_at = ("", (0.0, 0.0))
         self._stage = stage = Stage(plotter)
         self._ground, self._roi = GroundLayer(stage.backdrop, stage.main), RoiLayer(stage.main)
-        self._body, self._sensors = BodyLayer(stage.main, stage.backdrop), SensorLayer(stage.main)
-        self._rays, self._heatmap = RaysLayer(stage.main), HeatmapLayer(stage.main, stage.backdrop)
-        self._legend, self._caption = LegendLayer(stage.overlay), CaptionLayer(stage.overlay)
-        self._marker, self._echo = MarkerLayer(stage.overlay), EchoLayer(stage.overlay)
+        self._body, self._rig = BodyLayer(stage.main, stage.backdrop), RigLayer(stage.main)
+        self._heatmap = HeatmapLayer(stage.main, stage.backdrop)
+        self._marker, self._words = MarkerLayer(stage.overlay), WordsLayer(stage.overlay)
         self._gizmo = GizmoActors(stage.overlay, palette)
-        self._rays.set_line_width(pixel_ratio)
+        self._rig.set_line_width(pixel_ratio)
         self._has_car = False
         self._redraw()
 
@@ -78,7 +73,7 @@ class Scene:
         """Follow a move to a screen of another density."""
         if pixel_ratio != self._pixel_ratio:
             self._pixel_ratio = pixel_ratio
-            self._rays.set_line_width(pixel_ratio)
+            self._rig.set_line_width(pixel_ratio)
 
     def apply(self, state: SceneState) -> None:
         """Show a whole state; InputError for an unknown vehicle body, but the rest is shown all the same."""
@@ -99,10 +94,10 @@ class Scene:
         self._stage.backdrop.set_background(palette.background, top=palette.background_top)
         self._gizmo.set_palette(palette)
         self.set_grid(self._state.grid)
-        self._draw_sensors()
+        self._rig.show_bodies(self._state, self._hovered)
         self._heatmap.set_look(self._state.heat_look)
         self.set_heatmap(self._state.heatmap)
-        self._caption.set_caption(self._state.caption, palette)
+        self._words.show_caption(self._state)
         self._marker.set_marker(self._state.marker, palette)
 
     def set_vehicle(self, vehicle: Vehicle, mesh: BodyMesh | None = None) -> None:
@@ -124,7 +119,7 @@ class Scene:
         self._ground.set_grid(grid, self._state.palette)
         self._roi.set_grid(grid, self._state.palette)
         self._state = replace(self._state, grid=grid)
-        self._draw_fans()
+        self._rig.show_fans(self._state, self._quick)
 
     def set_rig(
         self,
@@ -139,27 +134,27 @@ class Scene:
         self._state = replace(before, rig=rig, hidden=hidden, selected=selected, fixed=fixed)
         if (rig, hidden, selected) == (before.rig, before.hidden, before.selected):
             return
-        self._draw_sensors()
-        self._draw_fans(others=before.other_fans_differ(self._state))
+        self._rig.show_bodies(self._state, self._hovered)
+        self._rig.show_fans(self._state, self._quick, others=before.other_fans_differ(self._state))
 
     def preview(self, name: str, pose: Pose) -> None:
         """Move one sensor with its fan and gizmo, and nothing else."""
         rig = self._state.rig
         self._state = replace(self._state, rig=rig.with_sensor(name, rig.sensor(name).with_pose(pose)))
-        self._sensors.set_pose(name, pose)
-        self._draw_fans(others=name != self._state.selected)
+        self._rig.set_pose(name, pose)
+        self._rig.show_fans(self._state, self._quick, others=name != self._state.selected)
 
     def set_heatmap(self, data: HeatmapData | None) -> None:
         """Show a heatmap with its colour bar, or none. Pass the same `centres_m` when only values change."""
         self._state = replace(self._state, heatmap=data)
         self._heatmap.set_data(data)
-        self._draw_legend()
+        self._words.show_legend(self._state)
 
     def set_heat_look(self, look: HeatLook) -> None:
         """Draw the same heatmap in another way: threshold, scale, opacity, slice."""
         self._state = replace(self._state, heat_look=look)
         self._heatmap.set_look(look)
-        self._draw_legend()
+        self._words.show_legend(self._state)
 
     def set_marker(self, marker: Marker | None) -> None:
         """Point out a cube, or none."""
@@ -173,12 +168,7 @@ class Scene:
     @property
     def legend_texts(self) -> tuple[str, ...]:
         """What the legend of the heatmap says."""
-        return self._legend.texts
-
-    def _draw_legend(self) -> None:
-        state = self._state
-        shown = state.heatmap if state.show_legend else None
-        self._legend.set_data(shown, state.heat_look, state.palette)
+        return self._words.legend_texts
 
     def set_gizmo(self, mode: GizmoMode, space: Space) -> None:
         """Choose arrows, rings or both, and whose axes they follow."""
@@ -205,7 +195,7 @@ class Scene:
         if hovered == self._hovered:
             return False
         self._hovered = hovered
-        self._draw_sensors()
+        self._rig.show_bodies(self._state, self._hovered)
         return True
 
     def set_quick(self, quick: bool) -> None:
@@ -214,7 +204,7 @@ class Scene:
             self._quick = quick
             self._body.set_quick(quick)
             self._ground.set_quick(quick)
-            self._draw_fans()
+            self._rig.show_fans(self._state, self._quick)
 
     def set_smooth(self, smooth: bool) -> None:
         """Smooth the edges of the frames to come: a filter that costs a third of a frame at rest."""
@@ -227,11 +217,11 @@ class Scene:
 
     def set_echo(self, text: str, pixel: Pixel = (0.0, 0.0)) -> None:
         """Show a few numbers beside a pixel, or no longer."""
-        self._echo_at = (text, pixel)
+        self._words.set_echo(text, pixel)
 
     def set_ghost(self, sensor: Lidar | Camera | None) -> None:
         """Show where a sensor that is not in the rig would come to stand, or no longer."""
-        self._sensors.set_ghost(sensor, self._state.palette)
+        self._rig.set_ghost(sensor, self._state.palette)
 
     def pose_on_body(self, pixel: Pixel, sensor: Lidar | Camera) -> Pose | None:
         """The pose of a sensor that sits on the car under a pixel; None beside the car."""
@@ -258,30 +248,8 @@ class Scene:
         self._stage.set_coarse(self._quick)
         self._stage.set_camera(state.camera, 2.0 * float(np.linalg.norm(state.grid.roi_m)) + 20.0)
         self._heatmap.arrange(state.camera, self._stage.backdrop_size, self._quick)
-        self._legend.set_drawn(self._heatmap.drawn_cell_m)
-        self._legend.place(self.size, self._pixel_ratio, crowded=bool(state.caption.table))
-        self._caption.place(self.size, self._pixel_ratio)
+        self._words.arrange(state, self._heatmap.drawn_cell_m, self.size, self._pixel_ratio)
         self._marker.arrange(state.camera, self.size, self._pixel_ratio)
-        self._echo.show(*self._echo_at, self.size, self._pixel_ratio, state.palette)
-        place = self.gizmo_place()
-        if place is None:
-            self._gizmo.hide()
-        else:
-            lit = self._hovered if isinstance(self._hovered, Handle) else None
-            self._gizmo.show(state.gizmo_mode, place, state.camera, lit)
+        lit = self._hovered if isinstance(self._hovered, Handle) else None
+        self._gizmo.arrange(self.gizmo_place(), state.gizmo_mode, state.camera, lit)
         self._stage.set_smooth(self._smooth)
-
-    def _draw_sensors(self) -> None:
-        marks: dict[str, Mark] = {self._hovered: "hovered"} if isinstance(self._hovered, str) else {}
-        if self._state.selected is not None:
-            marks[self._state.selected] = "selected"
-        self._sensors.set_sensors(self._state.shown, marks, self._state.palette)
-
-    def _draw_fans(self, others: bool = True) -> None:
-        state = self._state
-        casting = state.casting
-        selected = next((sensor for sensor in casting if sensor.name == state.selected), None)
-        self._rays.set_selected(selected, state.grid, state.palette, self._quick)
-        if others:
-            rest = [sensor for sensor in casting if sensor is not selected]
-            self._rays.set_others(rest, state.grid, state.palette)

@@ -1,0 +1,49 @@
+"""The sensors of a rig in the scene: their bodies, and the rays of those that are switched on."""
+
+from __future__ import annotations
+
+from vtkmodules.vtkRenderingCore import vtkRenderer
+
+from core.geometry import Pose
+from core.rig.model import Camera, Lidar
+from widgets.gizmo.drag import Handle
+from widgets.theme import Palette
+from widgets.viewport.rays_layer import RaysLayer
+from widgets.viewport.scene_state import SceneState
+from widgets.viewport.sensor_layer import SensorLayer
+from widgets.viewport.sensor_shapes import Mark
+
+
+class RigLayer:
+    """Bodies and fans of all sensors that are not hidden; the selected one has the dense fan."""
+
+    def __init__(self, renderer: vtkRenderer) -> None:
+        self._sensors, self._rays = SensorLayer(renderer), RaysLayer(renderer)
+
+    def set_line_width(self, width_px: float) -> None:
+        """Width of the rays, for pictures of higher resolution."""
+        self._rays.set_line_width(width_px)
+
+    def show_bodies(self, state: SceneState, hovered: str | Handle | None) -> None:
+        """Draw exactly the sensors of a state; the one under the mouse stands out."""
+        marks: dict[str, Mark] = {hovered: "hovered"} if isinstance(hovered, str) else {}
+        if state.selected is not None:
+            marks[state.selected] = "selected"
+        self._sensors.set_sensors(state.shown, marks, state.palette)
+
+    def show_fans(self, state: SceneState, quick: bool, others: bool = True) -> None:
+        """Draw the rays anew: of the selected sensor fewer while something moves, `others` of the rest as well."""
+        casting = state.casting
+        selected = next((sensor for sensor in casting if sensor.name == state.selected), None)
+        self._rays.set_selected(selected, state.grid, state.palette, quick)
+        if others:
+            rest = [sensor for sensor in casting if sensor is not selected]
+            self._rays.set_others(rest, state.grid, state.palette)
+
+    def set_pose(self, name: str, pose: Pose) -> None:
+        """Move the body of a shown sensor."""
+        self._sensors.set_pose(name, pose)
+
+    def set_ghost(self, sensor: Lidar | Camera | None, palette: Palette) -> None:
+        """Show where a sensor that is not in the rig would come to stand, or no longer."""
+        self._sensors.set_ghost(sensor, palette)
