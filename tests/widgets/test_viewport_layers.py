@@ -2,13 +2,14 @@
 
 import numpy as np
 import pytest
+import pyvista as pv
 
 from core.rays import clip_to_roi, sensor_rays
 from core.rig.model import Camera, EvenAngles, Lidar
 from core.scene.grid import VoxelGrid
 from widgets.theme import DARK, LIGHT, mix, rgb
 from widgets.viewport.heat_levels import DRAG_CELLS, coarse_level, full_level
-from widgets.viewport.rays_layer import OTHER_LINES, SELECTED_LINES, fan_mesh, fan_rows
+from widgets.viewport.rays_layer import OTHER_LINES, SELECTED_LINES, RaysLayer, fan_mesh, fan_rows
 
 GRID = VoxelGrid()
 LIDAR = Lidar(
@@ -94,3 +95,17 @@ def test_text_stands_out_from_the_background(palette):
 def test_colours_mix_evenly():
     assert mix("#000000", "#ffffff", 0.5) == "#808080"
     assert mix("#102030", "#ffffff", 0.0) == "#102030"
+
+
+def test_a_moving_picture_has_far_fewer_rays_of_every_sensor():
+    plotter = pv.Plotter(off_screen=True, window_size=[64, 64], lighting="none")
+    try:
+        layer = RaysLayer(plotter.renderer)
+        lines = {}
+        for quick in (False, True):
+            layer.set_selected(LIDAR, GRID, DARK, quick)
+            layer.set_others([CAMERA, MANY_BEAMS] * 5, GRID, DARK, quick)
+            lines[quick] = [actor.mapper.dataset.n_lines for actor in layer._actors]
+        assert all(0 < few < 0.5 * many for few, many in zip(lines[True], lines[False], strict=True))
+    finally:
+        plotter.close()

@@ -18,8 +18,9 @@ from widgets.theme import Palette, mix, rgb
 from widgets.viewport.materials import line_mesh, rgba_actor
 
 SELECTED_LINES = 1150
-QUICK_LINES = 380
+QUICK_LINES = 300
 OTHER_LINES = 130
+_QUICK_OTHERS = 400
 _MOST_BEAMS = 16
 _NEAR_SHARE = 0.12
 _Index = NDArray[np.int64]
@@ -163,10 +164,13 @@ class RaysLayer:
         most, alpha = (QUICK_LINES, 0.28) if quick else (SELECTED_LINES, 0.20)
         self._show(0, fan_mesh(sensor, grid, most, colour, alpha))
 
-    def set_others(self, sensors: list[Lidar | Camera], grid: VoxelGrid, palette: Palette) -> None:
-        """Draw the sparse fans of the sensors that are not selected."""
-        most = max(24, min(OTHER_LINES, 1500 // max(1, len(sensors))))
-        fans = [fan_mesh(sensor, grid, most, palette.kinds[sensor.kind], 0.08) for sensor in sensors]
+    def set_others(
+        self, sensors: list[Lidar | Camera], grid: VoxelGrid, palette: Palette, quick: bool = False
+    ) -> None:
+        """Draw the sparse fans of the sensors that are not selected; fewer and stronger lines in motion."""
+        total, alpha = (_QUICK_OTHERS, 0.12) if quick else (1500, 0.08)
+        most = max(24, min(OTHER_LINES, total // max(1, len(sensors))))
+        fans = [fan_mesh(sensor, grid, most, palette.kinds[sensor.kind], alpha) for sensor in sensors]
         self._show(1, _joined(fans))
 
     def _show(self, which: int, mesh: pv.PolyData) -> None:

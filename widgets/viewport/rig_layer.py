@@ -32,13 +32,13 @@ class RigLayer:
         self._sensors.set_sensors(state.shown, marks, state.palette)
 
     def show_fans(self, state: SceneState, quick: bool, others: bool = True) -> None:
-        """Draw the rays anew: of the selected sensor fewer while something moves, `others` of the rest as well."""
+        """Draw the rays anew: fewer while something moves; those of the sensors not selected only with `others`."""
         casting = state.casting
         selected = next((sensor for sensor in casting if sensor.name == state.selected), None)
         self._rays.set_selected(selected, state.grid, state.palette, quick)
         if others:
             rest = [sensor for sensor in casting if sensor is not selected]
-            self._rays.set_others(rest, state.grid, state.palette)
+            self._rays.set_others(rest, state.grid, state.palette, quick)
 
     def set_pose(self, name: str, pose: Pose) -> None:
         """Move the body of a shown sensor."""
