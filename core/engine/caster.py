@@ -15,8 +15,9 @@ from core.engine.fans import farthest, is_plain, is_upright, make_fan, make_prof
 from core.engine.frustums import make_frustum
 from core.kernels import cast
 from core.kernels.cast import Cast
-from core.kernels.fan import Space, mark_fan
+from core.kernels.fan import mark_fan
 from core.kernels.frustum import Frustum, mark_frustum
+from core.kernels.planes import Space
 from core.kernels.walk import FARTHEST
 from core.metric.entropy import EntropyField
 from core.metric.scores import Method

@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from core.kernels.cast import Cast
 from core.kernels.codes import LIDAR, LISTED
-from core.kernels.fan import FARTHEST_ORIGIN, STEEPEST, Fan
+from core.kernels.fan import FARTHEST_ORIGIN, STEEPEST
+from core.kernels.planes import Fan
 from core.kernels.profile import Profile, find_stays, masks_of
 from core.rays import Lattice
 

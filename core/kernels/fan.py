@@ -13,68 +13,18 @@ is walked ray by ray. So the set marked is exact.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numba
 import numpy as np
 
 from core.kernels.jit import inlined, kernel, parallel_kernel
-from core.kernels.lattice import direction, rotated
-from core.kernels.levels import mark_levels
+from core.kernels.planes import Fan, Space, Work, walk_alone
 from core.kernels.profile import TOLERANCE, Profile
-from core.kernels.walk import walk_exact
+from core.kernels.ties import Start, untie
 
 FARTHEST_ORIGIN = 5e3
 STRAIGHTEST = 1e-3
 """Along a heading closer to an axis, rounding of the heading would move the crossings by more than the tolerance."""
 STEEPEST = 1e3
-AROUND = 1e-6
-"""Much more than TOLERANCE allows: rays that change their level within so many voxels are walked alone."""
-TOGETHER = 1e-10
-"""Events this close are met by one walk: at the slope STEEPEST still within AROUND of each other's level."""
-
-
-class Fan(NamedTuple):
-    """Rays of an upright sensor by plane: tables of `core.kernels.lattice` and what the fans need beside them.
-
-    headings (planes, 2) unit vectors in x and y of the vehicle; slopes (rays,), ascending, are dz by forward
-    distance, which is scales (planes,) times the distance along the heading; near, far (rays,): forward distances
-    at which they begin and end, reach (2,) the distances along the rays; row_of (rays,): table row of each slope;
-    steep (k,): other rows.
-    """
-
-    kind: int
-    rows: np.ndarray
-    planes: np.ndarray
-    headings: np.ndarray
-    scales: np.ndarray
-    slopes: np.ndarray
-    near: np.ndarray
-    far: np.ndarray
-    reach: np.ndarray
-    row_of: np.ndarray
-    steep: np.ndarray
-
-
-class Space(NamedTuple):
-    """Where a sensor casts: origin (3,) in grid units, rotation (3, 3), box (6,) cells, shape (3,)."""
-
-    origin: np.ndarray
-    rotation: np.ndarray
-    box: np.ndarray
-    shape: np.ndarray
-
-
-@kernel
-def _walk_alone(
-    fan: Fan, space: Space, plane: int, row: int, box: np.ndarray, marks: np.ndarray, runs: np.ndarray
-) -> None:
-    """Walk one ray exactly through a box of cells and mark what it meets."""
-    d = rotated(space.rotation, direction(fan.kind, fan.rows[row], fan.planes[plane]))
-    g = (space.origin[0], space.origin[1], space.origin[2])
-    depth = (space.shape[2] + 63) // 64
-    for r in range(walk_exact(g, d, fan.reach[0], fan.reach[1], box, space.shape[1], runs)):
-        mark_levels(marks, np.int64(runs[r, 0]) * depth, np.int64(runs[r, 1]), np.int64(runs[r, 2]))
 
 
 @inlined
@@ -93,17 +43,6 @@ def _start_cell(g: float, h: float, s_in: float, low: int, high: int) -> tuple[f
         return (float(low) if h > 0.0 else float(high) - 1.0), True
     p = g + s_in * h
     return np.floor(p), abs(p - np.rint(p)) > TOLERANCE
-
-
-class _Work(NamedTuple):
-    """Work space of one worker: way to the next column crossed, place of each event among the columns, and what
-    changes in a column: levels that begin there, and levels that begin or end, uint64 (words per column, columns)."""
-
-    ways: np.ndarray
-    places: np.ndarray
-    begins: np.ndarray
-    toggles: np.ndarray
-    runs: np.ndarray
 
 
 @inlined
@@ -159,95 +98,9 @@ def _place_events(
     return close == 0
 
 
-class _Start(NamedTuple):
-    """Where a plane starts: its column, the direction along each axis, and the place within the column, counted
-    towards the faces crossed; speeds: faces crossed by forward distance; columns: how many are crossed."""
-
-    ix: int
-    iy: int
-    step_x: int
-    step_y: int
-    ox: float
-    oy: float
-    speed_x: float
-    speed_y: float
-    columns: int
-
-
-@inlined
-def _side(place: float) -> int:
-    """-1 or 1 where the face behind or ahead is too close to tell on which side of it a place is, else 0."""
-    past = place - np.floor(place)
-    if past < TOLERANCE and place >= 1.0 - TOLERANCE:
-        return -1
-    return 1 if past > 1.0 - TOLERANCE else 0
-
-
-@kernel
-def _walk_pair(
-    fan: Fan,
-    space: Space,
-    plane: int,
-    start: _Start,
-    at: float,
-    box: np.ndarray,
-    work: _Work,
-    marks: np.ndarray,
-) -> None:
-    """Walk the rays that change their level, begin or end about the distance `at` through the columns around it."""
-    x, y = start.ox + at * start.speed_x, start.oy + at * start.speed_y
-    pair = box.copy()
-    for axis, cell, step, place in ((0, start.ix, start.step_x, x), (1, start.iy, start.step_y, y)):
-        here = cell + step * int(np.floor(place))
-        there = here + step * _side(place)
-        pair[2 * axis] = max(pair[2 * axis], min(here, there))
-        pair[2 * axis + 1] = min(pair[2 * axis + 1], max(here, there) + 1)
-    for j in range(fan.slopes.size):
-        z = space.origin[2] + fan.slopes[j] * at
-        ends = min(abs(fan.near[j] - at), abs(fan.far[j] - at))
-        if min(abs(z - np.rint(z)), ends) < AROUND:
-            _walk_alone(fan, space, plane, fan.row_of[j], pair, marks, work.runs)
-
-
-@kernel
-def _untie(
-    fan: Fan,
-    space: Space,
-    profile: Profile,
-    events: tuple[int, int],
-    plane: int,
-    start: _Start,
-    box: np.ndarray,
-    work: _Work,
-    marks: np.ndarray,
-) -> bool:
-    """Decide the events close to a face: levels begin after it and end before it, and the rays concerned are walked
-    exactly through the columns on both sides. False where this is not enough."""
-    opened, walked = np.zeros(64 * profile.masks.shape[1], np.int64), -1.0
-    for event in range(events[0], events[1]):
-        at, change = profile.at[event], profile.changes[event]
-        x, y = start.ox + at * start.speed_x, start.oy + at * start.speed_y
-        side_x, side_y, place = _side(x), _side(y), int(np.floor(x)) + int(np.floor(y))
-        if side_x != 0 or side_y != 0:
-            before = place - int(side_x + side_y < 0)
-            if (side_x != 0 and side_y != 0) or before < 0 or before + 1 >= start.columns:
-                return False
-            place = before + 1 if change > 0 else before
-            if at - walked > TOGETHER:
-                _walk_pair(fan, space, plane, start, at, box, work, marks)
-                walked = at
-        work.places[event - events[0]] = place
-        level = abs(change) - 1
-        if change > 0:
-            opened[level] = place
-        elif place < opened[level]:
-            return False
-    return True
-
-
 @inlined
 def _mark_columns(
-    profile: Profile, first: int, end: int, start: int, count: int, work: _Work, marks: np.ndarray
+    profile: Profile, first: int, end: int, start: int, count: int, work: Work, marks: np.ndarray
 ) -> None:
     """Mark the levels of the profile in the columns crossed, from `start` on; the events first..end-1 happen there."""
     depth = profile.masks.shape[1]
@@ -281,7 +134,7 @@ def _faces(
 
 @kernel
 def _walk_plane(
-    fan: Fan, space: Space, profile: Profile, plane: int, box: np.ndarray, work: _Work, marks: np.ndarray
+    fan: Fan, space: Space, profile: Profile, plane: int, box: np.ndarray, work: Work, marks: np.ndarray
 ) -> bool:
     """Walk one plane through a box; False when it comes too close to a face or an edge to be decided here."""
     hx, hy, scale, at = fan.headings[plane, 0], fan.headings[plane, 1], fan.scales[plane], profile.at
@@ -311,8 +164,8 @@ def _walk_plane(
         return False
     if not _place_events(at[first:end], 1.0 / scale, ax, ox, ay, oy, work.places):
         way_x, way_y = (1 if hx > 0.0 else -1), (1 if hy > 0.0 else -1)
-        origin = _Start(int(ix), int(iy), way_x, way_y, ox, oy, ax / scale, ay / scale, count)
-        if not _untie(fan, space, profile, (first, end), plane, origin, box, work, marks):
+        origin = Start(int(ix), int(iy), way_x, way_y, ox, oy, ax / scale, ay / scale, count)
+        if not untie(fan, space, profile, (first, end), plane, origin, box, work, marks):
             return False
     _mark_columns(profile, first, end, int(ix) * ny + int(iy), count, work, marks)
     return True
@@ -336,7 +189,7 @@ def mark_fan(
     nx, ny, depth = space.shape[0], space.shape[1], profile.masks.shape[1]
     for worker in numba.prange(workers):
         crossed = nx + ny + 3
-        work = _Work(
+        work = Work(
             np.empty(crossed, np.int32),
             np.empty(profile.at.size, np.int32),
             np.empty((depth, crossed), np.uint64),
@@ -351,6 +204,6 @@ def mark_fan(
             for plane in range(plane_from, plane_to):
                 if not _walk_plane(fan, space, profile, plane, box, work, marks):
                     for row in fan.row_of:
-                        _walk_alone(fan, space, plane, row, box, marks, work.runs)
+                        walk_alone(fan, space, plane, row, box, marks, work.runs)
                 for row in fan.steep:
-                    _walk_alone(fan, space, plane, row, box, marks, work.runs)
+                    walk_alone(fan, space, plane, row, box, marks, work.runs)

@@ -1,0 +1,66 @@
+"""The rays of an upright sensor by vertical planes, where they are cast, and one of them walked alone."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from core.kernels.jit import kernel
+from core.kernels.lattice import direction, rotated
+from core.kernels.levels import mark_levels
+from core.kernels.walk import walk_exact
+
+
+class Fan(NamedTuple):
+    """Rays of an upright sensor by plane: tables of `core.kernels.lattice` and what the fans need beside them.
+
+    headings (planes, 2) unit vectors in x and y of the vehicle; slopes (rays,), ascending, are dz by forward
+    distance, which is scales (planes,) times the distance along the heading; near, far (rays,): forward distances
+    at which they begin and end, reach (2,) the distances along the rays; row_of (rays,): table row of each slope;
+    steep (k,): other rows.
+    """
+
+    kind: int
+    rows: np.ndarray
+    planes: np.ndarray
+    headings: np.ndarray
+    scales: np.ndarray
+    slopes: np.ndarray
+    near: np.ndarray
+    far: np.ndarray
+    reach: np.ndarray
+    row_of: np.ndarray
+    steep: np.ndarray
+
+
+class Space(NamedTuple):
+    """Where a sensor casts: origin (3,) in grid units, rotation (3, 3), box (6,) cells, shape (3,)."""
+
+    origin: np.ndarray
+    rotation: np.ndarray
+    box: np.ndarray
+    shape: np.ndarray
+
+
+class Work(NamedTuple):
+    """Work space of one worker: way to the next column crossed, place of each event among the columns, and what
+    changes in a column: levels that begin there, and levels that begin or end, uint64 (words per column, columns)."""
+
+    ways: np.ndarray
+    places: np.ndarray
+    begins: np.ndarray
+    toggles: np.ndarray
+    runs: np.ndarray
+
+
+@kernel
+def walk_alone(
+    fan: Fan, space: Space, plane: int, row: int, box: np.ndarray, marks: np.ndarray, runs: np.ndarray
+) -> None:
+    """Walk one ray exactly through a box of cells and mark what it meets."""
+    d = rotated(space.rotation, direction(fan.kind, fan.rows[row], fan.planes[plane]))
+    g = (space.origin[0], space.origin[1], space.origin[2])
+    depth = (space.shape[2] + 63) // 64
+    for r in range(walk_exact(g, d, fan.reach[0], fan.reach[1], box, space.shape[1], runs)):
+        mark_levels(marks, np.int64(runs[r, 0]) * depth, np.int64(runs[r, 1]), np.int64(runs[r, 2]))
