@@ -21,7 +21,7 @@ from widgets.gizmo.drag import Handle
 from widgets.gizmo.handles import handle_polyline
 
 LEFT = Qt.MouseButton.LeftButton
-PATIENCE_S = 120.0
+PATIENCE_S = 240.0  # a cold cache has kernels compiled first
 
 
 class Answers(Dialogs):

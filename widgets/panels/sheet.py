@@ -44,6 +44,8 @@ QStatusBar QLabel {{ color: {t.muted}; padding: 0 6px; }}
 QToolTip {{ background: {t.field}; color: {t.text}; border: 1px solid {t.border}; padding: 4px; }}
 QFrame#messageBar {{ background: {t.error_field}; border: 0; border-bottom: 1px solid {t.error}; }}
 QFrame#messageBar QLabel {{ color: {t.text}; }}
+QFrame#voxelCard {{ background: {t.panel}; border: 1px solid {t.border}; border-radius: 6px; }}
+QFrame#voxelCard QToolButton {{ border: 0; background: transparent; }}
 QFrame#noteBar {{ background: {t.chosen}; border: 0; border-bottom: 1px solid {t.accent}; }}
 """
 
