@@ -178,6 +178,7 @@ def export(person: Person) -> None:
     assert feature.dialog is not None
     feature.dialog.scores.click()
     person.look("picture")
+    person.wait(feature.dialog.save.isEnabled, "a preview with scores")
     person.press(feature.dialog.save)
     person.wait(answers.path.exists, "the picture")
     assert answers.path.read_bytes().startswith(b"\x89PNG")

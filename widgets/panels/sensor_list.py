@@ -26,7 +26,7 @@ from widgets.theme import KIND_COLOURS
 
 Names = tuple[str, ...]
 TICK_PX = 20
-_NAME_MARGIN_PX = 12
+_NAME_MARGIN_PX = 8
 NO_SENSORS = "No sensors yet.\nAdd one in the toolbar, or drag a model\nfrom the library onto the car."
 KINDS = (("lidar", "LiDARs"), ("camera", "Cameras"))
 
