@@ -1,13 +1,12 @@
-"""What both viewports share: signals, what the window calls, and the frames they draw."""
+"""What both viewports share: what the window calls, and the frames they draw."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
-from PySide6.QtCore import QEvent, Qt, Signal
+from PySide6.QtCore import QEvent, Qt
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
-from core.geometry import Pose
 from core.mesh import BodyMesh
 from core.rig.model import Rig, Vehicle
 from core.scene.grid import VoxelGrid
@@ -18,36 +17,20 @@ from widgets.viewport.camera import OrbitCamera
 from widgets.viewport.canvas_input import CanvasInput
 from widgets.viewport.cell_picker import CellPicker
 from widgets.viewport.controller import ViewController
-from widgets.viewport.drop_target import DropTarget
 from widgets.viewport.heat_scale import HeatLook, HeatmapData
 from widgets.viewport.marker_layer import Marker
 from widgets.viewport.redraw import Redraw
 from widgets.viewport.scene import Scene
 from widgets.viewport.scene_state import SceneState
+from widgets.viewport.view_signals import ViewSignals
 
 
-class ViewportBase(DropTarget):
+class ViewportBase(ViewSignals):
     """The 3D view as the window sees it; a subclass supplies the canvas and draws on it.
 
     A drag moves sensor, fan and gizmo at once by itself and emits `drag_moved`; the document answers with
     `set_rig`.
     """
-
-    sensor_picked = Signal(object)
-    drag_started = Signal(str)
-    drag_moved = Signal(str, object)
-    drag_finished = Signal(str)
-    drag_cancelled = Signal(str)
-    nudged = Signal(str, object)
-    """A key moved a sensor: its name and Pose."""
-    placing_changed = Signal(bool)
-    """The selected sensor follows the mouse over the car, or no longer."""
-    drawn = Signal()
-    shown = Signal()
-    """A picture is on the screen."""
-    cell_picked = Signal(object)
-    """The PickedCell of the heatmap that was clicked at, None where there is none."""
-    escaped = Signal()
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -202,41 +185,6 @@ class ViewportBase(DropTarget):
 
     def _release(self) -> None:
         raise NotImplementedError
-
-    # ---- controller.Listener
-
-    def on_picked(self, name: str | None) -> None:
-        """A click chose a sensor, or nothing."""
-        self.sensor_picked.emit(name)
-
-    def on_drag_started(self, name: str) -> None:
-        """A handle was grasped."""
-        self.drag_started.emit(name)
-
-    def on_drag_moved(self, name: str, pose: Pose) -> None:
-        """The sensor was dragged."""
-        self.drag_moved.emit(name, pose)
-
-    def on_drag_finished(self, name: str) -> None:
-        """The handle was let go."""
-        self.drag_finished.emit(name)
-
-    def on_drag_cancelled(self, name: str) -> None:
-        """The drag was given up."""
-        self.drag_cancelled.emit(name)
-
-    def on_nudged(self, name: str, pose: Pose) -> None:
-        """A key moved the sensor."""
-        self.nudged.emit(name, pose)
-
-    def on_placing(self, active: bool) -> None:
-        """A sensor follows the mouse, or no longer."""
-        self._canvas.setCursor(Qt.CursorShape.CrossCursor if active else Qt.CursorShape.ArrowCursor)
-        self.placing_changed.emit(active)
-
-    def on_changed(self) -> None:
-        """The scene changed by the mouse."""
-        self.request_render()
 
     # ---- Qt
 

@@ -1,0 +1,61 @@
+"""The signals of the 3D view, and how what its controller says becomes one."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import Qt, Signal
+
+from core.geometry import Pose
+from widgets.viewport.drop_target import DropTarget
+
+
+class ViewSignals(DropTarget):
+    """Listens to the controller of a view (`listener.Listener`) and tells the window."""
+
+    sensor_picked = Signal(object)
+    drag_started = Signal(str)
+    drag_moved = Signal(str, object)
+    drag_finished = Signal(str)
+    drag_cancelled = Signal(str)
+    nudged = Signal(str, object)
+    """A key moved a sensor: its name and Pose."""
+    placing_changed = Signal(bool)
+    """The selected sensor follows the mouse over the car, or no longer."""
+    drawn = Signal()
+    shown = Signal()
+    """A picture is on the screen."""
+    cell_picked = Signal(object)
+    """The PickedCell of the heatmap that was clicked at, None where there is none."""
+    escaped = Signal()
+
+    def on_picked(self, name: str | None) -> None:
+        """A click chose a sensor, or nothing."""
+        self.sensor_picked.emit(name)
+
+    def on_drag_started(self, name: str) -> None:
+        """A handle was grasped."""
+        self.drag_started.emit(name)
+
+    def on_drag_moved(self, name: str, pose: Pose) -> None:
+        """The sensor was dragged."""
+        self.drag_moved.emit(name, pose)
+
+    def on_drag_finished(self, name: str) -> None:
+        """The handle was let go."""
+        self.drag_finished.emit(name)
+
+    def on_drag_cancelled(self, name: str) -> None:
+        """The drag was given up."""
+        self.drag_cancelled.emit(name)
+
+    def on_nudged(self, name: str, pose: Pose) -> None:
+        """A key moved the sensor."""
+        self.nudged.emit(name, pose)
+
+    def on_placing(self, active: bool) -> None:
+        """A sensor follows the mouse, or no longer."""
+        self._canvas.setCursor(Qt.CursorShape.CrossCursor if active else Qt.CursorShape.ArrowCursor)
+        self.placing_changed.emit(active)
+
+    def on_changed(self) -> None:
+        """The scene changed by the mouse."""
+        self.request_render()
