@@ -27,7 +27,7 @@ from core.rig.model import Camera, EvenAngles, Lidar, Rig, Vehicle
 from widgets.gizmo.drag import Handle, along_axis_m, gizmo_axes
 from widgets.gizmo.handles import handle_polyline
 from widgets.viewport.drop_target import MODEL_MIME
-from widgets.viewport.heat_scale import HeatmapData
+from widgets.viewport.heat_scale import HeatLook, HeatmapData
 from widgets.viewport.offscreen import OffscreenViewport
 from widgets.viewport.viewport import Viewport
 from widgets.viewport.viewport_base import ViewportBase
@@ -483,6 +483,19 @@ def test_a_drag_and_its_rest_make_nothing_anew(view):
     QTest.mouseRelease(view._canvas, Qt.MouseButton.LeftButton, pos=to_point(view, start))
     settle(view)
     assert everything() == before
+
+
+def test_changes_right_after_one_another_are_drawn_coarsely_and_a_single_one_in_full(view):
+    frames = frames_of(view)
+    for opacity in (0.4, 0.45, 0.5, 0.55):
+        view.set_heat_look(HeatLook(opacity=opacity))
+        QTest.qWait(30)
+    settle(view)
+    assert frames.looks[0] == "full" and "coarse" in frames.looks and frames.looks[-1] == "full smooth"
+    frames.looks.clear()
+    view.set_heat_look(HeatLook(log=True))
+    settle(view)
+    assert frames.looks == ["full", "full smooth"]
 
 
 def test_the_frame_at_rest_waits_while_the_mouse_is_on_its_way(view):

@@ -35,6 +35,11 @@ class Redraw(QObject):
         """Whether nothing waits to be drawn."""
         return not (self._soon.isActive() or self._rest.isActive())
 
+    @property
+    def is_busy(self) -> bool:
+        """Whether a frame has just been drawn: the next change comes in the midst of others."""
+        return self._rest.isActive()
+
     def request(self) -> None:
         """Draw once, soon; any number of changes until then make one frame."""
         if not self._is_stopped and not self._soon.isActive():

@@ -83,6 +83,8 @@ class ViewportBase(ViewSignals):
         fixed: frozenset[str] = frozenset(),
     ) -> None:
         """Show the sensors of a rig except the `hidden` ones; those in `fixed` get no gizmo."""
+        if rig != self._scene.state.rig:
+            self._expect_more()
         self._scene.set_rig(rig, hidden, selected, fixed)
         self.request_render()
 
@@ -93,6 +95,7 @@ class ViewportBase(ViewSignals):
 
     def set_heat_look(self, look: HeatLook) -> None:
         """Draw the heatmap in another way: threshold, scale, opacity, slice."""
+        self._expect_more()
         self._scene.set_heat_look(look)
         self.request_render()
 
@@ -192,6 +195,11 @@ class ViewportBase(ViewSignals):
         """Release the graphics before the widget goes."""
         self.close_viewport()
         super().closeEvent(event)  # type: ignore[arg-type]
+
+    def _expect_more(self) -> None:
+        """A slider or a key that is held: changes right after one another are drawn as those of a drag."""
+        if self._redraw.is_busy:
+            self._scene.set_quick(True)
 
     def _draw_now(self) -> None:
         self._draw_with(smooth=False)
