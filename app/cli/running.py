@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from cyclopts import CycloptsError, UnusedCliTokensError
 
 from app.cli.commands import app
+from app.cli.ctrl_c import insistent_interrupt
 from app.system_libraries import MissingLibraries
 from core.errors import InputError
 
@@ -22,7 +23,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             stream.reconfigure(errors="backslashreplace")
     try:
         tokens = sys.argv[1:] if arguments is None else list(arguments)
-        code = app(tokens, exit_on_error=False, print_error=False, result_action="return_value")
+        with insistent_interrupt():
+            code = app(tokens, exit_on_error=False, print_error=False, result_action="return_value")
         sys.stdout.flush()
     except UnusedCliTokensError as error:
         return _say(f"found {' '.join(error.unused_tokens or ())}, where no more is expected", BAD_INPUT)

@@ -70,7 +70,7 @@ def test_ctrl_c_in_the_middle_of_a_build_changes_nothing(riglens_process, tmp_pa
     time.sleep(0.5)
     os.kill(process.pid, signal.SIGINT)
     output, errors = process.communicate(timeout=60)
-    assert process.returncode == 130
+    assert process.returncode in (130, -signal.SIGINT)  # a shell says 130 to both
     assert output == ""
     assert errors == "riglens: interrupted; no file was changed\n"
     assert (out / "old.npz").read_text() == "kept"

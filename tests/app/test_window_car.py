@@ -112,7 +112,12 @@ def test_nudges_in_a_row_are_one_undo_step(bench):
 def test_the_snap_button_tells_the_view(bench):
     bench.act("snap")
     bench.act("snap")
-    assert [told for told in bench.viewport.told if told[0] == "snap"] == [("snap", True), ("snap", False)]
+    told = [what for what in bench.viewport.told if what[0] == "snap"]
+    assert told == [
+        ("snap", False),
+        ("snap", True),
+        ("snap", False),
+    ]  # the first is how the last session ended
 
 
 def test_another_body_brings_its_own_size_but_keeps_what_was_measured(bench):
