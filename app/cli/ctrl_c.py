@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import threading
 from collections.abc import Iterator
@@ -24,7 +25,7 @@ def insistent_interrupt(again_s: float = AGAIN_S) -> Iterator[None]:
     timers: list[threading.Timer] = []
 
     def interrupt(number: int, frame: FrameType | None) -> None:
-        timer = threading.Timer(again_s, signal.raise_signal, (signal.SIGINT,))
+        timer = threading.Timer(again_s, os.kill, (os.getpid(), signal.SIGINT))
         timer.daemon = True
         timers.append(timer)
         timer.start()
