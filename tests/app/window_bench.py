@@ -222,8 +222,10 @@ class Bench:
         return self.window.document
 
     def settle(self) -> None:
-        """Wait until everything shown is up to date."""
+        """Wait until everything shown is up to date, and everybody has been told."""
         self.qtbot.waitUntil(lambda: self.window.is_exact, timeout=TIMEOUT_MS)
+        assert self.window.recompute.wait_until_idle()
+        QApplication.processEvents()
 
     def act(self, key: str) -> None:
         """Choose an action of a menu or the toolbar."""
