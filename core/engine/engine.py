@@ -116,10 +116,11 @@ class Engine:
 
     def marks_of(self, sensor: Sensor, method: Method) -> Words | None:
         """The voxels that a sensor of the rig evaluated last traverses, as words: all that are informative and maybe
-        others; None when it is not held. A view of the engine's own: read it at once, never write, never keep it."""
+        others; None when it is not held on its own. A view of the engine's own: read it at once, never write it, never
+        keep it."""
         shape = _cast_shape(sensor, method)
         held = next((held for held in self._state.held if held.shape == shape), None)
-        return self._state.stack[held.slot] if held is not None else None
+        return self._state.stack[held.slot] if held is not None and self._for_edits else None
 
     def _shapes_of(self, rig: Rig, method: Method) -> list[tuple[Method, Sensor]]:
         """What decides the rays of each enabled sensor; the same objects as last time for the same sensors."""

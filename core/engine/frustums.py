@@ -38,9 +38,10 @@ def make_frustum(camera: Camera, rays: Cast) -> Frustum | None:
 
 
 def _corners(normals: NDArray[np.float64], depth_limit: float) -> NDArray[np.float64]:
-    """Corners (8, 3), in the camera frame, of the view up to the depth limit with room for half a voxel all around."""
+    """Corners (8, 3), in voxels in the camera frame, of the view up to the depth limit, with the room all around that a
+    voxel takes whose centre is just outside. normals (4, 3): left, right, top, bottom, as in `Frustum.sides`."""
     corners = []
     for x in (-SPHERE, depth_limit):
-        right, left, low, high = (-(n[0] * x + SPHERE) / (n[1] + n[2]) for n in normals)
-        corners += [(x, y, z) for y in (right, left) for z in (low, high)]
+        left, right, top, bottom = (-(n[0] * x + SPHERE) / (n[1] + n[2]) for n in normals)
+        corners += [(x, y, z) for y in (left, right) for z in (top, bottom)]
     return np.array(corners)
