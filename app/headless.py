@@ -28,7 +28,7 @@ def run(rig: Rig, scene: SceneOptions, score: ScoreOptions) -> None:
     _make_folder(OUT)
     for path in (screenshot, rig_file, scores):
         require_writable(path)
-    evaluations = score_rigs([rig], field, score)
+    evaluations = score_rigs([rig], field, score, with_seen=True)
     print_scores(evaluations, field, score)
     document = evaluate_json.evaluation_document(field, settings_of(score), evaluations)
     with atomic_write(scores, "w") as stream:

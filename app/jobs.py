@@ -43,11 +43,15 @@ def load_with_progress(options: SceneOptions) -> tuple[Pog, EntropyField]:
     return found.pog, found.field
 
 
-def score_rigs(rigs: Sequence[Rig], field: EntropyField, options: ScoreOptions) -> list[Evaluation]:
+def score_rigs(
+    rigs: Sequence[Rig], field: EntropyField, options: ScoreOptions, with_seen: bool = False
+) -> list[Evaluation]:
     """Evaluations of the rigs in the order given; each from scratch, so that their times can be compared."""
     evaluations = []
     with progress_bar("Casting rays") as progress:
-        found = evaluate_from_scratch(field, [WARM_UP, *rigs], settings_of(options), options.threads)
+        found = evaluate_from_scratch(
+            field, [WARM_UP, *rigs], settings_of(options), options.threads, with_seen
+        )
         next(found)
         for evaluation in found:
             evaluations.append(evaluation)

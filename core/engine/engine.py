@@ -234,12 +234,16 @@ class Engine:
 
 
 def evaluate_from_scratch(
-    field: EntropyField, rigs: Iterable[Rig], settings: MetricSettings, threads: int | None = None
+    field: EntropyField,
+    rigs: Iterable[Rig],
+    settings: MetricSettings,
+    threads: int | None = None,
+    with_seen: bool = False,
 ) -> Iterator[Evaluation]:
-    """Evaluate rigs one after the other, each from scratch: nothing is carried over but memory. Scores alone: the
-    evaluations hold no seen voxels."""
+    """Evaluate rigs one after the other, each from scratch: nothing is carried over but memory. The seen voxels are
+    in the evaluations only if asked for."""
     engine = Engine(field, threads, for_edits=False)
     for rig in rigs:
-        evaluation = engine.evaluate(rig, settings, with_seen=False)
+        evaluation = engine.evaluate(rig, settings, with_seen=with_seen)
         assert evaluation is not None
         yield evaluation
