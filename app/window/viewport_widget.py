@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import Any, Protocol
 
 from core.mesh import BodyMesh
-from core.rig.model import Rig, Vehicle
+from core.rig.model import Vehicle
 from widgets.theme import Palette
 from widgets.viewport.camera import OrbitCamera
+from widgets.viewport.scene_state import ShownRig
 
 
 class ViewportWidget(Protocol):
@@ -25,14 +26,8 @@ class ViewportWidget(Protocol):
     model_dropped: Any
     shown: Any
 
-    def set_rig(
-        self,
-        rig: Rig,
-        hidden: frozenset[str] = frozenset(),
-        selected: str | None = None,
-        fixed: frozenset[str] = frozenset(),
-    ) -> None:
-        """Show a rig except the hidden sensors; those that are fixed get no gizmo."""
+    def set_rig(self, shown: ShownRig) -> None:
+        """Show the sensors of a rig."""
 
     def set_heatmap(self, data: Any) -> None:
         """Show a heatmap, None for none."""

@@ -24,7 +24,7 @@ from core.geometry import Pose
 from core.metric.scores import MetricSettings, Scores
 from core.rig.model import Camera, EvenAngles, Lidar, Rig
 from widgets.panels.shortcut_sheet import Group
-from widgets.viewport.scene_state import SceneState
+from widgets.viewport.scene_state import SceneState, ShownRig
 
 TIMEOUT_MS = 60_000
 BOXES = """seq,frame,cls,x,y,z,length,width,height,yaw
@@ -81,10 +81,13 @@ class FakeViewport(QWidget):
         self.camera: Any = None
         QTimer.singleShot(0, self, self.shown.emit)
 
-    def set_rig(
-        self, rig: Rig, hidden: frozenset[str], selected: str | None, fixed: frozenset[str] = frozenset()
-    ) -> None:
-        self.rig, self.hidden, self.selected, self.fixed = rig, hidden, selected, fixed
+    def set_rig(self, shown: ShownRig) -> None:
+        self.rig, self.hidden, self.selected, self.fixed = (
+            shown.rig,
+            shown.hidden,
+            shown.selected,
+            shown.fixed,
+        )
 
     def set_heatmap(self, data: Any) -> None:
         self.heatmap = data

@@ -16,7 +16,7 @@ from tests.bench.scenes import Scene as BenchScene
 from tests.bench.scenes import Scenes, moved, names_of, wide_trapezoid
 from widgets.viewport.heat_scale import HeatmapData
 from widgets.viewport.scene import Scene
-from widgets.viewport.scene_state import SceneState
+from widgets.viewport.scene_state import SceneState, ShownRig
 from widgets.viewport.stage import render_window
 
 SIZE_PX = [1280, 800]
@@ -52,7 +52,7 @@ def test_drag_step(race: Race, scenes: Scenes, xvfb: str, kind: str) -> None:
         def drag(step: _Step) -> None:
             """What the viewport does when the mouse moves and the scores of that place arrive."""
             scene.preview(name, step.rig.sensor(name).pose)
-            scene.set_rig(step.rig, frozenset(), name)
+            scene.set_rig(ShownRig(step.rig, selected=name))
             scene.set_heatmap(step.heatmap)
             scene.prepare()
             draw()

@@ -128,10 +128,10 @@ class Person:
     def handle(self, handle: Handle) -> QPoint:
         """A pixel at which exactly this handle of the gizmo is grasped."""
         scene = self._view._scene
-        line = handle_polyline(handle, scene.gizmo_place(), scene.state.camera)
+        line = handle_polyline(handle, scene.under_mouse.gizmo(), scene.state.camera)
         pixels = np.round(scene.state.camera.project(line[~np.isnan(line).any(axis=1)], scene.size)[:, :2])
         pixels = np.concatenate([pixels, (pixels[:-1] + pixels[1:]) // 2])
-        x, y = next(pixel for pixel in pixels if scene.handle_at(tuple(pixel)) == handle)
+        x, y = next(pixel for pixel in pixels if scene.under_mouse.handle(tuple(pixel)) == handle)
         return QPoint(int(x), int(y))
 
     def drag(self, name: str, start: QPoint, by: QPoint, steps: int = 40) -> None:

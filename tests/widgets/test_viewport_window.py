@@ -29,6 +29,7 @@ from widgets.gizmo.handles import handle_polyline
 from widgets.viewport.drop_target import MODEL_MIME
 from widgets.viewport.heat_scale import HeatLook, HeatmapData
 from widgets.viewport.offscreen import OffscreenViewport
+from widgets.viewport.scene_state import ShownRig
 from widgets.viewport.viewport import Viewport
 from widgets.viewport.viewport_base import ViewportBase
 
@@ -71,7 +72,7 @@ def listen(view: ViewportBase) -> Heard:
 def view(request: pytest.FixtureRequest, qtbot) -> Iterator[ViewportBase]:
     viewport = request.param()
     viewport.resize(900, 600)
-    viewport.set_rig(RIG, frozenset(), "roof")
+    viewport.set_rig(ShownRig(RIG, selected="roof"))
     viewport.show()
     qtbot.waitExposed(viewport)
     settle(viewport)
@@ -103,7 +104,7 @@ def test_the_first_picture_on_the_screen_is_the_one_that_stays(qtbot) -> None:
 
     tag = window.AddObserver("EndEvent", keep)
     view.resize(900, 600)
-    view.set_rig(RIG, frozenset(), "roof")
+    view.set_rig(ShownRig(RIG, selected="roof"))
     with qtbot.waitSignal(view.shown):
         view.show()
     settle(view)
@@ -137,10 +138,10 @@ def pixel_at(view: ViewportBase, position_m: np.ndarray | tuple[float, ...]) -> 
 def handle_pixel(view: ViewportBase, handle: Handle) -> np.ndarray:
     """A pixel at which exactly this handle is grasped."""
     scene = view._scene
-    line = handle_polyline(handle, scene.gizmo_place(), scene.state.camera)
+    line = handle_polyline(handle, scene.under_mouse.gizmo(), scene.state.camera)
     pixels = np.round(scene.state.camera.project(line[~np.isnan(line).any(axis=1)], scene.size)[:, :2])
     pixels = np.concatenate([pixels, (pixels[:-1] + pixels[1:]) // 2])
-    return next(pixel for pixel in pixels if scene.handle_at(tuple(pixel)) == handle)
+    return next(pixel for pixel in pixels if scene.under_mouse.handle(tuple(pixel)) == handle)
 
 
 def drag(view: ViewportBase, start: np.ndarray, end: np.ndarray, release: bool = True) -> None:
@@ -159,7 +160,7 @@ def test_dragging_an_arrow_by_a_metre_on_the_screen_moves_the_sensor_by_that_met
     view.set_gizmo("move", space)
     heard = listen(view)
     for axis in range(3):
-        view.set_rig(RIG, frozenset(), "roof")
+        view.set_rig(ShownRig(RIG, selected="roof"))
         heard.signals.clear()
         direction, origin = gizmo_axes(LIDAR.pose, space)[:, axis], np.array(LIDAR.position)
         start, camera = handle_pixel(view, Handle("move", axis)), view._scene.state.camera
@@ -206,7 +207,7 @@ def test_escape_cancels_a_drag_and_restores_the_start_pose(view):
 def test_a_sensor_deleted_while_it_is_dragged_ends_the_drag_in_peace(view):
     start = handle_pixel(view, Handle("move", 2))
     drag(view, start, start + np.array([0.0, -20.0]), release=False)
-    view.set_rig(Rig(sensors=(CAMERA,)), frozenset(), None)
+    view.set_rig(ShownRig(Rig(sensors=(CAMERA,))))
     QTest.mouseMove(view._canvas, to_point(view, start + np.array([0.0, -60.0])))
     assert view.cancel_drag()
     settle(view)
@@ -224,7 +225,7 @@ def test_a_click_selects_the_sensor_under_the_mouse_and_a_click_on_nothing_selec
 
 def test_a_hidden_sensor_cannot_be_picked_and_shows_no_gizmo(view):
     heard = listen(view)
-    view.set_rig(RIG, frozenset({"roof"}), "roof")
+    view.set_rig(ShownRig(RIG, frozenset({"roof"}), "roof"))
     pixel = to_point(view, pixel_at(view, LIDAR.position))
     QTest.mouseClick(view._canvas, Qt.MouseButton.LeftButton, pos=pixel)
     assert heard.signals == [("sensor_picked", None)]
@@ -233,12 +234,12 @@ def test_a_hidden_sensor_cannot_be_picked_and_shows_no_gizmo(view):
 def test_a_sensor_that_cannot_be_moved_has_no_gizmo_and_a_drag_there_turns_the_view(view):
     heard = listen(view)
     start, camera = handle_pixel(view, Handle("move", 2)), view.scene_state.camera
-    view.set_rig(RIG, frozenset(), "roof", frozenset({"roof"}))
-    assert view._scene.gizmo_place() is None
+    view.set_rig(ShownRig(RIG, selected="roof", fixed=frozenset({"roof"})))
+    assert view._scene.under_mouse.gizmo() is None
     drag(view, start, start + np.array([40.0, -30.0]))
     assert heard.signals == [] and view.scene_state.camera != camera
-    view.set_rig(RIG, frozenset(), "roof")
-    assert view._scene.gizmo_place() is not None
+    view.set_rig(ShownRig(RIG, selected="roof"))
+    assert view._scene.under_mouse.gizmo() is not None
 
 
 def test_dragging_beside_the_gizmo_turns_the_view_and_selects_nothing(view):
@@ -316,7 +317,7 @@ def test_a_key_nudges_the_selected_sensor(view):
     view.set_gizmo("both", "world")
     heard = listen(view)
     for key, modifier, place, value in NUDGES:
-        view.set_rig(RIG, frozenset(), "roof")
+        view.set_rig(ShownRig(RIG, selected="roof"))
         heard.signals.clear()
         QTest.keyClick(view._canvas, key, modifier)
         [(_, name, pose)] = heard.signals
@@ -324,7 +325,7 @@ def test_a_key_nudges_the_selected_sensor(view):
 
 
 def test_without_a_selection_keys_nudge_nothing(view):
-    view.set_rig(RIG, frozenset(), None)
+    view.set_rig(ShownRig(RIG))
     heard = listen(view)
     QTest.keyClick(view._canvas, Qt.Key.Key_Left)
     assert heard.signals == []
@@ -370,7 +371,7 @@ def test_a_click_beside_the_car_places_nothing_and_placing_goes_on(view):
 
 
 def test_nothing_can_be_placed_without_a_selection(view):
-    view.set_rig(RIG, frozenset(), None)
+    view.set_rig(ShownRig(RIG))
     assert not view.begin_placing()
 
 
@@ -528,7 +529,7 @@ def test_any_number_of_changes_in_one_go_makes_one_frame(view):
     heard = listen(view)
     for x in (0.1, 0.2, 0.3):
         moved = LIDAR.with_pose(Pose((x, 0.5, 2.2), LIDAR.rpy_deg))
-        view.set_rig(RIG.with_sensor("roof", moved), frozenset(), "roof")
+        view.set_rig(ShownRig(RIG.with_sensor("roof", moved), selected="roof"))
     view.set_gizmo("move", "world")
     view.set_view("top")
     QTest.qWait(60)
@@ -575,12 +576,12 @@ def test_an_unknown_car_body_is_refused_and_the_car_stays(view):
 def test_closing_the_view_releases_its_render_window(kind: Callable[[], ViewportBase], qtbot):
     viewport = kind()
     viewport.resize(300, 200)
-    viewport.set_rig(RIG, frozenset(), "roof")
+    viewport.set_rig(ShownRig(RIG, selected="roof"))
     viewport.show()
     settle(viewport)
     window = weakref.ref(viewport._plotter.render_window)
     viewport.close()
-    viewport.set_rig(RIG, frozenset(), None)
+    viewport.set_rig(ShownRig(RIG))
     viewport.request_render()
     settle(viewport)
     del viewport

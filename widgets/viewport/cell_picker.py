@@ -61,5 +61,5 @@ class CellPicker(QObject):
             if max(abs(moved.x()), abs(moved.y())) <= _CLICK_PX:
                 ratio = self._canvas.devicePixelRatioF()
                 place = event.position()
-                self.picked.emit(self._scene.cell_at((place.x() * ratio, place.y() * ratio)))
+                self.picked.emit(self._scene.under_mouse.cell((place.x() * ratio, place.y() * ratio)))
         return True

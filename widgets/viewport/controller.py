@@ -99,12 +99,12 @@ class ViewController:
         if self._held is not None and (self._held.drag is not None or is_click):
             self._let_go(pixel)
         elif is_click:
-            self._listener.on_picked(self._scene.sensor_at(pixel))
+            self._listener.on_picked(self._scene.under_mouse.sensor(pixel))
         self._listener.on_changed()
 
     def double_click(self, pixel: Pixel) -> None:
         """Look at the sensor under the mouse from near by."""
-        name = self._scene.sensor_at(pixel)
+        name = self._scene.under_mouse.sensor(pixel)
         if name is not None and self._held is None:
             self._scene.frame(name)
             self._listener.on_changed()
@@ -168,7 +168,8 @@ class ViewController:
     def _grasp(self, pixel: Pixel) -> None:
         """Begin a gizmo drag when a handle is under the mouse and can be dragged from here."""
         scene = self._scene
-        handle, place, name = scene.handle_at(pixel), scene.gizmo_place(), scene.state.selected
+        under, name = scene.under_mouse, scene.state.selected
+        handle, place = under.handle(pixel), under.gizmo()
         if handle is None or place is None or name is None:
             return
         ray = scene.state.camera.ray(pixel, scene.size)
@@ -219,7 +220,9 @@ class ViewController:
         return any(sensor.name == name for sensor in self._scene.state.rig.sensors)
 
     def _hover(self, pixel: Pixel) -> None:
-        if self._scene.set_hovered(self._scene.handle_at(pixel) or self._scene.sensor_at(pixel)):
+        if self._scene.set_hovered(
+            self._scene.under_mouse.handle(pixel) or self._scene.under_mouse.sensor(pixel)
+        ):
             self._listener.on_changed()
 
     def _is_drag(self, pixel: Pixel) -> bool:

@@ -14,25 +14,24 @@ import pyvista as pv
 from core.geometry import Pose
 from core.mesh import BodyMesh
 from core.placing import placed_on
-from core.rig.model import Camera, Lidar, Rig, Vehicle
+from core.rig.model import Camera, Lidar, Vehicle
 from core.scene.grid import VoxelGrid
 from widgets.gizmo.drag import Handle, Space
-from widgets.gizmo.handles import GizmoActors, GizmoMode, GizmoPlace
+from widgets.gizmo.handles import GizmoActors, GizmoMode
 from widgets.theme import DARK, Palette
 from widgets.viewport.body_layer import BodyLayer
 from widgets.viewport.camera import OrbitCamera, Size, view_camera
 from widgets.viewport.ground_layer import GroundLayer
-from widgets.viewport.heat_pick import PickedCell
 from widgets.viewport.heat_scale import HeatLook, HeatmapData
 from widgets.viewport.heatmap_layer import HeatmapLayer
 from widgets.viewport.listener import Pixel
 from widgets.viewport.marker_layer import Marker, MarkerLayer
 from widgets.viewport.rig_layer import RigLayer
 from widgets.viewport.roi_layer import RoiLayer
-from widgets.viewport.scene_state import SceneState
+from widgets.viewport.scene_state import SceneState, ShownRig
 from widgets.viewport.sensor_shapes import sensor_body
 from widgets.viewport.stage import Stage
-from widgets.viewport.under_mouse import cell_under, gizmo_of, handle_under, sensor_under
+from widgets.viewport.under_mouse import UnderMouse
 from widgets.viewport.words_layer import WordsLayer
 
 
@@ -121,18 +120,13 @@ class Scene:
         self._state = replace(self._state, grid=grid)
         self._rig.show_fans(self._state, self._quick)
 
-    def set_rig(
-        self,
-        rig: Rig,
-        hidden: frozenset[str] = frozenset(),
-        selected: str | None = None,
-        fixed: frozenset[str] = frozenset(),
-    ) -> None:
-        """Show a rig's sensors except the hidden ones; the selected one gets the dense fan, and unless it is
-        `fixed` the gizmo."""
+    def set_rig(self, shown: ShownRig) -> None:
+        """Show a rig's sensors; the selected one gets the dense fan."""
         before = self._state
-        self._state = replace(before, rig=rig, hidden=hidden, selected=selected, fixed=fixed)
-        if (rig, hidden, selected) == (before.rig, before.hidden, before.selected):
+        self._state = replace(
+            before, rig=shown.rig, hidden=shown.hidden, selected=shown.selected, fixed=shown.fixed
+        )
+        if replace(shown, fixed=before.fixed) == before.shown_rig:
             return
         self._rig.show_bodies(self._state, self._hovered)
         self._rig.show_fans(self._state, self._quick, others=before.other_fans_differ(self._state))
@@ -160,10 +154,6 @@ class Scene:
         """Point out a cube, or none."""
         self._state = replace(self._state, marker=marker)
         self._marker.set_marker(marker, self._state.palette)
-
-    def cell_at(self, pixel: Pixel) -> PickedCell | None:
-        """The cell of the heatmap under a pixel, the nearest of those that are drawn."""
-        return cell_under(pixel, self._state, self.size)
 
     @property
     def legend_texts(self) -> tuple[str, ...]:
@@ -223,23 +213,16 @@ class Scene:
         """Show where a sensor that is not in the rig would come to stand, or no longer."""
         self._rig.set_ghost(sensor, self._state.palette)
 
+    @property
+    def under_mouse(self) -> UnderMouse:
+        """What is where in the picture."""
+        return UnderMouse(self._state, self.size, self._pixel_ratio)
+
     def pose_on_body(self, pixel: Pixel, sensor: Lidar | Camera) -> Pose | None:
         """The pose of a sensor that sits on the car under a pixel; None beside the car."""
         self._bring_car()
         hit = self._body.hit(self._state.camera.ray(pixel, self.size))
         return None if hit is None else placed_on(*hit, sensor.kind, sensor_body(sensor).box_m())
-
-    def gizmo_place(self) -> GizmoPlace | None:
-        """Where the gizmo is, or None when there is nothing that can be dragged."""
-        return gizmo_of(self._state, self.size, self._pixel_ratio)
-
-    def handle_at(self, pixel: Pixel) -> Handle | None:
-        """The gizmo handle under a pixel."""
-        return handle_under(pixel, self._state, self.size, self._pixel_ratio)
-
-    def sensor_at(self, pixel: Pixel) -> str | None:
-        """The sensor under a pixel; of several the one nearest to the viewer."""
-        return sensor_under(pixel, self._state, self.size, self._pixel_ratio)
 
     def prepare(self) -> None:
         """Bring camera, heatmap and gizmo up to date for the next frame."""
@@ -251,5 +234,5 @@ class Scene:
         self._words.arrange(state, self._heatmap.drawn_cell_m, self.size, self._pixel_ratio)
         self._marker.arrange(state.camera, self.size, self._pixel_ratio)
         lit = self._hovered if isinstance(self._hovered, Handle) else None
-        self._gizmo.arrange(self.gizmo_place(), state.gizmo_mode, state.camera, lit)
+        self._gizmo.arrange(self.under_mouse.gizmo(), state.gizmo_mode, state.camera, lit)
         self._stage.set_smooth(self._smooth)

@@ -17,8 +17,21 @@ from widgets.viewport.marker_layer import Marker
 
 
 @dataclass(frozen=True)
+class ShownRig:
+    """A rig and how its sensors are shown: the `selected` one with its rays and gizmo, the `hidden` ones not at all.
+
+    Those in `fixed` cannot be dragged: they get no gizmo.
+    """
+
+    rig: Rig = field(default_factory=Rig)
+    hidden: frozenset[str] = frozenset()
+    selected: str | None = None
+    fixed: frozenset[str] = frozenset()
+
+
+@dataclass(frozen=True)
 class SceneState:
-    """What is seen, from where, and in which colours. Sensors in `fixed` cannot be dragged: they get no gizmo."""
+    """What is seen, from where, and in which colours; rig, hidden, selected and fixed are those of a ShownRig."""
 
     vehicle: Vehicle = field(default_factory=Vehicle)
     body_mesh: BodyMesh | None = None
@@ -38,6 +51,11 @@ class SceneState:
     show_gizmo: bool = True
     show_rays: bool = True
     palette: Palette = DARK
+
+    @property
+    def shown_rig(self) -> ShownRig:
+        """The rig and how its sensors are shown."""
+        return ShownRig(self.rig, self.hidden, self.selected, self.fixed)
 
     @property
     def shown(self) -> list[Lidar | Camera]:

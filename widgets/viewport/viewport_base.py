@@ -8,7 +8,7 @@ from PySide6.QtCore import QEvent, Qt
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from core.mesh import BodyMesh
-from core.rig.model import Rig, Vehicle
+from core.rig.model import Vehicle
 from core.scene.grid import VoxelGrid
 from widgets.gizmo.drag import Space
 from widgets.gizmo.handles import GizmoMode
@@ -21,7 +21,7 @@ from widgets.viewport.heat_scale import HeatLook, HeatmapData
 from widgets.viewport.marker_layer import Marker
 from widgets.viewport.redraw import Redraw
 from widgets.viewport.scene import Scene
-from widgets.viewport.scene_state import SceneState
+from widgets.viewport.scene_state import SceneState, ShownRig
 from widgets.viewport.view_signals import ViewSignals
 
 
@@ -75,17 +75,11 @@ class ViewportBase(ViewSignals):
         self._scene.set_vehicle(vehicle, mesh)
         self.request_render()
 
-    def set_rig(
-        self,
-        rig: Rig,
-        hidden: frozenset[str] = frozenset(),
-        selected: str | None = None,
-        fixed: frozenset[str] = frozenset(),
-    ) -> None:
-        """Show the sensors of a rig except the `hidden` ones; those in `fixed` get no gizmo."""
-        if rig != self._scene.state.rig:
+    def set_rig(self, shown: ShownRig) -> None:
+        """Show the sensors of a rig."""
+        if shown.rig != self._scene.state.rig:
             self._expect_more()
-        self._scene.set_rig(rig, hidden, selected, fixed)
+        self._scene.set_rig(shown)
         self.request_render()
 
     def set_heatmap(self, data: HeatmapData | None) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from app.window.feature import Feature
+from widgets.viewport.scene_state import ShownRig
 
 if TYPE_CHECKING:
     from app.window.main_window import MainWindow
@@ -52,7 +53,7 @@ class Follow(Feature):
     def show_all(self) -> None:
         """Bring viewport, tree and inspector in line with the document; the other features follow."""
         document = self.document
-        self.viewport.set_rig(document.rig, document.hidden, document.selected, document.fixed)
+        self.viewport.set_rig(ShownRig(document.rig, document.hidden, document.selected, document.fixed))
         self.window.tree.set_rig(document.rig, document.hidden, document.selected, document.locked)
         self.window.inspector.set_saved(document.saved_rig)
         self.window.inspector.set_rig(document.rig, document.selected)
