@@ -54,8 +54,9 @@ class Recompute(QObject):
     scene_loaded = Signal(object)
     load_progress = Signal(float)
     load_preparing = Signal()
-    load_ended = Signal(str)
-    """A load is over; the text is empty after success, and after a cancel or an error says which."""
+    load_ended = Signal(str, object)
+    """A load is over; the text is empty after success, and after a cancel or an error says which. Then the
+    SceneOptions that it was asked for with: a newer load may have been asked for meanwhile."""
     failed = Signal(str)
     side_answered = Signal(object)
     """A SideAnswer."""
@@ -73,6 +74,7 @@ class Recompute(QObject):
         self._coarse_above_ms = coarse_above_ms
         self._wishes = Wishes(waits)
         self._scoring: Scoring | None = None
+        self._is_warm = False
         self._thread = threading.Thread(target=self._run, name="recompute", daemon=True)
         self._thread.start()
 
@@ -104,8 +106,9 @@ class Recompute(QObject):
 
     def cancel_load(self) -> None:
         """Give up the load under way and the one that waits."""
-        if self._wishes.cancel_load():
-            self.load_ended.emit(CANCELLED)
+        dropped = self._wishes.cancel_load()
+        if dropped is not None:
+            self.load_ended.emit(CANCELLED, dropped)
 
     def wait_until_idle(self, timeout_s: float = 60.0) -> bool:
         """Block until nothing but side jobs waits or runs; False on timeout. Results may still be queued as
@@ -134,14 +137,11 @@ class Recompute(QObject):
                 Scoring,
                 load_scene,
             )
-            from core.engine.warm_up import warm_up
 
             scene = (self._loader or load_scene)(request, self._report_progress)
             self._stop_if_unwanted()
             scoring = Scoring(scene, self._threads, self._coarse_above_ms)
-            self.load_preparing.emit()
-            warm_up(scene.field, self._threads)
-            self._stop_if_unwanted()
+            self._warm_up(scene)
         except _Cancelled:
             outcome = CANCELLED
         except InputError as error:
@@ -154,7 +154,18 @@ class Recompute(QObject):
             self._wishes.repeat_last()
             outcome = ""
         if not self._wishes.is_other_scene_wanted():
-            self.load_ended.emit(outcome)
+            self.load_ended.emit(outcome, request)
+
+    def _warm_up(self, scene: LoadedScene) -> None:
+        """Compile everything before the first answer of this program; later scenes find it compiled."""
+        if self._is_warm:
+            return
+        from core.engine.warm_up import warm_up
+
+        self.load_preparing.emit()
+        warm_up(scene.field, self._threads)
+        self._is_warm = True
+        self._stop_if_unwanted()
 
     def _report_progress(self, fraction: float) -> None:
         """Progress of a load: ends it when unwanted, and keeps the old scene's scores following edits."""

@@ -67,13 +67,12 @@ class Wishes:
             self._scene_wanted = request
             self.lock.notify_all()
 
-    def cancel_load(self) -> bool:
-        """Want the scene no more; whether its load had not begun."""
+    def cancel_load(self) -> SceneOptions | None:
+        """Want the scene no more; returns it when its load had not begun."""
         with self.lock:
-            only_waited = self._scene_wanted is not None and not self._is_loading
-            self._scene_wanted = None
+            waiting, self._scene_wanted = self._scene_wanted, None
             self._cancel_load = True
-            return only_waited
+            return None if self._is_loading else waiting
 
     def close(self) -> None:
         """Want the end of everything."""

@@ -43,7 +43,7 @@ class Worker:
         self.recompute = Recompute(loader, threads=1, coarse_above_ms=math.inf)
         self.recompute.evaluated.connect(lambda result: self.answered.append(result.request.revision), QUEUED)
         self.recompute.scene_loaded.connect(self.scenes.append, QUEUED)
-        self.recompute.load_ended.connect(self.ended.append, QUEUED)
+        self.recompute.load_ended.connect(lambda problem, _: self.ended.append(problem), QUEUED)
         self.recompute.failed.connect(self.failures.append, QUEUED)
 
     def wait(self, condition: Callable[[], bool]) -> None:
@@ -134,6 +134,16 @@ def test_the_last_request_is_answered_again_on_a_new_scene(start: StartWorker, t
     worker.recompute.load(scene_options(tmp_path, voxel_m=1.0))
     worker.wait(lambda: worker.answered == [1, 1])
     assert [scene.field.grid.voxel_m for scene in worker.scenes] == [0.5, 1.0]
+
+
+def test_only_the_first_scene_waits_for_compiled_code(start: StartWorker, tmp_path: Path) -> None:
+    worker = start()
+    preparing: list[bool] = []
+    worker.recompute.load_preparing.connect(lambda: preparing.append(True), QUEUED)
+    for voxel_m in (0.5, 1.0):
+        worker.recompute.load(scene_options(tmp_path, voxel_m=voxel_m))
+        worker.wait(lambda voxel_m=voxel_m: [s.field.grid.voxel_m for s in worker.scenes][-1:] == [voxel_m])
+    assert preparing == [True]
 
 
 class SlowEngine:

@@ -9,7 +9,7 @@ from typing import NoReturn
 
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QComboBox, QLineEdit, QPushButton
+from PySide6.QtWidgets import QApplication, QComboBox, QLineEdit, QPushButton
 from pytestqt.qtbot import QtBot
 
 from app.options import SceneOptions
@@ -223,3 +223,28 @@ def test_cancel_ends_a_load_and_keeps_the_old_boxes(
     bench.settle()
     assert bench.window.message_bar.message == CANCELLED
     assert "δ 0.5 m" in bench.window.status.scene.text()
+
+
+def test_scores_of_the_boxes_before_are_not_called_exact(bench: Bench, tmp_path: Path) -> None:
+    """The load is over, its answer is on its way: the numbers shown are still of the old boxes."""
+    called_exact: list[bool] = []
+    bench.window.recompute.load_ended.connect(
+        lambda *_: called_exact.append(bench.window.is_exact), Qt.ConnectionType.QueuedConnection
+    )
+    bench.window.feature(SceneData).load(scene_options(tmp_path, voxel_m=1.0))
+    bench.qtbot.waitUntil(lambda: bool(called_exact), timeout=TIMEOUT_MS)
+    assert called_exact == [False]
+    bench.settle()
+    assert "δ 1 m" in bench.window.status.scene.text()
+
+
+def test_the_end_of_a_load_that_nobody_wants_any_more_ends_nothing(
+    bench: Bench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(bench.window.recompute, "_loader", endless_load)
+    before, data = scene_options(tmp_path, voxel_m=0.25), bench.window.feature(SceneData)
+    data.load(scene_options(tmp_path, voxel_m=1.0))
+    bench.window.recompute.load_ended.emit("boxes.csv: broken", before)
+    QApplication.processEvents()
+    assert data.is_loading and not bench.window.is_exact
+    assert bench.window.message_bar.isHidden()

@@ -24,7 +24,7 @@ def run(part: str, folder: Path) -> subprocess.CompletedProcess[str]:
     }
     command = [sys.executable, "-m", "tests.session.drive", part, str(folder)]
     return subprocess.run(
-        command, env=environment, cwd=REPOSITORY, capture_output=True, text=True, timeout=900
+        command, env=environment, cwd=REPOSITORY, capture_output=True, text=True, timeout=1800
     )
 
 

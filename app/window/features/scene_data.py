@@ -101,7 +101,9 @@ class SceneData(Feature):
     def _on_preparing(self) -> None:
         self._strip.show_stage("Preparing the engine", "the first start compiles: a minute or two")
 
-    def _on_load_ended(self, problem: str) -> None:
+    def _on_load_ended(self, problem: str, options: SceneOptions) -> None:
+        if options is not self._options:
+            return  # another load was asked for meanwhile, and is under way
         self._strip.end()
         if problem:
             self.window.report_error(problem)
