@@ -23,6 +23,7 @@ from core.metric.entropy import EntropyField
 from core.rig.model import Rig
 from core.scene.display import DisplayGrid
 from core.scene.pog import Pog
+from widgets.viewport.ray_look import DEFAULT_RAYS, LEAST_DENSITY, MOST_DENSITY, RayLook
 
 View = Literal["iso", "top", "front", "left", "rear"]
 Theme = Literal["dark", "light"]
@@ -52,6 +53,7 @@ class Picture:
     opacity: float | None = None
     slice_m: tuple[float, float] | None = None
     baseline: str | None = None
+    rays: RayLook = DEFAULT_RAYS
 
     def __post_init__(self) -> None:
         if self.out.suffix.lower() != ".png":
@@ -65,6 +67,7 @@ class Picture:
                 f"of {MIN_SIDE_PX} to {MAX_SIDE_PX} pixels, scale included"
             )
         self._check_heatmap()
+        self._check_rays()
 
     def _check_heatmap(self) -> None:
         for name, share in (("threshold", self.threshold), ("opacity", self.opacity)):
@@ -78,6 +81,15 @@ class Picture:
         if (self.heat == "change") != (self.baseline is not None):
             raise InputError(
                 "--heatmap change shows what a rig gains and loses against --baseline RIG: give both, or neither"
+            )
+
+    def _check_rays(self) -> None:
+        if not 0.0 <= self.rays.opacity <= 1.0:
+            raise InputError(f"--ray-opacity: found {self.rays.opacity:g}, accepted is a number from 0 to 1")
+        if not LEAST_DENSITY <= self.rays.density <= MOST_DENSITY:
+            raise InputError(
+                f"--ray-density: found {self.rays.density:g}, accepted is a number "
+                f"from {LEAST_DENSITY:g} to {MOST_DENSITY:g}"
             )
 
 
@@ -142,7 +154,7 @@ def draw(
         rig = evaluation.rig
         state = SceneState(
             vehicle=rig.vehicle, body_mesh=body, rig=rig, grid=field.grid, heatmap=cells, heat_look=look,
-            palette=palette(picture.theme == "dark"),
+            ray_look=picture.rays, palette=palette(picture.theme == "dark"),
         )  # fmt: skip
         words = PictureWords(picture.legend, picture.title, picture.scores)
         state = with_words(state, words, Findings(rig, evaluation.scores, evaluation.settings, field))

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from cyclopts import Parameter
 
 from app.cli.options import Libraries, Out, Rig, Scene, whole_number
+from widgets.viewport.ray_look import DEFAULT_RAYS, RayLook
 
 if TYPE_CHECKING:
     from app.render import Picture
@@ -48,6 +49,12 @@ class Look:
     """Logarithmic colour scale, three powers of ten long."""
     opacity: Annotated[float | None, Parameter(metavar="SHARE")] = None
     """Opacity of the highest values, 0 to 1 (0.5)."""
+    rays: Annotated[bool, Parameter(negative="--no-rays")] = True
+    """The rays of the sensors."""
+    ray_opacity: Annotated[float, Parameter(metavar="SHARE")] = DEFAULT_RAYS.opacity
+    """Opacity of the rays, 0 to 1 (0.2)."""
+    ray_density: Annotated[float, Parameter(metavar="FACTOR")] = DEFAULT_RAYS.density
+    """How many times as many rays, 0.125 to 8 (1)."""
     transparent: bool = False
     """No background."""
     legend: Annotated[bool, Parameter(negative="--no-legend")] = True
@@ -68,6 +75,7 @@ class Look:
             transparent=self.transparent, legend=self.legend, title=self.title, scores=self.scores,
             theme=self.theme, threshold=self.threshold, log=self.log, opacity=self.opacity,
             slice_m=self.slice_m, baseline=self.baseline,
+            rays=RayLook(self.rays, self.ray_opacity, self.ray_density),
         )  # fmt: skip
 
 

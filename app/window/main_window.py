@@ -41,6 +41,7 @@ from app.window.features.mirror import Mirror
 from app.window.features.pick import Pick
 from app.window.features.picture import Picture
 from app.window.features.placing import Placing
+from app.window.features.rays import Rays
 from app.window.features.recent import Recent
 from app.window.features.scene_data import SceneData, choice_of
 from app.window.features.scores import Scores
@@ -73,6 +74,7 @@ FEATURES: tuple[type[Feature], ...] = (
     LibraryPanel,
     Views,
     Heat,
+    Rays,
     Pick,
     Picture,
     SceneData,

@@ -35,6 +35,9 @@ class ViewportWidget(Protocol):
     def set_heat_look(self, look: Any) -> None:
         """Draw the heatmap in another way."""
 
+    def set_ray_look(self, look: Any) -> None:
+        """Draw the rays in another way."""
+
     def set_picking(self, is_on: bool) -> None:
         """Have every left click pick a cell of the heatmap."""
 

@@ -22,8 +22,8 @@ from widgets.theme import DARK, LIGHT
 from widgets.viewport.camera import OrbitCamera
 
 KEYS = (
-    "window/geometry", "window/state", "theme", "heat/mode", "heat/class", "gizmo/mode", "gizmo/local", "gizmo/snap",
-    "view/camera", "files/recent", "sensors/locked", "compare/bars",
+    "window/geometry", "window/state", "theme", "heat/mode", "heat/class", "rays/look", "gizmo/mode", "gizmo/local",
+    "gizmo/snap", "view/camera", "files/recent", "sensors/locked", "compare/bars",
 )  # fmt: skip
 JUNK = ('"junk"', "[1, null]", '{"focal_m": [1e400, 0, 0]}', "12", "true", "{", '"\ufffd"', "[" * 5000)
 

@@ -75,6 +75,7 @@ class FakeViewport(QWidget):
         self.selected: str | None = None
         self.heatmap: Any = None
         self.look: Any = None
+        self.rays: Any = None
         self.marker: Any = None
         self.told: list[tuple[Any, ...]] = []
         self.dragged: str | None = None
@@ -94,6 +95,9 @@ class FakeViewport(QWidget):
 
     def set_heat_look(self, look: Any) -> None:
         self.look = look
+
+    def set_ray_look(self, look: Any) -> None:
+        self.rays = look
 
     def set_picking(self, is_on: bool) -> None:
         self.told.append(("picking", is_on))

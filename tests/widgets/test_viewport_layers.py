@@ -1,5 +1,7 @@
 """What the layers draw: rays of the metric inside the ROI, heatmap cells and their colours, sensor shapes."""
 
+from collections.abc import Iterator
+
 import numpy as np
 import pytest
 import pyvista as pv
@@ -9,7 +11,15 @@ from core.rig.model import Camera, EvenAngles, Lidar
 from core.scene.grid import VoxelGrid
 from widgets.theme import DARK, LIGHT, mix, rgb
 from widgets.viewport.heat_levels import DRAG_CELLS, coarse_level, full_level
-from widgets.viewport.rays_layer import OTHER_LINES, SELECTED_LINES, RaysLayer, fan_mesh, fan_rows
+from widgets.viewport.ray_look import (
+    LEAST_DENSITY,
+    MOST_DENSITY,
+    OTHER_LINES,
+    SELECTED_LINES,
+    RayLook,
+    Strokes,
+)
+from widgets.viewport.rays_layer import RaysLayer, fan_mesh, fan_rows
 
 GRID = VoxelGrid()
 LIDAR = Lidar(
@@ -33,7 +43,7 @@ def test_a_fan_is_made_of_rays_of_the_metric_and_stays_small(sensor, most):
     rows = fan_rows(sensor, most)
     assert len(np.unique(rows)) == len(rows) and rows.min() >= 0 and rows.max() < sensor.ray_count
     assert 1 <= len(rows) <= 1.3 * most
-    assert fan_mesh(sensor, GRID, most, "#ff0000", 0.3).n_cells <= 2.8 * most
+    assert fan_mesh(sensor, GRID, Strokes(most, 0.3), "#ff0000").n_cells <= 2.8 * most
 
 
 @pytest.mark.parametrize("sensor", [LIDAR, CAMERA])
@@ -42,7 +52,7 @@ def test_every_drawn_ray_ends_where_the_metric_says_it_leaves_the_roi(sensor):
     rays = sensor_rays(sensor, rows)
     t0, t1 = clip_to_roi(GRID, rays)
     ends = np.array(rays.origin_m) + t1[:, None] * rays.directions
-    drawn = np.asarray(fan_mesh(sensor, GRID, 200, "#ff0000", 0.3).points)[1 : 2 * len(rows) : 2]
+    drawn = np.asarray(fan_mesh(sensor, GRID, Strokes(200, 0.3), "#ff0000").points)[1 : 2 * len(rows) : 2]
     assert (t1 > t0).all()
     assert np.allclose(drawn, ends, atol=1e-4)
 
@@ -60,7 +70,7 @@ def test_a_camera_fan_reaches_all_four_corners_of_the_image():
 
 def test_a_sensor_outside_the_roi_that_looks_away_draws_nothing():
     away = CAMERA.replace(position=(100.0, 0.0, 1.8), rpy_deg=(0.0, 0.0, 0.0))
-    assert fan_mesh(away, GRID, 150, "#ff0000", 0.3).n_points == 0
+    assert fan_mesh(away, GRID, Strokes(150, 0.3), "#ff0000").n_points == 0
 
 
 def test_a_coarse_heatmap_has_few_cells_and_loses_no_peak():
@@ -97,15 +107,51 @@ def test_colours_mix_evenly():
     assert mix("#102030", "#ffffff", 0.0) == "#102030"
 
 
-def test_a_moving_picture_has_far_fewer_rays_of_every_sensor():
+@pytest.fixture
+def layer() -> Iterator[RaysLayer]:
     plotter = pv.Plotter(off_screen=True, window_size=[64, 64], lighting="none")
-    try:
-        layer = RaysLayer(plotter.renderer)
-        lines = {}
-        for quick in (False, True):
-            layer.set_selected(LIDAR, GRID, DARK, quick)
-            layer.set_others([CAMERA, MANY_BEAMS] * 5, GRID, DARK, quick)
-            lines[quick] = [actor.mapper.dataset.n_lines for actor in layer._actors]
-        assert all(0 < few < 0.5 * many for few, many in zip(lines[True], lines[False], strict=True))
-    finally:
-        plotter.close()
+    yield RaysLayer(plotter.renderer)
+    plotter.close()
+
+
+def drawn(layer: RaysLayer, look: RayLook, quick: bool = False) -> tuple[list[int], list[int]]:
+    """Number of lines and largest opacity of the selected sensor's fan, and of ten others."""
+    others = [CAMERA, MANY_BEAMS] * 5
+    layer.set_selected(LIDAR, GRID, DARK, look.of_selected(quick))
+    layer.set_others(others, GRID, DARK, look.of_others(len(others), quick))
+    meshes = [actor.mapper.dataset for actor in layer._actors]
+    return [mesh.n_lines for mesh in meshes], [int(mesh["rgba"][:, 3].max()) for mesh in meshes]
+
+
+@pytest.mark.parametrize("density", [1.0, 8.0])
+def test_a_moving_picture_has_far_fewer_but_bolder_rays(layer, density):
+    (lines, opacity), (few, bold) = (drawn(layer, RayLook(density=density), quick) for quick in (False, True))
+    assert all(0 < less < 0.5 * many for less, many in zip(few, lines, strict=True))
+    assert all(more > some for more, some in zip(bold, opacity, strict=True))
+    assert few == drawn(layer, RayLook(), quick=True)[0]
+
+
+def test_density_is_the_number_of_rays_and_opacity_how_strong_they_are(layer):
+    lines, opacity = drawn(layer, RayLook())
+    more, same = drawn(layer, RayLook(density=4.0))
+    assert all(3.0 < many / some < 6.0 for many, some in zip(more, lines, strict=True)) and same == opacity
+    same, stronger = drawn(layer, RayLook(opacity=0.3))
+    assert same == lines
+    assert all(
+        bold / some == pytest.approx(1.5, abs=0.1) for bold, some in zip(stronger, opacity, strict=True)
+    )
+
+
+@pytest.mark.parametrize("sensor", [LIDAR, CAMERA, MANY_BEAMS])
+def test_the_densest_fan_too_is_made_of_rays_of_the_metric(sensor):
+    strokes = RayLook(density=MOST_DENSITY).of_selected()
+    rows = fan_rows(sensor, strokes.lines)
+    assert len(np.unique(rows)) == len(rows) and rows.max() < sensor.ray_count
+    assert fan_mesh(sensor, GRID, strokes, "#ff0000").n_cells <= 2.8 * strokes.lines
+
+
+def test_a_thin_fan_keeps_its_lowest_and_highest_beam_and_the_corners_of_the_image():
+    strokes = RayLook(density=LEAST_DENSITY).of_others(60)
+    assert {0, 15} <= set(fan_rows(LIDAR, strokes.lines) // 360)
+    columns, lines = CAMERA.cast
+    assert {0, lines * columns - 1} <= set(fan_rows(CAMERA, strokes.lines).tolist())

@@ -7,6 +7,7 @@ from core.rig.model import EvenAngles, Lidar, Rig
 from widgets.theme import LIGHT
 from widgets.viewport.camera import OrbitCamera
 from widgets.viewport.heat_scale import HeatmapData
+from widgets.viewport.ray_look import RayLook
 from widgets.viewport.scene_state import SceneState
 from widgets.viewport.still import render_still
 
@@ -64,9 +65,9 @@ def test_a_hidden_sensor_is_not_drawn():
 
 def test_the_gizmo_is_seen_through_the_car():
     buried = Rig(sensors=(LIDAR.replace(position=(0.0, 0.0, 0.6)),))
-    state = SceneState(camera=SIDE_VIEW, rig=buried, show_rays=False)
+    state = SceneState(camera=SIDE_VIEW, rig=buried, ray_look=RayLook(shown=False))
     without = picture(state)
-    chosen = picture(SceneState(camera=SIDE_VIEW, rig=buried, show_rays=False, selected="roof"))
+    chosen = picture(SceneState(camera=SIDE_VIEW, rig=buried, ray_look=RayLook(shown=False), selected="roof"))
     assert (np.abs(chosen - without).max(axis=2) > 60).mean() > 0.003
 
 
@@ -74,7 +75,9 @@ def test_a_switched_off_sensor_is_drawn_without_rays():
     camera = OrbitCamera(LIDAR.position, 30.0, -60.0, 30.0)
     off = Rig(sensors=(LIDAR.replace(enabled=False),))
     rays = SceneState(camera=camera, rig=off, selected="roof", show_gizmo=False)
-    no_rays = SceneState(camera=camera, rig=off, selected="roof", show_gizmo=False, show_rays=False)
+    no_rays = SceneState(
+        camera=camera, rig=off, selected="roof", show_gizmo=False, ray_look=RayLook(shown=False)
+    )
     assert np.array_equal(picture(rays), picture(no_rays))
 
 

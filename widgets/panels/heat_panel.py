@@ -4,66 +4,36 @@ from __future__ import annotations
 
 import math
 
-from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QCheckBox, QGridLayout, QLabel, QPushButton, QSlider, QWidget
+from PySide6.QtWidgets import QWidget
 
-from widgets.panels.style import MARGIN, SPACING, as_panel
+from widgets.panels.look_panel import LookPanel
 from widgets.viewport.heat_scale import DEFAULT_LOOK, HeatLook, HeatmapData, value_text
 
 _STEPS = 200
-_SLIDER_PX, _VALUE_PX = 150, 104
 _LEAST_OPACITY = 0.05
 
 
-class HeatPanel(QWidget):
+class HeatPanel(LookPanel):
     """Sliders for a HeatLook. Slices are whole layers of the cells that are shown."""
 
-    look_changed = Signal(object)
-
     def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        as_panel(self)
+        super().__init__("Heatmap", parent)
         self._data: HeatmapData | None = None
         self._cell_m, self._layers = 0.4, 10
-        self._grid = QGridLayout(self)
-        self._grid.setContentsMargins(MARGIN + 4, MARGIN, MARGIN + 4, MARGIN)
-        self._grid.setHorizontalSpacing(SPACING + 4)
-        self._grid.setVerticalSpacing(SPACING)
-        self.threshold = self._slider("Show from", "Cells below this are not drawn", 0, _STEPS)
-        self.opacity = self._slider(
+        self.threshold = self.add_slider("Show from", "Cells below this are not drawn", 0, _STEPS)
+        self.opacity = self.add_slider(
             "Opacity", "Opacity of the highest values", round(_LEAST_OPACITY * _STEPS), _STEPS
         )
-        self.log = self._box("Logarithmic colours", "Three powers of ten; shows small values, too")
-        self.sliced = self._box("Horizontal slice only", "Only some layers of cells")
-        self.bottom = self._slider("Height", "Where the slice begins", 0, self._layers - 1)
-        self.thickness = self._slider("Layers", "How many layers of cells the slice has", 1, self._layers)
-        self._reset = QPushButton("Reset")
-        self._reset.setObjectName("reset_look")
-        self._reset.clicked.connect(lambda: self.set_look(DEFAULT_LOOK))
-        self._grid.addWidget(self._reset, self._grid.rowCount(), 2)
+        self.log = self.add_box("Logarithmic colours", "Three powers of ten; shows small values, too")
+        self.sliced = self.add_box("Horizontal slice only", "Only some layers of cells")
+        self.bottom = self.add_slider("Height", "Where the slice begins", 0, self._layers - 1)
+        self.thickness = self.add_slider("Layers", "How many layers of cells the slice has", 1, self._layers)
+        self.add_reset()
         self.set_look(DEFAULT_LOOK)
 
-    def _slider(self, caption: str, tip: str, low: int, high: int) -> QSlider:
-        slider, label, value = QSlider(Qt.Orientation.Horizontal), QLabel(caption), QLabel()
-        slider.setRange(low, high)
-        slider.setFixedWidth(_SLIDER_PX)
-        slider.setObjectName(caption)
-        slider.setAccessibleName(caption)
-        slider.valueChanged.connect(self._on_changed)
-        value.setMinimumWidth(_VALUE_PX)
-        value.setObjectName(f"{caption} value")
-        row = self._grid.rowCount()
-        for column, widget in enumerate((label, slider, value)):
-            widget.setToolTip(tip)
-            self._grid.addWidget(widget, row, column)
-        return slider
-
-    def _box(self, caption: str, tip: str) -> QCheckBox:
-        box = QCheckBox(caption)
-        box.setToolTip(tip)
-        box.toggled.connect(self._on_changed)
-        self._grid.addWidget(box, self._grid.rowCount(), 0, 1, 3)
-        return box
+    def reset(self) -> None:
+        """Draw as at first."""
+        self.set_look(DEFAULT_LOOK)
 
     # ------------------------------------------------------------------ what is shown
     def set_layers(self, cell_m: float, height_m: float) -> None:
@@ -123,13 +93,11 @@ class HeatPanel(QWidget):
             threshold = value_text(self._data, look.threshold, look.log)
         low_m, high_m = look.slice_m or (0.0, self._layers * self._cell_m)
         count = self.thickness.value() if look.slice_m is not None else self._layers
-        texts = {
-            "Show from": threshold if look.threshold > 0.0 else "everything",
-            "Opacity": f"{100 * look.opacity:.0f} %",
-            "Height": f"{low_m:.4g} to {high_m:.4g} m",
-            "Layers": f"{count} of {self._cell_m:.3g} m",
-        }
-        for caption, text in texts.items():
-            label = self.findChild(QLabel, f"{caption} value")
-            assert label is not None
-            label.setText(text)
+        self.say(
+            {
+                "Show from": threshold if look.threshold > 0.0 else "everything",
+                "Opacity": f"{100 * look.opacity:.0f} %",
+                "Height": f"{low_m:.4g} to {high_m:.4g} m",
+                "Layers": f"{count} of {self._cell_m:.3g} m",
+            }
+        )

@@ -16,12 +16,8 @@ from core.rig.model import Camera, Lidar
 from core.scene.grid import VoxelGrid
 from widgets.theme import Palette, mix, rgb
 from widgets.viewport.materials import line_mesh, rgba_actor
+from widgets.viewport.ray_look import Strokes
 
-SELECTED_LINES = 1150
-QUICK_LINES = 300
-OTHER_LINES = 130
-_QUICK_OTHERS = 400
-_MOST_BEAMS = 16
 _NEAR_SHARE = 0.12
 _Index = NDArray[np.int64]
 Points = NDArray[np.float64]
@@ -33,7 +29,7 @@ def fan_rows(sensor: Lidar | Camera, most: int) -> _Index:
         return _spread(
             len(sensor.elevations()),
             len(sensor.azimuths()),
-            min(_MOST_BEAMS, max(3, most // 36)),
+            max(3, min(most // 36, int(most**0.5 / 2))),
             most,
             False,
         )
@@ -57,18 +53,20 @@ def frame_rows(camera: Camera) -> _Index:
     return np.array([0, columns - 1, rows * columns - 1, (rows - 1) * columns])
 
 
-def fan_mesh(sensor: Lidar | Camera, grid: VoxelGrid, most: int, colour: str, alpha: float) -> pv.PolyData:
+def fan_mesh(
+    sensor: Lidar | Camera, grid: VoxelGrid, strokes: Strokes, colour: str, framed: bool = False
+) -> pv.PolyData:
     """Line segments of a sensor's fan inside the ROI with an `rgba` point array.
 
     Rays are faint at the sensor, where they crowd, and strongest where they leave the ROI; there LiDAR beams
-    are joined to rings, and a camera's corner rays are drawn stronger to show the frustum.
+    are joined to rings, and a camera's corner rays are drawn stronger to show the frustum. `framed`: with a frame
+    that those see.
     """
-    starts, ends, row = _segments(sensor, grid, fan_rows(sensor, most))
+    starts, ends, row = _segments(sensor, grid, fan_rows(sensor, strokes.lines))
+    alpha = strokes.opacity
     fan = _tinted(starts, ends, colour, _NEAR_SHARE * alpha, alpha)
     if isinstance(sensor, Camera):
-        return _joined(
-            [fan, _frustum(sensor, grid, colour, min(1.0, 3.0 * alpha), framed=most > OTHER_LINES)]
-        )
+        return _joined([fan, _frustum(sensor, grid, colour, min(1.0, 3.0 * alpha), framed)])
     return _joined([fan, _beam_rings(sensor, ends, row, colour, min(1.0, 2.6 * alpha))])
 
 
@@ -154,23 +152,20 @@ class RaysLayer:
             actor.prop.line_width = width_px
 
     def set_selected(
-        self, sensor: Lidar | Camera | None, grid: VoxelGrid, palette: Palette, quick: bool = False
+        self, sensor: Lidar | Camera | None, grid: VoxelGrid, palette: Palette, strokes: Strokes
     ) -> None:
-        """Draw the dense fan of the selected sensor, or none; a thinner one while something moves."""
+        """Draw the fan of the selected sensor, or none."""
         if sensor is None:
             self._show(0, pv.PolyData())
             return
         colour = mix(palette.kinds[sensor.kind], palette.selected, 0.25)
-        most, alpha = (QUICK_LINES, 0.28) if quick else (SELECTED_LINES, 0.20)
-        self._show(0, fan_mesh(sensor, grid, most, colour, alpha))
+        self._show(0, fan_mesh(sensor, grid, strokes, colour, framed=True))
 
     def set_others(
-        self, sensors: list[Lidar | Camera], grid: VoxelGrid, palette: Palette, quick: bool = False
+        self, sensors: list[Lidar | Camera], grid: VoxelGrid, palette: Palette, strokes: Strokes
     ) -> None:
-        """Draw the sparse fans of the sensors that are not selected; fewer and stronger lines in motion."""
-        total, alpha = (_QUICK_OTHERS, 0.12) if quick else (1500, 0.08)
-        most = max(24, min(OTHER_LINES, total // max(1, len(sensors))))
-        fans = [fan_mesh(sensor, grid, most, palette.kinds[sensor.kind], alpha) for sensor in sensors]
+        """Draw the fans of the sensors that are not selected."""
+        fans = [fan_mesh(sensor, grid, strokes, palette.kinds[sensor.kind]) for sensor in sensors]
         self._show(1, _joined(fans))
 
     def _show(self, which: int, mesh: pv.PolyData) -> None:

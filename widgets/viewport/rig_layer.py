@@ -33,12 +33,12 @@ class RigLayer:
 
     def show_fans(self, state: SceneState, quick: bool, others: bool = True) -> None:
         """Draw the rays anew: fewer while something moves; those of the sensors not selected only with `others`."""
-        casting = state.casting
+        casting, look = state.casting, state.ray_look
         selected = next((sensor for sensor in casting if sensor.name == state.selected), None)
-        self._rays.set_selected(selected, state.grid, state.palette, quick)
+        self._rays.set_selected(selected, state.grid, state.palette, look.of_selected(quick))
         if others:
             rest = [sensor for sensor in casting if sensor is not selected]
-            self._rays.set_others(rest, state.grid, state.palette, quick)
+            self._rays.set_others(rest, state.grid, state.palette, look.of_others(len(rest), quick))
 
     def set_pose(self, name: str, pose: Pose) -> None:
         """Move the body of a shown sensor."""

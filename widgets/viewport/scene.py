@@ -26,6 +26,7 @@ from widgets.viewport.heat_scale import HeatLook, HeatmapData
 from widgets.viewport.heatmap_layer import HeatmapLayer
 from widgets.viewport.listener import Pixel
 from widgets.viewport.marker_layer import Marker, MarkerLayer
+from widgets.viewport.ray_look import RayLook
 from widgets.viewport.rig_layer import RigLayer
 from widgets.viewport.roi_layer import RoiLayer
 from widgets.viewport.scene_state import SceneState, ShownRig
@@ -130,6 +131,11 @@ class Scene:
             return
         self._rig.show_bodies(self._state, self._hovered)
         self._rig.show_fans(self._state, self._quick, others=before.other_fans_differ(self._state))
+
+    def set_ray_look(self, look: RayLook) -> None:
+        """Draw the same rays in another way: none, more or fewer, fainter or stronger."""
+        self._state = replace(self._state, ray_look=look)
+        self._rig.show_fans(self._state, self._quick)
 
     def preview(self, name: str, pose: Pose) -> None:
         """Move one sensor with its fan and gizmo, and nothing else."""

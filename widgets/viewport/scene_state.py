@@ -14,6 +14,7 @@ from widgets.viewport.camera import OrbitCamera
 from widgets.viewport.caption_layer import NO_CAPTION, Caption
 from widgets.viewport.heat_scale import DEFAULT_LOOK, HeatLook, HeatmapData
 from widgets.viewport.marker_layer import Marker
+from widgets.viewport.ray_look import DEFAULT_RAYS, RayLook
 
 
 @dataclass(frozen=True)
@@ -49,7 +50,7 @@ class SceneState:
     gizmo_mode: GizmoMode = "both"
     gizmo_space: Space = "local"
     show_gizmo: bool = True
-    show_rays: bool = True
+    ray_look: RayLook = DEFAULT_RAYS
     palette: Palette = DARK
 
     @property
@@ -70,7 +71,7 @@ class SceneState:
     @property
     def casting(self) -> list[Lidar | Camera]:
         """The sensors whose rays are drawn."""
-        return [sensor for sensor in self.shown if sensor.enabled] if self.show_rays else []
+        return [sensor for sensor in self.shown if sensor.enabled] if self.ray_look.shown else []
 
     def other_fans_differ(self, after: SceneState) -> bool:
         """Whether the rays of any sensor beside the selected one are to be drawn anew to show another state."""

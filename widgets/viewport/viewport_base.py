@@ -19,6 +19,7 @@ from widgets.viewport.cell_picker import CellPicker
 from widgets.viewport.controller import ViewController
 from widgets.viewport.heat_scale import HeatLook, HeatmapData
 from widgets.viewport.marker_layer import Marker
+from widgets.viewport.ray_look import RayLook
 from widgets.viewport.redraw import Redraw
 from widgets.viewport.scene import Scene
 from widgets.viewport.scene_state import SceneState, ShownRig
@@ -91,6 +92,12 @@ class ViewportBase(ViewSignals):
         """Draw the heatmap in another way: threshold, scale, opacity, slice."""
         self._expect_more()
         self._scene.set_heat_look(look)
+        self.request_render()
+
+    def set_ray_look(self, look: RayLook) -> None:
+        """Draw the rays in another way: none, more or fewer, fainter or stronger."""
+        self._expect_more()
+        self._scene.set_ray_look(look)
         self.request_render()
 
     def set_picking(self, is_on: bool) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QMainWindow, QMenu, QToolButton, QWidget, QWidgetAction
+from PySide6.QtWidgets import QMenu, QToolButton, QWidget, QWidgetAction
 
 from app.actions import Choice, Spec, menu_button
 from app.heat_modes import HEAT_TITLES, HeatMode
@@ -55,7 +55,9 @@ class Heat(Feature):
         self._classes = Choice("class", "Class of traffic of heatmap and map", classes)
         self._classes.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         self.panel = HeatPanel()
-        for widget in (self._modes, self._classes, panel_button(self.panel, window)):
+        self._looks = QMenu(window)
+        self.add_look(self.panel)
+        for widget in (self._modes, self._classes, looks_button(self._looks)):
             window.places.add_to_toolbar("heat", widget)
         self._add_menus([*modes.values()], [*classes.values()])
         self.bind(
@@ -66,6 +68,12 @@ class Heat(Feature):
         self.panel.look_changed.connect(self.viewport.set_heat_look)
         window.result_shown.connect(self._follow)
         self._show()
+
+    def add_look(self, panel: QWidget) -> None:
+        """Put a panel under those that open under the button with the sliders."""
+        holder = QWidgetAction(self._looks)
+        holder.setDefaultWidget(panel)
+        self._looks.addAction(holder)
 
     def _add_menus(self, modes: list[QAction], classes: list[QAction]) -> None:
         for title, actions in (("Heatmap", modes), ("Class of traffic", classes)):
@@ -114,14 +122,13 @@ class Heat(Feature):
         self._classes.show_choice(self.class_name, self.class_name, with_icon=True)
 
 
-def panel_button(panel: QWidget, window: QMainWindow) -> QToolButton:
-    """A toolbar button under which the panel opens."""
-    menu = QMenu(window)
-    holder = QWidgetAction(menu)
-    holder.setDefaultWidget(panel)
-    menu.addAction(holder)
+def looks_button(menu: QMenu) -> QToolButton:
+    """The toolbar button under which the sliders open."""
     return menu_button(
-        "heat_look", "sliders", "Threshold, colour scale, opacity and slice of the heatmap", menu
+        "heat_look",
+        "sliders",
+        "Threshold, colours, opacity and slice of the heatmap; rays of the sensors",
+        menu,
     )
 
 
