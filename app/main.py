@@ -9,27 +9,47 @@ from app.display import missing_display
 from app.leaving import leaving_on_interrupt
 from app.options import SceneOptions, ScoreOptions
 from app.system_libraries import require_system_libraries
-from core.rig.opening import open_rig
 
 
 def start(rig: str, scene: SceneOptions, score: ScoreOptions) -> int:
     """Open the window on a rig and a scene; returns the exit code."""
-    opened = open_rig(rig)
     problem = missing_display()
     if problem is not None:
-        print(f"no display: running headless ({problem})", file=sys.stderr)
-        from app import headless
-        from app.console import note_report
-
-        note_report(opened.report)
-        headless.run(opened.rig, scene, score)
-        return 0
-    require_system_libraries("window")
+        return _without_window(rig, scene, score, problem)
     gc.disable()  # a window that is being built holds no garbage, and looking for it takes a fifth of the time
     try:
-        with leaving_on_interrupt():
-            from app.window import open_window
-
-            return open_window(rig, scene, score)
+        return _with_window(rig, scene, score)
     finally:
         gc.enable()
+
+
+def _with_window(rig: str, scene: SceneOptions, score: ScoreOptions) -> int:
+    from core.rig.opening import open_rig
+
+    open_rig(rig)  # a wrong rig is told before anything large is loaded
+    require_system_libraries("window")
+    with leaving_on_interrupt():
+        load_packages()
+        from app.window import open_window
+
+        return open_window(rig, scene, score)
+
+
+def load_packages() -> None:
+    """Load what draws before Qt is loaded, whose bindings read the source of every module that comes after them."""
+    from widgets.viewport.drawing_half import load_drawing_half
+
+    load_drawing_half()
+
+
+def _without_window(rig: str, scene: SceneOptions, score: ScoreOptions, problem: str) -> int:
+    from core.rig.opening import open_rig
+
+    opened = open_rig(rig)
+    print(f"no display: running headless ({problem})", file=sys.stderr)
+    from app import headless
+    from app.console import note_report
+
+    note_report(opened.report)
+    headless.run(opened.rig, scene, score)
+    return 0

@@ -5,30 +5,32 @@ from __future__ import annotations
 import os
 import sys
 
-from PySide6.QtCore import QTimer
-from PySide6.QtWidgets import QApplication, QMainWindow
-
-from app import cli
+from app import cli, main
 
 PATIENCE_MS = 60_000
 
 
-class UntilFirstPicture(QApplication):
-    """The application that the window finds in place; it ends the process instead of serving the user."""
+def end_at_first_picture() -> None:
+    """Put an application in place that the window finds, and that ends the process instead of serving the user."""
+    from PySide6.QtCore import QTimer
+    from PySide6.QtWidgets import QApplication, QMainWindow
 
-    @staticmethod
-    def exec() -> int:
-        """Run until the first frame of the 3D view in the window that is now open is on the screen."""
-        from pyvistaqt import (
-            QtInteractor,  # here, and not above: after the product has loaded it, in its order
-        )
+    class UntilFirstPicture(QApplication):
+        @staticmethod
+        def exec() -> int:
+            """Run until the first frame of the 3D view in the window that is now open is on the screen."""
+            from widgets.viewport.interactor import QtInteractor
 
-        [window] = [widget for widget in QApplication.topLevelWidgets() if isinstance(widget, QMainWindow)]
-        [view] = window.findChildren(QtInteractor)
-        view.frameSwapped.connect(lambda: os._exit(0))
-        QTimer.singleShot(PATIENCE_MS, _give_up)
-        QApplication.exec()
-        return 1
+            [window] = [
+                widget for widget in QApplication.topLevelWidgets() if isinstance(widget, QMainWindow)
+            ]
+            [view] = window.findChildren(QtInteractor)
+            view.frameSwapped.connect(lambda: os._exit(0))
+            QTimer.singleShot(PATIENCE_MS, _give_up)
+            QApplication.exec()
+            return 1
+
+    UntilFirstPicture(["riglens"])
 
 
 def _give_up() -> None:
@@ -36,11 +38,17 @@ def _give_up() -> None:
     os._exit(1)
 
 
-def main() -> int:
-    """What the console script does, in an application that is already there."""
-    UntilFirstPicture(["riglens"])
+def run() -> int:
+    """What the console script does; the application joins where the product loads Qt, so that the order is its own."""
+    load = main.load_packages
+
+    def load_and_place() -> None:
+        load()
+        end_at_first_picture()
+
+    main.load_packages = load_and_place
     return cli.main([])
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run())

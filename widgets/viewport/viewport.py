@@ -6,11 +6,12 @@ VTK pick and no observer order to get wrong; the same controller serves the offs
 
 from __future__ import annotations
 
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QWidget
-from pyvistaqt import QtInteractor
 from vtkmodules.vtkCommonCore import vtkCommand
 
 from widgets.theme import DARK, Palette
+from widgets.viewport.interactor import QtInteractor
 from widgets.viewport.label import DPI
 from widgets.viewport.scene import Scene
 from widgets.viewport.stage import render_window
@@ -33,7 +34,7 @@ class Viewport(ViewportBase):
         super().__init__(parent)
         self._plotter = _Canvas(self, auto_update=False, multi_samples=0, lighting="none")
         self._plotter.setAcceptDrops(False)
-        self._plotter.frameSwapped.connect(self.shown)
+        self._plotter.frameSwapped.connect(self.shown, Qt.ConnectionType.QueuedConnection)
         scene = Scene(self._plotter, palette, self.devicePixelRatioF())
         self._start(self._plotter, scene)
         window = render_window(self._plotter)
