@@ -6,10 +6,8 @@ import os
 import sys
 from collections.abc import Sequence
 
-from cyclopts import CycloptsError, UnusedCliTokensError
-
-from app.cli.commands import app
 from app.cli.ctrl_c import insistent_interrupt
+from app.options import DEFAULT_RIG, SceneOptions, ScoreOptions
 from app.system_libraries import MissingLibraries
 from core.errors import InputError
 
@@ -24,11 +22,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         tokens = sys.argv[1:] if arguments is None else list(arguments)
         with insistent_interrupt():
-            code = app(tokens, exit_on_error=False, print_error=False, result_action="return_value")
+            code = _run(tokens)
         sys.stdout.flush()
-    except UnusedCliTokensError as error:
-        return _say(f"found {' '.join(error.unused_tokens or ())}, where no more is expected", BAD_INPUT)
-    except (InputError, CycloptsError, MissingLibraries) as error:
+    except (InputError, MissingLibraries) as error:
         return _say(str(error), BAD_INPUT)
     except KeyboardInterrupt:
         return _say("interrupted; no file was changed", INTERRUPTED)
@@ -44,6 +40,22 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except SystemExit:  # this is how rich says that nobody reads its output any more
         return DONE
     return code if isinstance(code, int) else DONE
+
+
+def _run(tokens: Sequence[str]) -> object:
+    """Do what the words say. Where they can only mean the window, the parser is not even loaded: it takes its time."""
+    if not tokens or _is_only_a_rig(tokens):
+        from app.main import start
+
+        return start(tokens[0] if tokens else DEFAULT_RIG, SceneOptions(), ScoreOptions())
+    from app.cli.parsing import run
+
+    return run(tokens)
+
+
+def _is_only_a_rig(tokens: Sequence[str]) -> bool:
+    """Whether this is one word that is neither a command, since those are of letters alone, nor an option."""
+    return len(tokens) == 1 and not tokens[0].isalpha() and not tokens[0].startswith("-")
 
 
 def _say(message: str, code: int) -> int:

@@ -7,19 +7,26 @@ import subprocess
 import sys
 from pathlib import Path
 
+from app import main
+from app.cli.parsing import app, run
+
 REPOSITORY = Path(__file__).resolve().parents[2]
 FOR_LATER = (
     *("numba", "core.kernels.jit", "scipy", "pyarrow", "pandas", "trimesh", "dask", "rich", "http.client"),
     *("app.scenario", "core.scene.readers", "core.rig.formats.exchange", "core.study.rankings"),
+    *("cyclopts", "matplotlib.pyplot", "matplotlib.figure", "qtpy.QtWidgets"),
 )
+OPENED = """
+import sys
+import app.cli, app.main
+app.main.load_packages()
+assert not any(name.startswith("PySide6") for name in sys.modules), "Qt comes after what draws"
+import app.window, widgets.viewport.viewport
+"""
 
 
-def test_what_only_few_commands_need_is_not_loaded_with_the_window() -> None:
-    script = (
-        "import sys\n"
-        "import app.main, app.window, widgets.viewport.viewport\n"
-        f"print([name for name in {FOR_LATER} if name in sys.modules])\n"
-    )
+def output_of(script: str) -> tuple[str, str]:
+    """What a Python of its own prints, on standard output and standard error."""
     done = subprocess.run(
         [sys.executable, "-c", script],
         cwd=REPOSITORY,
@@ -29,4 +36,34 @@ def test_what_only_few_commands_need_is_not_loaded_with_the_window() -> None:
         timeout=120,
         check=False,
     )
-    assert (done.stdout, done.stderr) == ("[]\n", "")
+    return done.stdout, done.stderr
+
+
+def test_what_only_few_commands_need_is_not_loaded_with_the_window() -> None:
+    script = f"print([name for name in {FOR_LATER} if name in sys.modules])\n"
+    assert output_of(OPENED + script) == ("[]\n", "")
+
+
+def test_figures_colours_and_qt_are_whole_when_somebody_asks_for_them_later() -> None:
+    script = """
+import pyvista
+from pyvista.plotting.colors import get_matplotlib_theme_cycler
+canvas, colours = pyvista.ChartMPL()._canvas, pyvista.LookupTable("turbo").cmap
+print(len(get_matplotlib_theme_cycler()), type(canvas).__name__, colours.name)
+import matplotlib.pyplot, qtpy.QtWidgets
+print(matplotlib.pyplot.figure().number, qtpy.QtWidgets.QAction.__module__)
+"""
+    assert output_of(OPENED + script) == ("10 FigureCanvasAgg turbo\n2 PySide6.QtGui\n", "")
+
+
+def test_a_rig_alone_opens_the_window_as_the_parser_of_commands_would(riglens, monkeypatch) -> None:
+    opened = []
+    monkeypatch.setattr(main, "start", lambda *asked: opened.append(asked) or 0)
+    for words in ([], ["W+T"], ["rigs/mine.yaml"]):
+        assert riglens(*words).code == run(words) == 0
+    assert opened[::2] == opened[1::2] and len(opened) == 6
+
+
+def test_no_word_that_opens_the_window_at_once_is_a_command() -> None:
+    commands = [name for name in app if not name.startswith("-")]
+    assert "evaluate" in commands and all(name.isalpha() for name in commands)
