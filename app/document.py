@@ -13,6 +13,7 @@ from pathlib import Path
 from app.open_rig import Names, OpenRig
 from core.errors import InputError
 from core.rig.edit_names import Edit, describe
+from core.rig.history import Marks
 from core.rig.many import duplicated, free_name, list_text, with_enabled, without
 from core.rig.mirror import in_step
 from core.rig.model import MAX_SENSORS, Camera, Lidar, Rig
@@ -42,11 +43,11 @@ class Document(OpenRig):
         self._is_grouping = False
 
     # ------------------------------------------------------------------ edits, one undo step each
-    def apply(self, rig: Rig, label: str = "") -> None:
+    def apply(self, rig: Rig, label: str = "", marks: Marks | None = None) -> None:
         """Make `rig` the current one, as one undo step; nothing happens when it says the same.
 
         `label` is for the Edit menu, in lower case; without one it says what changed. Repeated edits of the same
-        numbers become one step.
+        numbers become one step. `marks` are what is hidden and locked from then on, None for no change.
         """
         self.cancel_drag()
         rig = in_step(self.rig, rig)
@@ -57,7 +58,7 @@ class Document(OpenRig):
         now_s = self._clock()
         continues = edit.continues(self._last_edit) and now_s - self._last_edit_s <= MERGE_S
         self._last_edit, self._last_edit_s = edit, now_s
-        if self._history.apply(label or edit.label, rig, continues):
+        if self._history.apply(label or edit.label, rig, continues, marks):
             self._rig_moved_on()
 
     @contextmanager
@@ -94,13 +95,16 @@ class Document(OpenRig):
         if sensor.name != name and sensor.name in self._names():
             raise InputError(f"name: '{sensor.name}' is used by another sensor; names must be unique")
         was_selected = self.selected == name
-        if sensor.name != name and name in self._hidden:
-            self._hidden = (self._hidden - {name}) | {sensor.name}
         if was_selected:
             self.selected = sensor.name
-        self.apply(self.rig.with_sensor(name, sensor))
+        self.apply(self.rig.with_sensor(name, sensor), marks=self._marks_with(name, sensor.name))
         if was_selected and sensor.name != name:
             self.selection_changed.emit()
+
+    def _marks_with(self, name: str, new_name: str) -> Marks:
+        """What is hidden and locked once a sensor has another name."""
+        hidden = self.hidden - {name} | {new_name} if name in self.hidden else self.hidden
+        return Marks(hidden, self.locked)
 
     def rename(self, name: str, new_name: str) -> None:
         """Give a sensor another name; InputError when it is empty or taken."""
@@ -155,13 +159,19 @@ class Document(OpenRig):
             self.cancel_drag()
             return
         self._last_edit = Edit("")
-        before = self.selected
+        before, hidden, locked = self.selected, self.hidden, self.locked
         place = self._place_of_selection()
         step()
         self.selected = self._selection_after(place)
         self._rig_moved_on()
-        if self.selected != before:
-            self.selection_changed.emit()
+        changes = (
+            (before, self.selected, self.selection_changed),
+            (hidden, self.hidden, self.hidden_changed),
+            (locked, self.locked, self.locked_changed),
+        )
+        for old, new, changed in changes:
+            if old != new:
+                changed.emit()
 
     def _place_of_selection(self) -> int:
         """Index of the selected sensor; one past the end when nothing is selected."""

@@ -13,7 +13,7 @@ from PySide6.QtCore import QObject, Signal
 from core.errors import InputError
 from core.geometry import Pose
 from core.rig.edit_names import Edit
-from core.rig.history import History
+from core.rig.history import History, Marks
 from core.rig.many import list_text
 from core.rig.mirror import in_step, partner_of
 from core.rig.model import Camera, Lidar, Rig
@@ -50,8 +50,6 @@ class OpenRig(QObject):
         self._last_edit = Edit("")
         self.path = path
         self.selected: str | None = None
-        self._hidden: frozenset[str] = frozenset()
-        self._locked: frozenset[str] = frozenset()
 
     # ------------------------------------------------------------------ state
     @property
@@ -67,7 +65,7 @@ class OpenRig(QObject):
     @property
     def hidden(self) -> frozenset[str]:
         """Names of the sensors that are not drawn; they still count in the scores."""
-        return self._hidden & self._names()
+        return self._history.marks.hidden & self._names()
 
     @property
     def locked(self) -> frozenset[str]:
@@ -75,7 +73,7 @@ class OpenRig(QObject):
 
         A lock guards against slips of the hand and says nothing about the rig, so no file holds it.
         """
-        return self._locked & self._names()
+        return self._history.marks.locked & self._names()
 
     @property
     def fixed(self) -> frozenset[str]:
@@ -143,19 +141,27 @@ class OpenRig(QObject):
             self.selection_changed.emit()
 
     def set_hidden(self, names: Names, hidden: bool) -> None:
-        """Draw sensors or not."""
-        changed = self._hidden | set(names) if hidden else self._hidden - set(names)
-        if changed != self._hidden:
-            self._hidden = changed
+        """Draw sensors or not, as one undo step."""
+        changed = self.hidden | set(names) if hidden else self.hidden - set(names)
+        if self._mark(f"{'hide' if hidden else 'show'} {list_text(names)}", Marks(changed, self.locked)):
             self.hidden_changed.emit()
 
     def set_locked(self, names: Names, locked: bool) -> None:
-        """Guard sensors against edits, or let them be edited again."""
-        self.cancel_drag()
-        changed = self._locked | set(names) if locked else self._locked - set(names)
-        if changed != self._locked:
-            self._locked = changed
+        """Guard sensors against edits, or let them be edited again, as one undo step."""
+        changed = self.locked | set(names) if locked else self.locked - set(names)
+        if self._mark(f"{'lock' if locked else 'unlock'} {list_text(names)}", Marks(self.hidden, changed)):
             self.locked_changed.emit()
+
+    def keep_locked(self, names: Names) -> None:
+        """Guard the sensors that were guarded when this file was open last; this is no undo step."""
+        self._history.begin_with(Marks(self.hidden, frozenset(names)))
+        self.locked_changed.emit()
+
+    def _mark(self, label: str, marks: Marks) -> bool:
+        """Hide or lock others than before; False when nothing changes."""
+        self.cancel_drag()
+        self._last_edit = Edit("")
+        return self._history.apply(label, self.rig, marks=marks)
 
     def _refuse_locked(self, names: Names) -> None:
         """InputError when one of these sensors, or the mirror image of one, is locked."""

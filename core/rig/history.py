@@ -1,19 +1,31 @@
-"""Undo and redo of rigs: every edit is one step, a whole drag is one step too."""
+"""Undo and redo of rigs: every edit is one step, a whole drag is one step too, and so is hiding or locking."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from core.rig.model import Rig
 from core.rig.yaml_file import same_rig
 
 
 @dataclass(frozen=True)
+class Marks:
+    """Names of the sensors that are not drawn, and of those that are guarded against edits.
+
+    They are no part of a rig and of no file, but are taken back like edits of it.
+    """
+
+    hidden: frozenset[str] = frozenset()
+    locked: frozenset[str] = frozenset()
+
+
+@dataclass(frozen=True)
 class _State:
-    """A rig and the edit that led to it."""
+    """A rig with its marks, and the edit that led to it."""
 
     label: str
     rig: Rig
+    marks: Marks = Marks()
 
 
 class History:
@@ -40,6 +52,11 @@ class History:
     def committed(self) -> Rig:
         """The rig of the current step, without an open drag."""
         return self._states[self._index].rig
+
+    @property
+    def marks(self) -> Marks:
+        """What is hidden and locked at the current step; names of sensors that are gone may be among them."""
+        return self._states[self._index].marks
 
     @property
     def saved(self) -> Rig:
@@ -79,15 +96,20 @@ class History:
         self._open_label = self._previewed = None
         return was_open
 
-    def apply(self, label: str, rig: Rig, continues: bool = False) -> bool:
-        """One edit as one step, an open drag is committed first; False when the rig stays the same.
+    def apply(self, label: str, rig: Rig, continues: bool = False, marks: Marks | None = None) -> bool:
+        """One edit as one step, an open drag is committed first; False when rig and marks stay the same.
 
         With `continues` it becomes part of the step before, unless that one is on the disk or was undone.
+        Without `marks` those of the step before stay.
         """
         self.commit()
         if continues and self._can_continue():
             return self._extend(rig)
-        return self._push(label, rig)
+        return self._push(label, rig, marks)
+
+    def begin_with(self, marks: Marks) -> None:
+        """Take these marks as those of the current step: nothing that could be undone."""
+        self._states[self._index] = replace(self._states[self._index], marks=marks)
 
     def _can_continue(self) -> bool:
         is_last = self._index == len(self._states) - 1
@@ -99,7 +121,7 @@ class History:
             return False
         last = self._states.pop()
         self._index -= 1
-        self._push(last.label, rig)
+        self._push(last.label, rig, last.marks)
         return True
 
     def undo(self) -> bool:
@@ -147,10 +169,11 @@ class History:
         """The rig of the current step is now on the disk."""
         self._saved = self.committed
 
-    def _push(self, label: str, rig: Rig) -> bool:
-        if same_rig(rig, self.committed):
+    def _push(self, label: str, rig: Rig, marks: Marks | None = None) -> bool:
+        marks = marks or self.marks
+        if same_rig(rig, self.committed) and marks == self.marks:
             return False
         del self._states[self._index + 1 :]
-        self._states.append(_State(label, rig))
+        self._states.append(_State(label, rig, marks))
         self._index += 1
         return True

@@ -78,7 +78,49 @@ def test_a_renamed_sensor_stays_selected_and_hidden(document: Document) -> None:
     document.rename("roof", "top")
     assert (document.selected, document.hidden) == ("top", {"top"})
     document.undo()
-    assert document.selected == "roof"
+    assert (document.selected, document.hidden) == ("roof", {"roof"})
+
+
+@pytest.mark.parametrize("mark", ["hidden", "locked"])
+def test_hiding_and_locking_are_steps_that_change_no_rig(document: Document, mark: str) -> None:
+    told: list[frozenset[str]] = []
+    getattr(document, f"{mark}_changed").connect(lambda: told.append(getattr(document, mark)))
+    set_mark = getattr(document, f"set_{mark}")
+    set_mark(("roof", "front"), True)
+    set_mark(("roof", "front"), True)  # nothing new, no step
+    set_mark(("front",), False)
+    assert not document.is_modified
+    document.undo()
+    document.undo()
+    assert document.undo_label is None
+    document.redo()
+    both: frozenset[str] = frozenset({"roof", "front"})
+    assert told == [both, {"roof"}, both, frozenset(), both]
+
+
+def test_what_was_hidden_comes_back_hidden_when_its_deletion_is_undone(document: Document) -> None:
+    document.set_hidden(("roof",), True)
+    document.delete(("roof",))
+    document.set_hidden(("front",), True)
+    document.undo()
+    document.undo()
+    assert document.hidden == {"roof"}
+    assert document.undo_label == "hide roof"
+
+
+def test_a_nudge_after_hiding_is_a_step_of_its_own(document: Document) -> None:
+    document.replace_sensor("roof", LIDAR.replace(position=(1.0, 0.0, 2.0)))
+    document.set_hidden(("front",), True)
+    document.replace_sensor("roof", LIDAR.replace(position=(1.1, 0.0, 2.0)))
+    document.undo()
+    assert document.rig.sensor("roof").position == (1.0, 0.0, 2.0)
+    assert document.hidden == {"front"}
+
+
+def test_locks_of_an_earlier_session_are_not_a_step(document: Document) -> None:
+    document.keep_locked(("roof",))
+    assert document.locked == {"roof"}
+    assert document.undo_label is None
 
 
 @pytest.mark.parametrize("name", ["front", " ", ""])

@@ -33,7 +33,7 @@ class Locks(Feature):
         """Lock what was locked when this file was open last."""
         if self.document.path is not None:
             names = self._kept().get(str(self.document.path.absolute()), [])
-            self.document.set_locked(tuple(name for name in names if isinstance(name, str)), True)
+            self.document.keep_locked(tuple(name for name in names if isinstance(name, str)))
 
     def _note(self) -> None:
         path, settings = self.document.path, self.window.settings
