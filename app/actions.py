@@ -120,6 +120,13 @@ class Choice(QToolButton):
         self.setMenu(menu)
         self.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
 
+    def keep_room(self, captions: Iterable[str]) -> None:
+        """Stay as wide as the longest of these captions, so that a choice moves nothing else in the toolbar."""
+        self.ensurePolished()
+        wide = self.fontMetrics().horizontalAdvance
+        longer_px = max(wide(f"{caption} ▾") for caption in captions) - wide(self.text())
+        self.setMinimumWidth(self.sizeHint().width() + longer_px)
+
     def show_choice(self, key: str, caption: str, with_icon: bool = False) -> None:
         """Tick a choice and show it on the button."""
         action = self._choices[key]

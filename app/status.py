@@ -24,6 +24,7 @@ class StatusBar(QStatusBar):
         self.state, self.time, self.scene = QLabel(UPDATING), QLabel(), QLabel()
         self._is_coarse = False
         self._waiting = UPDATING
+        self._last: Result | None = None
         self.state.setMinimumWidth(80)
         self.addWidget(self.state)
         self.addWidget(self.time)
@@ -54,11 +55,14 @@ class StatusBar(QStatusBar):
 
     def show_result(self, result: Result, is_current: bool) -> None:
         """Say how long the evaluation took."""
-        self._is_coarse = False
         self.state.setText("exact" if is_current else UPDATING)
         evaluation = result.evaluation
         self.state.setToolTip(f"method {evaluation.settings.method}, {evaluation.threads} threads")
-        self.time.setText(f"last edit {duration_text(evaluation.elapsed_ms)}")
+        if self._last is None or self._last.scene is not result.scene:
+            self.time.setText(f"first answer {duration_text(evaluation.elapsed_ms)}")
+        elif self._is_coarse or _is_edit(self._last, result):
+            self.time.setText(f"last edit {duration_text(evaluation.elapsed_ms)}")
+        self._last, self._is_coarse = result, False
 
     def show_scene(self, scene: LoadedScene) -> None:
         """Say what the scores are computed on."""
@@ -72,6 +76,11 @@ class StatusBar(QStatusBar):
             else ""
         )
         self.scene.setToolTip(f"{field.data.source}\n{boxes}{unmapped}")
+
+
+def _is_edit(before: Result, after: Result) -> bool:
+    """Whether rig or settings changed, and not only what is shown of them, such as the class."""
+    return (before.request.rig, before.request.settings) != (after.request.rig, after.request.settings)
 
 
 def scene_line(scene: LoadedScene) -> str:

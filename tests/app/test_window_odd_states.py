@@ -125,7 +125,7 @@ def test_a_class_without_boxes_has_nothing_to_see_or_to_miss(qtbot: QtBot, tmp_p
     boxes.write_text(CARS)
     with open_bench(qtbot, tmp_path, boxes=boxes) as bench:
         bench.window.feature(Heat).set_class("pedestrian")
-        assert map_message(bench) == "This data set has no pedestrian: there is nothing to see or to miss"
+        assert map_message(bench) == "This data set has no pedestrians: there is nothing to see or to miss"
         assert bench.window.feature(Map).panel.map.readout() == ""
         bench.window.feature(Heat).set_class("car")
         assert map_message(bench) == ""

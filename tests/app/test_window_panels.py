@@ -105,7 +105,7 @@ def test_a_pick_in_the_view_ends_a_selection_of_several(bench: Bench) -> None:
 def test_all_of_a_kind_are_selected_by_the_context_menu(bench: Bench) -> None:
     bench.document.duplicate(("front",))
     menu = bench.window.tree.context_menu()
-    next(action for action in menu.actions() if action.text() == "Select all Cameras").trigger()
+    next(action for action in menu.actions() if action.text() == "Select all cameras").trigger()
     assert bench.window.tree.chosen == ("front", "front_2")
     names = [action.text() for action in bench.window.tree.context_menu().actions()]
     assert {"Enabled", "Hidden", "Locked", "Rename", "Duplicate", "Delete"} <= set(names)

@@ -69,7 +69,7 @@ class CompareChart(QWidget):
         entries: list[tuple[QRectF, str, str]] = []
         x, line = _EDGE_PX, 0
         for row in self._rows:
-            name = metrics.elidedText(row.name, Qt.TextElideMode.ElideMiddle, 160.0)
+            name = metrics.elidedText(row.title, Qt.TextElideMode.ElideMiddle, 160.0)
             wide = _SWATCH_PX + 5.0 + metrics.horizontalAdvance(name)
             if x + wide > self.width() - _EDGE_PX and x > _EDGE_PX:
                 x, line = _EDGE_PX, line + 1
@@ -168,7 +168,7 @@ class CompareChart(QWidget):
         bar, key = self.bar_at(at), self._key_at(at)
         tip = ""
         if bar is not None:
-            tip = f"{bar.row.name}: {bar.score.title} {self._model.figure_text(bar.score, bar.figure)}"
+            tip = f"{bar.row.title}: {bar.score.title} {self._model.figure_text(bar.score, bar.figure)}"
         self.setToolTip(plain_tip(tip) if tip else "")
         if key != self._hover:
             self._hover = key

@@ -180,6 +180,8 @@ class CompareModel(QAbstractTableModel):
 
 def _rig_data(row: CompareRow, column: int, role: int) -> Any:
     """Name and sensors of a rig."""
+    if role == _ROLE.DisplayRole and column == RIG:
+        return row.title
     if role in (_ROLE.DisplayRole, _ROLE.EditRole, SORT):
         return row.name if column == RIG else row.sensors
     if role == _ROLE.ToolTipRole:

@@ -37,6 +37,11 @@ class CompareRow:
     scores: Scores | None = None
 
     @property
+    def title(self) -> str:
+        """The name as it is shown; the rig being edited may be called like the preset that it began as."""
+        return f"{self.name} (open)" if self.origin == "current" else self.name
+
+    @property
     def sensors(self) -> str:
         """How many sensors count, by kind."""
         return f"{len(self.rig.lidars())} L + {len(self.rig.cameras())} C"

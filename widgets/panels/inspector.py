@@ -189,10 +189,18 @@ class RigForm(Form):
         super().show_subject(subject)
         self._mesh_rows.show_for(subject.vehicle)
         rays = sum(sensor.ray_count for sensor in subject.sensors if sensor.enabled)
-        self._summary.setText(
-            f"{len(subject.lidars())} LiDARs and {len(subject.cameras())} cameras count in the scores: "
-            f"{rays:,} rays.\n\nSelect a sensor in the list or in the view to edit it."
+        counts = (
+            f"{_counted(len(subject.lidars()), 'LiDAR')} and {_counted(len(subject.cameras()), 'camera')}"
         )
+        self._summary.setText(
+            f"{counts} count in the scores: {rays:,} rays.\n\nSelect a sensor in the list or in the view to edit it."
+            if subject.sensors
+            else "No sensors yet. Add one in the toolbar, or drag a model from the library onto the car."
+        )
+
+
+def _counted(number: int, thing: str) -> str:
+    return f"{number} {thing}" if number == 1 else f"{number} {thing}s"
 
 
 def _scrolled(form: Form) -> QScrollArea:

@@ -15,6 +15,7 @@ from widgets.panels.own_keys import OwnKeys, StandardKey
 from widgets.panels.score_text import (
     COLUMNS,
     NONE,
+    NOTHING_NOTE,
     Column,
     change_text,
     exact_text,
@@ -134,11 +135,19 @@ class ScoreTable(QTableWidget):
         """Exact values and their change against the baseline."""
         for name in CLASSES:
             now, before = scores.classes[name], baseline.classes[name]
+            self._show_class(name, now.h_total > 0.0)
             for column in COLUMNS:
                 value = column.value(now)
                 change = 0.0 if math.isnan(value) else value - column.value(before)
-                self._show_value(self.cell(name, column.key), column, value)
+                self._show_value(self.cell(name, column.key), column, value, now.h_total > 0.0)
                 self._show_change(self.cell(name, f"{column.key} change"), column, change, settings)
+
+    def _show_class(self, name: str, has_boxes: bool) -> None:
+        """The name of a class, muted where there are no boxes of it."""
+        title = self.item(CLASSES.index(name), 0)
+        assert title is not None
+        title.setForeground(QBrush(QColor(tones().text if has_boxes else tones().muted)))
+        title.setToolTip("" if has_boxes else NOTHING_NOTE)
 
     def show_estimate(self, scores: Scores) -> None:
         """Rough values without changes, of which no digit can be copied."""
@@ -156,12 +165,12 @@ class ScoreTable(QTableWidget):
         item.setForeground(QBrush(QColor(tones().muted)))
         _set_italic(item, True)
 
-    def _show_value(self, item: QTableWidgetItem, column: Column, value: float) -> None:
+    def _show_value(self, item: QTableWidgetItem, column: Column, value: float, has_boxes: bool) -> None:
         item.setText(value_text(column, value))
         _set_italic(item, False)
-        item.setToolTip(exact_text(column, value))
+        item.setToolTip(exact_text(column, value) if has_boxes else NOTHING_NOTE)
         item.setData(Qt.ItemDataRole.UserRole, None if math.isnan(value) else value)
-        item.setForeground(QBrush(QColor(tones().text)))
+        item.setForeground(QBrush(QColor(tones().text if has_boxes else tones().muted)))
 
     def _show_change(
         self, item: QTableWidgetItem, column: Column, change: float, settings: MetricSettings

@@ -145,5 +145,6 @@ class SensorTree(SensorList):
             menu.addSeparator()
         for kind, title in KINDS:
             of_kind = tuple(name for name, k in zip(self._items, self._kinds, strict=True) if k == kind)
-            menu.addAction(f"Select all {title}", partial(self.choose, of_kind)).setEnabled(bool(of_kind))
+            words = title if kind == "lidar" else title.lower()
+            menu.addAction(f"Select all {words}", partial(self.choose, of_kind)).setEnabled(bool(of_kind))
         return menu

@@ -23,15 +23,16 @@ QSplitter::handle:horizontal {{ width: 1px; }}
 QSplitter::handle:vertical {{ height: 1px; }}
 QMainWindow::separator:hover {{ background: {t.accent}; }}
 QToolBar {{ background: {t.panel}; border: 0; border-bottom: 1px solid {t.border};
-    padding: 3px 6px; spacing: 1px; }}
-QToolBar::separator {{ background: {t.border}; width: 1px; margin: 6px 4px; }}
+    padding: 3px 4px; spacing: 1px; }}
+QToolBar::separator {{ background: {t.border}; width: 1px; margin: 6px 2px; }}
 QToolBar QToolButton {{ border: 1px solid transparent; border-radius: 5px; padding: 3px; color: {t.text}; }}
 QToolBar QToolButton:hover {{ background: {t.field}; border-color: {t.border}; }}
 QToolBar QToolButton:checked {{ background: {t.chosen}; border-color: {t.accent}; }}
 QToolBar QToolButton:disabled {{ color: {t.muted}; }}
-QToolBar QToolButton[popupMode="2"] {{ padding: 3px 5px; }}
+QToolBar QToolButton[popupMode="2"] {{ padding: 3px 3px; }}
 QToolBar QToolButton::menu-indicator {{ image: none; }}
-QToolButton#qt_toolbar_ext_button {{ qproperty-icon: url("{more}"); padding: 0; min-width: 16px; }}
+QToolButton#qt_toolbar_ext_button {{ qproperty-icon: url("{more}"); padding: 0; margin: 3px 5px 3px 0;
+    min-width: 16px; }}
 QMenuBar {{ background: {t.panel}; color: {t.text}; }}
 QMenuBar::item {{ padding: 4px 9px; background: transparent; }}
 QMenuBar::item:selected {{ background: {t.chosen}; }}
@@ -45,6 +46,7 @@ QToolTip {{ background: {t.field}; color: {t.text}; border: 1px solid {t.border}
 QFrame#messageBar {{ background: {t.error_field}; border: 0; border-bottom: 1px solid {t.error}; }}
 QFrame#messageBar QLabel {{ color: {t.text}; }}
 QFrame#voxelCard {{ background: {t.panel}; border: 1px solid {t.border}; border-radius: 6px; }}
+QFrame#voxelCard QScrollArea, QFrame#voxelCard QLabel {{ background: transparent; }}
 QFrame#voxelCard QToolButton {{ border: 0; background: transparent; }}
 QFrame#noteBar {{ background: {t.chosen}; border: 0; border-bottom: 1px solid {t.accent}; }}
 """
@@ -115,6 +117,7 @@ QPushButton:focus, QWidget#panel QToolButton:focus {{ border-color: {t.accent}; 
 QPushButton:pressed, QPushButton:checked, QWidget#panel QToolButton:pressed,
 QWidget#panel QToolButton:checked {{ background: {t.chosen}; border-color: {t.accent}; }}
 QPushButton:disabled, QWidget#panel QToolButton:disabled {{ background: {t.panel}; color: {t.muted}; }}
+QDialogButtonBox {{ dialogbuttonbox-buttons-have-icons: 0; }}
 QDialog QPushButton {{ min-height: 22px; min-width: 54px; }}
 QPushButton:default {{ background: {t.selection}; color: white; border-color: {t.selection}; }}
 QPushButton:default:disabled {{ background: {t.panel}; color: {t.muted}; border-color: {t.border}; }}

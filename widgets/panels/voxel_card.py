@@ -52,6 +52,7 @@ class VoxelCard(QFrame):
         self._body.setTextFormat(Qt.TextFormat.RichText)
         self._body.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._body.setAlignment(Qt.AlignmentFlag.AlignTop)
+        self._body.setMargin(0)
         self._build()
         self.hide()
 
@@ -85,6 +86,10 @@ class VoxelCard(QFrame):
     def show_voxel(self, text: VoxelText | None) -> None:
         """Say what is known of a voxel; None hides the card."""
         self._text, self._is_stale = text, False
+        self._show()
+
+    def show_again(self) -> None:
+        """Say the same in the colours of another theme."""
         self._show()
 
     def set_stale(self) -> None:

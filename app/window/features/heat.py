@@ -68,6 +68,8 @@ class Heat(Feature):
         self.panel.look_changed.connect(self.viewport.set_heat_look)
         window.result_shown.connect(self._follow)
         self._show()
+        self._modes.keep_room(HEAT_TITLES.values())
+        self._classes.keep_room(CLASSES)
 
     def add_look(self, panel: QWidget) -> None:
         """Put a panel under those that open under the button with the sliders."""

@@ -13,6 +13,7 @@ from app.window.in_sight import InSight
 from core.rig.model import Rig
 from core.scene.top_view import SeenBy, TopView
 from widgets.maps.map_panel import MapPanel
+from widgets.maps.map_view import MANY
 
 if TYPE_CHECKING:
     from app.window.main_window import MainWindow
@@ -76,7 +77,7 @@ class Map(Feature):
 def remark(top: TopView, rig: Rig) -> str:
     """What has to be said about a map that shows nothing, or nothing seen; empty for any other."""
     if top.is_empty:
-        return f"This data set has no {top.class_name}: there is nothing to see or to miss"
+        return f"This data set has no {MANY[top.class_name]}: there is nothing to see or to miss"
     kinds = {sensor.kind for sensor in rig.sensors if sensor.enabled}
     if not (kinds if top.seen_by == "any" else kinds & {top.seen_by}):
         return f"{OFF[top.seen_by]} is switched on: all of it is blind"

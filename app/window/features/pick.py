@@ -12,6 +12,7 @@ from app.requests import LoadedScene, Result
 from app.window.feature import Feature
 from app.window.features.heat import Heat
 from core.scene.boxes import CLASSES
+from widgets.panels.score_text import MINUS
 from widgets.panels.voxel_card import SensorLine, VoxelCard, VoxelText
 from widgets.viewport.heat_pick import PickedCell
 from widgets.viewport.marker_layer import Marker
@@ -45,6 +46,7 @@ class Pick(Feature):
         window.scene_shown.connect(self._on_scene)
         window.result_shown.connect(self._on_result)
         window.approximation_shown.connect(lambda _: self.card.set_stale())
+        window.theme_changed.connect(lambda _: self.card.show_again())
 
     def clear(self) -> None:
         """Forget the voxel."""
@@ -103,4 +105,5 @@ def voxel_text(picked: PickedVoxel) -> VoxelText:
     summary = f"Seen by {len(picked.seen_by)} of {len(lines)} sensors"
     if not picked.facts.is_informative:
         summary = "No uncertainty here: whoever sees it, no score changes."
-    return VoxelText(f"x {x:.2f}   y {y:.2f}   z {z:.2f} m", classes, summary, lines)
+    place = f"x {x:.2f} · y {y:.2f} · z {z:.2f} m".replace("-", MINUS)
+    return VoxelText(place, classes, summary, lines)

@@ -38,6 +38,7 @@ class Scores(Feature):
         for changed in (window.settings_changed, self.document.rig_changed, self.document.file_changed):
             changed.connect(self.request)
         self.document.rig_changed.connect(self._lengthen_trail)
+        self.document.opened.connect(self._forget_trail)
 
     @property
     def is_current(self) -> bool:
@@ -85,6 +86,11 @@ class Scores(Feature):
             self.window.scores.show_scores(self.result.evaluation.scores, self.result.baseline_scores)
             if was_stale:
                 self.window.scores.set_stale()
+
+    def _forget_trail(self) -> None:
+        """Another rig was opened: its way begins here."""
+        self._trailed = None
+        self.window.scores.clear_trail()
 
     def _lengthen_trail(self) -> None:
         """One more edit for the sparklines when none is under way; they start anew with traffic or settings."""
