@@ -21,6 +21,10 @@ class StandIn(ModuleType):
         self._lenders = lenders
         vars(self).update(given)
 
+    def forget(self, name: str) -> None:
+        """Take back a name that was given: from now on it is looked up."""
+        del vars(self)[name]
+
     def __getattr__(self, name: str) -> object:
         if name.startswith("__"):  # what the import machinery asks every module for
             raise AttributeError(name)
@@ -30,8 +34,11 @@ class StandIn(ModuleType):
         return getattr(self._real(), name)
 
     def _real(self) -> ModuleType:
-        if sys.modules.get(self.__name__) is self:
-            del sys.modules[self.__name__]
+        """The module itself, with all of its package: a real one does not get along with stand-ins."""
+        package = self.__name__.partition(".")[0]
+        for name, module in list(sys.modules.items()):
+            if isinstance(module, StandIn) and name.partition(".")[0] == package:
+                del sys.modules[name]
         return import_module(self.__name__)
 
 

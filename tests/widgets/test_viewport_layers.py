@@ -119,7 +119,7 @@ def drawn(layer: RaysLayer, look: RayLook, quick: bool = False) -> tuple[list[in
     others = [CAMERA, MANY_BEAMS] * 5
     layer.set_selected(LIDAR, GRID, DARK, look.of_selected(quick))
     layer.set_others(others, GRID, DARK, look.of_others(len(others), quick))
-    meshes = [actor.mapper.dataset for actor in layer._actors]
+    meshes = [pv.wrap(actor.mapper.GetInput()) for actor in layer._actors]
     return [mesh.n_lines for mesh in meshes], [int(mesh["rgba"][:, 3].max()) for mesh in meshes]
 
 

@@ -27,6 +27,7 @@ from widgets.gizmo.drag import (
 )
 from widgets.theme import Palette, mix
 from widgets.viewport.camera import OrbitCamera, Points, Size
+from widgets.viewport.materials import mapper_of
 
 GizmoMode = Literal["move", "rotate", "both"]
 SIZE_PX = 96.0
@@ -165,7 +166,7 @@ class GizmoActors:
         self._plane = vtkPlane()
         self._actors: dict[Handle, pv.Actor] = {}
         for handle in shown_handles("both"):
-            actor = pv.Actor(mapper=pv.DataSetMapper(_handle_mesh(handle)))
+            actor = pv.Actor(mapper=mapper_of(_handle_mesh(handle)))
             actor.prop.lighting = handle.kind == "move"
             actor.prop.ambient, actor.prop.diffuse = 0.55, 0.45
             if handle.kind == "plane":

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-import matplotlib
+from importlib.util import find_spec
+
 import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
@@ -11,8 +12,10 @@ from vtkmodules.vtkRenderingCore import vtkActor2D, vtkPolyDataMapper2D, vtkText
 from widgets.theme import rgb
 from widgets.viewport.camera import Size
 
-FONT_FILE = f"{matplotlib.get_data_path()}/fonts/ttf/DejaVuSans.ttf"
-BOLD_FONT_FILE = f"{matplotlib.get_data_path()}/fonts/ttf/DejaVuSans-Bold.ttf"
+_MATPLOTLIB = find_spec("matplotlib")  # its fonts are wanted here, not its code, which takes long to load
+assert _MATPLOTLIB is not None and _MATPLOTLIB.submodule_search_locations is not None
+_FONTS = f"{_MATPLOTLIB.submodule_search_locations[0]}/mpl-data/fonts/ttf"
+FONT_FILE, BOLD_FONT_FILE = f"{_FONTS}/DejaVuSans.ttf", f"{_FONTS}/DejaVuSans-Bold.ttf"
 _FULL_VIEW_PX, _FULL_PICTURE_PX = (640, 400), (800, 500)
 _LEAST_VIEW_PX = (308, 150)
 _LEAST_UNIT, _LEGIBLE_UNIT = 0.4, 0.8

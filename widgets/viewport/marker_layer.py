@@ -11,6 +11,7 @@ from vtkmodules.vtkRenderingCore import vtkRenderer
 from core.geometry import Vec3
 from widgets.theme import Palette, rgb
 from widgets.viewport.camera import OrbitCamera, Size
+from widgets.viewport.materials import mapper_of
 
 _LEAST_PX = 12.0
 _WIDTHS_PX = (4.0, 2.0)
@@ -30,7 +31,7 @@ class MarkerLayer:
 
     def __init__(self, overlay: vtkRenderer) -> None:
         cube = pv.Cube().extract_all_edges()
-        self._actors = tuple(pv.Actor(mapper=pv.DataSetMapper(cube)) for _ in _WIDTHS_PX)
+        self._actors = tuple(pv.Actor(mapper=mapper_of(cube)) for _ in _WIDTHS_PX)
         self._marker: Marker | None = None
         for actor in self._actors:
             actor.prop.lighting = False

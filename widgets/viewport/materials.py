@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
+from vtkmodules.vtkRenderingCore import vtkPolyDataMapper
 
 from widgets.theme import Palette, mix, rgb
 
@@ -68,11 +69,17 @@ def surface_colours(mesh: pv.PolyData, material: Material) -> NDArray[np.float64
     return np.asarray(low + (np.array(rgb(material.sky)) - low) * up)
 
 
+def mapper_of(mesh: pv.PolyData) -> vtkPolyDataMapper:
+    """A mapper without the colour map that pyvista's own would bring, and load matplotlib for."""
+    mapper = vtkPolyDataMapper()
+    mapper.SetInputData(mesh)
+    return mapper
+
+
 def plain_actor(mesh: pv.PolyData, **properties: Any) -> pv.Actor:
     """An unpickable actor that shows a mesh in one colour; `properties` are set on its pyvista property."""
-    mapper = pv.DataSetMapper(mesh)
-    mapper.scalar_visibility = False
-    actor = pv.Actor(mapper=mapper)
+    actor = pv.Actor(mapper=mapper_of(mesh))
+    actor.mapper.ScalarVisibilityOff()
     actor.pickable = False
     for name, value in properties.items():
         setattr(actor.prop, name, value)
@@ -88,7 +95,7 @@ def rgba_actor(mesh: pv.PolyData, array: str) -> pv.Actor:
 
 def _colour_by_array(actor: pv.Actor, array: str) -> None:
     mapper = actor.mapper
-    mapper.scalar_visibility = True
+    mapper.ScalarVisibilityOn()
     mapper.SetColorModeToDirectScalars()
     mapper.SetScalarModeToUsePointFieldData()
     mapper.SelectColorArray(array)

@@ -172,4 +172,4 @@ class RaysLayer:
         actor = self._actors[which]
         actor.visibility = mesh.n_points > 0
         if mesh.n_points:
-            actor.mapper.dataset = mesh
+            actor.mapper.SetInputData(mesh)

@@ -54,7 +54,7 @@ class SensorLayer:
             return
         mesh = sensor_mesh(body, palette, mark, sensor.enabled)
         if sensor.name in self._actors:
-            self._actors[sensor.name].mapper.dataset = mesh
+            self._actors[sensor.name].mapper.SetInputData(mesh)
         else:
             self._actors[sensor.name] = self._new_actor(mesh)
         self._actors[sensor.name].prop.opacity = 1.0 if sensor.enabled else _OFF_OPACITY
