@@ -2,8 +2,33 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from PySide6.QtCore import QObject, QTimer, Signal
-from PySide6.QtWidgets import QDockWidget
+from PySide6.QtWidgets import QApplication, QDockWidget, QWidget
+
+
+def is_in_sight(dock: QDockWidget) -> bool:
+    """Docks behind other tabs are not hidden: Qt puts them where nothing of them is seen."""
+    return not dock.widget().visibleRegion().isEmpty()
+
+
+def focus_next_in_sight(step: Callable[[], bool]) -> bool:
+    """Let Tab pass over docks that nobody sees; `step` gives the focus to the next widget, False when there is none."""
+    first = QApplication.focusWidget()
+    while step():
+        focus = QApplication.focusWidget()
+        if focus is None or focus is first or _is_seen(focus):
+            return True
+    return False
+
+
+def _is_seen(widget: QWidget) -> bool:
+    """Whether a widget is in no dock, or in one that is in sight."""
+    parent: QWidget | None = widget
+    while parent is not None and not isinstance(parent, QDockWidget):
+        parent = parent.parentWidget()
+    return parent is None or is_in_sight(parent)
 
 
 class InSight(QObject):
@@ -28,8 +53,7 @@ class InSight(QObject):
         self._later.start()
 
     def _look(self) -> None:
-        """Docks behind other tabs are not hidden: Qt puts them where nothing of them is seen."""
-        is_seen = not self._dock.widget().visibleRegion().isEmpty()
+        is_seen = is_in_sight(self._dock)
         if is_seen != self._is_seen:
             self._is_seen = is_seen
             self.changed.emit(is_seen)

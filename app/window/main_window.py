@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import TypeVar, cast
 
 from PySide6.QtCore import QSize, Qt, Signal
@@ -50,6 +51,7 @@ from app.window.features.sensors import Sensors
 from app.window.features.theme import Theme
 from app.window.features.units import Units
 from app.window.features.views import Views
+from app.window.in_sight import focus_next_in_sight
 from app.window.places import Places
 from app.window.settings import Settings
 from app.window.viewport_widget import ViewportWidget
@@ -219,6 +221,10 @@ class MainWindow(QMainWindow):
             self.tabifyDockWidget(self.docks[beside], dock)
             self.docks[beside].raise_()
         return dock
+
+    def focusNextPrevChild(self, next: bool) -> bool:
+        """Tab and Shift+Tab go to what can be seen only."""
+        return focus_next_in_sight(partial(super().focusNextPrevChild, next))
 
     # ------------------------------------------------------------------ messages
     def report_error(self, message: str, details: str = "") -> None:

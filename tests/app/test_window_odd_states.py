@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QPushButton
 from pytestqt.qtbot import QtBot
 
 import app.scoring
@@ -82,6 +82,12 @@ def test_without_box_data_nothing_pretends_to_be_on_its_way(qtbot: QtBot, tmp_pa
         bench.drag("front", (0.5, 0.0, 1.5))
         assert bench.window.status.state.text() == "no box data, no scores"
         assert bench.shown("car", "seen") == "–"
+        (tmp_path / "nowhere.csv").write_text(CARS)
+        load = bench.window.scene_panel.findChild(QPushButton, "load")
+        assert load is not None and load.isEnabled()
+        load.click()
+        bench.settle()
+        assert bench.window.status.state.text() == "exact"
 
 
 def test_while_the_first_data_are_loaded_the_docks_say_so(

@@ -51,6 +51,7 @@ class CompareTable(QTableView):
         self.setEditTriggers(QAbstractItemView.EditTrigger.EditKeyPressed)
         self.setAlternatingRowColors(True)
         self.setShowGrid(False)
+        self.setTabKeyNavigation(False)
         self.setFont(numbers_font(self.font()))
         self.verticalHeader().hide()
         self.verticalHeader().setMinimumSectionSize(_ROW_PX)

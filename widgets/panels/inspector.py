@@ -208,6 +208,7 @@ def _scrolled(form: Form) -> QScrollArea:
     area.setWidget(form)
     area.setWidgetResizable(True)
     area.setFrameShape(QFrame.Shape.NoFrame)
+    area.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # its fields have it
     area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
     bar_px = area.verticalScrollBar().sizeHint().width()
     area.setMinimumWidth(form.minimumSizeHint().width() + bar_px)  # no field is ever cut off

@@ -67,6 +67,7 @@ class ScenePanel(Form):
     def __init__(self, choice: SceneChoice, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._loaded = choice
+        self._is_nothing_loaded = False
         self._add_data()
         self._add_grid()
         self._load = QPushButton("Load")
@@ -100,12 +101,18 @@ class ScenePanel(Form):
     def set_loaded(self, choice: SceneChoice, summary: str, picked: str = "", tried: str = "") -> None:
         """Say what is in use now, and why its voxel edge was picked: a sentence, and all that was tried."""
         is_untouched = self.choice == self._loaded
-        self._loaded = choice
+        self._loaded, self._is_nothing_loaded = choice, False
         self._hint.setText(summary)
         self._picked.setText(picked)
         self._picked.setToolTip(tried)
         self._picked.setVisible(bool(picked))
         self.show_subject(choice if is_untouched else self.choice)
+
+    def set_nothing_loaded(self) -> None:
+        """Say that there are no data at all; the same ones can be tried again."""
+        self._is_nothing_loaded = True
+        self._hint.setText("No box data are in use.")
+        self.show_subject(self.choice)
 
     @property
     def picked(self) -> tuple[str, str]:
@@ -179,7 +186,8 @@ class ScenePanel(Form):
         self._name.setText(path.name if path else "Bundled town")
         self._name.setToolTip(str(path or "A traffic simulation that comes with the program"))
         self._voxel.setCurrentText(AUTO if subject.voxel_m is None else full_number(subject.voxel_m))
-        self._load.setEnabled(subject != self._loaded or subject.voxel_m is None)
+        is_other = subject != self._loaded or subject.voxel_m is None
+        self._load.setEnabled(is_other or self._is_nothing_loaded)
 
 
 def _write_frames(choice: SceneChoice, frames: int | None) -> SceneChoice:

@@ -57,6 +57,7 @@ QTabBar::tab {{ background: {t.window}; color: {t.muted}; border: 0; border-bott
     padding: 6px 11px 5px 11px; }}
 QTabBar::tab:hover {{ color: {t.text}; }}
 QTabBar::tab:selected {{ background: {t.panel}; color: {t.text}; border-bottom-color: {t.accent}; }}
+QTabBar::tab:selected:focus {{ color: {t.accent}; }}
 QScrollBar {{ background: transparent; border: 0; }}
 QScrollBar:vertical {{ width: 11px; }}
 QScrollBar:horizontal {{ height: 11px; }}
@@ -92,7 +93,7 @@ QCheckBox::indicator, QTreeView::indicator {{ width: 12px; height: 12px; border:
     border-radius: 3px; background: {t.field}; }}
 QCheckBox::indicator:checked, QTreeView::indicator:checked {{ background: {t.accent};
     border-color: {t.accent}; image: url("{check}"); }}
-QCheckBox::indicator:focus {{ border-color: {t.accent}; }}
+QCheckBox::indicator:focus {{ border-color: {t.text}; }}
 QTreeView::indicator:checked:selected {{ border-color: white; }}
 QScrollArea {{ border: 0; background: {t.panel}; }}
 QWidget#panel {{ background: {t.panel}; }}

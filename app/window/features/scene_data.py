@@ -109,6 +109,7 @@ class SceneData(Feature):
             self.window.report_error(problem)
             if self.loaded is None:
                 self.window.status.set_no_data()
+                self.window.scene_panel.set_nothing_loaded()
 
     def _choose_file(self) -> None:
         self._choose(self.window.dialogs.box_file(self.window))
