@@ -28,6 +28,14 @@ def mesh_path(body: str, folder: Path | None) -> Path:
     return path if path.is_absolute() or folder is None else folder / path
 
 
+def mesh_name(path: Path, folder: Path | None) -> str:
+    """How a rig file in a folder names a mesh: from there where the mesh lies below it, in full elsewhere."""
+    path = path.absolute()
+    if folder is not None and path.is_relative_to(folder.absolute()):
+        path = path.relative_to(folder.absolute())
+    return path.as_posix()
+
+
 def read_mesh(path: Path, still_wanted: Callable[[], object] = lambda: None) -> BodyMesh:
     """Read a mesh file in a process of its own; the numbers are in the file's unit, z up, x forward.
 

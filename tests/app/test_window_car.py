@@ -6,8 +6,10 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication
 
+from app.window.features.car import Car
 from core.geometry import Pose
 from core.rig.mirror import mirrored_pose, partner_of
+from core.rig.yaml_file import load_rig
 from tests.app.window_bench import LIDAR, TIMEOUT_MS, Bench, open_bench
 from widgets.viewport.body_profiles import reference_vehicle
 
@@ -149,6 +151,23 @@ def test_a_mesh_file_chosen_in_the_inspector_becomes_the_body_named_from_the_rig
     bench.type("mesh_scale", "0.5")
     _, vehicle, mesh = vehicles_shown(bench)[-1]
     assert vehicle.mesh.scale == 0.5 and mesh is vehicles_shown(bench)[-2][2]
+
+
+def test_a_rig_saved_elsewhere_goes_on_finding_its_mesh(bench, tmp_path):
+    for folder in ("here", "there"):
+        (tmp_path / folder).mkdir()
+    (tmp_path / "here" / "car.obj").write_text(TETRAHEDRON)
+    bench.document.save(tmp_path / "here" / "rig.yaml")
+    bench.window.feature(Car).take_mesh(tmp_path / "here" / "car.obj")
+    assert bench.document.rig.vehicle.body == "car.obj"
+    bench.dialogs.path = tmp_path / "here" / "copy.yaml"
+    bench.act("save_as")
+    assert bench.document.rig.vehicle.body == "car.obj"
+    bench.dialogs.path = tmp_path / "there" / "rig.yaml"
+    bench.act("save_as")
+    assert load_rig(bench.dialogs.path).rig.vehicle.body == (tmp_path / "here" / "car.obj").as_posix()
+    bench.settle()
+    assert bench.window.message_bar.isHidden()
 
 
 def test_a_mesh_that_cannot_be_read_is_reported_and_the_last_good_body_stays(bench, tmp_path):

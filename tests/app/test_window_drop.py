@@ -57,6 +57,16 @@ def test_a_dropped_rig_is_opened(bench: Bench, other: Path) -> None:
     assert (bench.document.rig, bench.document.path) == (OTHER, other)
 
 
+def test_a_dropped_mesh_becomes_the_body(bench: Bench, tmp_path: Path) -> None:
+    mesh = tmp_path / "car.obj"
+    mesh.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n")
+    assert drop(bench, mesh)
+    assert bench.document.rig.vehicle.body == mesh.as_posix()
+    bench.qtbot.waitUntil(lambda: len(bench.viewport.told[-1]) == 3, timeout=TIMEOUT_MS)
+    bench.act("undo")
+    assert bench.document.rig == RIG
+
+
 @pytest.mark.parametrize("way", ["new", "drop", "recent"])
 def test_unsaved_changes_are_asked_for(bench: Bench, other: Path, way: str) -> None:
     bench.document.rename("roof", "top")

@@ -31,8 +31,7 @@ QToolBar QToolButton:checked {{ background: {t.chosen}; border-color: {t.accent}
 QToolBar QToolButton:disabled {{ color: {t.muted}; }}
 QToolBar QToolButton[popupMode="2"] {{ padding: 3px 3px; }}
 QToolBar QToolButton::menu-indicator {{ image: none; }}
-QToolButton#qt_toolbar_ext_button {{ qproperty-icon: url("{more}"); padding: 0; margin: 3px 5px 3px 0;
-    min-width: 16px; }}
+QToolButton#qt_toolbar_ext_button {{ qproperty-icon: url("{more}"); padding: 0; }}
 QMenuBar {{ background: {t.panel}; color: {t.text}; }}
 QMenuBar::item {{ padding: 4px 9px; background: transparent; }}
 QMenuBar::item:selected {{ background: {t.chosen}; }}

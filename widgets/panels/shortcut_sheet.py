@@ -67,8 +67,10 @@ class ShortcutSheet(QDialog):
         outer = QVBoxLayout(self)
         outer.addWidget(area)
         outer.addWidget(buttons)
-        wanted = sheet.sizeHint()
-        self.resize(wanted.width() + 40, min(HIGHEST_PX, wanted.height() + 70))
+        wanted, room = sheet.sizeHint(), self.screen().availableSize()
+        self.resize(
+            min(room.width(), wanted.width() + 40), min(room.height(), HIGHEST_PX, wanted.height() + 70)
+        )
 
 
 def in_columns(groups: Sequence[Group], count: int) -> list[list[Group]]:

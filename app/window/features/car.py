@@ -9,7 +9,7 @@ from app.tasks import Task
 from app.window.feature import Feature
 from core.errors import InputError
 from core.mesh import BodyMesh
-from core.mesh_file import mesh_path, read_mesh
+from core.mesh_file import mesh_name, mesh_path, read_mesh
 from core.rig.model import Vehicle
 from core.scene.boxes import Progress
 
@@ -67,13 +67,13 @@ class Car(Feature):
         return self.document.path.parent if self.document.path is not None else None
 
     def _choose_mesh(self) -> None:
-        """Ask for a mesh file; it is named from the folder of the rig file where it lies below it."""
-        path, folder = self.window.dialogs.mesh_file(self.window, self._folder()), self._folder()
-        if path is None:
-            return
-        path = path.absolute()
-        if folder is not None and path.is_relative_to(folder.absolute()):
-            path = path.relative_to(folder.absolute())
+        """Ask for a mesh file."""
+        path = self.window.dialogs.mesh_file(self.window, self._folder())
+        if path is not None:
+            self.take_mesh(path)
+
+    def take_mesh(self, path: Path) -> None:
+        """Make a mesh file the body of the car."""
         rig = self.document.rig
-        vehicle = rig.vehicle.replace(body=path.as_posix())
+        vehicle = rig.vehicle.replace(body=mesh_name(path, self._folder()))
         self.window.guarded(self.document.apply)(rig.replace(vehicle=vehicle), "another body")

@@ -1,4 +1,4 @@
-"""Files dropped on the window: a rig is opened, traffic is loaded."""
+"""Files dropped on the window: a rig is opened, traffic is loaded, a mesh becomes the car's body."""
 
 from __future__ import annotations
 
@@ -9,8 +9,10 @@ from PySide6.QtCore import QEvent, QMimeData, QObject, QTimer
 from PySide6.QtGui import QDropEvent
 
 from app.window.feature import Feature
+from app.window.features.car import Car
 from app.window.features.files import Files
 from app.window.features.scene_data import SceneData
+from core.mesh_file import SUFFIXES
 
 if TYPE_CHECKING:
     from app.window.main_window import MainWindow
@@ -20,7 +22,7 @@ TABLES = (".csv", ".csv.gz", ".parquet", ".feather")
 POGS = (".npz",)
 ACCEPTED = (
     "accepted are rigs (.yaml, .json, .urdf, .toml), box tables (.csv, .csv.gz, .parquet, .feather), "
-    "stored POGs (.npz) and box folders"
+    "stored POGs (.npz), box folders and meshes (.glb, .gltf, .obj, .ply, .stl)"
 )
 
 
@@ -45,7 +47,7 @@ class Drop(Feature):
         return super().eventFilter(watched, event)
 
     def take(self, paths: list[Path]) -> None:
-        """Open the first rig and load the first traffic among some files."""
+        """Open the first rig, load the first traffic and take the first mesh among some files."""
         kinds = [_kind(path) for path in paths]
         unknown = [path.name for path, kind in zip(paths, kinds, strict=True) if kind == ""]
         if unknown:
@@ -55,6 +57,8 @@ class Drop(Feature):
         traffic = [path for path, kind in zip(paths, kinds, strict=True) if kind in ("boxes", "pog")]
         if traffic:
             self.window.feature(SceneData).load_path(traffic[0], is_pog=_kind(traffic[0]) == "pog")
+        if "mesh" in kinds:
+            self.window.feature(Car).take_mesh(paths[kinds.index("mesh")])
 
 
 def local_paths(data: QMimeData) -> list[Path]:
@@ -63,10 +67,12 @@ def local_paths(data: QMimeData) -> list[Path]:
 
 
 def _kind(path: Path) -> str:
-    """What a dropped path is by its name: "rig", "boxes", "pog", or "" for anything else."""
+    """What a dropped path is by its name: "rig", "boxes", "pog", "mesh", or "" for anything else."""
     name = path.name.lower()
     if path.is_dir() or name.endswith(TABLES):
         return "boxes"
     if name.endswith(RIGS):
         return "rig"
+    if name.endswith(SUFFIXES):
+        return "mesh"
     return "pog" if name.endswith(POGS) else ""

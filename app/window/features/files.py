@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QMenu
 from app.actions import Spec
 from app.window.feature import Feature
 from core.errors import InputError
+from core.mesh_file import mesh_name, mesh_path
 from core.rig.model import Rig
 from core.rig.presets import PRESETS, preset
 
@@ -91,12 +92,23 @@ class Files(Feature):
         if path is None:
             return False
         try:
+            self._take_mesh_along(path.parent)
             self.document.save(path)
         except InputError as error:
             self.window.report_error(str(error))
             return False
         self.window.message_bar.clear()
         return True
+
+    def _take_mesh_along(self, folder: Path) -> None:
+        """Have the rig find its mesh file from another folder, too."""
+        path, rig = self.document.path, self.document.rig
+        if path is None or not rig.vehicle.has_mesh_file:
+            return
+        body = mesh_name(mesh_path(rig.vehicle.body, path.parent), folder)
+        is_same_place = path.parent.absolute() == folder.absolute()
+        if not is_same_place and not Path(rig.vehicle.body).is_absolute():
+            self.document.apply(rig.replace(vehicle=rig.vehicle.replace(body=body)), "name the mesh anew")
 
     def may_lose_changes(self) -> bool:
         """Whether the rig is saved, or the user does not mind."""
