@@ -18,6 +18,12 @@ def pixels(path):
     return np.round(matplotlib.image.imread(path)[..., :3] * 255).astype(int)
 
 
+def heat_share(image):
+    """Share of the picture, above its legend, that has the yellow of the heatmap's largest values."""
+    red, green, blue = np.moveaxis(image[: len(image) * 3 // 4], 2, 0)
+    return np.mean((red > 140) & (green > 140) & (red - blue > 40) & (green - blue > 40))
+
+
 def test_the_picture_has_the_size_that_was_asked_for(riglens, boxes, tmp_path):
     out = tmp_path / "rig.png"
     result = riglens(
@@ -57,6 +63,7 @@ def test_views_classes_and_rigs_give_different_pictures(riglens, boxes, tmp_path
     }
     same = [name for name, other in others.items() if np.array_equal(first, other)]
     assert same == []
+    assert heat_share(first) > 0.02 and heat_share(others["no heatmap"]) == 0.0
 
 
 def test_a_transparent_picture_has_no_background(riglens, boxes, tmp_path):
@@ -103,7 +110,7 @@ def test_without_a_display_the_same_job_runs_in_the_terminal(riglens_process, bo
     assert err.splitlines()[0].startswith("no display: running headless")
     assert "Line" in out
     assert "S-MS" in out
-    assert (tmp_path / "out" / "screenshot.png").read_bytes().startswith(PNG)
+    assert heat_share(pixels(tmp_path / "out" / "screenshot.png")) > 0.02, "boxes of cars are seen, and shown"
     assert load_rig(tmp_path / "out" / "rig.yaml").rig == preset("Line")
     document = json.loads((tmp_path / "out" / "scores.json").read_text())
     assert document["rigs"][0]["name"] == "Line"

@@ -159,12 +159,18 @@ def _is_inside(pixel: Points, corners: Points) -> bool:
 
 
 class GizmoActors:
-    """The arrows, planes and rings in an overlay renderer; shown, placed and lit up by the scene."""
+    """The arrows, planes and rings in an overlay renderer; shown, placed and lit up by the scene.
+
+    They are made when they are first shown: until a sensor is selected nobody needs them.
+    """
 
     def __init__(self, renderer: vtkRenderer, palette: Palette) -> None:
+        self._renderer = renderer
         self._palette = palette
         self._plane = vtkPlane()
         self._actors: dict[Handle, pv.Actor] = {}
+
+    def _make(self) -> None:
         for handle in shown_handles("both"):
             actor = pv.Actor(mapper=mapper_of(_handle_mesh(handle)))
             actor.prop.lighting = handle.kind == "move"
@@ -174,7 +180,7 @@ class GizmoActors:
             actor.visibility = False
             if handle.kind == "rotate":
                 actor.mapper.AddClippingPlane(self._plane)
-            renderer.AddActor(actor)
+            self._renderer.AddActor(actor)
             self._actors[handle] = actor
 
     def arrange(
@@ -182,6 +188,8 @@ class GizmoActors:
     ) -> None:
         """Show the handles of a mode at a place, or none; `lit` is under the mouse or being dragged."""
         if place is not None:
+            if not self._actors:
+                self._make()
             self._show(mode, place, camera, lit)
             return
         for actor in self._actors.values():
