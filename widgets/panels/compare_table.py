@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from PySide6.QtCore import QPoint, QSortFilterProxyModel, Qt, Signal
+from PySide6.QtCore import QSortFilterProxyModel, Qt, Signal
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QMenu, QTableView, QWidget
 
 from widgets.panels.bar_delegate import BarDelegate
 from widgets.panels.compare_model import FIRST_SCORE, RIG, SENSORS, SORT, CompareModel
 from widgets.panels.compare_rows import CompareRow
+from widgets.panels.context_menu import give_context_menu
 from widgets.panels.own_keys import OwnKeys, StandardKey
 from widgets.panels.style import numbers_font
 
@@ -39,8 +40,7 @@ class CompareTable(QTableView):
         self._set_up()
         self._sorted.layoutChanged.connect(self.order_changed)
         self.doubleClicked.connect(lambda index: self.open_wanted.emit(self.shown_rows()[index.row()].key))
-        self.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
-        self.customContextMenuRequested.connect(self._open_menu)
+        give_context_menu(self, self.context_menu)
         self.size_columns()
 
     def _set_up(self) -> None:
@@ -116,11 +116,6 @@ class CompareTable(QTableView):
 
     def _remove(self) -> None:
         self.remove_wanted.emit(self.chosen)
-
-    def _open_menu(self, position: QPoint) -> None:
-        menu = self.context_menu()
-        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        menu.popup(self.viewport().mapToGlobal(position))
 
     def context_menu(self) -> QMenu:
         """What can be done with the selected rigs."""

@@ -7,10 +7,11 @@ from __future__ import annotations
 
 from functools import partial
 
-from PySide6.QtCore import QEvent, QItemSelectionModel, QModelIndex, QPersistentModelIndex, QPoint, Qt, Signal
+from PySide6.QtCore import QEvent, QItemSelectionModel, QModelIndex, QPersistentModelIndex, Qt, Signal
 from PySide6.QtGui import QMouseEvent
 from PySide6.QtWidgets import QAbstractItemView, QMenu, QTreeWidgetItem, QWidget
 
+from widgets.panels.context_menu import give_context_menu
 from widgets.panels.sensor_list import KINDS, TICK_PX, Names, SensorList
 from widgets.panels.sensor_rows import EYE, LOCK, NAME
 
@@ -36,8 +37,7 @@ class SensorTree(SensorList):
         self.setEditTriggers(
             QAbstractItemView.EditTrigger.DoubleClicked | QAbstractItemView.EditTrigger.EditKeyPressed
         )
-        self.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
-        self.customContextMenuRequested.connect(self._open_menu)
+        give_context_menu(self, self.context_menu)
         self.itemChanged.connect(self._on_changed)
         self.itemClicked.connect(self._on_clicked)
         self.itemDoubleClicked.connect(self._on_clicked)
@@ -121,11 +121,6 @@ class SensorTree(SensorList):
         self.selected.emit(name if name in chosen else chosen[0] if chosen else None)
 
     # ------------------------------------------------------------------ context menu
-    def _open_menu(self, position: QPoint) -> None:
-        menu = self.context_menu()
-        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        menu.popup(self.viewport().mapToGlobal(position))
-
     def context_menu(self) -> QMenu:
         """What can be done with the selected sensors; without one, what selects some."""
         menu = QMenu(self)

@@ -24,6 +24,7 @@ from widgets.panels.style import MARGIN, as_panel, tones
 GAP_PX = 18
 COLUMN_PX, KEYS_PX = 286, 92
 LAST_PX, LAST_KEYS_PX = 292, 136
+MOST_COLUMNS = 3
 HIGHEST_PX = 740
 HEADING_ROWS = 2
 """A heading takes the room of about two rows."""
@@ -54,7 +55,9 @@ class ShortcutSheet(QDialog):
         columns = QHBoxLayout(sheet)
         columns.setContentsMargins(GAP_PX // 2, MARGIN, GAP_PX // 2, MARGIN)
         columns.setSpacing(GAP_PX)
-        for column in in_columns(groups[:-1], 3):
+        room = self.screen().availableSize()
+        beside_last = (room.width() - LAST_PX - 2 * GAP_PX) // (COLUMN_PX + GAP_PX)
+        for column in in_columns(groups[:-1], min(max(beside_last, 1), MOST_COLUMNS)):
             columns.addWidget(_column(column, COLUMN_PX, KEYS_PX))
         columns.addWidget(_column(groups[-1:], LAST_PX, LAST_KEYS_PX))
         area = QScrollArea()
@@ -67,7 +70,7 @@ class ShortcutSheet(QDialog):
         outer = QVBoxLayout(self)
         outer.addWidget(area)
         outer.addWidget(buttons)
-        wanted, room = sheet.sizeHint(), self.screen().availableSize()
+        wanted = sheet.sizeHint()
         self.resize(
             min(room.width(), wanted.width() + 40), min(room.height(), HIGHEST_PX, wanted.height() + 70)
         )

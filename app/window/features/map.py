@@ -13,7 +13,7 @@ from app.window.in_sight import InSight
 from core.rig.model import Rig
 from core.scene.top_view import SeenBy, TopView
 from widgets.maps.map_panel import MapPanel
-from widgets.maps.map_view import MANY
+from widgets.maps.map_picture import MANY
 
 if TYPE_CHECKING:
     from app.window.main_window import MainWindow

@@ -119,7 +119,7 @@ class Sensors(Feature):
 
     def _fill_menu(self, menu: QMenu) -> None:
         """What the sensor menu offers for a selection, in the list's context menu, too."""
-        for key in ("rename", "duplicate", "delete", "frame"):
+        for key in ("rename", "duplicate", "mirror", "place", "copy", "delete", "frame"):
             menu.addAction(self.window.actions_[key])
 
     def _update(self) -> None:
