@@ -11,13 +11,14 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from core.engine.fans import farthest, is_plain, is_upright, make_fan, make_profile
+from core.engine.fans import farthest, is_plain, is_upright, make_fan, make_profile, share_rows
 from core.engine.frustums import make_frustum
 from core.kernels import cast
 from core.kernels.cast import Cast
 from core.kernels.fan import mark_fan
 from core.kernels.frustum import Frustum, mark_frustum
 from core.kernels.planes import Space
+from core.kernels.shares import work_by_row
 from core.kernels.walk import FARTHEST
 from core.metric.entropy import EntropyField
 from core.metric.scores import Method
@@ -29,7 +30,6 @@ from core.scene.columns import Words, words_per_column
 RAYS_PER_CHUNK = 1 << 15
 PLANES_PER_CHUNK = 512
 ROWS_PER_CHUNK = 128
-SLABS_PER_WORKER = 2
 
 IsStale = Callable[[], bool]
 Sensor = Lidar | Camera
@@ -85,10 +85,11 @@ class Caster:
 
     def _mark_fan(self, rays: Cast, window: Window, marks: Words, is_stale: IsStale) -> bool:
         fan = make_fan(Lattice(rays.kind, rays.rows, rays.planes), rays)
-        profile, slabs = make_profile(fan, rays), self._slabs(window)
+        profile = make_profile(fan, rays)
         if profile is None:
             return self._mark_rays(rays, marks, is_stale)
         space = Space(rays.origin, rays.rotation, rays.box, rays.shape)
+        slabs = share_rows(work_by_row(fan, space, profile), window[0], window[1], self.workers)
         planes = len(fan.planes)
         for start in range(0, planes, PLANES_PER_CHUNK):
             if is_stale():
@@ -96,13 +97,6 @@ class Caster:
             end = min(start + PLANES_PER_CHUNK, planes)
             mark_fan(fan, space, profile, start, end, slabs, self.workers, marks)
         return True
-
-    def _slabs(self, window: Window) -> NDArray[np.int64]:
-        """Rows a sensor can mark, cut into a few parts (k, 2) for each worker, so that all have as much to do."""
-        first, last = window[:2]
-        parts = SLABS_PER_WORKER * self.workers if self.workers > 1 else 1
-        cuts = first + (last - first) * np.arange(parts + 1) // parts
-        return np.stack([cuts[:-1], cuts[1:]], axis=1)
 
     def _mark_frustum(
         self, frustum: Frustum, rays: Cast, window: Window, marks: Words, is_stale: IsStale

@@ -66,6 +66,14 @@ def make_profile(fan: Fan, rays: Cast) -> Profile | None:
     return Profile(at, ordered, masks_of(ordered, depth), begun)
 
 
+def share_rows(work: NDArray[np.float64], x_from: int, x_to: int, workers: int) -> NDArray[np.int64]:
+    """Cut the rows x_from..x_to-1 of the grid into a part for each worker, (workers, 2), so that all have as much to
+    do; work (rows,) of each row of the grid."""
+    done = np.cumsum(work[x_from:x_to])
+    cuts = x_from + np.searchsorted(done, done[-1] * np.arange(1, workers) / workers)
+    return np.stack([np.append(x_from, cuts), np.append(cuts, x_to)], axis=1)
+
+
 def farthest(rays: Cast) -> float:
     """Distance in voxels from the origin of the rays to the farthest corner of their box."""
     return float(np.linalg.norm(np.abs(rays.box.reshape(3, 2).T - rays.origin).max(axis=0)))

@@ -17,20 +17,18 @@ import numba
 import numpy as np
 
 from core.kernels.jit import inlined, kernel, parallel_kernel
-from core.kernels.planes import Fan, Space, Work, walk_alone
+from core.kernels.planes import Fan, Space, Work, clip_side, walk_alone
 from core.kernels.profile import TOLERANCE, Profile
 from core.kernels.ties import Start, untie
 
 FARTHEST_ORIGIN = 5e3
 STRAIGHTEST = 1e-3
 """Along a heading closer to an axis, rounding of the heading would move the crossings by more than the tolerance."""
+STRAIGHT = 1e-13
+"""Along a heading this close to an axis, a plane does not drift by the tolerance in any grid."""
+LEAST = 1e-300
+"""For no drift at all: what is divided by it is huge, and keeps its sign."""
 STEEPEST = 1e3
-
-
-@inlined
-def _clip_side(g: float, h: float, low: int, high: int, s_in: float, s_out: float) -> tuple[float, float]:
-    first, last = (float(low), float(high)) if h > 0.0 else (float(high), float(low))
-    return max(s_in, (first - g) / h), min(s_out, (last - g) / h)
 
 
 @inlined
@@ -49,6 +47,12 @@ def _start_cell(g: float, h: float, s_in: float, low: int, high: int) -> tuple[f
 def _is_close(past: float) -> int:
     """1 where a place is within the tolerance of a face; `past`: how far it is past the face behind it."""
     return int((past < TOLERANCE) | (past > 1.0 - TOLERANCE))
+
+
+@inlined
+def _stays_between(g: float, h: float) -> bool:
+    """Whether a plane stays between the same two faces of an axis, and clear of both."""
+    return abs(h) < STRAIGHT and _is_close(g - np.floor(g)) == 0
 
 
 @kernel
@@ -139,10 +143,11 @@ def _walk_plane(
     """Walk one plane through a box; False when it comes too close to a face or an edge to be decided here."""
     hx, hy, scale, at = fan.headings[plane, 0], fan.headings[plane, 1], fan.scales[plane], profile.at
     gx, gy, ny = space.origin[0], space.origin[1], space.shape[1]
-    if min(abs(hx), abs(hy)) < STRAIGHTEST:
+    if min(abs(hx), abs(hy)) < STRAIGHTEST and not (_stays_between(gx, hx) or _stays_between(gy, hy)):
         return False
-    s_in, s_out = _clip_side(gx, hx, box[0], box[1], 0.0, np.inf)
-    s_in, s_out = _clip_side(gy, hy, box[2], box[3], s_in, s_out)
+    hx, hy = (LEAST if hx == 0.0 else hx), (LEAST if hy == 0.0 else hy)
+    s_in, s_out = clip_side(gx, hx, box[0], box[1], 0.0, np.inf)
+    s_in, s_out = clip_side(gy, hy, box[2], box[3], s_in, s_out)
     if s_out - s_in < TOLERANCE:
         return s_out - s_in < -TOLERANCE
     ix, certain_x = _start_cell(gx, hx, s_in, box[0], box[1])
@@ -184,7 +189,7 @@ def mark_fan(
 ) -> None:
     """Mark the voxels that rays of the planes plane_from..plane_to-1 traverse; marks uint64 (words,).
 
-    slabs (k, 2): the rows of the grid, cut into parts: each is walked by one worker, so that no word is shared.
+    slabs (workers, 2): the rows of the grid for each worker, apart from each other, so that no word is shared.
     """
     nx, ny, depth = space.shape[0], space.shape[1], profile.masks.shape[1]
     for worker in numba.prange(workers):
@@ -196,14 +201,11 @@ def mark_fan(
             np.empty((depth, crossed), np.uint64),
             np.empty((crossed, 3), np.int32),
         )
-        for slab in range(worker, slabs.shape[0], workers):
-            box = space.box.copy()
-            box[0], box[1] = max(box[0], slabs[slab, 0]), min(box[1], slabs[slab, 1])
-            if box[0] >= box[1]:
-                continue
-            for plane in range(plane_from, plane_to):
-                if not _walk_plane(fan, space, profile, plane, box, work, marks):
-                    for row in fan.row_of:
-                        walk_alone(fan, space, plane, row, box, marks, work.runs)
-                for row in fan.steep:
+        box = space.box.copy()
+        box[0], box[1] = max(box[0], slabs[worker, 0]), min(box[1], slabs[worker, 1])
+        for plane in range(plane_from, plane_to if box[0] < box[1] else plane_from):
+            if not _walk_plane(fan, space, profile, plane, box, work, marks):
+                for row in fan.row_of:
                     walk_alone(fan, space, plane, row, box, marks, work.runs)
+            for row in fan.steep:
+                walk_alone(fan, space, plane, row, box, marks, work.runs)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from core.kernels.jit import kernel
+from core.kernels.jit import inlined, kernel
 from core.kernels.lattice import direction, rotated
 from core.kernels.levels import mark_levels
 from core.kernels.walk import walk_exact
@@ -52,6 +52,13 @@ class Work(NamedTuple):
     begins: np.ndarray
     toggles: np.ndarray
     runs: np.ndarray
+
+
+@inlined
+def clip_side(g: float, h: float, low: int, high: int, s_in: float, s_out: float) -> tuple[float, float]:
+    """Distances along a heading between which a plane is also between two faces of an axis."""
+    first, last = (float(low), float(high)) if h > 0.0 else (float(high), float(low))
+    return max(s_in, (first - g) / h), min(s_out, (last - g) / h)
 
 
 @kernel
