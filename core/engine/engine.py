@@ -72,6 +72,19 @@ def _joint(a: Window, b: Window) -> Window:
     return min(a[0], b[0]), max(a[1], b[1]), min(a[2], b[2]), max(a[3], b[3])
 
 
+def _rows(window: Window, kind: int, workers: int) -> NDArray[np.int64]:
+    """Rows of a window in the order in which they are dealt to the workers.
+
+    Those of LiDARs are about equally full, and a worker gets neighbours, about those that it has marked itself: its
+    cache holds them. Those of cameras are not.
+    """
+    rows = np.arange(window[0], window[1])
+    if KINDS[kind] != "lidar":
+        return rows
+    places = np.concatenate([np.arange(part.size) for part in np.array_split(rows, workers)])
+    return rows[np.argsort(places, kind="stable")]
+
+
 class Engine:
     """Incremental evaluation of rigs on one field with a number of threads (all processors by default).
 
@@ -189,6 +202,7 @@ class Engine:
             np.unique(np.array([held.slot for held in group if held.kind == kind], np.int64))
             for group in (arrived, staying, leaving)
         ]
+        window = reduce(_joint, (held.window for held in changed))
         change = settle.settle(
             state.stack,
             settle.Slots(*groups),
@@ -199,7 +213,9 @@ class Engine:
             entropies.runs.first,
             entropies.runs.codes,
             entropies.palette_q,
-            np.array(reduce(_joint, (held.window for held in changed))),
+            _rows(window, kind, self._caster.workers),
+            window[2],
+            window[3] - window[2],
             len(index.words) // entropies.grid.shape[0],
             self._caster.workers,
         )

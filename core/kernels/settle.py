@@ -12,6 +12,8 @@ from core.kernels.jit import inlined, kernel, parallel_kernel
 
 COLUMNS = 4
 """Sums are kept side by side: three classes in fixed point, then the number of voxels."""
+MANY = 0.2
+"""Where more of the words of a row may change, going through all of them is faster than picking them out."""
 
 
 @inlined
@@ -41,9 +43,11 @@ def _differing(come: np.ndarray, gone: np.ndarray, where: np.ndarray) -> int:
 
 
 class _Row(NamedTuple):
-    """A row of the grid: what arrives, what counts, the unions of both kinds, and the runs of equal entropies."""
+    """A row of the grid: the stack and its word that the row starts with, what counts, the unions of this kind and
+    of the other, and the runs of equal entropies."""
 
-    come: np.ndarray
+    stack: np.ndarray
+    start: int
     keep: np.ndarray
     own: np.ndarray
     other: np.ndarray
@@ -52,49 +56,46 @@ class _Row(NamedTuple):
 
 
 @inlined
-def _note_changes(
-    row: _Row,
-    stack: np.ndarray,
-    staying: np.ndarray,
-    start: int,
-    where: np.ndarray,
-    changes: np.ndarray,
-    sums: np.ndarray,
-) -> int:
-    """Bring the union up to date in the words `where`, count the voxels in sums (8,), and note what changes.
+def _renew_all(row: _Row, staying: np.ndarray, new: np.ndarray, where: np.ndarray) -> int:
+    """Make the voxels that arrive, in `new`, the new union in all words; lists those that change."""
+    for slot in staying:
+        part = row.stack[slot, row.start : row.start + new.size]
+        for i in range(new.size):
+            new[i] |= part[i]
+    for i in range(new.size):
+        new[i] &= row.keep[i]
+    return _differing(new, row.own, where)
 
-    changes uint64 (words + 1, 5): voxels gained, voxels lost, voxels that the other kind does not see, starts of
-    runs, number of the first run. Without a branch, as before.
-    """
-    count, own_gain, any_gain = 0, np.int64(0), np.int64(0)
-    for word in where:
+
+@inlined
+def _renew_some(row: _Row, staying: np.ndarray, new: np.ndarray, where: np.ndarray, count: int) -> int:
+    """The same in the first `count` words that are listed; the others cannot change."""
+    changed = 0
+    for i in range(np.uint64(count)):
+        word = where[i]
         w = np.uint64(word)
-        new = row.come[w]
+        seen = new[w]
         for slot in staying:
-            new |= stack[slot, np.uint64(start) + w]
-        new &= row.keep[w]
-        old, alone = row.own[w], ~row.other[w]
-        row.own[w] = new
-        own_gain += _gain(new, old)
-        any_gain += _gain(new & alone, old & alone)
-        changes[count, 0], changes[count, 1], changes[count, 2] = new & ~old, old & ~new, alone
-        changes[count, 3], changes[count, 4] = row.starts[w], np.uint64(row.first[w])
-        count += int(old != new)
-    sums[3] += own_gain
-    sums[7] += any_gain
-    return count
+            seen |= row.stack[slot, np.uint64(row.start) + w]
+        seen &= row.keep[w]
+        new[w], where[changed] = seen, word
+        changed += int(seen != row.own[w])
+    return changed
 
 
 @kernel
-def _tally(changes: np.ndarray, count: int, codes: np.ndarray, tallies: np.ndarray) -> None:
-    """Count, by code of their entropies, the voxels that this kind (low 32 bits) and any sensor (high bits) gain in
-    the changed words; run by run, as all voxels of a run have the same code."""
-    for i in range(np.uint64(count)):
-        gained, lost, alone, starts = changes[i, 0], changes[i, 1], changes[i, 2], changes[i, 3]
+def _tally(row: _Row, new: np.ndarray, where: np.ndarray, codes: np.ndarray, tallies: np.ndarray) -> None:
+    """Store the new union in the words listed, and count, by code of their entropies, the voxels that this kind (low
+    32 bits) and any sensor (high bits) gain; run by run, as all voxels of a run have the same code."""
+    for word in where:
+        w = np.uint64(word)
+        gained, lost, alone = new[w] & ~row.own[w], row.own[w] & ~new[w], ~row.other[w]
+        starts, first = row.starts[w], np.int64(row.first[w])
+        row.own[w] = new[w]
         changed = gained | lost
         while changed != 0:
             run, within = first_run(changed, starts)
-            code = np.uint64(codes[np.uint64(np.int64(changes[i, 4]) + run)])
+            code = np.uint64(codes[np.uint64(first + run)])
             more_any = _gain(gained & within & alone, lost & within & alone)
             tallies[code] += _gain(gained & within, lost & within) + (more_any << np.int64(32))
             changed ^= within
@@ -102,14 +103,19 @@ def _tally(changes: np.ndarray, count: int, codes: np.ndarray, tallies: np.ndarr
 
 @inlined
 def _weigh(tallies: np.ndarray, palette_q: np.ndarray, sums: np.ndarray) -> None:
-    """Add to sums (8,) the entropies of the voxels tallied: fewer than 2^31 of each code, so none spills over."""
+    """Add to sums (8,) the entropies of the voxels tallied, and their number: fewer than 2^31 of each code, so none
+    spills over."""
     for code in range(tallies.size):
+        if tallies[code] == 0:
+            continue
         own = np.int64(np.int32(tallies[code]))
         any_sensor = (tallies[code] - own) >> np.int64(32)
         for c in range(3):
             h_q = np.int64(palette_q[code, c])
             sums[c] += own * h_q
             sums[COLUMNS + c] += any_sensor * h_q
+        sums[COLUMNS - 1] += own
+        sums[2 * COLUMNS - 1] += any_sensor
 
 
 class Slots(NamedTuple):
@@ -131,7 +137,9 @@ def settle(
     first: np.ndarray,
     codes: np.ndarray,
     palette_q: np.ndarray,
-    window: np.ndarray,
+    rows: np.ndarray,
+    first_word: int,
+    words: int,
     row_words: int,
     workers: int,
 ) -> np.ndarray:
@@ -140,25 +148,31 @@ def settle(
 
     stack uint64 (slots, words): voxels that sensors traverse, of which only those in `keep` count; union (2, words):
     voxels covered by all cameras and by all LiDARs; starts, first, codes, palette_q: entropies of the voxels in
-    `keep`, run by run (see `core.metric.entropy`); window: rows x0..x1-1 and words w0..w1-1 of each row outside of
-    which nothing changes. Result int64 (2, 4): this kind, and any sensor; columns as in COLUMNS. Integers, so the
-    order of the edits and the number of threads cannot matter.
+    `keep`, run by run (see `core.metric.entropy`); rows (n,), first_word, words: rows of the grid, and words of
+    each, outside of which nothing changes; the workers take turns with the rows. Result int64 (2, 4): this kind, and
+    any sensor; columns as in COLUMNS. Integers, so the order of the edits and the number of threads cannot matter.
     """
     partial = np.zeros((workers, 16), np.int64)  # cache lines of its own for every worker
     for worker in numba.prange(workers):
-        words = window[3] - window[2]
-        come, gone = np.empty(words, np.uint64), np.empty(words, np.uint64)
-        where, changes = np.empty(words + 1, np.int32), np.empty((words + 1, 5), np.uint64)
+        new, gone, where = (
+            np.empty(words, np.uint64),
+            np.empty(words, np.uint64),
+            np.empty(words + 1, np.int32),
+        )
         sums, tallies = partial[worker], np.zeros(palette_q.shape[0], np.int64)
-        for x in range(window[0] + worker, window[1], workers):
-            start, end = x * row_words + window[2], x * row_words + window[3]
-            _unite(stack, slots.arrived, start, come)
-            _unite(stack, slots.leaving, start, gone)
-            differing = _differing(come, gone, where)
+        for i in range(worker, rows.size, workers):
+            start = rows[i] * row_words + first_word
+            end = start + words
             own, other = union[kind, start:end], union[1 - kind, start:end]
-            row = _Row(come, keep[start:end], own, other, starts[start:end], first[start:end])
-            count = _note_changes(row, stack, slots.staying, start, where[:differing], changes, sums)
-            _tally(changes, count, codes, tallies)
+            row = _Row(stack, start, keep[start:end], own, other, starts[start:end], first[start:end])
+            _unite(stack, slots.arrived, start, new)
+            _unite(stack, slots.leaving, start, gone)
+            count = _differing(new, gone, where)
+            if count > MANY * words:
+                count = _renew_all(row, slots.staying, new, where)
+            else:
+                count = _renew_some(row, slots.staying, new, where, count)
+            _tally(row, new, where[:count], codes, tallies)
             for slot in slots.leaving:
                 stack[slot, start:end] = 0
         _weigh(tallies, palette_q, sums)
