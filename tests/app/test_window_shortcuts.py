@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 from PySide6.QtCore import SIGNAL, Qt
 from PySide6.QtGui import QAction, QShortcut
-from PySide6.QtWidgets import QLabel, QTableWidget
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QLabel, QTableWidget
 from pytestqt.qtbot import QtBot
 
 from app.dialogs import Dialogs
@@ -101,3 +102,30 @@ def test_the_heatmap_and_its_class_are_chosen_by_keys(bench: Bench) -> None:
     for name in ("bicycle", "pedestrian", "car"):
         bench.qtbot.keyClick(bench.window, Qt.Key.Key_T)
         assert heat.class_name == name and bench.window.actions_[f"class_{name}"].isChecked()
+
+
+OWN_KEYS: set[tuple[str, str]] = {("scores", "copy")}
+"""What a panel does itself while it has the focus."""
+
+
+@pytest.mark.parametrize("place", ["viewport", "tree", "scores"])
+def test_every_key_reaches_its_action_and_no_other(bench: Bench, place: str) -> None:
+    """Whatever has the focus: no list takes a letter for a search, no table takes a chord for itself."""
+    actions, reached = bench.window.actions_, []
+    keys = [(spec.key, keys) for spec in actions.specs for keys in actions[spec.key].shortcuts()]
+    for key, _ in keys:
+        actions[key].triggered.disconnect()
+        actions[key].setEnabled(True)
+        actions[key].triggered.connect(lambda _, key=key: reached.append(key))
+    target = (
+        bench.window.scores.findChild(QTableWidget) if place == "scores" else getattr(bench.window, place)
+    )
+    target.setFocus()
+    for key, chord in keys:
+        QTest.keySequence(QApplication.focusWidget() or bench.window, chord)
+        if (place, key) in OWN_KEYS:
+            assert reached == [], key
+        else:
+            assert reached == [key], chord.toString()
+        reached.clear()
+    assert len(keys) > 50
