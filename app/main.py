@@ -36,15 +36,10 @@ def _with_window(rig: str, scene: SceneOptions, score: ScoreOptions) -> int:
 
 
 def load_packages() -> None:
-    """Load what draws, then Qt, whose bindings would slow down every import that comes after them."""
+    """Load what draws before Qt, whose bindings read the source of every module that comes after them."""
     from widgets.viewport.drawing_half import load_drawing_half
 
     load_drawing_half()
-    import PySide6.QtCore  # noqa: F401
-
-    from widgets.plain_imports import use_plain_imports
-
-    use_plain_imports()
 
 
 def _without_window(rig: str, scene: SceneOptions, score: ScoreOptions, problem: str) -> int:

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-import matplotlib  # noqa: F401 - for the colours of the first heatmap: loaded here, on a thread of its own
-
 from app.edit_costs import EditCosts
 from app.heatmap import NO_WORDS, Heatmaps, marks_for, needs_seen, seen_words
 from app.options import SceneOptions

@@ -21,10 +21,6 @@ class StandIn(ModuleType):
         self._lenders = lenders
         vars(self).update(given)
 
-    def forget(self, name: str) -> None:
-        """Take back a name that was given: from now on it is looked up."""
-        del vars(self)[name]
-
     def __getattr__(self, name: str) -> object:
         if name.startswith("__"):  # what the import machinery asks every module for
             raise AttributeError(name)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import lru_cache
 
+import matplotlib
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRectF, Qt
@@ -23,8 +24,6 @@ _ROW_PX = 16.0
 @lru_cache(maxsize=4)
 def colours(name: str) -> NDArray[np.uint32]:
     """A colour map as 256 values 0xAARRGGBB."""
-    import matplotlib  # when a map is drawn: it takes long to load
-
     table = np.rint(matplotlib.colormaps[name](np.linspace(0.0, 1.0, 256))[:, :3] * 255).astype(np.uint32)
     return np.asarray(0xFF000000 | table[:, 0] << 16 | table[:, 1] << 8 | table[:, 2], np.uint32)
 

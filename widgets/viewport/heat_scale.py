@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal
 
+import matplotlib
 import numpy as np
 from numpy.typing import NDArray
 
@@ -85,8 +86,6 @@ def colours(scale: Scale = "ramp") -> NDArray[np.uint8]:
         ]
         table = np.array(halves[0][::-1] + halves[1])
     else:
-        import matplotlib  # with the first heatmap: it takes long to load
-
         table = matplotlib.colormaps[COLOUR_MAP](np.linspace(0.12, 1.0, LEVELS))[:, :3]
     return np.asarray(np.round(table * 255), dtype=np.uint8)
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from importlib.util import find_spec
-
+import matplotlib
 import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
@@ -12,9 +11,7 @@ from vtkmodules.vtkRenderingCore import vtkActor2D, vtkPolyDataMapper2D, vtkText
 from widgets.theme import rgb
 from widgets.viewport.camera import Size
 
-_MATPLOTLIB = find_spec("matplotlib")  # its fonts are wanted here, not its code, which takes long to load
-assert _MATPLOTLIB is not None and _MATPLOTLIB.submodule_search_locations is not None
-_FONTS = f"{_MATPLOTLIB.submodule_search_locations[0]}/mpl-data/fonts/ttf"
+_FONTS = f"{matplotlib.get_data_path()}/fonts/ttf"
 FONT_FILE, BOLD_FONT_FILE = f"{_FONTS}/DejaVuSans.ttf", f"{_FONTS}/DejaVuSans-Bold.ttf"
 _FULL_VIEW_PX, _FULL_PICTURE_PX = (640, 400), (800, 500)
 _LEAST_VIEW_PX = (308, 150)

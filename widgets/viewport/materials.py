@@ -70,7 +70,7 @@ def surface_colours(mesh: pv.PolyData, material: Material) -> NDArray[np.float64
 
 
 def mapper_of(mesh: pv.PolyData) -> vtkPolyDataMapper:
-    """A mapper without the colour map that pyvista's own would bring, and load matplotlib for."""
+    """A mapper without the colour map that pyvista's own would bring, and load matplotlib's figures for."""
     mapper = vtkPolyDataMapper()
     mapper.SetInputData(mesh)
     return mapper
