@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from app.console import note_report, results
+from core.files import require_apart
 from core.geometry import Vec3
 from core.rig.formats.exchange import WRITABLE, format_called, format_for, read_rig, write_rig
 from core.rig.formats.mounts import ReadOptions
@@ -34,6 +35,7 @@ def convert(job: Conversion) -> None:
     target_format = (
         format_called(job.target_format, WRITABLE) if job.target_format else format_for(job.target)
     )
+    require_apart(job.target, (job.source,))
     rig, report = _read(job)
     exported = write_rig(rig, job.target, target_format.name)
     for found in (report, exported.report):

@@ -32,7 +32,7 @@ SHOWN_UNMAPPED = 20
 def describe(options: SceneOptions, paths: Sequence[Path], json_target: str | None) -> None:
     """Print what the data hold, also written to a JSON file; with "-" as JSON alone."""
     if json_target not in (None, "-"):
-        require_writable(json_target)
+        require_writable(json_target, paths)
     source = boxes_of(options, paths)
     with progress_bar("Reading boxes") as progress:
         found = survey(source, progress)

@@ -63,7 +63,7 @@ def evaluate(names: Sequence[str], scene: SceneOptions, score: ScoreOptions, jso
     """Print the scores of some rigs as a table, also written to a JSON file; with "-" as JSON alone."""
     rigs = [rig_called(name) for name in names]
     if json_target not in (None, "-"):
-        require_writable(json_target)
+        require_writable(json_target, (*names, *scene.files))
     for line in (line for rig in rigs for line in missing_rays(rig)):
         note(line)
     _, field = load_with_progress(scene.for_rigs(rigs, score))
@@ -90,7 +90,7 @@ def missing_rays(rig: Rig) -> Iterator[str]:
 def table1(scene: SceneOptions, score: ScoreOptions, csv_target: Path | None) -> None:
     """Print the paper's Table I beside our figures, and say where the orders agree; also write it as CSV."""
     if csv_target is not None:
-        require_writable(csv_target)
+        require_writable(csv_target, scene.files)
     _, field = load_with_progress(scene.for_rigs([preset(name) for name in PAPER_RIGS], score))
     with progress_bar("Casting rays") as progress:
         table = study.table1(Engine(field, score.threads), settings_of(score), progress)

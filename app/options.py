@@ -70,6 +70,11 @@ class SceneOptions:
     auto: AutoVoxel | None = None
     find_ground: bool = False
 
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """What is read of them, as far as it is said."""
+        return tuple(path for path in (self.boxes, self.pog) if path is not None)
+
     def for_rigs(self, rigs: Sequence[Rig], score: ScoreOptions) -> SceneOptions:
         """The same with the rigs that an automatic voxel edge has to suit; without one nothing changes."""
         if self.auto is None:

@@ -34,7 +34,7 @@ def build_pog_file(
         raise InputError(f"--workers: found {workers}, accepted is a whole number from 1 up")
     if workers is not None and dask is not None:
         raise InputError("--workers and --dask: the cluster has its own workers; give only one of the two")
-    require_writable(out)
+    require_writable(out, paths)
     grid = grid_of(options)
     # workers elsewhere have another working folder
     source = boxes_of(options, [path.resolve() for path in paths] if dask else paths)

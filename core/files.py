@@ -8,7 +8,7 @@ import os
 import secrets
 import shutil
 import stat
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import IO, Any, Literal, overload
@@ -45,14 +45,26 @@ def atomic_write(
     return _replace_when_done(target, path, mode)
 
 
-def require_writable(path: str | os.PathLike[str]) -> None:
-    """Raise InputError when `path` cannot be written: asked before long work whose result goes there."""
+def require_writable(path: str | os.PathLike[str], reads: Iterable[str | os.PathLike[str]] = ()) -> None:
+    """Raise InputError when `path` cannot be written, or is one of the files that the work `reads`.
+
+    Asked before long work whose result goes there.
+    """
     try:
         problem = _problem(Path(os.path.realpath(path)))
     except OSError as error:
         problem = str(error.strerror)
     if problem:
         raise InputError(f"{_shown(path)}: cannot be written: {problem}")
+    require_apart(path, reads)
+
+
+def require_apart(path: str | os.PathLike[str], reads: Iterable[str | os.PathLike[str]]) -> None:
+    """Raise InputError when a file or folder to be written is one of those that are read, by whatever name."""
+    for read in reads:
+        with contextlib.suppress(OSError):
+            if os.path.samefile(path, read):
+                raise InputError(f"{_shown(path)}: cannot be written: it is read as well; name another file")
 
 
 def atomic_folder(path: str | os.PathLike[str], files: Mapping[str, bytes]) -> None:

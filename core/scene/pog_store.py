@@ -99,6 +99,8 @@ def load_pog(path: Path | str) -> Pog:
             return read_pog(file)
     except FileNotFoundError as error:
         raise InputError(f"{path}: no such file; accepted is a POG written by 'riglens pog'") from error
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from error
     except Exception as error:  # damaged bytes make numpy, zipfile and zlib raise a dozen kinds of error
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise InputError(
@@ -108,6 +110,9 @@ def load_pog(path: Path | str) -> Pog:
 
 def read_pog(file: IO[bytes]) -> Pog:
     """The POG in an open file; raises whatever its damaged bytes lead to."""
+    if not zipfile.is_zipfile(file):
+        raise ValueError("no archive of numpy")
+    file.seek(0)
     with np.load(file, allow_pickle=False) as archive:
         header_text = str(archive["header"])
         words, counts = archive["words"], archive["counts"]

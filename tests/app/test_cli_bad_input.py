@@ -5,6 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from app.cli.parsing import meant_command
+from core.rig.presets import PRESETS
+
 SMALL = ("--voxel", "0.5", "--roi", "20", "20", "4")
 HEADER = "seq,frame,cls,x,y,z,length,width,height,yaw\n"
 LIDAR = "{name: A, kind: lidar, position: [0, 0, 2], elevations_deg: [0]}"
@@ -51,6 +54,44 @@ def test_a_rig_that_is_neither_file_nor_preset_is_refused_with_the_presets(rigle
     line = riglens("evaluate", "W+X").refused()
     assert "W+X" in line
     assert "W+T" in line
+
+
+@pytest.mark.parametrize(
+    ("words", "hint"),
+    [
+        (("evalute", "W+T"), "'evalute', which is no command; did you mean riglens evaluate?"),
+        (("Presets",), "riglens presets?"),
+        (("help",), "riglens --help?"),
+        (("evaluate", "W+T", "--json", ""), "empty word"),
+        (("data", ""), "empty word"),
+        (("evaluate", "W+T", "--pog", "."), "cannot be read: Is a directory"),
+    ],
+)
+def test_a_slip_of_the_fingers_is_told_in_words_that_help(riglens, words, hint):
+    assert hint in riglens(*words).refused()
+
+
+def test_no_preset_is_taken_for_a_misspelt_command():
+    assert [name for name in PRESETS if meant_command(name)] == []
+
+
+@pytest.mark.parametrize("command", ["evaluate --json", "pog --out", "data --json", "convert"])
+def test_a_result_never_takes_the_place_of_what_it_is_made_of(riglens, boxes, tmp_path, command):
+    rig = tmp_path / "mine.yaml"
+    riglens("presets", "Line", "--out", rig)
+    words = {
+        "evaluate --json": ("evaluate", rig, "--boxes", boxes, *SMALL, "--json", rig),
+        "pog --out": ("pog", boxes, *SMALL, "--out", boxes),
+        "data --json": ("data", boxes, "--json", boxes),
+        "convert": ("convert", rig, rig, "--to", "nuscenes"),
+    }
+    before = rig.read_bytes(), boxes.read_bytes()
+    assert "read as well" in riglens(*words[command]).refused()
+    assert (rig.read_bytes(), boxes.read_bytes()) == before
+
+
+def test_a_file_that_is_no_pog_is_not_said_to_need_trust(riglens, boxes):
+    assert "unsafe" not in riglens("evaluate", "W+T", "--pog", boxes).refused()
 
 
 BAD_TABLES = {
