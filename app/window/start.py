@@ -38,13 +38,15 @@ def open_window(rig: str, scene: SceneOptions, score: ScoreOptions) -> int:
     app = QApplication.instance() or QApplication(["riglens"])
     assert isinstance(app, QApplication)
     apply_style(app)
-    from widgets.viewport.viewport import Viewport  # loads VTK, which a check of the rig file does not need
+    from widgets.viewport.backend import (
+        create_viewport,  # loads VTK, which a check of the rig file does not need
+    )
 
     path = opened.file.path if opened.file is not None else None
     document = Document(opened.rig, opened.file, path)
     settings = MetricSettings(score.method, score.reading, score.camera_weight)
     kept = Settings(config_folder() / "window.ini")
-    viewport = Viewport(palette=palette(is_dark()))
+    viewport = create_viewport(palette=palette(is_dark()))
     recompute = Recompute(threads=score.threads, waits=True)
     viewport.shown.connect(recompute.begin, Qt.ConnectionType.SingleShotConnection)
     QTimer.singleShot(LONGEST_WAIT_MS, recompute, recompute.begin)

@@ -19,13 +19,13 @@ def end_at_first_picture() -> None:
         @staticmethod
         def exec() -> int:
             """Run until the first frame of the 3D view in the window that is now open is on the screen."""
-            from widgets.viewport.interactor import QtInteractor
+            from widgets.viewport.viewport_base import ViewportBase
 
             [window] = [
                 widget for widget in QApplication.topLevelWidgets() if isinstance(widget, QMainWindow)
             ]
-            [view] = window.findChildren(QtInteractor)
-            view.frameSwapped.connect(lambda: os._exit(0))
+            [view] = window.findChildren(ViewportBase)
+            view.shown.connect(lambda: os._exit(0))
             QTimer.singleShot(PATIENCE_MS, _give_up)
             QApplication.exec()
             return 1

@@ -454,11 +454,16 @@ def frames_of(view: ViewportBase) -> Frames:
     return frames
 
 
-def test_edges_are_smooth_once_nothing_moves_and_rough_while_something_does(view):
+def one_change(view: ViewportBase) -> list[str]:
+    """How a change is drawn that stands alone: a graphics card draws twice in no time; without one, in parts, once."""
+    return ["full", "full smooth"] if isinstance(view, Viewport) else ["full smooth"]
+
+
+def test_edges_are_smooth_once_nothing_moves(view):
     frames = frames_of(view)
     view.set_view("top")
     settle(view)
-    assert frames.looks == ["full", "full smooth"]
+    assert frames.looks == one_change(view)
 
 
 def test_a_drag_is_drawn_coarsely_until_it_rests_and_then_once_in_full(view):
@@ -492,16 +497,20 @@ def test_changes_right_after_one_another_are_drawn_coarsely_and_a_single_one_in_
         view.set_heat_look(HeatLook(opacity=opacity))
         QTest.qWait(30)
     settle(view)
-    assert frames.looks[0] == "full" and "coarse" in frames.looks and frames.looks[-1] == "full smooth"
+    assert "coarse" in frames.looks[:2] and frames.looks[-1] == "full smooth"
+    assert set(frames.looks[1:-1]) == {"coarse"}
     frames.looks.clear()
     view.set_heat_look(HeatLook(log=True))
     settle(view)
-    assert frames.looks == ["full", "full smooth"]
+    assert frames.looks == one_change(view)
 
 
 def test_the_frame_at_rest_waits_while_the_mouse_is_on_its_way(view):
+    view.set_heat_look(HeatLook(opacity=0.4))
+    QTest.qWait(30)
+    view.set_heat_look(HeatLook(opacity=0.5))
+    QTest.qWait(30)
     frames = frames_of(view)
-    view.set_view("top")
     for step in range(12):
         QTest.mouseMove(view._canvas, QPoint(20 + 3 * step, 20))
         QTest.qWait(50)
@@ -518,7 +527,7 @@ def test_a_picture_at_rest_has_shades_between_the_car_and_what_is_behind_it(kind
     qtbot.waitExposed(viewport)
     settle(viewport)
     smooth = picture(viewport)
-    viewport._draw_with(smooth=False)
+    viewport._draw_now()
     QTest.qWait(60)
     rough = picture(viewport, wait=False)
     viewport.close()

@@ -1,20 +1,48 @@
-"""Which viewport this program can show: a real one on a display, a drawn picture without."""
+"""Which viewport this program shows: one of OpenGL where a graphics card draws, else a picture."""
 
 from __future__ import annotations
 
-from PySide6.QtGui import QGuiApplication
+from PySide6.QtGui import QGuiApplication, QOffscreenSurface, QOpenGLContext
 from PySide6.QtWidgets import QWidget
 
 from widgets.theme import DARK, Palette
 from widgets.viewport.viewport_base import ViewportBase
 
+_GL_RENDERER = 0x1F01
+_WITHOUT_CARD = (
+    "llvmpipe",
+    "softpipe",
+    "swrast",
+    "software",
+    "swiftshader",
+    "gdi generic",
+    "microsoft basic render",
+)
+"""Words in the names of drivers that draw on the processor."""
+
 
 def create_viewport(parent: QWidget | None = None, palette: Palette = DARK) -> ViewportBase:
-    """A viewport for the platform Qt runs on; both kinds have the same signals and slots."""
-    if QGuiApplication.platformName() == "offscreen":
+    """A viewport for the computer and the platform Qt runs on; both kinds have the same signals and slots."""
+    if QGuiApplication.platformName() == "offscreen" or draws_without_card(driver_name()):
         from widgets.viewport.offscreen import OffscreenViewport
 
         return OffscreenViewport(parent, palette)
     from widgets.viewport.viewport import Viewport
 
     return Viewport(parent, palette)
+
+
+def driver_name() -> str:
+    """What OpenGL calls itself where Qt draws with it; empty where it cannot."""
+    context, surface = QOpenGLContext(), QOffscreenSurface()
+    surface.create()
+    if not (context.create() and context.makeCurrent(surface)):
+        return ""
+    name = context.functions().glGetString(_GL_RENDERER)
+    context.doneCurrent()
+    return str(name or "")
+
+
+def draws_without_card(driver: str) -> bool:
+    """Whether the processor does the work of a graphics card, by the name of the driver."""
+    return not driver or any(word in driver.lower() for word in _WITHOUT_CARD)

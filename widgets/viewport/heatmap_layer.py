@@ -6,6 +6,8 @@ something is dragged a coarser level (blocks of cells with their largest value) 
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
@@ -16,6 +18,7 @@ from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper, vtkRenderer
 
 from widgets.viewport.camera import OrbitCamera, Size
 from widgets.viewport.heat_levels import Level, coarse_level, full_level
+from widgets.viewport.heat_parts import LARGEST_PX, SMALLEST_PX, cell_scale_px, in_parts
 from widgets.viewport.heat_pick import CAR_CENTRE_M, CAR_RADII_M, CLEAR_BEFORE, CLEAR_BESIDE, eye_m
 from widgets.viewport.heat_scale import (
     DEFAULT_LOOK,
@@ -29,13 +32,12 @@ from widgets.viewport.heat_scale import (
 )
 from widgets.viewport.stage import opengl_window
 
-_SLANTED = 1.25
 _GL_PROGRAM_POINT_SIZE = 0x8642
 _POSITION_HOOK = "//VTK::PositionVC::Impl"
 # Squares face the eye, so the lower edges of the lowest dip into the ground: behind everything else they are drawn
 # in front of it.
-_SIZE_CODE = """
-  gl_PointSize = clamp(cellScale / gl_Position.w, 1.0, 96.0);
+_SIZE_CODE = f"""
+  gl_PointSize = clamp(cellScale / gl_Position.w, {SMALLEST_PX}, {LARGEST_PX});
   gl_Position.z = mix(gl_Position.z, -0.99 * gl_Position.w, inFront);
 """
 _COLOUR_HOOK = "//VTK::Color::Impl"
@@ -68,6 +70,7 @@ class _Cells:
         self.mesh.GetPointData().AddArray(self._rgba)
         self._order = vtkCellArray()
         self.mesh.SetVerts(self._order)
+        self.order = np.zeros(0, np.int64)
 
     def write(self, rgba: NDArray[np.uint8], order: NDArray[np.int64]) -> None:
         """Colours (n, 4) of all points, and the numbers (k,) of those that are drawn, the last on top."""
@@ -75,6 +78,11 @@ class _Cells:
             return
         vtk_to_numpy(self._rgba)[:] = rgba
         self._rgba.Modified()
+        self.order = order
+        self.draw_only(order)
+
+    def draw_only(self, order: NDArray[np.int64]) -> None:
+        """Draw these points, by their numbers (k,), the last on top."""
         offsets = np.array([0, len(order)] if len(order) else [0], np.int64)
         self._order.SetData(numpy_to_vtkIdTypeArray(offsets, True), numpy_to_vtkIdTypeArray(order, True))
         self.mesh.Modified()
@@ -83,7 +91,8 @@ class _Cells:
 class HeatmapLayer:
     """The heatmap of a scene; `set_data` and `set_look`, then `arrange` before each frame.
 
-    It is drawn in `renderer` among the other things, or in `backdrop` behind all of them while something moves.
+    It is drawn in `renderer` over the other things that it is not behind of, or in `backdrop` behind all of them
+    while something moves.
     """
 
     def __init__(self, renderer: vtkRenderer, backdrop: vtkRenderer) -> None:
@@ -135,6 +144,18 @@ class HeatmapLayer:
         self._actor.SetVisibility(not self._is_empty and not quick)
         self._actor_behind.SetVisibility(not self._is_empty and quick)
 
+    def parts(self, camera: OrbitCamera, size: Size) -> Iterator[None]:
+        """Have the cells drawn in parts, one after the other: each has been chosen when this yields."""
+        cells = self._drawn
+        if cells is None or self._is_empty:
+            return
+        try:
+            for part in in_parts(cells.level.centres_m, cells.order, cells.level.cell_m, camera, size):
+                cells.draw_only(part)
+                yield
+        finally:
+            cells.draw_only(cells.order)
+
     def _cells_of(self, data: HeatmapData, quick: bool) -> _Cells:
         if quick not in self._cells:
             level = full_level(data.centres_m, data.cell_m, in_slice(self._look, data.centres_m[:, 2]))
@@ -153,12 +174,8 @@ class HeatmapLayer:
         self._mapper.SetInputData(cells.mesh)
 
     def _aim(self, cell_m: float, camera: OrbitCamera, size: Size, behind: bool) -> None:
-        """Tell the shader how large a cell is and where the eye is.
-
-        Seen at a slant cells overlap a little, or gaps would show. Parallel views are seen from far away.
-        """
-        pixels_at_1m = cell_m * size[1] / 2 / np.tan(np.radians(camera.view_angle_deg) / 2)
-        scale = pixels_at_1m / camera.distance_m if camera.parallel else _SLANTED * pixels_at_1m
+        """Tell the shader how large a cell is and where the eye is. Parallel views are seen from far away."""
+        scale = cell_scale_px(cell_m, camera, size)
         values = dict(zip(("eyeX", "eyeY", "eyeZ"), eye_m(camera), strict=True))
         actor = self._actor_behind if behind else self._actor
         uniforms = actor.GetShaderProperty().GetVertexCustomUniforms()

@@ -1,28 +1,48 @@
-"""The 3D view without any display (QT_QPA_PLATFORM=offscreen): the same scene, drawn into a picture."""
+"""The 3D view without OpenGL of Qt: the same scene, drawn offscreen and shown as a picture.
+
+For platforms without OpenGL windows, and for computers without a graphics card: there a window with a QOpenGLWidget is
+put together from textures on every change of anything in it, which takes longer than drawing a small change.
+"""
 
 from __future__ import annotations
 
+from time import perf_counter
+
 import numpy as np
 import pyvista as pv
-from PySide6.QtCore import QRectF, QSize
-from PySide6.QtGui import QImage, QPainter, QPaintEvent, QResizeEvent
+from PySide6.QtCore import QRectF, QSize, Qt, QTimer, Signal
+from PySide6.QtGui import QImage, QPainter, QPaintEvent
 from PySide6.QtWidgets import QSizePolicy, QWidget
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
 
 from widgets.theme import DARK, Palette
+from widgets.viewport.redraw import Parts
 from widgets.viewport.scene import Scene
 from widgets.viewport.stage import render_window
 from widgets.viewport.viewport_base import ViewportBase
 
+_TURN_S = 0.015
+"""So long parts of a picture are drawn before others have a turn."""
+
 
 class _Picture(QWidget):
-    """A widget that shows an image."""
+    """A widget that shows an image; `needed` when it has none yet, `painted` when a new one is on the screen."""
+
+    needed = Signal()
+    painted = Signal()
 
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
         self.image = QImage()
+        self._is_new = False
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+        self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
+
+    def show_image(self, image: QImage) -> None:
+        """Show another image."""
+        self.image, self._is_new = image, True
+        self.update()
 
     def sizeHint(self) -> QSize:
         """A useful size for a view that stands alone."""
@@ -30,9 +50,14 @@ class _Picture(QWidget):
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Show the last picture."""
+        if self.image.isNull():
+            self.needed.emit()
         painter = QPainter(self)
         painter.drawImage(QRectF(self.rect()), self.image)
         painter.end()
+        if self._is_new:
+            self._is_new = False
+            QTimer.singleShot(0, self, self.painted.emit)
 
 
 class OffscreenViewport(ViewportBase):
@@ -44,6 +69,8 @@ class OffscreenViewport(ViewportBase):
         self._window = render_window(self._plotter)
         self._window.SetMultiSamples(0)
         self._picture = _Picture(self)
+        self._picture.needed.connect(self._redraw.now)
+        self._picture.painted.connect(self.shown)
         self._start(self._picture, Scene(self._plotter, palette, self.devicePixelRatioF()))
 
     @property
@@ -51,32 +78,42 @@ class OffscreenViewport(ViewportBase):
         """The last picture drawn."""
         return self._picture.image
 
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        """Draw at the new size."""
-        super().resizeEvent(event)
-        self._follow_size()
+    def _in_parts(self) -> bool:
+        return not (self._scene.is_quick or self._picture.image.isNull())
 
     def _follow_size(self) -> None:
         ratio = self._picture.devicePixelRatioF()
         width, height = (max(1, round(length * ratio)) for length in (self.width(), self.height()))
-        if not self._closed and (width, height) != self._scene.size:
+        if (width, height) != self._scene.size:
             self._window.SetSize(width, height)
-            self.request_render()
+
+    def _adapt(self, smooth: bool) -> None:
+        self._follow_size()
+        super()._adapt(smooth)
 
     def _draw(self) -> None:
-        self._follow_size()
         self._scene.prepare()
         self._window.Render()
+        self._show_pixels()
+
+    def _draw_whole(self) -> Parts:
+        yield  # making the rays anew that motion left out has taken a turn
+        self._scene.prepare()
+        yield
+        began = perf_counter()
+        for _ in self._scene.draw_in_parts():
+            if perf_counter() - began > _TURN_S:
+                yield
+                began = perf_counter()
+        self._show_pixels()
+
+    def _show_pixels(self) -> None:
         width, height = self._scene.size
         pixels = vtkUnsignedCharArray()
-        self._window.GetPixelData(0, 0, width - 1, height - 1, 0, pixels, 0)
-        rows = vtk_to_numpy(pixels).reshape(height, width, 3)
-        upright = np.ascontiguousarray(rows[::-1])
-        self._picture.image = QImage(
-            upright.data, width, height, 3 * width, QImage.Format.Format_RGB888
-        ).copy()
-        self._picture.update()
-        self.shown.emit()
+        self._window.GetRGBACharPixelData(0, 0, width - 1, height - 1, 0, pixels, 0)
+        upright = np.ascontiguousarray(vtk_to_numpy(pixels).reshape(height, width, 4)[::-1])
+        image = QImage(upright.data, width, height, 4 * width, QImage.Format.Format_RGBX8888)
+        self._picture.show_image(image.copy())
 
     def _release(self) -> None:
         del self._window

@@ -2,43 +2,50 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 
 from PySide6.QtCore import QObject, QTimer
 
 _REST_MS = 250
+Parts = Generator[None, None, None]
+"""Draws a part of a picture whenever it is asked to go on."""
 
 
 class Redraw(QObject):
     """Asks for frames: `draw` as often as something changes, `draw_rested` some time after the last of them.
 
-    A rested frame takes longest, so it waits while the mouse is on its way to something.
+    A rested frame takes longest, so it waits while the mouse is on its way to something, and everybody else has a
+    turn where it yields. With `in_parts` what changes while nothing moves is drawn like that at once. Motion gives
+    up what has not been drawn yet; any other change waits for it.
     """
 
     def __init__(
         self,
         parent: QObject,
         draw: Callable[[], None],
-        draw_rested: Callable[[], None],
+        draw_rested: Callable[[], Parts],
+        in_parts: Callable[[], bool] = lambda: False,
         rest_ms: int = _REST_MS,
     ) -> None:
         super().__init__(parent)
-        self._draw, self._is_stopped = draw, False
-        self._soon, self._rest = QTimer(self), QTimer(self)
+        self._draw, self._draw_rested, self._in_parts = draw, draw_rested, in_parts
+        self._parts: Parts | None = None
+        self._is_stopped = False
+        self._soon, self._rest, self._next = QTimer(self), QTimer(self), QTimer(self)
         self._rest.setInterval(rest_ms)
-        for timer, slot in ((self._soon, self.now), (self._rest, draw_rested)):
+        for timer, slot in ((self._soon, self.now), (self._rest, self._begin), (self._next, self._go_on)):
             timer.setSingleShot(True)
             timer.timeout.connect(slot)
 
     @property
     def is_at_rest(self) -> bool:
         """Whether nothing waits to be drawn."""
-        return not (self._soon.isActive() or self._rest.isActive())
+        return not any(timer.isActive() for timer in (self._soon, self._rest, self._next))
 
     @property
     def is_busy(self) -> bool:
-        """Whether a frame has just been drawn: the next change comes in the midst of others."""
-        return self._rest.isActive()
+        """Whether a frame has just been drawn, or is being drawn: the next change comes in the midst of others."""
+        return self._rest.isActive() or self._next.isActive()
 
     def request(self) -> None:
         """Draw once, soon; any number of changes until then make one frame."""
@@ -47,13 +54,20 @@ class Redraw(QObject):
 
     def now(self) -> None:
         """Draw what has been asked for."""
-        self.taken_over()
-        self._draw()
+        if not self._in_parts():
+            self.taken_over()
+            self._draw()
+        elif self._next.isActive():
+            self._soon.start()  # its timeout comes after that of the next part
+        else:
+            self._begin()
 
     def taken_over(self) -> None:
         """What has been asked for is being drawn: only the rested frame is due."""
+        self._give_up()
         self._soon.stop()
-        self._rest.start()
+        if not self._is_stopped:
+            self._rest.start()
 
     def postpone_rest(self) -> None:
         """Somebody is doing something: wait longer with the rested frame, if one is due."""
@@ -63,5 +77,27 @@ class Redraw(QObject):
     def stop(self) -> None:
         """Ask for no more frames."""
         self._is_stopped = True
+        self._give_up()
         self._soon.stop()
         self._rest.stop()
+
+    def _begin(self) -> None:
+        self._give_up()
+        self._rest.stop()
+        self._parts = self._draw_rested()
+        self._go_on()
+
+    def _go_on(self) -> None:
+        parts, self._parts = self._parts, None
+        for _ in parts or ():
+            if not self._is_stopped:
+                self._parts = parts
+                self._next.start()
+            return
+
+    def _give_up(self) -> None:
+        """Leave what is being drawn as it is."""
+        self._next.stop()
+        parts, self._parts = self._parts, None
+        if parts is not None:
+            parts.close()

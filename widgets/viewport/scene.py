@@ -6,6 +6,7 @@ frame, and the owner of the plotter renders it.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -47,7 +48,7 @@ class Scene:
         self._stage = stage = Stage(plotter)
         self._ground, self._roi = GroundLayer(stage.backdrop, stage.main), RoiLayer(stage.main)
         self._body, self._rig = BodyLayer(stage.main, stage.backdrop), RigLayer(stage.main)
-        self._heatmap = HeatmapLayer(stage.main, stage.backdrop)
+        self._heatmap = HeatmapLayer(stage.cells, stage.backdrop)
         self._marker, self._words = MarkerLayer(stage.overlay), WordsLayer(stage.overlay)
         self._gizmo = GizmoActors(stage.overlay, palette)
         self._rig.set_line_width(pixel_ratio)
@@ -202,6 +203,11 @@ class Scene:
             self._ground.set_quick(quick)
             self._rig.show_fans(self._state, self._quick)
 
+    @property
+    def is_quick(self) -> bool:
+        """Whether it is drawn as while something moves."""
+        return self._quick
+
     def set_smooth(self, smooth: bool) -> None:
         """Smooth the edges of the frames to come: a filter that costs a third of a frame at rest."""
         self._smooth = smooth
@@ -242,3 +248,18 @@ class Scene:
         lit = self._hovered if isinstance(self._hovered, Handle) else None
         self._gizmo.arrange(self.under_mouse.gizmo(), state.gizmo_mode, state.camera, lit)
         self._stage.set_smooth(self._smooth)
+
+    def draw_in_parts(self) -> Iterator[None]:
+        """Draw what `prepare` has made ready, one part at a time, each of some ten milliseconds.
+
+        The picture is whole at the end. Nothing may be changed until then, unless the rest is given up.
+        """
+        stage = self._stage
+        stage.draw(stage.backdrop)
+        yield
+        stage.draw(stage.main)
+        yield
+        for _ in self._heatmap.parts(self._state.camera, self.size):
+            stage.draw(stage.cells)
+            yield
+        stage.draw(stage.overlay)

@@ -1,8 +1,9 @@
-"""What a scene is drawn on: three renderers over one another in one window, seen through one camera.
+"""What a scene is drawn on: four renderers over one another in one window, seen through one camera.
 
 `backdrop` has what lies behind everything else: background and ground, and while something moves the heatmap. These
 are large areas, where the time of a frame goes without a graphics card, so in motion they are drawn at a fraction of
-their size and stretched. `main` has car, sensors and rays; `overlay` what is never hidden. Each has its own depths.
+their size and stretched. `main` has car, sensors and rays; `cells` the heatmap at rest, among them by their depths;
+`overlay` what is never hidden.
 """
 
 from __future__ import annotations
@@ -35,7 +36,8 @@ class Stage:
         self.backdrop = plotter.renderer
         self.backdrop.SetUseOIT(False)  # cells come in their order; weighted blending would cost another pass
         self.backdrop.camera_set = True
-        self.main, self.overlay = self._renderer_above(), self._renderer_above()
+        self.main, self.cells, self.overlay = (self._renderer_above() for _ in range(3))
+        self.cells.PreserveDepthBufferOn()
         self.overlay.GetCullers().RemoveAllItems()
         set_lights(self.main)
         stretch = weakref.WeakMethod(self._stretch)
@@ -95,8 +97,19 @@ class Stage:
         camera.SetParallelScale(orbit.half_height_m())
         near_m = -reach_m if orbit.parallel else max(0.05, 0.02 * orbit.distance_m)
         camera.SetClippingRange(near_m, orbit.distance_m + reach_m)
-        for renderer in (self.main, self.overlay):
+        for renderer in (self.main, self.cells, self.overlay):
             renderer.SetActiveCamera(camera)
+
+    def draw(self, *chosen: vtkRenderer) -> None:
+        """Draw these renderers alone, over what is in the window already."""
+        renderers = (self.backdrop, self.main, self.cells, self.overlay)
+        for renderer in renderers:
+            renderer.SetDraw(renderer in chosen)
+        window = render_window(self._plotter)
+        window.Render()
+        window.WaitForCompletion()
+        for renderer in renderers:
+            renderer.DrawOn()
 
     def _stretch(self) -> None:
         """Before the main renderer draws: spread a coarse backdrop, drawn in the lower left, over the window."""

@@ -20,7 +20,7 @@ from widgets.viewport.controller import ViewController
 from widgets.viewport.heat_scale import HeatLook, HeatmapData
 from widgets.viewport.marker_layer import Marker
 from widgets.viewport.ray_look import RayLook
-from widgets.viewport.redraw import Redraw
+from widgets.viewport.redraw import Parts, Redraw
 from widgets.viewport.scene import Scene
 from widgets.viewport.scene_state import SceneState, ShownRig
 from widgets.viewport.view_signals import ViewSignals
@@ -36,7 +36,7 @@ class ViewportBase(ViewSignals):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._closed = False
-        self._redraw = Redraw(self, self._draw_now, self._draw_rested)
+        self._redraw = Redraw(self, self._draw_now, self._draw_rested, self._in_parts)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
 
@@ -47,7 +47,7 @@ class ViewportBase(ViewSignals):
         self._home = scene.state.camera
         self._input = CanvasInput(canvas, self._controller)
         self._input.used.connect(self._redraw.postpone_rest)
-        self._input.resized.connect(self.request_render)
+        self._input.resized.connect(self._on_resized)
         self._picker = CellPicker(canvas, scene, lambda: self._controller.dragging is not None)
         self._picker.picked.connect(self.cell_picked)
         self._picker.escaped.connect(self.escaped)
@@ -202,21 +202,33 @@ class ViewportBase(ViewSignals):
         if self._redraw.is_busy:
             self._scene.set_quick(True)
 
+    def _on_resized(self) -> None:
+        self._expect_more()
+        self.request_render()
+
+    def _in_parts(self) -> bool:
+        """Whether a picture of everything takes so long that others should have turns in between."""
+        return False
+
     def _draw_now(self) -> None:
-        self._draw_with(smooth=False)
+        if not self._closed:
+            self._adapt(smooth=False)
+            self._draw()
+            self.drawn.emit()
 
-    def _draw_rested(self) -> None:
+    def _draw_rested(self) -> Parts:
         """Nothing has changed for a while: one more frame, of everything and with smooth edges."""
-        if not self._controller.busy:
-            self._scene.set_quick(False)
-            self._draw_with(smooth=True)
-
-    def _draw_with(self, smooth: bool) -> None:
-        if self._closed:
+        if self._closed or self._controller.busy:
             return
-        self._adapt(smooth)
-        self._draw()
+        self._scene.set_quick(False)
+        self._adapt(smooth=True)
+        yield from self._draw_whole()
         self.drawn.emit()
+
+    def _draw_whole(self) -> Parts:
+        """Draw everything; each yield is a turn for others."""
+        self._draw()
+        yield from ()
 
     def _adapt(self, smooth: bool) -> None:
         """Fit the scene to the screen and the size of the widget."""

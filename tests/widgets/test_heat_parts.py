@@ -1,0 +1,78 @@
+"""A heatmap drawn in parts: every cell once and in its order, parts of about equal effort, the same picture."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
+
+from tests.widgets.test_stage import STATE, plotter  # noqa: F401
+from widgets.viewport.camera import OrbitCamera
+from widgets.viewport.heat_parts import in_parts
+from widgets.viewport.scene import Scene
+from widgets.viewport.stage import render_window
+
+RANDOM = np.random.default_rng(3)
+CENTRES = RANDOM.uniform((-30, -20, 0), (30, 20, 4), (20_000, 3)).astype(np.float32)
+ORDER = RANDOM.permutation(len(CENTRES))[:15_000]
+SIZE = (640, 400)
+FROM_ABOVE = OrbitCamera((0.0, 0.0, 0.0), 80.0, 0.0, 90.0, parallel=True)
+
+
+@pytest.mark.parametrize("camera", [OrbitCamera(), FROM_ABOVE], ids=["perspective", "parallel"])
+def test_parts_have_every_cell_once_and_in_order(camera: OrbitCamera) -> None:
+    parts = in_parts(CENTRES, ORDER, 0.4, camera, SIZE, part_px=1e5)
+    assert len(parts) > 3
+    assert np.array_equal(np.concatenate(parts), ORDER)
+
+
+def test_what_is_out_of_sight_takes_little_effort() -> None:
+    away = OrbitCamera((500.0, 0.0, 0.0), 10.0, 180.0, 0.0)
+    assert len(in_parts(CENTRES, ORDER, 0.4, away, SIZE, part_px=1e5)) < 5
+    assert in_parts(CENTRES, ORDER[:0], 0.4, away, SIZE) == []
+
+
+def test_a_nearer_view_has_larger_cells_and_more_parts() -> None:
+    near, far = (
+        len(in_parts(CENTRES, ORDER, 0.4, OrbitCamera(distance_m=distance), SIZE, 1e5))
+        for distance in (25.0, 100.0)
+    )
+    assert near > 2 * far
+
+
+def pixels(scene: Scene, window) -> np.ndarray:
+    width, height = scene.size
+    found = vtkUnsignedCharArray()
+    window.GetRGBACharPixelData(0, 0, width - 1, height - 1, 0, found, 0)
+    return vtk_to_numpy(found).copy()
+
+
+@pytest.mark.parametrize("smooth", [False, True], ids=["rough", "smooth"])
+def test_drawn_in_parts_the_picture_is_the_same_to_the_last_bit(plotter, smooth, monkeypatch) -> None:  # noqa: F811
+    monkeypatch.setattr("widgets.viewport.heat_parts.in_parts.__defaults__", (5e3,))
+    scene, window = Scene(plotter), render_window(plotter)
+    scene.apply(STATE)
+    scene.set_smooth(smooth)
+    scene.prepare()
+    window.Render()
+    at_once = pixels(scene, window)
+    assert sum(1 for _ in scene.draw_in_parts()) > 5
+    assert np.array_equal(pixels(scene, window), at_once)
+    window.Render()
+    assert np.array_equal(pixels(scene, window), at_once)
+
+
+def test_a_picture_that_was_given_up_leaves_nothing_in_the_next_one(plotter, monkeypatch) -> None:  # noqa: F811
+    monkeypatch.setattr("widgets.viewport.heat_parts.in_parts.__defaults__", (5e3,))
+    scene, window = Scene(plotter), render_window(plotter)
+    scene.apply(STATE)
+    scene.prepare()
+    window.Render()
+    whole = pixels(scene, window)
+    drawing = scene.draw_in_parts()
+    for _ in range(5):
+        next(drawing)
+    drawing.close()
+    window.Render()
+    assert np.array_equal(pixels(scene, window), whole)
