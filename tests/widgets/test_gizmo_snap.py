@@ -120,15 +120,15 @@ def test_a_key_turns_by_a_degree_and_with_shift_by_ten():
 @pytest.mark.parametrize(
     ("after", "said"),
     [
-        (Pose((1.35, 0.2, 2.0)), "dx +0.350 m\nx 1.350 m"),
-        (Pose((1.0, 0.1, 2.25)), "dy -0.100   dz +0.250 m\ny 0.100   z 2.250 m"),
-        (Pose((1.0, 0.2, 2.0), (0.0, 0.0, 175.0)), "dyaw +175.0 deg\nyaw 175.0 deg"),
-        (Pose((1.0, 0.2, 2.0), (0.0, 0.0, -175.0)), "dyaw -175.0 deg\nyaw -175.0 deg"),
+        (Pose((1.35, 0.2, 2.0)), "Δx +0.350 m\nx 1.350 m"),
+        (Pose((1.0, 0.1, 2.25)), "Δy -0.100   Δz +0.250 m\ny 0.100   z 2.250 m"),
+        (Pose((1.0, 0.2, 2.0), (0.0, 0.0, 175.0)), "Δyaw +175.0°\nyaw 175.0°"),
+        (Pose((1.0, 0.2, 2.0), (0.0, 0.0, -175.0)), "Δyaw -175.0°\nyaw -175.0°"),
         (
             Pose((0.0, 0.2, 1.5), (0.0, 1.0, 0.0)),
-            "x 0.000   y 0.200   z 1.500 m\nroll 0.0   pitch 1.0   yaw 0.0 deg",
+            "x 0.000   y 0.200   z 1.500 m\nroll 0.0°   pitch 1.0°   yaw 0.0°",
         ),
-        (Pose((1.0, 0.2, 2.0), (0.0, 30.0, 40.0)), "turned 49.6 deg\npitch 30.0   yaw 40.0 deg"),
+        (Pose((1.0, 0.2, 2.0), (0.0, 30.0, 40.0)), "turned 49.6°\npitch 30.0°   yaw 40.0°"),
     ],
 )
 def test_the_numbers_beside_the_cursor_say_the_change_and_the_new_value(after, said):
@@ -137,4 +137,4 @@ def test_the_numbers_beside_the_cursor_say_the_change_and_the_new_value(after, s
 
 def test_a_drag_that_has_not_moved_yet_says_where_the_sensor_is():
     pose = Pose((1.0, 0.2, 2.0))
-    assert drag_echo(pose, pose) == "dx +0.000   dy +0.000   dz +0.000 m\nx 1.000   y 0.200   z 2.000 m"
+    assert drag_echo(pose, pose) == "Δx +0.000   Δy +0.000   Δz +0.000 m\nx 1.000   y 0.200   z 2.000 m"

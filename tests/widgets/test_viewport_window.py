@@ -300,7 +300,7 @@ def test_the_numbers_of_a_drag_stand_beside_the_cursor_until_it_ends(view):
     start = handle_pixel(view, Handle("move", 2))
     drag(view, start, start + np.array([0.0, -40.0]), release=False)
     text, pixel = view._scene._words._echo_at
-    assert text.startswith("dz +") and np.allclose(np.subtract(pixel, start), (0.0, -40.0), atol=1.0)
+    assert text.startswith("Δz +") and np.allclose(np.subtract(pixel, start), (0.0, -40.0), atol=1.0)
     QTest.mouseRelease(view._canvas, Qt.MouseButton.LeftButton, pos=to_point(view, start))
     assert view._scene._words._echo_at[0] == ""
 

@@ -19,26 +19,26 @@ def drag_echo(start: Pose, now: Pose) -> str:
     """
     if now.rpy_deg != start.rpy_deg and now.position_m != start.position_m:
         (x, y, z), (roll, pitch, yaw) = now.position_m, now.rpy_deg
-        return f"x {x:.3f}   y {y:.3f}   z {z:.3f} m\nroll {roll:.1f}   pitch {pitch:.1f}   yaw {yaw:.1f} deg"
+        return f"x {x:.3f}   y {y:.3f}   z {z:.3f} m\nroll {roll:.1f}°   pitch {pitch:.1f}°   yaw {yaw:.1f}°"
     return _turn_echo(start, now) if now.rpy_deg != start.rpy_deg else _move_echo(start, now)
 
 
 def _move_echo(start: Pose, now: Pose) -> str:
     changed = _changed(start.position_m, now.position_m, 5e-7) or [0, 1, 2]
     moves = [(_COORDINATES[i], now.position_m[i] - start.position_m[i]) for i in changed]
-    first = "   ".join(f"d{name} {_signed(metres, 3)}" for name, metres in moves)
+    first = "   ".join(f"Δ{name} {_signed(metres, 3)}" for name, metres in moves)
     second = "   ".join(f"{_COORDINATES[i]} {now.position_m[i]:.3f}" for i in changed)
     return f"{first} m\n{second} m"
 
 
 def _turn_echo(start: Pose, now: Pose) -> str:
     changed = _changed(start.rpy_deg, now.rpy_deg, 5e-7) or [0, 1, 2]
-    first = f"turned {_angle_between_deg(start, now):.1f} deg"
+    first = f"turned {_angle_between_deg(start, now):.1f}°"
     if len(changed) == 1:
         turned_deg = math.remainder(now.rpy_deg[changed[0]] - start.rpy_deg[changed[0]], 360.0)
-        first = f"d{_ANGLES[changed[0]]} {_signed(turned_deg, 1)} deg"
-    second = "   ".join(f"{_ANGLES[i]} {now.rpy_deg[i]:.1f}" for i in changed)
-    return f"{first}\n{second} deg"
+        first = f"Δ{_ANGLES[changed[0]]} {_signed(turned_deg, 1)}°"
+    second = "   ".join(f"{_ANGLES[i]} {now.rpy_deg[i]:.1f}°" for i in changed)
+    return f"{first}\n{second}"
 
 
 def _changed(before: Vec3, after: Vec3, least: float) -> list[int]:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from vtkmodules.vtkRenderingCore import vtkRenderer, vtkTextActor
+from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from widgets.theme import Palette, rgb
 from widgets.viewport.camera import Size
+from widgets.viewport.label import text_actor
 
 _FONT_PX = 13
 _OFFSET_PX = (20.0, 26.0)
@@ -15,7 +16,7 @@ class EchoLayer:
     """One text on a panel; hidden while there is nothing to say."""
 
     def __init__(self, renderer: vtkRenderer) -> None:
-        self._actor = vtkTextActor()
+        self._actor = text_actor()
         self._actor.SetPickable(False)
         self._actor.SetVisibility(False)
         renderer.AddViewProp(self._actor)
