@@ -155,6 +155,8 @@ def test_the_library_is_searched_by_words_of_name_figures_and_source(bench: Benc
     assert search is not None
     bench.qtbot.keyClicks(search, "ultra velodyne 32")
     assert library.shown == ["velodyne-vlp-32c"]
+    lidars, cameras = (library.models.topLevelItem(place) for place in range(2))
+    assert " 1 of " in lidars.text(0) and cameras.isHidden()
     search.clear()
     assert "generic-16" in library.shown
 

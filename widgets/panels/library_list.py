@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from PySide6.QtCore import QByteArray, QMimeData, QSize, Qt, Signal
-from PySide6.QtGui import QBrush, QColor, QKeyEvent
+from PySide6.QtGui import QBrush, QColor, QKeyEvent, QPainter, QPaintEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QHeaderView,
@@ -30,6 +30,7 @@ MODEL_MIME = "application/x-riglens-model"
 """What a dragged model is announced as; the data are its name in UTF-8."""
 _MODEL = Qt.ItemDataRole.UserRole
 _WORDS = Qt.ItemDataRole.UserRole.value + 1
+_NOTHING = "No model has all of these words"
 _KINDS = (("lidar", "LiDARs"), ("camera", "Cameras"))
 
 
@@ -89,7 +90,7 @@ class LibraryList(QWidget):
         words = text.casefold().split()
         for row in self.models.rows():
             row.setHidden(not all(word in row.data(0, _WORDS) for word in words))
-        self.models.hide_empty_groups()
+        self.models.show_counts()
 
     def _ask_for(self, row: QTreeWidgetItem) -> None:
         model = row.data(0, _MODEL)
@@ -123,7 +124,7 @@ class _Models(QTreeWidget):
         self.clear()
         for kind, title in _KINDS:
             of_kind = [entry for entry in entries if entry.kind == kind]
-            group = QTreeWidgetItem(self, [f"{title}  {len(of_kind)}"])
+            group = QTreeWidgetItem(self, [title])
             group.setFlags(Qt.ItemFlag.ItemIsEnabled)
             group.setForeground(0, QBrush(QColor(tones().muted)))
             group.setFirstColumnSpanned(True)
@@ -131,6 +132,7 @@ class _Models(QTreeWidget):
             for entry in of_kind:
                 self._add(group, entry)
         self.expandAll()
+        self.show_counts()
 
     def _add(self, group: QTreeWidgetItem, entry: Entry) -> None:
         sensor = entry.sensor(entry.name, Pose())
@@ -149,10 +151,24 @@ class _Models(QTreeWidget):
         """The rows of all models."""
         return [row for group in self._groups() for row in _children(group)]
 
-    def hide_empty_groups(self) -> None:
-        """Hide headings that the search left nothing under."""
-        for group in self._groups():
-            group.setHidden(all(row.isHidden() for row in _children(group)))
+    def show_counts(self) -> None:
+        """Say in each heading how many models the search left; hide those that it left nothing under."""
+        for group, (_, title) in zip(self._groups(), _KINDS, strict=True):
+            rows = _children(group)
+            left = sum(not row.isHidden() for row in rows)
+            group.setText(0, f"{title}  {left}" if left == len(rows) else f"{title}  {left} of {len(rows)}")
+            group.setHidden(not left)
+        self.viewport().update()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Say it where the search left nothing."""
+        super().paintEvent(event)
+        if self._groups() and all(group.isHidden() for group in self._groups()):
+            painter = QPainter(self.viewport())
+            painter.setPen(QColor(tones().muted))
+            place = self.viewport().rect().adjusted(8, 8, -8, 0)
+            painter.drawText(place, Qt.AlignmentFlag.AlignTop | Qt.AlignmentFlag.AlignHCenter, _NOTHING)
+            painter.end()
 
     def _groups(self) -> list[QTreeWidgetItem]:
         return _children(self.invisibleRootItem())
