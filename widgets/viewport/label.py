@@ -92,13 +92,14 @@ class ColourBar:
         self._mesh = pv.PolyData()
         self.actor = flat_actor(self._mesh)
         self._shares = np.zeros(0)
+        self._place = (0.0, 0.0, 0.0, 0.0)
 
     def set_colours(self, colours: NDArray[np.float64]) -> None:
-        """Colours (n, 3) from 0 to 1, from left to right; `cover` afterwards."""
+        """Colours (n, 3) from 0 to 1, from left to right; it stays where it is."""
         count = len(colours)
         self._shares = np.repeat(np.arange(count + 1) / max(1, count), 2)
         first = 2 * np.arange(count)
-        self._mesh.points = np.zeros((2 * count + 2, 3))
+        self._mesh.points = self._corners()
         self._mesh.faces = np.stack(
             [np.full(count, 4), first, first + 2, first + 3, first + 1], axis=1
         ).ravel()
@@ -107,7 +108,12 @@ class ColourBar:
 
     def cover(self, left: float, low: float, width: float, height: float) -> None:
         """Fill a rectangle of pixels, counted from the lower left."""
+        self._place = (left, low, width, height)
+        self._mesh.points = self._corners()
+
+    def _corners(self) -> NDArray[np.float64]:
+        left, low, width, height = self._place
         points = np.zeros((len(self._shares), 3))
         points[:, 0] = left + self._shares * width
         points[:, 1] = low + np.arange(len(points)) % 2 * height
-        self._mesh.points = points
+        return points

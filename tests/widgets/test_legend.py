@@ -1,0 +1,80 @@
+"""The legend is whole in every size, density, scale and theme, also in a picture that Qt draws before our turn."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+from tests.widgets.test_viewport_still import wall
+from widgets.theme import DARK, LIGHT, Palette
+from widgets.viewport.heat_scale import HeatmapData, Scale
+from widgets.viewport.label import unit_px
+from widgets.viewport.scene import Scene
+from widgets.viewport.scene_state import SceneState
+from widgets.viewport.stage import render_window
+
+SIZES = [(900, 600), (1920, 1080)]
+SCALES: tuple[Scale, ...] = ("ramp", "steps", "change")
+
+
+def heat(scale: Scale) -> HeatmapData:
+    data = replace(wall(4.0), scale=scale)
+    if scale != "steps":
+        return data
+    steps = np.arange(len(data.values)) % 4
+    return replace(data, values=steps.astype(np.float32), labels=("0", "1", "2", "3+"), vmax=3.0)
+
+
+@pytest.fixture(params=[1.0, 2.0], ids=["normal", "dense"])
+def scene(request: pytest.FixtureRequest) -> Iterator[Scene]:
+    plotter = pv.Plotter(off_screen=True, window_size=[900, 600], lighting="none")
+    render_window(plotter).SetMultiSamples(0)
+    made = Scene(plotter, DARK, request.param)
+    made.apply(SceneState())
+    yield made
+    plotter.close()
+
+
+def bar(scene: Scene) -> np.ndarray:
+    """Pixels (n, 3) along the middle of the colour bar as the window shows it."""
+    plotter = scene._stage._plotter
+    render_window(plotter).Render()
+    image = np.asarray(plotter.screenshot(None, return_img=True))[:, :, :3].astype(int)
+    unit = unit_px(scene.size, scene.pixel_ratio)
+    row, left, right = (round(unit * length) for length in (12 + 30 + 6, 12 + 284 - 24, 12 + 24))
+    return image[-row, -left:-right]
+
+
+def is_whole(pixels: np.ndarray, palette: Palette) -> bool:
+    """Whether nine tenths of the bar are coloured."""
+    paper = np.array([int(palette.background[at : at + 2], 16) for at in (1, 3, 5)])
+    return bool((np.abs(pixels - paper).max(axis=1) > 12).mean() > 0.9)
+
+
+@pytest.mark.parametrize("size", SIZES, ids=str)
+@pytest.mark.parametrize("scale", SCALES)
+def test_the_colour_bar_is_whole_after_every_switch_of_theme(
+    scene: Scene, scale: Scale, size: tuple[int, int]
+) -> None:
+    render_window(scene._stage._plotter).SetSize(*size)
+    scene.set_heatmap(heat(scale))
+    scene.prepare()
+    assert is_whole(bar(scene), DARK)
+    for palette in (LIGHT, DARK):
+        scene.set_palette(palette)
+        assert is_whole(bar(scene), palette), "before the next frame is prepared"
+        scene.prepare()
+        assert is_whole(bar(scene), palette)
+
+
+def test_the_colour_bar_is_whole_when_another_heatmap_comes(scene: Scene) -> None:
+    for scale in (*SCALES, *SCALES):
+        scene.set_heatmap(heat(scale))
+        if scene.legend_texts and scale != SCALES[0]:
+            assert is_whole(bar(scene), DARK), "before the next frame is prepared"
+        scene.prepare()
+        assert is_whole(bar(scene), DARK)
