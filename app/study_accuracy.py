@@ -17,7 +17,8 @@ from core.errors import InputError
 from core.files import atomic_write, require_writable
 from core.metric.entropy import EntropyField
 from core.scene.boxes import CLASSES
-from core.study.accuracy import Plan, Point, Study, require_sensors, study_accuracy
+from core.study.accuracy import require_sensors, study_accuracy
+from core.study.accuracy_points import Plan, Point, Study
 from core.study.accuracy_text import caption, edge_text, percent, point_text, verdicts
 from core.study.chart import PICTURES, chart, picture
 

@@ -8,29 +8,26 @@ the part that the shortcut makes are added, so that no shortcut is praised for h
 
 from __future__ import annotations
 
-import csv
-import io
-import statistics
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Literal, NamedTuple
+from dataclasses import replace
 
 import numpy as np
 
 from core.errors import InputError
 from core.kernels import jit
 from core.metric.entropy import EntropyField
-from core.metric.scores import DEFAULT_LAMBDA, MetricSettings
+from core.metric.scores import MetricSettings
 from core.rays import is_listed
 from core.rig.model import Rig
-from core.scene.boxes import CLASSES, Progress
+from core.scene.boxes import Progress
+from core.study.accuracy_errors import Contestant, points_of, with_fronts
+from core.study.accuracy_points import MethodName, Plan, Study
 from core.study.approximations import VoxelTests
 from core.study.cases import (
     Answer,
     Case,
     EngineCase,
-    LatticeName,
     PlainCase,
     VoxelCase,
     has_all_pixels,
@@ -38,175 +35,8 @@ from core.study.cases import (
     ray_count,
     with_lattice,
 )
-from core.study.plain import FLAGS
 
-MethodName = Literal[
-    "exact", "edit-camera", "edit-lidar", "plain", "plain-single", "bresenham", "rectangles", "centres"
-]
-TITLES: dict[MethodName, str] = {
-    "exact": "exact engine",
-    "edit-camera": "exact engine, one camera moved",
-    "edit-lidar": "exact engine, one LiDAR moved",
-    "plain": "plain DDA",
-    "plain-single": "plain DDA, single precision",
-    "bresenham": "Bresenham",
-    "rectangles": "bounding rectangles",
-    "centres": "voxel centres in view",
-}
-REPETITIONS = 5
 SLOW_MS = 3000.0
-ROUNDING = 1e-12
-"""Relative differences below this are the rounding of doubles, not an error."""
-LATTICES: tuple[LatticeName, ...] = ("1/2", "1/4", "1/8", "all pixels")
-
-
-@dataclass(frozen=True)
-class Plan:
-    """What is measured, and how: repetitions of each case, threads (all by default), which lattices."""
-
-    repetitions: int = REPETITIONS
-    threads: int | None = None
-    camera_weight: float = DEFAULT_LAMBDA
-    lattices: tuple[LatticeName, ...] = LATTICES
-
-
-class Wrong(NamedTuple):
-    """Missed and extra voxels as shares of the exact set, per kind of sensor and together."""
-
-    missed_camera: float
-    missed_lidar: float
-    missed: float
-    extra_camera: float
-    extra_lidar: float
-    extra: float
-
-
-@dataclass(frozen=True)
-class Point:
-    """One (method, voxel edge, ray lattice): its times and its errors.
-
-    wrong: None on other grids than the study's own, where it is 0 by definition. Per class, None where
-    H(Omega) or the reference is 0: `share` = -S-MS / H(Omega), `grid_error` and `shortcut_error` as parts of
-    the reference's share, `raw_error` = |S-MS - reference| / |reference| in nats, as it stands.
-    """
-
-    method: MethodName
-    voxel_m: float
-    lattice: LatticeName
-    rays: int
-    threads: int
-    times_ms: tuple[float, ...]
-    s_ms: dict[str, float]
-    wrong: Wrong | None
-    share: dict[str, float | None]
-    grid_error: dict[str, float | None]
-    shortcut_error: dict[str, float | None]
-    raw_error: dict[str, float | None]
-    on_voxel_front: bool = False
-    on_score_front: bool = False
-
-    @property
-    def median_ms(self) -> float:
-        """Median time."""
-        return statistics.median(self.times_ms)
-
-    @property
-    def from_scratch(self) -> bool:
-        """Whether the whole rig is cast within the time; edits are not, and stand outside the fronts."""
-        return not self.method.startswith("edit")
-
-    @property
-    def voxel_error(self) -> float | None:
-        """Missed and extra voxels together."""
-        return None if self.wrong is None else self.wrong.missed + self.wrong.extra
-
-    @property
-    def score_error(self) -> float:
-        """Error of S-MS / H(Omega) of the worst class, grid and shortcut added."""
-        pairs = zip(self.grid_error.values(), self.shortcut_error.values(), strict=True)
-        return max((grid + cut for grid, cut in pairs if grid is not None and cut is not None), default=0.0)
-
-    @property
-    def is_own(self) -> bool:
-        """Whether this is the exact engine with the rig's own rays."""
-        return self.method == "exact" and self.lattice == "own"
-
-
-@dataclass(frozen=True)
-class Study:
-    """All points; shortcuts are compared on the grid `voxel_m`, scores are held to the grid `finest_m`."""
-
-    rig: Rig
-    source: str
-    frames: int
-    voxel_m: float
-    finest_m: float
-    plan: Plan
-    points: tuple[Point, ...]
-
-    @property
-    def own(self) -> Point:
-        """The point in question: exact, on the study's own grid, with the rig's own rays."""
-        return next(p for p in self.points if p.is_own and p.voxel_m == self.voxel_m)
-
-    @property
-    def finest(self) -> Point:
-        """The reference of the scores."""
-        return next(p for p in self.points if p.is_own and p.voxel_m == self.finest_m)
-
-    def to_csv(self) -> str:
-        """All points as CSV, full precision; empty where a figure does not exist."""
-        text = io.StringIO()
-        rows = [_csv_row(point) for point in self.points]
-        writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
-        return text.getvalue()
-
-
-def _csv_row(point: Point) -> dict[str, object]:
-    wrong = point.wrong or (None,) * len(Wrong._fields)
-    row: dict[str, object] = {
-        "method": point.method,
-        "voxel_m": point.voxel_m,
-        "lattice": point.lattice,
-        "rays": point.rays,
-        "threads": point.threads,
-        "median_ms": point.median_ms,
-        "least_ms": min(point.times_ms),
-        "most_ms": max(point.times_ms),
-        "runs": len(point.times_ms),
-        **dict(zip(Wrong._fields, wrong, strict=True)),
-    }
-    for cls in CLASSES:
-        row |= {
-            f"s_ms_{cls}": point.s_ms[cls],
-            f"share_{cls}": point.share[cls],
-            f"grid_error_{cls}": point.grid_error[cls],
-            f"shortcut_error_{cls}": point.shortcut_error[cls],
-            f"raw_error_{cls}": point.raw_error[cls],
-        }
-    row |= {"score_error": point.score_error, "from_scratch": point.from_scratch}
-    row |= {"on_voxel_front": point.on_voxel_front, "on_score_front": point.on_score_front}
-    return {name: "" if value is None else value for name, value in row.items()}
-
-
-def pareto_front(costs: Sequence[tuple[float, float]]) -> list[bool]:
-    """Whether no other pair is at most as large in both and smaller in one, per pair."""
-    return [not any(_dominates(other, mine) for other in costs) for mine in costs]
-
-
-def _dominates(other: tuple[float, float], mine: tuple[float, float]) -> bool:
-    return other[0] <= mine[0] and other[1] <= mine[1] and other != mine
-
-
-class _Contestant(NamedTuple):
-    method: MethodName
-    lattice: LatticeName
-    rays: int
-    threads: int
-    field: EntropyField
-    case: Case
 
 
 def study_accuracy(
@@ -224,9 +54,9 @@ def study_accuracy(
     require_sensors(rig)
     entrants = list(_contestants(fields, voxel_m, rig, plan))
     answers, times = _timed(entrants, plan.repetitions, progress)
-    points = _points(entrants, answers, times, voxel_m, min(fields))
+    points = points_of(entrants, answers, times, voxel_m, min(fields))
     data = fields[voxel_m].data
-    return Study(rig, data.source, data.frames, voxel_m, min(fields), plan, _with_fronts(points))
+    return Study(rig, data.source, data.frames, voxel_m, min(fields), plan, with_fronts(points))
 
 
 def require_sensors(rig: Rig) -> None:
@@ -243,13 +73,13 @@ def require_sensors(rig: Rig) -> None:
 
 def _contestants(
     fields: Mapping[float, EntropyField], voxel_m: float, rig: Rig, plan: Plan
-) -> list[_Contestant]:
+) -> list[Contestant]:
     """The rig's own exact score first, then methods, lattices and other grids."""
     field, workers = fields[voxel_m], jit.use_threads(plan.threads)
     settings = MetricSettings(camera_weight=plan.camera_weight)
 
-    def entrant(method: MethodName, case: Case, threads: int = workers) -> _Contestant:
-        return _Contestant(method, "own", ray_count(rig), threads, field, case)
+    def entrant(method: MethodName, case: Case, threads: int = workers) -> Contestant:
+        return Contestant(method, "own", ray_count(rig), threads, field, case)
 
     tests = VoxelTests(field, plan.threads)
     found = [
@@ -265,10 +95,10 @@ def _contestants(
         if lattice != "all pixels" or not has_all_pixels(rig):
             other = with_lattice(rig, lattice)
             case = EngineCase(field, other, settings, plan.threads)
-            found.append(_Contestant("exact", lattice, ray_count(other), workers, field, case))
+            found.append(Contestant("exact", lattice, ray_count(other), workers, field, case))
     for edge_m in sorted(set(fields) - {voxel_m}):
         case = EngineCase(fields[edge_m], rig, settings, plan.threads)
-        found.append(_Contestant("exact", "own", ray_count(rig), workers, fields[edge_m], case))
+        found.append(Contestant("exact", "own", ray_count(rig), workers, fields[edge_m], case))
     return found
 
 
@@ -289,7 +119,7 @@ def _edits(
 
 
 def _timed(
-    entrants: Sequence[_Contestant], repetitions: int, progress: Progress | None
+    entrants: Sequence[Contestant], repetitions: int, progress: Progress | None
 ) -> tuple[list[Answer], list[list[float]]]:
     """Answers of a warm-up round, then the times in ms of alternating repetitions."""
     answers: list[Answer] = []
@@ -309,92 +139,3 @@ def _timed(
             if progress is not None:
                 progress((repetition * len(entrants) + number + 1) / ((repetitions + 1) * len(entrants)))
     return answers, times
-
-
-def _points(
-    entrants: Sequence[_Contestant],
-    answers: Sequence[Answer],
-    times: Sequence[Sequence[float]],
-    voxel_m: float,
-    finest_m: float,
-) -> list[Point]:
-    exact = {
-        entrant.field.grid.voxel_m: (entrant.field, answer)
-        for entrant, answer in zip(entrants, answers, strict=True)
-        if entrant.method == "exact" and entrant.lattice == "own"
-    }
-    own, reference = exact[voxel_m][1], exact[finest_m]
-    points = []
-    for entrant, answer, ms in zip(entrants, answers, times, strict=True):
-        edge_m = entrant.field.grid.voxel_m
-        errors = [
-            _score_errors((entrant.field, answer), exact[edge_m], reference, c) for c in range(len(CLASSES))
-        ]
-        points.append(
-            Point(
-                method=entrant.method,
-                voxel_m=edge_m,
-                lattice=entrant.lattice,
-                rays=entrant.rays,
-                threads=entrant.threads,
-                times_ms=tuple(ms),
-                s_ms=dict(zip(CLASSES, answer.s_ms, strict=True)),
-                wrong=wrong_voxels(own.seen, answer.seen) if edge_m == voxel_m else None,
-                share=dict(zip(CLASSES, (error[0] for error in errors), strict=True)),
-                grid_error=dict(zip(CLASSES, (error[1] for error in errors), strict=True)),
-                shortcut_error=dict(zip(CLASSES, (error[2] for error in errors), strict=True)),
-                raw_error=dict(zip(CLASSES, (error[3] for error in errors), strict=True)),
-            )
-        )
-    return points
-
-
-_Scored = tuple[EntropyField, Answer]
-_Errors = tuple[float | None, float | None, float | None, float | None]
-
-
-def _score_errors(mine: _Scored, exact: _Scored, reference: _Scored, cls: int) -> _Errors:
-    """Share, grid error, shortcut error and raw error of one class."""
-    share, exact_share, finest_share = (_share(scored, cls) for scored in (mine, exact, reference))
-    if share is None or exact_share is None or not finest_share:
-        return share, None, None, None
-    in_nats = reference[1].s_ms[cls]
-    raw = abs(mine[1].s_ms[cls] - in_nats) / abs(in_nats)
-    grid, shortcut = abs(exact_share - finest_share), abs(share - exact_share)
-    return share, _beyond_rounding(grid / finest_share), _beyond_rounding(shortcut / finest_share), raw
-
-
-def _beyond_rounding(error: float) -> float:
-    return error if error > ROUNDING else 0.0
-
-
-def _share(scored: _Scored, cls: int) -> float | None:
-    """-S-MS / H(Omega); None without any entropy."""
-    field, answer = scored
-    total = field.h_total_nat(cls)
-    return -answer.s_ms[cls] / total if total else None
-
-
-def wrong_voxels(exact: np.ndarray, found: np.ndarray) -> Wrong:
-    """Missed and extra voxels of a cover (n,), bits as in FLAGS; shares of the exact ones (0 without any)."""
-    counts = []
-    for flag in FLAGS.values():
-        right, mine = (exact & flag) != 0, (found & flag) != 0
-        counts.append((int((right & ~mine).sum()), int((mine & ~right).sum()), int(right.sum())))
-    (missed_c, extra_c, all_c), (missed_l, extra_l, all_l) = counts
-    both = max(all_c + all_l, 1)
-    missed = missed_c / max(all_c, 1), missed_l / max(all_l, 1), (missed_c + missed_l) / both
-    return Wrong(*missed, extra_c / max(all_c, 1), extra_l / max(all_l, 1), (extra_c + extra_l) / both)
-
-
-def _with_fronts(points: Sequence[Point]) -> tuple[Point, ...]:
-    """The points with the Pareto fronts marked, among those that cast the whole rig."""
-    voxel = [p for p in points if p.from_scratch and p.voxel_error is not None]
-    score = [p for p in points if p.from_scratch]
-    on_voxel = pareto_front([(p.median_ms, p.voxel_error or 0.0) for p in voxel])
-    on_score = pareto_front([(p.median_ms, p.score_error) for p in score])
-    voxel_front = {id(p) for p, on in zip(voxel, on_voxel, strict=True) if on}
-    score_front = {id(p) for p, on in zip(score, on_score, strict=True) if on}
-    return tuple(
-        replace(p, on_voxel_front=id(p) in voxel_front, on_score_front=id(p) in score_front) for p in points
-    )

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from core.rig.model import Rig
 from core.scene.grid import DEFAULT_VOXEL_M
-from core.study.accuracy import TITLES, Point, Study
+from core.study.accuracy_points import TITLES, Point, Study
 
 
 def edge_text(voxel_m: float) -> str:

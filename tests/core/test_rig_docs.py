@@ -7,7 +7,7 @@ import pytest
 
 from core.errors import InputError
 from core.rig.presets import PRESETS
-from core.rig.yaml_check import ACCEPTED
+from core.rig.yaml_fields import ACCEPTED
 from core.rig.yaml_file import loads
 
 PAGE = (Path(__file__).resolve().parents[2] / "docs" / "formats-rig.md").read_text(encoding="utf-8")

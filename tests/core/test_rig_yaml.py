@@ -13,7 +13,7 @@ from core.rig.distortion import BrownConrady, KannalaBrandt
 from core.rig.library import default_library
 from core.rig.model import Camera, EvenAngles, Lidar, Rig
 from core.rig.presets import preset
-from core.rig.yaml_check import ACCEPTED
+from core.rig.yaml_fields import ACCEPTED
 from core.rig.yaml_file import dumps, load_rig, loads, new_rig_file, rig_sha256, same_rig
 from core.rig.yaml_text import FIELD_ORDER
 from tests.core.rig_cases import rigs

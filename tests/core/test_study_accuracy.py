@@ -15,7 +15,9 @@ from core.rays import sensor_rays
 from core.rig.model import Camera, EvenAngles, Lidar, Rig
 from core.scene.boxes import CLASSES
 from core.scene.columns import unpack
-from core.study.accuracy import Plan, Point, Study, Wrong, pareto_front, study_accuracy, wrong_voxels
+from core.study.accuracy import study_accuracy
+from core.study.accuracy_errors import pareto_front, wrong_voxels
+from core.study.accuracy_points import Plan, Point, Study, Wrong
 from core.study.accuracy_text import point_text, verdicts
 from core.study.approximations import VoxelTests
 from core.study.cases import PlainCase, VoxelCase, with_lattice

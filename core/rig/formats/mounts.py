@@ -16,7 +16,7 @@ from core.rig.formats.frames import Matrix, inverse, pose_from_se3, se3
 from core.rig.formats.report import Notes
 from core.rig.library import Entry, default_library
 from core.rig.model import MAX_SENSORS, Camera, Lidar, Rig, Vehicle
-from core.rig.yaml_check import ACCEPTED
+from core.rig.yaml_fields import ACCEPTED
 from core.rig.yaml_nodes import shortened
 
 DEFAULT_LIDAR = "generic-16"
