@@ -79,9 +79,8 @@ class Person:
             waited_s, looked_at = waited_s + min(now - looked_at, TICK_S), now
 
     def settle(self) -> None:
-        """Wait until all figures are exact and nothing moves any more."""
-        self.wait(lambda: self.window.is_exact, "exact scores")
-        QTest.qWait(300)
+        """Wait until all figures are exact and the picture of them is drawn in full."""
+        self.wait(lambda: self.window.is_exact and self._view.is_at_rest, "exact scores, and their picture")
 
     def look(self, name: str) -> None:
         """Keep a picture of the whole screen."""
