@@ -177,8 +177,8 @@ def export(person: Person) -> None:
     person.wait(lambda: feature.dialog is not None and not feature.dialog.preview.image.isNull(), "a preview")
     assert feature.dialog is not None
     feature.dialog.scores.click()
-    person.look("picture")
     person.wait(feature.dialog.save.isEnabled, "a preview with scores")
+    person.look("picture")
     person.press(feature.dialog.save)
     person.wait(answers.path.exists, "the picture")
     assert answers.path.read_bytes().startswith(b"\x89PNG")

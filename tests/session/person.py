@@ -13,7 +13,7 @@ import numpy as np
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QKeySequence
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QMenu, QPushButton, QWidget
+from PySide6.QtWidgets import QApplication, QMenu, QPushButton, QWidget
 
 from app.dialogs import Dialogs, Unsaved
 from app.window import MainWindow
@@ -81,6 +81,7 @@ class Person:
     def settle(self) -> None:
         """Wait until all figures are exact and the picture of them is drawn in full."""
         self.wait(lambda: self.window.is_exact and self._view.is_at_rest, "exact scores, and their picture")
+        QApplication.processEvents()  # what is drawn by now is shown
 
     def look(self, name: str) -> None:
         """Keep a picture of the whole screen."""
