@@ -22,7 +22,6 @@ from core.scene.columns import VoxelIndex, pack
 from core.scene.grid import VoxelGrid
 from core.scene.pog import Pog
 from core.study.reference import Mask, exact_cover
-from core.study.stability_cases import UNIT, Sensor, camera, spinning
 from core.study.stability_edits import field_of, random_counts
 from core.study.stability_methods import (
     NOT_APPLICABLE,
@@ -34,6 +33,7 @@ from core.study.stability_methods import (
     plain_cover,
     rig_of,
 )
+from core.study.stability_sensors import UNIT, Sensor, camera, spinning
 
 THREADS = (1, 2, 8)
 SEED = 7

@@ -13,8 +13,8 @@ from core.scene.boxes import CLASSES, DataReport, Progress
 from core.scene.columns import VoxelIndex, pack, unpack
 from core.scene.grid import VoxelGrid
 from core.scene.pog import Pog
-from core.study.stability_cases import Sensor, camera, spinning
 from core.study.stability_methods import NOT_APPLICABLE, Outcome, Row
+from core.study.stability_sensors import Sensor, camera, spinning
 
 Counts = NDArray[np.int64]
 GRID = VoxelGrid(0.5, (5.0, 4.5, 3.0))

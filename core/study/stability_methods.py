@@ -18,7 +18,8 @@ from core.scene.grid import VoxelGrid
 from core.scene.pog import Pog
 from core.study.plain import grid_rays
 from core.study.reference import Mask, exact_cover
-from core.study.stability_cases import RayCase, Sensor
+from core.study.stability_cases import RayCase
+from core.study.stability_sensors import Sensor
 
 MethodName = Literal["fast", "plain", "bresenham"]
 METHODS: tuple[MethodName, ...] = ("fast", "plain", "bresenham")

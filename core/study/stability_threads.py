@@ -12,9 +12,9 @@ import numpy as np
 
 from core.engine.engine import Engine
 from core.metric.scores import METHODS, READINGS, MetricSettings
-from core.study.stability_cases import OPEN_ROAD, camera, spinning
 from core.study.stability_edits import field_of, random_counts
 from core.study.stability_methods import rig_of
+from core.study.stability_sensors import OPEN_ROAD, camera, spinning
 
 
 def digest(threads: int) -> str:

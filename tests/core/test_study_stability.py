@@ -19,7 +19,7 @@ from core.study.rankings import LETTERS, Ranking, RayLattice, agreement, rank, s
 from core.study.reference import exact_cover
 from core.study.resampled import ResampledFrames, StoredBoxes
 from core.study.stability import StabilityStudy
-from core.study.stability_cases import RayCase, lidar, ray_cases, whole_slopes
+from core.study.stability_cases import RayCase, ray_cases
 from core.study.stability_checks import (
     entropy_nat,
     extreme_probabilities,
@@ -35,6 +35,7 @@ from core.study.stability_findings import conclusion, findings, methods_verdict
 from core.study.stability_html import page
 from core.study.stability_methods import compared, judged
 from core.study.stability_metric import MetricStudy, Plan, study_metric
+from core.study.stability_sensors import lidar, whole_slopes
 from core.study.stability_text import lines
 from tests.core import oracle
 from tests.core.builders import boxes_of, evaluate, field_of, grid_of, random_field, random_sensor
