@@ -6,6 +6,7 @@ The triad sticks out of the ground, so it is drawn among the things that stand t
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 import pyvista as pv
@@ -13,10 +14,13 @@ from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from core.scene.grid import VoxelGrid
 from widgets.theme import Palette, mix
+from widgets.viewport.camera import OrbitCamera, Size
 from widgets.viewport.materials import line_mesh, plain_actor
 
 _STEP_M = 10.0
-_LABEL_HEIGHT_M = 0.45
+_LEAST_LETTER_M, _MOST_LETTER_M, _LETTER_STEP = 0.45, 2.2, 1.25
+_LETTER_PX = 9.0
+"""Labels grow in steps as the view goes away, as long as there is room for them between two lines."""
 _WIDE_LINE = 0.6
 _PLANE_M, _LINE_M, _LABEL_M = -0.08, -0.03, -0.015
 """Heights of plane, lines and labels: far enough apart to hide one another rightly. VTK's own offsets for what
@@ -31,6 +35,7 @@ class GroundLayer:
         self._actors: list[pv.Actor] = []
         self._triad: list[pv.Actor] = []
         self._lines: dict[pv.Actor, str] = {}
+        self._labels = _Labels(0.0, 0.0)
         self._ground_colour = ""
         self._quick = False
 
@@ -47,12 +52,11 @@ class GroundLayer:
             plain_actor(strong, lighting=False): palette.grid_line_strong,
         }
         self._ground_colour = palette.ground
+        self._labels = _Labels(half_x, half_y)
         self._actors = [
             plain_actor(_plane(half_x, half_y), color=palette.ground, lighting=False),
             *self._lines,
-            plain_actor(
-                _labels(half_x, half_y), color=mix(palette.text, palette.ground, 0.35), lighting=False
-            ),
+            plain_actor(self._labels.mesh, color=mix(palette.text, palette.ground, 0.35), lighting=False),
         ]
         self.set_quick(self._quick)
         for actor in self._actors:
@@ -66,6 +70,12 @@ class GroundLayer:
         self._quick = quick
         for actor, colour in self._lines.items():
             actor.prop.color = mix(colour, self._ground_colour, _WIDE_LINE) if quick else colour
+
+    def arrange(self, camera: OrbitCamera, size: Size, pixel_ratio: float) -> None:
+        """Keep the labels legible in a view of this size in pixels."""
+        wanted_m = _LETTER_PX * pixel_ratio * camera.metres_per_pixel(np.array(camera.focal_m), size)
+        steps = math.ceil(math.log(max(1.0, wanted_m / _LEAST_LETTER_M), _LETTER_STEP) - 1e-9)
+        self._labels.set_height(min(_MOST_LETTER_M, _LEAST_LETTER_M * _LETTER_STEP**steps))
 
 
 def _plane(half_x: float, half_y: float) -> pv.PolyData:
@@ -86,23 +96,36 @@ def _grid_lines(half_x: float, half_y: float) -> tuple[pv.PolyData, pv.PolyData]
     return line_mesh(pairs[0][:, 0], pairs[0][:, 1]), line_mesh(pairs[1][:, 0], pairs[1][:, 1])
 
 
-def _labels(half_x: float, half_y: float) -> pv.PolyData:
+class _Labels:
     """Metre labels along the car's x and y axes, lying on the ground, read with x to the right."""
-    mesh = pv.PolyData()
+
+    def __init__(self, half_x: float, half_y: float) -> None:
+        self.mesh = pv.PolyData()
+        anchors = [np.zeros((0, 3))]
+        for text, x, y in _label_places(half_x, half_y):
+            letters = pv.Text3D(text, depth=0.0)
+            letters.points = letters.points - [letters.bounds[0], letters.bounds[2], 0.0]
+            self.mesh = self.mesh.append_polydata(pv.PolyData(letters.points, letters.faces))
+            anchors.append(np.tile([x, y, _LABEL_M], (letters.n_points, 1)))
+        self._anchors, self._letters = np.concatenate(anchors), np.array(self.mesh.points)
+        self._height_m = 0.0
+        self.set_height(_LEAST_LETTER_M)
+
+    def set_height(self, height_m: float) -> None:
+        """Draw letters of another height."""
+        if height_m != self._height_m and len(self._anchors):
+            self._height_m = height_m
+            self.mesh.points = self._anchors + height_m * self._letters
+
+
+def _label_places(half_x: float, half_y: float) -> Iterator[tuple[str, float, float]]:
+    """What each label says, and where it begins."""
     for x in np.arange(-half_x, half_x + 1e-6, _STEP_M):
         if x:
-            mesh = mesh.append_polydata(_text(f"{x:+.0f} m", x + 0.2, 0.2))
+            yield f"{x:+.0f} m", x + 0.2, 0.2
     for y in np.arange(-half_y, half_y + 1e-6, _STEP_M):
         if y:
-            mesh = mesh.append_polydata(_text(f"{y:+.0f} m", 0.2, y + 0.2))
-    return mesh
-
-
-def _text(text: str, x: float, y: float) -> pv.PolyData:
-    label = pv.Text3D(text, depth=0.0)
-    label.points = label.points - [label.bounds[0], label.bounds[2], 0.0]
-    label.points = label.points * _LABEL_HEIGHT_M + [x, y, _LABEL_M]
-    return pv.PolyData(label.points, label.faces)
+            yield f"{y:+.0f} m", 0.2, y + 0.2
 
 
 def _triad(palette: Palette) -> list[pv.Actor]:

@@ -242,6 +242,7 @@ class Scene:
         state = self._state
         self._stage.set_coarse(self._quick)
         self._stage.set_camera(state.camera, 2.0 * float(np.linalg.norm(state.grid.roi_m)) + 20.0)
+        self._ground.arrange(state.camera, self.size, self._pixel_ratio)
         self._heatmap.arrange(state.camera, self._stage.backdrop_size, self._quick)
         self._words.arrange(state, self._heatmap.drawn_cell_m, self.size, self._pixel_ratio)
         self._marker.arrange(state.camera, self.size, self._pixel_ratio)
