@@ -505,16 +505,23 @@ def test_changes_right_after_one_another_are_drawn_coarsely_and_a_single_one_in_
     assert frames.looks == one_change(view)
 
 
-def test_the_frame_at_rest_waits_while_the_mouse_is_on_its_way(view):
+def test_the_frame_at_rest_waits_while_the_mouse_is_on_its_way(view, qtbot):
+    rest = view._redraw._rest
+    usual_ms = rest.interval()
+    rest.setTimerType(Qt.TimerType.PreciseTimer)
+    rest.setInterval(60_000)  # however slow this computer is
     view.set_heat_look(HeatLook(opacity=0.4))
     QTest.qWait(30)
     view.set_heat_look(HeatLook(opacity=0.5))
-    QTest.qWait(30)
+    qtbot.waitUntil(rest.isActive)
     frames = frames_of(view)
-    for step in range(12):
+    for step in range(3):
+        QTest.qWait(20)
+        left_ms = rest.remainingTime()
         QTest.mouseMove(view._canvas, QPoint(20 + 3 * step, 20))
-        QTest.qWait(50)
+        qtbot.waitUntil(lambda before_ms=left_ms: rest.remainingTime() > before_ms)
     assert "full smooth" not in frames.looks
+    rest.setInterval(usual_ms)
     settle(view)
     assert frames.looks[-1] == "full smooth"
 
