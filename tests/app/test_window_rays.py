@@ -12,6 +12,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QStyle, QStyleOptionSlider, QToolButton, QWidget
 from pytestqt.qtbot import QtBot
 
+from app.window.features.heat import Heat
 from app.window.features.rays import Rays, look_of
 from app.window.settings import Settings
 from tests.app.window_bench import Bench, open_bench
@@ -62,6 +63,8 @@ def test_a_key_and_a_box_switch_the_rays(bench: Bench) -> None:
 
 def test_sliders_make_rays_more_or_stronger_and_reset_takes_that_back(bench: Bench) -> None:
     panel = open_sliders(bench)
+    heat = bench.window.feature(Heat).panel
+    heat.opacity.setValue(20)
     drag_handle(panel.opacity, 40)
     drag_handle(panel.density, -30)
     look = bench.viewport.rays
@@ -69,7 +72,8 @@ def test_sliders_make_rays_more_or_stronger_and_reset_takes_that_back(bench: Ben
     reset = panel.findChild(QWidget, "reset_look")
     assert reset is not None
     QTest.mouseClick(reset, Qt.MouseButton.LeftButton)
-    assert bench.viewport.rays == DEFAULT_RAYS and bench.viewport.look is None  # the heatmap stays
+    assert bench.viewport.rays == DEFAULT_RAYS
+    assert heat.opacity.value() == 20, "the heatmap stays as it is"
 
 
 def test_rays_are_drawn_the_next_time_as_they_were_left(qtbot: QtBot, tmp_path: Path) -> None:
