@@ -35,7 +35,8 @@ class Fan(NamedTuple):
 
 
 class Space(NamedTuple):
-    """Where a sensor casts: origin (3,) in grid units, rotation (3, 3), box (6,) cells, shape (3,)."""
+    """Where a sensor casts: origin (3,) in grid units, rotation (3, 3), box (6,): first cell and end along x, y, z;
+    shape (3,) of the grid in cells."""
 
     origin: np.ndarray
     rotation: np.ndarray
@@ -44,8 +45,9 @@ class Space(NamedTuple):
 
 
 class Work(NamedTuple):
-    """Work space of one worker: way to the next column crossed, place of each event among the columns, and what
-    changes in a column: levels that begin there, and levels that begin or end, uint64 (words per column, columns)."""
+    """Work space of one worker: way to the next column crossed, int32 (columns,); place of each event among the
+    columns, int32 (events + 1,); what changes in a column, levels that begin there, and levels that begin or end,
+    uint64 (words per column, columns); runs of a ray walked alone, int32 (columns, 3)."""
 
     ways: np.ndarray
     places: np.ndarray
@@ -56,7 +58,8 @@ class Work(NamedTuple):
 
 @inlined
 def clip_side(g: float, h: float, low: int, high: int, s_in: float, s_out: float) -> tuple[float, float]:
-    """Distances along a heading between which a plane is also between two faces of an axis."""
+    """Distances s_in, s_out along a heading, in voxels, narrowed to where a plane is between the faces low and high of
+    an axis; g: its place on that axis at distance 0, h: its drift along the axis by distance."""
     first, last = (float(low), float(high)) if h > 0.0 else (float(high), float(low))
     return max(s_in, (first - g) / h), min(s_out, (last - g) / h)
 

@@ -21,8 +21,9 @@ TOGETHER = 1e-10
 
 
 class Start(NamedTuple):
-    """Where a plane starts: its column, the direction along each axis, and the place within the column, counted
-    towards the faces crossed; speeds: faces crossed by forward distance; columns: how many are crossed."""
+    """Where a plane starts: its column, the direction along each axis, and the place within the column in voxels,
+    counted towards the faces crossed; speeds: faces crossed by forward distance in voxels; columns: how many are
+    crossed."""
 
     ix: int
     iy: int
