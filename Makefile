@@ -37,9 +37,10 @@ bench: setup-dev
 check: setup
 	@$(PYTHON) -m ruff format --check .
 	@$(PYTHON) -m ruff check .
-	@$(PYTHON) -m mypy --strict core
-	@$(PYTHON) -m mypy app widgets
-	@.venv/bin/lint-imports
+	@$(PYTHON) tools/static_tree.py >/dev/null
+	@MYPYPATH=build/static $(PYTHON) -m mypy --strict -p riglens.core
+	@MYPYPATH=build/static $(PYTHON) -m mypy -p riglens.app -p riglens.widgets
+	@cd build/static && ../../.venv/bin/lint-imports --config ../../pyproject.toml
 
 format: setup
 	@$(PYTHON) -m ruff check --fix --exit-zero --quiet .

@@ -10,10 +10,10 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QActionGroup, QKeySequence
 from PySide6.QtWidgets import QMainWindow, QMenu, QToolButton
 
-from widgets.panels.icons import icon
+from riglens.widgets.panels.icons import icon
 
 if TYPE_CHECKING:
-    from app.window.places import Places
+    from riglens.app.window.places import Places
 
 
 @dataclass(frozen=True)

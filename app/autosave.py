@@ -18,11 +18,11 @@ from typing import Any
 
 import psutil
 
-from core.errors import InputError
-from core.files import atomic_write
-from core.rig.model import Rig
-from core.rig.yaml_file import dumps, loads
-from core.rig.yaml_nodes import MAX_BYTES
+from riglens.core.errors import InputError
+from riglens.core.files import atomic_write
+from riglens.core.rig.model import Rig
+from riglens.core.rig.yaml_file import dumps, loads
+from riglens.core.rig.yaml_nodes import MAX_BYTES
 
 VERSION = 1
 SUFFIX = ".autosave.json"

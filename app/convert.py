@@ -5,15 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from app.console import note_report, results
-from core.files import require_apart
-from core.geometry import Vec3
-from core.rig.formats.exchange import WRITABLE, format_called, format_for, read_rig, write_rig
-from core.rig.formats.mounts import ReadOptions
-from core.rig.formats.report import Report
-from core.rig.model import Rig
-from core.rig.opening import open_rig
-from core.rig.presets import find_preset
+from riglens.app.console import note_report, results
+from riglens.core.files import require_apart
+from riglens.core.geometry import Vec3
+from riglens.core.rig.formats.exchange import WRITABLE, format_called, format_for, read_rig, write_rig
+from riglens.core.rig.formats.mounts import ReadOptions
+from riglens.core.rig.formats.report import Report
+from riglens.core.rig.model import Rig
+from riglens.core.rig.opening import open_rig
+from riglens.core.rig.presets import find_preset
 
 
 @dataclass(frozen=True)

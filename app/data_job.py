@@ -14,14 +14,14 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
-from app.console import note, progress_bar, results
-from app.options import SceneOptions
-from app.scenario import boxes_of
-from core.files import atomic_write, require_writable
-from core.geometry import Vec3
-from core.rig.model import FORMAT_VERSION
-from core.scene.boxes import CLASSES
-from core.scene.survey import RINGS_M, SECTORS, Ground, Survey, survey
+from riglens.app.console import note, progress_bar, results
+from riglens.app.options import SceneOptions
+from riglens.app.scenario import boxes_of
+from riglens.core.files import atomic_write, require_writable
+from riglens.core.geometry import Vec3
+from riglens.core.rig.model import FORMAT_VERSION
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.scene.survey import RINGS_M, SECTORS, Ground, Survey, survey
 
 GROUND_IS_RIGHT_M = 0.2
 """Bottoms of labelled boxes are rarely nearer to the road than that; the ROI starts at z = 0."""

@@ -8,7 +8,7 @@ from typing import Literal
 
 from PySide6.QtWidgets import QFileDialog, QMessageBox, QWidget
 
-from widgets.panels.shortcut_sheet import Group, ShortcutSheet
+from riglens.widgets.panels.shortcut_sheet import Group, ShortcutSheet
 
 RIG_FILES = "Rig files (*.yaml *.yml);;All files (*)"
 OPEN_FILES = (

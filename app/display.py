@@ -6,7 +6,7 @@ import ctypes
 import os
 import sys
 
-from app.system_libraries import require_system_libraries
+from riglens.app.system_libraries import require_system_libraries
 
 _UNSEEN_PLATFORMS = ("offscreen", "minimal", "vnc")
 

@@ -10,14 +10,14 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from app.open_rig import Names, OpenRig
-from core.errors import InputError
-from core.rig.edit_names import Edit, describe
-from core.rig.history import Marks
-from core.rig.many import duplicated, free_name, list_text, with_enabled, without
-from core.rig.mirror import in_step
-from core.rig.model import MAX_SENSORS, Camera, Lidar, Rig
-from core.rig.yaml_file import RigFile
+from riglens.app.open_rig import Names, OpenRig
+from riglens.core.errors import InputError
+from riglens.core.rig.edit_names import Edit, describe
+from riglens.core.rig.history import Marks
+from riglens.core.rig.many import duplicated, free_name, list_text, with_enabled, without
+from riglens.core.rig.mirror import in_step
+from riglens.core.rig.model import MAX_SENSORS, Camera, Lidar, Rig
+from riglens.core.rig.yaml_file import RigFile
 
 DUPLICATE_OFFSET_M = 0.2
 MERGE_S = 1.0

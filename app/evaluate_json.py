@@ -6,12 +6,12 @@ import json
 from collections.abc import Sequence
 from typing import Any
 
-from core.engine.engine import Evaluation
-from core.metric.entropy import EntropyField
-from core.metric.scores import ClassScores, KindScore, MetricSettings
-from core.rig.model import FORMAT_VERSION
-from core.rig.yaml_file import rig_sha256
-from core.scene.boxes import CLASSES
+from riglens.core.engine.engine import Evaluation
+from riglens.core.metric.entropy import EntropyField
+from riglens.core.metric.scores import ClassScores, KindScore, MetricSettings
+from riglens.core.rig.model import FORMAT_VERSION
+from riglens.core.rig.yaml_file import rig_sha256
+from riglens.core.scene.boxes import CLASSES
 
 
 def evaluation_document(

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from app import evaluate_json
-from app.console import results
-from app.display import prepare_drawing
-from app.heatmap import marks_of
-from app.jobs import load_with_progress, print_scores, score_rigs
-from app.options import SceneOptions, ScoreOptions
-from app.render import Picture, draw
-from app.scenario import settings_of
-from core.errors import InputError
-from core.files import atomic_write, require_writable
-from core.rig.model import Rig
-from core.rig.yaml_file import dumps
+from riglens.app import evaluate_json
+from riglens.app.console import results
+from riglens.app.display import prepare_drawing
+from riglens.app.heatmap import marks_of
+from riglens.app.jobs import load_with_progress, print_scores, score_rigs
+from riglens.app.options import SceneOptions, ScoreOptions
+from riglens.app.render import Picture, draw
+from riglens.app.scenario import settings_of
+from riglens.core.errors import InputError
+from riglens.core.files import atomic_write, require_writable
+from riglens.core.rig.model import Rig
+from riglens.core.rig.yaml_file import dumps
 
 OUT = Path("out")
 

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from app.heat_modes import HEAT_TITLES, HeatMode
-from core.engine.engine import Engine, Evaluation
-from core.engine.inspect import covered_at_least
-from core.scene.boxes import CLASSES
-from core.scene.columns import Words
-from core.scene.display import DisplayGrid
-from widgets.viewport.heat_scale import HeatmapData
+from riglens.app.heat_modes import HEAT_TITLES, HeatMode
+from riglens.core.engine.engine import Engine, Evaluation
+from riglens.core.engine.inspect import covered_at_least
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.scene.columns import Words
+from riglens.core.scene.display import DisplayGrid
+from riglens.widgets.viewport.heat_scale import HeatmapData
 
 COUNT_LABELS = ("0", "1", "2", "3+")
 Values = NDArray[np.float32]

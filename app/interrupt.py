@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from PySide6.QtCore import QSocketNotifier
 from PySide6.QtWidgets import QApplication
 
-from app.leaving import INTERRUPTED, leave_at_once
+from riglens.app.leaving import INTERRUPTED, leave_at_once
 
 
 @dataclass

@@ -6,21 +6,21 @@ import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from app import evaluate_json, tables
-from app.console import note, note_report, progress_bar, results
-from app.options import SceneOptions, ScoreOptions
-from app.scenario import load_scenario, remarks_on, settings_of
-from core.engine.engine import Engine, Evaluation, evaluate_from_scratch
-from core.engine.warm_up import WARM_UP
-from core.files import atomic_write, require_writable
-from core.metric.entropy import EntropyField
-from core.rays import missing_ray_count
-from core.rig.model import Rig
-from core.rig.opening import open_rig
-from core.rig.presets import PAPER_RIGS, PRESETS, preset
-from core.rig.yaml_file import dumps
-from core.scene.pog import Pog
-from core.study import table1 as study
+from riglens.app import evaluate_json, tables
+from riglens.app.console import note, note_report, progress_bar, results
+from riglens.app.options import SceneOptions, ScoreOptions
+from riglens.app.scenario import load_scenario, remarks_on, settings_of
+from riglens.core.engine.engine import Engine, Evaluation, evaluate_from_scratch
+from riglens.core.engine.warm_up import WARM_UP
+from riglens.core.files import atomic_write, require_writable
+from riglens.core.metric.entropy import EntropyField
+from riglens.core.rays import missing_ray_count
+from riglens.core.rig.model import Rig
+from riglens.core.rig.opening import open_rig
+from riglens.core.rig.presets import PAPER_RIGS, PRESETS, preset
+from riglens.core.rig.yaml_file import dumps
+from riglens.core.scene.pog import Pog
+from riglens.core.study import table1 as study
 
 
 def rig_called(name: str) -> Rig:

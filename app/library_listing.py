@@ -11,12 +11,12 @@ from typing import Any, Literal
 from rich.console import Console
 from rich.table import Table
 
-from app.console import results
-from core.camera import field_of_view_deg
-from core.geometry import Pose
-from core.rig.library import Library, default_library
-from core.rig.library_file import Block, Entry
-from core.rig.model import Camera, EvenAngles, Lidar
+from riglens.app.console import results
+from riglens.core.camera import field_of_view_deg
+from riglens.core.geometry import Pose
+from riglens.core.rig.library import Library, default_library
+from riglens.core.rig.library_file import Block, Entry
+from riglens.core.rig.model import Camera, EvenAngles, Lidar
 
 WIDTH = 100
 Kind = Literal["lidar", "camera"]

@@ -5,10 +5,10 @@ from __future__ import annotations
 import gc
 import sys
 
-from app.display import missing_display
-from app.leaving import leaving_on_interrupt
-from app.options import SceneOptions, ScoreOptions
-from app.system_libraries import require_system_libraries
+from riglens.app.display import missing_display
+from riglens.app.leaving import leaving_on_interrupt
+from riglens.app.options import SceneOptions, ScoreOptions
+from riglens.app.system_libraries import require_system_libraries
 
 
 def start(rig: str, scene: SceneOptions, score: ScoreOptions) -> int:
@@ -24,31 +24,31 @@ def start(rig: str, scene: SceneOptions, score: ScoreOptions) -> int:
 
 
 def _with_window(rig: str, scene: SceneOptions, score: ScoreOptions) -> int:
-    from core.rig.opening import open_rig
+    from riglens.core.rig.opening import open_rig
 
     open_rig(rig)  # a wrong rig is told before anything large is loaded
     require_system_libraries("window")
     with leaving_on_interrupt():
         load_packages()
-        from app.window import open_window
+        from riglens.app.window import open_window
 
         return open_window(rig, scene, score)
 
 
 def load_packages() -> None:
     """Load what draws before Qt, whose bindings read the source of every module that comes after them."""
-    from widgets.viewport.drawing_half import load_drawing_half
+    from riglens.widgets.viewport.drawing_half import load_drawing_half
 
     load_drawing_half()
 
 
 def _without_window(rig: str, scene: SceneOptions, score: ScoreOptions, problem: str) -> int:
-    from core.rig.opening import open_rig
+    from riglens.core.rig.opening import open_rig
 
     opened = open_rig(rig)
     print(f"no display: running headless ({problem})", file=sys.stderr)
-    from app import headless
-    from app.console import note_report
+    from riglens.app import headless
+    from riglens.app.console import note_report
 
     note_report(opened.report)
     headless.run(opened.rig, scene, score)

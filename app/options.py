@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from core.errors import InputError
+from riglens.core.errors import InputError
 
 if TYPE_CHECKING:  # the model of rigs takes its time, and `riglens --help` needs none
-    from core.rig.model import Rig
+    from riglens.core.rig.model import Rig
 
 Triple = tuple[float, float, float]
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:  # made by the background thread, which loads what computes them
-    from core.engine.sight import Sight
-    from core.scene.voxel import VoxelFacts
+    from riglens.core.engine.sight import Sight
+    from riglens.core.scene.voxel import VoxelFacts
 
 
 @dataclass(frozen=True)

@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from app.figures import decimals, percent, thousands
-from core.metric.scores import MetricSettings, Scores
-from core.rig.model import Rig
-from widgets.viewport.caption_layer import Caption
-from widgets.viewport.scene_state import SceneState
+from riglens.app.figures import decimals, percent, thousands
+from riglens.core.metric.scores import MetricSettings, Scores
+from riglens.core.rig.model import Rig
+from riglens.widgets.viewport.caption_layer import Caption
+from riglens.widgets.viewport.scene_state import SceneState
 
 if TYPE_CHECKING:
-    from core.metric.entropy import EntropyField
+    from riglens.core.metric.entropy import EntropyField
 
 HEAD = ("10³ nat", "S-MIG camera", "S-MIG LiDAR", "S-MS", "seen")
 SIGN = "S-MS falls as a rig sees more."

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import os
 import pickle
 import sys
-from pathlib import Path
 
-from PySide6.QtCore import QObject, QProcess, QProcessEnvironment, Signal
+from PySide6.QtCore import QObject, QProcess, Signal
 
-from app.picture_process import LENGTH_BYTES, PictureJob, packed
+from riglens.app.picture_process import LENGTH_BYTES, PictureJob, packed
 
 _END_MS = 3000
 
@@ -56,16 +54,12 @@ class PictureMaker(QObject):
         self._process.write(packed(pickle.dumps(self._drawn)))
 
     def _start(self) -> QProcess:
-        process, environment = QProcess(self), QProcessEnvironment.systemEnvironment()
-        root = str(Path(__file__).resolve().parents[1])
-        paths = [root, environment.value("PYTHONPATH", "")]
-        environment.insert("PYTHONPATH", os.pathsep.join(path for path in paths if path))
-        process.setProcessEnvironment(environment)
+        process = QProcess(self)
         process.setProcessChannelMode(QProcess.ProcessChannelMode.ForwardedErrorChannel)
         process.readyReadStandardOutput.connect(self._read)
         process.errorOccurred.connect(self._on_lost)
         process.finished.connect(self._on_lost)
-        process.start(sys.executable, ["-m", "app.picture_process"])
+        process.start(sys.executable, ["-m", "riglens.app.picture_process"])
         return process
 
     def _read(self) -> None:

@@ -2,7 +2,7 @@
 
 Both ends belong to one program. A message is its length, 8 bytes little-endian, and then its bytes: a pickled
 PictureJob on the way in; on the way out one byte, 1 for a picture and 0 for an error, and the PNG or the text.
-Run as `python -m app.picture_process` by app/picture_maker.py.
+Run as `python -m riglens.app.picture_process` by app/picture_maker.py.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import sys
 from dataclasses import dataclass
 from typing import BinaryIO
 
-from app.display import prepare_drawing
+from riglens.app.display import prepare_drawing
 
 LENGTH_BYTES = 8
 
@@ -43,8 +43,8 @@ def _read(stream: BinaryIO) -> bytes | None:
 
 
 def _draw(job: PictureJob) -> bytes:
-    from widgets.viewport.scene_state import SceneState
-    from widgets.viewport.still import png_of, render_still
+    from riglens.widgets.viewport.scene_state import SceneState
+    from riglens.widgets.viewport.still import png_of, render_still
 
     assert isinstance(job.state, SceneState)
     return png_of(render_still(job.state, job.size_px, job.scale, transparent=job.transparent))

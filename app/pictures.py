@@ -14,14 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
-from app.options import SceneOptions
-from app.requests import LoadedScene
-from core.errors import InputError
-from core.rig.model import Camera, Lidar
-from core.view.body_tree import BodyTree
-from core.view.camera_picture import CameraPicture, camera_picture
-from core.view.frames import FrameBoxes, FrameStore
-from core.view.range_image import RangeImage, range_image
+from riglens.app.options import SceneOptions
+from riglens.app.requests import LoadedScene
+from riglens.core.errors import InputError
+from riglens.core.rig.model import Camera, Lidar
+from riglens.core.view.body_tree import BodyTree
+from riglens.core.view.camera_picture import CameraPicture, camera_picture
+from riglens.core.view.frames import FrameBoxes, FrameStore
+from riglens.core.view.range_image import RangeImage, range_image
 
 NO_BOXES = "A stored POG holds no boxes of single frames: load the box data set to see its traffic here."
 CLOSE_S = 1.0
@@ -156,7 +156,7 @@ class Pictures(QObject):
             if self._frames is not None:
                 self._frames[1].close()
                 self._frames = None
-            from app.scenario import source_of  # loads the compiler: not while the window opens
+            from riglens.app.scenario import source_of  # loads the compiler: not while the window opens
 
             self._frames = (options, FrameStore(source_of(options)))
         return self._frames[1]

@@ -10,20 +10,20 @@ from pathlib import Path
 
 import psutil
 
-from app import tables
-from app.console import note, progress_bar, results
-from app.options import SceneOptions
-from app.scenario import boxes_of, grid_of, remarks_on
-from core.errors import InputError
-from core.files import require_writable
-from core.scene.boxes import Progress
-from core.scene.grid import VoxelGrid
-from core.scene.pog import BYTES_PER_VOXEL, Pog, build_pog
-from core.scene.pog_cluster import cluster_workers
-from core.scene.pog_parts import OwnProcess, PartsPlan, Workers, build_in_parts
-from core.scene.pog_processes import worker_processes
-from core.scene.pog_store import save_pog
-from core.scene.readers import together
+from riglens.app import tables
+from riglens.app.console import note, progress_bar, results
+from riglens.app.options import SceneOptions
+from riglens.app.scenario import boxes_of, grid_of, remarks_on
+from riglens.core.errors import InputError
+from riglens.core.files import require_writable
+from riglens.core.scene.boxes import Progress
+from riglens.core.scene.grid import VoxelGrid
+from riglens.core.scene.pog import BYTES_PER_VOXEL, Pog, build_pog
+from riglens.core.scene.pog_cluster import cluster_workers
+from riglens.core.scene.pog_parts import OwnProcess, PartsPlan, Workers, build_in_parts
+from riglens.core.scene.pog_processes import worker_processes
+from riglens.core.scene.pog_store import save_pog
+from riglens.core.scene.readers import together
 
 
 def build_pog_file(

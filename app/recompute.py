@@ -17,15 +17,15 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Signal
 
-from app.options import SceneOptions
-from app.requests import FRAME_MS, EvaluationRequest, LoadedScene
-from app.side_jobs import SideAnswer, SideRequest
-from app.wishes import Wishes
-from core.errors import InputError
-from core.scene.boxes import Progress
+from riglens.app.options import SceneOptions
+from riglens.app.requests import FRAME_MS, EvaluationRequest, LoadedScene
+from riglens.app.side_jobs import SideAnswer, SideRequest
+from riglens.app.wishes import Wishes
+from riglens.core.errors import InputError
+from riglens.core.scene.boxes import Progress
 
 if TYPE_CHECKING:
-    from app.scoring import Scoring
+    from riglens.app.scoring import Scoring
 
 CANCELLED = "Loading was cancelled."
 REST_S = 0.05
@@ -133,7 +133,7 @@ class Recompute(QObject):
     def _load(self, request: SceneOptions) -> None:
         self.load_progress.emit(0.0)
         try:
-            from app.scoring import (  # loads the compiler, which the first picture needs not
+            from riglens.app.scoring import (  # loads the compiler, which the first picture needs not
                 Scoring,
                 load_scene,
             )
@@ -160,7 +160,7 @@ class Recompute(QObject):
         """Compile everything before the first answer of this program; later scenes find it compiled."""
         if self._is_warm:
             return
-        from core.engine.warm_up import warm_up
+        from riglens.core.engine.warm_up import warm_up
 
         self.load_preparing.emit()
         warm_up(scene.field, self._threads)

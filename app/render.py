@@ -8,22 +8,22 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
-from app.console import progress_bar, results
-from app.display import prepare_drawing
-from app.heat_modes import HeatMode
-from app.heatmap import Heatmaps, Marks, marks_for, seen_words
-from app.jobs import load_with_progress, rig_called
-from app.options import MAX_SCALE, MAX_SIDE_PX, MIN_SIDE_PX, SceneOptions, ScoreOptions
-from core.engine.engine import Engine, Evaluation
-from core.errors import InputError
-from core.files import require_writable
-from core.mesh import BodyMesh
-from core.mesh_file import mesh_path, read_mesh
-from core.metric.entropy import EntropyField
-from core.rig.model import Rig
-from core.scene.display import DisplayGrid
-from core.scene.pog import Pog
-from widgets.viewport.ray_look import DEFAULT_RAYS, LEAST_DENSITY, MOST_DENSITY, RayLook
+from riglens.app.console import progress_bar, results
+from riglens.app.display import prepare_drawing
+from riglens.app.heat_modes import HeatMode
+from riglens.app.heatmap import Heatmaps, Marks, marks_for, seen_words
+from riglens.app.jobs import load_with_progress, rig_called
+from riglens.app.options import MAX_SCALE, MAX_SIDE_PX, MIN_SIDE_PX, SceneOptions, ScoreOptions
+from riglens.core.engine.engine import Engine, Evaluation
+from riglens.core.errors import InputError
+from riglens.core.files import require_writable
+from riglens.core.mesh import BodyMesh
+from riglens.core.mesh_file import mesh_path, read_mesh
+from riglens.core.metric.entropy import EntropyField
+from riglens.core.rig.model import Rig
+from riglens.core.scene.display import DisplayGrid
+from riglens.core.scene.pog import Pog
+from riglens.widgets.viewport.ray_look import DEFAULT_RAYS, LEAST_DENSITY, MOST_DENSITY, RayLook
 
 View = Literal["iso", "top", "front", "left", "rear"]
 Theme = Literal["dark", "light"]
@@ -137,11 +137,11 @@ def draw(
     body: BodyMesh | None = None,
 ) -> None:
     """Draw an evaluated rig with its rays and the heatmap of a class; call `prepare_drawing` before."""
-    from app.picture import Findings, PictureWords, with_words
-    from widgets.theme import palette
-    from widgets.viewport.heat_scale import DEFAULT_LOOK, HeatLook
-    from widgets.viewport.scene_state import SceneState
-    from widgets.viewport.still import render_still
+    from riglens.app.picture import Findings, PictureWords, with_words
+    from riglens.widgets.theme import palette
+    from riglens.widgets.viewport.heat_scale import DEFAULT_LOOK, HeatLook
+    from riglens.widgets.viewport.scene_state import SceneState
+    from riglens.widgets.viewport.still import render_still
 
     look = HeatLook(
         DEFAULT_LOOK.threshold if picture.threshold is None else picture.threshold,

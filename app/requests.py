@@ -5,21 +5,21 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from app.heat_modes import HeatMode
-from app.options import SceneOptions
-from core.metric.scores import MetricSettings, Scores
-from core.rig.model import Rig
-from core.scene.boxes import CLASSES
+from riglens.app.heat_modes import HeatMode
+from riglens.app.options import SceneOptions
+from riglens.core.metric.scores import MetricSettings, Scores
+from riglens.core.rig.model import Rig
+from riglens.core.scene.boxes import CLASSES
 
 if TYPE_CHECKING:  # made by the background thread, which loads what computes them
-    from app.heatmap import Heatmaps
-    from app.picked import PickedVoxel
-    from core.engine.engine import Evaluation
-    from core.metric.entropy import EntropyField
-    from core.scene.top_view import SeenBy, TopView
-    from core.scene.voxel import Voxel
-    from core.study.voxel_choice import VoxelChoice
-    from widgets.viewport.heat_scale import HeatmapData
+    from riglens.app.heatmap import Heatmaps
+    from riglens.app.picked import PickedVoxel
+    from riglens.core.engine.engine import Evaluation
+    from riglens.core.metric.entropy import EntropyField
+    from riglens.core.scene.top_view import SeenBy, TopView
+    from riglens.core.scene.voxel import Voxel
+    from riglens.core.study.voxel_choice import VoxelChoice
+    from riglens.widgets.viewport.heat_scale import HeatmapData
 
 FRAME_MS = 16.0
 """An exact answer that takes longer than a frame of the screen is preceded by a coarse one."""

@@ -7,18 +7,18 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
-from app.options import AutoVoxel, SceneOptions, ScoreOptions
-from core.engine.engine import Engine
-from core.errors import InputError
-from core.metric.entropy import EntropyField
-from core.metric.scores import MetricSettings
-from core.scene.boxes import BoxSource, DataReport, Progress
-from core.scene.grid import DEFAULT_ROI_M, DEFAULT_VOXEL_M, VoxelGrid
-from core.scene.pog import Pog
-from core.scene.pog_store import cached_pog, load_pog
-from core.scene.readers import Source, bundled_source, open_boxes, parse_class_map
-from core.scene.survey import FEWEST_BOXES, LARGEST_SPREAD_M, NEAR_M, survey
-from core.study.voxel_choice import Tried, VoxelChoice, choose, ladder_grids
+from riglens.app.options import AutoVoxel, SceneOptions, ScoreOptions
+from riglens.core.engine.engine import Engine
+from riglens.core.errors import InputError
+from riglens.core.metric.entropy import EntropyField
+from riglens.core.metric.scores import MetricSettings
+from riglens.core.scene.boxes import BoxSource, DataReport, Progress
+from riglens.core.scene.grid import DEFAULT_ROI_M, DEFAULT_VOXEL_M, VoxelGrid
+from riglens.core.scene.pog import Pog
+from riglens.core.scene.pog_store import cached_pog, load_pog
+from riglens.core.scene.readers import Source, bundled_source, open_boxes, parse_class_map
+from riglens.core.scene.survey import FEWEST_BOXES, LARGEST_SPREAD_M, NEAR_M, survey
+from riglens.core.study.voxel_choice import Tried, VoxelChoice, choose, ladder_grids
 
 SHOWN_UNMAPPED = 5
 BUNDLED_NAME = "bundled scenario town"

@@ -5,24 +5,24 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from app.edit_costs import EditCosts
-from app.heatmap import NO_WORDS, Heatmaps, marks_for, needs_seen, seen_words
-from app.options import SceneOptions
-from app.picked import PickedVoxel
-from app.requests import FRAME_MS, Approximation, EvaluationRequest, LoadedScene, Result
-from app.scenario import load_scenario
-from app.voxel_reporter import VoxelReporter
-from core.engine.engine import Engine, Evaluation
-from core.metric.coarse import estimated
-from core.metric.entropy import EntropyField
-from core.metric.scores import MetricSettings, Scores
-from core.rig.model import Rig
-from core.scene.boxes import CLASSES, Progress
-from core.scene.coarse import coarse_pog
-from core.scene.columns import Words
-from core.scene.display import DisplayGrid
-from core.scene.top_view import TopView
-from core.scene.top_views import TopViews
+from riglens.app.edit_costs import EditCosts
+from riglens.app.heatmap import NO_WORDS, Heatmaps, marks_for, needs_seen, seen_words
+from riglens.app.options import SceneOptions
+from riglens.app.picked import PickedVoxel
+from riglens.app.requests import FRAME_MS, Approximation, EvaluationRequest, LoadedScene, Result
+from riglens.app.scenario import load_scenario
+from riglens.app.voxel_reporter import VoxelReporter
+from riglens.core.engine.engine import Engine, Evaluation
+from riglens.core.metric.coarse import estimated
+from riglens.core.metric.entropy import EntropyField
+from riglens.core.metric.scores import MetricSettings, Scores
+from riglens.core.rig.model import Rig
+from riglens.core.scene.boxes import CLASSES, Progress
+from riglens.core.scene.coarse import coarse_pog
+from riglens.core.scene.columns import Words
+from riglens.core.scene.display import DisplayGrid
+from riglens.core.scene.top_view import TopView
+from riglens.core.scene.top_views import TopViews
 
 WORTH, STILL_WORTH = 0.5, 1.0
 """Coarse answers begin where they take at most this part of the time of exact ones, and then go on up to that

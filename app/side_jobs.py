@@ -5,9 +5,9 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass
 
-from app.requests import LoadedScene
-from core.metric.scores import MetricSettings, Scores
-from core.rig.model import Rig
+from riglens.app.requests import LoadedScene
+from riglens.core.metric.scores import MetricSettings, Scores
+from riglens.core.rig.model import Rig
 
 SIDE_REST_S = 0.25
 """Side jobs begin when nothing was asked for so long, so that they never run between two moves of a drag."""

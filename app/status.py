@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from PySide6.QtWidgets import QLabel, QStatusBar, QWidget
 
-from app.requests import Approximation, LoadedScene, Result
-from widgets.panels.progress_strip import ProgressStrip
+from riglens.app.requests import Approximation, LoadedScene, Result
+from riglens.widgets.panels.progress_strip import ProgressStrip
 
 UPDATING = "updating…"
 NO_DATA = "no box data, no scores"

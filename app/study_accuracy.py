@@ -9,18 +9,18 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
-from app.console import note, progress_bar, results
-from app.jobs import load_with_progress, rig_called
-from app.options import SceneOptions, ScoreOptions
-from app.scenario import load_field
-from core.errors import InputError
-from core.files import atomic_write, require_writable
-from core.metric.entropy import EntropyField
-from core.scene.boxes import CLASSES
-from core.study.accuracy import require_sensors, study_accuracy
-from core.study.accuracy_points import Plan, Point, Study
-from core.study.accuracy_text import caption, edge_text, percent, point_text, verdicts
-from core.study.chart import PICTURES, chart, picture
+from riglens.app.console import note, progress_bar, results
+from riglens.app.jobs import load_with_progress, rig_called
+from riglens.app.options import SceneOptions, ScoreOptions
+from riglens.app.scenario import load_field
+from riglens.core.errors import InputError
+from riglens.core.files import atomic_write, require_writable
+from riglens.core.metric.entropy import EntropyField
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.study.accuracy import require_sensors, study_accuracy
+from riglens.core.study.accuracy_points import Plan, Point, Study
+from riglens.core.study.accuracy_text import caption, edge_text, percent, point_text, verdicts
+from riglens.core.study.chart import PICTURES, chart, picture
 
 OTHER_EDGES = (0.5, 2.0, 4.0)
 """Voxel edges measured as well, as multiples of the one asked for; the first is the reference of S-MS."""

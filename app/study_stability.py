@@ -10,22 +10,22 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
-from app.console import note, progress_bar, results
-from app.jobs import load_with_progress
-from app.options import SceneOptions, ScoreOptions
-from app.scenario import load_field, source_of
-from core.errors import InputError
-from core.files import atomic_write, require_writable
-from core.metric.entropy import EntropyField
-from core.scene.boxes import CLASSES, Progress
-from core.study.accuracy_text import edge_text
-from core.study.rankings import RayLattice
-from core.study.stability import EDITS, QUICK_EDITS, StabilityStudy, method_rows
-from core.study.stability_findings import conclusion, findings, methods_verdict
-from core.study.stability_html import page
-from core.study.stability_methods import METHODS, TITLES, Outcome, Row
-from core.study.stability_metric import Plan, study_metric
-from core.study.stability_text import READING_THE_TABLE, Cell, Line, caption, lines
+from riglens.app.console import note, progress_bar, results
+from riglens.app.jobs import load_with_progress
+from riglens.app.options import SceneOptions, ScoreOptions
+from riglens.app.scenario import load_field, source_of
+from riglens.core.errors import InputError
+from riglens.core.files import atomic_write, require_writable
+from riglens.core.metric.entropy import EntropyField
+from riglens.core.scene.boxes import CLASSES, Progress
+from riglens.core.study.accuracy_text import edge_text
+from riglens.core.study.rankings import RayLattice
+from riglens.core.study.stability import EDITS, QUICK_EDITS, StabilityStudy, method_rows
+from riglens.core.study.stability_findings import conclusion, findings, methods_verdict
+from riglens.core.study.stability_html import page
+from riglens.core.study.stability_methods import METHODS, TITLES, Outcome, Row
+from riglens.core.study.stability_metric import Plan, study_metric
+from riglens.core.study.stability_text import READING_THE_TABLE, Cell, Line, caption, lines
 
 QUICK = Plan(edge_factors=(4.0, 2.0), lattices=(RayLattice((176, 64)), RayLattice((704, 256))), resamples=5)
 FILES = ("stability.html", "stability-methods.csv", "stability-metric.csv")

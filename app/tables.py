@@ -8,12 +8,12 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
-from app.figures import decimals, percent, thousands
-from core.engine.engine import Evaluation
-from core.metric.entropy import EntropyField
-from core.metric.scores import MetricSettings, Reading
-from core.scene.boxes import CLASSES, DataReport
-from core.study.table1 import MEASURES, Measure, Row, Table1
+from riglens.app.figures import decimals, percent, thousands
+from riglens.core.engine.engine import Evaluation
+from riglens.core.metric.entropy import EntropyField
+from riglens.core.metric.scores import MetricSettings, Reading
+from riglens.core.scene.boxes import CLASSES, DataReport
+from riglens.core.study.table1 import MEASURES, Measure, Row, Table1
 
 EXPLANATION: dict[Reading, str] = {
     "covered": "S-MIG = minus the entropy that is seen, so S-MS falls as a rig sees more; "

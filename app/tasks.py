@@ -17,8 +17,8 @@ from typing import Any, TypeVar
 
 from PySide6.QtCore import QObject, Qt, Signal
 
-from core.errors import InputError
-from core.scene.boxes import Progress
+from riglens.core.errors import InputError
+from riglens.core.scene.boxes import Progress
 
 Found = TypeVar("Found")
 CLOSE_S = 1.0

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from app.picked import PickedVoxel
-from core.engine.engine import Engine
-from core.engine.inspect import sees_voxel
-from core.engine.sight import Sensor, Sight, sight
-from core.metric.scores import Method
-from core.rig.model import Rig
-from core.scene.pog import Pog
-from core.scene.voxel import Voxel, VoxelFacts, voxel_facts
+from riglens.app.picked import PickedVoxel
+from riglens.core.engine.engine import Engine
+from riglens.core.engine.inspect import sees_voxel
+from riglens.core.engine.sight import Sensor, Sight, sight
+from riglens.core.metric.scores import Method
+from riglens.core.rig.model import Rig
+from riglens.core.scene.pog import Pog
+from riglens.core.scene.voxel import Voxel, VoxelFacts, voxel_facts
 
 
 class VoxelReporter:

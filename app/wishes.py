@@ -9,9 +9,9 @@ import threading
 from collections.abc import Sequence
 from typing import Literal
 
-from app.options import SceneOptions
-from app.requests import EvaluationRequest
-from app.side_jobs import SideQueue, SideRequest
+from riglens.app.options import SceneOptions
+from riglens.app.requests import EvaluationRequest
+from riglens.app.side_jobs import SideQueue, SideRequest
 
 Work = SceneOptions | SideRequest | Literal["evaluate"]
 

@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from core import lens
-from core.rig.model import Camera
+from riglens.core import lens
+from riglens.core.rig.model import Camera
 
 Doubles = NDArray[np.float64]
 

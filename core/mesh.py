@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from core.geometry import rotation_from_rpy_deg
-from core.rig.model import MeshPlacement
+from riglens.core.geometry import rotation_from_rpy_deg
+from riglens.core.rig.model import MeshPlacement
 
 
 @dataclass(frozen=True, eq=False)

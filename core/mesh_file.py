@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from core.errors import InputError
-from core.mesh import BodyMesh
+from riglens.core.errors import InputError
+from riglens.core.mesh import BodyMesh
 
 MAX_BYTES = 200_000_000
 SUFFIXES = (".glb", ".gltf", ".obj", ".ply", ".stl")
@@ -58,11 +58,9 @@ def read_mesh(path: Path, still_wanted: Callable[[], object] = lambda: None) -> 
 
 
 def _parsed_elsewhere(path: Path, where: str, still_wanted: Callable[[], object]) -> bytes:
-    root = str(Path(__file__).resolve().parents[1])
-    places = os.pathsep.join([root, os.environ.get("PYTHONPATH", "")]).rstrip(os.pathsep)
-    environment = os.environ | {"PYTHONPATH": places, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+    environment = os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
     process = subprocess.Popen(
-        [sys.executable, "-m", "core.mesh_parse", str(path.absolute())],
+        [sys.executable, "-m", "riglens.core.mesh_parse", str(path.absolute())],
         stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment,
     )  # fmt: skip
     ends_s = time.monotonic() + TIME_LIMIT_S

@@ -1,7 +1,7 @@
 """Reads a mesh file and prints its arrays: the part of reading that runs in a process of its own.
 
 A mesh file is foreign input and may make a parser loop, eat memory or crash; then only this process ends.
-Run as `python -m core.mesh_parse FILE`; the arrays go to standard output as an npz archive, a complaint to
+Run as `python -m riglens.core.mesh_parse FILE`; the arrays go to standard output as an npz archive, a complaint to
 standard error with exit code 2.
 """
 
@@ -20,7 +20,7 @@ import trimesh
 from numpy.typing import NDArray
 from trimesh.resolvers import Resolver
 
-from core.errors import InputError
+from riglens.core.errors import InputError
 
 MAX_BYTES = 200_000_000
 MAX_TRIANGLES = 500_000

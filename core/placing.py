@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from core.geometry import Pose, rpy_deg_from_rotation
+from riglens.core.geometry import Pose, rpy_deg_from_rotation
 
 Vector = NDArray[np.float64]
 _STEEP = math.sin(math.radians(50.0))

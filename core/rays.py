@@ -9,12 +9,12 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from core.camera import cast_px, pixel_directions
-from core.geometry import Vec3
-from core.kernels import codes
-from core.kernels.directions import directions
-from core.rig.model import Camera, Lidar
-from core.scene.grid import VoxelGrid
+from riglens.core.camera import cast_px, pixel_directions
+from riglens.core.geometry import Vec3
+from riglens.core.kernels import codes
+from riglens.core.kernels.directions import directions
+from riglens.core.rig.model import Camera, Lidar
+from riglens.core.scene.grid import VoxelGrid
 
 Ids = NDArray[np.int64]
 _AT_ONCE = 1 << 16
@@ -35,7 +35,7 @@ class Lattice:
 
     rows (r, 2): a LiDAR's beams, a camera's image rows; planes (p, 2): azimuths or image columns. Lens distortion
     and azimuth offsets fit no such tables: rows (n, 3) are then the directions themselves, of those rays that
-    there are (see `core.kernels.lattice`).
+    there are (see `riglens.core.kernels.lattice`).
     """
 
     kind: int

@@ -4,6 +4,6 @@ Only light modules are imported here, so that `riglens --help` answers at once a
 nothing never loads Qt or VTK; each command imports its own job when it runs.
 """
 
-from app.cli.running import main
+from riglens.app.cli.running import main
 
 __all__ = ["main"]

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from cyclopts import App, Parameter
 
-from app.cli.data import data, pog
-from app.cli.picture import render
-from app.cli.rigs import convert, library, presets
-from app.cli.scores import evaluate
-from app.cli.studies import accuracy, stability, table1
-from app.cli.window import window
+from riglens.app.cli.data import data, pog
+from riglens.app.cli.picture import render
+from riglens.app.cli.rigs import convert, library, presets
+from riglens.app.cli.scores import evaluate
+from riglens.app.cli.studies import accuracy, stability, table1
+from riglens.app.cli.window import window
 
 
 def installed_version() -> str:

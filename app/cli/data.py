@@ -7,7 +7,7 @@ from typing import Annotated
 
 from cyclopts import Group, Parameter
 
-from app.cli.options import Boxes, Out, Reading, Whole, check_json
+from riglens.app.cli.options import Boxes, Out, Reading, Whole, check_json
 
 BUILD = Group("Build", sort_key=30)
 
@@ -36,7 +36,7 @@ def pog(
         Build the parts on the Dask cluster whose scheduler listens there, such as tcp://10.0.0.1:8786.
     """
     options = reading.options(boxes[0])
-    from app import pog_job
+    from riglens.app import pog_job
 
     pog_job.build_pog_file(options, boxes, out, workers, dask)
 
@@ -57,6 +57,6 @@ def data(
     """
     check_json(json)
     options = Reading(how).options(boxes[0])
-    from app import data_job
+    from riglens.app import data_job
 
     data_job.describe(options, boxes, json)

@@ -9,8 +9,8 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import Group, Parameter, Token
 
-from app.options import DEFAULT_TOLERANCE_PP, AutoVoxel, SceneOptions, ScoreOptions, Triple
-from core.errors import InputError
+from riglens.app.options import DEFAULT_TOLERANCE_PP, AutoVoxel, SceneOptions, ScoreOptions, Triple
+from riglens.core.errors import InputError
 
 SCENE = Group("Scene: boxes and grid", sort_key=10)
 SCORE = Group("Score", sort_key=20)
@@ -143,7 +143,7 @@ class Libraries:
     def use(self) -> None:
         """Have rigs find the models of these files."""
         if self.library:
-            from core.rig.library import use_libraries
+            from riglens.core.rig.library import use_libraries
 
             use_libraries(self.library)
 

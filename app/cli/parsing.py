@@ -8,8 +8,8 @@ from difflib import get_close_matches
 
 from cyclopts import CycloptsError, UnusedCliTokensError
 
-from app.cli.commands import app
-from core.errors import InputError
+from riglens.app.cli.commands import app
+from riglens.core.errors import InputError
 
 
 def run(tokens: Sequence[str]) -> object:

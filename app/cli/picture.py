@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
-from app.cli.options import Libraries, Out, Rig, Scene, whole_number
-from widgets.viewport.ray_look import DEFAULT_RAYS, RayLook
+from riglens.app.cli.options import Libraries, Out, Rig, Scene, whole_number
+from riglens.widgets.viewport.ray_look import DEFAULT_RAYS, RayLook
 
 if TYPE_CHECKING:
-    from app.render import Picture
+    from riglens.app.render import Picture
 
 Heat = Literal["probability", "entropy", "seen", "unseen", "sensors", "change", "off"]
 
@@ -68,7 +68,7 @@ class Look:
 
     def picture(self, out: Path) -> Picture:
         """The same with the file it is for, checked."""
-        from app.render import Picture, parse_size
+        from riglens.app.render import Picture, parse_size
 
         return Picture(
             out, self.view, parse_size(self.size), self.scale, self.class_name, self.heatmap,
@@ -99,6 +99,6 @@ def render(
     """
     libraries.use()
     options = scene.options()
-    from app import render as drawing
+    from riglens.app import render as drawing
 
     drawing.render(rig, options, look.picture(out))

@@ -7,9 +7,9 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from app.cli.options import Libraries
-from app.options import Triple
-from core.errors import InputError
+from riglens.app.cli.options import Libraries
+from riglens.app.options import Triple
+from riglens.core.errors import InputError
 
 
 def presets(
@@ -29,7 +29,7 @@ def presets(
     """
     if name is None and out is not None:
         raise InputError("--out: name the preset to write as well: riglens presets NAME --out RIG.yaml")
-    from app import jobs
+    from riglens.app import jobs
 
     jobs.presets(name, out)
 
@@ -70,8 +70,8 @@ def convert(
     token
         Which rig of several: a token of nuScenes, the id of a CARLA vehicle.
     """
-    from app.convert import Conversion
-    from app.convert import convert as run
+    from riglens.app.convert import Conversion
+    from riglens.app.convert import convert as run
 
     run(Conversion(source, out, from_, to, vehicle, rear_axle_x, origin, token))
 
@@ -98,6 +98,6 @@ def library(
     if name is not None and kind is not None:
         raise InputError(f"--kind {kind} chooses what is listed; leave it out to show the model {name}")
     libraries.use()
-    from app import library_listing
+    from riglens.app import library_listing
 
     library_listing.show(name, kind, json)

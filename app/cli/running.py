@@ -6,10 +6,10 @@ import os
 import sys
 from collections.abc import Sequence
 
-from app.cli.ctrl_c import insistent_interrupt
-from app.options import DEFAULT_RIG, SceneOptions, ScoreOptions
-from app.system_libraries import MissingLibraries
-from core.errors import InputError
+from riglens.app.cli.ctrl_c import insistent_interrupt
+from riglens.app.options import DEFAULT_RIG, SceneOptions, ScoreOptions
+from riglens.app.system_libraries import MissingLibraries
+from riglens.core.errors import InputError
 
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
@@ -45,10 +45,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _run(tokens: Sequence[str]) -> object:
     """Do what the words say. Where they can only mean the window, the parser is not even loaded: it takes its time."""
     if not tokens or _is_only_a_rig(tokens):
-        from app.main import start
+        from riglens.app.main import start
 
         return start(tokens[0] if tokens else DEFAULT_RIG, SceneOptions(), ScoreOptions())
-    from app.cli.parsing import run
+    from riglens.app.cli.parsing import run
 
     return run(tokens)
 

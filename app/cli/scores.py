@@ -6,7 +6,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from app.cli.options import Libraries, Scene, Score, check_json
+from riglens.app.cli.options import Libraries, Scene, Score, check_json
 
 
 def evaluate(
@@ -28,6 +28,6 @@ def evaluate(
     check_json(json)
     libraries.use()
     options, metric = scene.options(), score.options()
-    from app import jobs
+    from riglens.app import jobs
 
     jobs.evaluate(rigs, options, metric, json)

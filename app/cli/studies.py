@@ -7,8 +7,8 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from app.cli.options import SCORE, Libraries, Rig, Scene, Score, Whole
-from app.options import DEFAULT_RIG, ScoreOptions
+from riglens.app.cli.options import SCORE, Libraries, Rig, Scene, Score, Whole
+from riglens.app.options import DEFAULT_RIG, ScoreOptions
 
 
 def table1(
@@ -25,7 +25,7 @@ def table1(
         Also write the table as CSV.
     """
     options, metric = scene.options(), score.options()
-    from app import jobs
+    from riglens.app import jobs
 
     jobs.table1(options, metric, csv)
 
@@ -58,7 +58,7 @@ def accuracy(
     """
     libraries.use()
     options, metric = scene.options(), ScoreOptions(camera_weight=camera_weight, threads=threads)
-    from app import study_accuracy
+    from riglens.app import study_accuracy
 
     study_accuracy.study(rig, options, metric, out, quick)
 
@@ -88,6 +88,6 @@ def stability(
         Smaller cases and fewer settings: a look, not a measurement.
     """
     options, metric = scene.options(), ScoreOptions(camera_weight=camera_weight, threads=threads)
-    from app import study_stability
+    from riglens.app import study_stability
 
     study_stability.study(options, metric, out, quick, edits)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from app.cli.options import Libraries, Rig, Scene, Score
-from app.options import DEFAULT_RIG
+from riglens.app.cli.options import Libraries, Rig, Scene, Score
+from riglens.app.options import DEFAULT_RIG
 
 
 def window(
@@ -17,6 +17,6 @@ def window(
     """Open the window on RIG (W+T). Without a display: the scores, and a picture, YAML and JSON in out/."""
     libraries.use()
     options, metric = scene.options(), score.options()
-    from app.main import start
+    from riglens.app.main import start
 
     return start(rig, options, metric)

@@ -18,7 +18,7 @@ which turns an InputError into a message. One feature reaches another by `window
 knows no single feature's work.
 """
 
-from app.window.main_window import MainWindow
-from app.window.start import open_window
+from riglens.app.window.main_window import MainWindow
+from riglens.app.window.start import open_window
 
 __all__ = ["MainWindow", "open_window"]

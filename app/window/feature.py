@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, ClassVar
 
 from PySide6.QtCore import QObject
 
-from app.actions import Spec
-from app.window.settings import Settings
+from riglens.app.actions import Spec
+from riglens.app.window.settings import Settings
 
 if TYPE_CHECKING:
-    from app.window.main_window import MainWindow
+    from riglens.app.window.main_window import MainWindow
 
 
 class Feature(QObject):

@@ -7,21 +7,21 @@ import gc
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import QApplication
 
-from app.document import Document
-from app.interrupt import quit_on_interrupt
-from app.leaving import Grace
-from app.options import SceneOptions, ScoreOptions
-from app.recompute import Recompute
-from app.user_folders import config_folder, state_folder
-from app.window.features.autosave import Autosave
-from app.window.features.exchange import Exchange
-from app.window.main_window import MainWindow
-from app.window.settings import Settings
-from app.window.unexpected import failures_told
-from core.metric.scores import MetricSettings
-from core.rig.opening import open_rig
-from widgets.panels.style import apply_style, is_dark
-from widgets.theme import palette
+from riglens.app.document import Document
+from riglens.app.interrupt import quit_on_interrupt
+from riglens.app.leaving import Grace
+from riglens.app.options import SceneOptions, ScoreOptions
+from riglens.app.recompute import Recompute
+from riglens.app.user_folders import config_folder, state_folder
+from riglens.app.window.features.autosave import Autosave
+from riglens.app.window.features.exchange import Exchange
+from riglens.app.window.main_window import MainWindow
+from riglens.app.window.settings import Settings
+from riglens.app.window.unexpected import failures_told
+from riglens.core.metric.scores import MetricSettings
+from riglens.core.rig.opening import open_rig
+from riglens.widgets.panels.style import apply_style, is_dark
+from riglens.widgets.theme import palette
 
 LONGEST_WAIT_MS = 3000
 """Loading boxes and compiled code waits for the first picture, which it would slow down, but not for ever: a window
@@ -38,7 +38,7 @@ def open_window(rig: str, scene: SceneOptions, score: ScoreOptions) -> int:
     app = QApplication.instance() or QApplication(["riglens"])
     assert isinstance(app, QApplication)
     apply_style(app)
-    from widgets.viewport.backend import (
+    from riglens.widgets.viewport.backend import (
         create_viewport,  # loads VTK, which a check of the rig file does not need
     )
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any, Protocol
 
-from core.mesh import BodyMesh
-from core.rig.model import Vehicle
-from widgets.theme import Palette
-from widgets.viewport.camera import OrbitCamera
-from widgets.viewport.scene_state import ShownRig
+from riglens.core.mesh import BodyMesh
+from riglens.core.rig.model import Vehicle
+from riglens.widgets.theme import Palette
+from riglens.widgets.viewport.camera import OrbitCamera
+from riglens.widgets.viewport.scene_state import ShownRig
 
 
 class ViewportWidget(Protocol):

@@ -11,21 +11,21 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from core.engine.fans import farthest, is_plain, is_upright, make_fan, make_profile, share_rows
-from core.engine.frustums import make_frustum
-from core.kernels import cast
-from core.kernels.cast import Cast
-from core.kernels.fan import mark_fan
-from core.kernels.frustum import Frustum, mark_frustum
-from core.kernels.planes import Space
-from core.kernels.shares import work_by_row
-from core.kernels.walk import FARTHEST
-from core.metric.entropy import EntropyField
-from core.metric.scores import Method
-from core.rational_walk import walk_rational
-from core.rays import Lattice, lattice, sensor_rays
-from core.rig.model import Camera, Lidar
-from core.scene.columns import Words, words_per_column
+from riglens.core.engine.fans import farthest, is_plain, is_upright, make_fan, make_profile, share_rows
+from riglens.core.engine.frustums import make_frustum
+from riglens.core.kernels import cast
+from riglens.core.kernels.cast import Cast
+from riglens.core.kernels.fan import mark_fan
+from riglens.core.kernels.frustum import Frustum, mark_frustum
+from riglens.core.kernels.planes import Space
+from riglens.core.kernels.shares import work_by_row
+from riglens.core.kernels.walk import FARTHEST
+from riglens.core.metric.entropy import EntropyField
+from riglens.core.metric.scores import Method
+from riglens.core.rational_walk import walk_rational
+from riglens.core.rays import Lattice, lattice, sensor_rays
+from riglens.core.rig.model import Camera, Lidar
+from riglens.core.scene.columns import Words, words_per_column
 
 RAYS_PER_CHUNK = 1 << 15
 PLANES_PER_CHUNK = 512

@@ -15,13 +15,13 @@ from functools import reduce
 import numpy as np
 from numpy.typing import NDArray
 
-from core.engine.caster import Caster, IsStale, Window, never_stale
-from core.kernels import jit, settle
-from core.metric.entropy import EntropyField
-from core.metric.scores import PAPER_SETTINGS, Method, MetricSettings, Scores
-from core.metric.scoring import KINDS, score
-from core.rig.model import Camera, Lidar, Rig
-from core.scene.columns import Words
+from riglens.core.engine.caster import Caster, IsStale, Window, never_stale
+from riglens.core.kernels import jit, settle
+from riglens.core.metric.entropy import EntropyField
+from riglens.core.metric.scores import PAPER_SETTINGS, Method, MetricSettings, Scores
+from riglens.core.metric.scoring import KINDS, score
+from riglens.core.rig.model import Camera, Lidar, Rig
+from riglens.core.scene.columns import Words
 
 Sensor = Lidar | Camera
 SPARE_SLOTS = 2

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from core.kernels.cast import Cast
-from core.kernels.codes import LIDAR, LISTED
-from core.kernels.fan import FARTHEST_ORIGIN, STEEPEST
-from core.kernels.planes import Fan
-from core.kernels.profile import Profile, find_stays, masks_of
-from core.rays import Lattice
+from riglens.core.kernels.cast import Cast
+from riglens.core.kernels.codes import LIDAR, LISTED
+from riglens.core.kernels.fan import FARTHEST_ORIGIN, STEEPEST
+from riglens.core.kernels.planes import Fan
+from riglens.core.kernels.profile import Profile, find_stays, masks_of
+from riglens.core.rays import Lattice
 
 TAMEST, WILDEST = 2.0**-110, 2.0**110
 """Table entries in this range, three of them multiplied and subtracted, keep the exact predicates valid."""

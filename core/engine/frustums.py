@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from core.engine.fans import is_plain
-from core.kernels.cast import Cast
-from core.kernels.frustum import BALL, SPHERE, Frustum
-from core.rig.model import Camera
+from riglens.core.engine.fans import is_plain
+from riglens.core.kernels.cast import Cast
+from riglens.core.kernels.frustum import BALL, SPHERE, Frustum
+from riglens.core.rig.model import Camera
 
 SHORTEST_DEPTH = 16.0
 """Voxels: with rays so sparse that only nearer voxels are sure to be hit, walking the rays is quicker."""

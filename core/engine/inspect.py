@@ -8,10 +8,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from core.engine.engine import Engine, Sensor
-from core.metric.scores import Method
-from core.rig.model import Rig
-from core.scene.voxel import Voxel, word_and_bit
+from riglens.core.engine.engine import Engine, Sensor
+from riglens.core.metric.scores import Method
+from riglens.core.rig.model import Rig
+from riglens.core.scene.voxel import Voxel, word_and_bit
 
 MOST_COUNTED = 3
 

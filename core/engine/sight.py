@@ -1,7 +1,7 @@
 """Why a sensor does not see a voxel: from the very rays that it casts and the box of the voxel.
 
-Whether it sees the voxel is the engine's answer (`core.engine.inspect`). There is no occlusion in the metric, so a
-voxel is missed for one of four reasons: the sensor is off, the voxel is outside its field of view, it is out of
+Whether it sees the voxel is the engine's answer (`riglens.core.engine.inspect`). There is no occlusion in the metric,
+so a voxel is missed for one of four reasons: the sensor is off, the voxel is outside its field of view, it is out of
 range, or it lies between the rays.
 """
 
@@ -15,10 +15,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from core.rays import sensor_rays
-from core.rig.model import Camera, Lidar
-from core.scene.grid import VoxelGrid
-from core.scene.voxel import Voxel
+from riglens.core.rays import sensor_rays
+from riglens.core.rig.model import Camera, Lidar
+from riglens.core.scene.grid import VoxelGrid
+from riglens.core.scene.voxel import Voxel
 
 Sensor = Lidar | Camera
 Verdict = Literal["sees", "off", "outside", "range", "between", "missed"]

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from core.engine.engine import Engine
-from core.metric.entropy import EntropyField
-from core.rig.model import Camera, Lidar, Rig
+from riglens.core.engine.engine import Engine
+from riglens.core.metric.entropy import EntropyField
+from riglens.core.rig.model import Camera, Lidar, Rig
 
 WARM_UP = Rig(
     sensors=(

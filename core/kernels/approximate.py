@@ -10,7 +10,7 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from core.kernels.jit import inlined, kernel, parallel_kernel
+from riglens.core.kernels.jit import inlined, kernel, parallel_kernel
 
 SLACK = 1e-9
 """Rounding allowed for, so that an outline never loses a ray that grazes it."""

@@ -8,7 +8,7 @@ import numpy as np
 from numba.core import types
 from numba.extending import intrinsic
 
-from core.kernels.jit import inlined, kernel
+from riglens.core.kernels.jit import inlined, kernel
 
 
 @intrinsic  # type: ignore[untyped-decorator]

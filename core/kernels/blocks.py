@@ -5,8 +5,8 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from core.kernels.bits import lowest_bit
-from core.kernels.jit import kernel, parallel_kernel
+from riglens.core.kernels.bits import lowest_bit
+from riglens.core.kernels.jit import kernel, parallel_kernel
 
 
 @kernel

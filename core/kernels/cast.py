@@ -7,18 +7,18 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from core.kernels.bits import popcount
-from core.kernels.jit import inlined, parallel_kernel
-from core.kernels.lattice import direction, rotated
-from core.kernels.levels import level_mask, mark_levels
-from core.kernels.walk import walk_bresenham, walk_exact
+from riglens.core.kernels.bits import popcount
+from riglens.core.kernels.jit import inlined, parallel_kernel
+from riglens.core.kernels.lattice import direction, rotated
+from riglens.core.kernels.levels import level_mask, mark_levels
+from riglens.core.kernels.walk import walk_bresenham, walk_exact
 
 BLOCK = 64
 
 
 class Cast(NamedTuple):
-    """Rays to walk: lattice tables of any kind (see `core.kernels.lattice`), origin (3,) in grid units, rotation
-    (3, 3), reach (2,) in grid units, box (6,) cells to stay in, shape (3,) of the grid, and the method."""
+    """Rays to walk: lattice tables of any kind (see `riglens.core.kernels.lattice`), origin (3,) in grid units,
+    rotation (3, 3), reach (2,) in grid units, box (6,) cells to stay in, shape (3,) of the grid, and the method."""
 
     kind: int
     rows: np.ndarray

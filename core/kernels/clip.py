@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from core.kernels.jit import kernel
+from riglens.core.kernels.jit import kernel
 
 
 @kernel

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numba
 
-from core.cache_folder import cache_folder
+from riglens.core.cache_folder import cache_folder
 
 PREFIX = "riglens-kernels-"
 OLD_S = 14 * 24 * 3600.0

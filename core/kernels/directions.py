@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from core.kernels.codes import LIDAR, LISTED
+from riglens.core.kernels.codes import LIDAR, LISTED
 
 
 def directions(kind: int, rows: np.ndarray, planes: np.ndarray, rays: np.ndarray) -> np.ndarray:

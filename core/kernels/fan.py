@@ -16,10 +16,10 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from core.kernels.jit import inlined, kernel, parallel_kernel
-from core.kernels.planes import Fan, Space, Work, clip_side, walk_alone
-from core.kernels.profile import TOLERANCE, Profile
-from core.kernels.ties import Start, untie
+from riglens.core.kernels.jit import inlined, kernel, parallel_kernel
+from riglens.core.kernels.planes import Fan, Space, Work, clip_side, walk_alone
+from riglens.core.kernels.profile import TOLERANCE, Profile
+from riglens.core.kernels.ties import Start, untie
 
 FARTHEST_ORIGIN = 5e3
 STRAIGHTEST = 1e-3

@@ -7,7 +7,7 @@ import math
 import numba
 import numpy as np
 
-from core.kernels.jit import inlined, kernel, parallel_kernel
+from riglens.core.kernels.jit import inlined, kernel, parallel_kernel
 
 
 @inlined

@@ -16,11 +16,11 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from core.kernels.codes import CAMERA
-from core.kernels.jit import inlined, kernel, parallel_kernel
-from core.kernels.lattice import direction, rotated
-from core.kernels.levels import mark_levels
-from core.kernels.walk import FARTHEST, hits_cell
+from riglens.core.kernels.codes import CAMERA
+from riglens.core.kernels.jit import inlined, kernel, parallel_kernel
+from riglens.core.kernels.lattice import direction, rotated
+from riglens.core.kernels.levels import mark_levels
+from riglens.core.kernels.walk import FARTHEST, hits_cell
 
 BALL = 0.499
 """A little less than the radius of a voxel's inscribed ball."""

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from core.kernels.codes import BODY, GROUND
-from core.kernels.jit import inlined, kernel
+from riglens.core.kernels.codes import BODY, GROUND
+from riglens.core.kernels.jit import inlined, kernel
 
 
 @inlined

@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 
 import numba
 
-from core.kernels.compiled import use_own_folder
+from riglens.core.kernels.compiled import use_own_folder
 
 F = TypeVar("F", bound=Callable[..., Any])
 CACHED = use_own_folder()

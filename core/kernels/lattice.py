@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from core.kernels.codes import LIDAR, LISTED
-from core.kernels.jit import inlined
+from riglens.core.kernels.codes import LIDAR, LISTED
+from riglens.core.kernels.jit import inlined
 
 Direction = tuple[float, float, float]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from core.kernels.jit import inlined
+from riglens.core.kernels.jit import inlined
 
 FULL_WORD = np.uint64(0xFFFFFFFFFFFFFFFF)
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from core.kernels.bits import lowest_bit
-from core.kernels.jit import inlined, kernel
+from riglens.core.kernels.bits import lowest_bit
+from riglens.core.kernels.jit import inlined, kernel
 
 EMPTY = -1
 

@@ -6,14 +6,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from core.kernels.jit import inlined, kernel
-from core.kernels.lattice import direction, rotated
-from core.kernels.levels import mark_levels
-from core.kernels.walk import walk_exact
+from riglens.core.kernels.jit import inlined, kernel
+from riglens.core.kernels.lattice import direction, rotated
+from riglens.core.kernels.levels import mark_levels
+from riglens.core.kernels.walk import walk_exact
 
 
 class Fan(NamedTuple):
-    """Rays of an upright sensor by plane: tables of `core.kernels.lattice` and what the fans need beside them.
+    """Rays of an upright sensor by plane: tables of `riglens.core.kernels.lattice` and what the fans need beside them.
 
     headings (planes, 2) unit vectors in x and y of the vehicle; slopes (rays,), ascending, are dz by forward
     distance, which is scales (planes,) times the distance along the heading; near, far (rays,): forward distances

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from core.kernels.jit import inlined, kernel
+from riglens.core.kernels.jit import inlined, kernel
 
 SMALLEST = 2.0**-400
 LARGEST = 2.0**300

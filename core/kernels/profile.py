@@ -1,6 +1,6 @@
 """The profile of an upright sensor: which levels any of its rays is in, by forward distance.
 
-It is the same for all vertical planes of the sensor, so it is made once for each cast (see `core.kernels.fan`).
+It is the same for all vertical planes of the sensor, so it is made once for each cast (see `riglens.core.kernels.fan`).
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from core.kernels.jit import inlined, kernel
+from riglens.core.kernels.jit import inlined, kernel
 
 TOLERANCE = 1e-8
 """Voxels. Below FARTHEST_ORIGIN voxels, crossings summed up step by step are good to half of this; what is closer

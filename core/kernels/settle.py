@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from core.kernels.bits import first_run, popcount
-from core.kernels.jit import inlined, kernel, parallel_kernel
+from riglens.core.kernels.bits import first_run, popcount
+from riglens.core.kernels.jit import inlined, kernel, parallel_kernel
 
 COLUMNS = 4
 """Sums are kept side by side: three classes in fixed point, then the number of voxels."""
@@ -148,7 +148,7 @@ def settle(
 
     stack uint64 (slots, words): voxels that sensors traverse, of which only those in `keep` count; union (2, words):
     voxels covered by all cameras and by all LiDARs; starts, first, codes, palette_q: entropies of the voxels in
-    `keep`, run by run (see `core.metric.entropy`); rows (n,), first_word, words: rows of the grid, and words of
+    `keep`, run by run (see `riglens.core.metric.entropy`); rows (n,), first_word, words: rows of the grid, and words of
     each, outside of which nothing changes; the workers take turns with the rows. Result int64 (2, 4): this kind, and
     any sensor; columns as in COLUMNS. Integers, so the order of the edits and the number of threads cannot matter.
     """

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from core.kernels.jit import kernel
-from core.kernels.planes import Fan, Space, clip_side
-from core.kernels.profile import Profile
+from riglens.core.kernels.jit import kernel
+from riglens.core.kernels.planes import Fan, Space, clip_side
+from riglens.core.kernels.profile import Profile
 
 PLANES_LOOKED_AT = 32
 EVENTS_LOOKED_AT = 32

@@ -1,7 +1,8 @@
 """Ties of a fan: rays that change their level, begin or end right at the face between two columns.
 
 At a round position many do. What begins there is placed behind the face and what ends there before it, which is
-certain; and the rays concerned are walked exactly through the two columns beside the face (see `core.kernels.fan`).
+certain; and the rays concerned are walked exactly through the two columns beside the face (see
+`riglens.core.kernels.fan`).
 """
 
 from __future__ import annotations
@@ -10,9 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from core.kernels.jit import inlined, kernel
-from core.kernels.planes import Fan, Space, Work, walk_alone
-from core.kernels.profile import TOLERANCE, Profile
+from riglens.core.kernels.jit import inlined, kernel
+from riglens.core.kernels.planes import Fan, Space, Work, walk_alone
+from riglens.core.kernels.profile import TOLERANCE, Profile
 
 AROUND = 1e-6
 """Much more than TOLERANCE allows: rays that change their level within so many voxels are walked alone."""

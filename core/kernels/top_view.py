@@ -5,8 +5,8 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from core.kernels.bits import first_run, popcount
-from core.kernels.jit import parallel_kernel
+from riglens.core.kernels.bits import first_run, popcount
+from riglens.core.kernels.jit import parallel_kernel
 
 
 @parallel_kernel

@@ -11,8 +11,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from core.kernels.jit import inlined, kernel
-from core.kernels.predicates import UNIT_ROUNDOFF, compare_moments, regular_ray
+from riglens.core.kernels.jit import inlined, kernel
+from riglens.core.kernels.predicates import UNIT_ROUNDOFF, compare_moments, regular_ray
 
 IRREGULAR = -1
 FARTHEST = 1e30

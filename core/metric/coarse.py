@@ -7,7 +7,7 @@ that lie close together fall into the same voxels: half of the change came neare
 
 from __future__ import annotations
 
-from core.metric.scores import ClassScores, KindScore, MetricSettings, Scores
+from riglens.core.metric.scores import ClassScores, KindScore, MetricSettings, Scores
 
 LIDAR_POWER = 0.5
 """Of the ratio between two rigs on voxels twice as large, in the measurements of docs/voxel-choice.md."""

@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from core.kernels import bits, palette
-from core.scene.boxes import CLASSES, DataReport
-from core.scene.columns import VoxelIndex, Words
-from core.scene.grid import VoxelGrid
-from core.scene.pog import Counts, Pog
+from riglens.core.kernels import bits, palette
+from riglens.core.scene.boxes import CLASSES, DataReport
+from riglens.core.scene.columns import VoxelIndex, Words
+from riglens.core.scene.grid import VoxelGrid
+from riglens.core.scene.pog import Counts, Pog
 
 QUANTA_PER_NAT = 1 << 32
 

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from core.metric.entropy import EntropyField, nats
-from core.metric.scores import ClassScores, KindScore, MetricSettings, Scores
-from core.scene.boxes import CLASSES
+from riglens.core.metric.entropy import EntropyField, nats
+from riglens.core.metric.scores import ClassScores, KindScore, MetricSettings, Scores
+from riglens.core.scene.boxes import CLASSES
 
 KINDS = ("camera", "lidar")
 ANY = 2

@@ -1,4 +1,4 @@
-"""Coefficients of lens distortion, named as OpenCV names them; the mathematics is in `core.lens`."""
+"""Coefficients of lens distortion, named as OpenCV names them; the mathematics is in `riglens.core.lens`."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from core.rig.frozen import Frozen
+from riglens.core.rig.frozen import Frozen
 
 Coefficient = Annotated[float, Field(allow_inf_nan=False, ge=-1e9, le=1e9)]
 

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from core.rig.model import Rig
-from core.rig.yaml_text import plain_fields, same_value
+from riglens.core.rig.model import Rig
+from riglens.core.rig.yaml_text import plain_fields, same_value
 
 Place = tuple[str | int, ...]
 _VERBS = {"position": "move", "rpy_deg": "turn", "name": "rename", "mirror_of": "pair"}

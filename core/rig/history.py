@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from core.rig.model import Rig
-from core.rig.yaml_file import same_rig
+from riglens.core.rig.model import Rig
+from riglens.core.rig.yaml_file import same_rig
 
 
 @dataclass(frozen=True)

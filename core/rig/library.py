@@ -16,15 +16,15 @@ from typing import Any, Literal
 
 from platformdirs import user_config_path
 
-from assets import asset_path
-from core.errors import InputError
-from core.geometry import Pose
-from core.rig.library_file import Entry as Entry
-from core.rig.library_file import library_path, read_entries
-from core.rig.library_store import stored_entries
-from core.rig.model import Camera, Lidar
-from core.rig.text_file import shown_path
-from core.rig.yaml_nodes import shortened
+from riglens.assets import asset_path
+from riglens.core.errors import InputError
+from riglens.core.geometry import Pose
+from riglens.core.rig.library_file import Entry as Entry
+from riglens.core.rig.library_file import library_path, read_entries
+from riglens.core.rig.library_store import stored_entries
+from riglens.core.rig.model import Camera, Lidar
+from riglens.core.rig.text_file import shown_path
+from riglens.core.rig.yaml_nodes import shortened
 
 LENS_MATRIX = ("fx", "fy", "cx", "cy")
 LIBRARY_VARIABLE = "RIGLENS_LIBRARY"

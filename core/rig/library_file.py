@@ -8,12 +8,12 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, Field, ValidationError
 
-from core.errors import InputError
-from core.geometry import Pose
-from core.rig.frozen import Frozen
-from core.rig.model import Camera, Length, Lidar, Positive
-from core.rig.text_file import read_text
-from core.rig.yaml_nodes import Mapping, Node, parse_yaml, plain_value, shortened
+from riglens.core.errors import InputError
+from riglens.core.geometry import Pose
+from riglens.core.rig.frozen import Frozen
+from riglens.core.rig.model import Camera, Length, Lidar, Positive
+from riglens.core.rig.text_file import read_text
+from riglens.core.rig.yaml_nodes import Mapping, Node, parse_yaml, plain_value, shortened
 
 MAX_ENTRIES = 500
 OTHER_MAKER = "Other"

@@ -8,10 +8,10 @@ import json
 from pathlib import Path
 from typing import Any
 
-from core.cache_folder import cache_folder
-from core.errors import InputError
-from core.files import atomic_write
-from core.rig.library_file import Entry, read_entries
+from riglens.core.cache_folder import cache_folder
+from riglens.core.errors import InputError
+from riglens.core.files import atomic_write
+from riglens.core.rig.library_file import Entry, read_entries
 
 NAME = "library.json"
 

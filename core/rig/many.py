@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 
-from core.errors import InputError
-from core.rig.mirror import without_sensor
-from core.rig.model import MAX_SENSORS, Camera, Lidar, Rig
+from riglens.core.errors import InputError
+from riglens.core.rig.mirror import without_sensor
+from riglens.core.rig.model import MAX_SENSORS, Camera, Lidar, Rig
 
 
 def with_enabled(rig: Rig, names: Collection[str], enabled: bool) -> Rig:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 import re
 
-from core.geometry import Pose
-from core.rig.model import Camera, Lidar, Rig
+from riglens.core.geometry import Pose
+from riglens.core.rig.model import Camera, Lidar, Rig
 
 _LEFT, _RIGHT = ("left", "Left", "LEFT"), ("right", "Right", "RIGHT")
 

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from core.geometry import Pose
-from core.rig.distortion import Distortion
-from core.rig.frozen import Finite, Frozen
+from riglens.core.geometry import Pose
+from riglens.core.rig.distortion import Distortion
+from riglens.core.rig.frozen import Finite, Frozen
 
 FORMAT_VERSION = 1
 PARAMETRIC_BODIES = ("sedan", "suv", "van", "truck")
@@ -148,7 +148,7 @@ class Lidar(_Sensor):
 class Camera(_Sensor):
     """Camera; casts a lattice `cast` of rays through pixel centres of the resized image (paper, eq. 3-5).
 
-    A pinhole, or with `distortion` a lens that bends its rays as in `core.lens`.
+    A pinhole, or with `distortion` a lens that bends its rays as in `riglens.core.lens`.
     """
 
     kind: Literal["camera"] = "camera"

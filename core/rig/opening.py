@@ -7,14 +7,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from core.errors import InputError
-from core.rig.model import Rig
-from core.rig.presets import close_presets, find_preset
-from core.rig.yaml_file import RigFile, load_rig
-from core.rig.yaml_nodes import shortened
+from riglens.core.errors import InputError
+from riglens.core.rig.model import Rig
+from riglens.core.rig.presets import close_presets, find_preset
+from riglens.core.rig.yaml_file import RigFile, load_rig
+from riglens.core.rig.yaml_nodes import shortened
 
 if TYPE_CHECKING:
-    from core.rig.formats.report import Report
+    from riglens.core.rig.formats.report import Report
 
 _ENDINGS = (".yaml", ".yml", ".json", ".urdf", ".xacro", ".toml")
 
@@ -48,10 +48,10 @@ def open_rig(name_or_path: str | Path) -> OpenedRig:
 
 def open_rig_file(path: Path) -> OpenedRig:
     """A rig file, or a rig in another format; InputError when it cannot be read."""
-    from core.rig.formats.exchange import detect  # many formats, which a preset needs not
-    from core.rig.formats.mounts import ReadOptions
-    from core.rig.formats.riglens import RIGLENS
-    from core.rig.formats.source import Source
+    from riglens.core.rig.formats.exchange import detect  # many formats, which a preset needs not
+    from riglens.core.rig.formats.mounts import ReadOptions
+    from riglens.core.rig.formats.riglens import RIGLENS
+    from riglens.core.rig.formats.source import Source
 
     source = Source(path)
     format_ = detect(source)

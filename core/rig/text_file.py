@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from core.errors import InputError
-from core.rig.yaml_nodes import MAX_BYTES, shortened
+from riglens.core.errors import InputError
+from riglens.core.rig.yaml_nodes import MAX_BYTES, shortened
 
 
 def read_text(path: str | os.PathLike[str], accepted: str) -> str:

@@ -7,12 +7,12 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from core.errors import InputError
-from core.rig.library import supplied_fields
-from core.rig.model import FORMAT_VERSION, Rig
-from core.rig.yaml_fields import ACCEPTED, Path, field_path, key_of, path_text
-from core.rig.yaml_nodes import Mapping, Node, Sequence, plain_value, shortened
-from core.rig.yaml_problems import (
+from riglens.core.errors import InputError
+from riglens.core.rig.library import supplied_fields
+from riglens.core.rig.model import FORMAT_VERSION, Rig
+from riglens.core.rig.yaml_fields import ACCEPTED, Path, field_path, key_of, path_text
+from riglens.core.rig.yaml_nodes import Mapping, Node, Sequence, plain_value, shortened
+from riglens.core.rig.yaml_problems import (
     Problem,
     first_of,
     found_text,
@@ -20,7 +20,7 @@ from core.rig.yaml_problems import (
     model_complaint,
     sensor_problems,
 )
-from core.rig.yaml_text import plain_fields, value_text
+from riglens.core.rig.yaml_text import plain_fields, value_text
 
 _LONG_LIST = 6
 

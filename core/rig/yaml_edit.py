@@ -9,11 +9,11 @@ from __future__ import annotations
 from collections.abc import Sequence as AbstractSequence
 from typing import Any
 
-from core.rig.distortion import COEFFICIENTS
-from core.rig.model import Camera, Lidar, Rig, Vehicle
-from core.rig.yaml_nodes import Mapping, Node, Scalar, Sequence, parse_yaml, plain_value
-from core.rig.yaml_sensors import match_sensors, rearranged
-from core.rig.yaml_text import (
+from riglens.core.rig.distortion import COEFFICIENTS
+from riglens.core.rig.model import Camera, Lidar, Rig, Vehicle
+from riglens.core.rig.yaml_nodes import Mapping, Node, Scalar, Sequence, parse_yaml, plain_value
+from riglens.core.rig.yaml_sensors import match_sensors, rearranged
+from riglens.core.rig.yaml_text import (
     FIELD_ORDER,
     implied_fields,
     line_end,

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from core.rig.distortion import COEFFICIENTS
-from core.rig.model import FORMAT_VERSION, MAX_SENSORS
+from riglens.core.rig.distortion import COEFFICIENTS
+from riglens.core.rig.model import FORMAT_VERSION, MAX_SENSORS
 
 Path = tuple[str | int, ...]
 _ANGLES = "{{from: {0}, to: {0}, count: 1 to 100000}} with from <= to, or a list of angles of {0} degrees"

@@ -9,14 +9,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from core.errors import InputError
-from core.files import atomic_write
-from core.rig.model import Rig
-from core.rig.text_file import read_text, shown_path
-from core.rig.yaml_check import check_rig, rig_from_nodes
-from core.rig.yaml_edit import edited_text
-from core.rig.yaml_nodes import parse_yaml
-from core.rig.yaml_text import plain_fields, rig_text, same_value, vehicle_fields
+from riglens.core.errors import InputError
+from riglens.core.files import atomic_write
+from riglens.core.rig.model import Rig
+from riglens.core.rig.text_file import read_text, shown_path
+from riglens.core.rig.yaml_check import check_rig, rig_from_nodes
+from riglens.core.rig.yaml_edit import edited_text
+from riglens.core.rig.yaml_nodes import parse_yaml
+from riglens.core.rig.yaml_text import plain_fields, rig_text, same_value, vehicle_fields
 
 LATER_FIELDS = ("mirror_of", "azimuth_offsets_deg", "distortion")
 _BOM = "\ufeff"

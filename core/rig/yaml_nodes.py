@@ -24,7 +24,7 @@ from ruamel.yaml.events import (
     SequenceStartEvent,
 )
 
-from core.errors import InputError
+from riglens.core.errors import InputError
 
 MAX_BYTES = 1_000_000
 MAX_DEPTH = 12

@@ -9,13 +9,13 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from core.errors import InputError
-from core.rig.distortion import BrownConrady, KannalaBrandt
-from core.rig.library import default_library
-from core.rig.model import Camera, EvenAngles, Lidar, MeshPlacement, Rig, Vehicle, mirror_problem
-from core.rig.yaml_fields import ACCEPTED, Path, path_text
-from core.rig.yaml_nodes import Mapping, Node, Scalar, Sequence, plain_value, shortened
-from core.rig.yaml_text import value_text
+from riglens.core.errors import InputError
+from riglens.core.rig.distortion import BrownConrady, KannalaBrandt
+from riglens.core.rig.library import default_library
+from riglens.core.rig.model import Camera, EvenAngles, Lidar, MeshPlacement, Rig, Vehicle, mirror_problem
+from riglens.core.rig.yaml_fields import ACCEPTED, Path, path_text
+from riglens.core.rig.yaml_nodes import Mapping, Node, Scalar, Sequence, plain_value, shortened
+from riglens.core.rig.yaml_text import value_text
 
 _KINDS: dict[Any, type[BaseModel]] = {"lidar": Lidar, "camera": Camera}
 _LENSES: dict[Any, type[BaseModel]] = {"brown_conrady": BrownConrady, "kannala_brandt": KannalaBrandt}

@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Sequence as AbstractSequence
 from dataclasses import dataclass
 
-from core.rig.model import Camera, Lidar, Rig
-from core.rig.yaml_nodes import Mapping, Sequence, parse_yaml
-from core.rig.yaml_text import line_end, plain_fields, sensor_lines, value_text, written_fields
+from riglens.core.rig.model import Camera, Lidar, Rig
+from riglens.core.rig.yaml_nodes import Mapping, Sequence, parse_yaml
+from riglens.core.rig.yaml_text import line_end, plain_fields, sensor_lines, value_text, written_fields
 
 Item = int | Lidar | Camera
 """A sensor of a new list: the index it had in the text, or a sensor that is not in the text yet."""

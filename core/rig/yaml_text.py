@@ -9,9 +9,9 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from core.rig.library import LENS_MATRIX, supplied_fields
-from core.rig.model import Camera, Lidar, MeshPlacement, Rig, Vehicle
-from core.rig.yaml_nodes import scalar_value
+from riglens.core.rig.library import LENS_MATRIX, supplied_fields
+from riglens.core.rig.model import Camera, Lidar, MeshPlacement, Rig, Vehicle
+from riglens.core.rig.yaml_nodes import scalar_value
 
 _PLAIN = re.compile(r"[A-Za-z_]([A-Za-z0-9_+./ -]*[A-Za-z0-9_+./-])?")
 _OLD_YAML_BOOLS = frozenset(("y", "n", "yes", "no", "on", "off"))

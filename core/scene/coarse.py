@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from core.scene.columns import VoxelIndex, pack, words_per_column
-from core.scene.grid import VoxelGrid
-from core.scene.pog import Pog
+from riglens.core.scene.columns import VoxelIndex, pack, words_per_column
+from riglens.core.scene.grid import VoxelGrid
+from riglens.core.scene.pog import Pog
 
 STEPS = (2, 3)
 

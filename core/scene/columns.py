@@ -8,8 +8,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from core.kernels import bits
-from core.scene.grid import VoxelGrid
+from riglens.core.kernels import bits
+from riglens.core.scene.grid import VoxelGrid
 
 Words = NDArray[np.uint64]
 

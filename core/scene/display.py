@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from core.kernels import blocks
-from core.kernels.cover import levels_per_cell
-from core.metric.entropy import QUANTA_PER_NAT, EntropyField
-from core.scene.columns import Words, words_per_column
-from core.scene.pog import Pog
+from riglens.core.kernels import blocks
+from riglens.core.kernels.cover import levels_per_cell
+from riglens.core.metric.entropy import QUANTA_PER_NAT, EntropyField
+from riglens.core.scene.columns import Words, words_per_column
+from riglens.core.scene.pog import Pog
 
 MAX_CELLS = 200_000
 

@@ -8,9 +8,9 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from core.kernels import fill
-from core.scene.boxes import BoxBatch
-from core.scene.grid import VoxelGrid
+from riglens.core.kernels import fill
+from riglens.core.scene.boxes import BoxBatch
+from riglens.core.scene.grid import VoxelGrid
 
 VOXELS_PER_CALL = 1 << 27
 """Compiled code does not listen; this much takes it some tenths of a second, rarely more than one."""

@@ -9,8 +9,8 @@ import numpy as np
 import psutil
 from numpy.typing import NDArray
 
-from core.errors import InputError
-from core.geometry import Vec3
+from riglens.core.errors import InputError
+from riglens.core.geometry import Vec3
 
 DEFAULT_ROI_M = (60.0, 40.0, 4.0)
 DEFAULT_VOXEL_M = 0.10

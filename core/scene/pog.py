@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from core.errors import InputError
-from core.kernels import fill, jit
-from core.scene.boxes import CLASSES, BoxSource, DataReport, Progress
-from core.scene.columns import VoxelIndex, empty_words, unpack
-from core.scene.filling import fill_batch
-from core.scene.grid import VoxelGrid
+from riglens.core.errors import InputError
+from riglens.core.kernels import fill, jit
+from riglens.core.scene.boxes import CLASSES, BoxSource, DataReport, Progress
+from riglens.core.scene.columns import VoxelIndex, empty_words, unpack
+from riglens.core.scene.filling import fill_batch
+from riglens.core.scene.grid import VoxelGrid
 
 BYTES_PER_VOXEL = 4.0 * len(CLASSES) + 1.5
 Counts = NDArray[np.uint16] | NDArray[np.uint32]

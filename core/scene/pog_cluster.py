@@ -14,10 +14,10 @@ from contextlib import contextmanager
 from typing import Any
 from urllib.parse import urlsplit
 
-from core.errors import InputError
-from core.scene.grid import VoxelGrid
-from core.scene.pog_parts import group_file
-from core.scene.readers.collection import BoxCollection
+from riglens.core.errors import InputError
+from riglens.core.scene.grid import VoxelGrid
+from riglens.core.scene.pog_parts import group_file
+from riglens.core.scene.readers.collection import BoxCollection
 
 TIMEOUT_S = 10
 _ADDRESS = re.compile(r"(tcp|tls)://[^\s/]+:\d{1,5}")

@@ -17,14 +17,14 @@ from itertools import islice, pairwise
 from pathlib import Path
 from typing import Any, Protocol
 
-from core.errors import InputError
-from core.files import atomic_write
-from core.scene.boxes import DataReport, Progress
-from core.scene.grid import VoxelGrid
-from core.scene.pog import Pog, PogSum, build_part
-from core.scene.pog_store import load_pog, pog_file_name, read_pog, write_pog
-from core.scene.readers.collection import BoxCollection
-from core.scene.readers.opening import Source
+from riglens.core.errors import InputError
+from riglens.core.files import atomic_write
+from riglens.core.scene.boxes import DataReport, Progress
+from riglens.core.scene.grid import VoxelGrid
+from riglens.core.scene.pog import Pog, PogSum, build_part
+from riglens.core.scene.pog_store import load_pog, pog_file_name, read_pog, write_pog
+from riglens.core.scene.readers.collection import BoxCollection
+from riglens.core.scene.readers.opening import Source
 
 MAX_GROUPS = 256
 _ONE_BUILD_PER_PROCESS = threading.Lock()

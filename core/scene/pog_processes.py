@@ -12,9 +12,9 @@ from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 
-from core.scene.grid import VoxelGrid
-from core.scene.pog_parts import group_file
-from core.scene.readers.collection import BoxCollection
+from riglens.core.scene.grid import VoxelGrid
+from riglens.core.scene.pog_parts import group_file
+from riglens.core.scene.readers.collection import BoxCollection
 
 
 class WorkerProcesses:

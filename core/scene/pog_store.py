@@ -13,13 +13,13 @@ from typing import IO, Any
 
 import numpy as np
 
-from core.cache_folder import cache_folder
-from core.errors import InputError
-from core.files import atomic_write
-from core.scene.boxes import CLASSES, BoxSource, DataReport, Progress
-from core.scene.columns import VoxelIndex, empty_words
-from core.scene.grid import VoxelGrid
-from core.scene.pog import Pog, build_pog
+from riglens.core.cache_folder import cache_folder
+from riglens.core.errors import InputError
+from riglens.core.files import atomic_write
+from riglens.core.scene.boxes import CLASSES, BoxSource, DataReport, Progress
+from riglens.core.scene.columns import VoxelIndex, empty_words
+from riglens.core.scene.grid import VoxelGrid
+from riglens.core.scene.pog import Pog, build_pog
 
 FORMAT = 1
 

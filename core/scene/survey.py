@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from core.scene.boxes import CLASSES, BoxBatch, BoxSource, DataReport, Progress
+from riglens.core.scene.boxes import CLASSES, BoxBatch, BoxSource, DataReport, Progress
 
 SECTORS = ("front", "left", "rear", "right")
 """Quarters around the car, each 45° to both sides of its direction."""

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from core.kernels.top_view import update_columns
-from core.metric.entropy import QUANTA_PER_NAT, EntropyField
-from core.scene.columns import Words, empty_words, words_per_column
-from core.scene.top_view import BLIND, EMPTY, LEAST, MOST, SeenBy, TopView
+from riglens.core.kernels.top_view import update_columns
+from riglens.core.metric.entropy import QUANTA_PER_NAT, EntropyField
+from riglens.core.scene.columns import Words, empty_words, words_per_column
+from riglens.core.scene.top_view import BLIND, EMPTY, LEAST, MOST, SeenBy, TopView
 
 MAX_CELLS = 300_000
 

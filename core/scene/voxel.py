@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from core.geometry import Vec3
-from core.metric.entropy import entropy_of_counts
-from core.scene.columns import VoxelIndex, words_per_column
-from core.scene.grid import VoxelGrid
-from core.scene.pog import Pog
+from riglens.core.geometry import Vec3
+from riglens.core.metric.entropy import entropy_of_counts
+from riglens.core.scene.columns import VoxelIndex, words_per_column
+from riglens.core.scene.grid import VoxelGrid
+from riglens.core.scene.pog import Pog
 
 Voxel = tuple[int, int, int]
 """Indices along x, y, z of a voxel of the grid."""

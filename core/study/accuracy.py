@@ -14,17 +14,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from core.errors import InputError
-from core.kernels import jit
-from core.metric.entropy import EntropyField
-from core.metric.scores import MetricSettings
-from core.rays import is_listed
-from core.rig.model import Rig
-from core.scene.boxes import Progress
-from core.study.accuracy_errors import Contestant, points_of, with_fronts
-from core.study.accuracy_points import MethodName, Plan, Study
-from core.study.approximations import VoxelTests
-from core.study.cases import (
+from riglens.core.errors import InputError
+from riglens.core.kernels import jit
+from riglens.core.metric.entropy import EntropyField
+from riglens.core.metric.scores import MetricSettings
+from riglens.core.rays import is_listed
+from riglens.core.rig.model import Rig
+from riglens.core.scene.boxes import Progress
+from riglens.core.study.accuracy_errors import Contestant, points_of, with_fronts
+from riglens.core.study.accuracy_points import MethodName, Plan, Study
+from riglens.core.study.approximations import VoxelTests
+from riglens.core.study.cases import (
     Answer,
     Case,
     EngineCase,

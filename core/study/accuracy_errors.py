@@ -8,11 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from core.metric.entropy import EntropyField
-from core.scene.boxes import CLASSES
-from core.study.accuracy_points import MethodName, Point, Wrong
-from core.study.cases import Answer, Case, LatticeName
-from core.study.plain import FLAGS
+from riglens.core.metric.entropy import EntropyField
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.study.accuracy_points import MethodName, Point, Wrong
+from riglens.core.study.cases import Answer, Case, LatticeName
+from riglens.core.study.plain import FLAGS
 
 ROUNDING = 1e-12
 """Relative differences below this are the rounding of doubles, not an error."""

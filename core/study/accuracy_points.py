@@ -8,10 +8,10 @@ import statistics
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
-from core.metric.scores import DEFAULT_LAMBDA
-from core.rig.model import Rig
-from core.scene.boxes import CLASSES
-from core.study.cases import LatticeName
+from riglens.core.metric.scores import DEFAULT_LAMBDA
+from riglens.core.rig.model import Rig
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.study.cases import LatticeName
 
 MethodName = Literal[
     "exact", "edit-camera", "edit-lidar", "plain", "plain-single", "bresenham", "rectangles", "centres"

@@ -5,9 +5,9 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 
-from core.rig.model import Rig
-from core.scene.grid import DEFAULT_VOXEL_M
-from core.study.accuracy_points import TITLES, Point, Study
+from riglens.core.rig.model import Rig
+from riglens.core.scene.grid import DEFAULT_VOXEL_M
+from riglens.core.study.accuracy_points import TITLES, Point, Study
 
 
 def edge_text(voxel_m: float) -> str:

@@ -13,11 +13,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from core.kernels import approximate, jit
-from core.metric.entropy import QUANTA_PER_NAT, EntropyField
-from core.rig.model import Camera, EvenAngles, Lidar, Rig
-from core.scene.grid import VoxelGrid
-from core.study.plain import FLAGS
+from riglens.core.kernels import approximate, jit
+from riglens.core.metric.entropy import QUANTA_PER_NAT, EntropyField
+from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
+from riglens.core.scene.grid import VoxelGrid
+from riglens.core.study.plain import FLAGS
 
 Flags = NDArray[np.uint8]
 

@@ -14,15 +14,15 @@ from typing import Any, Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from core.engine.engine import Engine, Evaluation
-from core.kernels import bits
-from core.metric.entropy import EntropyField
-from core.metric.scores import MetricSettings
-from core.rig.model import Camera, Lidar, Rig
-from core.scene.boxes import CLASSES
-from core.scene.columns import Words
-from core.study.approximations import VoxelTests
-from core.study.plain import FLAGS, PlainDda, grid_rays
+from riglens.core.engine.engine import Engine, Evaluation
+from riglens.core.kernels import bits
+from riglens.core.metric.entropy import EntropyField
+from riglens.core.metric.scores import MetricSettings
+from riglens.core.rig.model import Camera, Lidar, Rig
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.scene.columns import Words
+from riglens.core.study.approximations import VoxelTests
+from riglens.core.study.plain import FLAGS, PlainDda, grid_rays
 
 MOVED_M = 0.1
 LatticeName = Literal["own", "1/2", "1/4", "1/8", "all pixels"]

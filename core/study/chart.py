@@ -15,10 +15,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, NullLocator
 
-from core.scene.grid import DEFAULT_VOXEL_M
-from core.study.accuracy_points import MethodName, Point, Study
-from core.study.accuracy_text import caption, edge_text, verdicts
-from core.study.chart_labels import DPI, GREY, INK, place_labels
+from riglens.core.scene.grid import DEFAULT_VOXEL_M
+from riglens.core.study.accuracy_points import MethodName, Point, Study
+from riglens.core.study.accuracy_text import caption, edge_text, verdicts
+from riglens.core.study.chart_labels import DPI, GREY, INK, place_labels
 
 PictureFormat = Literal["png", "svg"]
 SIZE_IN = (13.0, 7.3)

@@ -10,8 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.patheffects import withStroke
 from matplotlib.transforms import Bbox
 
-from core.study.accuracy_points import Point, Study
-from core.study.accuracy_text import point_text
+from riglens.core.study.accuracy_points import Point, Study
+from riglens.core.study.accuracy_text import point_text
 
 Pixel = tuple[float, float]
 INK, GREY = "#222222", "#6b6b6b"

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
 
-from core.engine.engine import Engine
-from core.metric.entropy import EntropyField
-from core.metric.scores import DEFAULT_LAMBDA, MetricSettings, Reading
-from core.rig.model import Camera, EvenAngles, Lidar, Rig
-from core.rig.presets import CAMERA_GROUPS, LIDAR_GROUPS, PAPER_RIGS, preset
-from core.scene.boxes import CLASSES
+from riglens.core.engine.engine import Engine
+from riglens.core.metric.entropy import EntropyField
+from riglens.core.metric.scores import DEFAULT_LAMBDA, MetricSettings, Reading
+from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
+from riglens.core.rig.presets import CAMERA_GROUPS, LIDAR_GROUPS, PAPER_RIGS, preset
+from riglens.core.scene.boxes import CLASSES
 
 LIDARS = {group.letters: group.name for group in LIDAR_GROUPS if group.origin == "paper"}
 CAMERAS = {group.letters: group.name for group in CAMERA_GROUPS}

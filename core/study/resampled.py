@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from core.scene.boxes import CLASSES, BoxBatch, BoxSource, DataReport, Progress
+from riglens.core.scene.boxes import CLASSES, BoxBatch, BoxSource, DataReport, Progress
 
 
 @dataclass(frozen=True)

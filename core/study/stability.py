@@ -7,14 +7,14 @@ import io
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from core.scene.boxes import CLASSES, Progress
-from core.study.rankings import LETTERS, Ranking, agreement
-from core.study.stability_cases import RayCase, ray_cases
-from core.study.stability_checks import check_rows
-from core.study.stability_edits import random_edits
-from core.study.stability_methods import METHODS, Row, judged
-from core.study.stability_metric import MetricStudy
-from core.study.stability_text import setting_text
+from riglens.core.scene.boxes import CLASSES, Progress
+from riglens.core.study.rankings import LETTERS, Ranking, agreement
+from riglens.core.study.stability_cases import RayCase, ray_cases
+from riglens.core.study.stability_checks import check_rows
+from riglens.core.study.stability_edits import random_edits
+from riglens.core.study.stability_methods import METHODS, Row, judged
+from riglens.core.study.stability_metric import MetricStudy
+from riglens.core.study.stability_text import setting_text
 
 EDITS, QUICK_EDITS = 1000, 100
 Job = Callable[[Progress], Row]

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.rig.model import Camera, EvenAngles, Lidar
-from core.rig.presets import preset
-from core.scene.grid import VoxelGrid
-from core.study.stability_sensors import (
+from riglens.core.rig.model import Camera, EvenAngles, Lidar
+from riglens.core.rig.presets import preset
+from riglens.core.scene.grid import VoxelGrid
+from riglens.core.study.stability_sensors import (
     OPEN_ROAD,
     ROAD,
     TENTHS,

@@ -7,23 +7,22 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from decimal import Decimal, localcontext
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from core.engine.engine import Engine
-from core.errors import InputError
-from core.metric.entropy import QUANTA_PER_NAT, EntropyField
-from core.metric.scores import Scores
-from core.rig.model import Lidar, Rig
-from core.scene.boxes import CLASSES, DataReport
-from core.scene.columns import VoxelIndex, pack
-from core.scene.grid import VoxelGrid
-from core.scene.pog import Pog
-from core.study.reference import Mask, exact_cover
-from core.study.stability_edits import field_of, random_counts
-from core.study.stability_methods import (
+from riglens.core.engine.engine import Engine
+from riglens.core.errors import InputError
+from riglens.core.metric.entropy import QUANTA_PER_NAT, EntropyField
+from riglens.core.metric.scores import Scores
+from riglens.core.rig.model import Lidar, Rig
+from riglens.core.scene.boxes import CLASSES, DataReport
+from riglens.core.scene.columns import VoxelIndex, pack
+from riglens.core.scene.grid import VoxelGrid
+from riglens.core.scene.pog import Pog
+from riglens.core.study.reference import Mask, exact_cover
+from riglens.core.study.stability_edits import field_of, random_counts
+from riglens.core.study.stability_methods import (
     NOT_APPLICABLE,
     MethodName,
     Outcome,
@@ -33,7 +32,7 @@ from core.study.stability_methods import (
     plain_cover,
     rig_of,
 )
-from core.study.stability_sensors import UNIT, Sensor, camera, spinning
+from riglens.core.study.stability_sensors import UNIT, Sensor, camera, spinning
 
 THREADS = (1, 2, 8)
 SEED = 7
@@ -94,10 +93,8 @@ def refused_grid() -> Row:
 
 def same_on_all_threads() -> Row:
     """The answers of 1, 2 and 8 threads, from a process that may start that many."""
-    root = str(Path(__file__).resolve().parents[2])
-    paths = [root, *filter(None, [os.environ.get("PYTHONPATH")])]
-    environment = {**os.environ, "NUMBA_NUM_THREADS": str(max(THREADS)), "PYTHONPATH": os.pathsep.join(paths)}
-    command = [sys.executable, "-m", "core.study.stability_threads", *map(str, THREADS)]
+    environment = {**os.environ, "NUMBA_NUM_THREADS": str(max(THREADS))}
+    command = [sys.executable, "-m", "riglens.core.study.stability_threads", *map(str, THREADS)]
     done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
     digests = done.stdout.split()
     different = len(set(digests)) - 1

@@ -5,16 +5,16 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from core.engine.engine import Engine, Evaluation
-from core.metric.entropy import EntropyField
-from core.metric.scores import METHODS, READINGS, MetricSettings
-from core.rig.model import Rig
-from core.scene.boxes import CLASSES, DataReport, Progress
-from core.scene.columns import VoxelIndex, pack, unpack
-from core.scene.grid import VoxelGrid
-from core.scene.pog import Pog
-from core.study.stability_methods import NOT_APPLICABLE, Outcome, Row
-from core.study.stability_sensors import Sensor, camera, spinning
+from riglens.core.engine.engine import Engine, Evaluation
+from riglens.core.metric.entropy import EntropyField
+from riglens.core.metric.scores import METHODS, READINGS, MetricSettings
+from riglens.core.rig.model import Rig
+from riglens.core.scene.boxes import CLASSES, DataReport, Progress
+from riglens.core.scene.columns import VoxelIndex, pack, unpack
+from riglens.core.scene.grid import VoxelGrid
+from riglens.core.scene.pog import Pog
+from riglens.core.study.stability_methods import NOT_APPLICABLE, Outcome, Row
+from riglens.core.study.stability_sensors import Sensor, camera, spinning
 
 Counts = NDArray[np.int64]
 GRID = VoxelGrid(0.5, (5.0, 4.5, 3.0))

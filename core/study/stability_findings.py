@@ -6,12 +6,12 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-from core.scene.boxes import CLASSES
-from core.study.accuracy_text import edge_text
-from core.study.rankings import LETTERS, Ranking, agreement, swapped
-from core.study.stability_methods import METHODS, TITLES, Row, Verdict
-from core.study.stability_metric import NATIVE, MetricStudy, Variation
-from core.study.stability_text import setting_text
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.study.accuracy_text import edge_text
+from riglens.core.study.rankings import LETTERS, Ranking, agreement, swapped
+from riglens.core.study.stability_methods import METHODS, TITLES, Row, Verdict
+from riglens.core.study.stability_metric import NATIVE, MetricStudy, Variation
+from riglens.core.study.stability_text import setting_text
 
 MOST_NAMED = 5
 Named = tuple[str, Ranking]

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable
 from html import escape
 
-from core.scene.boxes import CLASSES
-from core.study.stability import StabilityStudy
-from core.study.stability_findings import Finding, conclusion, findings, methods_verdict
-from core.study.stability_methods import METHODS, TITLES, Outcome, Row
-from core.study.stability_text import READING_THE_TABLE, Cell, Line, caption, lines
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.study.stability import StabilityStudy
+from riglens.core.study.stability_findings import Finding, conclusion, findings, methods_verdict
+from riglens.core.study.stability_methods import METHODS, TITLES, Outcome, Row
+from riglens.core.study.stability_text import READING_THE_TABLE, Cell, Line, caption, lines
 
 STYLE = """
 :root { --ink: #1c2126; --dim: #5d6873; --line: #d9dee3; --good: #1f7a45; --bad: #b3261e; --wash: #f5f7f9; }

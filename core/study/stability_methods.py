@@ -7,19 +7,19 @@ from typing import Literal
 
 import numpy as np
 
-from core.engine.engine import Engine
-from core.kernels import plain
-from core.metric.entropy import EntropyField
-from core.metric.scores import Method, MetricSettings
-from core.rig.model import Rig
-from core.scene.boxes import CLASSES, DataReport, Progress
-from core.scene.columns import VoxelIndex, pack, unpack
-from core.scene.grid import VoxelGrid
-from core.scene.pog import Pog
-from core.study.plain import grid_rays
-from core.study.reference import Mask, exact_cover
-from core.study.stability_cases import RayCase
-from core.study.stability_sensors import Sensor
+from riglens.core.engine.engine import Engine
+from riglens.core.kernels import plain
+from riglens.core.metric.entropy import EntropyField
+from riglens.core.metric.scores import Method, MetricSettings
+from riglens.core.rig.model import Rig
+from riglens.core.scene.boxes import CLASSES, DataReport, Progress
+from riglens.core.scene.columns import VoxelIndex, pack, unpack
+from riglens.core.scene.grid import VoxelGrid
+from riglens.core.scene.pog import Pog
+from riglens.core.study.plain import grid_rays
+from riglens.core.study.reference import Mask, exact_cover
+from riglens.core.study.stability_cases import RayCase
+from riglens.core.study.stability_sensors import Sensor
 
 MethodName = Literal["fast", "plain", "bresenham"]
 METHODS: tuple[MethodName, ...] = ("fast", "plain", "bresenham")

@@ -10,16 +10,16 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Literal
 
-from core.engine.engine import Engine
-from core.metric.entropy import EntropyField
-from core.metric.scores import DEFAULT_LAMBDA, MetricSettings, Reading
-from core.rig.model import Rig
-from core.rig.presets import preset
-from core.scene.boxes import CLASSES, BoxSource, Progress
-from core.scene.grid import DEFAULT_VOXEL_M, VoxelGrid
-from core.scene.pog import build_pog
-from core.study.rankings import Ranking, RayLattice, rank
-from core.study.resampled import ResampledFrames, StoredBoxes
+from riglens.core.engine.engine import Engine
+from riglens.core.metric.entropy import EntropyField
+from riglens.core.metric.scores import DEFAULT_LAMBDA, MetricSettings, Reading
+from riglens.core.rig.model import Rig
+from riglens.core.rig.presets import preset
+from riglens.core.scene.boxes import CLASSES, BoxSource, Progress
+from riglens.core.scene.grid import DEFAULT_VOXEL_M, VoxelGrid
+from riglens.core.scene.pog import build_pog
+from riglens.core.study.rankings import Ranking, RayLattice, rank
+from riglens.core.study.resampled import ResampledFrames, StoredBoxes
 
 Axis = Literal["δ", "rays", "reading", "λ"]
 DEFAULT_LATTICE = RayLattice()

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from core.geometry import Vec3
-from core.rig.model import Camera, EvenAngles, Lidar
-from core.scene.grid import VoxelGrid
+from riglens.core.geometry import Vec3
+from riglens.core.rig.model import Camera, EvenAngles, Lidar
+from riglens.core.scene.grid import VoxelGrid
 
 Sensor = Lidar | Camera
 UNIT = VoxelGrid(1.0, (12.0, 10.0, 8.0))

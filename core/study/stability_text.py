@@ -7,10 +7,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from statistics import median
 
-from core.scene.boxes import CLASSES
-from core.study.accuracy_text import edge_text
-from core.study.rankings import LETTERS, Ranking, RayLattice, agreement
-from core.study.stability_metric import DEFAULT_LATTICE, MetricStudy, Variation
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.study.accuracy_text import edge_text
+from riglens.core.study.rankings import LETTERS, Ranking, RayLattice, agreement
+from riglens.core.study.stability_metric import DEFAULT_LATTICE, MetricStudy, Variation
 
 GROUPS = ", ".join(f"{letter} {name}" for letter, name in LETTERS.items())
 READING_THE_TABLE = (

@@ -10,11 +10,11 @@ import sys
 
 import numpy as np
 
-from core.engine.engine import Engine
-from core.metric.scores import METHODS, READINGS, MetricSettings
-from core.study.stability_edits import field_of, random_counts
-from core.study.stability_methods import rig_of
-from core.study.stability_sensors import OPEN_ROAD, camera, spinning
+from riglens.core.engine.engine import Engine
+from riglens.core.metric.scores import METHODS, READINGS, MetricSettings
+from riglens.core.study.stability_edits import field_of, random_counts
+from riglens.core.study.stability_methods import rig_of
+from riglens.core.study.stability_sensors import OPEN_ROAD, camera, spinning
 
 
 def digest(threads: int) -> str:

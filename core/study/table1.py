@@ -13,11 +13,11 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Literal, Protocol
 
-from assets import asset_path
-from core.metric.scores import MetricSettings, Scores
-from core.rig.model import Rig
-from core.rig.presets import PAPER_CAMERA_GROUPS, PAPER_LIDAR_GROUPS, PAPER_RIGS, preset
-from core.scene.boxes import CLASSES, Progress
+from riglens.assets import asset_path
+from riglens.core.metric.scores import MetricSettings, Scores
+from riglens.core.rig.model import Rig
+from riglens.core.rig.presets import PAPER_CAMERA_GROUPS, PAPER_LIDAR_GROUPS, PAPER_RIGS, preset
+from riglens.core.scene.boxes import CLASSES, Progress
 
 Measure = Literal["camera_s_mig", "lidar_s_mig", "s_ms"]
 MEASURES: tuple[Measure, ...] = ("camera_s_mig", "lidar_s_mig", "s_ms")

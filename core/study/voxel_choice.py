@@ -11,11 +11,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
-from core.errors import InputError
-from core.geometry import Vec3
-from core.metric.scores import Scores
-from core.scene.boxes import CLASSES
-from core.scene.grid import VoxelGrid
+from riglens.core.errors import InputError
+from riglens.core.geometry import Vec3
+from riglens.core.metric.scores import Scores
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.scene.grid import VoxelGrid
 
 LADDER_M = (0.4, 0.2, 0.1, 0.05)
 DEFAULT_TOLERANCE = 0.01

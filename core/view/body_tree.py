@@ -14,7 +14,7 @@ _LEAF_TRIANGLES = 8
 
 @dataclass(frozen=True)
 class BodyTree:
-    """Triangles in the order of the leaves, and nodes in depth-first order (see `core.kernels.hits`)."""
+    """Triangles in the order of the leaves, and nodes in depth-first order (see `riglens.core.kernels.hits`)."""
 
     corners_m: Points
     bounds_m: Points

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from core.rig.model import Camera
-from core.scene.boxes import CLASSES
-from core.scene.grid import VoxelGrid
-from core.view.body_tree import BodyTree
-from core.view.frames import FrameBoxes
-from core.view.hits import BODY, cast
-from core.view.projection import Points, Projection
+from riglens.core.rig.model import Camera
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.scene.grid import VoxelGrid
+from riglens.core.view.body_tree import BodyTree
+from riglens.core.view.frames import FrameBoxes
+from riglens.core.view.hits import BODY, cast
+from riglens.core.view.projection import Points, Projection
 
 GRID_STEP_M = 5.0
 _FAR_M = 1e4

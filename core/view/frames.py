@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from core.scene.boxes import BoxBatch, BoxSource
+from riglens.core.scene.boxes import BoxBatch, BoxSource
 
 REACH_M = 250.0
 """Boxes farther away than this are not kept: no sensor shows anything of them."""

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from core.geometry import Vec3
-from core.kernels.codes import BODY, GROUND, NOTHING
-from core.view.body_tree import BodyTree
-from core.view.frames import FrameBoxes
+from riglens.core.geometry import Vec3
+from riglens.core.kernels.codes import BODY, GROUND, NOTHING
+from riglens.core.view.body_tree import BodyTree
+from riglens.core.view.frames import FrameBoxes
 
 __all__ = ["BODY", "GROUND", "NOTHING", "Hits", "cast"]
 
@@ -37,7 +37,7 @@ def cast(
 
     What is nearer than the range's begin blocks the ray but gives no return, as in a LiDAR.
     """
-    from core.kernels import hits as kernel  # the compiler, only when a picture is computed
+    from riglens.core.kernels import hits as kernel  # the compiler, only when a picture is computed
 
     origin, rays = np.array(origin_m, np.float64), np.ascontiguousarray(directions)
     distance = np.full(len(rays), float(range_m[1]))

@@ -10,11 +10,11 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from core import lens
-from core.camera import pixel_directions, project_px
-from core.rays import rotate
-from core.rig.distortion import KannalaBrandt
-from core.rig.model import Camera
+from riglens.core import lens
+from riglens.core.camera import pixel_directions, project_px
+from riglens.core.rays import rotate
+from riglens.core.rig.distortion import KannalaBrandt
+from riglens.core.rig.model import Camera
 
 Points = NDArray[np.float64]
 NEAR_M = 0.05
@@ -75,7 +75,7 @@ class Projection:
 
     def polygons(self, corners_m: Points) -> list[Points]:
         """Convex polygons (n, k, 3) of the vehicle frame as pixels, (m, 2) each, empty where out of view."""
-        from core.kernels import clip  # the compiler, only when a picture is computed
+        from riglens.core.kernels import clip  # the compiler, only when a picture is computed
 
         inside = np.ascontiguousarray(self.to_camera(corners_m))
         clipped = np.empty((len(inside), inside.shape[1] + len(self.planes), 3))

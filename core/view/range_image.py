@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from core.rays import sensor_rays
-from core.rig.model import Lidar
-from core.view.body_tree import BodyTree
-from core.view.frames import FrameBoxes
-from core.view.hits import cast
+from riglens.core.rays import sensor_rays
+from riglens.core.rig.model import Lidar
+from riglens.core.view.body_tree import BodyTree
+from riglens.core.view.frames import FrameBoxes
+from riglens.core.view.hits import cast
 
 MAX_RAYS = 1_000_000
 
@@ -22,7 +22,7 @@ class RangeImage:
 
     beams (rows,): place in the sensor's list; elevations_deg (rows,); azimuths_deg (columns,) within
     (-180, 180], before the offsets that beams may have; range_m (rows, columns), inf without a return; what (rows,
-    columns) as in `core.view.hits`; box_classes: class of each box of the frame.
+    columns) as in `riglens.core.view.hits`; box_classes: class of each box of the frame.
     thinned: only every so many beams and azimuths are cast, 1 for all.
     """
 

@@ -8,12 +8,12 @@ from pathlib import Path
 from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QApplication
 
-from app.document import Document
-from app.recompute import Recompute
-from app.window import MainWindow
-from app.window.features.autosave import Autosave
-from core.metric.scores import MetricSettings
-from core.rig.yaml_file import load_rig
+from riglens.app.document import Document
+from riglens.app.recompute import Recompute
+from riglens.app.window import MainWindow
+from riglens.app.window.features.autosave import Autosave
+from riglens.core.metric.scores import MetricSettings
+from riglens.core.rig.yaml_file import load_rig
 from tests.app.window_bench import RIG, FakeViewport, scene_options
 
 

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.cli.parsing import meant_command
-from core.rig.presets import PRESETS
+from riglens.app.cli.parsing import meant_command
+from riglens.core.rig.presets import PRESETS
 
 SMALL = ("--voxel", "0.5", "--roi", "20", "20", "4")
 HEADER = "seq,frame,cls,x,y,z,length,width,height,yaw\n"
@@ -217,8 +217,8 @@ def test_a_bad_rig_is_refused_before_any_window_opens(riglens):
 
 @pytest.mark.parametrize("command", ["evaluate", "pog", "presets", "table1", "render"])
 def test_an_unwritable_output_is_refused_before_any_work(riglens, tmp_path, boxes, monkeypatch, command):
-    monkeypatch.setattr("core.scene.pog_store.build_pog", None)  # building would fail the test
-    monkeypatch.setattr("app.pog_job.build_pog", None)
+    monkeypatch.setattr("riglens.core.scene.pog_store.build_pog", None)  # building would fail the test
+    monkeypatch.setattr("riglens.app.pog_job.build_pog", None)
     (tmp_path / "folder.png").mkdir()
     for path in (tmp_path / "no" / "such" / "folder" / "out.png", tmp_path / "folder.png"):
         words = {

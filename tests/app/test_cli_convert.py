@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from core.rig.presets import preset
-from core.rig.yaml_file import load_rig
+from riglens.core.rig.presets import preset
+from riglens.core.rig.yaml_file import load_rig
 from tests.app.conftest import SMALL_GRID, Run
 from tests.core.formats.cases import AUTOWARE_KIT, DRIVEWORKS, NUSCENES, write_files
 

@@ -14,7 +14,7 @@ import numpy as np
 import psutil
 import pytest
 
-from core.scene.pog_store import load_pog
+from riglens.core.scene.pog_store import load_pog
 from tests.app.conftest import REPOSITORY
 
 GRID = ("--voxel", "0.2", "--roi", "40", "20", "4")
@@ -37,7 +37,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def expected(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[bytes, ...]:
     """The POG built here, one table after the other."""
-    from app.cli import main
+    from riglens.app.cli import main
 
     out = tmp_path_factory.mktemp("expected") / "all.npz"
     assert main(["pog", str(folder), "--out", str(out), *GRID, "--workers", "1"]) == 0

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from core.rig.presets import PRESETS, preset
-from core.rig.yaml_file import load_rig
+from riglens.core.rig.presets import PRESETS, preset
+from riglens.core.rig.yaml_file import load_rig
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 
@@ -56,7 +56,7 @@ def test_help_explains_every_option(riglens, words):
 
 def test_help_loads_no_heavy_package():
     script = (
-        "import sys; from app.cli import main; main(['--help']);"
+        "import sys; from riglens.app.cli import main; main(['--help']);"
         "heavy = ('numpy', 'numba', 'pydantic', 'PySide6', 'pyvista');"
         "print([name for name in heavy if name in sys.modules], file=sys.stderr)"
     )

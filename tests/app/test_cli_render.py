@@ -6,8 +6,8 @@ import matplotlib.image
 import numpy as np
 import pytest
 
-from core.rig.presets import preset
-from core.rig.yaml_file import load_rig
+from riglens.core.rig.presets import preset
+from riglens.core.rig.yaml_file import load_rig
 
 SMALL = ("--voxel", "0.5", "--roi", "20", "20", "4")
 PNG = b"\x89PNG\r\n\x1a\n"
@@ -133,7 +133,7 @@ def test_a_display_that_does_not_answer_is_no_display(riglens_process, tmp_path)
 def test_missing_system_libraries_are_named_with_the_command_that_installs_them(
     riglens, tmp_path, monkeypatch
 ):
-    from app import system_libraries
+    from riglens.app import system_libraries
 
     monkeypatch.setattr(system_libraries.ctypes, "CDLL", _fails_for_egl(system_libraries.ctypes.CDLL))
     line = riglens("render", "W+T", "--out", tmp_path / "a.png").refused()

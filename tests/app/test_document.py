@@ -5,11 +5,11 @@ from pathlib import Path
 import pytest
 from pytestqt.qtbot import QtBot
 
-from app.document import MERGE_S, Document
-from core.errors import InputError
-from core.geometry import Pose
-from core.rig.mirror import linked
-from core.rig.yaml_file import load_rig
+from riglens.app.document import MERGE_S, Document
+from riglens.core.errors import InputError
+from riglens.core.geometry import Pose
+from riglens.core.rig.mirror import linked
+from riglens.core.rig.yaml_file import load_rig
 from tests.app.window_bench import CAMERA, LIDAR, RIG
 
 

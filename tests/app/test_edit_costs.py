@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from app.edit_costs import REMEMBERED, EditCosts
-from core.rig.model import Rig
+from riglens.app.edit_costs import REMEMBERED, EditCosts
+from riglens.core.rig.model import Rig
 from tests.app.window_bench import RIG
 
 

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from app.heatmap import COUNT_LABELS, NO_WORDS, Heatmaps, Marks, marks_for, marks_of, seen_words
-from core.engine.engine import Engine
-from core.metric.entropy import EntropyField
-from core.scene.boxes import CLASSES
-from core.scene.display import DisplayGrid
+from riglens.app.heatmap import COUNT_LABELS, NO_WORDS, Heatmaps, Marks, marks_for, marks_of, seen_words
+from riglens.core.engine.engine import Engine
+from riglens.core.metric.entropy import EntropyField
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.scene.display import DisplayGrid
 from tests.core.builders import grid_of, rig_of, seen_by, spinning, synthetic_pog
 
 GRID = grid_of(12, 10, 8, 0.5)

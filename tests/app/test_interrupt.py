@@ -13,7 +13,7 @@ from PySide6.QtGui import QCloseEvent
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.interrupt import quit_on_interrupt
+from riglens.app.interrupt import quit_on_interrupt
 from tests.app.window_bench import TIMEOUT_MS
 
 

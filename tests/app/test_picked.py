@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from app.picked import length_text, sight_text
-from app.voxel_reporter import VoxelReporter
-from core.engine.engine import Engine
-from core.engine.sight import Sight
-from core.metric.entropy import EntropyField
+from riglens.app.picked import length_text, sight_text
+from riglens.app.voxel_reporter import VoxelReporter
+from riglens.core.engine.engine import Engine
+from riglens.core.engine.sight import Sight
+from riglens.core.metric.entropy import EntropyField
 from tests.core.builders import camera, grid_of, lidar, rig_of, seen_by, spinning, synthetic_pog
 
 GRID = grid_of(20, 20, 8, 0.5)

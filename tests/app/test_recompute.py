@@ -12,14 +12,14 @@ import pytest
 from PySide6.QtCore import Qt
 from pytestqt.qtbot import QtBot
 
-import app.scoring
-from app.options import SceneOptions
-from app.recompute import CANCELLED, Recompute
-from app.requests import EvaluationRequest, LoadedScene
-from app.scoring import load_scene
-from core.errors import InputError
-from core.metric.scores import MetricSettings
-from core.scene.boxes import Progress
+import riglens.app.scoring
+from riglens.app.options import SceneOptions
+from riglens.app.recompute import CANCELLED, Recompute
+from riglens.app.requests import EvaluationRequest, LoadedScene
+from riglens.app.scoring import load_scene
+from riglens.core.errors import InputError
+from riglens.core.metric.scores import MetricSettings
+from riglens.core.scene.boxes import Progress
 from tests.app.window_bench import RIG, TIMEOUT_MS, scene_options
 
 QUEUED = Qt.ConnectionType.QueuedConnection
@@ -165,12 +165,12 @@ class SlowEngine:
         return None if stale else self._engine.evaluate(rig, settings)
 
 
-app_engine = app.scoring.Engine
+app_engine = riglens.app.scoring.Engine
 
 
 def start_slow(start: StartWorker, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, gates: int) -> Any:
     SlowEngine.gates, SlowEngine.given_up = [], []
-    monkeypatch.setattr(app.scoring, "Engine", SlowEngine)
+    monkeypatch.setattr(riglens.app.scoring, "Engine", SlowEngine)
     worker = start()
     worker.recompute.load(scene_options(tmp_path))
     worker.wait(lambda: worker.ended == [""])
@@ -228,7 +228,7 @@ def test_a_failure_is_reported_and_the_next_request_is_answered(
         raise ZeroDivisionError("no way")
 
     with monkeypatch.context() as broken:
-        broken.setattr(app.scoring.Engine, "evaluate", fail)
+        broken.setattr(riglens.app.scoring.Engine, "evaluate", fail)
         worker.recompute.evaluate(request(1))
         worker.wait(lambda: bool(worker.failures))
     assert "ZeroDivisionError: no way" in worker.failures[0]

@@ -10,14 +10,14 @@ import pytest
 from PySide6.QtCore import Qt
 from pytestqt.qtbot import QtBot
 
-import app.side_jobs
-from app.recompute import Recompute
-from app.requests import EvaluationRequest, LoadedScene
-from app.scoring import IsStale, Scoring
-from app.side_jobs import SideAnswer, SideRequest
-from core.engine.engine import Engine, Evaluation
-from core.metric.scores import MetricSettings
-from core.rig.model import Rig
+import riglens.app.side_jobs
+from riglens.app.recompute import Recompute
+from riglens.app.requests import EvaluationRequest, LoadedScene
+from riglens.app.scoring import IsStale, Scoring
+from riglens.app.side_jobs import SideAnswer, SideRequest
+from riglens.core.engine.engine import Engine, Evaluation
+from riglens.core.metric.scores import MetricSettings
+from riglens.core.rig.model import Rig
 from tests.app.window_bench import CAMERA, LIDAR, RIG, TIMEOUT_MS, scene_options
 
 QUEUED = Qt.ConnectionType.QueuedConnection
@@ -60,7 +60,7 @@ class Desk:
 
 @pytest.fixture
 def desk(qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Desk]:
-    monkeypatch.setattr(app.side_jobs, "SIDE_REST_S", 0.0)
+    monkeypatch.setattr(riglens.app.side_jobs, "SIDE_REST_S", 0.0)
     opened = Desk(qtbot, tmp_path)
     yield opened
     opened.recompute.close()
@@ -165,7 +165,7 @@ def test_a_failure_in_a_side_job_is_reported_and_its_group_given_up(
 
 
 def test_side_jobs_wait_until_the_edits_have_rested(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(app.side_jobs, "SIDE_REST_S", 1e6)
+    monkeypatch.setattr(riglens.app.side_jobs, "SIDE_REST_S", 1e6)
     desk.edit(1)
     desk.ask("roof")
     desk.edit(2)

@@ -7,21 +7,26 @@ import subprocess
 import sys
 from pathlib import Path
 
-from app import main
-from app.cli.parsing import app, run
+from riglens.app import main
+from riglens.app.cli.parsing import app, run
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 FOR_LATER = (
-    *("numba", "core.kernels.jit", "scipy", "pyarrow", "pandas", "trimesh", "dask", "rich", "http.client"),
-    *("app.scenario", "core.scene.readers", "core.rig.formats.exchange", "core.study.rankings"),
-    *("cyclopts", "matplotlib.pyplot", "matplotlib.figure", "qtpy.QtWidgets"),
+    *("numba", "riglens.core.kernels.jit", "scipy", "pyarrow", "pandas", "trimesh", "dask", "rich"),
+    *(
+        "riglens.app.scenario",
+        "riglens.core.scene.readers",
+        "riglens.core.rig.formats.exchange",
+        "http.client",
+    ),
+    *("riglens.core.study.rankings", "cyclopts", "matplotlib.pyplot", "matplotlib.figure", "qtpy.QtWidgets"),
 )
 OPENED = """
 import sys
-import app.cli, app.main
-app.main.load_packages()
+import riglens.app.cli, riglens.app.main
+riglens.app.main.load_packages()
 assert "pyvista.plotting" in sys.modules and "PySide6" not in sys.modules, "Qt slows down what comes after it"
-import app.window, widgets.viewport.viewport
+import riglens.app.window, riglens.widgets.viewport.viewport
 """
 
 

@@ -10,11 +10,11 @@ import pytest
 from PySide6.QtWidgets import QPushButton
 from pytestqt.qtbot import QtBot
 
-from app.tasks import Tasks
-from core.errors import InputError
-from core.scene.boxes import Progress
+from riglens.app.tasks import Tasks
+from riglens.core.errors import InputError
+from riglens.core.scene.boxes import Progress
+from riglens.widgets.panels.progress_strip import ProgressStrip
 from tests.app.window_bench import TIMEOUT_MS, open_bench
-from widgets.panels.progress_strip import ProgressStrip
 
 
 @pytest.fixture

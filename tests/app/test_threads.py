@@ -15,18 +15,18 @@ import pytest
 from numba.core.registry import CPUDispatcher
 from pytestqt.qtbot import QtBot
 
-import app.pictures
-import app.side_jobs
-import app.tasks
-import core.kernels
-from app.pictures import Picture, PictureRequest, Pictures
-from app.scoring import LoadedScene, load_scene
-from app.tasks import Tasks
-from app.window.features.compare import Compare
-from app.window.features.heat import Heat
-from app.window.features.map import Map
-from app.window.features.pick import Pick
-from app.window.features.sensor_view import SensorView
+import riglens.app.pictures
+import riglens.app.side_jobs
+import riglens.app.tasks
+import riglens.core.kernels
+from riglens.app.pictures import Picture, PictureRequest, Pictures
+from riglens.app.scoring import LoadedScene, load_scene
+from riglens.app.tasks import Tasks
+from riglens.app.window.features.compare import Compare
+from riglens.app.window.features.heat import Heat
+from riglens.app.window.features.map import Map
+from riglens.app.window.features.pick import Pick
+from riglens.app.window.features.sensor_view import SensorView
 from tests.app.window_bench import CAMERA, TIMEOUT_MS, open_bench, scene_options
 
 MODES = ("probability", "entropy", "seen", "unseen", "sensors", "change")
@@ -34,13 +34,13 @@ MODES = ("probability", "entropy", "seen", "unseen", "sensors", "change")
 
 def all_kernels() -> dict[tuple[str, str], CPUDispatcher]:
     """Compiled functions by the module that names them and by their name, of all modules that may call some."""
-    for found in pkgutil.iter_modules(core.kernels.__path__, "core.kernels."):
+    for found in pkgutil.iter_modules(riglens.core.kernels.__path__, "riglens.core.kernels."):
         importlib.import_module(found.name)
-    importlib.import_module("app.scoring")
+    importlib.import_module("riglens.app.scoring")
     return {
         (module_name, name): value
         for module_name, module in list(sys.modules.items())
-        if module_name.startswith("core.")
+        if module_name.startswith("riglens.core.")
         for name, value in vars(module).items()
         if isinstance(value, CPUDispatcher)
     }
@@ -65,7 +65,9 @@ def callers(monkeypatch: pytest.MonkeyPatch) -> dict[str, set[str]]:
         return call
 
     for (module, name), kernel in all_kernels().items():
-        is_for_pictures = module in ("core.kernels.hits", "core.kernels.clip") and name[0] != "_"
+        is_for_pictures = (
+            module in ("riglens.core.kernels.hits", "riglens.core.kernels.clip") and name[0] != "_"
+        )
         if is_parallel(kernel) or is_for_pictures:
             monkeypatch.setattr(sys.modules[module], name, noted(kernel))
     return found
@@ -74,7 +76,7 @@ def callers(monkeypatch: pytest.MonkeyPatch) -> dict[str, set[str]]:
 def test_everything_in_the_window_calls_parallel_kernels_on_one_thread(
     qtbot: QtBot, tmp_path: Path, callers: dict[str, set[str]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(app.side_jobs, "SIDE_REST_S", 0.0)
+    monkeypatch.setattr(riglens.app.side_jobs, "SIDE_REST_S", 0.0)
     with open_bench(qtbot, tmp_path) as bench:
         for dock in ("Map", "Sensor view"):
             bench.window.docks[dock].setFloating(True)  # all in sight at once
@@ -125,8 +127,8 @@ def test_closing_does_not_wait_for_a_picture_that_cannot_be_given_up(
         begun.set()
         may_end.wait()
 
-    monkeypatch.setattr(app.pictures, "camera_picture", endless)
-    monkeypatch.setattr(app.pictures, "CLOSE_S", 0.01)
+    monkeypatch.setattr(riglens.app.pictures, "camera_picture", endless)
+    monkeypatch.setattr(riglens.app.pictures, "CLOSE_S", 0.01)
     pictures, made = Pictures(), list[Picture]()
     pictures.made.connect(made.append)
     pictures.ask(request_for(tmp_path))
@@ -141,7 +143,7 @@ def test_closing_does_not_wait_for_a_picture_that_cannot_be_given_up(
 def test_closing_does_not_wait_for_work_without_progress(
     qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(app.tasks, "CLOSE_S", 0.01)
+    monkeypatch.setattr(riglens.app.tasks, "CLOSE_S", 0.01)
     begun, may_end = threading.Event(), threading.Event()
 
     def endless(_: object) -> None:

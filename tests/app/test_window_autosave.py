@@ -12,9 +12,9 @@ import pytest
 from PySide6.QtWidgets import QPushButton
 from pytestqt.qtbot import QtBot
 
-from app.autosave import AutosaveFile, Unsaved, orphans
-from app.window.features.autosave import Autosave
-from core.rig.yaml_file import load_rig, new_rig_file
+from riglens.app.autosave import AutosaveFile, Unsaved, orphans
+from riglens.app.window.features.autosave import Autosave
+from riglens.core.rig.yaml_file import load_rig, new_rig_file
 from tests.app.conftest import REPOSITORY
 from tests.app.window_bench import LIDAR, RIG, TIMEOUT_MS, Bench, open_bench
 

@@ -6,12 +6,12 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication
 
-from app.window.features.car import Car
-from core.geometry import Pose
-from core.rig.mirror import mirrored_pose, partner_of
-from core.rig.yaml_file import load_rig
+from riglens.app.window.features.car import Car
+from riglens.core.geometry import Pose
+from riglens.core.rig.mirror import mirrored_pose, partner_of
+from riglens.core.rig.yaml_file import load_rig
+from riglens.widgets.viewport.body_profiles import reference_vehicle
 from tests.app.window_bench import LIDAR, TIMEOUT_MS, Bench, open_bench
-from widgets.viewport.body_profiles import reference_vehicle
 
 
 @pytest.fixture

@@ -10,25 +10,25 @@ from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QComboBox, QPushButton
 from pytestqt.qtbot import QtBot
 
-import app.side_jobs
-from app.window.features.baseline import Baseline
-from app.window.features.compare import Compare
-from app.window.settings import Settings
-from core.rig.presets import PAPER_RIGS, preset
-from core.rig.yaml_file import new_rig_file
-from core.scene.boxes import CLASSES
+import riglens.app.side_jobs
+from riglens.app.window.features.baseline import Baseline
+from riglens.app.window.features.compare import Compare
+from riglens.app.window.settings import Settings
+from riglens.core.rig.presets import PAPER_RIGS, preset
+from riglens.core.rig.yaml_file import new_rig_file
+from riglens.core.scene.boxes import CLASSES
+from riglens.widgets.panels.compare_chart import CompareChart
+from riglens.widgets.panels.compare_panel import ComparePanel
+from riglens.widgets.panels.compare_rows import ALL_CLASSES, CompareRow
+from riglens.widgets.panels.score_text import COLUMNS, change_text, column_of, kilo_text, share_text
 from tests.app.window_bench import RIG, TIMEOUT_MS, Bench, choose_item, open_bench
-from widgets.panels.compare_chart import CompareChart
-from widgets.panels.compare_panel import ComparePanel
-from widgets.panels.compare_rows import ALL_CLASSES, CompareRow
-from widgets.panels.score_text import COLUMNS, change_text, column_of, kilo_text, share_text
 
 S_MS, SEEN = column_of("s_ms"), column_of("seen")
 
 
 @pytest.fixture
 def bench(qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
-    monkeypatch.setattr(app.side_jobs, "SIDE_REST_S", 0.0)
+    monkeypatch.setattr(riglens.app.side_jobs, "SIDE_REST_S", 0.0)
     with open_bench(qtbot, tmp_path) as opened:
         yield opened
 
@@ -165,13 +165,13 @@ def test_other_settings_void_the_scores_and_compute_them_again(bench: Bench) -> 
 
 
 def test_scoring_is_cancelled_and_taken_up_again(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(app.side_jobs, "SIDE_REST_S", 1e6)
+    monkeypatch.setattr(riglens.app.side_jobs, "SIDE_REST_S", 1e6)
     compare(bench).add_presets(PAPER_RIGS)
     button = compare(bench).panel.findChild(QPushButton, "compare_cancel")
     assert button is not None
     assert button.isVisible()
     button.click()
-    monkeypatch.setattr(app.side_jobs, "SIDE_REST_S", 0.0)
+    monkeypatch.setattr(riglens.app.side_jobs, "SIDE_REST_S", 0.0)
     assert button.text() == "Score"
     assert any(row.scores is None for row in compare(bench).rows)
     button.click()

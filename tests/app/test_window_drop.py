@@ -11,10 +11,10 @@ from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from app.window.features.recent import Recent
-from app.window.settings import Settings
-from core.rig.model import Rig
-from core.rig.yaml_file import new_rig_file
+from riglens.app.window.features.recent import Recent
+from riglens.app.window.settings import Settings
+from riglens.core.rig.model import Rig
+from riglens.core.rig.yaml_file import new_rig_file
 from tests.app.window_bench import BOXES, RIG, TIMEOUT_MS, Bench, open_bench
 
 OTHER = Rig(name="other")

@@ -9,13 +9,13 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QApplication, QLineEdit
 from pytestqt.qtbot import QtBot
 
-from app.window.features.compare import Compare
-from app.window.features.edits import Edits
-from app.window.features.sensors import Sensors
-from core.geometry import Pose
-from core.rig.library import default_library
+from riglens.app.window.features.compare import Compare
+from riglens.app.window.features.edits import Edits
+from riglens.app.window.features.sensors import Sensors
+from riglens.core.geometry import Pose
+from riglens.core.rig.library import default_library
+from riglens.widgets.panels.sensor_tree import EYE, NAME
 from tests.app.window_bench import LIDAR, RIG, Bench, open_bench
-from widgets.panels.sensor_tree import EYE, NAME
 
 
 @pytest.fixture

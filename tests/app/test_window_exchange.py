@@ -7,10 +7,10 @@ import pytest
 from PySide6.QtGui import QAction
 from pytestqt.qtbot import QtBot
 
-from app.window.features.compare import Compare
-from app.window.features.drop import Drop
-from app.window.features.exchange import Exchange
-from core.rig.formats.exchange import WRITABLE, read_rig
+from riglens.app.window.features.compare import Compare
+from riglens.app.window.features.drop import Drop
+from riglens.app.window.features.exchange import Exchange
+from riglens.core.rig.formats.exchange import WRITABLE, read_rig
 from tests.app.window_bench import RIG, Bench, open_bench
 from tests.core.formats.cases import AUTOWARE_KIT, DRIVEWORKS, NUSCENES, URDF, write_files
 

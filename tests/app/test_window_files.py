@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 from pytestqt.qtbot import QtBot
 
-from app.dialogs import Unsaved
-from app.window.features.files import Files
-from core.rig.presets import preset
-from core.rig.yaml_file import load_rig, new_rig_file
+from riglens.app.dialogs import Unsaved
+from riglens.app.window.features.files import Files
+from riglens.core.rig.presets import preset
+from riglens.core.rig.yaml_file import load_rig, new_rig_file
 from tests.app.window_bench import RIG, Bench, open_bench
 
 

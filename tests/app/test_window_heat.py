@@ -12,19 +12,19 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLabel, QToolButton, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.heat_modes import HEAT_TITLES
-from app.window.features.baseline import Baseline
-from app.window.features.heat import Heat, look_of
-from app.window.features.pick import Pick
-from core.engine.engine import Engine
-from core.engine.inspect import sees_voxel
-from core.geometry import Pose
-from core.scene.columns import unpack
+from riglens.app.heat_modes import HEAT_TITLES
+from riglens.app.window.features.baseline import Baseline
+from riglens.app.window.features.heat import Heat, look_of
+from riglens.app.window.features.pick import Pick
+from riglens.core.engine.engine import Engine
+from riglens.core.engine.inspect import sees_voxel
+from riglens.core.geometry import Pose
+from riglens.core.scene.columns import unpack
+from riglens.widgets.viewport.camera import Ray
+from riglens.widgets.viewport.heat_pick import PickedCell
+from riglens.widgets.viewport.heat_scale import DEFAULT_LOOK, HeatLook
+from riglens.widgets.viewport.offscreen import OffscreenViewport
 from tests.app.window_bench import TIMEOUT_MS, Bench, open_bench
-from widgets.viewport.camera import Ray
-from widgets.viewport.heat_pick import PickedCell
-from widgets.viewport.heat_scale import DEFAULT_LOOK, HeatLook
-from widgets.viewport.offscreen import OffscreenViewport
 
 
 @pytest.fixture

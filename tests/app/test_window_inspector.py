@@ -12,7 +12,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QCheckBox, QLineEdit
 from pytestqt.qtbot import QtBot
 
-from core.rig.model import EvenAngles, Rig
+from riglens.core.rig.model import EvenAngles, Rig
 from tests.app.window_bench import CAMERA, LIDAR, RIG, Bench, open_bench
 
 ODD = 0.1 + 0.2  # 0.30000000000000004: no short decimal gives it back

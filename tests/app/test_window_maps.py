@@ -9,20 +9,20 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 
-from app.scenario import load_scenario
-from app.window.features.heat import Heat
-from app.window.features.map import Map
-from app.window.features.scene_data import SceneData
-from app.window.features.scores import Scores
-from app.window.features.sensor_view import SensorView
-from core.engine.engine import Engine
-from core.geometry import Pose
-from core.rig.model import Vehicle
-from core.scene.pog_store import save_pog
-from core.scene.top_view import SeenBy, TopView
-from core.scene.top_views import TopViews
-from core.view.camera_picture import CameraPicture
-from core.view.range_image import RangeImage
+from riglens.app.scenario import load_scenario
+from riglens.app.window.features.heat import Heat
+from riglens.app.window.features.map import Map
+from riglens.app.window.features.scene_data import SceneData
+from riglens.app.window.features.scores import Scores
+from riglens.app.window.features.sensor_view import SensorView
+from riglens.core.engine.engine import Engine
+from riglens.core.geometry import Pose
+from riglens.core.rig.model import Vehicle
+from riglens.core.scene.pog_store import save_pog
+from riglens.core.scene.top_view import SeenBy, TopView
+from riglens.core.scene.top_views import TopViews
+from riglens.core.view.camera_picture import CameraPicture
+from riglens.core.view.range_image import RangeImage
 from tests.app.window_bench import TIMEOUT_MS, Bench, open_bench, scene_options
 
 

@@ -12,10 +12,10 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QWidget
 from pytestqt.qtbot import QtBot
 
-from core.rig.model import Rig
+from riglens.core.rig.model import Rig
+from riglens.widgets.viewport.offscreen import OffscreenViewport
+from riglens.widgets.viewport.viewport import Viewport
 from tests.app.window_bench import CAMERA, LIDAR, Bench, open_bench
-from widgets.viewport.offscreen import OffscreenViewport
-from widgets.viewport.viewport import Viewport
 
 RIG = Rig(name="small", sensors=(LIDAR.replace(position=(0.0, 0.0, 2.0)), CAMERA))
 MAKERS: dict[str, Callable[[], QWidget]] = {"window": Viewport, "offscreen": OffscreenViewport}

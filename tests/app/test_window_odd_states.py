@@ -9,17 +9,17 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QPushButton
 from pytestqt.qtbot import QtBot
 
-import app.scoring
-from app.options import SceneOptions
-from app.scenario import Scenario
-from app.window.features.compare import Compare
-from app.window.features.heat import Heat
-from app.window.features.map import Map
-from app.window.features.scene_data import SceneData
-from app.window.features.sensor_view import SensorView
-from core.rig.model import Rig
-from core.scene.boxes import Progress
-from core.scene.top_view import BLIND
+import riglens.app.scoring
+from riglens.app.options import SceneOptions
+from riglens.app.scenario import Scenario
+from riglens.app.window.features.compare import Compare
+from riglens.app.window.features.heat import Heat
+from riglens.app.window.features.map import Map
+from riglens.app.window.features.scene_data import SceneData
+from riglens.app.window.features.sensor_view import SensorView
+from riglens.core.rig.model import Rig
+from riglens.core.scene.boxes import Progress
+from riglens.core.scene.top_view import BLIND
 from tests.app.window_bench import CAMERA, LIDAR, RIG, TIMEOUT_MS, Bench, open_bench, scene_options
 from tests.widgets.mouse import hover
 
@@ -93,13 +93,13 @@ def test_without_box_data_nothing_pretends_to_be_on_its_way(qtbot: QtBot, tmp_pa
 def test_while_the_first_data_are_loaded_the_docks_say_so(
     qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    gate, load = threading.Event(), app.scoring.load_scenario
+    gate, load = threading.Event(), riglens.app.scoring.load_scenario
 
     def load_later(options: SceneOptions, progress: Progress) -> Scenario:
         gate.wait()
         return load(options, progress)
 
-    monkeypatch.setattr(app.scoring, "load_scenario", load_later)
+    monkeypatch.setattr(riglens.app.scoring, "load_scenario", load_later)
     with open_bench(qtbot, tmp_path, wait=False) as bench:
         bench.document.select("front")
         try:

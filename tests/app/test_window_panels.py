@@ -9,28 +9,28 @@ from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QLineEdit, QToolButton
 from pytestqt.qtbot import QtBot
 
-import app.side_jobs
-from app.window.features.baseline import Baseline
-from app.window.features.library import LibraryPanel
-from app.window.features.marginals import Marginals
-from app.window.settings import Settings
-from core.geometry import Pose
-from core.rig.many import without
-from core.rig.presets import preset
-from core.rig.yaml_file import new_rig_file
+import riglens.app.side_jobs
+from riglens.app.window.features.baseline import Baseline
+from riglens.app.window.features.library import LibraryPanel
+from riglens.app.window.features.marginals import Marginals
+from riglens.app.window.settings import Settings
+from riglens.core.geometry import Pose
+from riglens.core.rig.many import without
+from riglens.core.rig.presets import preset
+from riglens.core.rig.yaml_file import new_rig_file
+from riglens.widgets.panels.library_list import MODEL_MIME
+from riglens.widgets.panels.marginal_view import NOT_COUNTED, WAITING
+from riglens.widgets.panels.pose_tools import PoseTools
+from riglens.widgets.panels.score_text import COLUMNS, change_text
+from riglens.widgets.panels.sensor_rows import EYE, LOCK, LOSS, NAME
 from tests.app.window_bench import CAMERA, LIDAR, RIG, TIMEOUT_MS, Bench, open_bench
-from widgets.panels.library_list import MODEL_MIME
-from widgets.panels.marginal_view import NOT_COUNTED, WAITING
-from widgets.panels.pose_tools import PoseTools
-from widgets.panels.score_text import COLUMNS, change_text
-from widgets.panels.sensor_rows import EYE, LOCK, LOSS, NAME
 
 CTRL = Qt.KeyboardModifier.ControlModifier
 
 
 @pytest.fixture
 def bench(qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
-    monkeypatch.setattr(app.side_jobs, "SIDE_REST_S", 0.0)
+    monkeypatch.setattr(riglens.app.side_jobs, "SIDE_REST_S", 0.0)
     with open_bench(qtbot, tmp_path) as opened:
         yield opened
 

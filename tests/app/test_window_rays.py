@@ -12,13 +12,13 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QStyle, QStyleOptionSlider, QToolButton, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.window.features.heat import Heat
-from app.window.features.rays import Rays, look_of
-from app.window.settings import Settings
+from riglens.app.window.features.heat import Heat
+from riglens.app.window.features.rays import Rays, look_of
+from riglens.app.window.settings import Settings
+from riglens.widgets.viewport.offscreen import OffscreenViewport
+from riglens.widgets.viewport.ray_look import DEFAULT_RAYS, RayLook
+from riglens.widgets.viewport.still import render_still
 from tests.app.window_bench import Bench, open_bench
-from widgets.viewport.offscreen import OffscreenViewport
-from widgets.viewport.ray_look import DEFAULT_RAYS, RayLook
-from widgets.viewport.still import render_still
 
 
 @pytest.fixture

@@ -12,17 +12,17 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QComboBox, QLineEdit, QPushButton
 from pytestqt.qtbot import QtBot
 
-from app.options import SceneOptions
-from app.recompute import CANCELLED
-from app.requests import Result
-from app.window.features.heat import Heat
-from app.window.features.scene_data import SceneData
-from app.window.features.scores import Scores
-from core.geometry import Pose
-from core.metric.scores import MetricSettings
-from core.scene.boxes import CLASSES
+from riglens.app.options import SceneOptions
+from riglens.app.recompute import CANCELLED
+from riglens.app.requests import Result
+from riglens.app.window.features.heat import Heat
+from riglens.app.window.features.scene_data import SceneData
+from riglens.app.window.features.scores import Scores
+from riglens.core.geometry import Pose
+from riglens.core.metric.scores import MetricSettings
+from riglens.core.scene.boxes import CLASSES
+from riglens.widgets.panels.score_text import COLUMNS
 from tests.app.window_bench import RIG, TIMEOUT_MS, Bench, choose_item, open_bench, scene_options, type_into
-from widgets.panels.score_text import COLUMNS
 
 
 @pytest.fixture

@@ -11,15 +11,15 @@ from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from app.user_folders import config_folder, state_folder
-from app.window.features.heat import Heat
-from app.window.features.locks import KEY, MOST_FILES
-from app.window.features.theme import Theme
-from app.window.settings import Settings
+from riglens.app.user_folders import config_folder, state_folder
+from riglens.app.window.features.heat import Heat
+from riglens.app.window.features.locks import KEY, MOST_FILES
+from riglens.app.window.features.theme import Theme
+from riglens.app.window.settings import Settings
+from riglens.widgets.panels.style import apply_style, shows_dark
+from riglens.widgets.theme import DARK, LIGHT
+from riglens.widgets.viewport.camera import OrbitCamera
 from tests.app.window_bench import open_bench
-from widgets.panels.style import apply_style, shows_dark
-from widgets.theme import DARK, LIGHT
-from widgets.viewport.camera import OrbitCamera
 
 KEYS = (
     "window/geometry", "window/state", "theme", "heat/mode", "heat/class", "rays/look", "gizmo/mode", "gizmo/local",
@@ -163,7 +163,7 @@ def test_the_theme_follows_the_system_while_the_window_is_open(
 ) -> None:
     with open_bench(qtbot, tmp_path, wait=False) as bench:
         apply_style(_app(), dark=False)
-        monkeypatch.setattr("app.window.features.theme.is_dark", lambda: True)
+        monkeypatch.setattr("riglens.app.window.features.theme.is_dark", lambda: True)
         QGuiApplication.styleHints().colorSchemeChanged.emit(Qt.ColorScheme.Dark)
         assert shows_dark()
         assert bench.viewport.told[-1] == ("palette", DARK)

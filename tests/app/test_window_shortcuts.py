@@ -14,11 +14,11 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLabel, QTableWidget
 from pytestqt.qtbot import QtBot
 
-from app.dialogs import Dialogs
-from app.window.features.heat import Heat
-from app.window.features.help import sheet
+from riglens.app.dialogs import Dialogs
+from riglens.app.window.features.heat import Heat
+from riglens.app.window.features.help import sheet
+from riglens.widgets.panels.shortcut_sheet import Group, ShortcutSheet, in_columns
 from tests.app.window_bench import Bench, open_bench
-from widgets.panels.shortcut_sheet import Group, ShortcutSheet, in_columns
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ import pytest
 from PySide6.QtCore import QTimer
 from pytestqt.qtbot import QtBot
 
-from app.window.unexpected import LOG, failures_told
+from riglens.app.window.unexpected import LOG, failures_told
 from tests.app.window_bench import TIMEOUT_MS, open_bench
 
 

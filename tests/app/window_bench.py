@@ -12,19 +12,19 @@ from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtWidgets import QApplication, QComboBox, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.dialogs import Dialogs, Unsaved
-from app.document import Document
-from app.options import SceneOptions
-from app.recompute import Recompute
-from app.requests import FRAME_MS, LoadedScene
-from app.window import MainWindow
-from app.window.settings import Settings
-from core.engine.engine import Engine
-from core.geometry import Pose
-from core.metric.scores import MetricSettings, Scores
-from core.rig.model import Camera, EvenAngles, Lidar, Rig
-from widgets.panels.shortcut_sheet import Group
-from widgets.viewport.scene_state import SceneState, ShownRig
+from riglens.app.dialogs import Dialogs, Unsaved
+from riglens.app.document import Document
+from riglens.app.options import SceneOptions
+from riglens.app.recompute import Recompute
+from riglens.app.requests import FRAME_MS, LoadedScene
+from riglens.app.window import MainWindow
+from riglens.app.window.settings import Settings
+from riglens.core.engine.engine import Engine
+from riglens.core.geometry import Pose
+from riglens.core.metric.scores import MetricSettings, Scores
+from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
+from riglens.widgets.panels.shortcut_sheet import Group
+from riglens.widgets.viewport.scene_state import SceneState, ShownRig
 
 TIMEOUT_MS = 60_000
 BOXES = """seq,frame,cls,x,y,z,length,width,height,yaw

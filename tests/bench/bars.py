@@ -9,7 +9,7 @@ from typing import Literal
 
 from rich.table import Table
 
-from core.files import atomic_write
+from riglens.core.files import atomic_write
 
 Better = Literal["higher", "lower"]
 

@@ -8,16 +8,16 @@ from dataclasses import dataclass
 import pytest
 import pyvista as pv
 
-from app.heatmap import Heatmaps, marks_of
-from core.rig.model import Rig
-from core.scene.display import DisplayGrid
+from riglens.app.heatmap import Heatmaps, marks_of
+from riglens.core.rig.model import Rig
+from riglens.core.scene.display import DisplayGrid
+from riglens.widgets.viewport.heat_scale import HeatmapData
+from riglens.widgets.viewport.scene import Scene
+from riglens.widgets.viewport.scene_state import SceneState, ShownRig
+from riglens.widgets.viewport.stage import render_window
 from tests.bench.race import Goal, Race
 from tests.bench.scenes import Scene as BenchScene
 from tests.bench.scenes import Scenes, moved, names_of, wide_trapezoid
-from widgets.viewport.heat_scale import HeatmapData
-from widgets.viewport.scene import Scene
-from widgets.viewport.scene_state import SceneState, ShownRig
-from widgets.viewport.stage import render_window
 
 SIZE_PX = [1280, 800]
 GOAL = 1.3

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from core.scene.pog_store import save_pog
+from riglens.core.scene.pog_store import save_pog
 from tests.bench.bars import Bar
 from tests.bench.peak import MEGABYTE, run_script
 from tests.bench.scenes import Scenes

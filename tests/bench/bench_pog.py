@@ -6,9 +6,9 @@ import itertools
 
 import numpy as np
 
-from core.scene.boxes import CLASSES
-from core.scene.grid import VoxelGrid
-from core.scene.pog import build_pog
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.scene.grid import VoxelGrid
+from riglens.core.scene.pog import build_pog
 from tests.bench.bars import Bar
 from tests.bench.boxes import CycledBoxes, PickedFrames
 from tests.bench.peak import MEGABYTE, run_script

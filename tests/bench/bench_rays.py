@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from core.rig.model import Rig
+from riglens.core.rig.model import Rig
 from tests.bench.race import Goal, Race
 from tests.bench.scenes import Scenes, dense_rays, moved, names_of, wide_trapezoid
 

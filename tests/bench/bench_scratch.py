@@ -8,9 +8,9 @@ from functools import partial
 
 import pytest
 
-from core.engine.engine import evaluate_from_scratch
-from core.metric.scores import MetricSettings
-from core.rig.model import Rig
+from riglens.core.engine.engine import evaluate_from_scratch
+from riglens.core.metric.scores import MetricSettings
+from riglens.core.rig.model import Rig
 from tests.bench.race import Goal, Race
 from tests.bench.scenes import THREADS, GridRays, Scene, Scenes, grid_rays, moved, wide_trapezoid
 

@@ -9,9 +9,9 @@ import sys
 
 import pytest
 
-from core.scene.grid import VoxelGrid
-from core.scene.pog_store import cached_pog
-from core.scene.readers.bundled import bundled_source
+from riglens.core.scene.grid import VoxelGrid
+from riglens.core.scene.pog_store import cached_pog
+from riglens.core.scene.readers.bundled import bundled_source
 from tests.bench.race import Goal, Race
 
 GOAL = 1.5

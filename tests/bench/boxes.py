@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from core.scene.boxes import CLASSES, BoxBatch, DataReport, Progress
-from core.scene.readers.bundled import bundled_source
+from riglens.core.scene.boxes import CLASSES, BoxBatch, DataReport, Progress
+from riglens.core.scene.readers.bundled import bundled_source
 
 
 class CycledBoxes:

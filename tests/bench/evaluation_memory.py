@@ -8,11 +8,11 @@ from __future__ import annotations
 import sys
 import tracemalloc
 
-from core.engine.engine import Engine
-from core.metric.entropy import EntropyField
-from core.scene.grid import VoxelGrid
-from core.scene.pog import build_pog
-from core.scene.pog_store import load_pog
+from riglens.core.engine.engine import Engine
+from riglens.core.metric.entropy import EntropyField
+from riglens.core.scene.grid import VoxelGrid
+from riglens.core.scene.pog import build_pog
+from riglens.core.scene.pog_store import load_pog
 from tests.bench.boxes import CycledBoxes
 from tests.bench.peak import peak, start_peak
 from tests.bench.scenes import THREADS, tilted, wide_trapezoid

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 
-from app import cli, main
+from riglens.app import cli, main
 
 PATIENCE_MS = 60_000
 
@@ -19,7 +19,7 @@ def end_at_first_picture() -> None:
         @staticmethod
         def exec() -> int:
             """Run until the first frame of the 3D view in the window that is now open is on the screen."""
-            from widgets.viewport.viewport_base import ViewportBase
+            from riglens.widgets.viewport.viewport_base import ViewportBase
 
             [window] = [
                 widget for widget in QApplication.topLevelWidgets() if isinstance(widget, QMainWindow)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import sys
 
-from core.scene.grid import VoxelGrid
-from core.scene.pog import build_pog
+from riglens.core.scene.grid import VoxelGrid
+from riglens.core.scene.pog import build_pog
 from tests.bench.boxes import CycledBoxes
 from tests.bench.peak import peak, start_peak
 

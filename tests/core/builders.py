@@ -7,15 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from core.engine.caster import Caster
-from core.engine.engine import Engine, Evaluation
-from core.metric.entropy import EntropyField
-from core.metric.scores import Method, MetricSettings
-from core.rig.model import Camera, EvenAngles, Lidar, Rig
-from core.scene.boxes import CLASSES, BoxBatch, DataReport, Progress
-from core.scene.columns import VoxelIndex, pack, unpack
-from core.scene.grid import VoxelGrid
-from core.scene.pog import Pog
+from riglens.core.engine.caster import Caster
+from riglens.core.engine.engine import Engine, Evaluation
+from riglens.core.metric.entropy import EntropyField
+from riglens.core.metric.scores import Method, MetricSettings
+from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
+from riglens.core.scene.boxes import CLASSES, BoxBatch, DataReport, Progress
+from riglens.core.scene.columns import VoxelIndex, pack, unpack
+from riglens.core.scene.grid import VoxelGrid
+from riglens.core.scene.pog import Pog
 
 Mask = NDArray[np.bool_]
 

@@ -14,9 +14,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from core.rig.model import Camera, Lidar
-from core.scene.boxes import BoxBatch
-from core.scene.grid import VoxelGrid
+from riglens.core.rig.model import Camera, Lidar
+from riglens.core.scene.boxes import BoxBatch
+from riglens.core.scene.grid import VoxelGrid
 
 Mask = NDArray[np.bool_]
 Cell = tuple[int, int, int]

@@ -4,9 +4,9 @@ import math
 
 from hypothesis import strategies as st
 
-from core.rig.distortion import BrownConrady, KannalaBrandt
-from core.rig.library import default_library
-from core.rig.model import Camera, EvenAngles, Lidar, MeshPlacement, Rig, Vehicle
+from riglens.core.rig.distortion import BrownConrady, KannalaBrandt
+from riglens.core.rig.library import default_library
+from riglens.core.rig.model import Camera, EvenAngles, Lidar, MeshPlacement, Rig, Vehicle
 
 NASTY = st.sampled_from([-0.0, 0.0, 1e-17, -1e-300, 5e-324, 0.1 + 0.2, 1 / 3, 1e7, 123456.789])
 ANY_NAME = st.text(min_size=1, max_size=12) | st.sampled_from(

@@ -5,12 +5,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from core.metric.coarse import estimated
-from core.metric.entropy import EntropyField
-from core.metric.scores import MetricSettings, Scores
-from core.scene.coarse import coarse_pog
-from core.scene.columns import unpack
-from core.scene.pog import Pog
+from riglens.core.metric.coarse import estimated
+from riglens.core.metric.entropy import EntropyField
+from riglens.core.metric.scores import MetricSettings, Scores
+from riglens.core.scene.coarse import coarse_pog
+from riglens.core.scene.columns import unpack
+from riglens.core.scene.pog import Pog
 from tests.core.builders import (
     camera,
     evaluate,

@@ -2,9 +2,9 @@
 
 import pytest
 
-from core.rig.edit_names import describe
-from core.rig.model import Rig
-from core.rig.presets import preset
+from riglens.core.rig.edit_names import describe
+from riglens.core.rig.model import Rig
+from riglens.core.rig.presets import preset
 
 START = preset("W+T")
 LIDAR = START.sensor("LIDAR_1")

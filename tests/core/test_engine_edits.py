@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from core.engine.caster import Caster
-from core.engine.engine import Engine, Evaluation, evaluate_from_scratch
-from core.metric.entropy import EntropyField
-from core.metric.scores import MetricSettings
-from core.rig.model import Rig
+from riglens.core.engine.caster import Caster
+from riglens.core.engine.engine import Engine, Evaluation, evaluate_from_scratch
+from riglens.core.metric.entropy import EntropyField
+from riglens.core.metric.scores import MetricSettings
+from riglens.core.rig.model import Rig
 from tests.core.builders import (
     camera,
     evaluate,
@@ -200,8 +200,8 @@ def test_the_answer_names_its_rig_its_settings_and_its_threads(field: EntropyFie
 RUN = """
 import hashlib, json, sys
 import numpy as np
-from core.engine.engine import Engine
-from core.metric.scores import MetricSettings
+from riglens.core.engine.engine import Engine
+from riglens.core.metric.scores import MetricSettings
 from tests.core.builders import grid_of, random_field, random_sensor, rig_of
 rng = np.random.default_rng(12)
 field = random_field(grid_of(10, 9, 70, 0.5), rng)

@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from core.engine.engine import Engine
-from core.engine.inspect import covered_at_least, sees_voxel
-from core.metric.scores import PAPER_SETTINGS
-from core.scene.columns import unpack
+from riglens.core.engine.engine import Engine
+from riglens.core.engine.inspect import covered_at_least, sees_voxel
+from riglens.core.metric.scores import PAPER_SETTINGS
+from riglens.core.scene.columns import unpack
 from tests.core.builders import grid_of, random_field, random_sensor, rig_of, seen_by, spinning
 
 GRID = grid_of(9, 8, 70, 0.5)

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from core.metric.entropy import QUANTA_PER_NAT, EntropyField
-from core.scene.pog import build_pog
+from riglens.core.metric.entropy import QUANTA_PER_NAT, EntropyField
+from riglens.core.scene.pog import build_pog
 from tests.core.builders import boxes_of, dense_h, grid_of, synthetic_pog
 from tests.core.oracle import entropy_nat
 

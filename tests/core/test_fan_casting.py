@@ -8,13 +8,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from core.engine.caster import Caster
-from core.engine.fans import make_fan, make_profile, share_rows
-from core.kernels.planes import Space
-from core.kernels.shares import work_by_row
-from core.rays import Lattice
-from core.rig.model import Lidar
-from core.scene.grid import VoxelGrid
+from riglens.core.engine.caster import Caster
+from riglens.core.engine.fans import make_fan, make_profile, share_rows
+from riglens.core.kernels.planes import Space
+from riglens.core.kernels.shares import work_by_row
+from riglens.core.rays import Lattice
+from riglens.core.rig.model import Lidar
+from riglens.core.scene.grid import VoxelGrid
 from tests.core.builders import field_of, lidar, seen_by, seen_ray_by_ray, spinning
 
 GRID = VoxelGrid(roi_m=(24.0, 16.0, 4.0), voxel_m=0.2)

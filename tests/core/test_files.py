@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from core.errors import InputError
-from core.files import atomic_folder, atomic_write
+from riglens.core.errors import InputError
+from riglens.core.files import atomic_folder, atomic_write
 
 
 def test_bytes_and_text_appear_under_the_name_asked_for(tmp_path: Path) -> None:

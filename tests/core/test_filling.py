@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from core.scene import filling
-from core.scene.grid import VoxelGrid
-from core.scene.pog import Pog, build_pog
+from riglens.core.scene import filling
+from riglens.core.scene.grid import VoxelGrid
+from riglens.core.scene.pog import Pog, build_pog
 from tests.core.builders import Boxes
 
 GRID = VoxelGrid(0.5, (8.0, 6.0, 4.0))

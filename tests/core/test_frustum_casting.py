@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from core.engine.caster import Caster
-from core.engine.frustums import make_frustum
-from core.rig.model import Camera
-from core.rig.presets import preset
-from core.scene.grid import VoxelGrid
+from riglens.core.engine.caster import Caster
+from riglens.core.engine.frustums import make_frustum
+from riglens.core.rig.model import Camera
+from riglens.core.rig.presets import preset
+from riglens.core.scene.grid import VoxelGrid
 from tests.core.builders import camera, field_of, grid_of, seen_by
 from tests.core.oracle import exact_cover
 

@@ -6,7 +6,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from core.geometry import Pose, rotation_from_rpy_deg, rpy_deg_from_rotation
+from riglens.core.geometry import Pose, rotation_from_rpy_deg, rpy_deg_from_rotation
 from tests.core.oracle import rotation
 
 angles = st.floats(-180.0, 180.0)

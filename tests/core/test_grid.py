@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from core.errors import InputError
-from core.scene.columns import VoxelIndex, empty_words, pack, unpack
-from core.scene.grid import VoxelGrid
+from riglens.core.errors import InputError
+from riglens.core.scene.columns import VoxelIndex, empty_words, pack, unpack
+from riglens.core.scene.grid import VoxelGrid
 from tests.core.builders import grid_of
 
 

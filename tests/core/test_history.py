@@ -2,10 +2,10 @@
 
 import pytest
 
-from core.geometry import Pose
-from core.rig.history import History
-from core.rig.model import Rig
-from core.rig.presets import preset
+from riglens.core.geometry import Pose
+from riglens.core.rig.history import History
+from riglens.core.rig.model import Rig
+from riglens.core.rig.presets import preset
 
 START = preset("W+T")
 

@@ -12,12 +12,11 @@ from pathlib import Path
 import numba
 import pytest
 
-import core
-from core.kernels import compiled
-from core.kernels.compiled import OLD_S, PREFIX, SOURCES, digest_of, use_own_folder
+from riglens.core.kernels import compiled
+from riglens.core.kernels.compiled import OLD_S, PREFIX, SOURCES, digest_of, use_own_folder
 
 INNER = """
-from core.kernels.jit import inlined
+from riglens.core.kernels.jit import inlined
 
 
 @inlined
@@ -25,15 +24,15 @@ def step(x: int) -> int:
     return x + {}
 """
 OUTER = """
-from core.kernels.inner import step
-from core.kernels.jit import kernel
+from riglens.core.kernels.inner import step
+from riglens.core.kernels.jit import kernel
 
 
 @kernel
 def twice(x: int) -> int:
     return step(step(x))
 """
-CALL = "from core.kernels.outer import twice; print(twice(0), sum(twice.stats.cache_hits.values()))"
+CALL = "from riglens.core.kernels.outer import twice; print(twice(0), sum(twice.stats.cache_hits.values()))"
 
 
 @pytest.fixture
@@ -56,7 +55,7 @@ def test_a_change_of_any_source_changes_the_folder(tmp_path: Path) -> None:
 
 
 def test_a_kernel_follows_a_function_of_another_file_that_it_inlines(tmp_path: Path) -> None:
-    kernels, package = tmp_path / "core" / "kernels", Path(core.__file__).parent
+    kernels, package = tmp_path / "riglens" / "core" / "kernels", SOURCES.parent
     kernels.mkdir(parents=True)
     for name in (
         "__init__.py",
@@ -65,7 +64,8 @@ def test_a_kernel_follows_a_function_of_another_file_that_it_inlines(tmp_path: P
         "kernels/jit.py",
         "kernels/compiled.py",
     ):
-        shutil.copy(package / name, tmp_path / "core" / name)
+        shutil.copy(package / name, tmp_path / "riglens" / "core" / name)
+    (tmp_path / "riglens" / "__init__.py").touch()
     (kernels / "outer.py").write_text(OUTER)
     environment = {**os.environ, "PYTHONPATH": str(tmp_path), "RIGLENS_CACHE_DIR": str(tmp_path / "cache")}
     del environment["NUMBA_CACHE_DIR"]

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from core.kernels.codes import CAMERA, LIDAR
-from core.kernels.directions import directions
-from core.kernels.lattice import direction
-from core.rays import lattice
+from riglens.core.kernels.codes import CAMERA, LIDAR
+from riglens.core.kernels.directions import directions
+from riglens.core.kernels.lattice import direction
+from riglens.core.rays import lattice
 from tests.core.builders import grid_of, random_sensor
 
 

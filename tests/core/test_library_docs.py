@@ -4,9 +4,9 @@ import re
 from fnmatch import fnmatch
 from pathlib import Path
 
-from core.rig.library import default_library, load_library
-from core.rig.library_file import Entry
-from core.rig.model import Camera, Lidar
+from riglens.core.rig.library import default_library, load_library
+from riglens.core.rig.library_file import Entry
+from riglens.core.rig.model import Camera, Lidar
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "docs" / "sensor-library.md").read_text(encoding="utf-8")

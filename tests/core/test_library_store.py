@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from assets import asset_path
-from core.rig import library_store
-from core.rig.library_file import Entry, read_entries
-from core.rig.library_store import stored_entries
+from riglens.assets import asset_path
+from riglens.core.rig import library_store
+from riglens.core.rig.library_file import Entry, read_entries
+from riglens.core.rig.library_store import stored_entries
 
 BUNDLED = asset_path("library.yaml")
 OTHER = """

@@ -7,14 +7,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from core.engine.caster import Caster
-from core.engine.fans import is_plain
-from core.engine.frustums import make_frustum
-from core.metric.scores import MetricSettings
-from core.rays import sensor_rays
-from core.rig.distortion import BrownConrady, KannalaBrandt
-from core.rig.model import Camera, EvenAngles, Lidar
-from core.study.reference import exact_cover
+from riglens.core.engine.caster import Caster
+from riglens.core.engine.fans import is_plain
+from riglens.core.engine.frustums import make_frustum
+from riglens.core.metric.scores import MetricSettings
+from riglens.core.rays import sensor_rays
+from riglens.core.rig.distortion import BrownConrady, KannalaBrandt
+from riglens.core.rig.model import Camera, EvenAngles, Lidar
+from riglens.core.study.reference import exact_cover
 from tests.core.builders import evaluate, field_of, grid_of, rig_of, seen_by, spinning
 
 GRID = grid_of(24, 20, 11, 0.25)

@@ -5,11 +5,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from core.errors import InputError
-from core.geometry import Pose
-from core.rig.mirror import in_step, linked, mirrored_pose, partner_of, unlinked, without_sensor
-from core.rig.model import Camera, EvenAngles, Lidar, Rig
-from core.rig.yaml_file import dumps, loads, new_rig_file, rig_sha256
+from riglens.core.errors import InputError
+from riglens.core.geometry import Pose
+from riglens.core.rig.mirror import in_step, linked, mirrored_pose, partner_of, unlinked, without_sensor
+from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
+from riglens.core.rig.yaml_file import dumps, loads, new_rig_file, rig_sha256
 
 metres = st.floats(-5.0, 5.0)
 angles = st.floats(-180.0, 180.0)

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from core.errors import InputError
-from core.rig.opening import open_rig
-from core.rig.presets import preset
-from core.rig.yaml_file import load_rig, new_rig_file
+from riglens.core.errors import InputError
+from riglens.core.rig.opening import open_rig
+from riglens.core.rig.presets import preset
+from riglens.core.rig.yaml_file import load_rig, new_rig_file
 from tests.core.formats.cases import AUTOWARE_KIT, write_files
 
 

@@ -9,11 +9,11 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from core.kernels.walk import IRREGULAR, walk_exact
-from core.rational_walk import walk_rational
-from core.rig.model import Camera, Lidar
-from core.rig.presets import preset
-from core.scene.grid import VoxelGrid
+from riglens.core.kernels.walk import IRREGULAR, walk_exact
+from riglens.core.rational_walk import walk_rational
+from riglens.core.rig.model import Camera, Lidar
+from riglens.core.rig.presets import preset
+from riglens.core.scene.grid import VoxelGrid
 from tests.core.builders import (
     camera,
     field_of,

@@ -4,8 +4,8 @@ import socket
 
 import pytest
 
-from core.errors import InputError
-from core.scene.pog_cluster import cluster_workers
+from riglens.core.errors import InputError
+from riglens.core.scene.pog_cluster import cluster_workers
 
 
 @pytest.mark.parametrize("address", ["", "localhost", "tcp://", "tcp://host", "http://host:1", "tcp://a b:1"])

@@ -6,9 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from core.errors import InputError
-from core.scene.grid import VoxelGrid
-from core.scene.pog import Pog, build_pog
+from riglens.core.errors import InputError
+from riglens.core.scene.grid import VoxelGrid
+from riglens.core.scene.pog import Pog, build_pog
 from tests.core.builders import Boxes, boxes_of, grid_of
 from tests.core.oracle import occupied_frames
 

@@ -11,13 +11,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from core.errors import InputError
-from core.scene.grid import VoxelGrid
-from core.scene.pog import Pog, build_pog
-from core.scene.pog_parts import OwnProcess, PartsPlan, build_in_parts, groups_of
-from core.scene.pog_processes import worker_processes
-from core.scene.readers import open_boxes
-from core.scene.readers.collection import BoxCollection
+from riglens.core.errors import InputError
+from riglens.core.scene.grid import VoxelGrid
+from riglens.core.scene.pog import Pog, build_pog
+from riglens.core.scene.pog_parts import OwnProcess, PartsPlan, build_in_parts, groups_of
+from riglens.core.scene.pog_processes import worker_processes
+from riglens.core.scene.readers import open_boxes
+from riglens.core.scene.readers.collection import BoxCollection
 
 GRID = VoxelGrid(0.5, (20.0, 16.0, 4.0))
 HEADER = "seq,frame,cls,x,y,z,length,width,height,yaw\n"

@@ -10,12 +10,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from core.cache_folder import cache_folder
-from core.errors import InputError
-from core.scene import pog_store
-from core.scene.grid import VoxelGrid
-from core.scene.pog import Pog, build_pog
-from core.scene.pog_store import cached_pog, load_pog, save_pog
+from riglens.core.cache_folder import cache_folder
+from riglens.core.errors import InputError
+from riglens.core.scene import pog_store
+from riglens.core.scene.grid import VoxelGrid
+from riglens.core.scene.pog import Pog, build_pog
+from riglens.core.scene.pog_store import cached_pog, load_pog, save_pog
 from tests.core.builders import Boxes, boxes_of
 
 GRID = VoxelGrid(0.5, (4.0, 3.0, 2.0))

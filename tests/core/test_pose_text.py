@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from core.errors import InputError
-from core.geometry import Pose
-from core.rig.pose_text import POSE_FORMATS, PoseFormat, parse_pose, pose_text
+from riglens.core.errors import InputError
+from riglens.core.geometry import Pose
+from riglens.core.rig.pose_text import POSE_FORMATS, PoseFormat, parse_pose, pose_text
 
 METRES = st.floats(-100.0, 100.0)
 DEGREES = st.floats(-180.0, 180.0)

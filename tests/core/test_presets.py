@@ -4,10 +4,10 @@ import math
 
 import pytest
 
-from core.errors import InputError
-from core.rig.model import Camera, Lidar
-from core.rig.presets import PAPER_RIGS, PRESETS, preset
-from core.rig.yaml_file import dumps, loads
+from riglens.core.errors import InputError
+from riglens.core.rig.model import Camera, Lidar
+from riglens.core.rig.presets import PAPER_RIGS, PRESETS, preset
+from riglens.core.rig.yaml_file import dumps, loads
 
 LIDARS = {
     "C": [(0, 0, 2.4), (0, 0, 2.6), (0, 0, 2.8), (0, 0, 3.0)],

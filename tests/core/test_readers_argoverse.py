@@ -8,10 +8,10 @@ import pyarrow.feather
 import pytest
 from scipy.spatial.transform import Rotation
 
-from core.errors import InputError
-from core.scene.boxes import BoxBatch
-from core.scene.readers import open_boxes
-from core.scene.readers.common import join
+from riglens.core.errors import InputError
+from riglens.core.scene.boxes import BoxBatch
+from riglens.core.scene.readers import open_boxes
+from riglens.core.scene.readers.common import join
 from tests.core.argoverse_log import random_columns, write_log
 
 HERE = (0.0, 0.0, 0.0)

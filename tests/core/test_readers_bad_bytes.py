@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from core.errors import InputError
-from core.scene.readers import open_boxes
+from riglens.core.errors import InputError
+from riglens.core.scene.readers import open_boxes
 from tests.core.broken_files import SOURCES, Sound, broken_versions, carla_file, csv_file
 
 QUICK, LONG = 100, 12_000

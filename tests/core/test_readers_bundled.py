@@ -3,11 +3,11 @@
 import json
 from importlib import resources
 
-from core.scene.readers import bundled_source
+from riglens.core.scene.readers import bundled_source
 
 
 def test_the_bundled_scenario_holds_what_its_note_says() -> None:
-    note = json.loads(resources.files("assets").joinpath("scenarios/town/scenario.json").read_text())
+    note = json.loads(resources.files("riglens.assets").joinpath("scenarios/town/scenario.json").read_text())
     source = bundled_source()
     total = sum(batch.frame.size for batch in source.batches())
     report = source.report()

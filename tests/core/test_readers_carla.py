@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from core.errors import InputError
-from core.scene.boxes import CLASSES
-from core.scene.readers import open_boxes
-from core.scene.readers.carla import boxes_from_corners
-from core.scene.readers.common import join
+from riglens.core.errors import InputError
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.scene.readers import open_boxes
+from riglens.core.scene.readers.carla import boxes_from_corners
+from riglens.core.scene.readers.common import join
 
 SIGNS = np.array(list(itertools.product((-0.5, 0.5), repeat=3)))
 CAR_M = np.array([4.5, 1.8, 1.5])

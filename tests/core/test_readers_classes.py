@@ -4,9 +4,9 @@ import itertools
 
 import pytest
 
-from core.errors import InputError
-from core.scene.boxes import CLASSES
-from core.scene.readers.classes import (
+from riglens.core.errors import InputError
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.scene.readers.classes import (
     ANY_TABLE,
     ARGOVERSE,
     CARLA,

@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from core.errors import InputError
-from core.scene.boxes import BoxBatch
-from core.scene.readers import default_origin_m, open_boxes
-from core.scene.readers.common import join
+from riglens.core.errors import InputError
+from riglens.core.scene.boxes import BoxBatch
+from riglens.core.scene.readers import default_origin_m, open_boxes
+from riglens.core.scene.readers.common import join
 
 HEADER = "seq,frame,cls,x,y,z,length,width,height,yaw\n"
 

@@ -10,10 +10,10 @@ import pytest
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from core.errors import InputError
-from core.scene.boxes import CLASSES, BoxBatch
-from core.scene.readers import open_boxes
-from core.scene.readers.common import join
+from riglens.core.errors import InputError
+from riglens.core.scene.boxes import CLASSES, BoxBatch
+from riglens.core.scene.readers import open_boxes
+from riglens.core.scene.readers.common import join
 
 SHARED = Path(__file__).resolve().parents[3] / "shared" / "data"
 CAR = "Car 0 0 -1.5 100 100 200 200 1.5 1.8 4.5 {x} {y} {z} {ry}"

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from core.errors import InputError
-from core.scene.boxes import CLASSES, BoxBatch
-from core.scene.readers import open_boxes
-from core.scene.readers.common import join
+from riglens.core.errors import InputError
+from riglens.core.scene.boxes import CLASSES, BoxBatch
+from riglens.core.scene.readers import open_boxes
+from riglens.core.scene.readers.common import join
 from tests.core.nuscenes_folder import compress, random_boxes, write_tables
 
 MAPPED = {"vehicle.car": 0, "vehicle.bicycle": 1, "human.pedestrian.adult": 2}

@@ -13,10 +13,10 @@ import pyarrow.csv
 import pyarrow.parquet
 import pytest
 
-from core.errors import InputError
-from core.scene.boxes import CLASSES, BoxBatch
-from core.scene.readers import open_boxes
-from core.scene.readers.common import join
+from riglens.core.errors import InputError
+from riglens.core.scene.boxes import CLASSES, BoxBatch
+from riglens.core.scene.readers import open_boxes
+from riglens.core.scene.readers.common import join
 
 HEADER = "seq,frame,cls,x,y,z,length,width,height,yaw"
 ROW = "a,{frame},{cls},1.5,-2,0.75,4.5,1.8,1.5,0.5"

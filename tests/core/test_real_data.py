@@ -4,13 +4,13 @@ from pathlib import Path
 
 import pytest
 
-from core.metric.entropy import EntropyField
-from core.metric.scores import ClassScores
-from core.rig.presets import preset
-from core.scene.boxes import CLASSES
-from core.scene.grid import VoxelGrid
-from core.scene.pog import build_pog
-from core.scene.readers import open_boxes
+from riglens.core.metric.entropy import EntropyField
+from riglens.core.metric.scores import ClassScores
+from riglens.core.rig.presets import preset
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.scene.grid import VoxelGrid
+from riglens.core.scene.pog import build_pog
+from riglens.core.scene.readers import open_boxes
 from tests.core.builders import evaluate
 
 LIDARS_KNAT = {"Center": -187.9, "Pyramid": -183.0, "Line": -134.7, "Trapezoid": -134.2}

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from core.errors import InputError
-from core.rig.presets import PRESETS
-from core.rig.yaml_fields import ACCEPTED
-from core.rig.yaml_file import loads
+from riglens.core.errors import InputError
+from riglens.core.rig.presets import PRESETS
+from riglens.core.rig.yaml_fields import ACCEPTED
+from riglens.core.rig.yaml_file import loads
 
 PAGE = (Path(__file__).resolve().parents[2] / "docs" / "formats-rig.md").read_text(encoding="utf-8")
 EXAMPLE, MODELS = re.findall(r"```yaml\n(.*?)```", PAGE, re.DOTALL)

@@ -6,12 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from core.errors import InputError
-from core.geometry import Pose
-from core.rig.library import default_library, load_library, sensor_from_model, user_library_files
-from core.rig.library_file import Entry
-from core.rig.model import Camera, EvenAngles, Lidar
-from core.rig.yaml_file import dumps, loads
+from riglens.core.errors import InputError
+from riglens.core.geometry import Pose
+from riglens.core.rig.library import default_library, load_library, sensor_from_model, user_library_files
+from riglens.core.rig.library_file import Entry
+from riglens.core.rig.model import Camera, EvenAngles, Lidar
+from riglens.core.rig.yaml_file import dumps, loads
 
 ENTRIES = default_library().entries()
 

@@ -4,11 +4,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from core.errors import InputError
-from core.rig.many import duplicated, free_name, list_text, with_enabled, without
-from core.rig.mirror import linked
-from core.rig.model import MAX_SENSORS, Rig
-from core.rig.presets import preset
+from riglens.core.errors import InputError
+from riglens.core.rig.many import duplicated, free_name, list_text, with_enabled, without
+from riglens.core.rig.mirror import linked
+from riglens.core.rig.model import MAX_SENSORS, Rig
+from riglens.core.rig.presets import preset
 
 RIG = preset("W+T")
 NAMES = tuple(sensor.name for sensor in RIG.sensors)

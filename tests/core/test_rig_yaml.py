@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from core.errors import InputError
-from core.geometry import Pose
-from core.rig.distortion import BrownConrady, KannalaBrandt
-from core.rig.library import default_library
-from core.rig.model import Camera, EvenAngles, Lidar, Rig
-from core.rig.presets import preset
-from core.rig.yaml_fields import ACCEPTED
-from core.rig.yaml_file import dumps, load_rig, loads, new_rig_file, rig_sha256, same_rig
-from core.rig.yaml_text import FIELD_ORDER
+from riglens.core.errors import InputError
+from riglens.core.geometry import Pose
+from riglens.core.rig.distortion import BrownConrady, KannalaBrandt
+from riglens.core.rig.library import default_library
+from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
+from riglens.core.rig.presets import preset
+from riglens.core.rig.yaml_fields import ACCEPTED
+from riglens.core.rig.yaml_file import dumps, load_rig, loads, new_rig_file, rig_sha256, same_rig
+from riglens.core.rig.yaml_text import FIELD_ORDER
 from tests.core.rig_cases import rigs
 
 CONTRACT = """\

@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from core.geometry import Pose
-from core.rig.library import sensor_from_model
-from core.rig.model import Camera, EvenAngles, Lidar, Rig
-from core.rig.yaml_edit import edited_text
-from core.rig.yaml_file import loads, same_rig
-from core.rig.yaml_text import plain_fields, rig_text, value_text, written_fields
+from riglens.core.geometry import Pose
+from riglens.core.rig.library import sensor_from_model
+from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
+from riglens.core.rig.yaml_edit import edited_text
+from riglens.core.rig.yaml_file import loads, same_rig
+from riglens.core.rig.yaml_text import plain_fields, rig_text, value_text, written_fields
 from tests.core.rig_cases import rigs
 
 FILE = """\

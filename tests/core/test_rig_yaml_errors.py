@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from core.errors import InputError
-from core.rig.yaml_file import load_rig, loads
-from core.rig.yaml_nodes import MAX_BYTES
+from riglens.core.errors import InputError
+from riglens.core.rig.yaml_file import load_rig, loads
+from riglens.core.rig.yaml_nodes import MAX_BYTES
 
 LIDAR = """\
 riglens: 1

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from core.metric.entropy import QUANTA_PER_NAT
-from core.metric.scores import MetricSettings, Reading
-from core.rig.model import Camera, Lidar
-from core.scene.boxes import CLASSES
+from riglens.core.metric.entropy import QUANTA_PER_NAT
+from riglens.core.metric.scores import MetricSettings, Reading
+from riglens.core.rig.model import Camera, Lidar
+from riglens.core.scene.boxes import CLASSES
 from tests.core.builders import (
     camera,
     dense_h,

@@ -7,20 +7,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from core.engine.engine import Engine
-from core.metric.entropy import EntropyField
-from core.metric.scores import MetricSettings
-from core.rig.presets import PAPER_RIGS, preset
-from core.scene.boxes import CLASSES
-from core.scene.grid import VoxelGrid
-from core.scene.pog import build_pog
-from core.study import reference, stability_edits
-from core.study.rankings import LETTERS, Ranking, RayLattice, agreement, rank, swapped
-from core.study.reference import exact_cover
-from core.study.resampled import ResampledFrames, StoredBoxes
-from core.study.stability import StabilityStudy
-from core.study.stability_cases import RayCase, ray_cases
-from core.study.stability_checks import (
+from riglens.core.engine.engine import Engine
+from riglens.core.metric.entropy import EntropyField
+from riglens.core.metric.scores import MetricSettings
+from riglens.core.rig.presets import PAPER_RIGS, preset
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.scene.grid import VoxelGrid
+from riglens.core.scene.pog import build_pog
+from riglens.core.study import reference, stability_edits
+from riglens.core.study.rankings import LETTERS, Ranking, RayLattice, agreement, rank, swapped
+from riglens.core.study.reference import exact_cover
+from riglens.core.study.resampled import ResampledFrames, StoredBoxes
+from riglens.core.study.stability import StabilityStudy
+from riglens.core.study.stability_cases import RayCase, ray_cases
+from riglens.core.study.stability_checks import (
     entropy_nat,
     extreme_probabilities,
     identical_sensors,
@@ -30,13 +30,13 @@ from core.study.stability_checks import (
     one_frame,
     refused_grid,
 )
-from core.study.stability_edits import random_edits
-from core.study.stability_findings import conclusion, findings, methods_verdict
-from core.study.stability_html import page
-from core.study.stability_methods import compared, judged
-from core.study.stability_metric import MetricStudy, Plan, study_metric
-from core.study.stability_sensors import lidar, whole_slopes
-from core.study.stability_text import lines
+from riglens.core.study.stability_edits import random_edits
+from riglens.core.study.stability_findings import conclusion, findings, methods_verdict
+from riglens.core.study.stability_html import page
+from riglens.core.study.stability_methods import compared, judged
+from riglens.core.study.stability_metric import MetricStudy, Plan, study_metric
+from riglens.core.study.stability_sensors import lidar, whole_slopes
+from riglens.core.study.stability_text import lines
 from tests.core import oracle
 from tests.core.builders import boxes_of, evaluate, field_of, grid_of, random_field, random_sensor
 

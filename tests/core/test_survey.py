@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from core.scene.survey import CLASSES, RINGS_M, SECTORS, survey
+from riglens.core.scene.survey import CLASSES, RINGS_M, SECTORS, survey
 from tests.core.builders import Boxes, boxes_of
 
 CAR = (4.5, 1.9, 1.6)

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import pytest
 
-from assets import asset_path
-from core.metric.scores import DEFAULT_LAMBDA, ClassScores, KindScore, MetricSettings, Scores
-from core.rig.model import Rig
-from core.rig.presets import PAPER_RIGS
-from core.scene.boxes import CLASSES
-from core.study.table1 import Figures, Order, Table1, compare, published_table1, table1
+from riglens.assets import asset_path
+from riglens.core.metric.scores import DEFAULT_LAMBDA, ClassScores, KindScore, MetricSettings, Scores
+from riglens.core.rig.model import Rig
+from riglens.core.rig.presets import PAPER_RIGS
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.study.table1 import Figures, Order, Table1, compare, published_table1, table1
 
 LIDAR = {"C": -187.9, "P": -183.0, "L": -134.7, "T": -134.2}
 CAMERA = {"W": -670.7, "N": -686.5}

@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from core.metric.entropy import EntropyField
-from core.scene.display import DisplayGrid
-from core.scene.pog import Pog
-from core.scene.voxel import id_of, voxel_facts, voxel_in_cell
+from riglens.core.metric.entropy import EntropyField
+from riglens.core.scene.display import DisplayGrid
+from riglens.core.scene.pog import Pog
+from riglens.core.scene.voxel import id_of, voxel_facts, voxel_in_cell
 from tests.core.builders import grid_of, synthetic_pog
 
 GRID = grid_of(8, 6, 70, 0.5)

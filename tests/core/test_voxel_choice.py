@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from core.errors import InputError
-from core.metric.scores import ClassScores, KindScore, Scores
-from core.scene.boxes import CLASSES
-from core.study.voxel_choice import LADDER_M, Tried, VoxelChoice, choose, ladder_grids
+from riglens.core.errors import InputError
+from riglens.core.metric.scores import ClassScores, KindScore, Scores
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.study.voxel_choice import LADDER_M, Tried, VoxelChoice, choose, ladder_grids
 
 FINE, MIDDLE, COARSE = 0.05, 0.1, 0.2
 SHARES = st.floats(0.0, 1.0)

@@ -5,15 +5,15 @@ import sys
 
 SCRIPT = """
 import importlib, pkgutil
-import core.kernels
-from core.engine.engine import Engine
-from core.engine.warm_up import warm_up
-from core.rig.presets import preset
+import riglens.core.kernels
+from riglens.core.engine.engine import Engine
+from riglens.core.engine.warm_up import warm_up
+from riglens.core.rig.presets import preset
 from tests.core.builders import field_of, grid_of
 
 
 def compiled():
-    names = [found.name for found in pkgutil.iter_modules(core.kernels.__path__, "core.kernels.")]
+    names = [found.name for found in pkgutil.iter_modules(riglens.core.kernels.__path__, "riglens.core.kernels.")]
     things = [thing for name in names for thing in vars(importlib.import_module(name)).values()]
     return {thing.py_func.__qualname__: len(thing.signatures) for thing in things if hasattr(thing, "py_func")}
 

@@ -13,22 +13,22 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from app.heat_modes import HeatMode
-from app.heatmap import Heatmaps, marks_for, seen_words
-from app.picture import Findings, PictureWords, with_words
-from core.engine.engine import Engine
-from core.metric.entropy import EntropyField
-from core.metric.scores import PAPER_SETTINGS
-from core.rig.model import Camera, EvenAngles, Lidar, Rig
-from core.scene.display import DisplayGrid
-from core.scene.grid import VoxelGrid
-from core.scene.pog import Pog
+from riglens.app.heat_modes import HeatMode
+from riglens.app.heatmap import Heatmaps, marks_for, seen_words
+from riglens.app.picture import Findings, PictureWords, with_words
+from riglens.core.engine.engine import Engine
+from riglens.core.metric.entropy import EntropyField
+from riglens.core.metric.scores import PAPER_SETTINGS
+from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
+from riglens.core.scene.display import DisplayGrid
+from riglens.core.scene.grid import VoxelGrid
+from riglens.core.scene.pog import Pog
+from riglens.widgets.theme import palette
+from riglens.widgets.viewport.heat_scale import HeatLook
+from riglens.widgets.viewport.marker_layer import Marker
+from riglens.widgets.viewport.scene_state import SceneState
+from riglens.widgets.viewport.still import png_of, render_still
 from tests.core.builders import synthetic_pog
-from widgets.theme import palette
-from widgets.viewport.heat_scale import HeatLook
-from widgets.viewport.marker_layer import Marker
-from widgets.viewport.scene_state import SceneState
-from widgets.viewport.still import png_of, render_still
 
 FOLDER = Path(__file__).with_name("golden")
 SIZE_PX = (480, 300)

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 import pyvista as pv
 
+from riglens.widgets.viewport.scene_state import SceneState
+from riglens.widgets.viewport.still import render_still
 from tests.render.pictures import FOLDER, PICTURES, SIZE_PX
-from widgets.viewport.scene_state import SceneState
-from widgets.viewport.still import render_still
 
 BLOCK_PX = 20
 MEAN_OFF, WORST_OFF = 5.0, 60.0

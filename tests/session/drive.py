@@ -16,15 +16,15 @@ from pathlib import Path
 from PySide6.QtCore import QPoint, QTimer
 from PySide6.QtWidgets import QApplication, QComboBox, QPushButton
 
-from app.options import SceneOptions, ScoreOptions
-from app.window import MainWindow, open_window
-from app.window.features.baseline import Baseline
-from app.window.features.compare import Compare
-from app.window.features.exchange import Exchange
-from app.window.features.picture import Picture
-from core.rig.yaml_file import dumps, load_rig
+from riglens.app.options import SceneOptions, ScoreOptions
+from riglens.app.window import MainWindow, open_window
+from riglens.app.window.features.baseline import Baseline
+from riglens.app.window.features.compare import Compare
+from riglens.app.window.features.exchange import Exchange
+from riglens.app.window.features.picture import Picture
+from riglens.core.rig.yaml_file import dumps, load_rig
+from riglens.widgets.gizmo.drag import Handle
 from tests.session.person import Answers, Person
-from widgets.gizmo.drag import Handle
 
 MODEL = "VLP-16"
 

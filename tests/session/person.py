@@ -15,10 +15,10 @@ from PySide6.QtGui import QKeySequence
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QMenu, QPushButton, QWidget
 
-from app.dialogs import Dialogs, Unsaved
-from app.window import MainWindow
-from widgets.gizmo.drag import Handle
-from widgets.gizmo.handles import handle_polyline
+from riglens.app.dialogs import Dialogs, Unsaved
+from riglens.app.window import MainWindow
+from riglens.widgets.gizmo.drag import Handle
+from riglens.widgets.gizmo.handles import handle_polyline
 
 LEFT = Qt.MouseButton.LeftButton
 PATIENCE_S = 400.0

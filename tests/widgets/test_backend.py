@@ -3,9 +3,9 @@
 import pytest
 from PySide6.QtWidgets import QApplication
 
-from widgets.viewport.backend import create_viewport, draws_without_card, driver_name
-from widgets.viewport.offscreen import OffscreenViewport
-from widgets.viewport.viewport import Viewport
+from riglens.widgets.viewport.backend import create_viewport, draws_without_card, driver_name
+from riglens.widgets.viewport.offscreen import OffscreenViewport
+from riglens.widgets.viewport.viewport import Viewport
 
 
 @pytest.mark.parametrize(
@@ -32,7 +32,7 @@ def test_drivers_are_known_by_their_names(driver: str, without_card: bool) -> No
     ("driver", "kind"), [("NVIDIA RTX A2000/PCIe/SSE2", Viewport), ("llvmpipe", OffscreenViewport)]
 )
 def test_the_viewport_fits_the_driver(qapp: QApplication, monkeypatch, driver: str, kind: type) -> None:
-    monkeypatch.setattr("widgets.viewport.backend.driver_name", lambda: driver)
+    monkeypatch.setattr("riglens.widgets.viewport.backend.driver_name", lambda: driver)
     view = create_viewport()
     assert type(view) is kind
     view.close()

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from core.errors import InputError
-from core.rig.model import PARAMETRIC_BODIES, Vehicle
-from widgets.viewport.body import body_parts
-from widgets.viewport.body_profiles import PROFILES, reference_vehicle
+from riglens.core.errors import InputError
+from riglens.core.rig.model import PARAMETRIC_BODIES, Vehicle
+from riglens.widgets.viewport.body import body_parts
+from riglens.widgets.viewport.body_profiles import PROFILES, reference_vehicle
 
 BODIES = [reference_vehicle(body) for body in PARAMETRIC_BODIES]
 VEHICLES = [

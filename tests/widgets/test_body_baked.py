@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from core.rig.model import Vehicle
-from widgets.theme import DARK, LIGHT
-from widgets.viewport.body_profiles import PROFILES
-from widgets.viewport.camera import OrbitCamera
-from widgets.viewport.scene import Scene
-from widgets.viewport.scene_state import SceneState
-from widgets.viewport.stage import render_window
+from riglens.core.rig.model import Vehicle
+from riglens.widgets.theme import DARK, LIGHT
+from riglens.widgets.viewport.body_profiles import PROFILES
+from riglens.widgets.viewport.camera import OrbitCamera
+from riglens.widgets.viewport.scene import Scene
+from riglens.widgets.viewport.scene_state import SceneState
+from riglens.widgets.viewport.stage import render_window
 
 SIZE_PX = (320, 200)
 AROUND = [OrbitCamera((0.0, 0.0, 0.9), 13.0, azimuth, 18.0) for azimuth in (-50.0, 40.0, 130.0, 220.0)]

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from core.rig.model import Vehicle
-from widgets.viewport import body, body_store
-from widgets.viewport.body import body_parts
-from widgets.viewport.body_store import stored_surfaces
-from widgets.viewport.surface import superellipsoid
+from riglens.core.rig.model import Vehicle
+from riglens.widgets.viewport import body, body_store
+from riglens.widgets.viewport.body import body_parts
+from riglens.widgets.viewport.body_store import stored_surfaces
+from riglens.widgets.viewport.surface import superellipsoid
 
 
 @pytest.fixture

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from core.geometry import Pose, rotation_from_rpy_deg
-from widgets.gizmo.drag import (
+from riglens.core.geometry import Pose, rotation_from_rpy_deg
+from riglens.widgets.gizmo.drag import (
     Handle,
     along_axis_m,
     begin_drag,
@@ -19,7 +19,7 @@ from widgets.gizmo.drag import (
     signed_angle_rad,
     turned,
 )
-from widgets.viewport.camera import Ray
+from riglens.widgets.viewport.camera import Ray
 
 metres = st.floats(-5.0, 5.0)
 angles = st.floats(-179.0, 179.0)

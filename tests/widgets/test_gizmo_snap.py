@@ -7,9 +7,8 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from core.geometry import Pose
-from tests.widgets.test_gizmo_drag import axes, eye_at, eyes, metres, poses, ray_through, spaces
-from widgets.gizmo.drag import (
+from riglens.core.geometry import Pose
+from riglens.widgets.gizmo.drag import (
     SNAP_DEG,
     SNAP_M,
     Handle,
@@ -20,9 +19,10 @@ from widgets.gizmo.drag import (
     turned,
     turned_snapped,
 )
-from widgets.gizmo.echo import drag_echo
-from widgets.gizmo.nudge import nudge_turned, nudged, view_axes
-from widgets.viewport.camera import OrbitCamera, Ray
+from riglens.widgets.gizmo.echo import drag_echo
+from riglens.widgets.gizmo.nudge import nudge_turned, nudged, view_axes
+from riglens.widgets.viewport.camera import OrbitCamera, Ray
+from tests.widgets.test_gizmo_drag import axes, eye_at, eyes, metres, poses, ray_through, spaces
 
 
 def is_multiple(value: float, step: float) -> bool:

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from widgets.theme import DARK
-from widgets.viewport.heat_scale import (
+from riglens.widgets.theme import DARK
+from riglens.widgets.viewport.heat_scale import (
     HeatLook,
     HeatmapData,
     alphas,

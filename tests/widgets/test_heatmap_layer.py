@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from widgets.viewport.heat_levels import DRAG_CELLS, coarse_level, full_level
-from widgets.viewport.heat_scale import HeatLook, HeatmapData
-from widgets.viewport.scene import Scene
-from widgets.viewport.scene_state import SceneState
-from widgets.viewport.stage import render_window
+from riglens.widgets.viewport.heat_levels import DRAG_CELLS, coarse_level, full_level
+from riglens.widgets.viewport.heat_scale import HeatLook, HeatmapData
+from riglens.widgets.viewport.scene import Scene
+from riglens.widgets.viewport.scene_state import SceneState
+from riglens.widgets.viewport.stage import render_window
 
 CELL_M = 0.4
 

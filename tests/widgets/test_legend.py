@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 import pyvista as pv
 
+from riglens.widgets.theme import DARK, LIGHT, Palette
+from riglens.widgets.viewport.heat_scale import HeatmapData, Scale
+from riglens.widgets.viewport.label import unit_px
+from riglens.widgets.viewport.scene import Scene
+from riglens.widgets.viewport.scene_state import SceneState
+from riglens.widgets.viewport.stage import render_window
 from tests.widgets.test_viewport_still import wall
-from widgets.theme import DARK, LIGHT, Palette
-from widgets.viewport.heat_scale import HeatmapData, Scale
-from widgets.viewport.label import unit_px
-from widgets.viewport.scene import Scene
-from widgets.viewport.scene_state import SceneState
-from widgets.viewport.stage import render_window
 
 SIZES = [(900, 600), (1920, 1080)]
 SCALES: tuple[Scale, ...] = ("ramp", "steps", "change")

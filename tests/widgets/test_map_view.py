@@ -7,13 +7,13 @@ from PySide6.QtGui import QColor, QImage, QWheelEvent
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from core.rig.model import Camera, EvenAngles, Lidar, Rig
-from core.scene.grid import VoxelGrid
-from core.scene.top_view import BLIND, MOST, TopView
+from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
+from riglens.core.scene.grid import VoxelGrid
+from riglens.core.scene.top_view import BLIND, MOST, TopView
+from riglens.widgets.maps.map_items import BLIND_COLOUR, ring_labels
+from riglens.widgets.maps.map_view import MapView
+from riglens.widgets.maps.plane import PlaneView
 from tests.widgets.mouse import hover
-from widgets.maps.map_items import BLIND_COLOUR, ring_labels
-from widgets.maps.map_view import MapView
-from widgets.maps.plane import PlaneView
 
 GRID = VoxelGrid(0.5, (20.0, 20.0, 4.0))
 LIDAR = Lidar(

@@ -9,7 +9,7 @@ from PySide6.QtGui import QWheelEvent
 from PySide6.QtWidgets import QApplication, QLineEdit, QVBoxLayout, QWidget
 from pytestqt.qtbot import QtBot
 
-from widgets.panels.expression import (
+from riglens.widgets.panels.expression import (
     DEGREES,
     METRES,
     MILLIMETRES,
@@ -18,7 +18,7 @@ from widgets.panels.expression import (
     parse_number,
     parse_quantity,
 )
-from widgets.panels.number_edit import NumberEdit
+from riglens.widgets.panels.number_edit import NumberEdit
 
 SHIFT, CTRL = Qt.KeyboardModifier.ShiftModifier, Qt.KeyboardModifier.ControlModifier
 

@@ -7,12 +7,12 @@ import math
 import pytest
 from PySide6.QtCore import QRectF
 
-from core.rig.model import Camera, EvenAngles, Lidar
-from core.rig.presets import preset
-from widgets.panels.compare_rows import CompareRow, columns_for, table_text
-from widgets.panels.derived import derived_rows
-from widgets.panels.sensor_rows import short_type
-from widgets.panels.sparkline import trail_points, trail_tip
+from riglens.core.rig.model import Camera, EvenAngles, Lidar
+from riglens.core.rig.presets import preset
+from riglens.widgets.panels.compare_rows import CompareRow, columns_for, table_text
+from riglens.widgets.panels.derived import derived_rows
+from riglens.widgets.panels.sensor_rows import short_type
+from riglens.widgets.panels.sparkline import trail_points, trail_tip
 
 LIDAR = Lidar(
     name="top",

@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from widgets.panels.expression import parse_number
-from widgets.panels.number_edit import full_number, short_number
-from widgets.panels.score_text import COLUMNS, change_text, kilo_text, share_text
+from riglens.widgets.panels.expression import parse_number
+from riglens.widgets.panels.number_edit import full_number, short_number
+from riglens.widgets.panels.score_text import COLUMNS, change_text, kilo_text, share_text
 
 S_MS, SEEN = COLUMNS[2], COLUMNS[3]
 

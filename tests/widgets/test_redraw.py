@@ -9,7 +9,7 @@ import pytest
 from PySide6.QtCore import QObject, QTimer
 from PySide6.QtTest import QTest
 
-from widgets.viewport.redraw import Parts, Redraw
+from riglens.widgets.viewport.redraw import Parts, Redraw
 
 PARTS = 5
 

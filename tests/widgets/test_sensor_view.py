@@ -6,17 +6,17 @@ from PySide6.QtCore import QPoint, QPointF
 from PySide6.QtGui import QColor, QImage
 from pytestqt.qtbot import QtBot
 
-from core.rig.model import Camera, Lidar
-from core.scene.boxes import rotations_from_yaw
-from core.scene.grid import VoxelGrid
-from core.view.body_tree import BodyTree
-from core.view.camera_picture import camera_picture
-from core.view.frames import FrameBoxes
-from core.view.range_image import range_image
+from riglens.core.rig.model import Camera, Lidar
+from riglens.core.scene.boxes import rotations_from_yaw
+from riglens.core.scene.grid import VoxelGrid
+from riglens.core.view.body_tree import BodyTree
+from riglens.core.view.camera_picture import camera_picture
+from riglens.core.view.frames import FrameBoxes
+from riglens.core.view.range_image import range_image
+from riglens.widgets.maps.range_view import azimuth_text, azimuth_ticks, nearest_of, spread
+from riglens.widgets.maps.sensor_view import SensorView
+from riglens.widgets.theme import CLASS_COLOURS
 from tests.widgets.mouse import hover
-from widgets.maps.range_view import azimuth_text, azimuth_ticks, nearest_of, spread
-from widgets.maps.sensor_view import SensorView
-from widgets.theme import CLASS_COLOURS
 
 GRID = VoxelGrid(0.5, (60.0, 40.0, 4.0))
 NO_BODY = BodyTree.of(np.zeros((0, 3, 3)))

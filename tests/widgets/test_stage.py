@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from core.rig.model import Rig
+from riglens.core.rig.model import Rig
+from riglens.widgets.viewport.camera import OrbitCamera
+from riglens.widgets.viewport.scene import Scene
+from riglens.widgets.viewport.scene_state import SceneState
+from riglens.widgets.viewport.stage import COARSE, render_window
 from tests.widgets.test_viewport_still import LIDAR, wall
-from widgets.viewport.camera import OrbitCamera
-from widgets.viewport.scene import Scene
-from widgets.viewport.scene_state import SceneState
-from widgets.viewport.stage import COARSE, render_window
 
 CAMERA = OrbitCamera((0.0, 0.0, 0.7), 14.0, -70.0, 12.0)
 STATE = SceneState(rig=Rig(sensors=(LIDAR,)), heatmap=wall(4.0), camera=CAMERA)

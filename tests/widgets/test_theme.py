@@ -2,7 +2,7 @@
 
 import pytest
 
-from widgets.theme import DARK_TONES, LIGHT_TONES, Tones, rgb
+from riglens.widgets.theme import DARK_TONES, LIGHT_TONES, Tones, rgb
 
 LEAST = 4.5
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from widgets.panels.time_left import TimeLeft, duration_text
+from riglens.widgets.panels.time_left import TimeLeft, duration_text
 
 
 class Clock:

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from core.errors import InputError
-from core.scene.grid import VoxelGrid
-from widgets.viewport.camera import VIEWS, OrbitCamera, view_camera
+from riglens.core.errors import InputError
+from riglens.core.scene.grid import VoxelGrid
+from riglens.widgets.viewport.camera import VIEWS, OrbitCamera, view_camera
 
 SIZE = (1200, 800)
 cameras = st.builds(

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from core.rig.model import EvenAngles, Lidar, Rig
-from widgets.theme import LIGHT
-from widgets.viewport.camera import OrbitCamera
-from widgets.viewport.heat_scale import HeatmapData
-from widgets.viewport.ray_look import RayLook
-from widgets.viewport.scene_state import SceneState
-from widgets.viewport.still import render_still
+from riglens.core.rig.model import EvenAngles, Lidar, Rig
+from riglens.widgets.theme import LIGHT
+from riglens.widgets.viewport.camera import OrbitCamera
+from riglens.widgets.viewport.heat_scale import HeatmapData
+from riglens.widgets.viewport.ray_look import RayLook
+from riglens.widgets.viewport.scene_state import SceneState
+from riglens.widgets.viewport.still import render_still
 
 SIZE = (320, 200)
 LIDAR = Lidar(

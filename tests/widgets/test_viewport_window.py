@@ -21,17 +21,17 @@ from PySide6.QtWidgets import QApplication
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
 
-from core.errors import InputError
-from core.geometry import Pose
-from core.rig.model import Camera, EvenAngles, Lidar, Rig, Vehicle
-from widgets.gizmo.drag import Handle, along_axis_m, gizmo_axes
-from widgets.gizmo.handles import handle_polyline
-from widgets.viewport.drop_target import MODEL_MIME
-from widgets.viewport.heat_scale import HeatLook, HeatmapData
-from widgets.viewport.offscreen import OffscreenViewport
-from widgets.viewport.scene_state import ShownRig
-from widgets.viewport.viewport import Viewport
-from widgets.viewport.viewport_base import ViewportBase
+from riglens.core.errors import InputError
+from riglens.core.geometry import Pose
+from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig, Vehicle
+from riglens.widgets.gizmo.drag import Handle, along_axis_m, gizmo_axes
+from riglens.widgets.gizmo.handles import handle_polyline
+from riglens.widgets.viewport.drop_target import MODEL_MIME
+from riglens.widgets.viewport.heat_scale import HeatLook, HeatmapData
+from riglens.widgets.viewport.offscreen import OffscreenViewport
+from riglens.widgets.viewport.scene_state import ShownRig
+from riglens.widgets.viewport.viewport import Viewport
+from riglens.widgets.viewport.viewport_base import ViewportBase
 
 LIDAR = Lidar(
     name="roof",
@@ -610,7 +610,7 @@ NO_DISPLAY = """
 import sys
 from PySide6.QtWidgets import QApplication
 from PySide6.QtTest import QTest
-from widgets.viewport.backend import create_viewport
+from riglens.widgets.viewport.backend import create_viewport
 app = QApplication([])
 view = create_viewport()
 view.resize(320, 200)

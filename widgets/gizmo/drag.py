@@ -14,8 +14,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from core.geometry import Pose, Vec3, rpy_deg_from_rotation
-from widgets.viewport.camera import Ray
+from riglens.core.geometry import Pose, Vec3, rpy_deg_from_rotation
+from riglens.widgets.viewport.camera import Ray
 
 Vector = NDArray[np.float64]
 Space = Literal["local", "world"]

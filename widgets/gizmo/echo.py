@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from core.geometry import Pose, Vec3
+from riglens.core.geometry import Pose, Vec3
 
 _COORDINATES = ("x", "y", "z")
 _ANGLES = ("roll", "pitch", "yaw")

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from vtkmodules.vtkCommonDataModel import vtkPlane
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
-from core.geometry import Pose
-from widgets.gizmo.drag import (
+from riglens.core.geometry import Pose
+from riglens.widgets.gizmo.drag import (
     MOVE_HANDLES,
     PLANE_HANDLES,
     ROTATE_HANDLES,
@@ -25,9 +25,9 @@ from widgets.gizmo.drag import (
     gizmo_axes,
     pose_matrix,
 )
-from widgets.theme import Palette, mix
-from widgets.viewport.camera import OrbitCamera, Points, Size
-from widgets.viewport.materials import mapper_of
+from riglens.widgets.theme import Palette, mix
+from riglens.widgets.viewport.camera import OrbitCamera, Points, Size
+from riglens.widgets.viewport.materials import mapper_of
 
 GizmoMode = Literal["move", "rotate", "both"]
 SIZE_PX = 96.0

@@ -7,8 +7,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from core.rig.model import Vehicle
-from widgets.viewport.body import body_parts
+from riglens.core.rig.model import Vehicle
+from riglens.widgets.viewport.body import body_parts
 
 
 @lru_cache(maxsize=2)

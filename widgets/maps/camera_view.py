@@ -7,12 +7,12 @@ from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QImage, QPainter, QPen, QPolygonF, QTransform
 from PySide6.QtWidgets import QWidget
 
-from core.scene.boxes import CLASSES
-from core.view.camera_picture import CameraPicture, Face
-from core.view.projection import Points
-from widgets.maps.image_view import READOUT_PX, ImageView
-from widgets.maps.paint import LEGEND_PX, argb, draw_swatches, image_of
-from widgets.theme import CLASS_COLOURS, DARK_TONES, Tones, mix
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.view.camera_picture import CameraPicture, Face
+from riglens.core.view.projection import Points
+from riglens.widgets.maps.image_view import READOUT_PX, ImageView
+from riglens.widgets.maps.paint import LEGEND_PX, argb, draw_swatches, image_of
+from riglens.widgets.theme import CLASS_COLOURS, DARK_TONES, Tones, mix
 
 _MARGIN_PX, _MOST_ABOVE_PX = 6.0, 24.0
 _SKY = {True: "#2a3442", False: "#dbe6f2"}

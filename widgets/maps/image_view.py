@@ -8,9 +8,9 @@ from PySide6.QtCore import QEvent, QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent
 from PySide6.QtWidgets import QWidget
 
-from widgets.maps.paint import small_font
-from widgets.panels.style import tones
-from widgets.theme import Tones
+from riglens.widgets.maps.paint import small_font
+from riglens.widgets.panels.style import tones
+from riglens.widgets.theme import Tones
 
 READOUT_PX = 34.0
 """Two lines of words at the foot of a view."""

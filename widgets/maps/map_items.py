@@ -8,11 +8,11 @@ from collections.abc import Sequence
 from PySide6.QtCore import QPointF, QRectF, QSizeF, Qt
 from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPainterPath, QPen
 
-from core.rig.model import Camera, Lidar, Vehicle
-from core.scene.grid import VoxelGrid
-from widgets.maps.paint import BAR_PX, SHARE_MAP, draw_bar, draw_tag
-from widgets.maps.plane import PlaneView
-from widgets.theme import DARK_TONES, KIND_COLOURS, SELECTED_COLOUR, Tones
+from riglens.core.rig.model import Camera, Lidar, Vehicle
+from riglens.core.scene.grid import VoxelGrid
+from riglens.widgets.maps.paint import BAR_PX, SHARE_MAP, draw_bar, draw_tag
+from riglens.widgets.maps.plane import PlaneView
+from riglens.widgets.theme import DARK_TONES, KIND_COLOURS, SELECTED_COLOUR, Tones
 
 BLIND_COLOUR = "#f0356b"
 DOT_PX = 4.5

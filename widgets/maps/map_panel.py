@@ -5,9 +5,9 @@ from __future__ import annotations
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QToolButton, QVBoxLayout, QWidget
 
-from core.scene.top_view import SeenBy
-from widgets.maps.map_view import MapView
-from widgets.panels.style import MARGIN, SPACING, as_panel
+from riglens.core.scene.top_view import SeenBy
+from riglens.widgets.maps.map_view import MapView
+from riglens.widgets.panels.style import MARGIN, SPACING, as_panel
 
 SEEN_BY: dict[SeenBy, str] = {"any": "any sensor", "lidar": "LiDARs", "camera": "cameras"}
 

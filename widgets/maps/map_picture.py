@@ -9,10 +9,10 @@ from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import QWidget
 
-from core.rig.model import Camera, Lidar, Rig
-from core.scene.grid import VoxelGrid
-from core.scene.top_view import BLIND, EMPTY, LEAST, MOST, TopView
-from widgets.maps.map_items import (
+from riglens.core.rig.model import Camera, Lidar, Rig
+from riglens.core.scene.grid import VoxelGrid
+from riglens.core.scene.top_view import BLIND, EMPTY, LEAST, MOST, TopView
+from riglens.widgets.maps.map_items import (
     BLIND_COLOUR,
     draw_car,
     draw_legend,
@@ -23,9 +23,9 @@ from widgets.maps.map_items import (
     outside_mark,
     roi_rectangle,
 )
-from widgets.maps.paint import SHARE_MAP, argb, colours, draw_message, image_of, small_font
-from widgets.maps.plane import PlaneView
-from widgets.panels.style import tones
+from riglens.widgets.maps.paint import SHARE_MAP, argb, colours, draw_message, image_of, small_font
+from riglens.widgets.maps.plane import PlaneView
+from riglens.widgets.panels.style import tones
 
 _WORDS_PX = 30.0
 _LEGEND_PX = 30.0 + _WORDS_PX

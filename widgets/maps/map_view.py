@@ -8,7 +8,7 @@ from PySide6.QtCore import QEvent, QPointF, Qt, Signal
 from PySide6.QtGui import QMouseEvent, QWheelEvent
 from PySide6.QtWidgets import QWidget
 
-from widgets.maps.map_picture import MapPicture
+from riglens.widgets.maps.map_picture import MapPicture
 
 _CLICK_PX = 4.0
 _WHEEL = 1.2

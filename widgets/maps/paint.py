@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QImage, QPainter, QPen
 
-from widgets.panels.style import numbers_font
-from widgets.theme import Tones
+from riglens.widgets.panels.style import numbers_font
+from riglens.widgets.theme import Tones
 
 SHARE_MAP, RANGE_MAP = "viridis", "turbo"
 BAR_PX = 8.0

@@ -11,12 +11,12 @@ from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QFontMetricsF, QImage, QPainter, QPen
 from PySide6.QtWidgets import QWidget
 
-from core.scene.boxes import CLASSES
-from core.view.hits import BODY, GROUND, NOTHING
-from core.view.range_image import RangeImage
-from widgets.maps.image_view import READOUT_PX, ImageView
-from widgets.maps.paint import LEGEND_PX, RANGE_MAP, argb, colours, draw_bar, draw_swatches, image_of
-from widgets.theme import CLASS_COLOURS, Tones
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.view.hits import BODY, GROUND, NOTHING
+from riglens.core.view.range_image import RangeImage
+from riglens.widgets.maps.image_view import READOUT_PX, ImageView
+from riglens.widgets.maps.paint import LEGEND_PX, RANGE_MAP, argb, colours, draw_bar, draw_swatches, image_of
+from riglens.widgets.theme import CLASS_COLOURS, Tones
 
 Colouring = Literal["range", "hit"]
 _LEFT_PX, _TOP_PX, _RIGHT_PX = 50.0, 6.0, 10.0

@@ -20,11 +20,11 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from core.view.camera_picture import CameraPicture
-from core.view.range_image import RangeImage
-from widgets.maps.camera_view import CameraView
-from widgets.maps.range_view import RangeView
-from widgets.panels.style import MARGIN, SPACING, as_panel
+from riglens.core.view.camera_picture import CameraPicture
+from riglens.core.view.range_image import RangeImage
+from riglens.widgets.maps.camera_view import CameraView
+from riglens.widgets.maps.range_view import RangeView
+from riglens.widgets.panels.style import MARGIN, SPACING, as_panel
 
 COLOURINGS = {"range": "Colour: range", "hit": "Colour: what is hit"}
 

@@ -8,11 +8,11 @@ from typing import Any
 from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QLabel, QWidget
 
-from core.rig.model import EvenAngles, Lidar
-from widgets.panels.expression import DEGREES
-from widgets.panels.form import ChoiceBox, Form
-from widgets.panels.number_edit import IntegerEdit, ListEdit, NumberEdit
-from widgets.panels.value_edit import ValueEdit
+from riglens.core.rig.model import EvenAngles, Lidar
+from riglens.widgets.panels.expression import DEGREES
+from riglens.widgets.panels.form import ChoiceBox, Form
+from riglens.widgets.panels.number_edit import IntegerEdit, ListEdit, NumberEdit
+from riglens.widgets.panels.value_edit import ValueEdit
 
 EVEN, LIST = "evenly spaced", "list"
 

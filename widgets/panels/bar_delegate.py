@@ -6,7 +6,7 @@ from PySide6.QtCore import QModelIndex, QPersistentModelIndex, QRect, Qt
 from PySide6.QtGui import QColor, QPainter
 from PySide6.QtWidgets import QStyle, QStyledItemDelegate, QStyleOptionViewItem
 
-from widgets.panels.style import tones
+from riglens.widgets.panels.style import tones
 
 BAR_SHARE = Qt.ItemDataRole.UserRole.value + 1
 """Length of the bar, 0 to 1 of the cell; None for no bar."""

@@ -7,11 +7,11 @@ from typing import Any
 
 from PySide6.QtWidgets import QWidget
 
-from core.rig.model import Camera
-from widgets.panels.expression import DEGREES, PIXELS
-from widgets.panels.form import ChoiceBox, read_field, write_field
-from widgets.panels.number_edit import IntegerEdit, NumberEdit
-from widgets.panels.sensor_form import SensorForm
+from riglens.core.rig.model import Camera
+from riglens.widgets.panels.expression import DEGREES, PIXELS
+from riglens.widgets.panels.form import ChoiceBox, read_field, write_field
+from riglens.widgets.panels.number_edit import IntegerEdit, NumberEdit
+from riglens.widgets.panels.sensor_form import SensorForm
 
 FIELD_OF_VIEW, FOCAL_LENGTHS = "field of view", "focal lengths"
 

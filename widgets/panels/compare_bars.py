@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from PySide6.QtCore import QRectF
 
-from widgets.panels.compare_rows import CompareRow, ScoreColumn
+from riglens.widgets.panels.compare_rows import CompareRow, ScoreColumn
 
 WIDEST_PX, FILLED = 64.0, 0.78
 

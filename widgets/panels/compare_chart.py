@@ -9,12 +9,12 @@ from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QMouseEvent, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QWidget
 
-from widgets.panels.compare_bars import Bar, Chart, chart_of, side_by_side
-from widgets.panels.compare_model import CompareModel
-from widgets.panels.compare_rows import CompareRow
-from widgets.panels.style import numbers_font, tones
-from widgets.panels.tooltips import plain_tip
-from widgets.theme import RIG_COLOURS, Tones
+from riglens.widgets.panels.compare_bars import Bar, Chart, chart_of, side_by_side
+from riglens.widgets.panels.compare_model import CompareModel
+from riglens.widgets.panels.compare_rows import CompareRow
+from riglens.widgets.panels.style import numbers_font, tones
+from riglens.widgets.panels.tooltips import plain_tip
+from riglens.widgets.theme import RIG_COLOURS, Tones
 
 _EDGE_PX, _GAP_PX, _LINE_PX, _SWATCH_PX = 10.0, 20.0, 16.0, 9.0
 _LEGEND_LINES = 2

@@ -9,13 +9,19 @@ from typing import Any, Literal
 from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelIndex, Qt, Signal
 from PySide6.QtGui import QBrush, QColor, QFont
 
-from core.metric.scores import Reading, Scores
-from widgets.panels.bar_delegate import BAR_COLOUR, BAR_SHARE
-from widgets.panels.compare_rows import ALL_CLASSES, ORIGIN_TITLES, CompareRow, ScoreColumn, columns_for
-from widgets.panels.score_text import NONE, change_text, exact_text, looks_at_more, value_text
-from widgets.panels.style import tones
-from widgets.panels.tooltips import plain_tip
-from widgets.theme import CLASS_COLOURS
+from riglens.core.metric.scores import Reading, Scores
+from riglens.widgets.panels.bar_delegate import BAR_COLOUR, BAR_SHARE
+from riglens.widgets.panels.compare_rows import (
+    ALL_CLASSES,
+    ORIGIN_TITLES,
+    CompareRow,
+    ScoreColumn,
+    columns_for,
+)
+from riglens.widgets.panels.score_text import NONE, change_text, exact_text, looks_at_more, value_text
+from riglens.widgets.panels.style import tones
+from riglens.widgets.panels.tooltips import plain_tip
+from riglens.widgets.theme import CLASS_COLOURS
 
 Index = QModelIndex | QPersistentModelIndex
 Shown = Literal["values", "first", "baseline"]

@@ -18,16 +18,16 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from core.metric.scores import Reading, Scores
-from core.scene.boxes import CLASSES
-from widgets.panels.compare_chart import CompareChart
-from widgets.panels.compare_model import CompareModel, Shown
-from widgets.panels.compare_rows import ALL_CLASSES, CompareRow, table_text
-from widgets.panels.compare_table import CompareTable
-from widgets.panels.form import ChoiceBox
-from widgets.panels.icons import icon
-from widgets.panels.score_text import SIGN_NOTE
-from widgets.panels.style import MARGIN, SPACING, as_panel
+from riglens.core.metric.scores import Reading, Scores
+from riglens.core.scene.boxes import CLASSES
+from riglens.widgets.panels.compare_chart import CompareChart
+from riglens.widgets.panels.compare_model import CompareModel, Shown
+from riglens.widgets.panels.compare_rows import ALL_CLASSES, CompareRow, table_text
+from riglens.widgets.panels.compare_table import CompareTable
+from riglens.widgets.panels.form import ChoiceBox
+from riglens.widgets.panels.icons import icon
+from riglens.widgets.panels.score_text import SIGN_NOTE
+from riglens.widgets.panels.style import MARGIN, SPACING, as_panel
 
 SHOWN: dict[Shown, str] = {
     "values": "values",

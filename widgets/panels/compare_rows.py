@@ -8,10 +8,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from core.metric.scores import ClassScores, Scores
-from core.rig.model import Rig
-from core.scene.boxes import CLASSES
-from widgets.panels.score_text import COLUMNS, Column, column_of
+from riglens.core.metric.scores import ClassScores, Scores
+from riglens.core.rig.model import Rig
+from riglens.core.scene.boxes import CLASSES
+from riglens.widgets.panels.score_text import COLUMNS, Column, column_of
 
 Origin = Literal["current", "snapshot", "preset", "file"]
 ORIGIN_TITLES: dict[Origin, str] = {

@@ -8,12 +8,12 @@ from PySide6.QtCore import QSortFilterProxyModel, Qt, Signal
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QMenu, QTableView, QWidget
 
-from widgets.panels.bar_delegate import BarDelegate
-from widgets.panels.compare_model import FIRST_SCORE, RIG, SENSORS, SORT, CompareModel
-from widgets.panels.compare_rows import CompareRow
-from widgets.panels.context_menu import give_context_menu
-from widgets.panels.own_keys import OwnKeys, StandardKey
-from widgets.panels.style import numbers_font
+from riglens.widgets.panels.bar_delegate import BarDelegate
+from riglens.widgets.panels.compare_model import FIRST_SCORE, RIG, SENSORS, SORT, CompareModel
+from riglens.widgets.panels.compare_rows import CompareRow
+from riglens.widgets.panels.context_menu import give_context_menu
+from riglens.widgets.panels.own_keys import OwnKeys, StandardKey
+from riglens.widgets.panels.style import numbers_font
 
 _NAME_PX, _SENSORS_PX, _SCORE_PX = 132, 84, 84
 _ROW_PX, _HIGHEST_ROW_PX = 24, 30

@@ -11,11 +11,11 @@ from PySide6.QtCore import Signal
 from PySide6.QtGui import QWheelEvent
 from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QHBoxLayout, QLabel, QWidget
 
-from core.errors import InputError
-from widgets.panels.expression import Unit
-from widgets.panels.number_edit import ListEdit, NumberEdit
-from widgets.panels.style import MARGIN, SPACING, as_panel
-from widgets.panels.value_edit import ValueEdit
+from riglens.core.errors import InputError
+from riglens.widgets.panels.expression import Unit
+from riglens.widgets.panels.number_edit import ListEdit, NumberEdit
+from riglens.widgets.panels.style import MARGIN, SPACING, as_panel
+from riglens.widgets.panels.value_edit import ValueEdit
 
 
 class ChoiceBox(QComboBox):

@@ -7,17 +7,17 @@ from typing import Any
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFrame, QLabel, QPushButton, QScrollArea, QStackedWidget, QWidget
 
-from core.geometry import Pose
-from core.metric.scores import Scores
-from core.rig.model import Lidar, Rig
-from widgets.panels.camera_form import CameraForm
-from widgets.panels.expression import DEGREES, METRES, Unit
-from widgets.panels.form import ChoiceBox, Form
-from widgets.panels.lidar_form import LidarForm
-from widgets.panels.mesh_rows import MeshRows, with_body
-from widgets.panels.number_edit import NumberEdit, TextEdit
-from widgets.panels.sensor_form import SensorForm
-from widgets.viewport.body_profiles import PROFILES
+from riglens.core.geometry import Pose
+from riglens.core.metric.scores import Scores
+from riglens.core.rig.model import Lidar, Rig
+from riglens.widgets.panels.camera_form import CameraForm
+from riglens.widgets.panels.expression import DEGREES, METRES, Unit
+from riglens.widgets.panels.form import ChoiceBox, Form
+from riglens.widgets.panels.lidar_form import LidarForm
+from riglens.widgets.panels.mesh_rows import MeshRows, with_body
+from riglens.widgets.panels.number_edit import NumberEdit, TextEdit
+from riglens.widgets.panels.sensor_form import SensorForm
+from riglens.widgets.viewport.body_profiles import PROFILES
 
 
 class Inspector(QStackedWidget):

@@ -16,15 +16,15 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from core.geometry import Pose
-from core.rig.library_file import Entry
-from core.rig.model import Camera, Lidar
-from widgets.panels.derived import derived_rows
-from widgets.panels.icons import icon
-from widgets.panels.sensor_rows import short_type
-from widgets.panels.style import MARGIN, as_panel, numbers_font, tones
-from widgets.panels.tooltips import plain_tip
-from widgets.theme import KIND_COLOURS
+from riglens.core.geometry import Pose
+from riglens.core.rig.library_file import Entry
+from riglens.core.rig.model import Camera, Lidar
+from riglens.widgets.panels.derived import derived_rows
+from riglens.widgets.panels.icons import icon
+from riglens.widgets.panels.sensor_rows import short_type
+from riglens.widgets.panels.style import MARGIN, as_panel, numbers_font, tones
+from riglens.widgets.panels.tooltips import plain_tip
+from riglens.widgets.theme import KIND_COLOURS
 
 MODEL_MIME = "application/x-riglens-model"
 """What a dragged model is announced as; the data are its name in UTF-8."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from PySide6.QtWidgets import QWidget
 
-from core.rig.model import Lidar
-from widgets.panels.angles_field import AnglesField
-from widgets.panels.sensor_form import SensorForm
+from riglens.core.rig.model import Lidar
+from riglens.widgets.panels.angles_field import AnglesField
+from riglens.widgets.panels.sensor_form import SensorForm
 
 
 class LidarForm(SensorForm):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QCheckBox, QGridLayout, QLabel, QPushButton, QSlider, QWidget
 
-from widgets.panels.style import MARGIN, SPACING, as_panel
+from riglens.widgets.panels.style import MARGIN, SPACING, as_panel
 
 _CAPTION_PX, _SLIDER_PX, _VALUE_PX = 68, 150, 104
 

@@ -6,10 +6,10 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor, QPalette
 from PySide6.QtWidgets import QGridLayout, QLabel, QWidget
 
-from core.metric.scores import ClassScores, Scores
-from core.scene.boxes import CLASSES
-from widgets.panels.score_text import NONE, change_text, column_of, exact_text
-from widgets.panels.style import SPACING, numbers_font, tones
+from riglens.core.metric.scores import ClassScores, Scores
+from riglens.core.scene.boxes import CLASSES
+from riglens.widgets.panels.score_text import NONE, change_text, column_of, exact_text
+from riglens.widgets.panels.style import SPACING, numbers_font, tones
 
 WAITING, NOT_COUNTED = "computed when the program is idle", "it does not count, so nothing is lost"
 NOTE = (

@@ -18,7 +18,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from widgets.panels.icons import icon
+from riglens.widgets.panels.icons import icon
 
 DETAILS_PX = 150
 Choices = dict[str, Callable[[], object]]

@@ -9,8 +9,8 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QKeyEvent, QWheelEvent
 from PySide6.QtWidgets import QWidget
 
-from widgets.panels.expression import NO_UNIT, Unit, parse_quantity
-from widgets.panels.value_edit import ValueEdit
+from riglens.widgets.panels.expression import NO_UNIT, Unit, parse_quantity
+from riglens.widgets.panels.value_edit import ValueEdit
 
 SHOWN_DECIMALS = 4
 WHEEL_NOTCH = 120

@@ -20,7 +20,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from widgets.panels.style import MARGIN, SPACING
+from riglens.widgets.panels.style import MARGIN, SPACING
 
 _PREVIEW = QSize(560, 380)
 _CHECK_PX = 10

@@ -8,11 +8,11 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QAction, QActionGroup, QGuiApplication
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QMenu, QToolButton, QWidget
 
-from core.errors import InputError
-from core.geometry import Pose
-from core.rig.pose_text import POSE_FORMATS, PoseFormat, parse_pose, pose_text
-from widgets.panels.expression import DEGREES, METRES, MILLIMETRES, RADIANS, Unit
-from widgets.panels.icons import icon
+from riglens.core.errors import InputError
+from riglens.core.geometry import Pose
+from riglens.core.rig.pose_text import POSE_FORMATS, PoseFormat, parse_pose, pose_text
+from riglens.widgets.panels.expression import DEGREES, METRES, MILLIMETRES, RADIANS, Unit
+from riglens.widgets.panels.icons import icon
 
 _SHOWN_UNITS = ((METRES, MILLIMETRES), (DEGREES, RADIANS))
 PASTE_TIP = (

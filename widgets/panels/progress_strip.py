@@ -8,8 +8,8 @@ from collections.abc import Callable
 from PySide6.QtCore import QTimer, Signal
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QProgressBar, QPushButton, QSizePolicy, QWidget
 
-from widgets.panels.style import SPACING, numbers_font
-from widgets.panels.time_left import TimeLeft, duration_text
+from riglens.widgets.panels.style import SPACING, numbers_font
+from riglens.widgets.panels.time_left import TimeLeft, duration_text
 
 PATIENCE_MS = 500
 """Work that is done sooner is not worth a bar that flashes up."""

@@ -8,14 +8,14 @@ from pathlib import Path
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QComboBox, QLabel, QPushButton, QWidget
 
-from core.errors import InputError
-from core.geometry import Vec3
-from core.scene.grid import DEFAULT_ROI_M, DEFAULT_VOXEL_M, VoxelGrid
-from core.study.voxel_choice import LADDER_M, ladder_grids
-from widgets.panels.expression import parse_number
-from widgets.panels.form import ChoiceBox, Form, read_item, write_item
-from widgets.panels.number_edit import IntegerEdit, NumberEdit, full_number
-from widgets.panels.style import MARGIN
+from riglens.core.errors import InputError
+from riglens.core.geometry import Vec3
+from riglens.core.scene.grid import DEFAULT_ROI_M, DEFAULT_VOXEL_M, VoxelGrid
+from riglens.core.study.voxel_choice import LADDER_M, ladder_grids
+from riglens.widgets.panels.expression import parse_number
+from riglens.widgets.panels.form import ChoiceBox, Form, read_item, write_item
+from riglens.widgets.panels.number_edit import IntegerEdit, NumberEdit, full_number
+from riglens.widgets.panels.style import MARGIN
 
 AUTO = "Auto"
 VOXEL_TIP = (

@@ -8,11 +8,11 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QBrush, QColor, QGuiApplication, QResizeEvent
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableWidget, QTableWidgetItem
 
-from core.metric.scores import MetricSettings, Scores
-from core.scene.boxes import CLASSES
-from widgets.panels.icons import swatch
-from widgets.panels.own_keys import OwnKeys, StandardKey
-from widgets.panels.score_text import (
+from riglens.core.metric.scores import MetricSettings, Scores
+from riglens.core.scene.boxes import CLASSES
+from riglens.widgets.panels.icons import swatch
+from riglens.widgets.panels.own_keys import OwnKeys, StandardKey
+from riglens.widgets.panels.score_text import (
     COLUMNS,
     NONE,
     NOTHING_NOTE,
@@ -23,10 +23,10 @@ from widgets.panels.score_text import (
     rough_text,
     value_text,
 )
-from widgets.panels.sparkline import MAX_TRAIL, TRAIL_COLOUR, TRAIL_VALUES, Sparkline, trail_tip
-from widgets.panels.style import numbers_font, tones
-from widgets.panels.tooltips import plain_tip
-from widgets.theme import CLASS_COLOURS
+from riglens.widgets.panels.sparkline import MAX_TRAIL, TRAIL_COLOUR, TRAIL_VALUES, Sparkline, trail_tip
+from riglens.widgets.panels.style import numbers_font, tones
+from riglens.widgets.panels.tooltips import plain_tip
+from riglens.widgets.theme import CLASS_COLOURS
 
 ABOUT, FOLLOWS = "≈ ", "…"
 LAST_SAVED = "the rig as last saved"

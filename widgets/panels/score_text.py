@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from core.metric.scores import ClassScores, Reading
+from riglens.core.metric.scores import ClassScores, Reading
 
 MINUS, NONE = "\u2212", "–"
 

@@ -10,13 +10,13 @@ import math
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QMenu, QSizePolicy, QToolButton, QVBoxLayout, QWidget
 
-from core.metric.scores import READINGS, MetricSettings, Scores
-from widgets.panels.form import ChoiceBox
-from widgets.panels.icons import icon
-from widgets.panels.number_edit import NumberEdit
-from widgets.panels.score_table import LAST_SAVED, ScoreTable
-from widgets.panels.score_text import SIGN_NOTE
-from widgets.panels.style import MARGIN, SPACING, as_panel
+from riglens.core.metric.scores import READINGS, MetricSettings, Scores
+from riglens.widgets.panels.form import ChoiceBox
+from riglens.widgets.panels.icons import icon
+from riglens.widgets.panels.number_edit import NumberEdit
+from riglens.widgets.panels.score_table import LAST_SAVED, ScoreTable
+from riglens.widgets.panels.score_text import SIGN_NOTE
+from riglens.widgets.panels.style import MARGIN, SPACING, as_panel
 
 READING_NOTES = {
     "covered": "S-MIG = −entropy of the set of voxels reached: the paper's equations",

@@ -7,17 +7,17 @@ from typing import Any, Literal
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QCheckBox, QComboBox, QLabel, QWidget
 
-from core.geometry import Pose
-from core.rig.library import default_library
-from core.rig.model import Camera, Lidar
-from widgets.panels.derived import derived_rows
-from widgets.panels.expression import DEGREES, METRES, Unit
-from widgets.panels.form import ChoiceBox, Form, read_field, read_item, write_field, write_item
-from widgets.panels.marginal_view import MarginalView
-from widgets.panels.number_edit import NumberEdit, TextEdit
-from widgets.panels.pose_tools import PoseTools
-from widgets.panels.style import numbers_font
-from widgets.panels.value_edit import ValueEdit
+from riglens.core.geometry import Pose
+from riglens.core.rig.library import default_library
+from riglens.core.rig.model import Camera, Lidar
+from riglens.widgets.panels.derived import derived_rows
+from riglens.widgets.panels.expression import DEGREES, METRES, Unit
+from riglens.widgets.panels.form import ChoiceBox, Form, read_field, read_item, write_field, write_item
+from riglens.widgets.panels.marginal_view import MarginalView
+from riglens.widgets.panels.number_edit import NumberEdit, TextEdit
+from riglens.widgets.panels.pose_tools import PoseTools
+from riglens.widgets.panels.style import numbers_font
+from riglens.widgets.panels.value_edit import ValueEdit
 
 STEP_M, STEP_DEG = 0.05, 1.0
 POSE_TIP = (

@@ -6,11 +6,11 @@ from PySide6.QtCore import QItemSelectionModel, QModelIndex, QSize, Qt
 from PySide6.QtGui import QBrush, QColor, QPainter, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import QTreeWidget, QTreeWidgetItem, QWidget
 
-from core.metric.scores import Scores
-from core.rig.model import Rig
-from widgets.panels.icons import icon
-from widgets.panels.marginal_view import loss_tip, lost_share
-from widgets.panels.sensor_rows import (
+from riglens.core.metric.scores import Scores
+from riglens.core.rig.model import Rig
+from riglens.widgets.panels.icons import icon
+from riglens.widgets.panels.marginal_view import loss_tip, lost_share
+from riglens.widgets.panels.sensor_rows import (
     NAME,
     SENSOR_NAME,
     TYPE,
@@ -21,8 +21,8 @@ from widgets.panels.sensor_rows import (
     show_loss,
     show_sensor,
 )
-from widgets.panels.style import tones
-from widgets.theme import KIND_COLOURS
+from riglens.widgets.panels.style import tones
+from riglens.widgets.theme import KIND_COLOURS
 
 Names = tuple[str, ...]
 TICK_PX = 20

@@ -12,13 +12,13 @@ from PySide6.QtWidgets import (
     QTreeWidgetItem,
 )
 
-from core.rig.library import default_library
-from core.rig.model import Camera, Lidar
-from widgets.panels.bar_delegate import BAR_COLOUR, BAR_SHARE, BarDelegate
-from widgets.panels.derived import derived_rows
-from widgets.panels.icons import icon
-from widgets.panels.style import numbers_font, tones
-from widgets.panels.tooltips import plain_tip
+from riglens.core.rig.library import default_library
+from riglens.core.rig.model import Camera, Lidar
+from riglens.widgets.panels.bar_delegate import BAR_COLOUR, BAR_SHARE, BarDelegate
+from riglens.widgets.panels.derived import derived_rows
+from riglens.widgets.panels.icons import icon
+from riglens.widgets.panels.style import numbers_font, tones
+from riglens.widgets.panels.tooltips import plain_tip
 
 NAME, TYPE, LOSS, LOCK, EYE = range(5)
 TITLES = ("Sensor", "Type", "Loss", "", "")

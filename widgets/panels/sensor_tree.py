@@ -11,9 +11,9 @@ from PySide6.QtCore import QEvent, QItemSelectionModel, QModelIndex, QPersistent
 from PySide6.QtGui import QMouseEvent
 from PySide6.QtWidgets import QAbstractItemView, QMenu, QTreeWidgetItem, QWidget
 
-from widgets.panels.context_menu import give_context_menu
-from widgets.panels.sensor_list import KINDS, TICK_PX, Names, SensorList
-from widgets.panels.sensor_rows import EYE, LOCK, NAME
+from riglens.widgets.panels.context_menu import give_context_menu
+from riglens.widgets.panels.sensor_list import KINDS, TICK_PX, Names, SensorList
+from riglens.widgets.panels.sensor_rows import EYE, LOCK, NAME
 
 
 class SensorTree(SensorList):

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from assets import asset_path
-from widgets.theme import DARK_TONES, Tones
+from riglens.assets import asset_path
+from riglens.widgets.theme import DARK_TONES, Tones
 
 _ICONS = ("chevron", "chevron-up", "more", "close", "float")
 

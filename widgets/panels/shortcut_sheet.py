@@ -19,7 +19,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from widgets.panels.style import MARGIN, as_panel, tones
+from riglens.widgets.panels.style import MARGIN, as_panel, tones
 
 GAP_PX = 18
 COLUMN_PX, KEYS_PX = 286, 92

@@ -6,8 +6,8 @@ from PySide6.QtCore import QModelIndex, QPersistentModelIndex, QPointF, QRectF, 
 from PySide6.QtGui import QColor, QPainter, QPen, QPolygonF
 from PySide6.QtWidgets import QStyledItemDelegate, QStyleOptionViewItem
 
-from widgets.panels.score_text import kilo_text
-from widgets.panels.style import tones
+from riglens.widgets.panels.score_text import kilo_text
+from riglens.widgets.panels.style import tones
 
 MAX_TRAIL = 40
 TRAIL_VALUES = Qt.ItemDataRole.UserRole.value + 1

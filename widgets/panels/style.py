@@ -6,8 +6,8 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor, QFont, QFontDatabase, QGuiApplication, QPalette
 from PySide6.QtWidgets import QApplication, QWidget
 
-from widgets.panels.sheet import style_sheet
-from widgets.theme import DARK_TONES, LIGHT_TONES, Tones
+from riglens.widgets.panels.sheet import style_sheet
+from riglens.widgets.theme import DARK_TONES, LIGHT_TONES, Tones
 
 SPACING = 6
 MARGIN = 8

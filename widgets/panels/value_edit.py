@@ -9,7 +9,7 @@ from PySide6.QtCore import QEvent, QRect, Qt, Signal
 from PySide6.QtGui import QColor, QFocusEvent, QKeyEvent, QKeySequence, QPainter, QPaintEvent
 from PySide6.QtWidgets import QLineEdit, QWidget
 
-from widgets.panels.style import numbers_font, tones
+from riglens.widgets.panels.style import numbers_font, tones
 
 Value = TypeVar("Value")
 _SUFFIX_GAP_PX = 3

@@ -5,8 +5,8 @@ from __future__ import annotations
 from PySide6.QtGui import QGuiApplication, QOffscreenSurface, QOpenGLContext
 from PySide6.QtWidgets import QWidget
 
-from widgets.theme import DARK, Palette
-from widgets.viewport.viewport_base import ViewportBase
+from riglens.widgets.theme import DARK, Palette
+from riglens.widgets.viewport.viewport_base import ViewportBase
 
 _GL_RENDERER = 0x1F01
 _WITHOUT_CARD = (
@@ -24,10 +24,10 @@ _WITHOUT_CARD = (
 def create_viewport(parent: QWidget | None = None, palette: Palette = DARK) -> ViewportBase:
     """A viewport for the computer and the platform Qt runs on; both kinds have the same signals and slots."""
     if QGuiApplication.platformName() == "offscreen" or draws_without_card(driver_name()):
-        from widgets.viewport.offscreen import OffscreenViewport
+        from riglens.widgets.viewport.offscreen import OffscreenViewport
 
         return OffscreenViewport(parent, palette)
-    from widgets.viewport.viewport import Viewport
+    from riglens.widgets.viewport.viewport import Viewport
 
     return Viewport(parent, palette)
 

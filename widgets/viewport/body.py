@@ -9,13 +9,22 @@ from functools import lru_cache
 import numpy as np
 import pyvista as pv
 
-from core.errors import InputError
-from core.rig.model import Vehicle
-from widgets.viewport.body_profiles import PROFILES
-from widgets.viewport.body_store import stored_surfaces
-from widgets.viewport.body_types import Block, BodyProfile, Decal, Facing, Level, Plane, ShutLine, Station
-from widgets.viewport.body_wheels import axle
-from widgets.viewport.surface import (
+from riglens.core.errors import InputError
+from riglens.core.rig.model import Vehicle
+from riglens.widgets.viewport.body_profiles import PROFILES
+from riglens.widgets.viewport.body_store import stored_surfaces
+from riglens.widgets.viewport.body_types import (
+    Block,
+    BodyProfile,
+    Decal,
+    Facing,
+    Level,
+    Plane,
+    ShutLine,
+    Station,
+)
+from riglens.widgets.viewport.body_wheels import axle
+from riglens.widgets.viewport.surface import (
     Painted,
     Points,
     cut,

@@ -11,10 +11,10 @@ import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
 
-from widgets.theme import Palette
-from widgets.viewport.body import BodyPart
-from widgets.viewport.lights import light_on
-from widgets.viewport.materials import Material, car_materials, rgba_actor, surface_colours
+from riglens.widgets.theme import Palette
+from riglens.widgets.viewport.body import BodyPart
+from riglens.widgets.viewport.lights import light_on
+from riglens.widgets.viewport.materials import Material, car_materials, rgba_actor, surface_colours
 
 _SEEN_INSIDE = "dark"
 """The housings of the wheels, which are looked into: these are drawn from both sides."""

@@ -10,14 +10,14 @@ from vtkmodules.vtkCommonCore import mutable
 from vtkmodules.vtkCommonDataModel import vtkStaticCellLocator
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
-from core.mesh import BodyMesh
-from core.rig.model import Vehicle
-from widgets.theme import Palette
-from widgets.viewport.body import body_parts
-from widgets.viewport.body_baked import baked_actors
-from widgets.viewport.camera import Points, Ray
-from widgets.viewport.materials import car_materials, rgba_actor, surface_actor
-from widgets.viewport.surface import join, set_normals
+from riglens.core.mesh import BodyMesh
+from riglens.core.rig.model import Vehicle
+from riglens.widgets.theme import Palette
+from riglens.widgets.viewport.body import body_parts
+from riglens.widgets.viewport.body_baked import baked_actors
+from riglens.widgets.viewport.camera import Points, Ray
+from riglens.widgets.viewport.materials import car_materials, rgba_actor, surface_actor
+from riglens.widgets.viewport.surface import join, set_normals
 
 _REACH_M = 500.0
 _QUICK_TRIANGLES, _QUICK_CELLS = 25_000, 110

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from core.rig.model import Vehicle
-from widgets.viewport.body_sedan import SEDAN
-from widgets.viewport.body_suv import SUV
-from widgets.viewport.body_truck import TRUCK
-from widgets.viewport.body_types import BodyProfile
-from widgets.viewport.body_van import VAN
+from riglens.core.rig.model import Vehicle
+from riglens.widgets.viewport.body_sedan import SEDAN
+from riglens.widgets.viewport.body_suv import SUV
+from riglens.widgets.viewport.body_truck import TRUCK
+from riglens.widgets.viewport.body_types import BodyProfile
+from riglens.widgets.viewport.body_van import VAN
 
 PROFILES: dict[str, BodyProfile] = {"sedan": SEDAN, "suv": SUV, "van": VAN, "truck": TRUCK}
 

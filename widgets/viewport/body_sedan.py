@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from widgets.viewport.body_types import BodyProfile, Decal, Level, ShutLine, Station
+from riglens.widgets.viewport.body_types import BodyProfile, Decal, Level, ShutLine, Station
 
 SEDAN = BodyProfile(
     length_m=4.6,

@@ -14,10 +14,10 @@ import pyvista as pv
 from numpy.typing import NDArray
 from vtkmodules.vtkCommonCore import vtkVersion
 
-from core.cache_folder import cache_folder
-from core.errors import InputError
-from core.files import atomic_write
-from widgets.viewport.surface import Painted, set_normals
+from riglens.core.cache_folder import cache_folder
+from riglens.core.errors import InputError
+from riglens.core.files import atomic_write
+from riglens.widgets.viewport.surface import Painted, set_normals
 
 _MADE_BY = (
     *("body.py", "body_profiles.py", "body_types.py", "body_wheels.py", "surface.py"),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from widgets.viewport.body_types import Block, BodyProfile, Decal, Level, ShutLine, Station
+from riglens.widgets.viewport.body_types import Block, BodyProfile, Decal, Level, ShutLine, Station
 
 SUV = BodyProfile(
     length_m=4.6,

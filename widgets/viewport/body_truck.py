@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from widgets.viewport.body_types import Block, BodyProfile, Decal, Level, ShutLine
+from riglens.widgets.viewport.body_types import Block, BodyProfile, Decal, Level, ShutLine
 
 _BOX_DOORS = (
     ShutLine("yz", "-x", ((0.0, 1.12), (0.0, 3.42)), 0.012),

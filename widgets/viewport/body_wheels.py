@@ -7,9 +7,9 @@ from functools import lru_cache
 import numpy as np
 import pyvista as pv
 
-from core.rig.model import Vehicle
-from widgets.viewport.body_types import BodyProfile
-from widgets.viewport.surface import Painted, grid_surface, lathe, set_normals
+from riglens.core.rig.model import Vehicle
+from riglens.widgets.viewport.body_types import BodyProfile
+from riglens.widgets.viewport.surface import Painted, grid_surface, lathe, set_normals
 
 
 def axle(profile: BodyProfile, vehicle: Vehicle, front: bool, x: float, scale: float) -> Painted:

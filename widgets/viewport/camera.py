@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from core.errors import InputError
-from core.scene.grid import VoxelGrid
+from riglens.core.errors import InputError
+from riglens.core.scene.grid import VoxelGrid
 
 Points = NDArray[np.float64]
 Size = tuple[int, int]

@@ -6,9 +6,9 @@ from PySide6.QtCore import QEvent, QObject, QPointF, Qt, Signal
 from PySide6.QtGui import QKeyEvent, QMouseEvent, QWheelEvent
 from PySide6.QtWidgets import QWidget
 
-from widgets.viewport.controller import ViewController
-from widgets.viewport.keys import handle_key, is_nudge
-from widgets.viewport.listener import Button, Pixel
+from riglens.widgets.viewport.controller import ViewController
+from riglens.widgets.viewport.keys import handle_key, is_nudge
+from riglens.widgets.viewport.listener import Button, Pixel
 
 _BUTTONS: dict[Qt.MouseButton, Button] = {
     Qt.MouseButton.LeftButton: "left",

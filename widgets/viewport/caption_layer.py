@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 from vtkmodules.vtkRenderingCore import vtkActor2D, vtkRenderer, vtkTextActor
 
-from widgets.theme import Palette, mix, rgb
-from widgets.viewport.camera import Size
-from widgets.viewport.label import Plate, place_text, text_actor, text_width_px, unit_px
+from riglens.widgets.theme import Palette, mix, rgb
+from riglens.widgets.viewport.camera import Size
+from riglens.widgets.viewport.label import Plate, place_text, text_actor, text_width_px, unit_px
 
 _MARGIN_PX, _INSET_PX = 12, 14
 _TITLE_PX, _TEXT_PX, _SMALL_PX = 17, 12, 11

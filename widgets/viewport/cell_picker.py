@@ -8,7 +8,7 @@ from PySide6.QtCore import QEvent, QObject, QPointF, Qt, Signal
 from PySide6.QtGui import QKeyEvent, QMouseEvent
 from PySide6.QtWidgets import QWidget
 
-from widgets.viewport.scene import Scene
+from riglens.widgets.viewport.scene import Scene
 
 _CLICK_PX = 4.0
 

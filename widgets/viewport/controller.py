@@ -9,13 +9,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from core.geometry import Pose
-from core.rig.model import Camera, Lidar
-from widgets.gizmo.drag import Drag, begin_drag
-from widgets.gizmo.echo import drag_echo
-from widgets.gizmo.nudge import NudgeKey, nudge_turned, nudged
-from widgets.viewport.listener import Button, Listener, Pixel
-from widgets.viewport.scene import Scene
+from riglens.core.geometry import Pose
+from riglens.core.rig.model import Camera, Lidar
+from riglens.widgets.gizmo.drag import Drag, begin_drag
+from riglens.widgets.gizmo.echo import drag_echo
+from riglens.widgets.gizmo.nudge import NudgeKey, nudge_turned, nudged
+from riglens.widgets.viewport.listener import Button, Listener, Pixel
+from riglens.widgets.viewport.scene import Scene
 
 _CLICK_PX = 4.0
 _ZOOM_PER_STEP = 0.86

@@ -5,7 +5,7 @@ pyvista imports them for charts inside a scene, of which RigLens has none. They 
 
 from __future__ import annotations
 
-from widgets.stand_ins import StandIn, standing_in, when_called
+from riglens.widgets.stand_ins import StandIn, standing_in, when_called
 
 _CANVAS = "matplotlib.backends.backend_agg"
 

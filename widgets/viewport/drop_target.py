@@ -6,12 +6,12 @@ from PySide6.QtCore import QMimeData, QPointF, Signal
 from PySide6.QtGui import QDragEnterEvent, QDragLeaveEvent, QDragMoveEvent, QDropEvent
 from PySide6.QtWidgets import QWidget
 
-from core.errors import InputError
-from core.geometry import Pose
-from core.rig.library import sensor_from_model
-from core.rig.model import Camera, Lidar
-from widgets.viewport.listener import Pixel
-from widgets.viewport.scene import Scene
+from riglens.core.errors import InputError
+from riglens.core.geometry import Pose
+from riglens.core.rig.library import sensor_from_model
+from riglens.core.rig.model import Camera, Lidar
+from riglens.widgets.viewport.listener import Pixel
+from riglens.widgets.viewport.scene import Scene
 
 MODEL_MIME = "application/x-riglens-model"
 """What is dragged from the library: the name of a sensor model, UTF-8."""

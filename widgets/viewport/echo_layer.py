@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
-from widgets.theme import Palette, rgb
-from widgets.viewport.camera import Size
-from widgets.viewport.label import text_actor
+from riglens.widgets.theme import Palette, rgb
+from riglens.widgets.viewport.camera import Size
+from riglens.widgets.viewport.label import text_actor
 
 _FONT_PX = 13
 _OFFSET_PX = (20.0, 26.0)

@@ -12,10 +12,10 @@ import numpy as np
 import pyvista as pv
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
-from core.scene.grid import VoxelGrid
-from widgets.theme import Palette, mix
-from widgets.viewport.camera import OrbitCamera, Size
-from widgets.viewport.materials import line_mesh, plain_actor
+from riglens.core.scene.grid import VoxelGrid
+from riglens.widgets.theme import Palette, mix
+from riglens.widgets.viewport.camera import OrbitCamera, Size
+from riglens.widgets.viewport.materials import line_mesh, plain_actor
 
 _STEP_M = 10.0
 _LEAST_LETTER_M, _MOST_LETTER_M, _LETTER_STEP = 0.45, 2.2, 1.25

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from widgets.viewport.heat_scale import HeatmapData, Values
+from riglens.widgets.viewport.heat_scale import HeatmapData, Values
 
 DRAG_CELLS = 30_000
 

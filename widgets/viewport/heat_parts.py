@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from widgets.viewport.camera import OrbitCamera, Size
+from riglens.widgets.viewport.camera import OrbitCamera, Size
 
 SLANTED = 1.25
 """Squares that face the eye are drawn larger by this than a cell is wide, or gaps would show at a slant."""

@@ -11,7 +11,7 @@ import matplotlib
 import numpy as np
 from numpy.typing import NDArray
 
-from widgets.theme import mix, rgb
+from riglens.widgets.theme import mix, rgb
 
 Scale = Literal["ramp", "steps", "change"]
 """ramp: from low to high; steps: a few named values; change: from lost through nothing to gained."""

@@ -16,11 +16,11 @@ from vtkmodules.vtkCommonCore import vtkCommand, vtkUnsignedCharArray
 from vtkmodules.vtkCommonDataModel import vtkCellArray
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper, vtkRenderer
 
-from widgets.viewport.camera import OrbitCamera, Size
-from widgets.viewport.heat_levels import Level, coarse_level, full_level
-from widgets.viewport.heat_parts import LARGEST_PX, SMALLEST_PX, cell_scale_px, in_parts
-from widgets.viewport.heat_pick import CAR_CENTRE_M, CAR_RADII_M, CLEAR_BEFORE, CLEAR_BESIDE, eye_m
-from widgets.viewport.heat_scale import (
+from riglens.widgets.viewport.camera import OrbitCamera, Size
+from riglens.widgets.viewport.heat_levels import Level, coarse_level, full_level
+from riglens.widgets.viewport.heat_parts import LARGEST_PX, SMALLEST_PX, cell_scale_px, in_parts
+from riglens.widgets.viewport.heat_pick import CAR_CENTRE_M, CAR_RADII_M, CLEAR_BEFORE, CLEAR_BESIDE, eye_m
+from riglens.widgets.viewport.heat_scale import (
     DEFAULT_LOOK,
     HeatLook,
     HeatmapData,
@@ -30,7 +30,7 @@ from widgets.viewport.heat_scale import (
     in_slice,
     strength,
 )
-from widgets.viewport.stage import opengl_window
+from riglens.widgets.viewport.stage import opengl_window
 
 _GL_PROGRAM_POINT_SIZE = 0x8642
 _POSITION_HOOK = "//VTK::PositionVC::Impl"

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from PySide6 import QtCore, QtGui, QtOpenGLWidgets, QtWidgets
 
-from widgets.stand_ins import StandIn, standing_in
-from widgets.viewport.drawing_half import load_drawing_half
+from riglens.widgets.stand_ins import StandIn, standing_in
+from riglens.widgets.viewport.drawing_half import load_drawing_half
 
 load_drawing_half()
 with standing_in(

@@ -5,8 +5,8 @@ from __future__ import annotations
 from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QKeyEvent
 
-from widgets.gizmo.nudge import NudgeKey
-from widgets.viewport.controller import ViewController
+from riglens.widgets.gizmo.nudge import NudgeKey
+from riglens.widgets.viewport.controller import ViewController
 
 _NUDGES: dict[int, NudgeKey] = {
     Qt.Key.Key_Left: "left",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal, Protocol
 
-from core.geometry import Pose
+from riglens.core.geometry import Pose
 
 Pixel = tuple[float, float]
 """Right and down from the upper left corner."""

@@ -10,7 +10,7 @@ import pyvista as pv
 from numpy.typing import NDArray
 from vtkmodules.vtkRenderingCore import vtkPolyDataMapper
 
-from widgets.theme import Palette, mix, rgb
+from riglens.widgets.theme import Palette, mix, rgb
 
 
 @dataclass(frozen=True)

@@ -16,11 +16,11 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
 
-from widgets.theme import DARK, Palette
-from widgets.viewport.redraw import Parts
-from widgets.viewport.scene import Scene
-from widgets.viewport.stage import render_window
-from widgets.viewport.viewport_base import ViewportBase
+from riglens.widgets.theme import DARK, Palette
+from riglens.widgets.viewport.redraw import Parts
+from riglens.widgets.viewport.scene import Scene
+from riglens.widgets.viewport.stage import render_window
+from riglens.widgets.viewport.viewport_base import ViewportBase
 
 _TURN_S = 0.015
 """So long parts of a picture are drawn before others have a turn."""

@@ -11,12 +11,12 @@ import pyvista as pv
 from numpy.typing import NDArray
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
-from core.rays import clip_to_roi, sensor_rays
-from core.rig.model import Camera, Lidar
-from core.scene.grid import VoxelGrid
-from widgets.theme import Palette, mix, rgb
-from widgets.viewport.materials import line_mesh, rgba_actor
-from widgets.viewport.ray_look import Strokes
+from riglens.core.rays import clip_to_roi, sensor_rays
+from riglens.core.rig.model import Camera, Lidar
+from riglens.core.scene.grid import VoxelGrid
+from riglens.widgets.theme import Palette, mix, rgb
+from riglens.widgets.viewport.materials import line_mesh, rgba_actor
+from riglens.widgets.viewport.ray_look import Strokes
 
 _NEAR_SHARE = 0.12
 _Index = NDArray[np.int64]

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
-from core.geometry import Pose
-from core.rig.model import Camera, Lidar
-from widgets.gizmo.drag import Handle
-from widgets.theme import Palette
-from widgets.viewport.rays_layer import RaysLayer
-from widgets.viewport.scene_state import SceneState
-from widgets.viewport.sensor_layer import SensorLayer
-from widgets.viewport.sensor_shapes import Mark
+from riglens.core.geometry import Pose
+from riglens.core.rig.model import Camera, Lidar
+from riglens.widgets.gizmo.drag import Handle
+from riglens.widgets.theme import Palette
+from riglens.widgets.viewport.rays_layer import RaysLayer
+from riglens.widgets.viewport.scene_state import SceneState
+from riglens.widgets.viewport.sensor_layer import SensorLayer
+from riglens.widgets.viewport.sensor_shapes import Mark
 
 
 class RigLayer:

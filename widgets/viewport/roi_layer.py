@@ -6,9 +6,9 @@ import numpy as np
 import pyvista as pv
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
-from core.scene.grid import VoxelGrid
-from widgets.theme import Palette
-from widgets.viewport.materials import plain_actor
+from riglens.core.scene.grid import VoxelGrid
+from riglens.widgets.theme import Palette
+from riglens.widgets.viewport.materials import plain_actor
 
 
 class RoiLayer:

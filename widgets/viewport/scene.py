@@ -12,29 +12,29 @@ from dataclasses import replace
 import numpy as np
 import pyvista as pv
 
-from core.geometry import Pose
-from core.mesh import BodyMesh
-from core.placing import placed_on
-from core.rig.model import Camera, Lidar, Vehicle
-from core.scene.grid import VoxelGrid
-from widgets.gizmo.drag import Handle, Space
-from widgets.gizmo.handles import GizmoActors, GizmoMode
-from widgets.theme import DARK, Palette
-from widgets.viewport.body_layer import BodyLayer
-from widgets.viewport.camera import OrbitCamera, Size, view_camera
-from widgets.viewport.ground_layer import GroundLayer
-from widgets.viewport.heat_scale import HeatLook, HeatmapData
-from widgets.viewport.heatmap_layer import HeatmapLayer
-from widgets.viewport.listener import Pixel
-from widgets.viewport.marker_layer import Marker, MarkerLayer
-from widgets.viewport.ray_look import RayLook
-from widgets.viewport.rig_layer import RigLayer
-from widgets.viewport.roi_layer import RoiLayer
-from widgets.viewport.scene_state import SceneState, ShownRig
-from widgets.viewport.sensor_shapes import sensor_body
-from widgets.viewport.stage import Stage
-from widgets.viewport.under_mouse import UnderMouse
-from widgets.viewport.words_layer import WordsLayer
+from riglens.core.geometry import Pose
+from riglens.core.mesh import BodyMesh
+from riglens.core.placing import placed_on
+from riglens.core.rig.model import Camera, Lidar, Vehicle
+from riglens.core.scene.grid import VoxelGrid
+from riglens.widgets.gizmo.drag import Handle, Space
+from riglens.widgets.gizmo.handles import GizmoActors, GizmoMode
+from riglens.widgets.theme import DARK, Palette
+from riglens.widgets.viewport.body_layer import BodyLayer
+from riglens.widgets.viewport.camera import OrbitCamera, Size, view_camera
+from riglens.widgets.viewport.ground_layer import GroundLayer
+from riglens.widgets.viewport.heat_scale import HeatLook, HeatmapData
+from riglens.widgets.viewport.heatmap_layer import HeatmapLayer
+from riglens.widgets.viewport.listener import Pixel
+from riglens.widgets.viewport.marker_layer import Marker, MarkerLayer
+from riglens.widgets.viewport.ray_look import RayLook
+from riglens.widgets.viewport.rig_layer import RigLayer
+from riglens.widgets.viewport.roi_layer import RoiLayer
+from riglens.widgets.viewport.scene_state import SceneState, ShownRig
+from riglens.widgets.viewport.sensor_shapes import sensor_body
+from riglens.widgets.viewport.stage import Stage
+from riglens.widgets.viewport.under_mouse import UnderMouse
+from riglens.widgets.viewport.words_layer import WordsLayer
 
 
 class Scene:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import pyvista as pv
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
-from core.geometry import Pose
-from core.rig.model import Camera, Lidar
-from widgets.theme import Palette
-from widgets.viewport.materials import rgba_actor
-from widgets.viewport.sensor_shapes import Mark, sensor_body, sensor_mesh
+from riglens.core.geometry import Pose
+from riglens.core.rig.model import Camera, Lidar
+from riglens.widgets.theme import Palette
+from riglens.widgets.viewport.materials import rgba_actor
+from riglens.widgets.viewport.sensor_shapes import Mark, sensor_body, sensor_mesh
 
 _OFF_OPACITY, _GHOST_OPACITY = 0.45, 0.65
 

@@ -14,12 +14,12 @@ import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
 
-from core.errors import InputError
-from core.rig.library import default_library
-from core.rig.library_file import Block, Cylinder
-from core.rig.model import Camera, Lidar
-from widgets.theme import Palette, mix, rgb
-from widgets.viewport.surface import lathe, rounded_box
+from riglens.core.errors import InputError
+from riglens.core.rig.library import default_library
+from riglens.core.rig.library_file import Block, Cylinder
+from riglens.core.rig.model import Camera, Lidar
+from riglens.widgets.theme import Palette, mix, rgb
+from riglens.widgets.viewport.surface import lathe, rounded_box
 
 Shape = Literal["puck", "box", "camera"]
 Mark = Literal["", "hovered", "selected"]

@@ -16,8 +16,8 @@ from vtkmodules.vtkCommonCore import VTK_UNSIGNED_CHAR, vtkCommand
 from vtkmodules.vtkRenderingCore import vtkProp, vtkRenderer, vtkRenderWindow
 from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLFramebufferObject, vtkOpenGLRenderWindow
 
-from widgets.viewport.camera import OrbitCamera, Size
-from widgets.viewport.lights import set_lights
+from riglens.widgets.viewport.camera import OrbitCamera, Size
+from riglens.widgets.viewport.lights import set_lights
 
 COARSE = 3
 """How many pixels of the window a pixel of the coarse backdrop stands for, along each side."""

@@ -10,11 +10,11 @@ import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
 
-from core.files import atomic_write
-from widgets.viewport.camera import Size
-from widgets.viewport.scene import Scene
-from widgets.viewport.scene_state import SceneState
-from widgets.viewport.stage import render_window
+from riglens.core.files import atomic_write
+from riglens.widgets.viewport.camera import Size
+from riglens.widgets.viewport.scene import Scene
+from riglens.widgets.viewport.scene_state import SceneState
+from riglens.widgets.viewport.stage import render_window
 
 _SAMPLES = 8
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from PySide6.QtCore import Qt, Signal
 
-from core.geometry import Pose
-from widgets.viewport.drop_target import DropTarget
+from riglens.core.geometry import Pose
+from riglens.widgets.viewport.drop_target import DropTarget
 
 
 class ViewSignals(DropTarget):

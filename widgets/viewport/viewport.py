@@ -10,12 +10,12 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QWidget
 from vtkmodules.vtkCommonCore import vtkCommand
 
-from widgets.theme import DARK, Palette
-from widgets.viewport.interactor import QtInteractor
-from widgets.viewport.label import DPI
-from widgets.viewport.scene import Scene
-from widgets.viewport.stage import render_window
-from widgets.viewport.viewport_base import ViewportBase
+from riglens.widgets.theme import DARK, Palette
+from riglens.widgets.viewport.interactor import QtInteractor
+from riglens.widgets.viewport.label import DPI
+from riglens.widgets.viewport.scene import Scene
+from riglens.widgets.viewport.stage import render_window
+from riglens.widgets.viewport.viewport_base import ViewportBase
 
 
 class _Canvas(QtInteractor):

@@ -7,23 +7,23 @@ from dataclasses import replace
 from PySide6.QtCore import QEvent, Qt
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
-from core.mesh import BodyMesh
-from core.rig.model import Vehicle
-from core.scene.grid import VoxelGrid
-from widgets.gizmo.drag import Space
-from widgets.gizmo.handles import GizmoMode
-from widgets.theme import Palette
-from widgets.viewport.camera import OrbitCamera
-from widgets.viewport.canvas_input import CanvasInput
-from widgets.viewport.cell_picker import CellPicker
-from widgets.viewport.controller import ViewController
-from widgets.viewport.heat_scale import HeatLook, HeatmapData
-from widgets.viewport.marker_layer import Marker
-from widgets.viewport.ray_look import RayLook
-from widgets.viewport.redraw import Parts, Redraw
-from widgets.viewport.scene import Scene
-from widgets.viewport.scene_state import SceneState, ShownRig
-from widgets.viewport.view_signals import ViewSignals
+from riglens.core.mesh import BodyMesh
+from riglens.core.rig.model import Vehicle
+from riglens.core.scene.grid import VoxelGrid
+from riglens.widgets.gizmo.drag import Space
+from riglens.widgets.gizmo.handles import GizmoMode
+from riglens.widgets.theme import Palette
+from riglens.widgets.viewport.camera import OrbitCamera
+from riglens.widgets.viewport.canvas_input import CanvasInput
+from riglens.widgets.viewport.cell_picker import CellPicker
+from riglens.widgets.viewport.controller import ViewController
+from riglens.widgets.viewport.heat_scale import HeatLook, HeatmapData
+from riglens.widgets.viewport.marker_layer import Marker
+from riglens.widgets.viewport.ray_look import RayLook
+from riglens.widgets.viewport.redraw import Parts, Redraw
+from riglens.widgets.viewport.scene import Scene
+from riglens.widgets.viewport.scene_state import SceneState, ShownRig
+from riglens.widgets.viewport.view_signals import ViewSignals
 
 
 class ViewportBase(ViewSignals):

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
-from widgets.viewport.camera import Size
-from widgets.viewport.caption_layer import CaptionLayer
-from widgets.viewport.echo_layer import EchoLayer
-from widgets.viewport.legend_layer import LegendLayer
-from widgets.viewport.listener import Pixel
-from widgets.viewport.scene_state import SceneState
+from riglens.widgets.viewport.camera import Size
+from riglens.widgets.viewport.caption_layer import CaptionLayer
+from riglens.widgets.viewport.echo_layer import EchoLayer
+from riglens.widgets.viewport.legend_layer import LegendLayer
+from riglens.widgets.viewport.listener import Pixel
+from riglens.widgets.viewport.scene_state import SceneState
 
 
 class WordsLayer:

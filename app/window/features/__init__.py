@@ -1,1 +1,1 @@
-"""What the window can do, one small class per file; `app.window` says how they hook in."""
+"""What the window can do, one small class per file; `riglens.app.window` says how they hook in."""

@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QTimer
 
-from app.autosave import AutosaveFile, Orphan, Unsaved, orphans
-from app.tasks import Task
-from app.window.feature import Feature
-from app.window.features.files import Files
-from core.errors import InputError
-from widgets.panels.time_left import duration_text
+from riglens.app.autosave import AutosaveFile, Orphan, Unsaved, orphans
+from riglens.app.tasks import Task
+from riglens.app.window.feature import Feature
+from riglens.app.window.features.files import Files
+from riglens.core.errors import InputError
+from riglens.widgets.panels.time_left import duration_text
 
 if TYPE_CHECKING:
-    from app.window.main_window import MainWindow
+    from riglens.app.window.main_window import MainWindow
 
 DELAY_MS = 1000
 

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt
 
-from app.tasks import Task
-from app.window.feature import Feature
+from riglens.app.tasks import Task
+from riglens.app.window.feature import Feature
 
 if TYPE_CHECKING:
-    from app.window.main_window import MainWindow
+    from riglens.app.window.main_window import MainWindow
 
 
 class Background(Feature):

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtWidgets import QMenu
 
-from app.actions import Spec
-from app.window.feature import Feature
-from app.window.features.exchange import Exchange
-from core.rig.model import Rig
-from core.rig.presets import PRESETS, preset
+from riglens.app.actions import Spec
+from riglens.app.window.feature import Feature
+from riglens.app.window.features.exchange import Exchange
+from riglens.core.rig.model import Rig
+from riglens.core.rig.presets import PRESETS, preset
 
 if TYPE_CHECKING:
-    from app.window.main_window import MainWindow
+    from riglens.app.window.main_window import MainWindow
 
 
 class Baseline(Feature):

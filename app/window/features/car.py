@@ -5,16 +5,16 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from app.tasks import Task
-from app.window.feature import Feature
-from core.errors import InputError
-from core.mesh import BodyMesh
-from core.mesh_file import mesh_name, mesh_path, read_mesh
-from core.rig.model import Vehicle
-from core.scene.boxes import Progress
+from riglens.app.tasks import Task
+from riglens.app.window.feature import Feature
+from riglens.core.errors import InputError
+from riglens.core.mesh import BodyMesh
+from riglens.core.mesh_file import mesh_name, mesh_path, read_mesh
+from riglens.core.rig.model import Vehicle
+from riglens.core.scene.boxes import Progress
 
 if TYPE_CHECKING:
-    from app.window.main_window import MainWindow
+    from riglens.app.window.main_window import MainWindow
 
 
 class Car(Feature):

@@ -6,15 +6,15 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtGui import QGuiApplication
 
-from app.actions import Spec
-from app.window.feature import Feature
-from core.errors import InputError
-from core.rig.model import Camera, Lidar
-from core.rig.yaml_file import dumps, loads
-from core.rig.yaml_nodes import MAX_BYTES
+from riglens.app.actions import Spec
+from riglens.app.window.feature import Feature
+from riglens.core.errors import InputError
+from riglens.core.rig.model import Camera, Lidar
+from riglens.core.rig.yaml_file import dumps, loads
+from riglens.core.rig.yaml_nodes import MAX_BYTES
 
 if TYPE_CHECKING:
-    from app.window.main_window import MainWindow
+    from riglens.app.window.main_window import MainWindow
 
 ACCEPTED = "accepted are sensors as rig YAML, as Copy writes them"
 

@@ -11,24 +11,24 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QMenu
 
-from app.actions import Spec
-from app.requests import LoadedScene, Result
-from app.side_jobs import SideAnswer, SideRequest
-from app.window.feature import Feature
-from app.window.features.baseline import Baseline
-from app.window.features.exchange import Exchange
-from app.window.features.files import Files, file_name
-from app.window.settings import Settings
-from core.errors import InputError
-from core.files import atomic_write
-from core.metric.scores import MetricSettings
-from core.rig.model import Rig
-from core.rig.presets import PAPER_RIGS, PRESETS, preset
-from widgets.panels.compare_panel import ComparePanel
-from widgets.panels.compare_rows import CompareRow, Origin
+from riglens.app.actions import Spec
+from riglens.app.requests import LoadedScene, Result
+from riglens.app.side_jobs import SideAnswer, SideRequest
+from riglens.app.window.feature import Feature
+from riglens.app.window.features.baseline import Baseline
+from riglens.app.window.features.exchange import Exchange
+from riglens.app.window.features.files import Files, file_name
+from riglens.app.window.settings import Settings
+from riglens.core.errors import InputError
+from riglens.core.files import atomic_write
+from riglens.core.metric.scores import MetricSettings
+from riglens.core.rig.model import Rig
+from riglens.core.rig.presets import PAPER_RIGS, PRESETS, preset
+from riglens.widgets.panels.compare_panel import ComparePanel
+from riglens.widgets.panels.compare_rows import CompareRow, Origin
 
 if TYPE_CHECKING:
-    from app.window.main_window import MainWindow
+    from riglens.app.window.main_window import MainWindow
 
 GROUP = "compare"
 MAX_ROWS = 200

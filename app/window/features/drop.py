@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QEvent, QMimeData, QObject, QTimer
 from PySide6.QtGui import QDropEvent
 
-from app.window.feature import Feature
-from app.window.features.car import Car
-from app.window.features.files import Files
-from app.window.features.scene_data import SceneData
-from core.mesh_file import SUFFIXES
+from riglens.app.window.feature import Feature
+from riglens.app.window.features.car import Car
+from riglens.app.window.features.files import Files
+from riglens.app.window.features.scene_data import SceneData
+from riglens.core.mesh_file import SUFFIXES
 
 if TYPE_CHECKING:
-    from app.window.main_window import MainWindow
+    from riglens.app.window.main_window import MainWindow
 
 RIGS = (".yaml", ".yml", ".json", ".json.gz", ".urdf", ".toml")
 TABLES = (".csv", ".csv.gz", ".parquet", ".feather")

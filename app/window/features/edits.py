@@ -6,11 +6,11 @@ from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING
 
-from app.actions import Spec
-from app.window.feature import Feature
+from riglens.app.actions import Spec
+from riglens.app.window.feature import Feature
 
 if TYPE_CHECKING:
-    from app.window.main_window import MainWindow
+    from riglens.app.window.main_window import MainWindow
 
 
 class Edits(Feature):

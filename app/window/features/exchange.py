@@ -9,16 +9,16 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtWidgets import QMenu
 
-from app.actions import menu_button
-from app.window.feature import Feature
-from app.window.features.files import Files, file_name
-from core.rig.formats.report import KINDS, Kind, Report
-from core.rig.model import Rig
-from core.rig.opening import OpenedRig, open_rig_file
+from riglens.app.actions import menu_button
+from riglens.app.window.feature import Feature
+from riglens.app.window.features.files import Files, file_name
+from riglens.core.rig.formats.report import KINDS, Kind, Report
+from riglens.core.rig.model import Rig
+from riglens.core.rig.opening import OpenedRig, open_rig_file
 
 if TYPE_CHECKING:
-    from app.window.main_window import MainWindow
-    from core.rig.formats.base import Format
+    from riglens.app.window.main_window import MainWindow
+    from riglens.core.rig.formats.base import Format
 
 HEADINGS: dict[Kind, str] = {
     "read": "Read",
@@ -44,7 +44,7 @@ class Exchange(Feature):
 
     def _fill(self) -> None:
         """List the formats, the first time that somebody looks."""
-        from core.rig.formats.exchange import FORMATS, WRITABLE
+        from riglens.core.rig.formats.exchange import FORMATS, WRITABLE
 
         if not self.menu.isEmpty():
             return
@@ -79,7 +79,7 @@ class Exchange(Feature):
             self.window.guarded(self._write)(path, format_)
 
     def _write(self, path: Path, format_: Format) -> None:
-        from core.rig.formats.exchange import write_rig
+        from riglens.core.rig.formats.exchange import write_rig
 
         self.show_report(write_rig(self.document.rig, path, format_.name).report)
 

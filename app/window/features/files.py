@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QMenu
 
-from app.actions import Spec
-from app.window.feature import Feature
-from core.errors import InputError
-from core.mesh_file import mesh_name, mesh_path
-from core.rig.model import Rig
-from core.rig.presets import PRESETS, preset
+from riglens.app.actions import Spec
+from riglens.app.window.feature import Feature
+from riglens.core.errors import InputError
+from riglens.core.mesh_file import mesh_name, mesh_path
+from riglens.core.rig.model import Rig
+from riglens.core.rig.presets import PRESETS, preset
 
 if TYPE_CHECKING:
-    from app.window.main_window import MainWindow
+    from riglens.app.window.main_window import MainWindow
 
 
 class Files(Feature):
@@ -57,7 +57,9 @@ class Files(Feature):
 
     def _open(self, path: Path) -> None:
         """Open a rig file, or have one of another program read."""
-        from core.rig.formats.exchange import may_be_foreign  # many formats: not while the window opens
+        from riglens.core.rig.formats.exchange import (
+            may_be_foreign,  # many formats: not while the window opens
+        )
 
         if may_be_foreign(path):
             self.foreign_chosen.emit(path)

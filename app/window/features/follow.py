@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from app.window.feature import Feature
-from widgets.viewport.scene_state import ShownRig
+from riglens.app.window.feature import Feature
+from riglens.widgets.viewport.scene_state import ShownRig
 
 if TYPE_CHECKING:
-    from app.window.main_window import MainWindow
+    from riglens.app.window.main_window import MainWindow
 
 
 class Follow(Feature):

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from app.actions import Spec
-from app.window.feature import Feature
-from app.window.places import MENUS
-from widgets.panels.scores_panel import SIGN_NOTE
-from widgets.panels.shortcut_sheet import Group
+from riglens.app.actions import Spec
+from riglens.app.window.feature import Feature
+from riglens.app.window.places import MENUS
+from riglens.widgets.panels.scores_panel import SIGN_NOTE
+from riglens.widgets.panels.shortcut_sheet import Group
 
 if TYPE_CHECKING:
-    from app.window.main_window import MainWindow
+    from riglens.app.window.main_window import MainWindow
 
 ABOUT = (
     "<p><b>RigLens</b> shows how well LiDARs and cameras on a car look at the traffic around it, "

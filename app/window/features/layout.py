@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from app.actions import Spec
-from app.window.feature import Feature
-from app.window.settings import Settings
+from riglens.app.actions import Spec
+from riglens.app.window.feature import Feature
+from riglens.app.window.settings import Settings
 
 if TYPE_CHECKING:
-    from app.window.main_window import MainWindow
+    from riglens.app.window.main_window import MainWindow
 
 VERSION = 1
 """Counts up when docks are arranged anew, so that an old layout is not forced on them."""

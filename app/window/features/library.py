@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt
 
-from app.window.feature import Feature
-from app.window.features.sensors import Sensors
-from core.rig.library import default_library
-from widgets.panels.library_list import LibraryList
+from riglens.app.window.feature import Feature
+from riglens.app.window.features.sensors import Sensors
+from riglens.core.rig.library import default_library
+from riglens.widgets.panels.library_list import LibraryList
 
 if TYPE_CHECKING:
-    from app.window.main_window import MainWindow
+    from riglens.app.window.main_window import MainWindow
 
 
 class LibraryPanel(Feature):

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from app.window.feature import Feature
-from app.window.settings import Settings
+from riglens.app.window.feature import Feature
+from riglens.app.window.settings import Settings
 
 if TYPE_CHECKING:
-    from app.window.main_window import MainWindow
+    from riglens.app.window.main_window import MainWindow
 
 KEY = "sensors/locked"
 MOST_FILES = 100

@@ -6,17 +6,17 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt
 
-from app.requests import LoadedScene, Result
-from app.window.feature import Feature
-from app.window.features.heat import Heat
-from app.window.in_sight import InSight
-from core.rig.model import Rig
-from core.scene.top_view import SeenBy, TopView
-from widgets.maps.map_panel import MapPanel
-from widgets.maps.map_picture import MANY
+from riglens.app.requests import LoadedScene, Result
+from riglens.app.window.feature import Feature
+from riglens.app.window.features.heat import Heat
+from riglens.app.window.in_sight import InSight
+from riglens.core.rig.model import Rig
+from riglens.core.scene.top_view import SeenBy, TopView
+from riglens.widgets.maps.map_panel import MapPanel
+from riglens.widgets.maps.map_picture import MANY
 
 if TYPE_CHECKING:
-    from app.window.main_window import MainWindow
+    from riglens.app.window.main_window import MainWindow
 
 LOADING = "Box data are being loaded"
 NO_DATA = "No box data are loaded: choose some in the Scene panel"

@@ -6,17 +6,17 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt
 
-from app.requests import Result
-from app.side_jobs import SideAnswer, SideRequest
-from app.window.feature import Feature
-from app.window.features.scores import Scores as ScoresFeature
-from core.metric.scores import Scores
-from core.rig.many import with_enabled
-from core.rig.model import Rig
-from widgets.panels.marginal_view import NOT_COUNTED, WAITING
+from riglens.app.requests import Result
+from riglens.app.side_jobs import SideAnswer, SideRequest
+from riglens.app.window.feature import Feature
+from riglens.app.window.features.scores import Scores as ScoresFeature
+from riglens.core.metric.scores import Scores
+from riglens.core.rig.many import with_enabled
+from riglens.core.rig.model import Rig
+from riglens.widgets.panels.marginal_view import NOT_COUNTED, WAITING
 
 if TYPE_CHECKING:
-    from app.window.main_window import MainWindow
+    from riglens.app.window.main_window import MainWindow
 
 GROUP = "marginal"
 

@@ -5,15 +5,22 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from app.actions import Spec
-from app.window.feature import Feature
-from core.errors import InputError
-from core.rig.many import free_name
-from core.rig.mirror import linked, mirrored_name, nearest_to_image, partner_of, unlinked, with_mirror_image
-from core.rig.model import Rig
+from riglens.app.actions import Spec
+from riglens.app.window.feature import Feature
+from riglens.core.errors import InputError
+from riglens.core.rig.many import free_name
+from riglens.core.rig.mirror import (
+    linked,
+    mirrored_name,
+    nearest_to_image,
+    partner_of,
+    unlinked,
+    with_mirror_image,
+)
+from riglens.core.rig.model import Rig
 
 if TYPE_CHECKING:
-    from app.window.main_window import MainWindow
+    from riglens.app.window.main_window import MainWindow
 
 
 class Mirror(Feature):

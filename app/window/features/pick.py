@@ -6,20 +6,20 @@ from typing import TYPE_CHECKING, cast
 
 from PySide6.QtWidgets import QWidget
 
-from app.actions import Spec
-from app.picked import PickedVoxel, sight_text
-from app.requests import LoadedScene, Result
-from app.window.feature import Feature
-from app.window.features.heat import Heat
-from core.scene.boxes import CLASSES
-from widgets.panels.score_text import MINUS
-from widgets.panels.voxel_card import SensorLine, VoxelCard, VoxelText
-from widgets.viewport.heat_pick import PickedCell
-from widgets.viewport.marker_layer import Marker
+from riglens.app.actions import Spec
+from riglens.app.picked import PickedVoxel, sight_text
+from riglens.app.requests import LoadedScene, Result
+from riglens.app.window.feature import Feature
+from riglens.app.window.features.heat import Heat
+from riglens.core.scene.boxes import CLASSES
+from riglens.widgets.panels.score_text import MINUS
+from riglens.widgets.panels.voxel_card import SensorLine, VoxelCard, VoxelText
+from riglens.widgets.viewport.heat_pick import PickedCell
+from riglens.widgets.viewport.marker_layer import Marker
 
 if TYPE_CHECKING:
-    from app.window.main_window import MainWindow
-    from core.scene.voxel import Voxel
+    from riglens.app.window.main_window import MainWindow
+    from riglens.core.scene.voxel import Voxel
 
 
 class Pick(Feature):
@@ -71,7 +71,9 @@ class Pick(Feature):
         if self._scene is None or cell is None:
             self.clear()
             return
-        from core.scene.voxel import voxel_in_cell  # is there with the scene; the first picture needs it not
+        from riglens.core.scene.voxel import (
+            voxel_in_cell,  # is there with the scene; the first picture needs it not
+        )
 
         pog = self._scene.heatmaps.display.pog
         cls = CLASSES.index(self.window.feature(Heat).class_name)

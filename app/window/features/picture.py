@@ -8,20 +8,20 @@ from typing import TYPE_CHECKING, Literal
 
 from PySide6.QtGui import QGuiApplication, QImage
 
-from app.actions import Spec
-from app.options import MAX_SIDE_PX, MIN_SIDE_PX
-from app.picture import Findings, PictureWords, with_words
-from app.picture_maker import PictureMaker
-from app.picture_process import PictureJob
-from app.window.feature import Feature
-from app.window.features.files import file_name
-from app.window.features.scores import Scores
-from core.files import atomic_write
-from widgets.panels.picture_dialog import PictureDialog
-from widgets.theme import LIGHT, palette
+from riglens.app.actions import Spec
+from riglens.app.options import MAX_SIDE_PX, MIN_SIDE_PX
+from riglens.app.picture import Findings, PictureWords, with_words
+from riglens.app.picture_maker import PictureMaker
+from riglens.app.picture_process import PictureJob
+from riglens.app.window.feature import Feature
+from riglens.app.window.features.files import file_name
+from riglens.app.window.features.scores import Scores
+from riglens.core.files import atomic_write
+from riglens.widgets.panels.picture_dialog import PictureDialog
+from riglens.widgets.theme import LIGHT, palette
 
 if TYPE_CHECKING:
-    from app.window.main_window import MainWindow
+    from riglens.app.window.main_window import MainWindow
 
 Purpose = Literal["preview", "copy"] | Path
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from app.actions import Spec
-from app.window.feature import Feature
-from core.geometry import Pose
-from core.rig.library import default_library, sensor_from_model
+from riglens.app.actions import Spec
+from riglens.app.window.feature import Feature
+from riglens.core.geometry import Pose
+from riglens.core.rig.library import default_library, sensor_from_model
 
 if TYPE_CHECKING:
-    from app.window.main_window import MainWindow
+    from riglens.app.window.main_window import MainWindow
 
 HINT = "Click on the car to put {name} there; Esc leaves it where it was."
 

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtWidgets import QMenu
 
-from app.window.feature import Feature
-from app.window.features.files import Files
+from riglens.app.window.feature import Feature
+from riglens.app.window.features.files import Files
 
 if TYPE_CHECKING:
-    from app.window.main_window import MainWindow
+    from riglens.app.window.main_window import MainWindow
 
 KEY = "files/recent"
 MOST = 10

@@ -8,18 +8,18 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt
 
-from app.actions import Spec
-from app.options import AutoVoxel, SceneOptions, ScoreOptions
-from app.requests import LoadedScene
-from app.status import scene_line
-from app.window.feature import Feature
-from core.errors import InputError
-from core.geometry import Vec3
-from core.scene.grid import DEFAULT_ROI_M, DEFAULT_VOXEL_M, VoxelGrid
-from widgets.panels.scene_panel import SceneChoice
+from riglens.app.actions import Spec
+from riglens.app.options import AutoVoxel, SceneOptions, ScoreOptions
+from riglens.app.requests import LoadedScene
+from riglens.app.status import scene_line
+from riglens.app.window.feature import Feature
+from riglens.core.errors import InputError
+from riglens.core.geometry import Vec3
+from riglens.core.scene.grid import DEFAULT_ROI_M, DEFAULT_VOXEL_M, VoxelGrid
+from riglens.widgets.panels.scene_panel import SceneChoice
 
 if TYPE_CHECKING:
-    from app.window.main_window import MainWindow
+    from riglens.app.window.main_window import MainWindow
 
 FILE_TIP = "Score on a CSV, CSV.gz or Parquet table, or on annotations.feather"
 FOLDER_TIP = "Score on a folder of nuScenes, Argoverse 2, KITTI or CARLA, or of tables"
@@ -118,7 +118,7 @@ class SceneData(Feature):
         self._choose(self.window.dialogs.box_folder(self.window))
 
     def _choose(self, path: Path | None) -> None:
-        from core.scene.readers import default_origin_m  # many readers: not while the window opens
+        from riglens.core.scene.readers import default_origin_m  # many readers: not while the window opens
 
         if path is not None:
             try:
@@ -149,7 +149,7 @@ def _own_origin_m(boxes: Path | None) -> Vec3:
     """The origin that a data set has by itself; data that are not there any more have none."""
     with suppress(InputError):
         if boxes is not None:
-            from core.scene.readers import default_origin_m
+            from riglens.core.scene.readers import default_origin_m
 
             return default_origin_m(boxes)
     return 0.0, 0.0, 0.0

@@ -6,17 +6,17 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt
 
-from app.edit_costs import rays_of
-from app.requests import Approximation, EvaluationRequest, Result
-from app.window.feature import Feature
-from app.window.features.baseline import Baseline
-from app.window.features.heat import Heat
-from app.window.features.map import Map
-from app.window.features.pick import Pick
-from app.window.features.scene_data import SceneData
+from riglens.app.edit_costs import rays_of
+from riglens.app.requests import Approximation, EvaluationRequest, Result
+from riglens.app.window.feature import Feature
+from riglens.app.window.features.baseline import Baseline
+from riglens.app.window.features.heat import Heat
+from riglens.app.window.features.map import Map
+from riglens.app.window.features.pick import Pick
+from riglens.app.window.features.scene_data import SceneData
 
 if TYPE_CHECKING:
-    from app.window.main_window import MainWindow
+    from riglens.app.window.main_window import MainWindow
 
 
 class Scores(Feature):

@@ -9,16 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import Qt
 
-from app.pictures import Picture, PictureRequest, Pictures
-from app.requests import LoadedScene
-from app.window.feature import Feature
-from app.window.in_sight import InSight
-from core.errors import InputError
-from core.view.camera_picture import CameraPicture
-from widgets.maps.sensor_view import SensorView as SensorViewPanel
+from riglens.app.pictures import Picture, PictureRequest, Pictures
+from riglens.app.requests import LoadedScene
+from riglens.app.window.feature import Feature
+from riglens.app.window.in_sight import InSight
+from riglens.core.errors import InputError
+from riglens.core.view.camera_picture import CameraPicture
+from riglens.widgets.maps.sensor_view import SensorView as SensorViewPanel
 
 if TYPE_CHECKING:
-    from app.window.main_window import MainWindow
+    from riglens.app.window.main_window import MainWindow
 
 NOTHING_SELECTED = "Select a camera or a LiDAR to look through it"
 NO_SENSORS = "The rig has no sensors: add one, and look through it here"
@@ -87,7 +87,7 @@ class SensorView(Feature):
             self.pictures.ask(request)
 
     def _body(self) -> NDArray[np.float32]:
-        from widgets.maps.body_mesh import (
+        from riglens.widgets.maps.body_mesh import (
             body_triangles,  # loads VTK, which a window without this view needs not
         )
 

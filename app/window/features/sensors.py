@@ -9,16 +9,16 @@ from typing import TYPE_CHECKING, Any
 
 from PySide6.QtWidgets import QMenu
 
-from app.actions import Spec, menu_button
-from app.window.feature import Feature
-from core.geometry import Pose, Vec3
-from core.rig.library import default_library, sensor_from_model
-from core.rig.library_file import Entry
-from core.rig.model import Rig
-from widgets.panels.icons import icon
+from riglens.app.actions import Spec, menu_button
+from riglens.app.window.feature import Feature
+from riglens.core.geometry import Pose, Vec3
+from riglens.core.rig.library import default_library, sensor_from_model
+from riglens.core.rig.library_file import Entry
+from riglens.core.rig.model import Rig
+from riglens.widgets.panels.icons import icon
 
 if TYPE_CHECKING:
-    from app.window.main_window import MainWindow
+    from riglens.app.window.main_window import MainWindow
 
 GAP_M = 0.15
 SELECTED_ONLY = ("duplicate", "delete", "hide", "enable", "lock", "rename")

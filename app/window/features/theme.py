@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QApplication, QMenu
 
-from app.actions import Spec
-from app.window.feature import Feature
-from app.window.features.follow import Follow
-from app.window.settings import Settings
-from widgets.panels.style import apply_style, is_dark, shows_dark
-from widgets.theme import palette
+from riglens.app.actions import Spec
+from riglens.app.window.feature import Feature
+from riglens.app.window.features.follow import Follow
+from riglens.app.window.settings import Settings
+from riglens.widgets.panels.style import apply_style, is_dark, shows_dark
+from riglens.widgets.theme import palette
 
 if TYPE_CHECKING:
-    from app.window.main_window import MainWindow
+    from riglens.app.window.main_window import MainWindow
 
 CHOICES = {"theme_system": None, "theme_light": False, "theme_dark": True}
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from app.window.feature import Feature
-from app.window.settings import Settings
-from widgets.panels.expression import DEGREES, METRES, MILLIMETRES, RADIANS
+from riglens.app.window.feature import Feature
+from riglens.app.window.settings import Settings
+from riglens.widgets.panels.expression import DEGREES, METRES, MILLIMETRES, RADIANS
 
 SHOWN = {unit.name: unit for unit in (METRES, MILLIMETRES, DEGREES, RADIANS)}
 

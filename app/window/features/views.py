@@ -6,13 +6,13 @@ from dataclasses import asdict
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from app.actions import Spec
-from app.window.feature import Feature
-from app.window.settings import Settings
-from widgets.viewport.camera import OrbitCamera
+from riglens.app.actions import Spec
+from riglens.app.window.feature import Feature
+from riglens.app.window.settings import Settings
+from riglens.widgets.viewport.camera import OrbitCamera
 
 if TYPE_CHECKING:
-    from app.window.main_window import MainWindow
+    from riglens.app.window.main_window import MainWindow
 
 VIEWS = ("iso", "top", "front", "left", "rear")
 GIZMOS = ("move", "rotate", "both")

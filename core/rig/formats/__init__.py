@@ -1,1 +1,1 @@
-"""Rigs in the formats of other programs: one file per format, behind `core.rig.formats.exchange`."""
+"""Rigs in the formats of other programs: one file per format, behind `riglens.core.rig.formats.exchange`."""

@@ -10,24 +10,24 @@ from __future__ import annotations
 
 import math
 
-from core.errors import InputError
-from core.geometry import Vec3
-from core.rig.formats.base import Exported, Format, Imported
-from core.rig.formats.frame_names import is_optical, kind_of, without_ending
-from core.rig.formats.frames import FrameTree, Matrix, from_optical, pose_from_se3, se3_from_rpy_deg
-from core.rig.formats.lenses import report_distortion
-from core.rig.formats.mounts import (
+from riglens.core.errors import InputError
+from riglens.core.geometry import Vec3
+from riglens.core.rig.formats.base import Exported, Format, Imported
+from riglens.core.rig.formats.frame_names import is_optical, kind_of, without_ending
+from riglens.core.rig.formats.frames import FrameTree, Matrix, from_optical, pose_from_se3, se3_from_rpy_deg
+from riglens.core.rig.formats.lenses import report_distortion
+from riglens.core.rig.formats.mounts import (
     Mounting,
     ReadOptions,
     rear_axle_on_ground,
     root_SE3_body,
     sensors_to_write,
 )
-from core.rig.formats.report import Notes
-from core.rig.formats.source import Source
-from core.rig.formats.values import MAX_ANGLE, Value
-from core.rig.model import Camera, Lidar, Rig, Vehicle
-from core.rig.yaml_text import value_text
+from riglens.core.rig.formats.report import Notes
+from riglens.core.rig.formats.source import Source
+from riglens.core.rig.formats.values import MAX_ANGLE, Value
+from riglens.core.rig.model import Camera, Lidar, Rig, Vehicle
+from riglens.core.rig.yaml_text import value_text
 
 TITLE = "Autoware sensor kit calibration"
 BASE, KIT = "base_link", "sensor_kit_base_link"

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from core.rig.formats.mounts import ReadOptions
-from core.rig.formats.report import Report
-from core.rig.formats.source import Source
-from core.rig.model import Rig
+from riglens.core.rig.formats.mounts import ReadOptions
+from riglens.core.rig.formats.report import Report
+from riglens.core.rig.formats.source import Source
+from riglens.core.rig.model import Rig
 
 
 @dataclass(frozen=True)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from core.rig.formats.report import Notes
-from core.rig.model import EvenAngles, Lidar
+from riglens.core.rig.formats.report import Notes
+from riglens.core.rig.model import EvenAngles, Lidar
 
 TURNS_PER_SECOND = 10.0
 FARTHEST_M = 1000.0

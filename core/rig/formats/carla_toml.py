@@ -14,17 +14,17 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from core.geometry import Vec3
-from core.rig.formats.base import Exported, Format, Imported
-from core.rig.formats.carla_lidar import TURNS_PER_SECOND, azimuth_count, rays_to_write
-from core.rig.formats.frames import Matrix, pose_from_se3, se3_from_rpy_deg
-from core.rig.formats.lenses import report_distortion
-from core.rig.formats.mounts import Mounting, ReadOptions, root_SE3_body, sensors_to_write
-from core.rig.formats.report import Notes
-from core.rig.formats.source import Source
-from core.rig.formats.values import Value
-from core.rig.model import Camera, EvenAngles, Lidar, Rig, Vehicle
-from core.rig.yaml_text import value_text
+from riglens.core.geometry import Vec3
+from riglens.core.rig.formats.base import Exported, Format, Imported
+from riglens.core.rig.formats.carla_lidar import TURNS_PER_SECOND, azimuth_count, rays_to_write
+from riglens.core.rig.formats.frames import Matrix, pose_from_se3, se3_from_rpy_deg
+from riglens.core.rig.formats.lenses import report_distortion
+from riglens.core.rig.formats.mounts import Mounting, ReadOptions, root_SE3_body, sensors_to_write
+from riglens.core.rig.formats.report import Notes
+from riglens.core.rig.formats.source import Source
+from riglens.core.rig.formats.values import Value
+from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig, Vehicle
+from riglens.core.rig.yaml_text import value_text
 
 TITLE = "CARLA TOML of the published placement code"
 ORIGIN: Vec3 = (0.0, 0.0, 0.0)

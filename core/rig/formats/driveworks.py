@@ -11,12 +11,12 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from core.geometry import rotation_from_rpy_deg
-from core.rig.distortion import BrownConrady
-from core.rig.formats.base import Exported, Format, Imported
-from core.rig.formats.frames import Matrix, pose_from_se3, se3
-from core.rig.formats.lenses import FTheta, brown_conrady, ftheta_fields, report_distortion
-from core.rig.formats.mounts import (
+from riglens.core.geometry import rotation_from_rpy_deg
+from riglens.core.rig.distortion import BrownConrady
+from riglens.core.rig.formats.base import Exported, Format, Imported
+from riglens.core.rig.formats.frames import Matrix, pose_from_se3, se3
+from riglens.core.rig.formats.lenses import FTheta, brown_conrady, ftheta_fields, report_distortion
+from riglens.core.rig.formats.mounts import (
     MAX_PIXELS,
     Mounting,
     ReadOptions,
@@ -24,11 +24,11 @@ from core.rig.formats.mounts import (
     root_SE3_body,
     sensors_to_write,
 )
-from core.rig.formats.report import Notes
-from core.rig.formats.source import Source
-from core.rig.formats.values import MAX_ANGLE, Value
-from core.rig.model import Camera, Lidar, Rig, Vehicle
-from core.rig.yaml_nodes import shortened
+from riglens.core.rig.formats.report import Notes
+from riglens.core.rig.formats.source import Source
+from riglens.core.rig.formats.values import MAX_ANGLE, Value
+from riglens.core.rig.model import Camera, Lidar, Rig, Vehicle
+from riglens.core.rig.yaml_nodes import shortened
 
 TITLE = "NVIDIA DriveWorks rig JSON"
 VERSION = 2

@@ -6,25 +6,25 @@ import difflib
 import os
 from pathlib import Path
 
-from core.errors import InputError
-from core.files import atomic_folder, atomic_write
-from core.rig.formats.autoware import AUTOWARE
-from core.rig.formats.base import Exported, Format, Imported
-from core.rig.formats.carla_objects import CARLA
-from core.rig.formats.carla_toml import CARLA_TOML
-from core.rig.formats.driveworks import DRIVEWORKS
-from core.rig.formats.kalibr import KALIBR
-from core.rig.formats.kitti import KITTI
-from core.rig.formats.mounts import ReadOptions
-from core.rig.formats.nuscenes import NUSCENES
-from core.rig.formats.osi import OSI
-from core.rig.formats.pandaset import PANDASET
-from core.rig.formats.riglens import RIGLENS
-from core.rig.formats.source import Source
-from core.rig.formats.urdf import URDF
-from core.rig.model import Rig
-from core.rig.text_file import shown_path
-from core.rig.yaml_nodes import shortened
+from riglens.core.errors import InputError
+from riglens.core.files import atomic_folder, atomic_write
+from riglens.core.rig.formats.autoware import AUTOWARE
+from riglens.core.rig.formats.base import Exported, Format, Imported
+from riglens.core.rig.formats.carla_objects import CARLA
+from riglens.core.rig.formats.carla_toml import CARLA_TOML
+from riglens.core.rig.formats.driveworks import DRIVEWORKS
+from riglens.core.rig.formats.kalibr import KALIBR
+from riglens.core.rig.formats.kitti import KITTI
+from riglens.core.rig.formats.mounts import ReadOptions
+from riglens.core.rig.formats.nuscenes import NUSCENES
+from riglens.core.rig.formats.osi import OSI
+from riglens.core.rig.formats.pandaset import PANDASET
+from riglens.core.rig.formats.riglens import RIGLENS
+from riglens.core.rig.formats.source import Source
+from riglens.core.rig.formats.urdf import URDF
+from riglens.core.rig.model import Rig
+from riglens.core.rig.text_file import shown_path
+from riglens.core.rig.yaml_nodes import shortened
 
 FORMATS = {
     format_.name: format_

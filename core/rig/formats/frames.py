@@ -10,10 +10,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from core.errors import InputError
-from core.geometry import Pose, Vec3, rotation_from_rpy_deg, rpy_deg_from_rotation
-from core.rig.formats.values import Value
-from core.rig.pose_text import quaternion_xyzw, rotation_from_quaternion
+from riglens.core.errors import InputError
+from riglens.core.geometry import Pose, Vec3, rotation_from_rpy_deg, rpy_deg_from_rotation
+from riglens.core.rig.formats.values import Value
+from riglens.core.rig.pose_text import quaternion_xyzw, rotation_from_quaternion
 
 Matrix = NDArray[np.float64]
 

@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from core.geometry import Vec3
-from core.rig.formats.base import Format, Imported
-from core.rig.formats.frames import (
+from riglens.core.geometry import Vec3
+from riglens.core.rig.formats.base import Format, Imported
+from riglens.core.rig.formats.frames import (
     ROUNDED_OFF_RAD,
     Matrix,
     from_optical,
@@ -24,13 +24,13 @@ from core.rig.formats.frames import (
     se3,
     to_optical,
 )
-from core.rig.formats.lenses import brown_conrady, kannala_brandt
-from core.rig.formats.mounts import MAX_PIXELS, Mounting, ReadOptions
-from core.rig.formats.report import Notes
-from core.rig.formats.source import Source
-from core.rig.formats.values import Value
-from core.rig.model import Vehicle
-from core.rig.yaml_nodes import shortened
+from riglens.core.rig.formats.lenses import brown_conrady, kannala_brandt
+from riglens.core.rig.formats.mounts import MAX_PIXELS, Mounting, ReadOptions
+from riglens.core.rig.formats.report import Notes
+from riglens.core.rig.formats.source import Source
+from riglens.core.rig.formats.values import Value
+from riglens.core.rig.model import Vehicle
+from riglens.core.rig.yaml_nodes import shortened
 
 TITLE = "Kalibr camchain"
 _CAMERA = re.compile(r"cam[0-9]{1,3}")

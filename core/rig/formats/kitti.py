@@ -12,17 +12,24 @@ from typing import Any
 
 import numpy as np
 
-from core.errors import InputError
-from core.geometry import Vec3
-from core.rig.formats.base import Format, Imported
-from core.rig.formats.frames import ROUNDED_OFF_RAD, Matrix, from_optical, inverse, nearest_rotation, se3
-from core.rig.formats.lenses import brown_conrady
-from core.rig.formats.mounts import MAX_PIXELS, Mounting, ReadOptions
-from core.rig.formats.report import Notes
-from core.rig.formats.source import Source
-from core.rig.formats.values import Value
-from core.rig.model import Vehicle
-from core.rig.yaml_nodes import shortened
+from riglens.core.errors import InputError
+from riglens.core.geometry import Vec3
+from riglens.core.rig.formats.base import Format, Imported
+from riglens.core.rig.formats.frames import (
+    ROUNDED_OFF_RAD,
+    Matrix,
+    from_optical,
+    inverse,
+    nearest_rotation,
+    se3,
+)
+from riglens.core.rig.formats.lenses import brown_conrady
+from riglens.core.rig.formats.mounts import MAX_PIXELS, Mounting, ReadOptions
+from riglens.core.rig.formats.report import Notes
+from riglens.core.rig.formats.source import Source
+from riglens.core.rig.formats.values import Value
+from riglens.core.rig.model import Vehicle
+from riglens.core.rig.yaml_nodes import shortened
 
 TITLE = "KITTI calibration"
 VELODYNE_M: Vec3 = (0.4, 0.0, 1.73)

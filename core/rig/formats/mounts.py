@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 from pydantic import ValidationError
 
-from core.errors import InputError
-from core.geometry import Pose, Vec3
-from core.rig.formats.frames import Matrix, inverse, pose_from_se3, se3
-from core.rig.formats.report import Notes
-from core.rig.library import Entry, default_library
-from core.rig.model import MAX_SENSORS, Camera, Lidar, Rig, Vehicle
-from core.rig.yaml_fields import ACCEPTED
-from core.rig.yaml_nodes import shortened
+from riglens.core.errors import InputError
+from riglens.core.geometry import Pose, Vec3
+from riglens.core.rig.formats.frames import Matrix, inverse, pose_from_se3, se3
+from riglens.core.rig.formats.report import Notes
+from riglens.core.rig.library import Entry, default_library
+from riglens.core.rig.model import MAX_SENSORS, Camera, Lidar, Rig, Vehicle
+from riglens.core.rig.yaml_fields import ACCEPTED
+from riglens.core.rig.yaml_nodes import shortened
 
 DEFAULT_LIDAR = "generic-16"
 DEFAULT_CAST = (352, 128)

@@ -11,29 +11,29 @@ from __future__ import annotations
 import hashlib
 import json
 
-from core.errors import InputError
-from core.geometry import Vec3
-from core.rig.formats.base import Exported, Format, Imported
-from core.rig.formats.frames import (
+from riglens.core.errors import InputError
+from riglens.core.geometry import Vec3
+from riglens.core.rig.formats.base import Exported, Format, Imported
+from riglens.core.rig.formats.frames import (
     from_optical,
     rotation_from_wxyz,
     se3,
     to_optical,
     wxyz_from_rotation,
 )
-from core.rig.formats.lenses import report_distortion
-from core.rig.formats.mounts import (
+from riglens.core.rig.formats.lenses import report_distortion
+from riglens.core.rig.formats.mounts import (
     Mounting,
     ReadOptions,
     rear_axle_on_ground,
     root_SE3_body,
     sensors_to_write,
 )
-from core.rig.formats.report import Notes
-from core.rig.formats.source import Source
-from core.rig.formats.values import Value
-from core.rig.model import Camera, Lidar, Rig, Vehicle
-from core.rig.yaml_nodes import shortened
+from riglens.core.rig.formats.report import Notes
+from riglens.core.rig.formats.source import Source
+from riglens.core.rig.formats.values import Value
+from riglens.core.rig.model import Camera, Lidar, Rig, Vehicle
+from riglens.core.rig.yaml_nodes import shortened
 
 TITLE = "nuScenes tables"
 ZOE = Vehicle(body="sedan", length=4.084, width=1.73, height=1.562, rear_axle_x=-1.35)

@@ -12,13 +12,13 @@ import json
 import math
 from typing import Any
 
-from core.rig.formats.base import Exported, Format
-from core.rig.formats.frames import pose_from_se3
-from core.rig.formats.lenses import report_distortion
-from core.rig.formats.mounts import root_SE3_body, sensors_to_write
-from core.rig.formats.report import Notes
-from core.rig.formats.source import Source
-from core.rig.model import Camera, Lidar, Rig
+from riglens.core.rig.formats.base import Exported, Format
+from riglens.core.rig.formats.frames import pose_from_se3
+from riglens.core.rig.formats.lenses import report_distortion
+from riglens.core.rig.formats.mounts import root_SE3_body, sensors_to_write
+from riglens.core.rig.formats.report import Notes
+from riglens.core.rig.formats.source import Source
+from riglens.core.rig.model import Camera, Lidar, Rig
 
 TITLE = "ASAM OSI sensor view configuration (JSON)"
 WHEEL_RADIUS_M = 0.33

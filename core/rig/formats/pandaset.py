@@ -12,15 +12,15 @@ from typing import Any
 
 import numpy as np
 
-from core.geometry import Vec3
-from core.rig.formats.base import Format, Imported
-from core.rig.formats.frames import Matrix, from_optical, inverse, rotation_from_wxyz, se3
-from core.rig.formats.lenses import brown_conrady
-from core.rig.formats.mounts import Mounting, ReadOptions
-from core.rig.formats.report import Notes
-from core.rig.formats.source import Source
-from core.rig.formats.values import Value
-from core.rig.model import Vehicle
+from riglens.core.geometry import Vec3
+from riglens.core.rig.formats.base import Format, Imported
+from riglens.core.rig.formats.frames import Matrix, from_optical, inverse, rotation_from_wxyz, se3
+from riglens.core.rig.formats.lenses import brown_conrady
+from riglens.core.rig.formats.mounts import Mounting, ReadOptions
+from riglens.core.rig.formats.report import Notes
+from riglens.core.rig.formats.source import Source
+from riglens.core.rig.formats.values import Value
+from riglens.core.rig.model import Vehicle
 
 TITLE = "PandaSet calibration"
 PACIFICA = Vehicle(body="van", length=5.17, width=2.02, height=1.78, rear_axle_x=-1.5)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import re
 
-from core.rig.formats.base import Exported, Format, Imported
-from core.rig.formats.mounts import ReadOptions
-from core.rig.formats.report import Notes
-from core.rig.formats.source import Source
-from core.rig.model import Rig
-from core.rig.yaml_file import dumps, load_rig
+from riglens.core.rig.formats.base import Exported, Format, Imported
+from riglens.core.rig.formats.mounts import ReadOptions
+from riglens.core.rig.formats.report import Notes
+from riglens.core.rig.formats.source import Source
+from riglens.core.rig.model import Rig
+from riglens.core.rig.yaml_file import dumps, load_rig
 
 TITLE = "RigLens rig YAML"
 _HEAD = re.compile(r"^['\"]?riglens['\"]?\s*:", re.MULTILINE)

@@ -12,11 +12,11 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from core.errors import InputError
-from core.rig.formats.values import Value, is_encodable
-from core.rig.formats.xml_tree import Element, parse_xml
-from core.rig.text_file import shown_path
-from core.rig.yaml_nodes import parse_yaml, plain_value, shortened
+from riglens.core.errors import InputError
+from riglens.core.rig.formats.values import Value, is_encodable
+from riglens.core.rig.formats.xml_tree import Element, parse_xml
+from riglens.core.rig.text_file import shown_path
+from riglens.core.rig.yaml_nodes import parse_yaml, plain_value, shortened
 
 MAX_JSON_BYTES = 16_000_000
 MAX_TEXT_BYTES = 1_000_000

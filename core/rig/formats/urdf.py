@@ -15,18 +15,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.errors import InputError
-from core.rig.formats.base import Format, Imported
-from core.rig.formats.frame_names import SensorKind, is_optical, kind_of, without_ending
-from core.rig.formats.frames import FrameTree, Matrix, from_optical, inverse, se3_from_rpy_deg
-from core.rig.formats.mounts import Mounting, ReadOptions, rear_axle_on_ground
-from core.rig.formats.report import Notes
-from core.rig.formats.sdf_sensor import KINDS, add_sdf_sensor, numbers_in
-from core.rig.formats.source import Source
-from core.rig.formats.urdf_write import TITLE, write
-from core.rig.formats.xml_tree import Element
-from core.rig.model import Vehicle
-from core.rig.yaml_nodes import shortened
+from riglens.core.errors import InputError
+from riglens.core.rig.formats.base import Format, Imported
+from riglens.core.rig.formats.frame_names import SensorKind, is_optical, kind_of, without_ending
+from riglens.core.rig.formats.frames import FrameTree, Matrix, from_optical, inverse, se3_from_rpy_deg
+from riglens.core.rig.formats.mounts import Mounting, ReadOptions, rear_axle_on_ground
+from riglens.core.rig.formats.report import Notes
+from riglens.core.rig.formats.sdf_sensor import KINDS, add_sdf_sensor, numbers_in
+from riglens.core.rig.formats.source import Source
+from riglens.core.rig.formats.urdf_write import TITLE, write
+from riglens.core.rig.formats.xml_tree import Element
+from riglens.core.rig.model import Vehicle
+from riglens.core.rig.yaml_nodes import shortened
 
 BASES = ("base_footprint", "base_link")
 MAX_JOINTS = 2_000

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from xml.sax.saxutils import quoteattr
 
-from core.geometry import Vec3
-from core.rig.formats.base import Exported
-from core.rig.formats.frames import pose_from_se3
-from core.rig.formats.lenses import report_distortion
-from core.rig.formats.mounts import rear_axle_on_ground, root_SE3_body, sensors_to_write
-from core.rig.formats.report import Notes
-from core.rig.model import Camera, EvenAngles, Lidar, Rig
+from riglens.core.geometry import Vec3
+from riglens.core.rig.formats.base import Exported
+from riglens.core.rig.formats.frames import pose_from_se3
+from riglens.core.rig.formats.lenses import report_distortion
+from riglens.core.rig.formats.mounts import rear_axle_on_ground, root_SE3_body, sensors_to_write
+from riglens.core.rig.formats.report import Notes
+from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
 
 TITLE = "ROS URDF"
 _OPTICAL_RPY = (-90.0, 0.0, -90.0)

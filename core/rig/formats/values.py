@@ -9,9 +9,9 @@ from typing import Any, NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
-from core.errors import InputError
-from core.geometry import Vec3
-from core.rig.yaml_nodes import shortened
+from riglens.core.errors import InputError
+from riglens.core.geometry import Vec3
+from riglens.core.rig.yaml_nodes import shortened
 
 MAX_METRES = 1e6
 MAX_ANGLE = 1e6

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from xml.parsers import expat
 
-from core.errors import InputError
-from core.rig.yaml_nodes import shortened
+from riglens.core.errors import InputError
+from riglens.core.rig.yaml_nodes import shortened
 
 MAX_DEPTH = 60
 MAX_ELEMENTS = 50_000

@@ -1,7 +1,7 @@
 """Box readers: one call that finds out what a path holds and streams its boxes into the vehicle frame."""
 
-from core.scene.readers.bundled import bundled_source
-from core.scene.readers.classes import parse_class_map
-from core.scene.readers.opening import Source, default_origin_m, open_boxes, together
+from riglens.core.scene.readers.bundled import bundled_source
+from riglens.core.scene.readers.classes import parse_class_map
+from riglens.core.scene.readers.opening import Source, default_origin_m, open_boxes, together
 
 __all__ = ["Source", "bundled_source", "default_origin_m", "open_boxes", "parse_class_map", "together"]

@@ -14,10 +14,10 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from core.errors import InputError
-from core.scene.boxes import BoxBatch, Progress, rotations_from_quaternions
-from core.scene.readers.classes import UNMAPPED
-from core.scene.readers.common import (
+from riglens.core.errors import InputError
+from riglens.core.scene.boxes import BoxBatch, Progress, rotations_from_quaternions
+from riglens.core.scene.readers.classes import UNMAPPED
+from riglens.core.scene.readers.common import (
     ACCEPTED_POSITION,
     ACCEPTED_SIZE,
     BATCH_BOXES,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from core.geometry import Vec3
+from riglens.core.geometry import Vec3
 
 REAR_AXLE_M: Vec3 = (-1.34, 0.0, 0.33)
 """Place of the ego frame's origin in the vehicle frame, about: the centre of the rear axle. It is 0.33 m above the

@@ -6,14 +6,14 @@ import json
 from importlib import resources
 from pathlib import Path
 
-from core.scene.boxes import BoxSource
-from core.scene.readers.opening import open_boxes
+from riglens.core.scene.boxes import BoxSource
+from riglens.core.scene.readers.opening import open_boxes
 
 SCENARIO = "scenarios/town"
 
 
 def bundled_source() -> BoxSource:
     """The boxes of the bundled town; how many frames there are, empty ones too, stands in scenario.json."""
-    folder = Path(str(resources.files("assets").joinpath(SCENARIO)))
+    folder = Path(str(resources.files("riglens.assets").joinpath(SCENARIO)))
     frames = int(json.loads((folder / "scenario.json").read_text(encoding="utf-8"))["frames"])
     return open_boxes(folder / "boxes.csv.gz", frames=frames)

@@ -10,8 +10,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
-from core.errors import InputError
-from core.scene.boxes import CLASSES
+from riglens.core.errors import InputError
+from riglens.core.scene.boxes import CLASSES
 
 IGNORE = "ignore"
 UNMAPPED = -1

@@ -7,10 +7,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property
 
-from core.errors import InputError
-from core.geometry import Vec3
-from core.scene.boxes import BoxBatch, DataReport, Progress
-from core.scene.readers.common import FileBoxSource, added_up, with_all_frames
+from riglens.core.errors import InputError
+from riglens.core.geometry import Vec3
+from riglens.core.scene.boxes import BoxBatch, DataReport, Progress
+from riglens.core.scene.readers.common import FileBoxSource, added_up, with_all_frames
 
 
 class BoxCollection:

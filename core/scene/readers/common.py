@@ -16,10 +16,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from core.errors import InputError
-from core.geometry import Vec3
-from core.scene.boxes import CLASSES, BoxBatch, DataReport, Progress
-from core.scene.readers.classes import ClassTable
+from riglens.core.errors import InputError
+from riglens.core.geometry import Vec3
+from riglens.core.scene.boxes import CLASSES, BoxBatch, DataReport, Progress
+from riglens.core.scene.readers.classes import ClassTable
 
 MAX_POSITION_M = 1e6
 MAX_SIZE_M = 1e3

@@ -10,9 +10,15 @@ from pathlib import Path
 import pyarrow as pa
 import pyarrow.csv as arrow_csv
 
-from core.errors import InputError
-from core.scene.readers.common import ACCEPTED_ANGLE, ACCEPTED_POSITION, ACCEPTED_SIZE, one_line, shown
-from core.scene.readers.text_blocks import TextBlock
+from riglens.core.errors import InputError
+from riglens.core.scene.readers.common import (
+    ACCEPTED_ANGLE,
+    ACCEPTED_POSITION,
+    ACCEPTED_SIZE,
+    one_line,
+    shown,
+)
+from riglens.core.scene.readers.text_blocks import TextBlock
 
 NUMBERS = ("x", "y", "z", "length", "width", "height", "yaw")
 NEEDED = ("seq", "frame", "cls", *NUMBERS)

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from core.errors import InputError
-from core.scene.boxes import BoxBatch
-from core.scene.readers.common import join, select, shown
+from riglens.core.errors import InputError
+from riglens.core.scene.boxes import BoxBatch
+from riglens.core.scene.readers.common import join, select, shown
 
 MAX_BOXES_PER_FRAME = 1_000_000
 """More than this in one frame is no traffic but a broken table; it bounds the memory."""

@@ -8,9 +8,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from core.errors import InputError
-from core.scene.boxes import Progress
-from core.scene.readers.text_blocks import byte_pieces
+from riglens.core.errors import InputError
+from riglens.core.scene.boxes import Progress
+from riglens.core.scene.readers.text_blocks import byte_pieces
 
 MAX_RECORD_CHARS = 1 << 16
 """No record of a box data set comes near it; it bounds how much of a broken file is looked at in vain."""

@@ -15,11 +15,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from core.errors import InputError
-from core.geometry import Vec3
-from core.scene.boxes import BoxBatch, Progress
-from core.scene.readers.classes import UNMAPPED
-from core.scene.readers.common import (
+from riglens.core.errors import InputError
+from riglens.core.geometry import Vec3
+from riglens.core.scene.boxes import BoxBatch, Progress
+from riglens.core.scene.readers.classes import UNMAPPED
+from riglens.core.scene.readers.common import (
     BoxOptions,
     FileBoxSource,
     Tally,

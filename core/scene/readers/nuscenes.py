@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
-from core.errors import InputError
-from core.geometry import Vec3
-from core.scene.boxes import BoxBatch, Progress, rotations_from_quaternions
-from core.scene.readers.classes import UNMAPPED
-from core.scene.readers.common import (
+from riglens.core.errors import InputError
+from riglens.core.geometry import Vec3
+from riglens.core.scene.boxes import BoxBatch, Progress, rotations_from_quaternions
+from riglens.core.scene.readers.classes import UNMAPPED
+from riglens.core.scene.readers.common import (
     BATCH_BOXES,
     BoxOptions,
     FileBoxSource,
@@ -21,9 +21,9 @@ from core.scene.readers.common import (
     first_bad_box,
     readable,
 )
-from core.scene.readers.json_records import Record
-from core.scene.readers.nuscenes_tables import NuscenesTables, Samples, Table
-from core.scene.readers.spool import BoxSpool
+from riglens.core.scene.readers.json_records import Record
+from riglens.core.scene.readers.nuscenes_tables import NuscenesTables, Samples, Table
+from riglens.core.scene.readers.spool import BoxSpool
 
 REAR_AXLE_M: Vec3 = (-1.35, 0.0, 0.0)
 """Place of the ego frame's origin in the vehicle frame, about: the middle of the rear axle, projected onto the

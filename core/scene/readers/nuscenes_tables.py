@@ -15,10 +15,10 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from core.errors import InputError
-from core.scene.boxes import Progress, rotations_from_quaternions
-from core.scene.readers.common import shown
-from core.scene.readers.json_records import Record, json_records
+from riglens.core.errors import InputError
+from riglens.core.scene.boxes import Progress, rotations_from_quaternions
+from riglens.core.scene.readers.common import shown
+from riglens.core.scene.readers.json_records import Record, json_records
 
 CHANNEL = "LIDAR_TOP"
 TABLES = (

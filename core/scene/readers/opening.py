@@ -6,17 +6,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from core.errors import InputError
-from core.geometry import Vec3
-from core.scene.readers import argoverse_files, nuscenes
-from core.scene.readers.argoverse_files import find_logs, is_feather
-from core.scene.readers.carla import FOLDERS, CarlaSource
-from core.scene.readers.classes import ANY_TABLE, ARGOVERSE, CARLA, KITTI, NUSCENES, ClassTable
-from core.scene.readers.collection import BoxCollection
-from core.scene.readers.common import BoxOptions, FileBoxSource, readable
-from core.scene.readers.kitti import OBJECT, TRACKING, VELODYNE_M, KittiSource, Layout
-from core.scene.readers.nuscenes import NuscenesSource
-from core.scene.readers.nuscenes_tables import tables_folder
+from riglens.core.errors import InputError
+from riglens.core.geometry import Vec3
+from riglens.core.scene.readers import argoverse_files, nuscenes
+from riglens.core.scene.readers.argoverse_files import find_logs, is_feather
+from riglens.core.scene.readers.carla import FOLDERS, CarlaSource
+from riglens.core.scene.readers.classes import ANY_TABLE, ARGOVERSE, CARLA, KITTI, NUSCENES, ClassTable
+from riglens.core.scene.readers.collection import BoxCollection
+from riglens.core.scene.readers.common import BoxOptions, FileBoxSource, readable
+from riglens.core.scene.readers.kitti import OBJECT, TRACKING, VELODYNE_M, KittiSource, Layout
+from riglens.core.scene.readers.nuscenes import NuscenesSource
+from riglens.core.scene.readers.nuscenes_tables import tables_folder
 
 ACCEPTED = (
     "a CSV, CSV.gz or Parquet table or a folder of them, a nuScenes folder, annotations.feather or log folders of "
@@ -128,8 +128,8 @@ def _layout(place: Path) -> str:
 
 def _open_file(place: Path, layout: str, how: HowToRead, is_part: bool) -> FileBoxSource:
     # here, and not above: these load pyarrow, for which the window's first picture need not wait
-    from core.scene.readers.argoverse import ArgoverseSource
-    from core.scene.readers.table import CsvSource, ParquetSource, is_parquet
+    from riglens.core.scene.readers.argoverse import ArgoverseSource
+    from riglens.core.scene.readers.table import CsvSource, ParquetSource, is_parquet
 
     if layout == "argoverse":
         return ArgoverseSource(place, how.options(ARGOVERSE, is_part, *_ORIGINS[layout]))

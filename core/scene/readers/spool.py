@@ -10,8 +10,8 @@ from types import TracebackType
 import numpy as np
 from numpy.typing import NDArray
 
-from core.scene.boxes import BoxBatch
-from core.scene.readers.common import BATCH_BOXES, end_of_frame
+from riglens.core.scene.boxes import BoxBatch
+from riglens.core.scene.readers.common import BATCH_BOXES, end_of_frame
 
 _ROW = np.dtype([("cls", "u1"), ("centre", "f8", 3), ("size", "f8", 3), ("rotation", "f8", (3, 3))])
 

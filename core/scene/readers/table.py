@@ -14,10 +14,10 @@ import pyarrow as pa
 import pyarrow.parquet as parquet
 from numpy.typing import NDArray
 
-from core.errors import InputError
-from core.scene.boxes import BoxBatch, Progress, rotations_from_yaw
-from core.scene.readers.classes import UNMAPPED
-from core.scene.readers.common import (
+from riglens.core.errors import InputError
+from riglens.core.scene.boxes import BoxBatch, Progress, rotations_from_yaw
+from riglens.core.scene.readers.classes import UNMAPPED
+from riglens.core.scene.readers.common import (
     BadBox,
     BoxOptions,
     FileBoxSource,
@@ -26,9 +26,16 @@ from core.scene.readers.common import (
     one_line,
     readable,
 )
-from core.scene.readers.csv_rows import ACCEPTED, NEEDED, NUMBERS, CsvParser, check_columns, header_names
-from core.scene.readers.frames import FrameCounter, RowError, WholeFrames
-from core.scene.readers.text_blocks import TextBlock, text_blocks
+from riglens.core.scene.readers.csv_rows import (
+    ACCEPTED,
+    NEEDED,
+    NUMBERS,
+    CsvParser,
+    check_columns,
+    header_names,
+)
+from riglens.core.scene.readers.frames import FrameCounter, RowError, WholeFrames
+from riglens.core.scene.readers.text_blocks import TextBlock, text_blocks
 
 PARQUET_MAGIC = b"PAR1"
 _PARQUET_ROWS = 1 << 14

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO, cast
 
-from core.errors import InputError
-from core.scene.boxes import Progress
+from riglens.core.errors import InputError
+from riglens.core.scene.boxes import Progress
 
 BLOCK_BYTES = 1 << 20
 MAX_LINE_BYTES = 1 << 16

@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from core.rig.formats.base import Imported
-from core.rig.formats.exchange import read_rig
-from core.rig.formats.mounts import ReadOptions
-from core.rig.model import Camera, EvenAngles, Lidar, Rig, Vehicle
+from riglens.core.rig.formats.base import Imported
+from riglens.core.rig.formats.exchange import read_rig
+from riglens.core.rig.formats.mounts import ReadOptions
+from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig, Vehicle
 
 Matrix = NDArray[np.float64]
 Files = Mapping[str, str]

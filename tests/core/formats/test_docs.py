@@ -3,7 +3,7 @@
 import runpy
 from pathlib import Path
 
-from core.rig.formats.exchange import FORMATS, READABLE, WRITABLE
+from riglens.core.rig.formats.exchange import FORMATS, READABLE, WRITABLE
 
 ROOT = Path(__file__).resolve().parents[3]
 PAGE = (ROOT / "docs" / "formats-exchange.md").read_text(encoding="utf-8")

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from core.errors import InputError
-from core.rig.formats.exchange import FORMATS, WRITABLE, read_rig
-from core.rig.presets import preset
-from core.rig.yaml_file import dumps, loads, same_rig
+from riglens.core.errors import InputError
+from riglens.core.rig.formats.exchange import FORMATS, WRITABLE, read_rig
+from riglens.core.rig.presets import preset
+from riglens.core.rig.yaml_file import dumps, loads, same_rig
 from tests.core.formats.cases import SMALL, write_files
 from tests.core.formats.mutations import mutated
 

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from core.errors import InputError
-from core.rig.formats.exchange import FORMATS, detect, read_rig
-from core.rig.formats.source import MAX_JSON_BYTES, MAX_TEXT_BYTES, MAX_YAML_BYTES, Source
+from riglens.core.errors import InputError
+from riglens.core.rig.formats.exchange import FORMATS, detect, read_rig
+from riglens.core.rig.formats.source import MAX_JSON_BYTES, MAX_TEXT_BYTES, MAX_YAML_BYTES, Source
 from tests.core.formats.cases import (
     AUTOWARE_KIT,
     CARLA,

@@ -10,7 +10,7 @@ import numpy as np
 from hypothesis import given, settings
 from scipy.spatial.transform import Rotation
 
-from core.rig.formats.mounts import ReadOptions
+from riglens.core.rig.formats.mounts import ReadOptions
 from tests.core.formats.cases import (
     POSES,
     VEHICLE,

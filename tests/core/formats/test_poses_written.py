@@ -15,9 +15,9 @@ from hypothesis import given, settings
 from ruamel.yaml import YAML
 from scipy.spatial.transform import Rotation
 
-from core.rig.formats.exchange import FORMATS
-from core.rig.formats.osi import WHEEL_RADIUS_M
-from core.rig.model import Rig
+from riglens.core.rig.formats.exchange import FORMATS
+from riglens.core.rig.formats.osi import WHEEL_RADIUS_M
+from riglens.core.rig.model import Rig
 from tests.core.formats.cases import (
     OPTICAL_IN_BODY,
     POSES,

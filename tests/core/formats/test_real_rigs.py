@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from core.errors import InputError
-from core.rig.formats.base import Imported
-from core.rig.formats.exchange import FORMATS, read_rig
-from core.rig.formats.mounts import ReadOptions
-from core.rig.model import Camera, Lidar, Rig
+from riglens.core.errors import InputError
+from riglens.core.rig.formats.base import Imported
+from riglens.core.rig.formats.exchange import FORMATS, read_rig
+from riglens.core.rig.formats.mounts import ReadOptions
+from riglens.core.rig.model import Camera, Lidar, Rig
 from tests.core.formats.cases import Matrix, assert_same_pose, optical, read_files, sensor_matrix, transform
 
 BEARINGS_DEG = {

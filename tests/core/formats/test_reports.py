@@ -2,11 +2,11 @@
 
 import pytest
 
-from core.rig.distortion import BrownConrady, KannalaBrandt
-from core.rig.formats.exchange import FORMATS, READABLE, WRITABLE
-from core.rig.formats.mounts import ReadOptions, find_lidar_model
-from core.rig.formats.report import KINDS, Notes, Report
-from core.rig.model import Camera, EvenAngles, Lidar, Rig, Vehicle
+from riglens.core.rig.distortion import BrownConrady, KannalaBrandt
+from riglens.core.rig.formats.exchange import FORMATS, READABLE, WRITABLE
+from riglens.core.rig.formats.mounts import ReadOptions, find_lidar_model
+from riglens.core.rig.formats.report import KINDS, Notes, Report
+from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig, Vehicle
 from tests.core.formats.cases import (
     AUTOWARE_KIT,
     CARLA,

@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from core.rig.distortion import BrownConrady
-from core.rig.formats.exchange import FORMATS
-from core.rig.formats.mounts import ReadOptions
-from core.rig.model import Camera, EvenAngles, Lidar, Rig
+from riglens.core.rig.distortion import BrownConrady
+from riglens.core.rig.formats.exchange import FORMATS
+from riglens.core.rig.formats.mounts import ReadOptions
+from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
 from tests.core.formats.cases import (
     POSES,
     VEHICLE,

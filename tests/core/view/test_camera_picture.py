@@ -7,16 +7,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from core.camera import project_px
-from core.kernels.clip import clip_polygons
-from core.rays import sensor_rays
-from core.rig.distortion import BrownConrady, KannalaBrandt
-from core.scene.grid import VoxelGrid
-from core.view.body_tree import BodyTree
-from core.view.camera_picture import CameraPicture, camera_picture
-from core.view.frames import FrameBoxes
-from core.view.hits import BODY, cast
-from core.view.projection import NEAR_M, Projection
+from riglens.core.camera import project_px
+from riglens.core.kernels.clip import clip_polygons
+from riglens.core.rays import sensor_rays
+from riglens.core.rig.distortion import BrownConrady, KannalaBrandt
+from riglens.core.scene.grid import VoxelGrid
+from riglens.core.view.body_tree import BodyTree
+from riglens.core.view.camera_picture import CameraPicture, camera_picture
+from riglens.core.view.frames import FrameBoxes
+from riglens.core.view.hits import BODY, cast
+from riglens.core.view.projection import NEAR_M, Projection
 from tests.core.view.view_cases import camera, frame_of, random_frame
 
 GRID = VoxelGrid(0.5, (60.0, 40.0, 4.0))

@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import core.view.frames as frames
-from core.errors import InputError
-from core.scene.boxes import BoxBatch
-from core.view.frames import FrameStore
+import riglens.core.view.frames as frames
+from riglens.core.errors import InputError
+from riglens.core.scene.boxes import BoxBatch
+from riglens.core.view.frames import FrameStore
 from tests.core.builders import Boxes, boxes_of
 
 

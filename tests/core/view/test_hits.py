@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from core.view.body_tree import BodyTree
-from core.view.frames import FrameBoxes
-from core.view.hits import BODY, GROUND, NOTHING, cast
+from riglens.core.view.body_tree import BodyTree
+from riglens.core.view.frames import FrameBoxes
+from riglens.core.view.hits import BODY, GROUND, NOTHING, cast
 from tests.core.view.view_cases import frame_of, random_frame
 
 NO_BODY = BodyTree.of(np.zeros((0, 3, 3)))

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from core.rig.model import EvenAngles, Lidar
-from core.view.body_tree import BodyTree
-from core.view.frames import FrameBoxes
-from core.view.hits import GROUND, NOTHING
-from core.view.range_image import range_image, wrapped_deg
+from riglens.core.rig.model import EvenAngles, Lidar
+from riglens.core.view.body_tree import BodyTree
+from riglens.core.view.frames import FrameBoxes
+from riglens.core.view.hits import GROUND, NOTHING
+from riglens.core.view.range_image import range_image, wrapped_deg
 from tests.core.view.view_cases import frame_of
 
 NO_BODY = BodyTree.of(np.zeros((0, 3, 3)))

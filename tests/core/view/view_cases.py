@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from core.rig.model import Camera
-from core.scene.boxes import rotations_from_yaw
-from core.view.frames import FrameBoxes
+from riglens.core.rig.model import Camera
+from riglens.core.scene.boxes import rotations_from_yaw
+from riglens.core.view.frames import FrameBoxes
 
 
 def frame_of(*rows: tuple[int, tuple[float, float, float], tuple[float, float, float], float]) -> FrameBoxes:

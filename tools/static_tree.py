@@ -1,0 +1,39 @@
+"""Lay out build/static/riglens, the package as a wheel holds it, in links: for tools that read code without running it.
+
+They look for `riglens.core` in a folder riglens/core, which a checkout has only by the `__path__` of
+riglens/__init__.py. Usage: static_tree.py; prints the folder to search.
+"""
+
+import os
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+STATIC = ROOT / "build" / "static"
+ROOMS = ("app", "assets", "core", "widgets")
+"""As in `sources` of pyproject.toml."""
+
+
+def wanted_links() -> dict[Path, Path]:
+    """Each link and what it leads to."""
+    package = STATIC / "riglens"
+    files = {package / path.name: path for path in (ROOT / "riglens").iterdir() if path.is_file()}
+    return files | {package / room: ROOT / room for room in ROOMS}
+
+
+def lay_out() -> None:
+    """Make the links that are missing or lead elsewhere, and remove those that are not wanted."""
+    links = wanted_links()
+    (STATIC / "riglens").mkdir(parents=True, exist_ok=True)
+    for found in (STATIC / "riglens").iterdir():
+        if found not in links:
+            found.unlink()
+    for link, target in links.items():
+        if not (link.is_symlink() and link.resolve() == target):
+            link.unlink(missing_ok=True)
+            link.symlink_to(os.path.relpath(target, link.parent), target_is_directory=target.is_dir())
+
+
+if __name__ == "__main__":
+    lay_out()
+    sys.stdout.write(f"{STATIC}\n")
