@@ -2,7 +2,7 @@
 
 import sys
 
-from riglens.app.cli import main
+from riglens.app.commands import main
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -12,7 +12,7 @@ A feature is one small class in a file of its own under `features/`, listed in `
             self.dock = window.add_dock("Mirror", Panel(), area, beside="Inspector")    # entry under View for free
             window.rig_shown.connect(self._follow)        # see the signals of MainWindow
 
-Sections of menus and toolbar: `places.py`. Long work: `window.tasks.run` (app/tasks.py). `restore` and `keep` carry
+Sections of menus and toolbar: `places.py`. Long work: `window.tasks.run`. `restore` and `keep` carry
 choices to the next session; `mouse` adds lines to the sheet of shortcuts. Edits go through `window.guarded(...)`,
 which turns an InputError into a message. One feature reaches another by `window.feature(Files)`. MainWindow itself
 knows no single feature's work.

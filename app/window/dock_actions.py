@@ -5,7 +5,7 @@ from __future__ import annotations
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QDockWidget
 
-from riglens.app.actions import Spec
+from riglens.app.window.actions import Spec
 
 
 def dock_spec(title: str, number: int) -> Spec:

@@ -10,13 +10,12 @@ from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QCloseEvent
 from PySide6.QtWidgets import QDockWidget, QMainWindow, QTabWidget, QToolBar, QVBoxLayout, QWidget
 
-from riglens.app.actions import Actions
-from riglens.app.dialogs import Dialogs
-from riglens.app.document import Document
-from riglens.app.options import SceneOptions
-from riglens.app.recompute import Recompute
-from riglens.app.status import StatusBar
-from riglens.app.tasks import Tasks
+from riglens.app.background.recompute import Recompute
+from riglens.app.background.tasks import Tasks
+from riglens.app.evaluation.options import SceneOptions
+from riglens.app.session.document import Document
+from riglens.app.window.actions import Actions
+from riglens.app.window.dialogs import Dialogs
 from riglens.app.window.dock_actions import dock_spec, follow_dock
 from riglens.app.window.dock_titles import DockTitles
 from riglens.app.window.feature import Feature
@@ -54,6 +53,7 @@ from riglens.app.window.features.views import Views
 from riglens.app.window.in_sight import focus_next_in_sight
 from riglens.app.window.places import Places
 from riglens.app.window.settings import Settings
+from riglens.app.window.status import StatusBar
 from riglens.app.window.viewport_widget import ViewportWidget
 from riglens.core.errors import InputError
 from riglens.core.metric.scores import MetricSettings

@@ -7,12 +7,12 @@ import gc
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import QApplication
 
-from riglens.app.document import Document
-from riglens.app.interrupt import quit_on_interrupt
-from riglens.app.leaving import Grace
-from riglens.app.options import SceneOptions, ScoreOptions
-from riglens.app.recompute import Recompute
-from riglens.app.user_folders import config_folder, state_folder
+from riglens.app.background.recompute import Recompute
+from riglens.app.evaluation.options import SceneOptions, ScoreOptions
+from riglens.app.launch.interrupt import quit_on_interrupt
+from riglens.app.launch.leaving import Grace
+from riglens.app.launch.user_folders import config_folder, state_folder
+from riglens.app.session.document import Document
 from riglens.app.window.features.autosave import Autosave
 from riglens.app.window.features.exchange import Exchange
 from riglens.app.window.main_window import MainWindow

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any, Protocol
 
-from riglens.core.mesh import BodyMesh
 from riglens.core.rig.model import Vehicle
+from riglens.core.vehicle.mesh import BodyMesh
 from riglens.widgets.theme import Palette
 from riglens.widgets.viewport.camera import OrbitCamera
 from riglens.widgets.viewport.scene_state import ShownRig

@@ -22,10 +22,10 @@ from riglens.core.kernels.shares import work_by_row
 from riglens.core.kernels.walk import FARTHEST
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Method
-from riglens.core.rational_walk import walk_rational
-from riglens.core.rays import Lattice, lattice, sensor_rays
 from riglens.core.rig.model import Camera, Lidar
 from riglens.core.scene.columns import Words, words_per_column
+from riglens.core.sensing.rational_walk import walk_rational
+from riglens.core.sensing.rays import Lattice, lattice, sensor_rays
 
 RAYS_PER_CHUNK = 1 << 15
 PLANES_PER_CHUNK = 512

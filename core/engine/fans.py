@@ -10,7 +10,7 @@ from riglens.core.kernels.codes import LIDAR, LISTED
 from riglens.core.kernels.fan import FARTHEST_ORIGIN, STEEPEST
 from riglens.core.kernels.planes import Fan
 from riglens.core.kernels.profile import Profile, find_stays, masks_of
-from riglens.core.rays import Lattice
+from riglens.core.sensing.rays import Lattice
 
 TAMEST, WILDEST = 2.0**-110, 2.0**110
 """Table entries in this range, three of them multiplied and subtracted, keep the exact predicates valid."""

@@ -15,10 +15,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.rays import sensor_rays
 from riglens.core.rig.model import Camera, Lidar
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.voxel import Voxel
+from riglens.core.sensing.rays import sensor_rays
 
 Sensor = Lidar | Camera
 Verdict = Literal["sees", "off", "outside", "range", "between", "missed"]

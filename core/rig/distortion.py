@@ -1,4 +1,4 @@
-"""Coefficients of lens distortion, named as OpenCV names them; the mathematics is in `riglens.core.lens`."""
+"""Coefficients of lens distortion, named as OpenCV names them; the mathematics is in `riglens.core.sensing.lens`."""
 
 from __future__ import annotations
 

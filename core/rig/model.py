@@ -148,7 +148,7 @@ class Lidar(_Sensor):
 class Camera(_Sensor):
     """Camera; casts a lattice `cast` of rays through pixel centres of the resized image (paper, eq. 3-5).
 
-    A pinhole, or with `distortion` a lens that bends its rays as in `riglens.core.lens`.
+    A pinhole, or with `distortion` a lens that bends its rays as in `riglens.core.sensing.lens`.
     """
 
     kind: Literal["camera"] = "camera"

@@ -18,9 +18,9 @@ from riglens.core.errors import InputError
 from riglens.core.kernels import jit
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import MetricSettings
-from riglens.core.rays import is_listed
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import Progress
+from riglens.core.sensing.rays import is_listed
 from riglens.core.study.accuracy_errors import Contestant, points_of, with_fronts
 from riglens.core.study.accuracy_points import MethodName, Plan, Study
 from riglens.core.study.approximations import VoxelTests

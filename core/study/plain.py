@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from riglens.core.kernels import plain
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scoring import KINDS
-from riglens.core.rays import sensor_rays
 from riglens.core.rig.model import Camera, Lidar
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.grid import VoxelGrid
+from riglens.core.sensing.rays import sensor_rays
 
 FLAGS = {kind: 1 << number for number, kind in enumerate(KINDS)}
 """The bit of a kind of sensor in a byte per informative voxel."""

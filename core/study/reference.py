@@ -15,10 +15,10 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.rays import sensor_rays
 from riglens.core.rig.model import Camera, Lidar
 from riglens.core.scene.boxes import Progress
 from riglens.core.scene.grid import VoxelGrid
+from riglens.core.sensing.rays import sensor_rays
 
 Mask = NDArray[np.bool_]
 Doubles = NDArray[np.float64]

@@ -10,11 +10,11 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core import lens
-from riglens.core.camera import pixel_directions, project_px
-from riglens.core.rays import rotate
 from riglens.core.rig.distortion import KannalaBrandt
 from riglens.core.rig.model import Camera
+from riglens.core.sensing import lens
+from riglens.core.sensing.camera import pixel_directions, project_px
+from riglens.core.sensing.rays import rotate
 
 Points = NDArray[np.float64]
 NEAR_M = 0.05

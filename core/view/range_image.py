@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.rays import sensor_rays
 from riglens.core.rig.model import Lidar
+from riglens.core.sensing.rays import sensor_rays
 from riglens.core.view.body_tree import BodyTree
 from riglens.core.view.frames import FrameBoxes
 from riglens.core.view.hits import cast

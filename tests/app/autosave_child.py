@@ -8,8 +8,8 @@ from pathlib import Path
 from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QApplication
 
-from riglens.app.document import Document
-from riglens.app.recompute import Recompute
+from riglens.app.background.recompute import Recompute
+from riglens.app.session.document import Document
 from riglens.app.window import MainWindow
 from riglens.app.window.features.autosave import Autosave
 from riglens.core.metric.scores import MetricSettings

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from riglens.app.cli import main
+from riglens.app.commands import main
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 SMALL_GRID = ("--voxel", "0.5", "--roi", "20", "20", "4")

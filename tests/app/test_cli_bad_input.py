@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from riglens.app.cli.parsing import meant_command
+from riglens.app.commands.parsing import meant_command
 from riglens.core.rig.presets import PRESETS
 
 SMALL = ("--voxel", "0.5", "--roi", "20", "20", "4")
@@ -218,7 +218,7 @@ def test_a_bad_rig_is_refused_before_any_window_opens(riglens):
 @pytest.mark.parametrize("command", ["evaluate", "pog", "presets", "table1", "render"])
 def test_an_unwritable_output_is_refused_before_any_work(riglens, tmp_path, boxes, monkeypatch, command):
     monkeypatch.setattr("riglens.core.scene.pog_store.build_pog", None)  # building would fail the test
-    monkeypatch.setattr("riglens.app.pog_job.build_pog", None)
+    monkeypatch.setattr("riglens.app.commands.pog_job.build_pog", None)
     (tmp_path / "folder.png").mkdir()
     for path in (tmp_path / "no" / "such" / "folder" / "out.png", tmp_path / "folder.png"):
         words = {

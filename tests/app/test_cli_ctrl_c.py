@@ -5,7 +5,7 @@ import time
 
 import pytest
 
-from riglens.app.cli.ctrl_c import insistent_interrupt
+from riglens.app.commands.ctrl_c import insistent_interrupt
 
 
 def test_an_interruption_that_somebody_swallows_comes_again():

@@ -149,7 +149,7 @@ def test_a_full_disk_is_told_in_one_line(riglens_process, boxes):
 
 def test_a_command_that_draws_nothing_loads_neither_qt_nor_vtk(boxes):
     script = (
-        "import sys; from riglens.app.cli import main; code = main(sys.argv[1:]);"
+        "import sys; from riglens.app.commands import main; code = main(sys.argv[1:]);"
         "loaded = [m for m in sys.modules if m.split('.')[0] in ('PySide6', 'vtkmodules', 'pyvista')];"
         "sys.exit(f'loaded {loaded}' if loaded else code)"
     )

@@ -37,7 +37,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def expected(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[bytes, ...]:
     """The POG built here, one table after the other."""
-    from riglens.app.cli import main
+    from riglens.app.commands import main
 
     out = tmp_path_factory.mktemp("expected") / "all.npz"
     assert main(["pog", str(folder), "--out", str(out), *GRID, "--workers", "1"]) == 0

@@ -56,7 +56,7 @@ def test_help_explains_every_option(riglens, words):
 
 def test_help_loads_no_heavy_package():
     script = (
-        "import sys; from riglens.app.cli import main; main(['--help']);"
+        "import sys; from riglens.app.commands import main; main(['--help']);"
         "heavy = ('numpy', 'numba', 'pydantic', 'PySide6', 'pyvista');"
         "print([name for name in heavy if name in sys.modules], file=sys.stderr)"
     )

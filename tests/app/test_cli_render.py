@@ -133,7 +133,7 @@ def test_a_display_that_does_not_answer_is_no_display(riglens_process, tmp_path)
 def test_missing_system_libraries_are_named_with_the_command_that_installs_them(
     riglens, tmp_path, monkeypatch
 ):
-    from riglens.app import system_libraries
+    from riglens.app.launch import system_libraries
 
     monkeypatch.setattr(system_libraries.ctypes, "CDLL", _fails_for_egl(system_libraries.ctypes.CDLL))
     line = riglens("render", "W+T", "--out", tmp_path / "a.png").refused()

@@ -6,7 +6,7 @@ import io
 
 import pytest
 
-from riglens.app.cli import main
+from riglens.app.commands import main
 from tests.app.conftest import BOXES, SMALL_GRID
 
 NAMES = ["stability-methods.csv", "stability-metric.csv", "stability.html"]

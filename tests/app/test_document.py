@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from pytestqt.qtbot import QtBot
 
-from riglens.app.document import MERGE_S, Document
+from riglens.app.session.document import MERGE_S, Document
 from riglens.core.errors import InputError
 from riglens.core.geometry import Pose
 from riglens.core.rig.mirror import linked

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from riglens.app.edit_costs import REMEMBERED, EditCosts
+from riglens.app.evaluation.edit_costs import REMEMBERED, EditCosts
 from riglens.core.rig.model import Rig
 from tests.app.window_bench import RIG
 

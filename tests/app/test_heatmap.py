@@ -3,7 +3,15 @@
 import numpy as np
 import pytest
 
-from riglens.app.heatmap import COUNT_LABELS, NO_WORDS, Heatmaps, Marks, marks_for, marks_of, seen_words
+from riglens.app.evaluation.heatmap import (
+    COUNT_LABELS,
+    NO_WORDS,
+    Heatmaps,
+    Marks,
+    marks_for,
+    marks_of,
+    seen_words,
+)
 from riglens.core.engine.engine import Engine
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.scene.boxes import CLASSES

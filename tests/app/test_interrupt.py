@@ -13,7 +13,7 @@ from PySide6.QtGui import QCloseEvent
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
-from riglens.app.interrupt import quit_on_interrupt
+from riglens.app.launch.interrupt import quit_on_interrupt
 from tests.app.window_bench import TIMEOUT_MS
 
 
@@ -96,7 +96,7 @@ def test_a_second_ctrl_c_before_the_first_was_heeded_ends_the_process() -> None:
     script = (
         "import os, signal\n"
         "from PySide6.QtWidgets import QApplication\n"
-        "from app.interrupt import quit_on_interrupt\n"
+        "from riglens.app.launch.interrupt import quit_on_interrupt\n"
         "with quit_on_interrupt(QApplication(['riglens'])):\n"
         "    for _ in range(2):\n"
         "        os.kill(os.getpid(), signal.SIGINT)\n"
@@ -111,7 +111,7 @@ def test_a_second_ctrl_c_before_the_first_was_heeded_ends_the_process() -> None:
 def test_a_thread_that_goes_on_does_not_keep_the_process() -> None:
     script = (
         "import threading\n"
-        "from app.leaving import Grace\n"
+        "from riglens.app.launch.leaving import Grace\n"
         "Grace().start(3)\n"
         "threading.Event().wait(300)\n"  # as a join of a thread that compiles
     )

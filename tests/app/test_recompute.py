@@ -12,11 +12,11 @@ import pytest
 from PySide6.QtCore import Qt
 from pytestqt.qtbot import QtBot
 
-import riglens.app.scoring
-from riglens.app.options import SceneOptions
-from riglens.app.recompute import CANCELLED, Recompute
-from riglens.app.requests import EvaluationRequest, LoadedScene
-from riglens.app.scoring import load_scene
+import riglens.app.evaluation.scoring
+from riglens.app.background.recompute import CANCELLED, Recompute
+from riglens.app.evaluation.options import SceneOptions
+from riglens.app.evaluation.requests import EvaluationRequest, LoadedScene
+from riglens.app.evaluation.scoring import load_scene
 from riglens.core.errors import InputError
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.scene.boxes import Progress
@@ -165,12 +165,12 @@ class SlowEngine:
         return None if stale else self._engine.evaluate(rig, settings)
 
 
-app_engine = riglens.app.scoring.Engine
+app_engine = riglens.app.evaluation.scoring.Engine
 
 
 def start_slow(start: StartWorker, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, gates: int) -> Any:
     SlowEngine.gates, SlowEngine.given_up = [], []
-    monkeypatch.setattr(riglens.app.scoring, "Engine", SlowEngine)
+    monkeypatch.setattr(riglens.app.evaluation.scoring, "Engine", SlowEngine)
     worker = start()
     worker.recompute.load(scene_options(tmp_path))
     worker.wait(lambda: worker.ended == [""])
@@ -228,7 +228,7 @@ def test_a_failure_is_reported_and_the_next_request_is_answered(
         raise ZeroDivisionError("no way")
 
     with monkeypatch.context() as broken:
-        broken.setattr(riglens.app.scoring.Engine, "evaluate", fail)
+        broken.setattr(riglens.app.evaluation.scoring.Engine, "evaluate", fail)
         worker.recompute.evaluate(request(1))
         worker.wait(lambda: bool(worker.failures))
     assert "ZeroDivisionError: no way" in worker.failures[0]

@@ -10,11 +10,11 @@ import pytest
 from PySide6.QtCore import Qt
 from pytestqt.qtbot import QtBot
 
-import riglens.app.side_jobs
-from riglens.app.recompute import Recompute
-from riglens.app.requests import EvaluationRequest, LoadedScene
-from riglens.app.scoring import IsStale, Scoring
-from riglens.app.side_jobs import SideAnswer, SideRequest
+import riglens.app.background.side_jobs
+from riglens.app.background.recompute import Recompute
+from riglens.app.background.side_jobs import SideAnswer, SideRequest
+from riglens.app.evaluation.requests import EvaluationRequest, LoadedScene
+from riglens.app.evaluation.scoring import IsStale, Scoring
 from riglens.core.engine.engine import Engine, Evaluation
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.rig.model import Rig
@@ -60,7 +60,7 @@ class Desk:
 
 @pytest.fixture
 def desk(qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Desk]:
-    monkeypatch.setattr(riglens.app.side_jobs, "SIDE_REST_S", 0.0)
+    monkeypatch.setattr(riglens.app.background.side_jobs, "SIDE_REST_S", 0.0)
     opened = Desk(qtbot, tmp_path)
     yield opened
     opened.recompute.close()
@@ -165,7 +165,7 @@ def test_a_failure_in_a_side_job_is_reported_and_its_group_given_up(
 
 
 def test_side_jobs_wait_until_the_edits_have_rested(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(riglens.app.side_jobs, "SIDE_REST_S", 1e6)
+    monkeypatch.setattr(riglens.app.background.side_jobs, "SIDE_REST_S", 1e6)
     desk.edit(1)
     desk.ask("roof")
     desk.edit(2)

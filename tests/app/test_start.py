@@ -7,14 +7,14 @@ import subprocess
 import sys
 from pathlib import Path
 
-from riglens.app import main
-from riglens.app.cli.parsing import app, run
+from riglens.app.commands.parsing import app, run
+from riglens.app.launch import main
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 FOR_LATER = (
     *("numba", "riglens.core.kernels.jit", "scipy", "pyarrow", "pandas", "trimesh", "dask", "rich"),
     *(
-        "riglens.app.scenario",
+        "riglens.app.evaluation.scenario",
         "riglens.core.scene.readers",
         "riglens.core.rig.formats.exchange",
         "http.client",
@@ -23,8 +23,8 @@ FOR_LATER = (
 )
 OPENED = """
 import sys
-import riglens.app.cli, riglens.app.main
-riglens.app.main.load_packages()
+import riglens.app.commands, riglens.app.launch.main
+riglens.app.launch.main.load_packages()
 assert "pyvista.plotting" in sys.modules and "PySide6" not in sys.modules, "Qt slows down what comes after it"
 import riglens.app.window, riglens.widgets.viewport.viewport
 """

@@ -10,7 +10,7 @@ import pytest
 from PySide6.QtWidgets import QPushButton
 from pytestqt.qtbot import QtBot
 
-from riglens.app.tasks import Tasks
+from riglens.app.background.tasks import Tasks
 from riglens.core.errors import InputError
 from riglens.core.scene.boxes import Progress
 from riglens.widgets.panels.progress_strip import ProgressStrip

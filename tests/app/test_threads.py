@@ -15,13 +15,13 @@ import pytest
 from numba.core.registry import CPUDispatcher
 from pytestqt.qtbot import QtBot
 
-import riglens.app.pictures
-import riglens.app.side_jobs
-import riglens.app.tasks
+import riglens.app.background.pictures
+import riglens.app.background.side_jobs
+import riglens.app.background.tasks
 import riglens.core.kernels
-from riglens.app.pictures import Picture, PictureRequest, Pictures
-from riglens.app.scoring import LoadedScene, load_scene
-from riglens.app.tasks import Tasks
+from riglens.app.background.pictures import Picture, PictureRequest, Pictures
+from riglens.app.background.tasks import Tasks
+from riglens.app.evaluation.scoring import LoadedScene, load_scene
 from riglens.app.window.features.compare import Compare
 from riglens.app.window.features.heat import Heat
 from riglens.app.window.features.map import Map
@@ -36,7 +36,7 @@ def all_kernels() -> dict[tuple[str, str], CPUDispatcher]:
     """Compiled functions by the module that names them and by their name, of all modules that may call some."""
     for found in pkgutil.iter_modules(riglens.core.kernels.__path__, "riglens.core.kernels."):
         importlib.import_module(found.name)
-    importlib.import_module("riglens.app.scoring")
+    importlib.import_module("riglens.app.evaluation.scoring")
     return {
         (module_name, name): value
         for module_name, module in list(sys.modules.items())
@@ -76,7 +76,7 @@ def callers(monkeypatch: pytest.MonkeyPatch) -> dict[str, set[str]]:
 def test_everything_in_the_window_calls_parallel_kernels_on_one_thread(
     qtbot: QtBot, tmp_path: Path, callers: dict[str, set[str]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(riglens.app.side_jobs, "SIDE_REST_S", 0.0)
+    monkeypatch.setattr(riglens.app.background.side_jobs, "SIDE_REST_S", 0.0)
     with open_bench(qtbot, tmp_path) as bench:
         for dock in ("Map", "Sensor view"):
             bench.window.docks[dock].setFloating(True)  # all in sight at once
@@ -127,8 +127,8 @@ def test_closing_does_not_wait_for_a_picture_that_cannot_be_given_up(
         begun.set()
         may_end.wait()
 
-    monkeypatch.setattr(riglens.app.pictures, "camera_picture", endless)
-    monkeypatch.setattr(riglens.app.pictures, "CLOSE_S", 0.01)
+    monkeypatch.setattr(riglens.app.background.pictures, "camera_picture", endless)
+    monkeypatch.setattr(riglens.app.background.pictures, "CLOSE_S", 0.01)
     pictures, made = Pictures(), list[Picture]()
     pictures.made.connect(made.append)
     pictures.ask(request_for(tmp_path))
@@ -143,7 +143,7 @@ def test_closing_does_not_wait_for_a_picture_that_cannot_be_given_up(
 def test_closing_does_not_wait_for_work_without_progress(
     qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(riglens.app.tasks, "CLOSE_S", 0.01)
+    monkeypatch.setattr(riglens.app.background.tasks, "CLOSE_S", 0.01)
     begun, may_end = threading.Event(), threading.Event()
 
     def endless(_: object) -> None:

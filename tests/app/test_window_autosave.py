@@ -12,7 +12,7 @@ import pytest
 from PySide6.QtWidgets import QPushButton
 from pytestqt.qtbot import QtBot
 
-from riglens.app.autosave import AutosaveFile, Unsaved, orphans
+from riglens.app.session.autosave import AutosaveFile, Unsaved, orphans
 from riglens.app.window.features.autosave import Autosave
 from riglens.core.rig.yaml_file import load_rig, new_rig_file
 from tests.app.conftest import REPOSITORY

@@ -10,7 +10,7 @@ from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QComboBox, QPushButton
 from pytestqt.qtbot import QtBot
 
-import riglens.app.side_jobs
+import riglens.app.background.side_jobs
 from riglens.app.window.features.baseline import Baseline
 from riglens.app.window.features.compare import Compare
 from riglens.app.window.settings import Settings
@@ -28,7 +28,7 @@ S_MS, SEEN = column_of("s_ms"), column_of("seen")
 
 @pytest.fixture
 def bench(qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
-    monkeypatch.setattr(riglens.app.side_jobs, "SIDE_REST_S", 0.0)
+    monkeypatch.setattr(riglens.app.background.side_jobs, "SIDE_REST_S", 0.0)
     with open_bench(qtbot, tmp_path) as opened:
         yield opened
 
@@ -165,13 +165,13 @@ def test_other_settings_void_the_scores_and_compute_them_again(bench: Bench) -> 
 
 
 def test_scoring_is_cancelled_and_taken_up_again(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(riglens.app.side_jobs, "SIDE_REST_S", 1e6)
+    monkeypatch.setattr(riglens.app.background.side_jobs, "SIDE_REST_S", 1e6)
     compare(bench).add_presets(PAPER_RIGS)
     button = compare(bench).panel.findChild(QPushButton, "compare_cancel")
     assert button is not None
     assert button.isVisible()
     button.click()
-    monkeypatch.setattr(riglens.app.side_jobs, "SIDE_REST_S", 0.0)
+    monkeypatch.setattr(riglens.app.background.side_jobs, "SIDE_REST_S", 0.0)
     assert button.text() == "Score"
     assert any(row.scores is None for row in compare(bench).rows)
     button.click()

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from pytestqt.qtbot import QtBot
 
-from riglens.app.dialogs import Unsaved
+from riglens.app.window.dialogs import Unsaved
 from riglens.app.window.features.files import Files
 from riglens.core.rig.presets import preset
 from riglens.core.rig.yaml_file import load_rig, new_rig_file

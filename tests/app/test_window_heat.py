@@ -12,7 +12,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLabel, QToolButton, QWidget
 from pytestqt.qtbot import QtBot
 
-from riglens.app.heat_modes import HEAT_TITLES
+from riglens.app.evaluation.heat_modes import HEAT_TITLES
 from riglens.app.window.features.baseline import Baseline
 from riglens.app.window.features.heat import Heat, look_of
 from riglens.app.window.features.pick import Pick
@@ -20,9 +20,9 @@ from riglens.core.engine.engine import Engine
 from riglens.core.engine.inspect import sees_voxel
 from riglens.core.geometry import Pose
 from riglens.core.scene.columns import unpack
+from riglens.widgets.heatmap.pick import PickedCell
+from riglens.widgets.heatmap.scale import DEFAULT_LOOK, HeatLook
 from riglens.widgets.viewport.camera import Ray
-from riglens.widgets.viewport.heat_pick import PickedCell
-from riglens.widgets.viewport.heat_scale import DEFAULT_LOOK, HeatLook
 from riglens.widgets.viewport.offscreen import OffscreenViewport
 from tests.app.window_bench import TIMEOUT_MS, Bench, open_bench
 

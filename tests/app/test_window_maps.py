@@ -9,7 +9,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 
-from riglens.app.scenario import load_scenario
+from riglens.app.evaluation.scenario import load_scenario
 from riglens.app.window.features.heat import Heat
 from riglens.app.window.features.map import Map
 from riglens.app.window.features.scene_data import SceneData

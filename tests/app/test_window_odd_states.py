@@ -9,9 +9,9 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QPushButton
 from pytestqt.qtbot import QtBot
 
-import riglens.app.scoring
-from riglens.app.options import SceneOptions
-from riglens.app.scenario import Scenario
+import riglens.app.evaluation.scoring
+from riglens.app.evaluation.options import SceneOptions
+from riglens.app.evaluation.scenario import Scenario
 from riglens.app.window.features.compare import Compare
 from riglens.app.window.features.heat import Heat
 from riglens.app.window.features.map import Map
@@ -93,13 +93,13 @@ def test_without_box_data_nothing_pretends_to_be_on_its_way(qtbot: QtBot, tmp_pa
 def test_while_the_first_data_are_loaded_the_docks_say_so(
     qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    gate, load = threading.Event(), riglens.app.scoring.load_scenario
+    gate, load = threading.Event(), riglens.app.evaluation.scoring.load_scenario
 
     def load_later(options: SceneOptions, progress: Progress) -> Scenario:
         gate.wait()
         return load(options, progress)
 
-    monkeypatch.setattr(riglens.app.scoring, "load_scenario", load_later)
+    monkeypatch.setattr(riglens.app.evaluation.scoring, "load_scenario", load_later)
     with open_bench(qtbot, tmp_path, wait=False) as bench:
         bench.document.select("front")
         try:

@@ -9,7 +9,7 @@ from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QLineEdit, QToolButton
 from pytestqt.qtbot import QtBot
 
-import riglens.app.side_jobs
+import riglens.app.background.side_jobs
 from riglens.app.window.features.baseline import Baseline
 from riglens.app.window.features.library import LibraryPanel
 from riglens.app.window.features.marginals import Marginals
@@ -30,7 +30,7 @@ CTRL = Qt.KeyboardModifier.ControlModifier
 
 @pytest.fixture
 def bench(qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
-    monkeypatch.setattr(riglens.app.side_jobs, "SIDE_REST_S", 0.0)
+    monkeypatch.setattr(riglens.app.background.side_jobs, "SIDE_REST_S", 0.0)
     with open_bench(qtbot, tmp_path) as opened:
         yield opened
 

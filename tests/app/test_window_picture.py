@@ -13,9 +13,9 @@ from PySide6.QtGui import QGuiApplication, QImage
 from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 
-from riglens.app.picture import Findings, PictureWords, with_words
-from riglens.app.picture_maker import PictureMaker
-from riglens.app.picture_process import PictureJob
+from riglens.app.rendering.picture import Findings, PictureWords, with_words
+from riglens.app.rendering.picture_maker import PictureMaker
+from riglens.app.rendering.picture_process import PictureJob
 from riglens.app.window.features.picture import Picture
 from riglens.app.window.features.scores import Scores
 from riglens.core.rig.model import Rig
@@ -133,7 +133,7 @@ def test_a_picture_beyond_the_limit_cannot_be_saved(bench, monkeypatch):
 
 
 def test_when_the_process_dies_the_window_says_so(bench, monkeypatch):
-    monkeypatch.setattr("riglens.app.picture_maker.sys.executable", "/bin/false")
+    monkeypatch.setattr("riglens.app.rendering.picture_maker.sys.executable", "/bin/false")
     dialog = opened_dialog(bench)
     bench.qtbot.waitUntil(lambda: bench.window.message_bar.isVisible(), timeout=TIMEOUT_MS)
     assert not bench.window.feature(Picture).maker.is_busy and dialog.save.isEnabled()

@@ -15,8 +15,8 @@ from pytestqt.qtbot import QtBot
 from riglens.app.window.features.heat import Heat
 from riglens.app.window.features.rays import Rays, look_of
 from riglens.app.window.settings import Settings
+from riglens.widgets.sensors.ray_look import DEFAULT_RAYS, RayLook
 from riglens.widgets.viewport.offscreen import OffscreenViewport
-from riglens.widgets.viewport.ray_look import DEFAULT_RAYS, RayLook
 from riglens.widgets.viewport.still import render_still
 from tests.app.window_bench import Bench, open_bench
 

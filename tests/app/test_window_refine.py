@@ -16,9 +16,9 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QComboBox
 from pytestqt.qtbot import QtBot
 
-import riglens.app.recompute
-import riglens.app.scoring
-from riglens.app.requests import FRAME_MS, Approximation, Result
+import riglens.app.background.recompute
+import riglens.app.evaluation.scoring
+from riglens.app.evaluation.requests import FRAME_MS, Approximation, Result
 from riglens.app.window.features.heat import Heat
 from riglens.app.window.features.scores import Scores
 from riglens.core.engine.engine import Engine
@@ -64,7 +64,7 @@ Open = Callable[..., Bench]
 @pytest.fixture
 def opened(qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Open]:
     for name in ("WORTH", "STILL_WORTH"):  # in a tiny scene a coarse answer saves nothing
-        monkeypatch.setattr(riglens.app.scoring, name, math.inf)
+        monkeypatch.setattr(riglens.app.evaluation.scoring, name, math.inf)
     benches: list[AbstractContextManager[Bench]] = []
 
     def open_it(coarse_above_ms: float = ALL_SLOW, **scene: Any) -> Bench:
@@ -141,7 +141,7 @@ def timed(monkeypatch: pytest.MonkeyPatch) -> type[TimedEngine]:
     monkeypatch.setattr(TimedEngine, "coarse_ms", TimedEngine.coarse_ms)
     monkeypatch.setattr(TimedEngine, "gate", None)
     monkeypatch.setattr(TimedEngine, "reached", threading.Event(), raising=False)
-    monkeypatch.setattr(riglens.app.scoring, "Engine", TimedEngine)
+    monkeypatch.setattr(riglens.app.evaluation.scoring, "Engine", TimedEngine)
     return TimedEngine
 
 
@@ -201,12 +201,12 @@ def test_while_the_mouse_moves_answers_are_coarse_and_the_exact_one_waits_for_it
     bench = opened()
     know(bench, "roof")
     watch = Watch(bench)
-    monkeypatch.setattr(riglens.app.recompute, "REST_S", TIMEOUT_MS / 1000)
+    monkeypatch.setattr(riglens.app.background.recompute, "REST_S", TIMEOUT_MS / 1000)
     bench.viewport.press("roof")
     for step in range(1, 4):
         watch.wait_for("coarse", move(bench, "roof", 0.7 * step))
     assert set(watch.kinds) == {"coarse"}
-    monkeypatch.setattr(riglens.app.recompute, "REST_S", 0.0)
+    monkeypatch.setattr(riglens.app.background.recompute, "REST_S", 0.0)
     last = move(bench, "roof", 3.0)
     watch.wait_for("exact", last)
     assert bench.document.is_dragging
@@ -223,7 +223,7 @@ def test_an_exact_answer_under_way_is_given_up_for_anything_newer(
     bench = opened(FRAME_MS)
     know(bench, "roof")
     watch = Watch(bench)
-    monkeypatch.setattr(riglens.app.recompute, "REST_S", 0.0)
+    monkeypatch.setattr(riglens.app.background.recompute, "REST_S", 0.0)
     timed.gate = threading.Event()
     timed.reached.clear()
     bench.viewport.press("roof")
@@ -362,8 +362,8 @@ def test_a_coarse_answer_that_saves_no_time_is_not_given(
 ) -> None:
     timed.exact_ms, timed.coarse_ms = {"roof": 50.0, "front": 50.0}, {"roof": 45.0, "front": 5.0}
     bench = opened(FRAME_MS)
-    monkeypatch.setattr(riglens.app.scoring, "WORTH", 0.5)
-    monkeypatch.setattr(riglens.app.scoring, "STILL_WORTH", 0.8)
+    monkeypatch.setattr(riglens.app.evaluation.scoring, "WORTH", 0.5)
+    monkeypatch.setattr(riglens.app.evaluation.scoring, "STILL_WORTH", 0.8)
     know(bench, "roof", "front")
     watch = Watch(bench)
     bench.drag("roof", (3.0, 0.0, 1.0))

@@ -9,8 +9,8 @@ import pytest
 from PySide6.QtWidgets import QComboBox, QLabel, QLineEdit, QPushButton
 from pytestqt.qtbot import QtBot
 
-from riglens.app.options import AutoVoxel
-from riglens.app.scenario import load_scenario
+from riglens.app.evaluation.options import AutoVoxel
+from riglens.app.evaluation.scenario import load_scenario
 from riglens.core.scene.pog_store import save_pog
 from tests.app.window_bench import TIMEOUT_MS, Bench, choose_item, open_bench, scene_options, type_into
 from tests.core.argoverse_log import random_columns, write_log

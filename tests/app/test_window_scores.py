@@ -12,9 +12,9 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QComboBox, QLineEdit, QPushButton
 from pytestqt.qtbot import QtBot
 
-from riglens.app.options import SceneOptions
-from riglens.app.recompute import CANCELLED
-from riglens.app.requests import Result
+from riglens.app.background.recompute import CANCELLED
+from riglens.app.evaluation.options import SceneOptions
+from riglens.app.evaluation.requests import Result
 from riglens.app.window.features.heat import Heat
 from riglens.app.window.features.scene_data import SceneData
 from riglens.app.window.features.scores import Scores

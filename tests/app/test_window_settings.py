@@ -11,7 +11,7 @@ from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from riglens.app.user_folders import config_folder, state_folder
+from riglens.app.launch.user_folders import config_folder, state_folder
 from riglens.app.window.features.heat import Heat
 from riglens.app.window.features.locks import KEY, MOST_FILES
 from riglens.app.window.features.theme import Theme

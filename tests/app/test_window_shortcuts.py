@@ -14,7 +14,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLabel, QTableWidget
 from pytestqt.qtbot import QtBot
 
-from riglens.app.dialogs import Dialogs
+from riglens.app.window.dialogs import Dialogs
 from riglens.app.window.features.heat import Heat
 from riglens.app.window.features.help import sheet
 from riglens.widgets.panels.shortcut_sheet import Group, ShortcutSheet, in_columns

@@ -12,12 +12,12 @@ from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtWidgets import QApplication, QComboBox, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
 
-from riglens.app.dialogs import Dialogs, Unsaved
-from riglens.app.document import Document
-from riglens.app.options import SceneOptions
-from riglens.app.recompute import Recompute
-from riglens.app.requests import FRAME_MS, LoadedScene
+from riglens.app.background.recompute import Recompute
+from riglens.app.evaluation.options import SceneOptions
+from riglens.app.evaluation.requests import FRAME_MS, LoadedScene
+from riglens.app.session.document import Document
 from riglens.app.window import MainWindow
+from riglens.app.window.dialogs import Dialogs, Unsaved
 from riglens.app.window.settings import Settings
 from riglens.core.engine.engine import Engine
 from riglens.core.geometry import Pose

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import pytest
 import pyvista as pv
 
-from riglens.app.heatmap import Heatmaps, marks_of
+from riglens.app.evaluation.heatmap import Heatmaps, marks_of
 from riglens.core.rig.model import Rig
 from riglens.core.scene.display import DisplayGrid
-from riglens.widgets.viewport.heat_scale import HeatmapData
+from riglens.widgets.heatmap.scale import HeatmapData
 from riglens.widgets.viewport.scene import Scene
 from riglens.widgets.viewport.scene_state import SceneState, ShownRig
 from riglens.widgets.viewport.stage import render_window

@@ -5,7 +5,8 @@ from __future__ import annotations
 import os
 import sys
 
-from riglens.app import cli, main
+from riglens.app import commands as cli
+from riglens.app.launch import main
 
 PATIENCE_MS = 60_000
 

@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 
 from riglens.core.engine.engine import Engine
 from riglens.core.metric.entropy import EntropyField
-from riglens.core.rays import sensor_rays
 from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
 from riglens.core.rig.presets import preset
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.pog import Pog, build_pog
 from riglens.core.scene.readers.bundled import bundled_source
+from riglens.core.sensing.rays import sensor_rays
 from tests.bench.yardsticks import PlainDda
 
 THREADS = 2

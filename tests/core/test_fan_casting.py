@@ -12,9 +12,9 @@ from riglens.core.engine.caster import Caster
 from riglens.core.engine.fans import make_fan, make_profile, share_rows
 from riglens.core.kernels.planes import Space
 from riglens.core.kernels.shares import work_by_row
-from riglens.core.rays import Lattice
 from riglens.core.rig.model import Lidar
 from riglens.core.scene.grid import VoxelGrid
+from riglens.core.sensing.rays import Lattice
 from tests.core.builders import field_of, lidar, seen_by, seen_ray_by_ray, spinning
 
 GRID = VoxelGrid(roi_m=(24.0, 16.0, 4.0), voxel_m=0.2)

@@ -6,7 +6,7 @@ import pytest
 from riglens.core.kernels.codes import CAMERA, LIDAR
 from riglens.core.kernels.directions import directions
 from riglens.core.kernels.lattice import direction
-from riglens.core.rays import lattice
+from riglens.core.sensing.rays import lattice
 from tests.core.builders import grid_of, random_sensor
 
 

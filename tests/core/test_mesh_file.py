@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from riglens.core.errors import InputError
-from riglens.core.mesh import BodyMesh
-from riglens.core.mesh_file import mesh_path, read_mesh
-from riglens.core.mesh_parse import FolderResolver, parse_mesh
 from riglens.core.rig.model import MeshPlacement
+from riglens.core.vehicle.mesh import BodyMesh
+from riglens.core.vehicle.mesh_file import mesh_path, read_mesh
+from riglens.core.vehicle.mesh_parse import FolderResolver, parse_mesh
 
 CORNERS = np.array([[0, 0, 0], [2, 0, 0], [0, 1, 0], [0, 0, 3]], dtype=np.float32)
 FACES = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]], dtype=np.uint16)
@@ -166,7 +166,7 @@ def test_damaged_files_give_one_line(tmp_path, name, content, said):
 
 
 def test_more_triangles_than_can_be_drawn_are_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr("riglens.core.mesh_parse.MAX_TRIANGLES", 3)
+    monkeypatch.setattr("riglens.core.vehicle.mesh_parse.MAX_TRIANGLES", 3)
     with pytest.raises(InputError, match="more than 3 triangles, please simplify"):
         parse_mesh(written(tmp_path, "a.obj", OBJ))
 
@@ -195,7 +195,7 @@ def test_missing_files_other_kinds_and_too_large_ones_are_refused(tmp_path, monk
         read_mesh(tmp_path / "none.glb")
     with pytest.raises(InputError, match=r"found 'car\.exe', accepted is sedan, suv, van, truck or"):
         read_mesh(written(tmp_path, "car.exe", b"MZ"))
-    monkeypatch.setattr("riglens.core.mesh_file.MAX_BYTES", 10)
+    monkeypatch.setattr("riglens.core.vehicle.mesh_file.MAX_BYTES", 10)
     with pytest.raises(InputError, match="larger than"):
         read_mesh(written(tmp_path, "a.obj", OBJ))
 

@@ -10,10 +10,10 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from riglens.core.kernels.walk import IRREGULAR, walk_exact
-from riglens.core.rational_walk import walk_rational
 from riglens.core.rig.model import Camera, Lidar
 from riglens.core.rig.presets import preset
 from riglens.core.scene.grid import VoxelGrid
+from riglens.core.sensing.rational_walk import walk_rational
 from tests.core.builders import (
     camera,
     field_of,

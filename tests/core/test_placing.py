@@ -7,7 +7,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from riglens.core.placing import placed_on
+from riglens.core.vehicle.placing import placed_on
 
 BOX = np.array([[-0.13, -0.065, -0.05], [0.06, 0.065, 0.067]])
 metres = st.floats(-3.0, 3.0)

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from riglens.core.rays import clip_to_roi, sensor_rays
 from riglens.core.rig.model import Camera, Lidar
+from riglens.core.sensing.rays import clip_to_roi, sensor_rays
 from tests.core.builders import camera, grid_of, lidar, random_sensor, spinning
 from tests.core.oracle import camera_directions, grid_rays, lidar_directions, slab_lengths, vehicle_directions
 

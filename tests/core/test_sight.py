@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from riglens.core.engine.engine import Engine
 from riglens.core.engine.inspect import sees_voxel
 from riglens.core.engine.sight import sight
-from riglens.core.rays import sensor_rays
 from riglens.core.rig.model import EvenAngles, Lidar
 from riglens.core.scene.grid import VoxelGrid
+from riglens.core.sensing.rays import sensor_rays
 from tests.core.builders import camera, field_of, grid_of, lidar, random_sensor, rig_of, spinning
 
 GRID = VoxelGrid(0.1, (20.0, 20.0, 4.0))

@@ -9,19 +9,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from matplotlib.text import Annotation
 
+from riglens.app.studies.chart import chart, picture
 from riglens.core.errors import InputError
 from riglens.core.metric.scores import MetricSettings
-from riglens.core.rays import sensor_rays
 from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.columns import unpack
+from riglens.core.sensing.rays import sensor_rays
 from riglens.core.study.accuracy import study_accuracy
 from riglens.core.study.accuracy_errors import pareto_front, wrong_voxels
 from riglens.core.study.accuracy_points import Plan, Point, Study, Wrong
 from riglens.core.study.accuracy_text import point_text, verdicts
 from riglens.core.study.approximations import VoxelTests
 from riglens.core.study.cases import PlainCase, VoxelCase, with_lattice
-from riglens.core.study.chart import chart, picture
 from tests.core.builders import camera, evaluate, field_of, grid_of, random_field, rig_of, spinning
 
 GRID = grid_of(24, 20, 10)

@@ -7,6 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from riglens.app.studies.stability_findings import conclusion, findings, methods_verdict
+from riglens.app.studies.stability_html import page
 from riglens.core.engine.engine import Engine
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import MetricSettings
@@ -31,8 +33,6 @@ from riglens.core.study.stability_checks import (
     refused_grid,
 )
 from riglens.core.study.stability_edits import random_edits
-from riglens.core.study.stability_findings import conclusion, findings, methods_verdict
-from riglens.core.study.stability_html import page
 from riglens.core.study.stability_methods import compared, judged
 from riglens.core.study.stability_metric import MetricStudy, Plan, study_metric
 from riglens.core.study.stability_sensors import lidar, whole_slopes

@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from riglens.core.metric.scores import MetricSettings
-from riglens.core.rays import clip_to_roi, sensor_rays
 from riglens.core.rig.model import Camera, Lidar
+from riglens.core.sensing.rays import clip_to_roi, sensor_rays
 from tests.core.builders import (
     camera,
     evaluate,

@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.app.heat_modes import HeatMode
-from riglens.app.heatmap import Heatmaps, marks_for, seen_words
-from riglens.app.picture import Findings, PictureWords, with_words
+from riglens.app.evaluation.heat_modes import HeatMode
+from riglens.app.evaluation.heatmap import Heatmaps, marks_for, seen_words
+from riglens.app.rendering.picture import Findings, PictureWords, with_words
 from riglens.core.engine.engine import Engine
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import PAPER_SETTINGS
@@ -23,8 +23,8 @@ from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
 from riglens.core.scene.display import DisplayGrid
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.pog import Pog
+from riglens.widgets.heatmap.scale import HeatLook
 from riglens.widgets.theme import palette
-from riglens.widgets.viewport.heat_scale import HeatLook
 from riglens.widgets.viewport.marker_layer import Marker
 from riglens.widgets.viewport.scene_state import SceneState
 from riglens.widgets.viewport.still import png_of, render_still

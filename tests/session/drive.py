@@ -16,7 +16,7 @@ from pathlib import Path
 from PySide6.QtCore import QPoint, QTimer
 from PySide6.QtWidgets import QApplication, QComboBox, QPushButton
 
-from riglens.app.options import SceneOptions, ScoreOptions
+from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.window import MainWindow, open_window
 from riglens.app.window.features.baseline import Baseline
 from riglens.app.window.features.compare import Compare

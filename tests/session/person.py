@@ -15,8 +15,8 @@ from PySide6.QtGui import QKeySequence
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QMenu, QPushButton, QWidget
 
-from riglens.app.dialogs import Dialogs, Unsaved
 from riglens.app.window import MainWindow
+from riglens.app.window.dialogs import Dialogs, Unsaved
 from riglens.widgets.gizmo.drag import Handle
 from riglens.widgets.gizmo.handles import handle_polyline
 

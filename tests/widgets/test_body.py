@@ -5,8 +5,8 @@ import pytest
 
 from riglens.core.errors import InputError
 from riglens.core.rig.model import PARAMETRIC_BODIES, Vehicle
-from riglens.widgets.viewport.body import body_parts
-from riglens.widgets.viewport.body_profiles import PROFILES, reference_vehicle
+from riglens.widgets.car.body import body_parts
+from riglens.widgets.car.profiles import PROFILES, reference_vehicle
 
 BODIES = [reference_vehicle(body) for body in PARAMETRIC_BODIES]
 VEHICLES = [

@@ -5,8 +5,8 @@ import pytest
 import pyvista as pv
 
 from riglens.core.rig.model import Vehicle
+from riglens.widgets.car.profiles import PROFILES
 from riglens.widgets.theme import DARK, LIGHT
-from riglens.widgets.viewport.body_profiles import PROFILES
 from riglens.widgets.viewport.camera import OrbitCamera
 from riglens.widgets.viewport.scene import Scene
 from riglens.widgets.viewport.scene_state import SceneState

@@ -5,10 +5,11 @@ import pytest
 import pyvista as pv
 
 from riglens.core.rig.model import Vehicle
-from riglens.widgets.viewport import body, body_store
-from riglens.widgets.viewport.body import body_parts
-from riglens.widgets.viewport.body_store import stored_surfaces
-from riglens.widgets.viewport.surface import superellipsoid
+from riglens.widgets.car import body
+from riglens.widgets.car import store as body_store
+from riglens.widgets.car.body import body_parts
+from riglens.widgets.car.store import stored_surfaces
+from riglens.widgets.car.surface import superellipsoid
 
 
 @pytest.fixture
@@ -70,7 +71,7 @@ def test_a_damaged_file_is_replaced(folder, damage):
 def test_surfaces_of_other_code_are_built_again(folder, monkeypatch):
     build = Workshop()
     stored_surfaces("sedan", build)
-    monkeypatch.setattr(body_store, "_MADE_BY", ("body.py", "body_profiles.py"))
+    monkeypatch.setattr(body_store, "_MADE_BY", ("body.py", "profiles.py"))
     assert_as_built(stored_surfaces("sedan", build))
     assert build.built == 2
 

@@ -7,8 +7,8 @@ import pytest
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
 
+from riglens.widgets.heatmap.parts import in_parts
 from riglens.widgets.viewport.camera import OrbitCamera
-from riglens.widgets.viewport.heat_parts import in_parts
 from riglens.widgets.viewport.scene import Scene
 from riglens.widgets.viewport.stage import render_window
 from tests.widgets.test_stage import STATE, plotter  # noqa: F401
@@ -50,7 +50,7 @@ def pixels(scene: Scene, window) -> np.ndarray:
 
 @pytest.mark.parametrize("smooth", [False, True], ids=["rough", "smooth"])
 def test_drawn_in_parts_the_picture_is_the_same_to_the_last_bit(plotter, smooth, monkeypatch) -> None:  # noqa: F811
-    monkeypatch.setattr("riglens.widgets.viewport.heat_parts.in_parts.__defaults__", (5e3,))
+    monkeypatch.setattr("riglens.widgets.heatmap.parts.in_parts.__defaults__", (5e3,))
     scene, window = Scene(plotter), render_window(plotter)
     scene.apply(STATE)
     scene.set_smooth(smooth)
@@ -64,7 +64,7 @@ def test_drawn_in_parts_the_picture_is_the_same_to_the_last_bit(plotter, smooth,
 
 
 def test_a_picture_that_was_given_up_leaves_nothing_in_the_next_one(plotter, monkeypatch) -> None:  # noqa: F811
-    monkeypatch.setattr("riglens.widgets.viewport.heat_parts.in_parts.__defaults__", (5e3,))
+    monkeypatch.setattr("riglens.widgets.heatmap.parts.in_parts.__defaults__", (5e3,))
     scene, window = Scene(plotter), render_window(plotter)
     scene.apply(STATE)
     scene.prepare()

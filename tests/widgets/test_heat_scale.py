@@ -5,8 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from riglens.widgets.theme import DARK
-from riglens.widgets.viewport.heat_scale import (
+from riglens.widgets.heatmap.scale import (
     HeatLook,
     HeatmapData,
     alphas,
@@ -20,6 +19,7 @@ from riglens.widgets.viewport.heat_scale import (
     strength,
     tick_values,
 )
+from riglens.widgets.theme import DARK
 
 LOG = HeatLook(log=True)
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from riglens.widgets.viewport.heat_levels import DRAG_CELLS, coarse_level, full_level
-from riglens.widgets.viewport.heat_scale import HeatLook, HeatmapData
+from riglens.widgets.heatmap.levels import DRAG_CELLS, coarse_level, full_level
+from riglens.widgets.heatmap.scale import HeatLook, HeatmapData
 from riglens.widgets.viewport.scene import Scene
 from riglens.widgets.viewport.scene_state import SceneState
 from riglens.widgets.viewport.stage import render_window

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 import pyvista as pv
 
+from riglens.widgets.heatmap.scale import HeatmapData, Scale
 from riglens.widgets.theme import DARK, LIGHT, Palette
-from riglens.widgets.viewport.heat_scale import HeatmapData, Scale
 from riglens.widgets.viewport.label import unit_px
 from riglens.widgets.viewport.scene import Scene
 from riglens.widgets.viewport.scene_state import SceneState

@@ -6,14 +6,11 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from riglens.core.rays import clip_to_roi, sensor_rays
 from riglens.core.rig.model import Camera, EvenAngles, Lidar
 from riglens.core.scene.grid import VoxelGrid
-from riglens.widgets.theme import DARK, LIGHT, mix, rgb
-from riglens.widgets.viewport.camera import OrbitCamera
-from riglens.widgets.viewport.ground_layer import GroundLayer
-from riglens.widgets.viewport.heat_levels import DRAG_CELLS, coarse_level, full_level
-from riglens.widgets.viewport.ray_look import (
+from riglens.core.sensing.rays import clip_to_roi, sensor_rays
+from riglens.widgets.heatmap.levels import DRAG_CELLS, coarse_level, full_level
+from riglens.widgets.sensors.ray_look import (
     LEAST_DENSITY,
     MOST_DENSITY,
     OTHER_LINES,
@@ -21,7 +18,10 @@ from riglens.widgets.viewport.ray_look import (
     RayLook,
     Strokes,
 )
-from riglens.widgets.viewport.rays_layer import RaysLayer, fan_mesh, fan_rows
+from riglens.widgets.sensors.rays_layer import RaysLayer, fan_mesh, fan_rows
+from riglens.widgets.theme import DARK, LIGHT, mix, rgb
+from riglens.widgets.viewport.camera import OrbitCamera
+from riglens.widgets.viewport.ground_layer import GroundLayer
 
 GRID = VoxelGrid()
 LIDAR = Lidar(

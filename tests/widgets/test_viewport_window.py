@@ -26,8 +26,8 @@ from riglens.core.geometry import Pose
 from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig, Vehicle
 from riglens.widgets.gizmo.drag import Handle, along_axis_m, gizmo_axes
 from riglens.widgets.gizmo.handles import handle_polyline
+from riglens.widgets.heatmap.scale import HeatLook, HeatmapData
 from riglens.widgets.viewport.drop_target import MODEL_MIME
-from riglens.widgets.viewport.heat_scale import HeatLook, HeatmapData
 from riglens.widgets.viewport.offscreen import OffscreenViewport
 from riglens.widgets.viewport.scene_state import ShownRig
 from riglens.widgets.viewport.viewport import Viewport

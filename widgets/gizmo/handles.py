@@ -16,6 +16,7 @@ from vtkmodules.vtkCommonDataModel import vtkPlane
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from riglens.core.geometry import Pose
+from riglens.widgets.car.materials import mapper_of
 from riglens.widgets.gizmo.drag import (
     MOVE_HANDLES,
     PLANE_HANDLES,
@@ -27,7 +28,6 @@ from riglens.widgets.gizmo.drag import (
 )
 from riglens.widgets.theme import Palette, mix
 from riglens.widgets.viewport.camera import OrbitCamera, Points, Size
-from riglens.widgets.viewport.materials import mapper_of
 
 GizmoMode = Literal["move", "rotate", "both"]
 SIZE_PX = 96.0

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.rig.model import Vehicle
-from riglens.widgets.viewport.body import body_parts
+from riglens.widgets.car.body import body_parts
 
 
 @lru_cache(maxsize=2)

@@ -7,8 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.camera import field_of_view_deg
 from riglens.core.rig.model import Camera, EvenAngles, Lidar
+from riglens.core.sensing.camera import field_of_view_deg
 
 
 def derived_rows(sensor: Lidar | Camera) -> list[tuple[str, str]]:

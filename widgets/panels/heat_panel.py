@@ -6,8 +6,8 @@ import math
 
 from PySide6.QtWidgets import QWidget
 
+from riglens.widgets.heatmap.scale import DEFAULT_LOOK, HeatLook, HeatmapData, value_text
 from riglens.widgets.panels.look_panel import LookPanel
-from riglens.widgets.viewport.heat_scale import DEFAULT_LOOK, HeatLook, HeatmapData, value_text
 
 _STEPS = 200
 _LEAST_OPACITY = 0.05

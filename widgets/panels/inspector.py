@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QFrame, QLabel, QPushButton, QScrollArea, QStacked
 from riglens.core.geometry import Pose
 from riglens.core.metric.scores import Scores
 from riglens.core.rig.model import Lidar, Rig
+from riglens.widgets.car.profiles import PROFILES
 from riglens.widgets.panels.camera_form import CameraForm
 from riglens.widgets.panels.expression import DEGREES, METRES, Unit
 from riglens.widgets.panels.form import ChoiceBox, Form
@@ -17,7 +18,6 @@ from riglens.widgets.panels.lidar_form import LidarForm
 from riglens.widgets.panels.mesh_rows import MeshRows, with_body
 from riglens.widgets.panels.number_edit import NumberEdit, TextEdit
 from riglens.widgets.panels.sensor_form import SensorForm
-from riglens.widgets.viewport.body_profiles import PROFILES
 
 
 class Inspector(QStackedWidget):

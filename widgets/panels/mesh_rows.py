@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from riglens.core.rig.model import Rig, Vehicle
+from riglens.widgets.car.profiles import PROFILES, reference_vehicle
 from riglens.widgets.panels.expression import DEGREES, METRES, NO_UNIT, Unit
 from riglens.widgets.panels.form import Form
 from riglens.widgets.panels.number_edit import NumberEdit
-from riglens.widgets.viewport.body_profiles import PROFILES, reference_vehicle
 
 _SIZES = ("length", "width", "height", "rear_axle_x")
 _TRIPLES: tuple[tuple[str, str, tuple[str, str, str], float, Unit, str], ...] = (

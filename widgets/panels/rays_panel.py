@@ -7,7 +7,7 @@ import math
 from PySide6.QtWidgets import QWidget
 
 from riglens.widgets.panels.look_panel import LookPanel
-from riglens.widgets.viewport.ray_look import DEFAULT_RAYS, LEAST_DENSITY, MOST_DENSITY, RayLook
+from riglens.widgets.sensors.ray_look import DEFAULT_RAYS, LEAST_DENSITY, MOST_DENSITY, RayLook
 
 _PERCENT, _LEAST_PERCENT = 100, 2
 _PER_OCTAVE = 2

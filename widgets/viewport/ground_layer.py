@@ -13,9 +13,9 @@ import pyvista as pv
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from riglens.core.scene.grid import VoxelGrid
+from riglens.widgets.car.materials import line_mesh, plain_actor
 from riglens.widgets.theme import Palette, mix
 from riglens.widgets.viewport.camera import OrbitCamera, Size
-from riglens.widgets.viewport.materials import line_mesh, plain_actor
 
 _STEP_M = 10.0
 _LEAST_LETTER_M, _MOST_LETTER_M, _LETTER_STEP = 0.45, 2.2, 1.25

@@ -9,9 +9,9 @@ import pyvista as pv
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from riglens.core.geometry import Vec3
+from riglens.widgets.car.materials import mapper_of
 from riglens.widgets.theme import Palette, rgb
 from riglens.widgets.viewport.camera import OrbitCamera, Size
-from riglens.widgets.viewport.materials import mapper_of
 
 _LEAST_PX = 12.0
 _WIDTHS_PX = (4.0, 2.0)

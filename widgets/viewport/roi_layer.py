@@ -7,8 +7,8 @@ import pyvista as pv
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from riglens.core.scene.grid import VoxelGrid
+from riglens.widgets.car.materials import plain_actor
 from riglens.widgets.theme import Palette
-from riglens.widgets.viewport.materials import plain_actor
 
 
 class RoiLayer:

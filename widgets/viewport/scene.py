@@ -13,25 +13,25 @@ import numpy as np
 import pyvista as pv
 
 from riglens.core.geometry import Pose
-from riglens.core.mesh import BodyMesh
-from riglens.core.placing import placed_on
 from riglens.core.rig.model import Camera, Lidar, Vehicle
 from riglens.core.scene.grid import VoxelGrid
+from riglens.core.vehicle.mesh import BodyMesh
+from riglens.core.vehicle.placing import placed_on
+from riglens.widgets.car.layer import BodyLayer
 from riglens.widgets.gizmo.drag import Handle, Space
 from riglens.widgets.gizmo.handles import GizmoActors, GizmoMode
+from riglens.widgets.heatmap.layer import HeatmapLayer
+from riglens.widgets.heatmap.scale import HeatLook, HeatmapData
+from riglens.widgets.sensors.ray_look import RayLook
+from riglens.widgets.sensors.rig_layer import RigLayer
+from riglens.widgets.sensors.sensor_shapes import sensor_body
 from riglens.widgets.theme import DARK, Palette
-from riglens.widgets.viewport.body_layer import BodyLayer
 from riglens.widgets.viewport.camera import OrbitCamera, Size, view_camera
 from riglens.widgets.viewport.ground_layer import GroundLayer
-from riglens.widgets.viewport.heat_scale import HeatLook, HeatmapData
-from riglens.widgets.viewport.heatmap_layer import HeatmapLayer
 from riglens.widgets.viewport.listener import Pixel
 from riglens.widgets.viewport.marker_layer import Marker, MarkerLayer
-from riglens.widgets.viewport.ray_look import RayLook
-from riglens.widgets.viewport.rig_layer import RigLayer
 from riglens.widgets.viewport.roi_layer import RoiLayer
 from riglens.widgets.viewport.scene_state import SceneState, ShownRig
-from riglens.widgets.viewport.sensor_shapes import sensor_body
 from riglens.widgets.viewport.stage import Stage
 from riglens.widgets.viewport.under_mouse import UnderMouse
 from riglens.widgets.viewport.words_layer import WordsLayer

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from riglens.core.mesh import BodyMesh
 from riglens.core.rig.model import Camera, Lidar, Rig, Vehicle
 from riglens.core.scene.grid import VoxelGrid
+from riglens.core.vehicle.mesh import BodyMesh
 from riglens.widgets.gizmo.drag import Space
 from riglens.widgets.gizmo.handles import GizmoMode
+from riglens.widgets.heatmap.scale import DEFAULT_LOOK, HeatLook, HeatmapData
+from riglens.widgets.sensors.ray_look import DEFAULT_RAYS, RayLook
 from riglens.widgets.theme import DARK, Palette
 from riglens.widgets.viewport.camera import OrbitCamera
 from riglens.widgets.viewport.caption_layer import NO_CAPTION, Caption
-from riglens.widgets.viewport.heat_scale import DEFAULT_LOOK, HeatLook, HeatmapData
 from riglens.widgets.viewport.marker_layer import Marker
-from riglens.widgets.viewport.ray_look import DEFAULT_RAYS, RayLook
 
 
 @dataclass(frozen=True)

@@ -7,19 +7,19 @@ from dataclasses import replace
 from PySide6.QtCore import QEvent, Qt
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
-from riglens.core.mesh import BodyMesh
 from riglens.core.rig.model import Vehicle
 from riglens.core.scene.grid import VoxelGrid
+from riglens.core.vehicle.mesh import BodyMesh
 from riglens.widgets.gizmo.drag import Space
 from riglens.widgets.gizmo.handles import GizmoMode
+from riglens.widgets.heatmap.scale import HeatLook, HeatmapData
+from riglens.widgets.sensors.ray_look import RayLook
 from riglens.widgets.theme import Palette
 from riglens.widgets.viewport.camera import OrbitCamera
 from riglens.widgets.viewport.canvas_input import CanvasInput
 from riglens.widgets.viewport.cell_picker import CellPicker
 from riglens.widgets.viewport.controller import ViewController
-from riglens.widgets.viewport.heat_scale import HeatLook, HeatmapData
 from riglens.widgets.viewport.marker_layer import Marker
-from riglens.widgets.viewport.ray_look import RayLook
 from riglens.widgets.viewport.redraw import Parts, Redraw
 from riglens.widgets.viewport.scene import Scene
 from riglens.widgets.viewport.scene_state import SceneState, ShownRig

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
+from riglens.widgets.heatmap.legend import LegendLayer
 from riglens.widgets.viewport.camera import Size
 from riglens.widgets.viewport.caption_layer import CaptionLayer
 from riglens.widgets.viewport.echo_layer import EchoLayer
-from riglens.widgets.viewport.legend_layer import LegendLayer
 from riglens.widgets.viewport.listener import Pixel
 from riglens.widgets.viewport.scene_state import SceneState
 

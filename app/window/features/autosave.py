@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QTimer
 
-from riglens.app.autosave import AutosaveFile, Orphan, Unsaved, orphans
-from riglens.app.tasks import Task
+from riglens.app.background.tasks import Task
+from riglens.app.session.autosave import AutosaveFile, Orphan, Unsaved, orphans
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.files import Files
 from riglens.core.errors import InputError

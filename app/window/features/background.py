@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt
 
-from riglens.app.tasks import Task
+from riglens.app.background.tasks import Task
 from riglens.app.window.feature import Feature
 
 if TYPE_CHECKING:

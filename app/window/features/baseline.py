@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtWidgets import QMenu
 
-from riglens.app.actions import Spec
+from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.exchange import Exchange
 from riglens.core.rig.model import Rig

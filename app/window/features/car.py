@@ -5,13 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from riglens.app.tasks import Task
+from riglens.app.background.tasks import Task
 from riglens.app.window.feature import Feature
 from riglens.core.errors import InputError
-from riglens.core.mesh import BodyMesh
-from riglens.core.mesh_file import mesh_name, mesh_path, read_mesh
 from riglens.core.rig.model import Vehicle
 from riglens.core.scene.boxes import Progress
+from riglens.core.vehicle.mesh import BodyMesh
+from riglens.core.vehicle.mesh_file import mesh_name, mesh_path, read_mesh
 
 if TYPE_CHECKING:
     from riglens.app.window.main_window import MainWindow

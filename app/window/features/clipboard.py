@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtGui import QGuiApplication
 
-from riglens.app.actions import Spec
+from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
 from riglens.core.errors import InputError
 from riglens.core.rig.model import Camera, Lidar

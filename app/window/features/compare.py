@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QMenu
 
-from riglens.app.actions import Spec
-from riglens.app.requests import LoadedScene, Result
-from riglens.app.side_jobs import SideAnswer, SideRequest
+from riglens.app.background.side_jobs import SideAnswer, SideRequest
+from riglens.app.evaluation.requests import LoadedScene, Result
+from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.baseline import Baseline
 from riglens.app.window.features.exchange import Exchange

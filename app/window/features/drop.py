@@ -12,7 +12,7 @@ from riglens.app.window.feature import Feature
 from riglens.app.window.features.car import Car
 from riglens.app.window.features.files import Files
 from riglens.app.window.features.scene_data import SceneData
-from riglens.core.mesh_file import SUFFIXES
+from riglens.core.vehicle.mesh_file import SUFFIXES
 
 if TYPE_CHECKING:
     from riglens.app.window.main_window import MainWindow

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtWidgets import QMenu
 
-from riglens.app.actions import menu_button
+from riglens.app.window.actions import menu_button
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.files import Files, file_name
 from riglens.core.rig.formats.report import KINDS, Kind, Report

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QMenu
 
-from riglens.app.actions import Spec
+from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
 from riglens.core.errors import InputError
-from riglens.core.mesh_file import mesh_name, mesh_path
 from riglens.core.rig.model import Rig
 from riglens.core.rig.presets import PRESETS, preset
+from riglens.core.vehicle.mesh_file import mesh_name, mesh_path
 
 if TYPE_CHECKING:
     from riglens.app.window.main_window import MainWindow

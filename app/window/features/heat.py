@@ -10,16 +10,16 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QMenu, QToolButton, QWidget, QWidgetAction
 
-from riglens.app.actions import Choice, Spec, menu_button
-from riglens.app.heat_modes import HEAT_TITLES, HeatMode
-from riglens.app.requests import Result
+from riglens.app.evaluation.heat_modes import HEAT_TITLES, HeatMode
+from riglens.app.evaluation.requests import Result
+from riglens.app.window.actions import Choice, Spec, menu_button
 from riglens.app.window.feature import Feature
 from riglens.app.window.settings import Settings
 from riglens.core.scene.boxes import CLASSES
+from riglens.widgets.heatmap.scale import HeatLook
 from riglens.widgets.panels.heat_panel import HeatPanel
 from riglens.widgets.panels.icons import swatch
 from riglens.widgets.theme import CLASS_COLOURS
-from riglens.widgets.viewport.heat_scale import HeatLook
 
 if TYPE_CHECKING:
     from riglens.app.window.main_window import MainWindow

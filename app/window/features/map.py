@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt
 
-from riglens.app.requests import LoadedScene, Result
+from riglens.app.evaluation.requests import LoadedScene, Result
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.heat import Heat
 from riglens.app.window.in_sight import InSight

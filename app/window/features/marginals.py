@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt
 
-from riglens.app.requests import Result
-from riglens.app.side_jobs import SideAnswer, SideRequest
+from riglens.app.background.side_jobs import SideAnswer, SideRequest
+from riglens.app.evaluation.requests import Result
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.scores import Scores as ScoresFeature
 from riglens.core.metric.scores import Scores

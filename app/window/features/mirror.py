@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from riglens.app.actions import Spec
+from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
 from riglens.core.errors import InputError
 from riglens.core.rig.many import free_name

@@ -6,15 +6,15 @@ from typing import TYPE_CHECKING, cast
 
 from PySide6.QtWidgets import QWidget
 
-from riglens.app.actions import Spec
-from riglens.app.picked import PickedVoxel, sight_text
-from riglens.app.requests import LoadedScene, Result
+from riglens.app.evaluation.picked import PickedVoxel, sight_text
+from riglens.app.evaluation.requests import LoadedScene, Result
+from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.heat import Heat
 from riglens.core.scene.boxes import CLASSES
+from riglens.widgets.heatmap.pick import PickedCell
 from riglens.widgets.panels.score_text import MINUS
 from riglens.widgets.panels.voxel_card import SensorLine, VoxelCard, VoxelText
-from riglens.widgets.viewport.heat_pick import PickedCell
 from riglens.widgets.viewport.marker_layer import Marker
 
 if TYPE_CHECKING:

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Literal
 
 from PySide6.QtGui import QGuiApplication, QImage
 
-from riglens.app.actions import Spec
-from riglens.app.options import MAX_SIDE_PX, MIN_SIDE_PX
-from riglens.app.picture import Findings, PictureWords, with_words
-from riglens.app.picture_maker import PictureMaker
-from riglens.app.picture_process import PictureJob
+from riglens.app.evaluation.options import MAX_SIDE_PX, MIN_SIDE_PX
+from riglens.app.rendering.picture import Findings, PictureWords, with_words
+from riglens.app.rendering.picture_maker import PictureMaker
+from riglens.app.rendering.picture_process import PictureJob
+from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.files import file_name
 from riglens.app.window.features.scores import Scores

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from riglens.app.actions import Spec
+from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
 from riglens.core.geometry import Pose
 from riglens.core.rig.library import default_library, sensor_from_model

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from riglens.app.actions import Spec
+from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.heat import Heat
 from riglens.app.window.settings import Settings
 from riglens.widgets.panels.rays_panel import RaysPanel
-from riglens.widgets.viewport.ray_look import LEAST_DENSITY, MOST_DENSITY, RayLook
+from riglens.widgets.sensors.ray_look import LEAST_DENSITY, MOST_DENSITY, RayLook
 
 if TYPE_CHECKING:
     from riglens.app.window.main_window import MainWindow

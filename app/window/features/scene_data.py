@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt
 
-from riglens.app.actions import Spec
-from riglens.app.options import AutoVoxel, SceneOptions, ScoreOptions
-from riglens.app.requests import LoadedScene
-from riglens.app.status import scene_line
+from riglens.app.evaluation.options import AutoVoxel, SceneOptions, ScoreOptions
+from riglens.app.evaluation.requests import LoadedScene
+from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
+from riglens.app.window.status import scene_line
 from riglens.core.errors import InputError
 from riglens.core.geometry import Vec3
 from riglens.core.scene.grid import DEFAULT_ROI_M, DEFAULT_VOXEL_M, VoxelGrid

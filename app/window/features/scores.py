@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt
 
-from riglens.app.edit_costs import rays_of
-from riglens.app.requests import Approximation, EvaluationRequest, Result
+from riglens.app.evaluation.edit_costs import rays_of
+from riglens.app.evaluation.requests import Approximation, EvaluationRequest, Result
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.baseline import Baseline
 from riglens.app.window.features.heat import Heat

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import Qt
 
-from riglens.app.pictures import Picture, PictureRequest, Pictures
-from riglens.app.requests import LoadedScene
+from riglens.app.background.pictures import Picture, PictureRequest, Pictures
+from riglens.app.evaluation.requests import LoadedScene
 from riglens.app.window.feature import Feature
 from riglens.app.window.in_sight import InSight
 from riglens.core.errors import InputError

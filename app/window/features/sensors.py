@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from PySide6.QtWidgets import QMenu
 
-from riglens.app.actions import Spec, menu_button
+from riglens.app.window.actions import Spec, menu_button
 from riglens.app.window.feature import Feature
 from riglens.core.geometry import Pose, Vec3
 from riglens.core.rig.library import default_library, sensor_from_model

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QApplication, QMenu
 
-from riglens.app.actions import Spec
+from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.follow import Follow
 from riglens.app.window.settings import Settings

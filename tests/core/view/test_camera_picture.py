@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from riglens.core.camera import project_px
 from riglens.core.kernels.clip import clip_polygons
-from riglens.core.rays import sensor_rays
 from riglens.core.rig.distortion import BrownConrady, KannalaBrandt
 from riglens.core.scene.grid import VoxelGrid
+from riglens.core.sensing.camera import project_px
+from riglens.core.sensing.rays import sensor_rays
 from riglens.core.view.body_tree import BodyTree
 from riglens.core.view.camera_picture import CameraPicture, camera_picture
 from riglens.core.view.frames import FrameBoxes

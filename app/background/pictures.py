@@ -1,0 +1,181 @@
+"""Pictures of what one sensor sees of one frame, made by a thread of their own, always for the latest wish.
+
+Its kernels are serial, so that it may work beside the thread that computes the scores.
+"""
+
+from __future__ import annotations
+
+import sys
+import threading
+import traceback
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QObject, Signal
+
+from riglens.app.evaluation.options import SceneOptions
+from riglens.app.evaluation.requests import LoadedScene
+from riglens.core.errors import InputError
+from riglens.core.rig.model import Camera, Lidar
+from riglens.core.view.body_tree import BodyTree
+from riglens.core.view.camera_picture import CameraPicture, camera_picture
+from riglens.core.view.frames import FrameBoxes, FrameStore
+from riglens.core.view.range_image import RangeImage, range_image
+
+NO_BOXES = "A stored POG holds no boxes of single frames: load the box data set to see its traffic here."
+CLOSE_S = 1.0
+"""How long closing waits for the thread: compiling a kernel or reading one large block cannot be given up."""
+TOO_MANY = "Of this data set only the first {count:,} frames can be shown here: it has very many boxes."
+
+
+@dataclass(frozen=True)
+class PictureRequest:
+    """What to draw; body (t, 3, 3) are triangles of the car, the same array as long as it is the same car."""
+
+    sensor: Lidar | Camera
+    frame: int
+    scene: LoadedScene
+    body: NDArray[np.float32]
+
+    def asks_same(self, other: PictureRequest) -> bool:
+        """Whether the answer to both is the same picture."""
+        same_data = self.scene is other.scene and self.body is other.body
+        return same_data and (self.sensor, self.frame) == (other.sensor, other.frame)
+
+
+@dataclass(frozen=True)
+class Picture:
+    """The answer to one request; `note` says what is missing in it."""
+
+    request: PictureRequest
+    image: CameraPicture | RangeImage
+    note: str
+
+
+class _Stale(Exception):
+    """Raised where nobody wants the picture any more."""
+
+
+class Pictures(QObject):
+    """Owner of the thread, which starts with the first request; every method is called by the interface thread."""
+
+    made = Signal(object)
+    """A Picture."""
+    failed = Signal(str)
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._condition = threading.Condition()
+        self._wanted: PictureRequest | None = None
+        self._closing = False
+        self._is_busy = False
+        self._thread: threading.Thread | None = None
+        self._frames: tuple[SceneOptions, FrameStore] | None = None
+        self._tree: tuple[NDArray[np.float32], BodyTree] | None = None
+
+    def ask(self, request: PictureRequest) -> None:
+        """Ask for a picture; takes the place of a request that still waits."""
+        with self._condition:
+            self._wanted = request
+            self._condition.notify_all()
+        if self._thread is None:
+            self._thread = threading.Thread(target=self._run, name="pictures", daemon=True)
+            self._thread.start()
+
+    def close(self) -> None:
+        """End the thread, which gives back what it holds; one that does not end in CLOSE_S is left to itself."""
+        with self._condition:
+            self._closing = True
+            self._condition.notify_all()
+        if self._thread is not None:
+            self._thread.join(CLOSE_S)
+
+    def wait_until_idle(self, timeout_s: float = 60.0) -> bool:
+        """Block until nothing waits or runs; False on timeout. Answers may still be queued as Qt events."""
+        with self._condition:
+            return self._condition.wait_for(lambda: self._wanted is None and not self._is_busy, timeout_s)
+
+    # ------------------------------------------------------------------ the thread
+    def _run(self) -> None:
+        while True:
+            with self._condition:
+                self._is_busy = False
+                self._condition.notify_all()
+                self._condition.wait_for(lambda: self._closing or self._wanted is not None)
+                if self._closing:
+                    break
+                request, self._wanted = self._wanted, None
+                self._is_busy = True
+            assert request is not None
+            self._answer(request)
+        if self._frames is not None:
+            self._frames[1].close()
+
+    def _answer(self, request: PictureRequest) -> None:
+        try:
+            picture = self._picture(request)
+            self._stop_if_closing()
+        except _Stale:
+            return
+        except InputError as error:
+            self._fail(str(error))
+        except Exception as error:
+            traceback.print_exception(error, file=sys.stderr)
+            self._fail(f"Unexpected failure in the sensor view: {type(error).__name__}: {error}")
+        else:
+            self.made.emit(picture)
+
+    def _fail(self, reason: str) -> None:
+        if not self._is_closing():  # nobody hears it any more, and the signals may be gone
+            self.failed.emit(reason)
+
+    def _picture(self, request: PictureRequest) -> Picture:
+        boxes, note = self._boxes(request)
+        tree, sensor = self._tree_of(request.body), request.sensor
+        if isinstance(sensor, Camera):
+            grid = request.scene.field.grid
+            return Picture(request, camera_picture(sensor, grid, boxes, tree), note)
+        return Picture(request, range_image(sensor, boxes, tree), note)
+
+    def _boxes(self, request: PictureRequest) -> tuple[FrameBoxes, str]:
+        """Boxes of the frame, and what to say about them."""
+        options = request.scene.options
+        if options.pog is not None:
+            return FrameBoxes.none(), NO_BOXES
+        store = self._store_of(options)
+        boxes = store.boxes(request.frame, self._is_stale)
+        if boxes is None:
+            raise _Stale
+        is_missing = store.is_full and request.frame >= store.frames_read
+        return boxes, TOO_MANY.format(count=store.frames_read) if is_missing else ""
+
+    def _store_of(self, options: SceneOptions) -> FrameStore:
+        """The frames of a data set; an automatic voxel edge has no part in them."""
+        if self._frames is None or self._frames[0] is not options:
+            if self._frames is not None:
+                self._frames[1].close()
+                self._frames = None
+            from riglens.app.evaluation.scenario import (
+                source_of,  # loads the compiler: not while the window opens
+            )
+
+            self._frames = (options, FrameStore(source_of(options)))
+        return self._frames[1]
+
+    def _tree_of(self, body: NDArray[np.float32]) -> BodyTree:
+        if self._tree is None or self._tree[0] is not body:
+            self._tree = (body, BodyTree.of(body, self._stop_if_closing))
+        return self._tree[1]
+
+    def _is_closing(self) -> bool:
+        with self._condition:
+            return self._closing
+
+    def _stop_if_closing(self) -> None:
+        if self._is_closing():
+            raise _Stale
+
+    def _is_stale(self) -> bool:
+        with self._condition:
+            return self._closing or self._wanted is not None

@@ -1,0 +1,78 @@
+"""Rigs to score when nobody waits for the rig being edited: what a sensor is worth, rigs to compare."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+from riglens.app.evaluation.requests import LoadedScene
+from riglens.core.metric.scores import MetricSettings, Scores
+from riglens.core.rig.model import Rig
+
+SIDE_REST_S = 0.25
+"""Side jobs begin when nothing was asked for so long, so that they never run between two moves of a drag."""
+
+
+@dataclass(frozen=True)
+class SideRequest:
+    """One rig to score; `group` says who asks, and `name` which of its rigs this is."""
+
+    group: str
+    name: str
+    rig: Rig
+    settings: MetricSettings
+
+    @property
+    def key(self) -> tuple[str, str]:
+        """What makes a newer request take the place of this one."""
+        return self.group, self.name
+
+
+@dataclass(frozen=True)
+class SideAnswer:
+    """The exact scores of one rig on a scene."""
+
+    request: SideRequest
+    scene: LoadedScene
+    scores: Scores
+    elapsed_ms: float
+
+
+class SideQueue:
+    """Requests in the order of asking. Not safe by itself: its owner holds a lock around every call."""
+
+    def __init__(self) -> None:
+        self._waiting: dict[tuple[str, str], SideRequest] = {}
+        self._asked_at = time.monotonic()
+
+    def ask(self, request: SideRequest) -> None:
+        """Add a request; one of the same key is dropped."""
+        self._waiting.pop(request.key, None)
+        self._waiting[request.key] = request
+
+    def forget(self, group: str) -> None:
+        """Drop every request of a group."""
+        self._waiting = {key: request for key, request in self._waiting.items() if request.group != group}
+
+    def postpone(self) -> None:
+        """Somebody edits: start the rest anew."""
+        self._asked_at = time.monotonic()
+
+    def first(self) -> SideRequest | None:
+        """The request to answer next; it stays in the queue until `done`."""
+        return next(iter(self._waiting.values()), None)
+
+    def wants(self, request: SideRequest) -> bool:
+        """Whether this very request is still wanted."""
+        return self._waiting.get(request.key) is request
+
+    def done(self, request: SideRequest) -> None:
+        """The request was answered."""
+        if self.wants(request):
+            del self._waiting[request.key]
+
+    def delay_s(self) -> float | None:
+        """Seconds until the first request is due, None when there is none."""
+        if not self._waiting:
+            return None
+        return max(0.0, SIDE_REST_S - (time.monotonic() - self._asked_at))

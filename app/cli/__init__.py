@@ -1,9 +1,0 @@
-"""The command line `riglens`: what can be said is in one file per group of commands.
-
-Only light modules are imported here, so that `riglens --help` answers at once and a command that draws
-nothing never loads Qt or VTK; each command imports its own job when it runs.
-"""
-
-from riglens.app.cli.running import main
-
-__all__ = ["main"]

@@ -1,0 +1,177 @@
+"""What `riglens data` does: read box data once and say what they hold, as tables or JSON."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+from rich import box
+from rich.table import Table
+from rich.text import Text
+
+from riglens.app.commands.console import note, progress_bar, results
+from riglens.app.evaluation.options import SceneOptions
+from riglens.app.evaluation.scenario import boxes_of
+from riglens.core.files import atomic_write, require_writable
+from riglens.core.geometry import Vec3
+from riglens.core.rig.model import FORMAT_VERSION
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.scene.survey import RINGS_M, SECTORS, Ground, Survey, survey
+
+GROUND_IS_RIGHT_M = 0.2
+"""Bottoms of labelled boxes are rarely nearer to the road than that; the ROI starts at z = 0."""
+
+SHOWN_UNMAPPED = 20
+
+
+def describe(options: SceneOptions, paths: Sequence[Path], json_target: str | None) -> None:
+    """Print what the data hold, also written to a JSON file; with "-" as JSON alone."""
+    if json_target not in (None, "-"):
+        require_writable(json_target, paths)
+    source = boxes_of(options, paths)
+    with progress_bar("Reading boxes") as progress:
+        found = survey(source, progress)
+    document = data_document(found, source.origin_m)
+    if json_target is not None:
+        text = json.dumps(document, indent=1, allow_nan=False) + "\n"
+        if json_target == "-":
+            sys.stdout.write(text)
+            return
+        with atomic_write(json_target, "w") as stream:
+            stream.write(text)
+    _print(found, source.origin_m)
+
+
+def data_document(found: Survey, origin_m: Vec3 | None) -> dict[str, Any]:
+    """The figures as plain data; lengths in metres, boxes as counts by quarter and ring of distance."""
+    data = found.data
+    return {
+        "riglens": FORMAT_VERSION,
+        "data": {
+            "source": data.source,
+            "frames": data.frames,
+            "sequences": data.sequences,
+            "boxes": {name: data.boxes[name] for name in CLASSES},
+            "unmapped": dict(data.unmapped.most_common()),
+            "sha256": data.sha256,
+            "notes": list(data.notes),
+            "origin_m": None if origin_m is None else list(origin_m),
+        },
+        "frames_with_boxes": found.frames_with_boxes,
+        "boxes_per_frame": {"mean": found.boxes_per_frame, "most": found.most_in_a_frame},
+        "rings_m": [limit if math.isfinite(limit) else None for limit in RINGS_M],
+        "classes": {name: _class(found, cls) for cls, name in enumerate(CLASSES)},
+        "ground": _ground(found.ground),
+        "warnings": list(warnings(found, origin_m)),
+    }
+
+
+def _class(found: Survey, cls: int) -> dict[str, Any]:
+    sizes = [None if math.isnan(edge) else edge for edge in found.sizes_m[cls].tolist()]
+    return {
+        "boxes": int(found.counts[cls].sum()),
+        "sectors": {name: found.counts[cls, place].tolist() for place, name in enumerate(SECTORS)},
+        "median_size_m": dict(zip(("length", "width", "height"), sizes, strict=True)),
+    }
+
+
+def _ground(ground: Ground | None) -> dict[str, Any] | None:
+    if ground is None:
+        return None
+    return {
+        "height_m": ground.height_m,
+        "half_between_m": list(ground.between_m),
+        "boxes": ground.boxes,
+        "class": ground.cls,
+        "certain": ground.is_certain,
+    }
+
+
+def warnings(found: Survey, origin_m: Vec3 | None) -> Iterator[str]:
+    """What should make a user look twice: directions without boxes, a ground that is not at z = 0."""
+    bare = found.bare_sectors()
+    if bare:
+        listed = ", ".join(f"{name} ({count:,})" for name, count in bare.items())
+        yield (
+            f"next to no boxes {listed}: the data may not cover every side, and looking there gains a rig next to "
+            "nothing"
+        )
+    ground = found.ground
+    if ground is not None and ground.is_certain and abs(ground.height_m) > GROUND_IS_RIGHT_M:
+        advice = "use --ground auto"
+        if origin_m is not None:
+            x, y, z = origin_m
+            advice += f" or --origin {x:g} {y:g} {z + ground.lift_m:.4g}"
+        yield f"the ground is not at z = 0 but at {ground.height_m:.2f} m: {advice}"
+
+
+def _print(found: Survey, origin_m: Vec3 | None) -> None:
+    console, data = results(), found.data
+    console.print(Text.assemble(("Data    ", "bold"), data.source), soft_wrap=True)
+    console.print(
+        Text.assemble(
+            ("Frames  ", "bold"),
+            f"{data.frames:,} in {data.sequences:,} sequence{'s' * (data.sequences != 1)}, "
+            f"{found.frames_with_boxes:,} of them with boxes; {found.boxes_per_frame:.1f} boxes per frame, at most "
+            f"{found.most_in_a_frame:,}",
+        )
+    )
+    ground = "not known: no boxes near by" if found.ground is None else found.ground.text()
+    if found.ground is not None and not found.ground.is_certain:
+        ground += " (not certain)"
+    console.print(Text.assemble(("Ground  ", "bold"), ground))
+    console.print(_direction_table(found))
+    console.print(_distance_table(found))
+    if data.unmapped:
+        console.print(_unmapped_table(found))
+    for line in warnings(found, origin_m):
+        console.print(Text.assemble(("warning: ", "bold yellow"), line), soft_wrap=True)
+    for line in data.notes:
+        note(line)
+
+
+def _table(first: str, *titles: str) -> Table:
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    table.add_column(first, no_wrap=True)
+    for title in titles:
+        table.add_column(title, justify="right", no_wrap=True)
+    return table
+
+
+def _direction_table(found: Survey) -> Table:
+    """Boxes by class and quarter, with the usual size of one."""
+    table = _table("boxes", "all", *SECTORS, "median size, m")
+    for cls, name in enumerate(CLASSES):
+        counts = found.counts[cls].sum(axis=1).tolist()
+        size = " × ".join(f"{edge:.2f}" for edge in found.sizes_m[cls].tolist())
+        table.add_row(name, *(f"{n:,}" for n in (sum(counts), *counts)), size if sum(counts) else "-")
+    counts = found.counts.sum(axis=(0, 2))
+    table.add_row("share", "", *(f"{n / max(1, counts.sum()):.1%}" for n in counts), "", style="dim")
+    return table
+
+
+def _distance_table(found: Survey) -> Table:
+    """Boxes by class and ring of distance."""
+    rings = [
+        f"{low:g}-{high:g} m" if math.isfinite(high) else f"from {low:g} m" for low, high in pairwise(RINGS_M)
+    ]
+    table = _table("distance", *rings)
+    for cls, name in enumerate(CLASSES):
+        table.add_row(name, *(f"{n:,}" for n in found.counts[cls].sum(axis=0).tolist()))
+    return table
+
+
+def _unmapped_table(found: Survey) -> Table:
+    table = _table("not mapped", "boxes")
+    most = found.data.unmapped.most_common(SHOWN_UNMAPPED)
+    for name, count in most:
+        table.add_row(Text(name if len(name) <= 60 else name[:60] + "…"), f"{count:,}")
+    rest = sum(found.data.unmapped.values()) - sum(count for _, count in most)
+    if rest:
+        table.add_row(f"{len(found.data.unmapped) - len(most)} more names", f"{rest:,}", style="dim")
+    return table

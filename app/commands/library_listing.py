@@ -1,0 +1,173 @@
+"""`riglens library`: the sensor models as a table, one of them with every figure, or all as JSON."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from collections.abc import Iterator, Sequence
+from typing import Any, Literal
+
+from rich.console import Console
+from rich.table import Table
+
+from riglens.app.commands.console import results
+from riglens.core.geometry import Pose
+from riglens.core.rig.library import Library, default_library
+from riglens.core.rig.library_file import Block, Entry
+from riglens.core.rig.model import Camera, EvenAngles, Lidar
+from riglens.core.sensing.camera import field_of_view_deg
+
+WIDTH = 100
+Kind = Literal["lidar", "camera"]
+_TITLES = {"lidar": "LiDARs", "camera": "Cameras"}
+_ANGLES_A_LINE = 8
+
+
+def show(name: str | None, kind: Kind | None, as_json: bool) -> None:
+    """Print one model, or those of a kind, or all; InputError for an unknown name."""
+    library = default_library()
+    entries = library.entries(kind) if name is None else (library.entry(name),)
+    if as_json:
+        sys.stdout.write(
+            json.dumps({"riglens": 1, "models": [_plain(e, library) for e in entries]}, indent=1)
+        )
+        sys.stdout.write("\n")
+    elif name is None:
+        _list(library, kind)
+    else:
+        _print(_lines(entries[0], library))
+
+
+def _list(library: Library, kind: Kind | None) -> None:
+    console = _console()
+    for number, shown in enumerate(("lidar", "camera") if kind is None else (kind,)):
+        if number:
+            console.print()
+        console.print(_table(library, shown))
+    console.print("\n`riglens library NAME` shows every figure of a model and where it comes from.")
+
+
+def _table(library: Library, kind: Kind) -> Table:
+    """The models of a kind, maker by maker."""
+    rays = "beams" if kind == "lidar" else "pixels"
+    table = Table(title=_TITLES[kind], title_justify="left", title_style="bold", box=None, pad_edge=False)
+    table.add_column("model", no_wrap=True)
+    table.add_column("what it is")
+    for heading in (rays, "field of view", "range"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    for maker, entries in library.by_maker(kind).items():
+        table.add_row(f"[bold]{maker}[/bold]")
+        for entry in entries:
+            table.add_row(entry.name, entry.title.removeprefix(f"{maker} "), *_figures(entry))
+    return table
+
+
+def _figures(entry: Entry) -> tuple[str, str, str]:
+    """Beams or pixels, field of view, range."""
+    sensor = entry.sensor(entry.name, Pose())
+    wide, high = view_deg(sensor)
+    rays = f"{sensor.beam_count}" if isinstance(sensor, Lidar) else f"{sensor.image[0]} × {sensor.image[1]}"
+    return rays, f"{wide:.4g}° × {high:.3g}°", _range(sensor)
+
+
+def view_deg(sensor: Lidar | Camera) -> tuple[float, float]:
+    """Horizontal and vertical field of view in degrees."""
+    if isinstance(sensor, Camera):
+        return field_of_view_deg(sensor)
+    turn, beams = sensor.azimuths_deg, sensor.elevations()
+    wide = turn.to - turn.from_ if isinstance(turn, EvenAngles) else max(turn) - min(turn)
+    return wide, float(beams.max() - beams.min())
+
+
+def _range(sensor: Lidar | Camera) -> str:
+    low, high = sensor.range_m
+    return f"{low:g}–{high:g} m" if math.isfinite(high) else "–"
+
+
+def _lines(entry: Entry, library: Library) -> Iterator[tuple[str, str]]:
+    """Captions and values of everything that an entry says."""
+    sensor = entry.sensor(entry.name, Pose())
+    yield "model", f"{entry.name} ({_TITLES[entry.kind][:-1]})"
+    yield "title", entry.title
+    yield "maker", entry.maker
+    yield "source", entry.source
+    if entry.note:
+        yield "note", entry.note
+    yield "file", library.origins[entry.name]
+    if entry.body_m is not None:
+        yield "body", _body(entry)
+    yield from _lidar_lines(entry, sensor) if isinstance(sensor, Lidar) else _camera_lines(entry, sensor)
+    yield "range", _range(sensor)
+
+
+def _body(entry: Entry) -> str:
+    body = entry.body_m
+    if isinstance(body, Block):
+        return f"{body.length * 1e3:g} × {body.width * 1e3:g} × {body.height * 1e3:g} mm"
+    assert body is not None
+    return f"{body.diameter * 1e3:g} mm across, {body.height * 1e3:g} mm high"
+
+
+def _lidar_lines(entry: Entry, lidar: Lidar) -> Iterator[tuple[str, str]]:
+    azimuths = lidar.azimuths()
+    wide, high = view_deg(lidar)
+    yield "field of view", f"{wide:.4g}° × {high:.4g}°"
+    yield "azimuths", f"{azimuths.size} from {azimuths[0]:g}° in steps of {wide / azimuths.size:.4g}°"
+    for rate, step in (entry.azimuth_step_deg or {}).items():
+        yield "", f"{rate} turns a second: steps of {step:g}°"
+    yield "beams", f"{lidar.beam_count}, elevations in degrees"
+    yield from (("", line) for line in _columns([f"{angle:.4g}" for angle in lidar.elevations()]))
+    if lidar.azimuth_offsets_deg is not None:
+        yield "offsets", "azimuth offsets of these beams in degrees, positive turns left"
+        yield from (("", line) for line in _columns([f"{angle:.4g}" for angle in lidar.azimuth_offsets_deg]))
+
+
+def _columns(words: Sequence[str]) -> Iterator[str]:
+    for start in range(0, len(words), _ANGLES_A_LINE):
+        yield "".join(f"{word:>9}" for word in words[start : start + _ANGLES_A_LINE])
+
+
+def _camera_lines(entry: Entry, camera: Camera) -> Iterator[tuple[str, str]]:
+    wide, high = view_deg(camera)
+    fx, fy, cx, cy = camera.intrinsics_px()
+    yield "image", f"{camera.image[0]} × {camera.image[1]} pixels"
+    yield "field of view", f"{wide:.4g}° × {high:.4g}°"
+    yield "focal lengths", f"{fx:.6g} × {fy:.6g} pixels, principal point {cx:.6g}, {cy:.6g}"
+    if camera.distortion is not None:
+        lens = camera.distortion.model_dump()
+        yield (
+            "distortion",
+            f"{lens.pop('model')}: " + ", ".join(f"{key} {value:g}" for key, value in lens.items()),
+        )
+    if entry.pixel_um is not None:
+        yield "pixel", f"{entry.pixel_um:g} µm"
+    if entry.lens is not None:
+        yield "lens", entry.lens
+
+
+def _print(lines: Iterator[tuple[str, str]]) -> None:
+    table = Table(show_header=False, box=None, pad_edge=False)
+    table.add_column(style="bold", no_wrap=True)
+    table.add_column()
+    for caption, value in lines:
+        table.add_row(caption, value)
+    _console().print(table)
+
+
+def _console() -> Console:
+    console = results()
+    console.width = min(console.width, WIDTH)
+    return console
+
+
+def _plain(entry: Entry, library: Library) -> dict[str, Any]:
+    """An entry as JSON: what it says under the names of the file, and the file it is from."""
+    about = entry.model_dump(exclude={"fields"}, exclude_none=True)
+    sensor = entry.sensor(entry.name, Pose())
+    figures = {key: _jsonable(getattr(sensor, key)) for key in entry.fields}
+    return about | figures | {"file": library.origins[entry.name]}
+
+
+def _jsonable(value: Any) -> Any:
+    return value.model_dump(by_alias=True) if hasattr(value, "model_dump") else value

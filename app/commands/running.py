@@ -1,0 +1,69 @@
+"""Runs the command line: what becomes of errors, Ctrl-C and closed pipes, and the exit code."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+
+from riglens.app.commands.ctrl_c import insistent_interrupt
+from riglens.app.evaluation.options import DEFAULT_RIG, SceneOptions, ScoreOptions
+from riglens.app.launch.system_libraries import MissingLibraries
+from riglens.core.errors import InputError
+
+DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line; returns the exit code. Bad input gives one line on standard error."""
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")
+    try:
+        tokens = sys.argv[1:] if arguments is None else list(arguments)
+        with insistent_interrupt():
+            code = _run(tokens)
+        sys.stdout.flush()
+    except (InputError, MissingLibraries) as error:
+        return _say(str(error), BAD_INPUT)
+    except KeyboardInterrupt:
+        return _say("interrupted; no file was changed", INTERRUPTED)
+    except MemoryError:
+        return _say("out of memory; use larger voxels, a smaller ROI or fewer rays", FAILED)
+    except BrokenPipeError:
+        _forget_stdout()
+        return DONE
+    except OSError as error:  # the system's fault, not the program's: a full disk, a device that is gone
+        _forget_stdout()
+        place = f"{error.filename}: " if error.filename else ""
+        return _say(f"{place}{error.strerror or error}", FAILED)
+    except SystemExit:  # this is how rich says that nobody reads its output any more
+        return DONE
+    return code if isinstance(code, int) else DONE
+
+
+def _run(tokens: Sequence[str]) -> object:
+    """Do what the words say. Where they can only mean the window, the parser is not even loaded: it takes its time."""
+    if not tokens or _is_only_a_rig(tokens):
+        from riglens.app.launch.main import start
+
+        return start(tokens[0] if tokens else DEFAULT_RIG, SceneOptions(), ScoreOptions())
+    from riglens.app.commands.parsing import run
+
+    return run(tokens)
+
+
+def _is_only_a_rig(tokens: Sequence[str]) -> bool:
+    """Whether this is one word that is neither a command, since those are of letters alone, nor an option."""
+    return len(tokens) == 1 and not tokens[0].isalpha() and not tokens[0].startswith("-")
+
+
+def _say(message: str, code: int) -> int:
+    """Print one line on standard error and pass the exit code on."""
+    print(f"riglens: {' '.join(message.split())}", file=sys.stderr)
+    return code
+
+
+def _forget_stdout() -> None:
+    """Standard output is closed or full: keep Python from trying, and complaining, once more at exit."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

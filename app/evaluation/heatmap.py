@@ -1,0 +1,155 @@
+"""Which cells of the display grid are drawn, and in what colours; the same for window and pictures."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from riglens.app.evaluation.heat_modes import HEAT_TITLES, HeatMode
+from riglens.core.engine.engine import Engine, Evaluation
+from riglens.core.engine.inspect import covered_at_least
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.scene.columns import Words
+from riglens.core.scene.display import DisplayGrid
+from riglens.widgets.heatmap.scale import HeatmapData
+
+COUNT_LABELS = ("0", "1", "2", "3+")
+Values = NDArray[np.float32]
+NO_WORDS = np.empty(0, np.uint64)
+
+
+@dataclass(frozen=True)
+class Marks:
+    """What the modes need beside the POG: the voxels seen now and by the baseline, and by 1, 2, 3 sensors at least.
+
+    Only those that the mode needs are there (`marks_for`), the others are empty.
+    """
+
+    seen: Words
+    levels: NDArray[np.uint64]
+    baseline: Words
+    baseline_name: str = ""
+
+
+def needs_seen(mode: HeatMode) -> bool:
+    """Whether an evaluation has to say which voxels are seen."""
+    return mode in ("seen", "unseen", "change")
+
+
+def marks_of(evaluation: Evaluation) -> Marks:
+    """The marks of an evaluation that says what is seen, without a baseline."""
+    return Marks(seen_words(evaluation), NO_WORDS, NO_WORDS)
+
+
+def seen_words(evaluation: Evaluation) -> Words:
+    """The voxels that any sensor sees."""
+    words: Words = evaluation.seen_camera | evaluation.seen_lidar
+    return words
+
+
+def marks_for(mode: HeatMode, engine: Engine, evaluation: Evaluation) -> Marks:
+    """What a mode needs of an evaluation that the engine has just made, on the engine's thread."""
+    seen = seen_words(evaluation) if needs_seen(mode) else NO_WORDS
+    levels = NO_WORDS
+    if mode == "sensors":
+        levels = covered_at_least(engine, evaluation.rig, evaluation.settings.method)
+    return Marks(seen, levels, NO_WORDS)
+
+
+@dataclass(frozen=True)
+class _Base:
+    """What does not change in a drag: the cells with anything in them, their full values and the scale."""
+
+    shown: NDArray[np.bool_]
+    centres_m: Values
+    full: Values
+    vmax: float
+
+
+class Heatmaps:
+    """Makes heatmaps on a display grid.
+
+    Which cells are shown depends on mode and class only, and they come back as the same array, so that a view
+    has to change nothing but values in a drag.
+    """
+
+    def __init__(self, display: DisplayGrid) -> None:
+        self.display = display
+        self._bases: dict[tuple[bool, str], _Base] = {}
+
+    def heatmap(self, mode: HeatMode, class_name: str, marks: Marks) -> HeatmapData | None:
+        """What to draw for a mode; None when it is "off"."""
+        if mode == "off":
+            return None
+        base = self._base(mode == "probability", class_name)
+        if mode == "sensors":
+            return self._sensors(base, class_name, marks)
+        values = self._values(mode, base, CLASSES.index(class_name), marks)
+        is_change = mode == "change"
+        note = self._note("largest" if mode == "probability" else "sum")
+        return HeatmapData(
+            centres_m=base.centres_m,
+            cell_m=self.display.cell_m,
+            values=values,
+            title=f"{HEAT_TITLES[mode]}, {class_name}",
+            unit="" if mode == "probability" else "nat",
+            vmin=0.0,
+            vmax=_round_above(values, base.vmax) if is_change else base.vmax,
+            note=f"against {marks.baseline_name}: {note}" if is_change else note,
+            scale="change" if is_change else "ramp",
+        )
+
+    def _values(self, mode: HeatMode, base: _Base, cls: int, marks: Marks) -> Values:
+        """A value per shown cell."""
+        if mode in ("probability", "entropy"):
+            return base.full
+        if mode == "change":
+            gained = self.display.seen_entropy(cls, marks.seen & ~marks.baseline)
+            return (gained - self.display.seen_entropy(cls, marks.baseline & ~marks.seen))[base.shown]
+        share = self.display.seen_share(cls, marks.seen)[base.shown]
+        return base.full * (share if mode == "seen" else 1.0 - share)
+
+    def _sensors(self, base: _Base, class_name: str, marks: Marks) -> HeatmapData:
+        """How many sensors see the larger part of each cell; how opaque a cell is goes by its entropy."""
+        return HeatmapData(
+            centres_m=base.centres_m,
+            cell_m=self.display.cell_m,
+            values=self.display.prevailing(CLASSES.index(class_name), marks.levels)[base.shown],
+            title=f"{HEAT_TITLES['sensors']}, {class_name}",
+            unit="",
+            vmin=0.0,
+            vmax=float(len(COUNT_LABELS) - 1),
+            note=self._note("majority"),
+            scale="steps",
+            labels=COUNT_LABELS,
+            weights=(base.full / base.vmax) ** np.float32(0.5),
+        )
+
+    def _base(self, is_probability: bool, class_name: str) -> _Base:
+        key = (is_probability, class_name)
+        if key not in self._bases:
+            cls = CLASSES.index(class_name)
+            full = self.display.probability(cls) if is_probability else self.display.entropy(cls)
+            shown = full > 0
+            centres_m = np.ascontiguousarray(self.display.centres_m[shown])
+            self._bases[key] = _Base(shown, centres_m, full[shown], float(full.max(initial=0.0)) or 1.0)
+        return self._bases[key]
+
+    def _note(self, how: str) -> str:
+        """Which grid the picture shows; the scores always use the full one."""
+        cell_m, block = self.display.cell_m, self.display.block
+        cells = f"cells of {cell_m:.4g} m"
+        return cells if block == 1 else f"{cells}, {how} of {block}³ voxels"
+
+
+def _round_above(values: Values, limit: float) -> float:
+    """The next 1, 2 or 5 times a power of ten above all sizes, so that the scale stays put in most of a drag.
+
+    At least a thousandth of `limit`, which is what it is, roughly, without any change.
+    """
+    most = max(float(np.abs(values).max(initial=0.0)), 1e-3 * limit)
+    power = 10.0 ** math.floor(math.log10(most))
+    return next(factor * power for factor in (1.0, 2.0, 5.0, 10.0) if factor * power >= most)

@@ -1,0 +1,194 @@
+"""From options to the scene that is scored: the one place that turns box data or a POG file into a field."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+from riglens.app.evaluation.options import AutoVoxel, SceneOptions, ScoreOptions
+from riglens.core.engine.engine import Engine
+from riglens.core.errors import InputError
+from riglens.core.metric.entropy import EntropyField
+from riglens.core.metric.scores import MetricSettings
+from riglens.core.scene.boxes import BoxSource, DataReport, Progress
+from riglens.core.scene.grid import DEFAULT_ROI_M, DEFAULT_VOXEL_M, VoxelGrid
+from riglens.core.scene.pog import Pog
+from riglens.core.scene.pog_store import cached_pog, load_pog
+from riglens.core.scene.readers import Source, bundled_source, open_boxes, parse_class_map
+from riglens.core.scene.survey import FEWEST_BOXES, LARGEST_SPREAD_M, NEAR_M, survey
+from riglens.core.study.voxel_choice import Tried, VoxelChoice, choose, ladder_grids
+
+SHOWN_UNMAPPED = 5
+BUNDLED_NAME = "bundled scenario town"
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """A scene to score on; `choice` says how its voxel edge was picked, None when it was given."""
+
+    pog: Pog
+    field: EntropyField
+    choice: VoxelChoice | None = None
+
+
+def settings_of(options: ScoreOptions) -> MetricSettings:
+    """The metric's settings as the core takes them."""
+    return MetricSettings(options.method, options.reading, options.camera_weight)
+
+
+def grid_of(options: SceneOptions) -> VoxelGrid:
+    """The grid that was asked for; InputError when it makes no whole number of voxels."""
+    if options.auto is not None:
+        raise InputError(
+            "--voxel: found auto, which goes by the scores of rigs; here an edge in metres is accepted"
+        )
+    voxel_m = DEFAULT_VOXEL_M if options.voxel_m is None else options.voxel_m
+    return VoxelGrid(voxel_m, DEFAULT_ROI_M if options.roi_m is None else options.roi_m)
+
+
+def source_of(options: SceneOptions) -> BoxSource:
+    """The box data set that was asked for; the bundled scenario when none was named."""
+    if options.boxes is None:
+        said = {
+            "--origin": options.origin_m,
+            "--frames": options.frames,
+            "--classes": options.classes or None,
+            "--ground": options.find_ground or None,
+        }
+        for name, value in said.items():
+            if value is not None:
+                raise InputError(f"{name} describes a box data set; name the data set with --boxes as well")
+        return bundled_source()
+    return boxes_of(options, [options.boxes])
+
+
+def boxes_of(options: SceneOptions, paths: Sequence[Path]) -> Source:
+    """The box data at some paths as one data set, read as the options say.
+
+    With `find_ground` they are read once more before, which may end in an InputError about the ground.
+    """
+    open_as_said = partial(
+        open_boxes, paths, options.origin_m, options.frames, parse_class_map(options.classes)
+    )
+    if not options.find_ground:
+        return open_as_said()
+    ground = survey(open_as_said()).ground
+    if ground is None or not ground.is_certain:
+        found = ground.text() if ground else f"no boxes within {NEAR_M:g} m"
+        raise InputError(
+            f"--ground auto: found {found}; accepted are {FEWEST_BOXES} boxes or more of which half agree to "
+            f"{LARGEST_SPREAD_M:g} m; say where the ground is with --origin X Y Z"
+        )
+    return open_as_said(lift_m=ground.lift_m, notes=(f"ground: {ground.text()}; moved to z = 0",))
+
+
+def load_field(options: SceneOptions, progress: Progress | None = None) -> tuple[Pog, EntropyField]:
+    """The POG and its entropies, as `load_scenario` finds them."""
+    found = load_scenario(options, progress)
+    return found.pog, found.field
+
+
+def load_scenario(options: SceneOptions, progress: Progress | None = None) -> Scenario:
+    """The scene for these options; InputError on bad input or options that disagree.
+
+    POGs of box data are kept in the user's cache folder; `progress` gets the fraction done, 0 to 1.
+    """
+    if options.pog is not None:
+        pog = _stored_pog(options, options.pog)
+    elif options.auto is not None and options.auto.rigs:
+        return _auto_scenario(options, options.auto, progress)
+    else:
+        pog = _named(cached_pog(source_of(options), grid_of(options), progress), options)
+    return Scenario(pog, EntropyField.from_pog(pog))
+
+
+def _auto_scenario(options: SceneOptions, auto: AutoVoxel, progress: Progress | None) -> Scenario:
+    """The scene at the edge that suits the rigs; of those tried, only the finest and the best are kept."""
+    source, tolerance = source_of(options), auto.tolerance_pp / 100
+    grids, left_out = ladder_grids(DEFAULT_ROI_M if options.roi_m is None else options.roi_m)
+    tried: list[Tried] = []
+    kept: Scenario | None = None
+    for grid, report in zip(grids, _shared(progress, [grid.voxel_count for grid in grids]), strict=True):
+        pog = _named(cached_pog(source, grid, report), options)
+        found = Scenario(pog, EntropyField.from_pog(pog))
+        tried.append(_try(found.field, auto, report))
+        if choose(tried, tolerance).voxel_m == grid.voxel_m:
+            kept = found
+    assert kept is not None
+    return replace(kept, choice=choose(tried, tolerance, left_out))
+
+
+def _shared(progress: Progress | None, work: Sequence[int]) -> Iterator[Progress]:
+    """One progress per piece of work, which together fill the whole."""
+
+    def report(fraction: float, start: int, piece: int) -> None:
+        if progress is not None:
+            progress((start + fraction * piece) / sum(work))
+
+    for place, piece in enumerate(work):
+        yield partial(report, start=sum(work[:place]), piece=piece)
+
+
+def _try(field: EntropyField, auto: AutoVoxel, report: Progress) -> Tried:
+    """Scores of the rigs at one edge; between chunks of rays it calls `report`, which may raise to cancel."""
+
+    def is_stale() -> bool:
+        report(1.0)
+        return False
+
+    engine = Engine(field, auto.score.threads)
+    scores = []
+    for rig in auto.rigs:
+        evaluation = engine.evaluate(rig, settings_of(auto.score), is_stale)
+        assert evaluation is not None
+        scores.append((rig.name, evaluation.scores))
+    return Tried(field.grid.voxel_m, tuple(scores))
+
+
+def _named(pog: Pog, options: SceneOptions) -> Pog:
+    """The POG under the name of the data that were asked for; a cached one may bear that of an equal copy."""
+    name = BUNDLED_NAME if options.boxes is None else str(options.boxes)
+    return replace(pog, data=replace(pog.data, source=name))
+
+
+def _stored_pog(options: SceneOptions, path: Path) -> Pog:
+    """The POG of a file, refused when the other options say something else than what it holds."""
+    described = {
+        "--boxes": options.boxes,
+        "--origin": options.origin_m,
+        "--frames": options.frames,
+        "--classes": options.classes or None,
+        "--ground": options.find_ground or None,
+    }
+    for name, value in described.items():
+        if value is not None:
+            raise InputError(f"{name} and --pog: {path} already holds its boxes; give only one of the two")
+    pog = load_pog(path)
+    if options.auto is not None:
+        raise InputError(f"--voxel auto: {path} holds one grid, of {pog.grid.voxel_m:g} m; leave --voxel out")
+    if options.voxel_m is not None and options.voxel_m != pog.grid.voxel_m:
+        raise InputError(
+            f"--voxel {options.voxel_m:g}: {path} was built with {pog.grid.voxel_m:g}; leave --voxel out"
+        )
+    if options.roi_m is not None and options.roi_m != pog.grid.roi_m:
+        found, held = (" ".join(f"{side:g}" for side in roi) for roi in (options.roi_m, pog.grid.roi_m))
+        raise InputError(f"--roi {found}: {path} was built with {held}; leave --roi out")
+    return pog
+
+
+def remarks_on(data: DataReport) -> list[str]:
+    """What a user has to know about the data: boxes that do not count, classes without any box."""
+    lines = list(data.notes)
+    if data.unmapped:
+        most = data.unmapped.most_common(SHOWN_UNMAPPED)
+        names = ", ".join(f"{name} {number:,}" for name, number in most)
+        more = f" and {len(data.unmapped) - len(most)} more classes" if len(data.unmapped) > len(most) else ""
+        count = sum(data.unmapped.values())
+        ending = "box belongs to no class and does" if count == 1 else "boxes belong to no class and do"
+        lines.append(f"{count:,} {ending} not count: {names}{more}")
+    empty = [name for name, count in data.boxes.items() if count == 0]
+    if empty:
+        lines.append(f"no boxes of class {', '.join(empty)}: its scores are 0")
+    return lines

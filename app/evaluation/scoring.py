@@ -1,0 +1,194 @@
+"""Scores of rigs on one loaded scene: the exact engine, and a coarser one that answers first where it is slow."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from riglens.app.evaluation.edit_costs import EditCosts
+from riglens.app.evaluation.heatmap import NO_WORDS, Heatmaps, marks_for, needs_seen, seen_words
+from riglens.app.evaluation.options import SceneOptions
+from riglens.app.evaluation.picked import PickedVoxel
+from riglens.app.evaluation.requests import FRAME_MS, Approximation, EvaluationRequest, LoadedScene, Result
+from riglens.app.evaluation.scenario import load_scenario
+from riglens.app.evaluation.voxel_reporter import VoxelReporter
+from riglens.core.engine.engine import Engine, Evaluation
+from riglens.core.metric.coarse import estimated
+from riglens.core.metric.entropy import EntropyField
+from riglens.core.metric.scores import MetricSettings, Scores
+from riglens.core.rig.model import Rig
+from riglens.core.scene.boxes import CLASSES, Progress
+from riglens.core.scene.coarse import coarse_pog
+from riglens.core.scene.columns import Words
+from riglens.core.scene.display import DisplayGrid
+from riglens.core.scene.top_view import TopView
+from riglens.core.scene.top_views import TopViews
+
+WORTH, STILL_WORTH = 0.5, 1.0
+"""Coarse answers begin where they take at most this part of the time of exact ones, and then go on up to that
+part, so that noise in the times does not have the two take turns within a drag."""
+IsStale = Callable[[], bool]
+
+
+def load_scene(options: SceneOptions, progress: Progress) -> LoadedScene:
+    """Read the boxes or the stored POG; InputError on bad input."""
+    found = load_scenario(options, progress)
+    heatmaps = Heatmaps(DisplayGrid.build(found.pog, found.field))
+    thinned = coarse_pog(found.pog)
+    coarse = EntropyField.from_pog(thinned) if thinned is not None else None
+    return LoadedScene(options, found.field, heatmaps, coarse, found.choice)
+
+
+@dataclass(frozen=True)
+class _Baseline:
+    """What changes are counted from; `seen` is empty until a heatmap of changes is asked for."""
+
+    rig: Rig
+    settings: MetricSettings
+    scores: Scores
+    seen: Words
+
+
+class Scoring:
+    """Both engines on one scene. Called by one thread only."""
+
+    def __init__(self, scene: LoadedScene, threads: int | None, coarse_above_ms: float = FRAME_MS) -> None:
+        self.scene = scene
+        self._threads = threads
+        self._coarse_above_ms = coarse_above_ms
+        self._engine = Engine(scene.field, threads)
+        self._top_views = TopViews(scene.field)
+        self._costs, self._coarse_costs = EditCosts(), EditCosts()
+        self._baseline: _Baseline | None = None
+        self._reporter = VoxelReporter(scene.heatmaps.display.pog)
+        self._coarse: Engine | None = None
+        self._aside: Engine | None = None
+        self._was_slow = False
+        self._known: tuple[MetricSettings, Scores, Scores] | None = None
+
+    # ------------------------------------------------------------------ exact
+    def exact(self, request: EvaluationRequest, is_stale: IsStale) -> Result | None:
+        """The exact answer; None when `is_stale` said so half-way."""
+        evaluation = self._engine.evaluate(
+            request.rig,
+            request.settings,
+            is_stale,
+            with_seen=needs_seen(request.heat) or request.map_by is not None,
+        )
+        if evaluation is None:
+            return None
+        self._costs.note(request.rig, evaluation.elapsed_ms)
+        picked = self._picked(request)
+        marks = marks_for(request.heat, self._engine, evaluation)
+        baseline = self._baseline_of(request, evaluation)
+        heatmap = self.scene.heatmaps.heatmap(
+            request.heat,
+            request.heat_class,
+            replace(marks, baseline=baseline.seen, baseline_name=baseline.rig.name),
+        )
+        top_view = self._top_view(request, evaluation)
+        return Result(request, self.scene, evaluation, baseline.scores, heatmap, top_view, picked)
+
+    def _top_view(self, request: EvaluationRequest, evaluation: Evaluation) -> TopView | None:
+        if request.map_by is None:
+            return None
+        camera, lidar = evaluation.seen_camera, evaluation.seen_lidar
+        seen = {"any": camera | lidar, "camera": camera, "lidar": lidar}[request.map_by]
+        cls = CLASSES.index(request.heat_class)
+        return self._top_views.view(cls, request.heat_class, request.map_by, seen)
+
+    def _picked(self, request: EvaluationRequest) -> PickedVoxel | None:
+        """The picked voxel in the light of the evaluation that has just been made."""
+        voxel = request.voxel
+        if voxel is None or any(i >= n for i, n in zip(voxel, self.scene.field.grid.shape, strict=True)):
+            return None
+        method = request.settings.method
+        return self._reporter.report(self._engine, request.rig, method, voxel, request.is_preview)
+
+    def _baseline_of(self, request: EvaluationRequest, evaluation: Evaluation) -> _Baseline:
+        """Scores of the baseline under the same settings; computed once per baseline, settings and scene.
+
+        After it the engine may hold the sensors of the baseline: read before what belongs to the rig.
+        """
+        rig, settings, known = request.baseline_rig, request.settings, self._baseline
+        wants_seen = request.heat == "change"
+        is_known = known is not None and (known.rig, known.settings) == (rig, settings)
+        if known is None or not is_known or (wants_seen and not known.seen.size):
+            found: Evaluation | None = evaluation
+            if request.rig != rig:
+                found = self._engine.evaluate(rig, settings, with_seen=wants_seen)
+                assert found is not None
+                self._costs.note(rig, found.elapsed_ms)
+            assert found is not None
+            known = _Baseline(rig, settings, found.scores, seen_words(found) if wants_seen else NO_WORDS)
+            self._baseline = known
+        return known
+
+    def aside(self, rig: Rig, settings: MetricSettings, is_stale: IsStale) -> Evaluation | None:
+        """The exact scores of a rig that is not the one being edited; None when `is_stale` said so half-way.
+
+        It has an engine of its own, so that the next edit still has to cast nothing but what it changes.
+        """
+        if self._aside is None:
+            self._aside = Engine(self.scene.field, self._threads)
+        return self._aside.evaluate(rig, settings, is_stale, with_seen=False)
+
+    # ------------------------------------------------------------------ coarse
+    def is_slow(self, request: EvaluationRequest) -> bool:
+        """Whether the exact answer is expected to take longer than a frame, and a coarse one clearly less."""
+        exact_ms = self._costs.expected_ms(request.rig)
+        coarse_ms = self._coarse_costs.expected_ms(request.rig)
+        worth = STILL_WORTH if self._was_slow else WORTH
+        self._was_slow = exact_ms > self._coarse_above_ms and coarse_ms <= worth * exact_ms
+        return self._was_slow
+
+    def is_measured(self, request: EvaluationRequest) -> bool:
+        """Whether the expectation rests on times of the very sensors that have to be cast."""
+        return not self._costs.is_guess(request.rig)
+
+    def approximate(self, request: EvaluationRequest, is_stale: IsStale) -> Approximation | None:
+        """A coarse answer; None when there is nothing to estimate it from, or when it was given up."""
+        if self._known is None or not _same_sets(self._known[0], request.settings):
+            return None
+        found = self._evaluate_coarse(request.rig, request.settings, is_stale)
+        scores = estimated(found.scores, *self._known[1:], request.settings) if found is not None else None
+        if found is None or scores is None:
+            return None
+        return Approximation(request, scores, self._coarse_voxel_m, found.elapsed_ms)
+
+    def learn(self, result: Result, is_stale: IsStale) -> None:
+        """Have the coarse engine follow an exact answer, from which the next coarse ones are estimated.
+
+        Nothing is done where no sensor is slow, so that quick scenes pay nothing.
+        """
+        request = result.request
+        if self.scene.coarse is None or self._costs.slowest_ms(request.rig) <= self._coarse_above_ms:
+            return
+        found = self._evaluate_coarse(request.rig, request.settings, is_stale)
+        if found is not None:
+            self._known = (request.settings, found.scores, result.evaluation.scores)
+
+    def _evaluate_coarse(self, rig: Rig, settings: MetricSettings, is_stale: IsStale) -> Evaluation | None:
+        assert self.scene.coarse is not None
+        if self._coarse is None:
+            self._coarse = Engine(self.scene.coarse, self._threads)
+        covered = replace(settings, reading="covered")  # an estimate needs only what is seen
+        found = self._coarse.evaluate(rig, covered, is_stale, with_seen=False)
+        if found is not None:
+            self._coarse_costs.note(rig, found.elapsed_ms)
+        return found
+
+    @property
+    def has_learnt(self) -> bool:
+        """Whether there is an exact answer from which coarse ones can be estimated."""
+        return self._known is not None
+
+    @property
+    def _coarse_voxel_m(self) -> float:
+        assert self.scene.coarse is not None
+        return self.scene.coarse.grid.voxel_m
+
+
+def _same_sets(one: MetricSettings, other: MetricSettings) -> bool:
+    """Whether both settings see the same voxels; reading and weight only add them up in other ways."""
+    return one.method == other.method

@@ -1,0 +1,1 @@
+"""From the first line of the program to the window, and out again."""

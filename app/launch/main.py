@@ -1,0 +1,55 @@
+"""Composition root: opens the window, or does the same job in the terminal where there is no display."""
+
+from __future__ import annotations
+
+import gc
+import sys
+
+from riglens.app.evaluation.options import SceneOptions, ScoreOptions
+from riglens.app.launch.display import missing_display
+from riglens.app.launch.leaving import leaving_on_interrupt
+from riglens.app.launch.system_libraries import require_system_libraries
+
+
+def start(rig: str, scene: SceneOptions, score: ScoreOptions) -> int:
+    """Open the window on a rig and a scene; returns the exit code."""
+    problem = missing_display()
+    if problem is not None:
+        return _without_window(rig, scene, score, problem)
+    gc.disable()  # a window that is being built holds no garbage, and looking for it takes a fifth of the time
+    try:
+        return _with_window(rig, scene, score)
+    finally:
+        gc.enable()
+
+
+def _with_window(rig: str, scene: SceneOptions, score: ScoreOptions) -> int:
+    from riglens.core.rig.opening import open_rig
+
+    open_rig(rig)  # a wrong rig is told before anything large is loaded
+    require_system_libraries("window")
+    with leaving_on_interrupt():
+        load_packages()
+        from riglens.app.window import open_window
+
+        return open_window(rig, scene, score)
+
+
+def load_packages() -> None:
+    """Load what draws before Qt, whose bindings read the source of every module that comes after them."""
+    from riglens.widgets.viewport.drawing_half import load_drawing_half
+
+    load_drawing_half()
+
+
+def _without_window(rig: str, scene: SceneOptions, score: ScoreOptions, problem: str) -> int:
+    from riglens.core.rig.opening import open_rig
+
+    opened = open_rig(rig)
+    print(f"no display: running headless ({problem})", file=sys.stderr)
+    from riglens.app.commands.console import note_report
+    from riglens.app.launch import headless
+
+    note_report(opened.report)
+    headless.run(opened.rig, scene, score)
+    return 0

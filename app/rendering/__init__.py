@@ -1,0 +1,1 @@
+"""Pictures for files: the scene of the window, drawn offscreen."""

@@ -1,0 +1,77 @@
+"""What a picture of the 3D view shows beside the scene; the same for the window's screenshots and `riglens render`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from riglens.app.commands.figures import decimals, percent, thousands
+from riglens.core.metric.scores import MetricSettings, Scores
+from riglens.core.rig.model import Rig
+from riglens.widgets.viewport.caption_layer import Caption
+from riglens.widgets.viewport.scene_state import SceneState
+
+if TYPE_CHECKING:
+    from riglens.core.metric.entropy import EntropyField
+
+HEAD = ("10³ nat", "S-MIG camera", "S-MIG LiDAR", "S-MS", "seen")
+SIGN = "S-MS falls as a rig sees more."
+
+
+@dataclass(frozen=True)
+class PictureWords:
+    """Which words stand over the scene: colour bar, name of the rig, table of scores."""
+
+    legend: bool = True
+    title: bool = False
+    scores: bool = False
+
+
+@dataclass(frozen=True)
+class Findings:
+    """What a picture can say in words: the rig, its scores and what they were computed on."""
+
+    rig: Rig
+    scores: Scores
+    settings: MetricSettings
+    field: EntropyField
+
+
+def with_words(state: SceneState, words: PictureWords, found: Findings | None) -> SceneState:
+    """The state as a picture shows it: with legend, name and scores as chosen, without handles to drag."""
+    caption = Caption()
+    if found is not None:
+        caption = Caption(
+            title=found.rig.name if words.title else "",
+            subtitle=subtitle(found) if words.title else "",
+            table=score_rows(found.scores) if words.scores else (),
+            note=score_note(found.settings) if words.scores else "",
+        )
+    return replace(state, show_legend=words.legend, caption=caption, show_gizmo=False)
+
+
+def subtitle(found: Findings) -> str:
+    """Sensors, voxel edge and data in one line."""
+    cameras, lidars = len(found.rig.cameras()), len(found.rig.lidars())
+    sensors = f"{cameras} camera{'s' * (cameras != 1)}, {lidars} LiDAR{'s' * (lidars != 1)}"
+    data = f"{found.field.data.short_source}, {found.field.data.frames:,} frames"
+    return f"{sensors} · δ = {found.field.grid.voxel_m:g} m · {data}"
+
+
+def score_rows(scores: Scores) -> tuple[tuple[str, ...], ...]:
+    """The scores as rows of text with a head, entropies in 10³ nat."""
+    digits = min(3, max(decimals(found.h_total) for found in scores.classes.values()))
+    rows: list[tuple[str, ...]] = [HEAD]
+    for name, found in scores.classes.items():
+        entropies = (found.camera.s_mig, found.lidar.s_mig, found.s_ms)
+        texts = (thousands(entropy, digits).replace("-", "−") for entropy in entropies)
+        rows.append((name, *texts, percent(found.any_seen)))
+    return tuple(rows)
+
+
+def score_note(settings: MetricSettings) -> str:
+    """What the columns of the table are."""
+    weight = f"S-MS = {settings.camera_weight:g} · S-MIG camera + S-MIG LiDAR"
+    if settings.reading != "covered":
+        return f"{weight}, reading {settings.reading}"
+    return f"{weight}. {SIGN}"

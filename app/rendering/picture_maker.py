@@ -1,0 +1,86 @@
+"""The window's end of the process that draws pictures: the latest job wins, and nothing waits."""
+
+from __future__ import annotations
+
+import pickle
+import sys
+
+from PySide6.QtCore import QObject, QProcess, Signal
+
+from riglens.app.rendering.picture_process import LENGTH_BYTES, PictureJob, packed
+
+_END_MS = 3000
+
+
+class PictureMaker(QObject):
+    """Has one picture drawn at a time; a job that still waits gives way to a newer one. `close` it at the end."""
+
+    made = Signal(object, object)
+    """The PictureJob and its PNG file as bytes."""
+    failed = Signal(str)
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._process: QProcess | None = None
+        self._drawn: PictureJob | None = None
+        self._next: PictureJob | None = None
+        self._answer = b""
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether a picture is being drawn."""
+        return self._drawn is not None
+
+    def draw(self, job: PictureJob) -> None:
+        """Draw a picture as soon as the one under way is done."""
+        self._next = job
+        self._start_next()
+
+    def close(self) -> None:
+        """End the process, whatever it does."""
+        process, self._process = self._process, None
+        self._drawn = self._next = None
+        if process is not None:
+            process.blockSignals(True)
+            process.kill()
+            process.waitForFinished(_END_MS)
+            process.deleteLater()
+
+    def _start_next(self) -> None:
+        if self._next is None or self._drawn is not None:
+            return
+        self._drawn, self._next = self._next, None
+        self._process = self._process or self._start()
+        self._process.write(packed(pickle.dumps(self._drawn)))
+
+    def _start(self) -> QProcess:
+        process = QProcess(self)
+        process.setProcessChannelMode(QProcess.ProcessChannelMode.ForwardedErrorChannel)
+        process.readyReadStandardOutput.connect(self._read)
+        process.errorOccurred.connect(self._on_lost)
+        process.finished.connect(self._on_lost)
+        process.start(sys.executable, ["-m", "riglens.app.rendering.picture_process"])
+        return process
+
+    def _read(self) -> None:
+        if self._process is None:
+            return
+        self._answer += bytes(self._process.readAllStandardOutput().data())
+        length = int.from_bytes(self._answer[:LENGTH_BYTES], "little")
+        if len(self._answer) < LENGTH_BYTES or len(self._answer) < LENGTH_BYTES + length:
+            return
+        answer, self._answer = self._answer[LENGTH_BYTES:], b""
+        job, self._drawn = self._drawn, None
+        if answer[:1] == b"\1":
+            self.made.emit(job, answer[1:])
+        else:
+            self.failed.emit(answer[1:].decode("utf-8", "replace"))
+        self._start_next()
+
+    def _on_lost(self, _: object = None) -> None:
+        """The process ended by itself: the next job starts another one."""
+        process, self._process = self._process, None
+        if process is not None:
+            process.deleteLater()
+            self._drawn, self._answer = None, b""
+            self.failed.emit("the process that draws pictures ended without an answer")

@@ -1,0 +1,163 @@
+"""Pictures of a rig without a window: the scene of the window, drawn offscreen into a PNG file."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal
+
+from riglens.app.commands.console import progress_bar, results
+from riglens.app.commands.jobs import load_with_progress, rig_called
+from riglens.app.evaluation.heat_modes import HeatMode
+from riglens.app.evaluation.heatmap import Heatmaps, Marks, marks_for, seen_words
+from riglens.app.evaluation.options import MAX_SCALE, MAX_SIDE_PX, MIN_SIDE_PX, SceneOptions, ScoreOptions
+from riglens.app.launch.display import prepare_drawing
+from riglens.core.engine.engine import Engine, Evaluation
+from riglens.core.errors import InputError
+from riglens.core.files import require_writable
+from riglens.core.metric.entropy import EntropyField
+from riglens.core.rig.model import Rig
+from riglens.core.scene.display import DisplayGrid
+from riglens.core.scene.pog import Pog
+from riglens.core.vehicle.mesh import BodyMesh
+from riglens.core.vehicle.mesh_file import mesh_path, read_mesh
+from riglens.widgets.sensors.ray_look import DEFAULT_RAYS, LEAST_DENSITY, MOST_DENSITY, RayLook
+
+View = Literal["iso", "top", "front", "left", "rear"]
+Theme = Literal["dark", "light"]
+
+
+@dataclass(frozen=True)
+class Picture:
+    """What to draw and where to put it; `size_px` is width and height before `scale` enlarges all alike.
+
+    `threshold`, `log`, `opacity` and `slice_m` are those of HeatLook; `baseline` names the rig that a heatmap
+    of changes starts from.
+    """
+
+    out: Path
+    view: View = "iso"
+    size_px: tuple[int, int] = (1280, 800)
+    scale: int = 1
+    class_name: str = "car"
+    heat: HeatMode = "seen"
+    transparent: bool = False
+    legend: bool = True
+    title: bool = False
+    scores: bool = False
+    theme: Theme = "dark"
+    threshold: float | None = None
+    log: bool = False
+    opacity: float | None = None
+    slice_m: tuple[float, float] | None = None
+    baseline: str | None = None
+    rays: RayLook = DEFAULT_RAYS
+
+    def __post_init__(self) -> None:
+        if self.out.suffix.lower() != ".png":
+            raise InputError(f"--out: found {self.out}, accepted is a file name ending in .png")
+        if not 1 <= self.scale <= MAX_SCALE:
+            raise InputError(f"--scale: found {self.scale}, accepted is a whole number from 1 to {MAX_SCALE}")
+        if not all(MIN_SIDE_PX <= side * self.scale <= MAX_SIDE_PX for side in self.size_px):
+            width, height = self.size_px
+            raise InputError(
+                f"--size: found {width}x{height} at scale {self.scale}, accepted are sides "
+                f"of {MIN_SIDE_PX} to {MAX_SIDE_PX} pixels, scale included"
+            )
+        self._check_heatmap()
+        self._check_rays()
+
+    def _check_heatmap(self) -> None:
+        for name, share in (("threshold", self.threshold), ("opacity", self.opacity)):
+            if share is not None and not 0.0 <= share <= 1.0:
+                raise InputError(f"--{name}: found {share:g}, accepted is a number from 0 to 1")
+        if self.slice_m is not None and not -math.inf < self.slice_m[0] < self.slice_m[1] < math.inf:
+            low, high = self.slice_m
+            raise InputError(
+                f"--slice: found {low:g} {high:g}, accepted are two heights in metres, FROM below TO"
+            )
+        if (self.heat == "change") != (self.baseline is not None):
+            raise InputError(
+                "--heatmap change shows what a rig gains and loses against --baseline RIG: give both, or neither"
+            )
+
+    def _check_rays(self) -> None:
+        if not 0.0 <= self.rays.opacity <= 1.0:
+            raise InputError(f"--ray-opacity: found {self.rays.opacity:g}, accepted is a number from 0 to 1")
+        if not LEAST_DENSITY <= self.rays.density <= MOST_DENSITY:
+            raise InputError(
+                f"--ray-density: found {self.rays.density:g}, accepted is a number "
+                f"from {LEAST_DENSITY:g} to {MOST_DENSITY:g}"
+            )
+
+
+def parse_size(text: str) -> tuple[int, int]:
+    """Width and height of a text such as "1280x800"; InputError when it is not one."""
+    match = re.fullmatch(r"(\d{1,6})x(\d{1,6})", text.strip().lower())
+    if match is None:
+        raise InputError(f"--size: found {text}, accepted is WIDTHxHEIGHT in pixels, such as 1280x800")
+    return int(match[1]), int(match[2])
+
+
+def render(name: str, scene: SceneOptions, picture: Picture) -> None:
+    """Score a rig on a scene and draw both."""
+    prepare_drawing()
+    require_writable(picture.out)
+    rig = rig_called(name)
+    baseline = rig_called(picture.baseline) if picture.baseline is not None else None
+    body = _mesh_of(rig, name)
+    pog, field = load_with_progress(scene.for_rigs([rig], ScoreOptions()))
+    with progress_bar("Casting rays"):
+        engine = Engine(field)
+        evaluation = engine.evaluate(rig)
+        assert evaluation is not None
+        marks = marks_for(picture.heat, engine, evaluation)
+        before = engine.evaluate(baseline) if baseline is not None else None
+        if before is not None:
+            marks = replace(marks, baseline=seen_words(before), baseline_name=before.rig.name)
+    draw(pog, field, evaluation, marks, picture, body)
+    width, height = (side * picture.scale for side in picture.size_px)
+    results().print(f"{picture.out}: {width} x {height} pixels", soft_wrap=True, markup=False)
+
+
+def _mesh_of(rig: Rig, name: str) -> BodyMesh | None:
+    """The mesh of the vehicle when the rig file names one, seen from its folder."""
+    vehicle = rig.vehicle
+    return read_mesh(mesh_path(vehicle.body, Path(name).parent)) if vehicle.has_mesh_file else None
+
+
+def draw(
+    pog: Pog,
+    field: EntropyField,
+    evaluation: Evaluation,
+    marks: Marks,
+    picture: Picture,
+    body: BodyMesh | None = None,
+) -> None:
+    """Draw an evaluated rig with its rays and the heatmap of a class; call `prepare_drawing` before."""
+    from riglens.app.rendering.picture import Findings, PictureWords, with_words
+    from riglens.widgets.heatmap.scale import DEFAULT_LOOK, HeatLook
+    from riglens.widgets.theme import palette
+    from riglens.widgets.viewport.scene_state import SceneState
+    from riglens.widgets.viewport.still import render_still
+
+    look = HeatLook(
+        DEFAULT_LOOK.threshold if picture.threshold is None else picture.threshold,
+        picture.log,
+        DEFAULT_LOOK.opacity if picture.opacity is None else picture.opacity,
+        picture.slice_m,
+    )
+    with progress_bar("Drawing"):
+        cells = Heatmaps(DisplayGrid.build(pog, field)).heatmap(picture.heat, picture.class_name, marks)
+        rig = evaluation.rig
+        state = SceneState(
+            vehicle=rig.vehicle, body_mesh=body, rig=rig, grid=field.grid, heatmap=cells, heat_look=look,
+            ray_look=picture.rays, palette=palette(picture.theme == "dark"),
+        )  # fmt: skip
+        words = PictureWords(picture.legend, picture.title, picture.scores)
+        state = with_words(state, words, Findings(rig, evaluation.scores, evaluation.settings, field))
+        render_still(
+            state, picture.size_px, picture.scale, picture.out, picture.transparent, view=picture.view
+        )

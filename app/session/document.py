@@ -1,0 +1,185 @@
+"""The one mutable thing behind the window: the rig being edited, what is selected and hidden, and its file.
+
+Gizmo, tree and inspector only follow this document; they never talk to each other, so they always agree.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from riglens.app.session.open_rig import Names, OpenRig
+from riglens.core.errors import InputError
+from riglens.core.rig.edit_names import Edit, describe
+from riglens.core.rig.history import Marks
+from riglens.core.rig.many import duplicated, free_name, list_text, with_enabled, without
+from riglens.core.rig.mirror import in_step
+from riglens.core.rig.model import MAX_SENSORS, Camera, Lidar, Rig
+from riglens.core.rig.yaml_file import RigFile
+
+DUPLICATE_OFFSET_M = 0.2
+MERGE_S = 1.0
+"""Edits of the same numbers within so long of each other are one undo step: nudges, spin-box steps, the wheel."""
+
+
+class Document(OpenRig):
+    """The rig that is open, and everything that can be done to it, each as one undo step.
+
+    `clock` tells seconds, to see which edits follow closely.
+    """
+
+    def __init__(
+        self,
+        rig: Rig,
+        rig_file: RigFile | None = None,
+        path: Path | None = None,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        super().__init__(rig, rig_file, path)
+        self._clock = clock
+        self._last_edit_s = -MERGE_S
+        self._is_grouping = False
+
+    # ------------------------------------------------------------------ edits, one undo step each
+    def apply(self, rig: Rig, label: str = "", marks: Marks | None = None) -> None:
+        """Make `rig` the current one, as one undo step; nothing happens when it says the same.
+
+        `label` is for the Edit menu, in lower case; without one it says what changed. Repeated edits of the same
+        numbers become one step. `marks` are what is hidden and locked from then on, None for no change.
+        """
+        self.cancel_drag()
+        rig = in_step(self.rig, rig)
+        if self._is_grouping:
+            self._history.preview(rig)
+            return
+        edit = describe(self.rig, rig)
+        now_s = self._clock()
+        continues = edit.continues(self._last_edit) and now_s - self._last_edit_s <= MERGE_S
+        self._last_edit, self._last_edit_s = edit, now_s
+        if self._history.apply(label or edit.label, rig, continues, marks):
+            self._rig_moved_on()
+
+    @contextmanager
+    def group(self, label: str) -> Iterator[None]:
+        """Make all edits inside one undo step, such as "align 3 sensors"; others hear of the rig at the end.
+
+        An exception takes all of them back and goes on. A group inside a group is part of the outer one.
+        """
+        if self._is_grouping:
+            yield
+            return
+        self.cancel_drag()
+        self._history.begin(label)
+        self._is_grouping = True
+        end = self._history.cancel
+        try:
+            yield
+            end = self._history.commit
+        finally:
+            self._is_grouping = False
+            self._last_edit = Edit("")
+            end()
+            self._keep_selection_real()
+            self._rig_moved_on()
+
+    def _keep_selection_real(self) -> None:
+        if self.selected not in self._names():
+            self.select(None)
+
+    def replace_sensor(self, name: str, sensor: Lidar | Camera) -> None:
+        """Exchange one sensor; a new name takes selection and visibility along, InputError when taken."""
+        self.cancel_drag()
+        self._refuse_locked((name,))
+        if sensor.name != name and sensor.name in self._names():
+            raise InputError(f"name: '{sensor.name}' is used by another sensor; names must be unique")
+        was_selected = self.selected == name
+        if was_selected:
+            self.selected = sensor.name
+        self.apply(self.rig.with_sensor(name, sensor), marks=self._marks_with(name, sensor.name))
+        if was_selected and sensor.name != name:
+            self.selection_changed.emit()
+
+    def _marks_with(self, name: str, new_name: str) -> Marks:
+        """What is hidden and locked once a sensor has another name."""
+        hidden = self.hidden - {name} | {new_name} if name in self.hidden else self.hidden
+        return Marks(hidden, self.locked)
+
+    def rename(self, name: str, new_name: str) -> None:
+        """Give a sensor another name; InputError when it is empty or taken."""
+        if not new_name.strip():
+            raise InputError("name: found nothing, accepted is any text that no other sensor uses")
+        self.replace_sensor(name, self.rig.sensor(name).replace(name=new_name.strip()))
+
+    def set_enabled(self, names: Names, enabled: bool) -> None:
+        """Count sensors in the scores or not."""
+        self._refuse_locked(names)
+        word = "enable" if enabled else "disable"
+        self.apply(with_enabled(self.rig, names, enabled), f"{word} {list_text(names)}")
+
+    def add(self, sensor: Lidar | Camera) -> str:
+        """Append a sensor under a free name and select it; returns the name."""
+        self.cancel_drag()
+        if len(self.rig.sensors) >= MAX_SENSORS:
+            raise InputError(f"sensors: a rig holds at most {MAX_SENSORS}; delete one first")
+        name = free_name(self._names(), sensor.name)
+        alone = sensor.replace(name=name, mirror_of=None)
+        self.apply(self.rig.replace(sensors=(*self.rig.sensors, alone)), f"add {name}")
+        self.select(name)
+        return name
+
+    def duplicate(self, names: Names) -> Names:
+        """Add copies of sensors a little to their left and select the last; returns the copies' names."""
+        self.cancel_drag()
+        rig, copies = duplicated(self.rig, names, DUPLICATE_OFFSET_M)
+        self.apply(rig, f"duplicate {list_text(names)}")
+        self.select(copies[-1])
+        return copies
+
+    def delete(self, names: Names) -> None:
+        """Remove sensors."""
+        self.cancel_drag()
+        self._refuse_locked(names)
+        if self.selected in names:
+            self.select(None)
+        self.apply(without(self.rig, names), f"delete {list_text(names)}")
+
+    # ------------------------------------------------------------------ undo
+    def undo(self) -> None:
+        """Take back one step; during a drag, only the drag."""
+        self._travel(self._history.undo)
+
+    def redo(self) -> None:
+        """Do the step again that was taken back last."""
+        self._travel(self._history.redo)
+
+    def _travel(self, step: Callable[[], bool]) -> None:
+        if self.is_dragging:
+            self.cancel_drag()
+            return
+        self._last_edit = Edit("")
+        before, hidden, locked = self.selected, self.hidden, self.locked
+        place = self._place_of_selection()
+        step()
+        self.selected = self._selection_after(place)
+        self._rig_moved_on()
+        changes = (
+            (before, self.selected, self.selection_changed),
+            (hidden, self.hidden, self.hidden_changed),
+            (locked, self.locked, self.locked_changed),
+        )
+        for old, new, changed in changes:
+            if old != new:
+                changed.emit()
+
+    def _place_of_selection(self) -> int:
+        """Index of the selected sensor; one past the end when nothing is selected."""
+        names = [sensor.name for sensor in self.rig.sensors]
+        return names.index(self.selected) if self.selected in names else len(names)
+
+    def _selection_after(self, place: int) -> str | None:
+        """What stays selected after a step: the same name, or the sensor that was only renamed."""
+        if self.selected is None or self.selected in self._names():
+            return self.selected
+        return self.rig.sensors[place].name if place < len(self.rig.sensors) else None

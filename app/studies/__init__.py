@@ -1,0 +1,1 @@
+"""Studies for a reader: their tables in words, charts, pages."""

@@ -1,0 +1,125 @@
+"""`riglens study accuracy`: measure, print the table and the findings, write chart and CSV."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from rich import box
+from rich.table import Table
+from rich.text import Text
+
+from riglens.app.commands.console import note, progress_bar, results
+from riglens.app.commands.jobs import load_with_progress, rig_called
+from riglens.app.evaluation.options import SceneOptions, ScoreOptions
+from riglens.app.evaluation.scenario import load_field
+from riglens.app.studies.chart import PICTURES, chart, picture
+from riglens.core.errors import InputError
+from riglens.core.files import atomic_write, require_writable
+from riglens.core.metric.entropy import EntropyField
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.study.accuracy import require_sensors, study_accuracy
+from riglens.core.study.accuracy_points import Plan, Point, Study
+from riglens.core.study.accuracy_text import caption, edge_text, percent, point_text, verdicts
+
+OTHER_EDGES = (0.5, 2.0, 4.0)
+"""Voxel edges measured as well, as multiples of the one asked for; the first is the reference of S-MS."""
+QUICK = Plan(repetitions=1, lattices=("1/2", "1/4"))
+FILES = (*(f"accuracy.{file_format}" for file_format in PICTURES), "accuracy.csv")
+
+
+def study(rig_name: str, scene: SceneOptions, score: ScoreOptions, folder: Path, quick: bool) -> None:
+    """Measure time and error of all methods and settings for one rig, and write the results into a folder."""
+    rig = rig_called(rig_name)
+    require_sensors(rig)
+    _require_folder(folder)
+    plan = replace(QUICK if quick else Plan(), threads=score.threads, camera_weight=score.camera_weight)
+    _, field = load_with_progress(scene)
+    edges = OTHER_EDGES[1:] if quick else OTHER_EDGES
+    fields = {field.grid.voxel_m: field, **_other_fields(scene, field.grid.voxel_m, edges)}
+    with progress_bar("Measuring") as progress:
+        found = study_accuracy(fields, field.grid.voxel_m, rig, plan, progress)
+    _write(found, field.data.short_source, folder)
+    _print(found, field.data.short_source, folder)
+
+
+def _require_folder(folder: Path) -> None:
+    """Make the folder if there is none; InputError when the files cannot be written there."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"--out {folder}: cannot be made a folder: {error.strerror}") from error
+    for name in FILES:
+        require_writable(folder / name)
+
+
+def _other_fields(scene: SceneOptions, voxel_m: float, edges: tuple[float, ...]) -> dict[float, EntropyField]:
+    """The same scene with other voxel edges, as far as they fit into the ROI and the memory."""
+    if scene.pog is not None:
+        note(f"--pog {scene.pog} holds one grid only: no other voxel edge is measured")
+        return {}
+    fields = {}
+    for factor in edges:
+        other = replace(scene, voxel_m=factor * voxel_m)
+        try:
+            with progress_bar(f"Building the POG at {edge_text(factor * voxel_m)}") as progress:
+                fields[factor * voxel_m] = load_field(other, progress)[1]
+        except InputError as error:
+            note(f"{edge_text(factor * voxel_m)} is left out: {error}")
+    return fields
+
+
+def _write(found: Study, source: str, folder: Path) -> None:
+    with atomic_write(folder / "accuracy.csv", "w") as text:
+        text.write(found.to_csv())
+    figure = chart(found, source)
+    for file_format in PICTURES:
+        with atomic_write(folder / f"accuracy.{file_format}") as stream:
+            stream.write(picture(figure, file_format))
+
+
+def _print(found: Study, source: str, folder: Path) -> None:
+    console = results()
+    console.print(accuracy_table(found))
+    for line in (*verdicts(found), "", caption(found, source)):
+        console.print(line, soft_wrap=True, markup=False)
+    console.print(f"{', '.join(FILES)} in {folder}", soft_wrap=True, markup=False)
+
+
+def accuracy_table(found: Study) -> Table:
+    """All points, the fastest last per kind; ● marks the Pareto fronts."""
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    table.add_column("method and setting", no_wrap=True)
+    for title in (
+        "rays",
+        "median\nms",
+        "missed\nvoxels",
+        "extra\nvoxels",
+        "",
+        "S-MS error\ngrid",
+        "S-MS error\nshortcut",
+        "",
+    ):
+        table.add_column(title, justify="right", no_wrap=True)
+    for point in found.points:
+        name = Text(point_text(point, found), "bold" if point is found.own else "")
+        table.add_row(
+            name, f"{point.rays:,}", f"{point.median_ms:.3g}", *_voxel_cells(point), *_score_cells(point)
+        )
+    return table
+
+
+def _voxel_cells(point: Point) -> tuple[str, str, str]:
+    if point.wrong is None:
+        return "n/a", "n/a", ""
+    return percent(point.wrong.missed), percent(point.wrong.extra), "●" if point.on_voxel_front else ""
+
+
+def _score_cells(point: Point) -> tuple[str, str, str]:
+    """The two parts of the error for the class whose sum is the largest."""
+    parts = [(point.grid_error[cls], point.shortcut_error[cls]) for cls in CLASSES]
+    known = [(grid, cut) for grid, cut in parts if grid is not None and cut is not None]
+    if not known:
+        return "n/a", "n/a", ""
+    grid, cut = max(known, key=sum)
+    return percent(grid), percent(cut), "●" if point.on_score_front else ""

@@ -1,0 +1,155 @@
+"""`riglens study stability`: judge methods and metric, print both tables, write CSV and HTML."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+
+from rich import box
+from rich.table import Table
+from rich.text import Text
+
+from riglens.app.commands.console import note, progress_bar, results
+from riglens.app.commands.jobs import load_with_progress
+from riglens.app.evaluation.options import SceneOptions, ScoreOptions
+from riglens.app.evaluation.scenario import load_field, source_of
+from riglens.app.studies.stability_findings import conclusion, findings, methods_verdict
+from riglens.app.studies.stability_html import page
+from riglens.core.errors import InputError
+from riglens.core.files import atomic_write, require_writable
+from riglens.core.metric.entropy import EntropyField
+from riglens.core.scene.boxes import CLASSES, Progress
+from riglens.core.study.accuracy_text import edge_text
+from riglens.core.study.rankings import RayLattice
+from riglens.core.study.stability import EDITS, QUICK_EDITS, StabilityStudy, method_rows
+from riglens.core.study.stability_methods import METHODS, TITLES, Outcome, Row
+from riglens.core.study.stability_metric import Plan, study_metric
+from riglens.core.study.stability_text import READING_THE_TABLE, Cell, Line, caption, lines
+
+QUICK = Plan(edge_factors=(4.0, 2.0), lattices=(RayLattice((176, 64)), RayLattice((704, 256))), resamples=5)
+FILES = ("stability.html", "stability-methods.csv", "stability-metric.csv")
+STYLES = {"ok": "green", "fails": "bold red", "n.a.": "dim"}
+WORDS = {"ok": "holds", "fails": "fails", "n.a.": "n.a."}
+
+
+def study(scene: SceneOptions, score: ScoreOptions, folder: Path, quick: bool, edits: int | None) -> None:
+    """Run both parts of the study and write the results into a folder."""
+    if edits is not None and edits < 1:
+        raise InputError(f"--edits: found {edits}, accepted is a whole number from 1 up")
+    _require_folder(folder)
+    field = load_with_progress(scene)[1]
+    plan = replace(
+        QUICK if quick else Plan(),
+        voxel_m=field.grid.voxel_m,
+        camera_weight=score.camera_weight,
+        threads=score.threads,
+    )
+    with progress_bar("Trying the methods") as progress:
+        rows = method_rows(quick, edits or (QUICK_EDITS if quick else EDITS), score.threads, progress)
+    if scene.pog is not None:
+        note(f"--pog {scene.pog} holds one grid and no frames: δ is not varied and no frames are resampled")
+    source = None if scene.pog is not None else source_of(scene)
+    with progress_bar("Ranking the paper's rigs") as progress:
+        metric = study_metric(field, _grids(scene), source, plan, progress)
+    found = StabilityStudy(rows, metric)
+    _write(found, field.data.short_source, folder)
+    _print(found, field.data.short_source, folder)
+
+
+def _require_folder(folder: Path) -> None:
+    """Make the folder if there is none; InputError when the files cannot be written there."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"--out {folder}: cannot be made a folder: {error.strerror}") from error
+    for name in FILES:
+        require_writable(folder / name)
+
+
+def _grids(scene: SceneOptions) -> Callable[[float, Progress], EntropyField | None]:
+    """The scene at other voxel edges, as far as they fit into the ROI and the memory."""
+
+    def at(voxel_m: float, progress: Progress) -> EntropyField | None:
+        if scene.pog is not None:
+            return None
+        try:
+            return load_field(replace(scene, voxel_m=voxel_m), progress)[1]
+        except InputError as error:
+            note(f"{edge_text(voxel_m)} is left out: {error}")
+            return None
+
+    return at
+
+
+def _write(found: StabilityStudy, source: str, folder: Path) -> None:
+    texts = (page(found, source), found.methods_csv(), found.metric_csv())
+    for name, text in zip(FILES, texts, strict=True):
+        with atomic_write(folder / name, "w") as stream:
+            stream.write(text)
+
+
+def _print(found: StabilityStudy, source: str, folder: Path) -> None:
+    console = results()
+
+    def say(*sentences: str) -> None:
+        for sentence in sentences:
+            console.print(sentence, markup=False)
+
+    console.print(methods_table(found.rows))
+    say(
+        "plain way: DDA in doubles, voxel by voxel; without rays, what one would write without thinking twice"
+    )
+    say(*methods_verdict(found.rows), "", caption(found.metric, source))
+    console.print(orders_table(lines(found.metric)))
+    say(READING_THE_TABLE, "")
+    console.print(findings_table(found))
+    say("", *conclusion(found.metric))
+    console.print(f"{', '.join(FILES)} in {folder}", soft_wrap=True, markup=False)
+
+
+def findings_table(found: StabilityStudy) -> Table:
+    """What is expected of the metric, the verdict before it."""
+    table = Table.grid(padding=(0, 1))
+    for finding in findings(found.metric):
+        verdict = Text(WORDS[finding.verdict], STYLES[finding.verdict])
+        table.add_row(verdict, Text.assemble((finding.claim, "bold"), f": {finding.evidence}"))
+    return table
+
+
+def methods_table(rows: tuple[Row, ...]) -> Table:
+    """Part 1: a case per row, what the methods did beside the right answer."""
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    table.add_column("case", no_wrap=True)
+    table.add_column("rays", justify="right", no_wrap=True)
+    for title in ("exact", *(TITLES[method] for method in METHODS)):
+        table.add_column(title, no_wrap=True)
+    for row in rows:
+        rays = "" if row.rays is None else f"{row.rays:,}"
+        outcomes = (_outcome(row.outcomes[method]) for method in METHODS)
+        table.add_row(Text(row.case), rays, Text(row.exact), *outcomes)
+    return table
+
+
+def _outcome(outcome: Outcome) -> Text:
+    return Text(outcome.text, STYLES[outcome.verdict])
+
+
+def orders_table(found: Iterator[Line]) -> Table:
+    """Part 2: a setting per row; for each class the correlations and the orders of LiDARs and cameras."""
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    table.add_column("\nsetting", no_wrap=True)
+    for cls in CLASSES:
+        table.add_column("\nτ", justify="right", no_wrap=True)
+        table.add_column("\nρ", justify="right", no_wrap=True)
+        table.add_column(f"{cls}\norders", no_wrap=True)
+    for line in found:
+        table.add_row(Text(line.setting), *(text for cell in line.cells for text in _cells(cell)))
+    return table
+
+
+def _cells(cell: Cell) -> tuple[Text, ...]:
+    figures = [Text("-" if figure is None else f"{figure:.2f}") for figure in (cell.tau, cell.rho)]
+    lidars = (cell.lidars or "-", "" if cell.lidars_as_default else "red")
+    cameras = (cell.cameras or "-", "" if cell.cameras_as_default else "red")
+    return *figures, Text.assemble(lidars, " ", cameras)

@@ -1,0 +1,105 @@
+"""The status bar: whether the numbers are exact, the time of the last edit, and what they are computed on."""
+
+from __future__ import annotations
+
+from PySide6.QtWidgets import QLabel, QStatusBar, QWidget
+
+from riglens.app.evaluation.requests import Approximation, LoadedScene, Result
+from riglens.widgets.panels.progress_strip import ProgressStrip
+
+UPDATING = "updating…"
+NO_DATA = "no box data, no scores"
+COARSE_NOTE = (
+    "An exact answer takes longer than a frame here.\nScores marked ≈ are estimated on larger voxels; "
+    "the exact ones replace them as soon as the mouse rests."
+)
+
+
+class StatusBar(QStatusBar):
+    """State on the left, scene on the right, and a strip per piece of long work between them."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setSizeGripEnabled(False)
+        self.state, self.time, self.scene = QLabel(UPDATING), QLabel(), QLabel()
+        self._is_coarse = False
+        self._waiting = UPDATING
+        self._last: Result | None = None
+        self.state.setMinimumWidth(80)
+        self.addWidget(self.state)
+        self.addWidget(self.time)
+        self.addPermanentWidget(self.scene)
+
+    def add_strip(self, title: str) -> ProgressStrip:
+        """Room for the progress of one piece of work; the last one that was added is the leftmost."""
+        strip = ProgressStrip(title)
+        self.insertPermanentWidget(2, strip)  # behind state and time
+        return strip
+
+    def set_updating(self) -> None:
+        """The numbers shown are of an earlier state; coarse ones are said to be so until the next are there."""
+        if not self._is_coarse:
+            self.state.setText(self._waiting)
+
+    def set_no_data(self) -> None:
+        """No scores are coming: there is nothing to compute them on."""
+        self._waiting = NO_DATA
+        self.set_updating()
+
+    def show_approximation(self, first: Approximation) -> None:
+        """Say that the numbers are coarse, and that this is not the end."""
+        self._is_coarse = True
+        self.state.setText(f"coarse (δ {first.voxel_m:g} m), exact follows")
+        self.state.setToolTip(COARSE_NOTE)
+        self.time.setText(f"coarse answer {first.elapsed_ms:.1f} ms")
+
+    def show_result(self, result: Result, is_current: bool) -> None:
+        """Say how long the evaluation took."""
+        self.state.setText("exact" if is_current else UPDATING)
+        evaluation = result.evaluation
+        self.state.setToolTip(f"method {evaluation.settings.method}, {evaluation.threads} threads")
+        if self._last is None or self._last.scene is not result.scene:
+            self.time.setText(f"first answer {duration_text(evaluation.elapsed_ms)}")
+        elif self._is_coarse or _is_edit(self._last, result):
+            self.time.setText(f"last edit {duration_text(evaluation.elapsed_ms)}")
+        self._last, self._is_coarse = result, False
+
+    def show_scene(self, scene: LoadedScene) -> None:
+        """Say what the scores are computed on."""
+        field = scene.field
+        self._waiting = UPDATING
+        self.scene.setText(scene_line(scene))
+        boxes = ", ".join(f"{count:,} {name}" for name, count in field.data.boxes.items())
+        unmapped = (
+            f"; {field.data.unmapped.total():,} boxes of other classes do not count"
+            if field.data.unmapped
+            else ""
+        )
+        self.scene.setToolTip(f"{field.data.source}\n{boxes}{unmapped}")
+
+
+def _is_edit(before: Result, after: Result) -> bool:
+    """Whether rig or settings changed, and not only what is shown of them, such as the class."""
+    return (before.request.rig, before.request.settings) != (after.request.rig, after.request.settings)
+
+
+def scene_line(scene: LoadedScene) -> str:
+    """Voxel edge, informative voxels, data set and frames in one line."""
+    field = scene.field
+    return (
+        f"δ {field.grid.voxel_m:g} m  ·  {count_text(field.index.count)} informative voxels  ·  "
+        f"{field.data.short_source}  ·  T = {field.data.frames:,} frames"
+    )
+
+
+def duration_text(elapsed_ms: float) -> str:
+    """Milliseconds, or seconds from the first one on."""
+    return f"{elapsed_ms:.1f} ms" if elapsed_ms < 1000.0 else f"{elapsed_ms / 1000.0:.1f} s"
+
+
+def count_text(count: int) -> str:
+    """A count with three digits and a unit."""
+    for size, unit in ((1_000_000, " M"), (1_000, " k")):
+        if count >= size:
+            return f"{count / size:.3g}{unit}"
+    return str(count)

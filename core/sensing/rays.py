@@ -1,0 +1,156 @@
+"""The rays of a sensor: the very doubles that the metric casts and the window draws."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from riglens.core.geometry import Vec3
+from riglens.core.kernels import codes
+from riglens.core.kernels.directions import directions
+from riglens.core.rig.model import Camera, Lidar
+from riglens.core.scene.grid import VoxelGrid
+from riglens.core.sensing.camera import cast_px, pixel_directions
+
+Ids = NDArray[np.int64]
+_AT_ONCE = 1 << 16
+
+
+@dataclass(frozen=True)
+class Rays:
+    """Rays in the vehicle frame: `origin_m` (3,), unit `directions` (n, 3), `range_m` (from, to) in metres."""
+
+    origin_m: Vec3
+    directions: NDArray[np.float64]
+    range_m: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Lattice:
+    """Tables from which the directions of a sensor's rays follow, ray = row * planes + plane.
+
+    rows (r, 2): a LiDAR's beams, a camera's image rows; planes (p, 2): azimuths or image columns. Lens distortion
+    and azimuth offsets fit no such tables: rows (n, 3) are then the directions themselves, of those rays that
+    there are (see `riglens.core.kernels.lattice`).
+    """
+
+    kind: int
+    rows: NDArray[np.float64]
+    planes: NDArray[np.float64]
+
+    def directions(self, rays: Ids | None = None) -> NDArray[np.float64]:
+        """Directions in the sensor frame of all rays, or of some by number, (n, 3)."""
+        every = np.arange(len(self.rows) * len(self.planes)) if rays is None else rays
+        return directions(self.kind, self.rows, self.planes, every)
+
+
+def lidar_lattice(lidar: Lidar) -> Lattice:
+    """Directions (cos e cos a, cos e sin a, sin e), beam by beam (paper, eq. 2, as its text means it)."""
+    elevation, azimuth = np.radians(lidar.elevations()), np.radians(lidar.azimuths())
+    rows = np.stack([np.cos(elevation), np.sin(elevation)], axis=1)
+    return Lattice(codes.LIDAR, rows, np.stack([np.cos(azimuth), np.sin(azimuth)], axis=1))
+
+
+def camera_lattice(camera: Camera) -> Lattice:
+    """Rays through pixel centres of the resized image, row by row (paper, eq. 3-5).
+
+    w = (u + 1/2) w0 / u0, h = (v + 1/2) h0 / v0; (1, -(w - cx) / fx, -(h - cy) / fy), normalised.
+    """
+    fx_px, fy_px, cx_px, cy_px = camera.intrinsics_px()
+    w = (np.arange(camera.cast[0]) + 0.5) * camera.image[0] / camera.cast[0]
+    h = (np.arange(camera.cast[1]) + 0.5) * camera.image[1] / camera.cast[1]
+    y, z = -(w - cx_px) / fx_px, -(h - cy_px) / fy_px
+    rows = np.stack([z, np.zeros_like(z)], axis=1)
+    return Lattice(codes.CAMERA, rows, np.stack([y, np.zeros_like(y)], axis=1))
+
+
+def lattice(sensor: Lidar | Camera) -> Lattice:
+    """The ray lattice of a sensor in its own frame."""
+    if is_listed(sensor):
+        return _listed(sensor.model_copy(update=_NOWHERE))
+    return lidar_lattice(sensor) if isinstance(sensor, Lidar) else camera_lattice(sensor)
+
+
+def is_listed(sensor: Lidar | Camera) -> bool:
+    """Whether rays have to be told one by one: a lens with distortion, beams with azimuth offsets."""
+    if isinstance(sensor, Camera):
+        return sensor.distortion is not None
+    return sensor.azimuth_offsets_deg is not None
+
+
+_NOWHERE = {
+    **{"name": "", "model": None, "enabled": True},
+    **{"position": (0.0, 0.0, 0.0), "rpy_deg": (0.0, 0.0, 0.0), "range_m": (0.0, math.inf)},
+}
+
+
+@lru_cache(maxsize=4)
+def _listed(sensor: Lidar | Camera) -> Lattice:
+    """The lattice of a listed sensor that stands nowhere: the same one through a whole drag."""
+    parts = []
+    for start in range(0, sensor.ray_count, _AT_ONCE):
+        found = local_directions(sensor, np.arange(start, min(start + _AT_ONCE, sensor.ray_count)))
+        parts.append(found[~np.isnan(found[:, 0])])
+    return Lattice(codes.LISTED, np.concatenate(parts), np.zeros((1, 2)))
+
+
+def local_directions(sensor: Lidar | Camera, rays: Ids) -> NDArray[np.float64]:
+    """Directions in the sensor frame of rays by number (row * planes + plane), (n, 3); NaN: the lens has none."""
+    if not is_listed(sensor):
+        return lattice(sensor).directions(rays)
+    if isinstance(sensor, Camera):
+        return pixel_directions(sensor, cast_px(sensor, rays))
+    azimuths = sensor.azimuths()
+    beam, turn = rays // azimuths.size, rays % azimuths.size
+    elevation = np.radians(sensor.elevations()[beam])
+    azimuth = np.radians(azimuths[turn] + np.array(sensor.azimuth_offsets_deg)[beam])
+    flat = np.cos(elevation)
+    return np.stack([flat * np.cos(azimuth), flat * np.sin(azimuth), np.sin(elevation)], axis=-1)
+
+
+def missing_ray_count(sensor: Lidar | Camera) -> int:
+    """Rays of a camera's lattice that are not cast, because its lens model gives their pixels no direction."""
+    return (
+        sensor.ray_count - len(lattice(sensor).rows)
+        if isinstance(sensor, Camera) and is_listed(sensor)
+        else 0
+    )
+
+
+def rotate(rotation: NDArray[np.float64], directions: NDArray[np.float64]) -> NDArray[np.float64]:
+    """R d for directions (n, 3), summed from left to right, as the kernels do (no BLAS, no fused operations)."""
+    x, y, z = directions[:, 0], directions[:, 1], directions[:, 2]
+    return np.stack([(row[0] * x + row[1] * y) + row[2] * z for row in rotation], axis=-1)
+
+
+def sensor_rays(sensor: Lidar | Camera, rows: Ids | None = None) -> Rays:
+    """Rays of a sensor in the vehicle frame: all that it casts, or some by number.
+
+    `rows` (k,) counts over the whole lattice, row * planes + plane; a ray that the lens model has not is NaN then.
+    """
+    local = lattice(sensor).directions() if rows is None else local_directions(sensor, rows)
+    return Rays(sensor.position, rotate(sensor.pose.rotation(), local), sensor.range_m)
+
+
+def clip_to_roi(grid: VoxelGrid, rays: Rays) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Where each ray enters and leaves the ROI and its range, metres along the ray, (n,) each; t1 <= t0: it misses.
+
+    For drawing and culling; the metric clips exactly.
+    """
+    low = np.array(grid.origin_m)
+    high = low + np.array(grid.shape) * grid.voxel_m
+    origin = np.array(rays.origin_m)
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        first = (low - origin) / rays.directions
+        second = (high - origin) / rays.directions
+    flat = rays.directions == 0.0
+    inside = (low <= origin) & (origin < high)
+    first = np.where(flat, np.where(inside, -math.inf, math.inf), first)
+    second = np.where(flat, np.where(inside, math.inf, -math.inf), second)
+    t0 = np.maximum(np.minimum(first, second).max(axis=1), rays.range_m[0])
+    t1 = np.minimum(np.maximum(first, second).min(axis=1), rays.range_m[1])
+    return t0, np.where(flat.any(axis=1) & ~(inside | ~flat).all(axis=1), t0, t1)

@@ -1,0 +1,93 @@
+"""Mesh files of car bodies: where they lie, and reading them without trusting them."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from riglens.core.errors import InputError
+from riglens.core.vehicle.mesh import BodyMesh
+
+MAX_BYTES = 200_000_000
+SUFFIXES = (".glb", ".gltf", ".obj", ".ply", ".stl")
+TIME_LIMIT_S = 120.0
+_POLL_S = 0.05
+
+
+def mesh_path(body: str, folder: Path | None) -> Path:
+    """Where the mesh file of a vehicle lies: `vehicle.body` is seen from the folder of the rig file."""
+    path = Path(body).expanduser()
+    return path if path.is_absolute() or folder is None else folder / path
+
+
+def mesh_name(path: Path, folder: Path | None) -> str:
+    """How a rig file in a folder names a mesh: from there where the mesh lies below it, in full elsewhere."""
+    path = path.absolute()
+    if folder is not None and path.is_relative_to(folder.absolute()):
+        path = path.relative_to(folder.absolute())
+    return path.as_posix()
+
+
+def read_mesh(path: Path, still_wanted: Callable[[], object] = lambda: None) -> BodyMesh:
+    """Read a mesh file in a process of its own; the numbers are in the file's unit, z up, x forward.
+
+    `still_wanted` is called again and again meanwhile; an exception from it stops the reading. Raises InputError
+    that names the file: missing, of another kind, too large, damaged, or too slow to read.
+    """
+    where = f"vehicle.body: {path}" if str(path).isprintable() else f"vehicle.body: {str(path)!r}"
+    if path.suffix.lower() not in SUFFIXES:
+        accepted = "sedan, suv, van, truck or the path of a mesh file: " + ", ".join(SUFFIXES)
+        raise InputError(f"vehicle.body: found '{path.name}', accepted is {accepted}")
+    try:
+        size = path.stat().st_size if path.is_file() else -1
+    except OSError:
+        size = -1
+    if size < 0:
+        raise InputError(f"{where}: no such file")
+    if size > MAX_BYTES:
+        raise InputError(f"{where}: larger than {MAX_BYTES / 1e6:g} MB")
+    return _unpacked(_parsed_elsewhere(path, where, still_wanted), where)
+
+
+def _parsed_elsewhere(path: Path, where: str, still_wanted: Callable[[], object]) -> bytes:
+    environment = os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+    process = subprocess.Popen(
+        [sys.executable, "-m", "riglens.core.vehicle.mesh_parse", str(path.absolute())],
+        stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment,
+    )  # fmt: skip
+    ends_s = time.monotonic() + TIME_LIMIT_S
+    try:
+        while True:
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                packed, complaint = process.communicate(timeout=_POLL_S)
+                break
+            still_wanted()
+            if time.monotonic() > ends_s:
+                raise InputError(f"{where}: reading took more than {TIME_LIMIT_S:g} s")
+    finally:
+        if process.poll() is None:
+            process.kill()
+            process.communicate()
+    if process.returncode == 0:
+        return packed
+    said = complaint.decode("utf-8", "replace").strip().splitlines()
+    raise InputError(f"{where}: {said[-1] if said and process.returncode == 2 else 'cannot be read'}")
+
+
+def _unpacked(packed: bytes, where: str) -> BodyMesh:
+    try:
+        with np.load(io.BytesIO(packed), allow_pickle=False) as arrays:
+            return BodyMesh(
+                arrays["points"], arrays["normals"], arrays["triangles"],
+                arrays.get("colours"),
+            )  # fmt: skip
+    except Exception as error:  # the other process ended in the middle of its answer
+        raise InputError(f"{where}: cannot be read") from error

@@ -1,0 +1,204 @@
+"""Reads a mesh file and prints its arrays: the part of reading that runs in a process of its own.
+
+A mesh file is foreign input and may make a parser loop, eat memory or crash; then only this process ends.
+Run as `python -m riglens.core.vehicle.mesh_parse FILE`; the arrays go to standard output as an npz archive, a
+complaint to standard error with exit code 2.
+"""
+
+from __future__ import annotations
+
+import io
+import logging
+import os
+import sys
+from pathlib import Path
+from typing import Any, BinaryIO
+from urllib.parse import unquote, urlparse
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+from trimesh.resolvers import Resolver
+
+from riglens.core.errors import InputError
+
+MAX_BYTES = 200_000_000
+MAX_TRIANGLES = 500_000
+MAX_MEMORY_BYTES = 6 << 30
+_PICTURES = (
+    ".png",
+    ".jpg",
+    ".jpeg",
+    ".webp",
+    ".bmp",
+    ".tga",
+    ".tif",
+    ".tiff",
+    ".gif",
+    ".ktx2",
+    ".dds",
+    ".hdr",
+)
+_Y_UP = np.array([[0.0, 0.0, 1.0, 0.0], [1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
+_GLTF = (".gltf", ".glb")
+_PLAIN = 170
+FARTHEST = 1e9
+Arrays = dict[str, NDArray[Any]]
+
+
+class FolderResolver(Resolver):
+    """Gives a parser the files that a mesh names, if they lie in its folder or below; textures are not read.
+
+    Parsers pass over what they cannot have, so the first thing refused is kept in `refused`.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder.resolve()
+        self._left = MAX_BYTES
+        self.refused = ""
+
+    def get(self, key: Any) -> bytes:
+        """The content of a file; OSError when it is not there or not wanted."""
+        name = unquote(str(key)).strip().replace("\\", "/")
+        path = (self._folder / name).resolve()
+        if urlparse(name).scheme or not path.is_relative_to(self._folder):
+            self._refuse(f"names '{name[:80]}', accepted are files in its own folder")
+        if path.suffix.lower() in _PICTURES:
+            raise FileNotFoundError(f"{name}: textures are not read")
+        if not path.is_file():
+            raise FileNotFoundError(name)
+        self._left -= path.stat().st_size
+        if self._left < 0:
+            self._refuse(f"names files of more than {MAX_BYTES / 1e6:g} MB")
+        return path.read_bytes()
+
+    def _refuse(self, why: str) -> None:
+        self.refused = self.refused or why
+        raise PermissionError(why)
+
+    def keys(self) -> list[str]:
+        """Names of the files there are; parsers never need the list."""
+        return []
+
+    def namespaced(self, namespace: str) -> FolderResolver:
+        """The same rules hold below a subfolder."""
+        return self
+
+    def write(self, name: str, data: Any) -> None:
+        """Reading writes nothing."""
+        raise PermissionError(name)
+
+
+def parse_mesh(path: Path) -> Arrays:
+    """Arrays points, normals, triangles and perhaps colours of a mesh file; InputError says what is wrong."""
+    resolver = FolderResolver(path.parent)
+    suffix = path.suffix.lower()
+    try:
+        with path.open("rb") as file:
+            scene = trimesh.load_scene(file, file_type=suffix[1:], resolver=resolver, allow_remote=False)
+        parts = _parts(scene)
+    except InputError:
+        raise
+    except MemoryError as error:
+        raise InputError("needs more memory than a car body may take") from error
+    except Exception as error:  # a parser fed with damaged bytes raises a dozen kinds of error
+        raise InputError(resolver.refused or f"not a readable {suffix} file") from error
+    if resolver.refused:
+        raise InputError(resolver.refused)
+    if not parts:
+        raise InputError("contains no triangles")
+    return _joined(parts, upright=suffix in _GLTF)
+
+
+def _parts(scene: Any) -> list[tuple[Any, NDArray[np.float64]]]:
+    """Every mesh of the scene with its place in it, (4, 4); instances count as often as they are drawn."""
+    parts, triangles = [], 0
+    for node in scene.graph.nodes_geometry:
+        place, name = scene.graph[node]
+        mesh = scene.geometry[name]
+        if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces):
+            triangles += len(mesh.faces)
+            if triangles > MAX_TRIANGLES:
+                raise InputError(f"has more than {MAX_TRIANGLES:,} triangles, please simplify it first")
+            parts.append((mesh, np.asarray(place, dtype=np.float64)))
+    return parts
+
+
+def _joined(parts: list[tuple[Any, NDArray[np.float64]]], upright: bool) -> Arrays:
+    """All parts as one mesh; glTF's y up, z ahead and x left become z up, x ahead and y left."""
+    pieces: dict[str, list[NDArray[Any]]] = {"points": [], "normals": [], "triangles": [], "colours": []}
+    count, coloured = 0, any(_colours(mesh) is not None for mesh, _ in parts)
+    for mesh, place in parts:
+        place = _Y_UP @ place if upright else place
+        corners, normals, triangles = _creased(mesh)
+        points = mesh.vertices[corners] @ place[:3, :3].T + place[:3, 3]
+        turned = normals @ np.linalg.pinv(place[:3, :3])
+        found = _colours(mesh)
+        colours = np.full((len(mesh.vertices), 3), _PLAIN, np.uint8) if found is None else found
+        pieces["points"].append(points)
+        pieces["normals"].append(turned / np.maximum(np.linalg.norm(turned, axis=1, keepdims=True), 1e-12))
+        pieces["triangles"].append(triangles + count)
+        pieces["colours"].append(colours[corners])
+        count += len(points)
+    types = {"points": np.float32, "normals": np.float32, "triangles": np.int32, "colours": np.uint8}
+    arrays = {name: np.concatenate(pieces[name]).astype(kind) for name, kind in types.items()}
+    if not coloured:
+        del arrays["colours"]
+    if not np.isfinite(arrays["points"]).all() or np.abs(arrays["points"]).max() > FARTHEST:
+        raise InputError(f"has points that are not finite numbers, or beyond {FARTHEST:g}")
+    return arrays
+
+
+def _creased(mesh: Any) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.int64]]:
+    """Vertices as (vertex numbers, normals, triangles over them), doubled where an edge is sharp.
+
+    A corner whose face leans away from the vertex normal by more than 40 degrees is shaded flat.
+    """
+    faces, flat, smooth = np.asarray(mesh.faces), mesh.face_normals, mesh.vertex_normals
+    is_sharp = (flat[:, None, :] * smooth[faces]).sum(axis=2) < np.cos(np.radians(40.0))
+    triangles = faces.copy()
+    triangles[is_sharp] = len(smooth) + np.arange(int(is_sharp.sum()))
+    own = np.broadcast_to(flat[:, None, :], (*faces.shape, 3))[is_sharp]
+    corners = np.concatenate([np.arange(len(smooth)), faces[is_sharp]])
+    return corners, np.concatenate([smooth, own]), triangles
+
+
+def _colours(mesh: Any) -> NDArray[np.uint8] | None:
+    """Colour per vertex (n, 3) from vertices, faces or the material's plain colour; textures are not read."""
+    visual = mesh.visual
+    if visual.kind in ("vertex", "face"):
+        return np.asarray(visual.vertex_colors[:, :3], dtype=np.uint8)
+    material = getattr(visual, "material", None)
+    if material is None:
+        return None
+    return np.tile(np.asarray(material.main_color[:3], dtype=np.uint8), (len(mesh.vertices), 1))
+
+
+def _limit_memory() -> None:
+    if sys.platform != "win32":
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_AS, (MAX_MEMORY_BYTES, MAX_MEMORY_BYTES))
+
+
+def main(path: str, out: BinaryIO) -> int:
+    """Print the arrays of a file; returns the exit code."""
+    logging.disable()
+    _limit_memory()
+    try:
+        arrays = parse_mesh(Path(path))
+    except InputError as error:
+        print(str(error), file=sys.stderr)
+        return 2
+    packed = io.BytesIO()
+    np.savez(packed, **arrays)  # type: ignore[arg-type]
+    out.write(packed.getvalue())
+    return 0
+
+
+if __name__ == "__main__":
+    answer = os.dup(1)
+    os.dup2(2, 1)  # whatever a parser prints is no part of the answer
+    with open(answer, "wb") as stream:
+        code = main(sys.argv[1], stream)
+    sys.exit(code)

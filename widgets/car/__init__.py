@@ -1,0 +1,1 @@
+"""The ego car as it is drawn: parametric bodies, wheels, materials."""

@@ -1,0 +1,53 @@
+"""The car while something moves: one surface with its light painted on, at a third of the cost of the shaded one.
+
+The lights stand still, so all but the highlights can be worked out once. Faces that look away are left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pyvista as pv
+from numpy.typing import NDArray
+
+from riglens.widgets.car.body import BodyPart
+from riglens.widgets.car.materials import Material, car_materials, rgba_actor, surface_colours
+from riglens.widgets.theme import Palette
+from riglens.widgets.viewport.lights import light_on
+
+_SEEN_INSIDE = "dark"
+"""The housings of the wheels, which are looked into: these are drawn from both sides."""
+
+
+def baked_actors(parts: Sequence[BodyPart], palette: Palette) -> list[pv.Actor]:
+    """Unlit actors that show the parts as the lights would, without highlights."""
+    materials = car_materials(palette)
+    baked = {part.material: baked_mesh(part.mesh, materials[part.material]) for part in parts}
+    inside = baked.pop(_SEEN_INSIDE, None)
+    first, *others = baked.values()
+    outside = rgba_actor(first.append_polydata(*others), "rgb")
+    outside.prop.culling = "back"
+    return [outside] if inside is None else [outside, rgba_actor(inside, "rgb")]
+
+
+def baked_mesh(mesh: pv.PolyData, material: Material) -> pv.PolyData:
+    """The surface as triangles that face along its normals, with an `rgb` point array of colour times light."""
+    normals = np.asarray(mesh.point_data["Normals"])
+    triangles = _outward(mesh.points, normals, mesh.triangulate().regular_faces)
+    baked = pv.PolyData(mesh.points, np.insert(triangles, 0, 3, axis=1).ravel())
+    light = material.ambient + material.diffuse * light_on(normals)
+    colours = surface_colours(mesh, material) * light[:, None]
+    baked["rgb"] = np.asarray(255.0 * np.clip(colours, 0.0, 1.0), dtype=np.uint8)
+    return baked
+
+
+def _outward(
+    points: NDArray[np.float32], normals: NDArray[np.float32], triangles: NDArray[np.int_]
+) -> NDArray[np.int_]:
+    """The triangles (m, 3), turned round where their corners run the wrong way about their normals."""
+    a, b, c = (np.asarray(points, dtype=np.float64)[triangles[:, corner]] for corner in range(3))
+    wrong = (np.cross(b - a, c - a) * normals[triangles].sum(axis=1)).sum(axis=1) < 0.0
+    turned = np.array(triangles)
+    turned[wrong] = turned[wrong][:, ::-1]
+    return turned

@@ -1,0 +1,258 @@
+"""The ego car's body: surfaces lofted from a profile, with glass, lights and shut lines cut in exactly."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+import pyvista as pv
+
+from riglens.core.errors import InputError
+from riglens.core.rig.model import Vehicle
+from riglens.widgets.car.profiles import PROFILES
+from riglens.widgets.car.store import stored_surfaces
+from riglens.widgets.car.surface import (
+    Painted,
+    Points,
+    cut,
+    cut_convex,
+    join,
+    loft,
+    polygon_distance,
+    rounded_box,
+    strip,
+    superellipsoid,
+)
+from riglens.widgets.car.types import (
+    Block,
+    BodyProfile,
+    Decal,
+    Facing,
+    Level,
+    Plane,
+    ShutLine,
+    Station,
+)
+from riglens.widgets.car.wheels import axle
+
+_FACING_METRES = 0.4
+_MIN_FACING = {"+x": 0.30, "-x": 0.30, "|y|": 0.45, "+z": 0.5, "-z": 0.7}
+
+
+@dataclass(frozen=True)
+class BodyPart:
+    """All surfaces of one material: paint, glass, trim, gap, lamp, tail, plate, tyre, rim or dark."""
+
+    material: str
+    mesh: pv.PolyData
+
+
+def body_parts(vehicle: Vehicle) -> tuple[BodyPart, ...]:
+    """Surfaces of the vehicle in its own frame (metres), one per material, with exactly the vehicle's size.
+
+    Door mirrors stick out beyond `width`, as in a registration document. InputError for an unknown body.
+    """
+    if vehicle.body not in PROFILES:
+        raise InputError(f"vehicle.body: found '{vehicle.body}', accepted is {' or '.join(sorted(PROFILES))}")
+    return _parts(vehicle)
+
+
+@lru_cache(maxsize=4)
+def _parts(vehicle: Vehicle) -> tuple[BodyPart, ...]:
+    """The finished car; the one drawn last is kept, because the next start is likely to show it again."""
+    painted = stored_surfaces("finished", lambda: _finished(vehicle), of=vehicle)
+    return tuple(BodyPart(material, mesh) for material, mesh in painted)
+
+
+def _finished(vehicle: Vehicle) -> Painted:
+    """The profile's surfaces in the size of a vehicle, with mirrors and wheels, one mesh per material."""
+    profile = PROFILES[vehicle.body]
+    painted = stored_surfaces(
+        vehicle.body, lambda: _shell(profile) + _cabin(profile) + _blocks(profile.blocks)
+    )
+    _fit(painted, vehicle)
+    scale = vehicle.height / profile.height_m
+    wheelbase = (profile.axle_x[1] - profile.axle_x[0]) * vehicle.length / profile.length_m
+    axles_x = (vehicle.rear_axle_x, vehicle.rear_axle_x + wheelbase)
+    painted = _open_arches(painted, axles_x, profile, scale)
+    painted += _mirrors(profile, vehicle)
+    for front, x in enumerate(axles_x):
+        painted += axle(profile, vehicle, bool(front), x, scale)
+    merged: dict[str, list[pv.PolyData]] = {}
+    for material, mesh in painted:
+        if mesh.n_cells:
+            merged.setdefault(material, []).append(mesh)
+    return [(material, join(meshes)) for material, meshes in merged.items()]
+
+
+def _shell(profile: BodyProfile) -> Painted:
+    """Lower body: cross-sections lofted along x, with its decals."""
+    if not profile.stations:
+        return []
+    net = np.array([_section(station) for station in profile.stations])
+    return _engrave(_paint(loft(net, 80, 113), profile.body_decals), profile.shut_lines)
+
+
+def _section(station: Station) -> Points:
+    """Control points (k, 3) of a cross-section, once round from the top: left side, floor, right side."""
+    w, low, high, deck = station.half_width, station.z_bottom, station.z_shoulder, station.z_deck
+    waist = low + 0.52 * (high - low)
+    half = [
+        (0.00, low),
+        (0.72 * w, low),
+        (0.93 * w, low),
+        (0.985 * w, low + 0.10 * (high - low)),
+        (0.985 * w, low + 0.28 * (high - low)),
+        (1.00 * w, waist),
+        (1.012 * w, high - 0.16 * (high - low)),
+        (0.985 * w, high - 0.02 * (high - low)),
+        (0.93 * w, high + 0.35 * (deck - high)),
+        (0.70 * w, deck - 0.25 * (deck - high)),
+        (0.35 * w, deck),
+        (0.00, deck),
+    ]
+    left = [(station.x, y, z) for y, z in half]
+    right = [(station.x, -y, z) for y, z in reversed(half[1:-1])]
+    return np.array([*reversed(left), *reversed(right), left[-1]])
+
+
+def _cabin(profile: BodyProfile) -> Painted:
+    """Greenhouse: horizontal outlines lofted upwards, with its windows."""
+    net = np.array([_outline(level, profile.cabin_bow_m) for level in profile.cabin])
+    return _engrave(_paint(loft(net, 36, 113), profile.cabin_decals), profile.cabin_shut_lines)
+
+
+def _blocks(blocks: tuple[Block, ...]) -> Painted:
+    """Boxes with rounded edges: a cargo box, rails, a tank."""
+    painted: Painted = []
+    for block in blocks:
+        painted += _block(block, 1.0)
+        if block.on_both_sides:
+            painted += _block(block, -1.0)
+    return painted
+
+
+def _block(block: Block, side: float) -> Painted:
+    low, high = np.array(block.low), np.array(block.high)
+    if side < 0.0:
+        low[1], high[1] = -high[1], -low[1]
+    painted = _engrave(_paint(rounded_box(low, high, block.round_m), block.decals), block.shut_lines)
+    return [(block.material if material == "paint" else material, mesh) for material, mesh in painted]
+
+
+def _outline(level: Level, bow_m: float) -> Points:
+    """Control points (k, 3) of a cabin outline: a rounded, bowed rectangle, once round from the rear."""
+    front, rear, w = level.x_front, level.x_rear, level.half_width
+    bow = bow_m * min(1.0, (front - rear) / 1.0)
+    half = [
+        (rear, 0.0),
+        (rear + 0.15 * bow, 0.45 * w),
+        (rear + 0.6 * bow, 0.84 * w),
+        (rear + 1.6 * bow, 0.985 * w),
+        (rear + 0.28 * (front - rear), 1.0 * w),
+        (rear + 0.5 * (front - rear), 1.01 * w),
+        (rear + 0.72 * (front - rear), 1.0 * w),
+        (front - 2.4 * bow, 0.985 * w),
+        (front - 1.1 * bow, 0.84 * w),
+        (front - 0.3 * bow, 0.45 * w),
+        (front, 0.0),
+    ]
+    left = [(x, y, level.z) for x, y in half]
+    right = [(x, -y, level.z) for x, y in reversed(half[1:-1])]
+    return np.array([*left, *right, left[0]])
+
+
+def _paint(mesh: pv.PolyData, decals: tuple[Decal, ...]) -> Painted:
+    """Cut the decals out of a painted surface, in order."""
+    painted: Painted = []
+    for decal in decals:
+        flat, away = _flat(mesh, decal.plane), _away(mesh, decal.facing)
+        if decal.round_m:
+            distance = np.maximum(polygon_distance(flat, decal.polygon) - decal.round_m, away)
+            inside, mesh = cut(mesh, distance)
+        else:
+            inside, rest = cut_convex(mesh, flat, away, decal.polygon)
+            mesh = join(rest)
+        painted.append((decal.material, inside))
+    return [*painted, ("paint", mesh)]
+
+
+def _engrave(painted: Painted, lines: tuple[ShutLine, ...]) -> Painted:
+    """Cut the gaps between panels into the paint."""
+    *decals, (material, mesh) = painted
+    gaps: Painted = []
+    for line in lines:
+        for start, end in itertools.pairwise(line.path):
+            polygon = strip(start, end, line.half_width_m)
+            gap, rest = cut_convex(mesh, _flat(mesh, line.plane), _away(mesh, line.facing), polygon)
+            gaps.append(("gap", gap))
+            mesh = join(rest)
+    return [*decals, *gaps, (material, mesh)]
+
+
+def _flat(mesh: pv.PolyData, plane: Plane) -> Points:
+    """Coordinates (n, 2) of the points in a plane, with |y| in place of y."""
+    points = np.asarray(mesh.points, dtype=np.float64)
+    along = {"x": points[:, 0], "y": np.abs(points[:, 1]), "z": points[:, 2]}
+    return np.stack([along[axis] for axis in plane], axis=1)
+
+
+def _away(mesh: pv.PolyData, facing: Facing) -> Points:
+    """Positive where the surface does not face along `facing`, in metres for the sake of a smooth cut."""
+    normals = np.asarray(mesh.point_data["Normals"])
+    share = {
+        "+x": normals[:, 0],
+        "-x": -normals[:, 0],
+        "|y|": np.abs(normals[:, 1]),
+        "+z": normals[:, 2],
+        "-z": -normals[:, 2],
+    }
+    return np.asarray((_MIN_FACING[facing] - share[facing]) * _FACING_METRES)
+
+
+def _fit(painted: Painted, vehicle: Vehicle) -> None:
+    """Stretch all parts together to the vehicle's length and width, centred, and its height."""
+    points = np.concatenate([mesh.points for _, mesh in painted if mesh.n_points])
+    low, high = points.min(axis=0), points.max(axis=0)
+    scale = np.array([vehicle.length, vehicle.width, vehicle.height]) / (high - [low[0], low[1], 0.0])
+    middle = np.array([(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, 0.0])
+    for _, mesh in painted:
+        mesh.points = (mesh.points - middle) * scale
+
+
+def _open_arches(
+    painted: Painted, axles_x: tuple[float, float], profile: BodyProfile, scale: float
+) -> Painted:
+    """Cut the wheel arches out of everything near the sides and edge them with a dark lip."""
+    arch_m, wheel_m, lip_m = (
+        scale * length for length in (profile.arch_radius_m, profile.wheel_radius_m, profile.arch_lip_m)
+    )
+    opened: Painted = []
+    for material, mesh in painted:
+        for x in axles_x:
+            if not mesh.n_cells:
+                continue
+            from_axle = np.hypot(mesh.points[:, 0] - x, mesh.points[:, 2] - wheel_m)
+            inner = 0.45 * np.abs(mesh.points[:, 1]).max() - np.abs(mesh.points[:, 1])
+            lip, mesh = cut(mesh, np.maximum(from_axle - arch_m - lip_m, inner))
+            if lip.n_cells:
+                _, lip = cut(lip, np.hypot(lip.points[:, 0] - x, lip.points[:, 2] - wheel_m) - arch_m)
+                opened.append(("trim", lip))
+        opened.append((material, mesh))
+    return opened
+
+
+def _mirrors(profile: BodyProfile, vehicle: Vehicle) -> Painted:
+    """Two door mirrors: rounded housings beside the foot of the windscreen, on arms if they stand off."""
+    scale = np.array([vehicle.length, vehicle.width, vehicle.height])
+    scale = scale / [profile.length_m, profile.width_m, profile.height_m]
+    painted = _blocks(profile.mirror_arms)
+    for _, arm in painted:
+        arm.points = arm.points * scale
+    for side in (1.0, -1.0):
+        housing = superellipsoid(profile.mirror_radii_m, 0.6)
+        housing.points = (housing.points + np.array(profile.mirror_m) * [1.0, side, 1.0]) * scale
+        painted.append(("paint", housing))
+    return painted

@@ -1,0 +1,135 @@
+"""The ego car in the scene: its surfaces with their materials, its soft shadow, and where a view ray meets it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pyvista as pv
+from vtkmodules.vtkCommonCore import mutable
+from vtkmodules.vtkCommonDataModel import vtkStaticCellLocator
+from vtkmodules.vtkRenderingCore import vtkRenderer
+
+from riglens.core.rig.model import Vehicle
+from riglens.core.vehicle.mesh import BodyMesh
+from riglens.widgets.car.baked import baked_actors
+from riglens.widgets.car.body import body_parts
+from riglens.widgets.car.materials import car_materials, rgba_actor, surface_actor
+from riglens.widgets.car.surface import join, set_normals
+from riglens.widgets.theme import Palette
+from riglens.widgets.viewport.camera import Points, Ray
+
+_REACH_M = 500.0
+_QUICK_TRIANGLES, _QUICK_CELLS = 25_000, 110
+
+
+class BodyLayer:
+    """The car; rebuilt when the vehicle or the palette changes."""
+
+    def __init__(self, renderer: vtkRenderer, ground_renderer: vtkRenderer) -> None:
+        self._renderer, self._ground_renderer = renderer, ground_renderer
+        self._actors: list[pv.Actor] = []
+        self._quick_actors: list[pv.Actor] = []
+        self._shadow: pv.Actor | None = None
+        self._quick = False
+        self._solid = pv.PolyData()
+        self._locator: vtkStaticCellLocator | None = None
+
+    def set_vehicle(self, vehicle: Vehicle, palette: Palette, mesh: BodyMesh | None = None) -> None:
+        """Draw a vehicle, with the mesh of its file if it has one.
+
+        InputError for an unknown body, which keeps the car shown before.
+        """
+        if mesh is None:
+            parts = body_parts(vehicle)
+            actors = [surface_actor(part.mesh, car_materials(palette)[part.material]) for part in parts]
+            solid, quick = join([part.mesh for part in parts]), baked_actors(parts, palette)
+        else:
+            placed = mesh.placed(vehicle.mesh)
+            solid = mesh_surface(placed)
+            actors = quick = [_mesh_actor(solid, palette)]
+            if len(mesh.triangles) > _QUICK_TRIANGLES:
+                quick = [_mesh_actor(mesh_surface(placed.coarse(_QUICK_CELLS)), palette)]
+        self._exchange(actors, quick, rgba_actor(shadow_mesh(vehicle), "rgba"))
+        self._solid, self._locator = solid, None
+
+    def _exchange(self, actors: list[pv.Actor], quick: list[pv.Actor], shadow: pv.Actor) -> None:
+        for actor in dict.fromkeys([*self._actors, *self._quick_actors]):
+            self._renderer.RemoveActor(actor)
+        if self._shadow is not None:
+            self._ground_renderer.RemoveActor(self._shadow)
+        self._actors, self._quick_actors, self._shadow = actors, quick, shadow
+        for actor in dict.fromkeys([*actors, *quick]):
+            self._renderer.AddActor(actor)
+        self._ground_renderer.AddActor(shadow)
+        self.set_quick(self._quick)
+
+    def set_quick(self, quick: bool) -> None:
+        """Show a car that is drawn sooner while something moves: its light painted on, or fewer triangles."""
+        self._quick = quick
+        hidden, shown = (self._actors, self._quick_actors) if quick else (self._quick_actors, self._actors)
+        for actor in hidden:
+            actor.visibility = False
+        for actor in shown:
+            actor.visibility = True
+
+    def hit(self, ray: Ray) -> tuple[Points, Points] | None:
+        """Where a view ray first meets the car: point (3,) in metres and unit normal (3,) towards the viewer."""
+        if self._locator is None:
+            self._locator = vtkStaticCellLocator()
+            self._locator.SetDataSet(self._solid)
+            self._locator.BuildLocator()
+        share: Any = mutable(0.0)
+        sub: Any = mutable(0)
+        cell: Any = mutable(0)
+        point, inside = [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]
+        start, end = ray.origin_m.tolist(), (ray.origin_m + _REACH_M * ray.direction).tolist()
+        if not self._locator.IntersectWithLine(start, end, 1e-6, share, point, inside, sub, cell):
+            return None
+        normal = _normal_at(self._solid, int(cell), np.array(point))
+        return np.array(point), normal if float(normal @ ray.direction) <= 0.0 else -normal
+
+
+def _normal_at(mesh: pv.PolyData, cell: int, point: Points) -> Points:
+    """The smooth normal of a cell at a point: those of its corners, nearer corners counting more."""
+    corners = mesh.get_cell(cell)
+    distance = np.linalg.norm(np.asarray(corners.points) - point, axis=1)
+    weight = 1.0 / np.maximum(distance, 1e-9)
+    normal = weight @ np.asarray(mesh.point_data["Normals"], dtype=np.float64)[corners.point_ids]
+    length = float(np.linalg.norm(normal))
+    if length < 1e-9 * float(weight.sum()):
+        first, second, third = np.asarray(corners.points)[:3]
+        normal = np.cross(second - first, third - first)
+        length = max(1e-12, float(np.linalg.norm(normal)))
+    return np.asarray(normal / length)
+
+
+def mesh_surface(mesh: BodyMesh) -> pv.PolyData:
+    """A mesh as a surface with normals and, where the file has colours, an `rgb` array."""
+    faces = np.insert(mesh.triangles.astype(np.int64), 0, 3, axis=1).ravel()
+    surface = pv.PolyData(mesh.points, faces)
+    set_normals(surface, mesh.normals.astype(np.float64))
+    if mesh.colours is not None:
+        surface["rgb"] = mesh.colours
+    return surface
+
+
+def _mesh_actor(surface: pv.PolyData, palette: Palette) -> pv.Actor:
+    return surface_actor(
+        surface, car_materials(palette)["paint"], "rgb" if "rgb" in surface.point_data else ""
+    )
+
+
+def shadow_mesh(vehicle: Vehicle) -> pv.PolyData:
+    """A dark patch under the car that fades outwards, with an `rgba` point array."""
+    x, y = np.meshgrid(np.linspace(-1.25, 1.25, 41), np.linspace(-1.45, 1.45, 33), indexing="ij")
+    points = np.stack([x * vehicle.length / 2, y * vehicle.width / 2, np.full_like(x, 0.004)], axis=-1)
+    outside = np.hypot(np.maximum(np.abs(x) - 0.82, 0.0) / 0.40, np.maximum(np.abs(y) - 0.72, 0.0) / 0.62)
+    alpha = 0.62 * np.clip(1.0 - outside, 0.0, 1.0) ** 1.6
+    index = np.arange(x.size).reshape(x.shape)
+    quads = np.stack([index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]], axis=-1).reshape(-1, 4)
+    mesh = pv.PolyData(points.reshape(-1, 3), np.insert(quads, 0, 4, axis=1).ravel())
+    rgba = np.zeros((x.size, 4), dtype=np.uint8)
+    rgba[:, 3] = (255 * alpha).ravel()
+    mesh["rgba"] = rgba
+    return mesh

@@ -1,0 +1,86 @@
+"""Surfaces of the car, kept in the user's cache folder: making them would delay the first picture most."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyvista as pv
+from numpy.typing import NDArray
+from vtkmodules.vtkCommonCore import vtkVersion
+
+from riglens.core.cache_folder import cache_folder
+from riglens.core.errors import InputError
+from riglens.core.files import atomic_write
+from riglens.widgets.car.surface import Painted, set_normals
+
+_MADE_BY = (
+    *("body.py", "profiles.py", "types.py", "wheels.py", "surface.py"),
+    *("sedan.py", "suv.py", "van.py", "truck.py"),
+)
+Arrays = dict[str, NDArray[Any]]
+
+
+def stored_surfaces(name: str, build: Callable[[], Painted], of: object = None) -> Painted:
+    """What `build` gives, without its empty meshes; from the cache if the same code has made it before of the same.
+
+    One file per name: it is replaced when the code changes or `of`, whose text says what the surfaces follow from,
+    and rebuilt when it is damaged.
+    """
+    path = cache_folder() / f"car-{name}.npz"
+    maker = f"{_maker()} {of!r}"
+    with contextlib.suppress(Exception):  # damaged bytes make numpy and zipfile raise a dozen kinds of error
+        return _load(path, maker)
+    painted = [(material, mesh) for material, mesh in build() if mesh.n_cells]
+    with contextlib.suppress(OSError, InputError):  # no place to keep it
+        path.parent.mkdir(parents=True, exist_ok=True)
+        _save(path, maker, painted)
+    return painted
+
+
+def _maker() -> str:
+    """Checksum of everything that the surfaces follow from: the modules that model them, and what cuts them."""
+    digest = hashlib.sha256(f"{np.__version__} {vtkVersion.GetVTKVersion()}".encode())
+    for name in _MADE_BY:
+        digest.update(Path(__file__).with_name(name).read_bytes())
+    return digest.hexdigest()
+
+
+def _save(path: Path, maker: str, painted: Painted) -> None:
+    meshes = [mesh for _, mesh in painted]
+    parts = [(material, mesh.n_points, len(mesh.faces)) for material, mesh in painted]
+    arrays: Arrays = {
+        "parts": np.array(json.dumps(parts)),
+        "points": np.concatenate([mesh.points for mesh in meshes]),
+        "normals": np.concatenate([mesh.point_data["Normals"] for mesh in meshes]),
+        "faces": np.concatenate([mesh.faces for mesh in meshes]).astype(np.int32),
+    }
+    with atomic_write(path, "wb") as file:
+        np.savez(file, check=np.array(_check(maker, arrays)), **arrays)  # type: ignore[arg-type]
+
+
+def _load(path: Path, maker: str) -> Painted:
+    with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
+        arrays: Arrays = {name: archive[name] for name in ("parts", "points", "normals", "faces")}
+        if str(archive["check"]) != _check(maker, arrays):
+            raise ValueError("damaged, or made by other code")
+    points, normals, faces = arrays["points"], arrays["normals"], arrays["faces"].astype(np.int64)
+    painted: Painted = []
+    for material, point_count, face_length in json.loads(str(arrays["parts"])):
+        mesh = pv.PolyData(points[:point_count].copy(), faces[:face_length].copy())
+        set_normals(mesh, normals[:point_count].copy())
+        points, normals, faces = points[point_count:], normals[point_count:], faces[face_length:]
+        painted.append((str(material), mesh))
+    return painted
+
+
+def _check(maker: str, arrays: Arrays) -> str:
+    digest = hashlib.sha256(maker.encode())
+    for array in arrays.values():
+        digest.update(array.tobytes())
+    return digest.hexdigest()

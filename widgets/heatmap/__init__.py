@@ -1,0 +1,1 @@
+"""The heatmap: its cells, scale, colours and legend."""

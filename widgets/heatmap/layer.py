@@ -1,0 +1,209 @@
+"""The heatmap: one square per cell, as large on the screen as in the world, higher values over lower ones.
+
+Cells are drawn as points whose size a line of shader code computes, which costs a third of glyphs. While
+something is dragged a coarser level (blocks of cells with their largest value) keeps software OpenGL fluent.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pyvista as pv
+from numpy.typing import NDArray
+from vtkmodules.util.numpy_support import numpy_to_vtkIdTypeArray, vtk_to_numpy
+from vtkmodules.vtkCommonCore import vtkCommand, vtkUnsignedCharArray
+from vtkmodules.vtkCommonDataModel import vtkCellArray
+from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper, vtkRenderer
+
+from riglens.widgets.heatmap.levels import Level, coarse_level, full_level
+from riglens.widgets.heatmap.parts import LARGEST_PX, SMALLEST_PX, cell_scale_px, in_parts
+from riglens.widgets.heatmap.pick import CAR_CENTRE_M, CAR_RADII_M, CLEAR_BEFORE, CLEAR_BESIDE, eye_m
+from riglens.widgets.heatmap.scale import (
+    DEFAULT_LOOK,
+    HeatLook,
+    HeatmapData,
+    alphas,
+    colour_rows,
+    colours,
+    in_slice,
+    strength,
+)
+from riglens.widgets.viewport.camera import OrbitCamera, Size
+from riglens.widgets.viewport.stage import opengl_window
+
+_GL_PROGRAM_POINT_SIZE = 0x8642
+_POSITION_HOOK = "//VTK::PositionVC::Impl"
+# Squares face the eye, so the lower edges of the lowest dip into the ground: behind everything else they are drawn
+# in front of it.
+_SIZE_CODE = f"""
+  gl_PointSize = clamp(cellScale / gl_Position.w, {SMALLEST_PX}, {LARGEST_PX});
+  gl_Position.z = mix(gl_Position.z, -0.99 * gl_Position.w, inFront);
+"""
+_COLOUR_HOOK = "//VTK::Color::Impl"
+# Cells between the eye and the car are almost clear, or traffic would hide car and sensors: in a space where
+# car and sensors fill the unit sphere, those inside the cone from the eye to that sphere.
+_FADE_CODE = f"""
+  vec3 eye = vec3(eyeX, eyeY, eyeZ);
+  vec3 carCentre = vec3{CAR_CENTRE_M};
+  vec3 carRadii = vec3{CAR_RADII_M};
+  vec3 toCell = (vertexMC.xyz - eye) / carRadii;
+  vec3 toCar = (carCentre - eye) / carRadii;
+  float along = dot(toCell, normalize(toCar));
+  float beside = length(toCell - along * normalize(toCar)) * length(toCar) / max(along, 1e-6);
+  float before = 1.0 - smoothstep(length(toCar) + {CLEAR_BEFORE[0]}, length(toCar) + {CLEAR_BEFORE[1]}, along);
+  vertexColorVSOutput.a *= 1.0 - 0.99 * before * (1.0 - smoothstep({CLEAR_BESIDE[0]}, {CLEAR_BESIDE[1]}, beside));
+"""
+
+
+class _Cells:
+    """The points of one level. They never move; a frame writes their colours and the order they are drawn in."""
+
+    def __init__(self, level: Level) -> None:
+        self.level = level
+        count = len(level.centres_m)
+        self.mesh = pv.PolyData(level.centres_m) if count else pv.PolyData()
+        self._rgba = vtkUnsignedCharArray()
+        self._rgba.SetName("rgba")
+        self._rgba.SetNumberOfComponents(4)
+        self._rgba.SetNumberOfTuples(count)
+        self.mesh.GetPointData().AddArray(self._rgba)
+        self._order = vtkCellArray()
+        self.mesh.SetVerts(self._order)
+        self.order = np.zeros(0, np.int64)
+
+    def write(self, rgba: NDArray[np.uint8], order: NDArray[np.int64]) -> None:
+        """Colours (n, 4) of all points, and the numbers (k,) of those that are drawn, the last on top."""
+        if not len(rgba):
+            return
+        vtk_to_numpy(self._rgba)[:] = rgba
+        self._rgba.Modified()
+        self.order = order
+        self.draw_only(order)
+
+    def draw_only(self, order: NDArray[np.int64]) -> None:
+        """Draw these points, by their numbers (k,), the last on top."""
+        offsets = np.array([0, len(order)] if len(order) else [0], np.int64)
+        self._order.SetData(numpy_to_vtkIdTypeArray(offsets, True), numpy_to_vtkIdTypeArray(order, True))
+        self.mesh.Modified()
+
+
+class HeatmapLayer:
+    """The heatmap of a scene; `set_data` and `set_look`, then `arrange` before each frame.
+
+    It is drawn in `renderer` over the other things that it is not behind of, or in `backdrop` behind all of them
+    while something moves.
+    """
+
+    def __init__(self, renderer: vtkRenderer, backdrop: vtkRenderer) -> None:
+        self._data: HeatmapData | None = None
+        self._look = DEFAULT_LOOK
+        self._cells: dict[bool, _Cells] = {}
+        self._drawn: _Cells | None = None
+        self._is_empty = True
+        self._mapper = _cell_mapper()
+        self._actor, self._actor_behind = _cell_actor(self._mapper), _cell_actor(self._mapper)
+        for where, actor in ((renderer, self._actor), (backdrop, self._actor_behind)):
+            where.AddObserver(vtkCommand.StartEvent, _let_shaders_size_points)
+            where.AddActor(actor)
+
+    @property
+    def drawn_cell_m(self) -> float | None:
+        """Edge of the cells as they are drawn now, coarser while something moves; None without a heatmap."""
+        return self._drawn.level.cell_m if self._drawn is not None else None
+
+    def set_data(self, data: HeatmapData | None) -> None:
+        """Show other values, other cells, or nothing."""
+        same_cells = data is not None and self._data is not None and data.centres_m is self._data.centres_m
+        self._data, self._drawn = data, None
+        if not same_cells:
+            self._cells = {}
+        if data is None:
+            self._is_empty = True
+            self._actor.SetVisibility(False)
+            self._actor_behind.SetVisibility(False)
+
+    def set_look(self, look: HeatLook) -> None:
+        """Draw the same values in another way."""
+        if look.slice_m != self._look.slice_m:
+            self._cells = {}
+        self._look, self._drawn = look, None
+
+    def arrange(self, camera: OrbitCamera, size: Size, quick: bool) -> None:
+        """Choose the level and size its cells for this camera; stronger cells are drawn over weaker ones.
+
+        While something moves (`quick`) they are drawn in the backdrop; `size` is that of the renderer they are in.
+        """
+        if self._data is None:
+            return
+        cells = self._cells_of(self._data, quick)
+        self._aim(cells.level.cell_m, camera, size, quick)
+        if self._drawn is not cells:
+            self._drawn = cells
+            self._paint(cells, self._data)
+        self._actor.SetVisibility(not self._is_empty and not quick)
+        self._actor_behind.SetVisibility(not self._is_empty and quick)
+
+    def parts(self, camera: OrbitCamera, size: Size) -> Iterator[None]:
+        """Have the cells drawn in parts, one after the other: each has been chosen when this yields."""
+        cells = self._drawn
+        if cells is None or self._is_empty:
+            return
+        try:
+            for part in in_parts(cells.level.centres_m, cells.order, cells.level.cell_m, camera, size):
+                cells.draw_only(part)
+                yield
+        finally:
+            cells.draw_only(cells.order)
+
+    def _cells_of(self, data: HeatmapData, quick: bool) -> _Cells:
+        if quick not in self._cells:
+            level = full_level(data.centres_m, data.cell_m, in_slice(self._look, data.centres_m[:, 2]))
+            self._cells[quick] = _Cells(coarse_level(level) if quick else level)
+        return self._cells[quick]
+
+    def _paint(self, cells: _Cells, data: HeatmapData) -> None:
+        values, weights = cells.level.merged(data)
+        places = strength(data, values, weights, self._look.log)
+        shown = np.flatnonzero(places > self._look.threshold)
+        self._is_empty = not len(shown)
+        rgba = np.empty((len(places), 4), np.uint8)
+        rgba[:, :3] = colours(data.scale)[colour_rows(data.scale, values, places)]
+        rgba[:, 3] = alphas(places, self._look.opacity)
+        cells.write(rgba, shown[np.argsort((places[shown] * 255).astype(np.uint8), kind="stable")])
+        self._mapper.SetInputData(cells.mesh)
+
+    def _aim(self, cell_m: float, camera: OrbitCamera, size: Size, behind: bool) -> None:
+        """Tell the shader how large a cell is and where the eye is. Parallel views are seen from far away."""
+        scale = cell_scale_px(cell_m, camera, size)
+        values = dict(zip(("eyeX", "eyeY", "eyeZ"), eye_m(camera), strict=True))
+        actor = self._actor_behind if behind else self._actor
+        uniforms = actor.GetShaderProperty().GetVertexCustomUniforms()
+        for name, value in {**values, "cellScale": scale, "inFront": behind}.items():
+            uniforms.SetUniformf(name, float(value))
+
+
+def _cell_mapper() -> vtkPolyDataMapper:
+    """Colours straight from the array, coordinates in metres for the shader (VTK would scale them)."""
+    mapper = vtkPolyDataMapper()
+    mapper.SetVBOShiftScaleMethod(0)
+    mapper.SetColorModeToDirectScalars()
+    mapper.SetScalarModeToUsePointFieldData()
+    mapper.SelectColorArray("rgba")
+    return mapper
+
+
+def _cell_actor(mapper: vtkPolyDataMapper) -> vtkActor:
+    actor = vtkActor()
+    actor.SetMapper(mapper)
+    actor.SetPickable(False)
+    actor.SetVisibility(False)
+    actor.ForceTranslucentOn()
+    actor.GetProperty().SetLighting(False)
+    for hook, code in ((_POSITION_HOOK, _SIZE_CODE), (_COLOUR_HOOK, _FADE_CODE)):
+        actor.GetShaderProperty().AddVertexShaderReplacement(hook, True, f"{hook}\n{code}", False)
+    return actor
+
+
+def _let_shaders_size_points(renderer: vtkRenderer, _event: str) -> None:
+    opengl_window(renderer).GetState().vtkglEnable(_GL_PROGRAM_POINT_SIZE)

@@ -1,0 +1,1 @@
+"""Sensors and their rays as they are drawn."""

@@ -1,0 +1,175 @@
+"""Ray fans: some of the very rays the metric casts, cut off at the ROI, fading outwards.
+
+The selected sensor shows a dense fan, the others a sparse one, so that a picture stays below a few thousand
+lines.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pyvista as pv
+from numpy.typing import NDArray
+from vtkmodules.vtkRenderingCore import vtkRenderer
+
+from riglens.core.rig.model import Camera, Lidar
+from riglens.core.scene.grid import VoxelGrid
+from riglens.core.sensing.rays import clip_to_roi, sensor_rays
+from riglens.widgets.car.materials import line_mesh, rgba_actor
+from riglens.widgets.sensors.ray_look import Strokes
+from riglens.widgets.theme import Palette, mix, rgb
+
+_NEAR_SHARE = 0.12
+_Index = NDArray[np.int64]
+Points = NDArray[np.float64]
+
+
+def fan_rows(sensor: Lidar | Camera, most: int) -> _Index:
+    """Row numbers of at most about `most` rays, evenly spread over beams and azimuths or over the image."""
+    if isinstance(sensor, Lidar):
+        return _spread(
+            len(sensor.elevations()),
+            len(sensor.azimuths()),
+            max(3, min(most // 36, int(most**0.5 / 2))),
+            most,
+            False,
+        )
+    columns, rows = sensor.cast
+    tall = max(2, round((most / 5 * rows / columns) ** 0.5))
+    return _spread(rows, columns, tall, max(4, most // 5), True)
+
+
+def _spread(slow: int, fast: int, slow_wanted: int, most: int, closed: bool) -> _Index:
+    """Rows of a (slow, fast) lattice: `slow_wanted` lines with both ends, most / slow_wanted places each."""
+    first = np.unique(np.linspace(0, slow - 1, min(slow, slow_wanted)).round().astype(np.int64))
+    count = max(1, min(fast, most // len(first)))
+    second = np.linspace(0, fast - 1 if closed else fast, count, endpoint=closed).round().astype(np.int64)
+    second = np.unique(np.minimum(second, fast - 1))
+    return np.asarray((first[:, None] * fast + second[None, :]).ravel())
+
+
+def frame_rows(camera: Camera) -> _Index:
+    """Row numbers of the rays in the corners of the image, once round."""
+    columns, rows = camera.cast
+    return np.array([0, columns - 1, rows * columns - 1, (rows - 1) * columns])
+
+
+def fan_mesh(
+    sensor: Lidar | Camera, grid: VoxelGrid, strokes: Strokes, colour: str, framed: bool = False
+) -> pv.PolyData:
+    """Line segments of a sensor's fan inside the ROI with an `rgba` point array.
+
+    Rays are faint at the sensor, where they crowd, and strongest where they leave the ROI; there LiDAR beams
+    are joined to rings, and a camera's corner rays are drawn stronger to show the frustum. `framed`: with a frame
+    that those see.
+    """
+    starts, ends, row = _segments(sensor, grid, fan_rows(sensor, strokes.lines))
+    alpha = strokes.opacity
+    fan = _tinted(starts, ends, colour, _NEAR_SHARE * alpha, alpha)
+    if isinstance(sensor, Camera):
+        return _joined([fan, _frustum(sensor, grid, colour, min(1.0, 3.0 * alpha), framed)])
+    return _joined([fan, _beam_rings(sensor, ends, row, colour, min(1.0, 2.6 * alpha))])
+
+
+def _beam_rings(lidar: Lidar, ends: Points, row: _Index, colour: str, alpha: float) -> pv.PolyData:
+    """Lines that join the ends of neighbouring rays of a beam where both leave through floor or ceiling."""
+    azimuths = len(lidar.azimuths())
+    after = np.roll(np.arange(len(row)), -1)
+    beam = row // max(1, azimuths)
+    turn = lidar.azimuths()
+    if len(row) and float(turn[-1] - turn[0]) > 300.0:
+        first = np.searchsorted(beam, beam, side="left")
+        last = np.searchsorted(beam, beam, side="right") - 1
+        after = np.where(np.arange(len(row)) == last, first, after)
+    same_beam = beam == beam[after]
+    level = np.abs(ends[:, 2] - ends[after, 2]) < 1e-6
+    joined = same_beam & level & (after != np.arange(len(row)))
+    return _tinted(ends[joined], ends[after][joined], colour, alpha, alpha)
+
+
+def _segments(sensor: Lidar | Camera, grid: VoxelGrid, rows: _Index) -> tuple[Points, Points, _Index]:
+    """Where the picked rays enter and leave the ROI, (k, 3) each, and the row numbers of those k that do."""
+    rays = sensor_rays(sensor, rows)
+    t0, t1 = clip_to_roi(grid, rays)
+    inside = t1 > t0
+    directions, origin = rays.directions[inside], np.array(rays.origin_m)
+    return origin + t0[inside, None] * directions, origin + t1[inside, None] * directions, rows[inside]
+
+
+def _frustum(camera: Camera, grid: VoxelGrid, colour: str, alpha: float, framed: bool) -> pv.PolyData:
+    """The four edges of the field of view and, if wanted, a frame one metre ahead that the corners see.
+
+    A fisheye that has no ray in a corner, or one that looks sideways, has no such frame.
+    """
+    starts, ends, _ = _segments(camera, grid, frame_rows(camera))
+    edges = _tinted(starts, ends, colour, alpha, 0.5 * alpha)
+    if not framed or not len(starts):
+        return edges
+    rays = sensor_rays(camera, frame_rows(camera))
+    depth = rays.directions @ camera.pose.rotation()[:, 0]
+    if not (depth > 0.1).all():
+        return edges
+    ahead = rays.directions / depth[:, None]
+    corners = np.array(rays.origin_m) + ahead
+    return _joined([edges, _tinted(corners, np.roll(corners, -1, axis=0), colour, alpha, alpha)])
+
+
+def _tinted(starts: Points, ends: Points, colour: str, alpha: float, alpha_end: float) -> pv.PolyData:
+    """Segments with an `rgba` array: one colour, opacity from `alpha` at the start to `alpha_end`."""
+    mesh = line_mesh(starts, ends)
+    rgba = np.empty((2 * len(starts), 4), dtype=np.uint8)
+    rgba[:, :3] = np.array(rgb(colour)) * 255
+    rgba[0::2, 3], rgba[1::2, 3] = round(alpha * 255), round(alpha_end * 255)
+    if len(starts):
+        mesh["rgba"] = rgba
+    return mesh
+
+
+def _joined(meshes: list[pv.PolyData]) -> pv.PolyData:
+    """All segments in one mesh (no filter: this runs on every mouse move)."""
+    full = [mesh for mesh in meshes if mesh.n_points]
+    if not full:
+        return pv.PolyData()
+    points = np.concatenate([mesh.points for mesh in full])
+    joined = line_mesh(points[0::2], points[1::2])
+    joined["rgba"] = np.concatenate([mesh["rgba"] for mesh in full])
+    return joined
+
+
+class RaysLayer:
+    """The fans of a scene: one actor for the selected sensor, one for all others."""
+
+    def __init__(self, renderer: vtkRenderer) -> None:
+        self._actors = [rgba_actor(pv.PolyData(), "rgba") for _ in range(2)]
+        for actor in self._actors:
+            actor.force_translucent = True
+            actor.visibility = False
+            actor.prop.line_width = 1.0
+            renderer.AddActor(actor)
+
+    def set_line_width(self, width_px: float) -> None:
+        """Width of the lines, for pictures of higher resolution."""
+        for actor in self._actors:
+            actor.prop.line_width = width_px
+
+    def set_selected(
+        self, sensor: Lidar | Camera | None, grid: VoxelGrid, palette: Palette, strokes: Strokes
+    ) -> None:
+        """Draw the fan of the selected sensor, or none."""
+        if sensor is None:
+            self._show(0, pv.PolyData())
+            return
+        colour = mix(palette.kinds[sensor.kind], palette.selected, 0.25)
+        self._show(0, fan_mesh(sensor, grid, strokes, colour, framed=True))
+
+    def set_others(
+        self, sensors: list[Lidar | Camera], grid: VoxelGrid, palette: Palette, strokes: Strokes
+    ) -> None:
+        """Draw the fans of the sensors that are not selected."""
+        fans = [fan_mesh(sensor, grid, strokes, palette.kinds[sensor.kind]) for sensor in sensors]
+        self._show(1, _joined(fans))
+
+    def _show(self, which: int, mesh: pv.PolyData) -> None:
+        actor = self._actors[which]
+        actor.visibility = mesh.n_points > 0
+        if mesh.n_points:
+            actor.mapper.SetInputData(mesh)

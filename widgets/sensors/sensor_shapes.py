@@ -1,0 +1,166 @@
+"""What sensors look like: a spinning puck, a solid-state box with its window, a camera whose lens looks ahead.
+
+Shapes stand at the sensor's origin in its own frame (x forward, z up), metres. A model of the library that says
+how large it is has its true size, others are somewhat larger than life. Each is one mesh with an `rgb` point array.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Literal
+
+import numpy as np
+import pyvista as pv
+from numpy.typing import NDArray
+
+from riglens.core.errors import InputError
+from riglens.core.rig.library import default_library
+from riglens.core.rig.library_file import Block, Cylinder
+from riglens.core.rig.model import Camera, Lidar
+from riglens.widgets.car.surface import lathe, rounded_box
+from riglens.widgets.theme import Palette, mix, rgb
+
+Shape = Literal["puck", "box", "camera"]
+Mark = Literal["", "hovered", "selected"]
+LIDAR_RADIUS_M = 0.105
+PICK_RADIUS_M = 0.12
+_SPINNING_DEG = 300.0
+_DARK = "#14161a"
+_LENS = "#2b4a7d"
+_OFF = "#808890"
+_BOXES = {
+    "puck": ((-LIDAR_RADIUS_M, -LIDAR_RADIUS_M, -0.085), (LIDAR_RADIUS_M, LIDAR_RADIUS_M, 0.080)),
+    "box": ((-0.120, -0.095, -0.055), (0.010, 0.095, 0.055)),
+    "camera": ((-0.130, -0.065, -0.050), (0.061, 0.065, 0.067)),
+}
+
+
+@dataclass(frozen=True)
+class SensorBody:
+    """Shape and size of a sensor; `scale` is along x, y and z of the shape at its usual size."""
+
+    shape: Shape
+    scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
+
+    def box_m(self) -> NDArray[np.float64]:
+        """Lowest and highest corner (2, 3) in the sensor's own frame, metres."""
+        return np.array(_BOXES[self.shape]) * self.scale
+
+
+def sensor_body(sensor: Lidar | Camera) -> SensorBody:
+    """The body of a sensor, in its true size when the library knows it."""
+    known = _known_body(sensor.model)
+    if known is None:
+        return SensorBody(sensor_shape(sensor))
+    if isinstance(known, Cylinder):
+        shape: Shape = "puck"
+        size_m = (known.diameter, known.diameter, known.height)
+    else:
+        shape = "camera" if isinstance(sensor, Camera) else "box"
+        size_m = (known.length, known.width, known.height)
+    x, y, z = np.array(size_m) / np.ptp(np.array(_BOXES[shape]), axis=0)
+    return SensorBody(shape, (float(x), float(y), float(z)))
+
+
+def _known_body(model: str | None) -> Cylinder | Block | None:
+    if model is None:
+        return None
+    try:
+        return default_library().entry(model).body_m
+    except InputError:
+        return None
+
+
+def sensor_shape(sensor: Lidar | Camera) -> Shape:
+    """A LiDAR that sees nearly all round spins; one that does not is solid-state."""
+    if isinstance(sensor, Camera):
+        return "camera"
+    azimuths = sensor.azimuths()
+    span_deg = float(azimuths.max() - azimuths.min()) * (1.0 + 1.0 / max(1, len(azimuths) - 1))
+    return "puck" if span_deg >= _SPINNING_DEG or len(azimuths) == 1 else "box"
+
+
+def sensor_mesh(body: SensorBody, palette: Palette, mark: Mark = "", enabled: bool = True) -> pv.PolyData:
+    """Mesh of a body with an `rgb` uint8 point array; what is selected or under the mouse stands out."""
+    colour = palette.kinds["camera" if body.shape == "camera" else "lidar"]
+    if not enabled:
+        colour = mix(colour, _OFF, 0.85)
+    if mark == "selected":
+        colour = palette.selected
+    elif mark == "hovered":
+        colour = mix(colour, "#ffffff", 0.55)
+    mesh = _shape(body.shape, colour).copy()
+    mesh.points = np.asarray(mesh.points) * body.scale
+    return mesh
+
+
+@lru_cache(maxsize=16)
+def _shape(shape: Shape, colour: str) -> pv.PolyData:
+    """The unscaled mesh, for copies: the cameras of a rig differ in their poses alone."""
+    return {"puck": _puck, "box": _solid_state, "camera": _camera}[shape](colour)
+
+
+def _puck(colour: str) -> pv.PolyData:
+    """A spinning LiDAR: base, dark window ring, cap and a forward mark; the origin is in the window's middle."""
+    r = LIDAR_RADIUS_M
+    base = [(0.0, -0.085), (0.94 * r, -0.085), (r, -0.075), (r, -0.040), (0.95 * r, -0.036)]
+    window = [(0.95 * r, -0.036), (0.90 * r, 0.036)]
+    cap = [(0.93 * r, 0.036), (0.97 * r, 0.042), (0.96 * r, 0.062), (0.85 * r, 0.074), (0.0, 0.080)]
+    nose = pv.Cube(center=(r, 0.0, -0.058), x_length=0.03, y_length=0.05, z_length=0.026)
+    parts = [
+        _tinted(_upright(base), colour), _tinted(_upright(window), _DARK),
+        _tinted(_upright(cap), mix(colour, "#ffffff", 0.15)), _tinted(nose, mix(colour, "#000000", 0.25)),
+    ]  # fmt: skip
+    return _joined(parts)
+
+
+def _solid_state(colour: str) -> pv.PolyData:
+    """A LiDAR that looks one way: a flat box with cooling fins behind and a wide dark window in front."""
+    low, high = np.array(_BOXES["box"])
+    body = rounded_box(low, high - [0.012, 0.0, 0.0], 0.012)
+    window = pv.Cube(center=(0.002, 0.0, 0.0), x_length=0.016, y_length=0.165, z_length=0.082)
+    fins = [
+        pv.Cube(center=(-0.075, 0.0, z), x_length=0.07, y_length=0.196, z_length=0.006)
+        for z in (-0.03, -0.01, 0.01, 0.03)
+    ]
+    parts = [_tinted(body, colour), _tinted(window, _DARK)]
+    return _joined([*parts, *(_tinted(fin, mix(colour, "#000000", 0.35)) for fin in fins)])
+
+
+def _camera(colour: str) -> pv.PolyData:
+    """A camera: body behind the origin, lens barrel with dark glass ahead; a small fin marks its top."""
+    body = pv.Cube(center=(-0.070, 0.0, 0.0), x_length=0.12, y_length=0.13, z_length=0.10)
+    fin = pv.Cube(center=(-0.07, 0.0, 0.058), x_length=0.08, y_length=0.03, z_length=0.018)
+    barrel = [(0.052, -0.02), (0.052, 0.035), (0.060, 0.040), (0.060, 0.060), (0.048, 0.060)]
+    glass = [(0.048, 0.052), (0.030, 0.058), (0.0, 0.061)]
+    parts = [
+        _tinted(body, colour), _tinted(fin, mix(colour, "#ffffff", 0.35)),
+        _tinted(_forward(barrel), _DARK), _tinted(_forward(glass), _LENS),
+    ]  # fmt: skip
+    return _joined(parts)
+
+
+def _upright(profile: list[tuple[float, float]]) -> pv.PolyData:
+    """A lathe about z from (radius, z) pairs."""
+    return lathe(np.array(profile), 28).rotate_x(90, inplace=False)
+
+
+def _forward(profile: list[tuple[float, float]]) -> pv.PolyData:
+    """A lathe about x from (radius, x) pairs."""
+    return lathe(np.array(profile), 24).rotate_z(-90, inplace=False)
+
+
+def _tinted(mesh: pv.PolyData, colour: str) -> pv.PolyData:
+    flat = pv.PolyData(mesh.points, mesh.faces).compute_normals(
+        cell_normals=False, split_vertices=True, feature_angle=50, auto_orient_normals=False
+    )
+    flat["rgb"] = np.tile((np.array(rgb(colour)) * 255).astype(np.uint8), (flat.n_points, 1))
+    return flat
+
+
+def _joined(parts: list[pv.PolyData]) -> pv.PolyData:
+    mesh = parts[0]
+    for part in parts[1:]:
+        mesh = mesh.append_polydata(part)
+    return mesh
