@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated, Self
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -14,7 +14,7 @@ class Frozen(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, populate_by_name=True)
 
-    def replace(self, **changes: Any) -> Any:
-        """A validated copy with some fields changed."""
+    def replace(self, **changes: object) -> Self:
+        """Return a validated copy with some fields changed; raise pydantic's ValidationError where one does not fit."""
         fields = {name: getattr(self, name) for name in type(self).model_fields}
         return type(self)(**(fields | changes))

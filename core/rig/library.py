@@ -22,7 +22,7 @@ from riglens.core.geometry import Pose
 from riglens.core.rig.library_file import Entry as Entry
 from riglens.core.rig.library_file import library_path, read_entries
 from riglens.core.rig.library_store import stored_entries
-from riglens.core.rig.model import Camera, Lidar
+from riglens.core.rig.model import Sensor
 from riglens.core.rig.text_file import shown_path
 from riglens.core.rig.yaml_nodes import shortened
 
@@ -113,7 +113,7 @@ def load_library(path: Path) -> Library:
     return Library(read_entries(path, path.name))
 
 
-def sensor_from_model(model: str, name: str, pose: Pose) -> Lidar | Camera:
+def sensor_from_model(model: str, name: str, pose: Pose) -> Sensor:
     """A sensor called `name` of a library model at that pose; InputError for an unknown model."""
     return default_library().entry(model).sensor(name, pose)
 

@@ -11,7 +11,7 @@ from pydantic import BaseModel, Field, ValidationError
 from riglens.core.errors import InputError
 from riglens.core.geometry import Pose
 from riglens.core.rig.frozen import Frozen
-from riglens.core.rig.model import Camera, Length, Lidar, Positive
+from riglens.core.rig.model import Camera, Length, Lidar, Positive, Sensor
 from riglens.core.rig.text_file import read_text
 from riglens.core.rig.yaml_nodes import Mapping, Node, parse_yaml, plain_value, shortened
 
@@ -55,7 +55,7 @@ class Entry(Frozen):
     lens: Text | None = None
     fields: dict[str, Any]
 
-    def sensor(self, name: str, pose: Pose) -> Lidar | Camera:
+    def sensor(self, name: str, pose: Pose) -> Sensor:
         """A sensor of this model; raises pydantic's ValidationError when the entry's fields are wrong."""
         placed: dict[str, Any] = {"position": pose.position_m, "rpy_deg": pose.rpy_deg, "model": self.name}
         maker = Lidar if self.kind == "lidar" else Camera
@@ -131,7 +131,7 @@ def _check_about(entry: Entry, place: str) -> None:
             raise InputError(f"{place}: {key}: not a figure of a {entry.kind}")
 
 
-def _complete(fields: dict[str, Any], sensor: Lidar | Camera) -> dict[str, Any]:
+def _complete(fields: dict[str, Any], sensor: Sensor) -> dict[str, Any]:
     """The fields with every coefficient of a lens said, so that they compare equal to a sensor's."""
     lens = sensor.distortion if isinstance(sensor, Camera) else None
     return fields if lens is None else fields | {"distortion": _dumped(lens)}

@@ -6,7 +6,7 @@ from collections.abc import Collection, Sequence
 
 from riglens.core.errors import InputError
 from riglens.core.rig.mirror import without_sensor
-from riglens.core.rig.model import MAX_SENSORS, Camera, Lidar, Rig
+from riglens.core.rig.model import MAX_SENSORS, Rig, Sensor
 
 
 def with_enabled(rig: Rig, names: Collection[str], enabled: bool) -> Rig:
@@ -34,7 +34,7 @@ def duplicated(rig: Rig, names: Collection[str], left_m: float) -> tuple[Rig, tu
     InputError when the rig would hold too many sensors.
     """
     taken = [sensor.name for sensor in rig.sensors]
-    copies: list[Lidar | Camera] = []
+    copies: list[Sensor] = []
     for sensor in rig.sensors:
         if sensor.name in names:
             x, y, z = sensor.position

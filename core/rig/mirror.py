@@ -6,7 +6,7 @@ import math
 import re
 
 from riglens.core.geometry import Pose
-from riglens.core.rig.model import Camera, Lidar, Rig
+from riglens.core.rig.model import Rig, Sensor
 
 _LEFT, _RIGHT = ("left", "Left", "LEFT"), ("right", "Right", "RIGHT")
 
@@ -49,8 +49,7 @@ def with_mirror_image(rig: Rig, name: str, image_name: str) -> Rig:
         )
     image = _image(sensor, sensor.model_copy(update={"name": image_name, "mirror_of": name}))
     place = [other.name for other in rig.sensors].index(name) + 1
-    checked: Rig = rig.replace(sensors=(*rig.sensors[:place], image, *rig.sensors[place:]))
-    return checked
+    return rig.replace(sensors=(*rig.sensors[:place], image, *rig.sensors[place:]))
 
 
 def nearest_to_image(rig: Rig, name: str) -> str | None:
@@ -71,8 +70,7 @@ def linked(rig: Rig, name: str, other: str) -> Rig:
     ValueError when they are of different kinds or one of them belongs to another pair.
     """
     follower = _image(rig.sensor(name), rig.sensor(other)).replace(mirror_of=name)
-    checked: Rig = rig.replace(sensors=_with(rig, [follower]).sensors)
-    return checked
+    return rig.replace(sensors=_with(rig, [follower]).sensors)
 
 
 def unlinked(rig: Rig, name: str) -> Rig:
@@ -123,27 +121,26 @@ def _with_living_leaders(before: Rig, after: Rig) -> Rig:
     return _with(after, [_follower(sensor, renamed.get(sensor.mirror_of or "")) for sensor in lost])
 
 
-def _agrees(sensor: Lidar | Camera, old: Lidar | Camera | None) -> bool:
+def _agrees(sensor: Sensor, old: Sensor | None) -> bool:
     """Whether a sensor is as it was, apart from name and pair; a sensor of another name counts as it was."""
     return old is None or _image(sensor, old) == _image(old, old)
 
 
-def _image(sensor: Lidar | Camera, own: Lidar | Camera) -> Lidar | Camera:
+def _image(sensor: Sensor, own: Sensor) -> Sensor:
     """The mirror image of a sensor, with name and pair of `own`."""
-    pose = mirrored_pose(sensor.pose)
-    image: Lidar | Camera = sensor.with_pose(pose)
+    image = sensor.with_pose(mirrored_pose(sensor.pose))
     return image.model_copy(update={"name": own.name, "mirror_of": own.mirror_of})
 
 
-def _follower(sensor: Lidar | Camera, leader: str | None) -> Lidar | Camera:
+def _follower(sensor: Sensor, leader: str | None) -> Sensor:
     return sensor.model_copy(update={"mirror_of": leader})
 
 
-def _alone(sensor: Lidar | Camera) -> Lidar | Camera:
+def _alone(sensor: Sensor) -> Sensor:
     return _follower(sensor, None)
 
 
-def _with(rig: Rig, changed: list[Lidar | Camera]) -> Rig:
+def _with(rig: Rig, changed: list[Sensor]) -> Rig:
     """The rig with some sensors exchanged for those of the same names."""
     new = {sensor.name: sensor for sensor in changed}
     sensors = tuple(new.get(sensor.name, sensor) for sensor in rig.sensors)

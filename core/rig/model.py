@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,7 +40,7 @@ class EvenAngles(Frozen):
     count: Annotated[int, Field(ge=1, le=100_000)]
 
     @model_validator(mode="after")
-    def _rising(self) -> EvenAngles:
+    def _rising(self) -> Self:
         if self.to < self.from_:
             raise ValueError(f"'to' ({self.to}) must not be below 'from' ({self.from_})")
         return self
@@ -56,7 +56,9 @@ class EvenAngles(Frozen):
         return self.from_ + np.arange(self.count) * (self.to - self.from_) / self.count
 
 
-class _Sensor(Frozen):
+class _Mounted(Frozen):
+    """What LiDARs and cameras have in common: a name, a pose, a range."""
+
     name: Name
     model: str | None = None
     position: Position
@@ -66,7 +68,7 @@ class _Sensor(Frozen):
     mirror_of: Name | None = None
 
     @model_validator(mode="after")
-    def _range_rises(self) -> Any:
+    def _range_rises(self) -> Self:
         low, high = self.range_m
         if math.isnan(low) or math.isnan(high) or math.isinf(low) or not low < high:
             raise ValueError(f"range_m must be [min, max] with 0 <= min < max, found [{low}, {high}]")
@@ -77,12 +79,12 @@ class _Sensor(Frozen):
         """Pose of the sensor in the vehicle frame."""
         return Pose(self.position, self.rpy_deg)
 
-    def with_pose(self, pose: Pose) -> Any:
+    def with_pose(self, pose: Pose) -> Self:
         """The same sensor elsewhere; not validated again, because it happens on every mouse move."""
         return self.model_copy(update={"position": pose.position_m, "rpy_deg": pose.rpy_deg})
 
 
-class Lidar(_Sensor):
+class Lidar(_Mounted):
     """Spinning LiDAR; `elevations_deg` with both ends, `azimuths_deg` with an open end (paper, eq. 2).
 
     `azimuth_offsets_deg`, one per beam, are added to the azimuths of that beam (positive turns left).
@@ -96,7 +98,7 @@ class Lidar(_Sensor):
     azimuth_offsets_deg: tuple[Azimuth, ...] | None = None
 
     @model_validator(mode="after")
-    def _angles_sensible(self) -> Lidar:
+    def _angles_sensible(self) -> Self:
         if not 0 < self.ray_count <= MAX_RAYS_PER_SENSOR:
             raise ValueError(f"a LiDAR casts 1 to {MAX_RAYS_PER_SENSOR} rays, found {self.ray_count}")
         beams, turn = self.elevations_deg, self.azimuths_deg
@@ -108,7 +110,7 @@ class Lidar(_Sensor):
         return self
 
     @model_validator(mode="after")
-    def _offsets_fit(self) -> Lidar:
+    def _offsets_fit(self) -> Self:
         offsets, beams = self.azimuth_offsets_deg, self.beam_count
         if offsets is not None and len(offsets) != beams:
             raise ValueError(
@@ -145,7 +147,7 @@ class Lidar(_Sensor):
         return self.beam_count * (turn.count if isinstance(turn, EvenAngles) else len(turn))
 
 
-class Camera(_Sensor):
+class Camera(_Mounted):
     """Camera; casts a lattice `cast` of rays through pixel centres of the resized image (paper, eq. 3-5).
 
     A pinhole, or with `distortion` a lens that bends its rays as in `riglens.core.sensing.lens`.
@@ -162,7 +164,7 @@ class Camera(_Sensor):
     cast: tuple[Pixels, Pixels] = (352, 128)
 
     @model_validator(mode="after")
-    def _one_way_to_say_the_lens(self) -> Camera:
+    def _one_way_to_say_the_lens(self) -> Self:
         given = [value is not None for value in (self.fx, self.fy, self.cx, self.cy)]
         if (self.hfov_deg is None and not all(given)) or (self.hfov_deg is not None and any(given)):
             raise ValueError("give either hfov_deg or all of fx, fy, cx, cy")
@@ -171,7 +173,7 @@ class Camera(_Sensor):
         return self
 
     @model_validator(mode="after")
-    def _distortion_has_a_matrix(self) -> Camera:
+    def _distortion_has_a_matrix(self) -> Self:
         if self.distortion is not None and self.hfov_deg is not None:
             raise ValueError("distortion needs the lens as fx, fy, cx, cy in pixels, not as hfov_deg")
         if self.distortion is not None and self.ray_count > MAX_LISTED_RAYS:
@@ -193,7 +195,8 @@ class Camera(_Sensor):
         return self.cast[0] * self.cast[1]
 
 
-Sensor = Annotated[Lidar | Camera, Field(discriminator="kind")]
+Sensor = Lidar | Camera
+"""A sensor of any kind, told apart by `kind`; a new kind joins here."""
 
 
 class MeshPlacement(Frozen):
@@ -253,10 +256,12 @@ class Rig(Frozen):
     riglens: Literal[1] = 1
     name: Name = "untitled"
     vehicle: Vehicle = Vehicle()
-    sensors: Annotated[tuple[Sensor, ...], Field(max_length=MAX_SENSORS)] = ()
+    sensors: Annotated[
+        tuple[Annotated[Sensor, Field(discriminator="kind")], ...], Field(max_length=MAX_SENSORS)
+    ] = ()
 
     @model_validator(mode="after")
-    def _names_unique(self) -> Rig:
+    def _names_unique(self) -> Self:
         seen: set[str] = set()
         for sensor in self.sensors:
             if sensor.name in seen:
@@ -265,20 +270,20 @@ class Rig(Frozen):
         return self
 
     @model_validator(mode="after")
-    def _mirrors_pair_up(self) -> Rig:
+    def _mirrors_pair_up(self) -> Self:
         problem = mirror_problem((s.name, s.kind, s.mirror_of) for s in self.sensors)
         if problem is not None:
             raise ValueError(f"sensors[{problem[0]}].{problem[1]}")
         return self
 
-    def sensor(self, name: str) -> Lidar | Camera:
+    def sensor(self, name: str) -> Sensor:
         """The sensor of that name; KeyError when there is none."""
         for sensor in self.sensors:
             if sensor.name == name:
                 return sensor
         raise KeyError(name)
 
-    def with_sensor(self, name: str, sensor: Lidar | Camera) -> Rig:
+    def with_sensor(self, name: str, sensor: Sensor) -> Rig:
         """The rig with the sensor called `name` exchanged for another (unvalidated beyond unique names)."""
         sensors = tuple(sensor if old.name == name else old for old in self.sensors)
         return self.model_copy(update={"sensors": sensors})

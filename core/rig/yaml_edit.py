@@ -10,7 +10,7 @@ from collections.abc import Sequence as AbstractSequence
 from typing import Any
 
 from riglens.core.rig.distortion import COEFFICIENTS
-from riglens.core.rig.model import Camera, Lidar, Rig, Vehicle
+from riglens.core.rig.model import Rig, Sensor, Vehicle
 from riglens.core.rig.yaml_nodes import Mapping, Node, Scalar, Sequence, parse_yaml, plain_value
 from riglens.core.rig.yaml_sensors import match_sensors, rearranged
 from riglens.core.rig.yaml_text import (
@@ -47,7 +47,7 @@ def edited_text(text: str, old: Rig, new: Rig) -> str:
     return text
 
 
-def _with_values(text: str, new: Rig, pairs: AbstractSequence[tuple[int, Lidar | Camera]]) -> str:
+def _with_values(text: str, new: Rig, pairs: AbstractSequence[tuple[int, Sensor]]) -> str:
     edits, root = _Edits(text), _root(text)
     vehicle, vehicle_node = plain_fields(new.vehicle), root.get("vehicle")
     wanted: dict[str, Any] = {"name": new.name}
@@ -62,7 +62,7 @@ def _with_values(text: str, new: Rig, pairs: AbstractSequence[tuple[int, Lidar |
     return edits.applied()
 
 
-def _without_one_obsolete_field(text: str, pairs: AbstractSequence[tuple[int, Lidar | Camera]]) -> str | None:
+def _without_one_obsolete_field(text: str, pairs: AbstractSequence[tuple[int, Sensor]]) -> str | None:
     """The text without the first field that no longer has a value (a lens said in another way), or None."""
     root = _root(text)
     for index, sensor in pairs:

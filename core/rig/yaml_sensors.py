@@ -9,11 +9,11 @@ from __future__ import annotations
 from collections.abc import Sequence as AbstractSequence
 from dataclasses import dataclass
 
-from riglens.core.rig.model import Camera, Lidar, Rig
+from riglens.core.rig.model import Rig, Sensor
 from riglens.core.rig.yaml_nodes import Mapping, Sequence, parse_yaml
 from riglens.core.rig.yaml_text import line_end, plain_fields, sensor_lines, value_text, written_fields
 
-Item = int | Lidar | Camera
+Item = int | Sensor
 """A sensor of a new list: the index it had in the text, or a sensor that is not in the text yet."""
 
 
@@ -31,7 +31,7 @@ def match_sensors(old: Rig, new: Rig) -> list[int | None]:
     return matches
 
 
-def _is_renamed(old: Lidar | Camera, new: Lidar | Camera) -> bool:
+def _is_renamed(old: Sensor, new: Sensor) -> bool:
     return plain_fields(old) | {"name": ""} == plain_fields(new) | {"name": ""}
 
 

@@ -10,7 +10,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from riglens.core.rig.library import LENS_MATRIX, supplied_fields
-from riglens.core.rig.model import Camera, Lidar, MeshPlacement, Rig, Vehicle
+from riglens.core.rig.model import MeshPlacement, Rig, Sensor, Vehicle
 from riglens.core.rig.yaml_nodes import scalar_value
 
 _PLAIN = re.compile(r"[A-Za-z_]([A-Za-z0-9_+./ -]*[A-Za-z0-9_+./-])?")
@@ -43,7 +43,7 @@ def plain(value: Any) -> Any:
     return float(value) if isinstance(value, float) else value
 
 
-def written_fields(sensor: Lidar | Camera) -> dict[str, Any]:
+def written_fields(sensor: Sensor) -> dict[str, Any]:
     """The fields of a sensor that a new file says, in the order in which it says them.
 
     What the library model supplies is said as well, so that the file keeps its meaning on its own; left out
@@ -66,14 +66,14 @@ def vehicle_fields(vehicle: Vehicle) -> dict[str, Any]:
     return fields
 
 
-def implied_fields(sensor: Lidar | Camera) -> dict[str, Any]:
+def implied_fields(sensor: Sensor) -> dict[str, Any]:
     """What a sensor's fields are when a file does not say them: the library model's, or the defaults."""
     fields = plain_fields(sensor)
     said = {key: fields.get(key) for key in ("model", "elevations_deg", "hfov_deg", *LENS_MATRIX)}
     return _default_fields(sensor) | supplied_fields(said)
 
 
-def _default_fields(sensor: Lidar | Camera) -> dict[str, Any]:
+def _default_fields(sensor: Sensor) -> dict[str, Any]:
     known = type(sensor).model_fields.items()
     return {name: plain(info.default) for name, info in known if name != "kind" and not info.is_required()}
 
@@ -90,7 +90,7 @@ def rig_text(rig: Rig) -> str:
     return "\n".join([*lines, ""])
 
 
-def sensor_lines(sensor: Lidar | Camera, indent: int) -> list[str]:
+def sensor_lines(sensor: Sensor, indent: int) -> list[str]:
     """A sensor as an item of a block list whose dash stands `indent` columns in."""
     entries = [f"{key}: {value_text(value)}" for key, value in written_fields(sensor).items()]
     return [" " * indent + ("- " if index == 0 else "  ") + entry for index, entry in enumerate(entries)]

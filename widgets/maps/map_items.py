@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from PySide6.QtCore import QPointF, QRectF, QSizeF, Qt
 from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPainterPath, QPen
 
-from riglens.core.rig.model import Camera, Lidar, Vehicle
+from riglens.core.rig.model import Camera, Sensor, Vehicle
 from riglens.core.scene.grid import VoxelGrid
 from riglens.widgets.maps.paint import BAR_PX, SHARE_MAP, draw_bar, draw_tag
 from riglens.widgets.maps.plane import PlaneView
@@ -97,9 +97,7 @@ def draw_car(painter: QPainter, view: PlaneView, vehicle: Vehicle, tones: Tones)
     painter.drawPath(glass)
 
 
-def draw_sensor(
-    painter: QPainter, view: PlaneView, sensor: Lidar | Camera, selected: bool, tones: Tones
-) -> None:
+def draw_sensor(painter: QPainter, view: PlaneView, sensor: Sensor, selected: bool, tones: Tones) -> None:
     """A sensor with its heading: a dot with a tick for a LiDAR, with its field of view for a camera."""
     colour = QColor(KIND_COLOURS[sensor.kind])
     at = view.to_px(sensor.position[0], sensor.position[1])
@@ -122,7 +120,7 @@ def draw_sensor(
     painter.drawEllipse(at, DOT_PX, DOT_PX)
 
 
-def draw_outside(painter: QPainter, view: PlaneView, sensor: Lidar | Camera) -> None:
+def draw_outside(painter: QPainter, view: PlaneView, sensor: Sensor) -> None:
     """An arrow at the edge of the map towards a sensor beyond it."""
     at = outside_mark(view, sensor)
     if at is None:
@@ -141,7 +139,7 @@ def draw_outside(painter: QPainter, view: PlaneView, sensor: Lidar | Camera) -> 
     painter.restore()
 
 
-def outside_mark(view: PlaneView, sensor: Lidar | Camera) -> QPointF | None:
+def outside_mark(view: PlaneView, sensor: Sensor) -> QPointF | None:
     """Where on the edge a sensor beyond the map is marked, None for one on the map."""
     at, area = view.to_px(sensor.position[0], sensor.position[1]), view.area
     if area.contains(at):
@@ -169,7 +167,7 @@ def _draw_wedge(painter: QPainter, at: QPointF, camera: Camera, colour: QColor) 
     painter.drawPath(wedge)
 
 
-def _on_screen(sensor: Lidar | Camera, ray: tuple[float, float, float], length_px: float) -> QPointF | None:
+def _on_screen(sensor: Sensor, ray: tuple[float, float, float], length_px: float) -> QPointF | None:
     """A ray of the sensor frame on the map, of a length in pixels; None where it stands nearly upright."""
     x, y, z = sensor.pose.rotation() @ ray
     flat = math.hypot(x, y)

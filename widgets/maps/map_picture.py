@@ -9,7 +9,7 @@ from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import QWidget
 
-from riglens.core.rig.model import Camera, Lidar, Rig
+from riglens.core.rig.model import Rig, Sensor
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.top_view import BLIND, EMPTY, LEAST, MOST, TopView
 from riglens.widgets.maps.map_items import (
@@ -118,12 +118,12 @@ class MapPicture(QWidget):
             said.append(f"outside the ROI: {', '.join(outside)}")
         return " · ".join(said)
 
-    def _state_of(self, sensor: Lidar | Camera) -> list[str]:
+    def _state_of(self, sensor: Sensor) -> list[str]:
         """What is unusual about a sensor."""
         said = {"outside the ROI": self._is_outside(sensor), "switched off": not sensor.enabled}
         return [text for text, is_so in said.items() if is_so]
 
-    def _is_outside(self, sensor: Lidar | Camera) -> bool:
+    def _is_outside(self, sensor: Sensor) -> bool:
         low, roi = self._grid.origin_m, self._grid.roi_m
         return not all(a <= p < a + b for a, b, p in zip(low, roi, sensor.position, strict=True))
 
@@ -188,12 +188,12 @@ class MapPicture(QWidget):
         return QSize(300, 420)
 
     # ------------------------------------------------------------------ what is where
-    def _shown(self) -> list[Lidar | Camera]:
+    def _shown(self) -> list[Sensor]:
         return [sensor for sensor in self._rig.sensors if sensor.name not in self._hidden]
 
-    def _sensor_at(self, at: QPointF) -> Lidar | Camera | None:
+    def _sensor_at(self, at: QPointF) -> Sensor | None:
         """The sensor nearest to a place, within reach of the mouse; the highest of those at the same spot."""
-        found: list[tuple[float, float, Lidar | Camera]] = []
+        found: list[tuple[float, float, Sensor]] = []
         for sensor in self._shown():
             mark = outside_mark(self.plane, sensor)
             offset = (mark or self.plane.to_px(sensor.position[0], sensor.position[1])) - at

@@ -81,8 +81,7 @@ class AnglesField(QObject):
             return lidar
         angles = self._doubles(lidar)
         even = EvenAngles.model_validate({"from": min(angles), "to": max(angles), "count": len(angles)})
-        changed: Lidar = lidar.replace(**{self._field: even if way == EVEN else angles})
-        return changed
+        return lidar.replace(**{self._field: even if way == EVEN else angles})
 
     def _read_part(self, part: str, lidar: Lidar) -> Any:
         angles = self._angles(lidar)
@@ -91,8 +90,7 @@ class AnglesField(QObject):
     def _write_part(self, part: str, lidar: Lidar, value: float) -> Lidar:
         angles = self._angles(lidar)
         assert isinstance(angles, EvenAngles)
-        changed: Lidar = lidar.replace(**{self._field: angles.replace(**{part: value})})
-        return changed
+        return lidar.replace(**{self._field: angles.replace(**{part: value})})
 
     def _read_list(self, lidar: Lidar) -> tuple[float, ...] | None:
         angles = self._angles(lidar)
@@ -101,5 +99,4 @@ class AnglesField(QObject):
     def _write_list(self, lidar: Lidar, values: tuple[float, ...]) -> Lidar:
         if not values:
             raise ValueError("found no angle, accepted are numbers in degrees such as -15, 0, 15")
-        changed: Lidar = lidar.replace(**{self._field: values})
-        return changed
+        return lidar.replace(**{self._field: values})

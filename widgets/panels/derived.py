@@ -7,11 +7,11 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.rig.model import Camera, EvenAngles, Lidar
+from riglens.core.rig.model import Camera, EvenAngles, Lidar, Sensor
 from riglens.core.sensing.camera import field_of_view_deg
 
 
-def derived_rows(sensor: Lidar | Camera) -> list[tuple[str, str]]:
+def derived_rows(sensor: Sensor) -> list[tuple[str, str]]:
     """Captions and values, always the same captions for a kind of sensor."""
     return _lidar_rows(sensor) if isinstance(sensor, Lidar) else _camera_rows(sensor)
 

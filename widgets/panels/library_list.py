@@ -18,7 +18,7 @@ from PySide6.QtWidgets import (
 
 from riglens.core.geometry import Pose
 from riglens.core.rig.library_file import Entry
-from riglens.core.rig.model import Camera, Lidar
+from riglens.core.rig.model import Sensor
 from riglens.widgets.panels.derived import derived_rows
 from riglens.widgets.panels.icons import icon
 from riglens.widgets.panels.sensor_rows import short_type
@@ -34,7 +34,7 @@ _NOTHING = "No model has all of these words"
 _KINDS = (("lidar", "LiDARs"), ("camera", "Cameras"))
 
 
-def model_tip(entry: Entry, sensor: Lidar | Camera) -> str:
+def model_tip(entry: Entry, sensor: Sensor) -> str:
     """Title, figures and source of a model."""
     figures = [f"{caption}: {value}" for caption, value in derived_rows(sensor)]
     low, high = sensor.range_m

@@ -25,8 +25,7 @@ def with_body(rig: Rig, body: str) -> Rig:
         changes |= {
             name: getattr(new, name) for name in _SIZES if getattr(vehicle, name) == getattr(old, name)
         }
-    changed: Rig = rig.replace(vehicle=vehicle.replace(**changes))
-    return changed
+    return rig.replace(vehicle=vehicle.replace(**changes))
 
 
 class MeshRows:
@@ -68,5 +67,4 @@ class MeshRows:
 
 def _with_mesh(rig: Rig, **changes: Any) -> Rig:
     mesh = rig.vehicle.mesh.replace(**changes)
-    changed: Rig = rig.replace(vehicle=rig.vehicle.replace(mesh=mesh))
-    return changed
+    return rig.replace(vehicle=rig.vehicle.replace(mesh=mesh))

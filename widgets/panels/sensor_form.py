@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QCheckBox, QComboBox, QLabel, QWidget
 
 from riglens.core.geometry import Pose
 from riglens.core.rig.library import default_library
-from riglens.core.rig.model import Camera, Lidar
+from riglens.core.rig.model import Sensor
 from riglens.widgets.panels.derived import derived_rows
 from riglens.widgets.panels.expression import DEGREES, METRES, Unit
 from riglens.widgets.panels.form import ChoiceBox, Form, read_field, read_item, write_field, write_item
@@ -75,7 +75,7 @@ class SensorForm(Form):
         self.add_row("Enabled", [enabled])
         self.bind_check(enabled, read_field("enabled"), write_field("enabled"), "enabled")
 
-    def _write_name(self, sensor: Lidar | Camera, name: str) -> Any:
+    def _write_name(self, sensor: Sensor, name: str) -> Sensor:
         if name in self._taken:
             raise ValueError(f"'{name}' is used by another sensor; names must be unique")
         return sensor.replace(name=name)
@@ -164,14 +164,10 @@ class SensorForm(Form):
         )
 
 
-def _write_model(sensor: Lidar | Camera, model: str | None) -> Lidar | Camera:
+def _write_model(sensor: Sensor, model: str | None) -> Sensor:
     """The sensor with the fields of a library model; without a model it keeps its fields."""
     if model == sensor.model:
         return sensor
     if model is None:
-        plain: Lidar | Camera = sensor.replace(model=None)
-        return plain
-    changed: Lidar | Camera = (
-        default_library().entry(model).sensor(sensor.name, sensor.pose).replace(enabled=sensor.enabled)
-    )
-    return changed
+        return sensor.replace(model=None)
+    return default_library().entry(model).sensor(sensor.name, sensor.pose).replace(enabled=sensor.enabled)

@@ -13,7 +13,7 @@ from PySide6.QtWidgets import (
 )
 
 from riglens.core.rig.library import default_library
-from riglens.core.rig.model import Camera, Lidar
+from riglens.core.rig.model import Lidar, Sensor
 from riglens.widgets.panels.bar_delegate import BAR_COLOUR, BAR_SHARE, BarDelegate
 from riglens.widgets.panels.derived import derived_rows
 from riglens.widgets.panels.icons import icon
@@ -62,14 +62,14 @@ def set_up_columns(tree: QTreeWidget) -> None:
         header.resizeSection(column, width)
 
 
-def short_type(sensor: Lidar | Camera) -> str:
+def short_type(sensor: Sensor) -> str:
     """A few characters: channels (beams) of a LiDAR, horizontal field of view of a camera."""
     if isinstance(sensor, Lidar):
         return f"{len(sensor.elevations())} ch"
     return dict(derived_rows(sensor))["Field of view"].split(" × ")[0].replace(".0°", "°")
 
 
-def model_note(sensor: Lidar | Camera) -> str:
+def model_note(sensor: Sensor) -> str:
     """Title and source of the sensor's model, or that it has none."""
     if sensor.model is None:
         return "no model of the library"
@@ -78,7 +78,7 @@ def model_note(sensor: Lidar | Camera) -> str:
     return f"{entry.title}\n{entry.source}" if entry is not None else f"{sensor.model}: not in the library"
 
 
-def show_sensor(row: QTreeWidgetItem, sensor: Lidar | Camera, state: RowState) -> None:
+def show_sensor(row: QTreeWidgetItem, sensor: Sensor, state: RowState) -> None:
     """Bring a row in line with a sensor."""
     row.setFlags(_FIXED_FLAGS if state.is_locked else _EDIT_FLAGS)
     row.setText(NAME, sensor.name)

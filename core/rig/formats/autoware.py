@@ -26,7 +26,7 @@ from riglens.core.rig.formats.mounts import (
 from riglens.core.rig.formats.report import Notes
 from riglens.core.rig.formats.source import Source
 from riglens.core.rig.formats.values import MAX_ANGLE, Value
-from riglens.core.rig.model import Camera, Lidar, Rig, Vehicle
+from riglens.core.rig.model import Camera, Rig, Sensor, Vehicle
 from riglens.core.rig.yaml_text import value_text
 
 TITLE = "Autoware sensor kit calibration"
@@ -150,7 +150,7 @@ def write(rig: Rig) -> Exported:
     return Exported(texts, notes.report(TITLE))
 
 
-def _frame(sensor: Lidar | Camera) -> str:
+def _frame(sensor: Sensor) -> str:
     """The frame of a sensor as Autoware's sensor kits call it."""
     return f"{sensor.name}/camera_link" if isinstance(sensor, Camera) else f"{sensor.name}{FOOT}"
 

@@ -22,7 +22,7 @@ from riglens.core.rig.formats.mounts import MAX_PIXELS, Mounting, ReadOptions, r
 from riglens.core.rig.formats.report import Notes
 from riglens.core.rig.formats.source import Source
 from riglens.core.rig.formats.values import Value
-from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig, Vehicle
+from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig, Sensor, Vehicle
 from riglens.core.rig.yaml_nodes import shortened
 
 TITLE = "CARLA ROS bridge objects.json"
@@ -143,7 +143,7 @@ def write(rig: Rig) -> Exported:
     return Exported({"objects.json": text}, notes.report(TITLE))
 
 
-def _sensor(sensor: Lidar | Camera, notes: Notes) -> dict[str, object]:
+def _sensor(sensor: Sensor, notes: Notes) -> dict[str, object]:
     pose = pose_from_se3(root_SE3_body(sensor, ORIGIN))
     spawn = dict(zip((*_POSITION, *_ANGLES), (*pose.position_m, *pose.rpy_deg), strict=True))
     if isinstance(sensor, Lidar):

@@ -23,7 +23,7 @@ from riglens.core.rig.formats.mounts import Mounting, ReadOptions, root_SE3_body
 from riglens.core.rig.formats.report import Notes
 from riglens.core.rig.formats.source import Source
 from riglens.core.rig.formats.values import Value
-from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig, Vehicle
+from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig, Sensor, Vehicle
 from riglens.core.rig.yaml_text import value_text
 
 TITLE = "CARLA TOML of the published placement code"
@@ -149,7 +149,7 @@ def write(rig: Rig) -> Exported:
     return Exported({"rig.toml": text}, notes.report(TITLE))
 
 
-def _left_handed(sensor: Lidar | Camera) -> tuple[Vec3, Vec3]:
+def _left_handed(sensor: Sensor) -> tuple[Vec3, Vec3]:
     """Position in metres and roll, pitch, yaw in degrees in CARLA's axes."""
     pose = pose_from_se3(root_SE3_body(sensor, ORIGIN))
     (x, y, z), (roll, pitch, yaw) = pose.position_m, pose.rpy_deg

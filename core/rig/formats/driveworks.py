@@ -27,7 +27,7 @@ from riglens.core.rig.formats.mounts import (
 from riglens.core.rig.formats.report import Notes
 from riglens.core.rig.formats.source import Source
 from riglens.core.rig.formats.values import MAX_ANGLE, Value
-from riglens.core.rig.model import Camera, Lidar, Rig, Vehicle
+from riglens.core.rig.model import Camera, Rig, Sensor, Vehicle
 from riglens.core.rig.yaml_nodes import shortened
 
 TITLE = "NVIDIA DriveWorks rig JSON"
@@ -219,7 +219,7 @@ def _vehicle_block(vehicle: Vehicle) -> dict[str, object]:
     return {"valid": False, "value": {**size, "bumperRear": bumper_rear}}
 
 
-def _sensor(sensor: Lidar | Camera, rig: Rig, notes: Notes) -> dict[str, object]:
+def _sensor(sensor: Sensor, rig: Rig, notes: Notes) -> dict[str, object]:
     pose = pose_from_se3(root_SE3_body(sensor, rear_axle_on_ground(rig.vehicle)))
     properties: dict[str, str] = {}
     if isinstance(sensor, Camera):

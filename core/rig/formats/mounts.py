@@ -15,7 +15,7 @@ from riglens.core.geometry import Pose, Vec3
 from riglens.core.rig.formats.frames import Matrix, inverse, pose_from_se3, se3
 from riglens.core.rig.formats.report import Notes
 from riglens.core.rig.library import Entry, default_library
-from riglens.core.rig.model import MAX_SENSORS, Camera, Lidar, Rig, Vehicle
+from riglens.core.rig.model import MAX_SENSORS, Camera, Lidar, Rig, Sensor, Vehicle
 from riglens.core.rig.yaml_fields import ACCEPTED
 from riglens.core.rig.yaml_nodes import shortened
 
@@ -47,8 +47,7 @@ class ReadOptions:
         found = self.vehicle or known
         if self.rear_axle_x is None:
             return found
-        replaced: Vehicle = found.replace(rear_axle_x=self.rear_axle_x)
-        return replaced
+        return found.replace(rear_axle_x=self.rear_axle_x)
 
 
 @dataclass
@@ -59,7 +58,7 @@ class Mounting:
     notes: Notes
     vehicle: Vehicle
     origin_m: Vec3
-    sensors: list[Lidar | Camera] = field(default_factory=list)
+    sensors: list[Sensor] = field(default_factory=list)
 
     def pose(self, root_SE3_sensor: Matrix) -> Pose:
         """The pose in the vehicle frame of a sensor that stands there in the file's root frame."""
@@ -157,7 +156,7 @@ def _complaint(error: ValidationError) -> str:
     return f"{field}: found {shortened(str(details['input']), 60)}; accepted is {accepted}"
 
 
-def sensors_to_write(rig: Rig, notes: Notes) -> list[Lidar | Camera]:
+def sensors_to_write(rig: Rig, notes: Notes) -> list[Sensor]:
     """The sensors that are switched on; those that are not are reported. InputError when none is left."""
     for sensor in rig.sensors:
         if not sensor.enabled:
@@ -170,7 +169,7 @@ def sensors_to_write(rig: Rig, notes: Notes) -> list[Lidar | Camera]:
     return chosen
 
 
-def root_SE3_body(sensor: Lidar | Camera, origin_m: Vec3) -> Matrix:
+def root_SE3_body(sensor: Sensor, origin_m: Vec3) -> Matrix:
     """The transform of a sensor in a frame whose origin lies at `origin_m` in the vehicle frame."""
     return inverse(se3(np.eye(3), origin_m)) @ sensor.pose.vehicle_SE3_sensor()
 

@@ -32,7 +32,7 @@ from riglens.core.rig.formats.mounts import (
 from riglens.core.rig.formats.report import Notes
 from riglens.core.rig.formats.source import Source
 from riglens.core.rig.formats.values import Value
-from riglens.core.rig.model import Camera, Lidar, Rig, Vehicle
+from riglens.core.rig.model import Camera, Rig, Sensor, Vehicle
 from riglens.core.rig.yaml_nodes import shortened
 
 TITLE = "nuScenes tables"
@@ -167,12 +167,12 @@ def write(rig: Rig) -> Exported:
     )
 
 
-def _sensor_row(rig: Rig, sensor: Lidar | Camera) -> dict[str, object]:
+def _sensor_row(rig: Rig, sensor: Sensor) -> dict[str, object]:
     token = _token(rig, "sensor", sensor.name)
     return {"token": token, "channel": sensor.name, "modality": sensor.kind}
 
 
-def _calibrated_row(rig: Rig, sensor: Lidar | Camera, origin_m: Vec3) -> dict[str, object]:
+def _calibrated_row(rig: Rig, sensor: Sensor, origin_m: Vec3) -> dict[str, object]:
     pose = root_SE3_body(sensor, origin_m)
     intrinsic: list[list[float]] = []
     if isinstance(sensor, Camera):

@@ -18,7 +18,7 @@ from riglens.core.rig.formats.lenses import report_distortion
 from riglens.core.rig.formats.mounts import root_SE3_body, sensors_to_write
 from riglens.core.rig.formats.report import Notes
 from riglens.core.rig.formats.source import Source
-from riglens.core.rig.model import Camera, Lidar, Rig
+from riglens.core.rig.model import Camera, Lidar, Rig, Sensor
 
 TITLE = "ASAM OSI sensor view configuration (JSON)"
 WHEEL_RADIUS_M = 0.33
@@ -45,7 +45,7 @@ def write(rig: Rig) -> Exported:
     return Exported({"osi.json": json.dumps(document, indent=2) + "\n"}, notes.report(TITLE))
 
 
-def _message(sensor: Lidar | Camera, number: int, rig: Rig, notes: Notes) -> dict[str, Any]:
+def _message(sensor: Sensor, number: int, rig: Rig, notes: Notes) -> dict[str, Any]:
     pose = pose_from_se3(root_SE3_body(sensor, (rig.vehicle.rear_axle_x, 0.0, WHEEL_RADIUS_M)))
     mounting = {
         "position": dict(zip("xyz", pose.position_m, strict=True)),

@@ -11,7 +11,7 @@ from riglens.core.rig.formats.frames import pose_from_se3
 from riglens.core.rig.formats.lenses import report_distortion
 from riglens.core.rig.formats.mounts import rear_axle_on_ground, root_SE3_body, sensors_to_write
 from riglens.core.rig.formats.report import Notes
-from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
+from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig, Sensor
 
 TITLE = "ROS URDF"
 _OPTICAL_RPY = (-90.0, 0.0, -90.0)
@@ -54,7 +54,7 @@ def _link(parent: str, child: str, position_m: Vec3, rpy_deg: Vec3) -> list[str]
     ]
 
 
-def _gazebo(sensor: Lidar | Camera, link: str, notes: Notes) -> list[str]:
+def _gazebo(sensor: Sensor, link: str, notes: Notes) -> list[str]:
     kind = "camera" if isinstance(sensor, Camera) else "gpu_lidar"
     inner = _camera(sensor, notes) if isinstance(sensor, Camera) else _lidar(sensor, notes)
     return [
