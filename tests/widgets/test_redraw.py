@@ -7,21 +7,23 @@ from collections.abc import Iterator
 
 import pytest
 from PySide6.QtCore import QObject, QTimer
-from PySide6.QtTest import QTest
 
-from riglens.widgets.viewport.redraw import Parts, Redraw
+from riglens.widgets.timers import Timers, single_shot
+from riglens.widgets.viewport.redraw import REST_MS, Parts, Redraw
+from tests.hand_clock import HandTimers
 
 PARTS = 5
+TIMEOUT_MS = 60_000
 
 
 class View(QObject):
     """Notes what it is asked to draw; each part takes a turn."""
 
-    def __init__(self) -> None:
+    def __init__(self, timers: Timers) -> None:
         super().__init__()
         self.is_moving = False
         self.notes: list[str] = []
-        self.redraw = Redraw(self, self.draw, self.draw_rested, lambda: not self.is_moving, rest_ms=30)
+        self.redraw = Redraw(self, self.draw, self.draw_rested, lambda: not self.is_moving, timers)
 
     def draw(self) -> None:
         self.notes.append("frame")
@@ -37,71 +39,86 @@ class View(QObject):
             self.notes.append("given up")
             raise
 
-    def settle(self) -> None:
-        while not self.redraw.is_at_rest:
-            QTest.qWait(5)
-
 
 WHOLE = [*(f"part {part}" for part in range(PARTS)), "whole"]
 
 
 @pytest.fixture
-def view(qapp) -> Iterator[View]:
-    made = View()
+def timers() -> HandTimers:
+    return HandTimers()
+
+
+@pytest.fixture
+def view(qapp, timers: HandTimers) -> Iterator[View]:
+    made = View(timers)
     yield made
     made.redraw.stop()
 
 
-def test_others_have_a_turn_between_the_parts(view: View) -> None:
+def draw_until(view: View, timers: HandTimers, note: str) -> None:
+    """Let the view draw until it has noted this."""
+    while note not in view.notes:
+        assert timers.run_next(), view.notes
+
+
+def test_others_have_a_turn_between_the_parts(qtbot) -> None:
+    view = View(single_shot)  # Qt's own timers: the turns are those of its event loop
     others = QTimer(view)
     others.timeout.connect(lambda: view.notes.append("other"))
     others.start(0)
     view.redraw.request()
-    view.settle()
+    qtbot.waitUntil(lambda: view.redraw.is_at_rest, timeout=TIMEOUT_MS)
     others.stop()
     assert [note for note in view.notes if note != "other"] == WHOLE
     for first, second in itertools.pairwise(WHOLE):
         assert "other" in view.notes[view.notes.index(first) : view.notes.index(second)]
 
 
-def test_a_change_in_between_waits_until_the_picture_is_whole_and_gets_its_own(view: View) -> None:
+def test_a_change_in_between_waits_until_the_picture_is_whole_and_gets_its_own(view, timers) -> None:
     view.redraw.request()
-    QTest.qWait(0)
-    while "part 1" not in view.notes:
-        QTest.qWait(0)
+    draw_until(view, timers, "part 1")
     view.redraw.request()
     view.redraw.request()
-    view.settle()
+    timers.run_out()
     assert view.notes == WHOLE + WHOLE
 
 
-def test_motion_gives_up_the_parts_and_is_drawn_at_once(view: View) -> None:
+def test_motion_gives_up_the_parts_and_is_drawn_at_once(view, timers) -> None:
     view.redraw.request()
-    while "part 1" not in view.notes:
-        QTest.qWait(0)
+    draw_until(view, timers, "part 1")
     view.is_moving = True
     view.redraw.request()
-    view.settle()
+    timers.run_out()
     done = view.notes.index("given up")
     assert view.notes[:done] == WHOLE[:done] and done < PARTS
     assert view.notes[done + 1 :] == ["frame", *WHOLE]
 
 
-def test_motion_is_drawn_frame_by_frame_and_once_in_full_when_it_rests(view: View) -> None:
+def test_motion_is_drawn_frame_by_frame_and_once_in_full_when_it_rests(view, timers) -> None:
     for _ in range(3):
         view.is_moving = True
         view.redraw.request()
-        QTest.qWait(10)
+        timers.advance(REST_MS - 1)
     assert view.notes == ["frame"] * 3
-    view.settle()
+    timers.run_out()
     assert view.notes == ["frame"] * 3 + WHOLE
 
 
-def test_a_view_that_is_closed_between_two_parts_draws_no_more(view: View) -> None:
+def test_a_rested_frame_that_is_put_off_comes_a_whole_rest_later(view, timers) -> None:
+    view.is_moving = True
     view.redraw.request()
-    while "part 1" not in view.notes:
-        QTest.qWait(0)
+    timers.advance(REST_MS - 1)
+    view.redraw.postpone_rest()
+    timers.advance(REST_MS - 1)
+    assert view.notes == ["frame"] and view.redraw.is_busy
+    timers.advance(1)
+    assert view.notes == ["frame", *WHOLE] and view.redraw.is_at_rest
+
+
+def test_a_view_that_is_closed_between_two_parts_draws_no_more(view, timers) -> None:
+    view.redraw.request()
+    draw_until(view, timers, "part 1")
     view.redraw.stop()
     view.redraw.request()
-    QTest.qWait(60)
+    timers.run_out()
     assert view.notes[-1] == "given up" and view.redraw.is_at_rest

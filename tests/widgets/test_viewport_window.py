@@ -29,9 +29,12 @@ from riglens.widgets.gizmo.handles import handle_polyline
 from riglens.widgets.heatmap.scale import HeatLook, HeatmapData
 from riglens.widgets.viewport.drop_target import MODEL_MIME
 from riglens.widgets.viewport.offscreen import OffscreenViewport
+from riglens.widgets.viewport.redraw import REST_MS
 from riglens.widgets.viewport.scene_state import ShownRig
 from riglens.widgets.viewport.viewport import Viewport
-from riglens.widgets.viewport.viewport_base import ViewportBase
+from tests.hand_clock import HandTimers
+from tests.waiting import TIMEOUT_MS, wait_for
+from tests.widgets.mouse import hover
 
 LIDAR = Lidar(
     name="roof",
@@ -41,6 +44,50 @@ LIDAR = Lidar(
 )
 CAMERA = Camera(name="front", position=(-1.2, -0.5, 1.8), hfov_deg=70.0)
 RIG = Rig(sensors=(LIDAR, CAMERA))
+
+
+class Window(Viewport):
+    """The view in a window, with timers driven by hand."""
+
+    def __init__(self) -> None:
+        timers = HandTimers()
+        super().__init__(timers=timers)
+        self.timers, self.is_current = timers, True
+        self.drawn.connect(self._on_drawn)
+        self._plotter.frameSwapped.connect(self._on_swapped)
+
+    def _on_drawn(self) -> None:
+        self.is_current = False
+
+    def _on_swapped(self) -> None:
+        self.is_current = True
+
+
+class Offscreen(OffscreenViewport):
+    """The view as a picture, with timers driven by hand."""
+
+    is_current = True
+
+    def __init__(self) -> None:
+        timers = HandTimers()
+        super().__init__(timers=timers)
+        self.timers = timers
+
+
+View = Window | Offscreen
+KINDS = pytest.mark.parametrize("kind", [Window, Offscreen], ids=["window", "offscreen"])
+
+
+def shown(kind: type[View], qtbot, size: tuple[int, int] = (900, 600), rig: ShownRig | None = None) -> View:
+    """A view on the screen that has drawn everything."""
+    made = kind()
+    made.resize(*size)
+    if rig is not None:
+        made.set_rig(rig)
+    with qtbot.waitExposed(made, timeout=TIMEOUT_MS):
+        made.show()
+    settle(made)
+    return made
 
 
 @dataclass
@@ -55,7 +102,7 @@ class Heard:
         return [name for name, _ in itertools.groupby(signal[0] for signal in self.signals)]
 
 
-def listen(view: ViewportBase) -> Heard:
+def listen(view: View) -> Heard:
     heard = Heard()
     names = ("sensor_picked", "drag_started", "drag_moved", "drag_finished", "drag_cancelled")
     for name in (*names, "nudged", "placing_changed", "model_dropped"):
@@ -68,32 +115,27 @@ def listen(view: ViewportBase) -> Heard:
     return heard
 
 
-@pytest.fixture(params=[Viewport, OffscreenViewport], ids=["window", "offscreen"])
-def view(request: pytest.FixtureRequest, qtbot) -> Iterator[ViewportBase]:
-    viewport = request.param()
-    viewport.resize(900, 600)
-    viewport.set_rig(ShownRig(RIG, selected="roof"))
-    viewport.show()
-    qtbot.waitExposed(viewport)
-    settle(viewport)
-    yield viewport
-    viewport.close()
+@pytest.fixture(params=[Window, Offscreen], ids=["window", "offscreen"])
+def view(request: pytest.FixtureRequest, qtbot) -> Iterator[View]:
+    made = shown(request.param, qtbot, rig=ShownRig(RIG, selected="roof"))
+    yield made
+    made.close()
 
 
 def test_letters_are_not_enlarged_twice_on_a_dense_screen(qtbot) -> None:
     view = Viewport()
     view.resize(200, 150)
-    with qtbot.waitSignal(view.shown):
+    with qtbot.waitSignal(view.shown, timeout=TIMEOUT_MS):
         view.show()
     window = view._plotter.render_window
     window.SetDPI(144)  # what the widget does on a screen of double density
     view.set_view("top")
-    qtbot.waitUntil(lambda: window.GetDPI() == 72)
+    wait_for(lambda: window.GetDPI() == 72)
     view.close_viewport()
 
 
 def test_the_first_picture_on_the_screen_is_the_one_that_stays(qtbot) -> None:
-    view = Viewport()
+    view = Window()
     window, pictures = view._plotter.render_window, []
 
     def keep(*_: object) -> None:
@@ -105,7 +147,7 @@ def test_the_first_picture_on_the_screen_is_the_one_that_stays(qtbot) -> None:
     tag = window.AddObserver("EndEvent", keep)
     view.resize(900, 600)
     view.set_rig(ShownRig(RIG, selected="roof"))
-    with qtbot.waitSignal(view.shown):
+    with qtbot.waitSignal(view.shown, timeout=TIMEOUT_MS):
         view.show()
     settle(view)
     window.RemoveObserver(tag)
@@ -116,26 +158,25 @@ def test_the_first_picture_on_the_screen_is_the_one_that_stays(qtbot) -> None:
     view.close()
 
 
-def settle(view: ViewportBase) -> None:
-    """Wait for the last frame, the one with smooth edges."""
-    QTest.qWait(20)
-    for _ in range(2000):
-        if view.is_at_rest:
-            break
-        QTest.qWait(10)
-    QTest.qWait(20)
+def settle(view: View) -> None:
+    """Have the last frame drawn, the one with smooth edges, and wait until it is on the screen."""
+    QApplication.processEvents()
+    view.timers.run_out()
+    assert view.is_at_rest
+    wait_for(lambda: view.is_current)
+    QApplication.processEvents()
 
 
-def to_point(view: ViewportBase, pixel: np.ndarray) -> QPoint:
+def to_point(view: View, pixel: np.ndarray) -> QPoint:
     return QPoint(round(float(pixel[0])), round(float(pixel[1])))
 
 
-def pixel_at(view: ViewportBase, position_m: np.ndarray | tuple[float, ...]) -> np.ndarray:
+def pixel_at(view: View, position_m: np.ndarray | tuple[float, ...]) -> np.ndarray:
     scene = view._scene
     return scene.state.camera.project(np.array(position_m), scene.size)[0, :2]
 
 
-def handle_pixel(view: ViewportBase, handle: Handle) -> np.ndarray:
+def handle_pixel(view: View, handle: Handle) -> np.ndarray:
     """A pixel at which exactly this handle is grasped."""
     scene = view._scene
     line = handle_polyline(handle, scene.under_mouse.gizmo(), scene.state.camera)
@@ -144,13 +185,13 @@ def handle_pixel(view: ViewportBase, handle: Handle) -> np.ndarray:
     return next(pixel for pixel in pixels if scene.under_mouse.handle(tuple(pixel)) == handle)
 
 
-def drag(view: ViewportBase, start: np.ndarray, end: np.ndarray, release: bool = True) -> None:
+def drag(view: View, start: np.ndarray, end: np.ndarray, release: bool = True) -> None:
     canvas = view._canvas
-    QTest.mouseMove(canvas, to_point(view, start))
+    hover(canvas, to_point(view, start))
     QTest.mousePress(canvas, Qt.MouseButton.LeftButton, pos=to_point(view, start))
     for share in (0.3, 0.7, 1.0):
-        QTest.mouseMove(canvas, to_point(view, start + share * (end - start)))
-        QTest.qWait(5)
+        hover(canvas, to_point(view, start + share * (end - start)), Qt.MouseButton.LeftButton)
+        view.timers.advance(5)
     if release:
         QTest.mouseRelease(canvas, Qt.MouseButton.LeftButton, pos=to_point(view, end))
 
@@ -198,7 +239,7 @@ def test_escape_cancels_a_drag_and_restores_the_start_pose(view):
     start = handle_pixel(view, Handle("move", 2))
     drag(view, start, start + np.array([0.0, -50.0]), release=False)
     QTest.keyClick(view._canvas, Qt.Key.Key_Escape)
-    QTest.mouseMove(view._canvas, to_point(view, start + np.array([0.0, -90.0])))
+    hover(view._canvas, to_point(view, start + np.array([0.0, -90.0])), Qt.MouseButton.LeftButton)
     QTest.mouseRelease(view._canvas, Qt.MouseButton.LeftButton, pos=to_point(view, start))
     assert heard.story()[-1] == "drag_cancelled" and "drag_finished" not in heard.story()
     assert view.scene_state.rig.sensor("roof") == LIDAR
@@ -208,7 +249,7 @@ def test_a_sensor_deleted_while_it_is_dragged_ends_the_drag_in_peace(view):
     start = handle_pixel(view, Handle("move", 2))
     drag(view, start, start + np.array([0.0, -20.0]), release=False)
     view.set_rig(ShownRig(Rig(sensors=(CAMERA,))))
-    QTest.mouseMove(view._canvas, to_point(view, start + np.array([0.0, -60.0])))
+    hover(view._canvas, to_point(view, start + np.array([0.0, -60.0])), Qt.MouseButton.LeftButton)
     assert view.cancel_drag()
     settle(view)
     assert view.scene_state.rig.sensors == (CAMERA,)
@@ -261,7 +302,7 @@ def test_the_middle_button_or_shift_pans(view, button):
         else Qt.KeyboardModifier.NoModifier
     )
     QTest.mousePress(view._canvas, button, keys, QPoint(60, 500))
-    QTest.mouseMove(view._canvas, QPoint(120, 450))
+    hover(view._canvas, QPoint(120, 450), button)
     QTest.mouseRelease(view._canvas, button, keys, QPoint(120, 450))
     after = view.scene_state.camera
     assert after.focal_m != before.focal_m
@@ -338,7 +379,7 @@ def test_a_placed_sensor_follows_the_mouse_over_the_car_and_a_click_leaves_it_th
     heard = listen(view)
     assert view.begin_placing()
     roof = to_point(view, pixel_at(view, ROOF))
-    QTest.mouseMove(view._canvas, roof)
+    hover(view._canvas, roof)
     QTest.mouseClick(view._canvas, Qt.MouseButton.LeftButton, pos=roof)
     assert heard.story() == [
         "drag_started",
@@ -356,7 +397,7 @@ def test_a_placed_sensor_follows_the_mouse_over_the_car_and_a_click_leaves_it_th
 def test_escape_leaves_placing_and_puts_the_sensor_back(view):
     heard = listen(view)
     view.begin_placing()
-    QTest.mouseMove(view._canvas, to_point(view, pixel_at(view, ROOF)))
+    hover(view._canvas, to_point(view, pixel_at(view, ROOF)))
     QTest.keyClick(view._canvas, Qt.Key.Key_Escape)
     assert heard.story()[-2:] == ["placing_changed", "drag_cancelled"]
     assert view.scene_state.rig.sensor("roof") == LIDAR
@@ -381,7 +422,7 @@ def model_drag(model: str) -> QMimeData:
     return data
 
 
-def drop(view: ViewportBase, data: QMimeData, point: QPoint) -> list[bool]:
+def drop(view: View, data: QMimeData, point: QPoint) -> list[bool]:
     """Drag something into the view and let it fall; whether each event was accepted."""
     copy, button = Qt.DropAction.CopyAction, Qt.MouseButton.LeftButton
     none = Qt.KeyboardModifier.NoModifier
@@ -417,7 +458,7 @@ def test_a_model_dropped_beside_the_car_a_file_and_an_unknown_model_are_left_alo
     assert view.place_at((float(beside.x()), float(beside.y())), "generic-16") is None
 
 
-def turn_wheel(view: ViewportBase, pixel: np.ndarray, notches: int) -> None:
+def turn_wheel(view: View, pixel: np.ndarray, notches: int) -> None:
     place = QPointF(float(pixel[0]), float(pixel[1]))
     none = Qt.KeyboardModifier.NoModifier
     event = QWheelEvent(
@@ -439,7 +480,7 @@ def test_the_wheel_zooms_and_keeps_the_place_under_the_cursor(view):
 class Frames:
     """How the frames of a viewport were drawn: coarse or in full, with rough or smooth edges."""
 
-    view: ViewportBase
+    view: View
     looks: list[str] = field(default_factory=list)
 
     def note(self) -> None:
@@ -448,13 +489,13 @@ class Frames:
         self.looks.append(coarse + (" smooth" if scene.is_smooth else ""))
 
 
-def frames_of(view: ViewportBase) -> Frames:
+def frames_of(view: View) -> Frames:
     frames = Frames(view)
     view.drawn.connect(frames.note)
     return frames
 
 
-def one_change(view: ViewportBase) -> list[str]:
+def one_change(view: View) -> list[str]:
     """How a change is drawn that stands alone: a graphics card draws twice in no time; without one, in parts, once."""
     return ["full", "full smooth"] if isinstance(view, Viewport) else ["full smooth"]
 
@@ -470,7 +511,7 @@ def test_a_drag_is_drawn_coarsely_until_it_rests_and_then_once_in_full(view):
     frames = frames_of(view)
     start = handle_pixel(view, Handle("move", 2))
     drag(view, start, start + np.array([0.0, -50.0]), release=False)
-    QTest.qWait(400)
+    view.timers.advance(400)
     assert set(frames.looks[1:]) == {"coarse"}, "a held sensor may move on at any moment"
     QTest.mouseRelease(view._canvas, Qt.MouseButton.LeftButton, pos=to_point(view, start))
     settle(view)
@@ -495,7 +536,7 @@ def test_changes_right_after_one_another_are_drawn_coarsely_and_a_single_one_in_
     frames = frames_of(view)
     for opacity in (0.4, 0.45, 0.5, 0.55):
         view.set_heat_look(HeatLook(opacity=opacity))
-        QTest.qWait(30)
+        view.timers.run_next()  # the picture of the first one has begun when the second one comes
     settle(view)
     assert "coarse" in frames.looks[:2] and frames.looks[-1] == "full smooth"
     assert set(frames.looks[1:-1]) == {"coarse"}
@@ -505,37 +546,26 @@ def test_changes_right_after_one_another_are_drawn_coarsely_and_a_single_one_in_
     assert frames.looks == one_change(view)
 
 
-def test_the_frame_at_rest_waits_while_the_mouse_is_on_its_way(view, qtbot):
-    rest = view._redraw._rest
-    usual_ms = rest.interval()
-    rest.setTimerType(Qt.TimerType.PreciseTimer)
-    rest.setInterval(60_000)  # however slow this computer is
+def test_the_frame_at_rest_waits_while_the_mouse_is_on_its_way(view):
     view.set_heat_look(HeatLook(opacity=0.4))
-    QTest.qWait(30)
+    view.timers.run_next()
     view.set_heat_look(HeatLook(opacity=0.5))
-    qtbot.waitUntil(rest.isActive)
     frames = frames_of(view)
+    view.timers.advance(REST_MS - 1)
     for step in range(3):
-        QTest.qWait(20)
-        left_ms = rest.remainingTime()
-        QTest.mouseMove(view._canvas, QPoint(20 + 3 * step, 20))
-        qtbot.waitUntil(lambda before_ms=left_ms: rest.remainingTime() > before_ms)
-    assert "full smooth" not in frames.looks
-    rest.setInterval(usual_ms)
-    settle(view)
-    assert frames.looks[-1] == "full smooth"
+        hover(view._canvas, QPoint(20 + 3 * step, 20))
+        view.timers.advance(REST_MS - 1)
+    assert frames.looks == ["coarse"]
+    view.timers.advance(1)
+    assert frames.looks == ["coarse", "full smooth"]
 
 
-@pytest.mark.parametrize("kind", [Viewport, OffscreenViewport])
+@KINDS
 def test_a_picture_at_rest_has_shades_between_the_car_and_what_is_behind_it(kind, qtbot):
-    viewport = kind()
-    viewport.resize(320, 200)
-    viewport.show()
-    qtbot.waitExposed(viewport)
-    settle(viewport)
+    viewport = shown(kind, qtbot, (320, 200))
     smooth = picture(viewport)
     viewport._draw_now()
-    QTest.qWait(60)
+    wait_for(lambda: viewport.is_current)
     rough = picture(viewport, wait=False)
     viewport.close()
     assert len(np.unique(smooth.reshape(-1, 3), axis=0)) > 1.2 * len(np.unique(rough.reshape(-1, 3), axis=0))
@@ -548,17 +578,18 @@ def test_any_number_of_changes_in_one_go_makes_one_frame(view):
         view.set_rig(ShownRig(RIG.with_sensor("roof", moved), selected="roof"))
     view.set_gizmo("move", "world")
     view.set_view("top")
-    QTest.qWait(60)
+    view.timers.advance(REST_MS - 1)
     assert heard.frames == 1
 
 
 def test_an_idle_view_draws_nothing(view):
     heard = listen(view)
-    QTest.qWait(300)
+    view.timers.advance(60_000)
+    QApplication.processEvents()
     assert heard.frames == 0
 
 
-def picture(view: ViewportBase, wait: bool = True) -> np.ndarray:
+def picture(view: View, wait: bool = True) -> np.ndarray:
     if wait:
         settle(view)
     image = view.grab().toImage().convertToFormat(QImage.Format.Format_RGB888)
@@ -588,8 +619,8 @@ def test_an_unknown_car_body_is_refused_and_the_car_stays(view):
     assert view.scene_state.vehicle.body == "sedan"
 
 
-@pytest.mark.parametrize("kind", [Viewport, OffscreenViewport])
-def test_closing_the_view_releases_its_render_window(kind: Callable[[], ViewportBase], qtbot):
+@KINDS
+def test_closing_the_view_releases_its_render_window(kind: Callable[[], View], qtbot):
     viewport = kind()
     viewport.resize(300, 200)
     viewport.set_rig(ShownRig(RIG, selected="roof"))
@@ -615,7 +646,8 @@ app = QApplication([])
 view = create_viewport()
 view.resize(320, 200)
 view.show()
-QTest.qWait(300)
+while view.image.isNull() or not view.is_at_rest:
+    QTest.qWait(1)
 print(type(view).__name__, view.image.width(), len({view.image.pixel(x, 120) for x in range(320)}) > 20)
 view.close()
 """

@@ -17,6 +17,7 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
 
 from riglens.widgets.theme import DARK, Palette
+from riglens.widgets.timers import Timers, single_shot
 from riglens.widgets.viewport.redraw import Parts
 from riglens.widgets.viewport.scene import Scene
 from riglens.widgets.viewport.stage import render_window
@@ -63,8 +64,10 @@ class _Picture(QWidget):
 class OffscreenViewport(ViewportBase):
     """The scene on an offscreen plotter; mouse events go through the same controller as in a window."""
 
-    def __init__(self, parent: QWidget | None = None, palette: Palette = DARK) -> None:
-        super().__init__(parent)
+    def __init__(
+        self, parent: QWidget | None = None, palette: Palette = DARK, timers: Timers = single_shot
+    ) -> None:
+        super().__init__(parent, timers)
         self._plotter = pv.Plotter(off_screen=True, window_size=[960, 600], lighting="none")
         self._window = render_window(self._plotter)
         self._window.SetMultiSamples(0)

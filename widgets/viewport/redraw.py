@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator
 
-from PySide6.QtCore import QObject, QTimer
+from PySide6.QtCore import QObject
 
-_REST_MS = 250
+from riglens.widgets.timers import Timers, single_shot
+
+REST_MS = 250
+"""A view in which nothing has changed for so long is at rest."""
 Parts = Generator[None, None, None]
 """Draws a part of a picture whenever it is asked to go on."""
 
@@ -25,17 +28,15 @@ class Redraw(QObject):
         draw: Callable[[], None],
         draw_rested: Callable[[], Parts],
         in_parts: Callable[[], bool] = lambda: False,
-        rest_ms: int = _REST_MS,
+        timers: Timers = single_shot,
     ) -> None:
         super().__init__(parent)
         self._draw, self._draw_rested, self._in_parts = draw, draw_rested, in_parts
         self._parts: Parts | None = None
         self._is_stopped = False
-        self._soon, self._rest, self._next = QTimer(self), QTimer(self), QTimer(self)
-        self._rest.setInterval(rest_ms)
-        for timer, slot in ((self._soon, self.now), (self._rest, self._begin), (self._next, self._go_on)):
-            timer.setSingleShot(True)
-            timer.timeout.connect(slot)
+        self._soon = timers(self, 0, self.now)
+        self._rest = timers(self, REST_MS, self._begin)
+        self._next = timers(self, 0, self._go_on)
 
     @property
     def is_at_rest(self) -> bool:

@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QWidget
 from vtkmodules.vtkCommonCore import vtkCommand
 
 from riglens.widgets.theme import DARK, Palette
+from riglens.widgets.timers import Timers, single_shot
 from riglens.widgets.viewport.interactor import QtInteractor
 from riglens.widgets.viewport.label import DPI
 from riglens.widgets.viewport.scene import Scene
@@ -30,8 +31,10 @@ class _Canvas(QtInteractor):
 class Viewport(ViewportBase):
     """The scene on a QtInteractor: needs a platform with OpenGL windows (xcb, Wayland, Windows, macOS)."""
 
-    def __init__(self, parent: QWidget | None = None, palette: Palette = DARK) -> None:
-        super().__init__(parent)
+    def __init__(
+        self, parent: QWidget | None = None, palette: Palette = DARK, timers: Timers = single_shot
+    ) -> None:
+        super().__init__(parent, timers)
         self._plotter = _Canvas(self, auto_update=False, multi_samples=0, lighting="none")
         self._plotter.setAcceptDrops(False)
         self._plotter.frameSwapped.connect(self.shown, Qt.ConnectionType.QueuedConnection)

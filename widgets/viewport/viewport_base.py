@@ -15,6 +15,7 @@ from riglens.widgets.gizmo.handles import GizmoMode
 from riglens.widgets.heatmap.scale import HeatLook, HeatmapData
 from riglens.widgets.sensors.ray_look import RayLook
 from riglens.widgets.theme import Palette
+from riglens.widgets.timers import Timers, single_shot
 from riglens.widgets.viewport.camera import OrbitCamera
 from riglens.widgets.viewport.canvas_input import CanvasInput
 from riglens.widgets.viewport.cell_picker import CellPicker
@@ -33,10 +34,10 @@ class ViewportBase(ViewSignals):
     `set_rig`.
     """
 
-    def __init__(self, parent: QWidget | None = None) -> None:
+    def __init__(self, parent: QWidget | None = None, timers: Timers = single_shot) -> None:
         super().__init__(parent)
         self._closed = False
-        self._redraw = Redraw(self, self._draw_now, self._draw_rested, self._in_parts)
+        self._redraw = Redraw(self, self._draw_now, self._draw_rested, self._in_parts, timers)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
 
