@@ -1,7 +1,9 @@
-"""Where compiled kernels are kept: a folder named by all of their sources.
+"""Where compiled kernels are kept: a folder named by all of their sources, with a checksum in each file.
 
-Numba keeps a compiled kernel as long as the file that the kernel stands in is the same, also when another file,
-whose functions it inlines, has changed. Sources that differ in any kernel therefore share no folder.
+Numba's own cache keeps a compiled kernel as long as the file that the kernel stands in is unchanged, even when
+another file, whose functions it inlines, has changed. Here, sources that differ in any kernel share no folder.
+Numba's settings are not touched: a `KernelCache` stands in the dispatcher where Numba's own would stand, so that
+functions of others are cached where Numba puts them.
 """
 
 from __future__ import annotations
@@ -9,34 +11,27 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import os
+import pickle
 import shutil
+import sys
 import time
+import uuid
 from collections.abc import Iterator
+from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numba
+from numba.core.compiler import CompileResult
+from numba.core.serialize import dumps
 
 from riglens.core.cache_folder import cache_folder
 
 PREFIX = "riglens-kernels-"
 OLD_S = 14 * 24 * 3600.0
-"""Folders of other sources go when nobody has used them for so long."""
+"""Folders of other sources are removed when nobody has used them for this long."""
 SOURCES = Path(__file__).parent
-
-
-def use_own_folder() -> bool:
-    """Have Numba keep what it compiles from now on in that folder; False where there is no place for one.
-
-    To be called before the first kernel is declared. It lies in the folder that the user gave to Numba
-    (NUMBA_CACHE_DIR), if any.
-    """
-    name = PREFIX + digest_of(SOURCES)
-    for root in _roots():
-        if _is_usable(root / name):
-            numba.config.CACHE_DIR = str(root / name)
-            _remove_old(root, name)
-            return True
-    return False
+CHECKSUM_BYTES = 32
 
 
 def digest_of(sources: Path) -> str:
@@ -48,12 +43,101 @@ def digest_of(sources: Path) -> str:
     return digest.hexdigest()[:20]
 
 
-def _roots() -> Iterator[Path]:
-    """Where the folder may be, the best place first; beside the sources where the user has no cache."""
-    if numba.config.CACHE_DIR:
-        yield Path(numba.config.CACHE_DIR)
-    yield cache_folder()
-    yield SOURCES / "__pycache__"
+class KernelFolder:
+    """The folder of the kernels' present sources. It is made when a kernel is first loaded or compiled.
+
+    The digest is taken at once, not when the folder is needed: sources that change while a program runs do not
+    change the code that it has imported.
+    """
+
+    def __init__(self, sources: Path = SOURCES) -> None:
+        self.sources = sources
+        self.name = PREFIX + digest_of(sources)
+        self._has_saved = False
+
+    @cached_property
+    def path(self) -> Path | None:
+        """The folder, made and marked as used now; None where there is no place for one."""
+        return next((root / self.name for root in self._roots() if _is_usable(root / self.name)), None)
+
+    def _roots(self) -> Iterator[Path]:
+        """Where the folder may be, the best place first; beside the sources where the user has no cache."""
+        if numba.config.CACHE_DIR:
+            yield Path(numba.config.CACHE_DIR)
+        yield cache_folder()
+        yield self.sources / "__pycache__"
+
+    def read(self, name: str) -> bytes | None:
+        """The content of a file; None when it is absent or damaged."""
+        try:
+            stored = (self.path / name).read_bytes() if self.path else b""
+        except OSError:
+            return None
+        content = stored[CHECKSUM_BYTES:]
+        return content if stored[:CHECKSUM_BYTES] == hashlib.sha256(content).digest() else None
+
+    def write(self, name: str, content: bytes) -> None:
+        """Put a file in place in one step; where that fails, the next process compiles again."""
+        if self.path is None:
+            return
+        if not self._has_saved:
+            self._has_saved = True
+            _remove_old(self.path)
+        unfinished = self.path / f"{name}.{uuid.uuid4().hex[:16]}"
+        try:
+            unfinished.write_bytes(hashlib.sha256(content).digest() + content)
+            unfinished.replace(self.path / name)
+        except OSError:
+            with contextlib.suppress(OSError):
+                unfinished.unlink()
+
+    def remove(self, pattern: str) -> None:
+        """Delete the files whose names match."""
+        for path in self.path.glob(pattern) if self.path else ():
+            path.unlink(missing_ok=True)
+
+
+class KernelCache:
+    """What Numba's dispatcher of one kernel asks for compiled code, in place of `numba.core.caching.FunctionCache`.
+
+    One file holds the code for one tuple of argument types.
+    """
+
+    def __init__(self, folder: KernelFolder, py_func: Any) -> None:
+        self._folder = folder
+        code = py_func.__code__
+        name = py_func.__qualname__.replace("<", "").replace(">", "")  # not allowed on Windows
+        self._name = f"{Path(code.co_filename).stem}.{name}-{code.co_firstlineno}"
+
+    @property
+    def cache_path(self) -> str | None:
+        """The folder, for `dispatcher.stats`."""
+        return str(self._folder.path) if self._folder.path else None
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """The `CompileResult` for these argument types; None when it is not in the cache."""
+        target_context.refresh()
+        made_for = (sig, target_context.codegen().magic_tuple())
+        stored = self._folder.read(self._file_name(made_for))
+        if stored is None:
+            return None
+        found, parts = pickle.loads(stored)
+        return CompileResult._rebuild(target_context, *parts) if found == made_for else None
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep a `CompileResult`, unless its code holds addresses of this process."""
+        if not data.library.has_dynamic_globals:
+            made_for = (sig, data.codegen.magic_tuple())
+            self._folder.write(self._file_name(made_for), dumps((made_for, data._reduce())))
+
+    def flush(self) -> None:
+        """Forget this kernel's code, for `dispatcher.recompile`."""
+        self._folder.remove(f"{self._name}-*.nbc")
+
+    def _file_name(self, made_for: tuple[Any, Any]) -> str:
+        """Argument types, processor and Python's version in a name of bounded length."""
+        key = hashlib.sha256(f"{made_for} {sys.implementation.cache_tag}".encode()).hexdigest()[:20]
+        return f"{self._name}-{key}.nbc"
 
 
 def _is_usable(folder: Path) -> bool:
@@ -66,10 +150,10 @@ def _is_usable(folder: Path) -> bool:
     return os.access(folder, os.W_OK | os.X_OK)
 
 
-def _remove_old(root: Path, used: str) -> None:
+def _remove_old(used: Path) -> None:
     """Remove folders of other sources that nobody has used for long; another process may do the same."""
     long_ago = time.time() - OLD_S
-    for other in root.glob(PREFIX + "*"):
+    for other in used.parent.glob(PREFIX + "*"):
         with contextlib.suppress(OSError):
-            if other.name != used and other.stat().st_mtime < long_ago:
+            if other.name != used.name and other.stat().st_mtime < long_ago:
                 shutil.rmtree(other, ignore_errors=True)

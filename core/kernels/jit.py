@@ -12,26 +12,34 @@ from typing import Any, TypeVar
 
 import numba
 
-from riglens.core.kernels.compiled import use_own_folder
+from riglens.core.kernels.compiled import KernelCache, KernelFolder
 
 F = TypeVar("F", bound=Callable[..., Any])
-CACHED = use_own_folder()
-"""Whether compiled kernels are kept for the next process."""
+FOLDER = KernelFolder()
+"""Where compiled kernels are kept for the next process."""
 
 
 def kernel(function: F) -> F:
     """A compiled, cached function; division by zero gives inf as in numpy."""
-    return numba.njit(cache=CACHED, nogil=True, error_model="numpy")(function)  # type: ignore[no-any-return]
+    return _compiled(function)
 
 
 def inlined(function: F) -> F:
     """A compiled function that LLVM inlines into its caller."""
-    return numba.njit(cache=CACHED, nogil=True, error_model="numpy", forceinline=True)(function)  # type: ignore[no-any-return]
+    return _compiled(function, forceinline=True)
 
 
 def parallel_kernel(function: F) -> F:
     """A compiled, cached function with `prange`; each iteration writes its own data."""
-    return numba.njit(cache=CACHED, nogil=True, error_model="numpy", parallel=True)(function)  # type: ignore[no-any-return]
+    return _compiled(function, parallel=True)
+
+
+def _compiled(function: F, **options: bool) -> F:
+    """A dispatcher that asks our cache for compiled code. Numba has a setting for all functions only."""
+    dispatcher = numba.njit(nogil=True, error_model="numpy", **options)(function)
+    if not numba.config.DISABLE_JIT:  # then it is the function itself
+        dispatcher._cache = KernelCache(FOLDER, function)
+    return dispatcher  # type: ignore[no-any-return]
 
 
 def use_threads(threads: int | None) -> int:

@@ -8,12 +8,12 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 import numba
 import pytest
 
-from riglens.core.kernels import compiled
-from riglens.core.kernels.compiled import OLD_S, PREFIX, SOURCES, digest_of, use_own_folder
+from riglens.core.kernels.compiled import OLD_S, PREFIX, SOURCES, KernelCache, KernelFolder, digest_of
 
 INNER = """
 from riglens.core.kernels.jit import inlined
@@ -83,32 +83,52 @@ def test_a_kernel_follows_a_function_of_another_file_that_it_inlines(tmp_path: P
 
 
 def test_they_are_kept_in_the_users_cache_folder(user_cache: Path) -> None:
-    assert use_own_folder()
-    assert Path(numba.config.CACHE_DIR) == user_cache / (PREFIX + digest_of(SOURCES))
-    assert Path(numba.config.CACHE_DIR).is_dir()
+    path = KernelFolder().path
+    assert path == user_cache / (PREFIX + digest_of(SOURCES))
+    assert path.is_dir()
 
 
 def test_a_folder_that_the_user_gave_to_numba_holds_them(
     user_cache: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path / "given"))
-    assert use_own_folder()
-    assert Path(numba.config.CACHE_DIR).parent == tmp_path / "given"
+    path = KernelFolder().path
+    assert path is not None and path.parent == tmp_path / "given"
     assert not user_cache.exists()
 
 
 def test_without_a_cache_folder_they_are_kept_beside_their_sources_or_not_at_all(
-    user_cache: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    user_cache: Path, tmp_path: Path
 ) -> None:
     user_cache.write_text("a file where the folder should be")
-    monkeypatch.setattr(compiled, "SOURCES", tmp_path / "kernels")
-    assert use_own_folder()
-    assert Path(numba.config.CACHE_DIR).parent == tmp_path / "kernels" / "__pycache__"
-    monkeypatch.setattr(numba.config, "CACHE_DIR", "")
-    shutil.rmtree(tmp_path / "kernels")
-    (tmp_path / "kernels").write_text("a file here too")
-    assert not use_own_folder()
-    assert numba.config.CACHE_DIR == ""
+    sources = tmp_path / "kernels"
+    path = KernelFolder(sources).path
+    assert path is not None and path.parent == sources / "__pycache__"
+    shutil.rmtree(sources)
+    sources.write_text("a file here too")
+    nowhere = KernelFolder(sources)
+    nowhere.write("kernel.nbc", b"machine code")
+    assert nowhere.path is None and nowhere.read("kernel.nbc") is None
+
+
+def test_nothing_is_made_before_a_kernel_is_needed(user_cache: Path) -> None:
+    folder = KernelFolder()
+    assert not user_cache.exists()
+    assert folder.read("kernel.nbc") is None
+
+
+def test_a_damaged_file_is_compiled_anew(user_cache: Path) -> None:
+    folder = KernelFolder()
+    folder.write("kernel.nbc", b"machine code")
+    assert folder.read("kernel.nbc") == b"machine code"
+    assert folder.path is not None
+    file = folder.path / "kernel.nbc"
+    whole = file.read_bytes()
+    for damaged in (b"", whole[:-1], whole[:10], whole[:-1] + b"x", b"x" + whole[1:]):
+        file.write_bytes(damaged)
+        assert folder.read("kernel.nbc") is None
+    folder.write("kernel.nbc", b"machine code")
+    assert folder.read("kernel.nbc") == b"machine code"
 
 
 def test_folders_of_other_sources_go_when_nobody_has_used_them_for_long(user_cache: Path) -> None:
@@ -118,5 +138,29 @@ def test_folders_of_other_sources_go_when_nobody_has_used_them_for_long(user_cac
         (folder / "kernel.nbc").write_bytes(b"machine code")
     for folder in (old, foreign):
         os.utime(folder, (time.time() - 2 * OLD_S,) * 2)
-    assert use_own_folder()
+    used = KernelFolder()
+    assert used.path is not None and old.exists()
+    used.write("kernel.nbc", b"machine code")
     assert (old.exists(), recent.exists(), foreign.exists()) == (False, True, True)
+
+
+def test_the_code_of_each_tuple_of_argument_types_is_kept_until_it_is_flushed(user_cache: Path) -> None:
+    folder = KernelFolder()
+
+    def compiled_now() -> Any:
+        dispatcher = numba.njit(_twice)
+        dispatcher._cache = KernelCache(folder, _twice)
+        return dispatcher
+
+    first = compiled_now()
+    assert [first(2), first(2.5)] == [4, 5.0]
+    again = compiled_now()
+    assert [again(2), again(2.5)] == [4, 5.0]
+    assert (sum(again.stats.cache_hits.values()), sum(again.stats.cache_misses.values())) == (2, 0)
+    assert again.stats.cache_path == str(folder.path)
+    again._cache.flush()
+    assert list(Path(again.stats.cache_path).iterdir()) == []
+
+
+def _twice(x: float) -> float:
+    return 2 * x

@@ -1,0 +1,78 @@
+"""Importing RigLens does nothing but import: no file, no folder, no setting of another package."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+REPOSITORY = Path(__file__).resolve().parents[1]
+EVERY_MODULE = """
+import importlib, pathlib, sys
+import numba
+settings = lambda: {name: repr(value) for name, value in vars(numba.config).items() if name.isupper()}
+before = settings()
+for room in ("core", "widgets", "app"):
+    folder = pathlib.Path(sys.argv[1]) / room
+    for path in sorted(folder.rglob("*.py")):
+        name = ".".join(("riglens", *path.relative_to(folder.parent).with_suffix("").parts))
+        if not name.endswith("__main__"):
+            importlib.import_module(name)
+changed = {name: value for name, value in settings().items() if value != before[name]}
+assert not changed, changed
+"""
+KERNEL_OF_A_USER = """
+import numba, numba.core.caching
+import riglens.core.engine.engine
+
+@numba.njit(cache=True)
+def twice(x):
+    return 2 * x
+
+assert twice(2) == 4
+print(twice.stats.cache_path)
+"""
+
+
+@pytest.fixture
+def home(tmp_path: Path) -> Path:
+    """A home folder in which nothing is."""
+    home = tmp_path / "home"
+    home.mkdir()
+    return home
+
+
+def run(home: Path, *arguments: str | Path) -> str:
+    """Standard output of Python with that home; it must end well."""
+    names = ("PATH", "LANG", "DISPLAY", "QT_QPA_PLATFORM", "LIBGL_ALWAYS_SOFTWARE")
+    environment = {name: os.environ[name] for name in names if name in os.environ}
+    environment |= {"HOME": str(home), "PYTHONPATH": str(REPOSITORY), "PYTHONDONTWRITEBYTECODE": "1"}
+    environment["MPLCONFIGDIR"] = str(home.parent / "matplotlib")  # it makes folders when it is imported
+    command = [sys.executable, *arguments]
+    done = subprocess.run(
+        command, env=environment, cwd=home.parent, capture_output=True, text=True, timeout=300
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_every_module_is_imported_without_a_file_or_a_setting(home: Path) -> None:
+    run(home, "-c", EVERY_MODULE, REPOSITORY)
+    assert [str(path.relative_to(home)) for path in home.rglob("*")] == []
+
+
+def test_every_module_is_imported_where_no_home_can_be_written(home: Path) -> None:
+    home.rmdir()
+    home.write_text("a file: not even root can make folders in it")
+    run(home, "-c", EVERY_MODULE, REPOSITORY)
+
+
+def test_a_kernel_of_the_user_is_cached_where_numba_would_put_it(home: Path) -> None:
+    script = home.parent / "users_kernel.py"
+    script.write_text(KERNEL_OF_A_USER)
+    assert Path(run(home, script).strip()) == home.parent / "__pycache__"
+    assert list((home.parent / "__pycache__").glob("users_kernel.twice-*.nbc"))
+    assert not list(home.rglob("*"))
