@@ -57,11 +57,11 @@ from riglens.app.window.status import StatusBar
 from riglens.app.window.viewport_widget import ViewportWidget
 from riglens.core.errors import InputError
 from riglens.core.metric.scores import MetricSettings
-from riglens.widgets.panels.inspector import Inspector
-from riglens.widgets.panels.message_bar import MessageBar
+from riglens.widgets.panels.inspector.panel import Inspector
+from riglens.widgets.panels.messages import MessageBar
 from riglens.widgets.panels.scene_panel import ScenePanel
-from riglens.widgets.panels.scores_panel import ScoresPanel
-from riglens.widgets.panels.sensor_tree import SensorTree
+from riglens.widgets.panels.scores.panel import ScoresPanel
+from riglens.widgets.panels.sensors.tree import SensorTree
 
 FEATURES: tuple[type[Feature], ...] = (
     Files,

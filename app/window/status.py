@@ -5,7 +5,7 @@ from __future__ import annotations
 from PySide6.QtWidgets import QLabel, QStatusBar, QWidget
 
 from riglens.app.evaluation.requests import Approximation, LoadedScene, Result
-from riglens.widgets.panels.progress_strip import ProgressStrip
+from riglens.widgets.panels.messages import ProgressStrip
 
 UPDATING = "updating…"
 NO_DATA = "no box data, no scores"

@@ -17,10 +17,10 @@ from riglens.app.window.settings import Settings
 from riglens.core.rig.presets import PAPER_RIGS, preset
 from riglens.core.rig.yaml_file import new_rig_file
 from riglens.core.scene.boxes import CLASSES
-from riglens.widgets.panels.compare_chart import CompareChart
-from riglens.widgets.panels.compare_panel import ComparePanel
-from riglens.widgets.panels.compare_rows import ALL_CLASSES, CompareRow
-from riglens.widgets.panels.score_text import COLUMNS, change_text, column_of, kilo_text, share_text
+from riglens.widgets.panels.compare.chart import CompareChart
+from riglens.widgets.panels.compare.model import ALL_CLASSES, CompareRow
+from riglens.widgets.panels.compare.panel import ComparePanel
+from riglens.widgets.panels.scores.text import COLUMNS, change_text, column_of, kilo_text, share_text
 from tests.app.window_bench import RIG, TIMEOUT_MS, Bench, choose_item, open_bench
 
 S_MS, SEEN = column_of("s_ms"), column_of("seen")

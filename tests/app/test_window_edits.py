@@ -14,7 +14,7 @@ from riglens.app.window.features.edits import Edits
 from riglens.app.window.features.sensors import Sensors
 from riglens.core.geometry import Pose
 from riglens.core.rig.library import default_library
-from riglens.widgets.panels.sensor_tree import EYE, NAME
+from riglens.widgets.panels.sensors.tree import EYE, NAME
 from tests.app.window_bench import LIDAR, RIG, Bench, open_bench
 
 

@@ -18,11 +18,11 @@ from riglens.core.geometry import Pose
 from riglens.core.rig.many import without
 from riglens.core.rig.presets import preset
 from riglens.core.rig.yaml_file import new_rig_file
-from riglens.widgets.panels.library_list import MODEL_MIME
-from riglens.widgets.panels.marginal_view import NOT_COUNTED, WAITING
-from riglens.widgets.panels.pose_tools import PoseTools
-from riglens.widgets.panels.score_text import COLUMNS, change_text
-from riglens.widgets.panels.sensor_rows import EYE, LOCK, LOSS, NAME
+from riglens.widgets.panels.inspector.marginal_view import NOT_COUNTED, WAITING
+from riglens.widgets.panels.inspector.pose_tools import PoseTools
+from riglens.widgets.panels.scores.text import COLUMNS, change_text
+from riglens.widgets.panels.sensors.library import MODEL_MIME
+from riglens.widgets.panels.sensors.rows import EYE, LOCK, LOSS, NAME
 from tests.app.window_bench import CAMERA, LIDAR, RIG, TIMEOUT_MS, Bench, open_bench
 
 CTRL = Qt.KeyboardModifier.ControlModifier

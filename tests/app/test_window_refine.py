@@ -26,7 +26,7 @@ from riglens.core.geometry import Pose
 from riglens.core.rig.model import Lidar
 from riglens.core.rig.yaml_file import load_rig
 from riglens.core.scene.boxes import CLASSES
-from riglens.widgets.panels.score_text import COLUMNS
+from riglens.widgets.panels.scores.text import COLUMNS
 from tests.app.window_bench import TIMEOUT_MS, Bench, choose_item, open_bench
 
 QUEUED = Qt.ConnectionType.QueuedConnection

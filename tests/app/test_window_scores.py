@@ -21,7 +21,7 @@ from riglens.app.window.features.scores import Scores
 from riglens.core.geometry import Pose
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.scene.boxes import CLASSES
-from riglens.widgets.panels.score_text import COLUMNS
+from riglens.widgets.panels.scores.text import COLUMNS
 from tests.app.window_bench import RIG, TIMEOUT_MS, Bench, choose_item, open_bench, scene_options, type_into
 
 

@@ -10,8 +10,7 @@ from PySide6.QtWidgets import QWidget
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.view.camera_picture import CameraPicture, Face
 from riglens.core.view.projection import Points
-from riglens.widgets.maps.image_view import READOUT_PX, ImageView
-from riglens.widgets.maps.paint import LEGEND_PX, argb, draw_swatches, image_of
+from riglens.widgets.maps.paint import LEGEND_PX, READOUT_PX, ImageView, argb, draw_swatches, image_of
 from riglens.widgets.theme import CLASS_COLOURS, DARK_TONES, Tones, mix
 
 _MARGIN_PX, _MOST_ABOVE_PX = 6.0, 24.0

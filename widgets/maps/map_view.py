@@ -1,14 +1,217 @@
-"""The map under the mouse: the wheel zooms, a drag shifts, a click selects a sensor or looks there."""
+"""The map from above, which share of the uncertain space over each spot the sensors look at, under the mouse."""
 
 from __future__ import annotations
 
 import math
 
-from PySide6.QtCore import QEvent, QPointF, Qt, Signal
-from PySide6.QtGui import QMouseEvent, QWheelEvent
+import numpy as np
+from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, Signal
+from PySide6.QtGui import QColor, QImage, QMouseEvent, QPainter, QPaintEvent, QResizeEvent, QWheelEvent
 from PySide6.QtWidgets import QWidget
 
-from riglens.widgets.maps.map_picture import MapPicture
+from riglens.core.rig.model import Rig, Sensor
+from riglens.core.scene.grid import VoxelGrid
+from riglens.core.scene.top_view import BLIND, EMPTY, LEAST, MOST, TopView
+from riglens.widgets.maps.map_items import (
+    BLIND_COLOUR,
+    PlaneView,
+    draw_car,
+    draw_legend,
+    draw_outside,
+    draw_rings,
+    draw_roi,
+    draw_sensor,
+    outside_mark,
+    roi_rectangle,
+)
+from riglens.widgets.maps.paint import SHARE_MAP, argb, colours, draw_message, image_of, small_font
+from riglens.widgets.panels.style import tones
+
+_WORDS_PX = 30.0
+_LEGEND_PX = 30.0 + _WORDS_PX
+_PICK_PX = 10.0
+AXES = "↑ x  ← y"
+MANY = {"car": "cars", "bicycle": "bicycles", "pedestrian": "pedestrians"}
+
+
+class MapPicture(QWidget):
+    """Draws a TopView with car, sensors and rings, and says in words what is under the mouse."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setMinimumSize(160, 120)
+        self._rig = Rig()
+        self._hidden: frozenset[str] = frozenset()
+        self._selected: str | None = None
+        self._grid = VoxelGrid()
+        self._top: TopView | None = None
+        self._image: QImage | None = None
+        self._message = ""
+        self._view: PlaneView | None = None
+        self._hover: QPointF | None = None
+
+    # ------------------------------------------------------------------ what is shown
+    def set_rig(self, rig: Rig, hidden: frozenset[str], selected: str | None) -> None:
+        """Show car and sensors; hidden ones are left out."""
+        self._rig, self._hidden, self._selected = rig, hidden, selected
+        self.update()
+
+    def set_grid(self, grid: VoxelGrid) -> None:
+        """Show another region of interest, all of it; the old cells are taken away."""
+        self._grid, self._top, self._image, self._view = grid, None, None, None
+        self.update()
+
+    def set_top_view(self, top: TopView | None) -> None:
+        """Show other cells, or none."""
+        self._top, self._image = top, None
+        self.update()
+
+    def set_message(self, text: str) -> None:
+        """A sentence over the map, empty for none."""
+        if text != self._message:
+            self._message = text
+            self.update()
+
+    @property
+    def message(self) -> str:
+        """The sentence over the map."""
+        return self._message
+
+    @property
+    def plane(self) -> PlaneView:
+        """What part of the ground is where on the widget."""
+        area = QRectF(0.0, 0.0, self.width(), max(1.0, self.height() - _LEGEND_PX))
+        if self._view is None or self._view.area != area:
+            before = self._view
+            fitted = PlaneView.fitted(area, self._grid.roi_m[0], self._grid.roi_m[1])
+            self._view = fitted if before is None else PlaneView(area, before.centre_m, before.scale)
+        return self._view
+
+    def fit(self) -> None:
+        """Show the whole ROI."""
+        self._view = None
+        self.update()
+
+    def readout(self) -> str:
+        """What is under the mouse, in words."""
+        if self._hover is None or not self.plane.area.contains(self._hover):
+            return self._summary()
+        sensor = self._sensor_at(self._hover)
+        x, y = self.plane.to_m(self._hover)
+        place = f"x {x:.1f}  y {y:.1f} m"
+        if sensor is not None:
+            return " · ".join([sensor.name, *self._state_of(sensor), place])
+        cell = self._top.cell_at(x, y) if self._top is not None else None
+        if self._top is None or cell is None:
+            return f"{place} · outside the ROI" if self._top is not None else place
+        if self._top.levels[cell] == EMPTY:
+            return f"{place} · no {MANY[self._top.class_name]} here"
+        return f"{place} · {100 * self._top.seen[cell]:.0f} % seen of {self._top.entropy_nat[cell]:.3g} nat"
+
+    def _summary(self) -> str:
+        said = []
+        if self._top is not None and not self._top.is_empty:
+            share = 100 * self._top.blind_share()
+            said.append(f"{share:.1f} % of the area with {MANY[self._top.class_name]} is blind")
+        outside = [sensor.name for sensor in self._shown() if self._is_outside(sensor)]
+        if outside:
+            said.append(f"outside the ROI: {', '.join(outside)}")
+        return " · ".join(said)
+
+    def _state_of(self, sensor: Sensor) -> list[str]:
+        """What is unusual about a sensor."""
+        said = {"outside the ROI": self._is_outside(sensor), "switched off": not sensor.enabled}
+        return [text for text, is_so in said.items() if is_so]
+
+    def _is_outside(self, sensor: Sensor) -> bool:
+        low, roi = self._grid.origin_m, self._grid.roi_m
+        return not all(a <= p < a + b for a, b, p in zip(low, roi, sensor.position, strict=True))
+
+    # ------------------------------------------------------------------ painting
+    def paintEvent(self, event: QPaintEvent) -> None:
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        look, view = tones(), self.plane
+        painter.fillRect(self.rect(), QColor(look.field))
+        painter.setFont(small_font(painter))
+        painter.save()
+        painter.setClipRect(view.area)
+        self._draw_cells(painter, view)
+        draw_rings(painter, view, self._grid, look)
+        draw_roi(painter, view, self._grid, look)
+        draw_car(painter, view, self._rig.vehicle, look)
+        for sensor in sorted(self._shown(), key=lambda sensor: sensor.name == self._selected):
+            draw_sensor(painter, view, sensor, sensor.name == self._selected, look)
+            draw_outside(painter, view, sensor)
+        if self._message:
+            draw_message(painter, view.area, self._message, look)
+        painter.restore()
+        self._draw_footer(painter)
+        painter.end()
+
+    def _draw_cells(self, painter: QPainter, view: PlaneView) -> None:
+        top = self._top
+        if top is None:
+            return
+        if self._image is None:
+            self._image = image_of(_cell_colours()[top.levels[::-1, ::-1]])
+        nx, ny = top.levels.shape
+        x, y = top.origin_m
+        target = view.rectangle((x, x + nx * top.cell_m), (y, y + ny * top.cell_m))
+        shrinks = top.cell_m * view.scale * self.devicePixelRatioF() < 1.0
+        painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, shrinks)
+        painter.setClipRect(roi_rectangle(view, self._grid), Qt.ClipOperation.IntersectClip)
+        painter.drawImage(target, self._image)
+        painter.setClipRect(view.area)
+
+    def _draw_footer(self, painter: QPainter) -> None:
+        look, top = tones(), self.height() - _LEGEND_PX
+        painter.fillRect(QRectF(0.0, top, self.width(), _LEGEND_PX), QColor(look.panel))
+        painter.setPen(QColor(look.border))
+        painter.drawLine(QPointF(0.0, top), QPointF(self.width(), top))
+        draw_legend(painter, QRectF(8.0, top + 5.0, self.width() - 16.0, 22.0), look)
+        box = QRectF(8.0, top + 28.0, self.width() - 16.0, _WORDS_PX)
+        painter.setPen(QColor(look.muted))
+        painter.drawText(box, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignTop, AXES)
+        box.setWidth(box.width() - painter.fontMetrics().horizontalAdvance(AXES) - 10.0)
+        painter.setPen(QColor(look.text))
+        painter.drawText(box, int(Qt.AlignmentFlag.AlignLeft | Qt.TextFlag.TextWordWrap), self.readout())
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        old = event.oldSize()
+        if self._view is not None and old.isValid():
+            fitted = PlaneView.fitted(self._view.area, self._grid.roi_m[0], self._grid.roi_m[1])
+            if fitted == self._view:
+                self._view = None  # it showed everything, and goes on to do so
+
+    def sizeHint(self) -> QSize:
+        return QSize(300, 420)
+
+    # ------------------------------------------------------------------ what is where
+    def _shown(self) -> list[Sensor]:
+        return [sensor for sensor in self._rig.sensors if sensor.name not in self._hidden]
+
+    def _sensor_at(self, at: QPointF) -> Sensor | None:
+        """The sensor nearest to a place, within reach of the mouse; the highest of those at the same spot."""
+        found: list[tuple[float, float, Sensor]] = []
+        for sensor in self._shown():
+            mark = outside_mark(self.plane, sensor)
+            offset = (mark or self.plane.to_px(sensor.position[0], sensor.position[1])) - at
+            distance = math.hypot(offset.x(), offset.y())
+            if distance <= _PICK_PX:
+                found.append((round(distance), -sensor.position[2], sensor))
+        return min(found, key=lambda entry: entry[:2])[2] if found else None
+
+
+def _cell_colours() -> np.ndarray:
+    """Colour per level of a top view, 0xAARRGGBB: nothing, blind, and the shares."""
+    table = np.zeros(256, np.uint32)
+    table[BLIND] = argb(BLIND_COLOUR)
+    shares = np.linspace(0.0, 255.0, MOST - LEAST + 1).round().astype(int)
+    table[LEAST : MOST + 1] = colours(SHARE_MAP)[shares]
+    table[EMPTY] = 0
+    return table
+
 
 _CLICK_PX = 4.0
 _WHEEL = 1.2

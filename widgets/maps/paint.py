@@ -1,17 +1,19 @@
-"""What the flat pictures share: readable texts, colour bars, messages, colour tables."""
+"""Painting that the flat pictures share: colours, legends, labels, and the frame around an image."""
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Mapping
 from functools import lru_cache
 
 import matplotlib
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QColor, QFont, QFontMetricsF, QImage, QPainter, QPen
+from PySide6.QtCore import QEvent, QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QFont, QFontMetricsF, QImage, QMouseEvent, QPainter, QPaintEvent, QPen
+from PySide6.QtWidgets import QWidget
 
-from riglens.widgets.panels.style import numbers_font
+from riglens.widgets.panels.style import numbers_font, tones
 from riglens.widgets.theme import Tones
 
 SHARE_MAP, RANGE_MAP = "viridis", "turbo"
@@ -107,3 +109,56 @@ def draw_swatches(painter: QPainter, area: QRectF, entries: Mapping[str, str], t
         painter.setPen(QColor(tones.text))
         painter.drawText(QPointF(x + BAR_PX + 4.0, y + BAR_PX), name)
         x += width + 12.0
+
+
+READOUT_PX = 34.0
+"""Two lines of words at the foot of a view."""
+_WORDS = int(Qt.AlignmentFlag.AlignHCenter | Qt.AlignmentFlag.AlignTop | Qt.TextFlag.TextWordWrap)
+
+
+class ImageView(QWidget):
+    """A widget that draws an image, when it has one, and says what is under the mouse."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setMouseTracking(True)
+        self._hover: QPointF | None = None
+
+    @property
+    @abstractmethod
+    def image_area(self) -> QRectF:
+        """Where the image lies on the widget; empty without an image."""
+
+    @property
+    @abstractmethod
+    def readout_area(self) -> QRectF:
+        """Where the words about it stand."""
+
+    @abstractmethod
+    def readout(self) -> str:
+        """What is under the mouse, or what the image holds."""
+
+    @abstractmethod
+    def draw(self, painter: QPainter, look: Tones) -> None:
+        """Draw the image with what belongs to it; called only when there is room for one."""
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        painter = QPainter(self)
+        look = tones()
+        painter.fillRect(self.rect(), QColor(look.panel))
+        if not self.image_area.isEmpty():
+            painter.setFont(small_font(painter))
+            painter.save()
+            self.draw(painter, look)
+            painter.restore()
+            painter.setPen(QColor(look.text))
+            painter.drawText(self.readout_area, _WORDS, self.readout())
+        painter.end()
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        self._hover = event.position()
+        self.update()
+
+    def leaveEvent(self, event: QEvent) -> None:
+        self._hover = None
+        self.update()

@@ -14,8 +14,17 @@ from PySide6.QtWidgets import QWidget
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.view.hits import BODY, GROUND, NOTHING
 from riglens.core.view.range_image import RangeImage
-from riglens.widgets.maps.image_view import READOUT_PX, ImageView
-from riglens.widgets.maps.paint import LEGEND_PX, RANGE_MAP, argb, colours, draw_bar, draw_swatches, image_of
+from riglens.widgets.maps.paint import (
+    LEGEND_PX,
+    RANGE_MAP,
+    READOUT_PX,
+    ImageView,
+    argb,
+    colours,
+    draw_bar,
+    draw_swatches,
+    image_of,
+)
 from riglens.widgets.theme import CLASS_COLOURS, Tones
 
 Colouring = Literal["range", "hit"]

@@ -14,7 +14,7 @@ from riglens.app.session.autosave import AutosaveFile, Orphan, Unsaved, orphans
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.files import Files
 from riglens.core.errors import InputError
-from riglens.widgets.panels.time_left import duration_text
+from riglens.widgets.panels.messages import duration_text
 
 if TYPE_CHECKING:
     from riglens.app.window.main_window import MainWindow

@@ -24,8 +24,8 @@ from riglens.core.files import atomic_write
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.rig.model import Rig
 from riglens.core.rig.presets import PAPER_RIGS, PRESETS, preset
-from riglens.widgets.panels.compare_panel import ComparePanel
-from riglens.widgets.panels.compare_rows import CompareRow, Origin
+from riglens.widgets.panels.compare.model import CompareRow, Origin
+from riglens.widgets.panels.compare.panel import ComparePanel
 
 if TYPE_CHECKING:
     from riglens.app.window.main_window import MainWindow

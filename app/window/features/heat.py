@@ -17,8 +17,8 @@ from riglens.app.window.feature import Feature
 from riglens.app.window.settings import Settings
 from riglens.core.scene.boxes import CLASSES
 from riglens.widgets.heatmap.scale import HeatLook
-from riglens.widgets.panels.heat_panel import HeatPanel
 from riglens.widgets.panels.icons import swatch
+from riglens.widgets.panels.look_panels import HeatPanel
 from riglens.widgets.theme import CLASS_COLOURS
 
 if TYPE_CHECKING:

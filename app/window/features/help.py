@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
 from riglens.app.window.places import MENUS
-from riglens.widgets.panels.scores_panel import SIGN_NOTE
+from riglens.widgets.panels.scores.panel import SIGN_NOTE
 from riglens.widgets.panels.shortcut_sheet import Group
 
 if TYPE_CHECKING:

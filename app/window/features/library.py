@@ -9,7 +9,7 @@ from PySide6.QtCore import Qt
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.sensors import Sensors
 from riglens.core.rig.library import default_library
-from riglens.widgets.panels.library_list import LibraryList
+from riglens.widgets.panels.sensors.library import LibraryList
 
 if TYPE_CHECKING:
     from riglens.app.window.main_window import MainWindow

@@ -13,7 +13,7 @@ from riglens.app.window.in_sight import InSight
 from riglens.core.rig.model import Rig
 from riglens.core.scene.top_view import SeenBy, TopView
 from riglens.widgets.maps.map_panel import MapPanel
-from riglens.widgets.maps.map_picture import MANY
+from riglens.widgets.maps.map_view import MANY
 
 if TYPE_CHECKING:
     from riglens.app.window.main_window import MainWindow

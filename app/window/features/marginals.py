@@ -13,7 +13,7 @@ from riglens.app.window.features.scores import Scores as ScoresFeature
 from riglens.core.metric.scores import Scores
 from riglens.core.rig.many import with_enabled
 from riglens.core.rig.model import Rig
-from riglens.widgets.panels.marginal_view import NOT_COUNTED, WAITING
+from riglens.widgets.panels.inspector.marginal_view import NOT_COUNTED, WAITING
 
 if TYPE_CHECKING:
     from riglens.app.window.main_window import MainWindow

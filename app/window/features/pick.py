@@ -13,7 +13,7 @@ from riglens.app.window.feature import Feature
 from riglens.app.window.features.heat import Heat
 from riglens.core.scene.boxes import CLASSES
 from riglens.widgets.heatmap.pick import PickedCell
-from riglens.widgets.panels.score_text import MINUS
+from riglens.widgets.panels.scores.text import MINUS
 from riglens.widgets.panels.voxel_card import SensorLine, VoxelCard, VoxelText
 from riglens.widgets.viewport.marker_layer import Marker
 

@@ -9,7 +9,7 @@ from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.heat import Heat
 from riglens.app.window.settings import Settings
-from riglens.widgets.panels.rays_panel import RaysPanel
+from riglens.widgets.panels.look_panels import RaysPanel
 from riglens.widgets.sensors.ray_look import LEAST_DENSITY, MOST_DENSITY, RayLook
 
 if TYPE_CHECKING:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from riglens.app.window.feature import Feature
 from riglens.app.window.settings import Settings
-from riglens.widgets.panels.expression import DEGREES, METRES, MILLIMETRES, RADIANS
+from riglens.widgets.panels.fields.quantity import DEGREES, METRES, MILLIMETRES, RADIANS
 
 SHOWN = {unit.name: unit for unit in (METRES, MILLIMETRES, DEGREES, RADIANS)}
 

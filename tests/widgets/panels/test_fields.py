@@ -1,0 +1,182 @@
+"""Number fields: sums may be typed, the unit shown can change, and only a focused field follows the wheel."""
+
+import math
+from collections.abc import Iterator
+
+import pytest
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtGui import QWheelEvent
+from PySide6.QtWidgets import QApplication, QLineEdit, QVBoxLayout, QWidget
+from pytestqt.qtbot import QtBot
+
+from riglens.widgets.panels.fields.edits import NumberEdit
+from riglens.widgets.panels.fields.quantity import (
+    DEGREES,
+    METRES,
+    MILLIMETRES,
+    RADIANS,
+    Unit,
+    parse_number,
+    parse_quantity,
+)
+
+SHIFT, CTRL = Qt.KeyboardModifier.ShiftModifier, Qt.KeyboardModifier.ControlModifier
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("1.2+0.05", 1.2 + 0.05),
+        ("2 * (0.5 − 0.2)", 2 * (0.5 - 0.2)),
+        ("4.6/2 - 0.35", 4.6 / 2 - 0.35),
+        ("-(1)", -1.0),
+        ("1e-3*2", 0.002),
+        ("pi/2", math.pi / 2),
+        ("3 × 2 ÷ 4", 1.5),
+    ],
+)
+def test_a_sum_is_worked_out(text: str, value: float) -> None:
+    assert parse_number(text) == value
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "1+",
+        "(1",
+        "1,2+3",
+        "2**9",
+        "9//2",
+        "__import__('os')",
+        "x+1",
+        "1 if 1 else 2",
+        "True+1",
+        "(" * 199,
+        "1+" * 200,
+    ],
+)
+def test_anything_but_a_sum_of_numbers_is_refused(text: str) -> None:
+    with pytest.raises(ValueError, match="accepted is a number"):
+        parse_number(text)
+
+
+def test_a_division_by_zero_says_so() -> None:
+    with pytest.raises(ValueError, match="divides by zero"):
+        parse_number("1/0")
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "value"),
+    [
+        ("1.25", METRES, 1.25),
+        ("1250", MILLIMETRES, 1.25),
+        ("1250 mm", METRES, 1.25),
+        ("1.2 m", MILLIMETRES, 1.2),
+        ("12cm", METRES, 0.12),
+        ("(1+1)mm", METRES, 0.002),
+        ("90 deg", RADIANS, 90.0),
+        ("90°", DEGREES, 90.0),
+    ],
+)
+def test_a_unit_behind_the_number_wins_over_the_one_shown(text: str, unit: Unit, value: float) -> None:
+    assert parse_quantity(text, unit) == value
+
+
+def test_radians_become_degrees() -> None:
+    assert parse_quantity("pi/4", RADIANS) == pytest.approx(45.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("text", ["5 deg", "5 px", "5 furlongs"])
+def test_a_length_in_another_kind_of_unit_is_refused(text: str) -> None:
+    with pytest.raises(ValueError, match="accepted is a number"):
+        parse_quantity(text, METRES)
+
+
+class Field:
+    """A number field above another one that can have the focus, with a model that takes what was typed."""
+
+    def __init__(self, qtbot: QtBot) -> None:
+        self._qtbot = qtbot
+        self.page = QWidget()
+        qtbot.addWidget(self.page)
+        self.edit, self.other = NumberEdit(0.05, METRES), QLineEdit()
+        column = QVBoxLayout(self.page)
+        column.addWidget(self.edit)
+        column.addWidget(self.other)
+        self.edit.set_value(1.2)
+        self.edit.edited.connect(self.edit.set_value)
+        self.page.show()
+        self.page.activateWindow()
+        qtbot.waitUntil(self.page.isActiveWindow)
+        self.other.setFocus()
+
+    def wheel(self, delta: int, modifiers: Qt.KeyboardModifier = Qt.KeyboardModifier.NoModifier) -> bool:
+        """Turn the wheel over the field; whether the field took it."""
+        middle = QPointF(self.edit.rect().center())
+        event = QWheelEvent(
+            middle, self.edit.mapToGlobal(middle), QPoint(), QPoint(0, delta), Qt.MouseButton.NoButton,
+            modifiers, Qt.ScrollPhase.NoScrollPhase, False,
+        )  # fmt: skip
+        QApplication.sendEvent(self.edit, event)
+        return event.isAccepted()
+
+    def type(self, text: str) -> None:
+        self.edit.setFocus()
+        self.edit.selectAll()
+        self._qtbot.keyClicks(self.edit, text)
+        self._qtbot.keyClick(self.edit, Qt.Key.Key_Return)
+
+
+@pytest.fixture
+def field(qtbot: QtBot) -> Iterator[Field]:
+    yield Field(qtbot)
+
+
+def test_the_wheel_leaves_a_field_alone_that_is_not_being_edited(field: Field) -> None:
+    assert not field.wheel(120)
+    assert field.edit.value == 1.2
+
+
+def test_the_wheel_steps_the_field_that_is_being_edited(field: Field) -> None:
+    field.edit.setFocus()
+    assert field.wheel(120)
+    assert field.edit.value == 1.25
+    field.wheel(-120, SHIFT)
+    assert field.edit.value == 0.75
+    field.wheel(120, CTRL)
+    assert field.edit.value == 0.755
+
+
+def test_small_turns_of_the_wheel_add_up_to_one_step(field: Field) -> None:
+    field.edit.setFocus()
+    for _ in range(3):
+        field.wheel(30)
+    assert field.edit.value == 1.2
+    field.wheel(30)
+    assert field.edit.value == 1.25
+
+
+def test_another_unit_shows_the_same_value(field: Field) -> None:
+    field.edit.set_unit(MILLIMETRES)
+    assert field.edit.text() == "1200"
+    assert field.edit.value == 1.2
+    field.type("1200+55")
+    assert field.edit.value == 1.255
+
+
+def test_looking_at_a_value_in_another_unit_does_not_change_a_bit_of_it(field: Field) -> None:
+    odd = 0.1 + 0.2
+    field.edit.set_value(odd)
+    for unit in (MILLIMETRES, METRES):
+        field.edit.set_unit(unit)
+        field.edit.setFocus()
+        field.other.setFocus()
+    assert field.edit.value == odd
+    assert field.edit.text() == "0.3"
+
+
+def test_steps_are_round_in_the_unit_shown(field: Field) -> None:
+    field.edit.set_unit(MILLIMETRES)
+    field.edit.setFocus()
+    field.wheel(120)
+    assert field.edit.text() == "1250"

@@ -1,0 +1,74 @@
+"""Derived figures of sensors, sparklines and rows of the compare table, as they read."""
+
+import csv
+import io
+import math
+
+import pytest
+from PySide6.QtCore import QRectF
+
+from riglens.core.rig.model import Camera, EvenAngles, Lidar
+from riglens.core.rig.presets import preset
+from riglens.widgets.panels.compare.model import CompareRow, columns_for, table_text
+from riglens.widgets.panels.scores.table import trail_points, trail_tip
+from riglens.widgets.panels.sensors.rows import derived_rows, short_type
+
+LIDAR = Lidar(
+    name="top",
+    position=(0.0, 0.0, 2.0),
+    elevations_deg=EvenAngles(from_=-15.0, to=15.0, count=16),
+    azimuths_deg=EvenAngles(from_=-180.0, to=180.0, count=1800),
+)
+CAMERA = Camera(name="front", position=(1.0, 0.0, 1.4), image=(1600, 900), hfov_deg=90.0, cast=(400, 225))
+
+
+def test_a_lidar_is_summed_up_as_in_its_data_sheet() -> None:
+    rows = dict(derived_rows(LIDAR))
+    assert rows["Rays"] == "28,800  =  16 beams × 1,800"
+    assert rows["Field of view"] == "360° × 30°"
+    assert rows["Resolution"] == "0.2° × 2°"
+
+
+def test_uneven_beams_are_given_from_the_closest_to_the_widest() -> None:
+    uneven = LIDAR.replace(elevations_deg=(5.0, -10.0, 0.0))
+    assert dict(derived_rows(uneven))["Resolution"] == "0.2° × 5–10°"
+    assert dict(derived_rows(LIDAR.replace(elevations_deg=(0.0,))))["Resolution"] == "0.2° × –"
+
+
+def test_a_camera_is_summed_up_by_its_lens() -> None:
+    rows = dict(derived_rows(CAMERA))
+    high = 2 * math.degrees(math.atan(450 / 800))
+    assert rows["Field of view"] == f"90.0° × {high:.1f}°"
+    assert rows["Focal length"] == "800.0 px"
+    assert rows["Resolution"] == "0.0716°/px, 0.286°/ray"
+
+
+@pytest.mark.parametrize(("sensor", "text"), [(LIDAR, "16 ch"), (CAMERA, "90°")])
+def test_a_sensor_has_a_type_of_a_few_characters(sensor: Lidar | Camera, text: str) -> None:
+    assert short_type(sensor) == text
+
+
+def test_a_sparkline_runs_from_the_lower_to_the_upper_edge() -> None:
+    points = trail_points([1.0, 3.0, 2.0], QRectF(0.0, 0.0, 10.0, 8.0))
+    assert [(p.x(), p.y()) for p in points.toList()] == [(0.0, 8.0), (5.0, 0.0), (10.0, 4.0)]
+
+
+def test_equal_values_lie_in_the_middle_of_a_sparkline() -> None:
+    points = trail_points([2.0, 2.0], QRectF(0.0, 0.0, 10.0, 8.0))
+    assert [p.y() for p in points.toList()] == [4.0, 4.0]
+    assert "last 2 edits" in trail_tip("car", [2.0, 2.0])
+    assert trail_tip("car", []) == ""
+
+
+def test_a_rig_without_scores_has_empty_numbers_in_the_file() -> None:
+    row = CompareRow("k", 'odd, "name"', "file", preset("W+T"), "a.yaml")
+    (read,) = csv.DictReader(io.StringIO(table_text([row], ",")))
+    assert (read["rig"], read["LiDARs"], read["cameras"]) == ('odd, "name"', "4", "6")
+    assert read["car S-MS (nat)"] == ""
+
+
+def test_one_class_has_all_its_scores_and_all_classes_the_main_ones() -> None:
+    assert [column.title for column in columns_for("car")] == [
+        "Cameras S-MIG", "LiDARs S-MIG", "S-MS", "Seen by any",
+    ]  # fmt: skip
+    assert len(columns_for("all classes")) == 6

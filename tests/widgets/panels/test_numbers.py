@@ -1,0 +1,57 @@
+"""Numbers in the panels: short on the screen, exact underneath, with signs that need no colour."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from riglens.widgets.panels.fields.edits import full_number, short_number
+from riglens.widgets.panels.fields.quantity import parse_number
+from riglens.widgets.panels.scores.text import COLUMNS, change_text, kilo_text, share_text
+
+S_MS, SEEN = COLUMNS[2], COLUMNS[3]
+
+
+@given(st.floats(allow_nan=False))
+def test_the_full_text_of_a_number_reads_back_as_the_same_bits(value: float) -> None:
+    assert parse_number(full_number(value)).hex() == value.hex()
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(2.2, "2.2"), (0.1 + 0.2, "0.3"), (-0.00001, "0"), (1 / 3, "0.3333"), (100.0, "100"), (math.inf, "∞")],
+)
+def test_the_short_text_has_at_most_four_decimals(value: float, text: str) -> None:
+    assert short_number(value) == text
+
+
+@pytest.mark.parametrize(("text", "value"), [("−2.5", -2.5), (" 1e-3 ", 0.001), ("∞", math.inf)])
+def test_numbers_are_read_as_people_write_them(text: str, value: float) -> None:
+    assert parse_number(text) == value
+
+
+@pytest.mark.parametrize("text", ["", "1,5", "nan", "abc", "1 2"])
+def test_what_is_no_number_is_refused_with_what_was_found(text: str) -> None:
+    with pytest.raises(ValueError, match="accepted is a number"):
+        parse_number(text)
+
+
+@pytest.mark.parametrize(
+    ("nat", "text"), [(-670_712.3, "−670.71"), (0.0, "0.00"), (-0.3, "0.00"), (12.0, "0.01")]
+)
+def test_entropies_are_in_thousands_of_nat_with_two_decimals(nat: float, text: str) -> None:
+    assert kilo_text(nat) == text
+
+
+@pytest.mark.parametrize(
+    ("change", "text"),
+    [(0.0, "–"), (14_290.0, "+14.29"), (-730.0, "−0.73"), (1e-6, "+<0.01"), (-1e-6, "−<0.01")],
+)
+def test_a_change_carries_its_sign_and_never_looks_like_none(change: float, text: str) -> None:
+    assert change_text(change, S_MS) == text
+
+
+def test_shares_are_in_percent_and_their_changes_in_percentage_points() -> None:
+    assert share_text(0.76361) == "76.36 %"
+    assert change_text(-0.0035, SEEN) == "−0.35 pp"

@@ -1,0 +1,1 @@
+"""Several rigs side by side, as a table and as bars."""

@@ -1,0 +1,308 @@
+"""Rigs to compare: rows, columns, sort keys and bars as a Qt model, and the whole as text for spreadsheets."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelIndex, Qt, Signal
+from PySide6.QtGui import QBrush, QColor, QFont
+
+from riglens.core.metric.scores import ClassScores, Reading, Scores
+from riglens.core.rig.model import Rig
+from riglens.core.scene.boxes import CLASSES
+from riglens.widgets.panels.item_views import BAR_COLOUR, BAR_SHARE
+from riglens.widgets.panels.scores.text import (
+    COLUMNS,
+    NONE,
+    Column,
+    change_text,
+    column_of,
+    exact_text,
+    looks_at_more,
+    value_text,
+)
+from riglens.widgets.panels.style import plain_tip, tones
+from riglens.widgets.theme import CLASS_COLOURS
+
+Origin = Literal["current", "snapshot", "preset", "file"]
+ORIGIN_TITLES: dict[Origin, str] = {
+    "current": "being edited",
+    "snapshot": "snapshot",
+    "preset": "preset",
+    "file": "file",
+}
+ALL_CLASSES = "all classes"
+_SHORT_CLASSES = {"pedestrian": "ped."}
+_SHOWN_OF_ALL = {"s_ms": "S-MS", "seen": "seen"}
+
+
+@dataclass(frozen=True)
+class CompareRow:
+    """One rig; `where` is its preset's name or its path, `scores` None until they are computed."""
+
+    key: str
+    name: str
+    origin: Origin
+    rig: Rig
+    where: str = ""
+    scores: Scores | None = None
+
+    @property
+    def title(self) -> str:
+        """The name as it is shown; the rig being edited may be called like the preset that it began as."""
+        return f"{self.name} (open)" if self.origin == "current" else self.name
+
+    @property
+    def sensors(self) -> str:
+        """How many sensors count, by kind."""
+        return f"{len(self.rig.lidars())} L + {len(self.rig.cameras())} C"
+
+
+@dataclass(frozen=True)
+class ScoreColumn:
+    """One number per rig: a score of a class."""
+
+    class_name: str
+    score: Column
+    title: str
+
+    @property
+    def short(self) -> str:
+        """The title where there is little room."""
+        return self.title.replace(self.class_name, _SHORT_CLASSES.get(self.class_name, self.class_name))
+
+    def value(self, scores: Scores) -> float:
+        """The number, in nat or as a fraction."""
+        return self.score.value(scores.classes[self.class_name])
+
+
+def columns_for(class_name: str) -> tuple[ScoreColumn, ...]:
+    """All scores of one class, or S-MS and `seen` of every class for ALL_CLASSES."""
+    if class_name != ALL_CLASSES:
+        return tuple(ScoreColumn(class_name, column, column.title) for column in COLUMNS)
+    return tuple(
+        ScoreColumn(name, column_of(key), f"{name} {title}")
+        for name in CLASSES
+        for key, title in _SHOWN_OF_ALL.items()
+    )
+
+
+_FIELDS: tuple[tuple[str, Callable[[ClassScores], float]], ...] = (
+    ("H total (nat)", lambda c: c.h_total),
+    ("camera S-MIG (nat)", lambda c: c.camera.s_mig),
+    ("camera seen (fraction)", lambda c: c.camera.seen),
+    ("LiDAR S-MIG (nat)", lambda c: c.lidar.s_mig),
+    ("LiDAR seen (fraction)", lambda c: c.lidar.seen),
+    ("S-MS (nat)", lambda c: c.s_ms),
+    ("seen (fraction)", lambda c: c.any_seen),
+)
+
+
+def table_text(rows: Sequence[CompareRow], delimiter: str) -> str:
+    """Every rig with every number and every digit, whatever the window shows of it; one line per rig."""
+    stream = io.StringIO()
+    writer = csv.writer(stream, delimiter=delimiter, lineterminator="\n")
+    titles = [f"{name} {title}" for name in CLASSES for title, _ in _FIELDS]
+    writer.writerow(["rig", "origin", "where", "LiDARs", "cameras", *titles])
+    for row in rows:
+        counts = [len(row.rig.lidars()), len(row.rig.cameras())]
+        writer.writerow([row.name, ORIGIN_TITLES[row.origin], row.where, *counts, *_numbers(row.scores)])
+    return stream.getvalue()
+
+
+def _numbers(scores: Scores | None) -> list[str]:
+    if scores is None:
+        return [""] * (len(CLASSES) * len(_FIELDS))
+    return [repr(read(scores.classes[name])) for name in CLASSES for _, read in _FIELDS]
+
+
+Index = QModelIndex | QPersistentModelIndex
+Shown = Literal["values", "first", "baseline"]
+RIG, SENSORS, FIRST_SCORE = 0, 1, 2
+SORT = Qt.ItemDataRole.UserRole.value
+FOLLOWS = "…"
+_ROLE = Qt.ItemDataRole
+
+
+class CompareModel(QAbstractTableModel):
+    """Rows in the order in which they were added; a row without scores shows that they follow."""
+
+    renamed = Signal(str, str)
+    """Key of a row and the name that the user typed."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._rows: tuple[CompareRow, ...] = ()
+        self._columns = columns_for(ALL_CLASSES)
+        self._shown: Shown = "values"
+        self._is_narrow = False
+        self._reading: Reading = "covered"
+        self._baseline: Scores | None = None
+
+    # ------------------------------------------------------------------ what is shown
+    def set_rows(self, rows: Sequence[CompareRow]) -> None:
+        """Show these rigs; the view keeps its place when only numbers are new."""
+        keys = [row.key for row in rows]
+        if keys == [row.key for row in self._rows]:
+            self._rows = tuple(rows)
+            self._numbers_changed()
+            return
+        self.beginResetModel()
+        self._rows = tuple(rows)
+        self.endResetModel()
+
+    def set_class(self, class_name: str) -> None:
+        """Show all scores of a class, or the main ones of ALL_CLASSES."""
+        self.beginResetModel()
+        self._columns = columns_for(class_name)
+        self.endResetModel()
+
+    def set_shown(self, shown: Shown) -> None:
+        """Show values, or differences to the first rig or to the baseline."""
+        self._shown = shown
+        self._numbers_changed()
+
+    def set_narrow(self, is_narrow: bool) -> None:
+        """Give columns short titles, or the whole ones."""
+        if is_narrow != self._is_narrow:
+            self._is_narrow = is_narrow
+            self.headerDataChanged.emit(Qt.Orientation.Horizontal, FIRST_SCORE, self.columnCount() - 1)
+
+    def set_baseline(self, scores: Scores | None, reading: Reading) -> None:
+        """Scores of the baseline, and the reading, which decides what a smaller S-MS means."""
+        self._baseline, self._reading = scores, reading
+        self._numbers_changed()
+
+    def _numbers_changed(self) -> None:
+        if self._rows:
+            self.dataChanged.emit(self.index(0, 0), self.index(len(self._rows) - 1, self.columnCount() - 1))
+
+    @property
+    def rows(self) -> tuple[CompareRow, ...]:
+        """The rigs, in the order in which they were added."""
+        return self._rows
+
+    @property
+    def columns(self) -> tuple[ScoreColumn, ...]:
+        """The scores that are shown, from the column FIRST_SCORE on."""
+        return self._columns
+
+    @property
+    def _reference(self) -> Scores | None:
+        """What differences count from; None while it is not known."""
+        if self._shown == "first":
+            return self._rows[0].scores if self._rows else None
+        return self._baseline
+
+    # ------------------------------------------------------------------ Qt's questions
+    def rowCount(self, parent: Index = QModelIndex()) -> int:  # noqa: B008 Qt's signature
+        return 0 if parent.isValid() else len(self._rows)
+
+    def columnCount(self, parent: Index = QModelIndex()) -> int:  # noqa: B008 Qt's signature
+        return 0 if parent.isValid() else FIRST_SCORE + len(self._columns)
+
+    def headerData(self, section: int, orientation: Qt.Orientation, role: int = _ROLE.DisplayRole) -> Any:
+        if orientation != Qt.Orientation.Horizontal:
+            return None
+        column = self._columns[section - FIRST_SCORE] if section >= FIRST_SCORE else None
+        if role == _ROLE.DisplayRole:
+            if column is None:
+                return ("Rig", "Sensors")[section]
+            return column.short if self._is_narrow else column.title
+        if role == _ROLE.ToolTipRole and column is not None:
+            return f"{column.class_name}: {column.score.tip}"
+        if role == _ROLE.TextAlignmentRole:
+            side = Qt.AlignmentFlag.AlignRight if section >= FIRST_SCORE else Qt.AlignmentFlag.AlignLeft
+            return side | Qt.AlignmentFlag.AlignVCenter
+        return None
+
+    def flags(self, index: Index) -> Qt.ItemFlag:
+        flags = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
+        is_own_name = index.column() == RIG and self._rows[index.row()].origin == "snapshot"
+        return flags | Qt.ItemFlag.ItemIsEditable if is_own_name else flags
+
+    def setData(self, index: Index, value: Any, role: int = _ROLE.EditRole) -> bool:
+        """A snapshot gets another name."""
+        if role != _ROLE.EditRole or not str(value).strip():
+            return False
+        self.renamed.emit(self._rows[index.row()].key, str(value).strip())
+        return True
+
+    def data(self, index: Index, role: int = _ROLE.DisplayRole) -> Any:
+        row = self._rows[index.row()]
+        if index.column() < FIRST_SCORE:
+            return _rig_data(row, index.column(), role)
+        if role == _ROLE.TextAlignmentRole:
+            return Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+        return self._score_data(row, self._columns[index.column() - FIRST_SCORE], role)
+
+    def figure(self, row: CompareRow, column: ScoreColumn) -> float | None:
+        """What is shown of a rig: the value, or the difference; None while it is not known, NaN where none is."""
+        if row.scores is None:
+            return None
+        value = column.value(row.scores)
+        if self._shown == "values" or math.isnan(value):
+            return value
+        return None if self._reference is None else value - column.value(self._reference)
+
+    def figure_text(self, column: ScoreColumn, figure: float) -> str:
+        """A figure as the cells show it."""
+        if self._shown != "values" and not math.isnan(figure):
+            return change_text(figure, column.score)
+        return value_text(column.score, figure)
+
+    def _score_data(self, row: CompareRow, column: ScoreColumn, role: int) -> Any:
+        figure = self.figure(row, column)
+        if figure is None or math.isnan(figure):
+            return _waiting_data(role, FOLLOWS if figure is None else NONE)
+        if role == SORT:
+            return figure
+        if role == _ROLE.DisplayRole:
+            return self.figure_text(column, figure)
+        if role == _ROLE.ToolTipRole:
+            return exact_text(column.score, figure)
+        if self._shown == "values":
+            bar = {BAR_SHARE: self._bar_share(column, figure), BAR_COLOUR: CLASS_COLOURS[column.class_name]}
+            return bar.get(role)
+        if role == _ROLE.ForegroundRole and figure:
+            more = looks_at_more(figure, column.score, self._reading)
+            return QBrush(QColor(tones().more if more else tones().less))
+        return None
+
+    def _bar_share(self, column: ScoreColumn, value: float) -> float:
+        """Length of a value beside the largest of its column; shares are of the whole."""
+        if column.score.is_share:
+            return value
+        largest = max(abs(column.value(row.scores)) for row in self._rows if row.scores is not None)
+        return abs(value) / largest if largest else 0.0
+
+
+def _rig_data(row: CompareRow, column: int, role: int) -> Any:
+    """Name and sensors of a rig."""
+    if role == _ROLE.DisplayRole and column == RIG:
+        return row.title
+    if role in (_ROLE.DisplayRole, _ROLE.EditRole, SORT):
+        return row.name if column == RIG else row.sensors
+    if role == _ROLE.ToolTipRole:
+        return plain_tip(f"{row.name}: {ORIGIN_TITLES[row.origin]}{f', {row.where}' if row.where else ''}")
+    if role == _ROLE.FontRole and row.origin == "current":
+        font = QFont()
+        font.setBold(True)
+        return font
+    if role == _ROLE.ForegroundRole and column == SENSORS:
+        return QBrush(QColor(tones().muted))
+    return None
+
+
+def _waiting_data(role: int, text: str = FOLLOWS) -> Any:
+    """A number that is not there, or not yet; it sorts before all others."""
+    if role == _ROLE.DisplayRole:
+        return text
+    if role == _ROLE.ForegroundRole:
+        return QBrush(QColor(tones().muted))
+    return float("-inf") if role == SORT else None

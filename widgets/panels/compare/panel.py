@@ -1,0 +1,335 @@
+"""The compare panel: several rigs on the same traffic as table and bars, with progress and Cancel."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from PySide6.QtCore import QSortFilterProxyModel, Qt, Signal
+from PySide6.QtGui import QGuiApplication, QResizeEvent
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QHBoxLayout,
+    QHeaderView,
+    QLabel,
+    QMenu,
+    QProgressBar,
+    QPushButton,
+    QSplitter,
+    QTableView,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from riglens.core.metric.scores import Reading, Scores
+from riglens.core.scene.boxes import CLASSES
+from riglens.widgets.panels.compare.chart import CompareChart
+from riglens.widgets.panels.compare.model import (
+    ALL_CLASSES,
+    FIRST_SCORE,
+    RIG,
+    SENSORS,
+    SORT,
+    CompareModel,
+    CompareRow,
+    Shown,
+    table_text,
+)
+from riglens.widgets.panels.fields.form import ChoiceBox
+from riglens.widgets.panels.icons import icon
+from riglens.widgets.panels.item_views import BarDelegate, OwnKeys, StandardKey, give_context_menu
+from riglens.widgets.panels.scores.text import SIGN_NOTE
+from riglens.widgets.panels.style import MARGIN, SPACING, as_panel, numbers_font
+
+_NAME_PX, _SENSORS_PX, _SCORE_PX = 132, 84, 84
+_ROW_PX, _HIGHEST_ROW_PX = 24, 30
+_NARROW_PX = 1000
+
+
+class CompareTable(QTableView):
+    """Shows a CompareModel; the rows in sight share its height, so that none is cut."""
+
+    open_wanted = Signal(str)
+    """Key of the rig to open, or of the snapshot to restore."""
+    pin_wanted = Signal(str)
+    remove_wanted = Signal(tuple)
+    """Keys of the rigs to take out."""
+    order_changed = Signal()
+
+    def __init__(self, model: CompareModel, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._rigs = model
+        self._sorted = QSortFilterProxyModel(self)
+        self._sorted.setSourceModel(model)
+        self._sorted.setSortRole(SORT)
+        self.setModel(self._sorted)
+        self._set_up()
+        self._sorted.layoutChanged.connect(self.order_changed)
+        self.doubleClicked.connect(lambda index: self.open_wanted.emit(self.shown_rows()[index.row()].key))
+        give_context_menu(self, self.context_menu)
+        self.size_columns()
+
+    def _set_up(self) -> None:
+        self.setItemDelegate(BarDelegate(self))
+        self.setSortingEnabled(True)
+        self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+        self.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
+        self.setEditTriggers(QAbstractItemView.EditTrigger.EditKeyPressed)
+        self.setAlternatingRowColors(True)
+        self.setShowGrid(False)
+        self.setTabKeyNavigation(False)
+        self.setFont(numbers_font(self.font()))
+        self.verticalHeader().hide()
+        self.verticalHeader().setMinimumSectionSize(_ROW_PX)
+        header = self.horizontalHeader()
+        header.setHighlightSections(False)
+        header.setTextElideMode(Qt.TextElideMode.ElideRight)
+        header.setMinimumSectionSize(_SCORE_PX)
+        header.setSortIndicatorClearable(True)
+        header.setSortIndicator(-1, Qt.SortOrder.AscendingOrder)
+
+    def size_columns(self) -> None:
+        """Give the scores what the names leave."""
+        header = self.horizontalHeader()
+        for column in range(self._rigs.columnCount()):
+            is_score = column >= FIRST_SCORE
+            mode = QHeaderView.ResizeMode.Stretch if is_score else QHeaderView.ResizeMode.Interactive
+            header.setSectionResizeMode(column, mode)
+        header.resizeSection(RIG, _NAME_PX)
+        header.resizeSection(SENSORS, _SENSORS_PX)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Titles are short where there is no room for long ones, and rows are as high as lets whole ones fit."""
+        super().resizeEvent(event)
+        self._rigs.set_narrow(event.size().width() < _NARROW_PX)
+        in_sight = max(1, event.size().height() // _ROW_PX)
+        self.verticalHeader().setDefaultSectionSize(
+            min(max(_ROW_PX, event.size().height() // in_sight), _HIGHEST_ROW_PX)
+        )
+
+    # ------------------------------------------------------------------ rows
+    def shown_rows(self) -> list[CompareRow]:
+        """The rigs in the order in which the table shows them."""
+        order = (
+            self._sorted.mapToSource(self._sorted.index(row, RIG)).row()
+            for row in range(self._sorted.rowCount())
+        )
+        return [self._rigs.rows[row] for row in order]
+
+    @property
+    def chosen(self) -> tuple[str, ...]:
+        """Keys of the selected rigs."""
+        rows = {self._sorted.mapToSource(index).row() for index in self.selectedIndexes()}
+        return tuple(self._rigs.rows[row].key for row in sorted(rows))
+
+    def choose(self, key: str) -> None:
+        """Select one rig."""
+        keys = [row.key for row in self.shown_rows()]
+        if key in keys:
+            self.selectRow(keys.index(key))
+
+    def text_of(self, name: str, title: str) -> str:
+        """What a cell shows: of the rig of that name, in the column of that title."""
+        columns = range(self._rigs.columnCount())
+        titles = [self._rigs.headerData(c, Qt.Orientation.Horizontal) for c in columns]
+        names = [row.name for row in self.shown_rows()]
+        return str(self._sorted.index(names.index(name), titles.index(title)).data())
+
+    # ------------------------------------------------------------------ what the user does
+    def take_keys(self, copy: Callable[[], None]) -> None:
+        """Have Ctrl+C copy all, and Del remove what is selected, while the table has the focus."""
+        OwnKeys(self, {StandardKey.Copy: copy, StandardKey.Delete: self._remove})
+
+    def _remove(self) -> None:
+        self.remove_wanted.emit(self.chosen)
+
+    def context_menu(self) -> QMenu:
+        """What can be done with the selected rigs."""
+        menu = QMenu(self)
+        chosen = self.chosen
+        one = chosen[0] if len(chosen) == 1 else None
+        rows = {row.key: row for row in self._rigs.rows}
+        title = "Restore" if one is not None and rows[one].origin == "snapshot" else "Open"
+        menu.addAction(title, lambda: self.open_wanted.emit(one)).setEnabled(one is not None)
+        menu.addAction("Pin as baseline", lambda: self.pin_wanted.emit(one)).setEnabled(one is not None)
+        rename = menu.addAction("Rename", lambda: self.edit(self.currentIndex()))
+        rename.setEnabled(one is not None and rows[one].origin == "snapshot")
+        menu.addSeparator()
+        menu.addAction("Remove from the list", self._remove).setEnabled(bool(chosen))
+        return menu
+
+
+SHOWN: dict[Shown, str] = {
+    "values": "values",
+    "first": "difference to the first",
+    "baseline": "difference to the baseline",
+}
+BESIDE_PX, BELOW_PX = 1500, 420
+"""From this width on bars stand beside the table, from this height on below it, else in its place."""
+
+
+class ComparePanel(QWidget):
+    """Follows a list of rows; says what the user wants done with them."""
+
+    open_wanted = Signal(str)
+    """Key of the rig to open, or of the snapshot to restore."""
+    pin_wanted = Signal(str)
+    remove_wanted = Signal(tuple)
+    """Keys of the rigs to take out."""
+    renamed = Signal(str, str)
+    snapshot_wanted = Signal()
+    score_wanted = Signal(bool)
+    """Compute what is missing; or, when False, give it up."""
+    export_wanted = Signal()
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        as_panel(self)
+        self.model = CompareModel()
+        self.table, self.chart = CompareTable(self.model), CompareChart(self.model)
+        self._halves = QSplitter()
+        self._halves.setChildrenCollapsible(False)
+        for half in (self.table, self.chart):
+            self._halves.addWidget(half)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        column.addLayout(self._controls())
+        column.addWidget(self._halves, 1)
+        self._connect()
+        self._arrange()
+
+    def _connect(self) -> None:
+        self.model.renamed.connect(self.renamed)
+        self.table.take_keys(self.copy)
+        self.table.pin_wanted.connect(self.pin_wanted)
+        self.table.remove_wanted.connect(self.remove_wanted)
+        for part in (self.table, self.chart):
+            part.open_wanted.connect(self.open_wanted)
+        self.chart.chosen.connect(self.table.choose)
+        for changed in (
+            self.table.order_changed, self.model.dataChanged, self.model.modelReset,
+            self.table.selectionModel().selectionChanged,
+        ):  # fmt: skip
+            changed.connect(lambda *_: self._show_bars())
+
+    # ------------------------------------------------------------------ what is shown
+    def set_rows(self, rows: Sequence[CompareRow]) -> None:
+        """Show these rigs, in this order unless the table is sorted by a column."""
+        self.model.set_rows(rows)
+
+    def set_baseline(self, scores: Scores | None, reading: Reading) -> None:
+        """What differences to the baseline count from."""
+        self.model.set_baseline(scores, reading)
+
+    def show_progress(self, done: int, total: int, given_up: bool = False) -> None:
+        """How many of the rigs asked for are scored; nothing is shown when all are."""
+        is_missing = done < total
+        self._bar.setMaximum(max(total, 1))
+        self._bar.setValue(done)
+        self._bar.setVisible(is_missing and not given_up)
+        self._cancel.setVisible(is_missing)
+        self._cancel.setText("Score" if given_up else "Cancel")
+
+    def names(self) -> list[str]:
+        """Names of the rigs in the order in which the table shows them."""
+        return [row.name for row in self.table.shown_rows()]
+
+    def text_of(self, name: str, title: str) -> str:
+        """What a cell shows: of the rig of that name, in the column of that title."""
+        return self.table.text_of(name, title)
+
+    def as_text(self, delimiter: str) -> str:
+        """All rows with every digit, in the order shown."""
+        return table_text(self.table.shown_rows(), delimiter)
+
+    def copy(self) -> None:
+        """The table into the clipboard, columns separated by tabs."""
+        QGuiApplication.clipboard().setText(self.as_text("\t"))
+
+    # ------------------------------------------------------------------ bars
+    def set_bars(self, shown: bool) -> None:
+        """Draw bars, or not."""
+        self.bars.setChecked(shown)
+
+    def _show_bars(self) -> None:
+        if self.bars.isChecked():
+            self.chart.show_rows(self.table.shown_rows(), self.table.chosen)
+
+    def _arrange(self) -> None:
+        """Table and bars side by side, one above the other, or in turns, as there is room."""
+        wanted, size = self.bars.isChecked(), self.size()
+        is_wide, is_high = size.width() >= BESIDE_PX, size.height() >= BELOW_PX
+        self._halves.setOrientation(Qt.Orientation.Horizontal if is_wide else Qt.Orientation.Vertical)
+        self.table.setVisible(not wanted or is_wide or is_high)
+        self.chart.setVisible(wanted)
+        self._show_bars()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Another size may have room for both."""
+        super().resizeEvent(event)
+        self._arrange()
+
+    # ------------------------------------------------------------------ building
+    def _controls(self) -> QHBoxLayout:
+        self._add = QToolButton()
+        self._add.setObjectName("compare_add")
+        self._add.setText("Add")
+        self._add.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        self._add.setToolTip("Rigs to compare with the one being edited")
+        snapshot = QPushButton(icon("snapshot"), "Snapshot")
+        snapshot.setObjectName("snapshot")
+        snapshot.setToolTip("Keep the rig as it is now in this list (Ctrl+T)")
+        snapshot.clicked.connect(self.snapshot_wanted)
+        self._class, self._shown = ChoiceBox(), ChoiceBox()
+        self._class.setObjectName("compare_class")
+        self._class.addItems([ALL_CLASSES, *CLASSES])
+        self._class.activated.connect(self._choose_class)
+        self._shown.setObjectName("compare_shown")
+        for shown, title in SHOWN.items():
+            self._shown.addItem(title, shown)
+        self._shown.activated.connect(lambda _: self.model.set_shown(self._shown.currentData()))
+        self._bar = QProgressBar()
+        self._bar.setFormat("%v of %m scored")
+        self._bar.setFixedWidth(120)
+        self._cancel = QPushButton("Cancel")
+        self._cancel.setObjectName("compare_cancel")
+        self._cancel.clicked.connect(lambda: self.score_wanted.emit(self._cancel.text() == "Score"))
+        unit = QLabel("10³ nat")
+        unit.setObjectName("hint")
+        unit.setToolTip(SIGN_NOTE)
+        self.bars = self._tool("bars", "Draw the same figures as bars")
+        self.bars.setCheckable(True)
+        self.bars.toggled.connect(lambda _: self._arrange())
+        copy, export = self._tool("copy", "Copy the table"), QPushButton("CSV…")
+        copy.clicked.connect(self.copy)
+        export.setObjectName("compare_export")
+        export.setToolTip("Save all numbers with every digit")
+        export.clicked.connect(self.export_wanted)
+        line = QHBoxLayout()
+        line.setContentsMargins(MARGIN, 5, MARGIN, 5)
+        line.setSpacing(SPACING)
+        first: tuple[QWidget, ...] = (self._add, snapshot, self._class, self._shown, unit)
+        last: tuple[QWidget, ...] = (self._bar, self._cancel, self.bars, copy, export)
+        for widget in first:
+            line.addWidget(widget)
+        line.addStretch(1)
+        for widget in last:
+            line.addWidget(widget)
+        self.show_progress(0, 0)
+        return line
+
+    def _tool(self, picture: str, tip: str) -> QToolButton:
+        button = QToolButton()
+        button.setObjectName(f"compare_{picture}")
+        button.setIcon(icon(picture))
+        button.setToolTip(tip)
+        return button
+
+    def set_add_menu(self, menu: QMenu) -> None:
+        """What can be added."""
+        self._add.setMenu(menu)
+
+    def _choose_class(self, _: int) -> None:
+        self.model.set_class(self._class.currentText())
+        self.table.size_columns()

@@ -1,0 +1,308 @@
+"""Line edits that hold a value, not a text: numbers, lists of numbers, names, each with its unit."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Generic, TypeVar
+
+from PySide6.QtCore import QEvent, QRect, Qt, Signal
+from PySide6.QtGui import QColor, QFocusEvent, QKeyEvent, QKeySequence, QPainter, QPaintEvent, QWheelEvent
+from PySide6.QtWidgets import QLineEdit, QWidget
+
+from riglens.widgets.panels.fields.quantity import NO_UNIT, Unit, parse_quantity
+from riglens.widgets.panels.style import numbers_font, tones
+
+Value = TypeVar("Value")
+_SUFFIX_GAP_PX = 3
+
+
+class ValueEdit(QLineEdit, Generic[Value]):
+    """A line edit that holds a value, not a text.
+
+    It shows a short text, and the full one while it has the keyboard focus. `edited` is sent only when the
+    text was changed and could be read; a text that cannot be read marks the field and keeps the value.
+    """
+
+    edited = Signal(object)
+    refused = Signal(str)
+
+    def __init__(
+        self,
+        parse: Callable[[str], Value],
+        short: Callable[[Value], str],
+        full: Callable[[Value], str],
+        parent: QWidget | None = None,
+    ) -> None:
+        super().__init__(parent)
+        self._parse, self._short, self._full = parse, short, full
+        self._value: Value | None = None
+        self._suffix = ""
+        self.setFont(numbers_font(self.font()))
+        self.editingFinished.connect(self._take)
+
+    @property
+    def value(self) -> Value | None:
+        """The stored value; None when the field is empty because there is nothing to show."""
+        return self._value
+
+    def set_value(self, value: Value | None) -> None:
+        """Show a value that comes from outside; what the user is just typing is kept."""
+        if value == self._value and (self._is_touched() or self._is_marked()):
+            return
+        self._value = value
+        self._show()
+
+    def set_suffix(self, suffix: str) -> None:
+        """A unit that always stands at the right end of the field and is no part of the text."""
+        self._suffix = suffix
+        width = self.fontMetrics().horizontalAdvance(suffix) + _SUFFIX_GAP_PX if suffix else 0
+        self.setTextMargins(0, 0, width, 0)
+
+    def mark(self, reason: str) -> None:
+        """Show in red that what was typed is not accepted; an empty reason takes the mark away."""
+        if self._is_marked() != bool(reason):
+            self.setProperty("invalid", bool(reason))
+            self.style().unpolish(self)
+            self.style().polish(self)
+        self.setToolTip(reason or ("" if self._value is None else self._full(self._value)))
+
+    def _is_marked(self) -> bool:
+        return bool(self.property("invalid"))
+
+    def _shown(self) -> str:
+        if self._value is None:
+            return ""
+        return self._full(self._value) if self.hasFocus() else self._short(self._value)
+
+    def _is_touched(self) -> bool:
+        return self.isModified()
+
+    def _show(self) -> None:
+        if self.text() != self._shown():
+            self.setText(self._shown())
+            self.setCursorPosition(0)
+        self.setModified(False)
+        self.mark("")
+
+    def _take(self) -> None:
+        """Read what was typed, once."""
+        if not self._is_touched():
+            return
+        self.setModified(False)
+        if self._value is not None and self.text() in (self._short(self._value), self._full(self._value)):
+            self._show()
+            return
+        try:
+            value = self._parse(self.text())
+        except ValueError as error:
+            self.mark(str(error))
+            self.refused.emit(str(error))
+            return
+        self.mark("")
+        self.edited.emit(value)
+
+    def revert(self) -> None:
+        """Forget what was typed."""
+        self.setModified(False)
+        self._show()
+
+    # ------------------------------------------------------------------ Qt events
+    def paintEvent(self, event: QPaintEvent) -> None:
+        super().paintEvent(event)
+        if self._suffix:
+            painter = QPainter(self)
+            painter.setPen(QColor(tones().muted))
+            room = QRect(0, 0, self.width() - 2 * _SUFFIX_GAP_PX, self.height())
+            painter.drawText(room, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter, self._suffix)
+            painter.end()
+
+    def focusInEvent(self, event: QFocusEvent) -> None:
+        super().focusInEvent(event)
+        if not self._is_marked():
+            self._show()
+        if event.reason() != Qt.FocusReason.MouseFocusReason:
+            self.selectAll()
+
+    def focusOutEvent(self, event: QFocusEvent) -> None:
+        super().focusOutEvent(event)
+        if not self._is_marked():
+            self._show()
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        if event.key() == Qt.Key.Key_Escape and (self._is_touched() or self._is_marked()):
+            self.revert()
+            self.selectAll()
+            return
+        super().keyPressEvent(event)
+
+    def event(self, event: QEvent) -> bool:
+        """Leave undo and redo to the document unless something is being typed here."""
+        if event.type() == QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent):
+            is_undo = event.matches(QKeySequence.StandardKey.Undo) or event.matches(
+                QKeySequence.StandardKey.Redo
+            )
+            if is_undo and not self._is_touched():
+                event.ignore()
+                return False
+        return super().event(event)
+
+
+SHOWN_DECIMALS = 4
+WHEEL_NOTCH = 120
+
+
+def short_number(value: float) -> str:
+    """At most four decimals, no trailing zeros; what an unfocused field shows."""
+    if math.isinf(value):
+        return "∞" if value > 0 else "-∞"
+    text = f"{value:.{SHOWN_DECIMALS}f}".rstrip("0").rstrip(".")
+    return "0" if text in ("-0", "") else text
+
+
+def full_number(value: float) -> str:
+    """The shortest text that reads back as the same double."""
+    return short_number(value) if math.isinf(value) else repr(value).removesuffix(".0")
+
+
+def short_text(value: float, unit: Unit) -> str:
+    """A stored value in a unit, as `short_number`."""
+    return short_number(value * unit.per_base)
+
+
+def full_text(value: float, unit: Unit) -> str:
+    """A stored value in a unit: every digit in the stored one, twelve in another."""
+    if unit.per_base == 1.0 or math.isinf(value):
+        return full_number(value)
+    return full_number(float(f"{value * unit.per_base:.12g}"))
+
+
+class NumberEdit(ValueEdit[float]):
+    """One double, right aligned, with its unit; arrow keys and, while focused, the wheel change it by `step`.
+
+    Shift makes steps ten times as large, Ctrl ten times as small. `step` is in the stored unit.
+    """
+
+    def __init__(self, step: float, unit: Unit = NO_UNIT, parent: QWidget | None = None) -> None:
+        super().__init__(self._parsed, self._short_text, self._full_text, parent)
+        self._step = step
+        self._unit = unit
+        self._turned = 0
+        self.set_suffix(unit.name)
+        self.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+
+    @property
+    def unit(self) -> Unit:
+        """The unit shown."""
+        return self._unit
+
+    def set_unit(self, unit: Unit) -> None:
+        """Show the same value in another unit."""
+        self._unit = unit
+        self.set_suffix(unit.name)
+        self.revert()
+
+    def _parsed(self, text: str) -> float:
+        return parse_quantity(text, self._unit)
+
+    def _short_text(self, value: float) -> str:
+        return short_text(value, self._unit)
+
+    def _full_text(self, value: float) -> str:
+        return full_text(value, self._unit)
+
+    def step_by(self, steps: float) -> None:
+        """Ask for the value that many steps further, rounded so that tenths stay tenths."""
+        if self._value is None or not math.isfinite(self._value):
+            return
+        self._take()
+        shown = self._value * self._unit.per_base + steps * self._step * self._unit.step
+        self.edited.emit(round(shown, 9) / self._unit.per_base)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        steps = {Qt.Key.Key_Up: 1, Qt.Key.Key_Down: -1}.get(Qt.Key(event.key()), 0)
+        if steps:
+            self.step_by(steps * _pace(event.modifiers()))
+            return
+        super().keyPressEvent(event)
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        """Step while focused; otherwise the panel around scrolls."""
+        if not self.hasFocus() or self.isReadOnly():
+            event.ignore()
+            return
+        self._turned += event.angleDelta().y() or event.angleDelta().x()  # Alt turns the wheel sideways
+        notches = int(self._turned / WHEEL_NOTCH)
+        self._turned -= notches * WHEEL_NOTCH
+        if notches:
+            self.step_by(notches * _pace(event.modifiers()))
+        event.accept()
+
+
+def _pace(modifiers: Qt.KeyboardModifier) -> float:
+    if modifiers & Qt.KeyboardModifier.ShiftModifier:
+        return 10.0
+    return 0.1 if modifiers & Qt.KeyboardModifier.ControlModifier else 1.0
+
+
+class IntegerEdit(ValueEdit[int | None]):
+    """One whole number, right aligned, with its unit; an optional one may be left empty."""
+
+    def __init__(
+        self, is_optional: bool = False, unit: Unit = NO_UNIT, parent: QWidget | None = None
+    ) -> None:
+        parse = _parse_optional_integer if is_optional else _parse_integer
+        super().__init__(parse, str, str, parent)
+        self.set_suffix(unit.name)
+        self.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+
+
+class ListEdit(ValueEdit[tuple[float, ...]]):
+    """Several doubles, separated by commas or spaces, with their unit."""
+
+    def __init__(self, unit: Unit = NO_UNIT, parent: QWidget | None = None) -> None:
+        super().__init__(self._parsed, self._joined(short_text), self._joined(full_text), parent)
+        self._unit = unit
+        self.set_suffix(unit.name)
+
+    @property
+    def unit(self) -> Unit:
+        """The unit shown."""
+        return self._unit
+
+    def set_unit(self, unit: Unit) -> None:
+        """Show the same values in another unit."""
+        self._unit = unit
+        self.set_suffix(unit.name)
+        self.revert()
+
+    def _parsed(self, text: str) -> tuple[float, ...]:
+        parts = text.replace(",", " ").replace(";", " ").split()
+        return tuple(parse_quantity(part, self._unit) for part in parts)
+
+    def _joined(self, one: Callable[[float, Unit], str]) -> Callable[[tuple[float, ...]], str]:
+        return lambda values: ", ".join(one(value, self._unit) for value in values)
+
+
+class TextEdit(ValueEdit[str]):
+    """A name: any text that is not empty."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(_parse_name, str, str, parent)
+
+
+def _parse_integer(text: str) -> int:
+    try:
+        return int(text.strip())
+    except ValueError:
+        raise ValueError(f"found '{text.strip()}', accepted is a whole number such as 16") from None
+
+
+def _parse_optional_integer(text: str) -> int | None:
+    return _parse_integer(text) if text.strip() else None
+
+
+def _parse_name(text: str) -> str:
+    if not text.strip():
+        raise ValueError("found nothing, accepted is any text that no other sensor uses")
+    return text.strip()

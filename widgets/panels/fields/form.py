@@ -1,0 +1,238 @@
+"""Rows of labelled fields that edit one frozen thing: a change gives a validated copy or a reason in red."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from pydantic import ValidationError
+from PySide6.QtCore import Signal
+from PySide6.QtGui import QWheelEvent
+from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QHBoxLayout, QLabel, QWidget
+
+from riglens.core.errors import InputError
+from riglens.widgets.panels.fields.edits import ListEdit, NumberEdit, ValueEdit
+from riglens.widgets.panels.fields.quantity import Unit
+from riglens.widgets.panels.style import MARGIN, SPACING, as_panel
+
+
+class ChoiceBox(QComboBox):
+    """A list of choices that the wheel does not change: a scrolled panel must not edit the rig."""
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        """Leave the wheel to the panel around."""
+        event.ignore()
+
+
+Read = Callable[[Any], Any]
+Write = Callable[[Any, Any], Any]
+
+
+@dataclass(frozen=True)
+class _Binding:
+    """A widget with how its value is read from the thing shown."""
+
+    widget: QWidget
+    read: Read
+    show: Callable[[Any], None]
+
+
+class Form(QWidget):
+    """A grid of label and fields over one frozen thing (`subject`).
+
+    `changed` carries the changed copy. A value that the thing refuses marks its field, and the reason stands
+    under the form; the thing itself stays as it is.
+    """
+
+    changed = Signal(object)
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        as_panel(self)
+        self._subject: Any = None
+        self._bindings: list[_Binding] = []
+        self._captions: dict[QWidget, QLabel] = {}
+        self._reasons: dict[QWidget, str] = {}
+        self._grid = QGridLayout(self)
+        self._grid.setContentsMargins(MARGIN, MARGIN, MARGIN, MARGIN)
+        self._grid.setHorizontalSpacing(SPACING)
+        self._grid.setVerticalSpacing(SPACING - 1)
+        self._grid.setColumnMinimumWidth(0, 70)
+        self._grid.setColumnStretch(1, 1)
+        self._problem = QLabel()
+        self._problem.setObjectName("problem")
+        self._problem.setWordWrap(True)
+        self._problem.hide()
+
+    # ------------------------------------------------------------------ building
+    def add_heading(self, text: str) -> QLabel:
+        """A line that names the group of fields under it."""
+        label = QLabel(text)
+        label.setObjectName("heading")
+        label.setIndent(0)
+        self._grid.addWidget(label, self._grid.rowCount(), 0, 1, 2)
+        return label
+
+    def add_row(self, label: str, fields: Sequence[QWidget], tip: str = "") -> QWidget:
+        """A label with its fields side by side; returns the widget that holds the fields."""
+        box = QWidget()
+        line = QHBoxLayout(box)
+        line.setContentsMargins(0, 0, 0, 0)
+        line.setSpacing(4)
+        for field in fields:
+            line.addWidget(field, 0 if isinstance(field, QLabel) else 1)
+        caption = QLabel(label)
+        caption.setToolTip(tip)
+        box.setToolTip(tip)
+        row = self._grid.rowCount()
+        self._grid.addWidget(caption, row, 0)
+        self._grid.addWidget(box, row, 1)
+        self._captions[box] = caption
+        return box
+
+    def show_row(self, row: QWidget, shown: bool) -> None:
+        """Show or hide a row that `add_row` returned, with its label."""
+        row.setVisible(shown)
+        self._captions[row].setVisible(shown)
+
+    def add_wide(self, widget: QWidget) -> None:
+        """A widget over the whole width."""
+        self._grid.addWidget(widget, self._grid.rowCount(), 0, 1, 2)
+
+    def set_fields_enabled(self, enabled: bool) -> None:
+        """Let every bound field be edited, or only looked at."""
+        for binding in self._bindings:
+            binding.widget.setEnabled(enabled)
+
+    def close_form(self) -> None:
+        """Put the place for reasons under the last row and keep the rows at the top."""
+        self.add_wide(self._problem)
+        self._grid.setRowStretch(self._grid.rowCount(), 1)
+
+    def bind_edit(self, edit: ValueEdit[Any], read: Read, write: Write, name: str) -> None:
+        """Connect a line edit with one value of the subject; `name` is the object name that finds it."""
+        edit.setObjectName(name)
+        self._bindings.append(_Binding(edit, read, edit.set_value))
+        edit.edited.connect(lambda value: self._try(edit, write, value))
+        edit.refused.connect(lambda reason: self._refuse(edit, reason))
+
+    def bind_check(self, check: QCheckBox, read: Read, write: Write, name: str) -> None:
+        """Connect a check box with a bool of the subject."""
+        check.setObjectName(name)
+        self._bindings.append(_Binding(check, read, check.setChecked))
+        check.clicked.connect(lambda value: self._try(check, write, value))
+
+    def bind_choice(self, combo: QComboBox, read: Read, write: Write, name: str) -> None:
+        """Connect a list of choices with the data of the item that is chosen."""
+        combo.setObjectName(name)
+        self._bindings.append(_Binding(combo, read, lambda value: _choose(combo, value)))
+        combo.activated.connect(lambda index: self._try(combo, write, combo.itemData(index)))
+
+    def set_units(self, *units: Unit) -> None:
+        """Show every length and angle in these units; what is stored stays in metres and degrees."""
+        for binding in self._bindings:
+            edit = binding.widget
+            if isinstance(edit, NumberEdit | ListEdit):
+                fitting = next((unit for unit in units if unit.quantity == edit.unit.quantity), None)
+                if fitting is not None and fitting != edit.unit:
+                    edit.set_unit(fitting)
+
+    # ------------------------------------------------------------------ showing and changing
+    def show_subject(self, subject: Any) -> None:
+        """Show a thing; fields in which something wrong stands keep it until the value under them changes."""
+        self._subject = subject
+        for binding in self._bindings:
+            binding.show(binding.read(subject))
+        self._reasons = {w: reason for w, reason in self._reasons.items() if w.property("invalid")}
+        self._show_reasons()
+
+    def forget_input(self) -> None:
+        """Drop what was typed and refused."""
+        for widget in self._reasons:
+            if isinstance(widget, ValueEdit):
+                widget.revert()
+        self._reasons = {}
+        self._show_reasons()
+
+    def _try(self, widget: QWidget, write: Write, value: Any) -> None:
+        try:
+            changed = write(self._subject, value)
+        except (ValidationError, InputError, ValueError) as error:
+            self._refuse(widget, reason_of(error))
+            return
+        self._reasons.pop(widget, None)
+        self._show_reasons()
+        self.changed.emit(changed)
+        self.show_subject(self._subject)
+
+    def _refuse(self, widget: QWidget, reason: str) -> None:
+        if isinstance(widget, ValueEdit):
+            widget.mark(reason)
+            self._reasons[widget] = reason
+        self._show_reasons()
+
+    def _show_reasons(self) -> None:
+        lines = [f"{widget.accessibleName()}: {reason}" for widget, reason in self._reasons.items()]
+        self._problem.setText("\n".join(lines))
+        self._problem.setVisible(bool(lines))
+
+    @property
+    def subject(self) -> Any:
+        """The thing that is shown."""
+        return self._subject
+
+    def show_problem(self, text: str) -> None:
+        """Say what is wrong with something that is not bound to a field; gone with the next change."""
+        self._problem.setText(text)
+        self._problem.setVisible(bool(text))
+
+    @property
+    def problem(self) -> str:
+        """The reasons that stand under the form, empty when all is well."""
+        return self._problem.text()
+
+
+def read_item(field: str, place: int) -> Read:
+    """Reads one item of a tuple field."""
+    return lambda subject: getattr(subject, field)[place]
+
+
+def write_item(field: str, place: int) -> Write:
+    """Exchanges one item of a tuple field; the other items stay the very same objects."""
+
+    def write(subject: Any, value: Any) -> Any:
+        items = getattr(subject, field)
+        return subject.replace(**{field: (*items[:place], value, *items[place + 1 :])})
+
+    return write
+
+
+def read_field(field: str) -> Read:
+    """Reads a field."""
+    return lambda subject: getattr(subject, field)
+
+
+def write_field(field: str) -> Write:
+    """Exchanges a field."""
+    return lambda subject, value: subject.replace(**{field: value})
+
+
+def reason_of(error: Exception) -> str:
+    """One line without the words that are there for programmers."""
+    if isinstance(error, ValidationError):
+        first = error.errors()[0]
+        said = str(first["msg"])
+        if said.startswith("Input should be "):
+            return f"found {first['input']}, accepted is {said.removeprefix('Input should be ')}"
+        return said.removeprefix("Value error, ")
+    return str(error)
+
+
+def _choose(combo: QComboBox, value: Any) -> None:
+    """Select the item that carries `value`; a value that is in no item gets one of its own."""
+    index = combo.findData(value)
+    if index < 0:
+        combo.addItem("" if value is None else str(value), value)
+        index = combo.count() - 1
+    combo.setCurrentIndex(index)

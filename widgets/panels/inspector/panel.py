@@ -1,0 +1,271 @@
+"""Every field of the selected sensor, or of the rig and its vehicle when none is selected."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QFrame, QLabel, QPushButton, QScrollArea, QStackedWidget, QWidget
+
+from riglens.core.geometry import Pose
+from riglens.core.metric.scores import Scores
+from riglens.core.rig.model import Lidar, Rig, Vehicle
+from riglens.widgets.car.profiles import PROFILES, reference_vehicle
+from riglens.widgets.panels.fields.edits import NumberEdit, TextEdit
+from riglens.widgets.panels.fields.form import ChoiceBox, Form
+from riglens.widgets.panels.fields.quantity import DEGREES, METRES, NO_UNIT, Unit
+from riglens.widgets.panels.inspector.sensor_forms import CameraForm, LidarForm, SensorForm
+
+_SIZES = ("length", "width", "height", "rear_axle_x")
+_TRIPLES: tuple[tuple[str, str, tuple[str, str, str], float, Unit, str], ...] = (
+    ("rpy_deg", "Mesh turned", ("mesh_roll", "mesh_pitch", "mesh_yaw"), 5.0, DEGREES, "roll, pitch, yaw"),
+    ("offset", "Mesh moved", ("mesh_x", "mesh_y", "mesh_z"), 0.05, METRES, "x, y, z, after scale and turn"),
+)
+
+
+def with_body(rig: Rig, body: str) -> Rig:
+    """The rig on another body; sizes that are still those of the old body become those of the new one."""
+    vehicle, changes = rig.vehicle, {"body": body}
+    if vehicle.body in PROFILES and body in PROFILES:
+        old, new = reference_vehicle(vehicle.body), reference_vehicle(body)
+        changes |= {
+            name: getattr(new, name) for name in _SIZES if getattr(vehicle, name) == getattr(old, name)
+        }
+    return rig.replace(vehicle=vehicle.replace(**changes))
+
+
+class MeshRows:
+    """Scale, turn and offset of the mesh, on a form over a rig; seen only while the body is a mesh file."""
+
+    def __init__(self, form: Form) -> None:
+        self._form = form
+        scale = NumberEdit(0.1, NO_UNIT)
+        scale.setAccessibleName("Mesh scale")
+        self._rows = [form.add_row("Mesh scale", [scale], "0.001 for a mesh in millimetres")]
+        form.bind_edit(
+            scale,
+            lambda rig: rig.vehicle.mesh.scale,
+            lambda rig, value: _with_mesh(rig, scale=value),
+            "mesh_scale",
+        )
+        for field, caption, names, step, unit, tip in _TRIPLES:
+            edits = [NumberEdit(step, unit) for _ in names]
+            self._rows.append(form.add_row(caption, edits, tip))
+            for place, (name, edit) in enumerate(zip(names, edits, strict=True)):
+                edit.setAccessibleName(f"{caption} {name.removeprefix('mesh_')}")
+                self._bind(edit, field, place, name)
+
+    def _bind(self, edit: NumberEdit, field: str, place: int, name: str) -> None:
+        def read(rig: Rig) -> Any:
+            return getattr(rig.vehicle.mesh, field)[place]
+
+        def write(rig: Rig, value: float) -> Rig:
+            items = getattr(rig.vehicle.mesh, field)
+            return _with_mesh(rig, **{field: (*items[:place], value, *items[place + 1 :])})
+
+        self._form.bind_edit(edit, read, write, name)
+
+    def show_for(self, vehicle: Vehicle) -> None:
+        """Show the rows when the vehicle has a mesh file."""
+        for row in self._rows:
+            self._form.show_row(row, vehicle.has_mesh_file)
+
+
+def _with_mesh(rig: Rig, **changes: Any) -> Rig:
+    mesh = rig.vehicle.mesh.replace(**changes)
+    return rig.replace(vehicle=rig.vehicle.replace(mesh=mesh))
+
+
+class Inspector(QStackedWidget):
+    """Follows rig and selection; says by signals what the user changed, always as a validated copy."""
+
+    sensor_edited = Signal(str, object)
+    """Name the sensor had, and the sensor as it shall be."""
+    rig_edited = Signal(object)
+    mesh_wanted = Signal()
+    """The user wants to choose a mesh file for the body."""
+    units_changed = Signal(object)
+    """The Units that lengths and angles are shown in from now on, as a tuple."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._rig_form, self._lidar_form, self._camera_form = RigForm(), LidarForm(), CameraForm()
+        self._sensor_forms: tuple[SensorForm, ...] = (self._lidar_form, self._camera_form)
+        self._shown_name: str | None = None
+        self._loss_of: str | None = None
+        self._saved: Rig | None = None
+        self._locked: frozenset[str] = frozenset()
+        self._units: tuple[Unit, ...] = (METRES, DEGREES)
+        for form in (self._rig_form, self._lidar_form, self._camera_form):
+            self.addWidget(_scrolled(form))
+        self._rig_form.changed.connect(self.rig_edited)
+        self._rig_form.mesh_wanted.connect(self.mesh_wanted)
+        for sensor_form in self._sensor_forms:
+            sensor_form.changed.connect(self._on_sensor_changed)
+            sensor_form.units_chosen.connect(self._choose_unit)
+            sensor_form.show_units(*self._units)
+
+    @property
+    def form(self) -> Form:
+        """The form that is shown."""
+        area = self.currentWidget()
+        assert isinstance(area, QScrollArea)
+        form = area.widget()
+        assert isinstance(form, Form)
+        return form
+
+    @property
+    def units(self) -> tuple[Unit, ...]:
+        """The units that lengths and angles are shown in."""
+        return self._units
+
+    def set_units(self, units: tuple[Unit, ...]) -> None:
+        """Show every length and angle in these units."""
+        self._units = units
+        for form in (self._rig_form, *self._sensor_forms):
+            form.set_units(*units)
+        for sensor_form in self._sensor_forms:
+            sensor_form.show_units(*units)
+
+    def _choose_unit(self, chosen: Unit) -> None:
+        self.set_units(tuple(chosen if chosen.quantity == unit.quantity else unit for unit in self._units))
+        self.units_changed.emit(self._units)
+
+    def set_saved(self, rig: Rig) -> None:
+        """The rig as it was last saved, to which a pose can be put back."""
+        self._saved = rig
+
+    def set_locked(self, locked: frozenset[str]) -> None:
+        """Names of the sensors that can only be looked at."""
+        self._locked = locked
+        for form in self._sensor_forms:
+            form.set_locked(self._shown_name in locked)
+
+    @property
+    def loss_of(self) -> str | None:
+        """The sensor whose loss is shown, greyed or not; None when there is none."""
+        return self._loss_of
+
+    def show_loss(self, now: Scores, without: Scores) -> None:
+        """Exact scores with and without the sensor shown."""
+        self._loss_of = self._shown_name
+        for form in self._sensor_forms:
+            form.marginal.show_loss(now, without)
+
+    def show_no_loss(self, reason: str) -> None:
+        """Say why there is nothing to show about the rig without the sensor."""
+        self._loss_of = None
+        for form in self._sensor_forms:
+            form.marginal.show_none(reason)
+
+    def set_loss_stale(self) -> None:
+        """Grey what the rig loses without the sensor: it is of an earlier rig."""
+        for form in self._sensor_forms:
+            form.marginal.set_stale(True)
+
+    def set_rig(self, rig: Rig, selected: str | None) -> None:
+        """Show the selected sensor, or the rig."""
+        form: Form = self._rig_form
+        subject: Any = rig
+        if selected is not None:
+            subject = rig.sensor(selected)
+            sensor_form: SensorForm = self._lidar_form if isinstance(subject, Lidar) else self._camera_form
+            sensor_form.set_taken_names(frozenset(s.name for s in rig.sensors) - {selected})
+            sensor_form.set_locked(selected in self._locked)
+            sensor_form.tools.set_saved(self._saved_pose(selected))
+            form = sensor_form
+        if form is not self.form or selected != self._shown_name:
+            self.form.forget_input()
+            form.forget_input()
+        self._shown_name = selected
+        self.setCurrentIndex([self._rig_form, self._lidar_form, self._camera_form].index(form))
+        form.show_subject(subject)
+
+    def _saved_pose(self, name: str) -> Pose | None:
+        sensors = self._saved.sensors if self._saved is not None else ()
+        return next((sensor.pose for sensor in sensors if sensor.name == name), None)
+
+    def _on_sensor_changed(self, sensor: Any) -> None:
+        if self._shown_name is not None:
+            self.sensor_edited.emit(self._shown_name, sensor)
+
+
+class RigForm(Form):
+    """Name of the rig, and body and size of the vehicle."""
+
+    mesh_wanted = Signal()
+    """The user wants to choose a mesh file."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        name = TextEdit()
+        name.setAccessibleName("Rig")
+        self.add_row("Rig", [name])
+        self.bind_edit(name, lambda rig: rig.name, lambda rig, value: rig.replace(name=value), "rig_name")
+        self.add_heading("Vehicle")
+        self._add_body()
+        for field, caption, tip in (
+            ("length", "Length", "bumper to bumper"),
+            ("width", "Width", "without mirrors"),
+            ("height", "Height", "ground to roof"),
+            ("rear_axle_x", "Rear axle x", "from the centre of the body, negative is behind it"),
+        ):
+            self._add_size(field, caption, tip)
+        self._summary = QLabel()
+        self._summary.setObjectName("hint")
+        self._summary.setWordWrap(True)
+        self.add_wide(self._summary)
+        self.close_form()
+
+    def _add_body(self) -> None:
+        body = ChoiceBox()
+        for known in PROFILES:
+            body.addItem(known, known)
+        choose = QPushButton("Mesh…")
+        choose.setObjectName("mesh")
+        choose.setToolTip("A glTF, OBJ, STL or PLY file as the body of the car")
+        choose.clicked.connect(self.mesh_wanted)
+        self.add_row("Body", [body, choose])
+        self.bind_choice(body, lambda rig: rig.vehicle.body, with_body, "body")
+        self._mesh_rows = MeshRows(self)
+
+    def _add_size(self, field: str, caption: str, tip: str) -> None:
+        edit = NumberEdit(0.05, METRES)
+        edit.setAccessibleName(caption)
+        self.add_row(caption, [edit], tip)
+        self.bind_edit(
+            edit,
+            lambda rig: getattr(rig.vehicle, field),
+            lambda rig, value: rig.replace(vehicle=rig.vehicle.replace(**{field: value})),
+            field,
+        )
+
+    def show_subject(self, subject: Rig) -> None:
+        """Show a rig."""
+        super().show_subject(subject)
+        self._mesh_rows.show_for(subject.vehicle)
+        rays = sum(sensor.ray_count for sensor in subject.sensors if sensor.enabled)
+        counts = (
+            f"{_counted(len(subject.lidars()), 'LiDAR')} and {_counted(len(subject.cameras()), 'camera')}"
+        )
+        self._summary.setText(
+            f"{counts} count in the scores: {rays:,} rays.\n\nSelect a sensor in the list or in the view to edit it."
+            if subject.sensors
+            else "No sensors yet. Add one in the toolbar, or drag a model from the library onto the car."
+        )
+
+
+def _counted(number: int, thing: str) -> str:
+    return f"{number} {thing}" if number == 1 else f"{number} {thing}s"
+
+
+def _scrolled(form: Form) -> QScrollArea:
+    area = QScrollArea()
+    area.setWidget(form)
+    area.setWidgetResizable(True)
+    area.setFrameShape(QFrame.Shape.NoFrame)
+    area.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # its fields have it
+    area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+    bar_px = area.verticalScrollBar().sizeHint().width()
+    area.setMinimumWidth(form.minimumSizeHint().width() + bar_px)  # no field is ever cut off
+    return area

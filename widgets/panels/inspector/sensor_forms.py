@@ -1,0 +1,361 @@
+"""Forms with every field of a LiDAR or a camera."""
+
+from __future__ import annotations
+
+import math
+from functools import partial
+from typing import Any, Literal
+
+from PySide6.QtCore import QObject, Qt, Signal
+from PySide6.QtWidgets import QCheckBox, QComboBox, QLabel, QWidget
+
+from riglens.core.geometry import Pose
+from riglens.core.rig.library import default_library
+from riglens.core.rig.model import Camera, EvenAngles, Lidar, Sensor
+from riglens.widgets.panels.fields.edits import IntegerEdit, ListEdit, NumberEdit, TextEdit, ValueEdit
+from riglens.widgets.panels.fields.form import ChoiceBox, Form, read_field, read_item, write_field, write_item
+from riglens.widgets.panels.fields.quantity import DEGREES, METRES, PIXELS, Unit
+from riglens.widgets.panels.inspector.marginal_view import MarginalView
+from riglens.widgets.panels.inspector.pose_tools import PoseTools
+from riglens.widgets.panels.sensors.rows import derived_rows
+from riglens.widgets.panels.style import numbers_font
+
+STEP_M, STEP_DEG = 0.05, 1.0
+POSE_TIP = (
+    "x forward, y left, z up from the ground under the middle of the car; "
+    "positive pitch looks down, positive yaw turns left"
+)
+_NO_MODEL = "none"
+_DERIVED = {
+    "lidar": ("Rays", "Field of view", "Resolution", "Azimuth offsets"),
+    "camera": ("Rays", "Field of view", "Focal length", "Resolution", "Distortion"),
+}
+
+
+LOCKED_NOTE = "Locked: unlock it in the list to edit it."
+DISABLED_NOTE = "Disabled: it does not count in the scores."
+
+
+class SensorForm(Form):
+    """What every sensor has: name, kind, model, pose, range, whether it counts, and what it is worth."""
+
+    units_chosen = Signal(object)
+    """The Unit that lengths or angles shall be shown in."""
+
+    def __init__(self, kind: Literal["lidar", "camera"], parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._taken: frozenset[str] = frozenset()
+        self._is_locked = False
+        self._kind = kind
+        self._state = QLabel()
+        self._state.setObjectName("state")
+        self._state.setWordWrap(True)
+        self.add_wide(self._state)
+        self._add_identity()
+        self._add_pose()
+
+    def set_taken_names(self, names: frozenset[str]) -> None:
+        """Names of the other sensors, which this one cannot have."""
+        self._taken = names
+
+    def _add_identity(self) -> None:
+        name = TextEdit()
+        name.setAccessibleName("Name")
+        self.add_row("Name", [name])
+        self.bind_edit(name, read_field("name"), self._write_name, "name")
+        model = ChoiceBox()
+        model.addItem(_NO_MODEL, None)
+        for entry in default_library().entries(self._kind):
+            model.addItem(entry.title, entry.name)
+            model.setItemData(model.count() - 1, entry.source, Qt.ItemDataRole.ToolTipRole)
+        model.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
+        model.setMinimumContentsLength(8)
+        self.add_row("Model", [model], "Choosing a model fills in the fields below")
+        self.bind_choice(model, read_field("model"), _write_model, "model")
+        enabled = QCheckBox("counts in the scores")
+        self.add_row("Enabled", [enabled])
+        self.bind_check(enabled, read_field("enabled"), write_field("enabled"), "enabled")
+
+    def _write_name(self, sensor: Sensor, name: str) -> Sensor:
+        if name in self._taken:
+            raise ValueError(f"'{name}' is used by another sensor; names must be unique")
+        return sensor.replace(name=name)
+
+    def _add_pose(self) -> None:
+        """Position on the left, rotation on the right."""
+        self.tools = PoseTools()
+        self.tools.pasted.connect(self._take_pose)
+        self.tools.refused.connect(self.show_problem)
+        self.tools.units_chosen.connect(self.units_chosen)
+        self.add_wide(self.tools)
+        for place, (axis, angle) in enumerate(zip("xyz", ("roll", "pitch", "yaw"), strict=True)):
+            along, about = NumberEdit(STEP_M, METRES), NumberEdit(STEP_DEG, DEGREES)
+            caption = QLabel(angle)
+            caption.setMinimumWidth(36)
+            caption.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+            self.add_row(axis, [along, caption, about], POSE_TIP)
+            for edit, name, field in ((along, axis, "position"), (about, angle, "rpy_deg")):
+                edit.setAccessibleName(name)
+                self.bind_edit(edit, read_item(field, place), write_item(field, place), name)
+
+    def _take_pose(self, pose: Pose) -> None:
+        """Another pose as one change."""
+        self._try(self.tools, lambda sensor, value: sensor.with_pose(value), pose)
+
+    def add_derived(self) -> None:
+        """What follows from the fields, and what the rig would lose without the sensor."""
+        self.add_heading("Derived")
+        self._derived: dict[str, QLabel] = {}
+        for caption in _DERIVED[self._kind]:
+            value = QLabel()
+            value.setFont(numbers_font(value.font()))
+            value.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+            value.setObjectName(caption)
+            self._derived[caption] = value
+            self.add_row(caption, [value])
+        self.add_heading("The rig without it")
+        self.marginal = MarginalView()
+        self.add_wide(self.marginal)
+
+    def show_subject(self, subject: Any) -> None:
+        """Show a sensor with what follows from its fields."""
+        super().show_subject(subject)
+        self.tools.set_pose(subject.pose)
+        for caption, value in derived_rows(subject):
+            self._derived[caption].setText(value)
+        self._show_state()
+
+    def set_locked(self, locked: bool) -> None:
+        """Make every field read only, or editable again."""
+        self._is_locked = locked
+        self.set_fields_enabled(not locked)
+        self.tools.set_editable(not locked)
+        self._show_state()
+
+    def _show_state(self) -> None:
+        notes = [LOCKED_NOTE] if self._is_locked else []
+        if self.subject is not None and not self.subject.enabled:
+            notes.append(DISABLED_NOTE)
+        self._state.setText("\n".join(notes))
+        self._state.setVisible(bool(notes))
+
+    def show_units(self, *units: Unit) -> None:
+        """Show lengths and angles in these units."""
+        self.set_units(*units)
+        self.tools.show_units(*units)
+
+    def add_pair(
+        self, caption: str, edits: dict[str, ValueEdit[Any]], between: str, field: str, tip: str
+    ) -> QWidget:
+        """A row for the two items of a tuple with a sign between them; keys are the object names."""
+        for place, (name, edit) in enumerate(edits.items()):
+            edit.setAccessibleName(name.replace("_", " "))
+            self.bind_edit(edit, read_item(field, place), write_item(field, place), name)
+        first, second = edits.values()
+        return self.add_row(caption, [first, QLabel(between), second], tip)
+
+    def add_range(self) -> None:
+        """Nearest and farthest distance that a ray covers."""
+        self.add_pair(
+            "Range",
+            {"range_min": NumberEdit(0.5, METRES), "range_max": NumberEdit(5.0, METRES)},
+            "to",
+            "range_m",
+            "from, to; ∞ or inf: up to the end of the region of interest",
+        )
+
+
+def _write_model(sensor: Sensor, model: str | None) -> Sensor:
+    """The sensor with the fields of a library model; without a model it keeps its fields."""
+    if model == sensor.model:
+        return sensor
+    if model is None:
+        return sensor.replace(model=None)
+    return default_library().entry(model).sensor(sensor.name, sensor.pose).replace(enabled=sensor.enabled)
+
+
+EVEN, LIST = "evenly spaced", "list"
+
+
+class AnglesField(QObject):
+    """Rows of a LiDAR's form for one of its two angle fields, `elevations_deg` or `azimuths_deg`."""
+
+    def __init__(self, form: Form, field: str, caption: str, tip: str) -> None:
+        super().__init__(form)
+        self._form, self._field = form, field
+        self._way = ChoiceBox()
+        for way in (EVEN, LIST):
+            self._way.addItem(way, way)
+        form.add_row(caption, [self._way], tip)
+        form.bind_choice(self._way, self._read_way, self._write_way, f"{field}.way")
+        self._even_row = self._add_even(form)
+        self._list_row = self._add_list(form)
+
+    def show_rows(self, lidar: Lidar) -> None:
+        """Show the row that fits how the angles are given."""
+        is_even = isinstance(self._angles(lidar), EvenAngles)
+        self._form.show_row(self._even_row, is_even)
+        self._form.show_row(self._list_row, not is_even)
+
+    def _add_even(self, form: Form) -> QWidget:
+        edits: list[tuple[str, ValueEdit[Any]]] = [
+            ("from_", NumberEdit(1.0, DEGREES)),
+            ("to", NumberEdit(1.0, DEGREES)),
+            ("count", IntegerEdit()),
+        ]
+        low, high, count = (edit for _, edit in edits)
+        fields = [low, QLabel("to"), high, QLabel("×"), count]
+        row = form.add_row("", fields, "from, to × number of angles")
+        for part, edit in edits:
+            title = part.rstrip("_")
+            edit.setAccessibleName(f"{self._field} {title}")
+            form.bind_edit(
+                edit,
+                partial(self._read_part, part),
+                partial(self._write_part, part),
+                f"{self._field}.{title}",
+            )
+        return row
+
+    def _add_list(self, form: Form) -> QWidget:
+        edit = ListEdit(DEGREES)
+        edit.setAccessibleName(f"{self._field} list")
+        row = form.add_row("", [edit], "angles, separated by commas")
+        form.bind_edit(edit, self._read_list, self._write_list, f"{self._field}.list")
+        return row
+
+    # ------------------------------------------------------------------ values
+    def _angles(self, lidar: Lidar) -> EvenAngles | tuple[float, ...]:
+        angles: EvenAngles | tuple[float, ...] = getattr(lidar, self._field)
+        return angles
+
+    def _doubles(self, lidar: Lidar) -> tuple[float, ...]:
+        array = lidar.elevations() if self._field == "elevations_deg" else lidar.azimuths()
+        return tuple(float(angle) for angle in array)
+
+    def _read_way(self, lidar: Lidar) -> str:
+        return EVEN if isinstance(self._angles(lidar), EvenAngles) else LIST
+
+    def _write_way(self, lidar: Lidar, way: str) -> Lidar:
+        if way == self._read_way(lidar):
+            return lidar
+        angles = self._doubles(lidar)
+        even = EvenAngles.model_validate({"from": min(angles), "to": max(angles), "count": len(angles)})
+        return lidar.replace(**{self._field: even if way == EVEN else angles})
+
+    def _read_part(self, part: str, lidar: Lidar) -> Any:
+        angles = self._angles(lidar)
+        return getattr(angles, part) if isinstance(angles, EvenAngles) else None
+
+    def _write_part(self, part: str, lidar: Lidar, value: float) -> Lidar:
+        angles = self._angles(lidar)
+        assert isinstance(angles, EvenAngles)
+        return lidar.replace(**{self._field: angles.replace(**{part: value})})
+
+    def _read_list(self, lidar: Lidar) -> tuple[float, ...] | None:
+        angles = self._angles(lidar)
+        return None if isinstance(angles, EvenAngles) else angles
+
+    def _write_list(self, lidar: Lidar, values: tuple[float, ...]) -> Lidar:
+        if not values:
+            raise ValueError("found no angle, accepted are numbers in degrees such as -15, 0, 15")
+        return lidar.replace(**{self._field: values})
+
+
+class LidarForm(SensorForm):
+    """Every field of a LiDAR."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__("lidar", parent)
+        self.add_heading("Beams")
+        self._angles = (
+            AnglesField(self, "elevations_deg", "Elevations", "beam angles, both ends included"),
+            AnglesField(self, "azimuths_deg", "Azimuths", "angles of one turn; the end is left out"),
+        )
+        self.add_range()
+        self.add_derived()
+        self.close_form()
+
+    def show_subject(self, subject: Lidar) -> None:
+        """Show a LiDAR."""
+        super().show_subject(subject)
+        for angles in self._angles:
+            angles.show_rows(subject)
+
+
+FIELD_OF_VIEW, FOCAL_LENGTHS = "field of view", "focal lengths"
+
+
+class CameraForm(SensorForm):
+    """Every field of a camera."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__("camera", parent)
+        self.add_heading("Image and lens")
+        self.add_pair(
+            "Image",
+            {"image_width": IntegerEdit(unit=PIXELS), "image_height": IntegerEdit(unit=PIXELS)},
+            "×",
+            "image",
+            "width, height",
+        )
+        self._add_lens()
+        self.add_pair(
+            "Rays cast",
+            {"cast_columns": IntegerEdit(), "cast_rows": IntegerEdit()},
+            "×",
+            "cast",
+            "columns, rows of the ray lattice; never more than the image has pixels",
+        )
+        self.add_range()
+        self.add_derived()
+        self.close_form()
+
+    def _add_lens(self) -> None:
+        way = ChoiceBox()
+        for text in (FIELD_OF_VIEW, FOCAL_LENGTHS):
+            way.addItem(text, text)
+        self.add_row("Lens by", [way], "one field of view, or focal lengths and principal point in pixels")
+        self.bind_choice(way, _lens_way, _write_lens_way, "lens.way")
+        hfov = NumberEdit(1.0, DEGREES)
+        hfov.setAccessibleName("field of view")
+        self._hfov_row = self._add_optional(hfov, "hfov_deg", "HFOV", "horizontal field of view")
+        self._focal_rows = [
+            self._add_optional(NumberEdit(1.0, PIXELS), name, name, tip)
+            for name, tip in (
+                ("fx", "focal length along the width"),
+                ("fy", "focal length along the height"),
+                ("cx", "principal point from the left edge"),
+                ("cy", "principal point from the upper edge"),
+            )
+        ]
+
+    def _add_optional(self, edit: NumberEdit, field: str, caption: str, tip: str) -> QWidget:
+        """A row for one number that can be absent."""
+        edit.setAccessibleName(edit.accessibleName() or field)
+        row = self.add_row(caption, [edit], tip)
+        self.bind_edit(edit, read_field(field), write_field(field), field)
+        return row
+
+    def show_subject(self, subject: Camera) -> None:
+        """Show a camera."""
+        super().show_subject(subject)
+        by_angle = subject.hfov_deg is not None
+        self.show_row(self._hfov_row, by_angle)
+        for row in self._focal_rows:
+            self.show_row(row, not by_angle)
+
+
+def _lens_way(camera: Camera) -> str:
+    return FIELD_OF_VIEW if camera.hfov_deg is not None else FOCAL_LENGTHS
+
+
+def _write_lens_way(camera: Camera, way: str) -> Any:
+    """The same lens said the other way; a field of view cannot say an off-centre principal point."""
+    if way == _lens_way(camera):
+        return camera
+    fx, fy, cx, cy = camera.intrinsics_px()
+    if way == FOCAL_LENGTHS:
+        return camera.replace(hfov_deg=None, fx=fx, fy=fy, cx=cx, cy=cy)
+    hfov_deg = 2 * math.degrees(math.atan(camera.image[0] / 2 / fx))
+    return camera.replace(hfov_deg=hfov_deg, fx=None, fy=None, cx=None, cy=None)

@@ -1,0 +1,180 @@
+"""Scores per class with the change against a baseline, in 10^3 nat; every digit in tooltip and copy.
+
+Estimates can be shown in their place for a moment: marked ≈, in italics, without changes and without a copy.
+"""
+
+from __future__ import annotations
+
+import math
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QMenu, QSizePolicy, QToolButton, QVBoxLayout, QWidget
+
+from riglens.core.metric.scores import READINGS, MetricSettings, Scores
+from riglens.widgets.panels.fields.edits import NumberEdit
+from riglens.widgets.panels.fields.form import ChoiceBox
+from riglens.widgets.panels.icons import icon
+from riglens.widgets.panels.scores.table import LAST_SAVED, ScoreTable
+from riglens.widgets.panels.scores.text import SIGN_NOTE
+from riglens.widgets.panels.style import MARGIN, SPACING, as_panel
+
+READING_NOTES = {
+    "covered": "S-MIG = −entropy of the set of voxels reached: the paper's equations",
+    "residual": "S-MIG = −entropy of the voxels not reached: grows with coverage",
+    "hits": "S-MIG counts a voxel once per ray: what the published code adds up",
+}
+
+
+class ScoresPanel(QWidget):
+    """Shows one evaluation beside that of the baseline. A number that is out of date is greyed."""
+
+    settings_changed = Signal(object)
+    """MetricSettings as the user wants them."""
+    pin_wanted = Signal(bool)
+    """The rig as it is shall be the baseline; or, when False, the last saved rig again."""
+
+    def __init__(self, settings: MetricSettings, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        as_panel(self)
+        self._settings = settings
+        self._is_stale = True
+        self._is_estimate = False
+        self._baseline = LAST_SAVED
+        self._table = ScoreTable()
+        self._weight = NumberEdit(0.05)
+        self._reading = ChoiceBox()
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(0)
+        layout.addWidget(self._table, 1)
+        layout.addLayout(self._controls())
+
+    @property
+    def settings(self) -> MetricSettings:
+        """Method, reading and camera weight that are chosen."""
+        return self._settings
+
+    def _controls(self) -> QHBoxLayout:
+        self._weight.setObjectName("camera_weight")
+        self._weight.setFixedWidth(64)
+        self._weight.set_value(self._settings.camera_weight)
+        self._weight.edited.connect(self._on_weight)
+        self._reading.setObjectName("reading")
+        for reading in READINGS:
+            self._reading.addItem(reading, reading)
+            self._reading.setItemData(
+                self._reading.count() - 1, READING_NOTES[reading], Qt.ItemDataRole.ToolTipRole
+            )
+        self._reading.setCurrentText(self._settings.reading)
+        self._reading.activated.connect(self._on_reading)
+        self._note = QLabel()
+        self._note.setObjectName("hint")
+        self._note.setTextFormat(Qt.TextFormat.PlainText)
+        self._note.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        row = QHBoxLayout()
+        row.setContentsMargins(MARGIN, 5, MARGIN, 6)
+        row.setSpacing(SPACING)
+        for widget in (QLabel("λ"), self._weight, QLabel("Reading"), self._reading, self._pin_button()):
+            row.addWidget(widget)
+        row.addSpacing(SPACING)
+        row.addWidget(self._note, 1)
+        self._weight.setToolTip("Weight of the cameras in S-MS, 0.1 in the paper")
+        self._show_note()
+        return row
+
+    def _pin_button(self) -> QToolButton:
+        self._pin = QToolButton()
+        self._pin.setObjectName("pin")
+        self._pin.setText("Pin")
+        self._pin.setIcon(icon("pin"))
+        self._pin.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        self._pin.setCheckable(True)
+        self._pin.setToolTip("Take the rig as it is as the baseline of all changes; press again to let it go")
+        self._pin.clicked.connect(self.pin_wanted)
+        return self._pin
+
+    def set_pin_menu(self, menu: QMenu) -> None:
+        """More ways to choose a baseline, behind the arrow of the button."""
+        self._pin.setMenu(menu)
+        self._pin.setPopupMode(QToolButton.ToolButtonPopupMode.MenuButtonPopup)
+
+    # ------------------------------------------------------------------ what is shown
+    def set_baseline(self, name: str | None) -> None:
+        """What the changes count from: a pinned rig of that name, or None for the rig as last saved."""
+        self._baseline = LAST_SAVED if name is None else name
+        self._pin.setChecked(name is not None)
+        self._table.set_baseline(self._baseline)
+        self._show_note()
+
+    def show_scores(self, scores: Scores, baseline: Scores) -> None:
+        """Show up-to-date scores and their change against those of the baseline."""
+        self._is_stale = self._is_estimate = False
+        self._table.show_scores(scores, baseline, self._settings)
+
+    def add_to_trail(self, scores: Scores) -> None:
+        """Lengthen the sparklines of S-MS by one edit."""
+        self._table.add_to_trail(scores)
+
+    def clear_trail(self) -> None:
+        """Start the sparklines anew: S-MS is of other traffic or of other settings from now on."""
+        self._table.clear_trail()
+
+    def trail_of(self, class_name: str) -> list[float]:
+        """S-MS in nat after each of the last edits."""
+        return self._table.trail_of(class_name)
+
+    def show_estimate(self, scores: Scores) -> None:
+        """Show rough scores until the exact ones are there; there is nothing to copy until then."""
+        self._is_stale = self._is_estimate = True
+        self._table.show_estimate(scores)
+
+    def set_stale(self) -> None:
+        """Grey the numbers: they belong to an earlier state."""
+        if not self._is_stale:
+            self._is_stale = True
+            self._table.grey()
+
+    @property
+    def is_stale(self) -> bool:
+        """Whether the numbers are greyed."""
+        return self._is_stale
+
+    @property
+    def is_estimate(self) -> bool:
+        """Whether the numbers are rough ones."""
+        return self._is_estimate
+
+    def text_of(self, class_name: str, column: str) -> str:
+        """What a cell shows; `column` is a key of COLUMNS, or the key with " change" behind it."""
+        return self._table.cell(class_name, column).text()
+
+    def as_text(self) -> str:
+        """The table with every digit, columns separated by tabs."""
+        return self._table.as_text()
+
+    # ------------------------------------------------------------------ what the user does
+    def _on_weight(self, value: float) -> None:
+        if not (math.isfinite(value) and value >= 0.0):
+            self._weight.mark(f"λ: found {value:g}, accepted is a number from 0 up")
+            return
+        self._change(MetricSettings(self._settings.method, self._settings.reading, value))
+
+    def _on_reading(self, index: int) -> None:
+        self._change(MetricSettings(self._settings.method, READINGS[index], self._settings.camera_weight))
+
+    def _change(self, settings: MetricSettings) -> None:
+        self._settings = settings
+        self._weight.set_value(settings.camera_weight)
+        self._show_note()
+        self.settings_changed.emit(settings)
+
+    def _show_note(self) -> None:
+        falls = self._settings.reading != "residual"
+        way = "S-MS falls as coverage grows" if falls else "S-MS rises as coverage grows"
+        self._note.setText(f"10³ nat · change against {self._baseline} · {way}")
+        self._note.setToolTip(SIGN_NOTE)
+
+    @property
+    def note(self) -> str:
+        """The line that says unit, baseline and the way of S-MS."""
+        return self._note.text()

@@ -1,0 +1,286 @@
+"""The table of scores: class, value and change for every score, and a sparkline of S-MS over the last edits."""
+
+from __future__ import annotations
+
+import math
+
+from PySide6.QtCore import QModelIndex, QPersistentModelIndex, QPointF, QRectF, Qt
+from PySide6.QtGui import QBrush, QColor, QGuiApplication, QPainter, QPen, QPolygonF, QResizeEvent
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QHeaderView,
+    QStyledItemDelegate,
+    QStyleOptionViewItem,
+    QTableWidget,
+    QTableWidgetItem,
+)
+
+from riglens.core.metric.scores import MetricSettings, Scores
+from riglens.core.scene.boxes import CLASSES
+from riglens.widgets.panels.icons import swatch
+from riglens.widgets.panels.item_views import OwnKeys, StandardKey
+from riglens.widgets.panels.scores.text import (
+    COLUMNS,
+    NONE,
+    NOTHING_NOTE,
+    Column,
+    change_text,
+    exact_text,
+    kilo_text,
+    looks_at_more,
+    rough_text,
+    value_text,
+)
+from riglens.widgets.panels.style import numbers_font, plain_tip, tones
+from riglens.widgets.theme import CLASS_COLOURS
+
+MAX_TRAIL = 40
+TRAIL_VALUES = Qt.ItemDataRole.UserRole.value + 1
+TRAIL_COLOUR = Qt.ItemDataRole.UserRole.value + 2
+_MARGIN_PX, _DOT_PX = 6, 2.0
+
+
+def trail_points(values: list[float], room: QRectF) -> QPolygonF:
+    """The values from left to right in a rectangle, the largest at the top; equal ones in the middle."""
+    low, high = min(values), max(values)
+    step = room.width() / max(len(values) - 1, 1)
+    points = []
+    for place, value in enumerate(values):
+        height = 0.5 if high == low else (value - low) / (high - low)
+        points.append(QPointF(room.left() + place * step, room.bottom() - height * room.height()))
+    return QPolygonF(points)
+
+
+def trail_tip(class_name: str, values: list[float]) -> str:
+    """How many edits the line shows and between which values."""
+    if not values:
+        return ""
+    low, high = kilo_text(min(values)), kilo_text(max(values))
+    return f"S-MS of {class_name} after the last {len(values)} edits, between {low} and {high} · 10³ nat"
+
+
+class Sparkline(QStyledItemDelegate):
+    """Draws the line with a dot on its latest value."""
+
+    def paint(
+        self,
+        painter: QPainter,
+        option: QStyleOptionViewItem,
+        index: QModelIndex | QPersistentModelIndex,
+    ) -> None:
+        """Draw the cell's background, then the line."""
+        super().paint(painter, option, index)
+        values = index.data(TRAIL_VALUES)
+        if not values:
+            return
+        rect = QRectF(option.rect)  # type: ignore[attr-defined]
+        points = trail_points(values, rect.adjusted(_MARGIN_PX, _MARGIN_PX, -_MARGIN_PX, -_MARGIN_PX))
+        colour = QColor(index.data(TRAIL_COLOUR) or tones().accent)
+        painter.save()
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setPen(QPen(colour, 1.4))
+        painter.drawPolyline(points)
+        painter.setBrush(colour)
+        painter.drawEllipse(points.last(), _DOT_PX, _DOT_PX)
+        painter.restore()
+
+
+ABOUT, FOLLOWS = "≈ ", "…"
+LAST_SAVED = "the rig as last saved"
+CLASS_PX, MIN_VALUE_PX, CHANGE_PX, TRAIL_PX = 112, 88, 88, 76
+NARROW_PX = 1000
+ROW_PX = 26
+FULL_PX = CLASS_PX + len(COLUMNS) * (MIN_VALUE_PX + CHANGE_PX) + TRAIL_PX
+TRAIL = 1 + 2 * len(COLUMNS)
+ESTIMATE_NOTE = "Estimated on larger voxels; the exact number follows as soon as the mouse rests"
+CHANGE_TIP = "Change against the baseline: the pinned rig, or else the rig as it was last saved or opened"
+TRAIL_TIP = "S-MS after each of the last edits, the largest value at the top"
+
+
+class ScoreTable(QTableWidget):
+    """Class, then value and change for every column, and the way of S-MS over the last edits."""
+
+    def __init__(self) -> None:
+        super().__init__(len(CLASSES), 2 + 2 * len(COLUMNS))
+        OwnKeys(self, {StandardKey.Copy: self._copy})
+        self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        self.setSelectionMode(QAbstractItemView.SelectionMode.ContiguousSelection)
+        self.setAlternatingRowColors(True)
+        self.setShowGrid(False)
+        self.setTabKeyNavigation(False)
+        self.setFont(numbers_font(self.font()))
+        self.verticalHeader().hide()
+        self.verticalHeader().setDefaultSectionSize(ROW_PX)
+        self._baseline = LAST_SAVED
+        self._trails: dict[str, list[float]] = {name: [] for name in CLASSES}
+        self.setItemDelegateForColumn(TRAIL, Sparkline(self))
+        self._set_header()
+        for row, name in enumerate(CLASSES):
+            self._fill_row(row, name)
+        self.setMinimumHeight(self.horizontalHeader().sizeHint().height() + len(CLASSES) * ROW_PX)
+
+    def _set_header(self) -> None:
+        header = self.horizontalHeader()
+        header.setHighlightSections(False)
+        header.setMinimumSectionSize(TRAIL_PX)
+        for place in range(self.columnCount()):
+            is_value = place % 2 == 1 and place != TRAIL
+            mode = QHeaderView.ResizeMode.Stretch if is_value else QHeaderView.ResizeMode.Fixed
+            header.setSectionResizeMode(place, mode)
+            header.resizeSection(place, {0: CLASS_PX, TRAIL: TRAIL_PX}.get(place, CHANGE_PX))
+        titles: list[tuple[str, str]] = [("Class", "")]
+        for column in COLUMNS:
+            titles += [(column.title, column.tip), ("change", CHANGE_TIP)]
+        titles.append(("last edits", TRAIL_TIP))
+        for place, (title, tip) in enumerate(titles):
+            item = QTableWidgetItem(title)
+            item.setToolTip(tip)
+            side = Qt.AlignmentFlag.AlignRight if place else Qt.AlignmentFlag.AlignLeft
+            item.setTextAlignment(side | Qt.AlignmentFlag.AlignVCenter)
+            self.setHorizontalHeaderItem(place, item)
+
+    def _fill_row(self, row: int, name: str) -> None:
+        title = QTableWidgetItem(swatch(CLASS_COLOURS[name]), name)
+        title.setFlags(Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable)
+        self.setItem(row, 0, title)
+        for place in range(1, TRAIL):
+            item = QTableWidgetItem(NONE)
+            item.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+            item.setForeground(QBrush(QColor(tones().muted)))
+            self.setItem(row, place, item)
+        trail = QTableWidgetItem()
+        trail.setFlags(Qt.ItemFlag.ItemIsEnabled)
+        trail.setData(TRAIL_COLOUR, CLASS_COLOURS[name])
+        self.setItem(row, TRAIL, trail)
+
+    def cell(self, class_name: str, column: str) -> QTableWidgetItem:
+        """The item of a class and a column key, with " change" behind it for its change."""
+        key, _, is_change = column.partition(" ")
+        place = 1 + 2 * [c.key for c in COLUMNS].index(key) + (1 if is_change else 0)
+        item = self.item(CLASSES.index(class_name), place)
+        assert item is not None
+        return item
+
+    def set_baseline(self, name: str) -> None:
+        """What the changes count from, for tooltips."""
+        self._baseline = name
+
+    def add_to_trail(self, scores: Scores) -> None:
+        """One more edit of which S-MS is to be seen in the sparklines."""
+        for name, trail in self._trails.items():
+            trail.append(scores.classes[name].s_ms)
+            del trail[:-MAX_TRAIL]
+        self._show_trails()
+
+    def clear_trail(self) -> None:
+        """Start anew: what follows cannot be compared with what was before."""
+        for trail in self._trails.values():
+            trail.clear()
+        self._show_trails()
+
+    def _show_trails(self) -> None:
+        for row, name in enumerate(CLASSES):
+            item, trail = self.item(row, TRAIL), self._trails[name]
+            assert item is not None
+            item.setData(TRAIL_VALUES, list(trail))
+            item.setToolTip(trail_tip(name, trail))
+
+    def trail_of(self, class_name: str) -> list[float]:
+        """S-MS in nat after each of the last edits, the latest at the end."""
+        return list(self._trails[class_name])
+
+    def show_scores(self, scores: Scores, baseline: Scores, settings: MetricSettings) -> None:
+        """Exact values and their change against the baseline."""
+        for name in CLASSES:
+            now, before = scores.classes[name], baseline.classes[name]
+            self._show_class(name, now.h_total > 0.0)
+            for column in COLUMNS:
+                value = column.value(now)
+                change = 0.0 if math.isnan(value) else value - column.value(before)
+                self._show_value(self.cell(name, column.key), column, value, now.h_total > 0.0)
+                self._show_change(self.cell(name, f"{column.key} change"), column, change, settings)
+
+    def _show_class(self, name: str, has_boxes: bool) -> None:
+        """The name of a class, muted where there are no boxes of it."""
+        title = self.item(CLASSES.index(name), 0)
+        assert title is not None
+        title.setForeground(QBrush(QColor(tones().text if has_boxes else tones().muted)))
+        title.setToolTip("" if has_boxes else NOTHING_NOTE)
+
+    def show_estimate(self, scores: Scores) -> None:
+        """Rough values without changes, of which no digit can be copied."""
+        for name in CLASSES:
+            for column in COLUMNS:
+                value = column.value(scores.classes[name])
+                text = NONE if math.isnan(value) else ABOUT + rough_text(column, value)
+                self._show_rough(self.cell(name, column.key), text)
+                self._show_rough(self.cell(name, f"{column.key} change"), FOLLOWS)
+
+    def _show_rough(self, item: QTableWidgetItem, text: str) -> None:
+        item.setText(text)
+        item.setToolTip(ESTIMATE_NOTE)
+        item.setData(Qt.ItemDataRole.UserRole, None)
+        item.setForeground(QBrush(QColor(tones().muted)))
+        _set_italic(item, True)
+
+    def _show_value(self, item: QTableWidgetItem, column: Column, value: float, has_boxes: bool) -> None:
+        item.setText(value_text(column, value))
+        _set_italic(item, False)
+        item.setToolTip(exact_text(column, value) if has_boxes else NOTHING_NOTE)
+        item.setData(Qt.ItemDataRole.UserRole, None if math.isnan(value) else value)
+        item.setForeground(QBrush(QColor(tones().text if has_boxes else tones().muted)))
+
+    def _show_change(
+        self, item: QTableWidgetItem, column: Column, change: float, settings: MetricSettings
+    ) -> None:
+        item.setText(change_text(change, column))
+        _set_italic(item, False)
+        item.setData(Qt.ItemDataRole.UserRole, change)
+        more = looks_at_more(change, column, settings.reading)
+        colour = tones().muted if change == 0 else tones().more if more else tones().less
+        item.setForeground(QBrush(QColor(colour)))
+        meaning = "the same as" if change == 0 else "looks at more than" if more else "looks at less than"
+        item.setToolTip(plain_tip(f"{exact_text(column, change)}: {meaning} {self._baseline}"))
+
+    def grey(self) -> None:
+        """Every number in the muted colour."""
+        muted = QBrush(QColor(tones().muted))
+        for row in range(self.rowCount()):
+            for place in range(1, TRAIL):
+                item = self.item(row, place)
+                if item is not None:
+                    item.setForeground(muted)
+
+    def as_text(self) -> str:
+        """Titles and exact values, tabs between columns."""
+        titles = ["class"]
+        for column in COLUMNS:
+            unit = "fraction" if column.is_share else "nat"
+            titles += [f"{column.title} ({unit})", f"change ({unit})"]
+        lines = ["\t".join(titles)]
+        for row, name in enumerate(CLASSES):
+            values = [
+                self.model().index(row, place).data(Qt.ItemDataRole.UserRole) for place in range(1, TRAIL)
+            ]
+            lines.append("\t".join([name, *("" if value is None else repr(value) for value in values)]))
+        return "\n".join(lines) + "\n"
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Titles are short where there is no room for long ones; the sparklines give way to numbers."""
+        super().resizeEvent(event)
+        self.setColumnHidden(TRAIL, event.size().width() < FULL_PX)
+        is_narrow = event.size().width() < NARROW_PX
+        for number, column in enumerate(COLUMNS):
+            item = self.horizontalHeaderItem(1 + 2 * number)
+            assert item is not None
+            item.setText(column.short if is_narrow else column.title)
+
+    def _copy(self) -> None:
+        QGuiApplication.clipboard().setText(self.as_text())
+
+
+def _set_italic(item: QTableWidgetItem, italic: bool) -> None:
+    font = item.font()
+    if font.italic() != italic:
+        font.setItalic(italic)
+        item.setFont(font)

@@ -1,0 +1,1 @@
+"""Sensors in lists: those of the rig, and the models of the library."""

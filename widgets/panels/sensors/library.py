@@ -1,0 +1,198 @@
+"""The sensor models of the library: searchable, by kind; dragged onto the car, or added by a double click."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from PySide6.QtCore import QByteArray, QMimeData, QSize, Qt, Signal
+from PySide6.QtGui import QBrush, QColor, QKeyEvent, QPainter, QPaintEvent
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QHeaderView,
+    QLineEdit,
+    QTreeWidget,
+    QTreeWidgetItem,
+    QVBoxLayout,
+    QWidget,
+)
+
+from riglens.core.geometry import Pose
+from riglens.core.rig.library_file import Entry
+from riglens.core.rig.model import Sensor
+from riglens.widgets.panels.icons import icon
+from riglens.widgets.panels.sensors.rows import derived_rows, short_type
+from riglens.widgets.panels.style import MARGIN, as_panel, numbers_font, plain_tip, tones
+from riglens.widgets.theme import KIND_COLOURS
+
+MODEL_MIME = "application/x-riglens-model"
+"""What a dragged model is announced as; the data are its name in UTF-8."""
+_MODEL = Qt.ItemDataRole.UserRole
+_WORDS = Qt.ItemDataRole.UserRole.value + 1
+_NOTHING = "No model has all of these words"
+_KINDS = (("lidar", "LiDARs"), ("camera", "Cameras"))
+
+
+def model_tip(entry: Entry, sensor: Sensor) -> str:
+    """Title, figures and source of a model."""
+    figures = [f"{caption}: {value}" for caption, value in derived_rows(sensor)]
+    low, high = sensor.range_m
+    if high != float("inf"):
+        figures.append(f"Range: {low:g} to {high:g} m")
+    notes = [entry.note] if entry.note else []
+    return "\n".join([f"{entry.title} ({entry.name})", *figures, entry.source, *notes])
+
+
+class LibraryList(QWidget):
+    """Shows library entries; says which one the user wants added."""
+
+    add_wanted = Signal(str)
+    """Name of a model to be added where the program finds room."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        as_panel(self)
+        self._search = QLineEdit()
+        self._search.setObjectName("library_search")
+        self._search.setPlaceholderText("Search the library")
+        self._search.setClearButtonEnabled(True)
+        self._search.addAction(icon("search", tones().muted), QLineEdit.ActionPosition.LeadingPosition)
+        self._search.textChanged.connect(self._filter)
+        self.models = _Models()
+        self.models.itemDoubleClicked.connect(self._ask_for)
+        self.models.returned.connect(self._ask_for)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        box = QVBoxLayout()
+        box.setContentsMargins(MARGIN, 4, MARGIN, 4)
+        box.addWidget(self._search)
+        column.addLayout(box)
+        column.addWidget(self.models, 1)
+
+    def set_entries(self, entries: Sequence[Entry]) -> None:
+        """Show these models."""
+        self.models.set_entries(entries)
+        self._filter(self._search.text())
+
+    @property
+    def shown(self) -> list[str]:
+        """Names of the models that the search leaves."""
+        return [str(row.data(0, _MODEL)) for row in self.models.rows() if not row.isHidden()]
+
+    def row_of(self, model: str) -> QTreeWidgetItem:
+        """The row of a model; StopIteration when there is none."""
+        return next(row for row in self.models.rows() if row.data(0, _MODEL) == model)
+
+    def _filter(self, text: str) -> None:
+        """Leave the models that have every word of the text somewhere."""
+        words = text.casefold().split()
+        for row in self.models.rows():
+            row.setHidden(not all(word in row.data(0, _WORDS) for word in words))
+        self.models.show_counts()
+
+    def _ask_for(self, row: QTreeWidgetItem) -> None:
+        model = row.data(0, _MODEL)
+        if isinstance(model, str):
+            self.add_wanted.emit(model)
+
+
+class _Models(QTreeWidget):
+    """Title and short type, under a heading per kind."""
+
+    returned = Signal(object)
+    """The row on which Return was pressed."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setColumnCount(2)
+        self.setHeaderHidden(True)
+        self.setRootIsDecorated(False)
+        self.setIndentation(8)
+        self.setIconSize(QSize(16, 16))
+        self.setDragEnabled(True)
+        self.setDragDropMode(QAbstractItemView.DragDropMode.DragOnly)
+        self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        self.setTextElideMode(Qt.TextElideMode.ElideRight)
+        header = self.header()
+        header.setStretchLastSection(False)
+        header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
+        header.setSectionResizeMode(1, QHeaderView.ResizeMode.ResizeToContents)
+
+    def set_entries(self, entries: Sequence[Entry]) -> None:
+        self.clear()
+        for kind, title in _KINDS:
+            of_kind = [entry for entry in entries if entry.kind == kind]
+            group = QTreeWidgetItem(self, [title])
+            group.setFlags(Qt.ItemFlag.ItemIsEnabled)
+            group.setForeground(0, QBrush(QColor(tones().muted)))
+            group.setFirstColumnSpanned(True)
+            group.setIcon(0, icon(kind, KIND_COLOURS[kind]))
+            for entry in of_kind:
+                self._add(group, entry)
+        self.expandAll()
+        self.show_counts()
+
+    def _add(self, group: QTreeWidgetItem, entry: Entry) -> None:
+        sensor = entry.sensor(entry.name, Pose())
+        row = QTreeWidgetItem(group, [entry.title, short_type(sensor)])
+        row.setFlags(Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable | Qt.ItemFlag.ItemIsDragEnabled)
+        row.setData(0, _MODEL, entry.name)
+        row.setData(0, _WORDS, f"{entry.name} {model_tip(entry, sensor)}".casefold())
+        row.setFont(1, numbers_font(row.font(1)))
+        row.setForeground(1, QBrush(QColor(tones().muted)))
+        row.setTextAlignment(1, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+        tip = plain_tip(f"{model_tip(entry, sensor)}\n\nDrag it onto the car, or double click.")
+        for column in (0, 1):
+            row.setToolTip(column, tip)
+
+    def rows(self) -> list[QTreeWidgetItem]:
+        """The rows of all models."""
+        return [row for group in self._groups() for row in _children(group)]
+
+    def show_counts(self) -> None:
+        """Say in each heading how many models the search left; hide those that it left nothing under."""
+        for group, (_, title) in zip(self._groups(), _KINDS, strict=True):
+            rows = _children(group)
+            left = sum(not row.isHidden() for row in rows)
+            group.setText(0, f"{title}  {left}" if left == len(rows) else f"{title}  {left} of {len(rows)}")
+            group.setHidden(not left)
+        self.viewport().update()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Say it where the search left nothing."""
+        super().paintEvent(event)
+        if self._groups() and all(group.isHidden() for group in self._groups()):
+            painter = QPainter(self.viewport())
+            painter.setPen(QColor(tones().muted))
+            place = self.viewport().rect().adjusted(8, 8, -8, 0)
+            painter.drawText(place, Qt.AlignmentFlag.AlignTop | Qt.AlignmentFlag.AlignHCenter, _NOTHING)
+            painter.end()
+
+    def _groups(self) -> list[QTreeWidgetItem]:
+        return _children(self.invisibleRootItem())
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Return does what a double click does."""
+        row = self.currentItem()
+        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and row is not None:
+            self.returned.emit(row)
+            return
+        super().keyPressEvent(event)
+
+    def mimeTypes(self) -> list[str]:
+        """Only what the 3D view understands."""
+        return [MODEL_MIME]
+
+    def mimeData(self, items: Sequence[QTreeWidgetItem]) -> QMimeData:
+        """The name of the dragged model."""
+        data = QMimeData()
+        models = [model for item in items if isinstance(model := item.data(0, _MODEL), str)]
+        if models:
+            data.setData(MODEL_MIME, QByteArray(models[0].encode("utf-8")))
+            data.setText(models[0])
+        return data
+
+
+def _children(item: QTreeWidgetItem) -> list[QTreeWidgetItem]:
+    found = (item.child(place) for place in range(item.childCount()))
+    return [child for child in found if child is not None]

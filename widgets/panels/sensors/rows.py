@@ -1,0 +1,187 @@
+"""How a sensor is described in a row: its type, its state, and the data sheet figures that follow from its fields."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QBrush, QColor
+from PySide6.QtWidgets import (
+    QHeaderView,
+    QTreeWidget,
+    QTreeWidgetItem,
+)
+
+from riglens.core.rig.library import default_library
+from riglens.core.rig.model import Camera, EvenAngles, Lidar, Sensor
+from riglens.core.sensing.camera import field_of_view_deg
+from riglens.widgets.panels.icons import icon
+from riglens.widgets.panels.item_views import BAR_COLOUR, BAR_SHARE, BarDelegate
+from riglens.widgets.panels.style import numbers_font, plain_tip, tones
+
+
+def derived_rows(sensor: Sensor) -> list[tuple[str, str]]:
+    """Captions and values, always the same captions for a kind of sensor."""
+    return _lidar_rows(sensor) if isinstance(sensor, Lidar) else _camera_rows(sensor)
+
+
+def _lidar_rows(lidar: Lidar) -> list[tuple[str, str]]:
+    beams, turn = lidar.elevations(), lidar.azimuths()
+    return [
+        ("Rays", f"{lidar.ray_count:,}  =  {len(beams)} beams × {len(turn):,}"),
+        ("Field of view", f"{_turn_deg(lidar):.4g}° × {np.ptp(beams):.4g}°"),
+        ("Resolution", f"{_gaps(turn)} × {_gaps(beams)}"),
+        ("Azimuth offsets", _offsets(lidar)),
+    ]
+
+
+def _offsets(lidar: Lidar) -> str:
+    """How far beams fire beside the azimuth of the turn."""
+    offsets = lidar.azimuth_offsets_deg
+    return "none" if offsets is None else f"{min(offsets):.3g}° to {max(offsets):.3g}°, by beam"
+
+
+def _turn_deg(lidar: Lidar) -> float:
+    angles = lidar.azimuths_deg
+    return angles.to - angles.from_ if isinstance(angles, EvenAngles) else max(angles) - min(angles)
+
+
+def _gaps(angles_deg: NDArray[np.float64]) -> str:
+    """The distance of neighbouring angles, or from the closest to the widest."""
+    if len(angles_deg) < 2:
+        return "–"
+    gaps = np.diff(np.sort(angles_deg))
+    low, high = f"{gaps.min():.3g}", f"{gaps.max():.3g}"
+    return f"{low}°" if low == high else f"{low}–{high}°"
+
+
+def _camera_rows(camera: Camera) -> list[tuple[str, str]]:
+    fx, fy, _, _ = camera.intrinsics_px()
+    width_px, _ = camera.image
+    columns, rows = camera.cast
+    wide, high = field_of_view_deg(camera)
+    focal = f"{fx:.1f} px" if f"{fx:.1f}" == f"{fy:.1f}" else f"{fx:.1f} × {fy:.1f} px"
+    return [
+        ("Rays", f"{camera.ray_count:,}  =  {columns} × {rows}"),
+        ("Field of view", f"{wide:.1f}° × {high:.1f}°"),
+        ("Focal length", focal),
+        ("Resolution", f"{_pixel_deg(fx):.3g}°/px, {_pixel_deg(fx * columns / width_px):.3g}°/ray"),
+        ("Distortion", _distortion(camera)),
+    ]
+
+
+def _distortion(camera: Camera) -> str:
+    """The lens model and its first coefficient."""
+    lens = camera.distortion
+    if lens is None:
+        return "none"
+    name = "Brown-Conrady" if lens.model == "brown_conrady" else "Kannala-Brandt"
+    return f"{name}, k1 {lens.k1:.4g}"
+
+
+def _pixel_deg(focal_px: float) -> float:
+    """The angle of one pixel in the middle of the image."""
+    return math.degrees(math.atan(1 / focal_px))
+
+
+NAME, TYPE, LOSS, LOCK, EYE = range(5)
+TITLES = ("Sensor", "Type", "Loss", "", "")
+SENSOR_NAME = Qt.ItemDataRole.UserRole
+WIDTHS_PX = {TYPE: 50, LOSS: 48, LOCK: 22, EYE: 24}
+_FIXED_FLAGS = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
+_EDIT_FLAGS = _FIXED_FLAGS | Qt.ItemFlag.ItemIsEditable | Qt.ItemFlag.ItemIsUserCheckable
+TIPS = (
+    "Tick: counts in the scores. F2 or double click: another name. Ctrl and Shift select several.",
+    "Channels of a LiDAR, horizontal field of view of a camera",
+    "What the rig no longer sees without this sensor, in percentage points of H(Ω) of all classes together",
+    "Lock: it cannot be moved, edited or deleted",
+    "Eye: shown in the view or not; it counts in the scores either way",
+)
+
+
+@dataclass(frozen=True)
+class RowState:
+    """What is to be seen of a sensor beside its fields."""
+
+    is_hidden: bool = False
+    is_locked: bool = False
+
+
+def set_up_columns(tree: QTreeWidget) -> None:
+    """Titles, widths and delegates: only the name grows with the list."""
+    tree.setColumnCount(len(TITLES))
+    tree.setHeaderLabels(list(TITLES))
+    tree.setItemDelegateForColumn(LOSS, BarDelegate(tree))
+    head = tree.headerItem()
+    for column, tip in enumerate(TIPS):
+        head.setToolTip(column, tip)
+    head.setTextAlignment(LOSS, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+    header = tree.header()
+    header.setStretchLastSection(False)
+    header.setSectionsMovable(False)
+    header.setMinimumSectionSize(min(WIDTHS_PX.values()))
+    header.setSectionResizeMode(NAME, QHeaderView.ResizeMode.Stretch)
+    for column, width in WIDTHS_PX.items():
+        header.setSectionResizeMode(column, QHeaderView.ResizeMode.Fixed)
+        header.resizeSection(column, width)
+
+
+def short_type(sensor: Sensor) -> str:
+    """A few characters: channels (beams) of a LiDAR, horizontal field of view of a camera."""
+    if isinstance(sensor, Lidar):
+        return f"{len(sensor.elevations())} ch"
+    return dict(derived_rows(sensor))["Field of view"].split(" × ")[0].replace(".0°", "°")
+
+
+def model_note(sensor: Sensor) -> str:
+    """Title and source of the sensor's model, or that it has none."""
+    if sensor.model is None:
+        return "no model of the library"
+    known = {entry.name: entry for entry in default_library().entries()}
+    entry = known.get(sensor.model)
+    return f"{entry.title}\n{entry.source}" if entry is not None else f"{sensor.model}: not in the library"
+
+
+def show_sensor(row: QTreeWidgetItem, sensor: Sensor, state: RowState) -> None:
+    """Bring a row in line with a sensor."""
+    row.setFlags(_FIXED_FLAGS if state.is_locked else _EDIT_FLAGS)
+    row.setText(NAME, sensor.name)
+    row.setData(NAME, SENSOR_NAME, sensor.name)
+    row.setCheckState(NAME, Qt.CheckState.Checked if sensor.enabled else Qt.CheckState.Unchecked)
+    row.setText(TYPE, short_type(sensor))
+    row.setFont(TYPE, numbers_font(row.font(TYPE)))
+    row.setIcon(LOCK, icon("lock") if state.is_locked else icon("unlock", tones().border))
+    row.setIcon(EYE, icon("eye-off", tones().muted) if state.is_hidden else icon("eye"))
+    row.setToolTip(
+        NAME, plain_tip(f"{sensor.name}, {short_type(sensor)}\n{model_note(sensor)}\n\n{TIPS[NAME]}")
+    )
+    row.setToolTip(TYPE, plain_tip(model_note(sensor)))
+    row.setToolTip(LOCK, "Locked: it cannot be moved, edited or deleted" if state.is_locked else TIPS[LOCK])
+    row.setToolTip(
+        EYE, "Hidden in the view; it still counts in the scores" if state.is_hidden else "Shown in the view"
+    )
+    bright = tones().text if sensor.enabled and not state.is_hidden else tones().muted
+    row.setForeground(NAME, QBrush(QColor(bright)))
+    row.setForeground(TYPE, QBrush(QColor(tones().muted)))
+    if not sensor.enabled:
+        show_loss(row, None, 0.0, "It does not count, so nothing is lost without it")
+
+
+def show_loss(row: QTreeWidgetItem, share: float | None, largest: float, tip: str) -> None:
+    """Show the share of the entropy that is lost without the sensor; None takes bar and number away."""
+    row.setText(LOSS, "" if share is None else f"{100 * share:.2f}")
+    row.setTextAlignment(LOSS, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+    row.setFont(LOSS, numbers_font(row.font(LOSS)))
+    row.setData(LOSS, BAR_SHARE, None if share is None or largest <= 0.0 else share / largest)
+    row.setData(LOSS, BAR_COLOUR, None)
+    row.setToolTip(LOSS, tip)
+    row.setForeground(LOSS, QBrush(QColor(tones().text)))
+
+
+def set_loss_stale(row: QTreeWidgetItem) -> None:
+    """Grey the loss: it is of an earlier rig."""
+    row.setData(LOSS, BAR_COLOUR, tones().border)
+    row.setForeground(LOSS, QBrush(QColor(tones().muted)))

@@ -1,0 +1,302 @@
+"""The list of sensors by kind: tick, name, short type, loss without it, lock and eye; several can be selected.
+
+Only this list knows which sensors are selected beside the one that is edited.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+
+from PySide6.QtCore import QEvent, QItemSelectionModel, QModelIndex, QPersistentModelIndex, QSize, Qt, Signal
+from PySide6.QtGui import QBrush, QColor, QMouseEvent, QPainter, QPaintEvent, QResizeEvent
+from PySide6.QtWidgets import QAbstractItemView, QMenu, QTreeWidget, QTreeWidgetItem, QWidget
+
+from riglens.core.metric.scores import Scores
+from riglens.core.rig.model import Rig
+from riglens.widgets.panels.icons import icon
+from riglens.widgets.panels.inspector.marginal_view import loss_tip, lost_share
+from riglens.widgets.panels.item_views import give_context_menu
+from riglens.widgets.panels.sensors.rows import (
+    EYE,
+    LOCK,
+    NAME,
+    SENSOR_NAME,
+    TYPE,
+    WIDTHS_PX,
+    RowState,
+    set_loss_stale,
+    set_up_columns,
+    show_loss,
+    show_sensor,
+)
+from riglens.widgets.panels.style import tones
+from riglens.widgets.theme import KIND_COLOURS
+
+Names = tuple[str, ...]
+TICK_PX = 20
+_NAME_MARGIN_PX = 8
+NO_SENSORS = "No sensors yet.\nAdd one in the toolbar, or drag a model\nfrom the library onto the car."
+KINDS = (("lidar", "LiDARs"), ("camera", "Cameras"))
+
+
+class SensorList(QTreeWidget):
+    """Shows a rig, and which of its sensors are selected, hidden and locked; the user can do nothing with it yet."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._shown: tuple[object, ...] = ()
+        self._kinds: list[str] = []
+        self._rows: list[QTreeWidgetItem] = []
+        self._items: dict[str, QTreeWidgetItem] = {}
+        self._hidden: frozenset[str] = frozenset()
+        self._locked: frozenset[str] = frozenset()
+        self._enabled: frozenset[str] = frozenset()
+        set_up_columns(self)
+        self.setIndentation(6)
+        self.setRootIsDecorated(False)
+        self.setUniformRowHeights(True)
+        self.setTextElideMode(Qt.TextElideMode.ElideMiddle)
+        self.setIconSize(QSize(16, 16))
+
+    # ------------------------------------------------------------------ what is shown
+    def set_rig(
+        self, rig: Rig, hidden: frozenset[str], selected: str | None, locked: frozenset[str] = frozenset()
+    ) -> None:
+        """Show a rig. Rows are built anew only when sensors come or go, never while one of them is edited."""
+        shown = (rig.sensors, hidden, locked, tones())
+        chosen = self.chosen
+        self.blockSignals(True)
+        if shown != self._shown:
+            if self._shown[-1:] != shown[-1:]:
+                self._kinds = []  # other colours: build every row anew
+            self._shown, self._hidden, self._locked = shown, hidden, locked
+            self._enabled = frozenset(sensor.name for sensor in rig.sensors if sensor.enabled)
+            self._show_rows(rig)
+        self._show_selection(selected, chosen)
+        self.blockSignals(False)
+
+    def _show_selection(self, selected: str | None, chosen: Names) -> None:
+        """Select one sensor; those selected with it stay when it was one of them."""
+        if selected is None:
+            self.setCurrentIndex(QModelIndex())
+            self.clearSelection()
+            return
+        kept = {name for name in chosen if name in self._items} if selected in chosen else set()
+        for name, item in self._items.items():
+            item.setSelected(name == selected or name in kept)
+        self.setCurrentItem(self._items[selected], NAME, QItemSelectionModel.SelectionFlag.NoUpdate)
+
+    @property
+    def chosen(self) -> Names:
+        """Names of all selected sensors, in the order of the list."""
+        return tuple(name for name, item in self._items.items() if item.isSelected())
+
+    def item_of(self, name: str) -> QTreeWidgetItem:
+        """The row of a sensor; KeyError when there is none."""
+        return self._items[name]
+
+    def name_of(self, item: QTreeWidgetItem) -> str | None:
+        """The sensor of a row, None for the row of a kind."""
+        name = item.data(NAME, SENSOR_NAME)
+        return name if isinstance(name, str) else None
+
+    # ------------------------------------------------------------------ what a sensor is worth
+    def show_losses(self, now: Scores, without: dict[str, Scores]) -> None:
+        """Exact scores of the rig, and of the rig without each of the sensors that are known by now."""
+        shares = {name: lost_share(now, scores) for name, scores in without.items() if name in self._items}
+        largest = max(shares.values(), default=0.0)
+        self.blockSignals(True)
+        for name, share in shares.items():
+            show_loss(self._items[name], share, largest, loss_tip(now, without[name]))
+        self.blockSignals(False)
+
+    def set_losses_stale(self) -> None:
+        """Grey the losses: they are of an earlier rig."""
+        self.blockSignals(True)
+        for row in self._rows:
+            set_loss_stale(row)
+        self.blockSignals(False)
+
+    # ------------------------------------------------------------------ rows
+    def _show_rows(self, rig: Rig) -> None:
+        kinds: list[str] = [sensor.kind for sensor in rig.sensors]
+        if kinds != self._kinds:
+            self._kinds = kinds
+            self._rows = self._build_rows(kinds)
+        self._items = {sensor.name: row for sensor, row in zip(rig.sensors, self._rows, strict=True)}
+        for sensor in rig.sensors:
+            state = RowState(sensor.name in self._hidden, sensor.name in self._locked)
+            show_sensor(self._items[sensor.name], sensor, state)
+        self._fit_names()
+
+    def _build_rows(self, kinds: list[str]) -> list[QTreeWidgetItem]:
+        """Empty rows under their group, in the order of the rig's sensors."""
+        scrolled = self.verticalScrollBar().value()
+        self.clear()
+        groups = {kind: self._group(kind, f"{title}  {kinds.count(kind)}") for kind, title in KINDS}
+        rows = [QTreeWidgetItem(groups[kind]) for kind in kinds]
+        self.expandAll()
+        self.verticalScrollBar().setValue(scrolled)
+        return rows
+
+    def _group(self, kind: str, title: str) -> QTreeWidgetItem:
+        group = QTreeWidgetItem(self, [title])
+        group.setFlags(Qt.ItemFlag.ItemIsEnabled)
+        group.setForeground(NAME, QBrush(QColor(tones().muted)))
+        group.setFirstColumnSpanned(True)
+        group.setIcon(NAME, icon(kind, KIND_COLOURS[kind]))
+        return group
+
+    # ------------------------------------------------------------------ looks
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Say in an empty list where sensors come from."""
+        super().paintEvent(event)
+        if not self._rows:
+            last = self.topLevelItem(self.topLevelItemCount() - 1)
+            below = 0 if last is None else self.visualItemRect(last).bottom()
+            painter = QPainter(self.viewport())
+            painter.setPen(QColor(tones().muted))
+            place = self.viewport().rect().adjusted(8, below + 8, -8, 0)
+            top = Qt.AlignmentFlag.AlignTop | Qt.AlignmentFlag.AlignHCenter
+            painter.drawText(place, top | Qt.TextFlag.TextWordWrap, NO_SENSORS)
+            painter.end()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Give names the room that they need."""
+        super().resizeEvent(event)
+        self._fit_names()
+
+    def _fit_names(self) -> None:
+        """Leave the types out where names would be cut."""
+        longest = max((self.fontMetrics().horizontalAdvance(name) for name in self._items), default=0)
+        needed = longest + TICK_PX + 2 * self.indentation() + _NAME_MARGIN_PX + sum(WIDTHS_PX.values())
+        self.setColumnHidden(TYPE, needed > self.viewport().width())
+
+
+class SensorTree(SensorList):
+    """Follows a rig; says what the user wants by signals and changes nothing by itself."""
+
+    selected = Signal(object)
+    """Name of the sensor to edit, None when nothing is selected."""
+    enabled_toggled = Signal(tuple, bool)
+    hidden_toggled = Signal(tuple, bool)
+    locked_toggled = Signal(tuple, bool)
+    """Names, and whether they shall be enabled, hidden or locked."""
+    renamed = Signal(str, str)
+    refused = Signal(str)
+    """A name that cannot be given, with the reason."""
+    menu_wanted = Signal(object)
+    """A QMenu for the selected sensors, to be filled with more before it opens."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
+        self.setEditTriggers(
+            QAbstractItemView.EditTrigger.DoubleClicked | QAbstractItemView.EditTrigger.EditKeyPressed
+        )
+        give_context_menu(self, self.context_menu)
+        self.itemChanged.connect(self._on_changed)
+        self.itemClicked.connect(self._on_clicked)
+        self.itemDoubleClicked.connect(self._on_clicked)
+        self.itemSelectionChanged.connect(self._on_selection)
+
+    # ------------------------------------------------------------------ what the user does
+    def choose(self, names: Names) -> None:
+        """Select several sensors; the last one is the one to edit."""
+        self.blockSignals(True)
+        for name, item in self._items.items():
+            item.setSelected(name in names)
+        self.blockSignals(False)
+        if names:
+            self.setCurrentItem(self._items[names[-1]], NAME, QItemSelectionModel.SelectionFlag.NoUpdate)
+        self._on_selection()
+
+    def edit(  # type: ignore[override]
+        self, index: QModelIndex, trigger: QAbstractItemView.EditTrigger, event: QEvent
+    ) -> bool:
+        """Only names are edited."""
+        return index.column() == NAME and super().edit(index, trigger, event)
+
+    def selectionCommand(
+        self, index: QModelIndex | QPersistentModelIndex, event: QEvent | None = None
+    ) -> QItemSelectionModel.SelectionFlag:
+        """A click on tick, lock or eye leaves the selection as it is, so that it can be about all of it."""
+        if isinstance(event, QMouseEvent):
+            tick_px = self.visualRect(index).left() + TICK_PX
+            if index.column() in (LOCK, EYE) or event.position().x() < tick_px:
+                return QItemSelectionModel.SelectionFlag.NoUpdate
+        return super().selectionCommand(index, event)
+
+    def rename_selected(self) -> None:
+        """Open the editor on the name of the selected sensor."""
+        item = self.currentItem()
+        if item is not None and self.name_of(item) is not None and self.name_of(item) not in self._locked:
+            self.editItem(item, NAME)
+
+    def _meant(self, name: str) -> Names:
+        """The sensors that a click on one of them is about: all selected ones when it is selected, too."""
+        chosen = self.chosen
+        return chosen if name in chosen else (name,)
+
+    def _on_changed(self, item: QTreeWidgetItem, column: int) -> None:
+        name = self.name_of(item)
+        if name is None or column != NAME:
+            return
+        if item.text(NAME) != name:
+            self._rename(item, name)
+            return
+        self.enabled_toggled.emit(self._meant(name), item.checkState(NAME) == Qt.CheckState.Checked)
+
+    def _rename(self, item: QTreeWidgetItem, name: str) -> None:
+        wanted = item.text(NAME).strip()
+        reason = ""
+        if not wanted:
+            reason = "Name: found nothing, accepted is any text that no other sensor uses."
+        elif wanted != name and wanted in self._items:
+            reason = f"Name: '{wanted}' is used by another sensor; names must be unique."
+        if reason or wanted == name:
+            self.blockSignals(True)
+            item.setText(NAME, name)
+            self.blockSignals(False)
+        if reason:
+            self.refused.emit(reason)
+        elif wanted != name:
+            self.renamed.emit(name, wanted)
+
+    def _on_clicked(self, item: QTreeWidgetItem, column: int) -> None:
+        """A click on lock or eye; the second click of a fast pair counts as one, too."""
+        name = self.name_of(item)
+        if name is not None and column == EYE:
+            self.hidden_toggled.emit(self._meant(name), name not in self._hidden)
+        elif name is not None and column == LOCK:
+            self.locked_toggled.emit(self._meant(name), name not in self._locked)
+
+    def _on_selection(self) -> None:
+        chosen = self.chosen
+        current = self.currentItem()
+        name = self.name_of(current) if current is not None else None
+        self.selected.emit(name if name in chosen else chosen[0] if chosen else None)
+
+    # ------------------------------------------------------------------ context menu
+    def context_menu(self) -> QMenu:
+        """What can be done with the selected sensors; without one, what selects some."""
+        menu = QMenu(self)
+        chosen = self.chosen
+        if chosen:
+            for title, names_on, signal in (
+                ("Enabled", self._enabled, self.enabled_toggled),
+                ("Hidden", self._hidden, self.hidden_toggled),
+                ("Locked", self._locked, self.locked_toggled),
+            ):
+                action = menu.addAction(title)
+                action.setCheckable(True)
+                action.setChecked(all(name in names_on for name in chosen))
+                action.triggered.connect(partial(signal.emit, chosen))
+            menu.addSeparator()
+            self.menu_wanted.emit(menu)
+            menu.addSeparator()
+        for kind, title in KINDS:
+            of_kind = tuple(name for name, k in zip(self._items, self._kinds, strict=True) if k == kind)
+            words = title if kind == "lidar" else title.lower()
+            menu.addAction(f"Select all {words}", partial(self.choose, of_kind)).setEnabled(bool(of_kind))
+        return menu
