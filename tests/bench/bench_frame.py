@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import pytest
 import pyvista as pv
@@ -13,7 +13,7 @@ from riglens.core.rig.model import Rig
 from riglens.core.scene.display import DisplayGrid
 from riglens.widgets.heatmap.scale import HeatmapData
 from riglens.widgets.viewport.scene import Scene
-from riglens.widgets.viewport.scene_state import SceneState, ShownRig
+from riglens.widgets.viewport.scene_state import SceneState
 from riglens.widgets.viewport.stage import render_window
 from tests.bench.race import Goal, Race
 from tests.bench.scenes import Scene as BenchScene
@@ -41,7 +41,7 @@ def test_drag_step(race: Race, scenes: Scenes, xvfb: str, kind: str) -> None:
         scene = Scene(plotter)
         steps = _steps(bench, rig, name)
         first = next(steps)
-        scene.apply(SceneState(rig=first.rig, selected=name, grid=bench.field.grid, heatmap=first.heatmap))
+        scene.show(SceneState(rig=first.rig, selected=name, grid=bench.field.grid, heatmap=first.heatmap))
         scene.set_view("iso")
         scene.set_quick(True)
 
@@ -52,8 +52,7 @@ def test_drag_step(race: Race, scenes: Scenes, xvfb: str, kind: str) -> None:
         def drag(step: _Step) -> None:
             """What the viewport does when the mouse moves and the scores of that place arrive."""
             scene.preview(name, step.rig.sensor(name).pose)
-            scene.set_rig(ShownRig(step.rig, selected=name))
-            scene.set_heatmap(step.heatmap)
+            scene.show(replace(scene.state, rig=step.rig, heatmap=step.heatmap))
             scene.prepare()
             draw()
 

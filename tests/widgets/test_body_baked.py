@@ -1,5 +1,7 @@
 """While something moves the car is drawn with its light painted on: it must look like the car at rest."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import pyvista as pv
@@ -36,7 +38,7 @@ def picture(plotter: pv.Plotter, scene: Scene, camera: OrbitCamera, quick: bool)
 def test_a_moving_car_looks_like_the_car_at_rest_from_all_sides(plotter, body):
     scene = Scene(plotter)
     for palette in (DARK, LIGHT):
-        scene.apply(SceneState(vehicle=Vehicle(body=body), palette=palette))
+        scene.show(SceneState(vehicle=Vehicle(body=body), palette=palette))
         for camera in AROUND:
             rest, moving = (picture(plotter, scene, camera, quick) for quick in (False, True))
             off = np.abs(rest - moving).max(axis=2)
@@ -58,9 +60,9 @@ def test_moving_changes_what_is_seen_of_the_car_and_makes_nothing_anew(plotter):
     at_rest, everything = shown(), there()
     scene.set_quick(True)
     assert len(shown()) < len(at_rest) - 5
-    scene.set_vehicle(Vehicle(length=5.0))
+    scene.show(replace(scene.state, vehicle=Vehicle(length=5.0)))
     assert len(shown()) < len(at_rest) - 5, "another car comes in the middle of a drag"
-    scene.set_vehicle(Vehicle())
+    scene.show(replace(scene.state, vehicle=Vehicle()))
     moving = there()
     scene.set_quick(False)
     scene.set_quick(True)

@@ -52,7 +52,7 @@ def pixels(scene: Scene, window) -> np.ndarray:
 def test_drawn_in_parts_the_picture_is_the_same_to_the_last_bit(plotter, smooth, monkeypatch) -> None:  # noqa: F811
     monkeypatch.setattr("riglens.widgets.heatmap.parts.in_parts.__defaults__", (5e3,))
     scene, window = Scene(plotter), render_window(plotter)
-    scene.apply(STATE)
+    scene.show(STATE)
     scene.set_smooth(smooth)
     scene.prepare()
     window.Render()
@@ -66,7 +66,7 @@ def test_drawn_in_parts_the_picture_is_the_same_to_the_last_bit(plotter, smooth,
 def test_a_picture_that_was_given_up_leaves_nothing_in_the_next_one(plotter, monkeypatch) -> None:  # noqa: F811
     monkeypatch.setattr("riglens.widgets.heatmap.parts.in_parts.__defaults__", (5e3,))
     scene, window = Scene(plotter), render_window(plotter)
-    scene.apply(STATE)
+    scene.show(STATE)
     scene.prepare()
     window.Render()
     whole = pixels(scene, window)

@@ -73,13 +73,13 @@ def everything(plotter):
 
 
 def test_a_drag_changes_values_and_no_actor(scene, plotter):
-    scene.set_heatmap(heat(np.linspace(0, 1, len(CENTRES))))
+    scene.show(replace(scene.state, heatmap=heat(np.linspace(0, 1, len(CENTRES)))))
     scene.set_quick(True)
     before = drawn(scene)
     mesh = scene._heatmap._drawn.mesh
     props = everything(plotter)
     points = np.array(mesh.points)
-    scene.set_heatmap(heat(np.linspace(0, 0.3, len(CENTRES)) ** 2))
+    scene.show(replace(scene.state, heatmap=heat(np.linspace(0, 0.3, len(CENTRES)) ** 2)))
     assert 0 < drawn(scene) < before
     assert scene._heatmap._drawn.mesh is mesh
     assert np.array_equal(points, mesh.points)
@@ -87,32 +87,32 @@ def test_a_drag_changes_values_and_no_actor(scene, plotter):
 
 
 def test_what_is_below_the_threshold_is_not_drawn(scene):
-    scene.set_heatmap(heat(np.linspace(0, 1, len(CENTRES))))
+    scene.show(replace(scene.state, heatmap=heat(np.linspace(0, 1, len(CENTRES)))))
     assert drawn(scene) == pytest.approx(0.98 * len(CENTRES), abs=2)
-    scene.set_heat_look(HeatLook(threshold=0.75))
+    scene.show(replace(scene.state, heat_look=HeatLook(threshold=0.75)))
     assert drawn(scene) == pytest.approx(0.25 * len(CENTRES), abs=2)
-    scene.set_heat_look(HeatLook(threshold=1.0))
+    scene.show(replace(scene.state, heat_look=HeatLook(threshold=1.0)))
     assert drawn(scene) == 0
 
 
 @pytest.mark.parametrize("quick", [False, True])
 def test_a_slice_of_one_layer_shows_that_layer_also_while_it_moves(scene, quick):
-    scene.set_heatmap(heat(np.ones(len(CENTRES))))
+    scene.show(replace(scene.state, heatmap=heat(np.ones(len(CENTRES)))))
     scene.set_quick(quick)
-    scene.set_heat_look(HeatLook(slice_m=(0.4, 0.8)))
+    scene.show(replace(scene.state, heat_look=HeatLook(slice_m=(0.4, 0.8))))
     assert drawn(scene) == 60 * 60
     assert np.allclose(scene._heatmap._drawn.mesh.points[:, 2], 0.6)
-    scene.set_heat_look(HeatLook(slice_m=(50.0, 51.0)))
+    scene.show(replace(scene.state, heat_look=HeatLook(slice_m=(50.0, 51.0))))
     assert drawn(scene) == 0
 
 
 def test_an_empty_heatmap_draws_nothing(scene):
-    scene.set_heatmap(heat([], np.zeros((0, 3), np.float32)))
+    scene.show(replace(scene.state, heatmap=heat([], np.zeros((0, 3), np.float32))))
     assert drawn(scene) == 0
 
 
 def test_the_legend_says_which_cells_are_shown_at_rest_and_while_it_moves(scene):
-    scene.set_heatmap(heat(np.ones(len(CENTRES))))
+    scene.show(replace(scene.state, heatmap=heat(np.ones(len(CENTRES)))))
     scene.prepare()
     assert "cells of 0.4 m" in scene.legend_texts
     assert len(CENTRES) > DRAG_CELLS
@@ -125,11 +125,11 @@ def test_the_legend_says_which_cells_are_shown_at_rest_and_while_it_moves(scene)
 
 
 def test_the_legend_names_unit_numbers_and_slice_and_goes_with_the_heatmap(scene):
-    scene.set_heatmap(heat(np.ones(len(CENTRES))))
-    scene.set_heat_look(HeatLook(slice_m=(0.4, 0.8)))
+    scene.show(replace(scene.state, heatmap=heat(np.ones(len(CENTRES)))))
+    scene.show(replace(scene.state, heat_look=HeatLook(slice_m=(0.4, 0.8))))
     scene.prepare()
     assert {"Entropy, car [nat]", "slice: z from 0.4 to 0.8 m", "0", "1"} <= set(scene.legend_texts)
-    scene.apply(replace(scene.state, show_legend=False))
+    scene.show(replace(scene.state, show_legend=False))
     assert scene.legend_texts == ()
-    scene.apply(SceneState())
+    scene.show(SceneState())
     assert scene.legend_texts == ()

@@ -34,7 +34,7 @@ def scene(request: pytest.FixtureRequest) -> Iterator[Scene]:
     plotter = pv.Plotter(off_screen=True, window_size=[900, 600], lighting="none")
     render_window(plotter).SetMultiSamples(0)
     made = Scene(plotter, DARK, request.param)
-    made.apply(SceneState())
+    made.show(SceneState())
     yield made
     plotter.close()
 
@@ -61,11 +61,11 @@ def test_the_colour_bar_is_whole_after_every_switch_of_theme(
     scene: Scene, scale: Scale, size: tuple[int, int]
 ) -> None:
     render_window(scene._stage._plotter).SetSize(*size)
-    scene.set_heatmap(heat(scale))
+    scene.show(replace(scene.state, heatmap=heat(scale)))
     scene.prepare()
     assert is_whole(bar(scene), DARK)
     for palette in (LIGHT, DARK):
-        scene.set_palette(palette)
+        scene.show(replace(scene.state, palette=palette))
         assert is_whole(bar(scene), palette), "before the next frame is prepared"
         scene.prepare()
         assert is_whole(bar(scene), palette)
@@ -73,7 +73,7 @@ def test_the_colour_bar_is_whole_after_every_switch_of_theme(
 
 def test_the_colour_bar_is_whole_when_another_heatmap_comes(scene: Scene) -> None:
     for scale in (*SCALES, *SCALES):
-        scene.set_heatmap(heat(scale))
+        scene.show(replace(scene.state, heatmap=heat(scale)))
         if scene.legend_texts and scale != SCALES[0]:
             assert is_whole(bar(scene), DARK), "before the next frame is prepared"
         scene.prepare()

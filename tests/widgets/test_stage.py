@@ -44,7 +44,7 @@ def blocks(image):
 
 def test_a_moving_picture_shows_everything_where_it_is_at_rest(plotter):
     scene = Scene(plotter)
-    scene.apply(STATE)
+    scene.show(STATE)
     rest, moving = (picture(plotter, scene, quick) for quick in (False, True))
     assert rest.shape == moving.shape
     assert mean_off(rest, moving) < 0.5 * mean_off(rest, np.roll(rest, 20, axis=1))
@@ -53,7 +53,7 @@ def test_a_moving_picture_shows_everything_where_it_is_at_rest(plotter):
 
 def test_only_the_backdrop_is_coarse_and_only_while_something_moves(plotter):
     scene = Scene(plotter)
-    scene.apply(STATE)
+    scene.show(STATE)
     width, height = scene.size
     picture(plotter, scene, True)
     assert scene._stage.backdrop_size == (-(-width // COARSE), -(-height // COARSE))
@@ -65,7 +65,7 @@ def test_only_the_backdrop_is_coarse_and_only_while_something_moves(plotter):
 @pytest.mark.parametrize("selected", [None, "roof"])
 def test_edges_are_smooth_with_and_without_anything_in_front(plotter, selected):
     scene = Scene(plotter)
-    scene.apply(replace(STATE, heatmap=None, selected=selected))
+    scene.show(replace(STATE, heatmap=None, selected=selected))
     rough = picture(plotter, scene, False)
     scene.set_smooth(True)
     smooth = picture(plotter, scene, False)
@@ -74,7 +74,7 @@ def test_edges_are_smooth_with_and_without_anything_in_front(plotter, selected):
 
 def test_smooth_edges_leave_places_colours_and_words_alone(plotter):
     scene = Scene(plotter)
-    scene.apply(STATE)
+    scene.show(STATE)
     rough = picture(plotter, scene, False)
     scene.set_smooth(True)
     smooth = picture(plotter, scene, False)
@@ -86,7 +86,7 @@ def test_smooth_edges_leave_places_colours_and_words_alone(plotter):
 
 def test_the_coarse_backdrop_follows_the_size_of_the_window(plotter):
     scene = Scene(plotter)
-    scene.apply(STATE)
+    scene.show(STATE)
     picture(plotter, scene, True)
     render_window(plotter).SetSize(200, 150)
     rest, moving = (picture(plotter, scene, quick) for quick in (False, True))

@@ -44,7 +44,7 @@ class HeatLook:
 DEFAULT_LOOK = HeatLook()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class HeatmapData:
     """What the heatmap shows: cell centres (m, 3) and edge in metres, a value per cell (m,), and its legend.
 

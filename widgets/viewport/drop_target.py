@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QMimeData, QPointF, Signal
+from PySide6.QtCore import QMimeData, QPointF
 from PySide6.QtGui import QDragEnterEvent, QDragLeaveEvent, QDragMoveEvent, QDropEvent
 from PySide6.QtWidgets import QWidget
 
@@ -12,17 +12,16 @@ from riglens.core.rig.library import sensor_from_model
 from riglens.core.rig.model import Camera, Lidar
 from riglens.widgets.viewport.listener import Pixel
 from riglens.widgets.viewport.scene import Scene
+from riglens.widgets.viewport.view import View
 
 MODEL_MIME = "application/x-riglens-model"
 """What is dragged from the library: the name of a sensor model, UTF-8."""
 _MAX_NAME_BYTES = 200
 
 
-class DropTarget(QWidget):
+class DropTarget(View):
     """A view of a scene that takes models of the sensor library; everything else is left to the window."""
 
-    model_dropped = Signal(str, object)
-    """A model of the library was dropped on the car: its name and the Pose there."""
     _scene: Scene
     _canvas: QWidget
 

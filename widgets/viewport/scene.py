@@ -13,28 +13,31 @@ import numpy as np
 import pyvista as pv
 
 from riglens.core.geometry import Pose
-from riglens.core.rig.model import Camera, Lidar, Vehicle
-from riglens.core.scene.grid import VoxelGrid
-from riglens.core.vehicle.mesh import BodyMesh
+from riglens.core.rig.model import Camera, Lidar
 from riglens.core.vehicle.placing import placed_on
 from riglens.widgets.car.layer import BodyLayer
-from riglens.widgets.gizmo.drag import Handle, Space
-from riglens.widgets.gizmo.handles import GizmoActors, GizmoMode
+from riglens.widgets.gizmo.drag import Handle
+from riglens.widgets.gizmo.handles import GizmoActors
 from riglens.widgets.heatmap.layer import HeatmapLayer
-from riglens.widgets.heatmap.scale import HeatLook, HeatmapData
-from riglens.widgets.sensors.ray_look import RayLook
 from riglens.widgets.sensors.rig_layer import RigLayer
 from riglens.widgets.sensors.sensor_shapes import sensor_body
 from riglens.widgets.theme import DARK, Palette
 from riglens.widgets.viewport.camera import OrbitCamera, Size, view_camera
 from riglens.widgets.viewport.ground_layer import GroundLayer
 from riglens.widgets.viewport.listener import Pixel
-from riglens.widgets.viewport.marker_layer import Marker, MarkerLayer
+from riglens.widgets.viewport.marker_layer import MarkerLayer
 from riglens.widgets.viewport.roi_layer import RoiLayer
-from riglens.widgets.viewport.scene_state import SceneState, ShownRig
+from riglens.widgets.viewport.scene_state import ALL_FIELDS, SceneState
 from riglens.widgets.viewport.stage import Stage
 from riglens.widgets.viewport.under_mouse import UnderMouse
 from riglens.widgets.viewport.words_layer import WordsLayer
+
+# What each part of the scene is made from, by the names of SceneState's fields.
+_CAR = {"vehicle", "body_mesh"}
+_GROUND = {"grid", "palette"}
+_BODIES = {"rig", "hidden", "selected", "palette"}
+_ALL_FANS = {"grid", "ray_look", "palette"}
+_LEGEND = {"heatmap", "heat_look", "show_legend", "palette"}
 
 
 class Scene:
@@ -53,7 +56,7 @@ class Scene:
         self._gizmo = GizmoActors(stage.overlay, palette)
         self._rig.set_line_width(pixel_ratio)
         self._has_car = False
-        self._redraw()
+        self._update(ALL_FIELDS, self._state)
 
     @property
     def state(self) -> SceneState:
@@ -76,67 +79,56 @@ class Scene:
             self._pixel_ratio = pixel_ratio
             self._rig.set_line_width(pixel_ratio)
 
-    def apply(self, state: SceneState) -> None:
-        """Show a whole state; InputError for an unknown vehicle body, but the rest is shown all the same."""
-        self._state = replace(state, vehicle=self._state.vehicle, body_mesh=self._state.body_mesh)
-        self._redraw()
-        self.set_vehicle(state.vehicle, state.body_mesh)
+    def show(self, state: SceneState) -> None:
+        """Show a state; only the layers that differ from the state shown before are made anew.
 
-    def set_palette(self, palette: Palette) -> None:
-        """Change all colours (light or dark window)."""
-        self._state = replace(self._state, palette=palette)
-        self._redraw()
-        if self._has_car:
-            self._body.set_vehicle(self._state.vehicle, palette, self._state.body_mesh)
-
-    def _redraw(self) -> None:
-        """Bring all layers except the car in line with the state."""
-        palette = self._state.palette
-        self._stage.backdrop.set_background(palette.background, top=palette.background_top)
-        self._gizmo.set_palette(palette)
-        self.set_grid(self._state.grid)
-        self._rig.show_bodies(self._state, self._hovered)
-        self._heatmap.set_look(self._state.heat_look)
-        self.set_heatmap(self._state.heatmap)
-        self._words.show_caption(self._state)
-        self._marker.set_marker(self._state.marker, palette)
-
-    def set_vehicle(self, vehicle: Vehicle, mesh: BodyMesh | None = None) -> None:
-        """Draw another car, from the mesh of its file if it has one.
-
-        Raises InputError for an unknown body and keeps the car shown before.
+        Raises InputError for an unknown vehicle body: the car shown before stays, on the screen and in `state`, but
+        everything else of the new state is shown.
         """
-        self._body.set_vehicle(vehicle, self._state.palette, mesh)
+        before = self._state
+        changed = before.changed(state)
+        self._state = replace(state, vehicle=before.vehicle, body_mesh=before.body_mesh)
+        self._update(changed, before)
+        if "palette" in changed and self._has_car:
+            self._show_car(self._state)
+        if changed & _CAR:
+            self._show_car(state)
+
+    def _update(self, changed: frozenset[str], before: SceneState) -> None:
+        """Bring all layers except the car in line with the state, of which these fields have `changed`."""
+        state, palette = self._state, self._state.palette
+        if "palette" in changed:
+            self._stage.backdrop.set_background(palette.background, top=palette.background_top)
+            self._gizmo.set_palette(palette)
+        if changed & _GROUND:
+            self._ground.set_grid(state.grid, palette)
+            self._roi.set_grid(state.grid, palette)
+        if changed & _BODIES:
+            self._rig.show_bodies(state, self._hovered)
+        if changed & (_BODIES | _ALL_FANS):
+            all_fans = bool(changed & _ALL_FANS) or before.other_fans_differ(state)
+            self._rig.show_fans(state, self._quick, others=all_fans)
+        if "heat_look" in changed:
+            self._heatmap.set_look(state.heat_look)
+        if "heatmap" in changed:
+            self._heatmap.set_data(state.heatmap)
+        if changed & _LEGEND:
+            self._words.show_legend(state)
+        if changed & {"caption", "palette"}:
+            self._words.show_caption(state)
+        if changed & {"marker", "palette"}:
+            self._marker.set_marker(state.marker, palette)
+
+    def _show_car(self, state: SceneState) -> None:
+        """Build the car of a state; InputError for an unknown body, which leaves everything as it is."""
+        self._body.set_vehicle(state.vehicle, self._state.palette, state.body_mesh)
         self._has_car = True
-        self._state = replace(self._state, vehicle=vehicle, body_mesh=mesh)
+        self._state = replace(self._state, vehicle=state.vehicle, body_mesh=state.body_mesh)
 
     def _bring_car(self) -> None:
-        """Draw the car of the state unless one was chosen: not before, a car is the dearest thing to build."""
+        """Build the default car if nobody chose one: not before, because nothing takes longer to build."""
         if not self._has_car:
-            self.set_vehicle(self._state.vehicle)
-
-    def set_grid(self, grid: VoxelGrid) -> None:
-        """Show another region of interest: outline, ground, and where rays end."""
-        self._ground.set_grid(grid, self._state.palette)
-        self._roi.set_grid(grid, self._state.palette)
-        self._state = replace(self._state, grid=grid)
-        self._rig.show_fans(self._state, self._quick)
-
-    def set_rig(self, shown: ShownRig) -> None:
-        """Show a rig's sensors; the selected one gets the dense fan."""
-        before = self._state
-        self._state = replace(
-            before, rig=shown.rig, hidden=shown.hidden, selected=shown.selected, fixed=shown.fixed
-        )
-        if replace(shown, fixed=before.fixed) == before.shown_rig:
-            return
-        self._rig.show_bodies(self._state, self._hovered)
-        self._rig.show_fans(self._state, self._quick, others=before.other_fans_differ(self._state))
-
-    def set_ray_look(self, look: RayLook) -> None:
-        """Draw the same rays in another way: none, more or fewer, fainter or stronger."""
-        self._state = replace(self._state, ray_look=look)
-        self._rig.show_fans(self._state, self._quick)
+            self._show_car(self._state)
 
     def preview(self, name: str, pose: Pose) -> None:
         """Move one sensor with its fan and gizmo, and nothing else."""
@@ -145,31 +137,10 @@ class Scene:
         self._rig.set_pose(name, pose)
         self._rig.show_fans(self._state, self._quick, others=name != self._state.selected)
 
-    def set_heatmap(self, data: HeatmapData | None) -> None:
-        """Show a heatmap with its colour bar, or none. Pass the same `centres_m` when only values change."""
-        self._state = replace(self._state, heatmap=data)
-        self._heatmap.set_data(data)
-        self._words.show_legend(self._state)
-
-    def set_heat_look(self, look: HeatLook) -> None:
-        """Draw the same heatmap in another way: threshold, scale, opacity, slice."""
-        self._state = replace(self._state, heat_look=look)
-        self._heatmap.set_look(look)
-        self._words.show_legend(self._state)
-
-    def set_marker(self, marker: Marker | None) -> None:
-        """Point out a cube, or none."""
-        self._state = replace(self._state, marker=marker)
-        self._marker.set_marker(marker, self._state.palette)
-
     @property
     def legend_texts(self) -> tuple[str, ...]:
         """What the legend of the heatmap says."""
         return self._words.legend_texts
-
-    def set_gizmo(self, mode: GizmoMode, space: Space) -> None:
-        """Choose arrows, rings or both, and whose axes they follow."""
-        self._state = replace(self._state, gizmo_mode=mode, gizmo_space=space)
 
     def set_view(self, name: str, wide: bool = False) -> None:
         """Look from "iso", "top", "front", "left", "rear" (else InputError); `wide`: iso over all the ROI."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 
 from riglens.core.rig.model import Camera, Lidar, Rig, Vehicle
 from riglens.core.scene.grid import VoxelGrid
@@ -53,6 +53,10 @@ class SceneState:
     ray_look: RayLook = DEFAULT_RAYS
     palette: Palette = DARK
 
+    def changed(self, after: SceneState) -> frozenset[str]:
+        """Names of the fields in which another state differs from this one."""
+        return frozenset(name for name in ALL_FIELDS if getattr(self, name) != getattr(after, name))
+
     @property
     def shown_rig(self) -> ShownRig:
         """The rig and how its sensors are shown."""
@@ -79,3 +83,7 @@ class SceneState:
             return True
         old = [sensor for sensor in self.rig.sensors if sensor.name != after.selected]
         return old != [sensor for sensor in after.rig.sensors if sensor.name != after.selected]
+
+
+ALL_FIELDS = frozenset(field.name for field in fields(SceneState))
+"""Names of everything that a state says."""

@@ -36,7 +36,7 @@ def render_still(
     try:
         render_window(plotter).SetMultiSamples(_SAMPLES)
         scene = Scene(plotter, state.palette, pixel_ratio=float(scale))
-        scene.apply(state)
+        scene.show(state)
         if view is not None:
             scene.set_view(view, wide=True)
         if transparent:

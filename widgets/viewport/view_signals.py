@@ -1,8 +1,8 @@
-"""The signals of the 3D view, and how what its controller says becomes one."""
+"""How what the controller of a view says becomes signals of the view."""
 
 from __future__ import annotations
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import Qt
 
 from riglens.core.geometry import Pose
 from riglens.widgets.viewport.drop_target import DropTarget
@@ -10,22 +10,6 @@ from riglens.widgets.viewport.drop_target import DropTarget
 
 class ViewSignals(DropTarget):
     """Listens to the controller of a view (`listener.Listener`) and tells the window."""
-
-    sensor_picked = Signal(object)
-    drag_started = Signal(str)
-    drag_moved = Signal(str, object)
-    drag_finished = Signal(str)
-    drag_cancelled = Signal(str)
-    nudged = Signal(str, object)
-    """A key moved a sensor: its name and Pose."""
-    placing_changed = Signal(bool)
-    """The selected sensor follows the mouse over the car, or no longer."""
-    drawn = Signal()
-    shown = Signal()
-    """A picture is on the screen."""
-    cell_picked = Signal(object)
-    """The PickedCell of the heatmap that was clicked at, None where there is none."""
-    escaped = Signal()
 
     def on_picked(self, name: str | None) -> None:
         """A click chose a sensor, or nothing."""

@@ -60,70 +60,81 @@ class ViewportBase(ViewSignals):
     # ---- what the window calls
 
     @property
-    def scene_state(self) -> SceneState:
-        """What is shown, to make pictures of it elsewhere."""
+    def state(self) -> SceneState:
+        """What is shown now, with what people changed in the view itself."""
         return self._scene.state
+
+    def show_state(self, state: SceneState) -> None:
+        """Show a state; InputError for an unknown vehicle body, which keeps the car shown."""
+        before = self.state
+        if (before.rig, before.heat_look, before.ray_look) != (state.rig, state.heat_look, state.ray_look):
+            self._expect_more()
+        try:
+            self._scene.show(state)
+        finally:
+            self.request_render()
+
+    @property
+    def scene_state(self) -> SceneState:
+        """Use `state`."""
+        return self.state
 
     @property
     def picture_size(self) -> tuple[int, int]:
         """Width and height of the view in logical pixels."""
         return self._canvas.width(), self._canvas.height()
 
-    def set_vehicle(self, vehicle: Vehicle, mesh: BodyMesh | None = None) -> None:
-        """Draw another car, from the mesh of its file if it has one.
+    # ---- the same one by one, for features that do not say `show_state` yet
 
-        Raises InputError for an unknown body and keeps the one shown.
-        """
-        self._scene.set_vehicle(vehicle, mesh)
-        self.request_render()
+    def set_vehicle(self, vehicle: Vehicle, mesh: BodyMesh | None = None) -> None:
+        """Draw another car, from the mesh of its file if it has one."""
+        self.show_state(replace(self.state, vehicle=vehicle, body_mesh=mesh))
 
     def set_rig(self, shown: ShownRig) -> None:
         """Show the sensors of a rig."""
-        if shown.rig != self._scene.state.rig:
-            self._expect_more()
-        self._scene.set_rig(shown)
-        self.request_render()
+        self.show_state(
+            replace(
+                self.state, rig=shown.rig, hidden=shown.hidden, selected=shown.selected, fixed=shown.fixed
+            )
+        )
 
     def set_heatmap(self, data: HeatmapData | None) -> None:
         """Show a heatmap, or none."""
-        self._scene.set_heatmap(data)
-        self.request_render()
+        self.show_state(replace(self.state, heatmap=data))
 
     def set_heat_look(self, look: HeatLook) -> None:
         """Draw the heatmap in another way: threshold, scale, opacity, slice."""
-        self._expect_more()
-        self._scene.set_heat_look(look)
-        self.request_render()
+        self.show_state(replace(self.state, heat_look=look))
 
     def set_ray_look(self, look: RayLook) -> None:
         """Draw the rays in another way: none, more or fewer, fainter or stronger."""
-        self._expect_more()
-        self._scene.set_ray_look(look)
-        self.request_render()
+        self.show_state(replace(self.state, ray_look=look))
+
+    def set_marker(self, marker: Marker | None) -> None:
+        """Point out a voxel, or none."""
+        self.show_state(replace(self.state, marker=marker))
+
+    def set_grid(self, grid: VoxelGrid) -> None:
+        """Show another region of interest."""
+        self.show_state(replace(self.state, grid=grid))
+
+    def set_gizmo(self, mode: GizmoMode, space: Space) -> None:
+        """Arrows, rings or both, along local or world axes."""
+        self.show_state(replace(self.state, gizmo_mode=mode, gizmo_space=space))
+
+    def set_palette(self, palette: Palette) -> None:
+        """Follow a light or dark window."""
+        self.show_state(replace(self.state, palette=palette))
+
+    def set_camera(self, camera: OrbitCamera) -> None:
+        """Look from there."""
+        self.show_state(replace(self.state, camera=camera))
+
+    # ---- actions that are no state
 
     def set_picking(self, is_on: bool) -> None:
         """Have every left click pick a cell of the heatmap; else only those with Alt do."""
         self._picker.set_on(is_on)
-
-    def set_marker(self, marker: Marker | None) -> None:
-        """Point out a voxel, or none."""
-        self._scene.set_marker(marker)
-        self.request_render()
-
-    def set_grid(self, grid: VoxelGrid) -> None:
-        """Show another region of interest."""
-        self._scene.set_grid(grid)
-        self.request_render()
-
-    def set_gizmo(self, mode: GizmoMode, space: Space) -> None:
-        """Arrows, rings or both, along local or world axes."""
-        self._scene.set_gizmo(mode, space)
-        self.request_render()
-
-    def set_palette(self, palette: Palette) -> None:
-        """Follow a light or dark window."""
-        self._scene.set_palette(palette)
-        self.request_render()
 
     def set_view(self, name: str, wide: bool = False) -> None:
         """Look from "iso", "top", "front", "left" or "rear"; `wide` shows the whole ROI in the iso view."""
@@ -134,11 +145,6 @@ class ViewportBase(ViewSignals):
         """Where somebody looks from; None while the first view is fitted to the size of the widget."""
         camera = self._scene.state.camera
         return None if camera is self._home else camera
-
-    def set_camera(self, camera: OrbitCamera) -> None:
-        """Look from there."""
-        self._scene.set_camera(camera)
-        self.request_render()
 
     def frame_sensor(self, name: str) -> None:
         """Look at one sensor from near by."""

@@ -1,0 +1,136 @@
+"""Showing a state makes anew what differs from the state before, and nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+from riglens.core.errors import InputError
+from riglens.core.rig.model import EvenAngles, Lidar, Rig, Vehicle
+from riglens.core.scene.grid import VoxelGrid
+from riglens.widgets.heatmap.scale import HeatLook, HeatmapData
+from riglens.widgets.sensors.ray_look import RayLook
+from riglens.widgets.theme import palette
+from riglens.widgets.viewport.camera import OrbitCamera
+from riglens.widgets.viewport.caption_layer import Caption
+from riglens.widgets.viewport.marker_layer import Marker
+from riglens.widgets.viewport.scene import Scene
+from riglens.widgets.viewport.scene_state import ALL_FIELDS, SceneState
+
+LIDAR = Lidar(
+    name="roof",
+    position=(0.2, 0.5, 2.2),
+    elevations_deg=EvenAngles(**{"from": -25.0, "to": 25.0, "count": 4}),
+)
+OTHER = LIDAR.replace(name="other")
+STATE = SceneState(rig=Rig(sensors=(LIDAR, OTHER)), selected="roof")
+HEAT = HeatmapData(
+    np.zeros((1, 3), np.float32), 0.4, np.ones(1, np.float32), "seen", "share", vmin=0.0, vmax=1.0
+)
+LAYERS = {
+    "_body": ("set_vehicle",),
+    "_ground": ("set_grid",),
+    "_roi": ("set_grid",),
+    "_rig": ("show_bodies", "show_fans"),
+    "_heatmap": ("set_data", "set_look"),
+    "_words": ("show_legend", "show_caption"),
+    "_marker": ("set_marker",),
+    "_gizmo": ("set_palette",),
+}
+
+
+@pytest.fixture
+def scene(xvfb: str) -> Iterator[Scene]:
+    plotter = pv.Plotter(off_screen=True, window_size=[64, 48], lighting="none")
+    scene = Scene(plotter)
+    scene.show(STATE)
+    scene.prepare()  # brings the car
+    yield scene
+    plotter.close()
+
+
+@pytest.fixture
+def told(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """What the layers of the scene are told, as it happens."""
+    told: list[str] = []
+
+    def note(layer: str, method: str) -> None:
+        do = getattr(getattr(scene, layer), method)
+
+        def noted(*values: Any, **named: Any) -> None:
+            suffix = "" if named.get("others", True) else " of the selected sensor"
+            told.append(f"{layer[1:]}.{method}{suffix}")
+            do(*values, **named)
+
+        monkeypatch.setattr(getattr(scene, layer), method, noted)
+
+    for layer, methods in LAYERS.items():
+        for method in methods:
+            note(layer, method)
+    return told
+
+
+MOVED = Rig(sensors=(LIDAR.replace(position=(0.0, 0.0, 2.0)), OTHER))
+OTHER_MOVED = Rig(sensors=(LIDAR, OTHER.replace(position=(0.0, 0.0, 2.0))))
+CHANGES: list[tuple[dict[str, Any], set[str]]] = [
+    ({}, set()),
+    ({"camera": OrbitCamera(distance_m=5.0)}, set()),
+    ({"gizmo_mode": "move"}, set()),
+    ({"gizmo_space": "world"}, set()),
+    ({"show_gizmo": False}, set()),
+    ({"fixed": frozenset({"roof"})}, set()),
+    ({"vehicle": Vehicle(length=5.0)}, {"body.set_vehicle"}),
+    ({"grid": VoxelGrid(0.5, (10.0, 10.0, 4.0))}, {"ground.set_grid", "roi.set_grid", "rig.show_fans"}),
+    ({"rig": MOVED}, {"rig.show_bodies", "rig.show_fans of the selected sensor"}),
+    ({"rig": OTHER_MOVED}, {"rig.show_bodies", "rig.show_fans"}),
+    ({"selected": "other"}, {"rig.show_bodies", "rig.show_fans"}),
+    ({"hidden": frozenset({"other"})}, {"rig.show_bodies", "rig.show_fans"}),
+    ({"ray_look": RayLook(shown=False)}, {"rig.show_fans"}),
+    ({"heatmap": HEAT}, {"heatmap.set_data", "words.show_legend"}),
+    ({"heat_look": HeatLook(log=True)}, {"heatmap.set_look", "words.show_legend"}),
+    ({"show_legend": False}, {"words.show_legend"}),
+    ({"caption": Caption("A rig")}, {"words.show_caption"}),
+    ({"marker": Marker((1.0, 2.0, 0.5), 0.2)}, {"marker.set_marker"}),
+    (
+        {"palette": palette(False)},
+        {
+            "body.set_vehicle", "ground.set_grid", "roi.set_grid", "rig.show_bodies", "rig.show_fans",
+            "words.show_legend", "words.show_caption", "marker.set_marker", "gizmo.set_palette",
+        },
+    ),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("change", "expected"), CHANGES, ids=lambda value: "-".join(sorted(value)) or "nothing"
+)
+def test_a_change_is_told_to_the_layers_that_show_it(scene, told, change, expected):
+    after = replace(STATE, **change)
+    scene.show(after)
+    assert sorted(told) == sorted(expected)
+    assert scene.state == after
+
+
+def test_every_field_but_the_mesh_of_a_file_is_changed_by_a_case_above():
+    assert {name for change, _ in CHANGES for name in change} == ALL_FIELDS - {"body_mesh"}
+
+
+def test_an_unknown_body_keeps_the_car_and_shows_all_the_rest(scene, told):
+    wrong = replace(STATE, vehicle=Vehicle(body="hovercraft"), heatmap=HEAT, palette=palette(False))
+    with pytest.raises(InputError, match=r"vehicle\.body"):
+        scene.show(wrong)
+    assert scene.state == replace(wrong, vehicle=STATE.vehicle)
+    assert "heatmap.set_data" in told
+
+
+def test_a_state_made_from_the_one_shown_undoes_no_camera_move_and_no_drag(scene):
+    scene.preview("roof", LIDAR.pose)
+    scene.set_camera(OrbitCamera(distance_m=7.0))
+    scene.preview("roof", MOVED.sensor("roof").pose)
+    scene.show(replace(scene.state, heatmap=HEAT))
+    assert scene.state == replace(STATE, rig=MOVED, camera=OrbitCamera(distance_m=7.0), heatmap=HEAT)

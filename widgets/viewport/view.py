@@ -1,0 +1,116 @@
+"""The 3D view as the window sees it: what it shows is one frozen state, what people do in it are signals."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QWidget
+
+from riglens.widgets.viewport.camera import OrbitCamera
+from riglens.widgets.viewport.scene_state import SceneState
+
+
+class View(QWidget):
+    """A 3D view. Change what it shows with `view.show_state(replace(view.state, heatmap=data))`.
+
+    `state` also holds what people changed in the view itself (the camera, the pose in the middle of a drag), so a
+    state made from it by `replace` undoes none of that. The method is not called `show`: that is QWidget's, and
+    makes the widget visible.
+
+    This class is abstract although it has no ABCMeta, which Qt's own metaclass rules out.
+    """
+
+    sensor_picked = Signal(object)
+    """A click chose a sensor: its name, or None for a click on nothing."""
+    drag_started = Signal(str)
+    """A handle of this sensor was grasped, or the sensor is being placed."""
+    drag_moved = Signal(str, object)
+    """A sensor was dragged: its name and Pose, which `state` shows already."""
+    drag_finished = Signal(str)
+    """The handle was let go: the sensor stays where it is."""
+    drag_cancelled = Signal(str)
+    """The drag was given up: `state` has the sensor where it was before."""
+    nudged = Signal(str, object)
+    """A key asks for a sensor to be moved: its name and new Pose, which is not shown yet."""
+    placing_changed = Signal(bool)
+    """The selected sensor follows the mouse over the car, or no longer does."""
+    model_dropped = Signal(str, object)
+    """A model of the sensor library was dropped on the car: its name and the Pose there."""
+    cell_picked = Signal(object)
+    """The PickedCell of the heatmap that was clicked, None where no cell is drawn."""
+    escaped = Signal()
+    """Escape was pressed in the view while nothing was being dragged."""
+    drawn = Signal()
+    """A frame was drawn."""
+    shown = Signal()
+    """A picture is on the screen."""
+
+    @property
+    @abstractmethod
+    def state(self) -> SceneState:
+        """What is shown now."""
+        raise NotImplementedError
+
+    @abstractmethod
+    def show_state(self, state: SceneState) -> None:
+        """Show a state; only what differs from the one shown is made anew, and drawn soon.
+
+        Raises InputError for an unknown vehicle body. The car shown before then stays, on the screen and in
+        `state`; everything else of the new state is shown.
+        """
+        raise NotImplementedError
+
+    @property
+    @abstractmethod
+    def picture_size(self) -> tuple[int, int]:
+        """Width and height of the view in logical pixels."""
+        raise NotImplementedError
+
+    @abstractmethod
+    def chosen_camera(self) -> OrbitCamera | None:
+        """The camera that somebody chose; None while the first view is fitted to the size of the widget."""
+        raise NotImplementedError
+
+    @abstractmethod
+    def set_view(self, name: str, wide: bool = False) -> None:
+        """Look from "iso", "top", "front", "left" or "rear"; `wide` shows the whole ROI in the iso view.
+
+        Raises InputError for another name.
+        """
+        raise NotImplementedError
+
+    @abstractmethod
+    def frame_sensor(self, name: str) -> None:
+        """Look at one sensor from close by."""
+        raise NotImplementedError
+
+    @abstractmethod
+    def look_at(self, x_m: float, y_m: float) -> None:
+        """Bring a point of the ground plan into the middle of the view; direction and distance stay."""
+        raise NotImplementedError
+
+    @abstractmethod
+    def set_picking(self, is_on: bool) -> None:
+        """Make every left click pick a cell of the heatmap; otherwise only clicks with Alt do."""
+        raise NotImplementedError
+
+    @abstractmethod
+    def set_snap(self, snap: bool) -> None:
+        """Make drags end on round numbers: 0.05 m and 5 degrees."""
+        raise NotImplementedError
+
+    @abstractmethod
+    def begin_placing(self) -> bool:
+        """Make the selected sensor follow the mouse over the car until a click; False when none is selected."""
+        raise NotImplementedError
+
+    @abstractmethod
+    def cancel_drag(self) -> bool:
+        """Give up the drag or the placing in progress; False when there is none."""
+        raise NotImplementedError
+
+    @abstractmethod
+    def close_viewport(self) -> None:
+        """Stop all timers and release the graphics; the view draws no more."""
+        raise NotImplementedError
