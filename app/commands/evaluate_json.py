@@ -10,7 +10,7 @@ from riglens.core.engine.engine import Evaluation
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import ClassScores, KindScore, MetricSettings
 from riglens.core.rig.model import FORMAT_VERSION
-from riglens.core.rig.yaml_file import rig_sha256
+from riglens.core.rig.yaml.file import rig_sha256
 from riglens.core.scene.boxes import CLASSES
 
 

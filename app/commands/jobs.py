@@ -17,7 +17,7 @@ from riglens.core.metric.entropy import EntropyField
 from riglens.core.rig.model import Rig
 from riglens.core.rig.opening import open_rig
 from riglens.core.rig.presets import PAPER_RIGS, PRESETS, preset
-from riglens.core.rig.yaml_file import dumps
+from riglens.core.rig.yaml.file import dumps
 from riglens.core.scene.pog import Pog
 from riglens.core.sensing.rays import missing_ray_count
 from riglens.core.study import table1 as study

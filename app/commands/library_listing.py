@@ -13,8 +13,7 @@ from rich.table import Table
 
 from riglens.app.commands.console import results
 from riglens.core.geometry import Pose
-from riglens.core.rig.library import Library, default_library
-from riglens.core.rig.library_file import Block, Entry
+from riglens.core.rig.library import Block, Entry, Library, default_library
 from riglens.core.rig.model import Camera, EvenAngles, Lidar
 from riglens.core.sensing.camera import field_of_view_deg
 

@@ -15,7 +15,7 @@ from riglens.app.rendering.render import Picture, draw
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_write, require_writable
 from riglens.core.rig.model import Rig
-from riglens.core.rig.yaml_file import dumps
+from riglens.core.rig.yaml.file import dumps
 
 OUT = Path("out")
 

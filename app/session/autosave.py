@@ -21,8 +21,8 @@ import psutil
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_write
 from riglens.core.rig.model import Rig
-from riglens.core.rig.yaml_file import dumps, loads
-from riglens.core.rig.yaml_nodes import MAX_BYTES
+from riglens.core.rig.yaml.file import dumps, loads
+from riglens.core.rig.yaml.nodes import MAX_BYTES
 
 VERSION = 1
 SUFFIX = ".autosave.json"

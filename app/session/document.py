@@ -12,12 +12,10 @@ from pathlib import Path
 
 from riglens.app.session.open_rig import Names, OpenRig
 from riglens.core.errors import InputError
-from riglens.core.rig.edit_names import Edit, describe
-from riglens.core.rig.history import Marks
-from riglens.core.rig.many import duplicated, free_name, list_text, with_enabled, without
-from riglens.core.rig.mirror import in_step
+from riglens.core.rig.edits import duplicated, free_name, in_step, list_text, with_enabled, without
+from riglens.core.rig.history import Edit, Marks, describe
 from riglens.core.rig.model import MAX_SENSORS, Camera, Lidar, Rig
-from riglens.core.rig.yaml_file import RigFile
+from riglens.core.rig.yaml.file import RigFile
 
 DUPLICATE_OFFSET_M = 0.2
 MERGE_S = 1.0

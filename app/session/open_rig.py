@@ -12,12 +12,10 @@ from PySide6.QtCore import QObject, Signal
 
 from riglens.core.errors import InputError
 from riglens.core.geometry import Pose
-from riglens.core.rig.edit_names import Edit
-from riglens.core.rig.history import History, Marks
-from riglens.core.rig.many import list_text
-from riglens.core.rig.mirror import in_step, partner_of
+from riglens.core.rig.edits import in_step, list_text, partner_of
+from riglens.core.rig.history import Edit, History, Marks
 from riglens.core.rig.model import Camera, Lidar, Rig
-from riglens.core.rig.yaml_file import RigFile, load_rig, new_rig_file
+from riglens.core.rig.yaml.file import RigFile, load_rig, new_rig_file
 
 Names = tuple[str, ...]
 

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 from riglens.core.errors import InputError
 from riglens.core.rig.model import Rig
 from riglens.core.rig.presets import close_presets, find_preset
-from riglens.core.rig.yaml_file import RigFile, load_rig
-from riglens.core.rig.yaml_nodes import shortened
+from riglens.core.rig.yaml.file import RigFile, load_rig
+from riglens.core.rig.yaml.nodes import shortened
 
 if TYPE_CHECKING:
     from riglens.core.rig.formats.report import Report

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
 from riglens.core.geometry import Pose, Vec3, rpy_deg_from_rotation
-from riglens.core.rig.yaml_nodes import Mapping, parse_yaml, plain_value, shortened
+from riglens.core.rig.yaml.nodes import Mapping, parse_yaml, plain_value, shortened
 
 PoseFormat = Literal["yaml", "numbers", "quaternion", "matrix"]
 POSE_FORMATS: dict[PoseFormat, str] = {

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from riglens.core.errors import InputError
 from riglens.core.geometry import Vec3
 from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
-from riglens.core.rig.yaml_nodes import shortened
+from riglens.core.rig.yaml.nodes import shortened
 
 _OUTER_ROLL_DEG = math.degrees(0.28)
 _FRONT_PITCH_DEG = math.degrees(-0.09)

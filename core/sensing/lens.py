@@ -15,7 +15,7 @@ import numpy as np
 from numpy.polynomial import polynomial as poly
 from numpy.typing import NDArray
 
-from riglens.core.rig.distortion import BrownConrady, KannalaBrandt
+from riglens.core.rig.model import BrownConrady, KannalaBrandt
 
 Doubles = NDArray[np.float64]
 _STEPS = 100

@@ -10,8 +10,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.rig.distortion import KannalaBrandt
-from riglens.core.rig.model import Camera
+from riglens.core.rig.model import Camera, KannalaBrandt
 from riglens.core.sensing import lens
 from riglens.core.sensing.camera import pixel_directions, project_px
 from riglens.core.sensing.rays import rotate

@@ -13,7 +13,7 @@ from riglens.app.session.document import Document
 from riglens.app.window import MainWindow
 from riglens.app.window.features.autosave import Autosave
 from riglens.core.metric.scores import MetricSettings
-from riglens.core.rig.yaml_file import load_rig
+from riglens.core.rig.yaml.file import load_rig
 from tests.app.window_bench import RIG, FakeViewport, scene_options
 
 

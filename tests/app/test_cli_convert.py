@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from riglens.core.rig.presets import preset
-from riglens.core.rig.yaml_file import load_rig
+from riglens.core.rig.yaml.file import load_rig
 from tests.app.conftest import SMALL_GRID, Run
-from tests.core.formats.cases import AUTOWARE_KIT, DRIVEWORKS, NUSCENES, write_files
+from tests.core.rig.formats.cases import AUTOWARE_KIT, DRIVEWORKS, NUSCENES, write_files
 
 
 def test_tables_become_a_rig_file_and_the_report_stands_on_standard_error(

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from riglens.core.rig.presets import PRESETS, preset
-from riglens.core.rig.yaml_file import load_rig
+from riglens.core.rig.yaml.file import load_rig
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 

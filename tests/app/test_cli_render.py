@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from riglens.core.rig.presets import preset
-from riglens.core.rig.yaml_file import load_rig
+from riglens.core.rig.yaml.file import load_rig
 
 SMALL = ("--voxel", "0.5", "--roi", "20", "20", "4")
 PNG = b"\x89PNG\r\n\x1a\n"

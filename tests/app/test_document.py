@@ -8,8 +8,8 @@ from pytestqt.qtbot import QtBot
 from riglens.app.session.document import MERGE_S, Document
 from riglens.core.errors import InputError
 from riglens.core.geometry import Pose
-from riglens.core.rig.mirror import linked
-from riglens.core.rig.yaml_file import load_rig
+from riglens.core.rig.edits import linked
+from riglens.core.rig.yaml.file import load_rig
 from tests.app.window_bench import CAMERA, LIDAR, RIG
 
 

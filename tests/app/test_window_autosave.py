@@ -14,7 +14,7 @@ from pytestqt.qtbot import QtBot
 
 from riglens.app.session.autosave import AutosaveFile, Unsaved, orphans
 from riglens.app.window.features.autosave import Autosave
-from riglens.core.rig.yaml_file import load_rig, new_rig_file
+from riglens.core.rig.yaml.file import load_rig, new_rig_file
 from tests.app.conftest import REPOSITORY
 from tests.app.window_bench import LIDAR, RIG, TIMEOUT_MS, Bench, open_bench
 

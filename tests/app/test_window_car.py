@@ -8,8 +8,8 @@ from PySide6.QtWidgets import QApplication
 
 from riglens.app.window.features.car import Car
 from riglens.core.geometry import Pose
-from riglens.core.rig.mirror import mirrored_pose, partner_of
-from riglens.core.rig.yaml_file import load_rig
+from riglens.core.rig.edits import mirrored_pose, partner_of
+from riglens.core.rig.yaml.file import load_rig
 from riglens.widgets.car.profiles import reference_vehicle
 from tests.app.window_bench import LIDAR, TIMEOUT_MS, Bench, open_bench
 

@@ -10,7 +10,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from riglens.core.rig.yaml_file import loads
+from riglens.core.rig.yaml.file import loads
 from tests.app.window_bench import CAMERA, LIDAR, RIG, Bench, open_bench
 
 

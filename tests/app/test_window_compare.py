@@ -15,7 +15,7 @@ from riglens.app.window.features.baseline import Baseline
 from riglens.app.window.features.compare import Compare
 from riglens.app.window.settings import Settings
 from riglens.core.rig.presets import PAPER_RIGS, preset
-from riglens.core.rig.yaml_file import new_rig_file
+from riglens.core.rig.yaml.file import new_rig_file
 from riglens.core.scene.boxes import CLASSES
 from riglens.widgets.panels.compare.chart import CompareChart
 from riglens.widgets.panels.compare.model import ALL_CLASSES, CompareRow

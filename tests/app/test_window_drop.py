@@ -14,7 +14,7 @@ from pytestqt.qtbot import QtBot
 from riglens.app.window.features.recent import Recent
 from riglens.app.window.settings import Settings
 from riglens.core.rig.model import Rig
-from riglens.core.rig.yaml_file import new_rig_file
+from riglens.core.rig.yaml.file import new_rig_file
 from tests.app.window_bench import BOXES, RIG, TIMEOUT_MS, Bench, open_bench
 
 OTHER = Rig(name="other")

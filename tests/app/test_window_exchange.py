@@ -12,7 +12,7 @@ from riglens.app.window.features.drop import Drop
 from riglens.app.window.features.exchange import Exchange
 from riglens.core.rig.formats.exchange import WRITABLE, read_rig
 from tests.app.window_bench import RIG, Bench, open_bench
-from tests.core.formats.cases import AUTOWARE_KIT, DRIVEWORKS, NUSCENES, URDF, write_files
+from tests.core.rig.formats.cases import AUTOWARE_KIT, DRIVEWORKS, NUSCENES, URDF, write_files
 
 
 @pytest.fixture

@@ -12,7 +12,7 @@ from pytestqt.qtbot import QtBot
 from riglens.app.window.dialogs import Unsaved
 from riglens.app.window.features.files import Files
 from riglens.core.rig.presets import preset
-from riglens.core.rig.yaml_file import load_rig, new_rig_file
+from riglens.core.rig.yaml.file import load_rig, new_rig_file
 from tests.app.window_bench import RIG, Bench, open_bench
 
 

@@ -15,9 +15,9 @@ from riglens.app.window.features.library import LibraryPanel
 from riglens.app.window.features.marginals import Marginals
 from riglens.app.window.settings import Settings
 from riglens.core.geometry import Pose
-from riglens.core.rig.many import without
+from riglens.core.rig.edits import without
 from riglens.core.rig.presets import preset
-from riglens.core.rig.yaml_file import new_rig_file
+from riglens.core.rig.yaml.file import new_rig_file
 from riglens.widgets.panels.inspector.marginal_view import NOT_COUNTED, WAITING
 from riglens.widgets.panels.inspector.pose_tools import PoseTools
 from riglens.widgets.panels.scores.text import COLUMNS, change_text

@@ -24,7 +24,7 @@ from riglens.app.window.features.scores import Scores
 from riglens.core.engine.engine import Engine
 from riglens.core.geometry import Pose
 from riglens.core.rig.model import Lidar
-from riglens.core.rig.yaml_file import load_rig
+from riglens.core.rig.yaml.file import load_rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.widgets.panels.scores.text import COLUMNS
 from tests.app.window_bench import TIMEOUT_MS, Bench, choose_item, open_bench

@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from riglens.core.rig.distortion import BrownConrady, KannalaBrandt
-from riglens.core.rig.model import Camera
+from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt
 from riglens.core.sensing.camera import cast_px, pixel_directions, project_px
 from riglens.core.sensing.rays import local_directions, missing_ray_count, sensor_rays
 from tests.core.builders import camera

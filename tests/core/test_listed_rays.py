@@ -11,8 +11,7 @@ from riglens.core.engine.caster import Caster
 from riglens.core.engine.fans import is_plain
 from riglens.core.engine.frustums import make_frustum
 from riglens.core.metric.scores import MetricSettings
-from riglens.core.rig.distortion import BrownConrady, KannalaBrandt
-from riglens.core.rig.model import Camera, EvenAngles, Lidar
+from riglens.core.rig.model import BrownConrady, Camera, EvenAngles, KannalaBrandt, Lidar
 from riglens.core.sensing.rays import sensor_rays
 from riglens.core.study.reference import exact_cover
 from tests.core.builders import evaluate, field_of, grid_of, rig_of, seen_by, spinning

@@ -22,7 +22,7 @@ from riglens.app.window.features.baseline import Baseline
 from riglens.app.window.features.compare import Compare
 from riglens.app.window.features.exchange import Exchange
 from riglens.app.window.features.picture import Picture
-from riglens.core.rig.yaml_file import dumps, load_rig
+from riglens.core.rig.yaml.file import dumps, load_rig
 from riglens.widgets.gizmo.drag import Handle
 from tests.session.person import Answers, Person
 

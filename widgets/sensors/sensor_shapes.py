@@ -15,8 +15,7 @@ import pyvista as pv
 from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
-from riglens.core.rig.library import default_library
-from riglens.core.rig.library_file import Block, Cylinder
+from riglens.core.rig.library import Block, Cylinder, default_library
 from riglens.core.rig.model import Camera, Lidar
 from riglens.widgets.car.surface import lathe, rounded_box
 from riglens.widgets.theme import Palette, mix, rgb

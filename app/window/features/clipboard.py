@@ -10,8 +10,8 @@ from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
 from riglens.core.errors import InputError
 from riglens.core.rig.model import Camera, Lidar
-from riglens.core.rig.yaml_file import dumps, loads
-from riglens.core.rig.yaml_nodes import MAX_BYTES
+from riglens.core.rig.yaml.file import dumps, loads
+from riglens.core.rig.yaml.nodes import MAX_BYTES
 
 if TYPE_CHECKING:
     from riglens.app.window.main_window import MainWindow

@@ -11,7 +11,7 @@ from riglens.app.evaluation.requests import Result
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.scores import Scores as ScoresFeature
 from riglens.core.metric.scores import Scores
-from riglens.core.rig.many import with_enabled
+from riglens.core.rig.edits import with_enabled
 from riglens.core.rig.model import Rig
 from riglens.widgets.panels.inspector.marginal_view import NOT_COUNTED, WAITING
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
 from riglens.core.errors import InputError
-from riglens.core.rig.many import free_name
-from riglens.core.rig.mirror import (
+from riglens.core.rig.edits import (
+    free_name,
     linked,
     mirrored_name,
     nearest_to_image,

@@ -12,8 +12,7 @@ from PySide6.QtWidgets import QMenu
 from riglens.app.window.actions import Spec, menu_button
 from riglens.app.window.feature import Feature
 from riglens.core.geometry import Pose, Vec3
-from riglens.core.rig.library import default_library, sensor_from_model
-from riglens.core.rig.library_file import Entry
+from riglens.core.rig.library import Entry, default_library, sensor_from_model
 from riglens.core.rig.model import Rig
 from riglens.widgets.panels.icons import icon
 

@@ -13,8 +13,16 @@ import math
 from riglens.core.errors import InputError
 from riglens.core.geometry import Vec3
 from riglens.core.rig.formats.base import Exported, Format, Imported
-from riglens.core.rig.formats.frame_names import is_optical, kind_of, without_ending
-from riglens.core.rig.formats.frames import FrameTree, Matrix, from_optical, pose_from_se3, se3_from_rpy_deg
+from riglens.core.rig.formats.frames import (
+    FrameTree,
+    Matrix,
+    from_optical,
+    is_optical,
+    kind_of,
+    pose_from_se3,
+    se3_from_rpy_deg,
+    without_ending,
+)
 from riglens.core.rig.formats.lenses import report_distortion
 from riglens.core.rig.formats.mounts import (
     Mounting,
@@ -24,10 +32,9 @@ from riglens.core.rig.formats.mounts import (
     sensors_to_write,
 )
 from riglens.core.rig.formats.report import Notes
-from riglens.core.rig.formats.source import Source
-from riglens.core.rig.formats.values import MAX_ANGLE, Value
+from riglens.core.rig.formats.source import MAX_ANGLE, Source, Value
 from riglens.core.rig.model import Camera, Rig, Sensor, Vehicle
-from riglens.core.rig.yaml_text import value_text
+from riglens.core.rig.yaml.text import value_text
 
 TITLE = "Autoware sensor kit calibration"
 BASE, KIT = "base_link", "sensor_kit_base_link"

@@ -20,10 +20,9 @@ from riglens.core.rig.formats.frames import pose_from_se3, se3_from_rpy_deg
 from riglens.core.rig.formats.lenses import report_distortion
 from riglens.core.rig.formats.mounts import MAX_PIXELS, Mounting, ReadOptions, root_SE3_body, sensors_to_write
 from riglens.core.rig.formats.report import Notes
-from riglens.core.rig.formats.source import Source
-from riglens.core.rig.formats.values import Value
+from riglens.core.rig.formats.source import Source, Value
 from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig, Sensor, Vehicle
-from riglens.core.rig.yaml_nodes import shortened
+from riglens.core.rig.yaml.nodes import shortened
 
 TITLE = "CARLA ROS bridge objects.json"
 ORIGIN: Vec3 = (0.0, 0.0, 0.0)

@@ -21,10 +21,9 @@ from riglens.core.rig.formats.frames import Matrix, pose_from_se3, se3_from_rpy_
 from riglens.core.rig.formats.lenses import report_distortion
 from riglens.core.rig.formats.mounts import Mounting, ReadOptions, root_SE3_body, sensors_to_write
 from riglens.core.rig.formats.report import Notes
-from riglens.core.rig.formats.source import Source
-from riglens.core.rig.formats.values import Value
+from riglens.core.rig.formats.source import Source, Value
 from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig, Sensor, Vehicle
-from riglens.core.rig.yaml_text import value_text
+from riglens.core.rig.yaml.text import value_text
 
 TITLE = "CARLA TOML of the published placement code"
 ORIGIN: Vec3 = (0.0, 0.0, 0.0)

@@ -12,7 +12,6 @@ import json
 from typing import Any
 
 from riglens.core.geometry import rotation_from_rpy_deg
-from riglens.core.rig.distortion import BrownConrady
 from riglens.core.rig.formats.base import Exported, Format, Imported
 from riglens.core.rig.formats.frames import Matrix, pose_from_se3, se3
 from riglens.core.rig.formats.lenses import FTheta, brown_conrady, ftheta_fields, report_distortion
@@ -25,10 +24,9 @@ from riglens.core.rig.formats.mounts import (
     sensors_to_write,
 )
 from riglens.core.rig.formats.report import Notes
-from riglens.core.rig.formats.source import Source
-from riglens.core.rig.formats.values import MAX_ANGLE, Value
-from riglens.core.rig.model import Camera, Rig, Sensor, Vehicle
-from riglens.core.rig.yaml_nodes import shortened
+from riglens.core.rig.formats.source import MAX_ANGLE, Source, Value
+from riglens.core.rig.model import BrownConrady, Camera, Rig, Sensor, Vehicle
+from riglens.core.rig.yaml.nodes import shortened
 
 TITLE = "NVIDIA DriveWorks rig JSON"
 VERSION = 2

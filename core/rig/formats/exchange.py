@@ -23,8 +23,7 @@ from riglens.core.rig.formats.riglens import RIGLENS
 from riglens.core.rig.formats.source import Source
 from riglens.core.rig.formats.urdf import URDF
 from riglens.core.rig.model import Rig
-from riglens.core.rig.text_file import shown_path
-from riglens.core.rig.yaml_nodes import shortened
+from riglens.core.rig.yaml.nodes import shortened, shown_path
 
 FORMATS = {
     format_.name: format_

@@ -27,10 +27,9 @@ from riglens.core.rig.formats.frames import (
 from riglens.core.rig.formats.lenses import brown_conrady, kannala_brandt
 from riglens.core.rig.formats.mounts import MAX_PIXELS, Mounting, ReadOptions
 from riglens.core.rig.formats.report import Notes
-from riglens.core.rig.formats.source import Source
-from riglens.core.rig.formats.values import Value
+from riglens.core.rig.formats.source import Source, Value
 from riglens.core.rig.model import Vehicle
-from riglens.core.rig.yaml_nodes import shortened
+from riglens.core.rig.yaml.nodes import shortened
 
 TITLE = "Kalibr camchain"
 _CAMERA = re.compile(r"cam[0-9]{1,3}")

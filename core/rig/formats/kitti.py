@@ -26,10 +26,9 @@ from riglens.core.rig.formats.frames import (
 from riglens.core.rig.formats.lenses import brown_conrady
 from riglens.core.rig.formats.mounts import MAX_PIXELS, Mounting, ReadOptions
 from riglens.core.rig.formats.report import Notes
-from riglens.core.rig.formats.source import Source
-from riglens.core.rig.formats.values import Value
+from riglens.core.rig.formats.source import Source, Value
 from riglens.core.rig.model import Vehicle
-from riglens.core.rig.yaml_nodes import shortened
+from riglens.core.rig.yaml.nodes import shortened
 
 TITLE = "KITTI calibration"
 VELODYNE_M: Vec3 = (0.4, 0.0, 1.73)

@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.rig.distortion import BrownConrady, KannalaBrandt
 from riglens.core.rig.formats.report import Notes
-from riglens.core.rig.formats.values import Value
-from riglens.core.rig.model import Camera
+from riglens.core.rig.formats.source import Value
+from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt
 
 BROWN_CONRADY = ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
 KANNALA_BRANDT = ("k1", "k2", "k3", "k4")

@@ -16,8 +16,8 @@ from riglens.core.rig.formats.frames import Matrix, inverse, pose_from_se3, se3
 from riglens.core.rig.formats.report import Notes
 from riglens.core.rig.library import Entry, default_library
 from riglens.core.rig.model import MAX_SENSORS, Camera, Lidar, Rig, Sensor, Vehicle
-from riglens.core.rig.yaml_fields import ACCEPTED
-from riglens.core.rig.yaml_nodes import shortened
+from riglens.core.rig.yaml.check import ACCEPTED
+from riglens.core.rig.yaml.nodes import shortened
 
 DEFAULT_LIDAR = "generic-16"
 DEFAULT_CAST = (352, 128)

@@ -30,10 +30,9 @@ from riglens.core.rig.formats.mounts import (
     sensors_to_write,
 )
 from riglens.core.rig.formats.report import Notes
-from riglens.core.rig.formats.source import Source
-from riglens.core.rig.formats.values import Value
+from riglens.core.rig.formats.source import Source, Value
 from riglens.core.rig.model import Camera, Rig, Sensor, Vehicle
-from riglens.core.rig.yaml_nodes import shortened
+from riglens.core.rig.yaml.nodes import shortened
 
 TITLE = "nuScenes tables"
 ZOE = Vehicle(body="sedan", length=4.084, width=1.73, height=1.562, rear_axle_x=-1.35)

@@ -18,8 +18,7 @@ from riglens.core.rig.formats.frames import Matrix, from_optical, inverse, rotat
 from riglens.core.rig.formats.lenses import brown_conrady
 from riglens.core.rig.formats.mounts import Mounting, ReadOptions
 from riglens.core.rig.formats.report import Notes
-from riglens.core.rig.formats.source import Source
-from riglens.core.rig.formats.values import Value
+from riglens.core.rig.formats.source import Source, Value
 from riglens.core.rig.model import Vehicle
 
 TITLE = "PandaSet calibration"

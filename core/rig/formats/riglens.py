@@ -9,7 +9,7 @@ from riglens.core.rig.formats.mounts import ReadOptions
 from riglens.core.rig.formats.report import Notes
 from riglens.core.rig.formats.source import Source
 from riglens.core.rig.model import Rig
-from riglens.core.rig.yaml_file import dumps, load_rig
+from riglens.core.rig.yaml.file import dumps, load_rig
 
 TITLE = "RigLens rig YAML"
 _HEAD = re.compile(r"^['\"]?riglens['\"]?\s*:", re.MULTILINE)

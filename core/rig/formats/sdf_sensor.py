@@ -8,12 +8,11 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from riglens.core.rig.formats.frame_names import SensorKind
-from riglens.core.rig.formats.frames import Matrix, se3_from_rpy_deg
+from riglens.core.rig.formats.frames import Matrix, SensorKind, se3_from_rpy_deg
 from riglens.core.rig.formats.mounts import MAX_PIXELS, Mounting
-from riglens.core.rig.formats.xml_tree import Element
+from riglens.core.rig.formats.source import Element
 from riglens.core.rig.model import EvenAngles
-from riglens.core.rig.yaml_nodes import shortened
+from riglens.core.rig.yaml.nodes import shortened
 
 KINDS: dict[str, SensorKind] = {
     **dict.fromkeys(("camera", "wideanglecamera", "depth", "depth_camera", "rgbd_camera", "rgbd"), "camera"),

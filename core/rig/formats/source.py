@@ -4,19 +4,249 @@ from __future__ import annotations
 
 import gzip
 import json
+import math
 import os
 import tomllib
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
+from xml.parsers import expat
+
+import numpy as np
+from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
-from riglens.core.rig.formats.values import Value, is_encodable
-from riglens.core.rig.formats.xml_tree import Element, parse_xml
-from riglens.core.rig.text_file import shown_path
-from riglens.core.rig.yaml_nodes import parse_yaml, plain_value, shortened
+from riglens.core.geometry import Vec3
+from riglens.core.rig.yaml.nodes import parse_yaml, plain_value, shortened, shown_path
+
+MAX_METRES = 1e6
+MAX_ANGLE = 1e6
+
+
+class Value:
+    """A value of a JSON, YAML or TOML document; `path` is how a person would name the field."""
+
+    def __init__(self, value: Any, where: str, path: str = "") -> None:
+        self.raw = value
+        self._where = where
+        self._path = path
+
+    def refuse(self, accepted: str, found: str | None = None) -> NoReturn:
+        """Raise InputError `file: field: found ...; accepted is ...`."""
+        said = self._shown() if found is None else found
+        place = f"{self._path}: " if self._path else ""
+        raise InputError(f"{self._where}: {place}found {said}; accepted is {accepted}")
+
+    @property
+    def place(self) -> tuple[str, str]:
+        """File and field, for a value that is made out of this one."""
+        return self._where, self._path
+
+    @property
+    def is_mapping(self) -> bool:
+        """Whether this has named fields."""
+        return isinstance(self.raw, dict)
+
+    @property
+    def is_list(self) -> bool:
+        """Whether this is a list."""
+        return isinstance(self.raw, (list, tuple))
+
+    def __contains__(self, key: str) -> bool:
+        return isinstance(self.raw, dict) and self.raw.get(key) is not None
+
+    def get(self, key: str) -> Value | None:
+        """The field of that name, None when it is missing or null; refused when this is no mapping."""
+        if not isinstance(self.raw, dict):
+            self.refuse("a mapping of names to values")
+        found = self.raw.get(key)
+        return None if found is None else self._inner(found, key)
+
+    def item(self, key: str) -> Value:
+        """The field of that name; refused when it is missing."""
+        found = self.get(key)
+        if found is None:
+            place = f"{self._path}.{key}" if self._path else key
+            raise InputError(f"{self._where}: {shortened(place, 120)}: missing")
+        return found
+
+    def items(self) -> Iterator[tuple[str, Value]]:
+        """Names and values of a mapping, in the order of the file."""
+        if not isinstance(self.raw, dict):
+            self.refuse("a mapping of names to values")
+        for key, value in self.raw.items():
+            yield str(key), self._inner(value, str(key))
+
+    def elements(self, count: int | None = None) -> list[Value]:
+        """The elements of a list, of exactly `count` of them where that is given."""
+        if not isinstance(self.raw, (list, tuple)):
+            self.refuse("a list")
+        if count is not None and len(self.raw) != count:
+            self.refuse(f"a list of {count}", f"a list of {len(self.raw)}")
+        return [Value(value, self._where, f"{self._path}[{index}]") for index, value in enumerate(self.raw)]
+
+    def text(self) -> str:
+        """A text; JSON can say halves of characters (surrogates), which no file can hold."""
+        if not isinstance(self.raw, str) or not is_encodable(self.raw):
+            self.refuse("a text")
+        return self.raw
+
+    def number(self, low: float = -MAX_METRES, high: float = MAX_METRES, quoted: bool = False) -> float:
+        """A finite number in [low, high]; with `quoted` one written as a text is accepted too."""
+        value = self.raw
+        if quoted and isinstance(value, str):
+            value = _number_in(value)
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not low <= value <= high:
+            self.refuse(f"a number from {low:g} to {high:g}")
+        return float(value)
+
+    def whole(self, low: int, high: int, quoted: bool = False) -> int:
+        """A whole number in [low, high]."""
+        value = self.number(low, high, quoted)
+        if value != int(value):
+            self.refuse(f"a whole number from {low} to {high}")
+        return int(value)
+
+    def numbers(self, count: int | None = None, limit: float = MAX_METRES) -> list[float]:
+        """A list of finite numbers within ±limit."""
+        return [element.number(-limit, limit) for element in self.elements(count)]
+
+    def vector(self, limit: float = MAX_METRES) -> Vec3:
+        """Three finite numbers within ±limit."""
+        x, y, z = self.numbers(3, limit)
+        return x, y, z
+
+    def matrix(self, rows: int, columns: int) -> NDArray[np.float64]:
+        """A matrix as a list of rows."""
+        return np.array([row.numbers(columns) for row in self.elements(rows)])
+
+    def field_numbers(self, *names: str) -> list[float]:
+        """Numbers in named fields, one for each name; all must be there."""
+        return [self.item(name).number() for name in names]
+
+    def _inner(self, value: Any, key: str) -> Value:
+        place = shortened(key)
+        return Value(value, self._where, f"{self._path}.{place}" if self._path else place)
+
+    def _shown(self) -> str:
+        if isinstance(self.raw, dict):
+            return "a mapping"
+        if isinstance(self.raw, (list, tuple)):
+            return f"a list of {len(self.raw)}"
+        if self.raw is None:
+            return "nothing"
+        if isinstance(self.raw, int) and abs(self.raw) > 1 << 64:
+            return "a very large number"
+        return shortened(str(self.raw))
+
+
+def is_encodable(text: str) -> bool:
+    """Whether a text can be written as UTF-8."""
+    return text.isascii() or not any("\ud800" <= letter <= "\udfff" for letter in text)
+
+
+def _number_in(text: str) -> float:
+    """The number that a text says; not a number when it says something else."""
+    try:
+        return float(text) if len(text) < 100 and "_" not in text else math.nan
+    except ValueError:
+        return math.nan
+
+
+MAX_DEPTH = 60
+MAX_ELEMENTS = 50_000
+
+
+@dataclass
+class Element:
+    """An element with its attributes, children and text; `line` from 1."""
+
+    tag: str
+    attributes: dict[str, str]
+    line: int
+    where: str
+    children: list[Element] = field(default_factory=list)
+    text: str = ""
+
+    def all(self, tag: str) -> Iterator[Element]:
+        """The children of that tag."""
+        return (child for child in self.children if child.tag == tag)
+
+    def first(self, *path: str) -> Element | None:
+        """The first child of that tag, its first child of the next, and so on; None when there is none."""
+        found: Element | None = self
+        for tag in path:
+            found = next(found.all(tag), None) if found is not None else None
+        return found
+
+    def attribute(self, name: str) -> str:
+        """An attribute that must be there."""
+        if name not in self.attributes:
+            raise self.error(f"attribute '{name}' is missing")
+        return self.attributes[name]
+
+    def error(self, complaint: str) -> InputError:
+        """What is wrong with this element, with file and line."""
+        return InputError(f"{self.where}:{self.line}: <{shortened(self.tag, 40)}>: {complaint}")
+
+
+class _Builder:
+    """Expat's callbacks."""
+
+    def __init__(self, where: str) -> None:
+        self._where = where
+        self._stack: list[Element] = []
+        self._count = 0
+        self.root: Element | None = None
+        self.parser = expat.ParserCreate("utf-8")
+        self.parser.buffer_text = True
+        self.parser.StartElementHandler = self._start
+        self.parser.EndElementHandler = self._end
+        self.parser.CharacterDataHandler = self._data
+        self.parser.StartDoctypeDeclHandler = self._doctype
+        self.parser.EntityDeclHandler = self._entity
+
+    def _start(self, tag: str, attributes: dict[str, str]) -> None:
+        self._count += 1
+        line = self.parser.CurrentLineNumber
+        if len(self._stack) >= MAX_DEPTH:
+            raise InputError(f"{self._where}:{line}: nested more than {MAX_DEPTH} levels deep")
+        if self._count > MAX_ELEMENTS:
+            raise InputError(f"{self._where}:{line}: more than {MAX_ELEMENTS} elements")
+        element = Element(tag, attributes, line, self._where)
+        if self._stack:
+            self._stack[-1].children.append(element)
+        else:
+            self.root = element
+        self._stack.append(element)
+
+    def _end(self, _: str) -> None:
+        self._stack.pop()
+
+    def _data(self, text: str) -> None:
+        self._stack[-1].text += text
+
+    def _doctype(self, *_: object) -> None:
+        raise InputError(f"{self._where}:{self.parser.CurrentLineNumber}: document types are not accepted")
+
+    def _entity(self, *_: object) -> None:
+        raise InputError(f"{self._where}:{self.parser.CurrentLineNumber}: entities are not accepted")
+
+
+def parse_xml(text: str, where: str) -> Element:
+    """The root element; InputError `file:line: ...` for text that is not XML, or XML that could do harm."""
+    builder = _Builder(where)
+    try:
+        builder.parser.Parse(text.encode("utf-8"), True)
+    except expat.ExpatError as error:
+        problem = expat.ErrorString(error.code)
+        raise InputError(f"{where}:{error.lineno}: not valid XML: {problem}") from error
+    assert builder.root is not None
+    return builder.root
+
 
 MAX_JSON_BYTES = 16_000_000
 MAX_TEXT_BYTES = 1_000_000

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from riglens.core.kernels.clip import clip_polygons
-from riglens.core.rig.distortion import BrownConrady, KannalaBrandt
+from riglens.core.rig.model import BrownConrady, KannalaBrandt
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.sensing.camera import project_px
 from riglens.core.sensing.rays import sensor_rays

@@ -17,7 +17,7 @@ from PySide6.QtWidgets import (
 )
 
 from riglens.core.geometry import Pose
-from riglens.core.rig.library_file import Entry
+from riglens.core.rig.library import Entry
 from riglens.core.rig.model import Sensor
 from riglens.widgets.panels.icons import icon
 from riglens.widgets.panels.sensors.rows import derived_rows, short_type

@@ -1,0 +1,204 @@
+"""Edits of a rig, each a function that returns the changed rig: mirror pairs, and several sensors at once."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Collection, Sequence
+
+from riglens.core.errors import InputError
+from riglens.core.geometry import Pose
+from riglens.core.rig.model import MAX_SENSORS, Rig, Sensor
+
+_LEFT, _RIGHT = ("left", "Left", "LEFT"), ("right", "Right", "RIGHT")
+
+
+def mirrored_pose(pose: Pose) -> Pose:
+    """The pose on the other side of the car's middle plane: y, roll and yaw change sign.
+
+    Reflecting both frames at y = 0 turns Rz(yaw) Ry(pitch) Rx(roll) into Rz(-yaw) Ry(pitch) Rx(-roll).
+    """
+    (x, y, z), (roll, pitch, yaw) = pose.position_m, pose.rpy_deg
+    return Pose((x, 0.0 - y, z), (0.0 - roll, pitch, 0.0 - yaw))
+
+
+def partner_of(rig: Rig, name: str) -> str | None:
+    """Name of the other sensor of a mirror pair; None for a sensor without one."""
+    for sensor in rig.sensors:
+        if sensor.mirror_of is not None and name in (sensor.name, sensor.mirror_of):
+            return sensor.mirror_of if sensor.name == name else sensor.name
+    return None
+
+
+def mirrored_name(name: str) -> str:
+    """A name for the mirror image: left becomes right and the other way round, else with `_mirror` behind."""
+    swap = dict(zip(_LEFT + _RIGHT, _RIGHT + _LEFT, strict=True))
+    swapped = re.sub("|".join(swap), lambda match: swap[match[0]], name)
+    if swapped != name:
+        return swapped
+    return f"{name}_mirror"
+
+
+def with_mirror_image(rig: Rig, name: str, image_name: str) -> Rig:
+    """The rig with the mirror image of a sensor added behind it, the two linked.
+
+    ValueError when the sensor stands and looks along the middle plane: its image would be in the same place.
+    """
+    sensor = rig.sensor(name)
+    if sensor.pose == mirrored_pose(sensor.pose):
+        raise ValueError(
+            f"{name} stands on the middle plane of the car: its mirror image is in the same place"
+        )
+    image = _image(sensor, sensor.model_copy(update={"name": image_name, "mirror_of": name}))
+    place = [other.name for other in rig.sensors].index(name) + 1
+    return rig.replace(sensors=(*rig.sensors[:place], image, *rig.sensors[place:]))
+
+
+def nearest_to_image(rig: Rig, name: str) -> str | None:
+    """Name of the unpaired sensor of the same kind that stands nearest to where a sensor's image would be."""
+    sensor = rig.sensor(name)
+    image_m = mirrored_pose(sensor.pose).position_m
+    free = [
+        other
+        for other in rig.sensors
+        if other.kind == sensor.kind and other.name != name and partner_of(rig, other.name) is None
+    ]
+    return min(free, key=lambda other: math.dist(other.position, image_m)).name if free else None
+
+
+def linked(rig: Rig, name: str, other: str) -> Rig:
+    """The rig with two sensors as a mirror pair; the second takes pose and fields of the first.
+
+    ValueError when they are of different kinds or one of them belongs to another pair.
+    """
+    follower = _image(rig.sensor(name), rig.sensor(other)).replace(mirror_of=name)
+    return rig.replace(sensors=_with(rig, [follower]).sensors)
+
+
+def unlinked(rig: Rig, name: str) -> Rig:
+    """The rig with the mirror pair of a sensor dissolved; both stay where they are."""
+    pair = (name, partner_of(rig, name))
+    return _with(rig, [_alone(sensor) for sensor in rig.sensors if sensor.name in pair])
+
+
+def without_sensor(rig: Rig, name: str) -> Rig:
+    """The rig without a sensor; its mirror image stays and stands alone."""
+    rig = unlinked(rig, name)
+    return rig.model_copy(update={"sensors": tuple(s for s in rig.sensors if s.name != name)})
+
+
+def in_step(before: Rig, after: Rig) -> Rig:
+    """`after` with its mirror pairs in step: what an edit of `before` changed in one sensor happens to the other.
+
+    Where both changed, or are paired anew, the sensor that the other names leads. A pair whose leader has
+    another name keeps it; one whose leader is gone is dissolved.
+    """
+    if all(sensor.mirror_of is None for sensor in after.sensors):
+        return after
+    after = _with_living_leaders(before, after)
+    old = {sensor.name: sensor for sensor in before.sensors}
+    images = []
+    for follower in after.sensors:
+        if follower.mirror_of is None:
+            continue
+        leader, was = after.sensor(follower.mirror_of), old.get(follower.name)
+        is_new = was is None or was.mirror_of is None
+        if is_new or not _agrees(leader, old.get(leader.name)):
+            images.append(_image(leader, follower))
+        elif not _agrees(follower, was):
+            images.append(_image(follower, leader))
+    return _with(after, images)
+
+
+def _with_living_leaders(before: Rig, after: Rig) -> Rig:
+    """Followers of a renamed leader name it as it is called now, those of a deleted one stand alone."""
+    names = {sensor.name for sensor in after.sensors}
+    renamed = {}
+    if len(before.sensors) == len(after.sensors):
+        pairs = zip(before.sensors, after.sensors, strict=True)
+        renamed = {old.name: new.name for old, new in pairs if old.name not in names}
+    lost = [
+        sensor for sensor in after.sensors if sensor.mirror_of is not None and sensor.mirror_of not in names
+    ]
+    return _with(after, [_follower(sensor, renamed.get(sensor.mirror_of or "")) for sensor in lost])
+
+
+def _agrees(sensor: Sensor, old: Sensor | None) -> bool:
+    """Whether a sensor is as it was, apart from name and pair; a sensor of another name counts as it was."""
+    return old is None or _image(sensor, old) == _image(old, old)
+
+
+def _image(sensor: Sensor, own: Sensor) -> Sensor:
+    """The mirror image of a sensor, with name and pair of `own`."""
+    image = sensor.with_pose(mirrored_pose(sensor.pose))
+    return image.model_copy(update={"name": own.name, "mirror_of": own.mirror_of})
+
+
+def _follower(sensor: Sensor, leader: str | None) -> Sensor:
+    return sensor.model_copy(update={"mirror_of": leader})
+
+
+def _alone(sensor: Sensor) -> Sensor:
+    return _follower(sensor, None)
+
+
+def _with(rig: Rig, changed: list[Sensor]) -> Rig:
+    """The rig with some sensors exchanged for those of the same names."""
+    new = {sensor.name: sensor for sensor in changed}
+    sensors = tuple(new.get(sensor.name, sensor) for sensor in rig.sensors)
+    return rig.model_copy(update={"sensors": sensors})
+
+
+def with_enabled(rig: Rig, names: Collection[str], enabled: bool) -> Rig:
+    """The rig with these sensors counted in the scores, or not."""
+    return rig.model_copy(
+        update={
+            "sensors": tuple(
+                sensor.model_copy(update={"enabled": enabled}) if sensor.name in names else sensor
+                for sensor in rig.sensors
+            )
+        }
+    )
+
+
+def without(rig: Rig, names: Collection[str]) -> Rig:
+    """The rig without these sensors; a mirror image whose partner goes stays and stands alone."""
+    for name in names:
+        rig = without_sensor(rig, name)
+    return rig
+
+
+def duplicated(rig: Rig, names: Collection[str], left_m: float) -> tuple[Rig, tuple[str, ...]]:
+    """The rig with a copy of each of these sensors, `left_m` metres to the left of it, and the copies' names.
+
+    InputError when the rig would hold too many sensors.
+    """
+    taken = [sensor.name for sensor in rig.sensors]
+    copies: list[Sensor] = []
+    for sensor in rig.sensors:
+        if sensor.name in names:
+            x, y, z = sensor.position
+            name = free_name(taken, sensor.name)
+            taken.append(name)
+            copies.append(sensor.replace(name=name, position=(x, y + left_m, z), mirror_of=None))
+    if len(taken) > MAX_SENSORS:
+        raise InputError(f"sensors: a rig holds at most {MAX_SENSORS}; delete some first")
+    grown: Rig = rig.model_copy(update={"sensors": (*rig.sensors, *copies)})
+    return grown, tuple(copy.name for copy in copies)
+
+
+def free_name(taken: Collection[str], wanted: str) -> str:
+    """`wanted`, or with the first number behind it that makes it unique."""
+    if wanted not in taken:
+        return wanted
+    stem, _, tail = wanted.rpartition("_")
+    stem = stem if stem and tail.isdigit() else wanted
+    number = 2
+    while f"{stem}_{number}" in taken:
+        number += 1
+    return f"{stem}_{number}"
+
+
+def list_text(names: Sequence[str]) -> str:
+    """One name as it is, several as their number: for the labels of edits."""
+    return names[0] if len(names) == 1 else f"{len(names)} sensors"

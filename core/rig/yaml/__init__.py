@@ -1,0 +1,1 @@
+"""Rig files in YAML, version 1: read with one-line errors, edited in place, written."""

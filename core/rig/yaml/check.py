@@ -1,0 +1,371 @@
+"""From YAML nodes to a valid rig, or to one line that says where the file is wrong and what is accepted."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+
+from riglens.core.errors import InputError
+from riglens.core.rig.library import default_library, supplied_fields
+from riglens.core.rig.model import (
+    COEFFICIENTS,
+    FORMAT_VERSION,
+    MAX_SENSORS,
+    BrownConrady,
+    Camera,
+    EvenAngles,
+    KannalaBrandt,
+    Lidar,
+    MeshPlacement,
+    Rig,
+    Vehicle,
+    mirror_problem,
+)
+from riglens.core.rig.yaml.nodes import Mapping, Node, Scalar, Sequence, plain_value, shortened
+from riglens.core.rig.yaml.text import plain_fields, value_text
+
+Path = tuple[str | int, ...]
+_ANGLES = "{{from: {0}, to: {0}, count: 1 to 100000}} with from <= to, or a list of angles of {0} degrees"
+_ANGLE = "a number of degrees, for elevations -90 to 90, for azimuths -360 to 360"
+_PIXELS = "[width, height] in whole pixels, each 1 to 20000"
+ACCEPTED = {
+    "": "a mapping with riglens, name, vehicle and sensors",
+    "riglens": f"the format version {FORMAT_VERSION}",
+    "name": "a text of 1 to 200 characters",
+    "vehicle": "a mapping with body, length, width, height, rear_axle_x and mesh",
+    "vehicle.body": "sedan, suv, van, truck or the path of a mesh file",
+    "vehicle.length": "metres above 0, at most 100",
+    "vehicle.width": "metres above 0, at most 100",
+    "vehicle.height": "metres above 0, at most 100",
+    "vehicle.rear_axle_x": "metres, -1e7 to 1e7",
+    "vehicle.mesh": "a mapping with scale, rpy_deg and offset",
+    "vehicle.mesh.scale": "a factor, 1e-6 to 1e6",
+    "vehicle.mesh.rpy_deg": "[roll, pitch, yaw] in degrees, finite numbers",
+    "vehicle.mesh.offset": "[x, y, z] in metres, each -1e7 to 1e7",
+    "sensors": f"a list of at most {MAX_SENSORS} sensors",
+    "sensors[]": "a mapping with name, kind, position and the other fields of a sensor",
+    "sensors[].name": "a text of 1 to 200 characters, unique in the file",
+    "sensors[].kind": "lidar or camera",
+    "sensors[].model": "the name of an entry of the sensor library",
+    "sensors[].position": "[x, y, z] in metres, each -1e7 to 1e7",
+    "sensors[].rpy_deg": "[roll, pitch, yaw] in degrees, finite numbers",
+    "sensors[].range_m": "[min, max] in metres with 0 <= min < max; max may be .inf",
+    "sensors[].enabled": "true or false",
+    "sensors[].mirror_of": "the name of another sensor of the same kind",
+    "sensors[].elevations_deg": _ANGLES.format("-90 to 90"),
+    "sensors[].elevations_deg.from": _ANGLE,
+    "sensors[].elevations_deg.to": _ANGLE,
+    "sensors[].elevations_deg.count": "a whole number, 1 to 100000",
+    "sensors[].azimuths_deg": _ANGLES.format("-360 to 360"),
+    "sensors[].azimuths_deg.from": _ANGLE,
+    "sensors[].azimuths_deg.to": _ANGLE,
+    "sensors[].azimuths_deg.count": "a whole number, 1 to 100000",
+    "sensors[].azimuth_offsets_deg": "a list of degrees, one per beam, each -360 to 360",
+    "sensors[].image": _PIXELS,
+    "sensors[].hfov_deg": "degrees above 0 and below 180",
+    "sensors[].fx": "pixels, above 0",
+    "sensors[].fy": "pixels, above 0",
+    "sensors[].cx": "pixels, a finite number",
+    "sensors[].cy": "pixels, a finite number",
+    "sensors[].distortion": "{model: brown_conrady, k1, k2, p1, p2, k3 to k6} or "
+    "{model: kannala_brandt, k1 to k4}, with fx, fy, cx, cy",
+    "sensors[].distortion.model": "brown_conrady or kannala_brandt",
+    **{f"sensors[].distortion.{name}": "a number, -1e9 to 1e9" for name in COEFFICIENTS},
+    "sensors[].cast": _PIXELS + ", at most the image",
+}
+"""What each field of a rig file accepts, in words; the keys are field paths without list indices."""
+
+
+def path_text(path: Path) -> str:
+    """A field path as a person writes it: sensors[1].elevations_deg.count."""
+    text = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in path)
+    return text.removeprefix(".")
+
+
+def key_of(path: Path) -> str:
+    """The key of a field path in ACCEPTED."""
+    text = "".join("[]" if isinstance(part, int) else f".{part}" for part in path)
+    return text.removeprefix(".")
+
+
+def field_path(loc: tuple[str | int, ...]) -> Path:
+    """The path of the field that a pydantic location lies in, without union members and items."""
+    path: Path = ()
+    for part in loc:
+        if key_of((*path, part)) in ACCEPTED:
+            path = (*path, part)
+    return path
+
+
+_KINDS: dict[Any, type[BaseModel]] = {"lidar": Lidar, "camera": Camera}
+_LENSES: dict[Any, type[BaseModel]] = {"brown_conrady": BrownConrady, "kannala_brandt": KannalaBrandt}
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What is wrong, and in which line of the file."""
+
+    line: int
+    text: str
+
+
+def first_of(problems: list[Problem], where: str) -> str:
+    """The line of text about the first problem in the file, with the number of the others."""
+    first, *others = sorted(problems, key=lambda problem: problem.line)
+    more = f" (and {len(others)} more)" if others else ""
+    return f"{where}:{first.line}: {first.text}{more}"
+
+
+def key_problems(root: Mapping) -> Iterable[Problem]:
+    """Unknown keys of the document, the vehicle, the sensors and their angles."""
+    yield from _unknown_keys(root, (), Rig)
+    vehicle = root.get("vehicle")
+    yield from _unknown_keys(vehicle, ("vehicle",), Vehicle)
+    if isinstance(vehicle, Mapping):
+        yield from _unknown_keys(vehicle.get("mesh"), ("vehicle", "mesh"), MeshPlacement)
+    for index, sensor in _sensor_nodes(root):
+        path: Path = ("sensors", index)
+        kind = _scalar(sensor.get("kind"))
+        if kind in _KINDS:
+            yield from _unknown_keys(sensor, path, _KINDS[kind])
+        for key in ("elevations_deg", "azimuths_deg"):
+            yield from _unknown_keys(sensor.get(key), (*path, key), EvenAngles)
+        lens = sensor.get("distortion")
+        model = _scalar(lens.get("model")) if isinstance(lens, Mapping) else None
+        if model in _LENSES:
+            yield from _unknown_keys(lens, (*path, "distortion"), _LENSES[model])
+
+
+def _unknown_keys(node: Node | None, path: Path, model: type[BaseModel]) -> Iterable[Problem]:
+    if not isinstance(node, Mapping):
+        return
+    known = [str(info.alias or name) for name, info in model.model_fields.items()]
+    for key, _ in node.entries:
+        if key.text not in known:
+            close = difflib.get_close_matches(key.text, known, n=1)
+            hint = f"did you mean '{close[0]}'? " if close else ""
+            accepted = f"unknown field; {hint}accepted are {', '.join(known)}"
+            yield Problem(key.line, f"{path_text((*path, shortened(key.text)))}: {accepted}")
+
+
+def sensor_problems(root: Mapping) -> Iterable[Problem]:
+    """What concerns a sensor beyond its own fields: kind, library model, names used twice."""
+    lines: dict[str, int] = {}
+    for index, sensor in _sensor_nodes(root):
+        path = path_text(("sensors", index))
+        yield from _name_problems(sensor, path, lines)
+        yield from _kind_problems(sensor, path)
+        yield from _model_problems(sensor, path)
+    yield from _mirror_problems(_sensor_nodes(root))
+
+
+def _mirror_problems(sensors: list[tuple[int, Mapping]]) -> Iterable[Problem]:
+    """A `mirror_of` that makes no pair; the other fields are judged elsewhere."""
+    keys = ("name", "kind", "mirror_of")
+    said = [tuple(_scalar(sensor.get(key)) for key in keys) for _, sensor in sensors]
+    if all(isinstance(name, str) and (other is None or isinstance(other, str)) for name, _, other in said):
+        problem = mirror_problem((name, str(kind), other) for name, kind, other in said)
+        if problem is not None:
+            index, sensor = sensors[problem[0]]
+            node = sensor.get("mirror_of") or sensor
+            yield Problem(node.line, f"{path_text(('sensors', index))}.{shortened(problem[1], 300)}")
+
+
+def _name_problems(sensor: Mapping, path: str, lines: dict[str, int]) -> Iterable[Problem]:
+    name = sensor.get("name")
+    if isinstance(name, Scalar) and isinstance(plain_value(name), str):
+        if name.text in lines:
+            used = f"already used in line {lines[name.text]}"
+            text = f"found '{shortened(name.text)}', {used}; names must be unique"
+            yield Problem(name.line, f"{path}.name: {text}")
+        lines.setdefault(name.text, name.line)
+
+
+def _kind_problems(sensor: Mapping, path: str) -> Iterable[Problem]:
+    kind, accepted = sensor.get("kind"), ACCEPTED["sensors[].kind"]
+    if kind is None:
+        yield Problem(sensor.line, f"{path}.kind: missing; accepted is {accepted}")
+    elif _scalar(kind) not in _KINDS:
+        yield Problem(kind.line, f"{path}.kind: found {found_text(kind)}; accepted is {accepted}")
+
+
+def _model_problems(sensor: Mapping, path: str) -> Iterable[Problem]:
+    node = sensor.get("model")
+    model = _scalar(node)
+    if node is not None and isinstance(model, str):
+        complaint = model_complaint(model, _scalar(sensor.get("kind")))
+        if complaint:
+            yield Problem(node.line, f"{path}.{complaint}")
+
+
+def model_complaint(model: str | None, kind: Any) -> str:
+    """Why a sensor of that kind cannot be of that library model ("model: ..."); empty when it can."""
+    if model is None:
+        return ""
+    library = default_library()
+    try:
+        entry = library.entry(model)
+    except InputError as error:
+        return str(error)
+    if kind not in _KINDS or entry.kind == kind:
+        return ""
+    hint = f"`riglens library --kind {kind}` lists the models of a {kind}"
+    return f"model: found '{model}', a {entry.kind}, but this sensor is a {kind}; {hint}"
+
+
+def found_text(node: Node) -> str:
+    """What stands in the file, shortened."""
+    if isinstance(node, Scalar) and node.start == node.end:
+        return "nothing"
+    value = plain_value(node)
+    if isinstance(node, Scalar) and node.plain:
+        return shortened(node.text)
+    return shortened(value_text(value))
+
+
+def _scalar(node: Node | None) -> Any:
+    return plain_value(node) if isinstance(node, Scalar) else None
+
+
+def _sensor_nodes(root: Mapping) -> list[tuple[int, Mapping]]:
+    """The sensors of the document that are mappings, with their place in the list."""
+    sensors = root.get("sensors")
+    items = sensors.items if isinstance(sensors, Sequence) else ()
+    return [(index, item) for index, item in enumerate(items) if isinstance(item, Mapping)]
+
+
+_LONG_LIST = 6
+
+
+def rig_from_nodes(root: Node, where: str) -> Rig:
+    """The rig that a document describes; fields that a sensor leaves out come from its library model.
+
+    Raises InputError `file:line: field: found ...; accepted is ...` for the first problem in the file, with
+    the number of further ones.
+    """
+    if not isinstance(root, Mapping):
+        raise InputError(f"{where}:{root.line}: found {found_text(root)}; accepted is {ACCEPTED['']}")
+    _check_version(root, where)
+    problems = [*key_problems(root), *sensor_problems(root)]
+    if not problems:
+        try:
+            return Rig.model_validate(_completed(root))
+        except ValidationError as error:
+            problems = list(_validation_problems(root, error))
+    raise InputError(first_of(problems, where))
+
+
+def check_rig(rig: Rig) -> Rig:
+    """A rig validated again (drags do not validate), numbers as plain floats; InputError names the field."""
+    try:
+        checked = Rig.model_validate(plain_fields(rig))
+    except ValidationError as error:
+        details = error.errors()[0]
+        path = field_path(details["loc"])
+        if details["type"] == "value_error":
+            message = str(details["ctx"]["error"])
+        else:
+            message = (
+                f"found {shortened(value_text(_value_at(rig, path)))}; accepted is {ACCEPTED[key_of(path)]}"
+            )
+        raise InputError(f"{path_text(path) or 'rig'}: {message}") from error
+    for index, sensor in enumerate(checked.sensors):
+        complaint = model_complaint(sensor.model, sensor.kind)
+        if complaint:
+            raise InputError(f"sensors[{index}].{complaint}")
+    return checked
+
+
+def _check_version(root: Mapping, where: str) -> None:
+    node = root.get("riglens")
+    if node is None:
+        raise InputError(f"{where}:{root.line}: riglens: missing; accepted is 'riglens: {FORMAT_VERSION}'")
+    version = plain_value(node)
+    if not isinstance(version, int) or isinstance(version, bool):
+        raise InputError(
+            f"{where}:{node.line}: riglens: found {found_text(node)}; accepted is {ACCEPTED['riglens']}"
+        )
+    if version > FORMAT_VERSION:
+        raise InputError(
+            f"{where}:{node.line}: riglens: found format version {shortened(str(version))}, "
+            f"newer than this program reads; accepted is {FORMAT_VERSION}; please update RigLens"
+        )
+
+
+def _completed(root: Mapping) -> dict[str, Any]:
+    """The values of the document, sensors completed from the library."""
+    values: dict[str, Any] = plain_value(root)
+    if isinstance(values.get("sensors"), tuple):
+        values["sensors"] = tuple(
+            supplied_fields(sensor) | sensor if isinstance(sensor, dict) else sensor
+            for sensor in values["sensors"]
+        )
+    return values
+
+
+def _validation_problems(root: Mapping, error: ValidationError) -> Iterable[Problem]:
+    seen: set[Path] = set()
+    for details in error.errors():
+        path = field_path(details["loc"])
+        node, is_there = _node_at(root, path)
+        angles, _ = _node_at(root, path[:3])  # sensors, index, elevations_deg or azimuths_deg
+        if path in seen or _is_other_way_to_say_angles(details["loc"], angles):
+            continue
+        seen.add(path)
+        if details["type"] == "value_error":
+            yield _rule_problem(path, node, str(details["ctx"]["error"]))
+        elif is_there:
+            place, inner = _exact_place(path, node, details["loc"])
+            yield Problem(
+                inner.line, f"{place}: found {found_text(inner)}; accepted is {ACCEPTED[key_of(path)]}"
+            )
+        else:
+            yield Problem(node.line, f"{path_text(path)}: missing; accepted is {ACCEPTED[key_of(path)]}")
+
+
+def _rule_problem(path: Path, node: Node, message: str) -> Problem:
+    """A rule over several fields; it stands at the field that its message starts with, if the file has it."""
+    field = message.split()[0]
+    if isinstance(node, Mapping) and (value := node.get(field)) is not None:
+        return Problem(value.line, f"{path_text((*path, field))}: {message}")
+    return Problem(node.line, f"{path_text(path)}: {message}")
+
+
+def _is_other_way_to_say_angles(loc: tuple[str | int, ...], node: Node) -> bool:
+    """Angles are a mapping or a list; a complaint that one is not the other helps nobody."""
+    other = "tuple[" if isinstance(node, Mapping) else "EvenAngles" if isinstance(node, Sequence) else None
+    return other is not None and any(other in str(part) for part in loc)
+
+
+def _node_at(root: Mapping, path: Path) -> tuple[Node, bool]:
+    """The node of a field and True, or the nearest node around it and False when there is none."""
+    node: Node = root
+    for part in path:
+        inner: Node | None = None
+        if isinstance(part, int) and isinstance(node, Sequence) and part < len(node.items):
+            inner = node.items[part]
+        elif isinstance(part, str) and isinstance(node, Mapping):
+            inner = node.get(part)
+        if inner is None:
+            return node, False
+        node = inner
+    return node, True
+
+
+def _exact_place(path: Path, node: Node, loc: tuple[str | int, ...]) -> tuple[str, Node]:
+    """The field as a whole, or the wrong number alone when it stands in a long list."""
+    last = loc[-1]
+    if isinstance(node, Sequence) and isinstance(last, int) and len(node.items) > _LONG_LIST:
+        return path_text((*path, last)), node.items[last]
+    return path_text(path), node
+
+
+def _value_at(rig: Rig, path: Path) -> Any:
+    value: Any = plain_fields(rig)
+    for part in path:
+        value = value[part]
+    return value

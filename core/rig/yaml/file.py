@@ -1,0 +1,105 @@
+"""Rig files, YAML version 1: validated, with one-line errors; comments and layout survive a save."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from riglens.core.errors import InputError
+from riglens.core.files import atomic_write
+from riglens.core.rig.model import Rig
+from riglens.core.rig.yaml.check import check_rig, rig_from_nodes
+from riglens.core.rig.yaml.edit import edited_text
+from riglens.core.rig.yaml.nodes import parse_yaml, read_text, shown_path
+from riglens.core.rig.yaml.text import plain_fields, rig_text, same_value, vehicle_fields
+
+LATER_FIELDS = ("mirror_of", "azimuth_offsets_deg", "distortion")
+_BOM = "\ufeff"
+
+
+@dataclass(frozen=True)
+class RigFile:
+    """A rig with the text it was read from; `path` is None until it has been loaded or saved."""
+
+    rig: Rig
+    text: str
+    path: Path | None = None
+
+    def updated(self, rig: Rig) -> RigFile:
+        """The same file saying another rig: changed values are rewritten, everything else stays as it is.
+
+        Raises InputError that names the field when the rig is not valid.
+        """
+        rig = check_rig(rig)
+        if same_rig(rig, self.rig):
+            return self
+        bom = _BOM if self.text.startswith(_BOM) else ""
+        text = edited_text(self.text.removeprefix(_BOM), self.rig, rig)
+        if not _says(text, rig):
+            text = rig_text(rig)
+        return RigFile(rig, bom + text, self.path)
+
+    def save(self, path: str | os.PathLike[str], rig: Rig | None = None) -> RigFile:
+        """Write the file, with that rig if one is given; returns the file as it now is on the disk.
+
+        Raises InputError when the rig is not valid or the file cannot be written; the old file stays then.
+        """
+        file = self if rig is None else self.updated(rig)
+        with atomic_write(path) as stream:
+            stream.write(file.text.encode("utf-8"))
+        return RigFile(file.rig, file.text, Path(path))
+
+
+def new_rig_file(rig: Rig) -> RigFile:
+    """A file for a rig that has none yet, in the layout of the documentation."""
+    rig = check_rig(rig)
+    return RigFile(rig, rig_text(rig))
+
+
+def dumps(rig: Rig) -> str:
+    """A rig as YAML text that reads back to the same rig, bit for bit; InputError when it is not valid."""
+    return rig_text(check_rig(rig))
+
+
+def loads(text: str, where: str = "rig.yaml") -> RigFile:
+    """Read YAML text; `where` is its name in messages. InputError `where:line: field: ...` when wrong."""
+    return RigFile(rig_from_nodes(parse_yaml(text.removeprefix(_BOM), where), where), text)
+
+
+def load_rig(path: str | os.PathLike[str]) -> RigFile:
+    """Read a rig file; InputError with file, line and field when it is missing, unreadable or wrong."""
+    file = loads(read_text(path, "a rig YAML file"), shown_path(path))
+    return RigFile(file.rig, file.text, Path(path))
+
+
+def rig_sha256(rig: Rig) -> str:
+    """SHA-256 (hex) of what the rig says, whatever the layout of its file: canonical JSON of its fields.
+
+    Fields that came after the first version are left out at their defaults: a rig keeps its hash.
+    """
+    content = json.dumps(_hashed_fields(check_rig(rig)), sort_keys=True, separators=(",", ":"))
+    return hashlib.sha256(content.encode("ascii")).hexdigest()
+
+
+def _hashed_fields(rig: Rig) -> dict[str, Any]:
+    sensors = [
+        {key: value for key, value in sensor.items() if key not in LATER_FIELDS or value is not None}
+        for sensor in plain_fields(rig)["sensors"]
+    ]
+    return plain_fields(rig) | {"vehicle": vehicle_fields(rig.vehicle), "sensors": sensors}
+
+
+def same_rig(one: Rig, other: Rig) -> bool:
+    """Whether two rigs say the same to the last bit."""
+    return same_value(plain_fields(one), plain_fields(other))
+
+
+def _says(text: str, rig: Rig) -> bool:
+    try:
+        return same_rig(loads(text).rig, rig)
+    except InputError:
+        return False

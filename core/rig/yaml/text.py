@@ -1,0 +1,157 @@
+"""Rig values as YAML text: numbers that read back to the same bits, strings that read back to themselves."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from typing import Any
+
+from pydantic import BaseModel
+
+from riglens.core.rig.library import LENS_MATRIX, supplied_fields
+from riglens.core.rig.model import MeshPlacement, Rig, Sensor, Vehicle
+from riglens.core.rig.yaml.nodes import scalar_value
+
+_PLAIN = re.compile(r"[A-Za-z_]([A-Za-z0-9_+./ -]*[A-Za-z0-9_+./-])?")
+_OLD_YAML_BOOLS = frozenset(("y", "n", "yes", "no", "on", "off"))
+_OPTIONS = (
+    *("model", "azimuth_offsets_deg", "range_m", "enabled", "mirror_of"),
+    *("hfov_deg", "fx", "fy", "cx", "cy", "distortion"),
+)
+_LENS = ("image", "hfov_deg", "fx", "fy", "cx", "cy", "distortion", "cast")
+FIELD_ORDER = (
+    *("name", "kind", "model", "position", "rpy_deg", "elevations_deg", "azimuths_deg"),
+    "azimuth_offsets_deg",
+    *(*_LENS, "range_m", "enabled", "mirror_of"),
+)
+"""The order in which the fields of a sensor are written."""
+
+
+def plain_fields(item: BaseModel) -> dict[str, Any]:
+    """The fields of a part of a rig as plain numbers, strings, tuples and dicts, under their YAML names."""
+    fields = type(item).model_fields
+    return {str(info.alias or name): plain(getattr(item, name)) for name, info in fields.items()}
+
+
+def plain(value: Any) -> Any:
+    """A value of a rig as plain data; NumPy's floats become Python's."""
+    if isinstance(value, BaseModel):
+        return plain_fields(value)
+    if isinstance(value, (tuple, list)):
+        return tuple(plain(item) for item in value)
+    return float(value) if isinstance(value, float) else value
+
+
+def written_fields(sensor: Sensor) -> dict[str, Any]:
+    """The fields of a sensor that a new file says, in the order in which it says them.
+
+    What the library model supplies is said as well, so that the file keeps its meaning on its own; left out
+    are options at their defaults.
+    """
+    fields, defaults, implied = plain_fields(sensor), _default_fields(sensor), implied_fields(sensor)
+    silent = [
+        key
+        for key in _OPTIONS
+        if key in fields and same_value(fields[key], defaults[key]) and same_value(fields[key], implied[key])
+    ]
+    return {key: fields[key] for key in FIELD_ORDER if key in fields and key not in silent}
+
+
+def vehicle_fields(vehicle: Vehicle) -> dict[str, Any]:
+    """The fields of a vehicle that a new file says: how a mesh is placed only when it is not as it comes."""
+    fields = plain_fields(vehicle)
+    if same_value(fields["mesh"], plain_fields(MeshPlacement())):
+        del fields["mesh"]
+    return fields
+
+
+def implied_fields(sensor: Sensor) -> dict[str, Any]:
+    """What a sensor's fields are when a file does not say them: the library model's, or the defaults."""
+    fields = plain_fields(sensor)
+    said = {key: fields.get(key) for key in ("model", "elevations_deg", "hfov_deg", *LENS_MATRIX)}
+    return _default_fields(sensor) | supplied_fields(said)
+
+
+def _default_fields(sensor: Sensor) -> dict[str, Any]:
+    known = type(sensor).model_fields.items()
+    return {name: plain(info.default) for name, info in known if name != "kind" and not info.is_required()}
+
+
+def rig_text(rig: Rig) -> str:
+    """A fresh rig file in the layout of the documentation, line ends LF."""
+    lines = [f"riglens: {rig.riglens}", f"name: {value_text(rig.name)}"]
+    lines.append(f"vehicle: {value_text(vehicle_fields(rig.vehicle))}")
+    if not rig.sensors:
+        return "\n".join([*lines, "sensors: []", ""])
+    lines.append("sensors:")
+    for sensor in rig.sensors:
+        lines += sensor_lines(sensor, indent=2)
+    return "\n".join([*lines, ""])
+
+
+def sensor_lines(sensor: Sensor, indent: int) -> list[str]:
+    """A sensor as an item of a block list whose dash stands `indent` columns in."""
+    entries = [f"{key}: {value_text(value)}" for key, value in written_fields(sensor).items()]
+    return [" " * indent + ("- " if index == 0 else "  ") + entry for index, entry in enumerate(entries)]
+
+
+def value_text(value: Any) -> str:
+    """A value in one line of YAML (flow style)."""
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{key}: {value_text(item)}" for key, item in value.items()) + "}"
+    if isinstance(value, tuple):
+        return "[" + ", ".join(value_text(item) for item in value) + "]"
+    if value is None:
+        return "null"
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, int):
+        return str(value)
+    return _number(value) if isinstance(value, float) else _string(value)
+
+
+def _number(value: float) -> str:
+    if math.isnan(value):
+        return ".nan"
+    if math.isinf(value):
+        return ".inf" if value > 0 else "-.inf"
+    text = float.__repr__(value)
+    return text.replace("e", ".0e") if "e" in text and "." not in text else text
+
+
+def _string(value: str) -> str:
+    is_word = _PLAIN.fullmatch(value) and "  " not in value and value.lower() not in _OLD_YAML_BOOLS
+    if is_word and isinstance(scalar_value(value), str):
+        return value
+    return '"' + "".join(_escaped(character) for character in value) + '"'
+
+
+def _escaped(character: str) -> str:
+    if character in '"\\':
+        return "\\" + character
+    if character.isprintable():
+        return character
+    code = ord(character)
+    return f"\\x{code:02x}" if code < 0x100 else f"\\u{code:04x}" if code < 0x10000 else f"\\U{code:08x}"
+
+
+def same_value(one: Any, other: Any) -> bool:
+    """Whether two plain values are the same to the last bit: -0.0 is not 0.0, and 25 is the number 25.0."""
+    if isinstance(one, bool) or isinstance(other, bool) or isinstance(one, str) or isinstance(other, str):
+        return type(one) is type(other) and bool(one == other)
+    if isinstance(one, (int, float)) and isinstance(other, (int, float)):
+        return float(one) == float(other) and math.copysign(1.0, one) == math.copysign(1.0, other)
+    if isinstance(one, tuple) and isinstance(other, tuple):
+        return len(one) == len(other) and all(map(same_value, one, other))
+    if isinstance(one, Mapping) and isinstance(other, Mapping):
+        return one.keys() == other.keys() and all(same_value(one[key], other[key]) for key in one)
+    return one is None and other is None
+
+
+def line_end(text: str, position: int) -> int:
+    """Where the line around a position ends, before its line break."""
+    end = text.find("\n", position)
+    if end < 0:
+        return len(text)
+    return end - 1 if end > position and text[end - 1] == "\r" else end

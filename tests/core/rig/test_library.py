@@ -1,0 +1,260 @@
+"""The library of sensor models: real angles, every entry usable, a wrong entry refused."""
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from riglens.core.errors import InputError
+from riglens.core.geometry import Pose
+from riglens.core.rig.library import (
+    Entry,
+    default_library,
+    load_library,
+    sensor_from_model,
+    user_library_files,
+)
+from riglens.core.rig.model import Camera, EvenAngles, Lidar
+from riglens.core.rig.yaml.file import dumps, loads
+
+ENTRIES = default_library().entries()
+
+
+@pytest.mark.parametrize("entry", ENTRIES, ids=lambda entry: entry.name)
+def test_every_entry_makes_a_sensor_and_names_its_source(entry: Entry) -> None:
+    pose = Pose((1.0, 2.0, 3.0), (0.0, 0.0, 90.0))
+    sensor = sensor_from_model(entry.name, "mine", pose)
+    assert (sensor.kind, sensor.name, sensor.model, sensor.pose) == (entry.kind, "mine", entry.name, pose)
+    assert len(entry.source) > 30 and entry.title
+    text = (
+        f"{{name: mine, kind: {entry.kind}, model: {entry.name}, position: [1, 2, 3], rpy_deg: [0, 0, 90]}}"
+    )
+    assert loads(f"riglens: 1\nsensors: [{text}]").rig.sensors == (sensor,)
+
+
+@pytest.mark.parametrize(
+    ("model", "beams", "lowest_deg", "highest_deg", "azimuths"),
+    [
+        ("generic-16", 16, -25.0, 25.0, 360),
+        ("velodyne-vlp-16", 16, -15.0, 15.0, 1800),
+        ("velodyne-vlp-32c", 32, -25.0, 15.0, 1800),
+        ("hesai-pandar64", 64, -24.879, 14.9, 1800),
+        ("hesai-xt32", 32, -16.0, 15.0, 2000),
+        ("ouster-os1-64", 64, -16.6, 16.6, 1024),
+        ("ouster-os1-128", 128, -21.82, 20.95, 1024),
+        ("robosense-rs-lidar-32", 32, -25.0, 15.0167, 1800),
+    ],
+)
+def test_lidars_have_their_published_beams(
+    model: str, beams: int, lowest_deg: float, highest_deg: float, azimuths: int
+) -> None:
+    lidar = sensor_from_model(model, "a", Pose())
+    assert isinstance(lidar, Lidar)
+    elevations = lidar.elevations()
+    assert (elevations.size, elevations.min(), elevations.max()) == (beams, lowest_deg, highest_deg)
+    assert (elevations[1:] > elevations[:-1]).all()
+    assert lidar.azimuths().size == azimuths
+
+
+def test_the_models_of_the_paper_are_the_defaults_of_the_paper() -> None:
+    lidar = sensor_from_model("generic-16", "a", Pose())
+    assert isinstance(lidar, Lidar) and lidar.elevations_deg == EvenAngles(from_=-25.0, to=25.0, count=16)
+    for hfov_deg in (55, 70, 110):
+        camera = sensor_from_model(f"paper-camera-{hfov_deg}", "a", Pose())
+        assert isinstance(camera, Camera) and (camera.image, camera.hfov_deg) == ((1600, 900), hfov_deg)
+
+
+def test_models_are_listed_by_kind() -> None:
+    library = default_library()
+    assert {entry.kind for entry in library.entries("camera")} == {"camera"}
+    assert library.entries("lidar") + library.entries("camera") == library.entries()
+
+
+def test_an_unknown_model_is_refused_with_the_known_ones() -> None:
+    with pytest.raises(
+        InputError, match=r"^model: unknown sensor model 'os1-64'; did you mean 'ouster-os1-64' or"
+    ):
+        sensor_from_model("os1-64", "a", Pose())
+
+
+SOURCE = "title: Some sensor, source: measured by hand in the yard"
+
+
+@pytest.mark.parametrize(
+    ("entry", "complaint"),
+    [
+        (f"x: {{kind: lidar, {SOURCE}, elevations_deg: [99]}}", "x: elevations_deg"),
+        (f"x: {{kind: lidar, {SOURCE}}}", "x: elevations_deg"),
+        (f"x: {{kind: lidar, {SOURCE}, elevations_deg: [1], beams: 3}}", "x: beams"),
+        (f"x: {{kind: sonar, {SOURCE}}}", "x: kind"),
+        ("x: {kind: lidar, title: Some sensor, elevations_deg: [1]}", "x: source: Field required"),
+        (f"X y: {{kind: lidar, {SOURCE}, elevations_deg: [1]}}", "X y: name"),
+        ("x: 3", "x: accepted are the fields of a sensor model"),
+    ],
+)
+def test_a_wrong_library_is_refused_with_line_and_model(tmp_path: Path, entry: str, complaint: str) -> None:
+    path = tmp_path / "library.yaml"
+    path.write_text(f"# models\n{entry}\n")
+    with pytest.raises(InputError) as caught:
+        load_library(path)
+    assert str(caught.value).startswith(f"library.yaml:2: {complaint}") and "\n" not in str(caught.value)
+
+
+def test_the_library_is_as_large_and_as_well_sourced_as_it_says() -> None:
+    library = default_library()
+    assert len(library.entries("lidar")) >= 25 and len(library.entries("camera")) >= 12
+    assert all(entry.maker != "Other" for entry in library.entries())
+    assert {name for name, origin in library.origins.items() if origin != "bundled"} == set()
+    grouped = library.by_maker("lidar")
+    assert [entry for entries in grouped.values() for entry in entries] == list(library.entries("lidar"))
+
+
+@pytest.mark.parametrize("entry", default_library().entries("lidar"), ids=lambda entry: entry.name)
+def test_beams_rise_and_steps_fit_the_azimuths(entry: Entry) -> None:
+    lidar = entry.sensor("a", Pose())
+    assert isinstance(lidar, Lidar) and isinstance(lidar.azimuths_deg, EvenAngles)
+    assert (np.diff(lidar.elevations()) >= 0.0).all()
+    if entry.azimuth_step_deg and "10" in entry.azimuth_step_deg:
+        turn = lidar.azimuths_deg
+        finest = (turn.to - turn.from_) / turn.count
+        assert entry.azimuth_step_deg["10"] == pytest.approx(finest, rel=0.01) or entry.maker == "Ouster"
+
+
+def test_offsets_have_the_signs_of_a_turn_to_the_left() -> None:
+    """Hesai's, Ouster's and RoboSense's tables count clockwise, the ROS driver of Velodyne the other way."""
+    firsts = {
+        "hesai-pandar64": (-24.879, 1.042),
+        "hesai-at128": (-12.47, -0.65),
+        "robosense-rs-lidar-32": (-25.0, 6.6968),
+        "velodyne-vlp-32c": (-25.0, -1.4),
+    }
+    for model, (elevation, offset) in firsts.items():
+        lidar = sensor_from_model(model, "a", Pose())
+        assert isinstance(lidar, Lidar) and lidar.azimuth_offsets_deg is not None
+        assert (lidar.elevations()[0], lidar.azimuth_offsets_deg[0]) == (elevation, offset)
+
+
+def test_lidars_of_one_table_carry_the_angles_of_the_driver(shared_data: Path) -> None:
+    for model, name in (("hesai-pandar40p", "Pandar40P"), ("hesai-qt128", "PandarQT128")):
+        text = (shared_data / "beams" / "nebula" / f"{name}.csv").read_text()
+        rows = list(csv.reader(text.splitlines()))[1:]
+        table = sorted((float(row[1]), -float(row[2])) for row in rows)
+        lidar = sensor_from_model(model, "a", Pose())
+        assert isinstance(lidar, Lidar) and lidar.azimuth_offsets_deg is not None
+        found = list(zip(lidar.elevations(), lidar.azimuth_offsets_deg, strict=True))
+        assert np.abs(np.array(found) - np.array(table)).max() < 1e-4
+
+
+def test_a_field_of_view_in_the_file_replaces_lens_and_distortion_of_the_model() -> None:
+    text = "riglens: 1\nsensors: [{name: a, kind: camera, model: kitti-colour, position: [0, 0, 1]%s}]"
+    distorted, plain, straight = (
+        loads(text % more).rig.sensors[0] for more in ("", ", hfov_deg: 80", ", distortion: null")
+    )
+    assert isinstance(distorted, Camera) and distorted.distortion is not None
+    assert isinstance(plain, Camera) and (plain.distortion, plain.hfov_deg) == (None, 80.0)
+    assert isinstance(straight, Camera) and (straight.distortion, straight.fx) == (None, 959.79)
+
+
+def test_other_beams_than_the_models_go_without_its_offsets() -> None:
+    text = "riglens: 1\nsensors: [{name: a, kind: lidar, model: velodyne-vlp-32c, position: [0, 0, 1]%s}]"
+    full, few = (loads(text % more).rig.sensors[0] for more in ("", ", elevations_deg: [-1, 0]"))
+    assert isinstance(full, Lidar) and len(full.azimuth_offsets_deg or ()) == 32
+    assert isinstance(few, Lidar) and few.azimuth_offsets_deg is None
+
+
+def test_a_rig_of_library_models_survives_a_save_without_spelling_them_out() -> None:
+    text = """\
+riglens: 1
+sensors:
+  - {name: a, kind: lidar, model: velodyne-vlp-32c, position: [0, 0, 2]}
+  - {name: b, kind: camera, model: kitti-colour, position: [0, 0, 1.5]}
+"""
+    file = loads(text)
+    moved = file.rig.with_sensor("b", file.rig.sensor("b").with_pose(Pose((0.5, 0.0, 1.5))))
+    assert file.updated(moved).text == text.replace("[0, 0, 1.5]", "[0.5, 0, 1.5]")
+    assert loads(dumps(moved)).rig == moved
+
+
+OWN = """\
+my-lidar:
+  kind: lidar
+  title: LiDAR of our own
+  source: Measured on the bench in March
+  body_m: {diameter: 0.1, height: 0.08}
+  elevations_deg: >-
+    -10, 0
+    5.5
+  azimuth_offsets_deg: [1, 0, -1]
+"""
+
+
+def own_library(folder: Path, text: str) -> Path:
+    path = folder / "own.yaml"
+    path.write_text(text)
+    return path
+
+
+def test_models_of_ones_own_are_found_beside_the_bundled_ones(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = own_library(tmp_path, OWN)
+    monkeypatch.setenv("RIGLENS_LIBRARY", str(path))
+    lidar = sensor_from_model("my-lidar", "a", Pose())
+    assert isinstance(lidar, Lidar) and lidar.elevations().tolist() == [-10.0, 0.0, 5.5]
+    assert default_library().entry("my-lidar").maker == "Other"
+    assert default_library().origins["my-lidar"] == str(path)
+    assert default_library().entry("generic-16")
+    monkeypatch.delenv("RIGLENS_LIBRARY")
+    with pytest.raises(InputError, match="unknown sensor model 'my-lidar'"):
+        default_library().entry("my-lidar")
+
+
+def test_the_configuration_folder_is_looked_into(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    assert user_library_files() == ()
+    (tmp_path / "riglens").mkdir()
+    (tmp_path / "riglens" / "library.yaml").write_text(OWN)
+    assert sensor_from_model("my-lidar", "a", Pose()).kind == "lidar"
+
+
+@pytest.mark.parametrize(
+    ("text", "complaint"),
+    [
+        (
+            OWN.replace("my-lidar", "generic-16"),
+            ": generic-16: this name belongs to a model of the library (bundled)",
+        ),
+        (
+            OWN.replace("-10, 0", "-10, o"),
+            ":1: my-lidar: elevations_deg: found 'o'; accepted are numbers of degrees",
+        ),
+        (OWN.replace("[1, 0, -1]", "[1, 0]"), ":9: my-lidar: azimuth_offsets_deg"),
+        (OWN.replace("0.08", ".nan"), ":5: my-lidar: body_m"),
+        (OWN + "  position: [0, 0, 1]\n", ":1: my-lidar: position: a model does not say this"),
+        (OWN + "  pixel_um: 3\n", ":1: my-lidar: pixel_um: not a figure of a lidar"),
+        (OWN + "  azimuths_deg: {from: 0, to: 360, count: 100001}\n", ":10: my-lidar: azimuths_deg"),
+        ("", ":1: the file is empty"),
+        ("- 1\n", ":1: accepted is a mapping of model names"),
+        ("".join(f"m{i}: 3\n" for i in range(501)), ": found 501 models; accepted are at most 500"),
+        ("a: &x 1\nb: *x\n", ":1: anchors and aliases"),
+    ],
+)
+def test_a_wrong_library_of_ones_own_is_refused_with_file_line_and_field(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, text: str, complaint: str
+) -> None:
+    path = own_library(tmp_path, text)
+    monkeypatch.setenv("RIGLENS_LIBRARY", str(path))
+    with pytest.raises(InputError) as caught:
+        default_library()
+    assert str(caught.value).startswith(f"{path}{complaint}"), str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_missing_or_huge_library_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("RIGLENS_LIBRARY", str(tmp_path / "none.yaml"))
+    with pytest.raises(InputError, match=r"none\.yaml: no such file"):
+        default_library()
+    monkeypatch.setenv("RIGLENS_LIBRARY", str(own_library(tmp_path, "#" * 4_100_000)))
+    with pytest.raises(InputError, match="larger than 1 MB; accepted is a sensor library"):
+        default_library()

@@ -1,0 +1,35 @@
+"""The page on the sensor library tells the truth: its example is a library, its numbers and fields are right."""
+
+import re
+from fnmatch import fnmatch
+from pathlib import Path
+
+from riglens.core.rig.library import Entry, default_library, load_library
+from riglens.core.rig.model import Camera, Lidar
+
+ROOT = Path(__file__).resolve().parents[3]
+PAGE = (ROOT / "docs" / "sensor-library.md").read_text(encoding="utf-8")
+NOT_OF_MODELS = {"name", "kind", "model", "position", "rpy_deg", "enabled", "mirror_of"}
+
+
+def test_the_example_is_a_library(tmp_path: Path) -> None:
+    (example,) = re.findall(r"```yaml\n(.*?)```", PAGE, re.DOTALL)
+    (tmp_path / "own.yaml").write_text(example)
+    assert [entry.kind for entry in load_library(tmp_path / "own.yaml").entries()] == ["lidar", "camera"]
+
+
+def test_every_field_is_explained_and_every_model_has_its_sources() -> None:
+    fields = (set(Entry.model_fields) | set(Lidar.model_fields) | set(Camera.model_fields)) - {
+        "name",
+        "fields",
+    }
+    assert [field for field in fields - NOT_OF_MODELS if f"`{field}`" not in PAGE] == []
+    patterns = re.findall(r"`([a-z0-9*.+-]+)`", PAGE.partition("## Sources")[2])
+    names = [entry.name for entry in default_library().entries()]
+    assert [name for name in names if not any(fnmatch(name, pattern) for pattern in patterns)] == []
+
+
+def test_the_counts_in_the_texts_are_those_of_the_library() -> None:
+    lidars, cameras = (len(default_library().entries(kind)) for kind in ("lidar", "camera"))
+    for name in ("README.md", "CHANGELOG.md"):
+        assert f"{lidars} LiDARs and {cameras} cameras" in (ROOT / name).read_text(encoding="utf-8")

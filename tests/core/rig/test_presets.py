@@ -1,0 +1,102 @@
+"""The rigs of the paper, by every name they go by."""
+
+import math
+
+import pytest
+
+from riglens.core.errors import InputError
+from riglens.core.rig.model import Camera, Lidar
+from riglens.core.rig.presets import PAPER_RIGS, PRESETS, preset
+from riglens.core.rig.yaml.file import dumps, loads
+
+LIDARS = {
+    "C": [(0, 0, 2.4), (0, 0, 2.6), (0, 0, 2.8), (0, 0, 3.0)],
+    "P": [(-0.2, -0.6, 2.2), (0.4, 0, 2.4), (-0.2, 0, 2.6), (-0.2, 0.6, 2.2)],
+    "L": [(0, -0.6, 2.2), (0, -0.4, 2.2), (0, 0.4, 2.2), (0, 0.6, 2.2)],
+    "T": [(-0.4, 0.2, 2.2), (-0.4, -0.2, 2.2), (0.2, 0.5, 2.2), (0.2, -0.5, 2.2)],
+    "S": [(-0.5, 0.5, 2.2), (-0.5, -0.5, 2.2), (0.5, 0.5, 2.2), (0.5, -0.5, 2.2)],
+}
+CAMERAS = {
+    "CAM_FRONT": (0.5, 0.0, 0.0),
+    "CAM_FRONT_LEFT": (0.0, 0.5, 55.0),
+    "CAM_BACK_LEFT": (-0.5, 0.5, 110.0),
+    "CAM_BACK": (-1.5, 0.0, 180.0),
+    "CAM_BACK_RIGHT": (-0.5, -0.5, -110.0),
+    "CAM_FRONT_RIGHT": (0.0, -0.5, -55.0),
+}
+
+
+def test_the_eight_rigs_of_the_paper_come_first() -> None:
+    assert PAPER_RIGS == ("W+C", "W+P", "W+L", "W+T", "N+C", "N+P", "N+L", "N+T")
+    assert tuple(PRESETS)[:8] == PAPER_RIGS and len(PRESETS) == 26
+
+
+@pytest.mark.parametrize("letter", LIDARS)
+def test_lidars_stand_where_the_paper_puts_them(letter: str) -> None:
+    lidars = preset(f"W+{letter}").lidars()
+    assert [lidar.position for lidar in lidars] == LIDARS[letter]
+    for lidar in lidars:
+        assert lidar.rpy_deg == (0.0, 0.0, 0.0) and lidar.range_m == (0.0, math.inf)
+        beams, azimuths = lidar.elevations(), lidar.azimuths()
+        assert (beams.size, beams[0], beams[-1]) == (16, -25.0, 25.0)
+        assert (azimuths.size, azimuths[0], azimuths[-1]) == (360, -180.0, 179.0)
+
+
+@pytest.mark.parametrize(("name", "hfov_deg", "back_hfov_deg"), [("Wide", 70, 110), ("Narrow", 55, 55)])
+def test_cameras_look_where_the_paper_points_them(name: str, hfov_deg: float, back_hfov_deg: float) -> None:
+    rig = preset(name)
+    assert [sensor.name for sensor in rig.sensors] == list(CAMERAS)
+    for camera in rig.cameras():
+        x_m, y_m, yaw_deg = CAMERAS[camera.name]
+        assert camera.position == (x_m, y_m, 1.8) and camera.rpy_deg == (0.0, 0.0, yaw_deg)
+        assert camera.hfov_deg == (back_hfov_deg if camera.name == "CAM_BACK" else hfov_deg)
+        assert (camera.image, camera.cast) == ((1600, 900), (352, 128))
+
+
+def test_tilted_groups_are_converted_from_radians_exactly() -> None:
+    for letters, upright in (("LR", "L"), ("PR", "P")):
+        lidars = preset(f"N+{letters}").lidars()
+        rolls = [lidar.rpy_deg[0] for lidar in lidars]
+        assert rolls == [math.degrees(-0.28), 0.0, 0.0, math.degrees(0.28)]
+        assert [lidar.position for lidar in lidars] == LIDARS[upright]
+        assert all(lidar.rpy_deg[1:] == (0.0, 0.0) for lidar in lidars)
+    lidars = preset("W+PP").lidars()
+    assert [lidar.rpy_deg[1] for lidar in lidars] == [0.0, math.degrees(-0.09), 0.0, 0.0]
+    assert [lidar.position for lidar in lidars] == LIDARS["P"] and lidars[1].position[0] == 0.4
+
+
+@pytest.mark.parametrize(
+    ("spelling", "name"),
+    [
+        ("w+t", "W+T"),
+        (" W + T ", "W+T"),
+        ("Wide+Trapezoid", "W+T"),
+        ("narrow + line", "N+L"),
+        ("WIDE+LINE_ROLL", "W+LR"),
+        ("n+pp", "N+PP"),
+        ("Wide+Centre", "W+C"),
+        ("centre", "Center"),
+        ("pyramid-ROLL", "Pyramid-roll"),
+    ],
+)
+def test_names_may_be_spelled_in_words_and_in_any_case(spelling: str, name: str) -> None:
+    assert preset(spelling) == preset(name)
+    assert preset(spelling).name == name
+
+
+def test_single_groups_hold_lidars_or_cameras_alone() -> None:
+    assert len(preset("Square").sensors) == 4 and all(isinstance(s, Lidar) for s in preset("Square").sensors)
+    assert len(preset("Wide").sensors) == 6 and all(isinstance(s, Camera) for s in preset("Wide").sensors)
+
+
+def test_every_preset_has_a_description_and_survives_a_file() -> None:
+    for name, entry in PRESETS.items():
+        assert entry.name == name and len(entry.description) > 20
+        assert loads(dumps(entry.rig())).rig == entry.rig()
+
+
+def test_an_unknown_preset_is_refused_with_the_nearest_ones() -> None:
+    with pytest.raises(
+        InputError, match=r"preset: found 'W\+X'; did you mean .*W\+T.*accepted are W\+C, W\+P"
+    ):
+        preset("W+X")

@@ -1,0 +1,417 @@
+"""Bad rig files: one line that says file, line, field, what was found and what is accepted."""
+
+import os
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from riglens.core.errors import InputError
+from riglens.core.rig.yaml.file import load_rig, loads
+from riglens.core.rig.yaml.nodes import MAX_BYTES
+
+LIDAR = """\
+riglens: 1
+name: test
+vehicle: {body: sedan, length: 4.6}
+sensors:
+  - name: front
+    kind: lidar
+    position: [0, 0, 2]
+    elevations_deg: {from: -25, to: 25, count: 16}
+  - name: rear
+    kind: lidar
+    position: [1, 2, 3]
+    azimuths_deg: {from: -180, to: 180, count: 360}
+    elevations_deg: [-10, 0, 10]
+"""
+CAMERA = """\
+riglens: 1
+sensors:
+  - name: cam
+    kind: camera
+    position: [0, 0, 2]
+    hfov_deg: 70
+    image: [1600, 900]
+"""
+
+
+def complaint(text: str) -> str:
+    with pytest.raises(InputError) as caught:
+        loads(text, "my rig.yaml")
+    message = str(caught.value)
+    assert "\n" not in message and message.isprintable() and len(message) < 400
+    assert message.startswith("my rig.yaml:")
+    return message.removeprefix("my rig.yaml:")
+
+
+def test_the_files_these_tests_break_are_fine() -> None:
+    assert len(loads(LIDAR).rig.sensors) == 2 and len(loads(CAMERA).rig.sensors) == 1
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "expected"),
+    [
+        (
+            "[1, 2, 3]",
+            "[1, .nan, 3]",
+            "11: sensors[1].position: found [1, .nan, 3]; accepted is [x, y, z] in metres",
+        ),
+        ("[1, 2, 3]", "[1, .inf, 3]", "11: sensors[1].position: found [1, .inf, 3]; accepted is"),
+        ("[1, 2, 3]", "[1, 2e7, 3]", "11: sensors[1].position: found [1, 20000000.0, 3]; accepted is"),
+        ("[1, 2, 3]", "[1, 1e999, 3]", "11: sensors[1].position: found [1, .inf, 3]; accepted is"),
+        ("[1, 2, 3]", "[1, 2]", "11: sensors[1].position: found [1, 2]; accepted is"),
+        ("[1, 2, 3]", "[1, 2, 3, 4]", "11: sensors[1].position: found [1, 2, 3, 4]; accepted is"),
+        ("[1, 2, 3]", "[1, true, 3]", "11: sensors[1].position: found [1, true, 3]; accepted is"),
+        ("[1, 2, 3]", '[1, "2", 3]', '11: sensors[1].position: found [1, "2", 3]; accepted is'),
+        ("[1, 2, 3]", "{x: 1}", "11: sensors[1].position: found {x: 1}; accepted is"),
+        ("[1, 2, 3]", "1 2 3", "11: sensors[1].position: found 1 2 3; accepted is"),
+        ("[1, 2, 3]", "", "11: sensors[1].position: found nothing; accepted is"),
+        ("    position: [1, 2, 3]\n", "", "9: sensors[1].position: missing; accepted is [x, y, z]"),
+        (
+            "count: 16",
+            "count: 0",
+            "8: sensors[0].elevations_deg.count: found 0; accepted is a whole number, 1 to",
+        ),
+        (
+            "to: 180",
+            "to: [[[]]]",
+            "12: sensors[1].azimuths_deg.to: found [[[]]]; accepted is a number of degrees",
+        ),
+        (
+            "count: 360",
+            "count: -1",
+            "12: sensors[1].azimuths_deg.count: found -1; accepted is a whole number",
+        ),
+        (
+            "count: 16",
+            "count: 16.0",
+            "8: sensors[0].elevations_deg.count: found 16.0; accepted is a whole number",
+        ),
+        (
+            "count: 16",
+            "number: 16",
+            "8: sensors[0].elevations_deg.number: unknown field; accepted are from, to, count",
+        ),
+        (", count: 16", "", "8: sensors[0].elevations_deg.count: missing; accepted is a whole number"),
+        (
+            "from: -25",
+            "from_: -25",
+            "8: sensors[0].elevations_deg.from_: unknown field; did you mean 'from'?",
+        ),
+        (
+            "from: -25",
+            "from: 26",
+            "8: sensors[0].elevations_deg: 'to' (25.0) must not be below 'from' (26.0)",
+        ),
+        (
+            "to: 25",
+            "to: 95",
+            "8: sensors[0].elevations_deg: elevations_deg must lie in [-90, 90], found -25.0 to 95.0",
+        ),
+        (
+            "to: 180",
+            "to: 181",
+            "12: sensors[1].azimuths_deg: azimuths_deg must not span more than 360 degrees",
+        ),
+        (
+            "[-10, 0, 10]",
+            "[-10, 0, 91]",
+            "13: sensors[1].elevations_deg: found [-10, 0, 91]; accepted is {from: -90",
+        ),
+        ("[-10, 0, 10]", "[]", "13: sensors[1].elevations_deg: found []; accepted is {from: -90 to 90"),
+        (
+            "360}\n    elevations_deg: [-10, 0, 10]",
+            "60000}\n    elevations_deg: {from: 1, to: 2, count: 60000}",
+            "9: sensors[1]: a LiDAR casts 1 to 67108864 rays, found 3600000000",
+        ),
+        ("[-10, 0, 10]", "10", "13: sensors[1].elevations_deg: found 10; accepted is {from: -90 to 90"),
+        (
+            "name: rear",
+            "name: front",
+            "9: sensors[1].name: found 'front', already used in line 5; names must be unique",
+        ),
+        ("name: rear", 'name: "front"', "9: sensors[1].name: found 'front', already used in line 5"),
+        ("name: rear", "name: 7", "9: sensors[1].name: found 7; accepted is a text of 1 to 200 characters"),
+        ("name: rear", "name: ''", '9: sensors[1].name: found ""; accepted is a text of 1 to 200 characters'),
+        (
+            "  - name: rear\n    kind: lidar",
+            "  - kind: lidar",
+            "9: sensors[1].name: missing; accepted is a text",
+        ),
+        (
+            "kind: lidar\n    position: [1",
+            "kind: radar\n    position: [1",
+            "10: sensors[1].kind: found radar; accepted is lidar or camera",
+        ),
+        (
+            "    kind: lidar\n    position: [1",
+            "    position: [1",
+            "9: sensors[1].kind: missing; accepted is lidar or camera",
+        ),
+        (
+            "    position: [1",
+            "    positon: [1",
+            "11: sensors[1].positon: unknown field; did you mean 'position'? accepted are",
+        ),
+        ("length: 4.6", "length: 0", "3: vehicle.length: found 0; accepted is metres above 0, at most 100"),
+        ("length: 4.6", "lenght: 4", "3: vehicle.lenght: unknown field; did you mean 'length'?"),
+        (
+            "{body: sedan, length: 4.6}",
+            "sedan",
+            "3: vehicle: found sedan; accepted is a mapping with body, length",
+        ),
+        ("name: test", "name: [a]", "2: name: found [a]; accepted is a text of 1 to 200 characters"),
+        (
+            "name: test",
+            "names: test",
+            "2: names: unknown field; did you mean 'name'? accepted are riglens, name",
+        ),
+        ("name: test", "name: te: st", "2: not valid YAML: mapping values are not allowed here"),
+        ("name: test", "name: &a test", "2: anchors and aliases (& and *) are not accepted"),
+        ("name: test", "name: *a", "2: anchors and aliases (& and *) are not accepted"),
+        (
+            "name: test",
+            "name: !!python/name:os.system x",
+            "2: tags are not accepted, found tag:yaml.org,2002:python/name",
+        ),
+        ("name: test", "name: \a", "2: not valid YAML: special characters are not allowed"),
+        ("name: test", "name: " + "x" * 300, "2: name: found xxxxxxxxxxxxxxxxxxxxxxxxxxxxxxx"),
+        (
+            "riglens: 1",
+            "riglens: 2",
+            "1: riglens: found format version 2, newer than this program reads; accepted is 1",
+        ),
+        ("riglens: 1", "riglens: 0", "1: riglens: found 0; accepted is the format version 1"),
+        ("riglens: 1", "riglens: true", "1: riglens: found true; accepted is the format version 1"),
+        ("riglens: 1", "riglens: 1.0", "1: riglens: found 1.0; accepted is the format version 1"),
+        ("riglens: 1", "riglens: " + "1" * 5000, "1: riglens: found 1111111111"),
+        ("riglens: 1\n", "", "1: riglens: missing; accepted is 'riglens: 1'"),
+    ],
+)
+def test_a_broken_rig_is_refused(old: str, new: str, expected: str) -> None:
+    assert LIDAR.count(old) >= 1
+    assert complaint(LIDAR.replace(old, new, 1)).startswith(expected)
+
+
+@pytest.mark.parametrize(
+    ("line", "expected"),
+    [
+        ("hfov_deg: 70", "11: sensors[1].hfov_deg: unknown field"),
+        (
+            "model: vlp-16",
+            "11: sensors[1].model: unknown sensor model 'vlp-16'; did you mean 'velodyne-vlp-16' or",
+        ),
+        (
+            "model: paper-camera-70",
+            "11: sensors[1].model: found 'paper-camera-70', a camera, but this sensor is a lidar; `riglens library",
+        ),
+        (
+            "model: 16",
+            "11: sensors[1].model: found 16; accepted is the name of an entry of the sensor library",
+        ),
+        ("enabled: yes", "11: sensors[1].enabled: found yes; accepted is true or false"),
+        ("enabled: 1", "11: sensors[1].enabled: found 1; accepted is true or false"),
+        (
+            "rpy_deg: [0, 0, .nan]",
+            "11: sensors[1].rpy_deg: found [0, 0, .nan]; accepted is [roll, pitch, yaw] in degrees",
+        ),
+        (
+            "range_m: [5, 2]",
+            "11: sensors[1].range_m: range_m must be [min, max] with 0 <= min < max, found [5.0, 2.0]",
+        ),
+        ("range_m: [-1, 2]", "11: sensors[1].range_m: found [-1, 2]; accepted is [min, max] in metres"),
+        (
+            "azimuth_offsets_deg: [1, 2]",
+            "11: sensors[1].azimuth_offsets_deg: azimuth_offsets_deg must hold one offset per beam, 3, found 2",
+        ),
+        (
+            "azimuth_offsets_deg: [1, .inf, 2]",
+            "11: sensors[1].azimuth_offsets_deg: found [1, .inf, 2]; accepted is a list of degrees, one per beam",
+        ),
+        ("range_m: [0, .nan]", "11: sensors[1].range_m: found [0, .nan]; accepted is [min, max] in metres"),
+        ("kind: lidar", "11: key kind is given twice, first in line 10"),
+    ],
+)
+def test_a_broken_field_of_a_sensor_is_refused(line: str, expected: str) -> None:
+    assert complaint(LIDAR.replace("    position: [1", f"    {line}\n    position: [1")).startswith(expected)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "expected"),
+    [
+        (
+            "hfov_deg: 70",
+            "hfov_deg: 70\n    distortion: {model: kannala_brandt}",
+            "7: sensors[0].distortion: distortion needs the lens as fx, fy, cx, cy in pixels, not as hfov_deg",
+        ),
+        (
+            "hfov_deg: 70",
+            "distortion: {model: brown_conrady, k7: 1}",
+            "6: sensors[0].distortion.k7: unknown field; accepted are model, k1, k2, p1",
+        ),
+        (
+            "hfov_deg: 70",
+            "distortion: {model: fish, k1: 1}",
+            "6: sensors[0].distortion: found {model: fish, k1: 1}; accepted is {model: brown_conrady, k1,",
+        ),
+        (
+            "hfov_deg: 70",
+            "distortion: {k1: 1}",
+            "6: sensors[0].distortion: found {k1: 1}; accepted is {model: brown_conrady, k1,",
+        ),
+        (
+            "hfov_deg: 70",
+            "distortion: {model: kannala_brandt, k1: .nan}",
+            "6: sensors[0].distortion.k1: found .nan; accepted is a number, -1e9 to 1e9",
+        ),
+        (
+            "hfov_deg: 70",
+            "distortion: 3",
+            "6: sensors[0].distortion: found 3; accepted is {model: brown_conrady, k1,",
+        ),
+        (
+            "hfov_deg: 70",
+            "hfov_deg: -70",
+            "6: sensors[0].hfov_deg: found -70; accepted is degrees above 0 and below 180",
+        ),
+        ("hfov_deg: 70", "hfov_deg: 0", "6: sensors[0].hfov_deg: found 0; accepted is"),
+        ("hfov_deg: 70", "hfov_deg: 180", "6: sensors[0].hfov_deg: found 180; accepted is"),
+        ("hfov_deg: 70", "hfov_deg: .nan", "6: sensors[0].hfov_deg: found .nan; accepted is"),
+        ("hfov_deg: 70", "fx: 900", "3: sensors[0]: give either hfov_deg or all of fx, fy, cx, cy"),
+        (
+            "hfov_deg: 70",
+            "hfov_deg: 70\n    fx: 900",
+            "3: sensors[0]: give either hfov_deg or all of fx, fy, cx, cy",
+        ),
+        ("    hfov_deg: 70\n", "", "3: sensors[0]: give either hfov_deg or all of fx, fy, cx, cy"),
+        (
+            "[1600, 900]",
+            "[1600, 0]",
+            "7: sensors[0].image: found [1600, 0]; accepted is [width, height] in whole pixels",
+        ),
+        (
+            "[1600, 900]",
+            "[1600.5, 900]",
+            "7: sensors[0].image: found [1600.5, 900]; accepted is [width, height]",
+        ),
+        (
+            "[1600, 900]",
+            "[1600, 900]\n    cast: [0, 1]",
+            "8: sensors[0].cast: found [0, 1]; accepted is [width, height]",
+        ),
+        (
+            "[1600, 900]",
+            "[1600, 900]\n    cast: [1601, 1]",
+            "8: sensors[0].cast: cast [1601, 1] must not exceed the image [1600, 900]",
+        ),
+    ],
+)
+def test_a_broken_camera_is_refused(old: str, new: str, expected: str) -> None:
+    assert old in CAMERA
+    assert complaint(CAMERA.replace(old, new)).startswith(expected)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("", "1: the file is empty; accepted is a mapping that starts with 'riglens: 1'"),
+        ("# nothing\n\n", "1: the file is empty"),
+        ("- a\n- b\n", "1: found [a, b]; accepted is a mapping with riglens, name, vehicle and sensors"),
+        ("42", "1: found 42; accepted is a mapping"),
+        ("riglens: 1\nsensors:\n", "2: sensors: found nothing; accepted is a list of at most 255 sensors"),
+        (
+            "riglens: 1\nsensors: {a: 1}\n",
+            "2: sensors: found {a: 1}; accepted is a list of at most 255 sensors",
+        ),
+        ("riglens: 1\nsensors:\n  - 3\n", "3: sensors[0]: found 3; accepted is a mapping with name, kind"),
+        (
+            "riglens: 1\nsensors:\n  -\n",
+            "3: sensors[0]: found nothing; accepted is a mapping with name, kind",
+        ),
+        ("riglens: 1\n---\nriglens: 1\n", "2: a second YAML document ('---') is not accepted"),
+        ("%YAML 1.1\n---\nriglens: 1\n", "2: YAML directives (%) are not accepted"),
+        ("riglens: 1\n? [a]\n: 2\n", "2: a key must be a word, found a list or a mapping"),
+        ("riglens: 1\nname: 'open\n", "3: not valid YAML: found unexpected end of stream"),
+        ("riglens: 1\nname: {a: {a: " + "{a: " * 50, "2: nested more than 12 levels deep"),
+        ("riglens: 1\n\tname: x", "2: not valid YAML: found character '\\t' that cannot start any token"),
+        ("{" * 100_000, "1: nested more than 12 levels deep"),
+    ],
+)
+def test_what_is_no_rig_at_all_is_refused(text: str, expected: str) -> None:
+    assert complaint(text).startswith(expected)
+
+
+def test_several_problems_are_counted_and_the_first_in_the_file_is_said() -> None:
+    text = LIDAR.replace("[1, 2, 3]", "[1]").replace("count: 16", "count: 0").replace("4.6", "-1")
+    assert complaint(text).startswith("3: vehicle.length: found -1;")
+    assert complaint(text).endswith("(and 2 more)")
+
+
+def test_a_wrong_number_in_a_long_list_is_shown_alone() -> None:
+    beams = ",\n      ".join(str(angle) for angle in [*range(40), 99])
+    message = complaint(LIDAR.replace("[-10, 0, 10]", f"[{beams}]"))
+    assert message.startswith("53: sensors[1].elevations_deg[40]: found 99; accepted is")
+
+
+def test_too_many_sensors_are_refused() -> None:
+    sensors = "".join(
+        f"  - {{name: s{i}, kind: camera, position: [0, 0, 1], hfov_deg: 9}}\n" for i in range(256)
+    )
+    message = complaint(f"riglens: 1\nsensors:\n{sensors}")
+    assert "sensors: found [" in message and message.endswith("accepted is a list of at most 255 sensors")
+
+
+def test_aliases_never_get_to_blow_a_file_up() -> None:
+    bomb = "a: &a [x, x]\n" + "".join(
+        f"{b}: &{b} [*{a}, *{a}]\n" for a, b in zip("abcdefgh", "bcdefghi", strict=True)
+    )
+    assert complaint(bomb).startswith("1: anchors and aliases (& and *) are not accepted")
+
+
+@given(
+    st.binary(max_size=60) | st.text(alphabet="[]{}:,-#&*!|>'\"%@` \n\tab1.~", max_size=40).map(str.encode)
+)
+def test_no_file_content_gives_anything_but_a_rig_or_one_line(
+    tmp_path_factory: pytest.TempPathFactory, content: bytes
+) -> None:
+    path = tmp_path_factory.getbasetemp() / "random.yaml"
+    path.write_bytes(b"riglens: 1\nname: " + content)
+    try:
+        load_rig(path)
+    except InputError as error:
+        assert str(error).startswith(f"{path}:") and "\n" not in str(error)
+
+
+@pytest.mark.parametrize(
+    ("content", "expected"),
+    [
+        (b"riglens: 1\nname: caf\xe9\n", ":2: not UTF-8 text, found byte 0xe9; accepted is UTF-8"),
+        ("riglens: 1\n".encode("utf-16"), ": not a text file; accepted is a rig YAML file in UTF-8"),
+        (b"\x89PNG\r\n\x1a\n\0\0", ": not a text file"),
+        (b"# " + b"x" * MAX_BYTES, ": larger than 1 MB; accepted is a rig YAML file"),
+    ],
+)
+def test_a_file_that_is_no_text_is_refused(tmp_path: Path, content: bytes, expected: str) -> None:
+    path = tmp_path / "rig.yaml"
+    path.write_bytes(content)
+    with pytest.raises(InputError) as caught:
+        load_rig(path)
+    assert str(caught.value).startswith(f"{path}{expected}")
+
+
+def test_a_missing_file_and_a_folder_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"nowhere\.yaml: no such file$"):
+        load_rig(tmp_path / "nowhere.yaml")
+    with pytest.raises(InputError, match="this is a folder; accepted is a rig YAML file"):
+        load_rig(tmp_path)
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may read everything")
+def test_an_unreadable_file_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "rig.yaml"
+    path.write_text(LIDAR)
+    path.chmod(0)
+    with pytest.raises(InputError, match="cannot be read: Permission denied"):
+        load_rig(path)
