@@ -13,7 +13,7 @@ from riglens.core.engine.engine import Evaluation
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import MetricSettings, Reading
 from riglens.core.scene.boxes import CLASSES, DataReport
-from riglens.core.study.table1 import MEASURES, Measure, Row, Table1
+from riglens.core.study.table1 import MEASURES, Measure, Table1, Table1Row
 
 EXPLANATION: dict[Reading, str] = {
     "covered": "S-MIG = minus the entropy that is seen, so S-MS falls as a rig sees more; "
@@ -107,7 +107,7 @@ def table1_figures(table: Table1) -> Table:
     return shown
 
 
-def _beside(row: Row, measure: Measure) -> Iterable[str]:
+def _beside(row: Table1Row, measure: Measure) -> Iterable[str]:
     for name in CLASSES:
         yield thousands(row.ours[name].of(measure), 2)
         yield thousands(row.published[name].of(measure), 2)

@@ -13,18 +13,31 @@ from riglens.app.commands.console import note, progress_bar, results
 from riglens.app.commands.jobs import load_with_progress, rig_called
 from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.evaluation.scenario import load_field
-from riglens.app.studies.chart import PICTURES, chart, picture
+from riglens.app.studies.accuracy_chart import PICTURES, chart, picture
+from riglens.app.studies.accuracy_text import (
+    accuracy_csv,
+    caption,
+    edge_text,
+    percent,
+    point_text,
+    verdicts,
+)
+from riglens.app.studies.files import require_folder, write_text
 from riglens.core.errors import InputError
-from riglens.core.files import atomic_write, require_writable
+from riglens.core.files import atomic_write
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.scene.boxes import CLASSES
-from riglens.core.study.accuracy import require_sensors, study_accuracy
-from riglens.core.study.accuracy_points import Plan, Point, Study
-from riglens.core.study.accuracy_text import caption, edge_text, percent, point_text, verdicts
+from riglens.core.study.accuracy import (
+    AccuracyPlan,
+    AccuracyStudy,
+    Point,
+    require_sensors,
+    study_accuracy,
+)
 
 OTHER_EDGES = (0.5, 2.0, 4.0)
 """Voxel edges measured as well, as multiples of the one asked for; the first is the reference of S-MS."""
-QUICK = Plan(repetitions=1, lattices=("1/2", "1/4"))
+QUICK = AccuracyPlan(repetitions=1, lattices=("1/2", "1/4"))
 FILES = (*(f"accuracy.{file_format}" for file_format in PICTURES), "accuracy.csv")
 
 
@@ -32,8 +45,10 @@ def study(rig_name: str, scene: SceneOptions, score: ScoreOptions, folder: Path,
     """Measure time and error of all methods and settings for one rig, and write the results into a folder."""
     rig = rig_called(rig_name)
     require_sensors(rig)
-    _require_folder(folder)
-    plan = replace(QUICK if quick else Plan(), threads=score.threads, camera_weight=score.camera_weight)
+    require_folder(folder, FILES)
+    plan = replace(
+        QUICK if quick else AccuracyPlan(), threads=score.threads, camera_weight=score.camera_weight
+    )
     _, field = load_with_progress(scene)
     edges = OTHER_EDGES[1:] if quick else OTHER_EDGES
     fields = {field.grid.voxel_m: field, **_other_fields(scene, field.grid.voxel_m, edges)}
@@ -41,16 +56,6 @@ def study(rig_name: str, scene: SceneOptions, score: ScoreOptions, folder: Path,
         found = study_accuracy(fields, field.grid.voxel_m, rig, plan, progress)
     _write(found, field.data.short_source, folder)
     _print(found, field.data.short_source, folder)
-
-
-def _require_folder(folder: Path) -> None:
-    """Make the folder if there is none; InputError when the files cannot be written there."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"--out {folder}: cannot be made a folder: {error.strerror}") from error
-    for name in FILES:
-        require_writable(folder / name)
 
 
 def _other_fields(scene: SceneOptions, voxel_m: float, edges: tuple[float, ...]) -> dict[float, EntropyField]:
@@ -69,16 +74,15 @@ def _other_fields(scene: SceneOptions, voxel_m: float, edges: tuple[float, ...])
     return fields
 
 
-def _write(found: Study, source: str, folder: Path) -> None:
-    with atomic_write(folder / "accuracy.csv", "w") as text:
-        text.write(found.to_csv())
+def _write(found: AccuracyStudy, source: str, folder: Path) -> None:
+    write_text(folder / "accuracy.csv", accuracy_csv(found))
     figure = chart(found, source)
     for file_format in PICTURES:
         with atomic_write(folder / f"accuracy.{file_format}") as stream:
             stream.write(picture(figure, file_format))
 
 
-def _print(found: Study, source: str, folder: Path) -> None:
+def _print(found: AccuracyStudy, source: str, folder: Path) -> None:
     console = results()
     console.print(accuracy_table(found))
     for line in (*verdicts(found), "", caption(found, source)):
@@ -86,7 +90,7 @@ def _print(found: Study, source: str, folder: Path) -> None:
     console.print(f"{', '.join(FILES)} in {folder}", soft_wrap=True, markup=False)
 
 
-def accuracy_table(found: Study) -> Table:
+def accuracy_table(found: AccuracyStudy) -> Table:
     """All points, the fastest last per kind; ● marks the Pareto fronts."""
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     table.add_column("method and setting", no_wrap=True)

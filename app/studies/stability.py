@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,20 +14,30 @@ from riglens.app.commands.console import note, progress_bar, results
 from riglens.app.commands.jobs import load_with_progress
 from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.evaluation.scenario import load_field, source_of
-from riglens.app.studies.stability_findings import conclusion, findings, methods_verdict
-from riglens.app.studies.stability_html import page
+from riglens.app.studies.accuracy_text import edge_text
+from riglens.app.studies.files import require_folder, write_text
+from riglens.app.studies.stability_files import methods_csv, metric_csv, page
+from riglens.app.studies.stability_text import (
+    READING_THE_TABLE,
+    TITLES,
+    Cell,
+    Line,
+    caption,
+    conclusion,
+    findings,
+    lines,
+    methods_verdict,
+)
 from riglens.core.errors import InputError
-from riglens.core.files import atomic_write, require_writable
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.scene.boxes import CLASSES, Progress
-from riglens.core.study.accuracy_text import edge_text
-from riglens.core.study.rankings import RayLattice
-from riglens.core.study.stability import EDITS, QUICK_EDITS, StabilityStudy, method_rows
-from riglens.core.study.stability_methods import METHODS, TITLES, Outcome, Row
-from riglens.core.study.stability_metric import Plan, study_metric
-from riglens.core.study.stability_text import READING_THE_TABLE, Cell, Line, caption, lines
+from riglens.core.study.stability_checks import EDITS, QUICK_EDITS, method_rows
+from riglens.core.study.stability_methods import METHODS, MethodRow, Outcome
+from riglens.core.study.stability_metric import MetricStudy, RayLattice, StabilityPlan, study_metric
 
-QUICK = Plan(edge_factors=(4.0, 2.0), lattices=(RayLattice((176, 64)), RayLattice((704, 256))), resamples=5)
+QUICK = StabilityPlan(
+    edge_factors=(4.0, 2.0), lattices=(RayLattice((176, 64)), RayLattice((704, 256))), resamples=5
+)
 FILES = ("stability.html", "stability-methods.csv", "stability-metric.csv")
 STYLES = {"ok": "green", "fails": "bold red", "n.a.": "dim"}
 WORDS = {"ok": "holds", "fails": "fails", "n.a.": "n.a."}
@@ -37,10 +47,10 @@ def study(scene: SceneOptions, score: ScoreOptions, folder: Path, quick: bool, e
     """Run both parts of the study and write the results into a folder."""
     if edits is not None and edits < 1:
         raise InputError(f"--edits: found {edits}, accepted is a whole number from 1 up")
-    _require_folder(folder)
+    require_folder(folder, FILES)
     field = load_with_progress(scene)[1]
     plan = replace(
-        QUICK if quick else Plan(),
+        QUICK if quick else StabilityPlan(),
         voxel_m=field.grid.voxel_m,
         camera_weight=score.camera_weight,
         threads=score.threads,
@@ -52,19 +62,8 @@ def study(scene: SceneOptions, score: ScoreOptions, folder: Path, quick: bool, e
     source = None if scene.pog is not None else source_of(scene)
     with progress_bar("Ranking the paper's rigs") as progress:
         metric = study_metric(field, _grids(scene), source, plan, progress)
-    found = StabilityStudy(rows, metric)
-    _write(found, field.data.short_source, folder)
-    _print(found, field.data.short_source, folder)
-
-
-def _require_folder(folder: Path) -> None:
-    """Make the folder if there is none; InputError when the files cannot be written there."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"--out {folder}: cannot be made a folder: {error.strerror}") from error
-    for name in FILES:
-        require_writable(folder / name)
+    _write(rows, metric, field.data.short_source, folder)
+    _print(rows, metric, field.data.short_source, folder)
 
 
 def _grids(scene: SceneOptions) -> Callable[[float, Progress], EntropyField | None]:
@@ -82,42 +81,41 @@ def _grids(scene: SceneOptions) -> Callable[[float, Progress], EntropyField | No
     return at
 
 
-def _write(found: StabilityStudy, source: str, folder: Path) -> None:
-    texts = (page(found, source), found.methods_csv(), found.metric_csv())
+def _write(rows: Sequence[MethodRow], metric: MetricStudy, source: str, folder: Path) -> None:
+    texts = (page(rows, metric, source), methods_csv(rows), metric_csv(metric))
     for name, text in zip(FILES, texts, strict=True):
-        with atomic_write(folder / name, "w") as stream:
-            stream.write(text)
+        write_text(folder / name, text)
 
 
-def _print(found: StabilityStudy, source: str, folder: Path) -> None:
+def _print(rows: Sequence[MethodRow], metric: MetricStudy, source: str, folder: Path) -> None:
     console = results()
 
     def say(*sentences: str) -> None:
         for sentence in sentences:
             console.print(sentence, markup=False)
 
-    console.print(methods_table(found.rows))
+    console.print(methods_table(rows))
     say(
         "plain way: DDA in doubles, voxel by voxel; without rays, what one would write without thinking twice"
     )
-    say(*methods_verdict(found.rows), "", caption(found.metric, source))
-    console.print(orders_table(lines(found.metric)))
+    say(*methods_verdict(rows), "", caption(metric, source))
+    console.print(orders_table(lines(metric)))
     say(READING_THE_TABLE, "")
-    console.print(findings_table(found))
-    say("", *conclusion(found.metric))
+    console.print(findings_table(metric))
+    say("", *conclusion(metric))
     console.print(f"{', '.join(FILES)} in {folder}", soft_wrap=True, markup=False)
 
 
-def findings_table(found: StabilityStudy) -> Table:
+def findings_table(metric: MetricStudy) -> Table:
     """What is expected of the metric, the verdict before it."""
     table = Table.grid(padding=(0, 1))
-    for finding in findings(found.metric):
+    for finding in findings(metric):
         verdict = Text(WORDS[finding.verdict], STYLES[finding.verdict])
         table.add_row(verdict, Text.assemble((finding.claim, "bold"), f": {finding.evidence}"))
     return table
 
 
-def methods_table(rows: tuple[Row, ...]) -> Table:
+def methods_table(rows: Sequence[MethodRow]) -> Table:
     """Part 1: a case per row, what the methods did beside the right answer."""
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     table.add_column("case", no_wrap=True)

@@ -8,26 +8,26 @@ the part that the shortcut makes are added, so that no shortcut is praised for h
 
 from __future__ import annotations
 
+import statistics
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import Literal, NamedTuple
 
 import numpy as np
 
 from riglens.core.errors import InputError
 from riglens.core.kernels import jit
 from riglens.core.metric.entropy import EntropyField
-from riglens.core.metric.scores import MetricSettings
+from riglens.core.metric.scores import DEFAULT_LAMBDA, MetricSettings
 from riglens.core.rig.model import Rig
-from riglens.core.scene.boxes import Progress
+from riglens.core.scene.boxes import CLASSES, Progress
 from riglens.core.sensing.rays import is_listed
-from riglens.core.study.accuracy_errors import Contestant, points_of, with_fronts
-from riglens.core.study.accuracy_points import MethodName, Plan, Study
-from riglens.core.study.approximations import VoxelTests
-from riglens.core.study.cases import (
+from riglens.core.study.accuracy_cases import (
     Answer,
     Case,
     EngineCase,
+    LatticeName,
     PlainCase,
     VoxelCase,
     has_all_pixels,
@@ -35,17 +35,134 @@ from riglens.core.study.cases import (
     ray_count,
     with_lattice,
 )
+from riglens.core.study.simple_methods import FLAGS, VoxelTests
 
+MethodName = Literal[
+    "exact", "edit-camera", "edit-lidar", "plain", "plain-single", "bresenham", "rectangles", "centres"
+]
+REPETITIONS = 5
 SLOW_MS = 3000.0
+LATTICES: tuple[LatticeName, ...] = ("1/2", "1/4", "1/8", "all pixels")
+ROUNDING = 1e-12
+"""Relative differences below this are the rounding of doubles, not an error."""
+
+
+@dataclass(frozen=True)
+class AccuracyPlan:
+    """What is measured, and how: repetitions of each case, threads (all by default), which lattices."""
+
+    repetitions: int = REPETITIONS
+    threads: int | None = None
+    camera_weight: float = DEFAULT_LAMBDA
+    lattices: tuple[LatticeName, ...] = LATTICES
+
+
+class Wrong(NamedTuple):
+    """Missed and extra voxels as shares of the exact set, per kind of sensor and together."""
+
+    missed_camera: float
+    missed_lidar: float
+    missed: float
+    extra_camera: float
+    extra_lidar: float
+    extra: float
+
+
+@dataclass(frozen=True)
+class Point:
+    """One (method, voxel edge, ray lattice): its times and its errors.
+
+    wrong: None on other grids than the study's own, where it is 0 by definition. Per class, None where
+    H(Omega) or the reference is 0: `share` = -S-MS / H(Omega), `grid_error` and `shortcut_error` as parts of
+    the reference's share, `raw_error` = |S-MS - reference| / |reference| in nats, as it stands.
+    """
+
+    method: MethodName
+    voxel_m: float
+    lattice: LatticeName
+    rays: int
+    threads: int
+    times_ms: tuple[float, ...]
+    s_ms: dict[str, float]
+    wrong: Wrong | None
+    share: dict[str, float | None]
+    grid_error: dict[str, float | None]
+    shortcut_error: dict[str, float | None]
+    raw_error: dict[str, float | None]
+    on_voxel_front: bool = False
+    on_score_front: bool = False
+
+    @property
+    def median_ms(self) -> float:
+        """Median time."""
+        return statistics.median(self.times_ms)
+
+    @property
+    def from_scratch(self) -> bool:
+        """Whether the whole rig is cast within the time; edits are not, and stand outside the fronts."""
+        return not self.method.startswith("edit")
+
+    @property
+    def voxel_error(self) -> float | None:
+        """Missed and extra voxels together."""
+        return None if self.wrong is None else self.wrong.missed + self.wrong.extra
+
+    @property
+    def score_error(self) -> float:
+        """Error of S-MS / H(Omega) of the worst class, grid and shortcut added."""
+        pairs = zip(self.grid_error.values(), self.shortcut_error.values(), strict=True)
+        return max((grid + cut for grid, cut in pairs if grid is not None and cut is not None), default=0.0)
+
+    @property
+    def is_own(self) -> bool:
+        """Whether this is the exact engine with the rig's own rays."""
+        return self.method == "exact" and self.lattice == "own"
+
+
+@dataclass(frozen=True)
+class AccuracyStudy:
+    """All points; shortcuts are compared on the grid `voxel_m`, scores are held to the grid `finest_m`."""
+
+    rig: Rig
+    source: str
+    frames: int
+    voxel_m: float
+    finest_m: float
+    plan: AccuracyPlan
+    points: tuple[Point, ...]
+
+    @property
+    def own(self) -> Point:
+        """The point in question: exact, on the study's own grid, with the rig's own rays."""
+        return next(p for p in self.points if p.is_own and p.voxel_m == self.voxel_m)
+
+    @property
+    def finest(self) -> Point:
+        """The reference of the scores."""
+        return next(p for p in self.points if p.is_own and p.voxel_m == self.finest_m)
+
+
+class Contestant(NamedTuple):
+    """A method on a grid with a ray lattice, and the case that does it."""
+
+    method: MethodName
+    lattice: LatticeName
+    rays: int
+    threads: int
+    field: EntropyField
+    case: Case
+
+
+# ---------------------------------------------------------------- measuring
 
 
 def study_accuracy(
     fields: Mapping[float, EntropyField],
     voxel_m: float,
     rig: Rig,
-    plan: Plan = Plan(),
+    plan: AccuracyPlan = AccuracyPlan(),
     progress: Progress | None = None,
-) -> Study:
+) -> AccuracyStudy:
     """Measure every contestant on the grid `voxel_m` and the exact engine on the other grids of `fields`.
 
     Repetitions alternate between the contestants after one warm-up round; who takes longer than SLOW_MS runs
@@ -56,7 +173,7 @@ def study_accuracy(
     answers, times = _timed(entrants, plan.repetitions, progress)
     points = points_of(entrants, answers, times, voxel_m, min(fields))
     data = fields[voxel_m].data
-    return Study(rig, data.source, data.frames, voxel_m, min(fields), plan, with_fronts(points))
+    return AccuracyStudy(rig, data.source, data.frames, voxel_m, min(fields), plan, with_fronts(points))
 
 
 def require_sensors(rig: Rig) -> None:
@@ -72,7 +189,7 @@ def require_sensors(rig: Rig) -> None:
 
 
 def _contestants(
-    fields: Mapping[float, EntropyField], voxel_m: float, rig: Rig, plan: Plan
+    fields: Mapping[float, EntropyField], voxel_m: float, rig: Rig, plan: AccuracyPlan
 ) -> list[Contestant]:
     """The rig's own exact score first, then methods, lattices and other grids."""
     field, workers = fields[voxel_m], jit.use_threads(plan.threads)
@@ -103,7 +220,7 @@ def _contestants(
 
 
 def _edits(
-    field: EntropyField, rig: Rig, settings: MetricSettings, plan: Plan
+    field: EntropyField, rig: Rig, settings: MetricSettings, plan: AccuracyPlan
 ) -> list[tuple[MethodName, Case]]:
     """The exact engine after a move of the first camera, and of the first LiDAR."""
     edits: list[tuple[MethodName, Case]] = []
@@ -139,3 +256,105 @@ def _timed(
             if progress is not None:
                 progress((repetition * len(entrants) + number + 1) / ((repetitions + 1) * len(entrants)))
     return answers, times
+
+
+# ---------------------------------------------------------------- errors and Pareto fronts
+
+
+def points_of(
+    entrants: Sequence[Contestant],
+    answers: Sequence[Answer],
+    times: Sequence[Sequence[float]],
+    voxel_m: float,
+    finest_m: float,
+) -> list[Point]:
+    """A point per contestant: its times, and its errors against the exact answers among them."""
+    exact = {
+        entrant.field.grid.voxel_m: (entrant.field, answer)
+        for entrant, answer in zip(entrants, answers, strict=True)
+        if entrant.method == "exact" and entrant.lattice == "own"
+    }
+    own, reference = exact[voxel_m][1], exact[finest_m]
+    points = []
+    for entrant, answer, ms in zip(entrants, answers, times, strict=True):
+        edge_m = entrant.field.grid.voxel_m
+        errors = [
+            _score_errors((entrant.field, answer), exact[edge_m], reference, c) for c in range(len(CLASSES))
+        ]
+        points.append(
+            Point(
+                method=entrant.method,
+                voxel_m=edge_m,
+                lattice=entrant.lattice,
+                rays=entrant.rays,
+                threads=entrant.threads,
+                times_ms=tuple(ms),
+                s_ms=dict(zip(CLASSES, answer.s_ms, strict=True)),
+                wrong=wrong_voxels(own.seen, answer.seen) if edge_m == voxel_m else None,
+                share=dict(zip(CLASSES, (error[0] for error in errors), strict=True)),
+                grid_error=dict(zip(CLASSES, (error[1] for error in errors), strict=True)),
+                shortcut_error=dict(zip(CLASSES, (error[2] for error in errors), strict=True)),
+                raw_error=dict(zip(CLASSES, (error[3] for error in errors), strict=True)),
+            )
+        )
+    return points
+
+
+_Scored = tuple[EntropyField, Answer]
+_Errors = tuple[float | None, float | None, float | None, float | None]
+
+
+def _score_errors(mine: _Scored, exact: _Scored, reference: _Scored, cls: int) -> _Errors:
+    """Share, grid error, shortcut error and raw error of one class."""
+    share, exact_share, finest_share = (_share(scored, cls) for scored in (mine, exact, reference))
+    if share is None or exact_share is None or not finest_share:
+        return share, None, None, None
+    in_nats = reference[1].s_ms[cls]
+    raw = abs(mine[1].s_ms[cls] - in_nats) / abs(in_nats)
+    grid, shortcut = abs(exact_share - finest_share), abs(share - exact_share)
+    return share, _beyond_rounding(grid / finest_share), _beyond_rounding(shortcut / finest_share), raw
+
+
+def _beyond_rounding(error: float) -> float:
+    return error if error > ROUNDING else 0.0
+
+
+def _share(scored: _Scored, cls: int) -> float | None:
+    """-S-MS / H(Omega); None without any entropy."""
+    field, answer = scored
+    total = field.h_total_nat(cls)
+    return -answer.s_ms[cls] / total if total else None
+
+
+def wrong_voxels(exact: np.ndarray, found: np.ndarray) -> Wrong:
+    """Missed and extra voxels of a cover (n,), bits as in FLAGS; shares of the exact ones (0 without any)."""
+    counts = []
+    for flag in FLAGS.values():
+        right, mine = (exact & flag) != 0, (found & flag) != 0
+        counts.append((int((right & ~mine).sum()), int((mine & ~right).sum()), int(right.sum())))
+    (missed_c, extra_c, all_c), (missed_l, extra_l, all_l) = counts
+    both = max(all_c + all_l, 1)
+    missed = missed_c / max(all_c, 1), missed_l / max(all_l, 1), (missed_c + missed_l) / both
+    return Wrong(*missed, extra_c / max(all_c, 1), extra_l / max(all_l, 1), (extra_c + extra_l) / both)
+
+
+def pareto_front(costs: Sequence[tuple[float, float]]) -> list[bool]:
+    """Whether no other pair is at most as large in both and smaller in one, per pair."""
+    return [not any(_dominates(other, mine) for other in costs) for mine in costs]
+
+
+def _dominates(other: tuple[float, float], mine: tuple[float, float]) -> bool:
+    return other[0] <= mine[0] and other[1] <= mine[1] and other != mine
+
+
+def with_fronts(points: Sequence[Point]) -> tuple[Point, ...]:
+    """The points with the Pareto fronts marked, among those that cast the whole rig."""
+    voxel = [p for p in points if p.from_scratch and p.voxel_error is not None]
+    score = [p for p in points if p.from_scratch]
+    on_voxel = pareto_front([(p.median_ms, p.voxel_error or 0.0) for p in voxel])
+    on_score = pareto_front([(p.median_ms, p.score_error) for p in score])
+    voxel_front = {id(p) for p, on in zip(voxel, on_voxel, strict=True) if on}
+    score_front = {id(p) for p, on in zip(score, on_score, strict=True) if on}
+    return tuple(
+        replace(p, on_voxel_front=id(p) in voxel_front, on_score_front=id(p) in score_front) for p in points
+    )

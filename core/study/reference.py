@@ -15,7 +15,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.rig.model import Camera, Lidar
+from riglens.core.rig.model import Sensor
 from riglens.core.scene.boxes import Progress
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.sensing.rays import sensor_rays
@@ -31,7 +31,7 @@ SMALLEST = 1e-100
 """Components between 0 and this could underflow on the way; their rays are done in rational numbers."""
 
 
-def exact_cover(grid: VoxelGrid, sensors: Iterable[Lidar | Camera], progress: Progress | None = None) -> Mask:
+def exact_cover(grid: VoxelGrid, sensors: Iterable[Sensor], progress: Progress | None = None) -> Mask:
     """Voxels (nx, ny, nz) in which at least one ray of the sensors runs over a positive length."""
     seen = np.zeros(grid.shape, np.bool_)
     every = list(sensors)

@@ -1,7 +1,13 @@
-"""The cases of the stability study that concern the whole evaluation: threads, edits, entropies, symmetry."""
+"""The cases of the stability study that concern the whole evaluation, and the run over all of its cases.
+
+Threads, edits, entropies, symmetry. As a program, this module prints a hash of everything that the engine says,
+once per number of threads named on the command line: the number of threads that a process may start is fixed
+when Numba starts.
+"""
 
 from __future__ import annotations
 
+import hashlib
 import os
 import subprocess
 import sys
@@ -14,26 +20,28 @@ from numpy.typing import NDArray
 from riglens.core.engine.engine import Engine
 from riglens.core.errors import InputError
 from riglens.core.metric.entropy import QUANTA_PER_NAT, EntropyField
-from riglens.core.metric.scores import Scores
-from riglens.core.rig.model import Lidar, Rig
-from riglens.core.scene.boxes import CLASSES, DataReport
+from riglens.core.metric.scores import METHODS, READINGS, MetricSettings, Scores
+from riglens.core.rig.model import Lidar, Rig, Sensor
+from riglens.core.scene.boxes import CLASSES, DataReport, Progress
 from riglens.core.scene.columns import VoxelIndex, pack
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.pog import Pog
 from riglens.core.study.reference import Mask, exact_cover
-from riglens.core.study.stability_edits import field_of, random_counts
+from riglens.core.study.stability_cases import OPEN_ROAD, UNIT, RayCase, camera, ray_cases, spinning
+from riglens.core.study.stability_edits import field_of, random_counts, random_edits
 from riglens.core.study.stability_methods import (
     NOT_APPLICABLE,
     MethodName,
+    MethodRow,
     Outcome,
-    Row,
     engine_cover,
     full_field,
+    judged,
     plain_cover,
     rig_of,
 )
-from riglens.core.study.stability_sensors import UNIT, Sensor, camera, spinning
 
+EDITS, QUICK_EDITS = 1000, 100
 THREADS = (1, 2, 8)
 SEED = 7
 HALF_QUANTUM_NAT = 0.5 / QUANTA_PER_NAT
@@ -43,7 +51,43 @@ GENERIC: tuple[Sensor, ...] = (
 )
 
 
-def check_rows(threads: int | None = None) -> Iterator[Callable[[], Row]]:
+Job = Callable[[Progress], MethodRow]
+
+
+def method_rows(
+    quick: bool = False, edits: int = EDITS, threads: int | None = None, progress: Progress | None = None
+) -> tuple[MethodRow, ...]:
+    """Run every case of part 1; `progress` gets the fraction done."""
+    jobs = [*_jobs(quick, edits, threads)]
+    rows = []
+    for number, job in enumerate(jobs):
+
+        def part(fraction: float, done: int = number) -> None:
+            if progress is not None:
+                progress((done + fraction) / len(jobs))
+
+        rows.append(job(part))
+        part(1.0)
+    return tuple(rows)
+
+
+def _jobs(quick: bool, edits: int, threads: int | None) -> Iterator[Job]:
+    for case in ray_cases(quick):
+        yield _judging(case, threads)
+    for check in check_rows(threads):
+        yield _checking(check)
+    yield lambda progress: random_edits(edits, progress)
+
+
+def _judging(case: RayCase, threads: int | None) -> Job:
+    return lambda progress: judged(case, threads, progress)
+
+
+def _checking(check: Callable[[], MethodRow]) -> Job:
+    return lambda _: check()
+
+
+def check_rows(threads: int | None = None) -> Iterator[Callable[[], MethodRow]]:
     """The checks one by one, in the order of the table, without the random edits."""
     yield refused_grid
     yield same_on_all_threads
@@ -54,13 +98,13 @@ def check_rows(threads: int | None = None) -> Iterator[Callable[[], Row]]:
     yield lambda: mirrored_twin(threads)
 
 
-def _row(case: str, why: str, exact: str, fast: Outcome, **others: Outcome) -> Row:
+def _row(case: str, why: str, exact: str, fast: Outcome, **others: Outcome) -> MethodRow:
     outcomes: dict[MethodName, Outcome] = {
         "fast": fast,
         "plain": others.get("plain", NOT_APPLICABLE),
         "bresenham": others.get("bresenham", NOT_APPLICABLE),
     }
-    return Row(case, why, exact, outcomes)
+    return MethodRow(case, why, exact, outcomes)
 
 
 def _ok_if(good: bool, right: str, wrong: str) -> Outcome:
@@ -70,7 +114,7 @@ def _ok_if(good: bool, right: str, wrong: str) -> Outcome:
 # ---------------------------------------------------------------- settings
 
 
-def refused_grid() -> Row:
+def refused_grid() -> MethodRow:
     """An edge that does not divide the ROI: nobody may round the ROI in silence."""
     try:
         VoxelGrid(0.35)
@@ -91,10 +135,10 @@ def refused_grid() -> Row:
 # ---------------------------------------------------------------- threads
 
 
-def same_on_all_threads() -> Row:
+def same_on_all_threads() -> MethodRow:
     """The answers of 1, 2 and 8 threads, from a process that may start that many."""
     environment = {**os.environ, "NUMBA_NUM_THREADS": str(max(THREADS))}
-    command = [sys.executable, "-m", "riglens.core.study.stability_threads", *map(str, THREADS)]
+    command = [sys.executable, "-m", "riglens.core.study.stability_checks", *map(str, THREADS)]
     done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
     digests = done.stdout.split()
     different = len(set(digests)) - 1
@@ -107,6 +151,24 @@ def same_on_all_threads() -> Row:
         fast,
         plain=Outcome("n.a.", "one thread"),
     )
+
+
+def digest(threads: int) -> str:
+    """SHA-256 over scores and covered voxels of some rigs by all methods and readings."""
+    field = field_of(OPEN_ROAD, random_counts(OPEN_ROAD, np.random.default_rng(1)))
+    upright = (spinning((0.3, 0.2, 2.17)), camera((1.1, -0.6, 1.8), (0.0, 0.0, 40.0), (352, 128)))
+    tilted = (spinning((-0.4, 0.6, 2.2), (16.0, 3.0, 0.0)), camera((0.0, 0.5, 1.8), (1.0, 9.0, 200.0)))
+    engine, everything = Engine(field, threads), hashlib.sha256()
+    for rig in (rig_of(upright), rig_of((*upright, *tilted)), rig_of(tilted)):
+        for settings in (MetricSettings(method, reading) for method in METHODS for reading in READINGS):
+            found = engine.evaluate(rig, settings)
+            assert found is not None  # nothing abandons it
+            if found.threads != threads:
+                raise RuntimeError(f"{found.threads} threads used, {threads} asked for")
+            everything.update(repr(found.scores).encode())
+            everything.update(found.seen_camera.tobytes())
+            everything.update(found.seen_lidar.tobytes())
+    return everything.hexdigest()
 
 
 # ---------------------------------------------------------------- probabilities
@@ -130,7 +192,7 @@ def entropy_nat(count: int, frames: int) -> Decimal:
         return -(p * p.ln()) - q * q.ln()
 
 
-def extreme_probabilities() -> Row:
+def extreme_probabilities() -> MethodRow:
     """p from 10^-7 to 1 - 10^-7, T = 10^7."""
     frames = 10**7
     counts = np.array([1, 2, 5, 100, 12_345, 5_000_000, 9_999_900, 9_999_998, 9_999_999, frames])
@@ -152,7 +214,7 @@ def extreme_probabilities() -> Row:
     )
 
 
-def one_frame() -> Row:
+def one_frame() -> MethodRow:
     """T = 1: every voxel is always or never occupied, so there is no entropy, and no NaN either."""
     grid = UNIT
     counts = np.zeros(grid.shape, np.int64)
@@ -178,7 +240,7 @@ def one_frame() -> Row:
 # ---------------------------------------------------------------- rigs
 
 
-def no_sensors(threads: int | None) -> Row:
+def no_sensors(threads: int | None) -> MethodRow:
     """A rig without sensors sees nothing."""
     found = Engine(full_field(UNIT), threads).evaluate(Rig(name="empty"))
     assert found is not None
@@ -188,7 +250,7 @@ def no_sensors(threads: int | None) -> Row:
     return _row("an empty rig", "nothing to loop over", "0 voxels", fast)
 
 
-def identical_sensors(threads: int | None) -> Row:
+def identical_sensors(threads: int | None) -> MethodRow:
     """A sensor beside its own copy covers what it covers alone, also when the copy is gone again."""
     field, exact = full_field(UNIT), exact_cover(UNIT, GENERIC)
     alone, twice = rig_of(GENERIC), rig_of((*GENERIC, *GENERIC))
@@ -217,7 +279,7 @@ def mirrored(sensor: Sensor) -> Sensor:
     return image
 
 
-def mirrored_twin(threads: int | None) -> Row:
+def mirrored_twin(threads: int | None) -> MethodRow:
     """A scene, a rig and the mirror images of both: the same scores, and covers that mirror each other."""
     counts, images = random_counts(UNIT, np.random.default_rng(SEED)), tuple(map(mirrored, GENERIC))
     scenes = field_of(UNIT, counts), field_of(UNIT, counts[:, ::-1])
@@ -246,3 +308,8 @@ def _scores(field: EntropyField, rig: Rig, threads: int | None) -> Scores:
     found = Engine(field, threads).evaluate(rig)
     assert found is not None  # nothing abandons it
     return found.scores
+
+
+if __name__ == "__main__":
+    for count in sys.argv[1:]:
+        print(digest(int(count)))

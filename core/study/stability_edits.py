@@ -8,13 +8,13 @@ from numpy.typing import NDArray
 from riglens.core.engine.engine import Engine, Evaluation
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import METHODS, READINGS, MetricSettings
-from riglens.core.rig.model import Rig
+from riglens.core.rig.model import Rig, Sensor
 from riglens.core.scene.boxes import CLASSES, DataReport, Progress
 from riglens.core.scene.columns import VoxelIndex, pack, unpack
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.pog import Pog
-from riglens.core.study.stability_methods import NOT_APPLICABLE, Outcome, Row
-from riglens.core.study.stability_sensors import Sensor, camera, spinning
+from riglens.core.study.stability_cases import camera, spinning
+from riglens.core.study.stability_methods import NOT_APPLICABLE, MethodRow, Outcome
 
 Counts = NDArray[np.int64]
 GRID = VoxelGrid(0.5, (5.0, 4.5, 3.0))
@@ -137,7 +137,7 @@ def _same(one: Evaluation, other: Evaluation) -> bool:
     return seen and one.scores == other.scores
 
 
-def random_edits(edits: int, progress: Progress | None = None) -> Row:
+def random_edits(edits: int, progress: Progress | None = None) -> MethodRow:
     """Make random edits; after each one the engine's answer is compared with that of a fresh engine.
 
     On one thread: the grid is tiny, and that threads change nothing is a case of its own.
@@ -159,7 +159,7 @@ def random_edits(edits: int, progress: Progress | None = None) -> Row:
             progress((edit + 1) / edits)
     fast = Outcome("fails", f"{different:,} differ") if different else Outcome("ok", "bit-identical")
     plain = Outcome("fails", f"{drifted:,} differ") if drifted else Outcome("ok", "identical")
-    return Row(
+    return MethodRow(
         f"{edits:,} random edits",
         "add, remove, switch, move, copy, reorder, undo: what is carried along must not drift "
         "(the simple way: a running sum of doubles)",

@@ -11,19 +11,17 @@ from riglens.core.engine.engine import Engine
 from riglens.core.kernels import plain
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Method, MetricSettings
-from riglens.core.rig.model import Rig
+from riglens.core.rig.model import Rig, Sensor
 from riglens.core.scene.boxes import CLASSES, DataReport, Progress
 from riglens.core.scene.columns import VoxelIndex, pack, unpack
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.pog import Pog
-from riglens.core.study.plain import grid_rays
 from riglens.core.study.reference import Mask, exact_cover
+from riglens.core.study.simple_methods import grid_rays
 from riglens.core.study.stability_cases import RayCase
-from riglens.core.study.stability_sensors import Sensor
 
 MethodName = Literal["fast", "plain", "bresenham"]
 METHODS: tuple[MethodName, ...] = ("fast", "plain", "bresenham")
-TITLES: dict[MethodName, str] = {"fast": "fast engine", "plain": "plain way", "bresenham": "Bresenham"}
 Verdict = Literal["ok", "fails", "n.a."]
 
 
@@ -42,7 +40,7 @@ NOT_APPLICABLE = Outcome("n.a.", "n.a.")
 
 
 @dataclass(frozen=True)
-class Row:
+class MethodRow:
     """One case: why it breaks simple methods, the right answer, what the methods said, rays cast."""
 
     case: str
@@ -92,7 +90,7 @@ def compared(found: Mask, exact: Mask) -> Outcome:
     return Outcome(verdict, ", ".join(parts) or "ok", int(found.sum()), missed, extra)
 
 
-def judged(case: RayCase, threads: int | None = None, progress: Progress | None = None) -> Row:
+def judged(case: RayCase, threads: int | None = None, progress: Progress | None = None) -> MethodRow:
     """All methods on one case, against the voxels that rational arithmetic finds."""
     exact = exact_cover(case.grid, case.sensors, progress)
     field, rig = full_field(case.grid), rig_of(case.sensors)
@@ -102,4 +100,4 @@ def judged(case: RayCase, threads: int | None = None, progress: Progress | None 
         "bresenham": compared(engine_cover(field, rig, "bresenham", threads), exact),
     }
     rays = sum(sensor.ray_count for sensor in case.sensors)
-    return Row(case.name, case.why, f"{int(exact.sum()):,} voxels", outcomes, rays)
+    return MethodRow(case.name, case.why, f"{int(exact.sum()):,} voxels", outcomes, rays)

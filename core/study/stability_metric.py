@@ -6,20 +6,194 @@ reading `covered`, the weight asked for, all frames.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+import hashlib
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from itertools import combinations
 from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
 
 from riglens.core.engine.engine import Engine
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import DEFAULT_LAMBDA, MetricSettings, Reading
-from riglens.core.rig.model import Rig
-from riglens.core.rig.presets import preset
-from riglens.core.scene.boxes import CLASSES, BoxSource, Progress
+from riglens.core.rig.model import Camera, EvenAngles, Rig, Sensor
+from riglens.core.rig.presets import CAMERA_GROUPS, LIDAR_GROUPS, PAPER_RIGS, preset
+from riglens.core.scene.boxes import CLASSES, BoxBatch, BoxSource, DataReport, Progress
 from riglens.core.scene.grid import DEFAULT_VOXEL_M, VoxelGrid
 from riglens.core.scene.pog import build_pog
-from riglens.core.study.rankings import Ranking, RayLattice, rank
-from riglens.core.study.resampled import ResampledFrames, StoredBoxes
+
+LIDARS = {group.letters: group.name for group in LIDAR_GROUPS if group.origin == "paper"}
+CAMERAS = {group.letters: group.name for group in CAMERA_GROUPS}
+LETTERS = {**LIDARS, **CAMERAS}
+
+
+@dataclass(frozen=True)
+class RayLattice:
+    """Rays of every camera (columns, rows) and azimuths of every LiDAR."""
+
+    cast: tuple[int, int] = (352, 128)
+    azimuths: int = 360
+
+    def applied(self, rig: Rig) -> Rig:
+        """The rig with these rays."""
+        changed: Rig = rig.replace(sensors=tuple(self._with_rays(sensor) for sensor in rig.sensors))
+        return changed
+
+    def _with_rays(self, sensor: Sensor) -> Sensor:
+        turn = EvenAngles(from_=-180.0, to=180.0, count=self.azimuths)
+        changes = {"cast": self.cast} if isinstance(sensor, Camera) else {"azimuths_deg": turn}
+        changed: Sensor = sensor.replace(**changes)
+        return changed
+
+
+@dataclass(frozen=True)
+class Ranking:
+    """S-MIG in nat of the paper's groups by letter and class; from these S-MS of the eight rigs."""
+
+    s_mig: Mapping[str, Mapping[str, float]]
+    camera_weight: float = DEFAULT_LAMBDA
+
+    @cached_property
+    def s_ms(self) -> dict[str, dict[str, float]]:
+        """S-MS by rig and class."""
+        return {name: self._rig(name) for name in PAPER_RIGS}
+
+    def _rig(self, name: str) -> dict[str, float]:
+        cameras, lidars = (self.s_mig[letter] for letter in name.split("+"))
+        return {cls: self.camera_weight * cameras[cls] + lidars[cls] for cls in CLASSES}
+
+    def with_weight(self, camera_weight: float) -> Ranking:
+        """The same groups with another lambda."""
+        return Ranking(self.s_mig, camera_weight)
+
+    def figures(self, of: str, cls: str) -> dict[str, float]:
+        """S-MIG of the groups "lidars" or "cameras", or S-MS of the "rigs", of one class."""
+        if of == "rigs":
+            return {rig: self.s_ms[rig][cls] for rig in PAPER_RIGS}
+        return {letter: self.s_mig[letter][cls] for letter in (LIDARS if of == "lidars" else CAMERAS)}
+
+    def order(self, of: str, cls: str) -> tuple[str, ...]:
+        """Names by figure, the lowest first; empty when all are equal."""
+        figures = self.figures(of, cls)
+        return tuple(sorted(figures, key=figures.__getitem__)) if len(set(figures.values())) > 1 else ()
+
+
+def rank(
+    field: EntropyField,
+    lattice: RayLattice = RayLattice(),
+    reading: Reading = "covered",
+    camera_weight: float = DEFAULT_LAMBDA,
+    threads: int | None = None,
+) -> Ranking:
+    """Score the paper's six groups of sensors on a scene."""
+    engine, settings = Engine(field, threads), MetricSettings(reading=reading)
+    s_mig: dict[str, dict[str, float]] = {}
+    for letter, name in LETTERS.items():
+        found = engine.evaluate(lattice.applied(preset(name)), settings)
+        assert found is not None  # nothing abandons it
+        kind = "lidar" if letter in LIDARS else "camera"
+        s_mig[letter] = {cls: getattr(found.scores.classes[cls], kind).s_mig for cls in CLASSES}
+    return Ranking(s_mig, camera_weight)
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """Rank correlations of the eight rigs' S-MS with those of a reference; None where one has no order."""
+
+    tau: float | None
+    rho: float | None
+
+
+def agreement(one: Ranking, other: Ranking, cls: str) -> Agreement:
+    """Kendall's tau-b and Spearman's rho over the eight rigs."""
+    mine, theirs = (list(ranking.figures("rigs", cls).values()) for ranking in (one, other))
+    if len(set(mine)) == 1 or len(set(theirs)) == 1:
+        return Agreement(None, None)
+    from scipy import stats  # here, and not above: slow to load, and few commands need it
+
+    tau, rho = stats.kendalltau(mine, theirs).statistic, stats.spearmanr(mine, theirs).statistic
+    return Agreement(float(tau), float(rho))
+
+
+def swapped(one: Ranking, other: Ranking, of: str, cls: str) -> list[tuple[str, str]]:
+    """Pairs (lower first in `other`) whose order is another in `one`."""
+    mine, theirs = one.figures(of, cls), other.figures(of, cls)
+    ordered = other.order(of, cls)
+    return [(a, b) for a, b in combinations(ordered, 2) if theirs[a] < theirs[b] and mine[a] >= mine[b]]
+
+
+# ---------------------------------------------------------------- frames drawn again: the bootstrap
+
+
+@dataclass(frozen=True)
+class StoredBoxes:
+    """All boxes of a data set in memory, so that it is read once for many resamples."""
+
+    boxes: tuple[BoxBatch, ...]
+    data: DataReport
+
+    @classmethod
+    def read(cls, source: BoxSource, progress: Progress | None = None) -> StoredBoxes:
+        """Read a data set once; InputError on bad input."""
+        boxes = tuple(source.batches(progress))
+        return cls(boxes, source.report())
+
+
+class ResampledFrames:
+    """As many frames as the data set has, drawn with replacement; frames without boxes are drawn too."""
+
+    def __init__(self, stored: StoredBoxes, seed: int) -> None:
+        self._stored, self._seed = stored, seed
+        frames = stored.data.frames
+        drawn = np.random.default_rng(seed).integers(0, max(frames, 1), frames)
+        self.times = np.bincount(drawn, minlength=frames)
+        """How often each frame was drawn, (frames,)."""
+        self._first = np.concatenate([[0], np.cumsum(self.times)])
+
+    @property
+    def name(self) -> str:
+        """Name of the data set that was drawn from."""
+        return self._stored.data.source
+
+    @property
+    def content_hash(self) -> str:
+        """Hash of the data set's own and of the draw."""
+        return hashlib.sha256(f"{self._stored.data.sha256} {self._seed}".encode()).hexdigest()
+
+    def batches(self, progress: Progress | None = None) -> Iterator[BoxBatch]:
+        """The boxes of the frames drawn, each copy of a frame as a frame of its own."""
+        for done, batch in enumerate(self._stored.boxes, 1):
+            rows, frame = self._copies(batch.frame)
+            yield BoxBatch(
+                frame, batch.cls[rows], batch.centre_m[rows], batch.size_m[rows], batch.rotation[rows]
+            )
+            if progress is not None:
+                progress(done / len(self._stored.boxes))
+
+    def _copies(self, frame: NDArray[np.int64]) -> tuple[NDArray[np.intp], NDArray[np.int64]]:
+        """Which rows to take, as often as their frames were drawn, and the new numbers of their frames."""
+        times = self.times[frame]
+        rows = np.repeat(np.arange(frame.size), times)
+        copy = np.arange(rows.size) - np.repeat(np.cumsum(times) - times, times)
+        numbers = self._first[frame[rows]] + copy
+        order = np.argsort(numbers, kind="stable")
+        return rows[order], numbers[order]
+
+    def report(self) -> DataReport:
+        """The data set's report with the boxes of the draw."""
+        totals = np.zeros(len(CLASSES), np.int64)
+        for batch in self._stored.boxes:
+            totals += np.bincount(batch.cls, weights=self.times[batch.frame], minlength=len(CLASSES)).astype(
+                int
+            )
+        boxes = dict(zip(CLASSES, totals.tolist(), strict=True))
+        return replace(self._stored.data, boxes=boxes, sha256=self.content_hash)
+
+
+# ---------------------------------------------------------------- the study
 
 Axis = Literal["δ", "rays", "reading", "λ"]
 DEFAULT_LATTICE = RayLattice()
@@ -40,7 +214,7 @@ FieldAt = Callable[[float, Progress], EntropyField | None]
 
 
 @dataclass(frozen=True)
-class Plan:
+class StabilityPlan:
     """What is varied: voxel edges as multiples of the study's own, lattices, number of resamples."""
 
     voxel_m: float = DEFAULT_VOXEL_M
@@ -72,7 +246,7 @@ class Probe:
 class MetricStudy:
     """The reference order and all others; entropy of the scene by voxel edge and class; probes by name."""
 
-    plan: Plan
+    plan: StabilityPlan
     source: str
     frames: int
     reference: Ranking
@@ -107,7 +281,7 @@ def study_metric(
     reference: EntropyField,
     field_at: FieldAt,
     source: BoxSource | None,
-    plan: Plan = Plan(),
+    plan: StabilityPlan = StabilityPlan(),
     progress: Progress | None = None,
 ) -> MetricStudy:
     """Rank the paper's rigs under every setting of the plan; without a `source` no frame is resampled."""
@@ -135,7 +309,9 @@ def _entropies(scene: EntropyField) -> dict[str, float]:
     return {cls: scene.h_total_nat(number) for number, cls in enumerate(CLASSES)}
 
 
-def _on_one_grid(scene: EntropyField, base: Ranking, plan: Plan, steps: _Steps) -> Iterator[Variation]:
+def _on_one_grid(
+    scene: EntropyField, base: Ranking, plan: StabilityPlan, steps: _Steps
+) -> Iterator[Variation]:
     """Other lattices, readings and weights on the reference grid."""
     for lattice in plan.lattices:
         ranking = rank(scene, lattice, camera_weight=plan.camera_weight, threads=plan.threads)
@@ -150,7 +326,7 @@ def _on_one_grid(scene: EntropyField, base: Ranking, plan: Plan, steps: _Steps) 
             yield Variation("λ", weight, base.with_weight(weight))
 
 
-def _probes(scene: EntropyField, plan: Plan) -> dict[str, Probe]:
+def _probes(scene: EntropyField, plan: StabilityPlan) -> dict[str, Probe]:
     """Rigs that ask the metric a question: nothing, LiDARs alone, a rig, the same with every LiDAR twice."""
     rig = preset("W+T")
     twins = [lidar.replace(name=f"{lidar.name} again") for lidar in rig.lidars()]
@@ -175,7 +351,7 @@ def _probe(engine: Engine, rig: Rig, settings: MetricSettings) -> Probe:
     return Probe(rig.name, {cls: scores.s_ms for cls, scores in answer.scores.classes.items()})
 
 
-def _bootstrap(source: BoxSource, grid: VoxelGrid, plan: Plan, steps: _Steps) -> Iterator[Ranking]:
+def _bootstrap(source: BoxSource, grid: VoxelGrid, plan: StabilityPlan, steps: _Steps) -> Iterator[Ranking]:
     """Orders on resampled frames, on the reference grid."""
     stored = StoredBoxes.read(source)
     for seed in range(plan.resamples):

@@ -55,7 +55,7 @@ class Figures:
 
 
 @dataclass(frozen=True)
-class Row:
+class Table1Row:
     """One rig: our figures and the published ones by class name, in nats."""
 
     rig: str
@@ -86,7 +86,7 @@ class Table1:
     """The table in the paper's layout, and for each class three orders: LiDAR groups, camera groups, rigs."""
 
     settings: MetricSettings
-    rows: tuple[Row, ...]
+    rows: tuple[Table1Row, ...]
     orders: tuple[Order, ...]
 
     @property
@@ -127,7 +127,7 @@ def table1(engine: Evaluator, settings: MetricSettings, progress: Progress | Non
 def compare(scores: Mapping[str, Scores], settings: MetricSettings) -> Table1:
     """The table from scores of the eight rigs by name (W+C to N+T)."""
     published = published_table1()
-    rows = tuple(Row(name, _figures(scores[name]), published[name]) for name in PAPER_RIGS)
+    rows = tuple(Table1Row(name, _figures(scores[name]), published[name]) for name in PAPER_RIGS)
     orders = tuple(order for cls in CLASSES for order in _orders(rows, cls))
     return Table1(settings, rows, orders)
 
@@ -151,7 +151,7 @@ def _figures(scores: Scores) -> dict[str, Figures]:
     }
 
 
-def _orders(rows: Sequence[Row], cls: str) -> tuple[Order, ...]:
+def _orders(rows: Sequence[Table1Row], cls: str) -> tuple[Order, ...]:
     """The three orders of a class; a group has the same S-MIG in every rig it is part of."""
     by_name = {row.rig: row for row in rows}
     lidars = {group: by_name[f"W+{group[0]}"] for group in PAPER_LIDAR_GROUPS}
@@ -164,7 +164,7 @@ def _orders(rows: Sequence[Row], cls: str) -> tuple[Order, ...]:
 
 
 def _order(
-    rows: Mapping[str, Row],
+    rows: Mapping[str, Table1Row],
     cls: str,
     what: Literal["LiDAR groups", "camera groups", "rigs"],
     measure: Measure,

@@ -19,7 +19,13 @@ FOR_LATER = (
         "riglens.core.rig.formats.exchange",
         "http.client",
     ),
-    *("riglens.core.study.rankings", "cyclopts", "matplotlib.pyplot", "matplotlib.figure", "qtpy.QtWidgets"),
+    *(
+        "riglens.core.study.stability_metric",
+        "cyclopts",
+        "matplotlib.pyplot",
+        "matplotlib.figure",
+        "qtpy.QtWidgets",
+    ),
 )
 OPENED = """
 import sys

@@ -9,24 +9,30 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from matplotlib.text import Annotation
 
-from riglens.app.studies.chart import chart, picture
+from riglens.app.studies.accuracy_chart import chart, picture
+from riglens.app.studies.accuracy_text import accuracy_csv, point_text, verdicts
 from riglens.core.errors import InputError
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.columns import unpack
 from riglens.core.sensing.rays import sensor_rays
-from riglens.core.study.accuracy import study_accuracy
-from riglens.core.study.accuracy_errors import pareto_front, wrong_voxels
-from riglens.core.study.accuracy_points import Plan, Point, Study, Wrong
-from riglens.core.study.accuracy_text import point_text, verdicts
-from riglens.core.study.approximations import VoxelTests
-from riglens.core.study.cases import PlainCase, VoxelCase, with_lattice
+from riglens.core.study.accuracy import (
+    AccuracyPlan,
+    AccuracyStudy,
+    Point,
+    Wrong,
+    pareto_front,
+    study_accuracy,
+    wrong_voxels,
+)
+from riglens.core.study.accuracy_cases import PlainCase, VoxelCase, with_lattice
+from riglens.core.study.simple_methods import VoxelTests
 from tests.core.builders import camera, evaluate, field_of, grid_of, random_field, rig_of, spinning
 
 GRID = grid_of(24, 20, 10)
 CAMERA_BIT, LIDAR_BIT = 1, 2
-QUICK = Plan(repetitions=1, threads=1, lattices=("1/2",))
+QUICK = AccuracyPlan(repetitions=1, threads=1, lattices=("1/2",))
 
 positions = st.tuples(st.floats(-14.0, 14.0), st.floats(-12.0, 12.0), st.floats(-2.0, 12.0)).map(
     lambda place: tuple(round(p, 6) for p in place)  # the shortcuts are not made for distances of 1e-129 m
@@ -217,7 +223,7 @@ def test_wrong_voxels_count_cameras_and_lidars_apart():
 
 
 @pytest.fixture(scope="module")
-def study() -> Study:
+def study() -> AccuracyStudy:
     rng = np.random.default_rng(11)
     fields = {edge: random_field(grid_of(*shape, edge), rng) for edge, shape in SHAPES.items()}
     rig = rig_of(camera((0.31, 0.17, 2.23), cast=(16, 8)), spinning((-0.27, 0.41, 2.63)))
@@ -261,7 +267,7 @@ def test_edits_are_not_on_the_fronts(study):
 
 
 def test_the_csv_has_a_line_per_point_in_full_precision(study):
-    rows = list(csv.DictReader(study.to_csv().splitlines()))
+    rows = list(csv.DictReader(accuracy_csv(study).splitlines()))
     assert len(rows) == len(study.points)
     for row, point in zip(rows, study.points, strict=True):
         assert row["method"] == point.method

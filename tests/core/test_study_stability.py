@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from riglens.app.studies.stability_findings import conclusion, findings, methods_verdict
-from riglens.app.studies.stability_html import page
+from riglens.app.studies.stability_files import methods_csv, metric_csv, page
+from riglens.app.studies.stability_text import conclusion, findings, lines, methods_verdict
 from riglens.core.engine.engine import Engine
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import MetricSettings
@@ -17,11 +17,8 @@ from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.pog import build_pog
 from riglens.core.study import reference, stability_edits
-from riglens.core.study.rankings import LETTERS, Ranking, RayLattice, agreement, rank, swapped
 from riglens.core.study.reference import exact_cover
-from riglens.core.study.resampled import ResampledFrames, StoredBoxes
-from riglens.core.study.stability import StabilityStudy
-from riglens.core.study.stability_cases import RayCase, ray_cases
+from riglens.core.study.stability_cases import RayCase, lidar, ray_cases, whole_slopes
 from riglens.core.study.stability_checks import (
     entropy_nat,
     extreme_probabilities,
@@ -34,14 +31,24 @@ from riglens.core.study.stability_checks import (
 )
 from riglens.core.study.stability_edits import random_edits
 from riglens.core.study.stability_methods import compared, judged
-from riglens.core.study.stability_metric import MetricStudy, Plan, study_metric
-from riglens.core.study.stability_sensors import lidar, whole_slopes
-from riglens.core.study.stability_text import lines
+from riglens.core.study.stability_metric import (
+    LETTERS,
+    MetricStudy,
+    Ranking,
+    RayLattice,
+    ResampledFrames,
+    StabilityPlan,
+    StoredBoxes,
+    agreement,
+    rank,
+    study_metric,
+    swapped,
+)
 from tests.core import oracle
 from tests.core.builders import boxes_of, evaluate, field_of, grid_of, random_field, random_sensor
 
 GRID = grid_of(12, 9, 7, 0.1)
-PLAN = Plan(
+PLAN = StabilityPlan(
     voxel_m=0.5,
     edge_factors=(2.0, 3.0),
     lattices=(RayLattice((16, 9)), RayLattice((32, 18), 90)),
@@ -348,25 +355,24 @@ def test_a_scene_without_entropy_has_no_orders_and_makes_no_trouble(rows):
     assert [finding.verdict for finding in findings(empty)] == ["n.a."]
     assert list(conclusion(empty)) == []
     assert all(cell.tau is None for line in lines(empty) for cell in line.cells)
-    assert "–" in page(StabilityStudy(tuple(rows.values()), empty), "nothing")
+    assert "–" in page(tuple(rows.values()), empty, "nothing")
 
 
 # ---------------------------------------------------------------- what is written
 
 
 def test_the_csv_files_have_a_line_per_case_and_per_setting_and_class(rows, metric):
-    study = StabilityStudy(tuple(rows.values()), metric)
-    methods = list(csv.DictReader(io.StringIO(study.methods_csv())))
+    methods = list(csv.DictReader(io.StringIO(methods_csv(tuple(rows.values())))))
     assert [line["case"] for line in methods] == list(rows)
     assert int(methods[2]["plain_extra"]) == rows["rays through corners"].outcomes["plain"].extra
-    orders = list(csv.DictReader(io.StringIO(study.metric_csv())))
+    orders = list(csv.DictReader(io.StringIO(metric_csv(metric))))
     assert len(orders) == 3 * (1 + len(metric.variations) + len(metric.resamples))
     assert float(orders[0]["s_ms_W+T"]) == metric.reference.s_ms["W+T"]["car"]
     assert orders[0]["kendall_tau"] == "1.0"
 
 
 def test_the_page_shows_every_case_and_setting_and_escapes_names(rows, metric):
-    html = page(StabilityStudy(tuple(rows.values()), metric), "<boxes> & more")
+    html = page(tuple(rows.values()), metric, "<boxes> & more")
     assert "&lt;boxes&gt; &amp; more" in html and "<boxes>" not in html
     for name in rows:
         assert name.replace("'", "&#x27;") in html

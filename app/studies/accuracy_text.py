@@ -1,13 +1,26 @@
-"""The accuracy study in words: names of points, what it was measured on, and what it found."""
+"""The accuracy study in words and as CSV: names of points, what it was measured on, and what it found."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Iterator
 
+from riglens.app.studies.files import csv_text
 from riglens.core.rig.model import Rig
+from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.grid import DEFAULT_VOXEL_M
-from riglens.core.study.accuracy_points import TITLES, Point, Study
+from riglens.core.study.accuracy import AccuracyStudy, MethodName, Point, Wrong
+
+TITLES: dict[MethodName, str] = {
+    "exact": "exact engine",
+    "edit-camera": "exact engine, one camera moved",
+    "edit-lidar": "exact engine, one LiDAR moved",
+    "plain": "plain DDA",
+    "plain-single": "plain DDA, single precision",
+    "bresenham": "Bresenham",
+    "rectangles": "bounding rectangles",
+    "centres": "voxel centres in view",
+}
 
 
 def edge_text(voxel_m: float) -> str:
@@ -16,7 +29,7 @@ def edge_text(voxel_m: float) -> str:
     return f"δ {text if float(text) == voxel_m else f'{voxel_m:g}'} m"
 
 
-def point_text(point: Point, study: Study) -> str:
+def point_text(point: Point, study: AccuracyStudy) -> str:
     """A point's name: the method and what is not as the study's own setting."""
     if point.lattice == "all pixels":
         return "exact, all camera pixels"
@@ -27,7 +40,7 @@ def point_text(point: Point, study: Study) -> str:
     return own_text(study) if point.is_own else TITLES[point.method]
 
 
-def own_text(study: Study) -> str:
+def own_text(study: AccuracyStudy) -> str:
     """The setting in question, named as the default where it is that."""
     setting = f"exact, {edge_text(study.voxel_m)}, {lattice_text(study.rig)}"
     return f"default: {setting}" if study.voxel_m == DEFAULT_VOXEL_M else setting
@@ -53,7 +66,7 @@ def sensors_text(rig: Rig) -> str:
     return ", ".join(parts)
 
 
-def caption(study: Study, source: str) -> str:
+def caption(study: AccuracyStudy, source: str) -> str:
     """What was measured, on which data and with how many threads, in one line."""
     count, processors = study.plan.repetitions, os.cpu_count() or 1
     runs = f"median of {count} alternating runs" if count > 1 else "one run"
@@ -63,7 +76,7 @@ def caption(study: Study, source: str) -> str:
     )
 
 
-def verdicts(study: Study) -> Iterator[str]:
+def verdicts(study: AccuracyStudy) -> Iterator[str]:
     """The findings, one sentence each."""
     yield _voxel_verdict(study)
     yield _score_verdict(study)
@@ -71,7 +84,7 @@ def verdicts(study: Study) -> Iterator[str]:
         yield _grid_verdict(study)
 
 
-def _named(study: Study) -> str:
+def _named(study: AccuracyStudy) -> str:
     setting = f"exact, {edge_text(study.voxel_m)}, {lattice_text(study.rig)}"
     return (
         f"The default ({setting})"
@@ -80,7 +93,7 @@ def _named(study: Study) -> str:
     )
 
 
-def _voxel_verdict(study: Study) -> str:
+def _voxel_verdict(study: AccuracyStudy) -> str:
     own = study.own
     if own.on_voxel_front:
         faster = [p for p in study.points if p.on_voxel_front and p.median_ms < own.median_ms]
@@ -97,7 +110,7 @@ def _voxel_verdict(study: Study) -> str:
     )
 
 
-def _score_verdict(study: Study) -> str:
+def _score_verdict(study: AccuracyStudy) -> str:
     own = study.own
     if own.on_score_front:
         return f"For S-MS against {edge_text(study.finest_m)} it lies on the Pareto front."
@@ -105,7 +118,7 @@ def _score_verdict(study: Study) -> str:
     return f"For S-MS against {edge_text(study.finest_m)} it does not: {better} is faster and no worse."
 
 
-def _better(study: Study, own: Point, errors: list[float | None], mine: float) -> str:
+def _better(study: AccuracyStudy, own: Point, errors: list[float | None], mine: float) -> str:
     """The fastest point that is at least as good as one that is not on the front."""
     rivals = [
         p
@@ -119,7 +132,7 @@ def _better(study: Study, own: Point, errors: list[float | None], mine: float) -
     return point_text(min(rivals, key=lambda p: p.median_ms), study)
 
 
-def _grid_verdict(study: Study) -> str:
+def _grid_verdict(study: AccuracyStudy) -> str:
     """How S-MS depends on the voxel edge, for the class on which it does so most."""
     errors = {cls: error for cls, error in study.own.grid_error.items() if error is not None}
     if not errors:
@@ -142,3 +155,35 @@ def percent(share: float) -> str:
         if value >= 0.01 or value == 0.0
         else f"{value:.1e} %"
     )
+
+
+def accuracy_csv(study: AccuracyStudy) -> str:
+    """All points as CSV, full precision; empty where a figure does not exist."""
+    return csv_text([_csv_row(point) for point in study.points])
+
+
+def _csv_row(point: Point) -> dict[str, object]:
+    wrong = point.wrong or (None,) * len(Wrong._fields)
+    row: dict[str, object] = {
+        "method": point.method,
+        "voxel_m": point.voxel_m,
+        "lattice": point.lattice,
+        "rays": point.rays,
+        "threads": point.threads,
+        "median_ms": point.median_ms,
+        "least_ms": min(point.times_ms),
+        "most_ms": max(point.times_ms),
+        "runs": len(point.times_ms),
+        **dict(zip(Wrong._fields, wrong, strict=True)),
+    }
+    for cls in CLASSES:
+        row |= {
+            f"s_ms_{cls}": point.s_ms[cls],
+            f"share_{cls}": point.share[cls],
+            f"grid_error_{cls}": point.grid_error[cls],
+            f"shortcut_error_{cls}": point.shortcut_error[cls],
+            f"raw_error_{cls}": point.raw_error[cls],
+        }
+    row |= {"score_error": point.score_error, "from_scratch": point.from_scratch}
+    row |= {"on_voxel_front": point.on_voxel_front, "on_score_front": point.on_score_front}
+    return {name: "" if value is None else value for name, value in row.items()}

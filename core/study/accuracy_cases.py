@@ -18,11 +18,10 @@ from riglens.core.engine.engine import Engine, Evaluation
 from riglens.core.kernels import bits
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import MetricSettings
-from riglens.core.rig.model import Camera, Lidar, Rig
+from riglens.core.rig.model import Camera, Lidar, Rig, Sensor
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.columns import Words
-from riglens.core.study.approximations import VoxelTests
-from riglens.core.study.plain import FLAGS, PlainDda, grid_rays
+from riglens.core.study.simple_methods import FLAGS, PlainDda, VoxelTests, grid_rays
 
 MOVED_M = 0.1
 LatticeName = Literal["own", "1/2", "1/4", "1/8", "all pixels"]
@@ -151,7 +150,7 @@ def _ids(field: EntropyField, words: Words) -> NDArray[np.int64]:
     return ids
 
 
-def moved(rig: Rig, sensor: Lidar | Camera) -> Rig:
+def moved(rig: Rig, sensor: Sensor) -> Rig:
     """The rig with one sensor 0.1 m further to the front and left, where an edit may have found it."""
     x, y, z = sensor.position
     elsewhere = sensor.model_copy(update={"position": (x + MOVED_M, y + MOVED_M, z)})

@@ -1,15 +1,70 @@
-"""The stability study as one HTML page: self-contained, without scripts, fit for printing."""
+"""The files of the stability study: both parts as CSV, and one HTML page, self-contained and fit for printing."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from html import escape
 
-from riglens.app.studies.stability_findings import Finding, conclusion, findings, methods_verdict
+from riglens.app.studies.files import csv_text
+from riglens.app.studies.stability_text import (
+    READING_THE_TABLE,
+    TITLES,
+    Cell,
+    Finding,
+    Line,
+    caption,
+    conclusion,
+    findings,
+    lines,
+    methods_verdict,
+    setting_text,
+)
 from riglens.core.scene.boxes import CLASSES
-from riglens.core.study.stability import StabilityStudy
-from riglens.core.study.stability_methods import METHODS, TITLES, Outcome, Row
-from riglens.core.study.stability_text import READING_THE_TABLE, Cell, Line, caption, lines
+from riglens.core.study.stability_methods import METHODS, MethodRow, Outcome
+from riglens.core.study.stability_metric import LETTERS, MetricStudy, Ranking, agreement
+
+
+def methods_csv(rows: Sequence[MethodRow]) -> str:
+    """Part 1 as CSV: per method the verdict, what it said, and voxels found, missed and extra."""
+    return csv_text([_method_line(row) for row in rows])
+
+
+def metric_csv(study: MetricStudy) -> str:
+    """Part 2 as CSV, full precision: a line per setting and class; every resample on its own."""
+    settings = [("default", "", study.reference)]
+    settings += [(varied.axis, setting_text(varied), varied.ranking) for varied in study.variations]
+    settings += [("frames", f"resample {n}", drawn) for n, drawn in enumerate(study.resamples, 1)]
+    return csv_text([_metric_line(*setting, study, cls) for setting in settings for cls in CLASSES])
+
+
+def _method_line(row: MethodRow) -> dict[str, object]:
+    line: dict[str, object] = {"case": row.case, "why": row.why, "rays": _shown(row.rays), "exact": row.exact}
+    for method in METHODS:
+        outcome = row.outcomes[method]
+        line |= {f"{method}_verdict": outcome.verdict, f"{method}_says": outcome.text}
+        counts = {"voxels": outcome.voxels, "missed": outcome.missed, "extra": outcome.extra}
+        line |= {f"{method}_{name}": _shown(count) for name, count in counts.items()}
+    return line
+
+
+def _metric_line(
+    axis: str, setting: str, ranking: Ranking, study: MetricStudy, cls: str
+) -> dict[str, object]:
+    found = agreement(ranking, study.reference, cls)
+    line: dict[str, object] = {"varied": axis, "setting": setting, "class": cls}
+    line |= {"kendall_tau": _shown(found.tau), "spearman_rho": _shown(found.rho)}
+    line |= {f"order_{of}": " < ".join(ranking.order(of, cls)) for of in ("lidars", "cameras", "rigs")}
+    line |= {f"s_mig_{letter}": repr(ranking.s_mig[letter][cls]) for letter in LETTERS}
+    line |= {f"s_ms_{rig}": repr(s_ms) for rig, s_ms in ranking.figures("rigs", cls).items()}
+    return line
+
+
+def _shown(value: float | None) -> object:
+    return "" if value is None else value
+
+
+# ---------------------------------------------------------------- the page
+
 
 STYLE = """
 :root { --ink: #1c2126; --dim: #5d6873; --line: #d9dee3; --good: #1f7a45; --bad: #b3261e; --wash: #f5f7f9; }
@@ -44,23 +99,23 @@ tr.default td { background: var(--wash); font-weight: 600; }
 """
 
 
-def page(study: StabilityStudy, source: str) -> str:
-    """The whole study as an HTML document; `source` is the data set's name."""
+def page(rows: Sequence[MethodRow], study: MetricStudy, source: str) -> str:
+    """Both parts of the study as an HTML document; `source` is the data set's name."""
     parts = [
         "<h1>How stable are the methods, and the metric?</h1>",
-        f'<p class="dim">{escape(caption(study.metric, source))}</p>',
+        f'<p class="dim">{escape(caption(study, source))}</p>',
         "<h2>1. Methods: cases that break simple ones</h2>",
         "<p>Every voxel counts in these cases. The right answer comes from rational arithmetic. A method "
         "fails when it misses a voxel that a ray runs through, or adds one that no ray runs through. The plain way is "
         "DDA in doubles, voxel by voxel; where no rays are compared, what one would write without thinking twice.</p>",
-        _list(methods_verdict(study.rows)),
-        _methods(study.rows),
+        _list(methods_verdict(rows)),
+        _methods(rows),
         "<h2>2. The metric: what it promises on this scene</h2>",
-        _findings(findings(study.metric)),
-        _list(conclusion(study.metric)),
+        _findings(findings(study)),
+        _list(conclusion(study)),
         "<h2>3. Orders of the paper’s eight rigs</h2>",
         f"<p>{escape(READING_THE_TABLE)} Red: another order than by default.</p>",
-        _orders(lines(study.metric)),
+        _orders(lines(study)),
     ]
     body = "\n".join(parts)
     return (
@@ -81,13 +136,13 @@ def _table(head: str, rows: Iterable[str]) -> str:
     return f'<div class="wide"><table>\n<thead>{head}</thead>\n<tbody>\n{body}\n</tbody>\n</table></div>'
 
 
-def _methods(rows: Iterable[Row]) -> str:
+def _methods(rows: Iterable[MethodRow]) -> str:
     titles = "".join(f"<th>{TITLES[method]}</th>" for method in METHODS)
     head = f'<tr><th>case</th><th class="n">rays</th><th>exact</th>{titles}</tr>'
     return _table(head, (_method_row(row) for row in rows))
 
 
-def _method_row(row: Row) -> str:
+def _method_row(row: MethodRow) -> str:
     rays = "" if row.rays is None else f"{row.rays:,}"
     cells = "".join(_outcome(row.outcomes[method]) for method in METHODS)
     name = f"{escape(row.case)}<span>{escape(row.why)}</span>"

@@ -1,0 +1,36 @@
+"""What the studies leave behind: a folder that can be written, texts in it, tables as CSV."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from riglens.core.errors import InputError
+from riglens.core.files import atomic_write, require_writable
+
+
+def require_folder(folder: Path, names: Sequence[str]) -> None:
+    """Make the folder if there is none; InputError when files of these names cannot be written there."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"--out {folder}: cannot be made a folder: {error.strerror}") from error
+    for name in names:
+        require_writable(folder / name)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text file whole, or leave the old one."""
+    with atomic_write(path, "w") as stream:
+        stream.write(text)
+
+
+def csv_text(lines: Sequence[Mapping[str, object]]) -> str:
+    """At least one line of a table as CSV; the columns are those of the first line."""
+    text = io.StringIO()
+    writer = csv.DictWriter(text, list(lines[0]), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(lines)
+    return text.getvalue()
