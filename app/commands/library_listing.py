@@ -13,7 +13,7 @@ from rich.table import Table
 
 from riglens.app.commands.console import results
 from riglens.core.geometry import Pose
-from riglens.core.rig.library import Block, Entry, Library, default_library
+from riglens.core.rig.library import Cuboid, Entry, Library, default_library
 from riglens.core.rig.model import Camera, EvenAngles, Lidar
 from riglens.core.sensing.camera import field_of_view_deg
 
@@ -102,7 +102,7 @@ def _lines(entry: Entry, library: Library) -> Iterator[tuple[str, str]]:
 
 def _body(entry: Entry) -> str:
     body = entry.body_m
-    if isinstance(body, Block):
+    if isinstance(body, Cuboid):
         return f"{body.length * 1e3:g} × {body.width * 1e3:g} × {body.height * 1e3:g} mm"
     assert body is not None
     return f"{body.diameter * 1e3:g} mm across, {body.height * 1e3:g} mm high"

@@ -22,7 +22,7 @@ NO_WORDS = np.empty(0, np.uint64)
 
 
 @dataclass(frozen=True)
-class Marks:
+class VoxelMarks:
     """What the modes need beside the POG: the voxels seen now and by the baseline, and by 1, 2, 3 sensors at least.
 
     Only those that the mode needs are there (`marks_for`), the others are empty.
@@ -39,9 +39,9 @@ def needs_seen(mode: HeatMode) -> bool:
     return mode in ("seen", "unseen", "change")
 
 
-def marks_of(evaluation: Evaluation) -> Marks:
+def marks_of(evaluation: Evaluation) -> VoxelMarks:
     """The marks of an evaluation that says what is seen, without a baseline."""
-    return Marks(seen_words(evaluation), NO_WORDS, NO_WORDS)
+    return VoxelMarks(seen_words(evaluation), NO_WORDS, NO_WORDS)
 
 
 def seen_words(evaluation: Evaluation) -> Words:
@@ -50,13 +50,13 @@ def seen_words(evaluation: Evaluation) -> Words:
     return words
 
 
-def marks_for(mode: HeatMode, engine: Engine, evaluation: Evaluation) -> Marks:
+def marks_for(mode: HeatMode, engine: Engine, evaluation: Evaluation) -> VoxelMarks:
     """What a mode needs of an evaluation that the engine has just made, on the engine's thread."""
     seen = seen_words(evaluation) if needs_seen(mode) else NO_WORDS
     levels = NO_WORDS
     if mode == "sensors":
         levels = covered_at_least(engine, evaluation.rig, evaluation.settings.method)
-    return Marks(seen, levels, NO_WORDS)
+    return VoxelMarks(seen, levels, NO_WORDS)
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ class Heatmaps:
         self.display = display
         self._bases: dict[tuple[bool, str], _Base] = {}
 
-    def heatmap(self, mode: HeatMode, class_name: str, marks: Marks) -> HeatmapData | None:
+    def heatmap(self, mode: HeatMode, class_name: str, marks: VoxelMarks) -> HeatmapData | None:
         """What to draw for a mode; None when it is "off"."""
         if mode == "off":
             return None
@@ -102,7 +102,7 @@ class Heatmaps:
             scale="change" if is_change else "ramp",
         )
 
-    def _values(self, mode: HeatMode, base: _Base, cls: int, marks: Marks) -> Values:
+    def _values(self, mode: HeatMode, base: _Base, cls: int, marks: VoxelMarks) -> Values:
         """A value per shown cell."""
         if mode in ("probability", "entropy"):
             return base.full
@@ -112,7 +112,7 @@ class Heatmaps:
         share = self.display.seen_share(cls, marks.seen)[base.shown]
         return base.full * (share if mode == "seen" else 1.0 - share)
 
-    def _sensors(self, base: _Base, class_name: str, marks: Marks) -> HeatmapData:
+    def _sensors(self, base: _Base, class_name: str, marks: VoxelMarks) -> HeatmapData:
         """How many sensors see the larger part of each cell; how opaque a cell is goes by its entropy."""
         return HeatmapData(
             centres_m=base.centres_m,

@@ -88,7 +88,7 @@ class Marks:
 
 
 @dataclass(frozen=True)
-class _State:
+class _Step:
     """A rig with its marks, and the edit that led to it."""
 
     label: str
@@ -105,7 +105,7 @@ class History:
     """
 
     def __init__(self, rig: Rig) -> None:
-        self._states = [_State("", rig)]
+        self._steps = [_Step("", rig)]
         self._index = 0
         self._saved = rig
         self._open_label: str | None = None
@@ -119,12 +119,12 @@ class History:
     @property
     def committed(self) -> Rig:
         """The rig of the current step, without an open drag."""
-        return self._states[self._index].rig
+        return self._steps[self._index].rig
 
     @property
     def marks(self) -> Marks:
         """What is hidden and locked at the current step; names of sensors that are gone may be among them."""
-        return self._states[self._index].marks
+        return self._steps[self._index].marks
 
     @property
     def saved(self) -> Rig:
@@ -177,17 +177,17 @@ class History:
 
     def begin_with(self, marks: Marks) -> None:
         """Take these marks as those of the current step: nothing that could be undone."""
-        self._states[self._index] = replace(self._states[self._index], marks=marks)
+        self._steps[self._index] = replace(self._steps[self._index], marks=marks)
 
     def _can_continue(self) -> bool:
-        is_last = self._index == len(self._states) - 1
+        is_last = self._index == len(self._steps) - 1
         return self._index > 0 and is_last and self.committed is not self._saved
 
     def _extend(self, rig: Rig) -> bool:
         """Have the current step lead to another rig; a step that leads nowhere any more is dropped."""
         if same_rig(rig, self.committed):
             return False
-        last = self._states.pop()
+        last = self._steps.pop()
         self._index -= 1
         self._push(last.label, rig, last.marks)
         return True
@@ -205,7 +205,7 @@ class History:
         """One step forward; an open drag is cancelled instead. False when there is nothing to redo."""
         if self.cancel():
             return True
-        if self._index == len(self._states) - 1:
+        if self._index == len(self._steps) - 1:
             return False
         self._index += 1
         return True
@@ -215,13 +215,13 @@ class History:
         """The edit that `undo` would take back, None when there is none."""
         if self._open_label is not None:
             return self._open_label
-        return self._states[self._index].label if self._index > 0 else None
+        return self._steps[self._index].label if self._index > 0 else None
 
     @property
     def redo_label(self) -> str | None:
         """The edit that `redo` would make again, None when there is none."""
-        is_last = self._index == len(self._states) - 1
-        return None if self.is_dragging or is_last else self._states[self._index + 1].label
+        is_last = self._index == len(self._steps) - 1
+        return None if self.is_dragging or is_last else self._steps[self._index + 1].label
 
     @property
     def can_undo(self) -> bool:
@@ -241,7 +241,7 @@ class History:
         marks = marks or self.marks
         if same_rig(rig, self.committed) and marks == self.marks:
             return False
-        del self._states[self._index + 1 :]
-        self._states.append(_State(label, rig, marks))
+        del self._steps[self._index + 1 :]
+        self._steps.append(_Step(label, rig, marks))
         self._index += 1
         return True

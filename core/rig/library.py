@@ -50,7 +50,7 @@ class Cylinder(Frozen):
     height: Length
 
 
-class Block(Frozen):
+class Cuboid(Frozen):
     """The body of a sensor in metres: along its view, across, upright."""
 
     length: Length
@@ -70,7 +70,7 @@ class Entry(Frozen):
     source: LongText
     maker: Text = OTHER_MAKER
     note: LongText | None = None
-    body_m: Cylinder | Block | None = None
+    body_m: Cylinder | Cuboid | None = None
     azimuth_step_deg: dict[Rate, Positive] | None = None
     pixel_um: Positive | None = None
     lens: Text | None = None

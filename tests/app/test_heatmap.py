@@ -7,7 +7,7 @@ from riglens.app.evaluation.heatmap import (
     COUNT_LABELS,
     NO_WORDS,
     Heatmaps,
-    Marks,
+    VoxelMarks,
     marks_for,
     marks_of,
     seen_words,
@@ -84,7 +84,7 @@ def test_changes_are_what_is_seen_more_and_less_than_by_the_baseline(bench):
     before = Engine(bench.field).evaluate(rig_of(FIRST))
     after = Engine(bench.field).evaluate(rig_of(SECOND))
     assert before is not None and after is not None
-    shown = bench.shown("change", Marks(seen_words(after), NO_WORDS, seen_words(before), "one"))
+    shown = bench.shown("change", VoxelMarks(seen_words(after), NO_WORDS, seen_words(before), "one"))
     first, second = (bench.at_cells(shown, seen_by(bench.field, sensor)) for sensor in (FIRST, SECOND))
     assert np.array_equal(np.sign(shown.values), second.astype(int) - first.astype(int))
     assert shown.scale == "change" and shown.note.startswith("against one: cells of 0.5 m")
@@ -93,14 +93,14 @@ def test_changes_are_what_is_seen_more_and_less_than_by_the_baseline(bench):
 
 def test_against_itself_a_rig_changes_nothing(bench):
     seen = seen_words(bench.evaluation)
-    shown = bench.shown("change", Marks(seen, NO_WORDS, seen))
+    shown = bench.shown("change", VoxelMarks(seen, NO_WORDS, seen))
     assert not shown.values.any() and shown.vmax > 0.0
 
 
 @pytest.mark.parametrize("mode", ["probability", "entropy", "seen", "unseen", "sensors", "change"])
 def test_which_cells_are_shown_depends_on_mode_and_class_alone(bench, mode):
     words = bench.field.index.words
-    everything = Marks(words, np.repeat(words[None], 3, axis=0), words)
+    everything = VoxelMarks(words, np.repeat(words[None], 3, axis=0), words)
     assert bench.shown(mode, everything).centres_m is bench.shown(mode, everything).centres_m
     others = [bench.maps.heatmap(mode, name, everything) for name in CLASSES]
     assert len({len(other.centres_m) for other in others}) > 1

@@ -77,8 +77,8 @@ class BarDelegate(QStyledItemDelegate):
         share = index.data(BAR_SHARE)
         if not isinstance(share, float) or not share > 0.0:
             return
-        rect: QRect = option.rect  # type: ignore[attr-defined]
-        state: QStyle.StateFlag = option.state  # type: ignore[attr-defined]
+        rect: QRect = option.rect
+        state: QStyle.StateFlag = option.state
         length = max(1, round((rect.width() - 2 * _MARGIN_PX) * min(share, 1.0)))
         is_selected = bool(state & QStyle.StateFlag.State_Selected)
         colour = QColor("white" if is_selected else index.data(BAR_COLOUR) or tones().accent)

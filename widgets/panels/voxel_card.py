@@ -10,7 +10,8 @@ from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QScrollArea, QToolButton, QVBoxLayout, QWidget
 
 from riglens.widgets.panels.icons import icon
-from riglens.widgets.panels.style import MARGIN, SPACING, Tones, tones
+from riglens.widgets.panels.style import MARGIN, SPACING, tones
+from riglens.widgets.theme import Tones
 
 _WIDTH_PX, _ROOM_PX, _MARGIN_PX = 356, 120, 10
 

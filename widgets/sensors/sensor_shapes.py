@@ -15,7 +15,7 @@ import pyvista as pv
 from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
-from riglens.core.rig.library import Block, Cylinder, default_library
+from riglens.core.rig.library import Cuboid, Cylinder, default_library
 from riglens.core.rig.model import Camera, Lidar
 from riglens.widgets.car.surface import lathe, rounded_box
 from riglens.widgets.theme import Palette, mix, rgb
@@ -62,7 +62,7 @@ def sensor_body(sensor: Lidar | Camera) -> SensorBody:
     return SensorBody(shape, (float(x), float(y), float(z)))
 
 
-def _known_body(model: str | None) -> Cylinder | Block | None:
+def _known_body(model: str | None) -> Cylinder | Cuboid | None:
     if model is None:
         return None
     try:

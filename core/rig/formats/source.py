@@ -193,7 +193,7 @@ class Element:
         return InputError(f"{self.where}:{self.line}: <{shortened(self.tag, 40)}>: {complaint}")
 
 
-class _Builder:
+class _ElementBuilder:
     """Expat's callbacks."""
 
     def __init__(self, where: str) -> None:
@@ -238,7 +238,7 @@ class _Builder:
 
 def parse_xml(text: str, where: str) -> Element:
     """The root element; InputError `file:line: ...` for text that is not XML, or XML that could do harm."""
-    builder = _Builder(where)
+    builder = _ElementBuilder(where)
     try:
         builder.parser.Parse(text.encode("utf-8"), True)
     except expat.ExpatError as error:

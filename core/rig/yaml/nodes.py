@@ -96,7 +96,7 @@ def parse_yaml(text: str, where: str) -> Node:
     if len(text) > MAX_BYTES:
         raise InputError(f"{where}: {len(text)} characters, accepted are at most {MAX_BYTES}")
     try:
-        return _Builder(text, where).document()
+        return _NodeBuilder(text, where).document()
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         line = mark.line + 1 if mark else 1
@@ -131,7 +131,7 @@ def scalar_value(text: str) -> Any:
     return text
 
 
-class _Builder:
+class _NodeBuilder:
     """Turns the parser's events into nodes; stops at the first thing that is not plain data."""
 
     def __init__(self, text: str, where: str) -> None:

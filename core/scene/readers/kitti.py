@@ -47,7 +47,7 @@ _ROTATION_TOLERANCE = 1e-3
 
 
 @dataclass(frozen=True)
-class Layout:
+class LabelLayout:
     """How the two kinds of KITTI folders differ: name of the label folder, two more fields when tracking."""
 
     folder: str
@@ -59,8 +59,8 @@ class Layout:
         return 2 if self.tracking else 0
 
 
-TRACKING = Layout("label_02", tracking=True)
-OBJECT = Layout("label_2", tracking=False)
+TRACKING = LabelLayout("label_02", tracking=True)
+OBJECT = LabelLayout("label_2", tracking=False)
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ class KittiSource(FileBoxSource):
     """A KITTI tracking or object folder; raw boxes are in the frame of the Velodyne."""
 
     def __init__(
-        self, path: Path, layout: Layout, options: BoxOptions, labels: Sequence[Path] | None = None
+        self, path: Path, layout: LabelLayout, options: BoxOptions, labels: Sequence[Path] | None = None
     ) -> None:
         """`labels` chooses some of the label files, all without it."""
         super().__init__(path, options)
@@ -175,7 +175,7 @@ def read_calibration(path: Path) -> NDArray[np.float64]:
     return rectify @ camera_SE3_velodyne
 
 
-def read_labels(path: Path, layout: Layout) -> Labels:
+def read_labels(path: Path, layout: LabelLayout) -> Labels:
     """All lines of a label file; InputError with the line number where one is not as it should be."""
     frames, names, rows, lines = [], [], [], []
     for number, line in _text_lines(path):

@@ -14,7 +14,7 @@ from riglens.core.scene.readers.carla import FOLDERS, CarlaSource
 from riglens.core.scene.readers.classes import ANY_TABLE, ARGOVERSE, CARLA, KITTI, NUSCENES, ClassTable
 from riglens.core.scene.readers.collection import BoxCollection
 from riglens.core.scene.readers.common import BoxOptions, FileBoxSource, readable
-from riglens.core.scene.readers.kitti import OBJECT, TRACKING, VELODYNE_M, KittiSource, Layout
+from riglens.core.scene.readers.kitti import OBJECT, TRACKING, VELODYNE_M, KittiSource, LabelLayout
 from riglens.core.scene.readers.nuscenes import NuscenesSource
 from riglens.core.scene.readers.nuscenes_tables import tables_folder
 
@@ -154,7 +154,7 @@ def _open_folder(place: Path, layout: str, how: HowToRead, is_part: bool) -> Sou
     return BoxCollection(str(place), members, None if is_part else how.frames, is_part)
 
 
-def _kitti_layouts(path: Path) -> list[Layout]:
+def _kitti_layouts(path: Path) -> list[LabelLayout]:
     return [layout for layout in (TRACKING, OBJECT) if (path / layout.folder).is_dir()]
 
 

@@ -73,7 +73,7 @@ class Sparkline(QStyledItemDelegate):
         values = index.data(TRAIL_VALUES)
         if not values:
             return
-        rect = QRectF(option.rect)  # type: ignore[attr-defined]
+        rect = QRectF(option.rect)
         points = trail_points(values, rect.adjusted(_MARGIN_PX, _MARGIN_PX, -_MARGIN_PX, -_MARGIN_PX))
         colour = QColor(index.data(TRAIL_COLOUR) or tones().accent)
         painter.save()
