@@ -39,7 +39,7 @@ check: setup
 	@$(PYTHON) -m ruff check .
 	@$(PYTHON) tools/static_tree.py >/dev/null
 	@MYPYPATH=build/static $(PYTHON) -m mypy --strict -p riglens.core
-	@MYPYPATH=build/static $(PYTHON) -m mypy -p riglens.app -p riglens.widgets
+	@MYPYPATH=build/static $(PYTHON) -m mypy -p riglens.app -p riglens.widgets -m riglens -m riglens.api
 	@cd build/static && ../../.venv/bin/lint-imports --config ../../pyproject.toml
 
 format: setup

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 Vec3 = tuple[float, float, float]
 
@@ -47,6 +47,28 @@ class Pose:
         matrix[:3, :3] = self.rotation()
         matrix[:3, 3] = self.position_m
         return matrix
+
+    def transform(self, points_m: ArrayLike) -> NDArray[np.float64]:
+        """Points in the sensor frame, (3,) or (..., 3) metres, as points in the vehicle frame, in the same shape."""
+        moved: NDArray[np.float64] = np.asarray(points_m, np.float64) @ self.rotation().T + self.position_m
+        return moved
+
+    def inverse(self) -> Pose:
+        """The pose of the vehicle in the sensor frame: its `transform` takes points of the vehicle to the sensor."""
+        rotation = self.rotation().T
+        return _pose_from(rotation, -rotation @ np.array(self.position_m))
+
+    def compose(self, part: Pose) -> Pose:
+        """The pose in the vehicle frame of a part whose pose in this sensor's frame is given: this one, then that.
+
+        `a.compose(b).transform(p)` is `a.transform(b.transform(p))`.
+        """
+        return _pose_from(self.rotation() @ part.rotation(), self.transform(part.position_m))
+
+
+def _pose_from(rotation: NDArray[np.float64], position_m: NDArray[np.float64]) -> Pose:
+    x_m, y_m, z_m = position_m.tolist()
+    return Pose((x_m, y_m, z_m), rpy_deg_from_rotation(rotation))
 
 
 def rpy_deg_from_rotation(rotation: NDArray[np.float64]) -> Vec3:

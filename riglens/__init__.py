@@ -1,11 +1,86 @@
 """RigLens: how well the LiDARs and cameras of a car look at traffic.
 
-What is imported is `riglens.core`, `riglens.widgets`, `riglens.app` and `riglens.assets`. A wheel holds these folders
-in this one; a checkout has them beside it, where its files are easier to reach.
+    import riglens as rl
+
+    rig, scene = rl.open_rig("W+T"), rl.load_scene()
+    print(rl.score(rig, scene)["car"].seen)
+
+The names below come from `riglens.api`, which is loaded with numpy and Numba when the first of them is asked for. See
+docs/scripting.md for examples.
+
+The other modules are `riglens.core`, `riglens.widgets` and `riglens.app`. A wheel holds these folders, and
+`riglens.assets`, in this one; a checkout has them beside it, where its files are easier to reach.
 """
 
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from riglens.api import (
+        Camera,
+        ClassResult,
+        EvenAngles,
+        InputError,
+        Lidar,
+        Pose,
+        Rig,
+        RigLensWarning,
+        RigResult,
+        Scene,
+        SceneEngine,
+        Vehicle,
+        convert,
+        load_scene,
+        open_rig,
+        presets,
+        render,
+        save_rig,
+        score,
+    )
+
+    __version__: str
+
+__all__ = [
+    "Camera",
+    "ClassResult",
+    "EvenAngles",
+    "InputError",
+    "Lidar",
+    "Pose",
+    "Rig",
+    "RigLensWarning",
+    "RigResult",
+    "Scene",
+    "SceneEngine",
+    "Vehicle",
+    "__version__",
+    "convert",
+    "load_scene",
+    "open_rig",
+    "presets",
+    "render",
+    "save_rig",
+    "score",
+]
 
 _HERE = Path(__file__).resolve().parent
 if not (_HERE / "core").is_dir():
     __path__.append(str(_HERE.parent))
+
+
+def __getattr__(name: str) -> object:
+    """A name of `__all__`, loaded when it is first asked for (PEP 562)."""
+    if name == "__version__":
+        from riglens.version import installed_version
+
+        return installed_version()
+    if name not in __all__:
+        raise AttributeError(f"module 'riglens' has no attribute '{name}'")
+    from riglens import api
+
+    return getattr(api, name)
+
+
+def __dir__() -> list[str]:
+    """What tab completion shows."""
+    return sorted([*globals(), *__all__])

@@ -10,17 +10,7 @@ from riglens.app.commands.rigs import convert, library, presets
 from riglens.app.commands.scores import evaluate
 from riglens.app.commands.studies import accuracy, stability, table1
 from riglens.app.commands.window import window
-
-
-def installed_version() -> str:
-    """The version of the package, looked up only when somebody asks."""
-    from importlib.metadata import PackageNotFoundError, version
-
-    try:
-        return version("riglens")
-    except PackageNotFoundError:
-        return "not installed as a package"
-
+from riglens.version import installed_version
 
 app = App(
     name="riglens",

@@ -6,10 +6,11 @@ import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from riglens.app.commands import evaluate_json, tables
+from riglens.app.commands import tables
 from riglens.app.commands.console import note, note_report, progress_bar, results
 from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.evaluation.scenario import load_scenario, remarks_on, settings_of
+from riglens.core.engine import evaluation_json
 from riglens.core.engine.engine import Engine, Evaluation, evaluate_from_scratch
 from riglens.core.engine.warm_up import WARM_UP
 from riglens.core.files import atomic_write, require_writable
@@ -68,13 +69,13 @@ def evaluate(names: Sequence[str], scene: SceneOptions, score: ScoreOptions, jso
         note(line)
     _, field = load_with_progress(scene.for_rigs(rigs, score))
     evaluations = score_rigs(rigs, field, score)
-    document = evaluate_json.evaluation_document(field, settings_of(score), evaluations)
+    document = evaluation_json.evaluation_document(field, settings_of(score), evaluations)
     if json_target == "-":
-        sys.stdout.write(evaluate_json.to_text(document))
+        sys.stdout.write(evaluation_json.to_text(document))
         return
     if json_target is not None:
         with atomic_write(json_target, "w") as stream:
-            stream.write(evaluate_json.to_text(document))
+            stream.write(evaluation_json.to_text(document))
     print_scores(evaluations, field, score)
 
 

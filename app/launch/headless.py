@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from riglens.app.commands import evaluate_json
 from riglens.app.commands.console import results
 from riglens.app.commands.jobs import load_with_progress, print_scores, score_rigs
 from riglens.app.evaluation.heatmap import marks_of
@@ -12,6 +11,7 @@ from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.evaluation.scenario import settings_of
 from riglens.app.launch.display import prepare_drawing
 from riglens.app.rendering.render import Picture, draw
+from riglens.core.engine import evaluation_json
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_write, require_writable
 from riglens.core.rig.model import Rig
@@ -30,9 +30,9 @@ def run(rig: Rig, scene: SceneOptions, score: ScoreOptions) -> None:
         require_writable(path)
     evaluations = score_rigs([rig], field, score, with_seen=True)
     print_scores(evaluations, field, score)
-    document = evaluate_json.evaluation_document(field, settings_of(score), evaluations)
+    document = evaluation_json.evaluation_document(field, settings_of(score), evaluations)
     with atomic_write(scores, "w") as stream:
-        stream.write(evaluate_json.to_text(document))
+        stream.write(evaluation_json.to_text(document))
     with atomic_write(rig_file, "w") as stream:
         stream.write(dumps(rig))
     draw(pog, field, evaluations[0], marks_of(evaluations[0]), Picture(screenshot))

@@ -109,6 +109,20 @@ def render(name: str, scene: SceneOptions, picture: Picture) -> None:
     baseline = rig_called(picture.baseline) if picture.baseline is not None else None
     body = _mesh_of(rig, name)
     pog, field = load_with_progress(scene.for_rigs([rig], ScoreOptions()))
+    score_and_draw(rig, pog, field, picture, body, baseline)
+    width, height = (side * picture.scale for side in picture.size_px)
+    results().print(f"{picture.out}: {width} x {height} pixels", soft_wrap=True, markup=False)
+
+
+def score_and_draw(
+    rig: Rig,
+    pog: Pog,
+    field: EntropyField,
+    picture: Picture,
+    body: BodyMesh | None = None,
+    baseline: Rig | None = None,
+) -> None:
+    """Evaluate a rig, and the baseline of a heatmap of changes, and draw it; call `prepare_drawing` before."""
     with progress_bar("Casting rays"):
         engine = Engine(field)
         evaluation = engine.evaluate(rig)
@@ -118,8 +132,6 @@ def render(name: str, scene: SceneOptions, picture: Picture) -> None:
         if before is not None:
             marks = replace(marks, baseline=seen_words(before), baseline_name=before.rig.name)
     draw(pog, field, evaluation, marks, picture, body)
-    width, height = (side * picture.scale for side in picture.size_px)
-    results().print(f"{picture.out}: {width} x {height} pixels", soft_wrap=True, markup=False)
 
 
 def _mesh_of(rig: Rig, name: str) -> BodyMesh | None:

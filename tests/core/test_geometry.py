@@ -6,7 +6,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from riglens.core.geometry import Pose, rotation_from_rpy_deg, rpy_deg_from_rotation
+from riglens.core.geometry import Pose, Vec3, rotation_from_rpy_deg, rpy_deg_from_rotation
 from tests.core.oracle import rotation
 
 angles = st.floats(-180.0, 180.0)
@@ -75,3 +75,34 @@ def test_a_pose_takes_points_of_the_sensor_to_the_vehicle() -> None:
     pose = Pose((1.0, 2.0, 3.0), (0.0, 0.0, 90.0))
     assert pose.vehicle_SE3_sensor() @ [5.0, 0.0, 0.0, 1.0] == pytest.approx([1.0, 7.0, 3.0, 1.0])
     assert np.array_equal(pose.vehicle_SE3_sensor()[:3, :3], pose.rotation())
+
+
+coordinates = st.floats(-100.0, 100.0)
+positions = st.tuples(coordinates, coordinates, coordinates)
+poses = st.builds(Pose, positions, rpy)
+
+
+@given(poses, poses, positions)
+def test_composed_poses_transform_one_after_the_other(a: Pose, b: Pose, point_m: Vec3) -> None:
+    assert a.compose(b).transform(point_m) == pytest.approx(a.transform(b.transform(point_m)), abs=1e-9)
+    product = a.vehicle_SE3_sensor() @ b.vehicle_SE3_sensor()
+    assert np.abs(a.compose(b).vehicle_SE3_sensor() - product).max() < 1e-9
+
+
+@given(poses, positions)
+@example(Pose((1.0, 2.0, 3.0), (40.0, 90.0, -20.0)), (5.0, 6.0, 7.0))
+def test_the_inverse_of_a_pose_takes_points_back(pose: Pose, point_m: Vec3) -> None:
+    assert pose.inverse().transform(pose.transform(point_m)) == pytest.approx(np.array(point_m), abs=1e-9)
+    assert pose.inverse().inverse().vehicle_SE3_sensor() == pytest.approx(pose.vehicle_SE3_sensor(), abs=1e-9)
+    for found in (pose.compose(pose.inverse()), pose.inverse().compose(pose)):
+        assert np.abs(found.vehicle_SE3_sensor() - np.eye(4)).max() < 1e-9
+
+
+@given(poses, st.lists(positions, min_size=1, max_size=5))
+def test_many_points_are_transformed_as_each_of_them(pose: Pose, points_m: list[Vec3]) -> None:
+    found = pose.transform(points_m)
+    assert found.shape == (len(points_m), 3)
+    for point_m, one in zip(points_m, found, strict=True):
+        homogeneous = pose.vehicle_SE3_sensor() @ [*point_m, 1.0]
+        assert one == pytest.approx(homogeneous[:3], abs=1e-9)
+        assert one == pytest.approx(pose.transform(point_m), abs=1e-12)

@@ -1,4 +1,4 @@
-"""The JSON that `riglens evaluate --json` writes: every figure in full double precision."""
+"""Scores as plain data, as `riglens evaluate --json` and `to_dict()` give them: every figure in full precision."""
 
 from __future__ import annotations
 

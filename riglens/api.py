@@ -1,0 +1,461 @@
+"""What scripts use, as `import riglens as rl`: rigs, scenes, scores and pictures, with the code of the command line.
+
+Lengths are in metres, angles in degrees, entropies in nats. Coordinates are those of the vehicle frame: x forward,
+y left, z up, origin on the ground under the centre of the body (ISO 8855). What a user can get wrong raises
+`InputError`, whose message is one line; a `Rig`, `Lidar` or `Camera` with wrong values raises pydantic's
+`ValidationError`. Both are `ValueError`s.
+"""
+
+from __future__ import annotations
+
+import os
+import warnings
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Literal, Self
+
+from riglens.app.evaluation.options import SceneOptions, ScoreOptions
+from riglens.app.evaluation.scenario import load_scenario, remarks_on, settings_of
+from riglens.core.engine.engine import Engine, Evaluation, evaluate_from_scratch
+from riglens.core.engine.evaluation_json import evaluation_document
+from riglens.core.errors import InputError
+from riglens.core.files import require_apart
+from riglens.core.geometry import Pose, Vec3
+from riglens.core.metric.entropy import EntropyField
+from riglens.core.metric.scores import DEFAULT_LAMBDA, ClassScores, Method, Reading
+from riglens.core.rig.formats.exchange import read_rig, write_rig
+from riglens.core.rig.formats.report import Report
+from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig, Vehicle
+from riglens.core.rig.opening import open_rig as open_any_rig
+from riglens.core.rig.presets import PRESETS
+from riglens.core.rig.yaml.file import load_rig, new_rig_file
+from riglens.core.scene.boxes import DataReport, Progress
+from riglens.core.scene.grid import VoxelGrid
+from riglens.core.scene.pog import Pog
+
+if TYPE_CHECKING:
+    from riglens.app.evaluation.heat_modes import HeatMode
+    from riglens.app.rendering.render import Theme, View
+
+__all__ = [
+    "Camera",
+    "ClassResult",
+    "EvenAngles",
+    "InputError",
+    "Lidar",
+    "Pose",
+    "Rig",
+    "RigLensWarning",
+    "RigResult",
+    "Scene",
+    "SceneEngine",
+    "Vehicle",
+    "convert",
+    "load_scene",
+    "open_rig",
+    "presets",
+    "render",
+    "save_rig",
+    "score",
+]
+
+StrPath = str | os.PathLike[str]
+ClassName = Literal["car", "bicycle", "pedestrian"]
+_ARGUMENTS = {
+    "--boxes": "boxes",
+    "--voxel": "voxel_m",
+    "--roi": "roi_m",
+    "--origin": "origin_m",
+    "--frames": "frames",
+    "--classes": "classes",
+    "--ground auto": "find_ground",
+    "--ground": "find_ground",
+    "--pog": "pog",
+    "--lambda": "camera_weight",
+    "--threads": "threads",
+    "--to": "target_format",
+    "--out": "out",
+    "--size": "size_px",
+    "--scale": "scale",
+    "--heatmap": "heatmap",
+    "--baseline": "baseline",
+}
+"""Options of the command line, which messages name, and the arguments here."""
+
+
+class RigLensWarning(UserWarning):
+    """Something to know about data or a rig that were read: what does not count, was approximated or left out."""
+
+
+# ---------------------------------------------------------------- rigs
+
+
+def open_rig(name_or_path: StrPath) -> Rig:
+    """Open a preset by its name ("W+T"), a rig file, or a rig in another program's format, which is detected.
+
+    What another program's file leaves open or RigLens cannot say is told as a `RigLensWarning`. Raises InputError
+    when there is no such preset or file, or when the file is wrong.
+    """
+    rig, report = _read(name_or_path, None)
+    _warn_of_losses(report)
+    return rig
+
+
+def presets() -> tuple[str, ...]:
+    """List the names of the built-in rigs."""
+    return tuple(PRESETS)
+
+
+def save_rig(rig: Rig, path: StrPath) -> None:
+    """Write a rig file (YAML) that reads back to the same rig, bit for bit.
+
+    Comments and layout of a rig file that is there already are kept. Raises InputError when the rig is not valid or
+    the file cannot be written; an old file stays as it was then.
+    """
+    try:
+        file = load_rig(path)
+    except InputError:
+        file = new_rig_file(rig)
+    file.save(path, rig)
+
+
+def convert(
+    source: StrPath | Rig,
+    target: StrPath,
+    *,
+    source_format: str | None = None,
+    target_format: str | None = None,
+) -> Rig:
+    """Write a rig in another program's format; returns the rig that was written.
+
+    `source` is a rig, or what `open_rig` takes. Formats go by the files unless they are named as for
+    `riglens convert`. What is approximated or left out is told as a `RigLensWarning`. Raises InputError when reading
+    or writing fails.
+    """
+    rig, report = _read(source, source_format)
+    if not isinstance(source, Rig):
+        require_apart(target, (source,))
+    with _argument_names():
+        exported = write_rig(rig, target, target_format)
+    _warn_of_losses(report)
+    _warn_of_losses(exported.report)
+    return rig
+
+
+def _read(source: StrPath | Rig, source_format: str | None) -> tuple[Rig, Report | None]:
+    """A rig that may have to be read, and what became of it then."""
+    if isinstance(source, Rig):
+        return source, None
+    if source_format is not None:
+        imported = read_rig(source, source_format)
+        return imported.rig, imported.report
+    opened = open_any_rig(os.fspath(source))
+    return opened.rig, opened.report
+
+
+def _warn_of_losses(report: Report | None) -> None:
+    """Warn of what was not taken over as it stood, at the caller of the caller."""
+    if report is not None:
+        for remark in (*report.of_kind("approximated"), *report.of_kind("ignored")):
+            text = f"{report.title}: {remark.kind}: {remark.sentence()}"
+            warnings.warn(text, RigLensWarning, stacklevel=3)
+
+
+# ---------------------------------------------------------------- scenes
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Traffic around the car, ready to be scored on: made by `load_scene`, never changed.
+
+    `pog` holds how often each voxel is occupied (probability of occupancy grid), `field` its entropies.
+    """
+
+    pog: Pog
+    field: EntropyField
+
+    @property
+    def grid(self) -> VoxelGrid:
+        """The voxel grid: `voxel_m`, `roi_m`, `shape`, `origin_m`."""
+        return self.field.grid
+
+    @property
+    def data(self) -> DataReport:
+        """What the data held: `source`, `frames`, `boxes` per class, `unmapped`, `sha256`, `notes`."""
+        return self.field.data
+
+    def engine(self, threads: int | None = None) -> SceneEngine:
+        """An engine for many rigs, which casts only what changes from one to the next; use it in a `with` block."""
+        return SceneEngine(self, threads)
+
+
+def load_scene(
+    boxes: StrPath | None = None,
+    voxel_m: float | None = None,
+    *,
+    roi_m: Vec3 | None = None,
+    origin_m: Vec3 | None = None,
+    frames: int | None = None,
+    classes: Mapping[str, str] | None = None,
+    find_ground: bool = False,
+    pog: StrPath | None = None,
+    progress: Progress | None = None,
+) -> Scene:
+    """Load the traffic of a box data set, of a stored POG, or of the bundled town.
+
+    Parameters
+    ----------
+    boxes
+        Table (CSV, Parquet), or folder (nuScenes, Argoverse 2, KITTI, CARLA); None for the bundled town.
+    voxel_m
+        Edge of a voxel in metres; 0.1 by default, or that of the stored POG.
+    roi_m
+        Length, width and height of the region of interest in metres; (60, 40, 4) by default.
+    origin_m
+        Where the origin of the data set lies in the vehicle frame, metres.
+    frames
+        Number of frames, where frames without boxes have no row.
+    classes
+        Names in the data set and the class as which they count: "car", "bicycle", "pedestrian" or "ignore".
+    find_ground
+        Estimate the ground from the bottoms of near boxes and put it at z = 0.
+    pog
+        File made by `riglens pog`, in place of boxes.
+    progress
+        Called with the fraction done, 0 to 1, while a POG is built.
+
+    POGs of box data are kept in the user's cache folder, so that the next call for the same data is quick. Boxes that
+    do not count are told as a `RigLensWarning`. Raises InputError on bad data or arguments that disagree.
+    """
+    with _argument_names():
+        options = SceneOptions(
+            boxes=_path(boxes),
+            origin_m=origin_m,
+            frames=frames,
+            classes=tuple(f"{name}={cls}" for name, cls in (classes or {}).items()),
+            voxel_m=voxel_m,
+            roi_m=roi_m,
+            pog=_path(pog),
+            find_ground=find_ground,
+        )
+        found = load_scenario(options, progress)
+    for line in remarks_on(found.field.data):
+        warnings.warn(line, RigLensWarning, stacklevel=2)
+    return Scene(found.pog, found.field)
+
+
+def _path(path: StrPath | None) -> Path | None:
+    return None if path is None else Path(path)
+
+
+# ---------------------------------------------------------------- scores
+
+
+@dataclass(frozen=True)
+class ClassResult:
+    """Score of a rig for one class: entropies in nats, shares from 0 to 1.
+
+    `seen` is the share of the entropy `h_total` that any sensor sees, `seen_camera` and `seen_lidar` those of the
+    cameras and of the LiDARs. S-MS (`s_ms`) falls as a rig sees more.
+    """
+
+    h_total: float
+    seen: float
+    seen_camera: float
+    seen_lidar: float
+    s_ms: float
+    s_mig_camera: float
+    s_mig_lidar: float
+
+    @classmethod
+    def _of(cls, scores: ClassScores) -> Self:
+        camera, lidar = scores.camera, scores.lidar
+        return cls(
+            *(scores.h_total, scores.any_seen, camera.seen, lidar.seen, scores.s_ms),
+            *(camera.s_mig, lidar.s_mig),
+        )
+
+
+class RigResult(Mapping[str, ClassResult]):
+    """Scores of a rig by class: `result["car"].seen`."""
+
+    def __init__(self, field: EntropyField, evaluation: Evaluation) -> None:
+        self._field, self._evaluation = field, evaluation
+        classes = evaluation.scores.classes
+        self._classes = {name: ClassResult._of(scores) for name, scores in classes.items()}
+
+    def __getitem__(self, class_name: str) -> ClassResult:
+        return self._classes[class_name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._classes)
+
+    def __len__(self) -> int:
+        return len(self._classes)
+
+    def __repr__(self) -> str:
+        seen = ", ".join(f"{name} seen {found.seen:.1%}" for name, found in self.items())
+        return f"<RigResult of {self.rig.name}: {seen}>"
+
+    @property
+    def rig(self) -> Rig:
+        """The rig that was scored."""
+        return self._evaluation.rig
+
+    @property
+    def covered_voxels(self) -> Mapping[str, int]:
+        """Number of informative voxels seen by "camera", "lidar" and "any"."""
+        return self._evaluation.scores.covered_voxels
+
+    @property
+    def elapsed_ms(self) -> float:
+        """How long the evaluation took; the first of a process includes loading the compiled code."""
+        return self._evaluation.elapsed_ms
+
+    def to_dict(self) -> dict[str, Any]:
+        """The result as JSON-able data, field by field what `riglens evaluate RIG --json FILE` writes."""
+        return evaluation_document(self._field, self._evaluation.settings, [self._evaluation])
+
+
+def score(
+    rig: Rig,
+    scene: Scene,
+    *,
+    method: Method = "exact",
+    reading: Reading = "covered",
+    camera_weight: float = DEFAULT_LAMBDA,
+    threads: int | None = None,
+) -> RigResult:
+    """Score a rig on a scene, from scratch; for many rigs use `scene.engine()`.
+
+    Parameters
+    ----------
+    rig, scene
+        What to score, and the traffic to score it on.
+    method
+        How rays visit voxels: "exact" or "bresenham".
+    reading
+        How S-MIG is read: "covered", "residual" or "hits"; see docs/metric.md.
+    camera_weight
+        Weight λ of the cameras in S-MS.
+    threads
+        Threads to use, all processors by default. The scores do not depend on it.
+
+    Raises InputError when a number is out of its range.
+    """
+    with _argument_names():
+        options = ScoreOptions(method, reading, camera_weight, threads)
+    (found,) = evaluate_from_scratch(scene.field, [rig], settings_of(options), threads)
+    return RigResult(scene.field, found)
+
+
+class SceneEngine:
+    """Scores rigs one after the other and casts only the sensors that changed; the scores are those of `score`.
+
+    Made by `scene.engine()`, for one thread. It holds the voxels of each sensor until the `with` block ends.
+    """
+
+    def __init__(self, scene: Scene, threads: int | None = None) -> None:
+        with _argument_names():
+            ScoreOptions(threads=threads)
+        self._engine: Engine | None = Engine(scene.field, threads)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._engine = None
+
+    def evaluate(
+        self,
+        rig: Rig,
+        *,
+        method: Method = "exact",
+        reading: Reading = "covered",
+        camera_weight: float = DEFAULT_LAMBDA,
+    ) -> RigResult:
+        """Score a rig; arguments as for `score`. Raises RuntimeError after the `with` block."""
+        if self._engine is None:
+            raise RuntimeError("this engine was closed at the end of its with block")
+        with _argument_names():
+            options = ScoreOptions(method, reading, camera_weight)
+        found = self._engine.evaluate(rig, settings_of(options), with_seen=False)
+        assert found is not None
+        return RigResult(self._engine.field, found)
+
+
+# ---------------------------------------------------------------- pictures
+
+
+def render(
+    rig: Rig,
+    scene: Scene,
+    out: StrPath,
+    *,
+    view: View = "iso",
+    size_px: tuple[int, int] = (1280, 800),
+    scale: int = 1,
+    class_name: ClassName = "car",
+    heatmap: HeatMode = "seen",
+    baseline: Rig | None = None,
+    theme: Theme = "dark",
+    transparent: bool = False,
+    title: bool = False,
+    scores: bool = False,
+    mesh_folder: StrPath = ".",
+) -> None:
+    """Draw a rig, its rays and the heatmap of a class into a PNG file; it takes no display.
+
+    Parameters
+    ----------
+    out
+        The picture (.png).
+    view
+        Where to look from: "iso", "top", "front", "left" or "rear".
+    size_px, scale
+        Width and height in pixels, and how many times as many pixels to draw along each side.
+    class_name, heatmap
+        What the heatmap shows: "probability", "entropy", "seen", "unseen", "sensors", "change" or "off".
+    baseline
+        The rig that `heatmap="change"` starts from.
+    theme, transparent
+        "dark" or "light"; no background at all.
+    title, scores
+        Write the rig's name, and the table of its scores, into the picture.
+    mesh_folder
+        The folder from which a car body in a mesh file is named; that of the rig file, as a rule.
+
+    Raises InputError when a value is not accepted or the file cannot be written.
+    """
+    from riglens.app.launch.display import prepare_drawing
+    from riglens.app.rendering.render import Picture, score_and_draw
+    from riglens.core.files import require_writable
+    from riglens.core.vehicle.mesh_file import mesh_path, read_mesh
+
+    with _argument_names():
+        picture = Picture(
+            Path(out), view, size_px, scale, class_name, heatmap, transparent=transparent, title=title,
+            scores=scores, theme=theme, baseline=baseline.name if baseline else None,
+        )  # fmt: skip
+    require_writable(out)
+    prepare_drawing()
+    vehicle = rig.vehicle
+    body = read_mesh(mesh_path(vehicle.body, Path(mesh_folder))) if vehicle.has_mesh_file else None
+    score_and_draw(rig, scene.pog, scene.field, picture, body, baseline)
+
+
+@contextmanager
+def _argument_names() -> Iterator[None]:
+    """Have an InputError of the block name arguments where it names options of the command line."""
+    try:
+        yield
+    except InputError as error:
+        text = str(error)
+        for option, argument in _ARGUMENTS.items():
+            text = text.replace(option, argument)
+        raise InputError(text) from error

@@ -1,0 +1,181 @@
+"""`import riglens as rl`: light, typed, and with the very figures of the command line."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import warnings
+from pathlib import Path
+
+import matplotlib.image
+import pytest
+
+import riglens as rl
+from riglens import api
+from riglens.app.commands import main
+
+REPOSITORY = Path(__file__).resolve().parents[1]
+ROI_M = (20.0, 20.0, 4.0)
+BOXES = """seq,frame,cls,x,y,z,length,width,height,yaw
+s,0,car,6,0,0.8,4.5,1.9,1.6,0.3
+s,0,bicycle,3,-4,0.9,1.8,0.6,1.7,0
+s,1,car,-6,3,0.8,4.5,1.9,1.6,0
+s,2,pedestrian,2,5,0.9,0.6,0.6,1.8,0
+"""
+
+
+@pytest.fixture
+def boxes(tmp_path: Path) -> Path:
+    """A small box table with all classes."""
+    path = tmp_path / "boxes.csv"
+    path.write_text(BOXES)
+    return path
+
+
+@pytest.fixture
+def scene(boxes: Path) -> rl.Scene:
+    """That table on a coarse grid."""
+    return rl.load_scene(boxes, 0.5, roi_m=ROI_M)
+
+
+def moved(rig: rl.Rig, z_m: float) -> rl.Rig:
+    """The rig with its first LiDAR at another height."""
+    lidar = rig.lidars()[0]
+    x_m, y_m, _ = lidar.position
+    return rig.with_sensor(lidar.name, lidar.with_pose(rl.Pose((x_m, y_m, z_m), lidar.rpy_deg)))
+
+
+def test_importing_loads_nothing_heavy_and_every_name_is_there_when_asked_for() -> None:
+    code = (
+        "import sys; import riglens as rl;"
+        "heavy = {'numpy', 'numba', 'pydantic', 'PySide6', 'vtkmodules'};"
+        "assert not heavy & set(sys.modules), heavy & set(sys.modules);"
+        "assert set(rl.__all__) <= set(dir(rl));"
+        "missing = [name for name in rl.__all__ if not hasattr(rl, name)]; assert not missing, missing;"
+        "assert not {'PySide6', 'vtkmodules', 'cyclopts'} & set(sys.modules);"
+    )
+    subprocess.run([sys.executable, "-c", code], cwd=REPOSITORY, check=True, timeout=120)
+
+
+def test_the_names_of_the_package_are_those_of_its_api() -> None:
+    assert rl.__all__ == sorted([*api.__all__, "__version__"])
+    assert all(getattr(rl, name) is getattr(api, name) for name in api.__all__)
+    assert rl.__version__[0].isdigit()
+    with pytest.raises(AttributeError, match="module 'riglens' has no attribute 'scores'"):
+        rl.scores  # noqa: B018
+
+
+@pytest.mark.parametrize("settings", [{}, {"reading": "hits", "camera_weight": 0.25}])
+def test_scores_are_those_of_the_command_line_to_the_last_bit(
+    settings: dict[str, object], boxes: Path, scene: rl.Scene, tmp_path: Path
+) -> None:
+    target = tmp_path / "scores.json"
+    said = {"reading": "--reading", "camera_weight": "--lambda"}
+    options = [str(word) for name, value in settings.items() for word in (said[name], value)]
+    grid = ["--voxel", "0.5", "--roi", *map(str, ROI_M)]
+    assert main(["evaluate", "W+T", "--boxes", str(boxes), *grid, *options, "--json", str(target)]) == 0
+    expected = json.loads(target.read_text())
+    result = rl.score(rl.open_rig("W+T"), scene, **settings)  # type: ignore[arg-type]
+    found = json.loads(json.dumps(result.to_dict()))
+    for document in (expected, found):
+        assert document["rigs"][0].pop("elapsed_ms") > 0.0
+    assert found == expected
+    classes = expected["rigs"][0]["classes"]
+    assert set(result) == set(classes) and len(result) == 3
+    for name, scores in classes.items():
+        of_class = result[name]
+        assert (of_class.seen, of_class.s_ms) == (scores["any"]["seen"], scores["s_ms"])
+        assert of_class.h_total == scores["h_total"]
+        assert (of_class.s_mig_camera, of_class.seen_camera) == tuple(scores["camera"].values())
+        assert (of_class.s_mig_lidar, of_class.seen_lidar) == tuple(scores["lidar"].values())
+    assert dict(result.covered_voxels) == expected["rigs"][0]["covered_voxels"]
+
+
+def test_an_engine_gives_the_scores_of_single_evaluations(scene: rl.Scene) -> None:
+    rig = rl.open_rig("N+P")
+    one_lidar = rig.replace(sensors=rig.lidars()[:1])
+    rigs = [moved(one_lidar, z_m) for z_m in (0.3, 1.0, 3.8)]
+    with scene.engine(threads=2) as engine:
+        found = [dict(engine.evaluate(rig)) for rig in [*rigs, rigs[0]]]
+    alone = [dict(rl.score(rig, scene)) for rig in rigs]
+    assert found == [*alone, alone[0]]
+    assert len({result["car"].seen for result in alone}) == 2
+    with pytest.raises(RuntimeError, match="closed"):
+        engine.evaluate(rigs[0])
+
+
+def test_a_scene_says_what_it_holds(scene: rl.Scene) -> None:
+    assert (scene.grid.shape, scene.grid.voxel_m, scene.grid.roi_m) == ((40, 40, 8), 0.5, ROI_M)
+    assert scene.data.frames == 3
+    assert scene.data.boxes == {"car": 2, "bicycle": 1, "pedestrian": 1}
+
+
+def test_a_stored_pog_is_a_scene(boxes: Path, scene: rl.Scene, tmp_path: Path) -> None:
+    stored = tmp_path / "town.npz"
+    grid = ["--voxel", "0.5", "--roi", *map(str, ROI_M)]
+    assert main(["pog", str(boxes), "--out", str(stored), *grid]) == 0
+    rig = rl.open_rig("W+T")
+    assert dict(rl.score(rig, rl.load_scene(pog=stored))) == dict(rl.score(rig, scene))
+
+
+def test_wrong_arguments_are_named_as_python_names_them(boxes: Path, scene: rl.Scene, tmp_path: Path) -> None:
+    rig = rl.open_rig("W+T")
+    with pytest.raises(
+        rl.InputError, match=r"^frames describes a box data set; name the data set with boxes"
+    ):
+        rl.load_scene(frames=3)
+    with pytest.raises(rl.InputError, match="boxes and pog"):
+        rl.load_scene(boxes, pog=tmp_path / "town.npz")
+    with pytest.raises(rl.InputError, match="camera_weight: found -1"):
+        rl.score(rig, scene, camera_weight=-1.0)
+    with pytest.raises(rl.InputError, match="threads: found 0"):
+        scene.engine(threads=0)
+    with pytest.raises(rl.InputError, match=r"out: found picture\.jpg"):
+        rl.render(rig, scene, "picture.jpg")
+    with pytest.raises(rl.InputError, match=r"did you mean W\+T"):
+        rl.open_rig("W+TT")
+    with pytest.raises(ValueError, match="more than 360"):
+        rl.Lidar(name="l", position=(0, 0, 2), elevations_deg=(0.0,), azimuths_deg=(-200.0, 200.0))
+
+
+def test_boxes_that_do_not_count_are_warned_of(boxes: Path) -> None:
+    boxes.write_text(BOXES + "s,2,shopping_cart,2,6,0.9,0.6,0.6,1.8,0\n")
+    with pytest.warns(rl.RigLensWarning, match="1 box belongs to no class and does not count: shopping_cart"):
+        rl.load_scene(boxes, 0.5, roi_m=ROI_M)
+    scene = rl.load_scene(boxes, 0.5, roi_m=ROI_M, classes={"shopping_cart": "pedestrian"})
+    assert scene.data.boxes["pedestrian"] == 2
+
+
+def test_a_saved_rig_comes_back_and_comments_stay(tmp_path: Path) -> None:
+    path, rig = tmp_path / "rig.yaml", rl.open_rig("W+T")
+    rl.save_rig(rig, path)
+    path.write_text("# measured on Tuesday\n" + path.read_text())
+    rl.save_rig(moved(rig, 1.75), path)
+    assert rl.open_rig(path) == moved(rig, 1.75)
+    assert path.read_text().startswith("# measured on Tuesday\n")
+    assert set(rl.presets()) >= {"W+T", "N+P", "Center"}
+
+
+def test_a_converted_rig_tells_what_the_format_cannot_hold(tmp_path: Path) -> None:
+    rig, target = rl.open_rig("W+T"), tmp_path / "rig.urdf"
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        assert rl.convert("W+T", target) == rig
+        back = rl.convert(target, tmp_path / "back.yaml")
+    assert {warning.category for warning in told} == {rl.RigLensWarning}
+    assert {warning.filename for warning in told} == {__file__}
+    assert "ROS URDF: ignored: vehicle: the file has no place for it" in map(str, (w.message for w in told))
+    assert [sensor.name for sensor in back.sensors] == [sensor.name for sensor in rig.sensors]
+    with pytest.raises(rl.InputError, match="name it with target_format"):
+        rl.convert(rig, tmp_path / "rig.unknown")
+    assert rl.convert(rig, tmp_path / "rig.unknown", target_format="riglens") == rig
+    assert (tmp_path / "rig.unknown").read_text().startswith("riglens: 1")
+
+
+def test_a_picture_is_drawn(scene: rl.Scene, tmp_path: Path, xvfb: str) -> None:
+    out, rig = tmp_path / "picture.png", rl.open_rig("W+T")
+    rl.render(rig, scene, out, view="top", size_px=(320, 200), baseline=moved(rig, 0.5), heatmap="change")
+    picture = matplotlib.image.imread(out)
+    assert picture.shape[:2] == (200, 320)
+    assert picture[..., :3].std() > 0.01
