@@ -30,7 +30,7 @@ def _with_window(rig: str, scene: SceneOptions, score: ScoreOptions) -> int:
     require_system_libraries("window")
     with leaving_on_interrupt():
         load_packages()
-        from riglens.app.window import open_window
+        from riglens.app.window.start import open_window
 
         return open_window(rig, scene, score)
 

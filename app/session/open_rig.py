@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import NamedTuple
 
 from PySide6.QtCore import QObject, Signal
 
@@ -14,10 +15,18 @@ from riglens.core.errors import InputError
 from riglens.core.geometry import Pose
 from riglens.core.rig.edits import in_step, list_text, partner_of
 from riglens.core.rig.history import Edit, History, Marks
-from riglens.core.rig.model import Camera, Lidar, Rig
+from riglens.core.rig.model import Camera, Lidar, Rig, Vehicle
 from riglens.core.rig.yaml.file import RigFile, load_rig, new_rig_file
 
 Names = tuple[str, ...]
+
+
+class _Told(NamedTuple):
+    """What was last told of the rig's parts."""
+
+    vehicle: Vehicle
+    is_modified: bool
+    steps: tuple[str | None, str | None]
 
 
 class OpenRig(QObject):
@@ -30,6 +39,15 @@ class OpenRig(QObject):
     opened = Signal()
     """Everything was exchanged for another rig; sent before the other signals of this."""
     rig_changed = Signal()
+    """The rig is another one: sent for every preview of a drag, too. What is only about parts of it has a signal
+    of its own, sent after this one."""
+    rig_settled = Signal()
+    """The rig changed and no drag is open, or a drag ended."""
+    vehicle_changed = Signal()
+    modified_changed = Signal()
+    """Whether the rig differs from the saved one."""
+    steps_changed = Signal()
+    """What undo and redo would do."""
     selection_changed = Signal()
     hidden_changed = Signal()
     locked_changed = Signal()
@@ -40,6 +58,7 @@ class OpenRig(QObject):
         super().__init__()
         self.revision = 0
         self._start(rig, rig_file, path)
+        self._told = self._parts()
 
     def _start(self, rig: Rig, rig_file: RigFile | None, path: Path | None) -> None:
         self._history = History(rig)
@@ -129,6 +148,7 @@ class OpenRig(QObject):
         self._history.mark_saved()
         self.path = path
         self.file_changed.emit()
+        self._tell_parts()
 
     # ------------------------------------------------------------------ selection and visibility
     def select(self, name: str | None) -> None:
@@ -159,7 +179,9 @@ class OpenRig(QObject):
         """Hide or lock others than before; False when nothing changes."""
         self.cancel_drag()
         self._last_edit = Edit("")
-        return self._history.apply(label, self.rig, marks=marks)
+        is_other = self._history.apply(label, self.rig, marks=marks)
+        self._tell_parts()
+        return is_other
 
     def _refuse_locked(self, names: Names) -> None:
         """InputError when one of these sensors, or the mirror image of one, is locked."""
@@ -201,3 +223,21 @@ class OpenRig(QObject):
         """Count the revision and tell everybody; the selection is one that exists in the rig by now."""
         self.revision += 1
         self.rig_changed.emit()
+        self._tell_parts()
+        if not self.is_dragging:
+            self.rig_settled.emit()
+
+    def _parts(self) -> _Told:
+        return _Told(self.rig.vehicle, self.is_modified, (self.undo_label, self.redo_label))
+
+    def _tell_parts(self) -> None:
+        """Tell which parts differ from what was told of them last."""
+        before, self._told = self._told, self._parts()
+        changes = (
+            (before.vehicle is not self._told.vehicle and before.vehicle != self._told.vehicle, self.vehicle_changed),
+            (before.is_modified != self._told.is_modified, self.modified_changed),
+            (before.steps != self._told.steps, self.steps_changed),
+        )  # fmt: skip
+        for is_other, changed in changes:
+            if is_other:
+                changed.emit()

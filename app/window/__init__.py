@@ -1,24 +1,25 @@
-"""The window: a composition of small features over one document, one viewport and one background thread.
+"""The window: small features over one session, one view and one background thread.
 
-A feature is one small class in a file of its own under `features/`, listed in `main_window.FEATURES`:
+`main_window.MainWindow` makes a `Workbench` (workbench.py), which is all that a feature may use, and has build.py
+build every feature on it. A feature is one class under `features/`:
 
     class Mirror(Feature):
         specs = (Spec("mirror", "Mirror", "Add the mirror image of the selected sensor", "M",
                       menu="sensor/edit", tool="sensor"),)
 
-        def __init__(self, window: MainWindow) -> None:
-            super().__init__(window)                      # makes the actions and puts them into menu and toolbar
-            self.bind(mirror=self.mirror)                 # what each action does
-            self.dock = window.add_dock("Mirror", Panel(), area, beside="Inspector")    # entry under View for free
-            window.rig_shown.connect(self._follow)        # see the signals of MainWindow
+        def __init__(self, bench: Workbench, files: Files) -> None:
+            super().__init__(bench)                       # makes the actions and puts them into menu and toolbar
+            self.bind(mirror=self.mirror)                 # says what each action does
+            self.dock = bench.docks.add("Mirror", Panel(), area, beside="Inspector")    # with an entry under View
+            self.document.selection_changed.connect(self._update)    # hears of what it depends on, and no more
+            self._update()                                # shows what is so at first
 
-Sections of menus and toolbar: `places.py`. Long work: `window.tasks.run`. `restore` and `keep` carry
-choices to the next session; `mouse` adds lines to the sheet of shortcuts. Edits go through `window.guarded(...)`,
-which turns an InputError into a message. One feature reaches another by `window.feature(Files)`. MainWindow itself
-knows no single feature's work.
+It is built in `build.build_features`, where it gets the features that it needs as arguments. What is asked now
+(metric, heatmap, baseline, picked voxel, map, traffic) is read from `self.session`, changed by its setters, and told
+by its signals; what was answered is in `bench.answers`. Edits of the rig go to `self.document`, through
+`bench.guarded(...)`, which turns an InputError into a message. What the view shows is changed by
+`viewport.show_state(replace(viewport.state, ...))`. Long work: `bench.tasks.run`. Sections of menus and toolbar:
+places.py. `restore` and `keep` carry choices to the next session; `mouse` adds lines to the sheet of shortcuts.
+
+A feature knows neither the main window nor the builder, and an import contract says so.
 """
-
-from riglens.app.window.main_window import MainWindow
-from riglens.app.window.start import open_window
-
-__all__ = ["MainWindow", "open_window"]

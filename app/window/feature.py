@@ -3,31 +3,32 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from PySide6.QtCore import QObject
 
 from riglens.app.window.actions import Spec
 from riglens.app.window.settings import Settings
-
-if TYPE_CHECKING:
-    from riglens.app.window.main_window import MainWindow
+from riglens.app.window.workbench import Workbench
 
 
 class Feature(QObject):
-    """One thing that the window can do: its actions and its work. A child of the window, gone with it."""
+    """One thing that the window can do: its actions and its work. A child of the workbench, gone with it."""
 
     specs: ClassVar[tuple[Spec, ...]] = ()
     """The actions of this feature, in the order in which they stand in menu and toolbar."""
     mouse: ClassVar[tuple[tuple[str, str], ...]] = ()
     """Gestures in the 3D view and what they do, for the sheet of shortcuts."""
 
-    def __init__(self, window: MainWindow) -> None:
-        super().__init__(window)
-        self.window = window
-        self.document = window.document
-        self.viewport = window.viewport
-        window.actions_.add(self.specs)
+    def __init__(self, bench: Workbench) -> None:
+        super().__init__(bench)
+        self.bench = bench
+        self.session = bench.session
+        self.document = bench.session.document
+        self.viewport = bench.viewport
+        self.actions = bench.actions
+        bench.actions.add(self.specs)
+        bench.gestures.extend(self.mouse)
 
     def restore(self, settings: Settings) -> None:
         """Take up what an earlier session kept; called once all features are there. Expect any value."""
@@ -36,5 +37,5 @@ class Feature(QObject):
         """Write what the next session should find; called when the window closes."""
 
     def bind(self, **slots: Callable[[], object]) -> None:
-        """What the actions do, by their keys."""
-        self.window.actions_.bind(**slots)
+        """Say what the actions do, by their keys."""
+        self.actions.bind(**slots)

@@ -13,8 +13,6 @@ from riglens.app.launch.interrupt import quit_on_interrupt
 from riglens.app.launch.leaving import Grace
 from riglens.app.launch.user_folders import config_folder, state_folder
 from riglens.app.session.document import Document
-from riglens.app.window.features.autosave import Autosave
-from riglens.app.window.features.exchange import Exchange
 from riglens.app.window.main_window import MainWindow
 from riglens.app.window.settings import Settings
 from riglens.app.window.unexpected import failures_told
@@ -52,15 +50,15 @@ def open_window(rig: str, scene: SceneOptions, score: ScoreOptions) -> int:
     QTimer.singleShot(LONGEST_WAIT_MS, recompute, recompute.begin)
     window = MainWindow(document, viewport, recompute, scene, settings, kept=kept)
     grace = Grace()
-    with quit_on_interrupt(app) as interrupt, failures_told(window.report_error, state_folder()):
-        window.closing.connect(
+    with quit_on_interrupt(app) as interrupt, failures_told(window.bench.report_error, state_folder()):
+        window.bench.closing.connect(
             lambda: grace.start(interrupt.code)
         )  # the last to be told: all is kept by then
         window.show()
         gc.freeze()  # what is there now stays: looking through it once would take as long as drawing a frame
         gc.enable()  # app.main paused it
-        window.feature(Autosave).start(state_folder() / "unsaved")
-        window.feature(Exchange).show_report(opened.report)
+        window.features.autosave.start(state_folder() / "unsaved")
+        window.features.exchange.show_report(opened.report)
         code = app.exec() or interrupt.code
     grace.cancel()
     return code

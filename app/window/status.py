@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QLabel, QStatusBar, QWidget
 
+from riglens.app.background.tasks import Task
 from riglens.app.evaluation.requests import Approximation, LoadedScene, Result
 from riglens.widgets.panels.messages import ProgressStrip
 
@@ -35,6 +37,16 @@ class StatusBar(QStatusBar):
         strip = ProgressStrip(title)
         self.insertPermanentWidget(2, strip)  # behind state and time
         return strip
+
+    def show_task(self, task: Task) -> None:
+        """Show the progress of a task until it ends, with a button to cancel it."""
+        queued = Qt.ConnectionType.QueuedConnection
+        strip = self.add_strip(task.title)
+        strip.cancelled.connect(task.cancel)
+        task.progressed.connect(strip.show_progress, queued)
+        task.ended.connect(strip.end, queued)
+        task.ended.connect(strip.deleteLater, queued)
+        strip.begin()
 
     def set_updating(self) -> None:
         """The numbers shown are of an earlier state; coarse ones are said to be so until the next are there."""

@@ -10,8 +10,7 @@ from PySide6.QtWidgets import QApplication
 
 from riglens.app.background.recompute import Recompute
 from riglens.app.session.document import Document
-from riglens.app.window import MainWindow
-from riglens.app.window.features.autosave import Autosave
+from riglens.app.window.main_window import MainWindow
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.rig.yaml.file import load_rig
 from tests.app.window_bench import RIG, FakeViewport, scene_options
@@ -24,7 +23,7 @@ def main(folder: Path, rig: Path | None) -> None:
     document = Document(file.rig if file else RIG, file, rig)
     scene = scene_options(folder)
     window = MainWindow(document, FakeViewport(), Recompute(threads=1), scene, MetricSettings())
-    autosave = window.feature(Autosave)
+    autosave = window.features.autosave
     autosave.start(folder / "unsaved")
     document.replace_sensor("roof", document.rig.sensor("roof").replace(position=(0.0, 0.0, 3.0)))
     timer = QTimer()

@@ -72,27 +72,27 @@ def test_a_cancelled_task_ends_without_an_answer_or_an_error(qtbot: QtBot, tasks
 
 def test_the_status_bar_shows_long_work_and_its_cancel_ends_it(qtbot: QtBot, tmp_path: Path) -> None:
     with open_bench(qtbot, tmp_path) as bench:
-        task = bench.window.tasks.run("Counting sheep", forever, print)
-        strips = bench.window.status.findChildren(ProgressStrip)
+        task = bench.workbench.tasks.run("Counting sheep", forever, print)
+        strips = bench.workbench.status.findChildren(ProgressStrip)
         [strip] = [strip for strip in strips if strip.is_running]
         qtbot.waitUntil(strip.isVisible, timeout=TIMEOUT_MS)
         qtbot.waitUntil(lambda: strip.bar.value() == 250, timeout=TIMEOUT_MS)
         assert "Counting sheep" in strip.bar.format()
         strip.findChild(QPushButton).click()
-        qtbot.waitUntil(lambda: task not in bench.window.tasks.running, timeout=TIMEOUT_MS)
+        qtbot.waitUntil(lambda: task not in bench.workbench.tasks.running, timeout=TIMEOUT_MS)
 
 
 def test_closing_the_window_gives_up_what_runs(qtbot: QtBot, tmp_path: Path) -> None:
     with open_bench(qtbot, tmp_path) as bench:
-        bench.window.tasks.run("Counting sheep", forever, print)
+        bench.workbench.tasks.run("Counting sheep", forever, print)
         bench.window.close()
-        assert bench.window.tasks.running == ()
+        assert bench.workbench.tasks.running == ()
 
 
 def test_a_failed_task_is_told_in_the_message_bar_with_details(qtbot: QtBot, tmp_path: Path) -> None:
     with open_bench(qtbot, tmp_path) as bench:
-        bench.window.tasks.run("Dividing", lambda progress: 1 // 0, print)
-        bar = bench.window.message_bar
+        bench.workbench.tasks.run("Dividing", lambda progress: 1 // 0, print)
+        bar = bench.workbench.errors
         qtbot.waitUntil(lambda: bar.message != "", timeout=TIMEOUT_MS)
         assert "Traceback" in bar.details
         bar.findChild(QPushButton, "details").click()

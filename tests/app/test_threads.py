@@ -22,11 +22,6 @@ import riglens.core.kernels
 from riglens.app.background.pictures import Picture, PictureRequest, Pictures
 from riglens.app.background.tasks import Tasks
 from riglens.app.evaluation.scoring import LoadedScene, load_scene
-from riglens.app.window.features.compare import Compare
-from riglens.app.window.features.heat import Heat
-from riglens.app.window.features.map import Map
-from riglens.app.window.features.pick import Pick
-from riglens.app.window.features.sensor_view import SensorView
 from tests.app.window_bench import CAMERA, TIMEOUT_MS, open_bench, scene_options
 
 MODES = ("probability", "entropy", "seen", "unseen", "sensors", "change")
@@ -79,25 +74,24 @@ def test_everything_in_the_window_calls_parallel_kernels_on_one_thread(
     monkeypatch.setattr(riglens.app.background.side_jobs, "SIDE_REST_S", 0.0)
     with open_bench(qtbot, tmp_path) as bench:
         for dock in ("Map", "Sensor view"):
-            bench.window.docks[dock].setFloating(True)  # all in sight at once
-            bench.window.docks[dock].show()
-        qtbot.waitUntil(lambda: bool(bench.window.feature(Map).in_sight), timeout=TIMEOUT_MS)
-        bench.window.feature(Compare).add_presets(("Center",))
+            bench.workbench.docks[dock].setFloating(True)  # all in sight at once
+            bench.workbench.docks[dock].show()
+        qtbot.waitUntil(lambda: bool(bench.features.map.in_sight), timeout=TIMEOUT_MS)
+        bench.features.compare.add_presets(("Center",))
         bench.act("pin")
         for mode in MODES:
-            bench.window.feature(Heat).set_mode(mode)
+            bench.features.heat.set_mode(mode)
             bench.settle()
         for name in ("front", "roof"):
             bench.document.select(name)
             bench.drag(name, (0.2, 0.1, 2.1), (0.4, 0.1, 2.2))
-            bench.window.feature(Pick).voxel = (20, 20, 2)
-            bench.window.settings_changed.emit()
+            bench.session.pick((20, 20, 2))
             bench.settle()
-            qtbot.waitUntil(lambda: bench.window.feature(SensorView).is_current, timeout=TIMEOUT_MS)
-        rows = bench.window.feature(Compare)
+            qtbot.waitUntil(lambda: bench.features.sensor_view.is_current, timeout=TIMEOUT_MS)
+        rows = bench.features.compare
         qtbot.waitUntil(lambda: all(row.scores for row in rows.rows), timeout=TIMEOUT_MS)
-        assert bench.window.feature(Map)._top is not None
-        assert bench.window.feature(SensorView).pictures._thread is not None
+        assert bench.features.map._top is not None
+        assert bench.features.sensor_view.pictures._thread is not None
     assert callers == {"parallel": {"recompute"}, "serial": {"pictures"}}
 
 

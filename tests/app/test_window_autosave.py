@@ -44,13 +44,13 @@ def orphan(folder: Path, path: Path | None = None) -> Path:
 
 
 def start(bench: Bench, folder: Path) -> Autosave:
-    autosave = bench.window.feature(Autosave)
+    autosave = bench.features.autosave
     autosave.start(folder)
     return autosave
 
 
 def press(bench: Bench, choice: str) -> None:
-    bar = bench.window.note_bar
+    bar = bench.workbench.notes
     [button] = [found for found in bar.findChildren(QPushButton, choice) if found.isVisibleTo(bar)]
     button.click()
 
@@ -65,7 +65,7 @@ def test_changes_of_a_killed_window_are_recovered_at_the_next_start(qtbot: QtBot
     killed_window(tmp_path, rig)
     with open_bench(qtbot, tmp_path, wait=False) as bench:
         start(bench, tmp_path / "unsaved")
-        assert "my.yaml" in bench.window.note_bar.message
+        assert "my.yaml" in bench.workbench.notes.message
         press(bench, "Recover")
         assert bench.document.rig == MOVED
         assert bench.document.path == rig and bench.document.is_modified
@@ -80,7 +80,7 @@ def test_a_rig_that_was_never_saved_is_recovered_too(qtbot: QtBot, tmp_path: Pat
         start(bench, tmp_path / "unsaved")
         press(bench, "Recover")
         assert (bench.document.rig, bench.document.saved_rig, bench.document.path) == (MOVED, RIG, None)
-        assert not bench.window.note_bar.isVisible()
+        assert not bench.workbench.notes.isVisible()
         bench.act("undo")
         assert bench.document.rig == RIG
 
@@ -101,11 +101,11 @@ def test_discard_deletes_and_asks_about_the_next(qtbot: QtBot, tmp_path: Path) -
         orphan(tmp_path / "unsaved")
     with open_bench(qtbot, tmp_path, wait=False) as bench:
         start(bench, tmp_path / "unsaved")
-        assert "(1 more)" in bench.window.note_bar.message
+        assert "(1 more)" in bench.workbench.notes.message
         press(bench, "Discard")
         assert len(files(tmp_path / "unsaved")) == 1
         press(bench, "Discard")
-        assert files(tmp_path / "unsaved") == [] and not bench.window.note_bar.isVisible()
+        assert files(tmp_path / "unsaved") == [] and not bench.workbench.notes.isVisible()
         assert bench.document.rig == RIG
 
 
@@ -114,7 +114,7 @@ def test_a_running_window_keeps_its_file(qtbot: QtBot, tmp_path: Path) -> None:
     other.write(Unsaved(MOVED, RIG, None))
     with open_bench(qtbot, tmp_path, wait=False) as bench:
         start(bench, tmp_path / "unsaved")
-        assert bench.window.note_bar.message == ""
+        assert bench.workbench.notes.message == ""
     assert files(tmp_path / "unsaved") == [other.path]
 
 
@@ -126,7 +126,7 @@ def test_only_one_of_two_windows_gets_what_a_third_left_behind(qtbot: QtBot, tmp
         press(one, "Recover")
         press(other, "Recover")
         assert (one.document.rig, other.document.rig) == (MOVED, RIG)
-        assert "another window" in other.window.message_bar.message
+        assert "another window" in other.window.bench.errors.message
 
 
 def test_changes_are_written_and_the_file_goes_when_they_are_saved(qtbot: QtBot, tmp_path: Path) -> None:
@@ -135,7 +135,7 @@ def test_changes_are_written_and_the_file_goes_when_they_are_saved(qtbot: QtBot,
         bench.document.apply(MOVED)
         qtbot.waitUntil(lambda: len(files(tmp_path / "unsaved")) == 1, timeout=TIMEOUT_MS)
         bench.dialogs.path = tmp_path / "saved.yaml"
-        qtbot.waitUntil(lambda: not bench.window.tasks.running, timeout=TIMEOUT_MS)
+        qtbot.waitUntil(lambda: not bench.workbench.tasks.running, timeout=TIMEOUT_MS)
         bench.act("save")
         assert files(tmp_path / "unsaved") == []
 
@@ -147,7 +147,7 @@ def test_a_folder_that_cannot_be_written_is_told_once_per_attempt_and_the_work_g
     with open_bench(qtbot, tmp_path) as bench:
         start(bench, tmp_path / "unsaved")
         bench.document.apply(MOVED)
-        qtbot.waitUntil(lambda: "unsaved" in bench.window.message_bar.message, timeout=TIMEOUT_MS)
+        qtbot.waitUntil(lambda: "unsaved" in bench.workbench.errors.message, timeout=TIMEOUT_MS)
         assert bench.document.rig == MOVED
 
 
@@ -157,7 +157,7 @@ def test_a_file_that_is_gone_meanwhile_costs_no_change(qtbot: QtBot, tmp_path: P
         start(bench, tmp_path / "unsaved")
         press(bench, "Recover")
         assert bench.document.rig == MOVED and bench.document.is_modified
-        assert "gone.yaml" in bench.window.message_bar.message
+        assert "gone.yaml" in bench.workbench.errors.message
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,6 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication
 
-from riglens.app.window.features.car import Car
 from riglens.core.geometry import Pose
 from riglens.core.rig.edits import mirrored_pose, partner_of
 from riglens.core.rig.yaml.file import load_rig
@@ -44,7 +43,7 @@ def test_a_drag_of_one_of_a_pair_moves_both_as_one_undo_step(bench):
     bench.drag("roof", (0.3, 0.5, 2.0), (0.5, 0.7, 2.1))
     assert pose(bench, "roof").position_m == (0.5, 0.7, 2.1)
     assert pose(bench, "roof_mirror").position_m == (0.5, -0.7, 2.1)
-    assert bench.viewport.rig == bench.document.rig
+    assert bench.viewport.state.rig == bench.document.rig
     bench.act("undo")
     assert bench.document.rig == before
 
@@ -59,7 +58,7 @@ def test_typing_a_coordinate_moves_the_mirror_image_too(bench):
 def test_unlinked_sensors_move_alone_and_linking_brings_the_nearest_back(bench):
     bench.act("mirror")
     bench.document.select("roof")
-    assert bench.window.actions_["unlink"].isEnabled() and not bench.window.actions_["mirror"].isEnabled()
+    assert bench.workbench.actions["unlink"].isEnabled() and not bench.workbench.actions["mirror"].isEnabled()
     bench.act("unlink")
     bench.drag("roof", (0.5, 0.7, 2.1))
     assert pose(bench, "roof_mirror") == mirrored_pose(LIDAR.pose)
@@ -74,7 +73,7 @@ def test_deleting_one_of_a_pair_leaves_the_other_alone(bench):
     assert names(bench) == ["roof", "front"]
     assert (
         bench.document.rig.sensor("roof").mirror_of is None
-        and not bench.window.actions_["unlink"].isEnabled()
+        and not bench.workbench.actions["unlink"].isEnabled()
     )
 
 
@@ -82,17 +81,17 @@ def test_a_sensor_on_the_middle_plane_has_no_mirror_image_and_the_window_says_so
     bench.document.select("front")
     bench.act("mirror")
     assert names(bench) == ["roof", "front"]
-    assert "middle plane" in bench.window.message_bar.message
+    assert "middle plane" in bench.workbench.errors.message
 
 
 def test_place_on_body_starts_in_the_view_with_a_hint_and_ends_with_it(bench):
     bench.act("place")
     assert ("place",) in bench.viewport.told
-    assert "Click on the car" in bench.window.status.currentMessage()
+    assert "Click on the car" in bench.workbench.status.currentMessage()
     bench.viewport.placing_changed.emit(False)
-    assert not bench.window.actions_["place"].isChecked() and bench.window.status.currentMessage() == ""
+    assert not bench.workbench.actions["place"].isChecked() and bench.workbench.status.currentMessage() == ""
     bench.document.select(None)
-    assert not bench.window.actions_["place"].isEnabled()
+    assert not bench.workbench.actions["place"].isEnabled()
 
 
 def test_a_model_dropped_on_the_car_is_added_there_and_selected(bench):
@@ -128,14 +127,14 @@ def test_another_body_brings_its_own_size_but_keeps_what_was_measured(bench):
     bench.choose("body", "truck")
     expected = reference_vehicle("truck").replace(width=1.8)
     assert bench.document.rig.vehicle == expected
-    assert bench.viewport.told[-1] == ("vehicle", expected)
+    assert vehicles_shown(bench)[-1] == (expected, None)
 
 
 TETRAHEDRON = "v 0 0 0\nv 2 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
 
 
 def vehicles_shown(bench: Bench) -> list[tuple]:
-    return [told for told in bench.viewport.told if told[0] == "vehicle"]
+    return bench.viewport.values("vehicle", "body_mesh")
 
 
 def test_a_mesh_file_chosen_in_the_inspector_becomes_the_body_named_from_the_rigs_folder(bench, tmp_path):
@@ -146,11 +145,11 @@ def test_a_mesh_file_chosen_in_the_inspector_becomes_the_body_named_from_the_rig
     bench.dialogs.path = tmp_path / "meshes" / "car.obj"
     bench.qtbot.mouseClick(bench.find("mesh"), Qt.MouseButton.LeftButton)
     assert bench.document.rig.vehicle.body == "meshes/car.obj"
-    bench.qtbot.waitUntil(lambda: len(vehicles_shown(bench)[-1]) == 3, timeout=TIMEOUT_MS)
-    assert vehicles_shown(bench)[-1][2].triangles.shape == (4, 3)
+    bench.qtbot.waitUntil(lambda: vehicles_shown(bench)[-1][1] is not None, timeout=TIMEOUT_MS)
+    assert vehicles_shown(bench)[-1][1].triangles.shape == (4, 3)
     bench.type("mesh_scale", "0.5")
-    _, vehicle, mesh = vehicles_shown(bench)[-1]
-    assert vehicle.mesh.scale == 0.5 and mesh is vehicles_shown(bench)[-2][2]
+    vehicle, mesh = vehicles_shown(bench)[-1]
+    assert vehicle.mesh.scale == 0.5 and mesh is vehicles_shown(bench)[-2][1]
 
 
 def test_a_rig_saved_elsewhere_goes_on_finding_its_mesh(bench, tmp_path):
@@ -158,7 +157,7 @@ def test_a_rig_saved_elsewhere_goes_on_finding_its_mesh(bench, tmp_path):
         (tmp_path / folder).mkdir()
     (tmp_path / "here" / "car.obj").write_text(TETRAHEDRON)
     bench.document.save(tmp_path / "here" / "rig.yaml")
-    bench.window.feature(Car).take_mesh(tmp_path / "here" / "car.obj")
+    bench.features.car.take_mesh(tmp_path / "here" / "car.obj")
     assert bench.document.rig.vehicle.body == "car.obj"
     bench.dialogs.path = tmp_path / "here" / "copy.yaml"
     bench.act("save_as")
@@ -167,7 +166,7 @@ def test_a_rig_saved_elsewhere_goes_on_finding_its_mesh(bench, tmp_path):
     bench.act("save_as")
     assert load_rig(bench.dialogs.path).rig.vehicle.body == (tmp_path / "here" / "car.obj").as_posix()
     bench.settle()
-    assert bench.window.message_bar.isHidden()
+    assert bench.workbench.errors.isHidden()
 
 
 def test_a_mesh_that_cannot_be_read_is_reported_and_the_last_good_body_stays(bench, tmp_path):
@@ -176,16 +175,16 @@ def test_a_mesh_that_cannot_be_read_is_reported_and_the_last_good_body_stays(ben
     shown = len(vehicles_shown(bench))
     rig = bench.document.rig
     bench.document.apply(rig.replace(vehicle=rig.vehicle.replace(body=str(bad))))
-    bench.qtbot.waitUntil(lambda: "bad.glb" in bench.window.message_bar.message, timeout=TIMEOUT_MS)
+    bench.qtbot.waitUntil(lambda: "bad.glb" in bench.workbench.errors.message, timeout=TIMEOUT_MS)
     QApplication.processEvents()
     assert len(vehicles_shown(bench)) == shown
     bench.act("undo")
-    assert vehicles_shown(bench)[-1] == ("vehicle", rig.vehicle)
+    assert vehicles_shown(bench)[-1] == (rig.vehicle, None)
 
 
 def test_a_body_that_is_no_file_is_reported_with_what_is_accepted(bench, tmp_path: Path):
     rig = bench.document.rig
     bench.document.apply(rig.replace(vehicle=rig.vehicle.replace(body="hovercraft")))
     bench.qtbot.waitUntil(
-        lambda: "accepted is sedan, suv" in bench.window.message_bar.message, timeout=TIMEOUT_MS
+        lambda: "accepted is sedan, suv" in bench.workbench.errors.message, timeout=TIMEOUT_MS
     )

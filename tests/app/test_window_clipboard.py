@@ -37,7 +37,7 @@ def test_a_copy_comes_back_under_a_free_name_as_one_step(bench: Bench) -> None:
 def test_several_sensors_go_into_another_window_in_one_step(
     qtbot: QtBot, tmp_path: Path, bench: Bench
 ) -> None:
-    bench.window.tree.choose(("roof", "front"))
+    bench.panels.tree.choose(("roof", "front"))
     bench.act("copy")
     with open_bench(qtbot, tmp_path, rig=RIG.replace(sensors=()), wait=False) as other:
         other.act("paste")
@@ -84,7 +84,7 @@ def test_foreign_text_is_refused_in_one_line_and_changes_nothing(
 ) -> None:
     QApplication.clipboard().setText(text)
     bench.act("paste")
-    message = bench.window.message_bar.message
+    message = bench.workbench.errors.message
     assert reason in message and "accepted are sensors" in message and "\n" not in message
     assert bench.document.rig == RIG
 

@@ -11,7 +11,6 @@ from PySide6.QtWidgets import QComboBox, QPushButton
 from pytestqt.qtbot import QtBot
 
 import riglens.app.background.side_jobs
-from riglens.app.window.features.baseline import Baseline
 from riglens.app.window.features.compare import Compare
 from riglens.app.window.settings import Settings
 from riglens.core.rig.presets import PAPER_RIGS, preset
@@ -34,7 +33,7 @@ def bench(qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iter
 
 
 def compare(bench: Bench) -> Compare:
-    return bench.window.feature(Compare)
+    return bench.features.compare
 
 
 def wait_for_scores(bench: Bench) -> None:
@@ -117,13 +116,13 @@ def test_a_file_that_is_no_rig_is_reported_and_not_listed(bench: Bench, tmp_path
     bench.dialogs.path = tmp_path / "bad.yaml"
     bench.dialogs.path.write_text("riglens: 1\nsensors: 7\n")
     bench.act("compare_file")
-    assert "bad.yaml" in bench.window.message_bar.message
+    assert "bad.yaml" in bench.workbench.errors.message
     assert len(compare(bench).rows) == 1
 
 
 def test_differences_count_from_the_first_rig_or_from_the_baseline(bench: Bench) -> None:
     empty = RIG.replace(sensors=(), name="bare")
-    bench.window.feature(Baseline).pin(empty)
+    bench.session.pin(empty)
     compare(bench).add_presets(("W+T",))
     wait_for_scores(bench)
     here, other, bare = (bench.fresh_scores(rig).classes["car"] for rig in (RIG, preset("W+T"), empty))
@@ -155,7 +154,7 @@ def test_rigs_are_sorted_by_the_column_that_is_clicked(bench: Bench, class_name:
 def test_other_settings_void_the_scores_and_compute_them_again(bench: Bench) -> None:
     compare(bench).add_presets(("W+T",))
     wait_for_scores(bench)
-    reading = bench.window.scores.findChild(QComboBox, "reading")
+    reading = bench.panels.scores.findChild(QComboBox, "reading")
     assert reading is not None
     choose_item(reading, "residual")
     bench.settle()
@@ -216,7 +215,7 @@ def test_a_snapshot_gets_another_name(bench: Bench) -> None:
     assert model.setData(model.index(1, 0), "before the mirror")
     assert compare(bench).rows[1].name == "before the mirror"
     compare(bench).panel.pin_wanted.emit(key)
-    assert bench.window.feature(Baseline).rig == RIG
+    assert bench.session.baseline == RIG
 
 
 # ---------------------------------------------------------------------- bars

@@ -11,7 +11,6 @@ from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from riglens.app.window.features.recent import Recent
 from riglens.app.window.settings import Settings
 from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.file import new_rig_file
@@ -62,7 +61,7 @@ def test_a_dropped_mesh_becomes_the_body(bench: Bench, tmp_path: Path) -> None:
     mesh.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n")
     assert drop(bench, mesh)
     assert bench.document.rig.vehicle.body == mesh.as_posix()
-    bench.qtbot.waitUntil(lambda: len(bench.viewport.told[-1]) == 3, timeout=TIMEOUT_MS)
+    bench.qtbot.waitUntil(lambda: bench.viewport.state.body_mesh is not None, timeout=TIMEOUT_MS)
     bench.act("undo")
     assert bench.document.rig == RIG
 
@@ -70,7 +69,7 @@ def test_a_dropped_mesh_becomes_the_body(bench: Bench, tmp_path: Path) -> None:
 @pytest.mark.parametrize("way", ["new", "drop", "recent"])
 def test_unsaved_changes_are_asked_for(bench: Bench, other: Path, way: str) -> None:
     bench.document.rename("roof", "top")
-    bench.window.settings.write("files/recent", [str(other)])
+    bench.workbench.kept.write("files/recent", [str(other)])
     changed = bench.document.rig
     if way == "new":
         bench.act("new")
@@ -86,20 +85,20 @@ def test_dropped_boxes_are_loaded(bench: Bench, tmp_path: Path) -> None:
     path = tmp_path / "more.csv"
     path.write_text(BOXES + "s,3,car,4,4,0.8,4.5,1.9,1.6,0\n")
     assert drop(bench, path)
-    bench.qtbot.waitUntil(lambda: "more.csv" in bench.window.status.scene.text(), timeout=TIMEOUT_MS)
+    bench.qtbot.waitUntil(lambda: "more.csv" in bench.workbench.status.scene.text(), timeout=TIMEOUT_MS)
 
 
 def test_a_folder_that_holds_no_boxes_is_told(bench: Bench, tmp_path: Path) -> None:
     (tmp_path / "empty").mkdir()
     drop(bench, tmp_path / "empty")
-    bench.qtbot.waitUntil(lambda: "empty" in bench.window.message_bar.message, timeout=TIMEOUT_MS)
+    bench.qtbot.waitUntil(lambda: "empty" in bench.workbench.errors.message, timeout=TIMEOUT_MS)
     bench.settle()
 
 
 def test_a_file_of_another_kind_is_refused_with_what_is_accepted(bench: Bench, tmp_path: Path) -> None:
     drop(bench, tmp_path / "holiday.jpeg")
-    assert "holiday.jpeg" in bench.window.message_bar.message
-    assert ".yaml" in bench.window.message_bar.message
+    assert "holiday.jpeg" in bench.workbench.errors.message
+    assert ".yaml" in bench.workbench.errors.message
     assert bench.document.rig == RIG
 
 
@@ -108,7 +107,7 @@ def test_text_dragged_from_elsewhere_is_not_wanted(bench: Bench) -> None:
 
 
 def entries(bench: Bench) -> list:  # type: ignore[type-arg]
-    recent = bench.window.feature(Recent)
+    recent = bench.features.recent
     recent.fill()
     return [action for action in recent.menu.actions() if not action.isSeparator()]
 
@@ -120,7 +119,7 @@ def test_opened_and_saved_files_are_recent_the_last_one_first(
     bench.dialogs.path = tmp_path / "copy.yaml"
     bench.act("save_as")
     drop(bench, other)
-    assert bench.window.feature(Recent).paths == [other, tmp_path / "copy.yaml"]
+    assert bench.features.recent.paths == [other, tmp_path / "copy.yaml"]
     entries(bench)[1].trigger()
     assert bench.document.path == tmp_path / "copy.yaml"
 
@@ -134,5 +133,5 @@ def test_recent_files_are_kept_and_a_missing_one_is_greyed(qtbot: QtBot, tmp_pat
         first, clear = entries(bench)
         assert "other.yaml" in first.text() and not first.isEnabled()
         clear.trigger()
-        assert bench.window.feature(Recent).paths == []
+        assert bench.features.recent.paths == []
     assert Settings(file).read("files/recent", ["?"]) == []

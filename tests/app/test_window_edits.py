@@ -9,9 +9,6 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QApplication, QLineEdit
 from pytestqt.qtbot import QtBot
 
-from riglens.app.window.features.compare import Compare
-from riglens.app.window.features.edits import Edits
-from riglens.app.window.features.sensors import Sensors
 from riglens.core.geometry import Pose
 from riglens.core.rig.library import default_library
 from riglens.widgets.panels.sensors.tree import EYE, NAME
@@ -25,7 +22,7 @@ def bench(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
 
 
 def click_row(bench: Bench, name: str, column: int = NAME, dx: int = 0) -> None:
-    tree = bench.window.tree
+    tree = bench.panels.tree
     item = tree.item_of(name)
     rect = tree.visualItemRect(item)
     x = tree.columnViewportPosition(column) + (rect.left() + 60 if column == NAME else 12) + dx
@@ -35,12 +32,12 @@ def click_row(bench: Bench, name: str, column: int = NAME, dx: int = 0) -> None:
 def agree(bench: Bench) -> bool:
     """Whether view, list and inspector show the document's selection and the document's rig."""
     document = bench.document
-    chosen = [item.text(NAME) for item in bench.window.tree.selectedItems()]
-    subject = bench.window.inspector.form.subject
+    chosen = [item.text(NAME) for item in bench.panels.tree.selectedItems()]
+    subject = bench.panels.inspector.form.subject
     wanted = document.rig if document.selected is None else document.rig.sensor(document.selected)
     return (
-        bench.viewport.rig == document.rig
-        and bench.viewport.selected == document.selected
+        bench.viewport.state.rig == document.rig
+        and bench.viewport.state.selected == document.selected
         and chosen == ([] if document.selected is None else [document.selected])
         and subject == wanted
     )
@@ -50,7 +47,7 @@ def agree(bench: Bench) -> bool:
 def test_a_sensor_of_the_library_is_added_above_the_roof_and_selected(bench: Bench, model: str) -> None:
     action = next(
         action
-        for menu in bench.window.feature(Sensors).add_menus.values()
+        for menu in bench.features.sensors.add_menus.values()
         for maker in menu.actions()
         for action in maker.menu().actions()
         if action.objectName() == model
@@ -65,8 +62,8 @@ def test_a_sensor_of_the_library_is_added_above_the_roof_and_selected(bench: Ben
 
 
 def test_two_added_sensors_do_not_stand_in_each_other(bench: Bench) -> None:
-    bench.window.feature(Sensors).add("generic-16")
-    bench.window.feature(Sensors).add("generic-16")
+    bench.features.sensors.add("generic-16")
+    bench.features.sensors.add("generic-16")
     first, second = bench.document.rig.sensors[-2:]
     assert first.position != second.position
     assert first.name != second.name
@@ -84,9 +81,9 @@ def test_copying_and_deleting_work_by_key(bench: Bench) -> None:
 
 def test_what_needs_a_selection_is_only_there_with_one(bench: Bench) -> None:
     keys = ("duplicate", "delete", "hide", "frame")
-    assert not any(bench.window.actions_[key].isEnabled() for key in keys)
+    assert not any(bench.workbench.actions[key].isEnabled() for key in keys)
     click_row(bench, "front")
-    assert all(bench.window.actions_[key].isEnabled() for key in keys)
+    assert all(bench.workbench.actions[key].isEnabled() for key in keys)
 
 
 def test_picking_in_the_view_and_in_the_list_is_the_same(bench: Bench) -> None:
@@ -102,31 +99,31 @@ def test_picking_in_the_view_and_in_the_list_is_the_same(bench: Bench) -> None:
 
 
 def test_the_eye_hides_a_sensor_from_the_view_but_not_from_the_scores(bench: Bench) -> None:
-    before = bench.window.scores.as_text()
+    before = bench.panels.scores.as_text()
     click_row(bench, "roof", EYE)
-    assert bench.viewport.hidden == {"roof"}
-    assert bench.window.scores.as_text() == before
+    assert bench.viewport.state.hidden == {"roof"}
+    assert bench.panels.scores.as_text() == before
     click_row(bench, "roof", EYE)
-    assert bench.viewport.hidden == frozenset()
+    assert bench.viewport.state.hidden == frozenset()
 
 
 def test_a_hidden_sensor_comes_back_by_its_key(bench: Bench) -> None:
     click_row(bench, "roof")
     bench.qtbot.keyClick(bench.window, Qt.Key.Key_H)
-    assert bench.viewport.hidden == {"roof"}
+    assert bench.viewport.state.hidden == {"roof"}
     bench.qtbot.keyClick(bench.window, Qt.Key.Key_H)
-    assert bench.viewport.hidden == frozenset()
+    assert bench.viewport.state.hidden == frozenset()
 
 
 def test_a_sensor_without_its_tick_does_not_count(bench: Bench) -> None:
-    bench.window.tree.item_of("roof").setCheckState(NAME, Qt.CheckState.Unchecked)
+    bench.panels.tree.item_of("roof").setCheckState(NAME, Qt.CheckState.Unchecked)
     assert not bench.document.rig.sensor("roof").enabled
     bench.settle()
     assert bench.shown("car", "lidar") == "0.00"
 
 
 def rename_in_list(bench: Bench, name: str, text: str) -> None:
-    tree = bench.window.tree
+    tree = bench.panels.tree
     tree.editItem(tree.item_of(name), NAME)
     editor = tree.viewport().findChild(QLineEdit)
     assert editor is not None
@@ -146,8 +143,8 @@ def test_a_sensor_is_renamed_in_the_list(bench: Bench) -> None:
 def test_a_name_that_is_taken_or_empty_is_refused_in_the_list(bench: Bench, text: str) -> None:
     rename_in_list(bench, "roof", text)
     assert bench.document.rig == RIG
-    assert bench.window.tree.item_of("roof").text(NAME) == "roof"
-    assert "Name" in bench.window.message_bar.message
+    assert bench.panels.tree.item_of("roof").text(NAME) == "roof"
+    assert "Name" in bench.workbench.errors.message
 
 
 def test_a_drag_in_the_view_is_followed_by_list_and_inspector_and_is_one_step(bench: Bench) -> None:
@@ -172,7 +169,7 @@ def test_undo_and_redo_during_a_drag_only_give_up_the_drag(bench: Bench, key: st
     bench.document.set_enabled(("front",), False)
     bench.viewport.press("roof")
     bench.viewport.move("roof", Pose((4.0, 0.0, 1.0)))
-    bench.window.feature(Edits).travel(getattr(bench.document, key))
+    bench.features.edits.travel(getattr(bench.document, key))
     assert bench.document.rig.sensor("roof") == LIDAR
     assert not bench.document.rig.sensor("front").enabled
     assert not bench.document.is_dragging
@@ -184,14 +181,14 @@ EDITS: dict[str, Callable[[Bench], object]] = {
         for key in ("duplicate", "delete", "cut", "paste", "enable", "mirror", "link")
     },
     "unlink": lambda bench: bench.act("unlink"),
-    "add": lambda bench: bench.window.feature(Sensors).add("generic-16"),
+    "add": lambda bench: bench.features.sensors.add("generic-16"),
     "drop": lambda bench: bench.viewport.model_dropped.emit("generic-16", Pose((0.1, 0.2, 1.5))),
     "nudge": lambda bench: bench.viewport.nudged.emit("roof", Pose((0.3, 0.2, 1.9))),
     "drag": lambda bench: bench.drag("roof", (1.0, 0.0, 2.0), (1.5, 0.0, 2.0)),
-    "rename": lambda bench: bench.window.tree.renamed.emit("roof", "mast"),
+    "rename": lambda bench: bench.panels.tree.renamed.emit("roof", "mast"),
     "field": lambda bench: bench.type("z", "2.5"),
     "model": lambda bench: bench.choose("model", "Velodyne VLP-16 (Puck)"),
-    "restore": lambda bench: bench.window.feature(Compare).panel.open_wanted.emit("snapshot-1"),
+    "restore": lambda bench: bench.features.compare.panel.open_wanted.emit("snapshot-1"),
 }
 
 
@@ -240,13 +237,13 @@ def test_deleting_a_sensor_while_it_is_dragged_ends_the_drag(bench: Bench) -> No
 def test_gizmo_modes_and_views_reach_the_viewport(bench: Bench) -> None:
     for key in (Qt.Key.Key_W, Qt.Key.Key_E, Qt.Key.Key_Q, Qt.Key.Key_L, Qt.Key.Key_2):
         bench.qtbot.keyClick(bench.window, key)
-    assert bench.viewport.told[-5:] == [
-        ("gizmo", "move", "world"),
-        ("gizmo", "rotate", "world"),
-        ("gizmo", "both", "world"),
-        ("gizmo", "both", "local"),
-        ("view", "top"),
+    assert bench.viewport.values("gizmo_mode", "gizmo_space")[-4:] == [
+        ("move", "world"),
+        ("rotate", "world"),
+        ("both", "world"),
+        ("both", "local"),
     ]
+    assert bench.viewport.told[-1] == ("view", "top")
 
 
 def test_the_help_lists_every_shortcut_there_is(bench: Bench) -> None:

@@ -7,9 +7,6 @@ import pytest
 from PySide6.QtGui import QAction
 from pytestqt.qtbot import QtBot
 
-from riglens.app.window.features.compare import Compare
-from riglens.app.window.features.drop import Drop
-from riglens.app.window.features.exchange import Exchange
 from riglens.core.rig.formats.exchange import WRITABLE, read_rig
 from tests.app.window_bench import RIG, Bench, open_bench
 from tests.core.rig.formats.cases import AUTOWARE_KIT, DRIVEWORKS, NUSCENES, URDF, write_files
@@ -23,7 +20,7 @@ def bench(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
 
 def export(bench: Bench, name: str) -> None:
     """Choose an entry of File > Export as."""
-    bench.window.feature(Exchange).menu.aboutToShow.emit()
+    bench.features.exchange.menu.aboutToShow.emit()
     action = bench.window.findChild(QAction, f"export_{name}")
     assert action is not None
     action.trigger()
@@ -67,7 +64,7 @@ def test_a_broken_foreign_file_is_reported_and_the_rig_stays(bench: Bench, tmp_p
     bad.write_text('{"rig": {"sensors": [1]}}')
     bench.dialogs.path = bad
     bench.act("open")
-    bench.qtbot.waitUntil(lambda: "rig.json" in bench.window.message_bar.message)
+    bench.qtbot.waitUntil(lambda: "rig.json" in bench.workbench.errors.message)
     assert bench.document.rig == RIG and not bench.dialogs.shown
 
 
@@ -84,7 +81,7 @@ def test_every_exporter_writes_what_is_shown(bench: Bench, tmp_path: Path, name:
 def test_a_folder_with_other_files_is_not_overwritten_by_an_export(bench: Bench, tmp_path: Path) -> None:
     bench.dialogs.path = write_files(tmp_path / "home", {"thesis.tex": "mine"})
     export(bench, "autoware")
-    assert "the folder holds thesis.tex" in bench.window.message_bar.message
+    assert "the folder holds thesis.tex" in bench.workbench.errors.message
     assert not bench.dialogs.shown
 
 
@@ -98,11 +95,11 @@ def test_names_from_a_file_are_shown_as_they_are_and_not_as_markup(bench: Bench,
 
 
 def test_a_dropped_rig_of_another_program_is_opened(bench: Bench, tmp_path: Path) -> None:
-    bench.window.feature(Drop).take([write_files(tmp_path, DRIVEWORKS) / "rig.json"])
+    bench.features.drop.take([write_files(tmp_path, DRIVEWORKS) / "rig.json"])
     bench.qtbot.waitUntil(lambda: bool(bench.dialogs.shown))
     assert [sensor.name for sensor in bench.document.rig.sensors] == ["camera:front", "lidar:top"]
 
 
 def test_a_rig_of_another_program_can_be_compared_with(bench: Bench, tmp_path: Path) -> None:
-    bench.window.feature(Compare).add_file(write_files(tmp_path, DRIVEWORKS) / "rig.json")
+    bench.features.compare.add_file(write_files(tmp_path, DRIVEWORKS) / "rig.json")
     assert len(bench.dialogs.shown) == 1 and bench.document.rig == RIG

@@ -10,7 +10,6 @@ import pytest
 from pytestqt.qtbot import QtBot
 
 from riglens.app.window.dialogs import Unsaved
-from riglens.app.window.features.files import Files
 from riglens.core.rig.presets import preset
 from riglens.core.rig.yaml.file import load_rig, new_rig_file
 from tests.app.window_bench import RIG, Bench, open_bench
@@ -58,9 +57,9 @@ def test_a_file_that_cannot_be_read_is_reported_and_the_rig_stays(bench: Bench, 
     bench.dialogs.path = bad
     bench.act("open")
     assert bench.document.rig == RIG
-    assert "bad.yaml" in bench.window.message_bar.message
-    assert "colour" in bench.window.message_bar.message
-    assert bench.window.message_bar.isVisible()
+    assert "bad.yaml" in bench.workbench.errors.message
+    assert "colour" in bench.workbench.errors.message
+    assert bench.workbench.errors.isVisible()
 
 
 def test_a_place_that_cannot_be_written_is_reported_and_nothing_counts_as_saved(
@@ -70,11 +69,11 @@ def test_a_place_that_cannot_be_written_is_reported_and_nothing_counts_as_saved(
     bench.dialogs.path = tmp_path / "missing" / "rig.yaml"
     bench.act("save")
     assert bench.window.isWindowModified()
-    assert "missing" in bench.window.message_bar.message
+    assert "missing" in bench.workbench.errors.message
 
 
 def test_a_preset_is_opened_from_the_menu(bench: Bench) -> None:
-    bench.window.feature(Files).open_preset("N+P")
+    bench.features.files.open_preset("N+P")
     assert bench.document.rig == preset("N+P")
     bench.settle()
 
@@ -89,7 +88,7 @@ def test_opening_over_unsaved_changes_asks_first(
     modify(bench)
     changed = bench.document.rig
     bench.dialogs.answer = answer
-    bench.window.feature(Files).open_preset("N+P")
+    bench.features.files.open_preset("N+P")
     assert bench.dialogs.asked == 1
     assert (bench.document.rig == preset("N+P")) is lost
     assert (load_rig(target).rig == changed) is (answer == "save")
@@ -118,7 +117,7 @@ def test_closing_while_boxes_are_loaded_ends_the_thread(qtbot: QtBot, tmp_path: 
 
 
 def test_the_message_bar_goes_when_it_is_closed(bench: Bench) -> None:
-    bench.window.report_error("rig.yaml:3: found x, accepted is y")
-    assert bench.window.message_bar.isVisible()
-    bench.window.message_bar.clear()
-    assert not bench.window.message_bar.isVisible()
+    bench.workbench.report_error("rig.yaml:3: found x, accepted is y")
+    assert bench.workbench.errors.isVisible()
+    bench.workbench.errors.clear()
+    assert not bench.workbench.errors.isVisible()

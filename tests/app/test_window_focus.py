@@ -41,21 +41,21 @@ def dock_of(widget: QWidget) -> QDockWidget | None:
 
 
 def test_tab_goes_around_all_that_can_be_seen(bench: Bench) -> None:
-    found = walked(bench.window.tree, Qt.Key.Key_Tab)
+    found = walked(bench.panels.tree, Qt.Key.Key_Tab)
     docks = {dock.objectName() for widget in found if (dock := dock_of(widget)) is not None}
     assert docks == {"Sensors", "Inspector", "Scores", "Library"}  # Scene, Map, ... are behind other tabs
     assert bench.find("x") in found and bench.find("range_max") in found
 
 
 def test_shift_tab_goes_the_same_way_back(bench: Bench) -> None:
-    there = walked(bench.window.tree, Qt.Key.Key_Tab)
-    back = walked(bench.window.tree, Qt.Key.Key_Backtab)
+    there = walked(bench.panels.tree, Qt.Key.Key_Tab)
+    back = walked(bench.panels.tree, Qt.Key.Key_Backtab)
     assert there[1:] == back[:0:-1]
 
 
 def test_fields_of_the_inspector_follow_each_other_as_they_are_read(bench: Bench) -> None:
-    form = bench.window.inspector.form
-    found = [w for w in walked(bench.window.tree, Qt.Key.Key_Tab) if form.isAncestorOf(w)]
+    form = bench.panels.inspector.form
+    found = [w for w in walked(bench.panels.tree, Qt.Key.Key_Tab) if form.isAncestorOf(w)]
     places = [field.mapTo(form, QPoint(0, field.height() // 2)) for field in found]
     lines = [(round(place.y() / 20), place.x()) for place in places]
     assert len(found) > 15 and lines == sorted(lines)
@@ -63,5 +63,5 @@ def test_fields_of_the_inspector_follow_each_other_as_they_are_read(bench: Bench
 
 def test_tab_does_not_end_in_a_table(bench: Bench) -> None:
     bench.act("snapshot")
-    found = walked(bench.window.tree, Qt.Key.Key_Tab)
+    found = walked(bench.panels.tree, Qt.Key.Key_Tab)
     assert "Compare" in {dock.objectName() for w in found if (dock := dock_of(w)) is not None}

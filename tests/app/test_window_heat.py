@@ -13,8 +13,7 @@ from PySide6.QtWidgets import QLabel, QToolButton, QWidget
 from pytestqt.qtbot import QtBot
 
 from riglens.app.evaluation.heat_modes import HEAT_TITLES
-from riglens.app.window.features.baseline import Baseline
-from riglens.app.window.features.heat import Heat, look_of
+from riglens.app.window.features.heat import look_of
 from riglens.app.window.features.pick import Pick
 from riglens.core.engine.engine import Engine
 from riglens.core.engine.inspect import sees_voxel
@@ -35,35 +34,34 @@ def bench(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
 
 def pick(bench: Bench, row: int = 0) -> Pick:
     """Click at a cell of the heatmap that is shown; the view answers in place of a mouse."""
-    data = bench.viewport.heatmap
+    data = bench.viewport.state.heatmap
     centre = data.centres_m[row].astype(float)
     down = Ray(centre + np.array([0.0, 0.0, 9.0]), np.array([0.0, 0.0, -1.0]))
     bench.viewport.cell_picked.emit(PickedCell(row, centre, data.cell_m, down))
-    found = bench.window.feature(Pick)
+    found = bench.features.pick
     bench.qtbot.waitUntil(lambda: found.card.text is not None, timeout=TIMEOUT_MS)
     bench.settle()
     return found
 
 
 def test_every_mode_can_be_chosen_and_says_what_it_is(bench: Bench) -> None:
-    heat = bench.window.feature(Heat)
+    heat = bench.features.heat
     for mode, title in HEAT_TITLES.items():
         heat.set_mode(mode)
         bench.settle()
-        data = bench.viewport.heatmap
+        data = bench.viewport.state.heatmap
         assert (data is None) if mode == "off" else data.title == f"{title}, car"
 
 
 def test_changes_are_counted_from_the_baseline_of_the_scores(bench: Bench) -> None:
-    bench.window.feature(Heat).set_mode("change")
+    bench.features.heat.set_mode("change")
     bench.settle()
-    assert not bench.viewport.heatmap.values.any()
+    assert not bench.viewport.state.heatmap.values.any()
     bench.document.set_enabled("roof", False)
     bench.settle()
-    shown = bench.viewport.heatmap
+    shown = bench.viewport.state.heatmap
     now, before = (
-        Engine(bench.scenes[-1].field).evaluate(rig)
-        for rig in (bench.document.rig, bench.window.feature(Baseline).rig)
+        Engine(bench.scenes[-1].field).evaluate(rig) for rig in (bench.document.rig, bench.session.baseline)
     )
     assert now is not None and before is not None
     seen_now, seen_before = (found.seen_camera | found.seen_lidar for found in (now, before))
@@ -76,40 +74,40 @@ def test_changes_are_counted_from_the_baseline_of_the_scores(bench: Bench) -> No
 
 
 def test_sliders_tell_the_view_at_once_and_ask_for_no_scores(bench: Bench) -> None:
-    panel, asked = bench.window.feature(Heat).panel, []
-    bench.window.recompute.evaluated.connect(asked.append, Qt.ConnectionType.QueuedConnection)
+    panel, asked = bench.features.heat.panel, []
+    bench.workbench.recompute.evaluated.connect(asked.append, Qt.ConnectionType.QueuedConnection)
     panel.threshold.setValue(100)
     panel.log.setChecked(True)
     panel.opacity.setValue(160)
-    assert bench.viewport.look == HeatLook(0.5, True, 0.8)
+    assert bench.viewport.state.heat_look == HeatLook(0.5, True, 0.8)
     panel.sliced.setChecked(True)
     panel.bottom.setValue(2)
-    assert bench.viewport.look.slice_m == (1.0, 1.5)
+    assert bench.viewport.state.heat_look.slice_m == (1.0, 1.5)
     panel.thickness.setValue(3)
-    assert bench.viewport.look.slice_m == (1.0, 2.5)
+    assert bench.viewport.state.heat_look.slice_m == (1.0, 2.5)
     bench.qtbot.wait(20)
     assert asked == []
     reset = panel.findChild(QWidget, "reset_look")
     assert reset is not None
     QTest.mouseClick(reset, Qt.MouseButton.LeftButton)
-    assert bench.viewport.look == DEFAULT_LOOK
+    assert bench.viewport.state.heat_look == DEFAULT_LOOK
 
 
 def test_the_threshold_is_said_in_the_unit_of_the_heatmap(bench: Bench) -> None:
-    heat = bench.window.feature(Heat)
+    heat = bench.features.heat
     heat.set_mode("entropy")
     bench.settle()
     heat.panel.threshold.setValue(100)
     label = heat.panel.findChild(QLabel, "Show from value")
-    assert label is not None and label.text() == f"{bench.viewport.heatmap.vmax / 2:.2g} nat"
+    assert label is not None and label.text() == f"{bench.viewport.state.heatmap.vmax / 2:.2g} nat"
 
 
 def test_the_sliders_open_under_a_button_of_the_toolbar(bench: Bench) -> None:
     button = bench.window.findChild(QToolButton, "heat_look")
-    assert button is not None and not bench.window.feature(Heat).panel.isVisible()
+    assert button is not None and not bench.features.heat.panel.isVisible()
     menu = button.menu()
     menu.popup(QPoint(0, 0))
-    assert bench.window.feature(Heat).panel.isVisible()
+    assert bench.features.heat.panel.isVisible()
     menu.close()
 
 
@@ -121,13 +119,13 @@ def test_a_look_that_was_not_kept_well_is_forgotten(kept: dict) -> None:
 
 def test_who_sees_a_picked_voxel_is_what_the_engine_marks(bench: Bench) -> None:
     found = pick(bench)
-    assert found.voxel is not None and found.card.text is not None
+    assert bench.session.voxel is not None and found.card.text is not None
     engine = Engine(bench.scenes[-1].field)
     engine.evaluate(bench.document.rig)
     for sensor, line in zip(bench.document.rig.sensors, found.card.text.sensors, strict=True):
         assert line.name == sensor.name
-        assert line.sees == sees_voxel(engine, sensor, "exact", found.voxel)
-    assert bench.viewport.marker.edge_m == 0.5
+        assert line.sees == sees_voxel(engine, sensor, "exact", bench.session.voxel)
+    assert bench.viewport.state.marker.edge_m == 0.5
     assert found.card.isVisible()
 
 
@@ -144,8 +142,8 @@ def test_the_card_follows_the_rig(bench: Bench) -> None:
     bench.settle()
     engine = Engine(bench.scenes[-1].field)
     engine.evaluate(bench.document.rig)
-    assert found.voxel is not None
-    sees = sees_voxel(engine, bench.document.rig.sensor("roof"), "exact", found.voxel)
+    assert bench.session.voxel is not None
+    sees = sees_voxel(engine, bench.document.rig.sensor("roof"), "exact", bench.session.voxel)
     assert {line.name: line.sees for line in found.card.text.sensors}["roof"] == sees
 
 
@@ -154,8 +152,8 @@ def test_escape_forgets_the_voxel_and_then_puts_the_tool_away(bench: Bench) -> N
     assert bench.viewport.told[-1] == ("picking", True)
     found = pick(bench)
     bench.viewport.escaped.emit()
-    assert found.voxel is None and not found.card.isVisible() and bench.viewport.marker is None
-    assert bench.window.actions_["pick"].isChecked()
+    assert bench.session.voxel is None and not found.card.isVisible() and bench.viewport.state.marker is None
+    assert bench.workbench.actions["pick"].isChecked()
     bench.viewport.escaped.emit()
     assert bench.viewport.told[-1] == ("picking", False)
 
@@ -163,14 +161,14 @@ def test_escape_forgets_the_voxel_and_then_puts_the_tool_away(bench: Bench) -> N
 def test_a_click_beside_the_heatmap_forgets_the_voxel(bench: Bench) -> None:
     found = pick(bench)
     bench.viewport.cell_picked.emit(None)
-    assert found.voxel is None and found.card.text is None
+    assert bench.session.voxel is None and found.card.text is None
 
 
 def test_alt_click_picks_without_touching_selection_or_camera(qtbot: QtBot, tmp_path: Path) -> None:
     with open_bench(qtbot, tmp_path, viewport=OffscreenViewport()) as bench:
         bench.document.select("roof")
         qtbot.wait(50)
-        canvas, state = bench.viewport.findChild(QWidget), bench.viewport.scene_state
+        canvas, state = bench.viewport.findChild(QWidget), bench.viewport.state
         size = (canvas.width(), canvas.height())
         spots = state.camera.project(state.heatmap.centres_m.astype(float), size)
         inside = ((spots[:, :2] > 20) & (spots[:, :2] < np.array(size) - 20)).all(axis=1)
@@ -178,11 +176,11 @@ def test_alt_click_picks_without_touching_selection_or_camera(qtbot: QtBot, tmp_
         spot = QPoint(*(round(float(place)) for place in spots[np.flatnonzero(far)[0], :2]))
         alt, left = Qt.KeyboardModifier.AltModifier, Qt.MouseButton.LeftButton
         QTest.mouseClick(canvas, left, alt, spot)
-        found = bench.window.feature(Pick)
+        found = bench.features.pick
         qtbot.waitUntil(lambda: found.card.text is not None, timeout=TIMEOUT_MS)
         assert bench.document.selected == "roof"
-        assert bench.viewport.scene_state.camera == state.camera
-        marker = bench.viewport.scene_state.marker
-        assert marker is not None and found.voxel is not None
+        assert bench.viewport.state.camera == state.camera
+        marker = bench.viewport.state.marker
+        assert marker is not None and bench.session.voxel is not None
         QTest.keyClick(canvas, Qt.Key.Key_Escape)
-        assert found.voxel is None and bench.viewport.scene_state.marker is None
+        assert bench.session.voxel is None and bench.viewport.state.marker is None

@@ -81,11 +81,11 @@ def test_visiting_every_field_without_typing_changes_no_bit(bench: Bench) -> Non
     )
     bench.document.apply(Rig(name="odd", sensors=(odd, CAMERA)))
     bench.document.select("roof")
-    for edit in bench.window.inspector.form.findChildren(QLineEdit):
+    for edit in bench.panels.inspector.form.findChildren(QLineEdit):
         edit.setFocus()
         bench.qtbot.keyClick(edit, Qt.Key.Key_End)
         bench.qtbot.keyClick(edit, Qt.Key.Key_Return)
-    bench.window.tree.setFocus()
+    bench.panels.tree.setFocus()
     assert bench.document.rig.sensors == (odd, CAMERA)
 
 
@@ -125,7 +125,7 @@ def test_nonsense_is_refused_in_red_with_the_reason(
     assert bench.document.rig == RIG
     assert edit.property("invalid")
     assert reason in edit.toolTip()
-    assert reason in bench.window.inspector.form.problem
+    assert reason in bench.panels.inspector.form.problem
     bench.qtbot.keyClick(edit, Qt.Key.Key_Escape)
     assert not edit.property("invalid")
 
@@ -136,7 +136,7 @@ def test_a_good_value_after_a_bad_one_takes_the_mark_away(bench: Bench) -> None:
     bench.type("x", "0.75")
     assert bench.document.rig.sensor("roof").position[0] == 0.75
     assert not bench.find("x").property("invalid")
-    assert bench.window.inspector.form.problem == ""
+    assert bench.panels.inspector.form.problem == ""
 
 
 def test_another_selection_forgets_what_was_refused(bench: Bench) -> None:
@@ -147,7 +147,7 @@ def test_another_selection_forgets_what_was_refused(bench: Bench) -> None:
     edit = bench.find("x")
     assert isinstance(edit, QLineEdit)
     assert edit.text() == "0.1"
-    assert bench.window.inspector.form.problem == ""
+    assert bench.panels.inspector.form.problem == ""
 
 
 def test_infinity_is_shown_and_can_be_typed(bench: Bench) -> None:
@@ -221,7 +221,7 @@ def test_the_vehicle_is_edited_when_nothing_is_selected(
 ) -> None:
     bench.type(field, text)
     assert getattr(bench.document.rig.vehicle, field) == expected
-    assert bench.viewport.told[-1] == ("vehicle", bench.document.rig.vehicle)
+    assert bench.viewport.state.vehicle == bench.document.rig.vehicle
 
 
 def test_the_rig_is_renamed_when_nothing_is_selected(bench: Bench) -> None:

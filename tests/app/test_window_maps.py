@@ -10,11 +10,6 @@ from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 
 from riglens.app.evaluation.scenario import load_scenario
-from riglens.app.window.features.heat import Heat
-from riglens.app.window.features.map import Map
-from riglens.app.window.features.scene_data import SceneData
-from riglens.app.window.features.scores import Scores
-from riglens.app.window.features.sensor_view import SensorView
 from riglens.core.engine.engine import Engine
 from riglens.core.geometry import Pose
 from riglens.core.rig.model import Vehicle
@@ -34,18 +29,18 @@ def bench(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
 
 def look_at(bench: Bench, dock: str) -> None:
     """Bring a dock to the front, as a click on its tab does."""
-    bench.window.docks[dock].show()
-    bench.window.docks[dock].raise_()
-    bench.qtbot.waitUntil(lambda: bench.window.docks[dock].widget().isVisible(), timeout=TIMEOUT_MS)
+    bench.workbench.docks[dock].show()
+    bench.workbench.docks[dock].raise_()
+    bench.qtbot.waitUntil(lambda: bench.workbench.docks[dock].widget().isVisible(), timeout=TIMEOUT_MS)
 
 
 def shown_map(bench: Bench) -> TopView:
     """The map once it is up to date."""
     look_at(bench, "Map")
     bench.settle()
-    result = bench.window.feature(Scores).result
+    result = bench.workbench.answers.result
     assert result is not None and result.top_view is not None
-    assert bench.window.feature(Map).panel.map._top is result.top_view
+    assert bench.features.map.panel.map._top is result.top_view
     return result.top_view
 
 
@@ -62,7 +57,7 @@ def expected_map(bench: Bench, cls: int, seen_by: SeenBy) -> TopView:
 def picture(bench: Bench) -> CameraPicture | RangeImage:
     """What the sensor view shows once it is up to date."""
     look_at(bench, "Sensor view")
-    feature = bench.window.feature(SensorView)
+    feature = bench.features.sensor_view
     bench.qtbot.waitUntil(lambda: feature.is_current, timeout=TIMEOUT_MS)
     panel = feature.panel
     found = panel.camera._picture if panel.page is panel.camera else panel.ranges._image
@@ -74,23 +69,23 @@ def picture(bench: Bench) -> CameraPicture | RangeImage:
 def test_out_of_sight_no_map_is_made(bench: Bench) -> None:
     bench.drag("roof", (0.5, 0.0, 1.9))
     bench.settle()
-    result = bench.window.feature(Scores).result
+    result = bench.workbench.answers.result
     assert result is not None and result.top_view is None
-    assert bench.window.feature(SensorView).pictures._thread is None
+    assert bench.features.sensor_view.pictures._thread is None
 
 
 def test_a_panel_pulled_out_of_the_window_is_in_sight(bench: Bench) -> None:
     bench.document.select("front")
     for name in ("Map", "Sensor view"):
-        dock = bench.window.docks[name]
+        dock = bench.workbench.docks[name]
         assert not dock.isFloating()
         dock.setFloating(True)
         dock.show()
-    bench.qtbot.waitUntil(lambda: bool(bench.window.feature(Map).in_sight), timeout=TIMEOUT_MS)
+    bench.qtbot.waitUntil(lambda: bool(bench.features.map.in_sight), timeout=TIMEOUT_MS)
     bench.settle()
-    result = bench.window.feature(Scores).result
+    result = bench.workbench.answers.result
     assert result is not None and result.top_view is not None
-    feature = bench.window.feature(SensorView)
+    feature = bench.features.sensor_view
     bench.qtbot.waitUntil(lambda: feature.panel.page is feature.panel.camera, timeout=TIMEOUT_MS)
 
 
@@ -103,9 +98,9 @@ def test_the_map_follows_every_edit_exactly(bench: Bench) -> None:
 
 
 def test_the_map_shows_the_class_and_the_sensors_that_are_chosen(bench: Bench) -> None:
-    panel = bench.window.feature(Map).panel
+    panel = bench.features.map.panel
     shown_map(bench)
-    bench.window.feature(Heat).set_class("pedestrian")
+    bench.features.heat.set_class("pedestrian")
     assert shown_map(bench).class_name == "pedestrian"
     assert panel.title.text() == "Pedestrian, seen by"
     for place, seen_by in ((1, "lidar"), (2, "camera")):
@@ -116,7 +111,7 @@ def test_the_map_shows_the_class_and_the_sensors_that_are_chosen(bench: Bench) -
 
 def test_a_click_on_the_map_selects_a_sensor_or_turns_the_view_there(bench: Bench) -> None:
     shown_map(bench)
-    view = bench.window.feature(Map).panel.map
+    view = bench.features.map.panel.map
     x, y, _ = bench.document.rig.sensor("front").position
     QTest.mouseClick(view, Qt.MouseButton.LeftButton, pos=view.plane.to_px(x, y).toPoint())
     assert bench.document.selected == "front"
@@ -152,7 +147,7 @@ def test_the_sensor_view_follows_a_drag(bench: Bench) -> None:
 def test_the_frame_is_kept_when_another_sensor_is_selected(bench: Bench) -> None:
     bench.document.select("front")
     picture(bench)
-    panel = bench.window.feature(SensorView).panel
+    panel = bench.features.sensor_view.panel
     assert panel.frame.maximum() == 2
     panel.frame.setValue(1)
     shown = picture(bench)
@@ -183,7 +178,7 @@ def test_a_stored_pog_has_no_boxes_to_show_and_says_so(qtbot: QtBot, tmp_path: P
     with open_bench(qtbot, tmp_path, boxes=None, voxel_m=None, roi_m=None, pog=path) as bench:
         bench.document.select("front")
         shown = picture(bench)
-        panel = bench.window.feature(SensorView).panel
+        panel = bench.features.sensor_view.panel
         assert isinstance(shown, CameraPicture) and not shown.faces
         assert "stored POG holds no boxes" in panel.note.text() and panel.note.isVisible()
         assert not panel.frame.isEnabled()
@@ -193,7 +188,7 @@ def test_a_switched_off_sensor_is_shown_and_said_not_to_count(bench: Bench) -> N
     bench.document.select("front")
     bench.document.set_enabled(("front",), False)
     picture(bench)
-    assert "does not count" in bench.window.feature(SensorView).panel.note.text()
+    assert "does not count" in bench.features.sensor_view.panel.note.text()
 
 
 def test_another_data_set_brings_its_own_frames(bench: Bench, tmp_path: Path) -> None:
@@ -204,13 +199,13 @@ def test_another_data_set_brings_its_own_frames(bench: Bench, tmp_path: Path) ->
         "seq,frame,cls,x,y,z,length,width,height,yaw\n"
         + "".join(f"s,{n},pedestrian,8,0,0.9,0.6,0.6,1.8,0\n" for n in range(9))
     )
-    bench.window.feature(SceneData).load(scene_options(tmp_path, boxes=other))
+    bench.features.scene_data.load(scene_options(tmp_path, boxes=other))
     bench.settle()
     bench.qtbot.waitUntil(lambda: bench.scenes[-1].options.boxes == other, timeout=TIMEOUT_MS)
     shown = picture(bench)
     assert isinstance(shown, CameraPicture)
     assert shown.boxes_seen == {"car": 0, "bicycle": 0, "pedestrian": 1}
-    assert bench.window.feature(SensorView).panel.frame.maximum() == 8
+    assert bench.features.sensor_view.panel.frame.maximum() == 8
 
 
 def test_moving_another_sensor_makes_no_new_picture(bench: Bench) -> None:

@@ -40,7 +40,7 @@ class Mouse:
 
     def _pixel(self, position_m: tuple[float, float, float]) -> QPointF:
         """Where a point of the world is on the canvas."""
-        state = self._bench.viewport.scene_state
+        state = self._bench.viewport.state
         ratio = self._canvas.devicePixelRatioF()
         size = (round(self._canvas.width() * ratio), round(self._canvas.height() * ratio))
         x, y, _ = state.camera.project(np.array([position_m]), size)[0]
@@ -72,27 +72,27 @@ class Mouse:
 
 
 def test_dragging_the_blue_arrow_lifts_the_sensor_in_one_step_with_exact_scores(bench: Bench) -> None:
-    before = bench.window.scores.as_text()
+    before = bench.panels.scores.as_text()
     mouse = Mouse(bench)
     mouse.press_z_arrow()
     assert bench.document.is_dragging
     mouse.move_up(60)
     bench.settle()
-    assert bench.window.scores.as_text() != before
+    assert bench.panels.scores.as_text() != before
     mouse.release()
     x, y, z = bench.document.rig.sensor("roof").position
     assert (x, y) == (0.0, 0.0)
     assert z > 2.05
     bench.settle()
     lidar = bench.fresh_scores(bench.document.rig).classes["car"].lidar.s_mig
-    assert repr(lidar) in bench.window.scores.as_text()
+    assert repr(lidar) in bench.panels.scores.as_text()
     edit = bench.find("z")
     assert edit.property("text") == f"{z:.4f}".rstrip("0").rstrip(".")
     bench.act("undo")
     assert bench.document.rig == RIG
     bench.settle()
-    assert bench.window.scores.as_text() == before
-    assert bench.viewport.scene_state.rig == RIG
+    assert bench.panels.scores.as_text() == before
+    assert bench.viewport.state.rig == RIG
 
 
 def test_escape_puts_a_dragged_sensor_back(bench: Bench) -> None:
@@ -103,7 +103,7 @@ def test_escape_puts_a_dragged_sensor_back(bench: Bench) -> None:
     mouse.press_escape()
     assert bench.document.rig == RIG
     assert bench.document.undo_label is None
-    assert bench.viewport.scene_state.rig == RIG
+    assert bench.viewport.state.rig == RIG
     mouse.release()
 
 
@@ -115,4 +115,4 @@ def test_undo_by_key_in_the_middle_of_a_drag_puts_the_sensor_back(bench: Bench) 
     mouse.move_up(60)
     mouse.release()
     assert bench.document.rig == RIG
-    assert bench.viewport.scene_state.rig == RIG
+    assert bench.viewport.state.rig == RIG

@@ -12,11 +12,6 @@ from pytestqt.qtbot import QtBot
 import riglens.app.evaluation.scoring
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.scenario import Scenario
-from riglens.app.window.features.compare import Compare
-from riglens.app.window.features.heat import Heat
-from riglens.app.window.features.map import Map
-from riglens.app.window.features.scene_data import SceneData
-from riglens.app.window.features.sensor_view import SensorView
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import Progress
 from riglens.core.scene.top_view import BLIND
@@ -30,22 +25,22 @@ s,1,car,-6,3,0.8,4.5,1.9,1.6,0
 
 
 def raise_dock(bench: Bench, name: str) -> None:
-    bench.window.docks[name].show()
-    bench.window.docks[name].raise_()
-    bench.qtbot.waitUntil(lambda: bench.window.docks[name].widget().isVisible(), timeout=TIMEOUT_MS)
+    bench.workbench.docks[name].show()
+    bench.workbench.docks[name].raise_()
+    bench.qtbot.waitUntil(lambda: bench.workbench.docks[name].widget().isVisible(), timeout=TIMEOUT_MS)
 
 
 def map_message(bench: Bench) -> str:
     """What the map says once it is up to date."""
     raise_dock(bench, "Map")
     bench.settle()
-    return bench.window.feature(Map).panel.map.message
+    return bench.features.map.panel.map.message
 
 
 def sensor_text(bench: Bench) -> str:
     """What the sensor view says in place of a picture."""
     raise_dock(bench, "Sensor view")
-    panel = bench.window.feature(SensorView).panel
+    panel = bench.features.sensor_view.panel
     assert panel.page is panel.text
     return panel.text.text()
 
@@ -55,7 +50,7 @@ def test_without_sensors_all_is_blind_and_the_sensor_view_says_what_to_do(
 ) -> None:
     with open_bench(qtbot, tmp_path, rig=Rig(name="empty")) as bench:
         assert map_message(bench) == "No sensor is switched on: all of it is blind"
-        top = bench.window.feature(Map).panel.map._top
+        top = bench.features.map.panel.map._top
         assert top is not None and set(top.levels[top.levels > 0]) == {BLIND}
         assert sensor_text(bench) == "The rig has no sensors: add one, and look through it here"
         assert bench.fresh_scores(bench.document.rig).classes["car"].any_seen == 0.0
@@ -65,7 +60,7 @@ def test_without_a_selection_the_sensor_view_asks_for_one(qtbot: QtBot, tmp_path
     with open_bench(qtbot, tmp_path) as bench:
         assert sensor_text(bench) == "Select a camera or a LiDAR to look through it"
         bench.document.select("front")
-        panel = bench.window.feature(SensorView).panel
+        panel = bench.features.sensor_view.panel
         qtbot.waitUntil(lambda: panel.page is panel.camera, timeout=TIMEOUT_MS)
         bench.document.delete("front")
         assert sensor_text(bench) == "Select a camera or a LiDAR to look through it"
@@ -73,21 +68,21 @@ def test_without_a_selection_the_sensor_view_asks_for_one(qtbot: QtBot, tmp_path
 
 def test_without_box_data_nothing_pretends_to_be_on_its_way(qtbot: QtBot, tmp_path: Path) -> None:
     with open_bench(qtbot, tmp_path, wait=False, boxes=tmp_path / "nowhere.csv") as bench:
-        qtbot.waitUntil(lambda: not bench.window.message_bar.isHidden(), timeout=TIMEOUT_MS)
+        qtbot.waitUntil(lambda: not bench.workbench.errors.isHidden(), timeout=TIMEOUT_MS)
         raise_dock(bench, "Map")
-        assert bench.window.feature(Map).panel.map.message.startswith("No box data are loaded")
+        assert bench.features.map.panel.map.message.startswith("No box data are loaded")
         bench.document.select("front")
         assert sensor_text(bench).startswith("No box data are loaded")
-        assert bench.window.status.state.text() == "no box data, no scores"
+        assert bench.workbench.status.state.text() == "no box data, no scores"
         bench.drag("front", (0.5, 0.0, 1.5))
-        assert bench.window.status.state.text() == "no box data, no scores"
+        assert bench.workbench.status.state.text() == "no box data, no scores"
         assert bench.shown("car", "seen") == "–"
         (tmp_path / "nowhere.csv").write_text(CARS)
-        load = bench.window.scene_panel.findChild(QPushButton, "load")
+        load = bench.panels.scene.findChild(QPushButton, "load")
         assert load is not None and load.isEnabled()
         load.click()
         bench.settle()
-        assert bench.window.status.state.text() == "exact"
+        assert bench.workbench.status.state.text() == "exact"
 
 
 def test_while_the_first_data_are_loaded_the_docks_say_so(
@@ -104,7 +99,7 @@ def test_while_the_first_data_are_loaded_the_docks_say_so(
         bench.document.select("front")
         try:
             assert sensor_text(bench) == "Box data are being loaded"
-            assert bench.window.feature(Map).panel.map.message == "Box data are being loaded"
+            assert bench.features.map.panel.map.message == "Box data are being loaded"
         finally:
             gate.set()
         assert map_message(bench) == ""
@@ -114,7 +109,7 @@ def test_a_sensor_outside_the_roi_is_marked_at_the_edge_of_the_map(qtbot: QtBot,
     away = LIDAR.replace(position=(40.0, 0.0, 2.0))
     with open_bench(qtbot, tmp_path, rig=RIG.replace(sensors=(away, CAMERA))) as bench:
         assert map_message(bench) == ""
-        view = bench.window.feature(Map).panel.map
+        view = bench.features.map.panel.map
         assert view.readout().endswith("outside the ROI: roof")
         mark = QPoint(round(view.plane.area.center().x()), round(view.plane.area.top() + 8))
         hover(view, mark)
@@ -122,7 +117,7 @@ def test_a_sensor_outside_the_roi_is_marked_at_the_edge_of_the_map(qtbot: QtBot,
         QTest.mouseClick(view, Qt.MouseButton.LeftButton, pos=mark)
         assert bench.document.selected == "roof"
         raise_dock(bench, "Sensor view")
-        panel = bench.window.feature(SensorView).panel
+        panel = bench.features.sensor_view.panel
         qtbot.waitUntil(lambda: panel.page is panel.ranges, timeout=TIMEOUT_MS)
 
 
@@ -130,10 +125,10 @@ def test_a_class_without_boxes_has_nothing_to_see_or_to_miss(qtbot: QtBot, tmp_p
     boxes = tmp_path / "cars.csv"
     boxes.write_text(CARS)
     with open_bench(qtbot, tmp_path, boxes=boxes) as bench:
-        bench.window.feature(Heat).set_class("pedestrian")
+        bench.features.heat.set_class("pedestrian")
         assert map_message(bench) == "This data set has no pedestrians: there is nothing to see or to miss"
-        assert bench.window.feature(Map).panel.map.readout() == ""
-        bench.window.feature(Heat).set_class("car")
+        assert bench.features.map.panel.map.readout() == ""
+        bench.features.heat.set_class("car")
         assert map_message(bench) == ""
 
 
@@ -143,7 +138,7 @@ def test_with_every_sensor_switched_off_all_is_blind(qtbot: QtBot, tmp_path: Pat
         bench.document.set_enabled("front", False)
         assert map_message(bench) == "No sensor is switched on: all of it is blind"
         bench.document.set_enabled("front", True)
-        panel = bench.window.feature(Map).panel
+        panel = bench.features.map.panel
         panel.choice.setCurrentIndex(1)
         panel.choice.activated.emit(1)
         assert map_message(bench) == "No LiDAR is switched on: all of it is blind"
@@ -156,7 +151,7 @@ def test_sixty_sensors_are_all_on_map_and_list(qtbot: QtBot, tmp_path: Path) -> 
     )
     with open_bench(qtbot, tmp_path, rig=RIG.replace(sensors=many)) as bench:
         assert map_message(bench) == ""
-        view = bench.window.feature(Map).panel.map
+        view = bench.features.map.panel.map
         for name in ("s0", "s37", "s59"):
             x, y, _ = bench.document.rig.sensor(name).position
             QTest.mouseClick(view, Qt.MouseButton.LeftButton, pos=view.plane.to_px(x, y).toPoint())
@@ -178,8 +173,8 @@ def test_the_window_fits_small_and_large_screens(qtbot: QtBot, tmp_path: Path, s
 def test_the_same_data_can_be_loaded_again_with_rigs_in_comparison(qtbot: QtBot, tmp_path: Path) -> None:
     with open_bench(qtbot, tmp_path) as bench:
         bench.act("snapshot")
-        bench.window.feature(SceneData).load(scene_options(tmp_path))
+        bench.features.scene_data.load(scene_options(tmp_path))
         qtbot.waitUntil(lambda: len(bench.scenes) == 2, timeout=TIMEOUT_MS)
         bench.settle()
-        rows = bench.window.feature(Compare)
+        rows = bench.features.compare
         qtbot.waitUntil(lambda: all(row.scores is not None for row in rows.rows), timeout=TIMEOUT_MS)

@@ -10,9 +10,6 @@ from PySide6.QtWidgets import QLineEdit, QToolButton
 from pytestqt.qtbot import QtBot
 
 import riglens.app.background.side_jobs
-from riglens.app.window.features.baseline import Baseline
-from riglens.app.window.features.library import LibraryPanel
-from riglens.app.window.features.marginals import Marginals
 from riglens.app.window.settings import Settings
 from riglens.core.geometry import Pose
 from riglens.core.rig.edits import without
@@ -36,7 +33,7 @@ def bench(qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iter
 
 
 def click(bench: Bench, name: str, column: int = NAME, modifiers: Qt.KeyboardModifier | None = None) -> None:
-    tree = bench.window.tree
+    tree = bench.panels.tree
     rect = tree.visualItemRect(tree.item_of(name))
     x = tree.columnViewportPosition(column) + (rect.left() + 50 if column == NAME else 12)
     bench.qtbot.mouseClick(
@@ -48,7 +45,7 @@ def click(bench: Bench, name: str, column: int = NAME, modifiers: Qt.KeyboardMod
 def choose_both(bench: Bench) -> None:
     click(bench, "roof")
     click(bench, "front", modifiers=CTRL)
-    assert bench.window.tree.chosen == ("roof", "front")
+    assert bench.panels.tree.chosen == ("roof", "front")
 
 
 # ---------------------------------------------------------------------- several at once
@@ -65,14 +62,14 @@ def test_several_sensors_are_copied_as_one_step_and_the_copies_are_selected(benc
     choose_both(bench)
     bench.qtbot.keyClick(bench.window, Qt.Key.Key_D, CTRL)
     assert [s.name for s in bench.document.rig.sensors] == ["roof", "front", "roof_2", "front_2"]
-    assert bench.window.tree.chosen == ("roof_2", "front_2")
+    assert bench.panels.tree.chosen == ("roof_2", "front_2")
     bench.act("undo")
     assert bench.document.rig == RIG
 
 
 def test_a_tick_on_one_of_several_switches_all_of_them_as_one_step(bench: Bench) -> None:
     choose_both(bench)
-    tree = bench.window.tree
+    tree = bench.panels.tree
     rect = tree.visualItemRect(tree.item_of("roof"))
     tick = QPoint(rect.left() + 10, rect.center().y())
     bench.qtbot.mouseClick(tree.viewport(), Qt.MouseButton.LeftButton, pos=tick)
@@ -92,22 +89,22 @@ def test_the_one_to_edit_stays_among_several_when_it_changes(bench: Bench) -> No
     assert bench.document.selected == "front"
     bench.type("x", "1.2 + 0.05")
     assert bench.document.rig.sensor("front").position[0] == 1.25
-    assert bench.window.tree.chosen == ("roof", "front")
+    assert bench.panels.tree.chosen == ("roof", "front")
 
 
 def test_a_pick_in_the_view_ends_a_selection_of_several(bench: Bench) -> None:
     choose_both(bench)
     bench.document.select(None)
     bench.viewport.sensor_picked.emit("roof")
-    assert bench.window.tree.chosen == ("roof",)
+    assert bench.panels.tree.chosen == ("roof",)
 
 
 def test_all_of_a_kind_are_selected_by_the_context_menu(bench: Bench) -> None:
     bench.document.duplicate(("front",))
-    menu = bench.window.tree.context_menu()
+    menu = bench.panels.tree.context_menu()
     next(action for action in menu.actions() if action.text() == "Select all cameras").trigger()
-    assert bench.window.tree.chosen == ("front", "front_2")
-    names = [action.text() for action in bench.window.tree.context_menu().actions()]
+    assert bench.panels.tree.chosen == ("front", "front_2")
+    names = [action.text() for action in bench.panels.tree.context_menu().actions()]
     assert {"Enabled", "Hidden", "Locked", "Rename", "Duplicate", "Delete"} <= set(names)
 
 
@@ -117,9 +114,9 @@ def test_a_locked_sensor_cannot_be_edited_deleted_or_switched_off(bench: Bench) 
     click(bench, "roof", LOCK)
     assert bench.document.locked == {"roof"}
     assert not bench.find("x").isEnabled()
-    assert not bench.window.actions_["delete"].isEnabled()
-    bench.window.guarded(bench.document.delete)(("roof",))
-    assert "locked" in bench.window.message_bar.message
+    assert not bench.workbench.actions["delete"].isEnabled()
+    bench.workbench.guarded(bench.document.delete)(("roof",))
+    assert "locked" in bench.workbench.errors.message
     bench.qtbot.keyClick(bench.window, Qt.Key.Key_E, CTRL)
     assert bench.document.rig == RIG
 
@@ -128,16 +125,16 @@ def test_a_locked_sensor_stays_where_it_is_when_it_is_dragged(bench: Bench) -> N
     click(bench, "roof", LOCK)
     bench.drag("roof", (3.0, 0.0, 1.0))
     assert bench.document.rig == RIG
-    assert "locked" in bench.window.message_bar.message
+    assert "locked" in bench.workbench.errors.message
     assert bench.viewport.dragged is None
 
 
 def test_the_view_is_told_which_sensors_cannot_be_moved(bench: Bench) -> None:
-    assert bench.viewport.fixed == frozenset()
+    assert bench.viewport.state.fixed == frozenset()
     click(bench, "roof", LOCK)
-    assert bench.viewport.fixed == {"roof"}
+    assert bench.viewport.state.fixed == {"roof"}
     click(bench, "roof", LOCK)
-    assert bench.viewport.fixed == frozenset()
+    assert bench.viewport.state.fixed == frozenset()
 
 
 def test_an_unlocked_sensor_can_be_edited_again(bench: Bench) -> None:
@@ -150,7 +147,7 @@ def test_an_unlocked_sensor_can_be_edited_again(bench: Bench) -> None:
 
 # ---------------------------------------------------------------------- library
 def test_the_library_is_searched_by_words_of_name_figures_and_source(bench: Bench) -> None:
-    library = bench.window.feature(LibraryPanel).list
+    library = bench.features.library.list
     search = library.findChild(QLineEdit, "library_search")
     assert search is not None
     bench.qtbot.keyClicks(search, "ultra velodyne 32")
@@ -162,14 +159,14 @@ def test_the_library_is_searched_by_words_of_name_figures_and_source(bench: Benc
 
 
 def test_a_model_is_dragged_as_its_name(bench: Bench) -> None:
-    models = bench.window.feature(LibraryPanel).list.models
-    data = models.mimeData([bench.window.feature(LibraryPanel).list.row_of("generic-16")])
+    models = bench.features.library.list.models
+    data = models.mimeData([bench.features.library.list.row_of("generic-16")])
     assert data.data(MODEL_MIME).data() == b"generic-16"
     assert models.dragEnabled()
 
 
 def test_a_double_click_in_the_library_adds_the_model_above_the_roof(bench: Bench) -> None:
-    library = bench.window.feature(LibraryPanel).list
+    library = bench.features.library.list
     row = library.row_of("hesai-xt32")
     library.models.scrollToItem(row)
     place = library.models.visualItemRect(row).center()
@@ -182,7 +179,7 @@ def test_a_double_click_in_the_library_adds_the_model_above_the_roof(bench: Benc
 
 
 def test_return_in_the_library_adds_the_model_too(bench: Bench) -> None:
-    library = bench.window.feature(LibraryPanel).list
+    library = bench.features.library.list
     library.models.setCurrentItem(library.row_of("generic-16"))
     bench.qtbot.keyClick(library.models, Qt.Key.Key_Return)
     added = bench.document.selected_sensor()
@@ -192,16 +189,16 @@ def test_return_in_the_library_adds_the_model_too(bench: Bench) -> None:
 
 def test_what_files_say_is_never_read_as_html(bench: Bench) -> None:
     bench.document.rename("roof", "<h1>roof</h1>")
-    bench.window.feature(Baseline).pin(RIG.replace(name="<img src='x'>"))
+    bench.session.pin(RIG.replace(name="<img src='x'>"))
     bench.settle()
-    assert "&lt;h1&gt;roof" in bench.window.tree.item_of("<h1>roof</h1>").toolTip(NAME)
-    cell = bench.window.scores._table.cell("car", "seen change")
+    assert "&lt;h1&gt;roof" in bench.panels.tree.item_of("<h1>roof</h1>").toolTip(NAME)
+    cell = bench.panels.scores._table.cell("car", "seen change")
     assert "&lt;img" in cell.toolTip()
 
 
 # ---------------------------------------------------------------------- pose
 def tool(bench: Bench, name: str) -> QToolButton:
-    tools = bench.window.inspector.form.findChild(PoseTools)
+    tools = bench.panels.inspector.form.findChild(PoseTools)
     assert tools is not None
     button = tools.findChild(QToolButton, name)
     assert button is not None
@@ -223,7 +220,7 @@ def test_a_text_that_is_no_pose_changes_nothing_and_says_why(bench: Bench) -> No
     QGuiApplication.clipboard().setText("hello")
     tool(bench, "paste_pose").click()
     assert bench.document.rig == RIG
-    assert "hello" in bench.window.inspector.form.problem
+    assert "hello" in bench.panels.inspector.form.problem
 
 
 def test_a_pose_goes_back_to_the_last_saved_one(bench: Bench) -> None:
@@ -263,18 +260,18 @@ def test_the_units_chosen_are_there_again_in_the_next_session(qtbot: QtBot, tmp_
 def test_units_that_make_no_sense_in_the_settings_do_no_harm(qtbot: QtBot, tmp_path: Path, text: str) -> None:
     QSettings(str(tmp_path / "settings.ini"), QSettings.Format.IniFormat).setValue("units", text)
     with open_bench(qtbot, tmp_path, kept=Settings(tmp_path / "settings.ini"), wait=False) as bench:
-        assert [unit.quantity for unit in bench.window.inspector.units] == ["length", "angle"]
+        assert [unit.quantity for unit in bench.panels.inspector.units] == ["length", "angle"]
 
 
 def test_panels_take_the_colours_of_another_theme(bench: Bench) -> None:
     bench.document.select("roof")
     wait_for_losses(bench, 2)
-    before = bench.window.tree.item_of("front").foreground(NAME).color()
+    before = bench.panels.tree.item_of("front").foreground(NAME).color()
     try:
         bench.act("theme_dark")
-        assert bench.window.tree.item_of("front").foreground(NAME).color() != before
-        assert bench.window.tree.item_of("front").text(LOSS) != ""
-        assert bench.window.tree.chosen == ("roof",)
+        assert bench.panels.tree.item_of("front").foreground(NAME).color() != before
+        assert bench.panels.tree.item_of("front").text(LOSS) != ""
+        assert bench.panels.tree.chosen == ("roof",)
     finally:
         bench.act("theme_light")
 
@@ -283,12 +280,12 @@ def test_panels_take_the_colours_of_another_theme(bench: Bench) -> None:
 def test_changes_count_from_the_pinned_rig_until_it_is_let_go(bench: Bench, tmp_path: Path) -> None:
     bench.document.set_enabled(("front",), False)
     bench.settle()
-    pin = bench.window.scores.findChild(QToolButton, "pin")
+    pin = bench.panels.scores.findChild(QToolButton, "pin")
     assert pin is not None
     pin.click()
     bench.settle()
     assert bench.shown("car", "seen change") == "–"
-    assert "small" in bench.window.scores.note
+    assert "small" in bench.panels.scores.note
     bench.dialogs.path = tmp_path / "rig.yaml"
     bench.act("undo")
     bench.settle()
@@ -296,7 +293,7 @@ def test_changes_count_from_the_pinned_rig_until_it_is_let_go(bench: Bench, tmp_
     pin.click()
     bench.settle()
     assert bench.shown("car", "seen change") == "–"
-    assert "last saved" in bench.window.scores.note
+    assert "last saved" in bench.panels.scores.note
 
 
 def test_a_file_or_a_preset_can_be_the_baseline(bench: Bench, tmp_path: Path) -> None:
@@ -307,7 +304,7 @@ def test_a_file_or_a_preset_can_be_the_baseline(bench: Bench, tmp_path: Path) ->
     seen = next(column for column in COLUMNS if column.key == "seen")
     now = bench.fresh_scores(RIG).classes["car"].any_seen
     assert bench.shown("car", "seen change") == change_text(now, seen)
-    assert "bare car" in bench.window.scores.note
+    assert "bare car" in bench.panels.scores.note
     bench.act("unpin")
     bench.settle()
     assert bench.shown("car", "seen change") == "–"
@@ -316,56 +313,56 @@ def test_a_file_or_a_preset_can_be_the_baseline(bench: Bench, tmp_path: Path) ->
 def test_a_baseline_file_that_cannot_be_read_leaves_the_old_one(bench: Bench, tmp_path: Path) -> None:
     bench.dialogs.path = tmp_path / "missing.yaml"
     bench.act("pin_file")
-    assert "missing.yaml" in bench.window.message_bar.message
-    assert "last saved" in bench.window.scores.note
+    assert "missing.yaml" in bench.workbench.errors.message
+    assert "last saved" in bench.panels.scores.note
 
 
 def test_the_sparkline_has_one_point_per_edit_however_long_the_drag(bench: Bench) -> None:
-    assert bench.window.scores.trail_of("car") == [bench.fresh_scores(RIG).classes["car"].s_ms]
+    assert bench.panels.scores.trail_of("car") == [bench.fresh_scores(RIG).classes["car"].s_ms]
     bench.viewport.press("roof")
     for step in range(3):
         bench.viewport.move("roof", Pose((step, 0.2, 1.0)))
         bench.settle()
     bench.viewport.release("roof")
     bench.settle()
-    assert len(bench.window.scores.trail_of("car")) == 2
+    assert len(bench.panels.scores.trail_of("car")) == 2
     bench.document.rename("roof", "mast")
     bench.settle()
-    assert len(bench.window.scores.trail_of("car")) == 2
+    assert len(bench.panels.scores.trail_of("car")) == 2
 
 
 # ---------------------------------------------------------------------- what a sensor is worth
 def wait_for_losses(bench: Bench, count: int) -> None:
-    bench.qtbot.waitUntil(lambda: len(bench.window.feature(Marginals).losses) == count, timeout=TIMEOUT_MS)
+    bench.qtbot.waitUntil(lambda: len(bench.features.marginals.losses) == count, timeout=TIMEOUT_MS)
 
 
 def test_the_loss_without_a_sensor_is_exact(bench: Bench) -> None:
     bench.document.select("roof")
     wait_for_losses(bench, 2)
     now = bench.fresh_scores(RIG)
-    found = bench.window.feature(Marginals).losses
+    found = bench.features.marginals.losses
     for name in ("roof", "front"):
         assert found[name] == bench.fresh_scores(without(RIG, (name,)))
-    view = bench.window.inspector.form.marginal  # type: ignore[attr-defined]
+    view = bench.panels.inspector.form.marginal  # type: ignore[attr-defined]
     seen = next(column for column in COLUMNS if column.key == "seen")
     lost = found["roof"].classes["car"].any_seen - now.classes["car"].any_seen
     assert lost < 0
     assert view.text_of("car", "seen") == change_text(lost, seen)
-    assert bench.window.tree.item_of("front").text(LOSS) != ""
+    assert bench.panels.tree.item_of("front").text(LOSS) != ""
 
 
 def test_losses_follow_edits_and_a_sensor_that_does_not_count_has_none(bench: Bench) -> None:
     wait_for_losses(bench, 2)
     bench.document.set_enabled(("roof",), False)
-    assert bench.window.feature(Marginals).losses == {}
+    assert bench.features.marginals.losses == {}
     bench.settle()
     wait_for_losses(bench, 1)
     alone = RIG.replace(sensors=(LIDAR.replace(enabled=False), CAMERA))
-    assert bench.window.feature(Marginals).losses["front"] == bench.fresh_scores(without(alone, ("front",)))
+    assert bench.features.marginals.losses["front"] == bench.fresh_scores(without(alone, ("front",)))
     bench.document.select("roof")
-    view = bench.window.inspector.form.marginal  # type: ignore[attr-defined]
+    view = bench.panels.inspector.form.marginal  # type: ignore[attr-defined]
     assert view.note == NOT_COUNTED
-    assert bench.window.tree.item_of("roof").text(LOSS) == ""
+    assert bench.panels.tree.item_of("roof").text(LOSS) == ""
 
 
 def test_nothing_is_computed_aside_while_the_mouse_is_down(
@@ -375,15 +372,15 @@ def test_nothing_is_computed_aside_while_the_mouse_is_down(
     bench.viewport.press("roof")
     bench.viewport.move("roof", Pose((3.0, 0.2, 1.0)))
     bench.settle()
-    assert bench.window.feature(Marginals).result is None
+    assert bench.features.marginals.result is None
     bench.viewport.release("roof")
     wait_for_losses(bench, 2)
     bench.document.select("roof")
-    assert bench.window.inspector.form.marginal.note != WAITING  # type: ignore[attr-defined]
+    assert bench.panels.inspector.form.marginal.note != WAITING  # type: ignore[attr-defined]
 
 
 def test_a_preset_is_pinned_from_the_menu_of_the_button(bench: Bench) -> None:
-    pin = bench.window.scores.findChild(QToolButton, "pin")
+    pin = bench.panels.scores.findChild(QToolButton, "pin")
     assert pin is not None
     menu = pin.menu()
     assert menu is not None
@@ -391,13 +388,13 @@ def test_a_preset_is_pinned_from_the_menu_of_the_button(bench: Bench) -> None:
     assert presets is not None
     next(entry for entry in presets.actions() if entry.text() == "W+C").trigger()  # type: ignore[attr-defined]
     bench.settle()
-    assert preset("W+C").name in bench.window.scores.note
+    assert preset("W+C").name in bench.panels.scores.note
 
 
 def test_a_panel_among_tabs_is_named_by_its_tab_alone_and_gets_its_title_back_when_it_stands_alone(
     bench: Bench,
 ) -> None:
-    scores, compare, tree = (bench.window.docks[name] for name in ("Scores", "Compare", "Sensors"))
+    scores, compare, tree = (bench.workbench.docks[name] for name in ("Scores", "Compare", "Sensors"))
     bench.qtbot.waitUntil(lambda: scores.titleBarWidget() is not None, timeout=TIMEOUT_MS)
     assert compare.titleBarWidget() is not None
     assert tree.titleBarWidget() is None

@@ -16,8 +16,6 @@ from pytestqt.qtbot import QtBot
 from riglens.app.rendering.picture import Findings, PictureWords, with_words
 from riglens.app.rendering.picture_maker import PictureMaker
 from riglens.app.rendering.picture_process import PictureJob
-from riglens.app.window.features.picture import Picture
-from riglens.app.window.features.scores import Scores
 from riglens.core.rig.model import Rig
 from riglens.widgets.panels.picture_dialog import PictureDialog
 from riglens.widgets.theme import palette
@@ -47,7 +45,7 @@ class StandIn(PictureMaker):
 
 
 def with_stand_in(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> StandIn:
-    picture, maker = bench.window.feature(Picture), StandIn()
+    picture, maker = bench.features.picture, StandIn()
     maker.made.connect(picture._on_made)
     monkeypatch.setattr(picture, "maker", maker)
     return maker
@@ -56,7 +54,7 @@ def with_stand_in(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> StandIn:
 def opened_dialog(bench: Bench) -> PictureDialog:
     """The dialog, asking for a small picture."""
     bench.act("screenshot")
-    dialog = bench.window.feature(Picture).dialog
+    dialog = bench.features.picture.dialog
     assert dialog is not None
     dialog.width_px.setValue(SIZE[0])
     dialog.height_px.setValue(SIZE[1])
@@ -74,7 +72,7 @@ def pixels(image: QImage) -> np.ndarray:
 
 
 def test_what_is_previewed_is_copied_and_saved_larger_by_the_code_that_draws_everywhere(bench, tmp_path):
-    dialog, picture = opened_dialog(bench), bench.window.feature(Picture)
+    dialog, picture = opened_dialog(bench), bench.features.picture
     for box in (dialog.title, dialog.scores, dialog.light, dialog.transparent):
         box.setChecked(True)
     dialog.scale.setCurrentIndex(1)
@@ -89,12 +87,12 @@ def test_what_is_previewed_is_copied_and_saved_larger_by_the_code_that_draws_eve
     saved = pixels(QImage(str(tmp_path / "view.png")))
     assert saved.shape == (2 * SIZE[1], 2 * SIZE[0], 4) and saved[0, -1, 3] == 0
 
-    result = bench.window.feature(Scores).result
+    result = bench.workbench.answers.result
     assert result is not None
     found = Findings(
         result.request.rig, result.evaluation.scores, result.request.settings, result.scene.field
     )
-    state = replace(bench.viewport.scene_state, palette=palette(False))
+    state = replace(bench.viewport.state, palette=palette(False))
     state = with_words(state, PictureWords(True, True, True), found)
     again = render_still(state, SIZE, 2, transparent=True)
     assert np.abs(saved.astype(int) - again).mean() < 0.5
@@ -119,7 +117,7 @@ def test_a_picture_that_cannot_be_written_leaves_a_message(bench, monkeypatch, t
     dialog = opened_dialog(bench)
     bench.dialogs.path = tmp_path / "missing" / "view.png"
     press(dialog.save)
-    assert bench.window.message_bar.isVisible()
+    assert bench.workbench.errors.isVisible()
     assert not (tmp_path / "missing").exists()
 
 
@@ -135,12 +133,12 @@ def test_a_picture_beyond_the_limit_cannot_be_saved(bench, monkeypatch):
 def test_when_the_process_dies_the_window_says_so(bench, monkeypatch):
     monkeypatch.setattr("riglens.app.rendering.picture_maker.sys.executable", "/bin/false")
     dialog = opened_dialog(bench)
-    bench.qtbot.waitUntil(lambda: bench.window.message_bar.isVisible(), timeout=TIMEOUT_MS)
-    assert not bench.window.feature(Picture).maker.is_busy and dialog.save.isEnabled()
+    bench.qtbot.waitUntil(lambda: bench.workbench.errors.isVisible(), timeout=TIMEOUT_MS)
+    assert not bench.features.picture.maker.is_busy and dialog.save.isEnabled()
 
 
 def test_words_of_a_picture_are_those_of_the_rig_and_its_scores(bench):
-    result = bench.window.feature(Scores).result
+    result = bench.workbench.answers.result
     assert result is not None
     found = Findings(Rig(name="mine"), result.evaluation.scores, result.request.settings, result.scene.field)
     caption = with_words(SceneState(), PictureWords(title=True, scores=True), found).caption

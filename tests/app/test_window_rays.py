@@ -12,8 +12,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QStyle, QStyleOptionSlider, QToolButton, QWidget
 from pytestqt.qtbot import QtBot
 
-from riglens.app.window.features.heat import Heat
-from riglens.app.window.features.rays import Rays, look_of
+from riglens.app.window.features.heat import ray_look_of
 from riglens.app.window.settings import Settings
 from riglens.widgets.sensors.ray_look import DEFAULT_RAYS, RayLook
 from riglens.widgets.viewport.offscreen import OffscreenViewport
@@ -46,63 +45,63 @@ def open_sliders(bench: Bench) -> QWidget:
     button = bench.window.findChild(QToolButton, "heat_look")
     assert button is not None
     button.menu().popup(QPoint(0, 0))
-    panel = bench.window.feature(Rays).panel
+    panel = bench.features.rays.panel
     assert panel.isVisible()
     return panel
 
 
 def test_a_key_and_a_box_switch_the_rays(bench: Bench) -> None:
-    assert bench.viewport.rays == DEFAULT_RAYS
+    assert bench.viewport.state.ray_look == DEFAULT_RAYS
     bench.qtbot.keyClick(bench.window, Qt.Key.Key_R)
-    assert bench.viewport.rays == RayLook(shown=False)
+    assert bench.viewport.state.ray_look == RayLook(shown=False)
     panel = open_sliders(bench)
     assert not panel.shown.isChecked() and not panel.opacity.isEnabled()
     click_box(panel.shown)
-    assert bench.viewport.rays == DEFAULT_RAYS and bench.window.actions_["rays"].isChecked()
+    assert bench.viewport.state.ray_look == DEFAULT_RAYS and bench.workbench.actions["rays"].isChecked()
 
 
 def test_sliders_make_rays_more_or_stronger_and_reset_takes_that_back(bench: Bench) -> None:
     panel = open_sliders(bench)
-    heat = bench.window.feature(Heat).panel
+    heat = bench.features.heat.panel
     heat.opacity.setValue(20)
     drag_handle(panel.opacity, 40)
     drag_handle(panel.density, -30)
-    look = bench.viewport.rays
+    look = bench.viewport.state.ray_look
     assert look.opacity > 0.4 and look.density < 0.6
     reset = panel.findChild(QWidget, "reset_look")
     assert reset is not None
     QTest.mouseClick(reset, Qt.MouseButton.LeftButton)
-    assert bench.viewport.rays == DEFAULT_RAYS
+    assert bench.viewport.state.ray_look == DEFAULT_RAYS
     assert heat.opacity.value() == 20, "the heatmap stays as it is"
 
 
 def test_rays_are_drawn_the_next_time_as_they_were_left(qtbot: QtBot, tmp_path: Path) -> None:
     file = tmp_path / "window.ini"
     with open_bench(qtbot, tmp_path, kept=Settings(file), wait=False) as bench:
-        panel = bench.window.feature(Rays).panel
+        panel = bench.features.rays.panel
         panel.opacity.setValue(70)
         panel.density.setValue(3)
         bench.act("rays")
-        left = bench.viewport.rays
+        left = bench.viewport.state.ray_look
         assert not left.shown
     with open_bench(qtbot, tmp_path, kept=Settings(file), wait=False) as bench:
-        assert bench.viewport.rays == left
-        assert not bench.window.actions_["rays"].isChecked()
+        assert bench.viewport.state.ray_look == left
+        assert not bench.workbench.actions["rays"].isChecked()
 
 
 @pytest.mark.parametrize("kept", [{}, {"opacity": "x", "density": 1.0}, {"opacity": 0.5, "density": 1e9}])
 def test_a_look_that_was_not_kept_well_is_forgotten(kept: dict) -> None:
-    assert look_of(kept) is None
-    assert look_of({"shown": False, "opacity": 0.5, "density": 2.0}) == RayLook(False, 0.5, 2.0)
+    assert ray_look_of(kept) is None
+    assert ray_look_of({"shown": False, "opacity": 0.5, "density": 2.0}) == RayLook(False, 0.5, 2.0)
 
 
 def test_a_picture_shows_the_rays_of_the_view(qtbot: QtBot, tmp_path: Path) -> None:
     with open_bench(qtbot, tmp_path, viewport=OffscreenViewport()) as bench:
-        panel, pictures = bench.window.feature(Rays).panel, []
+        panel, pictures = bench.features.rays.panel, []
         for opacity in (10, 100):
             panel.opacity.setValue(opacity)
-            pictures.append(render_still(bench.viewport.scene_state, (160, 100)).astype(int))
+            pictures.append(render_still(bench.viewport.state, (160, 100)).astype(int))
         bench.act("rays")
-        pictures.append(render_still(bench.viewport.scene_state, (160, 100)).astype(int))
+        pictures.append(render_still(bench.viewport.state, (160, 100)).astype(int))
         faint, strong = (np.abs(picture - pictures[-1]).mean() for picture in pictures[:2])
         assert strong > 2 * faint > 0

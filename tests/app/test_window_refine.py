@@ -19,8 +19,6 @@ from pytestqt.qtbot import QtBot
 import riglens.app.background.recompute
 import riglens.app.evaluation.scoring
 from riglens.app.evaluation.requests import FRAME_MS, Approximation, Result
-from riglens.app.window.features.heat import Heat
-from riglens.app.window.features.scores import Scores
 from riglens.core.engine.engine import Engine
 from riglens.core.geometry import Pose
 from riglens.core.rig.model import Lidar
@@ -42,13 +40,13 @@ class Watch:
         self.bench = bench
         self.shown: list[tuple[str, int]] = []
         self.states: list[str] = []
-        recompute = bench.window.recompute  # Qt holds a method of a plain object weakly, a lambda for good
+        recompute = bench.workbench.recompute  # Qt holds a method of a plain object weakly, a lambda for good
         recompute.approximated.connect(lambda first: self._note("coarse", first), QUEUED)
         recompute.evaluated.connect(lambda result: self._note("exact", result), QUEUED)
 
     def _note(self, kind: str, answer: Approximation | Result) -> None:
         self.shown.append((kind, answer.request.revision))
-        self.states.append(self.bench.window.status.state.text())
+        self.states.append(self.bench.workbench.status.state.text())
 
     @property
     def kinds(self) -> list[str]:
@@ -70,7 +68,7 @@ def opened(qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Ite
     def open_it(coarse_above_ms: float = ALL_SLOW, **scene: Any) -> Bench:
         benches.append(open_bench(qtbot, tmp_path, coarse_above_ms=coarse_above_ms, **scene))
         bench = benches[-1].__enter__()
-        assert bench.window.recompute.wait_until_idle()
+        assert bench.workbench.recompute.wait_until_idle()
         return bench
 
     yield open_it
@@ -91,11 +89,11 @@ def know(bench: Bench, *names: str) -> None:
         bench.settle()
         bench.act("undo")
         bench.settle()
-    assert bench.window.recompute.wait_until_idle()
+    assert bench.workbench.recompute.wait_until_idle()
 
 
 def numbers(bench: Bench) -> list[list[float]]:
-    lines = bench.window.scores.as_text().splitlines()[1:]
+    lines = bench.panels.scores.as_text().splitlines()[1:]
     return [[float(cell) for cell in line.split("\t")[1:]] for line in lines]
 
 
@@ -168,7 +166,7 @@ def test_any_sequence_of_edits_ends_exact_to_the_last_bit(opened: Open) -> None:
     bench.act("undo")
     bench.settle()
     assert numbers(bench) == fresh_numbers(bench)
-    assert not bench.window.scores.is_estimate
+    assert not bench.panels.scores.is_estimate
 
 
 def test_a_quick_engine_never_answers_coarsely(opened: Open, timed: type[TimedEngine]) -> None:
@@ -257,23 +255,23 @@ def coarse_shown(opened: Open, timed: type[TimedEngine]) -> Iterator[Bench]:
 
 def cells(bench: Bench) -> dict[str, Any]:
     keys = [key for column in COLUMNS for key in (column.key, f"{column.key} change")]
-    return {f"{name} {key}": bench.window.scores._table.cell(name, key) for name in CLASSES for key in keys}
+    return {f"{name} {key}": bench.panels.scores._table.cell(name, key) for name in CLASSES for key in keys}
 
 
 def test_coarse_numbers_are_marked_and_have_no_change(opened: Open, timed: type[TimedEngine]) -> None:
     with coarse_shown(opened, timed) as bench:
-        assert bench.window.scores.is_estimate
+        assert bench.panels.scores.is_estimate
         for key, cell in cells(bench).items():
             assert cell.font().italic(), key
             assert cell.text() == "…" if key.endswith("change") else cell.text().startswith("≈ "), key
             assert "exact number follows" in cell.toolTip()
-        assert bench.window.status.state.text() == "coarse (δ 1 m), exact follows"
+        assert bench.workbench.status.state.text() == "coarse (δ 1 m), exact follows"
         assert not bench.window.is_exact
 
 
 def test_coarse_numbers_cannot_be_copied(opened: Open, timed: type[TimedEngine]) -> None:
     with coarse_shown(opened, timed) as bench:
-        for line in bench.window.scores.as_text().splitlines()[1:]:
+        for line in bench.panels.scores.as_text().splitlines()[1:]:
             assert line.split("\t")[1:] == [""] * 8
 
 
@@ -294,35 +292,37 @@ def test_marks_are_gone_when_the_exact_numbers_are_there(opened: Open) -> None:
     for key, cell in cells(bench).items():
         assert not cell.font().italic(), key
         assert "≈" not in cell.text()
-    assert bench.window.status.state.text() == "exact"
+    assert bench.workbench.status.state.text() == "exact"
 
 
 def test_the_heatmap_shows_what_is_exact_only(opened: Open) -> None:
     bench = opened()
-    bench.window.feature(Heat).set_mode("seen")
+    bench.features.heat.set_mode("seen")
     bench.settle()
     know(bench, "roof")
-    before = bench.viewport.heatmap
+    before = bench.viewport.state.heatmap
     told: list[Any] = []
-    bench.window.recompute.approximated.connect(lambda _: told.append(bench.viewport.heatmap), QUEUED)
+    bench.workbench.recompute.approximated.connect(
+        lambda _: told.append(bench.viewport.state.heatmap), QUEUED
+    )
     bench.drag("roof", (3.0, 0.0, 1.0))
     bench.settle()
     assert told
     assert all(shown is before for shown in told)
-    assert bench.viewport.heatmap is not before
+    assert bench.viewport.state.heatmap is not before
 
 
 def test_an_approximation_older_than_what_is_shown_is_dropped(opened: Open) -> None:
     bench = opened()
     old: list[Approximation] = []
-    bench.window.recompute.approximated.connect(old.append, QUEUED)
+    bench.workbench.recompute.approximated.connect(old.append, QUEUED)
     bench.drag("roof", (3.0, 0.0, 1.0))
     bench.settle()
     bench.document.set_enabled(("roof",), False)
     bench.settle()
-    bench.window.feature(Scores).show_approximation(old[0])
-    assert not bench.window.scores.is_estimate
-    assert bench.window.status.state.text() == "exact"
+    bench.workbench.answers.take_approximation(old[0])
+    assert not bench.panels.scores.is_estimate
+    assert bench.workbench.status.state.text() == "exact"
 
 
 def test_without_a_coarser_copy_or_with_hits_there_are_exact_answers_only(opened: Open) -> None:
@@ -332,7 +332,7 @@ def test_without_a_coarser_copy_or_with_hits_there_are_exact_answers_only(opened
     odd.settle()
     assert set(watch.kinds) == {"exact"}
     hits = opened()
-    reading = hits.window.scores.findChild(QComboBox, "reading")
+    reading = hits.window.bench.panels.scores.findChild(QComboBox, "reading")
     assert reading is not None
     choose_item(reading, "hits")
     hits.settle()

@@ -19,13 +19,13 @@ SMALL_ROI_M = (8.0, 8.0, 4.0)
 
 
 def voxel_box(bench: Bench) -> QComboBox:
-    box = bench.window.scene_panel.findChild(QComboBox, "voxel_m")
+    box = bench.panels.scene.findChild(QComboBox, "voxel_m")
     assert box is not None
     return box
 
 
 def load(bench: Bench) -> None:
-    button = bench.window.scene_panel.findChild(QPushButton, "load")
+    button = bench.panels.scene.findChild(QPushButton, "load")
     assert button is not None
     scenes = len(bench.scenes)
     button.click()
@@ -35,14 +35,14 @@ def load(bench: Bench) -> None:
 
 def test_auto_scores_on_the_edge_it_picked_and_says_why(qtbot: QtBot, tmp_path: Path) -> None:
     with open_bench(qtbot, tmp_path, roi_m=SMALL_ROI_M) as bench:
-        panel = bench.window.scene_panel
+        panel = bench.panels.scene
         assert panel.picked == ("", "")
         choose_item(voxel_box(bench), "Auto")
         load(bench)
         choice = bench.scenes[-1].choice
         assert choice is not None
         assert bench.scenes[-1].field.grid.voxel_m == choice.voxel_m
-        assert f"δ {choice.voxel_m:g} m" in bench.window.status.scene.text()
+        assert f"δ {choice.voxel_m:g} m" in bench.workbench.status.scene.text()
         sentence, table = panel.picked
         assert sentence.startswith(f"Auto picked {choice.reason()}")
         assert table.splitlines() == list(choice.lines())
@@ -68,14 +68,14 @@ def test_a_typed_edge_ends_auto(qtbot: QtBot, tmp_path: Path) -> None:
         type_into(qtbot, line, "0.5")
         load(bench)
         assert bench.scenes[-1].field.grid.voxel_m == 0.5
-        assert bench.window.scene_panel.picked == ("", "")
+        assert bench.panels.scene.picked == ("", "")
 
 
 def test_auto_needs_a_region_that_some_edge_divides(qtbot: QtBot, tmp_path: Path) -> None:
     with open_bench(qtbot, tmp_path, roi_m=(20.07, 20.07, 4.14), voxel_m=0.09) as bench:
         choose_item(voxel_box(bench), "Auto")
-        assert "none of the edges" in bench.window.scene_panel.problem
-        assert bench.window.scene_panel.choice.voxel_m == 0.09
+        assert "none of the edges" in bench.panels.scene.problem
+        assert bench.panels.scene.choice.voxel_m == 0.09
 
 
 def test_a_chosen_folder_brings_its_own_origin(qtbot: QtBot, tmp_path: Path) -> None:
@@ -83,20 +83,20 @@ def test_a_chosen_folder_brings_its_own_origin(qtbot: QtBot, tmp_path: Path) -> 
     with open_bench(qtbot, tmp_path, roi_m=SMALL_ROI_M) as bench:
         bench.dialogs.path = tmp_path / "logs"
         bench.act("boxes_folder")
-        assert bench.window.scene_panel.choice.origin_m == (-1.34, 0.0, 0.33)
+        assert bench.panels.scene.choice.origin_m == (-1.34, 0.0, 0.33)
         load(bench)
         assert bench.scenes[-1].field.data.frames == 3
-        assert bench.window.scene_panel.choice.origin_m == (-1.34, 0.0, 0.33)
+        assert bench.panels.scene.choice.origin_m == (-1.34, 0.0, 0.33)
 
 
 def test_a_folder_without_boxes_is_refused_at_once(qtbot: QtBot, tmp_path: Path) -> None:
     (tmp_path / "empty").mkdir()
     with open_bench(qtbot, tmp_path, roi_m=SMALL_ROI_M) as bench:
-        before = bench.window.scene_panel.choice
+        before = bench.panels.scene.choice
         bench.dialogs.path = tmp_path / "empty"
         bench.act("boxes_folder")
-        assert "no box data in this folder" in bench.window.message_bar.message
-        assert bench.window.scene_panel.choice == before
+        assert "no box data in this folder" in bench.workbench.errors.message
+        assert bench.panels.scene.choice == before
 
 
 @pytest.fixture
@@ -109,11 +109,11 @@ def stored(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
 
 
 def test_a_stored_pog_is_shown_with_its_name_and_its_grid(stored: Bench) -> None:
-    name = stored.window.scene_panel.findChild(QLabel, "boxes")
+    name = stored.window.bench.panels.scene.findChild(QLabel, "boxes")
     assert name is not None
     assert name.text() == "stored.npz"
     assert voxel_box(stored).currentText() == "0.5"
-    assert stored.window.scene_panel.choice.roi_m == (20.0, 20.0, 4.0)
+    assert stored.window.bench.panels.scene.choice.roi_m == (20.0, 20.0, 4.0)
 
 
 @pytest.mark.parametrize(
@@ -122,7 +122,7 @@ def test_a_stored_pog_is_shown_with_its_name_and_its_grid(stored: Bench) -> None
 def test_what_a_stored_pog_fixes_is_refused_and_nothing_is_loaded(
     stored: Bench, field: str, text: str
 ) -> None:
-    panel = stored.window.scene_panel
+    panel = stored.window.bench.panels.scene
     before = panel.choice
     names = {"frames": "frames", "L": "roi_m.L"}
     line = voxel_box(stored).lineEdit() if field == "voxel" else panel.findChild(QLineEdit, names[field])

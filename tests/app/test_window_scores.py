@@ -15,9 +15,6 @@ from pytestqt.qtbot import QtBot
 from riglens.app.background.recompute import CANCELLED
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.requests import Result
-from riglens.app.window.features.heat import Heat
-from riglens.app.window.features.scene_data import SceneData
-from riglens.app.window.features.scores import Scores
 from riglens.core.geometry import Pose
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.scene.boxes import CLASSES
@@ -33,7 +30,7 @@ def bench(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
 
 def exact_numbers(bench: Bench) -> list[list[float]]:
     """Every digit the table shows, as it is copied."""
-    lines = bench.window.scores.as_text().splitlines()[1:]
+    lines = bench.panels.scores.as_text().splitlines()[1:]
     return [[float(cell) for cell in line.split("\t")[1:]] for line in lines]
 
 
@@ -49,8 +46,8 @@ def expected_numbers(bench: Bench) -> list[list[float]]:
 
 def test_the_scores_follow_the_drag_while_the_mouse_is_down(bench: Bench) -> None:
     seen: list[str] = []
-    bench.window.recompute.evaluated.connect(
-        lambda _: seen.append(bench.window.scores.as_text()), Qt.ConnectionType.QueuedConnection
+    bench.workbench.recompute.evaluated.connect(
+        lambda _: seen.append(bench.panels.scores.as_text()), Qt.ConnectionType.QueuedConnection
     )
     bench.viewport.press("roof")
     for step in range(1, 4):
@@ -71,25 +68,25 @@ def test_after_a_drag_the_scores_are_those_of_a_fresh_evaluation_bit_for_bit(ben
 
 
 def test_a_number_that_is_out_of_date_is_greyed_until_the_new_one_is_there(bench: Bench) -> None:
-    assert not bench.window.scores.is_stale
+    assert not bench.panels.scores.is_stale
     before = bench.shown("car", "lidar")
     bench.document.set_enabled(("roof",), False)
-    assert bench.window.scores.is_stale
+    assert bench.panels.scores.is_stale
     assert bench.shown("car", "lidar") == before
-    assert bench.window.status.state.text() == "updating…"
+    assert bench.workbench.status.state.text() == "updating…"
     bench.settle()
-    assert not bench.window.scores.is_stale
-    assert bench.window.status.state.text() == "exact"
+    assert not bench.panels.scores.is_stale
+    assert bench.workbench.status.state.text() == "exact"
 
 
 def test_an_answer_older_than_the_one_shown_is_dropped(bench: Bench) -> None:
     old: list[Result] = []
-    bench.window.recompute.evaluated.connect(old.append, Qt.ConnectionType.QueuedConnection)
+    bench.workbench.recompute.evaluated.connect(old.append, Qt.ConnectionType.QueuedConnection)
     bench.drag("roof", (3.0, 0.0, 1.0))
     bench.settle()
     bench.document.set_enabled(("roof",), False)
     bench.settle()
-    bench.window.feature(Scores).show_result(old[0])
+    bench.workbench.answers.take(old[0])
     assert bench.shown("car", "lidar") == "0.00"
 
 
@@ -114,59 +111,59 @@ def test_the_change_counts_from_the_rig_that_was_opened_and_then_from_the_saved_
 def test_changes_are_recounted_when_lambda_or_reading_change(bench: Bench) -> None:
     bench.drag("front", (2.0, 0.4, 1.2))
     bench.settle()
-    weight = bench.window.scores.findChild(QLineEdit, "camera_weight")
-    reading = bench.window.scores.findChild(QComboBox, "reading")
+    weight = bench.panels.scores.findChild(QLineEdit, "camera_weight")
+    reading = bench.panels.scores.findChild(QComboBox, "reading")
     assert weight is not None
     assert reading is not None
     type_into(bench.qtbot, weight, "0.75")
     choose_item(reading, "residual")
     bench.settle()
-    assert bench.window.scores.settings == MetricSettings("exact", "residual", 0.75)
+    assert bench.session.settings == MetricSettings("exact", "residual", 0.75)
     assert exact_numbers(bench) == expected_numbers(bench)
 
 
 @pytest.mark.parametrize("text", ["-1", "nan", "many"])
 def test_a_lambda_that_is_no_weight_is_refused(bench: Bench, text: str) -> None:
-    weight = bench.window.scores.findChild(QLineEdit, "camera_weight")
+    weight = bench.panels.scores.findChild(QLineEdit, "camera_weight")
     assert weight is not None
     type_into(bench.qtbot, weight, text)
     assert weight.property("invalid")
-    assert bench.window.scores.settings.camera_weight == 0.1
+    assert bench.session.settings.camera_weight == 0.1
 
 
 def test_the_heatmap_follows_mode_class_and_rig(bench: Bench) -> None:
-    assert bench.viewport.heatmap.title == "POG probability, car"
-    bench.window.feature(Heat).set_mode("seen")
-    bench.window.feature(Heat).set_class("bicycle")
+    assert bench.viewport.state.heatmap.title == "POG probability, car"
+    bench.features.heat.set_mode("seen")
+    bench.features.heat.set_class("bicycle")
     bench.settle()
-    before = bench.viewport.heatmap
+    before = bench.viewport.state.heatmap
     assert before.title == "Seen entropy, bicycle"
     bench.document.apply(RIG.replace(sensors=()))
     bench.settle()
-    after = bench.viewport.heatmap
+    after = bench.viewport.state.heatmap
     assert after.centres_m is before.centres_m
     assert before.values.sum() > 0
     assert after.values.sum() == 0
-    bench.window.feature(Heat).set_mode("off")
+    bench.features.heat.set_mode("off")
     bench.settle()
-    assert bench.viewport.heatmap is None
+    assert bench.viewport.state.heatmap is None
 
 
 def test_the_status_bar_says_what_the_scores_are_computed_on(bench: Bench) -> None:
-    text = bench.window.status.scene.text()
+    text = bench.workbench.status.scene.text()
     for part in ("δ 0.5 m", "informative voxels", "boxes.csv", "T = 3 frames"):
         assert part in text
-    assert "ms" in bench.window.status.time.text()
+    assert "ms" in bench.workbench.status.time.text()
 
 
 def load_button(bench: Bench) -> QPushButton:
-    button = bench.window.scene_panel.findChild(QPushButton, "load")
+    button = bench.panels.scene.findChild(QPushButton, "load")
     assert button is not None
     return button
 
 
 def test_another_voxel_edge_is_loaded_and_scored(bench: Bench) -> None:
-    panel = bench.window.scene_panel
+    panel = bench.panels.scene
     voxel = panel.findChild(QComboBox, "voxel_m")
     assert voxel is not None
     line = voxel.lineEdit()
@@ -178,30 +175,30 @@ def test_another_voxel_edge_is_loaded_and_scored(bench: Bench) -> None:
     bench.settle()
     assert bench.scenes[1].field.grid.voxel_m == 0.25
     assert exact_numbers(bench) == expected_numbers(bench)
-    assert "δ 0.25 m" in bench.window.status.scene.text()
+    assert "δ 0.25 m" in bench.workbench.status.scene.text()
 
 
 def test_a_voxel_edge_that_does_not_divide_the_region_is_refused(bench: Bench) -> None:
-    voxel = bench.window.scene_panel.findChild(QComboBox, "voxel_m")
+    voxel = bench.panels.scene.findChild(QComboBox, "voxel_m")
     assert voxel is not None
     line = voxel.lineEdit()
     assert line is not None
     type_into(bench.qtbot, line, "0.3")
-    assert "not a multiple" in bench.window.scene_panel.problem
-    assert bench.window.scene_panel.choice.voxel_m == 0.5
+    assert "not a multiple" in bench.panels.scene.problem
+    assert bench.panels.scene.choice.voxel_m == 0.5
 
 
 def test_boxes_that_cannot_be_read_are_reported_and_the_old_ones_stay(bench: Bench, tmp_path: Path) -> None:
     bad = tmp_path / "bad.csv"
     bad.write_text("seq,frame,cls,x,y\ns,0,car,1,2\n")
-    before = bench.window.scores.as_text()
+    before = bench.panels.scores.as_text()
     bench.dialogs.path = bad
     bench.act("boxes_file")
     load_button(bench).click()
-    bench.qtbot.waitUntil(lambda: "bad.csv" in bench.window.message_bar.message, timeout=TIMEOUT_MS)
+    bench.qtbot.waitUntil(lambda: "bad.csv" in bench.workbench.errors.message, timeout=TIMEOUT_MS)
     bench.settle()
-    assert bench.window.scores.as_text() == before
-    assert "boxes.csv" in bench.window.status.scene.text()
+    assert bench.panels.scores.as_text() == before
+    assert "boxes.csv" in bench.workbench.status.scene.text()
 
 
 def endless_load(_: SceneOptions, progress: Callable[[float], None]) -> NoReturn:
@@ -214,37 +211,37 @@ def endless_load(_: SceneOptions, progress: Callable[[float], None]) -> NoReturn
 def test_cancel_ends_a_load_and_keeps_the_old_boxes(
     bench: Bench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(bench.window.recompute, "_loader", endless_load)
-    bench.window.feature(SceneData).load(scene_options(tmp_path, voxel_m=0.25))
-    cancel = bench.window.status.findChild(QPushButton, "cancel_load")
+    monkeypatch.setattr(bench.workbench.recompute, "_loader", endless_load)
+    bench.features.scene_data.load(scene_options(tmp_path, voxel_m=0.25))
+    cancel = bench.workbench.status.findChild(QPushButton, "cancel_load")
     assert cancel is not None
     cancel.click()
-    bench.qtbot.waitUntil(lambda: not bench.window.feature(SceneData).is_loading, timeout=TIMEOUT_MS)
+    bench.qtbot.waitUntil(lambda: not bench.features.scene_data.is_loading, timeout=TIMEOUT_MS)
     bench.settle()
-    assert bench.window.message_bar.message == CANCELLED
-    assert "δ 0.5 m" in bench.window.status.scene.text()
+    assert bench.workbench.errors.message == CANCELLED
+    assert "δ 0.5 m" in bench.workbench.status.scene.text()
 
 
 def test_scores_of_the_boxes_before_are_not_called_exact(bench: Bench, tmp_path: Path) -> None:
     """The load is over, its answer is on its way: the numbers shown are still of the old boxes."""
     called_exact: list[bool] = []
-    bench.window.recompute.load_ended.connect(
+    bench.workbench.recompute.load_ended.connect(
         lambda *_: called_exact.append(bench.window.is_exact), Qt.ConnectionType.QueuedConnection
     )
-    bench.window.feature(SceneData).load(scene_options(tmp_path, voxel_m=1.0))
+    bench.features.scene_data.load(scene_options(tmp_path, voxel_m=1.0))
     bench.qtbot.waitUntil(lambda: bool(called_exact), timeout=TIMEOUT_MS)
     assert called_exact == [False]
     bench.settle()
-    assert "δ 1 m" in bench.window.status.scene.text()
+    assert "δ 1 m" in bench.workbench.status.scene.text()
 
 
 def test_the_end_of_a_load_that_nobody_wants_any_more_ends_nothing(
     bench: Bench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(bench.window.recompute, "_loader", endless_load)
-    before, data = scene_options(tmp_path, voxel_m=0.25), bench.window.feature(SceneData)
+    monkeypatch.setattr(bench.workbench.recompute, "_loader", endless_load)
+    before, data = scene_options(tmp_path, voxel_m=0.25), bench.features.scene_data
     data.load(scene_options(tmp_path, voxel_m=1.0))
-    bench.window.recompute.load_ended.emit("boxes.csv: broken", before)
+    bench.workbench.recompute.load_ended.emit("boxes.csv: broken", before)
     QApplication.processEvents()
     assert data.is_loading and not bench.window.is_exact
-    assert bench.window.message_bar.isHidden()
+    assert bench.workbench.errors.isHidden()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -12,9 +13,8 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from riglens.app.launch.user_folders import config_folder, state_folder
-from riglens.app.window.features.heat import Heat
-from riglens.app.window.features.locks import KEY, MOST_FILES
-from riglens.app.window.features.theme import Theme
+from riglens.app.session.session import HeatChoice
+from riglens.app.window.features.sensors import LOCKED_KEY, MOST_FILES
 from riglens.app.window.settings import Settings
 from riglens.widgets.panels.style import apply_style, shows_dark
 from riglens.widgets.theme import DARK, LIGHT
@@ -45,22 +45,22 @@ def plain_style(qapp: QApplication) -> Iterator[None]:
 
 def test_what_was_chosen_is_there_again_the_next_time(qtbot: QtBot, tmp_path: Path, file: Path) -> None:
     with open_bench(qtbot, tmp_path, kept=Settings(file)) as bench:
-        heat = bench.window.feature(Heat)
+        heat = bench.features.heat
         heat.set_mode("entropy")
         heat.set_class("bicycle")
         bench.act("rotate")
         bench.act("local")
         bench.act("snap")
-        bench.viewport.camera = OrbitCamera((1.0, 2.0, 3.0), 25.0, 30.0, 40.0, True)
-        bench.window.docks["Scene"].hide()
+        camera = OrbitCamera((1.0, 2.0, 3.0), 25.0, 30.0, 40.0, True)
+        bench.viewport.show_state(replace(bench.viewport.state, camera=camera))
+        bench.workbench.docks["Scene"].hide()
     with open_bench(qtbot, tmp_path, kept=Settings(file)) as bench:
-        heat = bench.window.feature(Heat)
-        assert (heat.mode, heat.class_name) == ("entropy", "bicycle")
-        assert bench.window.actions_["rotate"].isChecked() and bench.window.actions_["local"].isChecked()
-        assert ("gizmo", "rotate", "local") in bench.viewport.told
-        assert bench.window.actions_["snap"].isChecked() and ("snap", True) in bench.viewport.told
-        assert bench.viewport.camera == OrbitCamera((1.0, 2.0, 3.0), 25.0, 30.0, 40.0, True)
-        assert bench.window.docks["Scene"].isHidden()
+        assert bench.session.heat == HeatChoice("entropy", "bicycle")
+        assert bench.workbench.actions["rotate"].isChecked() and bench.workbench.actions["local"].isChecked()
+        assert (bench.viewport.state.gizmo_mode, bench.viewport.state.gizmo_space) == ("rotate", "local")
+        assert bench.workbench.actions["snap"].isChecked() and ("snap", True) in bench.viewport.told
+        assert bench.viewport.state.camera == OrbitCamera((1.0, 2.0, 3.0), 25.0, 30.0, 40.0, True)
+        assert bench.workbench.docks["Scene"].isHidden()
 
 
 def test_locks_come_back_with_the_file_that_they_belong_to(qtbot: QtBot, tmp_path: Path, file: Path) -> None:
@@ -85,21 +85,23 @@ def test_locks_come_back_with_the_file_that_they_belong_to(qtbot: QtBot, tmp_pat
 
 def test_locks_of_many_files_do_not_pile_up(qtbot: QtBot, tmp_path: Path, file: Path) -> None:
     with open_bench(qtbot, tmp_path, kept=Settings(file), wait=False) as bench:
-        bench.window.settings.write(KEY, {f"/rigs/{number}.yaml": ["roof"] for number in range(MOST_FILES)})
+        bench.workbench.kept.write(
+            LOCKED_KEY, {f"/rigs/{number}.yaml": ["roof"] for number in range(MOST_FILES)}
+        )
         bench.document.save(tmp_path / "rig.yaml")
         bench.document.set_locked(("front",), True)
-        kept = bench.window.settings.read(KEY, {})
+        kept = bench.workbench.kept.read(LOCKED_KEY, {})
         assert len(kept) == MOST_FILES and kept[str(tmp_path / "rig.yaml")] == ["front"]
 
 
 def test_reset_layout_brings_back_what_was_closed(qtbot: QtBot, tmp_path: Path, file: Path) -> None:
     with open_bench(qtbot, tmp_path, kept=Settings(file), wait=False) as bench:
-        for dock in bench.window.docks.values():
+        for dock in bench.workbench.docks:
             dock.hide()
     with open_bench(qtbot, tmp_path, kept=Settings(file), wait=False) as bench:
-        assert all(dock.isHidden() for dock in bench.window.docks.values())
+        assert all(dock.isHidden() for dock in bench.workbench.docks)
         bench.act("reset_layout")
-        assert not any(dock.isHidden() for dock in bench.window.docks.values())
+        assert not any(dock.isHidden() for dock in bench.workbench.docks)
 
 
 @pytest.mark.parametrize("junk", JUNK)
@@ -112,8 +114,8 @@ def test_junk_in_the_settings_never_stops_the_start(
     store.sync()
     with open_bench(qtbot, tmp_path, kept=Settings(file), wait=False) as bench:
         assert bench.window.isVisible()
-        assert bench.window.actions_["both"].isChecked()
-        assert bench.viewport.camera is None
+        assert bench.workbench.actions["both"].isChecked()
+        assert bench.viewport.chosen_camera() is None
 
 
 @pytest.mark.parametrize("content", [b"\x00\xff" * 500, b"[window]\nstate=@Variant(\x00\x00", b"=\n[[[\n"])
@@ -122,7 +124,7 @@ def test_a_broken_settings_file_is_like_none(
 ) -> None:
     file.write_bytes(content)
     with open_bench(qtbot, tmp_path, kept=Settings(file), wait=False) as bench:
-        bench.window.feature(Heat).set_class("pedestrian")
+        bench.features.heat.set_class("pedestrian")
     assert Settings(file).read("heat/class", "") == "pedestrian"
 
 
@@ -144,17 +146,17 @@ def test_a_forced_theme_is_everywhere_at_once_and_kept(
 ) -> None:
     told: list[bool] = []
     with open_bench(qtbot, tmp_path, kept=Settings(file), wait=False) as bench:
-        bench.window.theme_changed.connect(told.append)
+        bench.workbench.theme_changed.connect(told.append)
         bench.act("theme_dark")
         assert shows_dark()
-        assert bench.viewport.told[-1] == ("palette", DARK)
+        assert bench.viewport.state.palette == DARK
         bench.act("theme_light")
         assert not shows_dark()
-        assert bench.viewport.told[-1] == ("palette", LIGHT)
+        assert bench.viewport.state.palette == LIGHT
         bench.act("theme_dark")
         assert told == [True, False, True]
     with open_bench(qtbot, tmp_path, kept=Settings(file), wait=False) as bench:
-        assert bench.window.feature(Theme).choice == "theme_dark"
+        assert bench.features.theme.choice == "theme_dark"
         assert shows_dark()
 
 
@@ -163,10 +165,10 @@ def test_the_theme_follows_the_system_while_the_window_is_open(
 ) -> None:
     with open_bench(qtbot, tmp_path, wait=False) as bench:
         apply_style(_app(), dark=False)
-        monkeypatch.setattr("riglens.app.window.features.theme.is_dark", lambda: True)
+        monkeypatch.setattr("riglens.app.window.features.appearance.is_dark", lambda: True)
         QGuiApplication.styleHints().colorSchemeChanged.emit(Qt.ColorScheme.Dark)
         assert shows_dark()
-        assert bench.viewport.told[-1] == ("palette", DARK)
+        assert bench.viewport.state.palette == DARK
         bench.act("theme_light")
         QGuiApplication.styleHints().colorSchemeChanged.emit(Qt.ColorScheme.Dark)
         assert not shows_dark()

@@ -15,7 +15,6 @@ from PySide6.QtWidgets import QApplication, QLabel, QTableWidget
 from pytestqt.qtbot import QtBot
 
 from riglens.app.window.dialogs import Dialogs
-from riglens.app.window.features.heat import Heat
 from riglens.app.window.features.help import sheet
 from riglens.widgets.panels.shortcut_sheet import Group, ShortcutSheet, in_columns
 from tests.app.window_bench import Bench, open_bench
@@ -35,8 +34,8 @@ def test_no_two_actions_answer_to_the_same_key(bench: Bench) -> None:
 
 
 def test_every_action_has_a_tooltip_and_does_something(bench: Bench) -> None:
-    for spec in bench.window.actions_.specs:
-        action = bench.window.actions_[spec.key]
+    for spec in bench.workbench.actions.specs:
+        action = bench.workbench.actions[spec.key]
         assert spec.tip and spec.tip in action.toolTip(), spec.key
         assert action.receivers(SIGNAL("triggered(bool)")) > 0, spec.key  # type: ignore[arg-type]
 
@@ -49,11 +48,11 @@ def test_the_key_of_the_sheet_opens_it(bench: Bench) -> None:
 
 
 def test_the_sheet_lists_every_action_and_gesture_and_nothing_is_cut_off(bench: Bench) -> None:
-    groups = sheet(bench.window)
+    groups = sheet(bench.workbench.actions, bench.workbench.gestures)
     Dialogs().show_sheet(bench.window, "Shortcuts and mouse", groups)
     shown = bench.window.findChild(ShortcutSheet)
     columns = shown.findChildren(QLabel)
-    assert sum(len(group.rows) for group in groups[:-1]) == len(bench.window.actions_.specs)
+    assert sum(len(group.rows) for group in groups[:-1]) == len(bench.workbench.actions.specs)
     text = "".join(column.text() for column in columns)
     for group in groups:
         assert all(escape(keys) in text and escape(what) in text for keys, what in group.rows)
@@ -66,10 +65,10 @@ def test_the_sheet_lists_every_action_and_gesture_and_nothing_is_cut_off(bench: 
 def test_a_table_with_the_focus_copies_itself_not_the_selected_sensor(qtbot: QtBot, tmp_path: Path) -> None:
     with open_bench(qtbot, tmp_path) as bench:
         bench.document.select("roof")
-        table = bench.window.scores.findChild(QTableWidget)
+        table = bench.panels.scores.findChild(QTableWidget)
         table.setFocus()
         qtbot.keyClick(table, Qt.Key.Key_C, Qt.KeyboardModifier.ControlModifier)
-        assert bench.clipboard() == bench.window.scores.as_text()
+        assert bench.clipboard() == bench.panels.scores.as_text()
 
 
 def test_columns_are_as_low_as_can_be() -> None:
@@ -82,10 +81,10 @@ def test_columns_are_as_low_as_can_be() -> None:
 
 @pytest.mark.parametrize("title", ["Map", "Scores"])
 def test_the_key_of_a_panel_brings_it_to_the_front_then_puts_it_away(bench: Bench, title: str) -> None:
-    dock = bench.window.docks[title]
-    action = bench.window.actions_[f"dock_{title}"]
+    dock = bench.workbench.docks[title]
+    action = bench.workbench.actions[f"dock_{title}"]
     if title == "Scores":
-        bench.window.docks["Compare"].raise_()
+        bench.workbench.docks["Compare"].raise_()
     key = action.shortcut()[0].key()
     for in_front in (True, False, True):
         bench.qtbot.keyClick(bench.window, key, Qt.KeyboardModifier.ControlModifier)
@@ -94,14 +93,13 @@ def test_the_key_of_a_panel_brings_it_to_the_front_then_puts_it_away(bench: Benc
 
 
 def test_the_heatmap_and_its_class_are_chosen_by_keys(bench: Bench) -> None:
-    heat = bench.window.feature(Heat)
     bench.qtbot.keyClick(bench.window, Qt.Key.Key_4, Qt.KeyboardModifier.AltModifier)
-    assert heat.mode == "unseen" and bench.window.actions_["heat_unseen"].isChecked()
+    assert bench.session.heat.mode == "unseen" and bench.workbench.actions["heat_unseen"].isChecked()
     bench.qtbot.keyClick(bench.window, Qt.Key.Key_0, Qt.KeyboardModifier.AltModifier)
-    assert heat.mode == "off"
+    assert bench.session.heat.mode == "off"
     for name in ("bicycle", "pedestrian", "car"):
         bench.qtbot.keyClick(bench.window, Qt.Key.Key_T)
-        assert heat.class_name == name and bench.window.actions_[f"class_{name}"].isChecked()
+        assert bench.session.heat.class_name == name and bench.workbench.actions[f"class_{name}"].isChecked()
 
 
 OWN_KEYS: set[tuple[str, str]] = {("scores", "copy")}
@@ -111,15 +109,17 @@ OWN_KEYS: set[tuple[str, str]] = {("scores", "copy")}
 @pytest.mark.parametrize("place", ["viewport", "tree", "scores"])
 def test_every_key_reaches_its_action_and_no_other(bench: Bench, place: str) -> None:
     """Whatever has the focus: no list takes a letter for a search, no table takes a chord for itself."""
-    actions, reached = bench.window.actions_, []
+    actions, reached = bench.workbench.actions, []
     keys = [(spec.key, keys) for spec in actions.specs for keys in actions[spec.key].shortcuts()]
     for key, _ in keys:
         actions[key].triggered.disconnect()
         actions[key].setEnabled(True)
         actions[key].triggered.connect(lambda _, key=key: reached.append(key))
-    target = (
-        bench.window.scores.findChild(QTableWidget) if place == "scores" else getattr(bench.window, place)
-    )
+    target = {
+        "viewport": bench.viewport,
+        "tree": bench.panels.tree,
+        "scores": bench.panels.scores.findChild(QTableWidget),
+    }[place]
     target.setFocus()
     for key, chord in keys:
         QTest.keySequence(QApplication.focusWidget() or bench.window, chord)

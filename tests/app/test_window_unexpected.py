@@ -21,10 +21,13 @@ def fail() -> None:
 def test_an_exception_in_a_slot_is_told_and_logged_and_the_window_goes_on(
     qtbot: QtBot, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    with open_bench(qtbot, tmp_path) as bench, failures_told(bench.window.report_error, tmp_path / "state"):
+    with (
+        open_bench(qtbot, tmp_path) as bench,
+        failures_told(bench.workbench.report_error, tmp_path / "state"),
+    ):
         QTimer.singleShot(0, fail)
-        qtbot.waitUntil(lambda: bench.window.message_bar.message != "", timeout=TIMEOUT_MS)
-        bar = bench.window.message_bar
+        qtbot.waitUntil(lambda: bench.workbench.errors.message != "", timeout=TIMEOUT_MS)
+        bar = bench.workbench.errors
         assert "RuntimeError: the wheel came off" in bar.message and "\n" not in bar.message
         assert "in fail" in bar.details
         assert "the wheel came off" in (tmp_path / "state" / LOG).read_text()

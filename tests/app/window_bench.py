@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import Qt, QTimer, Signal
+from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import QApplication, QComboBox, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
 
@@ -16,15 +16,20 @@ from riglens.app.background.recompute import Recompute
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.requests import FRAME_MS, LoadedScene
 from riglens.app.session.document import Document
-from riglens.app.window import MainWindow
+from riglens.app.session.session import Session
+from riglens.app.window.build import Features
 from riglens.app.window.dialogs import Dialogs, Unsaved
+from riglens.app.window.main_window import MainWindow
 from riglens.app.window.settings import Settings
+from riglens.app.window.workbench import Panels, Workbench
 from riglens.core.engine.engine import Engine
 from riglens.core.geometry import Pose
 from riglens.core.metric.scores import MetricSettings, Scores
 from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
 from riglens.widgets.panels.shortcut_sheet import Group
-from riglens.widgets.viewport.scene_state import SceneState, ShownRig
+from riglens.widgets.viewport.camera import OrbitCamera
+from riglens.widgets.viewport.scene_state import SceneState
+from riglens.widgets.viewport.view import View
 
 TIMEOUT_MS = 60_000
 BOXES = """seq,frame,cls,x,y,z,length,width,height,yaw
@@ -52,77 +57,36 @@ def scene_options(folder: Path, **changes: Any) -> SceneOptions:
     return SceneOptions(**(fields | changes))
 
 
-class FakeViewport(QWidget):
-    """Remembers what it was told to show; tests send its signals as a drag would."""
-
-    sensor_picked = Signal(object)
-    drag_started = Signal(str)
-    drag_moved = Signal(str, object)
-    drag_finished = Signal(str)
-    drag_cancelled = Signal(str)
-    cell_picked = Signal(object)
-    escaped = Signal()
-    nudged = Signal(str, object)
-    placing_changed = Signal(bool)
-    model_dropped = Signal(str, object)
-    shown = Signal()
+class FakeViewport(View):
+    """A view without graphics: keeps every state that it was to show; tests send its signals as a drag would."""
 
     def __init__(self) -> None:
         super().__init__()
-        self.rig: Rig | None = None
-        self.hidden: frozenset[str] = frozenset()
-        self.fixed: frozenset[str] = frozenset()
-        self.selected: str | None = None
-        self.heatmap: Any = None
-        self.look: Any = None
-        self.rays: Any = None
-        self.marker: Any = None
+        self.states = [SceneState()]
         self.told: list[tuple[Any, ...]] = []
         self.dragged: str | None = None
-        self.camera: Any = None
         QTimer.singleShot(0, self, self.shown.emit)
 
-    def set_rig(self, shown: ShownRig) -> None:
-        self.rig, self.hidden, self.selected, self.fixed = (
-            shown.rig,
-            shown.hidden,
-            shown.selected,
-            shown.fixed,
-        )
+    @property
+    def state(self) -> SceneState:
+        return self.states[-1]
 
-    def set_heatmap(self, data: Any) -> None:
-        self.heatmap = data
+    def show_state(self, state: SceneState) -> None:
+        self.states.append(state)
 
-    def set_heat_look(self, look: Any) -> None:
-        self.look = look
+    def values(self, *names: str) -> list[tuple[Any, ...]]:
+        """What was shown of some fields of the state, one after the other; what did not change counts once."""
+        found = [tuple(getattr(state, name) for name in names) for state in self.states]
+        return [now for before, now in zip([None, *found], found, strict=False) if now != before]
 
-    def set_ray_look(self, look: Any) -> None:
-        self.rays = look
+    @property
+    def picture_size(self) -> tuple[int, int]:
+        return 320, 200
 
-    def set_picking(self, is_on: bool) -> None:
-        self.told.append(("picking", is_on))
+    def chosen_camera(self) -> OrbitCamera | None:
+        return None if self.state.camera == SceneState().camera else self.state.camera
 
-    def set_marker(self, marker: Any) -> None:
-        self.marker = marker
-
-    def set_vehicle(self, vehicle: Any, mesh: Any = None) -> None:
-        self.told.append(("vehicle", vehicle) if mesh is None else ("vehicle", vehicle, mesh))
-
-    def set_snap(self, snap: bool) -> None:
-        self.told.append(("snap", snap))
-
-    def begin_placing(self) -> bool:
-        self.told.append(("place",))
-        self.placing_changed.emit(True)
-        return True
-
-    def set_grid(self, grid: Any) -> None:
-        self.told.append(("grid", grid))
-
-    def set_gizmo(self, mode: str, space: str) -> None:
-        self.told.append(("gizmo", mode, space))
-
-    def set_view(self, name: str) -> None:
+    def set_view(self, name: str, wide: bool = False) -> None:
         self.told.append(("view", name))
 
     def frame_sensor(self, name: str) -> None:
@@ -131,22 +95,16 @@ class FakeViewport(QWidget):
     def look_at(self, x_m: float, y_m: float) -> None:
         self.told.append(("look", x_m, y_m))
 
-    @property
-    def scene_state(self) -> SceneState:
-        return SceneState(rig=self.rig or Rig())
+    def set_picking(self, is_on: bool) -> None:
+        self.told.append(("picking", is_on))
 
-    @property
-    def picture_size(self) -> tuple[int, int]:
-        return 320, 200
+    def set_snap(self, snap: bool) -> None:
+        self.told.append(("snap", snap))
 
-    def set_palette(self, palette: Any) -> None:
-        self.told.append(("palette", palette))
-
-    def set_camera(self, camera: Any) -> None:
-        self.camera = camera
-
-    def chosen_camera(self) -> Any:
-        return self.camera
+    def begin_placing(self) -> bool:
+        self.told.append(("place",))
+        self.placing_changed.emit(True)
+        return True
 
     def cancel_drag(self) -> bool:
         name, self.dragged = self.dragged, None
@@ -225,18 +183,34 @@ class Bench:
     scenes: list[LoadedScene]
 
     @property
+    def session(self) -> Session:
+        return self.window.session
+
+    @property
     def document(self) -> Document:
-        return self.window.document
+        return self.window.session.document
+
+    @property
+    def workbench(self) -> Workbench:
+        return self.window.bench
+
+    @property
+    def panels(self) -> Panels:
+        return self.workbench.panels
+
+    @property
+    def features(self) -> Features:
+        return self.window.features
 
     def settle(self) -> None:
         """Wait until everything shown is up to date, and everybody has been told."""
         self.qtbot.waitUntil(lambda: self.window.is_exact, timeout=TIMEOUT_MS)
-        assert self.window.recompute.wait_until_idle()
+        assert self.workbench.recompute.wait_until_idle()
         QApplication.processEvents()
 
     def act(self, key: str) -> None:
         """Choose an action of a menu or the toolbar."""
-        self.window.actions_[key].trigger()
+        self.workbench.actions[key].trigger()
 
     def clipboard(self) -> str:
         """The text on the clipboard."""
@@ -244,7 +218,7 @@ class Bench:
 
     def find(self, name: str) -> QWidget:
         """A field of the inspector by its name."""
-        found = self.window.inspector.form.findChild(QWidget, name)
+        found = self.panels.inspector.form.findChild(QWidget, name)
         assert found is not None, name
         return found
 
@@ -269,13 +243,13 @@ class Bench:
 
     def fresh_scores(self, rig: Rig) -> Scores:
         """What a new engine says about a rig on the scene and with the settings in use."""
-        evaluation = Engine(self.scenes[-1].field).evaluate(rig, self.window.scores.settings)
+        evaluation = Engine(self.scenes[-1].field).evaluate(rig, self.session.settings)
         assert evaluation is not None
         return evaluation.scores
 
     def shown(self, class_name: str, column: str) -> str:
         """The text of a cell of the score table."""
-        return self.window.scores.text_of(class_name, column)
+        return self.panels.scores.text_of(class_name, column)
 
 
 def type_into(qtbot: QtBot, edit: QLineEdit, text: str) -> None:
@@ -300,7 +274,7 @@ def open_bench(
     qtbot: QtBot,
     folder: Path,
     rig: Rig = RIG,
-    viewport: QWidget | None = None,
+    viewport: View | None = None,
     wait: bool = True,
     coarse_above_ms: float = FRAME_MS,
     kept: Settings | None = None,

@@ -17,11 +17,8 @@ from PySide6.QtCore import QPoint, QTimer
 from PySide6.QtWidgets import QApplication, QComboBox, QPushButton
 
 from riglens.app.evaluation.options import SceneOptions, ScoreOptions
-from riglens.app.window import MainWindow, open_window
-from riglens.app.window.features.baseline import Baseline
-from riglens.app.window.features.compare import Compare
-from riglens.app.window.features.exchange import Exchange
-from riglens.app.window.features.picture import Picture
+from riglens.app.window.main_window import MainWindow
+from riglens.app.window.start import open_window
 from riglens.core.rig.yaml.file import dumps, load_rig
 from riglens.widgets.gizmo.drag import Handle
 from tests.session.person import Answers, Person
@@ -31,7 +28,7 @@ MODEL = "VLP-16"
 
 def work(person: Person) -> None:
     """Everything up to the crash."""
-    window, document = person.window, person.window.document
+    window, document = person.window, person.window.session.document
     person.settle()
     person.look("start")
     place_on_roof(person)
@@ -48,7 +45,7 @@ def work(person: Person) -> None:
 
 def place_on_roof(person: Person) -> None:
     """A library LiDAR onto the roof: what is seen grows."""
-    document, before = person.window.document, person.seen()
+    document, before = person.window.session.document, person.seen()
     count = len(document.rig.sensors)
     person.double_click_model(MODEL)
     assert len(document.rig.sensors) == count + 1
@@ -64,7 +61,7 @@ def place_on_roof(person: Person) -> None:
 
 def drag_and_turn(person: Person) -> None:
     """Up along the blue arrow, then about the vertical: one undo step each."""
-    document = person.window.document
+    document = person.window.session.document
     name = document.selected
     assert name is not None
     before = document.rig.sensor(name)
@@ -87,12 +84,12 @@ def drag_and_turn(person: Person) -> None:
 
 def mirror_and_travel(person: Person) -> None:
     """Mirror, undo three times, redo three times: the same rig and the same figures."""
-    document = person.window.document
+    document = person.window.session.document
     count = len(document.rig.sensors)
     person.key("M")
     assert len(document.rig.sensors) == count + 1
     person.look("mirrored")
-    after, figures = document.rig, person.window.scores.as_text()
+    after, figures = document.rig, person.window.bench.panels.scores.as_text()
     for _ in range(3):
         person.key("Ctrl+Z")
     assert document.rig != after
@@ -101,28 +98,28 @@ def mirror_and_travel(person: Person) -> None:
         person.key("Ctrl+Shift+Z")
     assert document.rig == after
     person.settle()
-    assert person.window.scores.as_text() == figures
+    assert person.window.bench.panels.scores.as_text() == figures
 
 
 def change_voxel(person: Person) -> None:
     """Larger voxels, in the Scene panel."""
-    panel = person.window.scene_panel
+    panel = person.window.bench.panels.scene
     person.raise_dock("Scene")
     combo = panel.findChild(QComboBox, "voxel_m")
     load = panel.findChild(QPushButton, "load")
     assert combo is not None and load is not None and combo.lineEdit() is not None
     person.type_into(combo.lineEdit(), "0.2")
     person.press(load)
-    person.wait(lambda: "δ 0.2 m" in person.window.status.scene.text(), "voxels of 0.2 m")
+    person.wait(lambda: "δ 0.2 m" in person.window.bench.status.scene.text(), "voxels of 0.2 m")
     person.look("voxels-of-0.2-m")
 
 
 def compare(person: Person) -> None:
     """The rig as the baseline, and two rigs of the paper beside each other."""
     person.key("Ctrl+B")
-    assert person.window.feature(Baseline).is_pinned
+    assert person.window.session.pinned is not None
     person.raise_dock("Compare")
-    feature = person.window.feature(Compare)
+    feature = person.window.features.compare
     menu = feature.panel._add.menu()
     for name in ("W+T", "N+C"):
         person.choose(menu, "Preset", name)
@@ -134,16 +131,16 @@ def compare(person: Person) -> None:
 
 def save(person: Person, path: Path) -> None:
     """Ctrl+S writes the very rig that is shown."""
-    person.window.dialogs.path = path  # type: ignore[attr-defined]
+    person.window.bench.dialogs.path = path  # type: ignore[attr-defined]
     person.key("Ctrl+S")
-    assert load_rig(path).rig == person.window.document.rig
+    assert load_rig(path).rig == person.window.session.document.rig
     assert not person.window.isWindowModified()
-    person.notes["saved"] = dumps(person.window.document.rig)
+    person.notes["saved"] = dumps(person.window.session.document.rig)
 
 
 def lift(person: Person) -> None:
     """One more edit, which is not saved; undo and redo may have left nothing selected."""
-    person.window.document.select(person.window.document.rig.sensors[-1].name)
+    person.window.session.document.select(person.window.session.document.rig.sensors[-1].name)
     person.key("W")
     person.settle()
     person.drag("drag after saving", person.handle(Handle("move", 2)), QPoint(0, -30), steps=10)
@@ -151,10 +148,10 @@ def lift(person: Person) -> None:
 
 def recover(person: Person) -> None:
     """The edits after the last save are offered, come back, and can be exported."""
-    window, document = person.window, person.window.document
+    window, document = person.window, person.window.session.document
     expected = json.loads((person.folder / "work.json").read_text())
     person.settle()
-    button = window.note_bar.findChild(QPushButton, "Recover")
+    button = window.bench.notes.findChild(QPushButton, "Recover")
     assert button is not None and button.isVisible()
     person.look("recovery-offered")
     person.press(button)
@@ -169,11 +166,11 @@ def recover(person: Person) -> None:
 
 def export(person: Person) -> None:
     """A picture with the scores on it by F12, and the rig as a robot description."""
-    answers = person.window.dialogs
+    answers = person.window.bench.dialogs
     assert isinstance(answers, Answers)
     answers.path = person.folder / "view.png"
     person.key("F12")
-    feature = person.window.feature(Picture)
+    feature = person.window.features.picture
     person.wait(lambda: feature.dialog is not None and not feature.dialog.preview.image.isNull(), "a preview")
     assert feature.dialog is not None
     feature.dialog.scores.click()
@@ -183,12 +180,12 @@ def export(person: Person) -> None:
     person.wait(answers.path.exists, "the picture")
     assert answers.path.read_bytes().startswith(b"\x89PNG")
     answers.path = person.folder / "session.urdf"
-    menu = person.window.feature(Exchange).menu
+    menu = person.window.features.exchange.menu
     menu.popup(QPoint(40, 60))
     person.wait(menu.isVisible, "the formats")
     person.choose(menu, next(action.text() for action in menu.actions() if "URDF" in action.text()))
     menu.close()
-    assert answers.path.read_text().count("<joint") >= len(person.window.document.rig.sensors)
+    assert answers.path.read_text().count("<joint") >= len(person.window.session.document.rig.sensors)
 
 
 def main(part: str, folder: Path) -> int:
@@ -198,7 +195,7 @@ def main(part: str, folder: Path) -> int:
 
     def use() -> None:
         window = next(widget for widget in app.topLevelWidgets() if isinstance(widget, MainWindow))
-        window.dialogs = Answers()
+        window.bench.dialogs = Answers()
         window.activateWindow()
         person = Person(window, folder, part)
         try:

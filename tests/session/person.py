@@ -15,8 +15,8 @@ from PySide6.QtGui import QKeySequence
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QMenu, QPushButton, QWidget
 
-from riglens.app.window import MainWindow
 from riglens.app.window.dialogs import Dialogs, Unsaved
+from riglens.app.window.main_window import MainWindow
 from riglens.widgets.gizmo.drag import Handle
 from riglens.widgets.gizmo.handles import handle_polyline
 
@@ -66,7 +66,7 @@ class Person:
 
     @property
     def _view(self) -> Any:
-        return self.window.viewport
+        return self.window.bench.viewport
 
     # ------------------------------------------------------------------ looking
     def wait(self, is_true: Callable[[], object], what: str) -> None:
@@ -93,7 +93,7 @@ class Person:
     def seen(self, class_name: str = "car") -> float:
         """The share seen by any sensor in percent, as the table says it."""
         self.settle()
-        return float(self.window.scores.text_of(class_name, "seen").removesuffix("%"))
+        return float(self.window.bench.panels.scores.text_of(class_name, "seen").removesuffix("%"))
 
     def pixel(self, position_m: tuple[float, float, float]) -> QPoint:
         """Where a point of the world is on the canvas."""
@@ -109,13 +109,13 @@ class Person:
 
     def raise_dock(self, name: str) -> None:
         """Bring a dock to the front."""
-        self.window.docks[name].show()
-        self.window.docks[name].raise_()
+        self.window.bench.docks[name].show()
+        self.window.bench.docks[name].raise_()
         QTest.qWait(50)
 
     def double_click_model(self, model: str) -> None:
         """Double click a model in the library, which adds a sensor."""
-        models = self.window.docks["Library"].widget().models
+        models = self.window.bench.docks["Library"].widget().models
         row = next(row for row in models.rows() if model in row.text(0))
         models.scrollToItem(row)
         at = models.visualItemRect(row).center()

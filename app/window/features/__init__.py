@@ -1,1 +1,1 @@
-"""What the window can do, one small class per file; `riglens.app.window` says how they hook in."""
+"""What the window can do: one file for each kind of work; `riglens.app.window` says how features hook in."""

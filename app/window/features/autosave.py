@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QTimer
 
@@ -13,11 +12,9 @@ from riglens.app.background.tasks import Task
 from riglens.app.session.autosave import AutosaveFile, Orphan, Unsaved, orphans
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.files import Files
+from riglens.app.window.workbench import Workbench
 from riglens.core.errors import InputError
 from riglens.widgets.panels.messages import duration_text
-
-if TYPE_CHECKING:
-    from riglens.app.window.main_window import MainWindow
 
 DELAY_MS = 1000
 
@@ -25,8 +22,9 @@ DELAY_MS = 1000
 class Autosave(Feature):
     """Writes the rig a second after the first change that is not written yet, never on the interface thread."""
 
-    def __init__(self, window: MainWindow) -> None:
-        super().__init__(window)
+    def __init__(self, bench: Workbench, files: Files) -> None:
+        super().__init__(bench)
+        self._files = files
         self._file: AutosaveFile | None = None
         self._writing: Task | None = None
         self._folder: Path | None = None
@@ -35,9 +33,11 @@ class Autosave(Feature):
         self._timer.setSingleShot(True)
         self._timer.setInterval(DELAY_MS)
         self._timer.timeout.connect(self._write)
-        self.document.rig_changed.connect(self._on_change)
-        self.document.file_changed.connect(self._on_change)
-        window.closing.connect(self._close)
+        for changed in (
+            self.document.rig_settled, self.document.modified_changed, self.document.file_changed,
+        ):  # fmt: skip
+            changed.connect(self._on_change)
+        bench.closing.connect(self._close)
 
     def start(self, folder: Path) -> None:
         """Keep unsaved changes in this folder from now on, and offer what others left there."""
@@ -61,7 +61,7 @@ class Autosave(Feature):
             self._timer.start()
             return
         state = Unsaved(self.document.rig, self.document.saved_rig, self.document.path)
-        self._writing = self.window.tasks.run(
+        self._writing = self.bench.tasks.run(
             "Autosave", partial(_write, self._file, state), lambda _: None, self._written
         )
 
@@ -90,7 +90,7 @@ class Autosave(Feature):
         if not found:
             return
         more = f" ({len(found) - 1} more)" if len(found) > 1 else ""
-        self.window.note_bar.show_message(
+        self.bench.notes.show_message(
             f"RigLens ended without saving {_title(found[0])}.{more}",
             choices={
                 "Recover": partial(self.recover, found[0]),
@@ -101,11 +101,11 @@ class Autosave(Feature):
     def recover(self, orphan: Orphan) -> None:
         """Open the rig with its unsaved changes; they are one undo step, and still unsaved."""
         assert self._file is not None
-        if not self.window.feature(Files).may_lose_changes():
+        if not self._files.may_lose_changes():
             self.offer()
             return
         if not self._file.take(orphan):
-            self.window.report_error(f"{_title(orphan)}: another window has recovered or discarded it")
+            self.bench.report_error(f"{_title(orphan)}: another window has recovered or discarded it")
             return
         self._is_recovering = True  # what was taken over stays on the disk until it is written anew
         self._show(orphan.unsaved)
@@ -121,7 +121,7 @@ class Autosave(Feature):
                 self.document.open(unsaved.path)
         except InputError as error:
             self.document.show(unsaved.base)
-            self.window.report_error(f"{error}; the changes are recovered without the file")
+            self.bench.report_error(f"{error}; the changes are recovered without the file")
         self.document.apply(unsaved.rig, "recover unsaved changes")
 
     def discard(self, orphan: Orphan) -> None:

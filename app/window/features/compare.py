@@ -6,7 +6,6 @@ from dataclasses import replace
 from functools import partial
 from itertools import count
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QMenu
@@ -15,10 +14,9 @@ from riglens.app.background.side_jobs import SideAnswer, SideRequest
 from riglens.app.evaluation.requests import LoadedScene, Result
 from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
-from riglens.app.window.features.baseline import Baseline
-from riglens.app.window.features.exchange import Exchange
-from riglens.app.window.features.files import Files, file_name
+from riglens.app.window.features.files import Exchange, Files, file_name
 from riglens.app.window.settings import Settings
+from riglens.app.window.workbench import Workbench
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_write
 from riglens.core.metric.scores import MetricSettings
@@ -26,9 +24,6 @@ from riglens.core.rig.model import Rig
 from riglens.core.rig.presets import PAPER_RIGS, PRESETS, preset
 from riglens.widgets.panels.compare.model import CompareRow, Origin
 from riglens.widgets.panels.compare.panel import ComparePanel
-
-if TYPE_CHECKING:
-    from riglens.app.window.main_window import MainWindow
 
 GROUP = "compare"
 MAX_ROWS = 200
@@ -53,8 +48,9 @@ class Compare(Feature):
         ),
     )  # fmt: skip
 
-    def __init__(self, window: MainWindow) -> None:
-        super().__init__(window)
+    def __init__(self, bench: Workbench, files: Files, exchange: Exchange) -> None:
+        super().__init__(bench)
+        self._files, self._exchange = files, exchange
         self.panel = ComparePanel()
         self._rows: dict[str, CompareRow] = {}
         self._numbers = count(1)
@@ -66,24 +62,24 @@ class Compare(Feature):
             compare_file=self._choose_file,
             compare_paper=partial(self.add_presets, PAPER_RIGS),
         )
-        self.dock = window.add_dock(
+        self.dock = bench.docks.add(
             "Compare", self.panel, Qt.DockWidgetArea.BottomDockWidgetArea, beside="Scores"
         )
         self.panel.set_add_menu(self._add_menu())
         self._connect()
 
     def _connect(self) -> None:
-        panel, window = self.panel, self.window
+        panel, bench = self.panel, self.bench
         panel.snapshot_wanted.connect(self.take_snapshot)
         panel.open_wanted.connect(self.open)
-        panel.pin_wanted.connect(lambda key: window.feature(Baseline).pin(self._rows[key].rig))
+        panel.pin_wanted.connect(lambda key: self.session.pin(self._rows[key].rig))
         panel.remove_wanted.connect(self.remove)
         panel.renamed.connect(self.rename)
         panel.score_wanted.connect(self._score_or_give_up)
         panel.export_wanted.connect(self._export)
-        window.result_shown.connect(self._on_result)
-        window.scene_shown.connect(lambda _: self._drop_scores())
-        window.recompute.side_answered.connect(self._take, Qt.ConnectionType.QueuedConnection)
+        bench.answers.answered.connect(self._on_result)
+        self.session.scene_changed.connect(lambda _: self._drop_scores())
+        bench.recompute.side_answered.connect(self._take, Qt.ConnectionType.QueuedConnection)
 
     def _add_menu(self) -> QMenu:
         menu = QMenu(self.panel)
@@ -91,7 +87,7 @@ class Compare(Feature):
         for name in PRESETS:
             presets.addAction(name, partial(self.add_presets, (name,)))
         for key in ("compare_paper", "compare_file", "snapshot"):
-            menu.addAction(self.window.actions_[key])
+            menu.addAction(self.actions[key])
         return menu
 
     @property
@@ -116,17 +112,17 @@ class Compare(Feature):
 
     def add_file(self, path: Path) -> None:
         """Add a rig file, also of another program; InputError when it cannot be read."""
-        self._add(path.name, "file", self.window.feature(Exchange).rig_of(path), str(path))
+        self._add(path.name, "file", self._exchange.rig_of(path), str(path))
 
     def _choose_file(self) -> None:
         folder = self.document.path.parent if self.document.path is not None else None
-        path = self.window.dialogs.open_rig(self.window, folder)
+        path = self.bench.dialogs.open_rig(self.bench.window, folder)
         if path is not None:
-            self.window.guarded(self.add_file)(path)
+            self.bench.guarded(self.add_file)(path)
 
     def _add(self, name: str, origin: Origin, rig: Rig, where: str = "") -> None:
         if len(self._rows) >= MAX_ROWS:
-            self.window.report_error(f"Compare: the list holds at most {MAX_ROWS} rigs; remove some first")
+            self.bench.report_error(f"Compare: the list holds at most {MAX_ROWS} rigs; remove some first")
             return
         key = f"{origin}-{next(self._numbers)}"
         now = self._rows.get(CURRENT)
@@ -152,13 +148,13 @@ class Compare(Feature):
 
     def open(self, key: str) -> None:
         """Open a rig in the window; a snapshot is restored as one step that can be undone."""
-        row, files = self._rows[key], self.window.feature(Files)
+        row, files = self._rows[key], self._files
         if row.origin == "snapshot":
-            self.window.guarded(self.document.apply)(row.rig, f"restore {row.name}")
+            self.bench.guarded(self.document.apply)(row.rig, f"restore {row.name}")
         elif row.origin == "preset":
             files.open_preset(row.where)
         elif row.origin == "file" and files.may_lose_changes():
-            self.window.guarded(self.document.open)(Path(row.where))
+            self.bench.guarded(self.document.open)(Path(row.where))
 
     # ------------------------------------------------------------------ scores
     def _on_result(self, result: Result) -> None:
@@ -180,7 +176,7 @@ class Compare(Feature):
         self._show()
 
     def _forget(self) -> None:
-        self.window.recompute.forget_aside(GROUP)
+        self.bench.recompute.forget_aside(GROUP)
         self._asked.clear()
 
     def _missing(self) -> list[CompareRow]:
@@ -192,7 +188,7 @@ class Compare(Feature):
             settings = self._scored_on[1]
             new = [row for row in self._missing() if row.key not in self._asked]
             self._asked.update(row.key for row in new)
-            self.window.recompute.ask_aside([SideRequest(GROUP, row.key, row.rig, settings) for row in new])
+            self.bench.recompute.ask_aside([SideRequest(GROUP, row.key, row.rig, settings) for row in new])
         self._show()
 
     def _take(self, answer: SideAnswer) -> None:
@@ -220,11 +216,11 @@ class Compare(Feature):
         settings.write("compare/bars", self.panel.bars.isChecked())
 
     def _export(self) -> None:
-        path = self.window.dialogs.save_table(self.window, Path(file_name("rigs", ".csv")))
+        path = self.bench.dialogs.save_table(self.bench.window, Path(file_name("rigs", ".csv")))
         if path is None:
             return
         try:
             with atomic_write(path) as stream:
                 stream.write(self.panel.as_text(",").encode("utf-8"))
         except InputError as error:
-            self.window.report_error(str(error))
+            self.bench.report_error(str(error))

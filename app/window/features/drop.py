@@ -1,21 +1,18 @@
-"""Files dropped on the window: a rig is opened, traffic is loaded, a mesh becomes the car's body."""
+"""Files dropped on the window: a rig is opened, traffic is loaded, a mesh becomes the body of the car."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QEvent, QMimeData, QObject, QTimer
 from PySide6.QtGui import QDropEvent
 
 from riglens.app.window.feature import Feature
-from riglens.app.window.features.car import Car
 from riglens.app.window.features.files import Files
+from riglens.app.window.features.follow import Car
 from riglens.app.window.features.scene_data import SceneData
+from riglens.app.window.workbench import Workbench
 from riglens.core.vehicle.mesh_file import SUFFIXES
-
-if TYPE_CHECKING:
-    from riglens.app.window.main_window import MainWindow
 
 RIGS = (".yaml", ".yml", ".json", ".json.gz", ".urdf", ".toml")
 TABLES = (".csv", ".csv.gz", ".parquet", ".feather")
@@ -29,10 +26,11 @@ ACCEPTED = (
 class Drop(Feature):
     """Takes local files from a file manager, anywhere on the window where nothing else wants them."""
 
-    def __init__(self, window: MainWindow) -> None:
-        super().__init__(window)
-        window.setAcceptDrops(True)
-        window.installEventFilter(self)
+    def __init__(self, bench: Workbench, files: Files, scene_data: SceneData, car: Car) -> None:
+        super().__init__(bench)
+        self._files, self._scene_data, self._car = files, scene_data, car
+        bench.window.setAcceptDrops(True)
+        bench.window.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Welcome files; what they are is looked at when they are let go."""
@@ -51,14 +49,14 @@ class Drop(Feature):
         kinds = [_kind(path) for path in paths]
         unknown = [path.name for path, kind in zip(paths, kinds, strict=True) if kind == ""]
         if unknown:
-            self.window.report_error(f"{unknown[0]}: cannot be opened; {ACCEPTED}")
+            self.bench.report_error(f"{unknown[0]}: cannot be opened; {ACCEPTED}")
         if "rig" in kinds:
-            self.window.feature(Files).open_path(paths[kinds.index("rig")])
+            self._files.open_path(paths[kinds.index("rig")])
         traffic = [path for path, kind in zip(paths, kinds, strict=True) if kind in ("boxes", "pog")]
         if traffic:
-            self.window.feature(SceneData).load_path(traffic[0], is_pog=_kind(traffic[0]) == "pog")
+            self._scene_data.load_path(traffic[0], is_pog=_kind(traffic[0]) == "pog")
         if "mesh" in kinds:
-            self.window.feature(Car).take_mesh(paths[kinds.index("mesh")])
+            self._car.take_mesh(paths[kinds.index("mesh")])
 
 
 def local_paths(data: QMimeData) -> list[Path]:

@@ -1,23 +1,27 @@
-"""Rig files: open, presets, save, and the question about changes that are not saved."""
+"""Rig files: open, save, recent ones, and those of other programs; and the question about unsaved changes."""
 
 from __future__ import annotations
 
 from functools import partial
+from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QMenu
 
-from riglens.app.window.actions import Spec
+from riglens.app.window.actions import Spec, menu_button
 from riglens.app.window.feature import Feature
+from riglens.app.window.workbench import Workbench
 from riglens.core.errors import InputError
+from riglens.core.rig.formats.report import KINDS, Kind, Report
 from riglens.core.rig.model import Rig
+from riglens.core.rig.opening import OpenedRig, open_rig_file
 from riglens.core.rig.presets import PRESETS, preset
 from riglens.core.vehicle.mesh_file import mesh_name, mesh_path
 
 if TYPE_CHECKING:
-    from riglens.app.window.main_window import MainWindow
+    from riglens.core.rig.formats.base import Format
 
 
 class Files(Feature):
@@ -34,15 +38,18 @@ class Files(Feature):
         Spec("quit", "Quit", "Close the window", "Ctrl+Q", "", "file/end"),
     )
 
-    def __init__(self, window: MainWindow) -> None:
-        super().__init__(window)
-        window.places.add_to_menu("file/new", self._preset_menu())
-        self.bind(new=self.new, open=self.open, save=self.save, save_as=self.save_as, quit=window.close)
-        window.rig_shown.connect(self._update_title)
-        self.document.file_changed.connect(self._update_title)
+    def __init__(self, bench: Workbench) -> None:
+        super().__init__(bench)
+        bench.places.add_to_menu("file/new", self._preset_menu())
+        self.bind(new=self.new, open=self.open, save=self.save, save_as=self.save_as, quit=bench.window.close)
+        for changed in (
+            self.document.rig_settled, self.document.modified_changed, self.document.file_changed,
+        ):  # fmt: skip
+            changed.connect(self._update_title)
+        self._update_title()
 
     def _preset_menu(self) -> QMenu:
-        menu = QMenu("New from preset", self.window)
+        menu = QMenu("New from preset", self.bench.window)
         for name in PRESETS:
             menu.addAction(name, partial(self.open_preset, name))
         return menu
@@ -51,7 +58,7 @@ class Files(Feature):
         """Ask for a rig file and open it."""
         if self.may_lose_changes():
             folder = self.document.path.parent if self.document.path is not None else None
-            path = self.window.dialogs.open_rig(self.window, folder)
+            path = self.bench.dialogs.open_rig(self.bench.window, folder)
             if path is not None:
                 self._open(path)
 
@@ -64,7 +71,7 @@ class Files(Feature):
         if may_be_foreign(path):
             self.foreign_chosen.emit(path)
         else:
-            self.window.guarded(self.document.open)(path)
+            self.bench.guarded(self.document.open)(path)
 
     def open_path(self, path: Path) -> None:
         """Open a rig file that was chosen elsewhere."""
@@ -88,7 +95,7 @@ class Files(Feature):
     def save_as(self) -> bool:
         """Ask where to save; whether it was saved."""
         suggestion = self.document.path or Path(file_name(self.document.rig.name, ".yaml"))
-        return self._save_to(self.window.dialogs.save_rig(self.window, suggestion))
+        return self._save_to(self.bench.dialogs.save_rig(self.bench.window, suggestion))
 
     def _save_to(self, path: Path | None) -> bool:
         if path is None:
@@ -97,9 +104,9 @@ class Files(Feature):
             self._take_mesh_along(path.parent)
             self.document.save(path)
         except InputError as error:
-            self.window.report_error(str(error))
+            self.bench.report_error(str(error))
             return False
-        self.window.message_bar.clear()
+        self.bench.errors.clear()
         return True
 
     def _take_mesh_along(self, folder: Path) -> None:
@@ -117,16 +124,148 @@ class Files(Feature):
         self.viewport.cancel_drag()
         if not self.document.is_modified:
             return True
-        answer = self.window.dialogs.unsaved(self.window, self.document.rig.name)
+        answer = self.bench.dialogs.unsaved(self.bench.window, self.document.rig.name)
         return answer == "discard" or (answer == "save" and self.save())
 
     def _update_title(self) -> None:
         file = self.document.path.name if self.document.path is not None else "not saved yet"
-        self.window.setWindowTitle(f"{self.document.rig.name}[*] ({file}) – RigLens")
-        self.window.setWindowModified(self.document.is_modified)
+        self.bench.window.setWindowTitle(f"{self.document.rig.name}[*] ({file}) – RigLens")
+        self.bench.window.setWindowModified(self.document.is_modified)
 
 
 def file_name(rig_name: str, suffix: str) -> str:
     """A rig's name as a file name: letters, digits and -_+. stay."""
     kept = "".join(c if c.isalnum() or c in "-_+." else "-" for c in rig_name).strip("-.")
     return (kept or "rig") + suffix
+
+
+KEY = "files/recent"
+MOST = 10
+
+
+class Recent(Feature):
+    """The list is shared by all windows; files that are gone stay in it, greyed, until it is cleared."""
+
+    def __init__(self, bench: Workbench, files: Files) -> None:
+        super().__init__(bench)
+        self._files = files
+        self.menu = QMenu("Open recent", bench.window)
+        self.menu.setToolTipsVisible(True)
+        self.menu.aboutToShow.connect(self.fill)
+        bench.places.add_to_menu("file/open", self.menu)
+        self.document.file_changed.connect(self._note)
+        self._note()
+
+    @property
+    def paths(self) -> list[Path]:
+        """The files, the last one first."""
+        return [Path(name) for name in self.bench.kept.read(KEY, []) if isinstance(name, str) and name][:MOST]
+
+    def _note(self) -> None:
+        path = self.document.path
+        if path is None:
+            return
+        self.bench.kept.sync()  # another window may have opened files too
+        newest = path.absolute()
+        names = [str(newest), *(str(other) for other in self.paths if other != newest)]
+        self.bench.kept.write(KEY, names[:MOST])
+        self.bench.kept.sync()
+
+    def fill(self) -> None:
+        """Make the menu say what the list holds now."""
+        self.bench.kept.sync()
+        self.menu.clear()
+        for number, path in enumerate(self.paths, 1):
+            title = f"{path.name}  –  {path.parent}".replace("&", "&&")
+            action = self.menu.addAction(f"&{number % 10}  {title}", partial(self._files.open_path, path))
+            is_there = path.is_file()
+            action.setEnabled(is_there)
+            action.setToolTip(str(path) if is_there else f"{path} is not there any more")
+        self.menu.addSeparator()
+        clear = self.menu.addAction("Clear list", self.clear)
+        clear.setEnabled(bool(self.paths))
+
+    def clear(self) -> None:
+        """Forget all files."""
+        self.bench.kept.write(KEY, [])
+        self.bench.kept.sync()
+
+
+HEADINGS: dict[Kind, str] = {
+    "read": "Read",
+    "written": "Written",
+    "converted": "Converted",
+    "approximated": "Approximated",
+    "ignored": "Left out",
+}
+
+
+class Exchange(Feature):
+    """Reads and writes rigs in the formats of other programs."""
+
+    def __init__(self, bench: Workbench, files: Files) -> None:
+        super().__init__(bench)
+        self.menu = QMenu("Export as", bench.window)
+        self.menu.setToolTipsVisible(True)
+        self.menu.aboutToShow.connect(self._fill)
+        bench.places.add_to_menu("file/export", self.menu)
+        button = menu_button("export", "export", "Export the rig for another program", self.menu)
+        bench.places.add_to_toolbar("export", button)
+        files.foreign_chosen.connect(self.read)
+
+    def _fill(self) -> None:
+        """List the formats, the first time that somebody looks."""
+        from riglens.core.rig.formats.exchange import FORMATS, WRITABLE
+
+        if not self.menu.isEmpty():
+            return
+        for name in WRITABLE:
+            if name != "riglens":
+                format_ = FORMATS[name]
+                action = self.menu.addAction(f"{format_.title}…", partial(self.export, format_))
+                action.setObjectName(f"export_{name}")
+                action.setToolTip("Makes a folder" if format_.is_folder else "Makes a file")
+
+    def read(self, path: Path) -> None:
+        """Read the rig of another program in the background; then it is shown, and the report on it."""
+        self.bench.tasks.run(f"Reading {path.name}", lambda _: open_rig_file(path), done=self._show)
+
+    def _show(self, opened: OpenedRig) -> None:
+        path = opened.file.path if opened.file is not None else None
+        self.document.show(opened.rig, opened.file, path)
+        self.show_report(opened.report)
+
+    def rig_of(self, path: Path) -> Rig:
+        """The rig of a file to compare with; a report is shown where it comes from another program."""
+        opened = open_rig_file(path)
+        self.show_report(opened.report)
+        return opened.rig
+
+    def export(self, format_: Format) -> None:
+        """Ask where, and write the rig in that format."""
+        ending = "" if format_.is_folder else (format_.endings or (".json",))[0]
+        suggestion = Path(file_name(self.document.rig.name, ending))
+        path = self.bench.dialogs.export_rig(self.bench.window, suggestion, format_.title, format_.is_folder)
+        if path is not None:
+            self.bench.guarded(self._write)(path, format_)
+
+    def _write(self, path: Path, format_: Format) -> None:
+        from riglens.core.rig.formats.exchange import write_rig
+
+        self.show_report(write_rig(self.document.rig, path, format_.name).report)
+
+    def show_report(self, report: Report | None) -> None:
+        """What became of everything, to read; nothing for RigLens' own files."""
+        if report is not None:
+            self.bench.dialogs.show_text(self.bench.window, report.title, report_html(report))
+
+
+def report_html(report: Report) -> str:
+    """The remarks under a heading for each kind."""
+    parts = []
+    for kind in KINDS:
+        remarks = report.of_kind(kind)
+        if remarks:
+            lines = "".join(f"<li>{escape(remark.sentence())}</li>" for remark in remarks)
+            parts.append(f"<p><b>{HEADINGS[kind]}</b></p><ul>{lines}</ul>")
+    return "".join(parts)

@@ -1,39 +1,58 @@
-"""The panels and the view follow the document, and their edits go to it."""
+"""The view and the panels follow the document, and what is done in them goes to it."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from pathlib import Path
+from typing import NamedTuple
 
+from riglens.app.background.tasks import Task
 from riglens.app.window.feature import Feature
-from riglens.widgets.viewport.scene_state import ShownRig
+from riglens.app.window.workbench import Workbench
+from riglens.core.errors import InputError
+from riglens.core.rig.model import Rig, Vehicle
+from riglens.core.scene.boxes import Progress
+from riglens.core.vehicle.mesh import BodyMesh
+from riglens.core.vehicle.mesh_file import mesh_name, mesh_path, read_mesh
 
-if TYPE_CHECKING:
-    from riglens.app.window.main_window import MainWindow
+
+class Shown(NamedTuple):
+    """What is shown of a document."""
+
+    rig: Rig
+    saved_rig: Rig
+    selected: str | None
+    hidden: frozenset[str]
+    locked: frozenset[str]
 
 
 class Follow(Feature):
     """Viewport, tree and inspector on one document: they never talk to each other, so they always agree."""
 
-    def __init__(self, window: MainWindow) -> None:
-        super().__init__(window)
+    def __init__(self, bench: Workbench) -> None:
+        super().__init__(bench)
+        self._shown: Shown | None = None
         for changed in (
             self.document.rig_changed, self.document.selection_changed, self.document.hidden_changed,
             self.document.locked_changed,
         ):  # fmt: skip
-            changed.connect(self.show_all)
+            changed.connect(self._follow)
+        self.document.opened.connect(self._forget)
+        bench.refused.connect(self.show_all)
         self._connect_panels()
         self._connect_viewport()
 
     def _connect_panels(self) -> None:
-        window, document, guarded = self.window, self.document, self.window.guarded
-        window.tree.selected.connect(document.select)
-        window.tree.enabled_toggled.connect(guarded(document.set_enabled))
-        window.tree.hidden_toggled.connect(document.set_hidden)
-        window.tree.locked_toggled.connect(document.set_locked)
-        window.tree.renamed.connect(guarded(document.rename))
-        window.tree.refused.connect(window.report_error)
-        window.inspector.sensor_edited.connect(guarded(document.replace_sensor))
-        window.inspector.rig_edited.connect(guarded(document.apply))
+        document, guarded = self.document, self.bench.guarded
+        tree, inspector = self.bench.panels.tree, self.bench.panels.inspector
+        tree.selected.connect(document.select)
+        tree.enabled_toggled.connect(guarded(document.set_enabled))
+        tree.hidden_toggled.connect(document.set_hidden)
+        tree.locked_toggled.connect(document.set_locked)
+        tree.renamed.connect(guarded(document.rename))
+        tree.refused.connect(self.bench.report_error)
+        inspector.sensor_edited.connect(guarded(document.replace_sensor))
+        inspector.rig_edited.connect(guarded(document.apply))
 
     def _connect_viewport(self) -> None:
         document, viewport = self.document, self.viewport
@@ -48,14 +67,94 @@ class Follow(Feature):
         self.document.begin_drag(name)
         if not self.document.is_dragging:
             self.viewport.cancel_drag()
-            self.window.report_error(f"{name} is locked; unlock it in the list of sensors to move it")
+            self.bench.report_error(f"{name} is locked; unlock it in the list of sensors to move it")
 
     def show_all(self) -> None:
-        """Bring viewport, tree and inspector in line with the document; the other features follow."""
+        """Bring viewport, tree and inspector in line with the document, whatever they show now."""
+        self._forget()
+        self._follow()
+
+    def _forget(self) -> None:
+        self._shown = None
+
+    def _follow(self) -> None:
+        """Show the document, unless it is shown already: several of its signals may tell of one edit."""
         document = self.document
-        self.viewport.set_rig(ShownRig(document.rig, document.hidden, document.selected, document.fixed))
-        self.window.tree.set_rig(document.rig, document.hidden, document.selected, document.locked)
-        self.window.inspector.set_saved(document.saved_rig)
-        self.window.inspector.set_rig(document.rig, document.selected)
-        self.window.inspector.set_locked(document.locked)
-        self.window.rig_shown.emit()
+        now = Shown(document.rig, document.saved_rig, document.selected, document.hidden, document.locked)
+        if now == self._shown:
+            return
+        self._shown = now
+        self.viewport.show_state(
+            replace(
+                self.viewport.state,
+                rig=now.rig, hidden=now.hidden, selected=now.selected, fixed=document.fixed,
+            )
+        )  # fmt: skip
+        self.bench.panels.tree.set_rig(now.rig, now.hidden, now.selected, now.locked)
+        inspector = self.bench.panels.inspector
+        inspector.set_saved(now.saved_rig)
+        inspector.set_rig(now.rig, now.selected)
+        inspector.set_locked(now.locked)
+
+
+class Car(Feature):
+    """Shows the vehicle's body; one that cannot be shown leaves the last good one."""
+
+    def __init__(self, bench: Workbench) -> None:
+        super().__init__(bench)
+        self._shown: tuple[Vehicle, Path | None] | None = None
+        self._read: tuple[Path, BodyMesh] | None = None
+        self._task: Task | None = None
+        self.document.vehicle_changed.connect(self._follow)
+        self.document.file_changed.connect(self._follow)
+        bench.panels.inspector.mesh_wanted.connect(self._choose_mesh)
+        self._follow()
+
+    def _follow(self) -> None:
+        """Show the vehicle when it, or the file that its mesh comes from, is another."""
+        vehicle = self.document.rig.vehicle
+        path = mesh_path(vehicle.body, self._folder()) if vehicle.has_mesh_file else None
+        if (vehicle, path) == self._shown:
+            return
+        is_other_file = self._shown is None or path != self._shown[1]
+        self._shown = vehicle, path
+        if path is None or (self._read is not None and self._read[0] == path):
+            self._show(vehicle)
+        elif is_other_file:
+            self._load(path)
+
+    def _show(self, vehicle: Vehicle) -> None:
+        mesh = self._read[1] if vehicle.has_mesh_file and self._read is not None else None
+        try:
+            self.viewport.show_state(replace(self.viewport.state, vehicle=vehicle, body_mesh=mesh))
+        except InputError as error:
+            self.bench.report_error(str(error))
+
+    def _load(self, path: Path) -> None:
+        if self._task is not None:
+            self._task.cancel()
+
+        def read(progress: Progress) -> tuple[Path, BodyMesh]:
+            return path, read_mesh(path, lambda: progress(0.0))
+
+        self._task = self.bench.tasks.run(f"Reading {path.name}", read, self._on_read)
+
+    def _on_read(self, found: tuple[Path, BodyMesh]) -> None:
+        self._read = found
+        if self._shown is not None and self._shown[1] == found[0]:
+            self._show(self._shown[0])
+
+    def _folder(self) -> Path | None:
+        return self.document.path.parent if self.document.path is not None else None
+
+    def _choose_mesh(self) -> None:
+        """Ask for a mesh file."""
+        path = self.bench.dialogs.mesh_file(self.bench.window, self._folder())
+        if path is not None:
+            self.take_mesh(path)
+
+    def take_mesh(self, path: Path) -> None:
+        """Make a mesh file the body of the car."""
+        rig = self.document.rig
+        vehicle = rig.vehicle.replace(body=mesh_name(path, self._folder()))
+        self.bench.guarded(self.document.apply)(rig.replace(vehicle=vehicle), "another body")

@@ -1,10 +1,10 @@
-"""What the heatmap shows, of which class of traffic, and how it is drawn."""
+"""What the heatmap shows, of which class of traffic, and how it and the rays of the sensors are drawn."""
 
 from __future__ import annotations
 
 from dataclasses import asdict, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
@@ -15,18 +15,17 @@ from riglens.app.evaluation.requests import Result
 from riglens.app.window.actions import Choice, Spec, menu_button
 from riglens.app.window.feature import Feature
 from riglens.app.window.settings import Settings
+from riglens.app.window.workbench import Workbench
 from riglens.core.scene.boxes import CLASSES
 from riglens.widgets.heatmap.scale import HeatLook
 from riglens.widgets.panels.icons import swatch
-from riglens.widgets.panels.look_panels import HeatPanel
+from riglens.widgets.panels.look_panels import HeatPanel, RaysPanel
+from riglens.widgets.sensors.ray_look import LEAST_DENSITY, MOST_DENSITY, RayLook
 from riglens.widgets.theme import CLASS_COLOURS
-
-if TYPE_CHECKING:
-    from riglens.app.window.main_window import MainWindow
 
 
 class Heat(Feature):
-    """Two choices and a panel of sliders in the toolbar; `mode` and `class_name` are what evaluations ask for."""
+    """Two choices and a panel of sliders in the toolbar; what they choose is the session's."""
 
     specs = (
         *(
@@ -43,30 +42,29 @@ class Heat(Feature):
         ),
     )  # fmt: skip
 
-    def __init__(self, window: MainWindow) -> None:
-        super().__init__(window)
-        self.mode: HeatMode = "probability"
-        self.class_name = CLASSES[0]
-        modes = {str(mode): window.actions_[f"heat_{mode}"] for mode in HEAT_TITLES}
-        classes = {name: window.actions_[f"class_{name}"] for name in CLASSES}
+    def __init__(self, bench: Workbench) -> None:
+        super().__init__(bench)
+        modes = {str(mode): self.actions[f"heat_{mode}"] for mode in HEAT_TITLES}
+        classes = {name: self.actions[f"class_{name}"] for name in CLASSES}
         for name, action in classes.items():
             action.setIcon(swatch(CLASS_COLOURS[name]))
         self._modes = Choice("heatmap", "What the heatmap shows", modes)
         self._classes = Choice("class", "Class of traffic of heatmap and map", classes)
         self._classes.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         self.panel = HeatPanel()
-        self._looks = QMenu(window)
+        self._looks = QMenu(bench.window)
         self.add_look(self.panel)
         for widget in (self._modes, self._classes, looks_button(self._looks)):
-            window.places.add_to_toolbar("heat", widget)
+            bench.places.add_to_toolbar("heat", widget)
         self._add_menus([*modes.values()], [*classes.values()])
         self.bind(
             next_class=self.next_class,
             **{f"heat_{mode}": partial(self.set_mode, mode) for mode in modes},
             **{f"class_{name}": partial(self.set_class, name) for name in classes},
         )
-        self.panel.look_changed.connect(self.viewport.set_heat_look)
-        window.result_shown.connect(self._follow)
+        self.panel.look_changed.connect(self._show_look)
+        self.session.heat_changed.connect(self._show)
+        bench.answers.answered.connect(self._show_result)
         self._show()
         self._modes.keep_room(HEAT_TITLES.values())
         self._classes.keep_room(CLASSES)
@@ -79,49 +77,52 @@ class Heat(Feature):
 
     def _add_menus(self, modes: list[QAction], classes: list[QAction]) -> None:
         for title, actions in (("Heatmap", modes), ("Class of traffic", classes)):
-            menu = QMenu(title, self.window)
+            menu = QMenu(title, self.bench.window)
             menu.addActions(actions)
-            self.window.places.add_to_menu("view/shown", menu)
+            self.bench.places.add_to_menu("view/shown", menu)
 
     def next_class(self) -> None:
         """Choose the class after the one that is shown, after the last the first."""
-        self.set_class(CLASSES[(CLASSES.index(self.class_name) + 1) % len(CLASSES)])
+        shown = CLASSES.index(self.session.heat.class_name)
+        self.set_class(CLASSES[(shown + 1) % len(CLASSES)])
 
     def set_mode(self, mode: str) -> None:
         """Choose what the heatmap shows: a key of HEAT_TITLES."""
-        self.mode = cast(HeatMode, mode)
-        self._show()
-        self.window.settings_changed.emit()
+        self.session.set_heat(replace(self.session.heat, mode=cast(HeatMode, mode)))
 
     def set_class(self, name: str) -> None:
         """Choose the class of traffic that the heatmap is about."""
-        self.class_name = name
-        self._show()
-        self.window.settings_changed.emit()
+        self.session.set_heat(replace(self.session.heat, class_name=name))
 
     def restore(self, settings: Settings) -> None:
-        mode, name = settings.read("heat/mode", self.mode), settings.read("heat/class", self.class_name)
-        self.mode = mode if mode in HEAT_TITLES else self.mode
-        self.class_name = name if name in CLASSES else self.class_name
-        self._show()
+        heat = self.session.heat
+        mode: str = settings.read("heat/mode", str(heat.mode))
+        name = settings.read("heat/class", heat.class_name)
+        self.set_mode(mode if mode in HEAT_TITLES else heat.mode)
+        self.set_class(name if name in CLASSES else heat.class_name)
         look = look_of(settings.read("heat/look", {}))
         if look is not None:
             self.panel.set_look(look)
 
     def keep(self, settings: Settings) -> None:
-        settings.write("heat/mode", self.mode)
-        settings.write("heat/class", self.class_name)
+        settings.write("heat/mode", self.session.heat.mode)
+        settings.write("heat/class", self.session.heat.class_name)
         look = replace(self.panel.look, slice_m=None)  # a slice left over would hide what is expected
         settings.write("heat/look", asdict(look))
 
-    def _follow(self, result: Result) -> None:
+    def _show_look(self, look: HeatLook) -> None:
+        self.viewport.show_state(replace(self.viewport.state, heat_look=look))
+
+    def _show_result(self, result: Result) -> None:
+        self.viewport.show_state(replace(self.viewport.state, heatmap=result.heatmap))
         display = result.scene.heatmaps.display
         self.panel.set_layers(display.cell_m, result.scene.field.grid.roi_m[2])
         self.panel.set_data(result.heatmap)
 
     def _show(self) -> None:
-        self._modes.show_choice(self.mode, "Heatmap off" if self.mode == "off" else HEAT_TITLES[self.mode])
-        self._classes.show_choice(self.class_name, self.class_name, with_icon=True)
+        heat = self.session.heat
+        self._modes.show_choice(heat.mode, "Heatmap off" if heat.mode == "off" else HEAT_TITLES[heat.mode])
+        self._classes.show_choice(heat.class_name, heat.class_name, with_icon=True)
 
 
 def looks_button(menu: QMenu) -> QToolButton:
@@ -139,3 +140,41 @@ def look_of(kept: dict[str, Any]) -> HeatLook | None:
     threshold, opacity, log = kept.get("threshold"), kept.get("opacity"), kept.get("log")
     shares = [share for share in (threshold, opacity) if isinstance(share, float) and 0.0 <= share <= 1.0]
     return HeatLook(shares[0], log is True, shares[1]) if len(shares) == 2 else None
+
+
+class Rays(Feature):
+    """A switch in the View menu, and sliders below those of the heatmap."""
+
+    specs = (
+        Spec("rays", "Rays", "Show the rays of the sensors", "R", menu="view/shown", is_checkable=True),
+    )  # fmt: skip
+
+    def __init__(self, bench: Workbench, heat: Heat) -> None:
+        super().__init__(bench)
+        self.panel = RaysPanel()
+        heat.add_look(self.panel)
+        self.bind(rays=lambda: self.panel.shown.setChecked(self.actions["rays"].isChecked()))
+        self.panel.look_changed.connect(self._show)
+        self._show(self.panel.look)
+
+    def restore(self, settings: Settings) -> None:
+        look = ray_look_of(settings.read("rays/look", {}))
+        if look is not None:
+            self.panel.set_look(look)
+
+    def keep(self, settings: Settings) -> None:
+        settings.write("rays/look", asdict(self.panel.look))
+
+    def _show(self, look: RayLook) -> None:
+        self.actions["rays"].setChecked(look.shown)
+        self.viewport.show_state(replace(self.viewport.state, ray_look=look))
+
+
+def ray_look_of(kept: dict[str, Any]) -> RayLook | None:
+    """The look of an earlier session, None when it does not say one."""
+    opacity, density = kept.get("opacity"), kept.get("density")
+    if not (isinstance(opacity, float) and 0.0 <= opacity <= 1.0):
+        return None
+    if not (isinstance(density, float) and LEAST_DENSITY <= density <= MOST_DENSITY):
+        return None
+    return RayLook(kept.get("shown") is not False, opacity, density)

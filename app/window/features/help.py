@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from riglens.app.window.actions import Spec
+from riglens.app.window.actions import Actions, Spec
 from riglens.app.window.feature import Feature
 from riglens.app.window.places import MENUS
+from riglens.app.window.workbench import Workbench
 from riglens.widgets.panels.scores.panel import SIGN_NOTE
 from riglens.widgets.panels.shortcut_sheet import Group
-
-if TYPE_CHECKING:
-    from riglens.app.window.main_window import MainWindow
 
 ABOUT = (
     "<p><b>RigLens</b> shows how well LiDARs and cameras on a car look at the traffic around it, "
@@ -36,31 +32,31 @@ class Help(Feature):
         Spec("about", "About RigLens", "What this program computes", "Shift+F1", "", "help/texts"),
     )
 
-    def __init__(self, window: MainWindow) -> None:
-        super().__init__(window)
+    def __init__(self, bench: Workbench) -> None:
+        super().__init__(bench)
         self.bind(help=self.show_help, about=self.show_about)
 
     def show_help(self) -> None:
         """What keys and mouse buttons do."""
-        self.window.dialogs.show_sheet(self.window, "Shortcuts and mouse", sheet(self.window))
+        groups = sheet(self.actions, self.bench.gestures)
+        self.bench.dialogs.show_sheet(self.bench.window, "Shortcuts and mouse", groups)
 
     def show_about(self) -> None:
         """What the program computes, with the sign of S-MS said openly."""
-        self.window.dialogs.show_text(self.window, "About RigLens", ABOUT)
+        self.bench.dialogs.show_text(self.bench.window, "About RigLens", ABOUT)
 
 
-def sheet(window: MainWindow) -> list[Group]:
+def sheet(actions: Actions, gestures: list[tuple[str, str]]) -> list[Group]:
     """Every action by its menu, with its keys if it has some, then what the mouse does."""
     titles = [title.replace("&", "") for title, _ in MENUS.values()]
     place = titles.index("View") + 1
     titles[place:place] = ["Heatmap", "Panels"]
     rows: dict[str, list[tuple[str, str]]] = {title: [] for title in titles}
-    for spec in window.actions_.specs:
+    for spec in actions.specs:
         words = spec.tip if len(spec.tip) <= SHORT else spec.text.removesuffix("…")
-        rows[_heading(spec)].append((window.actions_.keys(spec.key), words))
+        rows[_heading(spec)].append((actions.keys(spec.key), words))
     groups = [Group(title, tuple(found)) for title, found in rows.items() if found]
-    mouse = tuple(row for feature in window.features for row in feature.mouse)
-    return [*groups, Group("Mouse in the 3D view", mouse)]
+    return [*groups, Group("Mouse in the 3D view", tuple(gestures))]
 
 
 def _heading(spec: Spec) -> str:

@@ -2,28 +2,22 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, cast
-
-from PySide6.QtWidgets import QWidget
+from dataclasses import replace
 
 from riglens.app.evaluation.picked import PickedVoxel, sight_text
-from riglens.app.evaluation.requests import LoadedScene, Result
+from riglens.app.evaluation.requests import Result
 from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
-from riglens.app.window.features.heat import Heat
+from riglens.app.window.workbench import Workbench
 from riglens.core.scene.boxes import CLASSES
 from riglens.widgets.heatmap.pick import PickedCell
 from riglens.widgets.panels.scores.text import MINUS
 from riglens.widgets.panels.voxel_card import SensorLine, VoxelCard, VoxelText
 from riglens.widgets.viewport.marker_layer import Marker
 
-if TYPE_CHECKING:
-    from riglens.app.window.main_window import MainWindow
-    from riglens.core.scene.voxel import Voxel
-
 
 class Pick(Feature):
-    """Alt+click, or the tool: `voxel` is what evaluations have to explain."""
+    """Alt+click, or the tool: the voxel that is clicked becomes the session's."""
 
     specs = (
         Spec(
@@ -34,63 +28,59 @@ class Pick(Feature):
 
     mouse = (("Alt and left button on the heatmap", "says who sees that voxel, and why others do not"),)
 
-    def __init__(self, window: MainWindow) -> None:
-        super().__init__(window)
-        self.voxel: Voxel | None = None
-        self._scene: LoadedScene | None = None
-        self.card = VoxelCard(cast(QWidget, window.viewport))
+    def __init__(self, bench: Workbench) -> None:
+        super().__init__(bench)
+        self.card = VoxelCard(self.viewport)
         self.bind(pick=self._set_tool)
         self.card.closed.connect(self.clear)
         self.viewport.cell_picked.connect(self._on_picked)
         self.viewport.escaped.connect(self._on_escape)
-        window.scene_shown.connect(self._on_scene)
-        window.result_shown.connect(self._on_result)
-        window.approximation_shown.connect(lambda _: self.card.set_stale())
-        window.theme_changed.connect(lambda _: self.card.show_again())
+        self.session.voxel_changed.connect(self._show_voxel)
+        bench.answers.answered.connect(self._on_result)
+        bench.answers.approximated.connect(lambda _: self.card.set_stale())
+        bench.theme_changed.connect(lambda _: self.card.show_again())
 
     def clear(self) -> None:
         """Forget the voxel."""
-        if self.voxel is not None:
-            self.voxel = None
-            self.viewport.set_marker(None)
-            self.card.show_voxel(None)
-            self.window.settings_changed.emit()
+        self.session.pick(None)
 
     def _set_tool(self) -> None:
-        self.viewport.set_picking(self.window.actions_["pick"].isChecked())
+        self.viewport.set_picking(self.actions["pick"].isChecked())
 
     def _on_escape(self) -> None:
         """The first Escape forgets the voxel, the second puts the tool away."""
-        if self.voxel is not None:
+        if self.session.voxel is not None:
             self.clear()
-        elif self.window.actions_["pick"].isChecked():
-            self.window.actions_["pick"].setChecked(False)
+        elif self.actions["pick"].isChecked():
+            self.actions["pick"].setChecked(False)
             self._set_tool()
 
     def _on_picked(self, cell: PickedCell | None) -> None:
-        if self._scene is None or cell is None:
+        scene = self.session.scene
+        if scene is None or cell is None:
             self.clear()
             return
         from riglens.core.scene.voxel import (
-            voxel_in_cell,  # is there with the scene; the first picture needs it not
+            voxel_in_cell,  # loaded with the scene: not while the window opens
         )
 
-        pog = self._scene.heatmaps.display.pog
-        cls = CLASSES.index(self.window.feature(Heat).class_name)
+        cls = CLASSES.index(self.session.heat.class_name)
         ray = (cell.ray.origin_m, cell.ray.direction)
-        self.voxel = voxel_in_cell(pog, cls, cell.centre_m, cell.cell_m, ray)
-        x, y, z = (float(pog.grid.centres_m(axis)[place]) for axis, place in enumerate(self.voxel))
-        self.viewport.set_marker(Marker((x, y, z), pog.grid.voxel_m))
-        self.window.settings_changed.emit()
+        self.session.pick(voxel_in_cell(scene.heatmaps.display.pog, cls, cell.centre_m, cell.cell_m, ray))
 
-    def _on_scene(self, scene: LoadedScene) -> None:
-        """A voxel of another grid means nothing here."""
-        if self._scene is not None and scene.field.grid != self._scene.field.grid:
-            self.clear()
-        self._scene = scene
+    def _show_voxel(self) -> None:
+        """Point the voxel out; what is known about it comes with the next answer."""
+        voxel, marker = self.session.voxel, None
+        if voxel is None:
+            self.card.show_voxel(None)
+        elif self.session.scene is not None:
+            grid = self.session.scene.heatmaps.display.pog.grid
+            x, y, z = (float(grid.centres_m(axis)[place]) for axis, place in enumerate(voxel))
+            marker = Marker((x, y, z), grid.voxel_m)
+        self.viewport.show_state(replace(self.viewport.state, marker=marker))
 
     def _on_result(self, result: Result) -> None:
-        if result.request.voxel == self.voxel:
+        if result.request.voxel == self.session.voxel:
             self.card.show_voxel(voxel_text(result.picked) if result.picked is not None else None)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from PySide6.QtGui import QGuiApplication, QImage
 
@@ -15,13 +15,10 @@ from riglens.app.rendering.picture_process import PictureJob
 from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.files import file_name
-from riglens.app.window.features.scores import Scores
+from riglens.app.window.workbench import Workbench
 from riglens.core.files import atomic_write
 from riglens.widgets.panels.picture_dialog import PictureDialog
 from riglens.widgets.theme import LIGHT, palette
-
-if TYPE_CHECKING:
-    from riglens.app.window.main_window import MainWindow
 
 Purpose = Literal["preview", "copy"] | Path
 
@@ -36,22 +33,22 @@ class Picture(Feature):
         ),
     )  # fmt: skip
 
-    def __init__(self, window: MainWindow) -> None:
-        super().__init__(window)
+    def __init__(self, bench: Workbench) -> None:
+        super().__init__(bench)
         self.dialog: PictureDialog | None = None
         self.maker = PictureMaker(self)
         self.bind(screenshot=self.open)
         self.maker.made.connect(self._on_made)
         self.maker.failed.connect(self._on_failed)
-        window.closing.connect(self._on_closed)
+        bench.closing.connect(self._on_closed)
 
     def open(self) -> None:
         """Show the dialog."""
         if self.dialog is not None:
             self.dialog.raise_()
             return
-        self._state = self.viewport.scene_state
-        result = self.window.feature(Scores).result
+        self._state = self.viewport.state
+        result = self.bench.answers.result
         is_known = result is not None and result.request.rig == self._state.rig
         self._found = None
         if result is not None and is_known:
@@ -59,7 +56,10 @@ class Picture(Feature):
                 self._state.rig, result.evaluation.scores, result.request.settings, result.scene.field
             )
         dialog = PictureDialog(
-            self.viewport.picture_size, (MIN_SIDE_PX, MAX_SIDE_PX), self._state.palette is LIGHT, self.window
+            self.viewport.picture_size,
+            (MIN_SIDE_PX, MAX_SIDE_PX),
+            self._state.palette is LIGHT,
+            self.bench.window,
         )
         dialog.set_words_possible(is_known)
         dialog.changed.connect(self._preview)
@@ -75,7 +75,7 @@ class Picture(Feature):
 
     def _save(self) -> None:
         suggestion = Path(file_name(self.document.rig.name, ".png"))
-        path = self.window.dialogs.save_picture(self.window, suggestion)
+        path = self.bench.dialogs.save_picture(self.bench.window, suggestion)
         if path is not None and self.dialog is not None:
             self._draw(path, self.dialog.choice.scale)
 
@@ -102,13 +102,13 @@ class Picture(Feature):
             QGuiApplication.clipboard().setImage(QImage.fromData(png))
             self.dialog.set_done("copied")
         elif isinstance(purpose, Path):
-            self.window.guarded(_write)(purpose, png)
+            self.bench.guarded(_write)(purpose, png)
             self.dialog.accept()
 
     def _on_failed(self, problem: str) -> None:
         if self.dialog is not None:
             self.dialog.set_busy("")
-        self.window.report_error(f"The picture could not be drawn: {problem}")
+        self.bench.report_error(f"The picture could not be drawn: {problem}")
 
     def _on_closed(self) -> None:
         self.maker.close()

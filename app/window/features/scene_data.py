@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt
 
@@ -13,20 +13,18 @@ from riglens.app.evaluation.requests import LoadedScene
 from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
 from riglens.app.window.status import scene_line
+from riglens.app.window.workbench import Workbench
 from riglens.core.errors import InputError
 from riglens.core.geometry import Vec3
 from riglens.core.scene.grid import DEFAULT_ROI_M, DEFAULT_VOXEL_M, VoxelGrid
 from riglens.widgets.panels.scene_panel import SceneChoice
-
-if TYPE_CHECKING:
-    from riglens.app.window.main_window import MainWindow
 
 FILE_TIP = "Score on a CSV, CSV.gz or Parquet table, or on annotations.feather"
 FOLDER_TIP = "Score on a folder of nuScenes, Argoverse 2, KITTI or CARLA, or of tables"
 
 
 class SceneData(Feature):
-    """Loads scenes; `loaded` is the one loaded last, None before the first."""
+    """Loads scenes into the session."""
 
     specs = (
         Spec(
@@ -45,22 +43,21 @@ class SceneData(Feature):
         ),
     )
 
-    def __init__(self, window: MainWindow) -> None:
-        super().__init__(window)
-        self.loaded: LoadedScene | None = None
+    def __init__(self, bench: Workbench) -> None:
+        super().__init__(bench)
         self._options = SceneOptions()
-        self._strip = window.status.add_strip("Loading boxes")
+        self._strip = bench.status.add_strip("Loading boxes")
         self._strip.cancel.setObjectName("cancel_load")
         self.bind(boxes_file=self._choose_file, boxes_folder=self._choose_folder)
         queued = Qt.ConnectionType.QueuedConnection
-        window.recompute.scene_loaded.connect(self._on_scene, queued)
-        window.recompute.load_progress.connect(self._strip.show_progress, queued)
-        window.recompute.load_preparing.connect(self._on_preparing, queued)
-        window.recompute.load_ended.connect(self._on_load_ended, queued)
-        self._strip.cancelled.connect(window.recompute.cancel_load)
-        window.scene_panel.load_wanted.connect(self._load_choice)
-        window.scene_panel.file_wanted.connect(self._choose_file)
-        window.scene_panel.folder_wanted.connect(self._choose_folder)
+        bench.recompute.scene_loaded.connect(self._on_scene, queued)
+        bench.recompute.load_progress.connect(self._strip.show_progress, queued)
+        bench.recompute.load_preparing.connect(self._on_preparing, queued)
+        bench.recompute.load_ended.connect(self._on_load_ended, queued)
+        self._strip.cancelled.connect(bench.recompute.cancel_load)
+        bench.panels.scene.load_wanted.connect(self._load_choice)
+        bench.panels.scene.file_wanted.connect(self._choose_file)
+        bench.panels.scene.folder_wanted.connect(self._choose_folder)
 
     @property
     def is_loading(self) -> bool:
@@ -69,7 +66,7 @@ class SceneData(Feature):
 
     def load(self, options: SceneOptions) -> None:
         """Load other box data in the background; an automatic voxel edge goes by the rig as it is now."""
-        settings, recompute = self.window.scores.settings, self.window.recompute
+        settings, recompute = self.session.settings, self.bench.recompute
         score = ScoreOptions(settings.method, settings.reading, settings.camera_weight, recompute.threads)
         self._options = options.for_rigs([self.document.rig], score)
         self._strip.begin()
@@ -81,22 +78,21 @@ class SceneData(Feature):
             self.load(SceneOptions(pog=path))
             return
         self._choose(path)
-        self._load_choice(self.window.scene_panel.choice)
+        self._load_choice(self.bench.panels.scene.choice)
 
     def _load_choice(self, choice: SceneChoice) -> None:
         self.load(options_of(choice, self._options))
 
     def _on_scene(self, scene: LoadedScene) -> None:
-        self.loaded = scene
-        self.viewport.set_grid(scene.field.grid)
-        self.window.status.show_scene(scene)
+        self.viewport.show_state(replace(self.viewport.state, grid=scene.field.grid))
+        self.bench.status.show_scene(scene)
         picked = tried = ""
         if scene.choice is not None:
             picked = f"Auto picked {scene.choice.reason()}. Load picks again, for the rig as it is then."
             tried = "\n".join(scene.choice.lines())
         choice = choice_of(scene.options, scene.field.grid)
-        self.window.scene_panel.set_loaded(choice, f"In use: {scene_line(scene)}", picked, tried)
-        self.window.scene_shown.emit(scene)
+        self.bench.panels.scene.set_loaded(choice, f"In use: {scene_line(scene)}", picked, tried)
+        self.session.show_scene(scene)
 
     def _on_preparing(self) -> None:
         self._strip.show_stage("Preparing the engine", "the first start compiles: a minute or two")
@@ -106,28 +102,29 @@ class SceneData(Feature):
             return  # another load was asked for meanwhile, and is under way
         self._strip.end()
         if problem:
-            self.window.report_error(problem)
-            if self.loaded is None:
-                self.window.status.set_no_data()
-                self.window.scene_panel.set_nothing_loaded()
+            self.bench.report_error(problem)
+            if self.session.scene is None:
+                self.bench.status.set_no_data()
+                self.bench.panels.scene.set_nothing_loaded()
 
     def _choose_file(self) -> None:
-        self._choose(self.window.dialogs.box_file(self.window))
+        self._choose(self.bench.dialogs.box_file(self.bench.window))
 
     def _choose_folder(self) -> None:
-        self._choose(self.window.dialogs.box_folder(self.window))
+        self._choose(self.bench.dialogs.box_folder(self.bench.window))
 
     def _choose(self, path: Path | None) -> None:
-        from riglens.core.scene.readers import default_origin_m  # many readers: not while the window opens
+        from riglens.core.scene.readers import (
+            default_origin_m,  # many readers: not while the window opens
+        )
 
         if path is not None:
             try:
-                self.window.scene_panel.choose_boxes(path, default_origin_m(path))
+                self.bench.panels.scene.choose_boxes(path, default_origin_m(path))
             except InputError as error:
-                self.window.report_error(str(error))
+                self.bench.report_error(str(error))
                 return
-            self.window.docks["Scene"].show()
-            self.window.docks["Scene"].raise_()
+            self.bench.docks.bring_up("Scene")
 
 
 def choice_of(options: SceneOptions, grid: VoxelGrid | None = None) -> SceneChoice:

@@ -1,121 +1,265 @@
-"""Scores: every change of rig, scene or settings asks for them, and answers are shown in the order of the edits."""
+"""The score table, the baseline that its changes count from, and what the rig loses without each sensor."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from functools import partial
 
 from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QMenu
 
+from riglens.app.background.side_jobs import SideAnswer, SideRequest
 from riglens.app.evaluation.edit_costs import rays_of
-from riglens.app.evaluation.requests import Approximation, EvaluationRequest, Result
+from riglens.app.evaluation.requests import Approximation, LoadedScene, Result
+from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
-from riglens.app.window.features.baseline import Baseline
-from riglens.app.window.features.heat import Heat
-from riglens.app.window.features.map import Map
-from riglens.app.window.features.pick import Pick
-from riglens.app.window.features.scene_data import SceneData
+from riglens.app.window.features.files import Exchange
+from riglens.app.window.workbench import Workbench
+from riglens.core.metric.scores import MetricSettings
+from riglens.core.metric.scores import Scores as ScoresOf
+from riglens.core.rig.edits import with_enabled
+from riglens.core.rig.model import Rig
+from riglens.core.rig.presets import PRESETS, preset
+from riglens.widgets.panels.inspector.marginal_view import NOT_COUNTED, WAITING
 
-if TYPE_CHECKING:
-    from riglens.app.window.main_window import MainWindow
+
+class Baseline(Feature):
+    """Pins rigs: the baseline of the session is the last saved rig unless another is pinned."""
+
+    specs = (
+        Spec(
+            "pin", "Pin as baseline", "Count all changes of the scores from the rig as it is now", "Ctrl+B", "pin",
+            "study/rigs",
+        ),
+        Spec("pin_file", "Baseline from file…", "Count all changes from a rig file", "Ctrl+Alt+B", menu="study/rigs"),
+        Spec(
+            "unpin", "Unpin the baseline", "Count all changes from the rig as last saved again",
+            "Ctrl+Shift+B", "", "study/rigs",
+        ),
+    )  # fmt: skip
+
+    def __init__(self, bench: Workbench, exchange: Exchange) -> None:
+        super().__init__(bench)
+        self._exchange = exchange
+        self.bind(pin=self.pin, pin_file=self._choose_file, unpin=self.unpin)
+        presets = self._preset_menu()
+        bench.places.add_to_menu("study/rigs", presets)
+        menu = QMenu(bench.panels.scores)
+        for entry in (self.actions["pin"], self.actions["pin_file"], self.actions["unpin"]):
+            menu.addAction(entry)
+        menu.addMenu(presets)
+        bench.panels.scores.set_pin_menu(menu)
+        bench.panels.scores.pin_wanted.connect(lambda wanted: self.pin() if wanted else self.unpin())
+        self.session.baseline_changed.connect(self._show)
+        self._show()
+
+    def pin(self) -> None:
+        """Make the rig being edited the baseline."""
+        self.session.pin(self.document.rig)
+
+    def unpin(self) -> None:
+        """Make the last saved rig the baseline again."""
+        self.session.pin(None)
+
+    def _show(self) -> None:
+        pinned = self.session.pinned
+        self.bench.panels.scores.set_baseline(pinned.name if pinned is not None else None)
+        self.actions["unpin"].setEnabled(pinned is not None)
+
+    def _choose_file(self) -> None:
+        folder = self.document.path.parent if self.document.path is not None else None
+        path = self.bench.dialogs.open_rig(self.bench.window, folder)
+        if path is not None:
+            self.bench.guarded(lambda: self.session.pin(self._exchange.rig_of(path)))()
+
+    def _preset_menu(self) -> QMenu:
+        menu = QMenu("Baseline from preset", self.bench.window)
+        for name in PRESETS:
+            menu.addAction(name, partial(self._pin_preset, name))
+        return menu
+
+    def _pin_preset(self, name: str) -> None:
+        self.session.pin(preset(name))
 
 
 class Scores(Feature):
-    """Asks the background thread, and shows what it says unless something newer is shown."""
+    """Shows the answers in the score table, and says in the status bar how far they are."""
 
-    def __init__(self, window: MainWindow) -> None:
-        super().__init__(window)
-        self.result: Result | None = None
-        self._request: EvaluationRequest | None = None
-        self._shown_revision = -1
+    def __init__(self, bench: Workbench) -> None:
+        super().__init__(bench)
+        self.panel, self.answers = bench.panels.scores, bench.answers
         self._trailed: Result | None = None
-        queued = Qt.ConnectionType.QueuedConnection
-        window.recompute.evaluated.connect(self.show_result, queued)
-        window.recompute.approximated.connect(self.show_approximation, queued)
-        window.recompute.failed.connect(window.report_error, queued)
-        window.scores.settings_changed.connect(lambda _: window.settings_changed.emit())
-        window.theme_changed.connect(self._show_again)
-        window.scene_shown.connect(lambda _: window.scores.set_stale())
-        for changed in (window.settings_changed, self.document.rig_changed, self.document.file_changed):
-            changed.connect(self.request)
-        self.document.rig_changed.connect(self._lengthen_trail)
+        bench.recompute.failed.connect(bench.report_error, Qt.ConnectionType.QueuedConnection)
+        self.answers.asked.connect(self._show_waiting)
+        self.answers.answered.connect(self._show)
+        self.answers.approximated.connect(self._show_approximation)
+        self.panel.settings_wanted.connect(self.session.set_settings)
+        self.session.settings_changed.connect(lambda: self.panel.show_settings(self.session.settings))
+        self.session.scene_changed.connect(lambda _: self.panel.set_stale())
+        bench.theme_changed.connect(self._show_again)
+        self.document.rig_settled.connect(self._lengthen_trail)
         self.document.opened.connect(self._forget_trail)
 
-    @property
-    def is_current(self) -> bool:
-        """Whether the result shown answers the last request, on the scene that was loaded last."""
-        result = self.result
-        return (
-            result is not None
-            and result.request is self._request
-            and result.scene is self.window.feature(SceneData).loaded
-        )
+    def _show_waiting(self) -> None:
+        self.panel.set_stale()
+        self.bench.status.set_updating()
 
-    def request(self) -> None:
-        """Ask for scores of the rig as it is; nothing happens when that was asked already."""
-        document, heat = self.document, self.window.feature(Heat)
-        request = EvaluationRequest(
-            document.revision, document.rig, self.window.feature(Baseline).rig, self.window.scores.settings,
-            heat.mode, heat.class_name, document.is_dragging, self.window.feature(Map).seen_by,
-            self.window.feature(Pick).voxel,
-        )  # fmt: skip
-        if self._request is not None and self._request.asks_same(request):
-            return
-        self._request = request
-        self.window.scores.set_stale()
-        self.window.status.set_updating()
-        self.window.recompute.evaluate(request)
-
-    def show_result(self, result: Result) -> None:
-        """Show an answer unless a newer one is shown; greyed when the rig has moved on meanwhile."""
-        if result.request.revision < self._shown_revision:
-            return
-        self.result, self._shown_revision = result, result.request.revision
-        is_asked = result.request is self._request
-        self.window.scores.show_scores(result.evaluation.scores, result.baseline_scores)
+    def _show(self, result: Result) -> None:
+        """Show an answer; greyed when the rig has moved on meanwhile."""
+        is_asked = self.answers.is_last_asked(result)
+        self.panel.show_scores(result.evaluation.scores, result.baseline_scores)
         if not is_asked:
-            self.window.scores.set_stale()
-        self.window.status.show_result(result, is_asked)
-        self.viewport.set_heatmap(result.heatmap)
+            self.panel.set_stale()
+        self.bench.status.show_result(result, is_asked)
         self._lengthen_trail()
-        self.window.result_shown.emit(result)
+
+    def _show_approximation(self, first: Approximation) -> None:
+        """Show coarse scores, marked as such; the heatmap waits for exact ones."""
+        self.panel.show_estimate(first.scores)
+        self.bench.status.show_approximation(first)
 
     def _show_again(self) -> None:
-        """The same numbers in the colours of another theme."""
-        was_stale = self.window.scores.is_stale
-        if self.result is not None:
-            self.window.scores.show_scores(self.result.evaluation.scores, self.result.baseline_scores)
+        """Show the same numbers in the colours of another theme."""
+        was_stale, result = self.panel.is_stale, self.answers.result
+        if result is not None:
+            self.panel.show_scores(result.evaluation.scores, result.baseline_scores)
             if was_stale:
-                self.window.scores.set_stale()
+                self.panel.set_stale()
 
     def _forget_trail(self) -> None:
-        """Another rig was opened: its way begins here."""
+        """Another rig was opened: its trail begins here."""
         self._trailed = None
-        self.window.scores.clear_trail()
+        self.panel.clear_trail()
 
     def _lengthen_trail(self) -> None:
-        """One more edit for the sparklines when none is under way; they start anew with traffic or settings."""
-        result = self.result
-        if result is None or self.document.is_dragging or not self.is_current:
+        """Add an edit to the sparklines when none is under way; they start anew with traffic or settings."""
+        result = self.answers.result
+        if result is None or self.document.is_dragging or not self.answers.is_current:
             return
         last, self._trailed = self._trailed, result
-        if last is not None and (last.scene, last.request.settings) != (
-            result.scene,
-            result.request.settings,
-        ):
-            self.window.scores.clear_trail()
+        if last is not None and _traffic(last) != _traffic(result):
+            self.panel.clear_trail()
             last = None
         if last is None or _rays(last) != _rays(result):
-            self.window.scores.add_to_trail(result.evaluation.scores)
+            self.panel.add_to_trail(result.evaluation.scores)
 
-    def show_approximation(self, first: Approximation) -> None:
-        """Show coarse scores, marked as such, unless something newer is shown; the heatmap waits for exact ones."""
-        if first.request.revision >= self._shown_revision:
-            self._shown_revision = first.request.revision
-            self.window.scores.show_estimate(first.scores)
-            self.window.status.show_approximation(first)
-            self.window.approximation_shown.emit(first)
+
+def _traffic(result: Result) -> tuple[LoadedScene, MetricSettings]:
+    """What scores must have in common to be of one trail."""
+    return result.scene, result.request.settings
 
 
 def _rays(result: Result) -> list[object]:
     """What decides the scores of a rig: its sensors that count, without their names."""
     return [rays_of(sensor) for sensor in result.request.rig.sensors if sensor.enabled]
+
+
+GROUP = "marginal"
+
+
+class Marginals(Feature):
+    """Asks for the rig without each sensor after every exact answer, and forgets it with the next edit.
+
+    `losses` are the scores without a sensor that are known by now, of the rig in `result`.
+    """
+
+    def __init__(self, bench: Workbench) -> None:
+        super().__init__(bench)
+        self.answers = bench.answers
+        self.result: Result | None = None
+        self.losses: dict[str, ScoresOf] = {}
+        queued = Qt.ConnectionType.QueuedConnection
+        bench.recompute.side_answered.connect(self._take, queued)
+        self.answers.answered.connect(lambda _: self._start())
+        self.session.scene_changed.connect(lambda _: self._forget())
+        self.session.settings_changed.connect(self._drop_if_changed)
+        bench.theme_changed.connect(lambda _: self._show_all())
+        self.document.rig_changed.connect(self._on_rig)
+        self.document.selection_changed.connect(self._show_selected)
+        self._show_selected()
+
+    def _on_rig(self) -> None:
+        """Give up what was known before an edit, and ask anew once it is over."""
+        self._drop_if_changed()
+        self._start()
+        self._show_selected()
+
+    # ------------------------------------------------------------------ asking
+    def _start(self) -> None:
+        """Ask for everything anew once an edit is over and scored, unless it is known."""
+        result = self.answers.result
+        if result is None or self.document.is_dragging or not self.answers.is_current:
+            return
+        if self._knows(result):
+            return
+        request = result.request
+        self._forget()
+        self.result = result
+        names = [sensor.name for sensor in request.rig.sensors if sensor.enabled]
+        names.sort(key=lambda name: name != self.document.selected)
+        self.bench.recompute.ask_aside(
+            [
+                SideRequest(GROUP, name, with_enabled(request.rig, (name,), False), request.settings)
+                for name in names
+            ]
+        )
+
+    def _knows(self, result: Result) -> bool:
+        known = self.result
+        return (
+            known is not None
+            and known.scene is result.scene
+            and known.request.settings == result.request.settings
+            and _same_sensors(known.request.rig, result.request.rig)
+        )
+
+    def _drop_if_changed(self) -> None:
+        """Give up what belongs to another rig or to other settings."""
+        if self.result is not None and (
+            not _same_sensors(self.result.request.rig, self.document.rig)
+            or self.result.request.settings != self.session.settings
+        ):
+            self._forget()
+
+    def _forget(self) -> None:
+        self.bench.recompute.forget_aside(GROUP)
+        self.result = None
+        self.losses = {}
+        self.bench.panels.tree.set_losses_stale()
+        self.bench.panels.inspector.set_loss_stale()
+
+    # ------------------------------------------------------------------ answers
+    def _take(self, answer: SideAnswer) -> None:
+        request, result = answer.request, self.result
+        if request.group != GROUP or result is None or answer.scene is not result.scene:
+            return
+        is_present = request.settings == result.request.settings
+        if not is_present or request.rig != with_enabled(result.request.rig, (request.name,), False):
+            return
+        self.losses[request.name] = answer.scores
+        self._show_all()
+
+    def _show_all(self) -> None:
+        """Show what is known in the list, and of the selected sensor in the inspector."""
+        if self.result is not None:
+            self.bench.panels.tree.show_losses(self.result.evaluation.scores, self.losses)
+        self._show_selected()
+
+    def _show_selected(self) -> None:
+        """Show the loss of the selected sensor in the inspector, or why there is none."""
+        name, inspector = self.document.selected, self.bench.panels.inspector
+        if name is None:
+            return
+        if not self.document.rig.sensor(name).enabled:
+            inspector.show_no_loss(NOT_COUNTED)
+        elif self.result is not None and name in self.losses:
+            inspector.show_loss(self.result.evaluation.scores, self.losses[name])
+        elif name != self._greyed():
+            inspector.show_no_loss(WAITING)
+
+    def _greyed(self) -> str | None:
+        """The sensor whose numbers of an earlier rig are still shown, greyed."""
+        return self.bench.panels.inspector.loss_of
+
+
+def _same_sensors(one: Rig, other: Rig) -> bool:
+    return one is other or one.sensors == other.sensors

@@ -1,25 +1,32 @@
-"""Sensors: add from the library; duplicate, delete, show, hide, enable, lock and rename what is selected."""
+"""Sensors: added from the library, put onto the car, and edited as a whole; which of them are locked."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from functools import partial
 from html import escape
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QMenu
 
+from riglens.app.session.document import Document
 from riglens.app.window.actions import Spec, menu_button
 from riglens.app.window.feature import Feature
+from riglens.app.window.settings import Settings
+from riglens.app.window.workbench import Workbench
 from riglens.core.geometry import Pose, Vec3
 from riglens.core.rig.library import Entry, default_library, sensor_from_model
 from riglens.core.rig.model import Rig
 from riglens.widgets.panels.icons import icon
-
-if TYPE_CHECKING:
-    from riglens.app.window.main_window import MainWindow
+from riglens.widgets.panels.sensors.library import LibraryList
 
 GAP_M = 0.15
+HINT = "Click on the car to put {name} there; Esc leaves it where it was."
+LOCKED_KEY = "sensors/locked"
+MOST_FILES = 100
+"""Of so many rig files it is kept which sensors are locked."""
 SELECTED_ONLY = ("duplicate", "delete", "hide", "enable", "lock", "rename")
 
 
@@ -47,27 +54,27 @@ class Sensors(Feature):
         Spec("rename", "Rename", "Give the selected sensor another name", "F2", menu="sensor/edit"),
     )  # fmt: skip
 
-    def __init__(self, window: MainWindow) -> None:
-        super().__init__(window)
+    def __init__(self, bench: Workbench) -> None:
+        super().__init__(bench)
         self.add_menus = {kind: self._library_menu(kind) for kind in ("lidar", "camera")}
         for kind, menu in self.add_menus.items():
-            window.places.add_to_menu("sensor/add", menu)
-            window.places.add_to_toolbar("add", menu_button(f"add_{kind}", kind, menu.title(), menu, "+ ▾"))
+            bench.places.add_to_menu("sensor/add", menu)
+            bench.places.add_to_toolbar("add", menu_button(f"add_{kind}", kind, menu.title(), menu, "+ ▾"))
         for key in ("duplicate", "delete"):
-            window.places.add_to_menu("edit/sensor", window.actions_[key])
+            bench.places.add_to_menu("edit/sensor", self.actions[key])
         self.bind(
             duplicate=self.duplicate,
             delete=self.delete,
             hide=self.toggle_hidden,
             enable=self.toggle_enabled,
             lock=self.toggle_locked,
-            rename=window.tree.rename_selected,
+            rename=bench.panels.tree.rename_selected,
         )
-        window.rig_shown.connect(self._update)
-        window.tree.menu_wanted.connect(self._fill_menu)
+        follow_marks(self.document, self._update)
+        bench.panels.tree.menu_wanted.connect(self._fill_menu)
 
     def _library_menu(self, kind: Any) -> QMenu:
-        menu = QMenu("Add LiDAR" if kind == "lidar" else "Add camera", self.window)
+        menu = QMenu("Add LiDAR" if kind == "lidar" else "Add camera", self.bench.window)
         menu.setIcon(icon(kind))
         menu.setToolTipsVisible(True)
         for maker, entries in default_library().by_maker(kind).items():
@@ -84,51 +91,60 @@ class Sensors(Feature):
         """Add a sensor of a library model above the roof and select it."""
         kind = default_library().entry(model).kind
         pose = Pose(free_place(self.document.rig, kind))
-        self.window.guarded(self.document.add)(sensor_from_model(model, f"{kind}_1", pose))
+        self.bench.guarded(self.document.add)(sensor_from_model(model, f"{kind}_1", pose))
 
     def duplicate(self) -> None:
         """Add copies of the selected sensors and select those."""
-        if self.window.tree.chosen:
-            self.window.guarded(self._duplicate)(self.window.tree.chosen)
+        if self.bench.panels.tree.chosen:
+            self.bench.guarded(self._duplicate)(self.bench.panels.tree.chosen)
 
     def _duplicate(self, names: tuple[str, ...]) -> None:
-        self.window.tree.choose(self.document.duplicate(names))
+        self.bench.panels.tree.choose(self.document.duplicate(names))
 
     def delete(self) -> None:
         """Delete the selected sensors, as one step."""
-        if self.window.tree.chosen:
-            self.window.guarded(self.document.delete)(self.window.tree.chosen)
+        if self.bench.panels.tree.chosen:
+            self.bench.guarded(self.document.delete)(self.bench.panels.tree.chosen)
 
     def toggle_hidden(self) -> None:
         """Show the selected sensors if all are hidden, else hide them."""
-        chosen = self.window.tree.chosen
+        chosen = self.bench.panels.tree.chosen
         self.document.set_hidden(chosen, not self.document.hidden.issuperset(chosen))
 
     def toggle_enabled(self) -> None:
         """Let the selected sensors count if none does, else none, as one step."""
-        chosen = self.window.tree.chosen
+        chosen = self.bench.panels.tree.chosen
         counted = any(self.document.rig.sensor(name).enabled for name in chosen)
         if chosen:
-            self.window.guarded(self.document.set_enabled)(chosen, not counted)
+            self.bench.guarded(self.document.set_enabled)(chosen, not counted)
 
     def toggle_locked(self) -> None:
         """Unlock the selected sensors if all are locked, else lock them."""
-        chosen = self.window.tree.chosen
+        chosen = self.bench.panels.tree.chosen
         self.document.set_locked(chosen, not self.document.locked.issuperset(chosen))
 
     def _fill_menu(self, menu: QMenu) -> None:
         """What the sensor menu offers for a selection, in the list's context menu, too."""
         for key in ("rename", "duplicate", "mirror", "place", "copy", "delete", "frame"):
-            menu.addAction(self.window.actions_[key])
+            menu.addAction(self.actions[key])
 
     def _update(self) -> None:
-        document, actions = self.document, self.window.actions_
+        document, actions = self.document, self.actions
         for key in SELECTED_ONLY:
             actions[key].setEnabled(document.selected is not None)
         if document.selected in document.locked:
-            actions["delete"].setEnabled(not document.locked.issuperset(self.window.tree.chosen))
+            actions["delete"].setEnabled(not document.locked.issuperset(self.bench.panels.tree.chosen))
             actions["rename"].setEnabled(False)
         actions["hide"].setIcon(icon("eye-off" if document.selected in document.hidden else "eye"))
+
+
+def follow_marks(document: Document, update: Callable[[], None]) -> None:
+    """Call this now, and whenever another sensor is selected, or others are hidden or locked."""
+    for changed in (
+        document.selection_changed, document.hidden_changed, document.locked_changed, document.rig_settled,
+    ):  # fmt: skip
+        changed.connect(update)
+    update()
 
 
 def entry_tip(entry: Entry) -> str:
@@ -144,3 +160,109 @@ def free_place(rig: Rig, kind: str) -> Vec3:
     while any(math.dist(sensor.position, (x, 0.0, z)) < GAP_M for sensor in rig.sensors):
         x -= 2 * GAP_M
     return round(x, 3), 0.0, round(z, 3)
+
+
+class LibraryPanel(Feature):
+    """Models to drag onto the car, or to add by a double click."""
+
+    def __init__(self, bench: Workbench, sensors: Sensors) -> None:
+        super().__init__(bench)
+        self.list = LibraryList()
+        once = Qt.ConnectionType.SingleShotConnection
+        self.viewport.shown.connect(
+            self._show, once
+        )  # fifty rows with their figures: after the first picture
+        bench.theme_changed.connect(lambda _: self._show())
+        self.list.add_wanted.connect(sensors.add)
+        dock = bench.docks.add("Library", self.list, Qt.DockWidgetArea.LeftDockWidgetArea)
+        bench.window.resizeDocks([bench.docks["Sensors"], dock], [7, 3], Qt.Orientation.Vertical)
+
+    def _show(self) -> None:
+        """Show every model, in the colours of the theme."""
+        self.list.set_entries(default_library().entries())
+
+
+class Placing(Feature):
+    """Place on body, drops of library models, and arrow keys in the view."""
+
+    specs = (
+        Spec(
+            "place", "Place on body", "Have the selected sensor follow the mouse over the car until a click",
+            "P", "place", "sensor/place", "place", is_checkable=True,
+        ),
+    )  # fmt: skip
+
+    def __init__(self, bench: Workbench) -> None:
+        super().__init__(bench)
+        self.bind(place=self.place)
+        self.viewport.placing_changed.connect(self._show)
+        self.viewport.model_dropped.connect(bench.guarded(self.add))
+        self.viewport.nudged.connect(bench.guarded(self._nudge))
+        follow_marks(self.document, self._update)
+
+    def place(self) -> None:
+        """Begin to place the selected sensor, or leave off."""
+        action = self.actions["place"]
+        if not action.isChecked():
+            self.viewport.cancel_drag()
+        elif self.document.selected is None or not self.viewport.begin_placing():
+            action.setChecked(False)
+
+    def add(self, model: str, pose: Pose) -> None:
+        """Add a sensor of a library model at a pose and select it."""
+        name = f"{default_library().entry(model).kind}_1"
+        self.document.add(sensor_from_model(model, name, pose))
+
+    def _nudge(self, name: str, pose: Pose) -> None:
+        self.document.replace_sensor(name, self.document.rig.sensor(name).with_pose(pose))
+
+    def _show(self, active: bool) -> None:
+        self.actions["place"].setChecked(active)
+        if active:
+            self.bench.status.showMessage(HINT.format(name=self.document.selected))
+        else:
+            self.bench.status.clearMessage()
+
+    def _update(self) -> None:
+        hidden = self.document.selected in self.document.hidden
+        self.actions["place"].setEnabled(self.document.selected is not None and not hidden)
+
+
+class Locks(Feature):
+    """Keeps the names of locked sensors by the path of the rig file, in the settings: a rig file holds no locks.
+
+    A rig that was never saved has no path, so its locks end with the session.
+    """
+
+    def __init__(self, bench: Workbench) -> None:
+        super().__init__(bench)
+        self.document.opened.connect(self._lock_again)
+        self.document.locked_changed.connect(self._note)
+        self.document.file_changed.connect(self._note)
+
+    def restore(self, settings: Settings) -> None:
+        self._lock_again()
+
+    def _lock_again(self) -> None:
+        """Lock what was locked when this file was open last."""
+        if self.document.path is not None:
+            names = self._kept().get(str(self.document.path.absolute()), [])
+            self.document.keep_locked(tuple(name for name in names if isinstance(name, str)))
+
+    def _note(self) -> None:
+        path, settings = self.document.path, self.bench.kept
+        if path is None:
+            return
+        settings.sync()  # another window may have locked sensors too
+        kept, key, names = self._kept(), str(path.absolute()), sorted(self.document.locked)
+        if kept.get(key, []) == names:
+            return
+        kept.pop(key, None)
+        newest = {key: names} if names else {}
+        settings.write(LOCKED_KEY, newest | dict(list(kept.items())[: MOST_FILES - 1]))
+        settings.sync()
+
+    def _kept(self) -> dict[str, list[Any]]:
+        """Names by path, the file locked last first."""
+        found = self.bench.kept.read(LOCKED_KEY, {})
+        return {path: names for path, names in found.items() if isinstance(names, list)}

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
 from riglens.app.window.settings import Settings
+from riglens.app.window.workbench import Workbench
+from riglens.widgets.gizmo.drag import Space
+from riglens.widgets.gizmo.handles import GizmoMode
 from riglens.widgets.viewport.camera import OrbitCamera
 
-if TYPE_CHECKING:
-    from riglens.app.window.main_window import MainWindow
-
 VIEWS = ("iso", "top", "front", "left", "rear")
-GIZMOS = ("move", "rotate", "both")
+GIZMOS: tuple[GizmoMode, ...] = ("move", "rotate", "both")
 FAR_M = 2000.0
 
 
@@ -63,25 +63,27 @@ class Views(Feature):
         ("Esc during a drag", "puts the sensor back"),
     )
 
-    def __init__(self, window: MainWindow) -> None:
-        super().__init__(window)
+    def __init__(self, bench: Workbench) -> None:
+        super().__init__(bench)
         self.bind(
             frame=self.frame,
             snap=self.set_snap,
             **dict.fromkeys((*GIZMOS, "local"), self.set_gizmo),
             **{view: partial(self.viewport.set_view, view) for view in VIEWS},
         )
-        window.rig_shown.connect(self._update)
+        self.document.selection_changed.connect(self._update)
+        self._update()
 
     def set_gizmo(self) -> None:
         """Give the viewport the handles that are ticked."""
-        actions = self.window.actions_
+        actions = self.actions
         mode = next(key for key in GIZMOS if actions[key].isChecked())
-        self.viewport.set_gizmo(mode, "local" if actions["local"].isChecked() else "world")
+        space: Space = "local" if actions["local"].isChecked() else "world"
+        self.viewport.show_state(replace(self.viewport.state, gizmo_mode=mode, gizmo_space=space))
 
     def set_snap(self) -> None:
         """Have drags end on round numbers, or not."""
-        self.viewport.set_snap(self.window.actions_["snap"].isChecked())
+        self.viewport.set_snap(self.actions["snap"].isChecked())
 
     def frame(self) -> None:
         """Look at the selected sensor from near by."""
@@ -90,24 +92,24 @@ class Views(Feature):
 
     def restore(self, settings: Settings) -> None:
         key = settings.read("gizmo/mode", "both")
-        self.window.actions_[key if key in GIZMOS else "both"].setChecked(True)
-        self.window.actions_["local"].setChecked(settings.read("gizmo/local", False))
-        self.window.actions_["snap"].setChecked(settings.read("gizmo/snap", False))
+        self.actions[key if key in GIZMOS else "both"].setChecked(True)
+        self.actions["local"].setChecked(settings.read("gizmo/local", False))
+        self.actions["snap"].setChecked(settings.read("gizmo/snap", False))
         self.set_gizmo()
         self.set_snap()
         camera = _camera(settings.read("view/camera", {}))
         if camera is not None:
-            self.viewport.set_camera(camera)
+            self.viewport.show_state(replace(self.viewport.state, camera=camera))
 
     def keep(self, settings: Settings) -> None:
-        settings.write("gizmo/mode", next(key for key in GIZMOS if self.window.actions_[key].isChecked()))
-        settings.write("gizmo/local", self.window.actions_["local"].isChecked())
-        settings.write("gizmo/snap", self.window.actions_["snap"].isChecked())
+        settings.write("gizmo/mode", next(key for key in GIZMOS if self.actions[key].isChecked()))
+        settings.write("gizmo/local", self.actions["local"].isChecked())
+        settings.write("gizmo/snap", self.actions["snap"].isChecked())
         camera = self.viewport.chosen_camera()
         settings.write("view/camera", {} if camera is None else asdict(camera))
 
     def _update(self) -> None:
-        self.window.actions_["frame"].setEnabled(self.document.selected is not None)
+        self.actions["frame"].setEnabled(self.document.selected is not None)
 
 
 def _camera(kept: dict[str, Any]) -> OrbitCamera | None:

@@ -28,7 +28,7 @@ READING_NOTES = {
 class ScoresPanel(QWidget):
     """Shows one evaluation beside that of the baseline. A number that is out of date is greyed."""
 
-    settings_changed = Signal(object)
+    settings_wanted = Signal(object)
     """MetricSettings as the user wants them."""
     pin_wanted = Signal(bool)
     """The rig as it is shall be the baseline; or, when False, the last saved rig again."""
@@ -48,11 +48,6 @@ class ScoresPanel(QWidget):
         layout.setSpacing(0)
         layout.addWidget(self._table, 1)
         layout.addLayout(self._controls())
-
-    @property
-    def settings(self) -> MetricSettings:
-        """Method, reading and camera weight that are chosen."""
-        return self._settings
 
     def _controls(self) -> QHBoxLayout:
         self._weight.setObjectName("camera_weight")
@@ -99,6 +94,13 @@ class ScoresPanel(QWidget):
         self._pin.setPopupMode(QToolButton.ToolButtonPopupMode.MenuButtonPopup)
 
     # ------------------------------------------------------------------ what is shown
+    def show_settings(self, settings: MetricSettings) -> None:
+        """Show method, reading and camera weight that scores are computed with."""
+        self._settings = settings
+        self._weight.set_value(settings.camera_weight)
+        self._reading.setCurrentText(settings.reading)
+        self._show_note()
+
     def set_baseline(self, name: str | None) -> None:
         """What the changes count from: a pinned rig of that name, or None for the rig as last saved."""
         self._baseline = LAST_SAVED if name is None else name
@@ -157,16 +159,15 @@ class ScoresPanel(QWidget):
         if not (math.isfinite(value) and value >= 0.0):
             self._weight.mark(f"λ: found {value:g}, accepted is a number from 0 up")
             return
-        self._change(MetricSettings(self._settings.method, self._settings.reading, value))
+        self._want(MetricSettings(self._settings.method, self._settings.reading, value))
 
     def _on_reading(self, index: int) -> None:
-        self._change(MetricSettings(self._settings.method, READINGS[index], self._settings.camera_weight))
+        self._want(MetricSettings(self._settings.method, READINGS[index], self._settings.camera_weight))
 
-    def _change(self, settings: MetricSettings) -> None:
-        self._settings = settings
-        self._weight.set_value(settings.camera_weight)
-        self._show_note()
-        self.settings_changed.emit(settings)
+    def _want(self, settings: MetricSettings) -> None:
+        """Ask for other settings; then show those that are in use, whether it was granted or not."""
+        self.settings_wanted.emit(settings)
+        self.show_settings(self._settings)
 
     def _show_note(self) -> None:
         falls = self._settings.reading != "residual"

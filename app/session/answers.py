@@ -1,0 +1,70 @@
+"""What was answered: asks for everything that a session wants to know, and keeps the answer that is shown."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QObject, Qt, Signal
+
+from riglens.app.background.recompute import Recompute
+from riglens.app.evaluation.requests import Approximation, EvaluationRequest, Result
+from riglens.app.session.session import Session
+
+
+class Answers(QObject):
+    """Asks the background thread after every change of the session; answers come in the order of the edits.
+
+    Nothing is asked before `ask` was called once.
+    """
+
+    asked = Signal()
+    """Something new was asked: the answer that is shown is out of date."""
+    answered = Signal(object)
+    """An exact Result; it may belong to an earlier rig while the mouse moves on."""
+    approximated = Signal(object)
+    """An Approximation to be shown until the exact Result is there."""
+
+    def __init__(self, session: Session, recompute: Recompute) -> None:
+        super().__init__()
+        self._session = session
+        self._recompute = recompute
+        self._request: EvaluationRequest | None = None
+        self._shown_revision = -1
+        self.result: Result | None = None
+        """The last exact answer that was told."""
+        queued = Qt.ConnectionType.QueuedConnection
+        recompute.evaluated.connect(self.take, queued)
+        recompute.approximated.connect(self.take_approximation, queued)
+        session.asked_changed.connect(self._ask_again)
+
+    @property
+    def is_current(self) -> bool:
+        """Whether the result answers the last request, on the scene that was loaded last."""
+        result = self.result
+        return result is not None and self.is_last_asked(result) and result.scene is self._session.scene
+
+    def is_last_asked(self, result: Result) -> bool:
+        """Whether a result answers the last request."""
+        return result.request is self._request
+
+    def ask(self) -> None:
+        """Ask for what the session wants to know; nothing happens when that was asked already."""
+        request = self._session.request()
+        if self._request is not None and self._request.asks_same(request):
+            return
+        self._request = request
+        self.asked.emit()
+        self._recompute.evaluate(request)
+
+    def _ask_again(self) -> None:
+        if self._request is not None:
+            self.ask()
+
+    def take(self, result: Result) -> None:
+        """Tell an answer unless a newer one was told."""
+        if result.request.revision >= self._shown_revision:
+            self.result, self._shown_revision = result, result.request.revision
+            self.answered.emit(result)
+
+    def take_approximation(self, first: Approximation) -> None:
+        if first.request.revision >= self._shown_revision:
+            self._shown_revision = first.request.revision
+            self.approximated.emit(first)

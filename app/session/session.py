@@ -1,0 +1,157 @@
+"""What is asked now: the rig, the traffic, the metric and the choices that decide what is computed and shown.
+
+No widgets here. Panels show a session and send it what the user wants; features read it; whoever computes takes its
+`request`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QObject, Signal
+
+from riglens.app.evaluation.heat_modes import HeatMode
+from riglens.app.evaluation.requests import EvaluationRequest, LoadedScene
+from riglens.app.session.document import Document
+from riglens.core.metric.scores import MetricSettings
+from riglens.core.rig.model import Rig
+from riglens.core.scene.boxes import CLASSES
+
+if TYPE_CHECKING:  # loaded with the first scene
+    from riglens.core.scene.top_view import SeenBy
+    from riglens.core.scene.voxel import Voxel
+
+
+@dataclass(frozen=True)
+class HeatChoice:
+    """What the heatmap shows, and of which class of traffic; the map from above is of that class, too."""
+
+    mode: HeatMode = "probability"
+    class_name: str = CLASSES[0]
+
+
+class Session(QObject):
+    """The one place for what is asked. A setter tells what changed, once, and nothing when the value is the same.
+
+    Everything about the rig itself is told by `document`.
+    """
+
+    asked_changed = Signal()
+    """`request` may differ from the one before; sent after the signal that says what changed."""
+    settings_changed = Signal()
+    """Method, reading or camera weight of the metric."""
+    heat_changed = Signal()
+    baseline_changed = Signal()
+    """Changes of the scores are counted from another rig."""
+    voxel_changed = Signal()
+    map_source_changed = Signal()
+    scene_changed = Signal(object)
+    """A LoadedScene took the place of the one before; scores on it follow."""
+
+    def __init__(self, document: Document, settings: MetricSettings) -> None:
+        super().__init__()
+        self.document = document
+        self._settings = settings
+        self._heat = HeatChoice()
+        self._pinned: Rig | None = None
+        self._told_baseline = document.saved_rig
+        self._voxel: Voxel | None = None
+        self._map_source: SeenBy | None = None
+        self._scene: LoadedScene | None = None
+        document.rig_changed.connect(self.asked_changed)
+        document.file_changed.connect(self._tell_baseline)
+
+    # ------------------------------------------------------------------ what it is
+    @property
+    def settings(self) -> MetricSettings:
+        """Method, reading and camera weight of the metric."""
+        return self._settings
+
+    @property
+    def heat(self) -> HeatChoice:
+        """What the heatmap shows."""
+        return self._heat
+
+    @property
+    def pinned(self) -> Rig | None:
+        """The rig that was pinned as the baseline, None when the last saved one is the baseline."""
+        return self._pinned
+
+    @property
+    def baseline(self) -> Rig:
+        """The rig that changes of the scores are counted from: the pinned one, else the one last saved or opened."""
+        return self.document.saved_rig if self._pinned is None else self._pinned
+
+    @property
+    def voxel(self) -> Voxel | None:
+        """The voxel that is to be explained, None when none is picked."""
+        return self._voxel
+
+    @property
+    def map_source(self) -> SeenBy | None:
+        """Whose seeing is added up for the map from above, None while nobody looks at it."""
+        return self._map_source
+
+    @property
+    def scene(self) -> LoadedScene | None:
+        """The traffic that was loaded last, None before the first."""
+        return self._scene
+
+    def request(self) -> EvaluationRequest:
+        """Make the request for everything that is asked now."""
+        document, heat = self.document, self._heat
+        return EvaluationRequest(
+            document.revision, document.rig, self.baseline, self._settings, heat.mode, heat.class_name,
+            document.is_dragging, self._map_source, self._voxel,
+        )  # fmt: skip
+
+    # ------------------------------------------------------------------ what the user wants
+    def set_settings(self, settings: MetricSettings) -> None:
+        """Score by another method, reading or camera weight."""
+        if settings != self._settings:
+            self._settings = settings
+            self.settings_changed.emit()
+            self.asked_changed.emit()
+
+    def set_heat(self, heat: HeatChoice) -> None:
+        """Have the heatmap show something else."""
+        if heat != self._heat:
+            self._heat = heat
+            self.heat_changed.emit()
+            self.asked_changed.emit()
+
+    def pin(self, rig: Rig | None) -> None:
+        """Make a rig the baseline, or with None the last saved one again."""
+        if rig != self._pinned:
+            self._pinned = rig
+            self._tell_baseline(is_other_pin=True)
+
+    def _tell_baseline(self, is_other_pin: bool = False) -> None:
+        """Tell when the baseline is another one; a pin is also told when it holds what was saved last."""
+        if is_other_pin or self.baseline is not self._told_baseline:
+            self._told_baseline = self.baseline
+            self.baseline_changed.emit()
+            self.asked_changed.emit()
+
+    def pick(self, voxel: Voxel | None) -> None:
+        """Have a voxel explained, or none."""
+        if voxel != self._voxel:
+            self._voxel = voxel
+            self.voxel_changed.emit()
+            self.asked_changed.emit()
+
+    def look_at_map(self, source: SeenBy | None) -> None:
+        """Add up whose seeing for the map; None when nobody looks any more, which asks for no new answer."""
+        if source != self._map_source:
+            self._map_source = source
+            self.map_source_changed.emit()
+            if source is not None:
+                self.asked_changed.emit()
+
+    def show_scene(self, scene: LoadedScene) -> None:
+        """Take other traffic into use; a voxel of another grid means nothing there."""
+        before, self._scene = self._scene, scene
+        if before is not None and before.field.grid != scene.field.grid:
+            self.pick(None)
+        self.scene_changed.emit(scene)

@@ -1,0 +1,98 @@
+"""Builds all features of the window. The order is that of menus and toolbar; who needs whom is said here alone."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from riglens.app.window.features.appearance import Layout, Theme, Units
+from riglens.app.window.features.autosave import Autosave
+from riglens.app.window.features.compare import Compare
+from riglens.app.window.features.drop import Drop
+from riglens.app.window.features.edits import Clipboard, Edits, Mirror
+from riglens.app.window.features.files import Exchange, Files, Recent
+from riglens.app.window.features.follow import Car, Follow
+from riglens.app.window.features.heat import Heat, Rays
+from riglens.app.window.features.help import Help
+from riglens.app.window.features.maps import Map, SensorView
+from riglens.app.window.features.pick import Pick
+from riglens.app.window.features.picture import Picture
+from riglens.app.window.features.scene_data import SceneData
+from riglens.app.window.features.scores import Baseline, Marginals, Scores
+from riglens.app.window.features.sensors import LibraryPanel, Locks, Placing, Sensors
+from riglens.app.window.features.views import Views
+from riglens.app.window.workbench import Workbench
+
+
+class Features(NamedTuple):
+    """Everything that the window can do, in the order in which it was built."""
+
+    follow: Follow
+    files: Files
+    recent: Recent
+    exchange: Exchange
+    edits: Edits
+    clipboard: Clipboard
+    sensors: Sensors
+    locks: Locks
+    mirror: Mirror
+    placing: Placing
+    library: LibraryPanel
+    views: Views
+    heat: Heat
+    rays: Rays
+    pick: Pick
+    picture: Picture
+    scene_data: SceneData
+    map: Map
+    sensor_view: SensorView
+    baseline: Baseline
+    scores: Scores
+    marginals: Marginals
+    compare: Compare
+    units: Units
+    car: Car
+    autosave: Autosave
+    drop: Drop
+    theme: Theme
+    layout: Layout
+    help: Help
+
+
+def build_features(bench: Workbench) -> Features:
+    """Build every feature on a workbench.
+
+    `Follow` comes first: when the others hear of an edit, list and view show it already. `Layout` takes note of
+    where docks are at first, so it comes after all that add some.
+    """
+    return Features(
+        follow=(follow := Follow(bench)),
+        files=(files := Files(bench)),
+        recent=Recent(bench, files),
+        exchange=(exchange := Exchange(bench, files)),
+        edits=Edits(bench),
+        clipboard=Clipboard(bench),
+        sensors=(sensors := Sensors(bench)),
+        locks=Locks(bench),
+        mirror=Mirror(bench),
+        placing=Placing(bench),
+        library=LibraryPanel(bench, sensors),
+        views=Views(bench),
+        heat=(heat := Heat(bench)),
+        rays=Rays(bench, heat),
+        pick=Pick(bench),
+        picture=Picture(bench),
+        scene_data=(scene_data := SceneData(bench)),
+        map=Map(bench),
+        sensor_view=SensorView(bench),
+        baseline=Baseline(bench, exchange),
+        scores=Scores(bench),
+        marginals=Marginals(bench),
+        compare=Compare(bench, files, exchange),
+        units=Units(bench),
+        car=(car := Car(bench)),
+        autosave=Autosave(bench, files),
+        drop=Drop(bench, files, scene_data, car),
+        theme=Theme(bench, follow),
+        layout=Layout(bench),
+        help=Help(bench),
+    )

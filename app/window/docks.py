@@ -1,0 +1,179 @@
+"""The docks around the view: their titles, the actions that bring them up, and whether anybody sees them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+from PySide6.QtCore import QObject, Qt, QTimer, Signal, SignalInstance
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QApplication, QDockWidget, QMainWindow, QWidget
+
+from riglens.app.window.actions import Actions, Spec
+
+Area = Qt.DockWidgetArea
+
+
+class Docks:
+    """The docks of a window by title, in the order in which they were added."""
+
+    def __init__(self, window: QMainWindow, actions: Actions) -> None:
+        self._window = window
+        self._actions = actions
+        self._titles = DockTitles(window)
+        self._docks: dict[str, QDockWidget] = {}
+
+    def __getitem__(self, title: str) -> QDockWidget:
+        return self._docks[title]
+
+    def __iter__(self) -> Iterator[QDockWidget]:
+        return iter(self._docks.values())
+
+    def __contains__(self, title: str) -> bool:
+        return title in self._docks
+
+    def __len__(self) -> int:
+        return len(self._docks)
+
+    def add(self, title: str, content: QWidget, area: Area, beside: str | None = None) -> QDockWidget:
+        """Add a dock that can be closed and comes back by the View menu; `beside` makes it a tab of another dock."""
+        dock = QDockWidget(title, self._window)
+        dock.setObjectName(title)
+        dock.setWidget(content)
+        self._window.addDockWidget(area, dock)
+        self._docks[title] = dock
+        self._titles.follow(dock)
+        spec = dock_spec(title, len(self._docks))
+        self._actions.add((spec,))
+        follow_dock(self._actions[spec.key], dock)
+        if beside is not None:
+            self._window.tabifyDockWidget(self._docks[beside], dock)
+            self._docks[beside].raise_()
+        return dock
+
+    def bring_up(self, title: str) -> None:
+        """Show a dock in front of other tabs."""
+        self._docks[title].show()
+        self._docks[title].raise_()
+
+
+def dock_spec(title: str, number: int) -> Spec:
+    """The action of the dock that was added as the `number`th."""
+    tip = f"Bring the panel {title} to the front, or put it away"
+    return Spec(f"dock_{title}", title, tip, f"Ctrl+{number}", menu="view/docks", is_checkable=True)
+
+
+def follow_dock(action: QAction, dock: QDockWidget) -> None:
+    """Have an action toggle a dock, and be ticked while the dock is not put away.
+
+    The first press brings a panel to the front, the next one puts it away.
+    """
+
+    def toggle() -> None:
+        is_behind = dock.widget().visibleRegion().isEmpty()
+        dock.setVisible(is_behind)
+        if is_behind:
+            dock.raise_()
+        action.setChecked(is_behind)
+
+    action.triggered.connect(lambda _: toggle())
+    dock.toggleViewAction().toggled.connect(action.setChecked)
+
+
+class DockTitles:
+    """Shows and hides title bars as docks come together and part: a dock among tabs is named by its tab."""
+
+    def __init__(self, window: QMainWindow) -> None:
+        self._window = window
+        self._docks: list[QDockWidget] = []
+        self._later = QTimer(window, singleShot=True, interval=0)  # not in the midst of a drag's events
+        self._later.timeout.connect(self.update)
+
+    def follow(self, dock: QDockWidget) -> None:
+        """Look after one more dock."""
+        self._docks.append(dock)
+        for moved in (dock.visibilityChanged, dock.topLevelChanged, dock.dockLocationChanged):
+            moved.connect(lambda _: self._later.start())
+        dock.toggleViewAction().toggled.connect(lambda _: self._later.start())
+
+    def update(self) -> None:
+        """Bring all title bars in line with where the docks are now."""
+        for dock in self._docks:
+            has_bar = dock.titleBarWidget() is None
+            if has_bar == self._is_among_tabs(dock):
+                self._show_bar(dock, not has_bar)
+
+    def _is_among_tabs(self, dock: QDockWidget) -> bool:
+        beside = self._window.tabifiedDockWidgets(dock)
+        return not dock.isFloating() and any(not other.isHidden() for other in beside)
+
+    def _show_bar(self, dock: QDockWidget, shown: bool) -> None:
+        empty = dock.titleBarWidget()
+        dock.setTitleBarWidget(None if shown else QWidget(dock))  # type: ignore[arg-type]
+        if empty is not None:
+            empty.deleteLater()
+
+
+# ---------------------------------------------------------------------- in sight
+def is_in_sight(dock: QDockWidget) -> bool:
+    """Whether anybody sees a dock. One behind other tabs is not hidden for Qt, which puts it out of view."""
+    return not dock.widget().visibleRegion().isEmpty()
+
+
+def focus_next_in_sight(step: Callable[[], bool]) -> bool:
+    """Let Tab pass over docks that nobody sees; `step` gives the focus to the next widget, False when there is none."""
+    first = QApplication.focusWidget()
+    while step():
+        focus = QApplication.focusWidget()
+        if focus is None or focus is first or _is_seen(focus):
+            return True
+    return False
+
+
+def _is_seen(widget: QWidget) -> bool:
+    """Whether a widget is in no dock, or in one that is in sight."""
+    parent: QWidget | None = widget
+    while parent is not None and not isinstance(parent, QDockWidget):
+        parent = parent.parentWidget()
+    return parent is None or is_in_sight(parent)
+
+
+class InSight(QObject):
+    """Follows one dock. Qt's own `visibilityChanged` says False of a tab that was pulled out of the window."""
+
+    changed = Signal(bool)
+
+    def __init__(self, dock: QDockWidget) -> None:
+        super().__init__(dock)
+        self._dock = dock
+        self._is_seen = False
+        self._later = QTimer(self, singleShot=True, interval=0)  # when docks are where they are going to be
+        self._later.timeout.connect(self._look)
+        for moved in (dock.visibilityChanged, dock.topLevelChanged, dock.dockLocationChanged):
+            moved.connect(self._on_moved)
+
+    def __bool__(self) -> bool:
+        return self._is_seen
+
+    def follow(self, slot: Callable[[], None], *signals: SignalInstance) -> None:
+        """Connect a slot while the dock is in sight, and call it whenever the dock comes into sight."""
+
+        def turn(is_seen: bool) -> None:
+            for signal in signals:
+                if is_seen:
+                    signal.connect(slot)
+                else:
+                    signal.disconnect(slot)
+            if is_seen:
+                slot()
+
+        self.changed.connect(turn)
+
+    def _on_moved(self, _: object) -> None:
+        self._look()
+        self._later.start()
+
+    def _look(self) -> None:
+        is_seen = is_in_sight(self._dock)
+        if is_seen != self._is_seen:
+            self._is_seen = is_seen
+            self.changed.emit(is_seen)

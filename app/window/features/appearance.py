@@ -1,0 +1,117 @@
+"""How the window looks, kept between sessions: light or dark, where docks are, units of lengths and angles."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtWidgets import QApplication, QMenu
+
+from riglens.app.window.actions import Spec
+from riglens.app.window.feature import Feature
+from riglens.app.window.features.follow import Follow
+from riglens.app.window.settings import Settings
+from riglens.app.window.workbench import Workbench
+from riglens.widgets.panels.fields.quantity import DEGREES, METRES, MILLIMETRES, RADIANS
+from riglens.widgets.panels.style import apply_style, is_dark, shows_dark
+from riglens.widgets.theme import palette
+
+VERSION = 1
+"""Counts up when docks are arranged anew, so that an old layout is not forced on them."""
+SHOWN = {unit.name: unit for unit in (METRES, MILLIMETRES, DEGREES, RADIANS)}
+CHOICES = {"theme_system": None, "theme_light": False, "theme_dark": True}
+
+
+class Theme(Feature):
+    """Tells the application, the viewport and whoever listens to `theme_changed`."""
+
+    specs = (
+        Spec("theme_system", "As the system", "Light or dark as the system says", menu="view", group="theme"),
+        Spec("theme_light", "Light", "Always light", menu="view", group="theme"),
+        Spec("theme_dark", "Dark", "Always dark", menu="view", group="theme"),
+    )
+
+    def __init__(self, bench: Workbench, follow: Follow) -> None:
+        super().__init__(bench)
+        self._follow = follow
+        self._shown = shows_dark()
+        menu = QMenu("Theme", bench.window)
+        for key in CHOICES:
+            menu.addAction(self.actions[key])
+        bench.places.add_to_menu("view/window", menu)
+        self.actions["theme_system"].setChecked(True)
+        self.bind(**dict.fromkeys(CHOICES, self.apply))
+        QGuiApplication.styleHints().colorSchemeChanged.connect(self.apply)
+
+    @property
+    def choice(self) -> str:
+        """Which of CHOICES is ticked."""
+        return next(key for key in CHOICES if self.actions[key].isChecked())
+
+    def apply(self) -> None:
+        """Show what is chosen, everywhere and at once."""
+        wanted = CHOICES[self.choice]
+        dark = is_dark() if wanted is None else wanted
+        if dark == self._shown:
+            return
+        self._shown = dark
+        app = QApplication.instance()
+        assert isinstance(app, QApplication)
+        apply_style(app, dark)
+        self.viewport.show_state(replace(self.viewport.state, palette=palette(dark)))
+        self._follow.show_all()
+        self.bench.theme_changed.emit(dark)
+
+    def restore(self, settings: Settings) -> None:
+        key = settings.read("theme", "theme_system")
+        if key in CHOICES:
+            self.actions[key].setChecked(True)
+            self.apply()
+
+    def keep(self, settings: Settings) -> None:
+        settings.write("theme", self.choice)
+
+
+class Layout(Feature):
+    """Geometry and docks of the window. Its place is behind all features that add docks."""
+
+    specs = (
+        Spec(
+            "reset_layout", "Reset layout", "Put panels, toolbar and window size back as they were at first",
+            "Ctrl+Alt+0", menu="view/window",
+        ),
+    )  # fmt: skip
+
+    def __init__(self, bench: Workbench) -> None:
+        super().__init__(bench)
+        self._first_state = bench.window.saveState(VERSION)
+        self._first_size = bench.window.size()
+        self.bind(reset_layout=self.reset)
+
+    def reset(self) -> None:
+        """Arrange the window as at the very first start."""
+        self.bench.window.showNormal()
+        self.bench.window.restoreState(self._first_state, VERSION)
+        self.bench.window.resize(self._first_size)
+
+    def restore(self, settings: Settings) -> None:
+        self.bench.window.restoreGeometry(settings.read_bytes("window/geometry"))
+        self.bench.window.restoreState(settings.read_bytes("window/state"), VERSION)
+
+    def keep(self, settings: Settings) -> None:
+        settings.write_bytes("window/geometry", self.bench.window.saveGeometry())
+        settings.write_bytes("window/state", self.bench.window.saveState(VERSION))
+
+
+class Units(Feature):
+    """Remembers what was chosen in the inspector; files and exact values stay in metres and degrees."""
+
+    def restore(self, settings: Settings) -> None:
+        found = [
+            SHOWN[name] for name in settings.read("units", []) if isinstance(name, str) and name in SHOWN
+        ]
+        by_quantity = {unit.quantity: unit for unit in (METRES, DEGREES, *found)}
+        self.bench.panels.inspector.set_units(tuple(by_quantity.values()))
+
+    def keep(self, settings: Settings) -> None:
+        settings.write("units", [unit.name for unit in self.bench.panels.inspector.units])

@@ -1,0 +1,174 @@
+"""The map from above, and what the selected sensor sees of one frame; both cost nothing while out of sight."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import Qt
+
+from riglens.app.background.pictures import Picture, PictureRequest, Pictures
+from riglens.app.evaluation.requests import LoadedScene, Result
+from riglens.app.window.docks import InSight
+from riglens.app.window.feature import Feature
+from riglens.app.window.workbench import Workbench
+from riglens.core.errors import InputError
+from riglens.core.rig.model import Rig
+from riglens.core.scene.top_view import TopView
+from riglens.core.view.camera_picture import CameraPicture
+from riglens.widgets.maps.map_panel import MapPanel
+from riglens.widgets.maps.map_view import MANY
+from riglens.widgets.maps.sensor_view import SensorView as SensorViewPanel
+
+LOADING = "Box data are being loaded"
+NO_DATA = "No box data are loaded: choose some in the Scene panel"
+BLIND = {"any": "No sensor", "lidar": "No LiDAR", "camera": "No camera"}
+
+NOTHING_SELECTED = "Select a camera or a LiDAR to look through it"
+NO_SENSORS = "The rig has no sensors: add one, and look through it here"
+WAITING = "The picture is being made"
+OFF = "Switched off: this sensor does not count in the scores."
+
+
+class Map(Feature):
+    """A dock that follows the scores; it costs nothing while it is out of sight."""
+
+    def __init__(self, bench: Workbench) -> None:
+        super().__init__(bench)
+        self.panel = MapPanel()
+        self._top: TopView | None = None
+        self.dock = bench.docks.add(
+            "Map", self.panel, Qt.DockWidgetArea.RightDockWidgetArea, beside="Inspector"
+        )
+        self.in_sight = InSight(self.dock)
+        self.in_sight.changed.connect(lambda _: self._tell_source())
+        self.panel.seen_by_chosen.connect(lambda _: self._tell_source())
+        self.panel.map.sensor_clicked.connect(self.document.select)
+        self.panel.map.place_clicked.connect(self.viewport.look_at)
+        self.in_sight.follow(
+            self._follow_rig,
+            self.document.rig_changed, self.document.selection_changed, self.document.hidden_changed,
+        )  # fmt: skip
+        self.session.scene_changed.connect(self._follow_scene)
+        bench.answers.answered.connect(self._follow_result)
+        bench.recompute.load_ended.connect(self._on_load_ended, Qt.ConnectionType.QueuedConnection)
+        self.panel.map.set_message(LOADING)
+
+    def _tell_source(self) -> None:
+        """Say what the session has to know for the map: nothing while nobody looks at it."""
+        self.session.look_at_map(self.panel.seen_by if self.in_sight else None)
+
+    def _follow_rig(self) -> None:
+        document = self.document
+        self.panel.map.set_rig(document.rig, document.hidden, document.selected)
+
+    def _follow_scene(self, scene: LoadedScene) -> None:
+        self._top = None
+        self.panel.map.set_grid(scene.field.grid)
+
+    def _follow_result(self, result: Result) -> None:
+        top = result.top_view
+        if top is not None:
+            self._top = top
+            self.panel.map.set_top_view(top)
+            self.panel.map.set_message(remark(top, result.request.rig))
+        self.panel.set_class(self.session.heat.class_name)
+
+    def _on_load_ended(self, problem: str) -> None:
+        if problem and self._top is None:
+            self.panel.map.set_message(NO_DATA)
+
+
+def remark(top: TopView, rig: Rig) -> str:
+    """What has to be said about a map that shows nothing, or nothing seen; empty for any other."""
+    if top.is_empty:
+        return f"This data set has no {MANY[top.class_name]}: there is nothing to see or to miss"
+    kinds = {sensor.kind for sensor in rig.sensors if sensor.enabled}
+    if not (kinds if top.seen_by == "any" else kinds & {top.seen_by}):
+        return f"{BLIND[top.seen_by]} is switched on: all of it is blind"
+    return ""
+
+
+class SensorView(Feature):
+    """A dock that follows selection, rig and scene; it costs nothing while it is out of sight."""
+
+    def __init__(self, bench: Workbench) -> None:
+        super().__init__(bench)
+        self.panel, self.pictures = SensorViewPanel(), Pictures(self)
+        self._no_scene = LOADING
+        self._asked: PictureRequest | None = None
+        self._is_answered = True
+        self.dock = bench.docks.add(
+            "Sensor view", self.panel, Qt.DockWidgetArea.RightDockWidgetArea, beside="Inspector"
+        )
+        self.in_sight = InSight(self.dock)
+        self.panel.frame_chosen.connect(lambda _: self._ask())
+        queued = Qt.ConnectionType.QueuedConnection
+        self.pictures.made.connect(self._show, queued)
+        self.pictures.failed.connect(self._on_failed, queued)
+        self.in_sight.follow(self._ask, self.document.rig_changed, self.document.selection_changed)
+        self.session.scene_changed.connect(self._on_scene)
+        bench.recompute.load_ended.connect(self._on_load_ended, queued)
+        bench.closing.connect(self.pictures.close)
+
+    @property
+    def is_current(self) -> bool:
+        """Whether the picture shown is the one last asked for."""
+        return self._is_answered
+
+    def _on_scene(self, scene: LoadedScene) -> None:
+        has_boxes = scene.options.pog is None
+        self.panel.set_frames(scene.field.data.frames if has_boxes else 0)
+        self._ask()
+
+    def _on_load_ended(self, problem: str) -> None:
+        if problem:
+            self._no_scene = NO_DATA
+            self._ask()
+
+    def _ask(self) -> None:
+        """Ask for the picture that belongs to what is selected now, or say why there is none."""
+        if not self.in_sight:
+            return
+        sensor, scene = self.document.selected_sensor(), self.session.scene
+        if sensor is None or scene is None:
+            self._asked, self._is_answered = None, True
+            has_sensors = bool(self.document.rig.sensors)
+            why = self._no_scene if scene is None else NOTHING_SELECTED if has_sensors else NO_SENSORS
+            self.panel.show_text(why)
+            return
+        request = PictureRequest(sensor, self.panel.chosen_frame, scene, self._body())
+        if self._asked is None or not request.asks_same(self._asked):
+            self._asked, self._is_answered = request, False
+            if self.panel.page is self.panel.text:
+                self.panel.show_text(WAITING)
+            self.pictures.ask(request)
+
+    def _body(self) -> NDArray[np.float32]:
+        from riglens.widgets.maps.body_mesh import body_triangles  # loads VTK: not while the window opens
+
+        try:
+            return body_triangles(self.document.rig.vehicle)
+        except InputError:  # said already where the car is drawn
+            return np.zeros((0, 3, 3), np.float32)
+
+    def _show(self, picture: Picture) -> None:
+        """Show a picture of the selected sensor; one of an earlier pose too, until the next is there."""
+        request, sensor = picture.request, self.document.selected_sensor()
+        if request is self._asked:
+            self._is_answered = True
+        if sensor is None or sensor.name != request.sensor.name or request.scene is not self.session.scene:
+            return
+        self.panel.set_title(sensor.name)
+        notes = [picture.note, "" if request.sensor.enabled else OFF]
+        self.panel.set_note(" ".join(note for note in notes if note))
+        if isinstance(picture.image, CameraPicture):
+            self.panel.show_camera(picture.image)
+        else:
+            grid = request.scene.field.grid
+            self.panel.show_ranges(picture.image, math.hypot(grid.roi_m[0], grid.roi_m[1]) / 2)
+
+    def _on_failed(self, problem: str) -> None:
+        self._asked, self._is_answered = None, True
+        self.panel.show_text(problem)

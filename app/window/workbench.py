@@ -1,0 +1,113 @@
+"""What a feature of the window may use, and nothing else: built by the window, handed to every feature."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from PySide6.QtCore import QObject, Signal
+from PySide6.QtWidgets import QMainWindow
+
+from riglens.app.background.recompute import Recompute
+from riglens.app.background.tasks import Tasks
+from riglens.app.session.answers import Answers
+from riglens.app.session.session import Session
+from riglens.app.window.actions import Actions
+from riglens.app.window.dialogs import Dialogs
+from riglens.app.window.docks import Docks
+from riglens.app.window.places import Places
+from riglens.app.window.settings import Settings
+from riglens.app.window.status import StatusBar
+from riglens.core.errors import InputError
+from riglens.widgets.panels.inspector.panel import Inspector
+from riglens.widgets.panels.messages import MessageBar
+from riglens.widgets.panels.scene_panel import ScenePanel
+from riglens.widgets.panels.scores.panel import ScoresPanel
+from riglens.widgets.panels.sensors.tree import SensorTree
+from riglens.widgets.viewport.view import View
+
+
+@dataclass(frozen=True)
+class Panels:
+    """The four panels that several features work on; a feature's own panel is the feature's."""
+
+    tree: SensorTree
+    inspector: Inspector
+    scene: ScenePanel
+    scores: ScoresPanel
+
+
+@dataclass(frozen=True)
+class Bars:
+    """What the window says about itself: state at the bottom, notes and errors over the view."""
+
+    status: StatusBar
+    notes: MessageBar
+    errors: MessageBar
+
+
+class Workbench(QObject):
+    """What is asked and answered, the view, the panels, and where a feature puts its actions and messages.
+
+    `window` is there as the parent of dialogs and menus, and for its title and layout. `kept` are the settings of
+    earlier sessions. `gestures` are those of all features, for the sheet of shortcuts.
+    """
+
+    theme_changed = Signal(bool)
+    """The window is dark now, or light: whoever drew with colours of the theme draws again."""
+    refused = Signal()
+    """An edit was refused: whoever showed it as done shows again what is true."""
+    closing = Signal()
+    """The window closes for good: stop timers and threads, write what is to be kept."""
+
+    def __init__(
+        self,
+        window: QMainWindow,
+        session: Session,
+        recompute: Recompute,
+        viewport: View,
+        places: Places,
+        panels: Panels,
+        bars: Bars,
+        dialogs: Dialogs,
+        kept: Settings,
+    ) -> None:
+        super().__init__(window)
+        self.window = window
+        self.session = session
+        self.recompute = recompute
+        self.answers = Answers(session, recompute)
+        self.viewport = viewport
+        self.places = places
+        self.panels = panels
+        self.status, self.notes, self.errors = bars.status, bars.notes, bars.errors
+        self.dialogs = dialogs
+        self.kept = kept
+        self.actions = Actions(window, places)
+        self.docks = Docks(window, self.actions)
+        self.tasks = Tasks(self)
+        self.gestures: list[tuple[str, str]] = []
+        self._show_tasks()
+
+    def _show_tasks(self) -> None:
+        """Give every long piece of work a strip, and say what went wrong; closing the window gives it up."""
+        self.tasks.started.connect(self.status.show_task)
+        self.tasks.failed.connect(self.report_error)
+        self.closing.connect(self.tasks.close)
+
+    def report_error(self, message: str, details: str = "") -> None:
+        """Say what went wrong, in a bar over the view that stops nothing; details on request."""
+        self.errors.show_message(message, details)
+
+    def guarded(self, edit: Callable[..., object]) -> Callable[..., None]:
+        """Make the InputError of an edit a message; the panels then show again what is true."""
+
+        def guarded(*values: object) -> None:
+            self.viewport.cancel_drag()
+            try:
+                edit(*values)
+            except InputError as error:
+                self.report_error(str(error))
+                self.refused.emit()
+
+        return guarded
