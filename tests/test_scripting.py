@@ -1,0 +1,87 @@
+"""The examples of docs/scripting.md run as they stand on the page, each in a process and a folder of its own."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import matplotlib.image
+import pyarrow.parquet as pq
+import pytest
+
+import riglens as rl
+
+REPOSITORY = Path(__file__).resolve().parents[1]
+PAGE = (REPOSITORY / "docs" / "scripting.md").read_text(encoding="utf-8")
+EXAMPLES = dict(re.findall(r"^## ([^\n]+)\n\n```python\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL))
+
+
+@pytest.fixture(scope="module")
+def output(tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest) -> tuple[Path, str]:
+    """The folder in which an example ran, and what it printed."""
+    folder = tmp_path_factory.mktemp("example")
+    environment = {**os.environ, "PYTHONPATH": str(REPOSITORY), "PYTHONWARNINGS": "error"}
+    environment["NUMBA_NUM_THREADS"] = "1"  # so small a scene is quicker so, on a busy machine above all
+    done = subprocess.run(
+        [sys.executable, "-c", EXAMPLES[request.param]],
+        cwd=folder, env=environment, capture_output=True, text=True, timeout=300,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    return folder, done.stdout
+
+
+def example(title: str) -> pytest.MarkDecorator:
+    """Have the test see what the example under that heading left."""
+    return pytest.mark.parametrize("output", [title], indirect=True)
+
+
+def test_the_page_has_the_five_examples_that_are_run_here() -> None:
+    assert list(EXAMPLES) == [
+        "Score a rig in five lines",
+        "Sweep the height of one sensor, with a plot",
+        "Convert a rig",
+        "A Parquet table of 100 rigs",
+        "A picture",
+    ]
+    assert len(EXAMPLES["Score a rig in five lines"].splitlines()) == 5
+
+
+@example("Score a rig in five lines")
+def test_a_score_in_five_lines(output: tuple[Path, str]) -> None:
+    assert re.fullmatch(r"\d\d\.\d% of what is uncertain about cars is seen\n", output[1])
+
+
+@example("Sweep the height of one sensor, with a plot")
+def test_a_sweep(output: tuple[Path, str]) -> None:
+    assert matplotlib.image.imread(output[0] / "height.png")[..., :3].std() > 0.01
+
+
+@example("Convert a rig")
+def test_a_conversion(output: tuple[Path, str]) -> None:
+    folder, out = output
+    assert "ROS URDF: ignored: vehicle: the file has no place for it" in out
+    assert "origin of the LiDAR in the camera's frame: [" in out
+    assert (folder / "rig.urdf").read_text().startswith("<?xml")
+    assert len(rl.open_rig(folder / "rig.yaml").sensors) == len(rl.open_rig("W+T").sensors)
+
+
+@example("A Parquet table of 100 rigs")
+def test_a_table_of_rigs(output: tuple[Path, str]) -> None:
+    table = pq.read_table(output[0] / "rigs.parquet")
+    assert table.column_names == ["rig", "x_m", "y_m", "z_m", "class", "seen", "seen_lidar", "s_ms"]
+    assert table.num_rows == 300
+    assert len(set(table["s_ms"].to_pylist())) > 200
+
+
+@example("A picture")
+def test_pictures(output: tuple[Path, str]) -> None:
+    dark, light = (matplotlib.image.imread(output[0] / name) for name in ("narrow.png", "lost.png"))
+    assert dark.shape[:2] == light.shape[:2] == (400, 640)
+    assert light[..., :3].mean() > dark[..., :3].mean()
+
+
+def test_every_name_is_on_the_page() -> None:
+    assert [name for name in rl.__all__ if f"`{name}" not in PAGE] == []
