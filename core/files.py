@@ -36,7 +36,7 @@ def atomic_write(
     Everything goes to a temporary file in the same folder, is flushed to the disk and renamed when the
     block ends. On any exception, Ctrl-C included, the temporary file is removed and the old file stays.
     Text is UTF-8 with line ends as written. Devices and pipes (/dev/null) are written directly; a symbolic
-    link keeps pointing where it did. Raises InputError (one line) when the target cannot be written.
+    link keeps pointing where it did. Raise InputError (one line) when the target cannot be written.
     """
     require_writable(path)
     target = Path(os.path.realpath(path))
@@ -168,6 +168,6 @@ def _sync_folder(folder: Path) -> None:
 
 
 def _shown(path: str | os.PathLike[str]) -> str:
-    """A path on one line, whatever its name contains."""
+    """Return a path on one line, whatever its name contains."""
     text = os.fspath(path)
     return text if text.isprintable() else repr(text)

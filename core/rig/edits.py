@@ -14,7 +14,7 @@ _LEFT, _RIGHT = ("left", "Left", "LEFT"), ("right", "Right", "RIGHT")
 
 
 def mirrored_pose(pose: Pose) -> Pose:
-    """The pose on the other side of the car's middle plane: y, roll and yaw change sign.
+    """Return the pose on the other side of the car's middle plane: y, roll and yaw change sign.
 
     Reflecting both frames at y = 0 turns Rz(yaw) Ry(pitch) Rx(roll) into Rz(-yaw) Ry(pitch) Rx(-roll).
     """
@@ -23,7 +23,7 @@ def mirrored_pose(pose: Pose) -> Pose:
 
 
 def partner_of(rig: Rig, name: str) -> str | None:
-    """Name of the other sensor of a mirror pair; None for a sensor without one."""
+    """Return the name of the other sensor of a mirror pair; None for a sensor without one."""
     for sensor in rig.sensors:
         if sensor.mirror_of is not None and name in (sensor.name, sensor.mirror_of):
             return sensor.mirror_of if sensor.name == name else sensor.name
@@ -31,7 +31,7 @@ def partner_of(rig: Rig, name: str) -> str | None:
 
 
 def mirrored_name(name: str) -> str:
-    """A name for the mirror image: left becomes right and the other way round, else with `_mirror` behind."""
+    """Return a name for the mirror image: left becomes right and vice versa; otherwise `_mirror` is appended."""
     swap = dict(zip(_LEFT + _RIGHT, _RIGHT + _LEFT, strict=True))
     swapped = re.sub("|".join(swap), lambda match: swap[match[0]], name)
     if swapped != name:
@@ -40,9 +40,9 @@ def mirrored_name(name: str) -> str:
 
 
 def with_mirror_image(rig: Rig, name: str, image_name: str) -> Rig:
-    """The rig with the mirror image of a sensor added behind it, the two linked.
+    """Return the rig with the mirror image of a sensor added after it, the two linked.
 
-    ValueError when the sensor stands and looks along the middle plane: its image would be in the same place.
+    Raise ValueError when the sensor lies and looks along the middle plane: its image would be in the same place.
     """
     sensor = rig.sensor(name)
     if sensor.pose == mirrored_pose(sensor.pose):
@@ -55,7 +55,7 @@ def with_mirror_image(rig: Rig, name: str, image_name: str) -> Rig:
 
 
 def nearest_to_image(rig: Rig, name: str) -> str | None:
-    """Name of the unpaired sensor of the same kind that stands nearest to where a sensor's image would be."""
+    """Return the name of the unpaired sensor of the same kind that is nearest to a sensor's mirror image, if any."""
     sensor = rig.sensor(name)
     image_m = mirrored_pose(sensor.pose).position_m
     free = [
@@ -67,31 +67,31 @@ def nearest_to_image(rig: Rig, name: str) -> str | None:
 
 
 def linked(rig: Rig, name: str, other: str) -> Rig:
-    """The rig with two sensors as a mirror pair; the second takes pose and fields of the first.
+    """Return the rig with two sensors as a mirror pair; the second takes pose and fields of the first.
 
-    ValueError when they are of different kinds or one of them belongs to another pair.
+    Raise ValueError when they are of different kinds or one of them belongs to another pair.
     """
     follower = _image(rig.sensor(name), rig.sensor(other)).replace(mirror_of=name)
     return rig.replace(sensors=_with(rig, [follower]).sensors)
 
 
 def unlinked(rig: Rig, name: str) -> Rig:
-    """The rig with the mirror pair of a sensor dissolved; both stay where they are."""
+    """Return the rig with the mirror pair of a sensor dissolved; both stay where they are."""
     pair = (name, partner_of(rig, name))
     return _with(rig, [_alone(sensor) for sensor in rig.sensors if sensor.name in pair])
 
 
 def without_sensor(rig: Rig, name: str) -> Rig:
-    """The rig without a sensor; its mirror image stays and stands alone."""
+    """Return the rig without a sensor; its mirror image stays, unlinked."""
     rig = unlinked(rig, name)
     return rig.model_copy(update={"sensors": tuple(s for s in rig.sensors if s.name != name)})
 
 
 def in_step(before: Rig, after: Rig) -> Rig:
-    """`after` with its mirror pairs in step: what an edit of `before` changed in one sensor happens to the other.
+    """Return `after` with its mirror pairs in step: what an edit of `before` changed in one sensor changes the other.
 
-    Where both changed, or are paired anew, the sensor that the other names leads. A pair whose leader has
-    another name keeps it; one whose leader is gone is dissolved.
+    Where both changed, or have just been paired, the sensor that the other names leads. A pair whose leader was
+    renamed stays a pair; one whose leader is gone is dissolved.
     """
     if all(sensor.mirror_of is None for sensor in after.sensors):
         return after
@@ -111,7 +111,7 @@ def in_step(before: Rig, after: Rig) -> Rig:
 
 
 def _with_living_leaders(before: Rig, after: Rig) -> Rig:
-    """Followers of a renamed leader name it as it is called now, those of a deleted one stand alone."""
+    """Let followers of a renamed leader use its new name, and unlink those of a deleted one."""
     names = {sensor.name for sensor in after.sensors}
     renamed = {}
     if len(before.sensors) == len(after.sensors):
@@ -124,12 +124,12 @@ def _with_living_leaders(before: Rig, after: Rig) -> Rig:
 
 
 def _agrees(sensor: Sensor, old: Sensor | None) -> bool:
-    """Whether a sensor is as it was, apart from name and pair; a sensor of another name counts as it was."""
+    """Return whether a sensor is as it was, apart from name and pair; a sensor of another name counts as it was."""
     return old is None or _image(sensor, old) == _image(old, old)
 
 
 def _image(sensor: Sensor, own: Sensor) -> Sensor:
-    """The mirror image of a sensor, with name and pair of `own`."""
+    """Return the mirror image of a sensor, with name and pair of `own`."""
     image = sensor.with_pose(mirrored_pose(sensor.pose))
     return image.model_copy(update={"name": own.name, "mirror_of": own.mirror_of})
 
@@ -143,14 +143,14 @@ def _alone(sensor: Sensor) -> Sensor:
 
 
 def _with(rig: Rig, changed: list[Sensor]) -> Rig:
-    """The rig with some sensors exchanged for those of the same names."""
+    """Return the rig with some sensors replaced by those of the same names."""
     new = {sensor.name: sensor for sensor in changed}
     sensors = tuple(new.get(sensor.name, sensor) for sensor in rig.sensors)
     return rig.model_copy(update={"sensors": sensors})
 
 
 def with_enabled(rig: Rig, names: Collection[str], enabled: bool) -> Rig:
-    """The rig with these sensors counted in the scores, or not."""
+    """Return the rig with these sensors counted in the scores, or not."""
     return rig.model_copy(
         update={
             "sensors": tuple(
@@ -162,16 +162,16 @@ def with_enabled(rig: Rig, names: Collection[str], enabled: bool) -> Rig:
 
 
 def without(rig: Rig, names: Collection[str]) -> Rig:
-    """The rig without these sensors; a mirror image whose partner goes stays and stands alone."""
+    """Return the rig without these sensors; a mirror image whose partner goes stays, unlinked."""
     for name in names:
         rig = without_sensor(rig, name)
     return rig
 
 
 def duplicated(rig: Rig, names: Collection[str], left_m: float) -> tuple[Rig, tuple[str, ...]]:
-    """The rig with a copy of each of these sensors, `left_m` metres to the left of it, and the copies' names.
+    """Return the rig with a copy of each of these sensors, `left_m` metres to the left of it, and the copies' names.
 
-    InputError when the rig would hold too many sensors.
+    Raise InputError when the rig would hold too many sensors.
     """
     taken = [sensor.name for sensor in rig.sensors]
     copies: list[Sensor] = []
@@ -188,7 +188,7 @@ def duplicated(rig: Rig, names: Collection[str], left_m: float) -> tuple[Rig, tu
 
 
 def free_name(taken: Collection[str], wanted: str) -> str:
-    """`wanted`, or with the first number behind it that makes it unique."""
+    """Return `wanted`, with the first number appended that makes it unique where it is taken."""
     if wanted not in taken:
         return wanted
     stem, _, tail = wanted.rpartition("_")
@@ -200,5 +200,5 @@ def free_name(taken: Collection[str], wanted: str) -> str:
 
 
 def list_text(names: Sequence[str]) -> str:
-    """One name as it is, several as their number: for the labels of edits."""
+    """Return a single name as it is, several as their number: for the labels of edits."""
     return names[0] if len(names) == 1 else f"{len(names)} sensors"

@@ -25,7 +25,7 @@ class Edit:
     numbers: frozenset[Place] = frozenset()
 
     def continues(self, other: Edit) -> bool:
-        """Whether both changed the very same numbers, as repeated nudges do."""
+        """Return whether both changed the very same numbers, as repeated nudges do."""
         return bool(self.numbers) and self.numbers == other.numbers
 
 
@@ -38,7 +38,7 @@ def describe(before: Rig, after: Rig) -> Edit:
 
 
 def _changes(place: Place, old: Any, new: Any) -> Iterator[tuple[Place, Any, Any]]:
-    """Place, old and new value of every leaf that differs; lists of different lengths are one leaf."""
+    """Yield place, old and new value of every leaf that differs; lists of different lengths are one leaf."""
     if same_value(old, new):
         return
     if isinstance(old, dict) and isinstance(new, dict) and old.keys() == new.keys():
@@ -147,28 +147,28 @@ class History:
         self._open_label = label
 
     def preview(self, rig: Rig) -> None:
-        """Show a rig during the open drag; RuntimeError when none is open."""
+        """Show a rig during the open drag; raise RuntimeError when none is open."""
         if self._open_label is None:
             raise RuntimeError("preview without begin")
         self._previewed = rig
 
     def commit(self) -> bool:
-        """Close the open drag as one step; False when there was none or when nothing moved."""
+        """Close the open drag as one step; return False when there was none or when nothing moved."""
         label, rig = self._open_label, self._previewed
         self.cancel()
         return label is not None and rig is not None and self._push(label, rig)
 
     def cancel(self) -> bool:
-        """Close the open drag and go back to the rig before it; False when there was none."""
+        """Close the open drag and go back to the rig before it; return False when there was none."""
         was_open = self.is_dragging
         self._open_label = self._previewed = None
         return was_open
 
     def apply(self, label: str, rig: Rig, continues: bool = False, marks: Marks | None = None) -> bool:
-        """One edit as one step, an open drag is committed first; False when rig and marks stay the same.
+        """Make one edit one step, committing an open drag first; return False when rig and marks stay the same.
 
-        With `continues` it becomes part of the step before, unless that one is on the disk or was undone.
-        Without `marks` those of the step before stay.
+        With `continues` it becomes part of the previous step, unless that one is on the disk or was undone.
+        Without `marks` those of the previous step stay.
         """
         self.commit()
         if continues and self._can_continue():
@@ -176,7 +176,7 @@ class History:
         return self._push(label, rig, marks)
 
     def begin_with(self, marks: Marks) -> None:
-        """Take these marks as those of the current step: nothing that could be undone."""
+        """Take these marks as those of the current step; this cannot be undone."""
         self._steps[self._index] = replace(self._steps[self._index], marks=marks)
 
     def _can_continue(self) -> bool:
@@ -184,7 +184,7 @@ class History:
         return self._index > 0 and is_last and self.committed is not self._saved
 
     def _extend(self, rig: Rig) -> bool:
-        """Have the current step lead to another rig; a step that leads nowhere any more is dropped."""
+        """Let the current step lead to another rig; a step that no longer changes anything is dropped."""
         if same_rig(rig, self.committed):
             return False
         last = self._steps.pop()
@@ -193,7 +193,7 @@ class History:
         return True
 
     def undo(self) -> bool:
-        """One step back; an open drag is cancelled instead. False when there is nothing to undo."""
+        """Go one step back, or cancel an open drag; return False when there is nothing to undo."""
         if self.cancel():
             return True
         if self._index == 0:
@@ -202,7 +202,7 @@ class History:
         return True
 
     def redo(self) -> bool:
-        """One step forward; an open drag is cancelled instead. False when there is nothing to redo."""
+        """Go one step forward, or cancel an open drag; return False when there is nothing to redo."""
         if self.cancel():
             return True
         if self._index == len(self._steps) - 1:

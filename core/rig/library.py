@@ -77,7 +77,7 @@ class Entry(Frozen):
     fields: dict[str, Any]
 
     def sensor(self, name: str, pose: Pose) -> Sensor:
-        """A sensor of this model; raises pydantic's ValidationError when the entry's fields are wrong."""
+        """Return a sensor of this model; raise pydantic's ValidationError when the entry's fields are wrong."""
         placed: dict[str, Any] = {"position": pose.position_m, "rpy_deg": pose.rpy_deg, "model": self.name}
         maker = Lidar if self.kind == "lidar" else Camera
         return maker(name=name, **placed, **self.fields)
@@ -90,9 +90,9 @@ _OWN = ("name", "model", "position", "rpy_deg", "enabled", "mirror_of")
 
 
 def read_entries(path: str | os.PathLike[str], where: str) -> tuple[Entry, ...]:
-    """The entries of a library file; `where` names it in messages.
+    """Return the entries of a library file; `where` names it in messages.
 
-    Raises InputError `where:line: model: field: ...` for the first thing that is wrong.
+    Raise InputError `where:line: model: field: ...` for the first thing that is wrong.
     """
     root = parse_yaml(read_text(path, "a sensor library in YAML"), where)
     if not isinstance(root, Mapping):
@@ -125,7 +125,7 @@ def _entry(name: str, line: int, node: Node, where: str) -> Entry:
 
 
 def _numbers(text: str, place: str) -> tuple[float, ...]:
-    """Numbers separated by blanks, commas or line ends: how long lists of angles are written."""
+    """Return numbers separated by blanks, commas or line ends, the form of long lists of angles."""
     numbers: list[float] = []
     for word in text.replace(",", " ").split():
         try:
@@ -136,7 +136,7 @@ def _numbers(text: str, place: str) -> tuple[float, ...]:
 
 
 def _complaint(error: ValidationError, name: str, line: int, node: Mapping, where: str) -> str:
-    """The first complaint, at the line of the field that it is about."""
+    """Return the first complaint, at the line of the field that it is about."""
     first = error.errors()[0]
     field = ".".join(str(part) for part in first["loc"])
     message = str(first["ctx"]["error"]) if first["type"] == "value_error" else first["msg"]
@@ -153,7 +153,7 @@ def _check_about(entry: Entry, place: str) -> None:
 
 
 def _complete(fields: dict[str, Any], sensor: Sensor) -> dict[str, Any]:
-    """The fields with every coefficient of a lens said, so that they compare equal to a sensor's."""
+    """Return the fields with every coefficient of a lens filled in, so that they compare equal to a sensor's."""
     lens = sensor.distortion if isinstance(sensor, Camera) else None
     return fields if lens is None else fields | {"distortion": _dumped(lens)}
 
@@ -163,7 +163,7 @@ def _dumped(part: BaseModel) -> dict[str, Any]:
 
 
 def library_path(folder: Path) -> Path:
-    """Where a user's own library lies in a configuration folder."""
+    """Return where a user's own library lies in a configuration folder."""
     return folder / "library.yaml"
 
 
@@ -171,7 +171,7 @@ NAME = "library.json"
 
 
 def stored_entries(path: Path) -> tuple[Entry, ...]:
-    """What `read_entries` gives for a library file; from the cache if the same code has read the same text before.
+    """Return `read_entries` of a library file, from the cache if the same code has read the same text before.
 
     The file holds a checksum and the entries as JSON; one that is damaged is made again.
     """
@@ -195,14 +195,14 @@ def _entries_of(content: bytes, maker: str) -> tuple[Entry, ...]:
 
 
 def _frozen(value: Any) -> Any:
-    """JSON as it was before: lists of the library are tuples."""
+    """Return JSON as it was before: lists of the library are tuples."""
     if isinstance(value, dict):
         return {key: _frozen(part) for key, part in value.items()}
     return tuple(_frozen(part) for part in value) if isinstance(value, list) else value
 
 
 def _maker(path: Path) -> str:
-    """Checksum of everything that the entries follow from: the text, and the modules of this package that read it."""
+    """Return a checksum of all that determines the entries: the text, and the modules of this package that read it."""
     digest = hashlib.sha256(path.read_bytes())
     folder = Path(__file__).parent
     for module in sorted((*folder.glob("*.py"), *(folder / "yaml").glob("*.py"))):
@@ -227,16 +227,16 @@ class Library:
         self.origins = origins or dict.fromkeys(self._entries, BUNDLED)
 
     def entries(self, kind: Literal["lidar", "camera"] | None = None) -> tuple[Entry, ...]:
-        """All entries, or those of one kind."""
+        """Return all entries, or those of one kind."""
         return tuple(entry for entry in self._entries.values() if kind in (None, entry.kind))
 
     def by_maker(self, kind: Literal["lidar", "camera"]) -> dict[str, tuple[Entry, ...]]:
-        """The entries of a kind, maker by maker, both in the order of the files."""
+        """Return the entries of a kind, maker by maker, both in the order of the files."""
         makers = dict.fromkeys(entry.maker for entry in self.entries(kind))
         return {maker: tuple(e for e in self.entries(kind) if e.maker == maker) for maker in makers}
 
     def entry(self, model: str) -> Entry:
-        """The entry of that name; InputError with the nearest names when there is none."""
+        """Return the entry of that name; raise InputError with the nearest names when there is none."""
         if model in self._entries:
             return self._entries[model]
         close = [name for name in self._entries if model.lower() in name]
@@ -248,12 +248,12 @@ class Library:
 
 
 def default_library() -> Library:
-    """The bundled models and the user's own; InputError when a file of the user's is wrong."""
+    """Return the bundled models and the user's own; raise InputError when one of the user's files is wrong."""
     return _library(user_library_files())
 
 
 def user_library_files() -> tuple[Path, ...]:
-    """The user's own library files: that of the configuration folder if there is one, then those of RIGLENS_LIBRARY."""
+    """Return the user's library files: that of the configuration folder, if any, then those of RIGLENS_LIBRARY."""
     own = _own_library(os.environ.get("XDG_CONFIG_HOME"))
     named = os.environ.get(LIBRARY_VARIABLE, "")
     files = [*([own] if own.is_file() else []), *(Path(part) for part in named.split(os.pathsep) if part)]
@@ -261,7 +261,7 @@ def user_library_files() -> tuple[Path, ...]:
 
 
 def supplied_fields(sensor: dict[str, Any]) -> dict[str, Any]:
-    """Fields that the library gives to a sensor with these fields.
+    """Return the fields that the library gives to a sensor with these fields.
 
     A lens is said in one way: a field of view leaves out the model's focal lengths and distortion. Azimuth offsets
     belong to beams: with another number of beams they are left out.
@@ -282,7 +282,7 @@ def supplied_fields(sensor: dict[str, Any]) -> dict[str, Any]:
 
 
 def _beam_count(beams: Any) -> Any:
-    """Number of beams that a field says, if it says one."""
+    """Return the number of beams that a field defines, if it does."""
     if isinstance(beams, dict):
         return beams.get("count")
     return len(beams) if isinstance(beams, tuple) else None
@@ -297,24 +297,24 @@ def use_libraries(files: Iterable[Path]) -> None:
 
 
 def load_library(path: Path) -> Library:
-    """Read and check one library file; InputError with file, line and model when an entry is wrong."""
+    """Read and check one library file; raise InputError with file, line and model when an entry is wrong."""
     return Library(read_entries(path, path.name))
 
 
 def sensor_from_model(model: str, name: str, pose: Pose) -> Sensor:
-    """A sensor called `name` of a library model at that pose; InputError for an unknown model."""
+    """Return a sensor called `name` of a library model at that pose; raise InputError for an unknown model."""
     return default_library().entry(model).sensor(name, pose)
 
 
 @lru_cache(maxsize=8)
 def _own_library(_config_home: str | None) -> Path:
-    """Where the configuration folder's library would be; asked for every sensor, so looked up once."""
+    """Return where the configuration folder's library would be; needed for every sensor, so looked up once."""
     return library_path(user_config_path("riglens", appauthor=False))
 
 
 @lru_cache(maxsize=8)
 def _library(files: tuple[Path, ...]) -> Library:
-    """The bundled library and these files; each is read once."""
+    """Return the bundled library and these files; each is read once."""
     entries = list(stored_entries(asset_path("library.yaml")))
     origins = {entry.name: BUNDLED for entry in entries}
     for path in files:

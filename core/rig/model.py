@@ -93,13 +93,13 @@ class EvenAngles(Frozen):
         return self
 
     def both_ends_deg(self) -> NDArray[np.float64]:
-        """Angles with both ends included, (count,); one angle is `from`."""
+        """Return the angles with both ends included, (count,); one angle is `from`."""
         if self.count == 1:
             return np.array([self.from_])
         return self.from_ + np.arange(self.count) * (self.to - self.from_) / (self.count - 1)
 
     def open_end_deg(self) -> NDArray[np.float64]:
-        """Angles from + i (to - from) / count, (count,): a full turn has no duplicate end."""
+        """Return the angles from + i (to - from) / count, (count,): a full turn has no duplicate end."""
         return self.from_ + np.arange(self.count) * (self.to - self.from_) / self.count
 
 
@@ -127,7 +127,7 @@ class _Mounted(Frozen):
         return Pose(self.position, self.rpy_deg)
 
     def with_pose(self, pose: Pose) -> Self:
-        """The same sensor elsewhere; not validated again, because it happens on every mouse move."""
+        """Return the same sensor elsewhere; not validated again, because this happens on every mouse move."""
         return self.model_copy(update={"position": pose.position_m, "rpy_deg": pose.rpy_deg})
 
 
@@ -170,14 +170,14 @@ class Lidar(_Mounted):
         return self
 
     def elevations(self) -> NDArray[np.float64]:
-        """Beam elevations in degrees, (beams,)."""
+        """Return the beam elevations in degrees, (beams,)."""
         angles = self.elevations_deg
         return (
             angles.both_ends_deg() if isinstance(angles, EvenAngles) else np.array(angles, dtype=np.float64)
         )
 
     def azimuths(self) -> NDArray[np.float64]:
-        """Azimuths in degrees, (azimuths,)."""
+        """Return the azimuths in degrees, (azimuths,)."""
         angles = self.azimuths_deg
         return angles.open_end_deg() if isinstance(angles, EvenAngles) else np.array(angles, dtype=np.float64)
 
@@ -228,7 +228,7 @@ class Camera(_Mounted):
         return self
 
     def intrinsics_px(self) -> tuple[float, float, float, float]:
-        """Focal lengths and principal point (fx, fy, cx, cy) in pixels of the native image."""
+        """Return focal lengths and principal point (fx, fy, cx, cy) in pixels of the native image (paper, eq. 3)."""
         if self.hfov_deg is not None:
             width_px, height_px = self.image
             focal_px = (width_px / 2) / math.tan(math.radians(self.hfov_deg) / 2)
@@ -274,7 +274,7 @@ class Vehicle(Frozen):
 
 
 def mirror_problem(sensors: Iterable[tuple[str, str, str | None]]) -> tuple[int, str] | None:
-    """Index of the first sensor (name, kind, mirror_of) with a wrong `mirror_of`, and why; None if all is well.
+    """Return index and problem of the first sensor (name, kind, mirror_of) with a wrong `mirror_of`, None if all fit.
 
     A pair is two sensors of one kind; one of them names the other, and neither belongs to another pair.
     """
@@ -324,21 +324,21 @@ class Rig(Frozen):
         return self
 
     def sensor(self, name: str) -> Sensor:
-        """The sensor of that name; KeyError when there is none."""
+        """Return the sensor of that name; raise KeyError when there is none."""
         for sensor in self.sensors:
             if sensor.name == name:
                 return sensor
         raise KeyError(name)
 
     def with_sensor(self, name: str, sensor: Sensor) -> Rig:
-        """The rig with the sensor called `name` exchanged for another (unvalidated beyond unique names)."""
+        """Return the rig with the sensor called `name` replaced by another, without validation."""
         sensors = tuple(sensor if old.name == name else old for old in self.sensors)
         return self.model_copy(update={"sensors": sensors})
 
     def cameras(self) -> tuple[Camera, ...]:
-        """Enabled cameras, in order."""
+        """Return the enabled cameras, in order."""
         return tuple(s for s in self.sensors if isinstance(s, Camera) and s.enabled)
 
     def lidars(self) -> tuple[Lidar, ...]:
-        """Enabled LiDARs, in order."""
+        """Return the enabled LiDARs, in order."""
         return tuple(s for s in self.sensors if isinstance(s, Lidar) and s.enabled)

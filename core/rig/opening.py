@@ -29,9 +29,9 @@ class OpenedRig:
 
 
 def open_rig(name_or_path: str | Path) -> OpenedRig:
-    """A preset by its name, a rig file, or a rig in another format, which is detected.
+    """Return a preset by its name, a rig file, or a rig in another format, which is detected.
 
-    A preset's name wins over a file of that name; write ./W+T for the file. InputError when there is neither, or
+    A preset's name wins over a file of that name; write ./W+T for the file. Raise InputError when there is neither, or
     when the file is wrong.
     """
     name = os.fspath(name_or_path)
@@ -47,7 +47,7 @@ def open_rig(name_or_path: str | Path) -> OpenedRig:
 
 
 def open_rig_file(path: Path) -> OpenedRig:
-    """A rig file, or a rig in another format; InputError when it cannot be read."""
+    """Return a rig file, or a rig in another format; raise InputError when it cannot be read."""
     from riglens.core.rig.formats.exchange import detect  # many formats, which a preset needs not
     from riglens.core.rig.formats.mounts import ReadOptions
     from riglens.core.rig.formats.riglens import RIGLENS

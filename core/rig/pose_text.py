@@ -38,7 +38,7 @@ _KEYS = ("position", "rpy_deg", "quaternion_xyzw")
 
 
 def pose_text(pose: Pose, form: PoseFormat = "yaml") -> str:
-    """The pose in one of POSE_FORMATS, with every digit."""
+    """Return the pose in one of POSE_FORMATS, in full precision."""
     position, rpy = ([repr(float(value)) for value in values] for values in (pose.position_m, pose.rpy_deg))
     if form == "yaml":
         return f"position: [{', '.join(position)}]\nrpy_deg: [{', '.join(rpy)}]\n"
@@ -51,7 +51,7 @@ def pose_text(pose: Pose, form: PoseFormat = "yaml") -> str:
 
 
 def parse_pose(text: str) -> Pose:
-    """The pose that a text in one of POSE_FORMATS says; InputError with what was found when it says none."""
+    """Return the pose in a text in one of POSE_FORMATS; raise InputError with what was found when there is none."""
     if len(text) > MAX_CHARACTERS:
         raise InputError(f"pose: found a text of {len(text)} characters; {ACCEPTED}")
     pose = _from_mapping(text) if _KEY_LINE.search(text) else None
@@ -59,7 +59,7 @@ def parse_pose(text: str) -> Pose:
 
 
 def quaternion_xyzw(rpy_deg: Vec3) -> tuple[float, float, float, float]:
-    """Unit quaternion (x, y, z, w) of R = Rz(yaw) Ry(pitch) Rx(roll), angles in degrees."""
+    """Return the unit quaternion (x, y, z, w) of R = Rz(yaw) Ry(pitch) Rx(roll), angles in degrees."""
     roll, pitch, yaw = (math.radians(angle) / 2 for angle in rpy_deg)
     cr, sr, cp, sp = math.cos(roll), math.sin(roll), math.cos(pitch), math.sin(pitch)
     cy, sy = math.cos(yaw), math.sin(yaw)
@@ -72,7 +72,7 @@ def quaternion_xyzw(rpy_deg: Vec3) -> tuple[float, float, float, float]:
 
 
 def rotation_from_quaternion(xyzw: tuple[float, ...]) -> NDArray[np.float64]:
-    """Rotation matrix (3, 3) of a quaternion (x, y, z, w); InputError unless its length is about 1."""
+    """Return the rotation matrix (3, 3) of a quaternion (x, y, z, w); raise InputError unless its length is about 1."""
     length = math.sqrt(sum(part * part for part in xyzw))
     if not abs(length - 1.0) <= 10 * _RIGID_TOLERANCE:
         raise InputError(f"quaternion: found one of length {length:.4g}, accepted is one of length 1")
@@ -87,7 +87,7 @@ def rotation_from_quaternion(xyzw: tuple[float, ...]) -> NDArray[np.float64]:
 
 
 def _from_mapping(text: str) -> Pose:
-    """A pose from the keys of a rig file; other keys of a copied sensor are passed over."""
+    """Return a pose from the keys of a rig file; other keys of a copied sensor are ignored."""
     dedented = re.sub(r"^(\s*)- ", r"\1  ", text, flags=re.M)
     indent = min(
         (len(line) - len(line.lstrip()) for line in dedented.splitlines() if line.strip()), default=0
@@ -104,7 +104,7 @@ def _from_mapping(text: str) -> Pose:
 
 
 def _from_numbers(text: str) -> Pose:
-    """Six, seven, twelve or sixteen numbers with anything between them that is no letter."""
+    """Return the pose of six, seven, twelve or sixteen numbers with anything but letters between them."""
     rest = _NUMBER.sub(" ", text)
     numbers = tuple(float(match) for match in _NUMBER.findall(text))
     if len(numbers) not in (6, 7, 12, 16) or re.search(r"[^\s,;|()\[\]{}]", rest):
@@ -117,7 +117,7 @@ def _from_numbers(text: str) -> Pose:
 
 
 def _from_matrix(matrix: NDArray[np.float64]) -> Pose:
-    """A pose from the transform (3 or 4, 4) from sensor to vehicle."""
+    """Return a pose from the transform (3 or 4, 4) from sensor to vehicle."""
     rotation = matrix[:3, :3]
     is_rigid = np.abs(rotation @ rotation.T - np.eye(3)).max() <= _RIGID_TOLERANCE
     if not is_rigid or np.linalg.det(rotation) < 0:

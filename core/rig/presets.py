@@ -36,7 +36,7 @@ class LidarGroup:
     origin: str = "paper"
 
     def sensors(self) -> tuple[Lidar, ...]:
-        """LIDAR_1 to LIDAR_4 in the order of the paper, 16 beams over [-25, 25] degrees, 360 azimuths."""
+        """Return LIDAR_1 to LIDAR_4 in the order of the paper, 16 beams over [-25, 25] degrees, 360 azimuths."""
         return tuple(
             Lidar(
                 name=f"LIDAR_{number}",
@@ -63,7 +63,7 @@ class CameraGroup:
     origin: str = "paper"
 
     def sensors(self) -> tuple[Camera, ...]:
-        """CAM_FRONT and so on, 1600 x 900 pixels, 352 x 128 rays each."""
+        """Return CAM_FRONT and so on, 1600 x 900 pixels, 352 x 128 rays each."""
         return tuple(
             Camera(
                 name=name,
@@ -124,7 +124,7 @@ class Preset:
     lidars: LidarGroup | None = None
 
     def rig(self) -> Rig:
-        """The rig, on the default vehicle: cameras first, then LiDARs."""
+        """Return the rig, on the default vehicle: cameras first, then LiDARs."""
         cameras = self.cameras.sensors() if self.cameras else ()
         lidars = self.lidars.sensors() if self.lidars else ()
         return Rig(name=self.name, sensors=(*cameras, *lidars))
@@ -155,9 +155,9 @@ PAPER_RIGS = tuple(
 
 
 def preset(name: str) -> Rig:
-    """The built-in rig of that name, in any case, in letters ("W+T") or words ("wide+trapezoid").
+    """Return the built-in rig of that name, in any case, in letters ("W+T") or words ("wide+trapezoid").
 
-    Raises InputError that names the nearest presets when there is none.
+    Raise InputError that names the nearest presets when there is none.
     """
     found = find_preset(name)
     if found is None:
@@ -168,13 +168,13 @@ def preset(name: str) -> Rig:
 
 
 def find_preset(name: str) -> Preset | None:
-    """The preset of that name or spelling, None when there is none."""
+    """Return the preset of that name or spelling, None when there is none."""
     known = _spellings().get(_plain(name))
     return PRESETS[known] if known else None
 
 
 def close_presets(name: str) -> list[str]:
-    """The presets whose names are nearest to a misspelt one."""
+    """Return the presets whose names are nearest to a misspelt one."""
     spellings = difflib.get_close_matches(_plain(name), _spellings(), n=3, cutoff=0.5)
     return list(dict.fromkeys(_spellings()[spelling] for spelling in spellings))
 
@@ -184,7 +184,7 @@ def _plain(name: str) -> str:
 
 
 def _spellings() -> dict[str, str]:
-    """Every accepted spelling and the preset it stands for."""
+    """Return every accepted spelling and the preset it stands for."""
     spellings: dict[str, str] = {}
     for name, found in PRESETS.items():
         spellings[_plain(name)] = name

@@ -13,7 +13,7 @@ from riglens.widgets.car.body import body_parts
 
 @lru_cache(maxsize=2)
 def body_triangles(vehicle: Vehicle) -> NDArray[np.float32]:
-    """Triangles (t, 3, 3) of everything but glass, metres in the vehicle frame; InputError for an unknown body.
+    """Return triangles (t, 3, 3) of everything but glass, metres, vehicle frame; raise InputError for unknown bodies.
 
     The same vehicle gives the same array, so that what is made from it need not be made again.
     """

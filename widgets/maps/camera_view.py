@@ -62,7 +62,7 @@ class CameraView(ImageView):
         return QRectF(8.0, self.image_area.bottom() + 4.0, self.width() - 16.0, READOUT_PX)
 
     def readout(self) -> str:
-        """What is under the mouse, or what the image holds."""
+        """Return what is under the mouse, or what the image holds."""
         picture = self._picture
         if picture is None:
             return ""
@@ -140,7 +140,7 @@ class CameraView(ImageView):
 
 
 def polygon(corners_px: Points) -> QPolygonF:
-    """Corners (n, 2) as Qt takes them."""
+    """Return corners (n, 2) as a Qt polygon."""
     return QPolygonF([QPointF(x, y) for x, y in corners_px.tolist()])
 
 
@@ -183,7 +183,7 @@ def _draw_rays(painter: QPainter, picture: CameraPicture, scale: float) -> None:
 
 
 def _body_colours(dark: bool) -> np.ndarray:
-    """Colour per value of the body mask, 0xAARRGGBB: nothing, then darker to lighter."""
+    """Return the colour per value of the body mask, 0xAARRGGBB: nothing, then darker to lighter."""
     table = np.array(
         [argb(mix("#000000", _BODY[dark], 0.35 + 0.65 * value / 255.0)) for value in range(256)], np.uint32
     )

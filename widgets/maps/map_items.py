@@ -28,12 +28,12 @@ class PlaneView:
 
     @classmethod
     def fitted(cls, area: QRectF, length_m: float, width_m: float, margin: float = 1.06) -> PlaneView:
-        """The view that shows `length_m` along x and `width_m` along y about the origin."""
+        """Return the view that shows `length_m` along x and `width_m` along y about the origin."""
         scale = min(area.height() / (length_m * margin), area.width() / (width_m * margin))
         return cls(area, (0.0, 0.0), max(scale, _MIN_SCALE))
 
     def to_px(self, x_m: float, y_m: float) -> QPointF:
-        """The place of a point on the widget."""
+        """Return the place of a point on the widget."""
         middle = self.area.center()
         return QPointF(
             middle.x() - (y_m - self.centre_m[1]) * self.scale,
@@ -41,7 +41,7 @@ class PlaneView:
         )
 
     def to_m(self, point: QPointF) -> tuple[float, float]:
-        """The point (x, y) of the plane at a place on the widget."""
+        """Return the point (x, y) of the plane at a place on the widget."""
         middle = self.area.center()
         return (
             self.centre_m[0] + (middle.y() - point.y()) / self.scale,
@@ -49,11 +49,11 @@ class PlaneView:
         )
 
     def rectangle(self, x_m: tuple[float, float], y_m: tuple[float, float]) -> QRectF:
-        """The rectangle between two values of x and two of y."""
+        """Return the rectangle between two values of x and two of y."""
         return QRectF(self.to_px(max(x_m), max(y_m)), self.to_px(min(x_m), min(y_m)))
 
     def zoomed(self, factor: float, about: QPointF) -> PlaneView:
-        """Larger by a factor; what is under `about` stays there."""
+        """Return the view enlarged by a factor; what is under `about` stays there."""
         scale = min(max(self.scale * factor, _MIN_SCALE), _MAX_SCALE)
         x, y = self.to_m(about)
         moved = replace(self, scale=scale)
@@ -61,12 +61,12 @@ class PlaneView:
         return replace(moved, centre_m=(self.centre_m[0] + x - x_after, self.centre_m[1] + y - y_after))
 
     def shifted(self, by: QPointF) -> PlaneView:
-        """Pushed along by some pixels."""
+        """Return the view shifted by some pixels."""
         x, y = self.centre_m
         return replace(self, centre_m=(x + by.y() / self.scale, y + by.x() / self.scale))
 
     def ring_step_m(self, least_px: float = 45.0) -> float:
-        """Distance between range rings that keeps them at least so far apart."""
+        """Return the distance between range rings, in metres, that keeps them far enough apart on the widget."""
         return next((step for step in _STEPS_M if step * self.scale >= least_px), _STEPS_M[-1])
 
 
@@ -98,7 +98,7 @@ def draw_rings(painter: QPainter, view: PlaneView, grid: VoxelGrid, tones: Tones
 
 
 def ring_labels(view: PlaneView, roi: QRectF, radii_m: Sequence[float], size: QSizeF) -> dict[float, QPointF]:
-    """Where labels of a size stand on their rings: along one line from the car, the one where most are whole.
+    """Return where labels of a size go on their rings: along that line from the car where most of them fit.
 
     A label is left out where it would be cut by the map's edge or by the limit of the ROI.
     """
@@ -129,7 +129,7 @@ def draw_roi(painter: QPainter, view: PlaneView, grid: VoxelGrid, tones: Tones) 
 
 
 def roi_rectangle(view: PlaneView, grid: VoxelGrid) -> QRectF:
-    """Where the ROI lies on the widget."""
+    """Return where the ROI lies on the widget."""
     x, y = grid.roi_m[0] / 2, grid.roi_m[1] / 2
     return view.rectangle((-x, x), (-y, y))
 
@@ -196,7 +196,7 @@ def draw_outside(painter: QPainter, view: PlaneView, sensor: Sensor) -> None:
 
 
 def outside_mark(view: PlaneView, sensor: Sensor) -> QPointF | None:
-    """Where on the edge a sensor beyond the map is marked, None for one on the map."""
+    """Return where on the edge a sensor beyond the map is marked, None for one on the map."""
     at, area = view.to_px(sensor.position[0], sensor.position[1]), view.area
     if area.contains(at):
         return None
@@ -224,7 +224,7 @@ def _draw_wedge(painter: QPainter, at: QPointF, camera: Camera, colour: QColor) 
 
 
 def _on_screen(sensor: Sensor, ray: tuple[float, float, float], length_px: float) -> QPointF | None:
-    """A ray of the sensor frame on the map, of a length in pixels; None where it stands nearly upright."""
+    """Return a ray of the sensor frame on the map, of a length in pixels; None where it is nearly vertical."""
     x, y, z = sensor.pose.rotation() @ ray
     flat = math.hypot(x, y)
     if flat < _FLAT * math.hypot(flat, z):

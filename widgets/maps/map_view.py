@@ -93,7 +93,7 @@ class MapPicture(QWidget):
         self.update()
 
     def readout(self) -> str:
-        """What is under the mouse, in words."""
+        """Return what is under the mouse, in words."""
         if self._hover is None or not self.plane.area.contains(self._hover):
             return self._summary()
         sensor = self._sensor_at(self._hover)
@@ -119,7 +119,7 @@ class MapPicture(QWidget):
         return " · ".join(said)
 
     def _state_of(self, sensor: Sensor) -> list[str]:
-        """What is unusual about a sensor."""
+        """Return what is unusual about a sensor."""
         said = {"outside the ROI": self._is_outside(sensor), "switched off": not sensor.enabled}
         return [text for text, is_so in said.items() if is_so]
 
@@ -192,7 +192,7 @@ class MapPicture(QWidget):
         return [sensor for sensor in self._rig.sensors if sensor.name not in self._hidden]
 
     def _sensor_at(self, at: QPointF) -> Sensor | None:
-        """The sensor nearest to a place, within reach of the mouse; the highest of those at the same spot."""
+        """Return the sensor nearest to a place, within reach of the mouse; the highest of those at the same spot."""
         found: list[tuple[float, float, Sensor]] = []
         for sensor in self._shown():
             mark = outside_mark(self.plane, sensor)
@@ -204,7 +204,7 @@ class MapPicture(QWidget):
 
 
 def _cell_colours() -> np.ndarray:
-    """Colour per level of a top view, 0xAARRGGBB: nothing, blind, and the shares."""
+    """Return the colour per level of a top view, 0xAARRGGBB: nothing, blind, and the shares."""
     table = np.zeros(256, np.uint32)
     table[BLIND] = argb(BLIND_COLOUR)
     shares = np.linspace(0.0, 255.0, MOST - LEAST + 1).round().astype(int)

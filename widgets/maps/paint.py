@@ -25,25 +25,25 @@ _ROW_PX = 16.0
 
 @lru_cache(maxsize=4)
 def colours(name: str) -> NDArray[np.uint32]:
-    """A colour map as 256 values 0xAARRGGBB."""
+    """Return a colour map as 256 values 0xAARRGGBB."""
     table = np.rint(matplotlib.colormaps[name](np.linspace(0.0, 1.0, 256))[:, :3] * 255).astype(np.uint32)
     return np.asarray(0xFF000000 | table[:, 0] << 16 | table[:, 1] << 8 | table[:, 2], np.uint32)
 
 
 def argb(colour: str | QColor) -> int:
-    """A colour as 0xAARRGGBB."""
+    """Return a colour as 0xAARRGGBB."""
     return int(QColor(colour).rgba())
 
 
 def image_of(pixels: NDArray[np.uint32]) -> QImage:
-    """An image of its own from pixels (rows, columns) 0xAARRGGBB."""
+    """Return pixels (rows, columns) 0xAARRGGBB as an image that owns its memory."""
     data = np.ascontiguousarray(pixels, np.uint32)
     rows, columns = data.shape
     return QImage(data.data, columns, rows, 4 * columns, QImage.Format.Format_ARGB32).copy()
 
 
 def small_font(painter: QPainter) -> QFont:
-    """The widget's font a little smaller, with figures of one width."""
+    """Return the widget's font, a little smaller, with figures of equal width."""
     font = numbers_font(painter.font())
     font.setPointSizeF(max(7.0, font.pointSizeF() - 1.0))
     font.setBold(False)
@@ -136,7 +136,7 @@ class ImageView(QWidget):
 
     @abstractmethod
     def readout(self) -> str:
-        """What is under the mouse, or what the image holds."""
+        """Return what is under the mouse, or what the image holds."""
 
     @abstractmethod
     def draw(self, painter: QPainter, look: Tones) -> None:

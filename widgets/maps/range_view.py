@@ -73,7 +73,7 @@ class RangeView(ImageView):
         return QRectF(8.0, self.height() - READOUT_PX, self.width() - 16.0, READOUT_PX)
 
     def readout(self) -> str:
-        """What is under the mouse, or what the image holds."""
+        """Return what is under the mouse, or what the image holds."""
         image = self._image
         if image is None:
             return ""
@@ -153,12 +153,12 @@ _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 
 
 def spread(count: int, most: int) -> list[int]:
-    """At most so many of `count` rows at even steps, beginning with the first."""
+    """Return at most `most` of `count` rows at even steps, beginning with the first."""
     return list(range(0, count, max(1, -(-count // max(1, most)))))
 
 
 def nearest_of(image: RangeImage, most: int) -> NDArray[np.int64]:
-    """Which column is shown for each beam where there are more than pixels, (shown, beams): in each group of
+    """Return the column shown for each beam where there are more columns than pixels, (shown, beams): of each group of
     neighbours the one with the nearest hit, so that nothing thin gets lost."""
     beams, columns = image.range_m.shape
     size = -(-columns // max(1, most))
@@ -170,7 +170,7 @@ def nearest_of(image: RangeImage, most: int) -> NDArray[np.int64]:
 
 
 def azimuth_ticks(azimuths_deg: NDArray[np.float64], most: int) -> list[tuple[int, str]]:
-    """Columns next to round azimuths and what is written there, at most so many."""
+    """Return the columns next to round azimuths with their labels, at most `most`."""
     high, low = float(azimuths_deg.max()), float(azimuths_deg.min())
     step = next((step for step in _TICK_STEPS if (high - low) / step < max(1, most)), _TICK_STEPS[-1])
     wanted = np.arange(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1) * step
@@ -178,31 +178,31 @@ def azimuth_ticks(azimuths_deg: NDArray[np.float64], most: int) -> list[tuple[in
 
 
 def azimuth_text(azimuth_deg: float) -> str:
-    """An azimuth with the side it lies on."""
+    """Return an azimuth with the side it lies on."""
     if azimuth_deg == 0.0 or abs(azimuth_deg) == 180.0:
         return "ahead" if azimuth_deg == 0.0 else "behind"
     return f"{abs(azimuth_deg):g}° {'left' if azimuth_deg > 0 else 'right'}"
 
 
 def angle_text(angle_deg: float, digits: int, positive: str, negative: str) -> str:
-    """An angle without a sign, with the side it points to: "3.33° down"."""
+    """Return an angle without a sign, with the side it points to: "3.33° down"."""
     return f"{abs(angle_deg):.{digits}f}° {positive if angle_deg >= 0.0 else negative}"
 
 
 def hit_name(image: RangeImage, what: int) -> str:
-    """What a ray hit, in words."""
+    """Return what a ray hit, in words."""
     names = {NOTHING: "no return", GROUND: "ground", BODY: "own car"}
     return names[what] if what < 0 else CLASSES[image.box_classes[what]]
 
 
 def range_colours(image: RangeImage, reach_m: float) -> NDArray[np.uint32]:
-    """Pixels 0xAARRGGBB by range, clear where nothing came back."""
+    """Return the pixels 0xAARRGGBB by range, clear where nothing came back."""
     level = np.clip(np.nan_to_num(image.range_m, posinf=0.0) / reach_m * 255.0, 0.0, 255.0).astype(np.uint8)
     return np.asarray(np.where(image.what == NOTHING, np.uint32(0), colours(RANGE_MAP)[level]), np.uint32)
 
 
 def hit_colours(image: RangeImage) -> NDArray[np.uint32]:
-    """Pixels 0xAARRGGBB by what was hit, clear where nothing came back."""
+    """Return the pixels 0xAARRGGBB by what was hit, clear where nothing came back."""
     of_class = np.array([argb(CLASS_COLOURS[name]) for name in CLASSES], np.uint32)
     table = np.concatenate(
         [of_class[image.box_classes], [argb(_BODY_COLOUR), argb(_GROUND_COLOUR), 0]]

@@ -84,13 +84,13 @@ class _LineIcon(QIconEngine):
 
 
 def icon(name: str, colour: str | None = None) -> QIcon:
-    """The icon of that name in the text's colour or in its own; KeyError when there is none."""
+    """Return the icon of that name, in the text's colour or in its own; raise KeyError when there is none."""
     _BODIES[name]
     return QIcon(_LineIcon(name, colour))
 
 
 def swatch(colour: str) -> QIcon:
-    """A small filled circle, as in a legend."""
+    """Return a small filled circle, as in a legend."""
     picture = QPixmap(24, 24)
     picture.fill(Qt.GlobalColor.transparent)
     painter = QPainter(picture)

@@ -40,7 +40,7 @@ class LookPanel(QWidget):
         raise NotImplementedError
 
     def add_slider(self, caption: str, tip: str, low: int, high: int) -> QSlider:
-        """A slider of whole steps; `say` writes the value beside it."""
+        """Add a slider of whole steps; `say` writes the value beside it."""
         slider, label, value = QSlider(Qt.Orientation.Horizontal), QLabel(caption), QLabel()
         slider.setRange(low, high)
         slider.setFixedWidth(_SLIDER_PX)
@@ -56,7 +56,7 @@ class LookPanel(QWidget):
         return slider
 
     def add_box(self, caption: str, tip: str) -> QCheckBox:
-        """A box to tick."""
+        """Add a check box."""
         box = QCheckBox(caption)
         box.setToolTip(tip)
         box.toggled.connect(self._on_changed)

@@ -142,7 +142,7 @@ class TimeLeft:
 
 
 def duration_text(seconds: float) -> str:
-    """Seconds in one or two words, coarser the longer: "5 s", "3 min", "1 h 20 min"."""
+    """Return the seconds in one or two words, coarser the longer: "5 s", "3 min", "1 h 20 min"."""
     if seconds < 60:
         return f"{max(1, round(seconds))} s"
     minutes = round(seconds / 60)

@@ -41,7 +41,7 @@ class SceneChoice:
     pog: Path | None = None
 
     def replace(self, **changes: object) -> SceneChoice:
-        """The choice with some fields changed; InputError when they do not fit together, or a POG is fixed."""
+        """Return the choice with some fields changed; raise InputError when they do not agree, or a POG fixes them."""
         changed: SceneChoice = replace(self, **changes)  # type: ignore[arg-type]
         if changed.pog is not None and changed != self:
             raise InputError(

@@ -77,7 +77,7 @@ class ShortcutSheet(QDialog):
 
 
 def in_columns(groups: Sequence[Group], count: int) -> list[list[Group]]:
-    """The groups in their order, at most so many columns, cut so that the highest column is as low as can be."""
+    """Return the groups in order, in at most `count` columns, divided so that the tallest is as short as possible."""
     height = max((group.height for group in groups), default=0)
     while len(columns := _filled(groups, height)) > count:
         height += 1
@@ -85,7 +85,7 @@ def in_columns(groups: Sequence[Group], count: int) -> list[list[Group]]:
 
 
 def _filled(groups: Sequence[Group], height: int) -> list[list[Group]]:
-    """Columns of a height, each filled with as many groups as go in."""
+    """Return columns of at most that height, each filled with as many groups as fit."""
     columns: list[list[Group]] = []
     for group in groups:
         if not columns or sum(other.height for other in columns[-1]) + group.height > height:

@@ -15,7 +15,7 @@ _ICONS = ("chevron", "chevron-up", "more", "close", "float")
 
 
 def style_sheet(t: Tones) -> str:
-    """The sheet for a theme."""
+    """Return the style sheet of a theme."""
     theme = "dark" if t is DARK_TONES else "light"
     icons = {name.replace("-", "_"): asset_path(f"icons/{name}-{theme}.svg").as_posix() for name in _ICONS}
     check = asset_path("icons/check.svg").as_posix()
@@ -147,22 +147,22 @@ MARGIN = 8
 
 
 def is_dark() -> bool:
-    """Whether the system asks for a dark window."""
+    """Return whether the system asks for a dark window."""
     return QGuiApplication.styleHints().colorScheme() == Qt.ColorScheme.Dark
 
 
 def shows_dark() -> bool:
-    """Whether the application is dark now, by the system's wish or by a choice."""
+    """Return whether the application is dark now, following the system or a choice."""
     return QApplication.palette().color(QPalette.ColorRole.Window).lightness() < 128
 
 
 def tones() -> Tones:
-    """The colours of the theme that the application shows now."""
+    """Return the colours of the theme that the application shows now."""
     return DARK_TONES if shows_dark() else LIGHT_TONES
 
 
 def numbers_font(base: QFont) -> QFont:
-    """`base` with tabular figures, so that digits of different rows stand under each other."""
+    """Return `base` with tabular figures, so that digits of different rows line up."""
     font = QFont(base)
     font.setFeature(QFont.Tag("tnum"), 1)
     return font
@@ -215,5 +215,5 @@ def _qt_palette(tones: Tones) -> QPalette:
 
 
 def plain_tip(text: str) -> str:
-    """A tooltip that shows this text with its line ends."""
+    """Return a tooltip that shows this text with its line ends."""
     return f"<p style='white-space: pre-wrap'>{escape(text)}</p>" if text else ""

@@ -136,7 +136,7 @@ def _class_row(cells: tuple[str, str, str], ink: str) -> str:
 
 
 def _sensors_html(lines: Sequence[SensorLine], colours: Tones, ink: str, is_stale: bool) -> str:
-    """Those that see it come first."""
+    """Return the rows of the sensors, those that see the voxel first."""
     rows = []
     for line in sorted(lines, key=lambda line: not line.sees):
         colour = ink if is_stale else colours.more if line.sees else colours.muted

@@ -44,7 +44,7 @@ _PLACES = ("sensors_calibration.yaml", "sensor_kit_calibration.yaml")
 
 
 def recognises(source: Source) -> bool:
-    """A folder with such files (or with config/ that has them), or one such file."""
+    """Return whether this is a folder with such files (or with a config/ that has them), or one such file."""
     if source.is_folder:
         return any(source.sibling(name, f"config/{name}") for name in _PLACES)
     if source.suffix not in (".yaml", ".yml") or not source.yaml.is_mapping:
@@ -61,7 +61,7 @@ def _is_parent(parent: object) -> bool:
 
 
 def read(source: Source, options: ReadOptions) -> Imported:
-    """The sensors of all calibration files of the folder, chained to base_link."""
+    """Return the sensors of all calibration files of the folder, chained to base_link."""
     notes = Notes()
     files = _files(source)
     tree = FrameTree(source.where)
@@ -102,7 +102,7 @@ def _transform(value: Value) -> Matrix:
 
 
 def _root_place(tree: FrameTree, base_m: Vec3, vehicle: Vehicle, options: ReadOptions, notes: Notes) -> Vec3:
-    """Where the root of the frames lies in the vehicle frame; without base_link it is a kit on the roof."""
+    """Return where the root of the frames lies in the vehicle frame; without base_link, a kit on the roof."""
     roots = {tree.root_of(frame) for frame in tree.frames()}
     if len(roots) > 1:
         raise InputError(f"{tree.where}: frames hang on {', '.join(sorted(roots))}; accepted is one tree")
@@ -133,12 +133,12 @@ def _add(frame: str, root_SE3_frame: Matrix, mounting: Mounting) -> None:
 
 
 def _is_other(frame: str) -> bool:
-    """Whether the name says another sensor, as in imu_base_link."""
+    """Return whether the name means another sensor, as in imu_base_link."""
     return kind_of(f"lidar {frame}") is None
 
 
 def write(rig: Rig) -> Exported:
-    """Both files in a folder: the kit on the middle of the roof, every sensor on the kit."""
+    """Return both files in a folder: the kit on the middle of the roof, every sensor on the kit."""
     notes = Notes()
     sensors = sensors_to_write(rig, notes)
     rear_m, roof_m = rear_axle_on_ground(rig.vehicle), (0.0, 0.0, rig.vehicle.height)
@@ -158,7 +158,7 @@ def write(rig: Rig) -> Exported:
 
 
 def _frame(sensor: Sensor) -> str:
-    """The frame of a sensor as Autoware's sensor kits call it."""
+    """Return the frame of a sensor as Autoware's sensor kits call it."""
     return f"{sensor.name}/camera_link" if isinstance(sensor, Camera) else f"{sensor.name}{FOOT}"
 
 

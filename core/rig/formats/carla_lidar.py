@@ -13,12 +13,12 @@ _MOST_AZIMUTHS = 36_000
 
 
 def azimuth_count(points_per_second: float, turns_per_second: float, channels: int) -> int:
-    """Azimuths of one turn: the points of a second, shared among turns and beams."""
+    """Return the azimuths of one turn: the points of a second, shared among turns and beams."""
     return max(1, min(_MOST_AZIMUTHS, round(points_per_second / (turns_per_second * channels))))
 
 
 def rays_to_write(lidar: Lidar, notes: Notes) -> dict[str, float]:
-    """CARLA's attributes for the rays of a LiDAR; what it cannot say is reported."""
+    """Return CARLA's attributes for the rays of a LiDAR; what they cannot express is reported."""
     beams, turn = lidar.elevations(), lidar.azimuths()
     if not isinstance(lidar.elevations_deg, EvenAngles) or not isinstance(lidar.azimuths_deg, EvenAngles):
         notes.approximated("uneven angles: CARLA spaces beams and azimuths evenly", lidar.name)
@@ -45,7 +45,7 @@ def rays_to_write(lidar: Lidar, notes: Notes) -> dict[str, float]:
 
 
 def _span_deg(lidar: Lidar, notes: Notes) -> float:
-    """How wide the LiDAR sees; CARLA's fan is even to both sides of the x axis."""
+    """Return how wide the LiDAR sees; CARLA's fan is even to both sides of the x axis."""
     turn = lidar.azimuths_deg
     low, high = (turn.from_, turn.to) if isinstance(turn, EvenAngles) else (min(turn), max(turn))
     span = high - low

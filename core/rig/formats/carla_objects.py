@@ -31,7 +31,7 @@ _POSITION, _ANGLES = ("x", "y", "z"), ("roll", "pitch", "yaw")
 
 
 def recognises(source: Source) -> bool:
-    """A JSON object with a list of objects."""
+    """Return whether this is a JSON object with a list of objects."""
     if source.is_folder or source.suffix != ".json":
         return False
     objects = source.json.get("objects") if source.json.is_mapping else None
@@ -39,7 +39,7 @@ def recognises(source: Source) -> bool:
 
 
 def read(source: Source, options: ReadOptions) -> Imported:
-    """The cameras and LiDARs of the first vehicle that has any sensor; token: the id of another vehicle."""
+    """Return the cameras and LiDARs of the first vehicle that has any sensor; token: the id of another vehicle."""
     notes = Notes()
     vehicle = _vehicle(source, options.token, notes)
     mounting = Mounting(source.where, notes, options.vehicle_or(Vehicle()), options.origin_m or ORIGIN)
@@ -54,7 +54,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
 
 
 def _vehicle(source: Source, token: str | None, notes: Notes) -> Value:
-    """The vehicle to read; what else the file holds is reported."""
+    """Return the vehicle to read; what else the file holds is reported."""
     chosen: Value | None = None
     for value in source.json.item("objects").elements():
         kind, name = _text(value, "type", ""), _text(value, "id", "?")
@@ -104,7 +104,7 @@ def _pose(spawn: Value | None) -> Any:
 
 
 def _lidar_fields(sensor: Value) -> dict[str, Any]:
-    """Rays as CARLA casts them: `channels` beams with both ends, points spread over the turns of a second."""
+    """Return the rays that CARLA casts: `channels` beams with both ends, points spread over the turns of a second."""
     channels = int(_number(sensor, "channels", 32, low=1, high=1000))
     lower, upper = _number(sensor, "lower_fov", -30.0), _number(sensor, "upper_fov", 10.0)
     if not -90.0 <= lower <= upper <= 90.0:
@@ -132,7 +132,7 @@ def _whole(value: Value, key: str, default: int) -> int:
 
 
 def write(rig: Rig) -> Exported:
-    """One vehicle with all sensors."""
+    """Return one vehicle with all sensors."""
     notes = Notes()
     sensors = [_sensor(sensor, notes) for sensor in sensors_to_write(rig, notes)]
     ego = {"type": "vehicle.tesla.model3", "id": "ego_vehicle", "sensors": sensors}
@@ -156,7 +156,7 @@ def _sensor(sensor: Sensor, notes: Notes) -> dict[str, object]:
 
 
 def _fov_deg(camera: Camera, notes: Notes) -> float:
-    """The horizontal field of view; CARLA has no other lens than one in the middle of the image."""
+    """Return the horizontal field of view; CARLA knows only lenses centred on the image."""
     if camera.hfov_deg is not None:
         return camera.hfov_deg
     report_distortion(camera, notes)

@@ -37,12 +37,12 @@ _MAX_LIDARS = 255
 
 
 def recognises(source: Source) -> bool:
-    """A TOML file with a table [lidar]."""
+    """Return whether this is a TOML file with a table [lidar]."""
     return not source.is_folder and source.suffix == ".toml" and "lidar" in source.toml
 
 
 def read(source: Source, options: ReadOptions) -> Imported:
-    """The LiDARs, and the cameras where the file has any."""
+    """Return the LiDARs, and the cameras where the file has any."""
     notes = Notes()
     mounting = Mounting(source.where, notes, options.vehicle_or(Vehicle()), options.origin_m or ORIGIN)
     for index, fields in enumerate(_lidars(source.toml.item("lidar"))):
@@ -63,7 +63,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
 
 
 def _lidars(table: Value) -> Iterator[dict[str, Value]]:
-    """The fields of every LiDAR: from flat lists with common values, or from lists of sets."""
+    """Yield the fields of every LiDAR: from flat lists with common values, or from lists of sets."""
     count = len(table.item("x").elements())
     if count > _MAX_LIDARS:
         table.item("x").refuse(f"at most {_MAX_LIDARS} LiDARs")
@@ -116,7 +116,7 @@ def _number(fields: dict[str, Value], key: str, default: float) -> float:
 
 
 def _right_handed(position: Vec3, rpy_deg: Vec3) -> Matrix:
-    """A pose of CARLA in right-handed axes: mirrored in the plane of x and z."""
+    """Return a pose of CARLA in right-handed axes: mirrored in the plane of x and z."""
     (x, y, z), (roll, pitch, yaw) = position, rpy_deg
     return se3_from_rpy_deg((x, -y, z), (roll, -pitch, -yaw))
 
@@ -134,7 +134,7 @@ def _add_cameras(table: Value, mounting: Mounting) -> None:
 
 
 def write(rig: Rig) -> Exported:
-    """[lidar] as lists of one set per LiDAR, [camera] with a line for pose and field of view each."""
+    """Return [lidar] as lists with one entry per LiDAR, and [camera] with lines for poses and fields of view."""
     notes = Notes()
     sensors = sensors_to_write(rig, notes)
     lidars = [_lidar_fields(sensor, notes) for sensor in sensors if isinstance(sensor, Lidar)]
@@ -149,7 +149,7 @@ def write(rig: Rig) -> Exported:
 
 
 def _left_handed(sensor: Sensor) -> tuple[Vec3, Vec3]:
-    """Position in metres and roll, pitch, yaw in degrees in CARLA's axes."""
+    """Return the position in metres and roll, pitch, yaw in degrees in CARLA's axes."""
     pose = pose_from_se3(root_SE3_body(sensor, ORIGIN))
     (x, y, z), (roll, pitch, yaw) = pose.position_m, pose.rpy_deg
     return (x, -y + 0.0, z), (roll, -pitch + 0.0, -yaw + 0.0)
@@ -174,7 +174,7 @@ def _lidar_fields(lidar: Lidar, notes: Notes) -> dict[str, Any]:
 
 
 def _camera(camera: Camera, notes: Notes) -> list[str]:
-    """Three keys; the published code looks for the names CAM_FRONT, CAM_FRONT_LEFT and so on."""
+    """Return the three keys of a camera; the published code expects the names CAM_FRONT, CAM_FRONT_LEFT and so on."""
     position, rpy_deg = _left_handed(camera)
     report_distortion(camera, notes)
     fx, *_ = camera.intrinsics_px()
@@ -190,7 +190,7 @@ def _camera(camera: Camera, notes: Notes) -> list[str]:
 
 
 def _key(name: str) -> str:
-    """A quoted key: JSON's escapes are TOML's, but for DEL."""
+    """Return a quoted key: JSON's escapes are those of TOML, except for DEL."""
     return json.dumps(name, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 

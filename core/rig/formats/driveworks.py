@@ -38,7 +38,7 @@ _RADIAL = ("k1", "k2", "k3")
 
 
 def recognises(source: Source) -> bool:
-    """A JSON object with rig.sensors."""
+    """Return whether this is a JSON object with rig.sensors."""
     if source.is_folder or source.suffix != ".json" or not source.json.is_mapping:
         return False
     rig = source.json.get("rig")
@@ -46,7 +46,7 @@ def recognises(source: Source) -> bool:
 
 
 def read(source: Source, options: ReadOptions) -> Imported:
-    """Cameras and LiDARs with their corrections applied, and the size of the vehicle where it is said."""
+    """Return cameras and LiDARs with their corrections applied, and the vehicle's size where it is given."""
     notes = Notes()
     rig = source.json.item("rig")
     vehicle = options.vehicle_or(_vehicle(rig, options, notes))
@@ -59,7 +59,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
 
 
 def _vehicle(rig: Value, options: ReadOptions, notes: Notes) -> Vehicle:
-    """The vehicle's size; where the rear axle is follows from bumperRear, its distance to the rear end."""
+    """Return the vehicle; its rear axle follows from bumperRear, the distance from the axle to the rear end."""
     found = rig.get("vehicle")
     value = found.get("value") if found is not None and found.is_mapping else None
     sizes = (value.get("body") or value) if value is not None and value.is_mapping else None
@@ -107,7 +107,7 @@ def _add(sensor: Value, default_name: str, mounting: Mounting) -> None:
 
 
 def _pose(sensor: Value, name: str, notes: Notes) -> Matrix:
-    """Nominal pose with both corrections."""
+    """Return the nominal pose with both corrections."""
     nominal = sensor.item(NOMINAL)
     rotation = _rotation(nominal)
     position: Any = nominal.item("t").vector()
@@ -126,7 +126,7 @@ def _rotation(value: Value) -> Matrix:
 
 
 def _lidar_words(sensor: Value, properties: Value | None) -> str | None:
-    """What the file says about the model: our own property, or device=... of the sensor's parameters."""
+    """Return the model that the file names: in our own property, or as device=... in the sensor's parameters."""
     model = properties.get("model") if properties is not None and properties.is_mapping else None
     if model is not None:
         return model.text()
@@ -136,7 +136,7 @@ def _lidar_words(sensor: Value, properties: Value | None) -> str | None:
 
 
 def _lens(properties: Value | None, name: str, notes: Notes) -> dict[str, Any]:
-    """Image and lens of a camera; an f-theta lens becomes the nearest Kannala-Brandt lens."""
+    """Return image and lens of a camera; an f-theta lens becomes the nearest Kannala-Brandt lens."""
     if properties is None or "width" not in properties or "height" not in properties:
         notes.approximated("lens and image not in the file: 1600 x 900 pixels, 70 degrees wide", name)
         return {"image": (1600, 900), "hfov_deg": 70.0}
@@ -157,7 +157,7 @@ def _lens(properties: Value | None, name: str, notes: Notes) -> dict[str, Any]:
 
 
 def _pinhole_distortion(properties: Value, name: str, notes: Notes) -> dict[str, Any]:
-    """Radial coefficients k1 k2 k3, from the ray to the pixel."""
+    """Return the radial coefficients k1 k2 k3, from the ray to the pixel."""
     radial = _coefficients(properties, "distortion")
     if not any(radial):
         return {}
@@ -179,7 +179,7 @@ def _number(value: Value, key: str, default: float) -> float:
 
 
 def _polynomial(properties: Value) -> tuple[list[float], bool]:
-    """Coefficients, lowest first, and whether they take pixels to radians (else radians to pixels)."""
+    """Return the coefficients, lowest first, and whether they map pixels to radians (else radians to pixels)."""
     if "bw-poly" in properties:
         return _coefficients(properties, "bw-poly"), True
     kind = properties.item("polynomial-type").text()
@@ -189,7 +189,7 @@ def _polynomial(properties: Value) -> tuple[list[float], bool]:
 
 
 def _coefficients(properties: Value, key: str) -> list[float]:
-    """Numbers separated by blanks, or a list of them."""
+    """Return the numbers separated by blanks, or a list of them."""
     found = properties.get(key)
     if found is None:
         return []
@@ -202,7 +202,7 @@ def _coefficients(properties: Value, key: str) -> list[float]:
 
 
 def write(rig: Rig) -> Exported:
-    """The rig with nominal poses, no corrections; cameras as pinholes."""
+    """Return the rig with nominal poses and no corrections; cameras become pinholes."""
     notes = Notes()
     sensors = [_sensor(sensor, rig, notes) for sensor in sensors_to_write(rig, notes)]
     notes.converted("origin from the body centre to the rear axle on the ground")
@@ -240,7 +240,7 @@ def _sensor(sensor: Sensor, rig: Rig, notes: Notes) -> dict[str, object]:
 
 
 def _radial(camera: Camera, notes: Notes) -> str:
-    """The distortion as k1 k2 k3; any other kind is reported and left out."""
+    """Return the distortion as k1 k2 k3; any other kind is reported and left out."""
     found = camera.distortion
     if isinstance(found, BrownConrady) and not any((found.p1, found.p2, found.k4, found.k5, found.k6)):
         return " ".join(repr(float(getattr(found, key))) for key in _RADIAL)

@@ -41,9 +41,9 @@ _DATA_ENDINGS = (".yaml", ".yml", *_FOREIGN_ENDINGS)
 
 
 def detect(source: Source) -> Format:
-    """The format of a file or folder: RigLens' own for a YAML file that is no other, it explains what is wrong.
+    """Return the format of a file or folder; a YAML file of no other format is read as a rig, which says what is wrong.
 
-    Raises InputError when there is no such file, and when no format fits.
+    Raise InputError when there is no such file, and when no format fits.
     """
     if not source.path.exists():
         raise InputError(f"{source.where}: no such file or folder")
@@ -59,7 +59,7 @@ def detect(source: Source) -> Format:
 
 
 def may_be_foreign(path: Path) -> bool:
-    """Whether a file or folder that is there may hold a rig of another program, told without reading it whole."""
+    """Return whether an existing file or folder may hold a rig of another program, without reading it whole."""
     source = Source(path)
     is_data = source.is_folder or source.suffix in _DATA_ENDINGS
     return source.path.exists() and is_data and not RIGLENS.recognises(source)
@@ -68,9 +68,9 @@ def may_be_foreign(path: Path) -> bool:
 def read_rig(
     path: str | os.PathLike[str], name: str | None = None, options: ReadOptions | None = None
 ) -> Imported:
-    """The rig of a file or folder and the report on it; the format is detected unless `name` says it.
+    """Return the rig in a file or folder and the report on it; the format is detected unless `name` gives it.
 
-    Raises InputError with file, field, what was found and what is accepted.
+    Raise InputError with file, field, what was found and what is accepted.
     """
     source = Source(path)
     format_ = detect(source) if name is None else format_called(name, READABLE)
@@ -83,7 +83,7 @@ def read_rig(
 def write_rig(rig: Rig, path: str | os.PathLike[str], name: str | None = None) -> Exported:
     """Write a rig; the format follows from the ending of the path unless `name` says it.
 
-    One file, or a folder written whole or not at all. Raises InputError when it cannot be written.
+    One file, or a folder written whole or not at all. Raise InputError when it cannot be written.
     """
     format_ = format_for(Path(path)) if name is None else format_called(name, WRITABLE)
     assert format_.write is not None
@@ -98,7 +98,7 @@ def write_rig(rig: Rig, path: str | os.PathLike[str], name: str | None = None) -
 
 
 def format_called(name: str, accepted: tuple[str, ...]) -> Format:
-    """The format of that name; InputError that lists the accepted ones."""
+    """Return the format of that name; raise an InputError that lists the accepted ones."""
     if name in accepted:
         return FORMATS[name]
     close = difflib.get_close_matches(name, accepted, n=1)
@@ -107,7 +107,7 @@ def format_called(name: str, accepted: tuple[str, ...]) -> Format:
 
 
 def format_for(path: Path) -> Format:
-    """The format that a file's ending says; InputError when several write files of that ending, or none does."""
+    """Return the format of a file's ending; raise InputError when several write files of that ending, or none."""
     for format_ in FORMATS.values():
         if format_.write and path.name.lower().endswith(format_.endings or ("\n",)):
             return format_

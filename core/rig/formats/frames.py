@@ -36,7 +36,7 @@ _ENDINGS = (
 
 
 def kind_of(frame: str) -> SensorKind | None:
-    """Camera, LiDAR, or None when the name tells neither."""
+    """Return the kind of sensor that a name suggests, None when it suggests neither."""
     name = frame.lower()
     if _OTHER.search(name):
         return None
@@ -46,12 +46,12 @@ def kind_of(frame: str) -> SensorKind | None:
 
 
 def is_optical(frame: str) -> bool:
-    """Whether the name says optical axes (x right, y down, z forward; REP-103)."""
+    """Return whether the name says optical axes (x right, y down, z forward; REP-103)."""
     return "optical" in frame.lower()
 
 
 def without_ending(frame: str) -> str:
-    """The name of the sensor whose frame this is: without what says that it is a frame."""
+    """Return the name of the sensor whose frame this is: the frame's name without words such as `link`."""
     for ending in _ENDINGS:
         if frame.endswith(ending) and len(frame) > len(ending):
             return frame.removesuffix(ending)
@@ -71,7 +71,7 @@ _DECIMALS = 12
 
 
 def se3(rotation: Matrix, position_m: Vec3 | Matrix) -> Matrix:
-    """The transform with that rotation (3, 3) and position (3,) in metres."""
+    """Return the transform with that rotation (3, 3) and position (3,) in metres."""
     matrix = np.eye(4)
     matrix[:3, :3] = rotation
     matrix[:3, 3] = position_m
@@ -79,28 +79,28 @@ def se3(rotation: Matrix, position_m: Vec3 | Matrix) -> Matrix:
 
 
 def se3_from_rpy_deg(position_m: Vec3, rpy_deg: Vec3) -> Matrix:
-    """The transform with that position and fixed-axis roll, pitch, yaw in degrees."""
+    """Return the transform with that position and fixed-axis roll, pitch, yaw in degrees."""
     return se3(rotation_from_rpy_deg(rpy_deg), position_m)
 
 
 def inverse(transform: Matrix) -> Matrix:
-    """The inverse of a rigid transform, (4, 4)."""
+    """Return the inverse of a rigid transform, (4, 4)."""
     rotation = transform[:3, :3].T
     return se3(rotation, -rotation @ transform[:3, 3])
 
 
 def from_optical(parent_SE3_optical: Matrix) -> Matrix:
-    """The transform of a camera's body whose optical frame stands there."""
+    """Return the transform of a camera's body whose optical frame stands there."""
     return parent_SE3_optical @ se3(BODY_R_OPTICAL.T, (0.0, 0.0, 0.0))
 
 
 def to_optical(parent_SE3_body: Matrix) -> Matrix:
-    """The transform of the optical frame of a camera whose body stands there."""
+    """Return the transform of the optical frame of a camera whose body stands there."""
     return parent_SE3_body @ se3(BODY_R_OPTICAL, (0.0, 0.0, 0.0))
 
 
 def pose_from_se3(vehicle_SE3_sensor: Matrix) -> Pose:
-    """The pose, rounded to 1e-12 m and 1e-12 degrees, so that 35 degrees read as 35."""
+    """Return the pose, rounded to 1e-12 m and 1e-12 degrees, so that 35 degrees read as 35."""
     x, y, z = (round(float(value), _DECIMALS) + 0.0 for value in vehicle_SE3_sensor[:3, 3])
     roll, pitch, yaw = (
         round(angle, _DECIMALS) + 0.0 for angle in rpy_deg_from_rotation(vehicle_SE3_sensor[:3, :3])
@@ -109,7 +109,7 @@ def pose_from_se3(vehicle_SE3_sensor: Matrix) -> Pose:
 
 
 def rotation_from_wxyz(value: Value, wxyz: list[float]) -> Matrix:
-    """Rotation (3, 3) of a quaternion; refused at `value` when it is far from length 1."""
+    """Return the rotation (3, 3) of a quaternion; refused at `value` when it is far from length 1."""
     w, x, y, z = wxyz
     try:
         return rotation_from_quaternion((x, y, z, w))
@@ -118,13 +118,13 @@ def rotation_from_wxyz(value: Value, wxyz: list[float]) -> Matrix:
 
 
 def wxyz_from_rotation(rotation: Matrix) -> list[float]:
-    """Unit quaternion w, x, y, z of a rotation (3, 3), with w >= 0."""
+    """Return the unit quaternion w, x, y, z of a rotation (3, 3), with w >= 0."""
     x, y, z, w = quaternion_xyzw(rpy_deg_from_rotation(rotation))
     return [math.copysign(1.0, w) * part for part in (w, x, y, z)]
 
 
 def nearest_rotation(value: Value, matrix: Matrix) -> tuple[Matrix, float]:
-    """The rotation nearest to a matrix (3, 3), and how far off it was; refused when that is not a rotation."""
+    """Return the rotation nearest to a matrix (3, 3), and how far off it was; refused when that is not a rotation."""
     left, _, right = np.linalg.svd(matrix)
     rotation: Matrix = left @ right
     error = float(np.abs(rotation - matrix).max())
@@ -141,21 +141,21 @@ class FrameTree:
         self._parents: dict[str, tuple[str, Matrix]] = {}
 
     def add(self, parent: str, child: str, parent_SE3_child: Matrix) -> None:
-        """Hang a frame on another; InputError when it hangs on one already, or on itself."""
+        """Hang a frame on another; raise InputError when it hangs on one already, or on itself."""
         if child in self._parents or child == parent:
             raise InputError(f"{self.where}: frame '{child}' has two parents; accepted is a tree")
         self._parents[child] = (parent, parent_SE3_child)
 
     def frames(self) -> list[str]:
-        """The frames that hang on another, in the order in which they were added."""
+        """Return the frames that hang on another, in the order in which they were added."""
         return list(self._parents)
 
     def inner_frames(self) -> set[str]:
-        """The frames on which others hang."""
+        """Return the frames on which others hang."""
         return {parent for parent, _ in self._parents.values()}
 
     def above(self, frame: str) -> list[str]:
-        """The frames on which a frame hangs, the nearest first; InputError when the chain is a loop."""
+        """Return the frames on which a frame hangs, the nearest first; raise InputError when the chain is a loop."""
         found: list[str] = []
         seen = {frame}
         place = frame
@@ -168,11 +168,11 @@ class FrameTree:
         return found
 
     def root_of(self, frame: str) -> str:
-        """The frame at the other end of the chain."""
+        """Return the frame at the other end of the chain."""
         return [frame, *self.above(frame)][-1]
 
     def root_SE3(self, frame: str) -> Matrix:
-        """The transform from the root of the chain to that frame."""
+        """Return the transform from the root of the chain to that frame."""
         transform = np.eye(4)
         for place in [frame, *self.above(frame)][:-1]:
             transform = self._parents[place][1] @ transform

@@ -38,7 +38,7 @@ _EXTRA = {"omni": 1, "eucm": 2, "ds": 2}
 
 
 def recognises(source: Source) -> bool:
-    """A YAML mapping with cam0, which has intrinsics."""
+    """Return whether this is a YAML mapping with a cam0 that has intrinsics."""
     if source.is_folder or source.suffix not in (".yaml", ".yml") or not source.yaml.is_mapping:
         return False
     first = source.yaml.get("cam0")
@@ -46,7 +46,7 @@ def recognises(source: Source) -> bool:
 
 
 def read(source: Source, options: ReadOptions) -> Imported:
-    """The cameras of the chain."""
+    """Return the cameras of the chain."""
     notes = Notes()
     vehicle = options.vehicle_or(Vehicle())
     mounting = Mounting(source.where, notes, vehicle, options.origin_m or _roof(vehicle))
@@ -73,7 +73,7 @@ def _roof(vehicle: Vehicle) -> Vec3:
 
 
 def _root_SE3_optical(value: Value, before: Matrix | None, name: str, notes: Notes) -> Matrix:
-    """Where the optical frame of a camera stands: by the IMU, by the camera before, or straight ahead."""
+    """Return where the optical frame of a camera stands: by the IMU, by the camera before, or straight ahead."""
     if "T_cam_imu" in value:
         notes.approximated("the IMU's axes are taken as x forward, y left, z up")
         return inverse(_rigid(value.item("T_cam_imu"), name, notes))
@@ -92,7 +92,7 @@ def _rigid(value: Value, name: str, notes: Notes) -> Matrix:
 
 
 def _lens(value: Value, name: str, notes: Notes) -> dict[str, Any]:
-    """Image and pinhole; other camera models keep the focal lengths and centre only."""
+    """Return image and pinhole; of other camera models only focal lengths and centre are kept."""
     width, height = (side.whole(1, MAX_PIXELS) for side in value.item("resolution").elements(2))
     model = value.item("camera_model").text() if "camera_model" in value else "pinhole"
     extra = _EXTRA.get(model, 0)
@@ -106,7 +106,7 @@ def _lens(value: Value, name: str, notes: Notes) -> dict[str, Any]:
 
 
 def _distortion(value: Value, name: str, model: str, notes: Notes) -> dict[str, Any]:
-    """radtan is Brown-Conrady, equidistant Kannala-Brandt; both belong to the pinhole model alone."""
+    """Return the distortion: radtan is Brown-Conrady, equidistant Kannala-Brandt; both only with the pinhole model."""
     coefficients = value.get("distortion_coeffs")
     kind = value.item("distortion_model").text() if "distortion_model" in value else "none"
     if coefficients is None or kind == "none":

@@ -41,7 +41,7 @@ _Table = dict[str, Value]
 
 
 def recognises(source: Source) -> bool:
-    """A folder with calib_cam_to_cam.txt, or a .txt with lines P2: or P_rect_02:, or the Velodyne's of a drive."""
+    """Return whether this is a folder with calib_cam_to_cam.txt, or a .txt file with the lines of a calibration."""
     if source.is_folder:
         return source.sibling(CAM_TO_CAM) is not None
     if source.suffix != ".txt":
@@ -52,7 +52,7 @@ def recognises(source: Source) -> bool:
 
 
 def read(source: Source, options: ReadOptions) -> Imported:
-    """The four cameras and the Velodyne."""
+    """Return the four cameras and the Velodyne."""
     notes = Notes()
     vehicle = options.vehicle_or(PASSAT)
     mounting = Mounting(source.where, notes, vehicle, options.origin_m or VELODYNE_M)
@@ -76,7 +76,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
 
 
 def _table(source: Source) -> _Table:
-    """The numbers of every line `name: numbers` or `name numbers`; lines that are no numbers are left out."""
+    """Return the numbers of every line `name: numbers` or `name numbers`; other lines are left out."""
     lines = source.text.splitlines()
     if len(lines) > _MAX_LINES:
         raise InputError(f"{source.where}: {len(lines)} lines; accepted are at most {_MAX_LINES}")
@@ -91,7 +91,7 @@ def _table(source: Source) -> _Table:
 
 
 def _matrix(table: _Table, names: tuple[str, ...], rows: int, columns: int) -> tuple[Value, Matrix]:
-    """The matrix under one of the names, row by row."""
+    """Return the matrix under one of the names, row by row."""
     value = next((table[name] for name in names if name in table), None)
     if value is None:
         where = next(iter(table.values())).place[0] if table else "calibration"

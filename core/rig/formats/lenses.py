@@ -22,12 +22,12 @@ _POWERS = (1, 3, 5, 7, 9)
 
 
 def brown_conrady(value: Value, coefficients: Sequence[float], name: str, notes: Notes) -> dict[str, Any]:
-    """The field `distortion` of coefficients in OpenCV's order k1 k2 p1 p2 k3 ...; nothing when all are 0."""
+    """Return the field `distortion` of coefficients in OpenCV's order k1 k2 p1 p2 k3 ...; nothing when all are 0."""
     return _distortion(BrownConrady, BROWN_CONRADY, value, coefficients, name, notes)
 
 
 def kannala_brandt(value: Value, coefficients: Sequence[float], name: str, notes: Notes) -> dict[str, Any]:
-    """The field `distortion` of a fisheye's coefficients k1 k2 k3 k4; an equidistant lens when all are 0."""
+    """Return the field `distortion` of a fisheye's coefficients k1 k2 k3 k4; an equidistant lens when all are 0."""
     return _distortion(KannalaBrandt, KANNALA_BRANDT, value, coefficients, name, notes)
 
 
@@ -63,7 +63,7 @@ class FTheta:
     is_backward: bool
 
     def samples(self, image: tuple[int, int]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Angles in radians and distances in pixels of points from the principal point to the farthest corner."""
+        """Return angles in radians and distances in pixels of points between principal point and farthest corner."""
         far_x, far_y = (max(abs(c), abs(s - c)) for c, s in zip((self.cx_px, self.cy_px), image, strict=True))
         farthest_px = math.hypot(far_x, far_y)
         polynomial = np.polynomial.Polynomial(self.coefficients or (0.0,))
@@ -81,7 +81,7 @@ class FTheta:
 def ftheta_fields(
     lens: FTheta, image: tuple[int, int], where: Value, name: str, notes: Notes
 ) -> dict[str, Any]:
-    """Image and lens of the Kannala-Brandt camera nearest to an f-theta lens; says how far off it is."""
+    """Return image and lens of the Kannala-Brandt camera nearest to an f-theta lens; report how far off it is."""
     angles, distances = lens.samples(image)
     rises = np.all(np.diff(angles) > 0.0) and np.all(np.diff(distances) > 0.0)
     if not (rises and np.all(np.isfinite(angles) & np.isfinite(distances)) and 0.0 < angles[-1] <= math.pi):

@@ -43,7 +43,7 @@ class ReadOptions:
             raise InputError("--origin, --rear-axle-x: accepted are finite numbers in metres")
 
     def vehicle_or(self, known: Vehicle) -> Vehicle:
-        """The vehicle that the user named, or the one that the file or its data set is known for."""
+        """Return the vehicle that the user named, or else the one known from the file or its data set."""
         found = self.vehicle or known
         if self.rear_axle_x is None:
             return found
@@ -61,7 +61,7 @@ class Mounting:
     sensors: list[Sensor] = field(default_factory=list)
 
     def pose(self, root_SE3_sensor: Matrix) -> Pose:
-        """The pose in the vehicle frame of a sensor that stands there in the file's root frame."""
+        """Return the pose in the vehicle frame of a sensor that stands there in the file's root frame."""
         return pose_from_se3(se3(np.eye(3), self.origin_m) @ root_SE3_sensor)
 
     def add_lidar(self, name: str, root_SE3_sensor: Matrix, said: str | None = None, **fields: Any) -> None:
@@ -78,7 +78,7 @@ class Mounting:
         self._add(Camera, name, root_SE3_sensor, cast=cast, **fields)
 
     def rig(self, name: str) -> Rig:
-        """The rig of all sensors so far; InputError when there is none."""
+        """Return the rig of all sensors so far; raise InputError when there is none."""
         if not self.sensors:
             raise InputError(f"{self.where}: no LiDAR and no camera found; accepted is a rig with sensors")
         counts = [sum(s.kind == kind for s in self.sensors) for kind in ("camera", "lidar")]
@@ -110,7 +110,7 @@ class Mounting:
         self.sensors.append(sensor)
 
     def _unique(self, name: str) -> str:
-        """The name as a rig accepts it: not empty, not too long, not taken."""
+        """Return the name as a rig accepts it: not empty, not too long, not taken."""
         base = name.strip()[:190] or "sensor"
         used = {sensor.name for sensor in self.sensors}
         found = next(new for number in range(1, 999) if (new := _numbered(base, number)) not in used)
@@ -120,7 +120,7 @@ class Mounting:
 
 
 def find_lidar_model(words: str) -> Entry | None:
-    """The LiDAR of the library that the words name ("VELO_VLP32C", "Hesai Pandar64"); the longest name wins."""
+    """Return the LiDAR of the library that the words name ("VELO_VLP32C", "Hesai Pandar64"); the longest name wins."""
     plain = _letters(words)
     exact = [entry for entry in default_library().entries("lidar") if entry.name == words]
     found = exact or [entry for entry in default_library().entries("lidar") if _product(entry) in plain]
@@ -128,7 +128,7 @@ def find_lidar_model(words: str) -> Entry | None:
 
 
 def _product(entry: Entry) -> str:
-    """The library name without the maker and without punctuation; a name without a number matches nothing."""
+    """Return the library name without the maker and without punctuation; a name without a number matches nothing."""
     product = _letters(entry.name.partition("-")[2])
     is_telling = len(product) >= 4 and any(letter.isdigit() for letter in product)
     return product if is_telling else "\n"
@@ -147,7 +147,7 @@ def _count(number: int, noun: str) -> str:
 
 
 def _complaint(error: ValidationError) -> str:
-    """The first thing that is wrong with a sensor, in words."""
+    """Describe the first thing that is wrong with a sensor."""
     details = error.errors()[0]
     if details["type"] == "value_error":
         return str(details["ctx"]["error"])
@@ -157,7 +157,7 @@ def _complaint(error: ValidationError) -> str:
 
 
 def sensors_to_write(rig: Rig, notes: Notes) -> list[Sensor]:
-    """The sensors that are switched on; those that are not are reported. InputError when none is left."""
+    """Return the sensors that are switched on; those that are not are reported. Raise InputError when none is left."""
     for sensor in rig.sensors:
         if not sensor.enabled:
             notes.ignored("switched off in the rig, not written", sensor.name)
@@ -170,10 +170,10 @@ def sensors_to_write(rig: Rig, notes: Notes) -> list[Sensor]:
 
 
 def root_SE3_body(sensor: Sensor, origin_m: Vec3) -> Matrix:
-    """The transform of a sensor in a frame whose origin lies at `origin_m` in the vehicle frame."""
+    """Return the transform of a sensor in a frame whose origin lies at `origin_m` in the vehicle frame."""
     return inverse(se3(np.eye(3), origin_m)) @ sensor.pose.vehicle_SE3_sensor()
 
 
 def rear_axle_on_ground(vehicle: Vehicle) -> Vec3:
-    """Where the middle of the rear axle, dropped to the ground, lies in the vehicle frame."""
+    """Return where the middle of the rear axle, dropped to the ground, lies in the vehicle frame."""
     return vehicle.rear_axle_x, 0.0, 0.0

@@ -42,7 +42,7 @@ _TABLES = ("calibrated_sensor", "sensor")
 
 
 def recognises(source: Source) -> bool:
-    """A folder with both tables, or one of the tables."""
+    """Return whether this is a folder with both tables, or one of the tables."""
     if source.is_folder:
         return all(source.sibling(f"{name}.json", f"{name}.json.gz") for name in _TABLES)
     if source.suffix != ".json" or not source.json.is_list or not source.json.raw:
@@ -52,7 +52,7 @@ def recognises(source: Source) -> bool:
 
 
 def read(source: Source, options: ReadOptions) -> Imported:
-    """One rig of the tables: that of `options.token` (any row of the rig), or the first."""
+    """Return one rig of the tables: that of `options.token` (any row of the rig), or the first."""
     notes = Notes()
     channels = _channels(_table(source, "sensor").json)
     rigs = _rigs(_table(source, "calibrated_sensor").json, channels)
@@ -68,7 +68,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
 
 
 def _table(source: Source, name: str) -> Source:
-    """The table of that name beside, or in, what the user named."""
+    """Return the table of that name beside, or in, what the user named."""
     if not source.is_folder and source.path.name.split(".")[0] == name:
         return source
     found = source.sibling(f"{name}.json", f"{name}.json.gz")
@@ -78,7 +78,7 @@ def _table(source: Source, name: str) -> Source:
 
 
 def _channels(table: Value) -> dict[str, tuple[str, str]]:
-    """Channel and modality of every sensor token."""
+    """Return channel and modality of every sensor token."""
     rows = table.elements()
     if len(rows) > MAX_ROWS:
         table.refuse(f"at most {MAX_ROWS} rows")
@@ -87,7 +87,7 @@ def _channels(table: Value) -> dict[str, tuple[str, str]]:
 
 
 def _rigs(table: Value, channels: dict[str, tuple[str, str]]) -> list[list[Value]]:
-    """The rows cut into rigs: the table holds the sensors of one log after those of another."""
+    """Return the rows divided into rigs: the table holds the sensors of one log after those of another."""
     rows = table.elements()
     if not 0 < len(rows) <= MAX_ROWS:
         table.refuse(f"1 to {MAX_ROWS} rows")
@@ -107,7 +107,7 @@ def _rigs(table: Value, channels: dict[str, tuple[str, str]]) -> list[list[Value
 
 
 def _chosen(rigs: list[list[Value]], token: str | None, where: str) -> tuple[list[Value], str]:
-    """The rows of one rig, and which one it is in words."""
+    """Return the rows of one rig, and words that say which one it is."""
     if token is None:
         first = rigs[0][0].item("token").text()
         return rigs[0], f"rig 1 of {len(rigs)}, its first row is {shortened(first, 40)}"
@@ -144,7 +144,7 @@ def _remark_on_frames(notes: Notes, origin_m: Vec3, options: ReadOptions) -> Non
 
 
 def write(rig: Rig) -> Exported:
-    """Both tables, in a folder; tokens follow from the rig's name and the sensors' names."""
+    """Return both tables, in a folder; tokens follow from the rig's name and the sensors' names."""
     notes = Notes()
     origin_m = rear_axle_on_ground(rig.vehicle)
     sensors = sensors_to_write(rig, notes)
@@ -188,7 +188,7 @@ def _calibrated_row(rig: Rig, sensor: Sensor, origin_m: Vec3) -> dict[str, objec
 
 
 def _token(rig: Rig, table: str, sensor: str) -> str:
-    """32 hexadecimal digits, the same for the same rig and sensor."""
+    """Return 32 hexadecimal digits, the same for the same rig and sensor."""
     return hashlib.sha256("\0".join((rig.name, table, sensor)).encode()).hexdigest()[:32]
 
 

@@ -28,12 +28,12 @@ VERSION = {"version_major": 3, "version_minor": 7, "version_patch": 0}
 
 
 def recognises(_: Source) -> bool:
-    """Never: this format is only written."""
+    """Return False: this format is only written."""
     return False
 
 
 def write(rig: Rig) -> Exported:
-    """A list of SensorViewConfiguration messages, one for each sensor, and an index of their names."""
+    """Return a list of SensorViewConfiguration messages, one for each sensor, and an index of their names."""
     notes = Notes()
     sensors = sensors_to_write(rig, notes)
     messages = [_message(sensor, number, rig, notes) for number, sensor in enumerate(sensors, 1)]
@@ -64,7 +64,7 @@ def _message(sensor: Sensor, number: int, rig: Rig, notes: Notes) -> dict[str, A
 
 
 def _camera(camera: Camera, notes: Notes) -> tuple[float, float, dict[str, int]]:
-    """Fields of view in radians, even to both sides as OSI has them, and pixels."""
+    """Return the symmetric fields of view in radians, as OSI has them, and the pixels."""
     report_distortion(camera, notes)
     fx, fy, cx, cy = camera.intrinsics_px()
     width, height = camera.image
@@ -79,7 +79,7 @@ def _camera(camera: Camera, notes: Notes) -> tuple[float, float, dict[str, int]]
 
 
 def _lidar(lidar: Lidar, notes: Notes) -> tuple[float, float, dict[str, int]]:
-    """Fields of view in radians that hold every ray, even to both sides as OSI has them, and numbers of rays."""
+    """Return the symmetric fields of view in radians that hold every ray, as OSI has them, and the numbers of rays."""
     beams, turn = lidar.elevations(), lidar.azimuths()
     notes.written("mounting position, field of view and numbers of rays", lidar.name)
     step = 360.0 / len(turn)

@@ -34,7 +34,7 @@ _MODELS = {"main_pandar64": "Hesai Pandar64", "front_gt": "Hesai PandarGT"}
 
 
 def recognises(source: Source) -> bool:
-    """A YAML or JSON mapping whose entries have an extrinsic.transform."""
+    """Return whether this is a YAML or JSON mapping whose entries have an extrinsic.transform."""
     if source.is_folder or source.suffix not in (".yaml", ".yml", ".json"):
         return False
     root = source.json if source.suffix == ".json" else source.yaml
@@ -48,7 +48,7 @@ def _has_transform(entry: object) -> bool:
 
 
 def read(source: Source, options: ReadOptions) -> Imported:
-    """Cameras and LiDARs around the Pandar64."""
+    """Return cameras and LiDARs around the Pandar64."""
     notes = Notes()
     vehicle = options.vehicle_or(PACIFICA)
     mounting = Mounting(source.where, notes, vehicle, options.origin_m or MAIN_LIDAR_M)
@@ -84,7 +84,7 @@ def _add(name: str, value: Value, mounting: Mounting) -> None:
 
 
 def _lens(intrinsic: Value, name: str, notes: Notes) -> dict[str, Any]:
-    """K row by row, as a list of 9; D in the order of OpenCV: k1 k2 p1 p2 k3."""
+    """Return image and lens from K, a list of 9 row by row, and D in the order of OpenCV: k1 k2 p1 p2 k3."""
     k = intrinsic.item("K").numbers(9)
     lens = {"fx": k[0], "fy": k[4], "cx": k[2], "cy": k[5]}
     distortion = intrinsic.get("D")

@@ -24,7 +24,7 @@ class Remark:
     option: str = ""
 
     def sentence(self) -> str:
-        """The remark on one line: at most a few of the parts are named, the others counted."""
+        """Return the remark on one line: at most a few of the parts are named, the others counted."""
         if not self.about:
             return self.text
         names = ", ".join(self.about[:_NAMED])
@@ -40,13 +40,13 @@ class Report:
     remarks: tuple[Remark, ...]
 
     def lines(self) -> list[str]:
-        """Every remark as a line for the terminal, with its kind and option."""
+        """Return every remark as a line for the terminal, with its kind and option."""
         options = (f"; {remark.option} changes it" if remark.option else "" for remark in self.remarks)
         told = zip(self.remarks, options, strict=True)
         return [f"{remark.kind}: {remark.sentence()}{option}" for remark, option in told]
 
     def of_kind(self, kind: Kind) -> tuple[Remark, ...]:
-        """The remarks of one kind."""
+        """Return the remarks of one kind."""
         return tuple(remark for remark in self.remarks if remark.kind == kind)
 
 
@@ -77,7 +77,7 @@ class Notes:
         self._add("ignored", text, about)
 
     def report(self, title: str) -> Report:
-        """The remarks so far, by kind and then in the order in which they came."""
+        """Return the remarks so far, by kind and then in the order in which they came."""
         found = [Remark(kind, text, tuple(about), way) for (kind, text, way), about in self._about.items()]
         return Report(title, tuple(sorted(found, key=lambda remark: KINDS.index(remark.kind))))
 

@@ -17,7 +17,7 @@ _LOOK_BYTES = 4_000_000
 
 
 def recognises(source: Source) -> bool:
-    """A YAML file with the key riglens; one that cannot be read counts, its error says what is wrong."""
+    """Return whether this is a YAML file with the key riglens, or an unreadable one, whose error says what is wrong."""
     if source.is_folder or source.suffix not in (".yaml", ".yml"):
         return False
     try:
@@ -28,7 +28,7 @@ def recognises(source: Source) -> bool:
 
 
 def read(source: Source, options: ReadOptions) -> Imported:
-    """The rig as it is; a vehicle or rear axle that the user names replaces the one in the file."""
+    """Return the rig as it is, except for a vehicle or rear axle that the user names."""
     notes = Notes()
     rig = load_rig(source.path).rig
     vehicle = options.vehicle_or(rig.vehicle)
@@ -41,7 +41,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
 
 
 def write(rig: Rig) -> Exported:
-    """The rig, whole."""
+    """Return the whole rig."""
     notes = Notes()
     notes.written("everything")
     return Exported({"rig.yaml": dumps(rig)}, notes.report(TITLE))

@@ -22,7 +22,7 @@ _MAX_SAMPLES = 100_000
 
 
 def numbers_in(element: Element, text: str, count: int) -> list[float]:
-    """So many finite numbers, separated by blanks."""
+    """Return `count` finite numbers, separated by blanks."""
     words = text.split()
     try:
         found = [float(word) for word in words if len(word) < 100 and "_" not in word]
@@ -51,7 +51,7 @@ def add_sdf_sensor(
 
 
 def _number(root: Element, *path: str, default: float | None = None) -> float:
-    """The number in an element; inf counts, for ranges."""
+    """Return the number in an element; ranges may be inf."""
     element = root.first(*path)
     if element is None:
         if default is None:
@@ -101,7 +101,7 @@ def _lidar_fields(sensor: Element) -> dict[str, Any]:
 
 
 def _azimuths(scan: Element) -> EvenAngles:
-    """Both ends are rays in SDF; here the end is open, one step further, and a full turn ends at 360 degrees."""
+    """Return the azimuths: SDF casts rays at both ends; here the end is open, one step further, at most a full turn."""
     count = _whole(scan, "horizontal", "samples", most=_MAX_SAMPLES)
     low, high = (_angle(scan, "horizontal", f"{end}_angle") for end in ("min", "max"))
     if count == 1:

@@ -59,14 +59,14 @@ class Value:
         return isinstance(self.raw, dict) and self.raw.get(key) is not None
 
     def get(self, key: str) -> Value | None:
-        """The field of that name, None when it is missing or null; refused when this is no mapping."""
+        """Return the field of that name, None when missing or null; raise InputError when this is not a mapping."""
         if not isinstance(self.raw, dict):
             self.refuse("a mapping of names to values")
         found = self.raw.get(key)
         return None if found is None else self._inner(found, key)
 
     def item(self, key: str) -> Value:
-        """The field of that name; refused when it is missing."""
+        """Return the field of that name; raise InputError when it is missing."""
         found = self.get(key)
         if found is None:
             place = f"{self._path}.{key}" if self._path else key
@@ -74,14 +74,14 @@ class Value:
         return found
 
     def items(self) -> Iterator[tuple[str, Value]]:
-        """Names and values of a mapping, in the order of the file."""
+        """Yield the names and values of a mapping, in the order of the file."""
         if not isinstance(self.raw, dict):
             self.refuse("a mapping of names to values")
         for key, value in self.raw.items():
             yield str(key), self._inner(value, str(key))
 
     def elements(self, count: int | None = None) -> list[Value]:
-        """The elements of a list, of exactly `count` of them where that is given."""
+        """Return the elements of a list, which must have exactly `count` where that is given."""
         if not isinstance(self.raw, (list, tuple)):
             self.refuse("a list")
         if count is not None and len(self.raw) != count:
@@ -89,13 +89,13 @@ class Value:
         return [Value(value, self._where, f"{self._path}[{index}]") for index, value in enumerate(self.raw)]
 
     def text(self) -> str:
-        """A text; JSON can say halves of characters (surrogates), which no file can hold."""
+        """Return a text; JSON can express halves of characters (surrogates), which no file can hold."""
         if not isinstance(self.raw, str) or not is_encodable(self.raw):
             self.refuse("a text")
         return self.raw
 
     def number(self, low: float = -MAX_METRES, high: float = MAX_METRES, quoted: bool = False) -> float:
-        """A finite number in [low, high]; with `quoted` one written as a text is accepted too."""
+        """Return a finite number in [low, high]; with `quoted` one written as a text is accepted too."""
         value = self.raw
         if quoted and isinstance(value, str):
             value = _number_in(value)
@@ -104,27 +104,27 @@ class Value:
         return float(value)
 
     def whole(self, low: int, high: int, quoted: bool = False) -> int:
-        """A whole number in [low, high]."""
+        """Return a whole number in [low, high]."""
         value = self.number(low, high, quoted)
         if value != int(value):
             self.refuse(f"a whole number from {low} to {high}")
         return int(value)
 
     def numbers(self, count: int | None = None, limit: float = MAX_METRES) -> list[float]:
-        """A list of finite numbers within ±limit."""
+        """Return a list of finite numbers within ±limit."""
         return [element.number(-limit, limit) for element in self.elements(count)]
 
     def vector(self, limit: float = MAX_METRES) -> Vec3:
-        """Three finite numbers within ±limit."""
+        """Return three finite numbers within ±limit."""
         x, y, z = self.numbers(3, limit)
         return x, y, z
 
     def matrix(self, rows: int, columns: int) -> NDArray[np.float64]:
-        """A matrix as a list of rows."""
+        """Return a matrix as a list of rows."""
         return np.array([row.numbers(columns) for row in self.elements(rows)])
 
     def field_numbers(self, *names: str) -> list[float]:
-        """Numbers in named fields, one for each name; all must be there."""
+        """Return the numbers in named fields, one for each name; all must be there."""
         return [self.item(name).number() for name in names]
 
     def _inner(self, value: Any, key: str) -> Value:
@@ -144,12 +144,12 @@ class Value:
 
 
 def is_encodable(text: str) -> bool:
-    """Whether a text can be written as UTF-8."""
+    """Return whether a text can be written as UTF-8."""
     return text.isascii() or not any("\ud800" <= letter <= "\udfff" for letter in text)
 
 
 def _number_in(text: str) -> float:
-    """The number that a text says; not a number when it says something else."""
+    """Return the number in a text, NaN when there is none."""
     try:
         return float(text) if len(text) < 100 and "_" not in text else math.nan
     except ValueError:
@@ -172,24 +172,24 @@ class Element:
     text: str = ""
 
     def all(self, tag: str) -> Iterator[Element]:
-        """The children of that tag."""
+        """Yield the children of that tag."""
         return (child for child in self.children if child.tag == tag)
 
     def first(self, *path: str) -> Element | None:
-        """The first child of that tag, its first child of the next, and so on; None when there is none."""
+        """Return the first child of that tag, its first child of the next, and so on; None when there is none."""
         found: Element | None = self
         for tag in path:
             found = next(found.all(tag), None) if found is not None else None
         return found
 
     def attribute(self, name: str) -> str:
-        """An attribute that must be there."""
+        """Return an attribute that must be there."""
         if name not in self.attributes:
             raise self.error(f"attribute '{name}' is missing")
         return self.attributes[name]
 
     def error(self, complaint: str) -> InputError:
-        """What is wrong with this element, with file and line."""
+        """Return an InputError about this element, with file and line."""
         return InputError(f"{self.where}:{self.line}: <{shortened(self.tag, 40)}>: {complaint}")
 
 
@@ -237,7 +237,7 @@ class _ElementBuilder:
 
 
 def parse_xml(text: str, where: str) -> Element:
-    """The root element; InputError `file:line: ...` for text that is not XML, or XML that could do harm."""
+    """Return the root element; raise InputError `file:line: ...` for text that is not XML, or harmful XML."""
     builder = _ElementBuilder(where)
     try:
         builder.parser.Parse(text.encode("utf-8"), True)
@@ -277,14 +277,14 @@ class Source:
         return shortened(stem, 100) or "imported"
 
     def sibling(self, *names: str) -> Source | None:
-        """The first file of those names in the folder, None when there is none."""
+        """Return the first file of those names in the folder, None when there is none."""
         for name in names:
             if (self.folder / name).is_file():
                 return Source(self.folder / name)
         return None
 
     def siblings(self, pattern: str, most: int = 64) -> list[Source]:
-        """The files of the folder that match a pattern, by name; refused when they are very many."""
+        """Return the files of the folder that match a pattern, by name; refused when they are very many."""
         paths = sorted(path for path in self.folder.glob(pattern) if path.is_file())
         if len(paths) > most:
             raise InputError(f"{self.where}: {len(paths)} files {pattern}; accepted are at most {most}")
@@ -292,7 +292,7 @@ class Source:
 
     @cached_property
     def text(self) -> str:
-        """The text of the file, UTF-8; InputError when it is missing, too large or not text."""
+        """The text of the file, UTF-8; raise InputError when it is missing, too large or not text."""
         limit = {".json": MAX_JSON_BYTES, ".yaml": MAX_YAML_BYTES, ".yml": MAX_YAML_BYTES}
         content = _content(self.path, self.where, self.is_packed, limit.get(self.suffix, MAX_TEXT_BYTES))
         if b"\0" in content:
@@ -306,19 +306,19 @@ class Source:
 
     @cached_property
     def json(self) -> Value:
-        """The JSON document; InputError with the line for broken JSON, NaN, keys given twice, deep nesting."""
+        """The JSON document; raise InputError with the line for broken JSON, NaN, keys given twice, deep nesting."""
         return Value(self._parsed(_load_json), self.where)
 
     @cached_property
     def yaml(self) -> Value:
-        """The YAML document, plain data only; InputError with the line."""
+        """The YAML document, plain data only; raise InputError with the line."""
         if len(self.text) > MAX_YAML_BYTES:
             raise InputError(f"{self.where}: larger than {MAX_YAML_BYTES / 1e3:g} kB; accepted is a rig file")
         return Value(plain_value(parse_yaml(self.text, self.where)), self.where)
 
     @cached_property
     def toml(self) -> Value:
-        """The TOML document; InputError with what is wrong."""
+        """The TOML document; raise InputError with what is wrong."""
         return Value(self._parsed(tomllib.loads), self.where)
 
     @cached_property

@@ -50,7 +50,7 @@ _OPTICAL_RPY = (-90.0, 0.0, -90.0)
 
 
 def write(rig: Rig) -> Exported:
-    """The URDF; base_link is the point on the ground under the rear axle."""
+    """Return the URDF; base_link is the point on the ground under the rear axle."""
     notes = Notes()
     lines = ['<?xml version="1.0"?>', f"<robot name={_quoted(rig.name)}>", '  <link name="base_link"/>']
     for sensor in sensors_to_write(rig, notes):
@@ -69,7 +69,7 @@ def write(rig: Rig) -> Exported:
 
 
 def _quoted(text: str) -> str:
-    """A text as an attribute: characters that XML 1.0 may not hold are written as their number, like u0007."""
+    """Return a text as an attribute; characters that XML 1.0 does not allow are written as numbers, like u0007."""
     return quoteattr("".join(letter if letter.isprintable() else f"u{ord(letter):04x}" for letter in text))
 
 
@@ -174,14 +174,14 @@ class _Found:
 
 
 def recognises(source: Source) -> bool:
-    """An XML file whose root is <robot>."""
+    """Return whether this is an XML file whose root is <robot>."""
     if source.is_folder or source.suffix not in (".urdf", ".xacro", ".xml"):
         return False
     return source.suffix != ".xml" or source.xml.tag == "robot"
 
 
 def read(source: Source, options: ReadOptions) -> Imported:
-    """The sensors of a robot, chained to base_link."""
+    """Return the sensors of a robot, chained to base_link."""
     root = source.xml
     _check(root, source)
     notes = Notes()
@@ -222,7 +222,7 @@ def _walk(root: Element) -> Iterator[Element]:
 
 
 def _joints(root: Element, notes: Notes) -> FrameTree:
-    """The tree of links; joints that move are taken at zero."""
+    """Return the tree of links; joints that move are taken at zero."""
     tree = FrameTree(root.where)
     joints = list(root.all("joint"))
     if len(joints) > MAX_JOINTS:
@@ -247,7 +247,7 @@ def _origin(element: Element) -> Matrix:
 
 
 def _base(root: Element, tree: FrameTree) -> str:
-    """The frame that stands for the vehicle: base_footprint, base_link, or the root of the tree."""
+    """Return the frame that stands for the vehicle: base_footprint, base_link, or the root of the tree."""
     links = [link.attribute("name") for link in root.all("link")]
     if not links:
         raise root.error("no <link>; accepted is a robot with links")
@@ -256,7 +256,7 @@ def _base(root: Element, tree: FrameTree) -> str:
 
 
 def _sensors(root: Element, tree: FrameTree, notes: Notes) -> list[_Found]:
-    """Gazebo's sensors, then links whose names tell; of links of a kind on one branch the outermost counts."""
+    """Return Gazebo's sensors, then links told by their names; of a kind's links on one branch the outermost counts."""
     found = [*_gazebo_sensors(root, notes)]
     taken = {sensor.link for sensor in found}
     for link in root.all("link"):
@@ -270,7 +270,7 @@ def _sensors(root: Element, tree: FrameTree, notes: Notes) -> list[_Found]:
 
 
 def _outermost(found: list[_Found], tree: FrameTree, notes: Notes) -> list[_Found]:
-    """Without links that are the mount, or another axes frame, of a sensor of the same kind in the list."""
+    """Drop links that are the mount, or another axes frame, of a sensor of the same kind in the list."""
     above = {(sensor.kind, frame) for sensor in found for frame in tree.above(sensor.link)}
     gazebo = {(sensor.kind, sensor.link) for sensor in found if sensor.sensor is not None}
     kept: list[_Found] = []

@@ -81,19 +81,19 @@ ACCEPTED = {
 
 
 def path_text(path: Path) -> str:
-    """A field path as a person writes it: sensors[1].elevations_deg.count."""
+    """Return a field path in readable form: sensors[1].elevations_deg.count."""
     text = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in path)
     return text.removeprefix(".")
 
 
 def key_of(path: Path) -> str:
-    """The key of a field path in ACCEPTED."""
+    """Return the key of a field path in ACCEPTED."""
     text = "".join("[]" if isinstance(part, int) else f".{part}" for part in path)
     return text.removeprefix(".")
 
 
 def field_path(loc: tuple[str | int, ...]) -> Path:
-    """The path of the field that a pydantic location lies in, without union members and items."""
+    """Return the path of the field that a pydantic location lies in, without union members and items."""
     path: Path = ()
     for part in loc:
         if key_of((*path, part)) in ACCEPTED:
@@ -114,14 +114,14 @@ class Problem:
 
 
 def first_of(problems: list[Problem], where: str) -> str:
-    """The line of text about the first problem in the file, with the number of the others."""
+    """Return one line about the first problem in the file, with the number of further ones."""
     first, *others = sorted(problems, key=lambda problem: problem.line)
     more = f" (and {len(others)} more)" if others else ""
     return f"{where}:{first.line}: {first.text}{more}"
 
 
 def key_problems(root: Mapping) -> Iterable[Problem]:
-    """Unknown keys of the document, the vehicle, the sensors and their angles."""
+    """Yield the unknown keys of the document, the vehicle, the sensors and their angles."""
     yield from _unknown_keys(root, (), Rig)
     vehicle = root.get("vehicle")
     yield from _unknown_keys(vehicle, ("vehicle",), Vehicle)
@@ -153,7 +153,7 @@ def _unknown_keys(node: Node | None, path: Path, model: type[BaseModel]) -> Iter
 
 
 def sensor_problems(root: Mapping) -> Iterable[Problem]:
-    """What concerns a sensor beyond its own fields: kind, library model, names used twice."""
+    """Yield what concerns a sensor beyond its own fields: kind, library model, names used twice."""
     lines: dict[str, int] = {}
     for index, sensor in _sensor_nodes(root):
         path = path_text(("sensors", index))
@@ -164,7 +164,7 @@ def sensor_problems(root: Mapping) -> Iterable[Problem]:
 
 
 def _mirror_problems(sensors: list[tuple[int, Mapping]]) -> Iterable[Problem]:
-    """A `mirror_of` that makes no pair; the other fields are judged elsewhere."""
+    """Yield a `mirror_of` that makes no pair; the other fields are judged elsewhere."""
     keys = ("name", "kind", "mirror_of")
     said = [tuple(_scalar(sensor.get(key)) for key in keys) for _, sensor in sensors]
     if all(isinstance(name, str) and (other is None or isinstance(other, str)) for name, _, other in said):
@@ -203,7 +203,7 @@ def _model_problems(sensor: Mapping, path: str) -> Iterable[Problem]:
 
 
 def model_complaint(model: str | None, kind: Any) -> str:
-    """Why a sensor of that kind cannot be of that library model ("model: ..."); empty when it can."""
+    """Return why a sensor of that kind cannot be of that library model ("model: ..."); empty when it can."""
     if model is None:
         return ""
     library = default_library()
@@ -218,7 +218,7 @@ def model_complaint(model: str | None, kind: Any) -> str:
 
 
 def found_text(node: Node) -> str:
-    """What stands in the file, shortened."""
+    """Return what stands in the file, shortened."""
     if isinstance(node, Scalar) and node.start == node.end:
         return "nothing"
     value = plain_value(node)
@@ -232,7 +232,7 @@ def _scalar(node: Node | None) -> Any:
 
 
 def _sensor_nodes(root: Mapping) -> list[tuple[int, Mapping]]:
-    """The sensors of the document that are mappings, with their place in the list."""
+    """Return the sensors of the document that are mappings, with their place in the list."""
     sensors = root.get("sensors")
     items = sensors.items if isinstance(sensors, Sequence) else ()
     return [(index, item) for index, item in enumerate(items) if isinstance(item, Mapping)]
@@ -242,9 +242,9 @@ _LONG_LIST = 6
 
 
 def rig_from_nodes(root: Node, where: str) -> Rig:
-    """The rig that a document describes; fields that a sensor leaves out come from its library model.
+    """Return the rig that a document describes; fields that a sensor omits come from its library model.
 
-    Raises InputError `file:line: field: found ...; accepted is ...` for the first problem in the file, with
+    Raise InputError `file:line: field: found ...; accepted is ...` for the first problem in the file, with
     the number of further ones.
     """
     if not isinstance(root, Mapping):
@@ -260,7 +260,7 @@ def rig_from_nodes(root: Node, where: str) -> Rig:
 
 
 def check_rig(rig: Rig) -> Rig:
-    """A rig validated again (drags do not validate), numbers as plain floats; InputError names the field."""
+    """Validate a rig again (drags do not) and make its numbers plain floats; an InputError names the field."""
     try:
         checked = Rig.model_validate(plain_fields(rig))
     except ValidationError as error:
@@ -297,7 +297,7 @@ def _check_version(root: Mapping, where: str) -> None:
 
 
 def _completed(root: Mapping) -> dict[str, Any]:
-    """The values of the document, sensors completed from the library."""
+    """Return the values of the document, sensors completed from the library."""
     values: dict[str, Any] = plain_value(root)
     if isinstance(values.get("sensors"), tuple):
         values["sensors"] = tuple(
@@ -328,7 +328,7 @@ def _validation_problems(root: Mapping, error: ValidationError) -> Iterable[Prob
 
 
 def _rule_problem(path: Path, node: Node, message: str) -> Problem:
-    """A rule over several fields; it stands at the field that its message starts with, if the file has it."""
+    """Return the problem with a rule over several fields, at the field that its message starts with, if present."""
     field = message.split()[0]
     if isinstance(node, Mapping) and (value := node.get(field)) is not None:
         return Problem(value.line, f"{path_text((*path, field))}: {message}")
@@ -336,13 +336,13 @@ def _rule_problem(path: Path, node: Node, message: str) -> Problem:
 
 
 def _is_other_way_to_say_angles(loc: tuple[str | int, ...], node: Node) -> bool:
-    """Angles are a mapping or a list; a complaint that one is not the other helps nobody."""
+    """Return whether a complaint only says that a mapping of angles is not a list or vice versa, which helps nobody."""
     other = "tuple[" if isinstance(node, Mapping) else "EvenAngles" if isinstance(node, Sequence) else None
     return other is not None and any(other in str(part) for part in loc)
 
 
 def _node_at(root: Mapping, path: Path) -> tuple[Node, bool]:
-    """The node of a field and True, or the nearest node around it and False when there is none."""
+    """Return the node of a field and True, or the nearest node around it and False when there is none."""
     node: Node = root
     for part in path:
         inner: Node | None = None
@@ -357,7 +357,7 @@ def _node_at(root: Mapping, path: Path) -> tuple[Node, bool]:
 
 
 def _exact_place(path: Path, node: Node, loc: tuple[str | int, ...]) -> tuple[str, Node]:
-    """The field as a whole, or the wrong number alone when it stands in a long list."""
+    """Return the field as a whole, or the wrong number alone when it stands in a long list."""
     last = loc[-1]
     if isinstance(node, Sequence) and isinstance(last, int) and len(node.items) > _LONG_LIST:
         return path_text((*path, last)), node.items[last]

@@ -30,7 +30,7 @@ Item = int | Sensor
 
 
 def match_sensors(old: Rig, new: Rig) -> list[int | None]:
-    """For every sensor of `new` its index in `old`, None for a new one; names say who is who."""
+    """Return for every sensor of `new` its index in `old`, None for a new one; sensors are matched by name."""
     places = {(sensor.name, sensor.kind): index for index, sensor in enumerate(old.sensors)}
     matches = [places.get((sensor.name, sensor.kind)) for sensor in new.sensors]
     free = [index for index in range(len(old.sensors)) if index not in matches]
@@ -48,7 +48,7 @@ def _is_renamed(old: Sensor, new: Sensor) -> bool:
 
 
 def rearranged(text: str, order: AbstractSequence[Item]) -> str:
-    """The text with its sensors in that order."""
+    """Return the text with its sensors in that order."""
     root = parse_yaml(text, "rig")
     assert isinstance(root, Mapping)
     sensors = root.get("sensors")
@@ -60,7 +60,7 @@ def rearranged(text: str, order: AbstractSequence[Item]) -> str:
 
 
 def _first_sensors(text: str, root: Mapping, sensors: object, order: AbstractSequence[Item]) -> str:
-    """Sensors for a file that has none: `sensors: []`, or no such key at all."""
+    """Add sensors to a file that has none: `sensors: []`, or no such key at all."""
     added = [item for item in order if not isinstance(item, int)]
     if root.flow:
         entry = f", sensors: [{', '.join(value_text(written_fields(sensor)) for sensor in added)}]"
@@ -78,7 +78,7 @@ def _first_sensors(text: str, root: Mapping, sensors: object, order: AbstractSeq
 
 
 def _rearranged_flow(text: str, sensors: Sequence, order: AbstractSequence[Item]) -> str:
-    """Items in brackets: each place gets the text of the sensor that belongs there."""
+    """Rearrange items in brackets: each place gets the text of the sensor that belongs there."""
     items = sensors.items
     new = [
         text[items[item].start : items[item].end]
@@ -166,7 +166,7 @@ def _split(text: str, sensors: Sequence) -> _Blocks:
 
 
 def _item_start(text: str, sensors: Sequence, index: int) -> int:
-    """Start of the line with the item's dash."""
+    """Return the start of the line with the item's dash."""
     dash = text.rfind("-", 0, sensors.items[index].start)
     while dash - (text.rfind("\n", 0, dash) + 1) != sensors.column:
         dash = text.rfind("-", 0, dash)
@@ -174,7 +174,7 @@ def _item_start(text: str, sensors: Sequence, index: int) -> int:
 
 
 def _above_comments(text: str, start: int, column: int) -> int:
-    """Start of the comment lines directly above a line, those indented like the dash or less."""
+    """Return the start of the comment lines directly above a line, those indented like the dash or less."""
     while start > 0:
         above = text.rfind("\n", 0, start - 1) + 1
         line = text[above:start]
@@ -185,7 +185,7 @@ def _above_comments(text: str, start: int, column: int) -> int:
 
 
 def _below_comments(text: str, end: int, column: int) -> int:
-    """End of a sensor's last line and of the comment lines directly below that are indented deeper."""
+    """Return the end of a sensor's last line and of the comment lines directly below that are indented deeper."""
     end = text.find("\n", end) + 1
     while (stop := text.find("\n", end)) >= 0:
         line = text[end : stop + 1]
@@ -212,7 +212,7 @@ _ABSENT = {"distortion": dict.fromkeys(COEFFICIENTS, 0.0)}
 
 
 def edited_text(text: str, old: Rig, new: Rig) -> str:
-    """The text of a file that says `old`, changed as little as possible so that it says `new`.
+    """Return the text of a file that describes `old`, changed as little as possible to describe `new`.
 
     Sensors are recognised by name, or as renamed when all else agrees. Fields that the file leaves to a
     library model or to the defaults stay left out while they say the right thing.
@@ -246,7 +246,7 @@ def _with_values(text: str, new: Rig, pairs: AbstractSequence[tuple[int, Sensor]
 
 
 def _without_one_obsolete_field(text: str, pairs: AbstractSequence[tuple[int, Sensor]]) -> str | None:
-    """The text without the first field that no longer has a value (a lens said in another way), or None."""
+    """Return the text without the first field that no longer has a value (of a lens given otherwise), or None."""
     root = _root(text)
     for index, sensor in pairs:
         item, wanted, implied = _item(root, index), plain_fields(sensor), implied_fields(sensor)
@@ -308,7 +308,7 @@ class _Edits:
             self._edits.append((node.start, node.end, space + value_text(wanted)))
 
     def _anchor(self, node: Mapping, name: str, order: tuple[str, ...]) -> Node:
-        """The value behind which a new field goes: that of the last field before it, else the last one."""
+        """Return the value after which a new field goes: that of the last field before it, or else the last one."""
         earlier = order[: order.index(name)]
         known = [value for key, value in node.entries if key.text in earlier]
         return known[-1] if known else node.entries[-1][1]
@@ -321,7 +321,7 @@ class _Edits:
             self._edits.append((end, end, f"{self._newline}{' ' * node.column}{entry}"))
 
     def applied(self) -> str:
-        """The text with all edits made."""
+        """Return the text with all edits made."""
         pieces, position = [], 0
         for start, end, new in sorted(self._edits, key=lambda edit: edit[:2]):
             pieces += [self._text[position:start], new]
@@ -330,7 +330,7 @@ class _Edits:
 
 
 def _is_part(node: Mapping, wanted: dict[str, Any]) -> bool:
-    """Whether a mapping holds something, and nothing that is no longer wanted."""
+    """Return whether a mapping has fields, all of which are still wanted."""
     return bool(node.entries) and {key.text for key, _ in node.entries} <= wanted.keys()
 
 

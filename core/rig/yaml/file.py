@@ -30,9 +30,9 @@ class RigFile:
     path: Path | None = None
 
     def updated(self, rig: Rig) -> RigFile:
-        """The same file saying another rig: changed values are rewritten, everything else stays as it is.
+        """Return the same file with another rig: changed values are rewritten, everything else stays as it is.
 
-        Raises InputError that names the field when the rig is not valid.
+        Raise InputError that names the field when the rig is not valid.
         """
         rig = check_rig(rig)
         if same_rig(rig, self.rig):
@@ -46,7 +46,7 @@ class RigFile:
     def save(self, path: str | os.PathLike[str], rig: Rig | None = None) -> RigFile:
         """Write the file, with that rig if one is given; returns the file as it now is on the disk.
 
-        Raises InputError when the rig is not valid or the file cannot be written; the old file stays then.
+        Raise InputError when the rig is not valid or the file cannot be written; the old file stays then.
         """
         file = self if rig is None else self.updated(rig)
         with atomic_write(path) as stream:
@@ -55,13 +55,13 @@ class RigFile:
 
 
 def new_rig_file(rig: Rig) -> RigFile:
-    """A file for a rig that has none yet, in the layout of the documentation."""
+    """Return a file for a rig that has none yet, in the layout of the documentation."""
     rig = check_rig(rig)
     return RigFile(rig, rig_text(rig))
 
 
 def dumps(rig: Rig) -> str:
-    """A rig as YAML text that reads back to the same rig, bit for bit; InputError when it is not valid."""
+    """Return a rig as YAML text that reads back to the same rig, bit for bit; raise InputError when it is not valid."""
     return rig_text(check_rig(rig))
 
 
@@ -71,13 +71,13 @@ def loads(text: str, where: str = "rig.yaml") -> RigFile:
 
 
 def load_rig(path: str | os.PathLike[str]) -> RigFile:
-    """Read a rig file; InputError with file, line and field when it is missing, unreadable or wrong."""
+    """Read a rig file; raise InputError with file, line and field when it is missing, unreadable or wrong."""
     file = loads(read_text(path, "a rig YAML file"), shown_path(path))
     return RigFile(file.rig, file.text, Path(path))
 
 
 def rig_sha256(rig: Rig) -> str:
-    """SHA-256 (hex) of what the rig says, whatever the layout of its file: canonical JSON of its fields.
+    """Return the SHA-256 (hex) of a rig's content, whatever the layout of its file: canonical JSON of its fields.
 
     Fields that came after the first version are left out at their defaults: a rig keeps its hash.
     """
@@ -94,7 +94,7 @@ def _hashed_fields(rig: Rig) -> dict[str, Any]:
 
 
 def same_rig(one: Rig, other: Rig) -> bool:
-    """Whether two rigs say the same to the last bit."""
+    """Return whether two rigs are the same to the last bit."""
     return same_value(plain_fields(one), plain_fields(other))
 
 

@@ -77,11 +77,11 @@ class Mapping(Node):
     flow: bool
 
     def get(self, key: str) -> Node | None:
-        """The value of that key, None when the mapping has no such key."""
+        """Return the value of that key, None when the mapping has no such key."""
         return next((value for name, value in self.entries if name.text == key), None)
 
     def key(self, key: str) -> Scalar:
-        """The node of that key; KeyError when the mapping has no such key."""
+        """Return the node of that key; raise KeyError when the mapping has no such key."""
         for name, _ in self.entries:
             if name.text == key:
                 return name
@@ -89,9 +89,9 @@ class Mapping(Node):
 
 
 def parse_yaml(text: str, where: str) -> Node:
-    """The one document of a YAML text; `where` is the name of the file in messages.
+    """Return the one document of a YAML text; `where` is the name of the file in messages.
 
-    Raises InputError `file:line: ...` for text that is not YAML or uses what this format does without.
+    Raise InputError `file:line: ...` for text that is not YAML or uses what this format does without.
     """
     if len(text) > MAX_BYTES:
         raise InputError(f"{where}: {len(text)} characters, accepted are at most {MAX_BYTES}")
@@ -111,7 +111,7 @@ def parse_yaml(text: str, where: str) -> Node:
 
 
 def plain_value(node: Node) -> Any:
-    """The value of a node: None, bool, int, float, str, tuple or dict (YAML 1.2 core schema)."""
+    """Return the value of a node: None, bool, int, float, str, tuple or dict (YAML 1.2 core schema)."""
     if isinstance(node, Scalar):
         return scalar_value(node.text) if node.plain else node.text
     if isinstance(node, Sequence):
@@ -121,7 +121,7 @@ def plain_value(node: Node) -> Any:
 
 
 def scalar_value(text: str) -> Any:
-    """The value of an unquoted word: None, bool, int, float or the word itself."""
+    """Return the value of an unquoted word: None, bool, int, float or the word itself."""
     if text in _WORDS:
         return _WORDS[text]
     if _INT.fullmatch(text):
@@ -202,7 +202,7 @@ class _NodeBuilder:
         return Mapping(mark.index, end, mark.line + 1, mark.column, tuple(entries), flow)
 
     def _behind(self, key: Scalar, value: Node) -> Node:
-        """An empty value belongs right behind its key's colon, the parser places it at the next word."""
+        """Return a value at its right place: an empty one belongs behind its key's colon, not at the next word."""
         colon = self._text.find(":", key.end)
         if value.start == value.end and colon >= 0:
             return Scalar(colon + 1, colon + 1, key.line, key.column, "", plain=True)
@@ -213,7 +213,7 @@ class _NodeBuilder:
 
 
 def shortened(text: str, limit: int = 60) -> str:
-    """A piece of a file on one line, quoted when it is not printable, cut when it is long."""
+    """Return a piece of a file on one line, quoted when it is not printable, truncated when it is long."""
     flat = " ".join(text.split())
     if not flat.isprintable():
         flat = repr(flat)
@@ -225,7 +225,7 @@ def _one_line(problem: object) -> str:
 
 
 def read_text(path: str | os.PathLike[str], accepted: str) -> str:
-    """The text of a file; InputError when it is missing, unreadable, too large or no text.
+    """Return the text of a file; raise InputError when it is missing, unreadable, too large or not text.
 
     `accepted` says in messages what the file should have been: "a rig YAML file".
     """
@@ -242,7 +242,7 @@ def read_text(path: str | os.PathLike[str], accepted: str) -> str:
 
 
 def shown_path(path: str | os.PathLike[str]) -> str:
-    """A path on one line, for messages."""
+    """Return a path on one line, for messages."""
     return shortened(os.fspath(path), 200)
 
 

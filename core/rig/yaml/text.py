@@ -29,13 +29,13 @@ FIELD_ORDER = (
 
 
 def plain_fields(item: BaseModel) -> dict[str, Any]:
-    """The fields of a part of a rig as plain numbers, strings, tuples and dicts, under their YAML names."""
+    """Return the fields of a part of a rig as plain numbers, strings, tuples and dicts, under their YAML names."""
     fields = type(item).model_fields
     return {str(info.alias or name): plain(getattr(item, name)) for name, info in fields.items()}
 
 
 def plain(value: Any) -> Any:
-    """A value of a rig as plain data; NumPy's floats become Python's."""
+    """Return a value of a rig as plain data; NumPy's floats become Python's."""
     if isinstance(value, BaseModel):
         return plain_fields(value)
     if isinstance(value, (tuple, list)):
@@ -44,10 +44,10 @@ def plain(value: Any) -> Any:
 
 
 def written_fields(sensor: Sensor) -> dict[str, Any]:
-    """The fields of a sensor that a new file says, in the order in which it says them.
+    """Return the fields of a sensor that a new file holds, in the order in which they are written.
 
-    What the library model supplies is said as well, so that the file keeps its meaning on its own; left out
-    are options at their defaults.
+    What the library model supplies is written as well, so that the file keeps its meaning on its own; options
+        at their defaults are left out.
     """
     fields, defaults, implied = plain_fields(sensor), _default_fields(sensor), implied_fields(sensor)
     silent = [
@@ -59,7 +59,7 @@ def written_fields(sensor: Sensor) -> dict[str, Any]:
 
 
 def vehicle_fields(vehicle: Vehicle) -> dict[str, Any]:
-    """The fields of a vehicle that a new file says: how a mesh is placed only when it is not as it comes."""
+    """Return the fields of a vehicle that a new file holds; the placement of a mesh only when it is not the default."""
     fields = plain_fields(vehicle)
     if same_value(fields["mesh"], plain_fields(MeshPlacement())):
         del fields["mesh"]
@@ -67,7 +67,7 @@ def vehicle_fields(vehicle: Vehicle) -> dict[str, Any]:
 
 
 def implied_fields(sensor: Sensor) -> dict[str, Any]:
-    """What a sensor's fields are when a file does not say them: the library model's, or the defaults."""
+    """Return the values of a sensor's fields when a file omits them: those of the library model, or the defaults."""
     fields = plain_fields(sensor)
     said = {key: fields.get(key) for key in ("model", "elevations_deg", "hfov_deg", *LENS_MATRIX)}
     return _default_fields(sensor) | supplied_fields(said)
@@ -79,7 +79,7 @@ def _default_fields(sensor: Sensor) -> dict[str, Any]:
 
 
 def rig_text(rig: Rig) -> str:
-    """A fresh rig file in the layout of the documentation, line ends LF."""
+    """Return a fresh rig file in the layout of the documentation, with LF line ends."""
     lines = [f"riglens: {rig.riglens}", f"name: {value_text(rig.name)}"]
     lines.append(f"vehicle: {value_text(vehicle_fields(rig.vehicle))}")
     if not rig.sensors:
@@ -91,13 +91,13 @@ def rig_text(rig: Rig) -> str:
 
 
 def sensor_lines(sensor: Sensor, indent: int) -> list[str]:
-    """A sensor as an item of a block list whose dash stands `indent` columns in."""
+    """Return a sensor as an item of a block list whose dash is indented by `indent` columns."""
     entries = [f"{key}: {value_text(value)}" for key, value in written_fields(sensor).items()]
     return [" " * indent + ("- " if index == 0 else "  ") + entry for index, entry in enumerate(entries)]
 
 
 def value_text(value: Any) -> str:
-    """A value in one line of YAML (flow style)."""
+    """Return a value in one line of YAML (flow style)."""
     if isinstance(value, Mapping):
         return "{" + ", ".join(f"{key}: {value_text(item)}" for key, item in value.items()) + "}"
     if isinstance(value, tuple):
@@ -137,7 +137,7 @@ def _escaped(character: str) -> str:
 
 
 def same_value(one: Any, other: Any) -> bool:
-    """Whether two plain values are the same to the last bit: -0.0 is not 0.0, and 25 is the number 25.0."""
+    """Return whether two plain values are the same to the last bit: -0.0 is not 0.0, and 25 is the number 25.0."""
     if isinstance(one, bool) or isinstance(other, bool) or isinstance(one, str) or isinstance(other, str):
         return type(one) is type(other) and bool(one == other)
     if isinstance(one, (int, float)) and isinstance(other, (int, float)):
@@ -150,7 +150,7 @@ def same_value(one: Any, other: Any) -> bool:
 
 
 def line_end(text: str, position: int) -> int:
-    """Where the line around a position ends, before its line break."""
+    """Return where the line around a position ends, before its line break."""
     end = text.find("\n", position)
     if end < 0:
         return len(text)

@@ -66,7 +66,7 @@ class ArgoverseSource(FileBoxSource):
 
 
 def _table(path: Path) -> pa.Table:
-    """The columns that are needed, complete and of a type that fits; InputError otherwise."""
+    """Return the columns that are needed, complete and of a type that fits; raise InputError otherwise."""
     if path.stat().st_size > MAX_FILE_BYTES:
         raise InputError(
             f"{path}: larger than {MAX_FILE_BYTES >> 20} MiB, accepted are the annotations of one log"
@@ -135,7 +135,7 @@ def _boxes(
     cls: NDArray[np.int64],
     rows: NDArray[np.intp],
 ) -> BoxBatch:
-    """The chosen rows as boxes; InputError for a number that no box has."""
+    """Return the chosen rows as boxes; raise InputError for a number that no box has."""
     columns = [table[name].cast(pa.float64()).to_numpy() for name in NUMBERS]
     numbers = np.column_stack(columns)[rows].reshape(-1, len(NUMBERS))
     bad = first_bad_box(numbers[:, 0:3], numbers[:, 3:6])

@@ -15,7 +15,7 @@ _FEATHER_MAGIC = b"ARROW1"
 
 
 def is_feather(path: Path) -> bool:
-    """Whether the file says so by its first bytes or promises it by its name."""
+    """Return whether the file's first bytes or its name say so."""
     if path.suffix.lower() == ".feather":
         return True
     with path.open("rb") as file:
@@ -23,7 +23,7 @@ def is_feather(path: Path) -> bool:
 
 
 def find_logs(folder: Path) -> list[Path]:
-    """Annotation files of a log, of a folder of logs, or of a folder of splits with logs in them; sorted."""
+    """Return the annotation files of a log, of a folder of logs, or of a folder of splits of logs; sorted."""
     for pattern in (FILE_NAME, f"*/{FILE_NAME}", f"*/*/{FILE_NAME}"):
         if found := sorted(file for file in folder.glob(pattern) if file.is_file()):
             return found

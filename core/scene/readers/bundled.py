@@ -13,7 +13,7 @@ SCENARIO = "scenarios/town"
 
 
 def bundled_source() -> BoxSource:
-    """The boxes of the bundled town; how many frames there are, empty ones too, stands in scenario.json."""
+    """Return the boxes of the bundled town; scenario.json holds the number of frames, empty ones included."""
     folder = Path(str(resources.files("riglens.assets").joinpath(SCENARIO)))
     frames = int(json.loads((folder / "scenario.json").read_text(encoding="utf-8"))["frames"])
     return open_boxes(folder / "boxes.csv.gz", frames=frames)

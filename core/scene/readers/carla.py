@@ -69,7 +69,7 @@ class CarlaSource(FileBoxSource):
             progress(end / len(self._entries))
 
     def _boxes(self, rows: slice, frames: NDArray[np.int64], tally: Tally) -> BoxBatch:
-        """Mapped boxes of the files in `rows`; unmapped ones are counted without being opened."""
+        """Return the mapped boxes of the files in `rows`; unmapped ones are counted without being opened."""
         names = [name for _, name in self._entries[rows]]
         folders = [name.partition("/")[0] for name in names]
         codes = np.asarray(self.options.classes.codes(folders), dtype=np.int64)
@@ -89,7 +89,7 @@ class CarlaSource(FileBoxSource):
 
 
 def read_corners(path: Path) -> NDArray[np.float64]:
-    """Corners (8, 3) of one file, as they are stored; pickled objects are refused without being unpickled."""
+    """Return the corners (8, 3) of one file as stored; pickled objects are refused without being unpickled."""
     if path.stat().st_size > MAX_FILE_BYTES:
         raise InputError(
             f"{path}: larger than {MAX_FILE_BYTES >> 10} KiB, accepted are the 8 corners of one box"
@@ -116,7 +116,7 @@ def read_corners(path: Path) -> NDArray[np.float64]:
 def boxes_from_corners(
     corners: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
-    """Centres (n, 3), sizes (n, 3), rotations (n, 3, 3), and whether each corner set (n, 8, 3) is a box.
+    """Return centres (n, 3), sizes (n, 3), rotations (n, 3, 3), and whether each corner set (n, 8, 3) is a box.
 
     The order of the corners does not matter: the edges from the first corner are the three vectors that are
     perpendicular to each other and add up to the space diagonal. Height is the edge nearest to vertical,
@@ -140,7 +140,7 @@ def boxes_from_corners(
 
 
 def _entries(path: Path) -> list[tuple[int, str]]:
-    """(frame, relative name) of every corner file, sorted; the last part of a name is its frame."""
+    """Return (frame, relative name) of every corner file, sorted; the last part of a name is its frame."""
     entries = []
     for folder in FOLDERS:
         for file in (path / folder).glob("*.npy"):
@@ -154,7 +154,7 @@ def _entries(path: Path) -> list[tuple[int, str]]:
 
 
 def _spans_all_corners(edges: NDArray[np.float64], vectors: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Whether every sum of some of the edges is one of the corners, seen from the first corner."""
+    """Return whether every sum of some of the edges is one of the corners, seen from the first corner."""
     chosen = np.array(list(itertools.product((0.0, 1.0), repeat=3)))
     expected = chosen @ edges
     gaps = np.linalg.norm(expected[:, :, None] - vectors[:, None], axis=3).min(axis=2)
@@ -162,14 +162,14 @@ def _spans_all_corners(edges: NDArray[np.float64], vectors: NDArray[np.float64])
 
 
 def _skewness(edges: NDArray[np.float64]) -> NDArray[np.float64]:
-    """How far, in metres, the edges (n, 3, 3) are from being perpendicular."""
+    """Return how far, in metres, the edges (n, 3, 3) are from being perpendicular."""
     length = np.linalg.norm(edges, axis=2) + 1e-12
     gram = np.abs(edges @ edges.transpose(0, 2, 1)) / np.maximum(length[:, :, None], length[:, None])
     return np.asarray(np.maximum(gram[:, 0, 1], np.maximum(gram[:, 0, 2], gram[:, 1, 2])))
 
 
 def _ordered(edges: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Edges as length, width, height; height points up, length forward (or left when it has no x)."""
+    """Return edges as length, width, height; height points up, length forward (or left when it has no x)."""
     rows = np.arange(len(edges))[:, None]
     length = np.linalg.norm(edges, axis=2) + 1e-12
     steepness = np.abs(edges[:, :, 2]) / length
@@ -186,7 +186,7 @@ def _ordered(edges: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _orthonormal(edges: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Rotations (n, 3, 3) with columns along length, to the left of it, and up, from ordered edges."""
+    """Return rotations (n, 3, 3) with columns along length, to the left of it, and up, from ordered edges."""
     unit = edges / (np.linalg.norm(edges, axis=2, keepdims=True) + 1e-300)
     up = unit[:, 2]
     left = np.cross(up, unit[:, 0])

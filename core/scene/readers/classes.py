@@ -19,7 +19,7 @@ UNMAPPED = -1
 
 
 def _table(car: str, bicycle: str, pedestrian: str) -> dict[str, str]:
-    """Class by lower-case name, from blank-separated names per class."""
+    """Return the class by lower-case name, from blank-separated names per class."""
     groups = zip(CLASSES, (car, bicycle, pedestrian), strict=True)
     return {name: cls for cls, names in groups for name in names.split()}
 
@@ -65,7 +65,7 @@ class ClassTable:
     """Maps object names to indices into CLASSES; case does not matter, the user's `overrides` win.
 
     `names` and `overrides` are {source name: class name}; an override may also say "ignore".
-    Raises InputError for an override to anything else.
+    Raise InputError for an override to anything else.
     """
 
     names: Mapping[str, str]
@@ -77,18 +77,18 @@ class ClassTable:
                 raise InputError(f"class of {name!r}: found {cls!r}, accepted is one of {_accepted()}")
 
     def effective(self) -> dict[str, str]:
-        """The table after the overrides: {lower-case name: class name}, without ignored names."""
+        """Return the table after the overrides: {lower-case name: class name}, without ignored names."""
         chosen = {**self.names, **{name.strip().lower(): cls for name, cls in self.overrides.items()}}
         return {name: cls for name, cls in sorted(chosen.items()) if cls != IGNORE}
 
     def codes(self, names: Iterable[str]) -> list[int]:
-        """Index into CLASSES for each name, or UNMAPPED."""
+        """Return the index into CLASSES for each name, or UNMAPPED."""
         codes = {name: CLASSES.index(cls) for name, cls in self.effective().items()}
         return [codes.get(name.strip().lower(), UNMAPPED) for name in names]
 
 
 def parse_class_map(pairs: Iterable[str]) -> dict[str, str]:
-    """Overrides from texts like "rider=bicycle" or "tram=ignore"; InputError when one is not of that form."""
+    """Return overrides from texts like "rider=bicycle" or "tram=ignore"; raise InputError for any other form."""
     overrides: dict[str, str] = {}
     for pair in pairs:
         name, equals, cls = (part.strip() for part in pair.rpartition("="))

@@ -41,7 +41,7 @@ class BoxCollection:
         return places.pop() if len(places) == 1 else None
 
     def parts(self) -> Sequence[FileBoxSource]:
-        """The parts of all members."""
+        """Return the parts of all members."""
         return [part for member in self._members for part in member.parts()]
 
     @cached_property
@@ -51,7 +51,7 @@ class BoxCollection:
         return hashlib.sha256(repr(("collection", self._frames, hashes)).encode()).hexdigest()
 
     def batches(self, progress: Progress | None = None) -> Iterator[BoxBatch]:
-        """Stream the boxes of all members; InputError on bad input."""
+        """Stream the boxes of all members; raise InputError on bad input."""
         reports: list[DataReport] = []
         for place, member in enumerate(self._members):
             before = sum(report.frames for report in reports)
@@ -61,19 +61,19 @@ class BoxCollection:
         self._report = self.merged(reports)
 
     def merged(self, reports: Sequence[DataReport]) -> DataReport:
-        """The report of the whole from those of the members, or of their parts."""
+        """Return the report of the whole from those of the members, or of their parts."""
         report = added_up(self.name, self.content_hash, reports)
         return report if self._is_part else with_all_frames(report, self._frames)
 
     def report(self) -> DataReport:
-        """Counts of the last complete pass of `batches`; RuntimeError before the first one."""
+        """Return the counts of the last complete pass of `batches`; raise RuntimeError before the first one."""
         if self._report is None:
             raise RuntimeError("no complete pass over the boxes yet")
         return self._report
 
 
 def _share(progress: Progress | None, place: int, count: int) -> Progress | None:
-    """Progress of one member as progress of the whole."""
+    """Return a progress function of one member that reports progress of the whole."""
     if progress is None:
         return None
     return lambda fraction: progress((place + fraction) / count)

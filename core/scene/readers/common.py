@@ -39,7 +39,7 @@ class BoxOptions:
 
     origin_m: place of the source's origin in the vehicle frame, metres, added to every box; frames: how many
     frames the set holds when empty ones leave no trace in it; is_part: whether it belongs to a larger set, so
-    that it may hold no frame; notes: what the report has to say besides. Raises InputError for numbers out of
+    that it may hold no frame; notes: what the report has to say besides. Raise InputError for numbers out of
     range.
     """
 
@@ -80,7 +80,7 @@ class FileBoxSource(ABC):
 
     @abstractmethod
     def _files(self) -> list[Path]:
-        """All files that decide about the boxes, in a fixed order."""
+        """Return all files that determine the boxes, in a fixed order."""
 
     @abstractmethod
     def _read(self, tally: Tally, progress: Progress) -> Iterator[BoxBatch]:
@@ -97,11 +97,11 @@ class FileBoxSource(ABC):
         return self.options.origin_m
 
     def parts(self) -> Sequence[FileBoxSource]:
-        """Sources over parts of the files, which together hold the same frames; just itself when it is one."""
+        """Return sources over parts of the files, which together hold the same frames; just itself if one."""
         return (self,)
 
     def merged(self, reports: Sequence[DataReport]) -> DataReport:
-        """The report of the whole from those of its parts."""
+        """Return the report of the whole from those of its parts."""
         report = added_up(self.name, self.content_hash, reports)
         return report if self.options.is_part else with_all_frames(report, self.options.frames)
 
@@ -119,7 +119,7 @@ class FileBoxSource(ABC):
         return digest.hexdigest()
 
     def batches(self, progress: Progress | None = None) -> Iterator[BoxBatch]:
-        """Stream the boxes once, in the vehicle frame; InputError on bad input."""
+        """Stream the boxes once, in the vehicle frame; raise InputError on bad input."""
         tally = Tally(notes=list(self.options.notes))
         with readable(self.path):
             for batch in self._read(tally, progress or _ignore_progress):
@@ -128,7 +128,7 @@ class FileBoxSource(ABC):
         self._report = self._finish(tally)
 
     def report(self) -> DataReport:
-        """Counts of the last complete pass of `batches`; RuntimeError before the first one."""
+        """Return the counts of the last complete pass of `batches`; raise RuntimeError before the first one."""
         if self._report is None:
             raise RuntimeError("no complete pass over the boxes yet")
         return self._report
@@ -148,7 +148,7 @@ class FileBoxSource(ABC):
 
 
 def added_up(name: str, sha256: str, reports: Sequence[DataReport]) -> DataReport:
-    """One report for several sets of frames; notes that several share are said once."""
+    """Return one report for several sets of frames; notes that several share appear once."""
     return DataReport(
         name,
         sum(report.frames for report in reports),
@@ -161,9 +161,9 @@ def added_up(name: str, sha256: str, reports: Sequence[DataReport]) -> DataRepor
 
 
 def with_all_frames(report: DataReport, frames: int | None) -> DataReport:
-    """The report of a whole data set with the number of frames that the user knows of, if any.
+    """Return the report of a whole data set with the number of frames that the user knows of, if any.
 
-    Raises InputError when there are no frames, or more than that.
+    Raise InputError when there are no frames, or more than that.
     """
     if report.frames == 0:
         raise InputError(f"{report.source}: found no boxes, accepted is a data set with at least one frame")
@@ -185,13 +185,13 @@ def readable(path: Path) -> Iterator[None]:
 
 
 def one_line(text: str, limit: int = 200) -> str:
-    """Foreign text as one line of at most `limit` characters; what cannot be printed becomes a question mark."""
+    """Return foreign text as one line of at most `limit` characters, with ? for what cannot be printed."""
     line = " ".join(text.split())[:limit]
     return "".join(character if character.isprintable() else "?" for character in line)
 
 
 def shown(text: str) -> str:
-    """A found value for an error message: quoted, control characters escaped, cut when long."""
+    """Return a found value for an error message: quoted, control characters escaped, truncated when long."""
     return repr(text if len(text) <= _SHOWN else text[:_SHOWN] + "…")
 
 
@@ -205,7 +205,7 @@ class BadBox:
 
 
 def first_bad_box(centre_m: NDArray[np.float64], size_m: NDArray[np.float64]) -> BadBox | None:
-    """The first number that no real box has; centre and size are (n, 3), metres."""
+    """Return the first number that no real box has; centre and size are (n, 3), metres."""
     good_centre = np.abs(centre_m) <= MAX_POSITION_M
     good_size = (size_m > 0.0) & (size_m <= MAX_SIZE_M)
     bad = ~np.concatenate([good_centre, good_size], axis=1)
@@ -217,24 +217,24 @@ def first_bad_box(centre_m: NDArray[np.float64], size_m: NDArray[np.float64]) ->
 
 
 def accepted_number(column: int) -> str:
-    """What is accepted in a column of `first_bad_box`."""
+    """Return what is accepted in a column of `first_bad_box`."""
     return ACCEPTED_POSITION if column < 3 else ACCEPTED_SIZE
 
 
 def select(batch: BoxBatch, rows: slice | NDArray[np.intp] | NDArray[np.bool_]) -> BoxBatch:
-    """The chosen rows of a batch."""
+    """Return the chosen rows of a batch."""
     return BoxBatch(*(column[rows] for column in _columns(batch)))
 
 
 def join(batches: Sequence[BoxBatch]) -> BoxBatch:
-    """Several batches, at least one, as one."""
+    """Join several batches, at least one."""
     if len(batches) == 1:
         return batches[0]
     return BoxBatch(*(np.concatenate(parts) for parts in zip(*map(_columns, batches), strict=True)))
 
 
 def end_of_frame(frames: NDArray[np.integer[Any]], end: int) -> int:
-    """The first index from `end` on where a new frame begins; frames (n,) are sorted."""
+    """Return the first index from `end` onwards where a new frame begins; frames (n,) are sorted."""
     if end >= frames.size:
         return int(frames.size)
     return int(np.searchsorted(frames, frames[end - 1], side="right"))
@@ -249,7 +249,7 @@ def _ignore_progress(fraction: float) -> None:
 
 
 def _file_digest(path: Path) -> bytes:
-    """SHA-256 of a file's bytes, read in pieces."""
+    """Return the SHA-256 of a file's bytes, read in pieces."""
     digest = hashlib.sha256()
     with path.open("rb") as file:
         while piece := file.read(_HASH_CHUNK):

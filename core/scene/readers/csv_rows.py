@@ -37,7 +37,7 @@ _TYPES = {
 
 
 def check_columns(path: Path, names: Sequence[str]) -> list[str]:
-    """The columns that are not used; InputError when a needed one is missing or stands there twice."""
+    """Return the columns that are not used; raise InputError when a needed one is missing or duplicated."""
     for name in NEEDED:
         if names.count(name) > 1:
             raise InputError(
@@ -52,7 +52,7 @@ def check_columns(path: Path, names: Sequence[str]) -> list[str]:
 
 
 def header_names(path: Path, line: bytes) -> list[str]:
-    """Column names of a header line; InputError when it is no text."""
+    """Return the column names of a header line; raise InputError when it is not text."""
     try:
         names = next(csv.reader([line.decode("utf-8-sig")], strict=True), [])
     except (UnicodeDecodeError, csv.Error) as error:
@@ -68,7 +68,7 @@ class CsvParser:
         self._header = [name if name in NEEDED else f"unused {index}" for index, name in enumerate(header)]
 
     def parse(self, block: TextBlock) -> pa.Table:
-        """The needed columns of all rows; InputError that names the line, the column and what was found."""
+        """Return the needed columns of all rows; an InputError names the line, the column and what was found."""
         try:
             return self._table(block.data)
         except pa.ArrowInvalid as error:
@@ -91,7 +91,7 @@ class CsvParser:
         return table
 
     def _first_bad_line(self, lines: list[tuple[int, bytes]]) -> tuple[int, bytes]:
-        """The line after the longest run of lines, found by halving, that still parses."""
+        """Return the line after the longest run of lines, found by halving, that still parses."""
         good, bad = 0, len(lines)
         while bad - good > 1:
             middle = (good + bad) // 2
@@ -126,7 +126,7 @@ class CsvParser:
 
 
 def _is_number(text: str, whole: bool) -> bool:
-    """Whether a CSV value reads as a number (no digit grouping, no hexadecimal)."""
+    """Return whether a CSV value reads as a number (no digit grouping, no hexadecimal)."""
     try:
         value = int(text) if whole else float(text)
     except ValueError:

@@ -40,7 +40,7 @@ class FrameCounter:
     def number(
         self, names: Sequence[str], codes: NDArray[np.intp], frame: NDArray[np.int64]
     ) -> NDArray[np.int64]:
-        """Number over the whole data set, (n,), of each row; RowError where the order breaks.
+        """Return the number over the whole data set, (n,), of each row; raise RowError where the order breaks.
 
         names: sequence names of this piece; codes (n,): index into names; frame (n,): frame in its sequence.
         """
@@ -62,7 +62,7 @@ class FrameCounter:
         return numbers.astype(np.int64)
 
     def _sequence_numbers(self, names: Sequence[str], codes: NDArray[np.intp]) -> NDArray[np.int64]:
-        """Numbers by first appearance in the table: they fall only where a sequence comes back."""
+        """Return the numbers by first appearance in the table: they fall only where a sequence comes back."""
         used, first = np.unique(codes, return_index=True)
         numbers = np.zeros(len(names), dtype=np.int64)
         for code in used[np.argsort(first)]:

@@ -29,7 +29,7 @@ class Record(NamedTuple):
 def json_records(path: Path, progress: Progress) -> Iterator[Record]:
     """Yield the records of a JSON array, plain or gzip-compressed; progress is the share of bytes read.
 
-    Raises InputError, naming the record, for anything that is no array of objects.
+    Raise InputError, naming the record, for anything that is no array of objects.
     """
     text, number = _Text(path, progress), 1
     if text.next_char() != "[":
@@ -63,7 +63,7 @@ class _Text:
         self._text, self._place = "", 0
 
     def next_char(self) -> str:
-        """The next character that is no blank, without taking it; empty at the end of the file."""
+        """Return the next non-blank character without consuming it; empty at the end of the file."""
         while True:
             while self._place < len(self._text) and self._text[self._place] in _BLANKS:
                 self._place += 1
@@ -77,7 +77,7 @@ class _Text:
         self._place += 1
 
     def record(self, number: int) -> dict[str, Any]:
-        """Take one object; InputError when there is something else, or one that is cut off or absurdly long."""
+        """Take one object; raise InputError when there is something else, or one that is cut off or absurdly long."""
         if self.next_char() != "{":
             raise InputError(f"{self._path}: record {number}: found no '{{', accepted is a JSON object")
         while True:

@@ -93,7 +93,7 @@ class KittiSource(FileBoxSource):
                 )
 
     def parts(self) -> Sequence[KittiSource]:
-        """One source per tracking sequence, or per some hundred object frames."""
+        """Return one source per tracking sequence, or per some hundred object frames."""
         step = 1 if self._layout.tracking else _FILES_PER_BATCH
         options = replace(self.options, frames=None, is_part=True)
         starts = range(0, len(self._labels), step)
@@ -116,7 +116,7 @@ class KittiSource(FileBoxSource):
             progress(done / len(self._labels))
 
     def _boxes(self, label: Path, tally: Tally) -> BoxBatch:
-        """Mapped boxes of one label file, their frames numbered after those of the files before."""
+        """Return the mapped boxes of one label file, with frames numbered after those of the previous files."""
         labels = read_labels(label, self._layout)
         codes = np.asarray(self.options.classes.codes(labels.names), dtype=np.int64)
         tally.unmapped.update(
@@ -138,7 +138,7 @@ class KittiSource(FileBoxSource):
 def camera_boxes_to_velodyne(
     boxes: NDArray[np.float64], camera_SE3_velodyne: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Centres (n, 3), sizes (n, 3) and rotations (n, 3, 3) in the Velodyne frame.
+    """Return centres (n, 3), sizes (n, 3) and rotations (n, 3, 3) in the Velodyne frame.
 
     boxes (n, 7): height, width, length, x, y, z of the middle of the bottom, rotation_y about the y axis of
     the camera (x right, y down, z forward); camera_SE3_velodyne (4, 4): Velodyne to rectified camera 0.
@@ -156,7 +156,7 @@ def camera_boxes_to_velodyne(
 
 
 def read_calibration(path: Path) -> NDArray[np.float64]:
-    """Velodyne to rectified camera 0, (4, 4): R_rect times Tr_velo_cam; both spellings of either are read."""
+    """Return Velodyne to rectified camera 0, (4, 4): R_rect times Tr_velo_cam; both spellings of either are read."""
     found: dict[str, NDArray[np.float64]] = {}
     for number, line in _text_lines(path):
         name, _, rest = line.replace(":", " ", 1).strip().partition(" ")
@@ -176,7 +176,7 @@ def read_calibration(path: Path) -> NDArray[np.float64]:
 
 
 def read_labels(path: Path, layout: LabelLayout) -> Labels:
-    """All lines of a label file; InputError with the line number where one is not as it should be."""
+    """Return all lines of a label file; raise InputError with the line number where one is malformed."""
     frames, names, rows, lines = [], [], [], []
     for number, line in _text_lines(path):
         fields = line.split()
@@ -201,7 +201,7 @@ def _label_files(folder: Path) -> list[Path]:
 
 
 def _text_lines(path: Path) -> Iterator[tuple[int, str]]:
-    """Numbered lines of a small text file that are not blank."""
+    """Return the numbered lines of a small text file that are not blank."""
     if path.stat().st_size > MAX_FILE_BYTES:
         raise InputError(f"{path}: larger than {MAX_FILE_BYTES >> 20} MiB, accepted is a KITTI text file")
     for number, line in enumerate(path.read_bytes().split(b"\n"), start=1):
@@ -219,7 +219,7 @@ def _frame(place: str, text: str) -> int:
 
 
 def _number(place: str, text: str) -> float:
-    """A finite number; the place says file, line and field."""
+    """Return a finite number; the place says file, line and field."""
     try:
         value = float(text)
     except ValueError:
@@ -241,7 +241,7 @@ def _is_rotation(matrix: NDArray[np.float64]) -> bool:
 
 
 def _nearest_rotation(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The rotation nearest to a matrix that rounding has bent a little."""
+    """Return the rotation nearest to a matrix that rounding has distorted a little."""
     left, _, right = np.linalg.svd(matrix)
     rotation: NDArray[np.float64] = left @ right
     return rotation

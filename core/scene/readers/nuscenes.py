@@ -88,7 +88,7 @@ def _take(table: Table, record: Record, samples: Samples, cls: int, rows: _Rows)
 
 
 def _ego_boxes(table: Table, rows: _Rows, samples: Samples) -> BoxBatch:
-    """Boxes in the ego frame of their samples, frames in any order; InputError for a number that no box has."""
+    """Return boxes in the ego frame of their samples, frames in any order; raise InputError for impossible numbers."""
     sample = np.asarray(rows.sample, dtype=np.int64)
     numbers = np.asarray(rows.numbers, dtype=np.float64).reshape(-1, 10)
     ego_R_global = samples.rotation[sample].transpose(0, 2, 1)

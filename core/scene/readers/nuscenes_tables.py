@@ -44,32 +44,32 @@ class Table:
         self.path = path
 
     def records(self, progress: Progress) -> Iterator[Record]:
-        """The records in the order of the file."""
+        """Yield the records in the order of the file."""
         return json_records(self.path, progress)
 
     def fail(self, record: Record, name: str, accepted: str) -> InputError:
-        """The error for a field of a record."""
+        """Return the error for a field of a record."""
         found = shown(str(record.fields[name])) if name in record.fields else "nothing"
         return InputError(
             f"{self.path}: record {record.number}: {name!r}: found {found}, accepted is {accepted}"
         )
 
     def text(self, record: Record, name: str) -> str:
-        """A field that is text."""
+        """Return a field that is text."""
         value = record.fields.get(name)
         if not isinstance(value, str):
             raise self.fail(record, name, "text")
         return value
 
     def found(self, record: Record, name: str, values: Mapping[str, V]) -> V:
-        """What a field that is a token of another table refers to."""
+        """Return what a field that is a token of another table refers to."""
         try:
             return values[self.text(record, name)]
         except KeyError:
             raise self.fail(record, name, "a token that its table holds") from None
 
     def numbers(self, record: Record, name: str, count: int) -> list[float]:
-        """A field that is a list of finite numbers."""
+        """Return a field that is a list of finite numbers."""
         value = record.fields.get(name)
         accepted = f"a list of {count} finite numbers"
         if not isinstance(value, list) or len(value) != count:
@@ -82,7 +82,7 @@ class Table:
         raise self.fail(record, name, accepted)
 
     def quaternion(self, record: Record, name: str) -> list[float]:
-        """A rotation as w, x, y, z."""
+        """Return a rotation as w, x, y, z."""
         wxyz = self.numbers(record, name, 4)
         if abs(math.hypot(*wxyz) - 1.0) > _QUATERNION_TOLERANCE:
             raise self.fail(record, name, "a quaternion w, x, y, z of length 1")
@@ -103,28 +103,28 @@ class Samples:
 
 
 class NuscenesTables:
-    """Finds the tables of a folder, plain or gzip-compressed; InputError when one is missing."""
+    """Finds the tables of a folder, plain or gzip-compressed; raise InputError when one is missing."""
 
     def __init__(self, folder: Path) -> None:
         self._tables = {name: Table(_table_file(folder, name)) for name in TABLES}
         self._sizes = [table.path.stat().st_size for table in self._tables.values()]
 
     def files(self) -> list[Path]:
-        """All tables that are read."""
+        """Return all tables that are read."""
         return [table.path for table in self._tables.values()]
 
     def table(self, name: str) -> Table:
-        """One of TABLES."""
+        """Return one of TABLES."""
         return self._tables[name]
 
     def share(self, name: str, progress: Progress) -> Progress:
-        """Progress for reading one table, by the bytes of all of them."""
+        """Return a progress function for one table, by the bytes of all of them."""
         place = TABLES.index(name)
         before, own, total = sum(self._sizes[:place]), self._sizes[place], max(1, sum(self._sizes))
         return lambda fraction: progress((before + fraction * own) / total)
 
     def samples(self, progress: Progress) -> Samples:
-        """All samples with the pose of the ego vehicle when LIDAR_TOP took its sweep."""
+        """Return all samples with the pose of the ego vehicle when LIDAR_TOP took its sweep."""
         number, scenes = self._numbered_samples(progress)
         pose_tokens = self._pose_tokens(number, self._calibrations(progress), progress)
         wanted = set(pose_tokens)
@@ -147,7 +147,7 @@ class NuscenesTables:
         )
 
     def category_of_instance(self, progress: Progress) -> dict[str, str]:
-        """Category name by token of the instance; every name is kept once."""
+        """Return the category name by token of the instance; every name is kept once."""
         names = self._columns("category", "name", progress)
         table = self.table("instance")
         return {
@@ -156,7 +156,7 @@ class NuscenesTables:
         }
 
     def _numbered_samples(self, progress: Progress) -> tuple[dict[str, int], int]:
-        """Number by token, scenes in the order of their first sample and samples by time; number of scenes."""
+        """Return frame by token, scenes in the order of their first sample, samples by time; and how many scenes."""
         table, scenes = self.table("sample"), dict[str, int]()
         rows = []
         for record in table.records(self.share("sample", progress)):
@@ -169,7 +169,7 @@ class NuscenesTables:
         return {token: place for place, token in enumerate(tokens)}, len(scenes)
 
     def _calibrations(self, progress: Progress) -> set[str]:
-        """Tokens of the calibrations of LIDAR_TOP, one per vehicle or drive."""
+        """Return the tokens of the calibrations of LIDAR_TOP, one per vehicle or drive."""
         channels = self._columns("sensor", "channel", progress)
         sensors = self._columns("calibrated_sensor", "sensor_token", progress)
         found = {token for token, sensor in sensors.items() if channels.get(sensor) == CHANNEL}
@@ -178,7 +178,7 @@ class NuscenesTables:
         return found
 
     def _pose_tokens(self, number: dict[str, int], calibrations: set[str], progress: Progress) -> list[str]:
-        """Token of the ego pose of each sample, from its key frame of LIDAR_TOP."""
+        """Return the token of the ego pose of each sample, from its key frame of LIDAR_TOP."""
         table, tokens = self.table("sample_data"), [""] * len(number)
         for record in table.records(self.share("sample_data", progress)):
             if record.fields.get("is_key_frame") is not True:
@@ -192,16 +192,16 @@ class NuscenesTables:
         return tokens
 
     def _columns(self, name: str, field: str, progress: Progress) -> dict[str, str]:
-        """One text field by token."""
+        """Return one text field by token."""
         table = self.table(name)
         records = table.records(self.share(name, progress))
         return {table.text(record, "token"): table.text(record, field) for record in records}
 
 
 def tables_folder(path: Path) -> Path | None:
-    """The folder with the tables: the path itself or its one folder v1.0-*; None when it is not nuScenes.
+    """Return the folder with the tables: the path itself or its one folder v1.0-*; None when it is not nuScenes.
 
-    Raises InputError when there are several versions to choose from.
+    Raise InputError when there are several versions to choose from.
     """
     if _is_version(path):
         return path

@@ -53,7 +53,7 @@ class HowToRead:
     def options(
         self, names: Mapping[str, str], is_part: bool, default_m: Vec3 = _NO_SHIFT, what: str = ""
     ) -> BoxOptions:
-        """The options of one source, whose origin is `default_m` unless the user says otherwise."""
+        """Return the options of one source, whose origin is `default_m` unless the user says otherwise."""
         x, y, z = default_m if self.origin_m is None else self.origin_m
         notes = list(self.notes)
         if self.origin_m is None and what:
@@ -73,7 +73,7 @@ def open_boxes(
 ) -> Source:
     """Open a box data set, or several as one; what it is follows from the path's content or layout.
 
-    The options are those of HowToRead. Raises InputError when nothing readable is there.
+    The options are those of HowToRead. Raise InputError when nothing readable is there.
     """
     how = HowToRead(origin_m, frames, dict(class_map or {}), lift_m, notes)
     places = [Path(path)] if isinstance(path, str | Path) else list(path)
@@ -84,14 +84,14 @@ def open_boxes(
 
 
 def together(paths: Sequence[Path]) -> str:
-    """What several data sets that are read as one are called."""
+    """Return the name of several data sets that are read as one."""
     return str(paths[0]) if len(paths) == 1 else f"{paths[0]} + {len(paths) - 1} more"
 
 
 def default_origin_m(path: Path) -> Vec3:
-    """Where the origin of the data at a path lies in the vehicle frame unless the user says otherwise, metres.
+    """Return where the origin of the data at a path lies in the vehicle frame unless the user says otherwise, metres.
 
-    Looks at names and first bytes alone. Raises InputError as open_boxes does.
+    Looks at names and first bytes alone. Raise InputError as open_boxes does.
     """
     with readable(path):
         layout = _layout(path)
@@ -107,7 +107,7 @@ def _open(place: Path, how: HowToRead, is_part: bool) -> Source:
 
 
 def _layout(place: Path) -> str:
-    """What a path holds, by layout (folder) or content (file); InputError when it is nothing of that kind."""
+    """Return what a path holds, by layout (folder) or content (file); raise InputError when it is none of these."""
     if place.is_file():
         return "argoverse" if is_feather(place) else "table"
     if not place.is_dir():
@@ -159,6 +159,6 @@ def _kitti_layouts(path: Path) -> list[LabelLayout]:
 
 
 def _box_tables(path: Path) -> list[Path]:
-    """Tables that lie in a folder, sorted by name."""
+    """Return the tables in a folder, sorted by name."""
     files = (file for file in path.iterdir() if file.name.lower().endswith(TABLE_ENDINGS))
     return sorted(file for file in files if file.is_file() and not file.name.startswith("."))

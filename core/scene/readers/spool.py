@@ -40,7 +40,7 @@ class BoxSpool(AbstractContextManager["BoxSpool"]):
         self._frames.append(batch.frame.astype(np.int32))
 
     def batches(self) -> Iterator[BoxBatch]:
-        """All boxes, sorted by frame; within a frame in the order in which they came."""
+        """Yield all boxes, sorted by frame; within a frame in the order in which they came."""
         if not self._frames:
             return
         self._file.flush()
@@ -53,7 +53,7 @@ class BoxSpool(AbstractContextManager["BoxSpool"]):
             start = end
 
     def _rows(self, frame: NDArray[np.int32], rows: NDArray[np.intp]) -> BoxBatch:
-        """The boxes at these places; the file is mapped anew each time, so that its pages do not add up."""
+        """Return the boxes at these places; the file is mapped anew each time, so that its pages do not accumulate."""
         found = np.memmap(self._file, _ROW, "r")[rows]
         return BoxBatch(
             frame.astype(np.int64),

@@ -92,7 +92,7 @@ class TableSource(FileBoxSource):
         progress(1.0)
 
     def _boxes(self, piece: Piece, counter: FrameCounter, tally: Tally) -> BoxBatch:
-        """Mapped rows as boxes; RowError for a frame out of order or a number that no box has."""
+        """Return mapped rows as boxes; raise RowError for a frame out of order or an impossible number."""
         _check_frames(piece.frame)
         frame = counter.number(piece.seq.distinct, piece.seq.codes, piece.frame)
         cls = np.asarray(self.options.classes.codes(piece.cls.distinct), dtype=np.int64)[piece.cls.codes]
@@ -152,7 +152,7 @@ class ParquetSource(TableSource):
 
 
 def is_parquet(path: Path) -> bool:
-    """Whether the file says so by its first bytes or promises it by its name."""
+    """Return whether the file's first bytes or its name say so."""
     if path.suffix.lower() in (".parquet", ".pq"):
         return True
     with path.open("rb") as file:
@@ -161,7 +161,7 @@ def is_parquet(path: Path) -> bool:
 
 @contextmanager
 def _parquet_file(path: Path) -> Iterator[parquet.ParquetFile]:
-    """An open Parquet file; whatever is wrong with its bytes, also later on, becomes an InputError."""
+    """Yield an open Parquet file; whatever is wrong with its bytes, also later on, becomes an InputError."""
     try:
         with parquet.ParquetFile(path, buffer_size=_PARQUET_BUFFER_BYTES, pre_buffer=False) as file:
             yield file
@@ -174,7 +174,7 @@ def _parquet_file(path: Path) -> Iterator[parquet.ParquetFile]:
 
 
 def _without_header(block: TextBlock) -> TextBlock:
-    """The lines of a block that are rows of the table."""
+    """Return the lines of a block that are rows of the table."""
     if block.first_line > 1:
         return block
     return TextBlock(2, block.data.partition(b"\n")[2])
@@ -185,7 +185,7 @@ def _row_place(path: Path, start: int) -> Callable[[int], str]:
 
 
 def _piece(table: pa.Table, place: Callable[[int], str]) -> Piece:
-    """Arrow columns, checked to be complete, as arrays."""
+    """Return Arrow columns, checked to be complete, as arrays."""
     numbers = np.column_stack([table[name].cast(pa.float64()).to_numpy() for name in NUMBERS])
     frame = table["frame"].cast(pa.int64()).to_numpy()
     return Piece(_names(table["seq"]), frame, _names(table["cls"]), numbers, place)

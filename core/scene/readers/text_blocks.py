@@ -30,7 +30,7 @@ class TextBlock:
         return bool(self.data.strip(b"\r\n"))
 
     def lines(self) -> list[tuple[int, bytes]]:
-        """(line number, line without its end) of every line that is not empty."""
+        """Yield (line number, line without its end) of every line that is not empty."""
         numbered = enumerate(self.data.split(b"\n"), start=self.first_line)
         return [(number, line) for number, line in numbered if line.strip(b"\r")]
 
@@ -38,7 +38,7 @@ class TextBlock:
 def text_blocks(path: Path, progress: Progress) -> Iterator[TextBlock]:
     """Yield the text of a file block by block; progress is the share of the file's bytes that were read.
 
-    Raises InputError when the compression is damaged or cut off, or a line is absurdly long.
+    Raise InputError when the compression is damaged or cut off, or a line is absurdly long.
     """
     rest, line = b"", 1
     for piece in byte_pieces(path, progress):
@@ -60,7 +60,7 @@ def text_blocks(path: Path, progress: Progress) -> Iterator[TextBlock]:
 def byte_pieces(path: Path, progress: Progress) -> Iterator[bytes]:
     """Yield a file's content, decompressed, piece by piece; progress is the share of its bytes that were read.
 
-    Raises InputError when the compression is damaged or cut off.
+    Raise InputError when the compression is damaged or cut off.
     """
     size = max(1, path.stat().st_size)
     with path.open("rb") as raw:
@@ -70,7 +70,7 @@ def byte_pieces(path: Path, progress: Progress) -> Iterator[bytes]:
 
 
 def _decompressed(path: Path, raw: BinaryIO) -> Iterator[bytes]:
-    """Decompressed pieces of a file; gzip is told by its first bytes, or promised by the file's name."""
+    """Yield decompressed pieces of a file; gzip is recognised by its first bytes or by the file's name."""
     compressed = raw.read(2) == GZIP_MAGIC or path.suffix.lower() == ".gz"
     raw.seek(0)
     stream = cast(BinaryIO, gzip.GzipFile(fileobj=raw)) if compressed else raw

@@ -39,7 +39,7 @@ class Chart:
 
 
 def side_by_side(area: QRectF, count: int, gap_px: float) -> list[QRectF]:
-    """An area cut into charts of one width."""
+    """Return an area divided into charts of equal width."""
     wide = max(1.0, (area.width() - (count - 1) * gap_px) / max(1, count))
     return [
         QRectF(area.left() + place * (wide + gap_px), area.top(), wide, area.height())
@@ -50,7 +50,7 @@ def side_by_side(area: QRectF, count: int, gap_px: float) -> list[QRectF]:
 def chart_of(
     score: ScoreColumn, rows: Sequence[tuple[CompareRow, float]], area: QRectF, words_px: float
 ) -> Chart:
-    """Bars for rigs with their figures, none where that is NaN; `words_px` stay free beyond the longest ones."""
+    """Return bars for rigs with their figures, none for NaN; `words_px` stay free beyond the longest ones."""
     known = [figure for _, figure in rows if not math.isnan(figure)]
     low, high = min([0.0, *known]), max([0.0, *known])
     inner = area.adjusted(0.0, words_px * (high > 0.0), 0.0, -words_px * (low < 0.0))
@@ -98,7 +98,7 @@ class CompareChart(QWidget):
 
     # ------------------------------------------------------------------ where things are
     def charts(self) -> list[Chart]:
-        """Everything that is drawn below the legend, from left to right."""
+        """Return the charts that are drawn below the legend, from left to right."""
         columns = self._model.columns
         top = self._legend_lines() * _LINE_PX + _LINE_PX + 8.0
         room = QRectF(self.rect()).adjusted(_EDGE_PX, top, -_EDGE_PX, -_EDGE_PX)
@@ -117,7 +117,7 @@ class CompareChart(QWidget):
         )
 
     def legend(self) -> list[tuple[QRectF, str, str]]:
-        """Entries as they fit into few lines: place, key, name."""
+        """Return the entries that fit into a few lines: place, key, name."""
         metrics = QFontMetricsF(self._font())
         entries: list[tuple[QRectF, str, str]] = []
         x, line = _EDGE_PX, 0
@@ -142,7 +142,7 @@ class CompareChart(QWidget):
         return font
 
     def colour_of(self, key: str) -> QColor:
-        """The colour of a rig, by its place in the list whatever the order shown; faint beside selected ones."""
+        """Return the colour of a rig by its place in the list, not the order shown; faint when others are selected."""
         keys = [row.key for row in self._model.rows]
         colour = QColor(RIG_COLOURS[keys.index(key) % len(RIG_COLOURS)] if key in keys else tones().muted)
         lit = (*self._selected, self._hover)
@@ -206,12 +206,12 @@ class CompareChart(QWidget):
 
     # ------------------------------------------------------------------ mouse
     def bar_at(self, at: QPointF) -> Bar | None:
-        """The bar above, on or below which a place is."""
+        """Return the bar above, on or below which a place is."""
         found = (bar for chart in self.charts() for bar in chart.bars if bar.column.contains(at))
         return next(found, None)
 
     def _key_at(self, at: QPointF) -> str | None:
-        """The rig whose bar or name is at a place."""
+        """Return the rig whose bar or name is at a place."""
         bar = self.bar_at(at)
         named = next((key for place, key, _ in self.legend() if place.contains(at)), None)
         return bar.row.key if bar is not None else named

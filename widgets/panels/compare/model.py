@@ -77,12 +77,12 @@ class ScoreColumn:
         return self.title.replace(self.class_name, _SHORT_CLASSES.get(self.class_name, self.class_name))
 
     def value(self, scores: Scores) -> float:
-        """The number, in nat or as a fraction."""
+        """Return the number, in nat or as a fraction."""
         return self.score.value(scores.classes[self.class_name])
 
 
 def columns_for(class_name: str) -> tuple[ScoreColumn, ...]:
-    """All scores of one class, or S-MS and `seen` of every class for ALL_CLASSES."""
+    """Return all scores of one class, or S-MS and `seen` of every class for ALL_CLASSES."""
     if class_name != ALL_CLASSES:
         return tuple(ScoreColumn(class_name, column, column.title) for column in COLUMNS)
     return tuple(
@@ -104,7 +104,7 @@ _FIELDS: tuple[tuple[str, Callable[[ClassScores], float]], ...] = (
 
 
 def table_text(rows: Sequence[CompareRow], delimiter: str) -> str:
-    """Every rig with every number and every digit, whatever the window shows of it; one line per rig."""
+    """Return every number of every rig in full precision, whatever the window shows; one line per rig."""
     stream = io.StringIO()
     writer = csv.writer(stream, delimiter=delimiter, lineterminator="\n")
     titles = [f"{name} {title}" for name in CLASSES for title, _ in _FIELDS]
@@ -227,7 +227,7 @@ class CompareModel(QAbstractTableModel):
         return flags | Qt.ItemFlag.ItemIsEditable if is_own_name else flags
 
     def setData(self, index: Index, value: Any, role: int = _ROLE.EditRole) -> bool:
-        """A snapshot gets another name."""
+        """Give a snapshot another name."""
         if role != _ROLE.EditRole or not str(value).strip():
             return False
         self.renamed.emit(self._rows[index.row()].key, str(value).strip())
@@ -242,7 +242,7 @@ class CompareModel(QAbstractTableModel):
         return self._score_data(row, self._columns[index.column() - FIRST_SCORE], role)
 
     def figure(self, row: CompareRow, column: ScoreColumn) -> float | None:
-        """What is shown of a rig: the value, or the difference; None while it is not known, NaN where none is."""
+        """Return what is shown of a rig: the value or the difference; None while unknown, NaN where there is none."""
         if row.scores is None:
             return None
         value = column.value(row.scores)
@@ -251,7 +251,7 @@ class CompareModel(QAbstractTableModel):
         return None if self._reference is None else value - column.value(self._reference)
 
     def figure_text(self, column: ScoreColumn, figure: float) -> str:
-        """A figure as the cells show it."""
+        """Return a figure as the cells show it."""
         if self._shown != "values" and not math.isnan(figure):
             return change_text(figure, column.score)
         return value_text(column.score, figure)
@@ -275,7 +275,7 @@ class CompareModel(QAbstractTableModel):
         return None
 
     def _bar_share(self, column: ScoreColumn, value: float) -> float:
-        """Length of a value beside the largest of its column; shares are of the whole."""
+        """Return the length of a value beside the largest of its column; shares are of the whole."""
         if column.score.is_share:
             return value
         largest = max(abs(column.value(row.scores)) for row in self._rows if row.scores is not None)
@@ -283,7 +283,7 @@ class CompareModel(QAbstractTableModel):
 
 
 def _rig_data(row: CompareRow, column: int, role: int) -> Any:
-    """Name and sensors of a rig."""
+    """Return the name and sensors of a rig."""
     if role == _ROLE.DisplayRole and column == RIG:
         return row.title
     if role in (_ROLE.DisplayRole, _ROLE.EditRole, SORT):
@@ -300,7 +300,7 @@ def _rig_data(row: CompareRow, column: int, role: int) -> Any:
 
 
 def _waiting_data(role: int, text: str = FOLLOWS) -> Any:
-    """A number that is not there, or not yet; it sorts before all others."""
+    """Return the data of a cell without a number, or without one yet; it sorts before all others."""
     if role == _ROLE.DisplayRole:
         return text
     if role == _ROLE.ForegroundRole:

@@ -109,7 +109,7 @@ class CompareTable(QTableView):
 
     # ------------------------------------------------------------------ rows
     def shown_rows(self) -> list[CompareRow]:
-        """The rigs in the order in which the table shows them."""
+        """Return the rigs in the order in which the table shows them."""
         order = (
             self._sorted.mapToSource(self._sorted.index(row, RIG)).row()
             for row in range(self._sorted.rowCount())
@@ -129,7 +129,7 @@ class CompareTable(QTableView):
             self.selectRow(keys.index(key))
 
     def text_of(self, name: str, title: str) -> str:
-        """What a cell shows: of the rig of that name, in the column of that title."""
+        """Return what a cell shows: of the rig of that name, in the column of that title."""
         columns = range(self._rigs.columnCount())
         titles = [self._rigs.headerData(c, Qt.Orientation.Horizontal) for c in columns]
         names = [row.name for row in self.shown_rows()]
@@ -144,7 +144,7 @@ class CompareTable(QTableView):
         self.remove_wanted.emit(self.chosen)
 
     def context_menu(self) -> QMenu:
-        """What can be done with the selected rigs."""
+        """Return a menu of what can be done with the selected rigs."""
         menu = QMenu(self)
         chosen = self.chosen
         one = chosen[0] if len(chosen) == 1 else None
@@ -232,15 +232,15 @@ class ComparePanel(QWidget):
         self._cancel.setText("Score" if given_up else "Cancel")
 
     def names(self) -> list[str]:
-        """Names of the rigs in the order in which the table shows them."""
+        """Return the names of the rigs in the order in which the table shows them."""
         return [row.name for row in self.table.shown_rows()]
 
     def text_of(self, name: str, title: str) -> str:
-        """What a cell shows: of the rig of that name, in the column of that title."""
+        """Return what a cell shows: of the rig of that name, in the column of that title."""
         return self.table.text_of(name, title)
 
     def as_text(self, delimiter: str) -> str:
-        """All rows with every digit, in the order shown."""
+        """Return all rows in full precision, in the order shown."""
         return table_text(self.table.shown_rows(), delimiter)
 
     def copy(self) -> None:

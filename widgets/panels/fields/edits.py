@@ -153,7 +153,7 @@ WHEEL_NOTCH = 120
 
 
 def short_number(value: float) -> str:
-    """At most four decimals, no trailing zeros; what an unfocused field shows."""
+    """Return at most four decimals, no trailing zeros; what an unfocused field shows."""
     if math.isinf(value):
         return "∞" if value > 0 else "-∞"
     text = f"{value:.{SHOWN_DECIMALS}f}".rstrip("0").rstrip(".")
@@ -161,17 +161,17 @@ def short_number(value: float) -> str:
 
 
 def full_number(value: float) -> str:
-    """The shortest text that reads back as the same double."""
+    """Return the shortest text that reads back as the same double."""
     return short_number(value) if math.isinf(value) else repr(value).removesuffix(".0")
 
 
 def short_text(value: float, unit: Unit) -> str:
-    """A stored value in a unit, as `short_number`."""
+    """Return a stored value in a unit, as `short_number`."""
     return short_number(value * unit.per_base)
 
 
 def full_text(value: float, unit: Unit) -> str:
-    """A stored value in a unit: every digit in the stored one, twelve in another."""
+    """Return a stored value in a unit: every digit in the stored one, twelve in another."""
     if unit.per_base == 1.0 or math.isinf(value):
         return full_number(value)
     return full_number(float(f"{value * unit.per_base:.12g}"))

@@ -67,7 +67,7 @@ class Form(QWidget):
 
     # ------------------------------------------------------------------ building
     def add_heading(self, text: str) -> QLabel:
-        """A line that names the group of fields under it."""
+        """Add a line that names the group of fields under it."""
         label = QLabel(text)
         label.setObjectName("heading")
         label.setIndent(0)
@@ -75,7 +75,7 @@ class Form(QWidget):
         return label
 
     def add_row(self, label: str, fields: Sequence[QWidget], tip: str = "") -> QWidget:
-        """A label with its fields side by side; returns the widget that holds the fields."""
+        """Add a label with its fields side by side, and return the widget that holds the fields."""
         box = QWidget()
         line = QHBoxLayout(box)
         line.setContentsMargins(0, 0, 0, 0)
@@ -194,12 +194,12 @@ class Form(QWidget):
 
 
 def read_item(field: str, place: int) -> Read:
-    """Reads one item of a tuple field."""
+    """Return a function that reads one item of a tuple field."""
     return lambda subject: getattr(subject, field)[place]
 
 
 def write_item(field: str, place: int) -> Write:
-    """Exchanges one item of a tuple field; the other items stay the very same objects."""
+    """Return a function that replaces one item of a tuple field; the other items stay the very same objects."""
 
     def write(subject: Any, value: Any) -> Any:
         items = getattr(subject, field)
@@ -209,17 +209,17 @@ def write_item(field: str, place: int) -> Write:
 
 
 def read_field(field: str) -> Read:
-    """Reads a field."""
+    """Return a function that reads a field."""
     return lambda subject: getattr(subject, field)
 
 
 def write_field(field: str) -> Write:
-    """Exchanges a field."""
+    """Return a function that replaces a field."""
     return lambda subject, value: subject.replace(**{field: value})
 
 
 def reason_of(error: Exception) -> str:
-    """One line without the words that are there for programmers."""
+    """Return one line, without the words meant for programmers."""
     if isinstance(error, ValidationError):
         first = error.errors()[0]
         said = str(first["msg"])

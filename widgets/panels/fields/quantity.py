@@ -50,7 +50,7 @@ _SUFFIXES = {
 
 
 def parse_number(text: str) -> float:
-    """A double from a number or a sum with + - * / and brackets; ValueError with a reason.
+    """Return a double from a number or a sum with + - * / and brackets; raise ValueError with a reason.
 
     Infinity may be written ∞ or inf.
     """
@@ -66,7 +66,7 @@ def parse_number(text: str) -> float:
 
 
 def parse_quantity(text: str, unit: Unit) -> float:
-    """A value in the stored unit from text in `unit`, or in a unit of the same kind that stands behind it."""
+    """Return a value in the stored unit from text in `unit`, or in a unit of the same kind that follows the number."""
     found = re.fullmatch(r"(.*?[\d.)∞])\s*([a-z°]+)", text.strip(), re.S)
     given = _SUFFIXES.get(found[2]) if found is not None else None
     if found is not None and given is not None and given.quantity == unit.quantity:
@@ -91,7 +91,7 @@ def _evaluated(text: str, shown: str) -> float:
 
 
 def _value(node: ast.expr) -> float:
-    """The value of a sum; anything but numbers, signs and the four operations is a ValueError."""
+    """Return the value of a sum; raise ValueError for anything but numbers, signs and the four operations."""
     if isinstance(node, ast.Constant) and type(node.value) in (int, float):
         return float(node.value)  # type: ignore[arg-type]
     if isinstance(node, ast.Name) and node.id == "pi":

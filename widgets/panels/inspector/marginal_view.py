@@ -20,20 +20,20 @@ _SHOWN = ("s_ms", "seen")
 
 
 def seen_entropy_nat(scores: Scores, class_name: str) -> float:
-    """Entropy of a class in nat that any sensor looks at."""
+    """Return the entropy of a class, in nat, that any sensor sees."""
     found = scores.classes[class_name]
     return found.any_seen * found.h_total
 
 
 def lost_share(now: Scores, without: Scores) -> float:
-    """Part of the entropy of all classes that is seen now and not without the sensor, 0 to 1."""
+    """Return the share of the entropy of all classes, 0 to 1, that is seen now but not without the sensor."""
     total = sum(scores.h_total for scores in now.classes.values())
     lost = sum(seen_entropy_nat(now, name) - seen_entropy_nat(without, name) for name in now.classes)
     return lost / total if total else 0.0
 
 
 def loss_tip(now: Scores, without: Scores) -> str:
-    """Loss per class: what is seen and S-MS."""
+    """Describe the loss per class, in `seen` and in S-MS."""
     lines = ["Without it, exactly:"]
     for name in CLASSES:
         parts = []
@@ -100,7 +100,7 @@ class MarginalView(QWidget):
             _colour(cell, tones().muted if stale else tones().text)
 
     def text_of(self, class_name: str, key: str) -> str:
-        """What stands in a cell; `key` is "s_ms", "seen" or "nat"."""
+        """Return what stands in a cell; `key` is "s_ms", "seen" or "nat"."""
         return self._cells[class_name, key].text()
 
     @property

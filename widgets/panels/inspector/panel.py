@@ -24,7 +24,7 @@ _TRIPLES: tuple[tuple[str, str, tuple[str, str, str], float, Unit, str], ...] = 
 
 
 def with_body(rig: Rig, body: str) -> Rig:
-    """The rig on another body; sizes that are still those of the old body become those of the new one."""
+    """Return the rig on another body; sizes that are still those of the old body become those of the new one."""
     vehicle, changes = rig.vehicle, {"body": body}
     if vehicle.body in PROFILES and body in PROFILES:
         old, new = reference_vehicle(vehicle.body), reference_vehicle(body)

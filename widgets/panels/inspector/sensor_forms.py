@@ -147,7 +147,7 @@ class SensorForm(Form):
     def add_pair(
         self, caption: str, edits: dict[str, ValueEdit[Any]], between: str, field: str, tip: str
     ) -> QWidget:
-        """A row for the two items of a tuple with a sign between them; keys are the object names."""
+        """Add a row for the two items of a tuple with a sign between them; keys are the object names."""
         for place, (name, edit) in enumerate(edits.items()):
             edit.setAccessibleName(name.replace("_", " "))
             self.bind_edit(edit, read_item(field, place), write_item(field, place), name)
@@ -166,7 +166,7 @@ class SensorForm(Form):
 
 
 def _write_model(sensor: Sensor, model: str | None) -> Sensor:
-    """The sensor with the fields of a library model; without a model it keeps its fields."""
+    """Return the sensor with the fields of a library model; without a model it keeps its fields."""
     if model == sensor.model:
         return sensor
     if model is None:
@@ -331,7 +331,7 @@ class CameraForm(SensorForm):
         ]
 
     def _add_optional(self, edit: NumberEdit, field: str, caption: str, tip: str) -> QWidget:
-        """A row for one number that can be absent."""
+        """Add a row for one number that may be absent."""
         edit.setAccessibleName(edit.accessibleName() or field)
         row = self.add_row(caption, [edit], tip)
         self.bind_edit(edit, read_field(field), write_field(field), field)
@@ -351,7 +351,7 @@ def _lens_way(camera: Camera) -> str:
 
 
 def _write_lens_way(camera: Camera, way: str) -> Any:
-    """The same lens said the other way; a field of view cannot say an off-centre principal point."""
+    """Return the same lens given the other way; a field of view cannot express an off-centre principal point."""
     if way == _lens_way(camera):
         return camera
     fx, fy, cx, cy = camera.intrinsics_px()

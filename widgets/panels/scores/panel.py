@@ -122,7 +122,7 @@ class ScoresPanel(QWidget):
         self._table.clear_trail()
 
     def trail_of(self, class_name: str) -> list[float]:
-        """S-MS in nat after each of the last edits."""
+        """Return S-MS in nat after each of the last edits."""
         return self._table.trail_of(class_name)
 
     def show_estimate(self, scores: Scores) -> None:
@@ -147,11 +147,11 @@ class ScoresPanel(QWidget):
         return self._is_estimate
 
     def text_of(self, class_name: str, column: str) -> str:
-        """What a cell shows; `column` is a key of COLUMNS, or the key with " change" behind it."""
+        """Return what a cell shows; `column` is a key of COLUMNS, or a key followed by " change"."""
         return self._table.cell(class_name, column).text()
 
     def as_text(self) -> str:
-        """The table with every digit, columns separated by tabs."""
+        """Return the table in full precision, columns separated by tabs."""
         return self._table.as_text()
 
     # ------------------------------------------------------------------ what the user does

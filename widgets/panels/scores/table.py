@@ -41,7 +41,7 @@ _MARGIN_PX, _DOT_PX = 6, 2.0
 
 
 def trail_points(values: list[float], room: QRectF) -> QPolygonF:
-    """The values from left to right in a rectangle, the largest at the top; equal ones in the middle."""
+    """Return the values from left to right in a rectangle, the largest at the top; equal ones in the middle."""
     low, high = min(values), max(values)
     step = room.width() / max(len(values) - 1, 1)
     points = []
@@ -52,7 +52,7 @@ def trail_points(values: list[float], room: QRectF) -> QPolygonF:
 
 
 def trail_tip(class_name: str, values: list[float]) -> str:
-    """How many edits the line shows and between which values."""
+    """Describe how many edits the line shows and between which values."""
     if not values:
         return ""
     low, high = kilo_text(min(values)), kilo_text(max(values))
@@ -154,7 +154,7 @@ class ScoreTable(QTableWidget):
         self.setItem(row, TRAIL, trail)
 
     def cell(self, class_name: str, column: str) -> QTableWidgetItem:
-        """The item of a class and a column key, with " change" behind it for its change."""
+        """Return the item of a class and a column key, followed by " change" for its change."""
         key, _, is_change = column.partition(" ")
         place = 1 + 2 * [c.key for c in COLUMNS].index(key) + (1 if is_change else 0)
         item = self.item(CLASSES.index(class_name), place)
@@ -186,7 +186,7 @@ class ScoreTable(QTableWidget):
             item.setToolTip(trail_tip(name, trail))
 
     def trail_of(self, class_name: str) -> list[float]:
-        """S-MS in nat after each of the last edits, the latest at the end."""
+        """Return S-MS in nat after each of the last edits, the latest at the end."""
         return list(self._trails[class_name])
 
     def show_scores(self, scores: Scores, baseline: Scores, settings: MetricSettings) -> None:
@@ -252,7 +252,7 @@ class ScoreTable(QTableWidget):
                     item.setForeground(muted)
 
     def as_text(self) -> str:
-        """Titles and exact values, tabs between columns."""
+        """Return titles and exact values, with tabs between columns."""
         titles = ["class"]
         for column in COLUMNS:
             unit = "fraction" if column.is_share else "nat"

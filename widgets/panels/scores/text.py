@@ -60,36 +60,36 @@ COLUMNS = (
 
 
 def column_of(key: str) -> Column:
-    """The column of that key."""
+    """Return the column of that key."""
     return next(column for column in COLUMNS if column.key == key)
 
 
 def rough_text(column: Column, value: float) -> str:
-    """One decimal instead of two: an estimate is not better than that."""
+    """Return a value with one decimal instead of two: an estimate is no better than that."""
     if column.is_share:
         return f"{100 * value:.1f} %"
     return _signed(f"{abs(value) / 1000:.1f}", value, plus="")
 
 
 def value_text(column: Column, value: float) -> str:
-    """A value with two decimals in the column's unit, a dash where there is none."""
+    """Return a value with two decimals in the column's unit, a dash where there is none."""
     if math.isnan(value):
         return NONE
     return share_text(value) if column.is_share else kilo_text(value)
 
 
 def kilo_text(value_nat: float) -> str:
-    """10^3 nat with two decimals and a real minus sign; never "-0.00"."""
+    """Return 10^3 nat with two decimals and a real minus sign; never "-0.00"."""
     return _signed(f"{abs(value_nat) / 1000:.2f}", value_nat, plus="")
 
 
 def share_text(share: float) -> str:
-    """A fraction as percent with two decimals."""
+    """Return a fraction as percent with two decimals."""
     return f"{100 * share:.2f} %"
 
 
 def change_text(change: float, column: Column) -> str:
-    """A signed change; a change too small for two decimals says so, none at all is a dash."""
+    """Return a signed change; a change too small for two decimals says so, none at all is a dash."""
     if change == 0.0:
         return NONE
     size, unit = (abs(change) * 100, " pp") if column.is_share else (abs(change) / 1000, "")
@@ -98,12 +98,12 @@ def change_text(change: float, column: Column) -> str:
 
 
 def looks_at_more(change: float, column: Column, reading: Reading) -> bool:
-    """Whether a change that is not 0 means that more is looked at: the sign depends on score and reading."""
+    """Return whether a non-zero change means that more is seen: the sign depends on score and reading."""
     return (change > 0) == (column.is_share or reading == "residual")
 
 
 def exact_text(column: Column, value: float) -> str:
-    """Every digit, with the unit."""
+    """Return the value in full precision, with its unit."""
     if math.isnan(value):
         return NOTHING_NOTE
     return f"{value!r} of H(Ω)" if column.is_share else f"{value!r} nat"

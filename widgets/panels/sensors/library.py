@@ -33,7 +33,7 @@ _KINDS = (("lidar", "LiDARs"), ("camera", "Cameras"))
 
 
 def model_tip(entry: Entry, sensor: Sensor) -> str:
-    """Title, figures and source of a model."""
+    """Return title, figures and source of a model."""
     figures = [f"{caption}: {value}" for caption, value in derived_rows(sensor)]
     low, high = sensor.range_m
     if high != float("inf"):
@@ -80,7 +80,7 @@ class LibraryList(QWidget):
         return [str(row.data(0, _MODEL)) for row in self.models.rows() if not row.isHidden()]
 
     def row_of(self, model: str) -> QTreeWidgetItem:
-        """The row of a model; StopIteration when there is none."""
+        """Return the row of a model; raise StopIteration when there is none."""
         return next(row for row in self.models.rows() if row.data(0, _MODEL) == model)
 
     def _filter(self, text: str) -> None:
@@ -146,7 +146,7 @@ class _Models(QTreeWidget):
             row.setToolTip(column, tip)
 
     def rows(self) -> list[QTreeWidgetItem]:
-        """The rows of all models."""
+        """Return the rows of all models."""
         return [row for group in self._groups() for row in _children(group)]
 
     def show_counts(self) -> None:
@@ -184,7 +184,7 @@ class _Models(QTreeWidget):
         return [MODEL_MIME]
 
     def mimeData(self, items: Sequence[QTreeWidgetItem]) -> QMimeData:
-        """The name of the dragged model."""
+        """Return the name of the dragged model."""
         data = QMimeData()
         models = [model for item in items if isinstance(model := item.data(0, _MODEL), str)]
         if models:

@@ -24,7 +24,7 @@ from riglens.widgets.panels.style import numbers_font, plain_tip, tones
 
 
 def derived_rows(sensor: Sensor) -> list[tuple[str, str]]:
-    """Captions and values, always the same captions for a kind of sensor."""
+    """Return the captions and values, always the same captions for a kind of sensor."""
     return _lidar_rows(sensor) if isinstance(sensor, Lidar) else _camera_rows(sensor)
 
 
@@ -39,7 +39,7 @@ def _lidar_rows(lidar: Lidar) -> list[tuple[str, str]]:
 
 
 def _offsets(lidar: Lidar) -> str:
-    """How far beams fire beside the azimuth of the turn."""
+    """Describe how far the beams' azimuths are offset."""
     offsets = lidar.azimuth_offsets_deg
     return "none" if offsets is None else f"{min(offsets):.3g}° to {max(offsets):.3g}°, by beam"
 
@@ -50,7 +50,7 @@ def _turn_deg(lidar: Lidar) -> float:
 
 
 def _gaps(angles_deg: NDArray[np.float64]) -> str:
-    """The distance of neighbouring angles, or from the closest to the widest."""
+    """Describe the distance between neighbouring angles, or its smallest and largest value."""
     if len(angles_deg) < 2:
         return "–"
     gaps = np.diff(np.sort(angles_deg))
@@ -74,7 +74,7 @@ def _camera_rows(camera: Camera) -> list[tuple[str, str]]:
 
 
 def _distortion(camera: Camera) -> str:
-    """The lens model and its first coefficient."""
+    """Return the lens model and its first coefficient."""
     lens = camera.distortion
     if lens is None:
         return "none"
@@ -83,7 +83,7 @@ def _distortion(camera: Camera) -> str:
 
 
 def _pixel_deg(focal_px: float) -> float:
-    """The angle of one pixel in the middle of the image."""
+    """Return the angle of one pixel in the middle of the image."""
     return math.degrees(math.atan(1 / focal_px))
 
 
@@ -130,14 +130,14 @@ def set_up_columns(tree: QTreeWidget) -> None:
 
 
 def short_type(sensor: Sensor) -> str:
-    """A few characters: channels (beams) of a LiDAR, horizontal field of view of a camera."""
+    """Return a type of a few characters: channels (beams) of a LiDAR, horizontal field of view of a camera."""
     if isinstance(sensor, Lidar):
         return f"{len(sensor.elevations())} ch"
     return dict(derived_rows(sensor))["Field of view"].split(" × ")[0].replace(".0°", "°")
 
 
 def model_note(sensor: Sensor) -> str:
-    """Title and source of the sensor's model, or that it has none."""
+    """Return title and source of the sensor's model, or say that it has none."""
     if sensor.model is None:
         return "no model of the library"
     known = {entry.name: entry for entry in default_library().entries()}

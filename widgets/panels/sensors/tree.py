@@ -92,11 +92,11 @@ class SensorList(QTreeWidget):
         return tuple(name for name, item in self._items.items() if item.isSelected())
 
     def item_of(self, name: str) -> QTreeWidgetItem:
-        """The row of a sensor; KeyError when there is none."""
+        """Return the row of a sensor; raise KeyError when there is none."""
         return self._items[name]
 
     def name_of(self, item: QTreeWidgetItem) -> str | None:
-        """The sensor of a row, None for the row of a kind."""
+        """Return the sensor of a row, None for the row of a kind."""
         name = item.data(NAME, SENSOR_NAME)
         return name if isinstance(name, str) else None
 
@@ -130,7 +130,7 @@ class SensorList(QTreeWidget):
         self._fit_names()
 
     def _build_rows(self, kinds: list[str]) -> list[QTreeWidgetItem]:
-        """Empty rows under their group, in the order of the rig's sensors."""
+        """Make empty rows under their group, in the order of the rig's sensors."""
         scrolled = self.verticalScrollBar().value()
         self.clear()
         groups = {kind: self._group(kind, f"{title}  {kinds.count(kind)}") for kind, title in KINDS}
@@ -220,7 +220,7 @@ class SensorTree(SensorList):
     def selectionCommand(
         self, index: QModelIndex | QPersistentModelIndex, event: QEvent | None = None
     ) -> QItemSelectionModel.SelectionFlag:
-        """A click on tick, lock or eye leaves the selection as it is, so that it can be about all of it."""
+        """Leave the selection as it is on a click on tick, lock or eye, so that the click can apply to all of it."""
         if isinstance(event, QMouseEvent):
             tick_px = self.visualRect(index).left() + TICK_PX
             if index.column() in (LOCK, EYE) or event.position().x() < tick_px:
@@ -234,7 +234,7 @@ class SensorTree(SensorList):
             self.editItem(item, NAME)
 
     def _meant(self, name: str) -> Names:
-        """The sensors that a click on one of them is about: all selected ones when it is selected, too."""
+        """Return the sensors that a click on one of them applies to: all selected ones if it is selected too."""
         chosen = self.chosen
         return chosen if name in chosen else (name,)
 
@@ -279,7 +279,7 @@ class SensorTree(SensorList):
 
     # ------------------------------------------------------------------ context menu
     def context_menu(self) -> QMenu:
-        """What can be done with the selected sensors; without one, what selects some."""
+        """Return a menu of what can be done with the selected sensors, or of what selects some."""
         menu = QMenu(self)
         chosen = self.chosen
         if chosen:
