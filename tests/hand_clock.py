@@ -2,10 +2,63 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from PySide6.QtCore import QObject
+
+
+class HandClock:
+    """Stands for the system's clock in background threads: time stands still, or leaps over every rest.
+
+    A thread that waits for a moment sleeps until a test comes to it by `advance`; once time leaps it goes on at once.
+    """
+
+    def __init__(self, leaps: bool = False) -> None:
+        self._lock = threading.Lock()
+        self._now_s = 0.0
+        self._leaps = leaps
+        self._sleepers: set[threading.Condition] = set()
+
+    def now_s(self) -> float:
+        """Return the seconds that have passed."""
+        with self._lock:
+            return self._now_s
+
+    def wait(self, condition: threading.Condition, until_s: float | None) -> None:
+        """Block until the condition is notified or a test has come to that moment."""
+        with self._lock:
+            if until_s is not None and self._leaps:
+                self._now_s = max(self._now_s, until_s)
+            if until_s is not None and until_s <= self._now_s:
+                return
+            self._sleepers.add(condition)
+        condition.wait()
+
+    def advance(self, seconds: float) -> None:
+        """Let so much time pass."""
+        with self._lock:
+            self._now_s += seconds
+        self._wake()
+
+    def leap(self) -> None:
+        """From now on no rest takes any time."""
+        with self._lock:
+            self._leaps = True
+        self._wake()
+
+    def stand_still(self) -> None:
+        """From now on every rest lasts until `advance` or `leap`."""
+        with self._lock:
+            self._leaps = False
+
+    def _wake(self) -> None:
+        with self._lock:
+            sleepers = tuple(self._sleepers)
+        for condition in sleepers:
+            with condition:
+                condition.notify_all()
 
 
 class HandTimer:

@@ -1,19 +1,18 @@
-"""Pictures of what one sensor sees of one frame, made by a thread of their own, always for the latest wish.
+"""Pictures of what one sensor sees of one frame, made by a thread of their own, always for the latest request.
 
 Its kernels are serial, so that it may work beside the thread that computes the scores.
 """
 
 from __future__ import annotations
 
-import sys
 import threading
-import traceback
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
+from riglens.app.background.inbox import LatestInbox, unexpected
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.requests import LoadedScene
 from riglens.core.errors import InputError
@@ -45,7 +44,7 @@ class PictureRequest:
 
 
 @dataclass(frozen=True)
-class Picture:
+class SensorPicture:
     """The answer to one request; `note` says what is missing in it."""
 
     request: PictureRequest
@@ -61,53 +60,37 @@ class Pictures(QObject):
     """Owner of the thread, which starts with the first request; every method is called by the interface thread."""
 
     made = Signal(object)
-    """A Picture."""
+    """A SensorPicture."""
     failed = Signal(str)
 
-    def __init__(self, parent: QObject | None = None) -> None:
+    def __init__(self, parent: QObject | None = None, close_s: float = CLOSE_S) -> None:
         super().__init__(parent)
-        self._condition = threading.Condition()
-        self._wanted: PictureRequest | None = None
-        self._closing = False
-        self._is_busy = False
+        self._inbox = LatestInbox[PictureRequest]()
+        self._close_s = close_s
         self._thread: threading.Thread | None = None
         self._frames: tuple[SceneOptions, FrameStore] | None = None
         self._tree: tuple[NDArray[np.float32], BodyTree] | None = None
 
     def ask(self, request: PictureRequest) -> None:
         """Ask for a picture; takes the place of a request that still waits."""
-        with self._condition:
-            self._wanted = request
-            self._condition.notify_all()
+        self._inbox.put(request)
         if self._thread is None:
             self._thread = threading.Thread(target=self._run, name="pictures", daemon=True)
             self._thread.start()
 
     def close(self) -> None:
-        """End the thread, which gives back what it holds; one that does not end in CLOSE_S is left to itself."""
-        with self._condition:
-            self._closing = True
-            self._condition.notify_all()
+        """End the thread, which gives back what it holds; one that does not end in `close_s` is left to itself."""
+        self._inbox.close()
         if self._thread is not None:
-            self._thread.join(CLOSE_S)
+            self._thread.join(self._close_s)
 
     def wait_until_idle(self, timeout_s: float = 60.0) -> bool:
         """Block until nothing waits or runs; False on timeout. Answers may still be queued as Qt events."""
-        with self._condition:
-            return self._condition.wait_for(lambda: self._wanted is None and not self._is_busy, timeout_s)
+        return self._inbox.wait_until_idle(timeout_s)
 
     # ------------------------------------------------------------------ the thread
     def _run(self) -> None:
-        while True:
-            with self._condition:
-                self._is_busy = False
-                self._condition.notify_all()
-                self._condition.wait_for(lambda: self._closing or self._wanted is not None)
-                if self._closing:
-                    break
-                request, self._wanted = self._wanted, None
-                self._is_busy = True
-            assert request is not None
+        while (request := self._inbox.next_work()) is not None:
             self._answer(request)
         if self._frames is not None:
             self._frames[1].close()
@@ -121,22 +104,21 @@ class Pictures(QObject):
         except InputError as error:
             self._fail(str(error))
         except Exception as error:
-            traceback.print_exception(error, file=sys.stderr)
-            self._fail(f"Unexpected failure in the sensor view: {type(error).__name__}: {error}")
+            self._fail(unexpected("sensor view", error))
         else:
             self.made.emit(picture)
 
     def _fail(self, reason: str) -> None:
-        if not self._is_closing():  # nobody hears it any more, and the signals may be gone
+        if not self._inbox.is_closing():  # nobody hears it any more, and the signals may be gone
             self.failed.emit(reason)
 
-    def _picture(self, request: PictureRequest) -> Picture:
+    def _picture(self, request: PictureRequest) -> SensorPicture:
         boxes, note = self._boxes(request)
         tree, sensor = self._tree_of(request.body), request.sensor
         if isinstance(sensor, Camera):
             grid = request.scene.field.grid
-            return Picture(request, camera_picture(sensor, grid, boxes, tree), note)
-        return Picture(request, range_image(sensor, boxes, tree), note)
+            return SensorPicture(request, camera_picture(sensor, grid, boxes, tree), note)
+        return SensorPicture(request, range_image(sensor, boxes, tree), note)
 
     def _boxes(self, request: PictureRequest) -> tuple[FrameBoxes, str]:
         """Boxes of the frame, and what to say about them."""
@@ -144,7 +126,7 @@ class Pictures(QObject):
         if options.pog is not None:
             return FrameBoxes.none(), NO_BOXES
         store = self._store_of(options)
-        boxes = store.boxes(request.frame, self._is_stale)
+        boxes = store.boxes(request.frame, self._inbox.is_stale)
         if boxes is None:
             raise _Stale
         is_missing = store.is_full and request.frame >= store.frames_read
@@ -156,9 +138,8 @@ class Pictures(QObject):
             if self._frames is not None:
                 self._frames[1].close()
                 self._frames = None
-            from riglens.app.evaluation.scenario import (
-                source_of,  # loads the compiler: not while the window opens
-            )
+            # loads the compiler: not while the window opens
+            from riglens.app.evaluation.scenario import source_of
 
             self._frames = (options, FrameStore(source_of(options)))
         return self._frames[1]
@@ -168,14 +149,6 @@ class Pictures(QObject):
             self._tree = (body, BodyTree.of(body, self._stop_if_closing))
         return self._tree[1]
 
-    def _is_closing(self) -> bool:
-        with self._condition:
-            return self._closing
-
     def _stop_if_closing(self) -> None:
-        if self._is_closing():
+        if self._inbox.is_closing():
             raise _Stale
-
-    def _is_stale(self) -> bool:
-        with self._condition:
-            return self._closing or self._wanted is not None

@@ -1,22 +1,21 @@
 """The one background thread: evaluates rigs and loads box data, always for the latest wish.
 
 Every Numba kernel of the window runs here, because parallel kernels must not be called from two threads.
-There is one pending slot and no timer: a newer request takes the place of a waiting one. Where the exact answer
-would take longer than a frame, a coarse one goes ahead, and the exact one is made when the mouse rests. Results
-return by signals that carry their request, and the window drops those older than what it shows.
+A newer request takes the place of one that waits (wishes.py). Where the exact answer would take longer than a frame,
+a coarse one goes ahead, and the exact one is made when the mouse rests. Results return by signals that carry their
+request, and the window drops those older than what it shows.
 Side jobs (side_jobs.py) fill the time in which nobody edits, and give way at once.
 """
 
 from __future__ import annotations
 
-import sys
 import threading
-import traceback
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Signal
 
+from riglens.app.background.inbox import SYSTEM_CLOCK, Clock, unexpected
 from riglens.app.background.side_jobs import SideAnswer, SideRequest
 from riglens.app.background.wishes import Wishes
 from riglens.app.evaluation.options import SceneOptions
@@ -28,6 +27,7 @@ if TYPE_CHECKING:
     from riglens.app.evaluation.scoring import Scoring
 
 CANCELLED = "Loading was cancelled."
+_HERE = "background"
 REST_S = 0.05
 """A mouse that asked for nothing new for so long rests: time for the exact answer that a coarse one stood for."""
 
@@ -44,7 +44,8 @@ class Recompute(QObject):
 
     Every request is answered unless a newer one took its place; after a load the last one is answered again.
     `close` must be called before the object goes away. `coarse_above_ms`: exact answers that are expected to
-    take longer are preceded by a coarse one. With `waits` nothing is done before `begin`.
+    take longer are preceded by a coarse one. With `waits` nothing is done before `begin`. `clock` is what rests are
+    measured by.
     """
 
     evaluated = Signal(object)
@@ -67,12 +68,13 @@ class Recompute(QObject):
         threads: int | None = None,
         coarse_above_ms: float = FRAME_MS,
         waits: bool = False,
+        clock: Clock = SYSTEM_CLOCK,
     ) -> None:
         super().__init__()
         self._loader = loader
         self._threads = threads
         self._coarse_above_ms = coarse_above_ms
-        self._wishes = Wishes(waits)
+        self._wishes = Wishes(waits, clock)
         self._scoring: Scoring | None = None
         self._is_warm = False
         self._thread = threading.Thread(target=self._run, name="recompute", daemon=True)
@@ -128,15 +130,13 @@ class Recompute(QObject):
             elif isinstance(work, SceneOptions):
                 self._load(work)
             else:
-                self._evaluate_wanted()
+                self._evaluate(work)
 
     def _load(self, request: SceneOptions) -> None:
         self.load_progress.emit(0.0)
         try:
-            from riglens.app.evaluation.scoring import (  # loads the compiler, which the first picture needs not
-                Scoring,
-                load_scene,
-            )
+            # loads the compiler, which the first picture does not need
+            from riglens.app.evaluation.scoring import Scoring, load_scene
 
             scene = (self._loader or load_scene)(request, self._report_progress)
             self._stop_if_unwanted()
@@ -147,7 +147,7 @@ class Recompute(QObject):
         except InputError as error:
             outcome = str(error)
         except Exception as error:
-            outcome = _unexpected(error)
+            outcome = unexpected(_HERE, error)
         else:
             self.scene_loaded.emit(scene)
             self._scoring = scoring
@@ -171,20 +171,21 @@ class Recompute(QObject):
         """Progress of a load: ends it when unwanted, and keeps the old scene's scores following edits."""
         self._stop_if_unwanted()
         self.load_progress.emit(fraction)
-        self._evaluate_wanted()
+        request = self._wishes.take_evaluation()
+        if request is not None:
+            self._evaluate(request)
+            self._wishes.finish_evaluation()
 
     def _stop_if_unwanted(self) -> None:
         if self._wishes.is_load_unwanted():
             raise _Cancelled
 
-    def _evaluate_wanted(self) -> None:
-        request = self._wishes.take_evaluation() if self._scoring is not None else None
-        if self._scoring is None or request is None:
-            return
+    def _evaluate(self, request: EvaluationRequest) -> None:
+        assert self._scoring is not None  # there is no evaluation before there is a scene
         try:
             self._answer(self._scoring, request)
         except Exception as error:
-            self.failed.emit(_unexpected(error))
+            self.failed.emit(unexpected(_HERE, error))
 
     def _answer(self, scoring: Scoring, request: EvaluationRequest) -> None:
         """The exact answer; where it is slow a coarse one before it, and in a drag it then waits for a rest."""
@@ -210,14 +211,8 @@ class Recompute(QObject):
         try:
             found = scoring.aside(request.rig, request.settings, lambda: self._wishes.gives_way(request))
         except Exception as error:
-            self.failed.emit(_unexpected(error))
+            self.failed.emit(unexpected(_HERE, error))
             found = None
             self.forget_aside(request.group)
         if found is not None and self._wishes.take_aside(request):
             self.side_answered.emit(SideAnswer(request, scoring.scene, found.scores, found.elapsed_ms))
-
-
-def _unexpected(error: Exception) -> str:
-    """One line for the user; the traceback goes to standard error for the person who mends it."""
-    traceback.print_exception(error, file=sys.stderr)
-    return f"Unexpected failure in the background: {type(error).__name__}: {error}"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import time
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from riglens.app.evaluation.requests import LoadedScene
@@ -39,11 +39,15 @@ class SideAnswer:
 
 
 class SideQueue:
-    """Requests in the order of asking. Not safe by itself: its owner holds a lock around every call."""
+    """Requests in the order of asking, due when nothing was asked for `SIDE_REST_S` by the clock.
 
-    def __init__(self) -> None:
+    Not safe by itself: its owner holds a lock around every call.
+    """
+
+    def __init__(self, now_s: Callable[[], float]) -> None:
+        self._now_s = now_s
         self._waiting: dict[tuple[str, str], SideRequest] = {}
-        self._asked_at = time.monotonic()
+        self._asked_s = now_s()
 
     def ask(self, request: SideRequest) -> None:
         """Add a request; one of the same key is dropped."""
@@ -56,11 +60,12 @@ class SideQueue:
 
     def postpone(self) -> None:
         """Somebody edits: start the rest anew."""
-        self._asked_at = time.monotonic()
+        self._asked_s = self._now_s()
 
-    def first(self) -> SideRequest | None:
-        """The request to answer next; it stays in the queue until `done`."""
-        return next(iter(self._waiting.values()), None)
+    def first_due(self) -> SideRequest | None:
+        """The request to answer now, None while there is none; it stays in the queue until `done`."""
+        due_s = self.due_s()
+        return next(iter(self._waiting.values())) if due_s is not None and due_s <= self._now_s() else None
 
     def wants(self, request: SideRequest) -> bool:
         """Whether this very request is still wanted."""
@@ -71,8 +76,6 @@ class SideQueue:
         if self.wants(request):
             del self._waiting[request.key]
 
-    def delay_s(self) -> float | None:
-        """Seconds until the first request is due, None when there is none."""
-        if not self._waiting:
-            return None
-        return max(0.0, SIDE_REST_S - (time.monotonic() - self._asked_at))
+    def due_s(self) -> float | None:
+        """When the first request is due, by the clock; None if there is none."""
+        return self._asked_s + SIDE_REST_S if self._waiting else None

@@ -86,8 +86,9 @@ class Tasks(QObject):
     """A Task, before it runs: whoever shows it connects here."""
     failed = Signal(str, str)
 
-    def __init__(self, parent: QObject | None = None) -> None:
+    def __init__(self, parent: QObject | None = None, close_s: float = CLOSE_S) -> None:
         super().__init__(parent)
+        self._close_s = close_s
         self._running: list[Task] = []
 
     @property
@@ -116,10 +117,10 @@ class Tasks(QObject):
         return task
 
     def close(self) -> None:
-        """Give up everything; threads that do not end in CLOSE_S altogether are left to themselves."""
+        """Give up everything; threads that do not end in `close_s` altogether are left to themselves."""
         for task in self._running:
             task.cancel()
-        end_s = time.monotonic() + CLOSE_S
+        end_s = time.monotonic() + self._close_s
         for task in self._running:
             task.join(max(0.0, end_s - time.monotonic()))
         self._running.clear()

@@ -1,39 +1,38 @@
-"""What the interface thread wants of the background thread, and what the latter does: all behind one lock.
+"""What the window wants of the engine's thread: one evaluation, one scene, and side jobs when nobody edits.
 
-There is one slot for an evaluation and one for a scene: a newer wish takes the place of one that waits.
+For an evaluation and for a scene a newer wish takes the place of one that waits.
 """
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Sequence
-from typing import Literal
 
+from riglens.app.background.inbox import SYSTEM_CLOCK, Clock, Inbox, Latest
 from riglens.app.background.side_jobs import SideQueue, SideRequest
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.requests import EvaluationRequest
 
-Work = SceneOptions | SideRequest | Literal["evaluate"]
+Work = SceneOptions | EvaluationRequest | SideRequest
 
 
-class Wishes:
-    """Asked for and taken up under `lock`. No Qt, no kernels, nothing that takes time."""
+class Wishes(Inbox[Work]):
+    """Asked for by the interface thread, taken by the engine's. No Qt, no kernels, nothing that takes time.
 
-    def __init__(self, waits: bool = False) -> None:
-        self.lock = threading.Condition()
+    With `waits` no work is handed out before `begin`.
+    """
+
+    def __init__(self, waits: bool = False, clock: Clock = SYSTEM_CLOCK) -> None:
+        super().__init__(clock)
         self.has_scene = False
         """Whether there is a scene to evaluate rigs on."""
         self.gave_up_last = False
         """Whether the last evaluation was given up."""
-        self._wanted: EvaluationRequest | None = None
+        self._evaluations = Latest[EvaluationRequest]()
+        self._scenes = Latest[SceneOptions]()
+        self._side = SideQueue(clock.now_s)
         self._last: EvaluationRequest | None = None
-        self._scene_wanted: SceneOptions | None = None
         self._cancel_load = False
-        self._closing = False
         self._waits = waits
-        self._is_busy = False
-        self._is_loading = False
-        self._side = SideQueue()
 
     # ------------------------------------------------------------------ said by the interface thread
     def begin(self) -> None:
@@ -45,7 +44,7 @@ class Wishes:
     def evaluate(self, request: EvaluationRequest) -> None:
         """Want scores."""
         with self.lock:
-            self._wanted = request
+            self._evaluations.put(request)
             self._side.postpone()
             self.lock.notify_all()
 
@@ -64,59 +63,52 @@ class Wishes:
     def load(self, request: SceneOptions) -> None:
         """Want another scene."""
         with self.lock:
-            self._scene_wanted = request
+            self._scenes.put(request)
             self.lock.notify_all()
 
     def cancel_load(self) -> SceneOptions | None:
-        """Want the scene no more; returns it when its load had not begun."""
+        """Want the scene no more; returns it if its load had not begun."""
         with self.lock:
-            waiting, self._scene_wanted = self._scene_wanted, None
+            waiting = self._scenes.withdraw()
             self._cancel_load = True
-            return None if self._is_loading else waiting
+            return None if self._scenes.current is not None else waiting
 
-    def close(self) -> None:
-        """Want the end of everything."""
-        with self.lock:
-            self._closing = True
-            self.lock.notify_all()
+    # ------------------------------------------------------------------ what the thread is given
+    def _take(self) -> Work | None:
+        if self._waits:
+            return None
+        if (scene := self._scenes.take()) is not None:
+            self._cancel_load = False
+            return scene
+        return self._take_evaluation() or (self._side.first_due() if self.has_scene else None)
 
-    def wait_until_idle(self, timeout_s: float) -> bool:
-        """Block until nothing but side jobs waits or is done; False on timeout."""
-        with self.lock:
-            return self.lock.wait_for(self._is_idle, timeout_s)
+    def _take_evaluation(self) -> EvaluationRequest | None:
+        request = self._evaluations.take() if self.has_scene else None
+        self._last = request or self._last
+        return request
+
+    def _finish(self) -> None:
+        self._scenes.finish()
+        self._evaluations.finish()
 
     def _is_idle(self) -> bool:
-        waiting = self._scene_wanted is not None or (self._wanted is not None and self.has_scene)
-        return not (waiting or self._is_busy)
+        """Side jobs do not count, nor does an evaluation that has to wait for the first scene."""
+        has_evaluated = not self.has_scene or self._evaluations.waiting is None
+        return self._scenes.is_idle and self._evaluations.current is None and has_evaluated
 
-    # ------------------------------------------------------------------ asked by the background thread
-    def next_work(self) -> Work | None:
-        """Block until there is something to do, None at the end of everything."""
-        with self.lock:
-            self.lock.wait_for(lambda: self._closing or not self._waits)
-            self._is_busy = self._is_loading = False
-            self.lock.notify_all()
-            while not (self._closing or not self._is_idle() or self._side_delay_s() == 0.0):
-                self.lock.wait(self._side_delay_s())
-            if self._closing:
-                return None
-            side = self._side.first() if self._is_idle() else None
-            self._is_busy = side is None
-            scene, self._scene_wanted = self._scene_wanted, None
-            self._is_loading = scene is not None
-            self._cancel_load = False
-            return side or scene or "evaluate"
+    def _due_s(self) -> float | None:
+        return self._side.due_s() if self.has_scene and not self._waits else None
 
-    def _side_delay_s(self) -> float | None:
-        """Seconds until a side job is due, None while there is none or no scene to run it on."""
-        return self._side.delay_s() if self.has_scene else None
-
+    # ------------------------------------------------------------------ told by the thread in the midst of work
     def take_evaluation(self) -> EvaluationRequest | None:
-        """The evaluation that waits, which from now on is the last one."""
+        """Begin, in the midst of a load, with the evaluation that waits; `finish_evaluation` ends it."""
         with self.lock:
-            request, self._wanted = self._wanted, None
-            self._last = request or self._last
-            return request
+            return self._take_evaluation()
+
+    def finish_evaluation(self) -> None:
+        """The evaluation in the midst of a load is done."""
+        with self.lock:
+            self._evaluations.finish()
 
     def take_aside(self, request: SideRequest) -> bool:
         """A side job is done; whether its answer is still wanted."""
@@ -129,23 +121,19 @@ class Wishes:
         """There is a new scene: the last evaluation is to be made on it, unless a newer one waits."""
         with self.lock:
             self.has_scene = True
-            self._wanted = self._wanted or self._last
+            if self._evaluations.waiting is None and self._last is not None:
+                self._evaluations.put(self._last)
 
     # ------------------------------------------------------------------ whether to give up
-    def is_closing(self) -> bool:
-        """Whether everything ends."""
-        with self.lock:
-            return self._closing
-
     def is_other_scene_wanted(self) -> bool:
         """Whether another load waits."""
         with self.lock:
-            return self._scene_wanted is not None
+            return self._scenes.waiting is not None
 
     def is_load_unwanted(self) -> bool:
         """Whether the load under way is to be given up."""
         with self.lock:
-            return self._closing or self._cancel_load or self._scene_wanted is not None
+            return self._closing or self._cancel_load or self._scenes.waiting is not None
 
     def is_followed(self) -> bool:
         """Whether anything newer waits: it will get a coarse answer at once, so nobody is left without numbers."""
@@ -154,7 +142,13 @@ class Wishes:
     def is_followed_within(self, seconds: float) -> bool:
         """Whether anything newer comes within so long."""
         with self.lock:
-            return self.lock.wait_for(lambda: self._closing or self._wanted is not None, seconds)
+            end_s = self._clock.now_s() + seconds
+            while not self._is_followed() and self._clock.now_s() < end_s:
+                self._clock.wait(self.lock, end_s)
+            return self._is_followed()
+
+    def _is_followed(self) -> bool:
+        return self._closing or self._evaluations.waiting is not None
 
     def is_stale(self) -> bool:
         """Whether to give up: somebody waits for a final answer, and the last request was not given up.
@@ -163,7 +157,7 @@ class Wishes:
         a fast mouse could keep every number from being finished.
         """
         with self.lock:
-            wanted = self._wanted
+            wanted = self._evaluations.waiting
             return self._closing or (wanted is not None and not wanted.is_preview and not self.gave_up_last)
 
     def gives_way(self, request: SideRequest) -> bool:

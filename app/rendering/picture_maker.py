@@ -7,6 +7,7 @@ import sys
 
 from PySide6.QtCore import QObject, QProcess, Signal
 
+from riglens.app.background.inbox import Latest
 from riglens.app.rendering.picture_process import LENGTH_BYTES, PictureJob, packed
 
 _END_MS = 3000
@@ -22,24 +23,23 @@ class PictureMaker(QObject):
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._process: QProcess | None = None
-        self._drawn: PictureJob | None = None
-        self._next: PictureJob | None = None
+        self._jobs = Latest[PictureJob]()
         self._answer = b""
 
     @property
     def is_busy(self) -> bool:
         """Whether a picture is being drawn."""
-        return self._drawn is not None
+        return self._jobs.current is not None
 
     def draw(self, job: PictureJob) -> None:
         """Draw a picture as soon as the one under way is done."""
-        self._next = job
+        self._jobs.put(job)
         self._start_next()
 
     def close(self) -> None:
         """End the process, whatever it does."""
         process, self._process = self._process, None
-        self._drawn = self._next = None
+        self._jobs = Latest()
         if process is not None:
             process.blockSignals(True)
             process.kill()
@@ -47,11 +47,10 @@ class PictureMaker(QObject):
             process.deleteLater()
 
     def _start_next(self) -> None:
-        if self._next is None or self._drawn is not None:
-            return
-        self._drawn, self._next = self._next, None
-        self._process = self._process or self._start()
-        self._process.write(packed(pickle.dumps(self._drawn)))
+        job = self._jobs.take()
+        if job is not None:
+            self._process = self._process or self._start()
+            self._process.write(packed(pickle.dumps(job)))
 
     def _start(self) -> QProcess:
         process = QProcess(self)
@@ -70,7 +69,7 @@ class PictureMaker(QObject):
         if len(self._answer) < LENGTH_BYTES or len(self._answer) < LENGTH_BYTES + length:
             return
         answer, self._answer = self._answer[LENGTH_BYTES:], b""
-        job, self._drawn = self._drawn, None
+        job = self._jobs.finish()
         if answer[:1] == b"\1":
             self.made.emit(job, answer[1:])
         else:
@@ -82,5 +81,6 @@ class PictureMaker(QObject):
         process, self._process = self._process, None
         if process is not None:
             process.deleteLater()
-            self._drawn, self._answer = None, b""
+            self._jobs.finish()
+            self._answer = b""
             self.failed.emit("the process that draws pictures ended without an answer")

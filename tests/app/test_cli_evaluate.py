@@ -8,6 +8,7 @@ import sys
 import pytest
 
 from tests.app.conftest import REPOSITORY
+from tests.waiting import TIMEOUT_S
 
 SMALL = ("--voxel", "0.5", "--roi", "20", "20", "4")
 
@@ -133,7 +134,7 @@ def test_a_reader_that_goes_away_early_is_no_error(riglens_process, boxes):
     process = riglens_process("evaluate", "W+T", "--boxes", boxes, *SMALL, "--json", "-")
     assert process.stdout is not None
     process.stdout.close()
-    _, err = process.communicate(timeout=120)
+    _, err = process.communicate(timeout=TIMEOUT_S)
     assert "Traceback" not in err
     assert "BrokenPipe" not in err
     assert process.returncode == 0
@@ -141,7 +142,7 @@ def test_a_reader_that_goes_away_early_is_no_error(riglens_process, boxes):
 
 def test_a_full_disk_is_told_in_one_line(riglens_process, boxes):
     process = riglens_process("evaluate", "Line", "--boxes", boxes, *SMALL, "--json", "/dev/full")
-    _, err = process.communicate(timeout=120)
+    _, err = process.communicate(timeout=TIMEOUT_S)
     assert process.returncode == 1
     assert err.splitlines()[-1] == "riglens: No space left on device"
     assert "Traceback" not in err
@@ -154,5 +155,5 @@ def test_a_command_that_draws_nothing_loads_neither_qt_nor_vtk(boxes):
         "sys.exit(f'loaded {loaded}' if loaded else code)"
     )
     command = [sys.executable, "-c", script, "evaluate", "W+T", "--boxes", str(boxes), *SMALL]
-    result = subprocess.run(command, cwd=REPOSITORY, capture_output=True, text=True, timeout=300)
+    result = subprocess.run(command, cwd=REPOSITORY, capture_output=True, text=True, timeout=TIMEOUT_S)
     assert result.returncode == 0, result.stderr

@@ -3,9 +3,11 @@
 import json
 import os
 import signal
-import time
+from pathlib import Path
 
 import pytest
+
+from tests.waiting import TIMEOUT_S, poll
 
 SMALL = ("--voxel", "0.5", "--roi", "20", "20", "4")
 
@@ -66,10 +68,9 @@ def test_ctrl_c_in_the_middle_of_a_build_changes_nothing(riglens_process, tmp_pa
     process = riglens_process(
         "pog", table, "--out", out / "old.npz", "--voxel", "0.1", env=environment, start_new_session=True
     )
-    _wait_until_it_reads(process.pid, str(table))
-    time.sleep(0.5)
+    poll(lambda: _has_opened(process.pid, table))
     os.kill(process.pid, signal.SIGINT)
-    output, errors = process.communicate(timeout=60)
+    output, errors = process.communicate(timeout=TIMEOUT_S)
     assert process.returncode in (130, -signal.SIGINT)  # a shell says 130 to both
     assert output == ""
     assert errors == "riglens: interrupted; no file was changed\n"
@@ -77,13 +78,7 @@ def test_ctrl_c_in_the_middle_of_a_build_changes_nothing(riglens_process, tmp_pa
     assert [path.name for path in out.iterdir()] == ["old.npz"]
 
 
-def _wait_until_it_reads(pid: int, path: str, seconds: float = 60.0) -> None:
-    """Return when the process has the file open: the build is under way."""
-    end = time.monotonic() + seconds
-    while time.monotonic() < end:
-        folder = f"/proc/{pid}/fd"
-        opened = [os.path.realpath(f"{folder}/{name}") for name in os.listdir(folder)]
-        if os.path.realpath(path) in opened:
-            return
-        time.sleep(0.05)
-    raise AssertionError("the build never started")
+def _has_opened(pid: int, path: Path) -> bool:
+    """Whether the process has the file open: the build is under way."""
+    folder = f"/proc/{pid}/fd"
+    return path.resolve() in [Path(folder, name).resolve() for name in os.listdir(folder)]

@@ -6,7 +6,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -16,6 +15,7 @@ import pytest
 
 from riglens.core.scene.pog_store import load_pog
 from tests.app.conftest import REPOSITORY
+from tests.waiting import TIMEOUT_S, poll
 
 GRID = ("--voxel", "0.2", "--roi", "40", "20", "4")
 HEADER = "seq,frame,cls,x,y,z,length,width,height,yaw\n"
@@ -61,12 +61,12 @@ def test_tables_named_one_by_one_in_any_order_give_the_pog_of_the_folder(riglens
 
 def wait_for_part(process: "subprocess.Popen[str]", parts: Path, count: int = 1) -> None:
     """Return when some parts are finished; fails when the build ends before that."""
-    end = time.monotonic() + 90
-    while time.monotonic() < end and process.poll() is None:
-        if parts.is_dir() and len(list(parts.glob("pog-*.npz"))) >= count:
-            return
-        time.sleep(0.01)
-    raise AssertionError(process.communicate())
+
+    def is_there() -> bool:
+        assert process.poll() is None, process.communicate()
+        return parts.is_dir() and len(list(parts.glob("pog-*.npz"))) >= count
+
+    poll(is_there)
 
 
 def test_a_killed_build_leaves_no_process_and_goes_on(riglens_process, folder, expected, tmp_path):
@@ -79,13 +79,13 @@ def test_a_killed_build_leaves_no_process_and_goes_on(riglens_process, folder, e
     process.communicate()
     assert not out.exists()
     kept = {path.name: path.stat().st_mtime_ns for path in parts.glob("pog-*.npz")}
-    _, alive = psutil.wait_procs(children, timeout=30)
+    _, alive = psutil.wait_procs(children, timeout=TIMEOUT_S)
     assert not alive
     process = riglens_process(*words)
     wait_for_part(process, parts, min(len(kept) + 1, TABLES))
     again = {path.name: path.stat().st_mtime_ns for path in parts.glob("pog-*.npz")}
     assert kept.items() <= again.items()
-    assert process.wait(60) == 0
+    assert process.wait(TIMEOUT_S) == 0
     assert content(out) == expected
     assert not parts.exists()
 
@@ -97,7 +97,7 @@ def test_ctrl_c_says_how_many_parts_are_kept(riglens_process, folder, tmp_path):
     )
     wait_for_part(process, parts)
     os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to the workers too
-    output, errors = process.communicate(timeout=60)
+    output, errors = process.communicate(timeout=TIMEOUT_S)
     assert process.returncode == 130
     assert output == ""
     kept, interrupted = errors.splitlines()
@@ -143,17 +143,20 @@ def dask(tmp_path: Path) -> Iterator[Callable[..., "subprocess.Popen[bytes]"]]:
     for process in started:
         process.kill()
     for process in started:
-        process.wait(30)
+        process.wait(TIMEOUT_S)
 
 
 def address_in(file: Path) -> str:
     """Where the scheduler says that it listens, once it has written that."""
-    end = time.monotonic() + 90
-    while time.monotonic() < end:
+    found: list[str] = []
+
+    def is_written() -> bool:
         with contextlib.suppress(FileNotFoundError, json.JSONDecodeError):
-            return str(json.loads(file.read_text())["address"])
-        time.sleep(0.05)
-    raise AssertionError("the scheduler never started")
+            found.append(str(json.loads(file.read_text())["address"]))
+        return bool(found)
+
+    poll(is_written)
+    return found[0]
 
 
 def test_a_cluster_that_loses_a_worker_gives_the_same_pog(riglens_process, dask, folder, expected, tmp_path):
@@ -167,7 +170,7 @@ def test_a_cluster_that_loses_a_worker_gives_the_same_pog(riglens_process, dask,
     process = riglens_process("pog", folder, "--out", out, *GRID, "--dask", address)
     wait_for_part(process, tmp_path / "o.npz.parts")
     workers[0].kill()
-    output, errors = process.communicate(timeout=120)
+    output, errors = process.communicate(timeout=TIMEOUT_S)
     assert process.returncode == 0, errors
     assert "3,600 frames" in output
     assert content(out) == expected

@@ -8,6 +8,7 @@ import pytest
 
 from riglens.core.rig.presets import PRESETS, preset
 from riglens.core.rig.yaml.file import load_rig
+from tests.waiting import TIMEOUT_S
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 
@@ -65,7 +66,7 @@ def test_help_loads_no_heavy_package():
         cwd=REPOSITORY,
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=TIMEOUT_S,
     )
     assert result.stderr == "[]\n"
 
@@ -80,7 +81,11 @@ def test_only_commands_that_exist_are_offered(riglens):
 
 def test_the_module_and_the_console_script_are_the_same_program():
     result = subprocess.run(
-        [sys.executable, "-m", "app", "--version"], cwd=REPOSITORY, capture_output=True, text=True, timeout=60
+        [sys.executable, "-m", "app", "--version"],
+        cwd=REPOSITORY,
+        capture_output=True,
+        text=True,
+        timeout=TIMEOUT_S,
     )
     assert result.returncode == 0
     assert result.stdout.strip()

@@ -8,6 +8,7 @@ import pytest
 
 from riglens.core.rig.presets import preset
 from riglens.core.rig.yaml.file import load_rig
+from tests.waiting import TIMEOUT_S
 
 SMALL = ("--voxel", "0.5", "--roi", "20", "20", "4")
 PNG = b"\x89PNG\r\n\x1a\n"
@@ -105,7 +106,7 @@ def test_a_picture_that_cannot_be_drawn_is_refused_by_option(riglens, tmp_path, 
 
 def test_without_a_display_the_same_job_runs_in_the_terminal(riglens_process, boxes, tmp_path):
     process = riglens_process("Line", "--boxes", boxes, *SMALL, env=NO_DISPLAY, cwd=tmp_path)
-    out, err = process.communicate(timeout=300)
+    out, err = process.communicate(timeout=TIMEOUT_S)
     assert process.returncode == 0, err
     assert err.splitlines()[0].startswith("no display: running headless")
     assert "Line" in out
@@ -124,7 +125,7 @@ def test_without_a_display_the_same_job_runs_in_the_terminal(riglens_process, bo
 def test_a_display_that_does_not_answer_is_no_display(riglens_process, tmp_path):
     environment = {**NO_DISPLAY, "DISPLAY": ":98765"}
     process = riglens_process("W+T", "--boxes", "no-such-boxes", env=environment, cwd=tmp_path)
-    _, err = process.communicate(timeout=120)
+    _, err = process.communicate(timeout=TIMEOUT_S)
     assert "no display: running headless (DISPLAY is :98765, but nothing answers there)" in err
     assert process.returncode == 2
     assert list(tmp_path.iterdir()) == []

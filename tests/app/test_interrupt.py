@@ -6,7 +6,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 
 from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtGui import QCloseEvent
@@ -14,7 +13,7 @@ from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
 from riglens.app.launch.interrupt import quit_on_interrupt
-from tests.app.window_bench import TIMEOUT_MS
+from tests.waiting import TIMEOUT_MS, TIMEOUT_S, poll
 
 
 class Keeper(QWidget):
@@ -47,9 +46,9 @@ def application_with(window: QWidget) -> QApplication:
 
 def test_ctrl_c_while_qt_is_loaded_ends_the_process_at_once(riglens_process, xvfb, tmp_path):
     process = riglens_process(env={"XDG_CONFIG_HOME": str(tmp_path), "XDG_STATE_HOME": str(tmp_path)})
-    wait_until_loaded(process.pid, "libQt6Core")
+    poll(lambda: has_loaded(process.pid, "libQt6Core"))
     process.send_signal(signal.SIGINT)
-    output, errors = process.communicate(timeout=60)
+    output, errors = process.communicate(timeout=TIMEOUT_S)
     assert (process.returncode, output, errors) == (130, "", "riglens: interrupted\n")
 
 
@@ -103,7 +102,7 @@ def test_a_second_ctrl_c_before_the_first_was_heeded_ends_the_process() -> None:
         "    print('still there')\n"
     )
     done = subprocess.run(
-        [sys.executable, "-c", script], capture_output=True, text=True, timeout=60, check=False
+        [sys.executable, "-c", script], capture_output=True, text=True, timeout=TIMEOUT_S, check=False
     )
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "riglens: interrupted\n")
 
@@ -115,16 +114,11 @@ def test_a_thread_that_goes_on_does_not_keep_the_process() -> None:
         "Grace().start(3)\n"
         "threading.Event().wait(300)\n"  # as a join of a thread that compiles
     )
-    done = subprocess.run([sys.executable, "-c", script], timeout=60, check=False)
+    done = subprocess.run([sys.executable, "-c", script], timeout=TIMEOUT_S, check=False)
     assert done.returncode == 3
 
 
-def wait_until_loaded(pid: int, library: str, seconds: float = 60.0) -> None:
-    """Return when the process has mapped a shared library."""
-    end = time.monotonic() + seconds
-    while time.monotonic() < end:
-        with open(f"/proc/{pid}/maps") as maps:
-            if library in maps.read():
-                return
-        time.sleep(0.02)
-    raise AssertionError(f"{library} was never loaded")
+def has_loaded(pid: int, library: str) -> bool:
+    """Whether the process has mapped a shared library."""
+    with open(f"/proc/{pid}/maps") as maps:
+        return library in maps.read()

@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 import riglens.app.evaluation.scoring
@@ -20,7 +21,9 @@ from riglens.app.evaluation.scoring import load_scene
 from riglens.core.errors import InputError
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.scene.boxes import Progress
-from tests.app.window_bench import RIG, TIMEOUT_MS, scene_options
+from tests.app.window_bench import RIG, scene_options
+from tests.hand_clock import HandClock
+from tests.waiting import TIMEOUT_MS, TIMEOUT_S
 
 QUEUED = Qt.ConnectionType.QueuedConnection
 
@@ -40,7 +43,7 @@ class Worker:
         self.scenes: list[LoadedScene] = []
         self.ended: list[str] = []
         self.failures: list[str] = []
-        self.recompute = Recompute(loader, threads=1, coarse_above_ms=math.inf)
+        self.recompute = Recompute(loader, threads=1, coarse_above_ms=math.inf, clock=HandClock(leaps=True))
         self.recompute.evaluated.connect(lambda result: self.answered.append(result.request.revision), QUEUED)
         self.recompute.scene_loaded.connect(self.scenes.append, QUEUED)
         self.recompute.load_ended.connect(lambda problem, _: self.ended.append(problem), QUEUED)
@@ -51,8 +54,8 @@ class Worker:
 
     def finish(self) -> None:
         """Let everything that was asked for come to its end."""
-        assert self.recompute.wait_until_idle(TIMEOUT_MS / 1000)
-        self._qtbot.wait(1)
+        assert self.recompute.wait_until_idle(TIMEOUT_S)
+        QApplication.processEvents()  # what the thread said is heard
 
 
 StartWorker = Callable[..., Worker]
@@ -83,7 +86,7 @@ class Gate:
 
     def pass_through(self) -> None:
         self.reached.set()
-        assert self._open.wait(TIMEOUT_MS / 1000)
+        assert self._open.wait(TIMEOUT_S)
 
 
 def test_of_many_waiting_requests_only_the_latest_is_answered(start: StartWorker, tmp_path: Path) -> None:
@@ -95,7 +98,7 @@ def test_of_many_waiting_requests_only_the_latest_is_answered(start: StartWorker
 
     worker = start(held)
     worker.recompute.load(scene_options(tmp_path))
-    gate.reached.wait()
+    gate.reached.wait(TIMEOUT_S)
     for revision in range(1, 8):
         worker.recompute.evaluate(request(revision))
     gate.open()
@@ -105,25 +108,34 @@ def test_of_many_waiting_requests_only_the_latest_is_answered(start: StartWorker
 
 
 def test_a_thread_that_waits_does_nothing_before_it_is_told_to_begin(qtbot: QtBot) -> None:
-    begun = threading.Event()
+    loaded: list[str] = []
 
-    def loader(_: SceneOptions, __: Progress) -> LoadedScene:
-        begun.set()
+    def loader(options: SceneOptions, _: Progress) -> LoadedScene:
+        loaded.append(str(options.boxes))
         raise InputError("nothing to load")
 
     recompute = Recompute(loader, waits=True)
     try:
-        recompute.load(SceneOptions())
-        assert not begun.wait(0.1)
+        for name in ("first", "second"):  # a thread that does not wait may load the first one
+            recompute.load(SceneOptions(boxes=Path(name)))
         with qtbot.waitSignal(recompute.load_ended, timeout=TIMEOUT_MS):
             recompute.begin()
-        assert begun.is_set()
+        assert loaded == ["second"]
     finally:
         recompute.close()
 
 
-def test_a_thread_that_was_never_told_to_begin_can_be_closed(qtbot: QtBot) -> None:
-    Recompute(waits=True).close()
+def test_a_thread_that_was_never_told_to_begin_can_be_closed_and_has_done_nothing(qtbot: QtBot) -> None:
+    loaded: list[SceneOptions] = []
+
+    def loader(options: SceneOptions, _: Progress) -> LoadedScene:
+        loaded.append(options)
+        raise InputError("nothing to load")
+
+    recompute = Recompute(loader, waits=True)
+    recompute.load(SceneOptions())
+    recompute.close()
+    assert not loaded
 
 
 def test_the_last_request_is_answered_again_on_a_new_scene(start: StartWorker, tmp_path: Path) -> None:
@@ -183,7 +195,7 @@ def test_an_evaluation_is_given_up_for_a_final_request(
 ) -> None:
     worker, (first,) = start_slow(start, tmp_path, monkeypatch, 1)
     worker.recompute.evaluate(request(1, is_preview=True))
-    first.reached.wait()
+    first.reached.wait(TIMEOUT_S)
     worker.recompute.evaluate(request(2))
     first.open()
     worker.finish()
@@ -195,7 +207,7 @@ def test_a_drag_that_outruns_the_evaluation_still_gets_numbers(
 ) -> None:
     worker, (first,) = start_slow(start, tmp_path, monkeypatch, 1)
     worker.recompute.evaluate(request(1, is_preview=True))
-    first.reached.wait()
+    first.reached.wait(TIMEOUT_S)
     worker.recompute.evaluate(request(2, is_preview=True))
     first.open()
     worker.finish()
@@ -207,10 +219,10 @@ def test_two_evaluations_in_a_row_are_never_given_up(
 ) -> None:
     worker, (first, second) = start_slow(start, tmp_path, monkeypatch, 2)
     worker.recompute.evaluate(request(1))
-    first.reached.wait()
+    first.reached.wait(TIMEOUT_S)
     worker.recompute.evaluate(request(2))
     first.open()
-    second.reached.wait()
+    second.reached.wait(TIMEOUT_S)
     worker.recompute.evaluate(request(3))
     second.open()
     worker.finish()
@@ -264,7 +276,7 @@ def test_a_cancelled_load_ends_soon_and_keeps_the_old_scene(start: StartWorker, 
     worker.recompute.load(options)
     worker.wait(lambda: worker.ended == [""])
     worker.recompute.load(scene_options(tmp_path, voxel_m=1.0))
-    gate.reached.wait()
+    gate.reached.wait(TIMEOUT_S)
     worker.recompute.cancel_load()
     gate.open()
     worker.wait(lambda: worker.ended == ["", CANCELLED])
@@ -288,7 +300,7 @@ def test_edits_are_scored_on_the_old_scene_while_another_is_loaded(
     worker.recompute.load(scene_options(tmp_path))
     worker.wait(lambda: worker.ended == [""])
     worker.recompute.load(scene_options(tmp_path, voxel_m=1.0))
-    gate.reached.wait()
+    gate.reached.wait(TIMEOUT_S)
     worker.recompute.evaluate(request(1))
     gate.open()
     worker.wait(lambda: worker.answered == [1, 1])
@@ -306,7 +318,7 @@ def test_a_newer_load_takes_the_place_of_one_under_way(start: StartWorker, tmp_p
 
     worker = start(slow_first)
     worker.recompute.load(scene_options(tmp_path, voxel_m=1.0))
-    gate.reached.wait()
+    gate.reached.wait(TIMEOUT_S)
     worker.recompute.load(scene_options(tmp_path))
     gate.open()
     worker.wait(lambda: bool(worker.ended))
@@ -324,6 +336,6 @@ def test_closing_in_the_middle_of_a_load_ends_the_thread(qtbot: QtBot, tmp_path:
 
     recompute = Recompute(endless)
     recompute.load(scene_options(tmp_path))
-    gate.reached.wait()
+    gate.reached.wait(TIMEOUT_S)
     recompute.close()
     assert not any(thread.name == "recompute" for thread in threading.enumerate())

@@ -5,20 +5,22 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from PySide6.QtCore import Qt
 from pytestqt.qtbot import QtBot
 
-import riglens.app.background.side_jobs
 from riglens.app.background.recompute import Recompute
-from riglens.app.background.side_jobs import SideAnswer, SideRequest
+from riglens.app.background.side_jobs import SIDE_REST_S, SideAnswer, SideRequest
 from riglens.app.evaluation.requests import EvaluationRequest, LoadedScene
 from riglens.app.evaluation.scoring import IsStale, Scoring
 from riglens.core.engine.engine import Engine, Evaluation
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.rig.model import Rig
-from tests.app.window_bench import CAMERA, LIDAR, RIG, TIMEOUT_MS, scene_options
+from tests.app.window_bench import CAMERA, LIDAR, RIG, scene_options
+from tests.hand_clock import HandClock
+from tests.waiting import TIMEOUT_MS, TIMEOUT_S
 
 QUEUED = Qt.ConnectionType.QueuedConnection
 SETTINGS = MetricSettings()
@@ -37,7 +39,8 @@ class Desk:
         self.answers: list[SideAnswer] = []
         self.order: list[str] = []
         self.scenes: list[LoadedScene] = []
-        self.recompute = Recompute(threads=1)
+        self.clock = HandClock(leaps=True)
+        self.recompute = Recompute(threads=1, clock=self.clock)
         self.recompute.side_answered.connect(self._note, QUEUED)
         self.recompute.evaluated.connect(lambda _: self.order.append("edit"), QUEUED)
         self.recompute.scene_loaded.connect(self.scenes.append, QUEUED)
@@ -59,8 +62,7 @@ class Desk:
 
 
 @pytest.fixture
-def desk(qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Desk]:
-    monkeypatch.setattr(riglens.app.background.side_jobs, "SIDE_REST_S", 0.0)
+def desk(qtbot: QtBot, tmp_path: Path) -> Iterator[Desk]:
     opened = Desk(qtbot, tmp_path)
     yield opened
     opened.recompute.close()
@@ -110,7 +112,7 @@ class HeldScoring:
             scoring: Scoring, rig: Rig, settings: MetricSettings, is_stale: IsStale
         ) -> Evaluation | None:
             self.reached.set()
-            assert self.go_on.wait(TIMEOUT_MS / 1000)
+            assert self.go_on.wait(TIMEOUT_S)
             if is_stale():
                 self.gave_way += 1
                 return None
@@ -124,7 +126,7 @@ def test_an_edit_drives_a_side_job_out_and_the_job_is_done_afterwards(
 ) -> None:
     held = HeldScoring(monkeypatch)
     desk.ask("roof")
-    held.reached.wait()
+    assert held.reached.wait(TIMEOUT_S)
     desk.edit(1)
     held.go_on.set()
     desk.wait(lambda: len(desk.order) == 2)
@@ -137,8 +139,9 @@ def test_closing_in_the_middle_of_a_side_job_ends_the_thread(
 ) -> None:
     held = HeldScoring(monkeypatch)
     desk.ask("roof")
-    held.reached.wait()
-    threading.Timer(0.05, held.go_on.set).start()
+    assert held.reached.wait(TIMEOUT_S)
+    desk.recompute._wishes.close()
+    held.go_on.set()
     desk.recompute.close()
     assert held.gave_way == 1
     assert desk.answers == []
@@ -165,10 +168,25 @@ def test_a_failure_in_a_side_job_is_reported_and_its_group_given_up(
 
 
 def test_side_jobs_wait_until_the_edits_have_rested(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(riglens.app.background.side_jobs, "SIDE_REST_S", 1e6)
+    begun_s: list[float] = []
+    real = Scoring.aside
+
+    def timed(*arguments: Any) -> Evaluation | None:
+        begun_s.append(desk.clock.now_s())
+        return real(*arguments)
+
+    monkeypatch.setattr(Scoring, "aside", timed)
+    desk.clock.stand_still()
     desk.edit(1)
+    edited_s = desk.clock.now_s()
     desk.ask("roof")
+    desk.wait(lambda: desk.order == ["edit"])
+    desk.clock.advance(0.9 * SIDE_REST_S)
     desk.edit(2)
-    assert desk.recompute.wait_until_idle(TIMEOUT_MS / 1000)
-    desk.wait(lambda: "edit" in desk.order)
-    assert desk.answers == []
+    desk.wait(lambda: desk.order == ["edit", "edit"])
+    desk.clock.advance(0.9 * SIDE_REST_S)
+    assert desk.order == ["edit", "edit"]
+    desk.clock.advance(0.2 * SIDE_REST_S)
+    desk.wait(lambda: len(desk.order) == 3)
+    assert desk.order[2] == "roof"
+    assert begun_s == [pytest.approx(edited_s + 2.0 * SIDE_REST_S)]

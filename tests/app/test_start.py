@@ -9,6 +9,7 @@ from pathlib import Path
 
 from riglens.app.commands.parsing import app, run
 from riglens.app.launch import main
+from tests.waiting import TIMEOUT_S
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 FOR_LATER = (
@@ -44,7 +45,7 @@ def output_of(script: str) -> tuple[str, str]:
         env={**os.environ, "PYTHONPATH": str(REPOSITORY)},
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=TIMEOUT_S,
         check=False,
     )
     return done.stdout, done.stderr

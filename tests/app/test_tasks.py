@@ -14,7 +14,8 @@ from riglens.app.background.tasks import Tasks
 from riglens.core.errors import InputError
 from riglens.core.scene.boxes import Progress
 from riglens.widgets.panels.messages import ProgressStrip
-from tests.app.window_bench import TIMEOUT_MS, open_bench
+from tests.app.window_bench import open_bench
+from tests.waiting import TIMEOUT_MS
 
 
 @pytest.fixture

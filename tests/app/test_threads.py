@@ -13,16 +13,17 @@ from typing import Any
 import numpy as np
 import pytest
 from numba.core.registry import CPUDispatcher
+from numpy.typing import NDArray
 from pytestqt.qtbot import QtBot
 
 import riglens.app.background.pictures
-import riglens.app.background.side_jobs
-import riglens.app.background.tasks
 import riglens.core.kernels
-from riglens.app.background.pictures import Picture, PictureRequest, Pictures
+from riglens.app.background.pictures import PictureRequest, Pictures, SensorPicture
 from riglens.app.background.tasks import Tasks
 from riglens.app.evaluation.scoring import LoadedScene, load_scene
-from tests.app.window_bench import CAMERA, TIMEOUT_MS, open_bench, scene_options
+from riglens.core.view.body_tree import BodyTree
+from tests.app.window_bench import CAMERA, open_bench, scene_options
+from tests.waiting import TIMEOUT_MS, TIMEOUT_S
 
 MODES = ("probability", "entropy", "seen", "unseen", "sensors", "change")
 
@@ -69,9 +70,8 @@ def callers(monkeypatch: pytest.MonkeyPatch) -> dict[str, set[str]]:
 
 
 def test_everything_in_the_window_calls_parallel_kernels_on_one_thread(
-    qtbot: QtBot, tmp_path: Path, callers: dict[str, set[str]], monkeypatch: pytest.MonkeyPatch
+    qtbot: QtBot, tmp_path: Path, callers: dict[str, set[str]]
 ) -> None:
-    monkeypatch.setattr(riglens.app.background.side_jobs, "SIDE_REST_S", 0.0)
     with open_bench(qtbot, tmp_path) as bench:
         for dock in ("Map", "Sensor view"):
             bench.workbench.docks[dock].setFloating(True)  # all in sight at once
@@ -102,14 +102,29 @@ def request_for(folder: Path, triangles: int = 0) -> PictureRequest:
     return PictureRequest(CAMERA, 0, scene, corners)
 
 
-def test_closing_ends_a_picture_of_a_very_fine_car_early(qtbot: QtBot, tmp_path: Path) -> None:
-    pictures = Pictures()
-    pictures.ask(request_for(tmp_path, triangles=200_000))
-    qtbot.waitUntil(lambda: pictures._frames is not None, timeout=TIMEOUT_MS)
+def test_closing_ends_a_picture_of_a_very_fine_car_early(
+    qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    begun, made = threading.Event(), list[BodyTree]()
+    pictures = Pictures(close_s=TIMEOUT_S)
+    tree_of = BodyTree.of
+
+    def slow_tree(triangles: NDArray[np.floating], check: Callable[[], None]) -> BodyTree:
+        def wait_for_the_end() -> None:
+            begun.set()
+            with pictures._inbox.lock:
+                assert pictures._inbox.lock.wait_for(lambda: pictures._inbox._closing, TIMEOUT_S)
+            check()
+
+        made.append(tree_of(triangles, wait_for_the_end))
+        return made[-1]
+
+    monkeypatch.setattr(BodyTree, "of", slow_tree)
+    pictures.ask(request_for(tmp_path, triangles=200))
+    assert begun.wait(TIMEOUT_S)
     pictures.close()
-    assert pictures._thread is not None
-    pictures._thread.join()
-    assert pictures._tree is None  # given up before the whole of it was made
+    assert pictures._thread is not None and not pictures._thread.is_alive()
+    assert not made  # given up before the whole of it was there
 
 
 def test_closing_does_not_wait_for_a_picture_that_cannot_be_given_up(
@@ -122,11 +137,10 @@ def test_closing_does_not_wait_for_a_picture_that_cannot_be_given_up(
         may_end.wait()
 
     monkeypatch.setattr(riglens.app.background.pictures, "camera_picture", endless)
-    monkeypatch.setattr(riglens.app.background.pictures, "CLOSE_S", 0.01)
-    pictures, made = Pictures(), list[Picture]()
+    pictures, made = Pictures(close_s=0.01), list[SensorPicture]()
     pictures.made.connect(made.append)
     pictures.ask(request_for(tmp_path))
-    begun.wait()
+    assert begun.wait(TIMEOUT_S)
     pictures.close()
     assert pictures._thread is not None and pictures._thread.is_alive()
     may_end.set()
@@ -134,19 +148,16 @@ def test_closing_does_not_wait_for_a_picture_that_cannot_be_given_up(
     assert not made
 
 
-def test_closing_does_not_wait_for_work_without_progress(
-    qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(riglens.app.background.tasks, "CLOSE_S", 0.01)
+def test_closing_does_not_wait_for_work_without_progress(qtbot: QtBot) -> None:
     begun, may_end = threading.Event(), threading.Event()
 
     def endless(_: object) -> None:
         begun.set()
         may_end.wait()
 
-    tasks, done = Tasks(), list[object]()
+    tasks, done = Tasks(close_s=0.01), list[object]()
     task = tasks.run("Reading", endless, done.append)
-    begun.wait()
+    assert begun.wait(TIMEOUT_S)
     tasks.close()
     assert task._thread.is_alive() and not tasks.running
     may_end.set()

@@ -16,7 +16,8 @@ from riglens.app.session.autosave import AutosaveFile, Unsaved, orphans
 from riglens.app.window.features.autosave import Autosave
 from riglens.core.rig.yaml.file import load_rig, new_rig_file
 from tests.app.conftest import REPOSITORY
-from tests.app.window_bench import LIDAR, RIG, TIMEOUT_MS, Bench, open_bench
+from tests.app.window_bench import LIDAR, RIG, Bench, open_bench
+from tests.waiting import TIMEOUT_MS
 
 MOVED = RIG.with_sensor("roof", LIDAR.replace(position=(0.0, 0.0, 3.0)))
 

@@ -10,7 +10,8 @@ from riglens.core.geometry import Pose
 from riglens.core.rig.edits import mirrored_pose, partner_of
 from riglens.core.rig.yaml.file import load_rig
 from riglens.widgets.car.profiles import reference_vehicle
-from tests.app.window_bench import LIDAR, TIMEOUT_MS, Bench, open_bench
+from tests.app.window_bench import LIDAR, Bench, open_bench
+from tests.waiting import TIMEOUT_MS
 
 
 @pytest.fixture

@@ -10,7 +10,6 @@ from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QComboBox, QPushButton
 from pytestqt.qtbot import QtBot
 
-import riglens.app.background.side_jobs
 from riglens.app.window.features.compare import Compare
 from riglens.app.window.settings import Settings
 from riglens.core.rig.presets import PAPER_RIGS, preset
@@ -20,14 +19,14 @@ from riglens.widgets.panels.compare.chart import CompareChart
 from riglens.widgets.panels.compare.model import ALL_CLASSES, CompareRow
 from riglens.widgets.panels.compare.panel import ComparePanel
 from riglens.widgets.panels.scores.text import COLUMNS, change_text, column_of, kilo_text, share_text
-from tests.app.window_bench import RIG, TIMEOUT_MS, Bench, choose_item, open_bench
+from tests.app.window_bench import RIG, Bench, choose_item, open_bench
+from tests.waiting import TIMEOUT_MS
 
 S_MS, SEEN = column_of("s_ms"), column_of("seen")
 
 
 @pytest.fixture
-def bench(qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
-    monkeypatch.setattr(riglens.app.background.side_jobs, "SIDE_REST_S", 0.0)
+def bench(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
     with open_bench(qtbot, tmp_path) as opened:
         yield opened
 
@@ -163,14 +162,14 @@ def test_other_settings_void_the_scores_and_compute_them_again(bench: Bench) -> 
         assert row.scores == bench.fresh_scores(row.rig)
 
 
-def test_scoring_is_cancelled_and_taken_up_again(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(riglens.app.background.side_jobs, "SIDE_REST_S", 1e6)
+def test_scoring_is_cancelled_and_taken_up_again(bench: Bench) -> None:
+    bench.clock.stand_still()
     compare(bench).add_presets(PAPER_RIGS)
     button = compare(bench).panel.findChild(QPushButton, "compare_cancel")
     assert button is not None
     assert button.isVisible()
     button.click()
-    monkeypatch.setattr(riglens.app.background.side_jobs, "SIDE_REST_S", 0.0)
+    bench.clock.leap()
     assert button.text() == "Score"
     assert any(row.scores is None for row in compare(bench).rows)
     button.click()
@@ -289,8 +288,8 @@ def test_no_text_of_the_table_is_cut(qtbot: QtBot, height_px: int) -> None:
     qtbot.addWidget(panel)
     panel.set_rows([CompareRow(str(n), f"rig {n}", "snapshot", RIG) for n in range(30)])
     panel.resize(900, height_px)
-    panel.show()
-    qtbot.waitExposed(panel)
+    with qtbot.waitExposed(panel, timeout=TIMEOUT_MS):
+        panel.show()
     table, high = panel.table, panel.table.viewport().height()
     last = table.rowAt(high - 1)
     top = table.rowViewportPosition(last)

@@ -14,7 +14,8 @@ from pytestqt.qtbot import QtBot
 from riglens.app.window.settings import Settings
 from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.file import new_rig_file
-from tests.app.window_bench import BOXES, RIG, TIMEOUT_MS, Bench, open_bench
+from tests.app.window_bench import BOXES, RIG, Bench, open_bench
+from tests.waiting import TIMEOUT_MS
 
 OTHER = Rig(name="other")
 

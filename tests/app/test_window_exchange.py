@@ -10,6 +10,7 @@ from pytestqt.qtbot import QtBot
 from riglens.core.rig.formats.exchange import WRITABLE, read_rig
 from tests.app.window_bench import RIG, Bench, open_bench
 from tests.core.rig.formats.cases import AUTOWARE_KIT, DRIVEWORKS, NUSCENES, URDF, write_files
+from tests.waiting import TIMEOUT_MS
 
 
 @pytest.fixture
@@ -39,7 +40,7 @@ def test_a_rig_of_another_program_is_opened_with_a_report(
 ) -> None:
     bench.dialogs.path = write_files(tmp_path / "foreign", files) / named
     bench.act("open")
-    bench.qtbot.waitUntil(lambda: bool(bench.dialogs.shown))
+    bench.qtbot.waitUntil(lambda: bool(bench.dialogs.shown), timeout=TIMEOUT_MS)
     assert [sensor.name for sensor in bench.document.rig.sensors] == names
     assert bench.document.path is None and not bench.window.isWindowModified()
     (html,) = bench.dialogs.shown
@@ -53,7 +54,7 @@ def test_saving_a_foreign_rig_asks_for_a_file_and_leaves_the_source_alone(
     before = source.read_bytes()
     bench.dialogs.path = source
     bench.act("open")
-    bench.qtbot.waitUntil(lambda: bool(bench.dialogs.shown))
+    bench.qtbot.waitUntil(lambda: bool(bench.dialogs.shown), timeout=TIMEOUT_MS)
     bench.dialogs.path = tmp_path / "mine.yaml"
     bench.act("save")
     assert (tmp_path / "mine.yaml").is_file() and source.read_bytes() == before
@@ -64,7 +65,7 @@ def test_a_broken_foreign_file_is_reported_and_the_rig_stays(bench: Bench, tmp_p
     bad.write_text('{"rig": {"sensors": [1]}}')
     bench.dialogs.path = bad
     bench.act("open")
-    bench.qtbot.waitUntil(lambda: "rig.json" in bench.workbench.errors.message)
+    bench.qtbot.waitUntil(lambda: "rig.json" in bench.workbench.errors.message, timeout=TIMEOUT_MS)
     assert bench.document.rig == RIG and not bench.dialogs.shown
 
 
@@ -90,13 +91,13 @@ def test_names_from_a_file_are_shown_as_they_are_and_not_as_markup(bench: Bench,
     files = {**AUTOWARE_KIT, "sensor_kit_calibration.yaml": text}
     bench.dialogs.path = write_files(tmp_path / "kit", files) / "sensors_calibration.yaml"
     bench.act("open")
-    bench.qtbot.waitUntil(lambda: bool(bench.dialogs.shown))
+    bench.qtbot.waitUntil(lambda: bool(bench.dialogs.shown), timeout=TIMEOUT_MS)
     assert "&lt;img src=x&gt;gnss" in bench.dialogs.shown[0] and "<img" not in bench.dialogs.shown[0]
 
 
 def test_a_dropped_rig_of_another_program_is_opened(bench: Bench, tmp_path: Path) -> None:
     bench.features.drop.take([write_files(tmp_path, DRIVEWORKS) / "rig.json"])
-    bench.qtbot.waitUntil(lambda: bool(bench.dialogs.shown))
+    bench.qtbot.waitUntil(lambda: bool(bench.dialogs.shown), timeout=TIMEOUT_MS)
     assert [sensor.name for sensor in bench.document.rig.sensors] == ["camera:front", "lidar:top"]
 
 

@@ -23,7 +23,8 @@ from riglens.widgets.heatmap.pick import PickedCell
 from riglens.widgets.heatmap.scale import DEFAULT_LOOK, HeatLook
 from riglens.widgets.viewport.camera import Ray
 from riglens.widgets.viewport.offscreen import OffscreenViewport
-from tests.app.window_bench import TIMEOUT_MS, Bench, open_bench
+from tests.app.window_bench import Bench, open_bench
+from tests.waiting import TIMEOUT_MS, wait_for
 
 
 @pytest.fixture
@@ -85,7 +86,7 @@ def test_sliders_tell_the_view_at_once_and_ask_for_no_scores(bench: Bench) -> No
     assert bench.viewport.state.heat_look.slice_m == (1.0, 1.5)
     panel.thickness.setValue(3)
     assert bench.viewport.state.heat_look.slice_m == (1.0, 2.5)
-    bench.qtbot.wait(20)
+    bench.settle()
     assert asked == []
     reset = panel.findChild(QWidget, "reset_look")
     assert reset is not None
@@ -167,7 +168,7 @@ def test_a_click_beside_the_heatmap_forgets_the_voxel(bench: Bench) -> None:
 def test_alt_click_picks_without_touching_selection_or_camera(qtbot: QtBot, tmp_path: Path) -> None:
     with open_bench(qtbot, tmp_path, viewport=OffscreenViewport()) as bench:
         bench.document.select("roof")
-        qtbot.wait(50)
+        wait_for(lambda: bench.viewport.is_at_rest)
         canvas, state = bench.viewport.findChild(QWidget), bench.viewport.state
         size = (canvas.width(), canvas.height())
         spots = state.camera.project(state.heatmap.centres_m.astype(float), size)

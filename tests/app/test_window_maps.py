@@ -18,7 +18,8 @@ from riglens.core.scene.top_view import SeenBy, TopView
 from riglens.core.scene.top_views import TopViews
 from riglens.core.view.camera_picture import CameraPicture
 from riglens.core.view.range_image import RangeImage
-from tests.app.window_bench import TIMEOUT_MS, Bench, open_bench, scene_options
+from tests.app.window_bench import Bench, open_bench, scene_options
+from tests.waiting import TIMEOUT_MS
 
 
 @pytest.fixture

@@ -9,13 +9,15 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QWidget
+from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
 from riglens.core.rig.model import Rig
 from riglens.widgets.viewport.offscreen import OffscreenViewport
 from riglens.widgets.viewport.viewport import Viewport
 from tests.app.window_bench import CAMERA, LIDAR, Bench, open_bench
+from tests.waiting import wait_for
+from tests.widgets.mouse import hover
 
 RIG = Rig(name="small", sensors=(LIDAR.replace(position=(0.0, 0.0, 2.0)), CAMERA))
 MAKERS: dict[str, Callable[[], QWidget]] = {"window": Viewport, "offscreen": OffscreenViewport}
@@ -36,7 +38,7 @@ class Mouse:
         bench.act("move")
         bench.act("front")
         bench.document.select("roof")
-        bench.qtbot.wait(50)
+        wait_for(lambda: bench.viewport.is_at_rest)
 
     def _pixel(self, position_m: tuple[float, float, float]) -> QPointF:
         """Where a point of the world is on the canvas."""
@@ -48,21 +50,21 @@ class Mouse:
 
     def _send(self, action: Callable[..., None], pixel: QPointF) -> None:
         action(self._canvas, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, pixel.toPoint())
-        self._bench.qtbot.wait(1)
+        QApplication.processEvents()
 
     def press_z_arrow(self) -> None:
         origin = self._bench.document.rig.sensor("roof").position
         start = self._pixel(origin)
         up = self._pixel((origin[0], origin[1], origin[2] + 0.01)) - start
         self._at = start + up * (45.0 / max(1e-9, (up.x() ** 2 + up.y() ** 2) ** 0.5))
-        QTest.mouseMove(self._canvas, self._at.toPoint())
+        hover(self._canvas, self._at.toPoint())
         self._send(QTest.mousePress, self._at)
 
     def move_up(self, pixels: float, steps: int = 4) -> None:
         for _ in range(steps):
             self._at += QPointF(0.0, -pixels / steps)
-            QTest.mouseMove(self._canvas, self._at.toPoint())
-            self._bench.qtbot.wait(1)
+            hover(self._canvas, self._at.toPoint(), Qt.MouseButton.LeftButton)
+            QApplication.processEvents()
 
     def release(self) -> None:
         self._send(QTest.mouseRelease, self._at)

@@ -15,7 +15,8 @@ from riglens.app.evaluation.scenario import Scenario
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import Progress
 from riglens.core.scene.top_view import BLIND
-from tests.app.window_bench import CAMERA, LIDAR, RIG, TIMEOUT_MS, Bench, open_bench, scene_options
+from tests.app.window_bench import CAMERA, LIDAR, RIG, Bench, open_bench, scene_options
+from tests.waiting import TIMEOUT_MS
 from tests.widgets.mouse import hover
 
 CARS = """seq,frame,cls,x,y,z,length,width,height,yaw

@@ -9,7 +9,6 @@ from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QLineEdit, QToolButton
 from pytestqt.qtbot import QtBot
 
-import riglens.app.background.side_jobs
 from riglens.app.window.settings import Settings
 from riglens.core.geometry import Pose
 from riglens.core.rig.edits import without
@@ -20,14 +19,14 @@ from riglens.widgets.panels.inspector.pose_tools import PoseTools
 from riglens.widgets.panels.scores.text import COLUMNS, change_text
 from riglens.widgets.panels.sensors.library import MODEL_MIME
 from riglens.widgets.panels.sensors.rows import EYE, LOCK, LOSS, NAME
-from tests.app.window_bench import CAMERA, LIDAR, RIG, TIMEOUT_MS, Bench, open_bench
+from tests.app.window_bench import CAMERA, LIDAR, RIG, Bench, open_bench
+from tests.waiting import TIMEOUT_MS
 
 CTRL = Qt.KeyboardModifier.ControlModifier
 
 
 @pytest.fixture
-def bench(qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
-    monkeypatch.setattr(riglens.app.background.side_jobs, "SIDE_REST_S", 0.0)
+def bench(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
     with open_bench(qtbot, tmp_path) as opened:
         yield opened
 

@@ -21,7 +21,8 @@ from riglens.widgets.panels.picture_dialog import PictureDialog
 from riglens.widgets.theme import palette
 from riglens.widgets.viewport.scene_state import SceneState
 from riglens.widgets.viewport.still import png_of, render_still
-from tests.app.window_bench import TIMEOUT_MS, Bench, open_bench
+from tests.app.window_bench import Bench, open_bench
+from tests.waiting import TIMEOUT_MS
 
 SIZE = (240, 150)
 

@@ -18,6 +18,7 @@ from riglens.widgets.sensors.ray_look import DEFAULT_RAYS, RayLook
 from riglens.widgets.viewport.offscreen import OffscreenViewport
 from riglens.widgets.viewport.still import render_still
 from tests.app.window_bench import Bench, open_bench
+from tests.widgets.mouse import hover
 
 
 @pytest.fixture
@@ -37,7 +38,7 @@ def drag_handle(slider: QWidget, by_px: int) -> None:
     part = QStyle.SubControl.SC_SliderHandle
     at = slider.style().subControlRect(QStyle.ComplexControl.CC_Slider, option, part, slider).center()
     QTest.mousePress(slider, Qt.MouseButton.LeftButton, pos=at)
-    QTest.mouseMove(slider, at + QPoint(by_px, 0))
+    hover(slider, at + QPoint(by_px, 0), Qt.MouseButton.LeftButton)
     QTest.mouseRelease(slider, Qt.MouseButton.LeftButton, pos=at + QPoint(by_px, 0))
 
 

@@ -16,7 +16,6 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QComboBox
 from pytestqt.qtbot import QtBot
 
-import riglens.app.background.recompute
 import riglens.app.evaluation.scoring
 from riglens.app.evaluation.requests import FRAME_MS, Approximation, Result
 from riglens.core.engine.engine import Engine
@@ -25,7 +24,8 @@ from riglens.core.rig.model import Lidar
 from riglens.core.rig.yaml.file import load_rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.widgets.panels.scores.text import COLUMNS
-from tests.app.window_bench import TIMEOUT_MS, Bench, choose_item, open_bench
+from tests.app.window_bench import Bench, choose_item, open_bench
+from tests.waiting import TIMEOUT_MS
 
 QUEUED = Qt.ConnectionType.QueuedConnection
 FINE_M, COARSE_M = 0.5, 1.0
@@ -193,19 +193,19 @@ def test_only_the_sensor_that_is_slow_is_answered_coarsely(opened: Open, timed: 
     assert watch.kinds[1:] == ["coarse", "exact"]
 
 
-def test_while_the_mouse_moves_answers_are_coarse_and_the_exact_one_waits_for_its_rest(
-    opened: Open, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_while_the_mouse_moves_answers_are_coarse_and_the_exact_one_waits_for_its_rest(opened: Open) -> None:
     bench = opened()
     know(bench, "roof")
     watch = Watch(bench)
-    monkeypatch.setattr(riglens.app.background.recompute, "REST_S", TIMEOUT_MS / 1000)
+    bench.clock.stand_still()
     bench.viewport.press("roof")
     for step in range(1, 4):
         watch.wait_for("coarse", move(bench, "roof", 0.7 * step))
     assert set(watch.kinds) == {"coarse"}
-    monkeypatch.setattr(riglens.app.background.recompute, "REST_S", 0.0)
     last = move(bench, "roof", 3.0)
+    watch.wait_for("coarse", last)
+    assert set(watch.kinds) == {"coarse"}
+    bench.clock.leap()
     watch.wait_for("exact", last)
     assert bench.document.is_dragging
     assert watch.shown[-2:] == [("coarse", last), ("exact", last)]
@@ -215,13 +215,12 @@ def test_while_the_mouse_moves_answers_are_coarse_and_the_exact_one_waits_for_it
 
 
 def test_an_exact_answer_under_way_is_given_up_for_anything_newer(
-    opened: Open, timed: type[TimedEngine], monkeypatch: pytest.MonkeyPatch
+    opened: Open, timed: type[TimedEngine]
 ) -> None:
     timed.exact_ms = {"roof": 50.0}
     bench = opened(FRAME_MS)
     know(bench, "roof")
     watch = Watch(bench)
-    monkeypatch.setattr(riglens.app.background.recompute, "REST_S", 0.0)
     timed.gate = threading.Event()
     timed.reached.clear()
     bench.viewport.press("roof")

@@ -12,8 +12,9 @@ from pytestqt.qtbot import QtBot
 from riglens.app.evaluation.options import AutoVoxel
 from riglens.app.evaluation.scenario import load_scenario
 from riglens.core.scene.pog_store import save_pog
-from tests.app.window_bench import TIMEOUT_MS, Bench, choose_item, open_bench, scene_options, type_into
+from tests.app.window_bench import Bench, choose_item, open_bench, scene_options, type_into
 from tests.core.argoverse_log import random_columns, write_log
+from tests.waiting import TIMEOUT_MS
 
 SMALL_ROI_M = (8.0, 8.0, 4.0)
 

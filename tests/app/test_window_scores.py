@@ -19,7 +19,8 @@ from riglens.core.geometry import Pose
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.scene.boxes import CLASSES
 from riglens.widgets.panels.scores.text import COLUMNS
-from tests.app.window_bench import RIG, TIMEOUT_MS, Bench, choose_item, open_bench, scene_options, type_into
+from tests.app.window_bench import RIG, Bench, choose_item, open_bench, scene_options, type_into
+from tests.waiting import TIMEOUT_MS
 
 
 @pytest.fixture

@@ -18,6 +18,7 @@ from riglens.app.window.dialogs import Dialogs
 from riglens.app.window.features.help import sheet
 from riglens.widgets.panels.shortcut_sheet import Group, ShortcutSheet, in_columns
 from tests.app.window_bench import Bench, open_bench
+from tests.waiting import wait_for
 
 
 @pytest.fixture
@@ -88,7 +89,7 @@ def test_the_key_of_a_panel_brings_it_to_the_front_then_puts_it_away(bench: Benc
     key = action.shortcut()[0].key()
     for in_front in (True, False, True):
         bench.qtbot.keyClick(bench.window, key, Qt.KeyboardModifier.ControlModifier)
-        bench.qtbot.waitUntil(lambda wanted=in_front: wanted != dock.widget().visibleRegion().isEmpty())
+        wait_for(lambda wanted=in_front: wanted != dock.widget().visibleRegion().isEmpty())
         assert action.isChecked() == in_front != dock.isHidden()
 
 

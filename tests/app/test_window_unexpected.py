@@ -11,7 +11,8 @@ from PySide6.QtCore import QTimer
 from pytestqt.qtbot import QtBot
 
 from riglens.app.window.unexpected import LOG, failures_told
-from tests.app.window_bench import TIMEOUT_MS, open_bench
+from tests.app.window_bench import open_bench
+from tests.waiting import TIMEOUT_MS
 
 
 def fail() -> None:

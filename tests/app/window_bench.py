@@ -30,8 +30,9 @@ from riglens.widgets.panels.shortcut_sheet import Group
 from riglens.widgets.viewport.camera import OrbitCamera
 from riglens.widgets.viewport.scene_state import SceneState
 from riglens.widgets.viewport.view import View
+from tests.hand_clock import HandClock
+from tests.waiting import TIMEOUT_MS
 
-TIMEOUT_MS = 60_000
 BOXES = """seq,frame,cls,x,y,z,length,width,height,yaw
 s,0,car,6,0,0.8,4.5,1.9,1.6,0.3
 s,0,bicycle,3,-4,0.9,1.8,0.6,1.7,0
@@ -181,6 +182,8 @@ class Bench:
     dialogs: FakeDialogs
     qtbot: QtBot
     scenes: list[LoadedScene]
+    clock: HandClock
+    """What the background thread's rests are measured by: they take no time unless a test says so."""
 
     @property
     def session(self) -> Session:
@@ -283,16 +286,20 @@ def open_bench(
     """A window on a small scene, with fields of its options changed; closed without questions at the end."""
     view = FakeViewport() if viewport is None else viewport
     dialogs = FakeDialogs()
-    recompute = Recompute(threads=1, coarse_above_ms=coarse_above_ms)
+    clock = HandClock(leaps=True)
+    recompute = Recompute(threads=1, coarse_above_ms=coarse_above_ms, clock=clock)
     scenes: list[LoadedScene] = []
     recompute.scene_loaded.connect(scenes.append, Qt.ConnectionType.QueuedConnection)
     options = scene_options(folder, **scene)
-    window = MainWindow(Document(rig), view, recompute, options, MetricSettings(), dialogs, kept)
+    document = Document(
+        rig, clock=lambda: 0.0
+    )  # edits follow one another at once, however slow the computer is
+    window = MainWindow(document, view, recompute, options, MetricSettings(), dialogs, kept)
     qtbot.addWidget(window)
     window.show()
     window.activateWindow()  # shortcuts belong to the active window
-    qtbot.waitUntil(window.isActiveWindow)
-    bench = Bench(window, view, dialogs, qtbot, scenes)
+    qtbot.waitUntil(window.isActiveWindow, timeout=TIMEOUT_MS)
+    bench = Bench(window, view, dialogs, qtbot, scenes, clock)
     try:
         if wait:
             bench.settle()

@@ -14,6 +14,7 @@ import numba
 import pytest
 
 from riglens.core.kernels.compiled import OLD_S, PREFIX, SOURCES, KernelCache, KernelFolder, digest_of
+from tests.waiting import TIMEOUT_S
 
 INNER = """
 from riglens.core.kernels.jit import inlined
@@ -74,7 +75,7 @@ def test_a_kernel_follows_a_function_of_another_file_that_it_inlines(tmp_path: P
         (kernels / "inner.py").write_text(INNER.format(step))
         command = [sys.executable, "-c", CALL]
         done = subprocess.run(
-            command, env=environment, cwd=tmp_path, capture_output=True, text=True, timeout=120
+            command, env=environment, cwd=tmp_path, capture_output=True, text=True, timeout=TIMEOUT_S
         )
         assert done.stderr == ""
         return done.stdout.split()

@@ -3,6 +3,8 @@
 import subprocess
 import sys
 
+from tests.waiting import TIMEOUT_S
+
 SCRIPT = """
 import importlib, pkgutil
 import riglens.core.kernels
@@ -31,6 +33,6 @@ print([name for name, count in compiled().items() if count != before[name]])
 
 
 def test_after_the_warm_up_no_kernel_is_left_to_compile() -> None:
-    done = subprocess.run([sys.executable, "-c", SCRIPT], capture_output=True, text=True, timeout=240)
+    done = subprocess.run([sys.executable, "-c", SCRIPT], capture_output=True, text=True, timeout=TIMEOUT_S)
     assert done.returncode == 0, done.stderr
     assert done.stdout.strip() == "[]"

@@ -11,9 +11,9 @@ from PySide6.QtCore import QObject, QTimer
 from riglens.widgets.timers import Timers, single_shot
 from riglens.widgets.viewport.redraw import REST_MS, Parts, Redraw
 from tests.hand_clock import HandTimers
+from tests.waiting import TIMEOUT_MS
 
 PARTS = 5
-TIMEOUT_MS = 60_000
 
 
 class View(QObject):

@@ -33,7 +33,7 @@ from riglens.widgets.viewport.redraw import REST_MS
 from riglens.widgets.viewport.scene_state import ShownRig
 from riglens.widgets.viewport.viewport import Viewport
 from tests.hand_clock import HandTimers
-from tests.waiting import TIMEOUT_MS, wait_for
+from tests.waiting import TIMEOUT_MS, TIMEOUT_S, wait_for
 from tests.widgets.mouse import hover
 
 LIDAR = Lidar(
@@ -663,7 +663,7 @@ def test_without_any_display_the_view_is_drawn_into_a_picture():
         env=environment,
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=TIMEOUT_S,
         check=False,
     )
     assert run.stdout.strip() == "OffscreenViewport 320 True", run.stderr

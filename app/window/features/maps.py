@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import Qt
 
-from riglens.app.background.pictures import Picture, PictureRequest, Pictures
+from riglens.app.background.pictures import PictureRequest, Pictures, SensorPicture
 from riglens.app.evaluation.requests import LoadedScene, Result
 from riglens.app.window.docks import InSight
 from riglens.app.window.feature import Feature
@@ -153,7 +153,7 @@ class SensorView(Feature):
         except InputError:  # said already where the car is drawn
             return np.zeros((0, 3, 3), np.float32)
 
-    def _show(self, picture: Picture) -> None:
+    def _show(self, picture: SensorPicture) -> None:
         """Show a picture of the selected sensor; one of an earlier pose too, until the next is there."""
         request, sensor = picture.request, self.document.selected_sensor()
         if request is self._asked:

@@ -12,6 +12,7 @@ from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.top_view import BLIND, MOST, TopView
 from riglens.widgets.maps.map_items import BLIND_COLOUR, PlaneView, ring_labels
 from riglens.widgets.maps.map_view import MapView
+from tests.waiting import TIMEOUT_MS
 from tests.widgets.mouse import hover
 
 GRID = VoxelGrid(0.5, (20.0, 20.0, 4.0))
@@ -41,8 +42,8 @@ def view(qtbot: QtBot) -> MapView:
     view.set_grid(GRID)
     view.set_rig(Rig(sensors=(LIDAR, CAMERA)), frozenset(), "roof")
     view.set_top_view(top_view())
-    view.show()
-    qtbot.waitExposed(view)
+    with qtbot.waitExposed(view, timeout=TIMEOUT_MS):
+        view.show()
     return view
 
 
@@ -101,17 +102,17 @@ def test_without_the_mouse_it_says_how_much_is_blind(view: MapView) -> None:
 
 
 def test_a_click_selects_a_sensor_or_names_the_place(qtbot: QtBot, view: MapView) -> None:
-    with qtbot.waitSignal(view.sensor_clicked) as picked:
+    with qtbot.waitSignal(view.sensor_clicked, timeout=TIMEOUT_MS) as picked:
         qtbot.mouseClick(view, Qt.MouseButton.LeftButton, pos=spot(view, 4.0, 2.0))
     assert picked.args == ["roof"]
-    with qtbot.waitSignal(view.place_clicked) as placed:
+    with qtbot.waitSignal(view.place_clicked, timeout=TIMEOUT_MS) as placed:
         qtbot.mouseClick(view, Qt.MouseButton.LeftButton, pos=spot(view, -8.0, 7.0))
     assert placed.args == pytest.approx([-8.0, 7.0], abs=0.1)
 
 
 def test_hidden_sensors_are_neither_drawn_nor_found(qtbot: QtBot, view: MapView) -> None:
     view.set_rig(Rig(sensors=(LIDAR, CAMERA)), frozenset({"front"}), None)
-    with qtbot.waitSignal(view.place_clicked):
+    with qtbot.waitSignal(view.place_clicked, timeout=TIMEOUT_MS):
         qtbot.mouseClick(view, Qt.MouseButton.LeftButton, pos=spot(view, -5.0, -3.0))
 
 
@@ -121,7 +122,7 @@ def test_dragging_shifts_and_does_not_click(qtbot: QtBot, view: MapView) -> None
     start = spot(view, -8.0, 7.0)
     qtbot.mousePress(view, Qt.MouseButton.LeftButton, pos=start)
     for step in (8, 20, 40):
-        qtbot.mouseMove(view, start + QPoint(step, 0))
+        hover(view, start + QPoint(step, 0), Qt.MouseButton.LeftButton)
     qtbot.mouseRelease(view, Qt.MouseButton.LeftButton, pos=start + QPoint(40, 0))
     assert not clicked
     assert view.plane.to_px(-8.0, 7.0).x() == pytest.approx(start.x() + 40, abs=1.0)

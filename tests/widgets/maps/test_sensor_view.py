@@ -16,6 +16,7 @@ from riglens.core.view.range_image import range_image
 from riglens.widgets.maps.range_view import azimuth_text, azimuth_ticks, nearest_of, spread
 from riglens.widgets.maps.sensor_view import SensorView
 from riglens.widgets.theme import CLASS_COLOURS
+from tests.waiting import TIMEOUT_MS
 from tests.widgets.mouse import hover
 
 GRID = VoxelGrid(0.5, (60.0, 40.0, 4.0))
@@ -40,8 +41,8 @@ def view(qtbot: QtBot) -> SensorView:
     qtbot.addWidget(view)
     view.resize(480, 360)
     view.set_frames(100)
-    view.show()
-    qtbot.waitExposed(view)
+    with qtbot.waitExposed(view, timeout=TIMEOUT_MS):
+        view.show()
     return view
 
 

@@ -19,6 +19,7 @@ from riglens.widgets.panels.fields.quantity import (
     parse_number,
     parse_quantity,
 )
+from tests.waiting import TIMEOUT_MS
 
 SHIFT, CTRL = Qt.KeyboardModifier.ShiftModifier, Qt.KeyboardModifier.ControlModifier
 
@@ -107,7 +108,7 @@ class Field:
         self.edit.edited.connect(self.edit.set_value)
         self.page.show()
         self.page.activateWindow()
-        qtbot.waitUntil(self.page.isActiveWindow)
+        qtbot.waitUntil(self.page.isActiveWindow, timeout=TIMEOUT_MS)
         self.other.setFocus()
 
     def wheel(self, delta: int, modifiers: Qt.KeyboardModifier = Qt.KeyboardModifier.NoModifier) -> bool:
