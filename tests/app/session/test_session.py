@@ -1,0 +1,173 @@
+"""The session says what is asked: each change is told once, by what changed, and the request is what was set."""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from riglens.app.session.answers import Answers
+from riglens.app.session.document import Document
+from riglens.app.session.session import HeatChoice, Session
+from riglens.core.geometry import Pose
+from riglens.core.metric.scores import MetricSettings
+from riglens.core.scene.grid import VoxelGrid
+from tests.app.window.desk import FakeRecompute, loaded, open_desk
+from tests.app.window_bench import LIDAR, RIG
+
+pytestmark = pytest.mark.usefixtures("qapp")
+SIGNALS = (
+    "settings_changed", "heat_changed", "baseline_changed", "voxel_changed", "map_source_changed", "scene_changed",
+    "asked_changed",
+)  # fmt: skip
+OTHER = RIG.replace(name="other")
+POSE = Pose((0.1, 0.2, 2.5), LIDAR.rpy_deg)
+
+
+@pytest.fixture
+def session() -> Session:
+    return Session(Document(RIG), MetricSettings())
+
+
+def heard(session: Session) -> list[str]:
+    """The names of the session's signals in the order in which they come from now on."""
+    told: list[str] = []
+    for name in SIGNALS:
+        getattr(session, name).connect(lambda *_, name=name: told.append(name))
+    return told
+
+
+@pytest.mark.parametrize(
+    ("setter", "value", "expected"),
+    [
+        ("set_settings", MetricSettings("exact", "residual", 0.5), ["settings_changed", "asked_changed"]),
+        ("set_heat", HeatChoice("entropy", "bicycle"), ["heat_changed", "asked_changed"]),
+        ("pin", OTHER, ["baseline_changed", "asked_changed"]),
+        ("pick", (1, 2, 3), ["voxel_changed", "asked_changed"]),
+        ("look_at_map", "lidar", ["map_source_changed", "asked_changed"]),
+    ],
+)
+def test_a_change_is_told_once_and_the_same_value_not_at_all(
+    session: Session, setter: str, value: Any, expected: list[str]
+) -> None:
+    told = heard(session)
+    getattr(session, setter)(value)
+    assert told == expected
+    getattr(session, setter)(value)
+    assert told == expected
+
+
+def test_the_first_values_are_no_change(session: Session) -> None:
+    told = heard(session)
+    session.set_settings(MetricSettings())
+    session.set_heat(HeatChoice())
+    session.pin(None)
+    session.pick(None)
+    session.look_at_map(None)
+    assert told == []
+
+
+def test_the_request_is_what_was_set(session: Session) -> None:
+    session.set_settings(MetricSettings("exact", "hits", 0.2))
+    session.set_heat(HeatChoice("unseen", "pedestrian"))
+    session.pin(OTHER)
+    session.pick((4, 5, 6))
+    session.look_at_map("camera")
+    session.document.begin_drag("roof")
+    session.document.preview("roof", POSE)
+    request = session.request()
+    assert request.rig is session.document.rig and request.revision == session.document.revision
+    assert request.rig.sensor("roof").pose == POSE and request.is_preview
+    assert request.baseline_rig is OTHER and request.settings == MetricSettings("exact", "hits", 0.2)
+    assert (request.heat, request.heat_class) == ("unseen", "pedestrian")
+    assert (request.voxel, request.map_by) == ((4, 5, 6), "camera")
+
+
+def test_nobody_looks_at_the_map_any_more_asks_for_no_new_answer(session: Session) -> None:
+    session.look_at_map("any")
+    told = heard(session)
+    session.look_at_map(None)
+    assert told == ["map_source_changed"] and session.request().map_by is None
+
+
+def test_saving_makes_another_baseline_unless_one_is_pinned(session: Session, tmp_path: Path) -> None:
+    session.document.set_enabled(("roof",), False)
+    told = heard(session)
+    session.document.save(tmp_path / "rig.yaml")
+    assert told == ["baseline_changed", "asked_changed"] and session.baseline is session.document.rig
+    session.document.save(tmp_path / "copy.yaml")
+    assert told == ["baseline_changed", "asked_changed"]
+    session.pin(OTHER)
+    session.document.set_enabled(("roof",), True)
+    told.clear()
+    session.document.save(tmp_path / "rig.yaml")
+    assert told == [] and session.baseline is OTHER
+
+
+def test_a_voxel_is_forgotten_with_its_grid_only(session: Session) -> None:
+    first, same, other = loaded(), loaded(), loaded(VoxelGrid(1.0, (20.0, 20.0, 4.0)))
+    session.show_scene(first)
+    session.pick((1, 1, 1))
+    told = heard(session)
+    session.show_scene(same)
+    assert session.voxel == (1, 1, 1) and told == ["scene_changed"]
+    session.show_scene(other)
+    assert session.voxel is None and session.scene is other
+    assert told[1:] == ["voxel_changed", "asked_changed", "scene_changed"]
+
+
+# ---------------------------------------------------------------------- what was answered
+def test_the_same_is_not_asked_twice_and_nothing_before_the_first_time(session: Session) -> None:
+    recompute = FakeRecompute()
+    answers = Answers(session, recompute)
+    session.pick((1, 1, 1))
+    assert recompute.requests == []
+    answers.ask()
+    answers.ask()
+    session.pick((2, 2, 2))
+    assert [request.voxel for request in recompute.requests] == [(1, 1, 1), (2, 2, 2)]
+
+
+def test_an_answer_is_current_until_something_else_is_asked_or_other_traffic_is_there() -> None:
+    desk = open_desk()
+    answers = desk.workbench.answers
+    desk.load()
+    answers.ask()
+    assert not answers.is_current
+    desk.answer()
+    assert answers.is_current
+    desk.session.set_heat(HeatChoice("entropy"))
+    assert not answers.is_current
+    desk.answer()
+    assert answers.is_current
+    desk.load()
+    assert not answers.is_current
+
+
+def test_an_answer_older_than_the_one_shown_is_dropped() -> None:
+    desk = open_desk()
+    answers, told = desk.workbench.answers, []
+    answers.answered.connect(told.append)
+    desk.load()
+    answers.ask()
+    old = desk.result()
+    desk.document.set_enabled(("roof",), False)
+    new = desk.answer()
+    answers.take(old)
+    assert told == [new] and answers.result is new
+
+
+def test_the_session_imports_no_widgets() -> None:
+    folder = Path(__file__).resolve().parents[3] / "app" / "session"
+    files = sorted(folder.glob("*.py"))
+    assert any(path.name == "session.py" for path in files)
+    imported = {
+        node.module
+        for path in files
+        for node in ast.walk(ast.parse(path.read_text()))
+        if isinstance(node, ast.ImportFrom)
+    }
+    assert "PySide6.QtCore" in imported
+    assert not {"PySide6.QtWidgets", "PySide6.QtGui"} & imported

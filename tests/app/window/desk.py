@@ -1,0 +1,180 @@
+"""A desk to try one feature of the window on: a real workbench without main window, graphics, thread or traffic."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+from PySide6.QtCore import QObject, Qt
+from PySide6.QtWidgets import QMainWindow, QToolBar
+
+from riglens.app.background.recompute import Recompute
+from riglens.app.background.side_jobs import SideRequest
+from riglens.app.evaluation.options import SceneOptions
+from riglens.app.evaluation.requests import Approximation, EvaluationRequest, Result
+from riglens.app.session.document import Document
+from riglens.app.session.session import Session
+from riglens.app.window.features.scene_data import choice_of
+from riglens.app.window.places import Places
+from riglens.app.window.settings import Settings
+from riglens.app.window.status import StatusBar
+from riglens.app.window.workbench import Bars, Panels, Workbench
+from riglens.core.metric.scores import ClassScores, KindScore, MetricSettings, Scores
+from riglens.core.rig.model import Rig
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.scene.grid import VoxelGrid
+from riglens.widgets.heatmap.scale import HeatmapData
+from riglens.widgets.panels.inspector.panel import Inspector
+from riglens.widgets.panels.messages import MessageBar
+from riglens.widgets.panels.scene_panel import ScenePanel
+from riglens.widgets.panels.scores.panel import ScoresPanel
+from riglens.widgets.panels.sensors.tree import SensorTree
+from tests.app.window_bench import RIG, FakeDialogs, FakeViewport
+
+GRID = VoxelGrid(0.5, (20.0, 20.0, 4.0))
+
+
+class FakeRecompute(Recompute):
+    """Takes note of what it is asked, and answers nothing: a test sends its signals."""
+
+    def __init__(self) -> None:
+        QObject.__init__(self)
+        self.requests: list[EvaluationRequest] = []
+        self.loads: list[SceneOptions] = []
+        self.aside: list[SideRequest] = []
+
+    @property
+    def threads(self) -> int | None:
+        return 1
+
+    def evaluate(self, request: EvaluationRequest) -> None:
+        self.requests.append(request)
+
+    def ask_aside(self, requests: Sequence[SideRequest]) -> None:
+        self.aside.extend(requests)
+
+    def forget_aside(self, group: str) -> None:
+        self.aside = [request for request in self.aside if request.group != group]
+
+    def load(self, request: SceneOptions) -> None:
+        self.loads.append(request)
+
+    def cancel_load(self) -> None:
+        self.loads.clear()
+
+
+@dataclass
+class Desk:
+    """A workbench and the fakes behind it."""
+
+    workbench: Workbench
+    viewport: FakeViewport
+    recompute: FakeRecompute
+    dialogs: FakeDialogs
+
+    @property
+    def session(self) -> Session:
+        return self.workbench.session
+
+    @property
+    def document(self) -> Document:
+        return self.workbench.session.document
+
+    @property
+    def panels(self) -> Panels:
+        return self.workbench.panels
+
+    def act(self, key: str) -> None:
+        """Choose an action of a menu or the toolbar."""
+        self.workbench.actions[key].trigger()
+
+    def is_enabled(self, key: str) -> bool:
+        """Whether an action can be chosen."""
+        return self.workbench.actions[key].isEnabled()
+
+    def load(self, grid: VoxelGrid = GRID) -> Any:
+        """Have traffic on a grid loaded."""
+        scene: Any = loaded(grid)
+        self.session.show_scene(scene)
+        return scene
+
+    def answer(self, seen: float = 0.5, **fields: Any) -> Result:
+        """Answer the last request exactly."""
+        result = self.result(seen, **fields)
+        self.workbench.answers.take(result)
+        return result
+
+    def result(self, seen: float = 0.5, **fields: Any) -> Result:
+        """An exact answer to the last request, on the traffic that is loaded."""
+        request = self.recompute.requests[-1]
+        evaluation: Any = SimpleNamespace(
+            scores=scores(seen), settings=request.settings, threads=1, elapsed_ms=1.0
+        )
+        scene: Any = self.session.scene
+        known: dict[str, Any] = {"heatmap": None, "baseline_scores": scores(0.25)}
+        return Result(request, scene, evaluation, **(known | fields))
+
+    def approximate(self, seen: float) -> None:
+        """Answer the last request roughly."""
+        first = Approximation(self.recompute.requests[-1], scores(seen), 1.0, 1.0)
+        self.workbench.answers.take_approximation(first)
+
+
+def loaded(grid: VoxelGrid = GRID) -> Any:
+    """Something like a LoadedScene: its grid, and what is drawn of it."""
+    display = SimpleNamespace(cell_m=grid.voxel_m, pog=SimpleNamespace(grid=grid))
+    data = SimpleNamespace(frames=3)
+    return SimpleNamespace(
+        options=SceneOptions(),
+        field=SimpleNamespace(grid=grid, data=data),
+        heatmaps=SimpleNamespace(display=display),
+        choice=None,
+    )
+
+
+def scores(seen: float) -> Scores:
+    """Scores of all classes that see one share."""
+    kind = KindScore(-100.0 * seen, seen)
+    of_class = ClassScores(100.0, kind, kind, seen, -110.0 * seen)
+    return Scores(dict.fromkeys(CLASSES, of_class), {"camera": 1, "lidar": 1, "any": 1})
+
+
+def heatmap(title: str) -> HeatmapData:
+    """A heatmap of two cells."""
+    centres_m = np.array([[0.0, 0.0, 0.5], [1.0, 0.0, 0.5]], np.float32)
+    return HeatmapData(centres_m, 0.5, np.array([0.0, 1.0], np.float32), title, "nat", 0.0, 1.0)
+
+
+def open_desk(rig: Rig = RIG, path: Path | None = None, kept: Settings | None = None) -> Desk:
+    """A desk with a rig on it; its widgets live as long as its workbench."""
+    window = QMainWindow()
+    toolbar = QToolBar(window)
+    window.addToolBar(toolbar)
+    panels = Panels(
+        SensorTree(), Inspector(), ScenePanel(choice_of(SceneOptions())), ScoresPanel(MetricSettings())
+    )
+    bars = Bars(StatusBar(), MessageBar(is_error=False), MessageBar())
+    viewport, recompute, dialogs = FakeViewport(), FakeRecompute(), FakeDialogs()
+    workbench = Workbench(
+        window,
+        Session(Document(rig, None, path), MetricSettings()),
+        recompute,
+        viewport,
+        Places(window.menuBar(), toolbar),
+        panels,
+        bars,
+        dialogs,
+        kept or Settings(),
+    )
+    area = Qt.DockWidgetArea.RightDockWidgetArea
+    for title, panel in (
+        ("Sensors", panels.tree),
+        ("Inspector", panels.inspector),
+        ("Scores", panels.scores),
+    ):
+        workbench.docks.add(title, panel, area)
+    return Desk(workbench, viewport, recompute, dialogs)

@@ -1,0 +1,404 @@
+"""Features of the window one by one, on a desk without the window: each test takes milliseconds."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PySide6.QtGui import QGuiApplication
+from pytestqt.qtbot import QtBot
+
+from riglens.app.background.side_jobs import SideAnswer
+from riglens.app.evaluation.options import SceneOptions
+from riglens.app.session.session import HeatChoice
+from riglens.app.window.features.appearance import Theme, Units
+from riglens.app.window.features.compare import Compare
+from riglens.app.window.features.edits import Clipboard, Edits, Mirror
+from riglens.app.window.features.files import Exchange, Files, Recent
+from riglens.app.window.features.follow import Car, Follow
+from riglens.app.window.features.heat import Heat, Rays
+from riglens.app.window.features.maps import Map
+from riglens.app.window.features.pick import Pick
+from riglens.app.window.features.scene_data import SceneData
+from riglens.app.window.features.scores import Baseline, Marginals, Scores
+from riglens.app.window.features.sensors import LOCKED_KEY, Locks, Placing, Sensors
+from riglens.app.window.features.views import Views
+from riglens.app.window.settings import Settings
+from riglens.core.geometry import Pose
+from riglens.core.metric.scores import MetricSettings
+from riglens.core.rig.yaml.file import new_rig_file
+from riglens.core.scene.grid import VoxelGrid
+from riglens.widgets.heatmap.pick import PickedCell
+from riglens.widgets.heatmap.scale import HeatLook
+from riglens.widgets.panels.fields.quantity import DEGREES, MILLIMETRES
+from riglens.widgets.theme import DARK, LIGHT
+from riglens.widgets.viewport.camera import Ray
+from tests.app.window.desk import GRID, Desk, heatmap, open_desk
+from tests.app.window_bench import CAMERA, LIDAR, RIG
+
+POSE = Pose((0.1, 0.2, 2.5), LIDAR.rpy_deg)
+
+
+@pytest.fixture
+def desk(qtbot: QtBot) -> Iterator[Desk]:
+    made = open_desk()
+    qtbot.addWidget(made.workbench.window)
+    yield made
+    made.workbench.closing.emit()
+
+
+def asking(desk: Desk) -> Desk:
+    """The desk with traffic loaded and a first question asked."""
+    desk.load()
+    desk.workbench.answers.ask()
+    return desk
+
+
+# ---------------------------------------------------------------------- heat
+def test_the_choice_of_the_heatmap_is_the_sessions(desk: Desk) -> None:
+    Heat(desk.workbench)
+    desk.act("heat_unseen")
+    desk.act("next_class")
+    assert desk.session.heat == HeatChoice("unseen", "bicycle")
+    desk.session.set_heat(HeatChoice("off", "pedestrian"))
+    assert desk.workbench.actions["heat_off"].isChecked()
+    assert desk.workbench.actions["class_pedestrian"].isChecked()
+
+
+def test_the_view_shows_the_heatmap_of_the_answer_in_the_look_of_the_sliders(desk: Desk) -> None:
+    heat = Heat(asking(desk).workbench)
+    data = heatmap("POG probability, car")
+    desk.answer(heatmap=data)
+    assert desk.viewport.state.heatmap is data
+    heat.panel.set_look(HeatLook(0.5, True, 0.8))
+    assert desk.viewport.state.heat_look == HeatLook(0.5, True, 0.8)
+
+
+def test_the_choice_of_the_heatmap_is_kept_and_nonsense_is_not_taken_up(desk: Desk) -> None:
+    heat, kept = Heat(desk.workbench), Settings()
+    desk.session.set_heat(HeatChoice("entropy", "bicycle"))
+    heat.keep(kept)
+    desk.session.set_heat(HeatChoice())
+    heat.restore(kept)
+    assert desk.session.heat == HeatChoice("entropy", "bicycle")
+    kept.write("heat/mode", "thermal")
+    kept.write("heat/class", "unicorn")
+    heat.restore(kept)
+    assert desk.session.heat == HeatChoice("entropy", "bicycle")
+
+
+def test_the_switch_of_the_rays_reaches_the_view(desk: Desk) -> None:
+    Rays(desk.workbench, Heat(desk.workbench))
+    assert desk.viewport.state.ray_look.shown
+    desk.act("rays")
+    assert not desk.viewport.state.ray_look.shown
+
+
+# ---------------------------------------------------------------------- baseline, scores, marginals, compare
+def test_a_pinned_rig_is_the_baseline_until_it_is_let_go(desk: Desk) -> None:
+    Baseline(desk.workbench, Exchange(desk.workbench, Files(desk.workbench)))
+    assert not desk.is_enabled("unpin")
+    desk.document.set_enabled(("roof",), False)
+    desk.act("pin")
+    assert desk.session.baseline is desk.document.rig and desk.is_enabled("unpin")
+    assert RIG.name in desk.panels.scores.note
+    desk.panels.scores.pin_wanted.emit(False)
+    assert desk.session.baseline is desk.document.saved_rig and not desk.is_enabled("unpin")
+
+
+def test_scores_are_greyed_from_the_question_to_the_answer(desk: Desk) -> None:
+    Scores(asking(desk).workbench)
+    desk.answer(0.5)
+    assert desk.panels.scores.text_of("car", "seen") == "50.00 %" and not desk.panels.scores.is_stale
+    assert desk.workbench.status.state.text() == "exact"
+    desk.document.set_enabled(("roof",), False)
+    assert desk.panels.scores.is_stale and desk.workbench.status.state.text() == "updating…"
+    desk.approximate(0.375)
+    assert desk.panels.scores.is_estimate
+    desk.answer(0.25)
+    assert desk.panels.scores.text_of("car", "seen") == "25.00 %" and not desk.panels.scores.is_estimate
+
+
+def test_the_settings_that_the_user_wants_are_the_sessions_and_shown(desk: Desk) -> None:
+    Scores(desk.workbench)
+    wanted = MetricSettings("exact", "residual", 0.5)
+    desk.panels.scores.settings_wanted.emit(wanted)
+    assert desk.session.settings == wanted
+    assert "rises" in desk.panels.scores.note
+
+
+def test_an_edit_lengthens_the_trail_and_a_drag_only_at_its_end(desk: Desk) -> None:
+    Scores(asking(desk).workbench)
+    desk.answer(0.25)
+    desk.document.begin_drag("roof")
+    desk.document.preview("roof", POSE)
+    desk.answer(0.5)
+    assert len(desk.panels.scores.trail_of("car")) == 1
+    desk.document.finish_drag()
+    assert len(desk.panels.scores.trail_of("car")) == 2
+
+
+def test_the_rig_without_each_sensor_is_asked_for_once_an_edit_is_over(desk: Desk) -> None:
+    marginals = Marginals(asking(desk).workbench)
+    result = desk.answer(0.5)
+    assert [request.name for request in desk.recompute.aside] == ["roof", "front"]
+    roof = desk.recompute.aside[0]
+    assert [sensor.enabled for sensor in roof.rig.sensors] == [False, True]
+    marginals._take(SideAnswer(roof, result.scene, result.baseline_scores, 1.0))
+    assert marginals.losses == {"roof": result.baseline_scores}
+    desk.document.begin_drag("roof")
+    desk.document.preview("roof", POSE)
+    assert marginals.losses == {} and desk.recompute.aside == []
+
+
+def test_snapshots_are_scored_when_nobody_edits_and_can_be_pinned(desk: Desk) -> None:
+    files = Files(asking(desk).workbench)
+    compare = Compare(desk.workbench, files, Exchange(desk.workbench, files))
+    desk.answer(0.5)
+    desk.act("snapshot")
+    compare.add_presets(("Center",))
+    assert [row.name for row in compare.rows] == ["small", "small #1", "Center"]
+    assert [request.rig.name for request in desk.recompute.aside] == ["Center"]
+    compare.panel.pin_wanted.emit(compare.rows[-1].key)
+    assert desk.session.pinned is compare.rows[-1].rig
+    desk.load(VoxelGrid(1.0, (20.0, 20.0, 4.0)))
+    assert all(row.scores is None for row in compare.rows)
+
+
+# ---------------------------------------------------------------------- pick, map
+def cell(x_m: float, y_m: float, z_m: float) -> PickedCell:
+    """A cell of the heatmap that is clicked from above."""
+    centre = np.array([x_m, y_m, z_m])
+    return PickedCell(0, centre, 0.5, Ray(centre + np.array([0.0, 0.0, 9.0]), np.array([0.0, 0.0, -1.0])))
+
+
+def test_a_picked_voxel_is_marked_and_forgotten_with_escape(
+    desk: Desk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("riglens.core.scene.voxel.voxel_in_cell", lambda *_: (20, 20, 1))
+    Pick(desk.workbench)
+    desk.viewport.cell_picked.emit(cell(0.25, 0.25, 0.75))
+    assert desk.session.voxel is None  # there is no traffic yet
+    desk.load()
+    desk.viewport.cell_picked.emit(cell(0.25, 0.25, 0.75))
+    marker = desk.viewport.state.marker
+    assert desk.session.voxel == (20, 20, 1) and marker is not None and marker.edge_m == GRID.voxel_m
+    desk.viewport.escaped.emit()
+    assert desk.session.voxel is None and desk.viewport.state.marker is None
+
+
+def test_the_first_escape_forgets_the_voxel_the_second_puts_the_tool_away(desk: Desk) -> None:
+    Pick(desk.workbench)
+    desk.load()
+    desk.act("pick")
+    desk.session.pick((1, 1, 1))
+    desk.viewport.escaped.emit()
+    assert desk.session.voxel is None and desk.workbench.actions["pick"].isChecked()
+    desk.viewport.escaped.emit()
+    assert not desk.workbench.actions["pick"].isChecked()
+    assert desk.viewport.told == [("picking", True), ("picking", False)]
+
+
+def test_the_map_asks_only_while_somebody_looks(desk: Desk) -> None:
+    map_ = Map(desk.workbench)
+    told: list[Any] = []
+    desk.session.map_source_changed.connect(lambda: told.append(desk.session.map_source))
+    map_.panel.seen_by_chosen.emit("any")
+    assert told == []
+    _set_in_sight(map_, True)
+    map_.panel.choice.setCurrentIndex(1)
+    map_.panel.seen_by_chosen.emit("lidar")
+    _set_in_sight(map_, False)
+    assert told == ["any", "lidar", None]
+
+
+def test_a_map_out_of_sight_does_not_hear_of_edits(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+    map_ = Map(desk.workbench)
+    heard: list[Any] = []
+    monkeypatch.setattr(map_.panel.map, "set_rig", lambda rig, *_: heard.append(rig))
+    desk.document.set_enabled(("roof",), False)
+    assert heard == []
+    _set_in_sight(map_, True)
+    desk.document.set_enabled(("roof",), True)
+    assert [rig.sensor("roof").enabled for rig in heard] == [False, True]
+    _set_in_sight(map_, False)
+    desk.document.set_enabled(("roof",), False)
+    assert len(heard) == 2
+
+
+def _set_in_sight(map_: Map, is_seen: bool) -> None:
+    """Say that the dock came into sight, as Qt would have it found out."""
+    map_.in_sight._is_seen = is_seen
+    map_.in_sight.changed.emit(is_seen)
+
+
+# ---------------------------------------------------------------------- the rig
+def test_view_list_and_inspector_follow_the_document_and_are_told_once(desk: Desk) -> None:
+    Follow(desk.workbench).show_all()
+    shown = len(desk.viewport.states)
+    desk.document.select("roof")
+    desk.document.begin_drag("roof")
+    desk.document.preview("roof", POSE)
+    assert desk.viewport.state.rig.sensor("roof").pose == POSE and desk.viewport.state.selected == "roof"
+    desk.document.finish_drag()
+    desk.document.undo()
+    assert desk.viewport.state.rig == RIG
+    assert (
+        len(desk.viewport.states) == shown + 3
+    )  # selected, moved, put back: the drag's end shows nothing new
+
+
+def test_a_refused_edit_is_said_and_what_is_true_is_shown_again(desk: Desk) -> None:
+    Follow(desk.workbench).show_all()
+    desk.document.set_locked(("roof",), True)
+    shown = len(desk.viewport.states)
+    desk.panels.tree.enabled_toggled.emit(("roof",), False)
+    assert "locked" in desk.workbench.errors.message and len(desk.viewport.states) == shown + 1
+    assert desk.document.rig.sensor("roof").enabled
+
+
+def test_the_car_is_shown_anew_only_when_it_is_another(desk: Desk) -> None:
+    Car(desk.workbench)
+    desk.document.set_enabled(("roof",), False)
+    longer = RIG.vehicle.replace(length=5.5)
+    desk.document.apply(desk.document.rig.replace(vehicle=longer))
+    assert desk.viewport.values("vehicle")[-1] == (longer,)
+    states = len(desk.viewport.states)
+    desk.document.set_enabled(("roof",), True)
+    assert len(desk.viewport.states) == states
+
+
+def test_undo_says_what_it_takes_back_from_the_first_move_of_a_drag_on(desk: Desk) -> None:
+    Edits(desk.workbench)
+    assert not desk.is_enabled("undo")
+    desk.document.begin_drag("roof")
+    desk.document.preview("roof", POSE)
+    assert desk.is_enabled("undo") and desk.workbench.actions["undo"].text() == "Undo move roof"
+    desk.document.finish_drag()
+    desk.act("undo")
+    assert not desk.is_enabled("undo") and desk.is_enabled("redo")
+
+
+def test_a_mirror_image_is_added_linked_and_let_go(desk: Desk) -> None:
+    Mirror(desk.workbench)
+    assert not desk.is_enabled("mirror")
+    desk.document.select("roof")
+    desk.act("mirror")
+    image = desk.document.selected_sensor()
+    assert image is not None and image.mirror_of == "roof"
+    assert not desk.is_enabled("mirror") and desk.is_enabled("unlink")
+    desk.act("unlink")
+    assert desk.document.rig.sensor(image.name).mirror_of is None and desk.is_enabled("link")
+
+
+def test_a_cut_sensor_comes_back_from_the_clipboard(desk: Desk) -> None:
+    Follow(desk.workbench).show_all()
+    Clipboard(desk.workbench)
+    assert not desk.is_enabled("cut")
+    desk.panels.tree.choose(("front",))
+    desk.act("cut")
+    assert [sensor.name for sensor in desk.document.rig.sensors] == ["roof"]
+    assert "front" in QGuiApplication.clipboard().text()
+    desk.act("paste")
+    assert desk.document.rig.sensor("front") == CAMERA
+
+
+def test_locks_are_kept_by_file_and_come_back_with_it(qtbot: QtBot, tmp_path: Path) -> None:
+    path, kept = tmp_path / "rig.yaml", Settings()
+    new_rig_file(RIG).save(path, RIG)
+    desk = open_desk(path=path, kept=kept)
+    Locks(desk.workbench)
+    desk.document.set_locked(("roof",), True)
+    assert kept.read(LOCKED_KEY, {}) == {str(path): ["roof"]}
+    other = open_desk(kept=kept)
+    Locks(other.workbench)
+    other.document.open(path)
+    assert other.document.locked == {"roof"}
+
+
+def test_what_is_done_to_sensors_depends_on_selection_and_locks(desk: Desk) -> None:
+    Follow(desk.workbench).show_all()
+    Sensors(desk.workbench)
+    Placing(desk.workbench)
+    assert not any(desk.is_enabled(key) for key in ("delete", "rename", "place"))
+    desk.panels.tree.choose(("roof",))
+    assert all(desk.is_enabled(key) for key in ("delete", "rename", "place"))
+    desk.act("hide")
+    assert desk.document.hidden == {"roof"} and not desk.is_enabled("place")
+    desk.act("lock")
+    assert desk.document.locked == {"roof"} and not desk.is_enabled("delete")
+
+
+# ---------------------------------------------------------------------- files, traffic, looks
+def test_the_title_has_a_star_from_the_first_move_on(desk: Desk) -> None:
+    Files(desk.workbench)
+    assert not desk.workbench.window.isWindowModified()
+    desk.document.begin_drag("roof")
+    desk.document.preview("roof", POSE)
+    assert desk.workbench.window.isWindowModified()
+    desk.document.cancel_drag()
+    assert not desk.workbench.window.isWindowModified()
+
+
+def test_files_opened_lately_are_listed_newest_first_and_can_be_forgotten(desk: Desk, tmp_path: Path) -> None:
+    recent = Recent(desk.workbench, Files(desk.workbench))
+    paths = [tmp_path / name for name in ("one.yaml", "two.yaml", "one.yaml")]
+    for path in paths:
+        desk.document.save(path)
+    assert recent.paths == [tmp_path / "one.yaml", tmp_path / "two.yaml"]
+    recent.fill()
+    assert [action.isEnabled() for action in recent.menu.actions()[:2]] == [True, True]
+    recent.clear()
+    assert recent.paths == []
+
+
+def test_a_load_is_under_way_until_it_ends_and_says_what_went_wrong(desk: Desk) -> None:
+    data = SceneData(desk.workbench)
+    data.load(SceneOptions())
+    assert len(desk.recompute.loads) == 1 and data.is_loading
+    data._on_load_ended("boxes.csv: broken", desk.recompute.loads[0])
+    assert not data.is_loading and desk.workbench.errors.message == "boxes.csv: broken"
+
+
+def test_units_are_kept_and_those_unknown_are_left_out(desk: Desk) -> None:
+    units, kept = Units(desk.workbench), Settings()
+    kept.write("units", ["mm", "furlong", 7])
+    units.restore(kept)
+    assert desk.panels.inspector.units == (MILLIMETRES, DEGREES)
+    units.keep(kept)
+    assert kept.read("units", []) == ["mm", "°"]
+
+
+def test_gizmo_and_views_reach_the_view(desk: Desk) -> None:
+    views = Views(desk.workbench)
+    for key in ("move", "local", "top"):
+        desk.act(key)
+    assert (desk.viewport.state.gizmo_mode, desk.viewport.state.gizmo_space) == ("move", "local")
+    assert desk.viewport.told == [("view", "top")] and not desk.is_enabled("frame")
+    desk.document.select("roof")
+    desk.act("frame")
+    assert desk.viewport.told[-1] == ("frame", "roof")
+    kept = Settings()
+    views.keep(kept)
+    assert (kept.read("gizmo/mode", ""), kept.read("gizmo/local", False)) == ("move", True)
+
+
+def test_a_chosen_theme_is_told_once_and_kept(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+    styled: list[bool] = []
+    monkeypatch.setattr(
+        "riglens.app.window.features.appearance.apply_style", lambda app, dark: styled.append(dark)
+    )
+    theme = Theme(desk.workbench, Follow(desk.workbench))
+    theme._shown = False
+    told: list[bool] = []
+    desk.workbench.theme_changed.connect(told.append)
+    for key in ("theme_dark", "theme_dark", "theme_light"):
+        desk.act(key)
+    assert told == styled == [True, False]
+    assert [palette for (palette,) in desk.viewport.values("palette")][-2:] == [DARK, LIGHT]
+    kept = Settings()
+    theme.keep(kept)
+    assert kept.read("theme", "") == "theme_light"
