@@ -37,7 +37,7 @@ from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.pog import Pog
 
 if TYPE_CHECKING:
-    from riglens.app.evaluation.heat_modes import HeatMode
+    from riglens.app.evaluation.requests import HeatMode
     from riglens.app.rendering.render import Theme, View
 
 __all__ = [

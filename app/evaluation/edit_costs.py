@@ -5,15 +5,9 @@ from __future__ import annotations
 import statistics
 from collections import deque
 
-from riglens.core.rig.model import Camera, Lidar, Rig
+from riglens.core.rig.model import Rig, Sensor, rays_of
 
 REMEMBERED = 9
-Sensor = Lidar | Camera
-
-
-def rays_of(sensor: Sensor) -> Sensor:
-    """The sensor without what changes no ray."""
-    return sensor.model_copy(update={"name": "", "model": None, "enabled": True})
 
 
 class EditCosts:

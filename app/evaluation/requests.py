@@ -1,11 +1,10 @@
-"""What the window asks the background thread, and what comes back: plain data that loads no engine."""
+"""What the window asks the background thread, what comes back, and how it is said: plain data that loads no engine."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
-from riglens.app.evaluation.heat_modes import HeatMode
 from riglens.app.evaluation.options import SceneOptions
 from riglens.core.metric.scores import MetricSettings, Scores
 from riglens.core.rig.model import Rig
@@ -13,14 +12,25 @@ from riglens.core.scene.boxes import CLASSES
 
 if TYPE_CHECKING:  # made by the background thread, which loads what computes them
     from riglens.app.evaluation.heatmap import Heatmaps
-    from riglens.app.evaluation.picked import PickedVoxel
     from riglens.core.engine.engine import Evaluation
+    from riglens.core.engine.sight import Sight
     from riglens.core.metric.entropy import EntropyField
     from riglens.core.scene.top_view import SeenBy, TopView
-    from riglens.core.scene.voxel import Voxel
+    from riglens.core.scene.voxel import Voxel, VoxelFacts
     from riglens.core.study.voxel_choice import VoxelChoice
     from riglens.widgets.heatmap.scale import HeatmapData
 
+HeatMode = Literal["off", "probability", "entropy", "seen", "unseen", "sensors", "change"]
+HEAT_TITLES: dict[HeatMode, str] = {
+    "off": "Off",
+    "probability": "POG probability",
+    "entropy": "Entropy",
+    "seen": "Seen entropy",
+    "unseen": "Unseen entropy",
+    "sensors": "Sensors that see it",
+    "change": "Gained and lost",
+}
+"""What the heatmap can show: the modes by their keys, and what they are called."""
 FRAME_MS = 16.0
 """An exact answer that takes longer than a frame of the screen is preceded by a coarse one."""
 
@@ -60,6 +70,19 @@ class EvaluationRequest:
 
 
 @dataclass(frozen=True)
+class PickedVoxel:
+    """A voxel with what each sensor of the rig makes of it; no sensor counts where it is not informative."""
+
+    facts: VoxelFacts
+    sights: tuple[Sight, ...]
+
+    @property
+    def seen_by(self) -> tuple[str, ...]:
+        """Names of the sensors that see it."""
+        return tuple(found.sensor for found in self.sights if found.verdict == "sees")
+
+
+@dataclass(frozen=True)
 class Result:
     """The exact answer to one request: scores now and of the baseline, heatmap and map to draw, the picked voxel."""
 
@@ -83,3 +106,21 @@ class Approximation:
     scores: Scores
     voxel_m: float
     elapsed_ms: float
+
+
+def sight_text(found: Sight) -> str:
+    """What a sensor makes of a voxel, in a few words."""
+    if found.verdict == "outside" and found.miss_deg is not None:
+        place = {"above": "above", "below": "below"}.get(found.side, "outside")
+        return f"{place} field of view by {found.miss_deg:.1f}°"
+    if found.verdict == "between" and found.miss_m is not None:
+        return f"between rays, missed by {length_text(found.miss_m)}"
+    texts = {"sees": "sees it", "off": "switched off", "range": "out of range"}
+    return texts.get(found.verdict, "not seen")
+
+
+def length_text(length_m: float) -> str:
+    """A short length in millimetres, centimetres or metres."""
+    if length_m < 0.01:
+        return f"{1e3 * length_m:.1f} mm"
+    return f"{100 * length_m:.1f} cm" if length_m < 1.0 else f"{length_m:.2f} m"

@@ -5,24 +5,35 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from riglens.app.evaluation.edit_costs import EditCosts
 from riglens.app.evaluation.heatmap import NO_WORDS, Heatmaps, marks_for, needs_seen, seen_words
 from riglens.app.evaluation.options import SceneOptions
-from riglens.app.evaluation.picked import PickedVoxel
-from riglens.app.evaluation.requests import FRAME_MS, Approximation, EvaluationRequest, LoadedScene, Result
+from riglens.app.evaluation.requests import (
+    FRAME_MS,
+    Approximation,
+    EvaluationRequest,
+    LoadedScene,
+    PickedVoxel,
+    Result,
+)
 from riglens.app.evaluation.scenario import load_scenario
-from riglens.app.evaluation.voxel_reporter import VoxelReporter
 from riglens.core.engine.engine import Engine, Evaluation
+from riglens.core.engine.inspect import sees_voxel
+from riglens.core.engine.sight import Sight, sight
 from riglens.core.metric.coarse import estimated
 from riglens.core.metric.entropy import EntropyField
-from riglens.core.metric.scores import MetricSettings, Scores
-from riglens.core.rig.model import Rig
+from riglens.core.metric.scores import Method, MetricSettings, Scores
+from riglens.core.rig.model import Rig, Sensor
 from riglens.core.scene.boxes import CLASSES, Progress
 from riglens.core.scene.coarse import coarse_pog
 from riglens.core.scene.columns import Words
 from riglens.core.scene.display import DisplayGrid
+from riglens.core.scene.pog import Pog
 from riglens.core.scene.top_view import TopView
 from riglens.core.scene.top_views import TopViews
+from riglens.core.scene.voxel import Voxel, VoxelFacts, voxel_facts
 
 WORTH, STILL_WORTH = 0.5, 1.0
 """Coarse answers begin where they take at most this part of the time of exact ones, and then go on up to that
@@ -192,3 +203,34 @@ class Scoring:
 def _same_sets(one: MetricSettings, other: MetricSettings) -> bool:
     """Whether both settings see the same voxels; reading and weight only add them up in other ways."""
     return one.method == other.method
+
+
+class VoxelReporter:
+    """Looks at one voxel again and again while the rig changes; reasons are kept for sensors that stay."""
+
+    def __init__(self, pog: Pog) -> None:
+        self._pog = pog
+        self._kept: dict[tuple[Sensor, Voxel], Sight] = {}
+
+    def report(self, engine: Engine, rig: Rig, method: Method, voxel: Voxel, in_haste: bool) -> PickedVoxel:
+        """The voxel as the engine's last evaluation, of this rig, sees it; `in_haste` leaves out new reasons."""
+        facts = voxel_facts(self._pog, voxel)
+        if not facts.is_informative:
+            return PickedVoxel(facts, ())
+        kept, self._kept = self._kept, {}
+        sights = []
+        for sensor in rig.sensors:
+            sees = sensor.enabled and bool(sees_voxel(engine, sensor, method, voxel))
+            found = kept.get((sensor, voxel))
+            if found is None or (found.verdict == "sees") != sees:
+                found = self._look(sensor, facts, sees, in_haste)
+            if found.verdict != "missed":
+                self._kept[sensor, voxel] = found
+            sights.append(found)
+        return PickedVoxel(facts, tuple(sights))
+
+    def _look(self, sensor: Sensor, facts: VoxelFacts, sees: bool, in_haste: bool) -> Sight:
+        if in_haste and sensor.enabled and not sees:
+            away = np.array(facts.centre_m) - np.array(sensor.position)
+            return Sight(sensor.name, "missed", float(np.linalg.norm(away)))
+        return sight(sensor, self._pog.grid, facts.voxel, sees)

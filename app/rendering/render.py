@@ -10,9 +10,9 @@ from typing import Literal
 
 from riglens.app.commands.console import progress_bar, results
 from riglens.app.commands.jobs import load_with_progress, rig_called
-from riglens.app.evaluation.heat_modes import HeatMode
 from riglens.app.evaluation.heatmap import Heatmaps, VoxelMarks, marks_for, seen_words
 from riglens.app.evaluation.options import MAX_SCALE, MAX_SIDE_PX, MIN_SIDE_PX, SceneOptions, ScoreOptions
+from riglens.app.evaluation.requests import HeatMode
 from riglens.app.launch.display import prepare_drawing
 from riglens.core.engine.engine import Engine, Evaluation
 from riglens.core.errors import InputError

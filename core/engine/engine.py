@@ -20,7 +20,7 @@ from riglens.core.kernels import jit, settle
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import PAPER_SETTINGS, Method, MetricSettings, Scores
 from riglens.core.metric.scoring import KINDS, score
-from riglens.core.rig.model import Camera, Lidar, Rig
+from riglens.core.rig.model import Camera, Lidar, Rig, rays_of
 from riglens.core.scene.columns import Words
 
 Sensor = Lidar | Camera
@@ -65,7 +65,7 @@ class _State:
 
 
 def _cast_shape(sensor: Sensor, method: Method) -> tuple[Method, Sensor]:
-    return method, sensor.model_copy(update={"name": "", "model": None, "enabled": True, "mirror_of": None})
+    return method, rays_of(sensor)
 
 
 def _joint(a: Window, b: Window) -> Window:

@@ -246,6 +246,11 @@ Sensor = Lidar | Camera
 """A sensor of any kind, told apart by `kind`; a new kind joins here."""
 
 
+def rays_of(sensor: Sensor) -> Sensor:
+    """Return the sensor without what decides none of its rays: name, model, mirror pair, and whether it is on."""
+    return sensor.model_copy(update={"name": "", "model": None, "enabled": True, "mirror_of": None})
+
+
 class MeshPlacement(Frozen):
     """How a mesh file comes into the vehicle frame: scaled about its origin, turned, then moved (metres)."""
 

@@ -6,7 +6,7 @@ import pytest
 
 from riglens.app.evaluation.edit_costs import REMEMBERED, EditCosts
 from riglens.core.rig.model import Rig
-from tests.app.window_bench import RIG
+from tests.app.window_bench import LIDAR, RIG
 
 
 def moved(name: str, x: float, rig: Rig = RIG) -> Rig:
@@ -52,3 +52,11 @@ def test_old_times_are_forgotten(costs: EditCosts) -> None:
         rig = moved("roof", float(step), rig)
         costs.note(rig, 500.0 if step < REMEMBERED else 2.0)
     assert costs.expected_ms(moved("roof", -1.0, rig)) == 2.0
+
+
+def test_linking_a_mirror_pair_costs_nothing() -> None:
+    pair = RIG.replace(sensors=(LIDAR, LIDAR.replace(name="left", position=(0.1, -0.2, 1.9))))
+    costs = EditCosts()
+    costs.note(pair, 30.0)
+    linked = pair.with_sensor("left", pair.sensor("left").replace(mirror_of="roof"))
+    assert costs.expected_ms(linked) == 0.0

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from riglens.app.evaluation.picked import length_text, sight_text
-from riglens.app.evaluation.voxel_reporter import VoxelReporter
+from riglens.app.evaluation.requests import length_text, sight_text
+from riglens.app.evaluation.scoring import VoxelReporter
 from riglens.core.engine.engine import Engine
 from riglens.core.engine.sight import Sight
 from riglens.core.metric.entropy import EntropyField

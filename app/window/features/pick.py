@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from riglens.app.evaluation.picked import PickedVoxel, sight_text
-from riglens.app.evaluation.requests import Result
+from riglens.app.evaluation.requests import PickedVoxel, Result, sight_text
 from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
 from riglens.app.window.workbench import Workbench

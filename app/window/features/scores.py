@@ -8,7 +8,6 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QMenu
 
 from riglens.app.background.side_jobs import SideAnswer, SideRequest
-from riglens.app.evaluation.edit_costs import rays_of
 from riglens.app.evaluation.requests import Approximation, LoadedScene, Result
 from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
@@ -17,7 +16,7 @@ from riglens.app.window.workbench import Workbench
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.metric.scores import Scores as ScoresOf
 from riglens.core.rig.edits import with_enabled
-from riglens.core.rig.model import Rig
+from riglens.core.rig.model import Rig, rays_of
 from riglens.core.rig.presets import PRESETS, preset
 from riglens.widgets.panels.inspector.marginal_view import NOT_COUNTED, WAITING
 
