@@ -37,9 +37,9 @@ def _with_window(rig: str, scene: SceneOptions, score: ScoreOptions) -> int:
 
 def load_packages() -> None:
     """Load what draws before Qt, whose bindings read the source of every module that comes after them."""
-    from riglens.widgets.viewport.drawing_half import load_drawing_half
+    from riglens.widgets.drawing.packages import load_pyvista
 
-    load_drawing_half()
+    load_pyvista()
 
 
 def _without_window(rig: str, scene: SceneOptions, score: ScoreOptions, problem: str) -> int:

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 from riglens.app.commands.figures import decimals, percent, thousands
 from riglens.core.metric.scores import MetricSettings, Scores
 from riglens.core.rig.model import Rig
-from riglens.widgets.viewport.caption_layer import Caption
-from riglens.widgets.viewport.scene_state import SceneState
+from riglens.widgets.viewport.scene_state import Caption, SceneState
 
 if TYPE_CHECKING:
     from riglens.core.metric.entropy import EntropyField

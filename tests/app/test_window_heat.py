@@ -19,9 +19,9 @@ from riglens.core.engine.engine import Engine
 from riglens.core.engine.inspect import sees_voxel
 from riglens.core.geometry import Pose
 from riglens.core.scene.columns import unpack
+from riglens.widgets.drawing.camera import Ray
 from riglens.widgets.heatmap.pick import PickedCell
 from riglens.widgets.heatmap.scale import DEFAULT_LOOK, HeatLook
-from riglens.widgets.viewport.camera import Ray
 from riglens.widgets.viewport.offscreen import OffscreenViewport
 from tests.app.window_bench import Bench, open_bench
 from tests.waiting import TIMEOUT_MS, wait_for

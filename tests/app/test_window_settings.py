@@ -16,9 +16,9 @@ from riglens.app.launch.user_folders import config_folder, state_folder
 from riglens.app.session.session import HeatChoice
 from riglens.app.window.features.sensors import LOCKED_KEY, MOST_FILES
 from riglens.app.window.settings import Settings
+from riglens.widgets.drawing.camera import OrbitCamera
 from riglens.widgets.panels.style import apply_style, shows_dark
 from riglens.widgets.theme import DARK, LIGHT
-from riglens.widgets.viewport.camera import OrbitCamera
 from tests.app.window_bench import open_bench
 
 KEYS = (

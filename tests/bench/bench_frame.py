@@ -11,10 +11,10 @@ import pyvista as pv
 from riglens.app.evaluation.heatmap import Heatmaps, marks_of
 from riglens.core.rig.model import Rig
 from riglens.core.scene.display import DisplayGrid
+from riglens.widgets.drawing.stage import render_window
 from riglens.widgets.heatmap.scale import HeatmapData
-from riglens.widgets.viewport.scene import Scene
+from riglens.widgets.viewport.drawn_scene import DrawnScene
 from riglens.widgets.viewport.scene_state import SceneState
-from riglens.widgets.viewport.stage import render_window
 from tests.bench.race import Goal, Race
 from tests.bench.scenes import Scene as BenchScene
 from tests.bench.scenes import Scenes, moved, names_of, wide_trapezoid
@@ -38,7 +38,7 @@ def test_drag_step(race: Race, scenes: Scenes, xvfb: str, kind: str) -> None:
     try:
         window = render_window(plotter)
         window.SetMultiSamples(0)
-        scene = Scene(plotter)
+        scene = DrawnScene(plotter)
         steps = _steps(bench, rig, name)
         first = next(steps)
         scene.show(SceneState(rig=first.rig, selected=name, grid=bench.field.grid, heatmap=first.heatmap))

@@ -25,8 +25,7 @@ from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.pog import Pog
 from riglens.widgets.heatmap.scale import HeatLook
 from riglens.widgets.theme import palette
-from riglens.widgets.viewport.marker_layer import Marker
-from riglens.widgets.viewport.scene_state import SceneState
+from riglens.widgets.viewport.scene_state import Marker, SceneState
 from riglens.widgets.viewport.still import png_of, render_still
 from tests.core.builders import synthetic_pog
 

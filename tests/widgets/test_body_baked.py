@@ -8,11 +8,11 @@ import pyvista as pv
 
 from riglens.core.rig.model import Vehicle
 from riglens.widgets.car.profiles import PROFILES
+from riglens.widgets.drawing.camera import OrbitCamera
+from riglens.widgets.drawing.stage import render_window
 from riglens.widgets.theme import DARK, LIGHT
-from riglens.widgets.viewport.camera import OrbitCamera
-from riglens.widgets.viewport.scene import Scene
+from riglens.widgets.viewport.drawn_scene import DrawnScene
 from riglens.widgets.viewport.scene_state import SceneState
-from riglens.widgets.viewport.stage import render_window
 
 SIZE_PX = (320, 200)
 AROUND = [OrbitCamera((0.0, 0.0, 0.9), 13.0, azimuth, 18.0) for azimuth in (-50.0, 40.0, 130.0, 220.0)]
@@ -26,7 +26,7 @@ def plotter():
     plotter.close()
 
 
-def picture(plotter: pv.Plotter, scene: Scene, camera: OrbitCamera, quick: bool) -> np.ndarray:
+def picture(plotter: pv.Plotter, scene: DrawnScene, camera: OrbitCamera, quick: bool) -> np.ndarray:
     scene._body.set_quick(quick)
     scene.set_camera(camera)
     scene.prepare()
@@ -36,7 +36,7 @@ def picture(plotter: pv.Plotter, scene: Scene, camera: OrbitCamera, quick: bool)
 
 @pytest.mark.parametrize("body", sorted(PROFILES))
 def test_a_moving_car_looks_like_the_car_at_rest_from_all_sides(plotter, body):
-    scene = Scene(plotter)
+    scene = DrawnScene(plotter)
     for palette in (DARK, LIGHT):
         scene.show(SceneState(vehicle=Vehicle(body=body), palette=palette))
         for camera in AROUND:
@@ -47,7 +47,7 @@ def test_a_moving_car_looks_like_the_car_at_rest_from_all_sides(plotter, body):
 
 
 def test_moving_changes_what_is_seen_of_the_car_and_makes_nothing_anew(plotter):
-    scene = Scene(plotter)
+    scene = DrawnScene(plotter)
     scene.prepare()
 
     def shown() -> set[str]:

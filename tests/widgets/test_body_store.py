@@ -9,7 +9,7 @@ from riglens.widgets.car import body
 from riglens.widgets.car import store as body_store
 from riglens.widgets.car.body import body_parts
 from riglens.widgets.car.store import stored_surfaces
-from riglens.widgets.car.surface import superellipsoid
+from riglens.widgets.drawing.surface import superellipsoid
 
 
 @pytest.fixture

@@ -8,6 +8,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from riglens.core.geometry import Pose, rotation_from_rpy_deg
+from riglens.widgets.drawing.camera import Ray
 from riglens.widgets.gizmo.drag import (
     Handle,
     along_axis_m,
@@ -19,7 +20,6 @@ from riglens.widgets.gizmo.drag import (
     signed_angle_rad,
     turned,
 )
-from riglens.widgets.viewport.camera import Ray
 
 metres = st.floats(-5.0, 5.0)
 angles = st.floats(-179.0, 179.0)

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from riglens.core.geometry import Pose
+from riglens.widgets.drawing.camera import OrbitCamera
 from riglens.widgets.gizmo.drag import MOVE_HANDLES, ROTATE_HANDLES, Handle
 from riglens.widgets.gizmo.handles import RING_RADIUS, SIZE_PX, handle_polyline, hit_handle, place_gizmo
-from riglens.widgets.viewport.camera import OrbitCamera
 
 SIZE = (1000, 700)
 POSE = Pose((0.2, 0.5, 2.2), (0.0, 0.0, 30.0))

@@ -8,6 +8,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from riglens.core.geometry import Pose
+from riglens.widgets.drawing.camera import OrbitCamera, Ray
 from riglens.widgets.gizmo.drag import (
     SNAP_DEG,
     SNAP_M,
@@ -21,7 +22,6 @@ from riglens.widgets.gizmo.drag import (
 )
 from riglens.widgets.gizmo.echo import drag_echo
 from riglens.widgets.gizmo.nudge import nudge_turned, nudged, view_axes
-from riglens.widgets.viewport.camera import OrbitCamera, Ray
 from tests.widgets.test_gizmo_drag import axes, eye_at, eyes, metres, poses, ray_through, spaces
 
 

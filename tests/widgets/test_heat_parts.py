@@ -7,10 +7,10 @@ import pytest
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
 
-from riglens.widgets.heatmap.parts import in_parts
-from riglens.widgets.viewport.camera import OrbitCamera
-from riglens.widgets.viewport.scene import Scene
-from riglens.widgets.viewport.stage import render_window
+from riglens.widgets.drawing.camera import OrbitCamera
+from riglens.widgets.drawing.stage import render_window
+from riglens.widgets.heatmap.levels import in_parts
+from riglens.widgets.viewport.drawn_scene import DrawnScene
 from tests.widgets.test_stage import STATE, plotter  # noqa: F401
 
 RANDOM = np.random.default_rng(3)
@@ -41,7 +41,7 @@ def test_a_nearer_view_has_larger_cells_and_more_parts() -> None:
     assert near > 2 * far
 
 
-def pixels(scene: Scene, window) -> np.ndarray:
+def pixels(scene: DrawnScene, window) -> np.ndarray:
     width, height = scene.size
     found = vtkUnsignedCharArray()
     window.GetRGBACharPixelData(0, 0, width - 1, height - 1, 0, found, 0)
@@ -50,8 +50,8 @@ def pixels(scene: Scene, window) -> np.ndarray:
 
 @pytest.mark.parametrize("smooth", [False, True], ids=["rough", "smooth"])
 def test_drawn_in_parts_the_picture_is_the_same_to_the_last_bit(plotter, smooth, monkeypatch) -> None:  # noqa: F811
-    monkeypatch.setattr("riglens.widgets.heatmap.parts.in_parts.__defaults__", (5e3,))
-    scene, window = Scene(plotter), render_window(plotter)
+    monkeypatch.setattr("riglens.widgets.heatmap.levels.in_parts.__defaults__", (5e3,))
+    scene, window = DrawnScene(plotter), render_window(plotter)
     scene.show(STATE)
     scene.set_smooth(smooth)
     scene.prepare()
@@ -64,8 +64,8 @@ def test_drawn_in_parts_the_picture_is_the_same_to_the_last_bit(plotter, smooth,
 
 
 def test_a_picture_that_was_given_up_leaves_nothing_in_the_next_one(plotter, monkeypatch) -> None:  # noqa: F811
-    monkeypatch.setattr("riglens.widgets.heatmap.parts.in_parts.__defaults__", (5e3,))
-    scene, window = Scene(plotter), render_window(plotter)
+    monkeypatch.setattr("riglens.widgets.heatmap.levels.in_parts.__defaults__", (5e3,))
+    scene, window = DrawnScene(plotter), render_window(plotter)
     scene.show(STATE)
     scene.prepare()
     window.Render()

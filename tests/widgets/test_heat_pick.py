@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from riglens.widgets.drawing.camera import OrbitCamera
 from riglens.widgets.heatmap.pick import cell_at
 from riglens.widgets.heatmap.scale import HeatLook, HeatmapData
-from riglens.widgets.viewport.camera import OrbitCamera
 
 SIZE = (400, 300)
 CELL_M = 0.4

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 import pyvista as pv
 
+from riglens.widgets.drawing.stage import render_window
 from riglens.widgets.heatmap.levels import DRAG_CELLS, coarse_level, full_level
 from riglens.widgets.heatmap.scale import HeatLook, HeatmapData
-from riglens.widgets.viewport.scene import Scene
+from riglens.widgets.viewport.drawn_scene import DrawnScene
 from riglens.widgets.viewport.scene_state import SceneState
-from riglens.widgets.viewport.stage import render_window
 
 CELL_M = 0.4
 
@@ -37,11 +37,11 @@ def plotter():
 
 
 @pytest.fixture
-def scene(plotter) -> Scene:
-    return Scene(plotter)
+def scene(plotter) -> DrawnScene:
+    return DrawnScene(plotter)
 
 
-def drawn(scene: Scene) -> int:
+def drawn(scene: DrawnScene) -> int:
     """How many cells the picture shows."""
     scene.prepare()
     cells = scene._heatmap._drawn

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 import pyvista as pv
 
+from riglens.widgets.drawing.label import unit_px
+from riglens.widgets.drawing.stage import render_window
 from riglens.widgets.heatmap.scale import HeatmapData, Scale
 from riglens.widgets.theme import DARK, LIGHT, Palette
-from riglens.widgets.viewport.label import unit_px
-from riglens.widgets.viewport.scene import Scene
+from riglens.widgets.viewport.drawn_scene import DrawnScene
 from riglens.widgets.viewport.scene_state import SceneState
-from riglens.widgets.viewport.stage import render_window
 from tests.widgets.test_viewport_still import wall
 
 SIZES = [(900, 600), (1920, 1080)]
@@ -30,16 +30,16 @@ def heat(scale: Scale) -> HeatmapData:
 
 
 @pytest.fixture(params=[1.0, 2.0], ids=["normal", "dense"])
-def scene(request: pytest.FixtureRequest) -> Iterator[Scene]:
+def scene(request: pytest.FixtureRequest) -> Iterator[DrawnScene]:
     plotter = pv.Plotter(off_screen=True, window_size=[900, 600], lighting="none")
     render_window(plotter).SetMultiSamples(0)
-    made = Scene(plotter, DARK, request.param)
+    made = DrawnScene(plotter, DARK, request.param)
     made.show(SceneState())
     yield made
     plotter.close()
 
 
-def bar(scene: Scene) -> np.ndarray:
+def bar(scene: DrawnScene) -> np.ndarray:
     """Pixels (n, 3) along the middle of the colour bar as the window shows it."""
     plotter = scene._stage._plotter
     render_window(plotter).Render()
@@ -58,7 +58,7 @@ def is_whole(pixels: np.ndarray, palette: Palette) -> bool:
 @pytest.mark.parametrize("size", SIZES, ids=str)
 @pytest.mark.parametrize("scale", SCALES)
 def test_the_colour_bar_is_whole_after_every_switch_of_theme(
-    scene: Scene, scale: Scale, size: tuple[int, int]
+    scene: DrawnScene, scale: Scale, size: tuple[int, int]
 ) -> None:
     render_window(scene._stage._plotter).SetSize(*size)
     scene.show(replace(scene.state, heatmap=heat(scale)))
@@ -71,7 +71,7 @@ def test_the_colour_bar_is_whole_after_every_switch_of_theme(
         assert is_whole(bar(scene), palette)
 
 
-def test_the_colour_bar_is_whole_when_another_heatmap_comes(scene: Scene) -> None:
+def test_the_colour_bar_is_whole_when_another_heatmap_comes(scene: DrawnScene) -> None:
     for scale in (*SCALES, *SCALES):
         scene.show(replace(scene.state, heatmap=heat(scale)))
         if scene.legend_texts and scale != SCALES[0]:

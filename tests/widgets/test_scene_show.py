@@ -13,14 +13,12 @@ import pyvista as pv
 from riglens.core.errors import InputError
 from riglens.core.rig.model import EvenAngles, Lidar, Rig, Vehicle
 from riglens.core.scene.grid import VoxelGrid
+from riglens.widgets.drawing.camera import OrbitCamera
 from riglens.widgets.heatmap.scale import HeatLook, HeatmapData
 from riglens.widgets.sensors.ray_look import RayLook
 from riglens.widgets.theme import palette
-from riglens.widgets.viewport.camera import OrbitCamera
-from riglens.widgets.viewport.caption_layer import Caption
-from riglens.widgets.viewport.marker_layer import Marker
-from riglens.widgets.viewport.scene import Scene
-from riglens.widgets.viewport.scene_state import ALL_FIELDS, SceneState
+from riglens.widgets.viewport.drawn_scene import DrawnScene
+from riglens.widgets.viewport.scene_state import ALL_FIELDS, Caption, Marker, SceneState
 
 LIDAR = Lidar(
     name="roof",
@@ -45,9 +43,9 @@ LAYERS = {
 
 
 @pytest.fixture
-def scene(xvfb: str) -> Iterator[Scene]:
+def scene(xvfb: str) -> Iterator[DrawnScene]:
     plotter = pv.Plotter(off_screen=True, window_size=[64, 48], lighting="none")
-    scene = Scene(plotter)
+    scene = DrawnScene(plotter)
     scene.show(STATE)
     scene.prepare()  # brings the car
     yield scene
@@ -55,7 +53,7 @@ def scene(xvfb: str) -> Iterator[Scene]:
 
 
 @pytest.fixture
-def told(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> list[str]:
+def told(scene: DrawnScene, monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """What the layers of the scene are told, as it happens."""
     told: list[str] = []
 

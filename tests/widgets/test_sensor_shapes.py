@@ -8,7 +8,7 @@ import pytest
 from riglens.core.geometry import Pose
 from riglens.core.rig.library import default_library, sensor_from_model
 from riglens.core.rig.model import Camera, EvenAngles, Lidar
-from riglens.widgets.sensors.sensor_shapes import SensorBody, sensor_body, sensor_mesh, sensor_shape
+from riglens.widgets.sensors.bodies import SensorBody, sensor_body, sensor_mesh, sensor_shape
 from riglens.widgets.theme import DARK, LIGHT
 
 SPINNING = Lidar(name="roof", position=(0.2, -0.5, 2.2), elevations_deg=(-10.0, 0.0))

@@ -7,10 +7,10 @@ import pytest
 import pyvista as pv
 
 from riglens.core.rig.model import Rig
-from riglens.widgets.viewport.camera import OrbitCamera
-from riglens.widgets.viewport.scene import Scene
+from riglens.widgets.drawing.camera import OrbitCamera
+from riglens.widgets.drawing.stage import COARSE, render_window
+from riglens.widgets.viewport.drawn_scene import DrawnScene
 from riglens.widgets.viewport.scene_state import SceneState
-from riglens.widgets.viewport.stage import COARSE, render_window
 from tests.widgets.test_viewport_still import LIDAR, wall
 
 CAMERA = OrbitCamera((0.0, 0.0, 0.7), 14.0, -70.0, 12.0)
@@ -43,7 +43,7 @@ def blocks(image):
 
 
 def test_a_moving_picture_shows_everything_where_it_is_at_rest(plotter):
-    scene = Scene(plotter)
+    scene = DrawnScene(plotter)
     scene.show(STATE)
     rest, moving = (picture(plotter, scene, quick) for quick in (False, True))
     assert rest.shape == moving.shape
@@ -52,7 +52,7 @@ def test_a_moving_picture_shows_everything_where_it_is_at_rest(plotter):
 
 
 def test_only_the_backdrop_is_coarse_and_only_while_something_moves(plotter):
-    scene = Scene(plotter)
+    scene = DrawnScene(plotter)
     scene.show(STATE)
     width, height = scene.size
     picture(plotter, scene, True)
@@ -64,7 +64,7 @@ def test_only_the_backdrop_is_coarse_and_only_while_something_moves(plotter):
 
 @pytest.mark.parametrize("selected", [None, "roof"])
 def test_edges_are_smooth_with_and_without_anything_in_front(plotter, selected):
-    scene = Scene(plotter)
+    scene = DrawnScene(plotter)
     scene.show(replace(STATE, heatmap=None, selected=selected))
     rough = picture(plotter, scene, False)
     scene.set_smooth(True)
@@ -73,7 +73,7 @@ def test_edges_are_smooth_with_and_without_anything_in_front(plotter, selected):
 
 
 def test_smooth_edges_leave_places_colours_and_words_alone(plotter):
-    scene = Scene(plotter)
+    scene = DrawnScene(plotter)
     scene.show(STATE)
     rough = picture(plotter, scene, False)
     scene.set_smooth(True)
@@ -85,7 +85,7 @@ def test_smooth_edges_leave_places_colours_and_words_alone(plotter):
 
 
 def test_the_coarse_backdrop_follows_the_size_of_the_window(plotter):
-    scene = Scene(plotter)
+    scene = DrawnScene(plotter)
     scene.show(STATE)
     picture(plotter, scene, True)
     render_window(plotter).SetSize(200, 150)

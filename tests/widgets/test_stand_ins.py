@@ -9,7 +9,7 @@ from types import ModuleType
 
 import pytest
 
-from riglens.widgets.stand_ins import StandIn, standing_in, when_called
+from riglens.widgets.drawing.packages import StandIn, standing_in, when_called
 
 REAL = "wide = 2\ndef double(number):\n    return wide * number\n"
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from riglens.core.errors import InputError
 from riglens.core.scene.grid import VoxelGrid
-from riglens.widgets.viewport.camera import VIEWS, OrbitCamera, view_camera
+from riglens.widgets.drawing.camera import VIEWS, OrbitCamera, view_camera
 
 SIZE = (1200, 800)
 cameras = st.builds(

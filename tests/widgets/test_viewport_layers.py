@@ -9,6 +9,7 @@ import pyvista as pv
 from riglens.core.rig.model import Camera, EvenAngles, Lidar
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.sensing.rays import clip_to_roi, sensor_rays
+from riglens.widgets.drawing.camera import OrbitCamera
 from riglens.widgets.heatmap.levels import DRAG_CELLS, coarse_level, full_level
 from riglens.widgets.sensors.ray_look import (
     LEAST_DENSITY,
@@ -18,9 +19,8 @@ from riglens.widgets.sensors.ray_look import (
     RayLook,
     Strokes,
 )
-from riglens.widgets.sensors.rays_layer import RaysLayer, fan_mesh, fan_rows
+from riglens.widgets.sensors.rays import RaysLayer, fan_mesh, fan_rows
 from riglens.widgets.theme import DARK, LIGHT, mix, rgb
-from riglens.widgets.viewport.camera import OrbitCamera
 from riglens.widgets.viewport.ground_layer import GroundLayer
 
 GRID = VoxelGrid()

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from riglens.core.rig.model import EvenAngles, Lidar, Rig
+from riglens.widgets.drawing.camera import OrbitCamera
 from riglens.widgets.heatmap.scale import HeatmapData
 from riglens.widgets.sensors.ray_look import RayLook
 from riglens.widgets.theme import LIGHT
-from riglens.widgets.viewport.camera import OrbitCamera
 from riglens.widgets.viewport.scene_state import SceneState
 from riglens.widgets.viewport.still import render_still
 

@@ -11,9 +11,20 @@ import pyvista as pv
 
 from riglens.core.errors import InputError
 from riglens.core.rig.model import Vehicle
+from riglens.widgets.car.profile import (
+    BodyProfile,
+    CabinOutline,
+    Decal,
+    Facing,
+    Plane,
+    RoundedBlock,
+    ShutLine,
+    Station,
+)
 from riglens.widgets.car.profiles import PROFILES
 from riglens.widgets.car.store import stored_surfaces
-from riglens.widgets.car.surface import (
+from riglens.widgets.car.wheels import axle
+from riglens.widgets.drawing.surface import (
     Painted,
     Points,
     cut,
@@ -25,17 +36,6 @@ from riglens.widgets.car.surface import (
     strip,
     superellipsoid,
 )
-from riglens.widgets.car.types import (
-    Block,
-    BodyProfile,
-    Decal,
-    Facing,
-    Level,
-    Plane,
-    ShutLine,
-    Station,
-)
-from riglens.widgets.car.wheels import axle
 
 _FACING_METRES = 0.4
 _MIN_FACING = {"+x": 0.30, "-x": 0.30, "|y|": 0.45, "+z": 0.5, "-z": 0.7}
@@ -124,7 +124,7 @@ def _cabin(profile: BodyProfile) -> Painted:
     return _engrave(_paint(loft(net, 36, 113), profile.cabin_decals), profile.cabin_shut_lines)
 
 
-def _blocks(blocks: tuple[Block, ...]) -> Painted:
+def _blocks(blocks: tuple[RoundedBlock, ...]) -> Painted:
     """Boxes with rounded edges: a cargo box, rails, a tank."""
     painted: Painted = []
     for block in blocks:
@@ -134,7 +134,7 @@ def _blocks(blocks: tuple[Block, ...]) -> Painted:
     return painted
 
 
-def _block(block: Block, side: float) -> Painted:
+def _block(block: RoundedBlock, side: float) -> Painted:
     low, high = np.array(block.low), np.array(block.high)
     if side < 0.0:
         low[1], high[1] = -high[1], -low[1]
@@ -142,7 +142,7 @@ def _block(block: Block, side: float) -> Painted:
     return [(block.material if material == "paint" else material, mesh) for material, mesh in painted]
 
 
-def _outline(level: Level, bow_m: float) -> Points:
+def _outline(level: CabinOutline, bow_m: float) -> Points:
     """Control points (k, 3) of a cabin outline: a rounded, bowed rectangle, once round from the rear."""
     front, rear, w = level.x_front, level.x_rear, level.half_width
     bow = bow_m * min(1.0, (front - rear) / 1.0)

@@ -12,12 +12,12 @@ from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from riglens.core.rig.model import Vehicle
 from riglens.core.vehicle.mesh import BodyMesh
-from riglens.widgets.car.baked import baked_actors
 from riglens.widgets.car.body import body_parts
-from riglens.widgets.car.materials import car_materials, rgba_actor, surface_actor
-from riglens.widgets.car.surface import join, set_normals
+from riglens.widgets.car.materials import baked_actors, car_materials
+from riglens.widgets.drawing.actors import rgba_actor, surface_actor
+from riglens.widgets.drawing.camera import Points, Ray
+from riglens.widgets.drawing.surface import join, set_normals
 from riglens.widgets.theme import Palette
-from riglens.widgets.viewport.camera import Points, Ray
 
 _REACH_M = 500.0
 _QUICK_TRIANGLES, _QUICK_CELLS = 25_000, 110

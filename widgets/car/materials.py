@@ -1,28 +1,21 @@
-"""How surfaces look: colours and shine of the car's materials, one helper that puts a mesh on the screen."""
+"""How the car looks: its materials, and the same with the light painted on for while something moves.
+
+Painted, one surface costs a third of the shaded ones. The lights stand still, so all but the highlights can be worked
+out once. Faces that look away are left out.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
-from vtkmodules.vtkRenderingCore import vtkPolyDataMapper
 
-from riglens.widgets.theme import Palette, mix, rgb
-
-
-@dataclass(frozen=True)
-class Material:
-    """A Phong material; colours `#rrggbb`, the rest as in VTK; `sky` is mirrored where it looks up."""
-
-    colour: str
-    ambient: float = 0.25
-    diffuse: float = 0.75
-    specular: float = 0.1
-    power: float = 20.0
-    sky: str = ""
+from riglens.widgets.car.body import BodyPart
+from riglens.widgets.drawing.actors import Material, rgba_actor, surface_colours
+from riglens.widgets.drawing.lights import light_on
+from riglens.widgets.theme import Palette, mix
 
 
 def car_materials(palette: Palette) -> dict[str, Material]:
@@ -42,69 +35,38 @@ def car_materials(palette: Palette) -> dict[str, Material]:
     }
 
 
-def surface_actor(mesh: pv.PolyData, material: Material, colours: str = "") -> pv.Actor:
-    """A shaded, unpickable actor of a mesh in one material, or with its colours from a uint8 point array."""
-    actor = plain_actor(mesh)
-    prop = actor.prop
-    prop.color, prop.ambient, prop.diffuse = material.colour, material.ambient, material.diffuse
-    prop.specular, prop.specular_power = material.specular, material.power
-    prop.interpolation = "Phong"
-    if material.sky:
-        mesh["rgb"] = np.asarray(255.0 * surface_colours(mesh, material), dtype=np.uint8)
-        _colour_by_array(actor, "rgb")
-    if colours:
-        _colour_by_array(actor, colours)
-    return actor
+_SEEN_INSIDE = "dark"
+"""The housings of the wheels, which are looked into: these are drawn from both sides."""
 
 
-def surface_colours(mesh: pv.PolyData, material: Material) -> NDArray[np.float64]:
-    """Colours of the points of a mesh before any light falls on them, 0 to 1: (n, 3), or (1, 3) if all are alike.
-
-    What looks up is brightened towards the colour of the sky: a reflection that costs nothing per frame.
-    """
-    low = np.array(rgb(material.colour))
-    if not material.sky:
-        return low[None, :]
-    up = np.clip(np.asarray(mesh.point_data["Normals"])[:, 2:3], 0.0, 1.0) ** 1.5
-    return np.asarray(low + (np.array(rgb(material.sky)) - low) * up)
-
-
-def mapper_of(mesh: pv.PolyData) -> vtkPolyDataMapper:
-    """A mapper without the colour map that pyvista's own would bring, and load matplotlib's figures for."""
-    mapper = vtkPolyDataMapper()
-    mapper.SetInputData(mesh)
-    return mapper
+def baked_actors(parts: Sequence[BodyPart], palette: Palette) -> list[pv.Actor]:
+    """Unlit actors that show the parts as the lights would, without highlights."""
+    materials = car_materials(palette)
+    baked = {part.material: baked_mesh(part.mesh, materials[part.material]) for part in parts}
+    inside = baked.pop(_SEEN_INSIDE, None)
+    first, *others = baked.values()
+    outside = rgba_actor(first.append_polydata(*others), "rgb")
+    outside.prop.culling = "back"
+    return [outside] if inside is None else [outside, rgba_actor(inside, "rgb")]
 
 
-def plain_actor(mesh: pv.PolyData, **properties: Any) -> pv.Actor:
-    """An unpickable actor that shows a mesh in one colour; `properties` are set on its pyvista property."""
-    actor = pv.Actor(mapper=mapper_of(mesh))
-    actor.mapper.ScalarVisibilityOff()
-    actor.pickable = False
-    for name, value in properties.items():
-        setattr(actor.prop, name, value)
-    return actor
+def baked_mesh(mesh: pv.PolyData, material: Material) -> pv.PolyData:
+    """The surface as triangles that face along its normals, with an `rgb` point array of colour times light."""
+    normals = np.asarray(mesh.point_data["Normals"])
+    triangles = _outward(mesh.points, normals, mesh.triangulate().regular_faces)
+    baked = pv.PolyData(mesh.points, np.insert(triangles, 0, 3, axis=1).ravel())
+    light = material.ambient + material.diffuse * light_on(normals)
+    colours = surface_colours(mesh, material) * light[:, None]
+    baked["rgb"] = np.asarray(255.0 * np.clip(colours, 0.0, 1.0), dtype=np.uint8)
+    return baked
 
 
-def rgba_actor(mesh: pv.PolyData, array: str) -> pv.Actor:
-    """An unlit, unpickable actor coloured by an (n, 4) or (n, 3) uint8 array of the mesh."""
-    actor = plain_actor(mesh, lighting=False)
-    _colour_by_array(actor, array)
-    return actor
-
-
-def _colour_by_array(actor: pv.Actor, array: str) -> None:
-    mapper = actor.mapper
-    mapper.ScalarVisibilityOn()
-    mapper.SetColorModeToDirectScalars()
-    mapper.SetScalarModeToUsePointFieldData()
-    mapper.SelectColorArray(array)
-
-
-def line_mesh(starts_m: NDArray[Any], ends_m: NDArray[Any]) -> pv.PolyData:
-    """Line segments between points (n, 3) and (n, 3); point 2k starts segment k."""
-    count = len(starts_m)
-    points = np.stack([starts_m, ends_m], axis=1).reshape(-1, 3).astype(np.float32)
-    ends = np.arange(2 * count).reshape(-1, 2)
-    lines = np.insert(ends, 0, 2, axis=1).ravel()
-    return pv.PolyData(points, lines=lines) if count else pv.PolyData()
+def _outward(
+    points: NDArray[np.float32], normals: NDArray[np.float32], triangles: NDArray[np.int_]
+) -> NDArray[np.int_]:
+    """The triangles (m, 3), turned round where their corners run the wrong way about their normals."""
+    a, b, c = (np.asarray(points, dtype=np.float64)[triangles[:, corner]] for corner in range(3))
+    wrong = (np.cross(b - a, c - a) * normals[triangles].sum(axis=1)).sum(axis=1) < 0.0
+    turned = np.array(triangles)
+    turned[wrong] = turned[wrong][:, ::-1]
+    return turned

@@ -17,12 +17,10 @@ from vtkmodules.vtkCommonCore import vtkVersion
 from riglens.core.cache_folder import cache_folder
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_write
-from riglens.widgets.car.surface import Painted, set_normals
+from riglens.widgets.drawing.surface import Painted, set_normals
 
-_MADE_BY = (
-    *("body.py", "profiles.py", "types.py", "wheels.py", "surface.py"),
-    *("sedan.py", "suv.py", "van.py", "truck.py"),
-)
+_MADE_BY = ("body.py", "profile.py", "profiles.py", "wheels.py", "../drawing/surface.py")
+"""Where the surfaces are made, from this folder."""
 Arrays = dict[str, NDArray[Any]]
 
 
@@ -47,7 +45,7 @@ def _maker() -> str:
     """Checksum of everything that the surfaces follow from: the modules that model them, and what cuts them."""
     digest = hashlib.sha256(f"{np.__version__} {vtkVersion.GetVTKVersion()}".encode())
     for name in _MADE_BY:
-        digest.update(Path(__file__).with_name(name).read_bytes())
+        digest.update((Path(__file__).parent / name).read_bytes())
     return digest.hexdigest()
 
 

@@ -8,8 +8,8 @@ import numpy as np
 import pyvista as pv
 
 from riglens.core.rig.model import Vehicle
-from riglens.widgets.car.surface import Painted, grid_surface, lathe, set_normals
-from riglens.widgets.car.types import BodyProfile
+from riglens.widgets.car.profile import BodyProfile
+from riglens.widgets.drawing.surface import Painted, grid_surface, lathe, set_normals
 
 
 def axle(profile: BodyProfile, vehicle: Vehicle, front: bool, x: float, scale: float) -> Painted:
@@ -80,7 +80,7 @@ def _spoke(rim: float, angle: float) -> pv.PolyData:
         [r * radial + side * h * tangent + [0.0, y + depth, 0.0] for side, depth in across]
         for r, h, y in zip(radii, half, face_y, strict=True)
     ]
-    mesh = grid_surface(np.array(points)).compute_normals(
+    mesh: pv.PolyData = grid_surface(np.array(points)).compute_normals(
         split_vertices=True, feature_angle=40, cell_normals=False
     )
     return mesh

@@ -15,10 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.geometry import Pose, Vec3, rpy_deg_from_rotation
-from riglens.widgets.viewport.camera import Ray
+from riglens.widgets.drawing.camera import Ray
 
 Vector = NDArray[np.float64]
 Space = Literal["local", "world"]
+"""Whose axes the handles follow: the sensor's own, or the car's."""
+GizmoMode = Literal["move", "rotate", "both"]
+"""Which handles are shown."""
 _MIN_SINE = 0.02
 _EDGE_ON = 0.12
 _SAME_DEG = 1e-9

@@ -7,7 +7,6 @@ the same for every backend. The actors live in a renderer of their own, drawn ov
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 import pyvista as pv
@@ -16,20 +15,20 @@ from vtkmodules.vtkCommonDataModel import vtkPlane
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from riglens.core.geometry import Pose
-from riglens.widgets.car.materials import mapper_of
+from riglens.widgets.drawing.actors import mapper_of
+from riglens.widgets.drawing.camera import OrbitCamera, Points, Size
 from riglens.widgets.gizmo.drag import (
     MOVE_HANDLES,
     PLANE_HANDLES,
     ROTATE_HANDLES,
+    GizmoMode,
     Handle,
     Space,
     gizmo_axes,
     pose_matrix,
 )
 from riglens.widgets.theme import Palette, mix
-from riglens.widgets.viewport.camera import OrbitCamera, Points, Size
 
-GizmoMode = Literal["move", "rotate", "both"]
 SIZE_PX = 96.0
 RING_RADIUS = 0.74
 _ARROW_FROM, _ARROW_TO = 0.14, 1.0
@@ -225,9 +224,11 @@ def _handle_mesh(handle: Handle) -> pv.PolyData:
         angle = np.linspace(0.0, 2.0 * np.pi, 97)
         first, second = np.eye(3)[(handle.axis + 1) % 3], np.eye(3)[(handle.axis + 2) % 3]
         circle = RING_RADIUS * (np.cos(angle)[:, None] * first + np.sin(angle)[:, None] * second)
-        return pv.Spline(circle, 97).tube(radius=0.013, n_sides=8)
+        ring: pv.PolyData = pv.Spline(circle, 97).tube(radius=0.013, n_sides=8)
+        return ring
     shaft = pv.Cylinder(
         center=direction * 0.46, direction=direction, radius=0.016, height=0.64, resolution=12
     )
     cone = pv.Cone(center=direction * 0.89, direction=direction, height=0.22, radius=0.062, resolution=24)
-    return shaft.append_polydata(cone)
+    arrow: pv.PolyData = shaft.append_polydata(cone)
+    return arrow

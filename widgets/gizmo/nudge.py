@@ -8,8 +8,8 @@ from typing import Literal
 import numpy as np
 
 from riglens.core.geometry import Pose
+from riglens.widgets.drawing.camera import OrbitCamera
 from riglens.widgets.gizmo.drag import Space, Vector, gizmo_axes, moved, turned
-from riglens.widgets.viewport.camera import OrbitCamera
 
 NudgeKey = Literal["left", "right", "forward", "back", "up", "down"]
 STEP_M, STEP_DEG, COARSE = 0.01, 1.0, 10.0

@@ -11,13 +11,22 @@ from collections.abc import Iterator
 import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
-from vtkmodules.util.numpy_support import numpy_to_vtkIdTypeArray, vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkCommand, vtkUnsignedCharArray
 from vtkmodules.vtkCommonDataModel import vtkCellArray
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper, vtkRenderer
 
-from riglens.widgets.heatmap.levels import Level, coarse_level, full_level
-from riglens.widgets.heatmap.parts import LARGEST_PX, SMALLEST_PX, cell_scale_px, in_parts
+from riglens.widgets.drawing.actors import numpy_of, vtk_ids
+from riglens.widgets.drawing.camera import OrbitCamera, Size
+from riglens.widgets.drawing.stage import opengl_window
+from riglens.widgets.heatmap.levels import (
+    LARGEST_PX,
+    SMALLEST_PX,
+    DetailLevel,
+    cell_scale_px,
+    coarse_level,
+    full_level,
+    in_parts,
+)
 from riglens.widgets.heatmap.pick import CAR_CENTRE_M, CAR_RADII_M, CLEAR_BEFORE, CLEAR_BESIDE, eye_m
 from riglens.widgets.heatmap.scale import (
     DEFAULT_LOOK,
@@ -29,8 +38,6 @@ from riglens.widgets.heatmap.scale import (
     in_slice,
     strength,
 )
-from riglens.widgets.viewport.camera import OrbitCamera, Size
-from riglens.widgets.viewport.stage import opengl_window
 
 _GL_PROGRAM_POINT_SIZE = 0x8642
 _POSITION_HOOK = "//VTK::PositionVC::Impl"
@@ -59,7 +66,7 @@ _FADE_CODE = f"""
 class _Cells:
     """The points of one level. They never move; a frame writes their colours and the order they are drawn in."""
 
-    def __init__(self, level: Level) -> None:
+    def __init__(self, level: DetailLevel) -> None:
         self.level = level
         count = len(level.centres_m)
         self.mesh = pv.PolyData(level.centres_m) if count else pv.PolyData()
@@ -76,7 +83,7 @@ class _Cells:
         """Colours (n, 4) of all points, and the numbers (k,) of those that are drawn, the last on top."""
         if not len(rgba):
             return
-        vtk_to_numpy(self._rgba)[:] = rgba
+        numpy_of(self._rgba)[:] = rgba
         self._rgba.Modified()
         self.order = order
         self.draw_only(order)
@@ -84,7 +91,7 @@ class _Cells:
     def draw_only(self, order: NDArray[np.int64]) -> None:
         """Draw these points, by their numbers (k,), the last on top."""
         offsets = np.array([0, len(order)] if len(order) else [0], np.int64)
-        self._order.SetData(numpy_to_vtkIdTypeArray(offsets, True), numpy_to_vtkIdTypeArray(order, True))
+        self._order.SetData(vtk_ids(offsets), vtk_ids(order))
         self.mesh.Modified()
 
 

@@ -6,10 +6,10 @@ import numpy as np
 import pyvista as pv
 from vtkmodules.vtkRenderingCore import vtkActor2D, vtkRenderer, vtkTextActor
 
+from riglens.widgets.drawing.camera import Size
+from riglens.widgets.drawing.label import ColourBar, Plate, flat_actor, place_text, text_actor, unit_px
 from riglens.widgets.heatmap.scale import HeatLook, HeatmapData, Tick, bar_colours, bar_ticks
 from riglens.widgets.theme import Palette, rgb
-from riglens.widgets.viewport.camera import Size
-from riglens.widgets.viewport.label import ColourBar, Plate, flat_actor, place_text, text_actor, unit_px
 
 _WIDTH_PX, _MARGIN_PX, _INSET_PX = 284, 12, 14
 _LINE_PX, _HEAD_PX, _FOOT_PX, _BAR_PX, _TICK_PX = 16, 24, 30, 12, 4

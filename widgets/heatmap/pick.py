@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from riglens.widgets.drawing.camera import OrbitCamera, Points, Ray, Size
 from riglens.widgets.heatmap.scale import HeatLook, HeatmapData, in_slice, strength
-from riglens.widgets.viewport.camera import OrbitCamera, Points, Ray, Size
 
 CAR_CENTRE_M = (0.0, 0.0, 1.4)
 CAR_RADII_M = (3.2, 1.8, 2.1)

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from PySide6.QtCore import QEvent, QObject, QPointF, Qt, Signal
 from PySide6.QtGui import QKeyEvent, QMouseEvent, QWheelEvent
 from PySide6.QtWidgets import QWidget
 
-from riglens.widgets.viewport.controller import ViewController
-from riglens.widgets.viewport.keys import handle_key, is_nudge
-from riglens.widgets.viewport.listener import Button, Pixel
+from riglens.widgets.drawing.camera import Pixel
+from riglens.widgets.gizmo.nudge import NudgeKey
+from riglens.widgets.viewport.controller import Button, ViewController
+from riglens.widgets.viewport.drawn_scene import DrawnScene
 
 _BUTTONS: dict[Qt.MouseButton, Button] = {
     Qt.MouseButton.LeftButton: "left",
@@ -75,3 +78,91 @@ class CanvasInput(QObject):
     def _pixel(self, position: QPointF) -> Pixel:
         ratio = self._canvas.devicePixelRatioF()
         return position.x() * ratio, position.y() * ratio
+
+
+_NUDGES: dict[int, NudgeKey] = {
+    Qt.Key.Key_Left: "left",
+    Qt.Key.Key_Right: "right",
+    Qt.Key.Key_Up: "forward",
+    Qt.Key.Key_Down: "back",
+    Qt.Key.Key_PageUp: "up",
+    Qt.Key.Key_PageDown: "down",
+}
+
+
+def handle_key(controller: ViewController, event: QKeyEvent) -> bool:
+    """Escape cancels, arrow keys nudge (with Ctrl or Alt they turn), Ctrl inverts the snapping of a drag.
+
+    Every other key is the window's; returns whether this one was used.
+    """
+    is_press = event.type() == QEvent.Type.KeyPress
+    if event.key() == Qt.Key.Key_Control:
+        controller.invert(is_press)
+        return False
+    if is_press and event.key() == Qt.Key.Key_Escape:
+        return controller.cancel()
+    if not is_press or event.key() not in _NUDGES:
+        return False
+    keys = event.modifiers()
+    turn = bool(keys & (Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.AltModifier))
+    return controller.nudge(_NUDGES[event.key()], turn, bool(keys & Qt.KeyboardModifier.ShiftModifier))
+
+
+def is_nudge(event: QKeyEvent) -> bool:
+    """Whether a key nudges: then it is the view's even where the window has a shortcut for it."""
+    return event.key() in _NUDGES
+
+
+_CLICK_PX = 4.0
+
+
+class CellPicker(QObject):
+    """Listens to a canvas before anything else does, and keeps to itself the clicks that pick a cell."""
+
+    picked = Signal(object)
+    """A PickedCell; None when no cell is drawn there."""
+    escaped = Signal()
+    """Escape was pressed on the canvas, and no drag was going on."""
+
+    def __init__(self, canvas: QWidget, scene: DrawnScene, is_dragging: Callable[[], bool]) -> None:
+        super().__init__(canvas)
+        self._canvas, self._scene, self._is_dragging = canvas, scene, is_dragging
+        self._is_on = False
+        self._pressed: QPointF | None = None
+        canvas.installEventFilter(self)
+
+    def set_on(self, is_on: bool) -> None:
+        """Pick with every left click, or with Alt only."""
+        self._is_on = is_on
+        self._canvas.setCursor(Qt.CursorShape.CrossCursor if is_on else Qt.CursorShape.ArrowCursor)
+
+    def stop(self) -> None:
+        """Listen no more."""
+        self._canvas.removeEventFilter(self)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Take the clicks that pick; everything else goes on to the view."""
+        if isinstance(event, QMouseEvent):
+            return self._on_mouse(event)
+        is_press = isinstance(event, QKeyEvent) and event.type() == QEvent.Type.KeyPress
+        if is_press and event.key() == Qt.Key.Key_Escape and not self._is_dragging():  # type: ignore[attr-defined]
+            self.escaped.emit()
+        return False
+
+    def _on_mouse(self, event: QMouseEvent) -> bool:
+        is_left = event.button() == Qt.MouseButton.LeftButton
+        if event.type() == QEvent.Type.MouseButtonPress and is_left and not self._is_dragging():
+            with_alt = bool(event.modifiers() & Qt.KeyboardModifier.AltModifier)
+            if self._is_on or with_alt:
+                self._pressed = event.position()
+                self._canvas.setFocus(Qt.FocusReason.MouseFocusReason)
+                return True
+        if self._pressed is None:
+            return False
+        if event.type() == QEvent.Type.MouseButtonRelease and is_left:
+            moved, self._pressed = event.position() - self._pressed, None
+            if max(abs(moved.x()), abs(moved.y())) <= _CLICK_PX:
+                ratio = self._canvas.devicePixelRatioF()
+                place = event.position()
+                self.picked.emit(self._scene.under_mouse.cell((place.x() * ratio, place.y() * ratio)))
+        return True

@@ -8,21 +8,53 @@ While a sensor is being placed it follows the mouse over the car, and a click le
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal, Protocol
 
 from riglens.core.geometry import Pose
 from riglens.core.rig.model import Camera, Lidar
+from riglens.widgets.drawing.camera import Pixel
 from riglens.widgets.gizmo.drag import Drag, begin_drag
 from riglens.widgets.gizmo.echo import drag_echo
 from riglens.widgets.gizmo.nudge import NudgeKey, nudge_turned, nudged
-from riglens.widgets.viewport.listener import Button, Listener, Pixel
-from riglens.widgets.viewport.scene import Scene
+from riglens.widgets.viewport.drawn_scene import DrawnScene
+
+Button = Literal["left", "middle", "right", "none"]
+
+
+class Listener(Protocol):
+    """Who hears what mouse and keys did."""
+
+    def on_picked(self, name: str | None) -> None:
+        """A click chose a sensor, or nothing."""
+
+    def on_drag_started(self, name: str) -> None:
+        """A handle of the sensor was grasped, or the sensor is being placed."""
+
+    def on_drag_moved(self, name: str, pose: Pose) -> None:
+        """The sensor was dragged here; the scene shows it already."""
+
+    def on_drag_finished(self, name: str) -> None:
+        """The handle was let go."""
+
+    def on_drag_cancelled(self, name: str) -> None:
+        """The drag was given up; the scene shows the start pose again."""
+
+    def on_nudged(self, name: str, pose: Pose) -> None:
+        """A key moved the sensor here."""
+
+    def on_placing(self, active: bool) -> None:
+        """A sensor follows the mouse over the car, or no longer."""
+
+    def on_changed(self) -> None:
+        """The scene needs to be drawn again."""
+
 
 _CLICK_PX = 4.0
 _ZOOM_PER_STEP = 0.86
 
 
 @dataclass(frozen=True)
-class _Held:
+class _HeldSensor:
     """The sensor that follows the mouse: by a handle, or over the car when there is no `drag`."""
 
     name: str
@@ -33,10 +65,10 @@ class _Held:
 class ViewController:
     """Turns mouse and keys into changes of a scene and tells the listener; pixels count from the upper left."""
 
-    def __init__(self, scene: Scene, listener: Listener) -> None:
+    def __init__(self, scene: DrawnScene, listener: Listener) -> None:
         self._scene = scene
         self._listener = listener
-        self._held: _Held | None = None
+        self._held: _HeldSensor | None = None
         self._snap = False
         self._inverted = False
         self._button: Button = "none"
@@ -140,7 +172,7 @@ class ViewController:
         sensor = self._selected()
         if sensor is None:
             return False
-        self._held = _Held(sensor.name, sensor.pose)
+        self._held = _HeldSensor(sensor.name, sensor.pose)
         self._scene.set_hovered(None)
         self._listener.on_drag_started(sensor.name)
         self._listener.on_placing(True)
@@ -176,7 +208,7 @@ class ViewController:
         drag = begin_drag(handle, scene.state.gizmo_space, place.pose, ray, place.ring_radius_m)
         if drag is None:
             return
-        self._held = _Held(name, place.pose, drag)
+        self._held = _HeldSensor(name, place.pose, drag)
         scene.set_hovered(handle)
         scene.set_quick(True)
         scene.set_echo(drag_echo(place.pose, place.pose), pixel)

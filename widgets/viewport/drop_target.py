@@ -10,8 +10,8 @@ from riglens.core.errors import InputError
 from riglens.core.geometry import Pose
 from riglens.core.rig.library import sensor_from_model
 from riglens.core.rig.model import Camera, Lidar
-from riglens.widgets.viewport.listener import Pixel
-from riglens.widgets.viewport.scene import Scene
+from riglens.widgets.drawing.camera import Pixel
+from riglens.widgets.viewport.drawn_scene import DrawnScene
 from riglens.widgets.viewport.view import View
 
 MODEL_MIME = "application/x-riglens-model"
@@ -22,7 +22,7 @@ _MAX_NAME_BYTES = 200
 class DropTarget(View):
     """A view of a scene that takes models of the sensor library; everything else is left to the window."""
 
-    _scene: Scene
+    _scene: DrawnScene
     _canvas: QWidget
 
     def __init__(self, parent: QWidget | None = None) -> None:

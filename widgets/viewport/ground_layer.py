@@ -13,9 +13,9 @@ import pyvista as pv
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from riglens.core.scene.grid import VoxelGrid
-from riglens.widgets.car.materials import line_mesh, plain_actor
+from riglens.widgets.drawing.actors import line_mesh, plain_actor
+from riglens.widgets.drawing.camera import OrbitCamera, Size
 from riglens.widgets.theme import Palette, mix
-from riglens.widgets.viewport.camera import OrbitCamera, Size
 
 _STEP_M = 10.0
 _LEAST_LETTER_M, _MOST_LETTER_M, _LETTER_STEP = 0.45, 2.2, 1.25
@@ -142,3 +142,22 @@ def _triad(palette: Palette) -> list[pv.Actor]:
         actor = plain_actor(shaft.append_polydata(tip), color=palette.axes[axis], lighting=False)
         actors.append(actor)
     return actors
+
+
+class RoiLayer:
+    """ROI box outline; rebuilt when the grid or the palette changes."""
+
+    def __init__(self, renderer: vtkRenderer) -> None:
+        self._renderer = renderer
+        self._actor: pv.Actor | None = None
+
+    def set_grid(self, grid: VoxelGrid, palette: Palette) -> None:
+        """Outline a grid's ROI."""
+        if self._actor is not None:
+            self._renderer.RemoveActor(self._actor)
+        low = np.array(grid.origin_m)
+        high = low + np.array(grid.roi_m)
+        bounds = (low[0], high[0], low[1], high[1], low[2], high[2])
+        outline = pv.Box(bounds).extract_all_edges()
+        self._actor = plain_actor(outline, color=palette.roi, lighting=False, line_width=1)
+        self._renderer.AddActor(self._actor)

@@ -2,28 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import pyvista as pv
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
-from riglens.core.geometry import Vec3
-from riglens.widgets.car.materials import mapper_of
+from riglens.widgets.drawing.actors import mapper_of
+from riglens.widgets.drawing.camera import OrbitCamera, Size
 from riglens.widgets.theme import Palette, rgb
-from riglens.widgets.viewport.camera import OrbitCamera, Size
+from riglens.widgets.viewport.scene_state import Marker
 
 _LEAST_PX = 12.0
 _WIDTHS_PX = (4.0, 2.0)
 _EDGE_COLOUR = "#101418"
-
-
-@dataclass(frozen=True)
-class Marker:
-    """A cube to point out: its centre and edge, metres."""
-
-    centre_m: Vec3
-    edge_m: float
 
 
 class MarkerLayer:

@@ -13,21 +13,21 @@ import pyvista as pv
 from PySide6.QtCore import QRectF, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import QImage, QPainter, QPaintEvent
 from PySide6.QtWidgets import QSizePolicy, QWidget
-from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
 
+from riglens.widgets.drawing.actors import numpy_of
+from riglens.widgets.drawing.stage import render_window
 from riglens.widgets.theme import DARK, Palette
 from riglens.widgets.timers import Timers, single_shot
+from riglens.widgets.viewport.drawn_scene import DrawnScene
 from riglens.widgets.viewport.redraw import Parts
-from riglens.widgets.viewport.scene import Scene
-from riglens.widgets.viewport.stage import render_window
 from riglens.widgets.viewport.viewport_base import ViewportBase
 
 _TURN_S = 0.015
 """So long parts of a picture are drawn before others have a turn."""
 
 
-class _Picture(QWidget):
+class _ImageCanvas(QWidget):
     """A widget that shows an image; `needed` when it has none yet, `painted` when a new one is on the screen."""
 
     needed = Signal()
@@ -71,10 +71,10 @@ class OffscreenViewport(ViewportBase):
         self._plotter = pv.Plotter(off_screen=True, window_size=[960, 600], lighting="none")
         self._window = render_window(self._plotter)
         self._window.SetMultiSamples(0)
-        self._picture = _Picture(self)
+        self._picture = _ImageCanvas(self)
         self._picture.needed.connect(self._redraw.now)
         self._picture.painted.connect(self.shown)
-        self._start(self._picture, Scene(self._plotter, palette, self.devicePixelRatioF()))
+        self._start(self._picture, DrawnScene(self._plotter, palette, self.devicePixelRatioF()))
 
     @property
     def image(self) -> QImage:
@@ -114,7 +114,7 @@ class OffscreenViewport(ViewportBase):
         width, height = self._scene.size
         pixels = vtkUnsignedCharArray()
         self._window.GetRGBACharPixelData(0, 0, width - 1, height - 1, 0, pixels, 0)
-        upright = np.ascontiguousarray(vtk_to_numpy(pixels).reshape(height, width, 4)[::-1])
+        upright = np.ascontiguousarray(numpy_of(pixels).reshape(height, width, 4)[::-1])
         image = QImage(upright.data, width, height, 4 * width, QImage.Format.Format_RGBX8888)
         self._picture.show_image(image.copy())
 

@@ -4,17 +4,39 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
 
+from riglens.core.geometry import Vec3
 from riglens.core.rig.model import Camera, Lidar, Rig, Vehicle
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.vehicle.mesh import BodyMesh
-from riglens.widgets.gizmo.drag import Space
-from riglens.widgets.gizmo.handles import GizmoMode
+from riglens.widgets.drawing.camera import OrbitCamera
+from riglens.widgets.gizmo.drag import GizmoMode, Space
 from riglens.widgets.heatmap.scale import DEFAULT_LOOK, HeatLook, HeatmapData
 from riglens.widgets.sensors.ray_look import DEFAULT_RAYS, RayLook
 from riglens.widgets.theme import DARK, Palette
-from riglens.widgets.viewport.camera import OrbitCamera
-from riglens.widgets.viewport.caption_layer import NO_CAPTION, Caption
-from riglens.widgets.viewport.marker_layer import Marker
+
+
+@dataclass(frozen=True)
+class Caption:
+    """Words of a picture; what is empty is left out.
+
+    `table` are rows of equal length: the first is the head, the first column names the rows, the rest are numbers.
+    """
+
+    title: str = ""
+    subtitle: str = ""
+    table: tuple[tuple[str, ...], ...] = ()
+    note: str = ""
+
+
+NO_CAPTION = Caption()
+
+
+@dataclass(frozen=True)
+class Marker:
+    """A cube to point out: its centre and edge, metres."""
+
+    centre_m: Vec3
+    edge_m: float
 
 
 @dataclass(frozen=True)

@@ -11,10 +11,10 @@ import pyvista as pv
 from numpy.typing import NDArray
 
 from riglens.core.files import atomic_write
-from riglens.widgets.viewport.camera import Size
-from riglens.widgets.viewport.scene import Scene
+from riglens.widgets.drawing.camera import Size
+from riglens.widgets.drawing.stage import render_window
+from riglens.widgets.viewport.drawn_scene import DrawnScene
 from riglens.widgets.viewport.scene_state import SceneState
-from riglens.widgets.viewport.stage import render_window
 
 _SAMPLES = 8
 
@@ -35,7 +35,7 @@ def render_still(
     plotter = pv.Plotter(off_screen=True, window_size=[size[0] * scale, size[1] * scale], lighting="none")
     try:
         render_window(plotter).SetMultiSamples(_SAMPLES)
-        scene = Scene(plotter, state.palette, pixel_ratio=float(scale))
+        scene = DrawnScene(plotter, state.palette, pixel_ratio=float(scale))
         scene.show(state)
         if view is not None:
             scene.set_view(view, wide=True)

@@ -6,12 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from riglens.widgets.drawing.camera import Pixel, Size
 from riglens.widgets.gizmo.drag import Handle
 from riglens.widgets.gizmo.handles import GizmoPlace, hit_handle, place_gizmo
 from riglens.widgets.heatmap.pick import PickedCell, cell_at
-from riglens.widgets.sensors.sensor_shapes import PICK_RADIUS_M
-from riglens.widgets.viewport.camera import Size
-from riglens.widgets.viewport.listener import Pixel
+from riglens.widgets.sensors.bodies import PICK_RADIUS_M
 from riglens.widgets.viewport.scene_state import SceneState
 
 _PICK_PX = 9.0

@@ -7,7 +7,7 @@ from abc import abstractmethod
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QWidget
 
-from riglens.widgets.viewport.camera import OrbitCamera
+from riglens.widgets.drawing.camera import OrbitCamera
 from riglens.widgets.viewport.scene_state import SceneState
 
 

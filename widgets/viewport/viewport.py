@@ -10,22 +10,25 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QWidget
 from vtkmodules.vtkCommonCore import vtkCommand
 
+from riglens.widgets.drawing.label import DPI
+from riglens.widgets.drawing.packages import pyside_as_qtpy
+from riglens.widgets.drawing.stage import render_window
 from riglens.widgets.theme import DARK, Palette
 from riglens.widgets.timers import Timers, single_shot
-from riglens.widgets.viewport.interactor import QtInteractor
-from riglens.widgets.viewport.label import DPI
-from riglens.widgets.viewport.scene import Scene
-from riglens.widgets.viewport.stage import render_window
+from riglens.widgets.viewport.drawn_scene import DrawnScene
 from riglens.widgets.viewport.viewport_base import ViewportBase
 
+with pyside_as_qtpy():
+    from pyvistaqt import QtInteractor
 
-class _Canvas(QtInteractor):
+
+class _OpenGLCanvas(QtInteractor):
     """Draws nothing before its window is on the screen: Qt also paints when it first sizes the widget."""
 
     def paintGL(self) -> None:
         window = self.window().windowHandle()
         if window is not None and window.isExposed():
-            super().paintGL()
+            super().paintGL()  # type: ignore[no-untyped-call]
 
 
 class Viewport(ViewportBase):
@@ -35,10 +38,10 @@ class Viewport(ViewportBase):
         self, parent: QWidget | None = None, palette: Palette = DARK, timers: Timers = single_shot
     ) -> None:
         super().__init__(parent, timers)
-        self._plotter = _Canvas(self, auto_update=False, multi_samples=0, lighting="none")
+        self._plotter = _OpenGLCanvas(self, auto_update=False, multi_samples=0, lighting="none")
         self._plotter.setAcceptDrops(False)
         self._plotter.frameSwapped.connect(self.shown, Qt.ConnectionType.QueuedConnection)
-        scene = Scene(self._plotter, palette, self.devicePixelRatioF())
+        scene = DrawnScene(self._plotter, palette, self.devicePixelRatioF())
         self._start(self._plotter, scene)
         window = render_window(self._plotter)
         self._letters = window.AddObserver(vtkCommand.StartEvent, lambda *_: self._count_in_pixels())

@@ -7,27 +7,25 @@ from dataclasses import replace
 from PySide6.QtCore import QEvent, Qt
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
+from riglens.core.geometry import Pose
 from riglens.core.rig.model import Vehicle
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.vehicle.mesh import BodyMesh
-from riglens.widgets.gizmo.drag import Space
-from riglens.widgets.gizmo.handles import GizmoMode
+from riglens.widgets.drawing.camera import OrbitCamera
+from riglens.widgets.gizmo.drag import GizmoMode, Space
 from riglens.widgets.heatmap.scale import HeatLook, HeatmapData
 from riglens.widgets.sensors.ray_look import RayLook
 from riglens.widgets.theme import Palette
 from riglens.widgets.timers import Timers, single_shot
-from riglens.widgets.viewport.camera import OrbitCamera
-from riglens.widgets.viewport.canvas_input import CanvasInput
-from riglens.widgets.viewport.cell_picker import CellPicker
+from riglens.widgets.viewport.canvas_input import CanvasInput, CellPicker
 from riglens.widgets.viewport.controller import ViewController
-from riglens.widgets.viewport.marker_layer import Marker
+from riglens.widgets.viewport.drawn_scene import DrawnScene
+from riglens.widgets.viewport.drop_target import DropTarget
 from riglens.widgets.viewport.redraw import Parts, Redraw
-from riglens.widgets.viewport.scene import Scene
-from riglens.widgets.viewport.scene_state import SceneState, ShownRig
-from riglens.widgets.viewport.view_signals import ViewSignals
+from riglens.widgets.viewport.scene_state import Marker, SceneState, ShownRig
 
 
-class ViewportBase(ViewSignals):
+class ViewportBase(DropTarget):
     """The 3D view as the window sees it; a subclass supplies the canvas and draws on it.
 
     A drag moves sensor, fan and gizmo at once by itself and emits `drag_moved`; the document answers with
@@ -41,7 +39,7 @@ class ViewportBase(ViewSignals):
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
 
-    def _start(self, canvas: QWidget, scene: Scene) -> None:
+    def _start(self, canvas: QWidget, scene: DrawnScene) -> None:
         """Put the canvas into the widget and listen to its mouse."""
         self._canvas, self._scene = canvas, scene
         self._controller = ViewController(scene, self)
@@ -188,6 +186,41 @@ class ViewportBase(ViewSignals):
         self._input.stop()
         self._picker.stop()
         self._release()
+
+    # ---- what the controller of the mouse tells (`controller.Listener`)
+
+    def on_picked(self, name: str | None) -> None:
+        """A click chose a sensor, or nothing."""
+        self.sensor_picked.emit(name)
+
+    def on_drag_started(self, name: str) -> None:
+        """A handle was grasped."""
+        self.drag_started.emit(name)
+
+    def on_drag_moved(self, name: str, pose: Pose) -> None:
+        """The sensor was dragged."""
+        self.drag_moved.emit(name, pose)
+
+    def on_drag_finished(self, name: str) -> None:
+        """The handle was let go."""
+        self.drag_finished.emit(name)
+
+    def on_drag_cancelled(self, name: str) -> None:
+        """The drag was given up."""
+        self.drag_cancelled.emit(name)
+
+    def on_nudged(self, name: str, pose: Pose) -> None:
+        """A key moved the sensor."""
+        self.nudged.emit(name, pose)
+
+    def on_placing(self, active: bool) -> None:
+        """A sensor follows the mouse, or no longer."""
+        self._canvas.setCursor(Qt.CursorShape.CrossCursor if active else Qt.CursorShape.ArrowCursor)
+        self.placing_changed.emit(active)
+
+    def on_changed(self) -> None:
+        """The scene changed by the mouse."""
+        self.request_render()
 
     # ---- what a subclass supplies
 

@@ -12,7 +12,7 @@ from riglens.core.scene.boxes import CLASSES
 from riglens.widgets.heatmap.pick import PickedCell
 from riglens.widgets.panels.scores.text import MINUS
 from riglens.widgets.panels.voxel_card import SensorLine, VoxelCard, VoxelText
-from riglens.widgets.viewport.marker_layer import Marker
+from riglens.widgets.viewport.scene_state import Marker
 
 
 class Pick(Feature):

@@ -10,9 +10,8 @@ from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
 from riglens.app.window.settings import Settings
 from riglens.app.window.workbench import Workbench
-from riglens.widgets.gizmo.drag import Space
-from riglens.widgets.gizmo.handles import GizmoMode
-from riglens.widgets.viewport.camera import OrbitCamera
+from riglens.widgets.drawing.camera import OrbitCamera
+from riglens.widgets.gizmo.drag import GizmoMode, Space
 
 VIEWS = ("iso", "top", "front", "left", "rear")
 GIZMOS: tuple[GizmoMode, ...] = ("move", "rotate", "both")

@@ -6,7 +6,7 @@ import numpy as np
 import pyvista as pv
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
-from riglens.widgets.viewport.camera import Points
+from riglens.widgets.drawing.camera import Points
 
 _AIM_M = (0.0, 0.0, 0.6)
 _LIGHTS = (

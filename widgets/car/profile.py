@@ -36,7 +36,7 @@ class Station:
 
 
 @dataclass(frozen=True)
-class Level:
+class CabinOutline:
     """One horizontal outline of the cabin at height `z`: front and rear ends and half width, metres."""
 
     z: float
@@ -56,7 +56,7 @@ class ShutLine:
 
 
 @dataclass(frozen=True)
-class Block:
+class RoundedBlock:
     """A box with rounded edges from corner `low` to `high`, metres; `on_both_sides` adds its image at -y."""
 
     material: str
@@ -83,7 +83,7 @@ class BodyProfile:
     wheel_width_m: tuple[float, float]
     arch_radius_m: float
     stations: tuple[Station, ...]
-    cabin: tuple[Level, ...]
+    cabin: tuple[CabinOutline, ...]
     body_decals: tuple[Decal, ...]
     shut_lines: tuple[ShutLine, ...]
     cabin_decals: tuple[Decal, ...]
@@ -92,5 +92,5 @@ class BodyProfile:
     arch_lip_m: float = 0.022
     cabin_shut_lines: tuple[ShutLine, ...] = ()
     cabin_bow_m: float = 0.10
-    blocks: tuple[Block, ...] = ()
-    mirror_arms: tuple[Block, ...] = ()
+    blocks: tuple[RoundedBlock, ...] = ()
+    mirror_arms: tuple[RoundedBlock, ...] = ()

@@ -13,11 +13,14 @@ from typing import Literal
 import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
+from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from riglens.core.errors import InputError
+from riglens.core.geometry import Pose
 from riglens.core.rig.library import Cuboid, Cylinder, default_library
 from riglens.core.rig.model import Camera, Lidar
-from riglens.widgets.car.surface import lathe, rounded_box
+from riglens.widgets.drawing.actors import rgba_actor
+from riglens.widgets.drawing.surface import lathe, rounded_box
 from riglens.widgets.theme import Palette, mix, rgb
 
 Shape = Literal["puck", "box", "camera"]
@@ -151,7 +154,7 @@ def _forward(profile: list[tuple[float, float]]) -> pv.PolyData:
 
 
 def _tinted(mesh: pv.PolyData, colour: str) -> pv.PolyData:
-    flat = pv.PolyData(mesh.points, mesh.faces).compute_normals(
+    flat: pv.PolyData = pv.PolyData(mesh.points, mesh.faces).compute_normals(
         cell_normals=False, split_vertices=True, feature_angle=50, auto_orient_normals=False
     )
     flat["rgb"] = np.tile((np.array(rgb(colour)) * 255).astype(np.uint8), (flat.n_points, 1))
@@ -163,3 +166,61 @@ def _joined(parts: list[pv.PolyData]) -> pv.PolyData:
     for part in parts[1:]:
         mesh = mesh.append_polydata(part)
     return mesh
+
+
+_OFF_OPACITY, _GHOST_OPACITY = 0.45, 0.65
+
+
+class SensorLayer:
+    """Pucks, boxes and camera bodies by sensor name, and a ghost of one that is about to be put somewhere."""
+
+    def __init__(self, renderer: vtkRenderer) -> None:
+        self._renderer = renderer
+        self._actors: dict[str, pv.Actor] = {}
+        self._looks: dict[str, tuple[object, ...]] = {}
+        self._ghost: pv.Actor | None = None
+
+    def set_sensors(self, sensors: list[Lidar | Camera], marks: dict[str, Mark], palette: Palette) -> None:
+        """Show exactly these sensors; those named in `marks` are selected or under the mouse."""
+        for gone in self._actors.keys() - {sensor.name for sensor in sensors}:
+            self._renderer.RemoveActor(self._actors.pop(gone))
+            del self._looks[gone]
+        for sensor in sensors:
+            self._set_look(sensor, marks.get(sensor.name, ""), palette)
+            self.set_pose(sensor.name, sensor.pose)
+
+    def set_pose(self, name: str, pose: Pose) -> None:
+        """Move a shown sensor."""
+        if name in self._actors:
+            self._actors[name].user_matrix = pose.vehicle_SE3_sensor()
+
+    def set_ghost(self, sensor: Lidar | Camera | None, palette: Palette) -> None:
+        """Show where a sensor would come to stand, or no longer."""
+        if self._ghost is not None:
+            self._renderer.RemoveActor(self._ghost)
+            self._ghost = None
+        if sensor is not None:
+            self._ghost = self._new_actor(sensor_mesh(sensor_body(sensor), palette, "selected"))
+            self._ghost.prop.opacity = _GHOST_OPACITY
+            self._ghost.user_matrix = sensor.pose.vehicle_SE3_sensor()
+
+    def _set_look(self, sensor: Lidar | Camera, mark: Mark, palette: Palette) -> None:
+        body = sensor_body(sensor)
+        look = (body, mark, sensor.enabled, palette.kinds[sensor.kind], palette.selected)
+        if self._looks.get(sensor.name) == look:
+            return
+        mesh = sensor_mesh(body, palette, mark, sensor.enabled)
+        if sensor.name in self._actors:
+            self._actors[sensor.name].mapper.SetInputData(mesh)
+        else:
+            self._actors[sensor.name] = self._new_actor(mesh)
+        self._actors[sensor.name].prop.opacity = 1.0 if sensor.enabled else _OFF_OPACITY
+        self._looks[sensor.name] = look
+
+    def _new_actor(self, mesh: pv.PolyData) -> pv.Actor:
+        actor = rgba_actor(mesh, "rgb")
+        prop = actor.prop
+        prop.lighting, prop.interpolation = True, "Phong"
+        prop.ambient, prop.diffuse, prop.specular, prop.specular_power = 0.4, 0.6, 0.3, 25.0
+        self._renderer.AddActor(actor)
+        return actor

@@ -14,7 +14,7 @@ from vtkmodules.vtkRenderingCore import vtkRenderer
 from riglens.core.rig.model import Camera, Lidar
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.sensing.rays import clip_to_roi, sensor_rays
-from riglens.widgets.car.materials import line_mesh, rgba_actor
+from riglens.widgets.drawing.actors import line_mesh, rgba_actor
 from riglens.widgets.sensors.ray_look import Strokes
 from riglens.widgets.theme import Palette, mix, rgb
 

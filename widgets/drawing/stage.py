@@ -16,8 +16,8 @@ from vtkmodules.vtkCommonCore import VTK_UNSIGNED_CHAR, vtkCommand
 from vtkmodules.vtkRenderingCore import vtkProp, vtkRenderer, vtkRenderWindow
 from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLFramebufferObject, vtkOpenGLRenderWindow
 
-from riglens.widgets.viewport.camera import OrbitCamera, Size
-from riglens.widgets.viewport.lights import set_lights
+from riglens.widgets.drawing.camera import OrbitCamera, Size
+from riglens.widgets.drawing.lights import set_lights
 
 COARSE = 3
 """How many pixels of the window a pixel of the coarse backdrop stands for, along each side."""
@@ -137,7 +137,7 @@ class Stage:
 
 def render_window(plotter: pv.BasePlotter) -> vtkRenderWindow:
     """The VTK window of an open plotter."""
-    window = plotter.render_window
+    window: vtkRenderWindow | None = plotter.render_window
     if window is None:
         raise RuntimeError("the plotter is closed")
     return window

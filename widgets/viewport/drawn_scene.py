@@ -16,19 +16,17 @@ from riglens.core.geometry import Pose
 from riglens.core.rig.model import Camera, Lidar
 from riglens.core.vehicle.placing import placed_on
 from riglens.widgets.car.layer import BodyLayer
+from riglens.widgets.drawing.camera import OrbitCamera, Pixel, Size, view_camera
+from riglens.widgets.drawing.stage import Stage
 from riglens.widgets.gizmo.drag import Handle
 from riglens.widgets.gizmo.handles import GizmoActors
 from riglens.widgets.heatmap.layer import HeatmapLayer
-from riglens.widgets.sensors.rig_layer import RigLayer
-from riglens.widgets.sensors.sensor_shapes import sensor_body
+from riglens.widgets.sensors.bodies import sensor_body
 from riglens.widgets.theme import DARK, Palette
-from riglens.widgets.viewport.camera import OrbitCamera, Size, view_camera
-from riglens.widgets.viewport.ground_layer import GroundLayer
-from riglens.widgets.viewport.listener import Pixel
+from riglens.widgets.viewport.ground_layer import GroundLayer, RoiLayer
 from riglens.widgets.viewport.marker_layer import MarkerLayer
-from riglens.widgets.viewport.roi_layer import RoiLayer
+from riglens.widgets.viewport.rig_layer import RigLayer
 from riglens.widgets.viewport.scene_state import ALL_FIELDS, SceneState
-from riglens.widgets.viewport.stage import Stage
 from riglens.widgets.viewport.under_mouse import UnderMouse
 from riglens.widgets.viewport.words_layer import WordsLayer
 
@@ -40,7 +38,7 @@ _ALL_FANS = {"grid", "ray_look", "palette"}
 _LEGEND = {"heatmap", "heat_look", "show_legend", "palette"}
 
 
-class Scene:
+class DrawnScene:
     """A scene on a plotter; `pixel_ratio` scales lines, letters and handles for dense or large pictures."""
 
     def __init__(self, plotter: pv.BasePlotter, palette: Palette = DARK, pixel_ratio: float = 1.0) -> None:

@@ -8,8 +8,8 @@ import pyvista as pv
 from numpy.typing import NDArray
 from vtkmodules.vtkRenderingCore import vtkActor2D, vtkPolyDataMapper2D, vtkTextActor, vtkTextRenderer
 
+from riglens.widgets.drawing.camera import Size
 from riglens.widgets.theme import rgb
-from riglens.widgets.viewport.camera import Size
 
 _FONTS = f"{matplotlib.get_data_path()}/fonts/ttf"
 FONT_FILE, BOLD_FONT_FILE = f"{_FONTS}/DejaVuSans.ttf", f"{_FONTS}/DejaVuSans-Bold.ttf"

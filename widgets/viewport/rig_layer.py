@@ -7,9 +7,8 @@ from vtkmodules.vtkRenderingCore import vtkRenderer
 from riglens.core.geometry import Pose
 from riglens.core.rig.model import Camera, Lidar
 from riglens.widgets.gizmo.drag import Handle
-from riglens.widgets.sensors.rays_layer import RaysLayer
-from riglens.widgets.sensors.sensor_layer import SensorLayer
-from riglens.widgets.sensors.sensor_shapes import Mark
+from riglens.widgets.sensors.bodies import Mark, SensorLayer
+from riglens.widgets.sensors.rays import RaysLayer
 from riglens.widgets.theme import Palette
 from riglens.widgets.viewport.scene_state import SceneState
 

@@ -1,16 +1,43 @@
-"""Modules that stand where others would be while a third module is imported that names them and hardly uses them.
+"""Loads pyvista and pyvistaqt without the packages that they import and RigLens does not use.
 
-pyvista and pyvistaqt import packages for which RigLens has no use, and loading those takes longer than all its own
-modules. The standard library's LazyLoader does not help: an import statement makes it load its module.
+pyvista imports matplotlib's figures for charts inside a scene; RigLens draws none. pyvistaqt takes Qt from qtpy, which
+makes every class and enumeration of Qt ready at once, where PySide6 makes each one when it is first asked for. Neither
+package has a switch for that, so while they are imported, light stand-ins take the place of these modules in
+`sys.modules`. The stand-ins are gone afterwards: whoever needs the real modules later gets them, in pyvista too.
+
+What this saves, and why nothing else does as well, is told with all other measures for a quick start in
+docs/performance.md, "What a start does".
 """
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from importlib import import_module
 from types import ModuleType
+
+_CANVAS = "matplotlib.backends.backend_agg"
+
+
+def load_pyvista() -> None:
+    """Load the half of pyvista that draws, and VTK with it; best before Qt, see docs/performance.md."""
+    canvas = StandIn(_CANVAS, FigureCanvasAgg=when_called(_CANVAS, "FigureCanvasAgg"))
+    with standing_in(StandIn("matplotlib.pyplot"), canvas):
+        import pyvista.plotting  # noqa: F401
+
+
+def pyside_as_qtpy() -> AbstractContextManager[None]:
+    """Return a context in which imports of qtpy find PySide6's own modules: import pyvistaqt inside it."""
+    from PySide6 import QtCore, QtGui, QtOpenGLWidgets, QtWidgets
+
+    load_pyvista()
+    return standing_in(
+        StandIn("qtpy.QtCore", QtCore),
+        StandIn("qtpy.QtGui", QtGui),
+        StandIn("qtpy.QtWidgets", QtWidgets, QtGui),  # QAction has moved since Qt 5
+        StandIn("qtpy.QtOpenGLWidgets", QtOpenGLWidgets),
+    )
 
 
 class StandIn(ModuleType):

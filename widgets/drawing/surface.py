@@ -7,8 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
-from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkFiltersCore import vtkClipPolyData
+
+from riglens.widgets.drawing.actors import numpy_of
 
 Points = NDArray[np.float64]
 Painted = list[tuple[str, pv.PolyData]]  # surfaces, each with its material
@@ -181,8 +182,8 @@ def cut(mesh: pv.PolyData, distance: Points) -> tuple[pv.PolyData, pv.PolyData]:
 def _compact(mesh: pv.PolyData) -> pv.PolyData:
     """The mesh without the points that no face uses: the clip filter keeps them all."""
     polygons = mesh.GetPolys()
-    corners = vtk_to_numpy(polygons.GetConnectivityArray())
-    offsets = vtk_to_numpy(polygons.GetOffsetsArray())
+    corners = numpy_of(polygons.GetConnectivityArray())
+    offsets = numpy_of(polygons.GetOffsetsArray())
     used = np.zeros(mesh.n_points, dtype=bool)
     used[corners] = True
     faces = np.insert((np.cumsum(used) - 1)[corners], offsets[:-1], np.diff(offsets))

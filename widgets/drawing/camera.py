@@ -13,6 +13,9 @@ from riglens.core.scene.grid import VoxelGrid
 
 Points = NDArray[np.float64]
 Size = tuple[int, int]
+"""Width and height of a picture in pixels."""
+Pixel = tuple[float, float]
+"""Right and down from the upper left corner."""
 VIEWS = ("iso", "top", "front", "left", "rear")
 _DIRECTION_DEG = {
     "iso": (-52.0, 24.0),
@@ -72,7 +75,7 @@ class OrbitCamera:
             depth = max(1e-3, float((np.asarray(point_m) - self.position_m()) @ self.axes()[2]))
         return depth * math.tan(math.radians(self.view_angle_deg) / 2) * 2.0 / max(1, size[1])
 
-    def ray(self, pixel: tuple[float, float], size: Size) -> Ray:
+    def ray(self, pixel: Pixel, size: Size) -> Ray:
         """The view ray through a pixel; pixels count right and down from the upper left corner."""
         right, up, forward = self.axes()
         scale = self.half_height_m() * 2.0 / max(1, size[1])
@@ -108,7 +111,7 @@ class OrbitCamera:
         focal = np.array(self.focal_m) - dx_px * scale * right + dy_px * scale * up
         return replace(self, focal_m=(float(focal[0]), float(focal[1]), float(focal[2])))
 
-    def zoomed(self, factor: float, pixel: tuple[float, float], size: Size) -> OrbitCamera:
+    def zoomed(self, factor: float, pixel: Pixel, size: Size) -> OrbitCamera:
         """Closer (factor < 1) or further away, keeping what is under the cursor there."""
         distance = min(_MAX_DISTANCE_M, max(_MIN_DISTANCE_M, self.distance_m * factor))
         kept = 1.0 - distance / self.distance_m

@@ -1,0 +1,1 @@
+"""What everything in the 3D view is drawn with: camera, renderers and lights, surfaces, actors, text."""

@@ -1,0 +1,105 @@
+"""How surfaces look: colours and shine of the car's materials, one helper that puts a mesh on the screen."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, cast
+
+import numpy as np
+import pyvista as pv
+from numpy.typing import NDArray
+from vtkmodules.util.numpy_support import numpy_to_vtkIdTypeArray, vtk_to_numpy
+from vtkmodules.vtkCommonCore import vtkDataArray, vtkIdTypeArray
+from vtkmodules.vtkRenderingCore import vtkPolyDataMapper
+
+from riglens.widgets.theme import rgb
+
+
+@dataclass(frozen=True)
+class Material:
+    """A Phong material; colours `#rrggbb`, the rest as in VTK; `sky` is mirrored where it looks up."""
+
+    colour: str
+    ambient: float = 0.25
+    diffuse: float = 0.75
+    specular: float = 0.1
+    power: float = 20.0
+    sky: str = ""
+
+
+def surface_actor(mesh: pv.PolyData, material: Material, colours: str = "") -> pv.Actor:
+    """A shaded, unpickable actor of a mesh in one material, or with its colours from a uint8 point array."""
+    actor = plain_actor(mesh)
+    prop = actor.prop
+    prop.color, prop.ambient, prop.diffuse = material.colour, material.ambient, material.diffuse
+    prop.specular, prop.specular_power = material.specular, material.power
+    prop.interpolation = "Phong"
+    if material.sky:
+        mesh["rgb"] = np.asarray(255.0 * surface_colours(mesh, material), dtype=np.uint8)
+        _colour_by_array(actor, "rgb")
+    if colours:
+        _colour_by_array(actor, colours)
+    return actor
+
+
+def surface_colours(mesh: pv.PolyData, material: Material) -> NDArray[np.float64]:
+    """Colours of the points of a mesh before any light falls on them, 0 to 1: (n, 3), or (1, 3) if all are alike.
+
+    What looks up is brightened towards the colour of the sky: a reflection that costs nothing per frame.
+    """
+    low = np.array(rgb(material.colour))
+    if not material.sky:
+        return low[None, :]
+    up = np.clip(np.asarray(mesh.point_data["Normals"])[:, 2:3], 0.0, 1.0) ** 1.5
+    return np.asarray(low + (np.array(rgb(material.sky)) - low) * up)
+
+
+def numpy_of(array: vtkDataArray) -> NDArray[Any]:
+    """The values of a VTK array, not copied: what is written into them is in the array."""
+    return cast(NDArray[Any], vtk_to_numpy(array))  # type: ignore[no-untyped-call]
+
+
+def vtk_ids(numbers: NDArray[np.int64]) -> vtkIdTypeArray:
+    """A VTK array with a copy of these numbers."""
+    return cast(vtkIdTypeArray, numpy_to_vtkIdTypeArray(numbers, True))  # type: ignore[no-untyped-call]
+
+
+def mapper_of(mesh: pv.PolyData) -> vtkPolyDataMapper:
+    """A mapper without the colour map that pyvista's own would bring, and load matplotlib's figures for."""
+    mapper = vtkPolyDataMapper()
+    mapper.SetInputData(mesh)
+    return mapper
+
+
+def plain_actor(mesh: pv.PolyData, **properties: Any) -> pv.Actor:
+    """An unpickable actor that shows a mesh in one colour; `properties` are set on its pyvista property."""
+    actor = pv.Actor(mapper=mapper_of(mesh))
+    actor.mapper.ScalarVisibilityOff()
+    actor.pickable = False
+    for name, value in properties.items():
+        setattr(actor.prop, name, value)
+    return actor
+
+
+def rgba_actor(mesh: pv.PolyData, array: str) -> pv.Actor:
+    """An unlit, unpickable actor coloured by an (n, 4) or (n, 3) uint8 array of the mesh."""
+    actor = plain_actor(mesh, lighting=False)
+    _colour_by_array(actor, array)
+    return actor
+
+
+def _colour_by_array(actor: pv.Actor, array: str) -> None:
+    mapper = actor.mapper
+    mapper.ScalarVisibilityOn()
+    mapper.SetColorModeToDirectScalars()
+    mapper.SetScalarModeToUsePointFieldData()
+    mapper.SelectColorArray(array)
+
+
+def line_mesh(starts_m: NDArray[Any], ends_m: NDArray[Any]) -> pv.PolyData:
+    """Line segments between points (n, 3) and (n, 3); point 2k starts segment k."""
+    count = len(starts_m)
+    points = np.stack([starts_m, ends_m], axis=1).reshape(-1, 3).astype(np.float32)
+    ends = np.arange(2 * count).reshape(-1, 2)
+    lines = np.insert(ends, 0, 2, axis=1).ravel()
+    return pv.PolyData(points, lines=lines) if count else pv.PolyData()
