@@ -31,11 +31,11 @@ from riglens.core.geometry import Pose
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.rig.yaml.file import new_rig_file
 from riglens.core.scene.grid import VoxelGrid
+from riglens.widgets.drawing.camera import Ray
 from riglens.widgets.heatmap.pick import PickedCell
 from riglens.widgets.heatmap.scale import HeatLook
 from riglens.widgets.panels.fields.quantity import DEGREES, MILLIMETRES
 from riglens.widgets.theme import DARK, LIGHT
-from riglens.widgets.viewport.camera import Ray
 from tests.app.window.desk import GRID, Desk, heatmap, open_desk
 from tests.app.window_bench import CAMERA, LIDAR, RIG
 
