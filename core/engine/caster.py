@@ -7,6 +7,7 @@ that roll or pitch are cast by walking the voxels near them. Everything else is 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,10 +16,9 @@ from riglens.core.engine.fans import farthest, is_plain, is_upright, make_fan, m
 from riglens.core.engine.frustums import make_frustum
 from riglens.core.kernels import cast
 from riglens.core.kernels.cast import Cast
-from riglens.core.kernels.fan import mark_fan
+from riglens.core.kernels.fan import mark_fan, work_by_row
 from riglens.core.kernels.frustum import Frustum, mark_frustum
 from riglens.core.kernels.planes import Space
-from riglens.core.kernels.shares import work_by_row
 from riglens.core.kernels.walk import FARTHEST
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Method
@@ -33,8 +33,24 @@ ROWS_PER_CHUNK = 128
 
 IsStale = Callable[[], bool]
 Sensor = Lidar | Camera
-Window = tuple[int, int, int, int]
-"""Rows from..to along x, and words from..to of each row, outside of which a sensor marks nothing."""
+
+
+class Window(NamedTuple):
+    """Rows along x, and words of each row, outside of which a sensor marks nothing: first and end of both."""
+
+    first_row: int
+    end_row: int
+    first_word: int
+    end_word: int
+
+    def joined(self, other: Window) -> Window:
+        """The smallest window that holds both."""
+        return Window(
+            min(self.first_row, other.first_row),
+            max(self.end_row, other.end_row),
+            min(self.first_word, other.first_word),
+            max(self.end_word, other.end_word),
+        )
 
 
 def never_stale() -> bool:
@@ -81,7 +97,7 @@ class Caster:
                 elif (directions[:, axis] < 0.0).all():
                     sides[2 * axis + 1] = min(cell + 2, (nx, ny)[axis])
         depth = words_per_column(self._field.grid)
-        return sides[0], sides[1], sides[2] * depth, sides[3] * depth
+        return Window(sides[0], sides[1], sides[2] * depth, sides[3] * depth)
 
     def _mark_fan(self, rays: Cast, window: Window, marks: Words, is_stale: IsStale) -> bool:
         fan = make_fan(Lattice(rays.kind, rays.rows, rays.planes), rays)
@@ -89,26 +105,25 @@ class Caster:
         if profile is None:
             return self._mark_rays(rays, marks, is_stale)
         space = Space(rays.origin, rays.rotation, rays.box, rays.shape)
-        slabs = share_rows(work_by_row(fan, space, profile), window[0], window[1], self.workers)
+        slabs = share_rows(work_by_row(fan, space, profile), window.first_row, window.end_row, self.workers)
         planes = len(fan.planes)
         for start in range(0, planes, PLANES_PER_CHUNK):
             if is_stale():
                 return False
             end = min(start + PLANES_PER_CHUNK, planes)
-            mark_fan(fan, space, profile, start, end, slabs, self.workers, marks)
+            mark_fan(fan, space, profile, start, end, slabs, marks)
         return True
 
     def _mark_frustum(
         self, frustum: Frustum, rays: Cast, window: Window, marks: Words, is_stale: IsStale
     ) -> bool:
         """Near voxels by voxel walking; what lies beyond its depth limit ray by ray, from there on."""
-        x_from, x_to = max(window[0], int(rays.box[0])), min(window[1], int(rays.box[1]))
-        ny, depth = self._field.grid.shape[1], words_per_column(self._field.grid)
-        for start in range(x_from, x_to, ROWS_PER_CHUNK):
+        first, last = max(window.first_row, int(rays.box[0])), min(window.end_row, int(rays.box[1]))
+        for start in range(first, last, ROWS_PER_CHUNK):
             if is_stale():
                 return False
-            end = min(start + ROWS_PER_CHUNK, x_to)
-            mark_frustum(frustum, ny, depth, start, end, self._field.index.words, self.workers, marks)
+            end = min(start + ROWS_PER_CHUNK, last)
+            mark_frustum(frustum, start, end, self._field.index.words, self.workers, marks)
         if frustum.depth_limit > farthest(rays):
             return True
         beyond = np.array([frustum.depth_limit - 1.0, FARTHEST])
@@ -129,24 +144,13 @@ class Caster:
 
     def hits(self, sensor: Sensor, method: Method, is_stale: IsStale = never_stale) -> tuple[int, ...] | None:
         """Sum over rays over their voxels of h in fixed point, per class; None when abandoned."""
-        rays, index = self._rays(sensor, method), self._field.index
+        rays, entropies = self._rays(sensor, method), self._field.entropies
         totals = [0, 0, 0]
         for start, end in _chunks(rays):
             if is_stale():
                 return None
             irregular = np.zeros(end - start, np.bool_)
-            sums = cast.sum_hits(
-                rays,
-                start,
-                end,
-                self.workers,
-                index.words,
-                self._field.runs.first,
-                self._field.runs.starts,
-                self._field.runs.codes,
-                self._field.palette_q,
-                irregular,
-            )
+            sums = cast.sum_hits(rays, start, end, self.workers, entropies, irregular)
             totals = [total + int(part) for total, part in zip(totals, sums, strict=True)]
             for word, bit in self._walk_irregular(rays, start + np.flatnonzero(irregular)):
                 totals = [t + h for t, h in zip(totals, self._entropy_at(word, bit), strict=True)]

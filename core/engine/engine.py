@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from riglens.core.engine.caster import Caster, IsStale, Window, never_stale
 from riglens.core.kernels import jit, settle
+from riglens.core.kernels.codes import ANY
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import PAPER_SETTINGS, Method, MetricSettings, Scores
 from riglens.core.metric.scoring import KINDS, score
@@ -60,16 +61,12 @@ class _State:
 
     stack: NDArray[np.uint64]
     union: NDArray[np.uint64]
-    sums_q: NDArray[np.int64] = field(default_factory=lambda: np.zeros((3, settle.COLUMNS), np.int64))
+    sums_q: NDArray[np.int64] = field(default_factory=lambda: np.zeros((ANY + 1, settle.COLUMNS), np.int64))
     held: list[_Held] = field(default_factory=list)
 
 
 def _cast_shape(sensor: Sensor, method: Method) -> tuple[Method, Sensor]:
     return method, rays_of(sensor)
-
-
-def _joint(a: Window, b: Window) -> Window:
-    return min(a[0], b[0]), max(a[1], b[1]), min(a[2], b[2]), max(a[3], b[3])
 
 
 def _rows(window: Window, kind: int, workers: int) -> NDArray[np.int64]:
@@ -78,7 +75,7 @@ def _rows(window: Window, kind: int, workers: int) -> NDArray[np.int64]:
     Those of LiDARs are about equally full, and a worker gets neighbours, about those that it has marked itself: its
     cache holds them. Those of cameras are not.
     """
-    rows = np.arange(window[0], window[1])
+    rows = np.arange(window.first_row, window.end_row)
     if KINDS[kind] != "lidar":
         return rows
     places = np.concatenate([np.arange(part.size) for part in np.array_split(rows, workers)])
@@ -195,32 +192,25 @@ class Engine:
         changed = [held for held in (*arrived, *leaving) if held.kind == kind]
         if not changed:
             return
-        state, entropies, index = self._state, self._field, self._field.index
+        state, workers = self._state, self._caster.workers
         new = {held.slot for held in arrived}
         staying = [held for held in state.held if held.slot not in new]
         groups = [
             np.unique(np.array([held.slot for held in group if held.kind == kind], np.int64))
             for group in (arrived, staying, leaving)
         ]
-        window = reduce(_joint, (held.window for held in changed))
+        window = reduce(Window.joined, (held.window for held in changed))
+        region = settle.Region(
+            _rows(window, kind, workers),
+            window.first_word,
+            window.end_word - window.first_word,
+            self._field.index.words.size // self._field.grid.shape[0],
+        )
         change = settle.settle(
-            state.stack,
-            settle.Slots(*groups),
-            state.union,
-            kind,
-            index.words,
-            entropies.runs.starts,
-            entropies.runs.first,
-            entropies.runs.codes,
-            entropies.palette_q,
-            _rows(window, kind, self._caster.workers),
-            window[2],
-            window[3] - window[2],
-            len(index.words) // entropies.grid.shape[0],
-            self._caster.workers,
+            state.stack, state.union, settle.Slots(*groups), kind, region, self._field.entropies, workers
         )
         state.sums_q[kind] += change[0]
-        state.sums_q[2] += change[1]
+        state.sums_q[ANY] += change[1]
 
     def _reserve(self, sensors: int) -> None:
         """Room for that many sensors beside those held; untouched pages cost no memory."""

@@ -9,7 +9,7 @@ from riglens.core.kernels.cast import Cast
 from riglens.core.kernels.codes import LIDAR, LISTED
 from riglens.core.kernels.fan import FARTHEST_ORIGIN, STEEPEST
 from riglens.core.kernels.planes import Fan
-from riglens.core.kernels.profile import Profile, find_stays, masks_of
+from riglens.core.kernels.profile import Events, Profile, Slopes, find_stays, masks_of
 from riglens.core.sensing.rays import Lattice
 
 TAMEST, WILDEST = 2.0**-110, 2.0**110
@@ -53,15 +53,14 @@ def make_profile(fan: Fan, rays: Cast) -> Profile | None:
     so close to a face that only the exact walk can tell."""
     low, high, depth = int(rays.box[4]), int(rays.box[5]), (int(rays.shape[2]) + 63) // 64
     most = 2 * (len(fan.slopes) + 2) * (high - low + 1)
-    distances, changes = np.empty(most), np.empty(most, np.int32)
-    count = find_stays(
-        fan.slopes, fan.near, fan.far, rays.origin[2], low, high, farthest(rays) + 1.0, distances, changes
-    )
+    events = Events(np.empty(most), np.empty(most, np.int32))
+    slopes = Slopes(fan.slopes, fan.near, fan.far)
+    count = find_stays(slopes, rays.origin[2], low, high, farthest(rays) + 1.0, events)
     if count < 0:
         return None
-    order = np.argsort(distances[:count], kind="stable")
-    at = np.append(distances[order], np.inf)
-    ordered = changes[order]
+    order = np.argsort(events.at[:count], kind="stable")
+    at = np.append(events.at[order], np.inf)
+    ordered = events.changes[order]
     begun = int(np.searchsorted(at, 0.0, side="right"))
     return Profile(at, ordered, masks_of(ordered, depth), begun)
 

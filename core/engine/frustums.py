@@ -32,7 +32,7 @@ def make_frustum(camera: Camera, rays: Cast) -> Frustum | None:
     normals = sides / np.linalg.norm(sides, axis=1, keepdims=True)
     outline = (rays.origin + _corners(normals, depth_limit) @ rays.rotation.T)[:, :2]
     return Frustum(
-        rays.rows, rays.planes, rays.origin, rays.rotation, rays.box, normals, image, depth_limit,
+        rays.rows, rays.planes, rays.origin, rays.rotation, rays.box, rays.shape, normals, image, depth_limit,
         np.ascontiguousarray(outline),
     )  # fmt: skip
 

@@ -1,11 +1,12 @@
 """Covered sets that are nearly right: voxels tested by their outline or by their centre, never ray by ray.
 
-They are measured against the exact set and used for nothing else. Each kernel sets a bit of `seen`, uint8
-(n,), for the voxels int32 (n, 3); g (3,): origin of the sensor in grid units; rotation (3, 3): sensor to
-vehicle frame; reach (2,): range in grid units. A voxel that bears the bit already is not looked at again.
+They are measured against the exact set and used for nothing else. A voxel that bears the bit of the sensor's kind
+already is not looked at again.
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numba
 import numpy as np
@@ -20,6 +21,21 @@ LEAST_RADIUS = 1e-300
 TURN = 2.0 * np.pi
 
 Point = tuple[float, float, float]
+
+
+class Place(NamedTuple):
+    """Where a sensor stands: origin g (3,) and range reach (2,) in grid units; rotation (3, 3) to the vehicle frame."""
+
+    g: np.ndarray
+    rotation: np.ndarray
+    reach: np.ndarray
+
+
+class Tested(NamedTuple):
+    """Voxels int32 (n, 3) to test, and the bit that the kernels set in seen uint8 (n,) for those that are seen."""
+
+    voxels: np.ndarray
+    flag: int
 
 
 @inlined
@@ -106,30 +122,22 @@ def _rectangle_holds_ray(p: Point, offsets: np.ndarray, half: np.ndarray, lens: 
 
 
 @parallel_kernel
-def camera_rectangles(
-    g: np.ndarray,
-    rotation: np.ndarray,
-    reach: np.ndarray,
-    lens: np.ndarray,
-    voxels: np.ndarray,
-    flag: int,
-    workers: int,
-    seen: np.ndarray,
-) -> None:
+def camera_rectangles(place: Place, lens: np.ndarray, tested: Tested, workers: int, seen: np.ndarray) -> None:
     """Voxels whose bounding rectangle in the image holds a lattice point.
 
     lens (6,): column = lens[0] - lens[1] y / x out of lens[2], row = lens[3] - lens[4] z / x out of lens[5].
     """
-    offsets = corners(rotation)
+    offsets = corners(place.rotation)
     half = np.array([offsets[:, 0].max(), offsets[:, 1].max(), offsets[:, 2].max()])
     normals = frustum(lens)
+    voxels, flag = tested.voxels, tested.flag
     n = voxels.shape[0]
     for worker in numba.prange(workers):
         for i in range(n * worker // workers, n * (worker + 1) // workers):
             if seen[i] & flag:
                 continue
-            p = _centre(g, rotation, voxels[i])
-            if _far_outside(p, normals) or not _within(p, reach, HALF_DIAGONAL):
+            p = _centre(place.g, place.rotation, voxels[i])
+            if _far_outside(p, normals) or not _within(p, place.reach, HALF_DIAGONAL):
                 continue
             if _rectangle_holds_ray(p, offsets, half, lens):
                 seen[i] |= np.uint8(flag)
@@ -195,80 +203,60 @@ def _angles_hold_ray(
 
 @parallel_kernel
 def lidar_angles(
-    g: np.ndarray,
-    rotation: np.ndarray,
-    reach: np.ndarray,
-    tangents: np.ndarray,
-    azimuths: np.ndarray,
-    voxels: np.ndarray,
-    flag: int,
-    workers: int,
-    seen: np.ndarray,
+    place: Place, tangents: np.ndarray, azimuths: np.ndarray, tested: Tested, workers: int, seen: np.ndarray
 ) -> None:
     """Voxels whose bounding angles hold a beam and an azimuth.
 
     tangents: of the beam elevations, rising; azimuths: radians in [0, 2 pi), rising.
     """
-    offsets = corners(rotation)
+    offsets = corners(place.rotation)
     half_z = offsets[:, 2].max()
+    voxels, flag = tested.voxels, tested.flag
     n = voxels.shape[0]
     for worker in numba.prange(workers):
         for i in range(n * worker // workers, n * (worker + 1) // workers):
             if seen[i] & flag:
                 continue
-            p = _centre(g, rotation, voxels[i])
-            if _within(p, reach, HALF_DIAGONAL) and _angles_hold_ray(p, offsets, half_z, tangents, azimuths):
+            p = _centre(place.g, place.rotation, voxels[i])
+            if _within(p, place.reach, HALF_DIAGONAL) and _angles_hold_ray(
+                p, offsets, half_z, tangents, azimuths
+            ):
                 seen[i] |= np.uint8(flag)
 
 
 @parallel_kernel
-def camera_centres(
-    g: np.ndarray,
-    rotation: np.ndarray,
-    reach: np.ndarray,
-    slopes: np.ndarray,
-    voxels: np.ndarray,
-    flag: int,
-    workers: int,
-    seen: np.ndarray,
-) -> None:
+def camera_centres(place: Place, slopes: np.ndarray, tested: Tested, workers: int, seen: np.ndarray) -> None:
     """Voxels whose centre lies in the image; slopes (4,): y / x from, to, z / x from, to at its edges."""
+    voxels, flag = tested.voxels, tested.flag
     n = voxels.shape[0]
     for worker in numba.prange(workers):
         for i in range(n * worker // workers, n * (worker + 1) // workers):
             if seen[i] & flag:
                 continue
-            x, y, z = _centre(g, rotation, voxels[i])
+            x, y, z = _centre(place.g, place.rotation, voxels[i])
             inside = x > 0.0 and slopes[0] * x <= y <= slopes[1] * x and slopes[2] * x <= z <= slopes[3] * x
-            if inside and _within((x, y, z), reach, 0.0):
+            if inside and _within((x, y, z), place.reach, 0.0):
                 seen[i] |= np.uint8(flag)
 
 
 @parallel_kernel
 def lidar_centres(
-    g: np.ndarray,
-    rotation: np.ndarray,
-    reach: np.ndarray,
-    tangents: np.ndarray,
-    sector: np.ndarray,
-    voxels: np.ndarray,
-    flag: int,
-    workers: int,
-    seen: np.ndarray,
+    place: Place, tangents: np.ndarray, sector: np.ndarray, tested: Tested, workers: int, seen: np.ndarray
 ) -> None:
     """Voxels whose centre lies between the lowest and the highest beam and in the sector of azimuths.
 
     tangents (2,): of the outer elevations; sector (2,): first azimuth and width, radians (2 pi: a full turn).
     """
+    voxels, flag = tested.voxels, tested.flag
     n = voxels.shape[0]
     full = sector[1] >= TURN - SLACK
     for worker in numba.prange(workers):
         for i in range(n * worker // workers, n * (worker + 1) // workers):
             if seen[i] & flag:
                 continue
-            x, y, z = _centre(g, rotation, voxels[i])
+            x, y, z = _centre(place.g, place.rotation, voxels[i])
             radius = np.sqrt(x * x + y * y)
-            if tangents[0] * radius <= z <= tangents[1] * radius and _within((x, y, z), reach, 0.0):
+            if tangents[0] * radius <= z <= tangents[1] * radius and _within((x, y, z), place.reach, 0.0):
                 angle = 0.0 if full else np.arctan2(y, x) - sector[0]
                 if full or angle - TURN * np.floor(angle / TURN) <= sector[1]:
                     seen[i] |= np.uint8(flag)

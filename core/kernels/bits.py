@@ -1,4 +1,7 @@
-"""Words of 64 voxels: counting bits, indexing the voxels of a mask, listing them."""
+"""Words of 64 voxels: counting bits, marking levels of a column, indexing the voxels of a mask, listing them.
+
+A column of the grid is `depth` words in a row, and level z is bit z % 64 of its word z // 64.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +12,8 @@ from numba.core import types
 from numba.extending import intrinsic
 
 from riglens.core.kernels.jit import inlined, kernel
+
+FULL_WORD = np.uint64(0xFFFFFFFFFFFFFFFF)
 
 
 @intrinsic  # type: ignore[untyped-decorator]
@@ -43,6 +48,23 @@ def first_run(bits: np.uint64, starts: np.uint64) -> tuple[np.int64, np.uint64]:
     lowest = bits & (~bits + one)
     later = starts & ~(lowest | (lowest - one))
     return np.int64(popcount(starts ^ later)) - 1, bits & ((later & (~later + one)) - one)
+
+
+@inlined
+def level_mask(low: int | np.int64, high: int | np.int64) -> np.uint64:
+    """Bits low..high (both 0..63, both included) of a word."""
+    return (FULL_WORD << np.uint64(low)) & (FULL_WORD >> np.uint64(63 - high))
+
+
+@inlined
+def mark_levels(marks: np.ndarray, base: int | np.int64, low: int | np.int64, high: int | np.int64) -> None:
+    """Set the levels low..high of the column whose first word is `base`; most often they share a word."""
+    first, last = low >> 6, high >> 6
+    if first == last:
+        marks[np.uint64(base + first)] |= level_mask(low & 63, high & 63)
+    else:
+        for part in range(first, last + 1):
+            marks[base + part] |= level_mask(max(low - 64 * part, 0), min(high - 64 * part, 63))
 
 
 @kernel

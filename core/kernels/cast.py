@@ -7,13 +7,15 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from riglens.core.kernels.bits import popcount
+from riglens.core.kernels.bits import level_mask, mark_levels, popcount
 from riglens.core.kernels.jit import inlined, parallel_kernel
 from riglens.core.kernels.lattice import direction, rotated
-from riglens.core.kernels.levels import level_mask, mark_levels
-from riglens.core.kernels.walk import walk_bresenham, walk_exact
+from riglens.core.kernels.palette import Entropies
+from riglens.core.kernels.predicates import Vector
+from riglens.core.kernels.walk import Ray, walk_bresenham, walk_exact
 
 BLOCK = 64
+"""Rays that a worker walks in a row."""
 
 
 class Cast(NamedTuple):
@@ -42,7 +44,7 @@ def _passes(g: float, d: float, low: float, high: float, t_in: float, t_out: flo
 
 
 @inlined
-def _misses(rays: Cast, g: tuple[float, float, float], d: tuple[float, float, float]) -> bool:
+def _misses(rays: Cast, g: Vector, d: Vector) -> bool:
     """Whether a ray certainly meets nothing in the box: much quicker to say than to clip it exactly."""
     t_in, t_out = rays.reach[0], rays.reach[1]
     for axis in range(3):
@@ -59,9 +61,10 @@ def _walk(rays: Cast, ray: int, runs: np.ndarray) -> int:
     g = (rays.origin[0], rays.origin[1], rays.origin[2])
     if _misses(rays, g, d):
         return 0
+    whole = Ray(g, d, rays.reach[0], rays.reach[1])
     if rays.bresenham:
-        return walk_bresenham(g, d, rays.reach[0], rays.reach[1], rays.box, rays.shape[1], runs)
-    return walk_exact(g, d, rays.reach[0], rays.reach[1], rays.box, rays.shape[1], runs)
+        return walk_bresenham(whole, rays.box, rays.shape[1], runs)
+    return walk_exact(whole, rays.box, rays.shape[1], runs)
 
 
 @inlined
@@ -80,7 +83,7 @@ def mark_rays(
     rays: Cast, first: int, end: int, marks: np.ndarray, spare: np.ndarray, irregular: np.ndarray
 ) -> None:
     """Mark what the rays first..end-1 traverse in marks uint64 (words,) and spare (workers - 1, words), one set for
-    each worker. irregular bool (end - first,): rays left to the rational walk.
+    each worker. irregular bool (end - first,): set for the rays that are left to the rational walk.
     """
     workers = spare.shape[0] + 1
     blocks = (end - first + BLOCK - 1) // BLOCK
@@ -106,53 +109,36 @@ def add_marks(spare: np.ndarray, marks: np.ndarray, workers: int) -> None:
 
 
 @inlined
-def _sum_runs(
-    runs: np.ndarray,
-    count: int,
-    depth: int,
-    keep: np.ndarray,
-    first: np.ndarray,
-    starts: np.ndarray,
-    codes: np.ndarray,
-    palette_q: np.ndarray,
-    sums: np.ndarray,
-) -> None:
+def _sum_runs(runs: np.ndarray, count: int, depth: int, entropies: Entropies, sums: np.ndarray) -> None:
     """Add the entropies of all voxels of the runs, as often as they are met."""
     for r in range(count):
         for level in range(runs[r, 1], runs[r, 2] + 1):
             word = runs[r, 0] * depth + (level >> 6)
             bit = np.uint64(1) << np.uint64(level & 63)
-            if keep[word] & bit != 0:
-                code = codes[
-                    first[word] + popcount(starts[word] & (bit | (bit - np.uint64(1)))) - np.uint64(1)
-                ]
+            if entropies.keep[word] & bit != 0:
+                upto = entropies.starts[word] & (bit | (bit - np.uint64(1)))
+                code = entropies.codes[entropies.first[word] + popcount(upto) - np.uint64(1)]
                 for c in range(3):
-                    sums[c] += np.int64(palette_q[code, c])
+                    sums[c] += np.int64(entropies.palette_q[code, c])
 
 
 @parallel_kernel
 def sum_hits(
-    rays: Cast,
-    first_ray: int,
-    end: int,
-    workers: int,
-    keep: np.ndarray,
-    first: np.ndarray,
-    starts: np.ndarray,
-    codes: np.ndarray,
-    palette_q: np.ndarray,
-    irregular: np.ndarray,
+    rays: Cast, first: int, end: int, workers: int, entropies: Entropies, irregular: np.ndarray
 ) -> np.ndarray:
-    """Sum over rays over their voxels of h in fixed point, (3,) int64; at most 2^15 rays a call (no overflow)."""
-    blocks = (end - first_ray + BLOCK - 1) // BLOCK
+    """Sum of h over the rays first..end-1 and the voxels of each (the reading `hits`), int64 (3,) in units of 2^-32
+    nat; at most 2^15 rays a call, or it could overflow. irregular bool (end - first,): rays left to the rational
+    walk, which are not in the sum.
+    """
+    blocks = (end - first + BLOCK - 1) // BLOCK
     depth = (rays.shape[2] + 63) // 64
     partial = np.zeros((workers, 3), np.int64)
     for worker in numba.prange(workers):
         runs = np.empty((rays.shape[0] + rays.shape[1] + rays.shape[2] + 3, 3), np.int32)
         for block in range(worker, blocks, workers):
-            for ray in range(first_ray + block * BLOCK, min(first_ray + (block + 1) * BLOCK, end)):
+            for ray in range(first + block * BLOCK, min(first + (block + 1) * BLOCK, end)):
                 count = _walk(rays, ray, runs)
-                irregular[ray - first_ray] = count < 0
-                _sum_runs(runs, count, depth, keep, first, starts, codes, palette_q, partial[worker])
+                irregular[ray - first] = count < 0
+                _sum_runs(runs, count, depth, entropies, partial[worker])
     total: np.ndarray = partial.sum(axis=0)
     return total

@@ -13,6 +13,8 @@ is walked ray by ray. So the set marked is exact.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numba
 import numpy as np
 
@@ -29,6 +31,21 @@ STRAIGHT = 1e-13
 LEAST = 1e-300
 """For no drift at all: what is divided by it is huge, and keeps its sign."""
 STEEPEST = 1e3
+"""Rays with a larger slope are walked alone."""
+PLANES_LOOKED_AT = 32
+EVENTS_LOOKED_AT = 32
+EVENT_COST = 1.0
+"""Of an event of the profile, in columns crossed."""
+
+
+class Course(NamedTuple):
+    """How a plane crosses the columns: its place within the first one in voxels, counted towards the faces crossed,
+    and the faces crossed by distance along the heading."""
+
+    ox: float
+    oy: float
+    ax: float
+    ay: float
 
 
 @inlined
@@ -57,39 +74,29 @@ def _stays_between(g: float, h: float) -> bool:
 
 @kernel
 def _cross_columns(
-    step_x: int,
-    step_y: int,
-    faces_x: int,
-    ax: float,
-    ox: float,
-    ay: float,
-    oy: float,
-    count: int,
-    ways: np.ndarray,
+    course: Course, steps: tuple[int, int], faces_x: int, count: int, ways: np.ndarray
 ) -> bool:
     """Write the ways from each of `count` columns crossed to the next; False where an edge is too close.
 
-    ax, ay: faces crossed by distance, counted from ox, oy in the first column; faces_x: faces crossed along x.
+    steps: from a column to the next along x and y; faces_x: faces crossed along x.
     """
-    ways[:count] = step_y
-    close, pace = 0, 1.0 / ax
+    ways[:count] = steps[1]
+    close, pace = 0, 1.0 / course.ax
     for i in range(faces_x):
-        y = oy + ay * ((i + 1.0 - ox) * pace)
+        y = course.oy + course.ay * ((i + 1.0 - course.ox) * pace)
         passed = np.floor(y)
         close |= _is_close(y - passed)
-        ways[min(i + int(passed), count - 1)] = step_x
+        ways[min(i + int(passed), count - 1)] = steps[0]
     return close == 0
 
 
 @kernel
-def _place_events(
-    at: np.ndarray, stretch: float, ax: float, ox: float, ay: float, oy: float, places: np.ndarray
-) -> bool:
+def _place_events(course: Course, at: np.ndarray, stretch: float, places: np.ndarray) -> bool:
     """Write in which of the columns crossed each event happens; False when one is too close to a face.
 
-    at (n,): ascending forward distances, stretch: distance along the heading by forward distance; ax, ay: faces
-    crossed by distance, counted from ox, oy in the first column.
+    at (n,): ascending forward distances, stretch: distance along the heading by forward distance.
     """
+    ox, oy, ax, ay = course
     close = 0
     for i in range(at.size):
         s = at[i] * stretch
@@ -124,13 +131,12 @@ def _mark_columns(
 
 
 @inlined
-def _faces(
-    ix: float, iy: float, hx: float, hy: float, s_out: float, ox: float, oy: float, box: np.ndarray
-) -> tuple[int, int, bool]:
-    """Faces along x and y between the first column and the last one in the box, and whether both are certain."""
-    left_x = int(box[1] - 1 - ix if hx > 0.0 else ix - box[0])
-    left_y = int(box[3] - 1 - iy if hy > 0.0 else iy - box[2])
-    x, y = ox + abs(hx) * s_out, oy + abs(hy) * s_out
+def _faces(course: Course, left_x: int, left_y: int, s_out: float) -> tuple[int, int, bool]:
+    """Faces along x and y between the first column and the last one in the box, and whether both are certain.
+
+    left_x, left_y: columns ahead of the first one in the box; s_out: distance at which the plane leaves the box.
+    """
+    x, y = course.ox + course.ax * s_out, course.oy + course.ay * s_out
     if x - left_x >= 1.0 - TOLERANCE:  # the plane leaves the box along x
         return left_x, int(np.floor(y)), _is_close(y - np.floor(y)) == 0
     return int(np.floor(x)), left_y, _is_close(x - np.floor(x)) == 0
@@ -162,14 +168,16 @@ def _walk_plane(
     if first == end and not profile.masks[first].any():
         return True
     ox, oy = (gx - ix if hx > 0.0 else ix + 1.0 - gx), (gy - iy if hy > 0.0 else iy + 1.0 - gy)
-    ax, ay, step_x, step_y = abs(hx), abs(hy), (ny if hx > 0.0 else -ny), (1 if hy > 0.0 else -1)
-    faces_x, faces_y, certain = _faces(ix, iy, hx, hy, s_out, ox, oy, box)
+    course = Course(ox, oy, abs(hx), abs(hy))
+    left_x = int(box[1] - 1 - ix if hx > 0.0 else ix - box[0])
+    left_y = int(box[3] - 1 - iy if hy > 0.0 else iy - box[2])
+    faces_x, faces_y, certain = _faces(course, left_x, left_y, s_out)
     count = faces_x + faces_y + 1
-    if not (certain and _cross_columns(step_x, step_y, faces_x, ax, ox, ay, oy, count, work.ways)):
+    way_x, way_y = (1 if hx > 0.0 else -1), (1 if hy > 0.0 else -1)
+    if not (certain and _cross_columns(course, (way_x * ny, way_y), faces_x, count, work.ways)):
         return False
-    if not _place_events(at[first:end], 1.0 / scale, ax, ox, ay, oy, work.places):
-        way_x, way_y = (1 if hx > 0.0 else -1), (1 if hy > 0.0 else -1)
-        origin = Start(int(ix), int(iy), way_x, way_y, ox, oy, ax / scale, ay / scale, count)
+    if not _place_events(course, at[first:end], 1.0 / scale, work.places):
+        origin = Start(int(ix), int(iy), way_x, way_y, ox, oy, course.ax / scale, course.ay / scale, count)
         if not untie(fan, space, profile, (first, end), plane, origin, box, work, marks):
             return False
     _mark_columns(profile, first, end, int(ix) * ny + int(iy), count, work, marks)
@@ -181,18 +189,17 @@ def mark_fan(
     fan: Fan,
     space: Space,
     profile: Profile,
-    plane_from: int,
-    plane_to: int,
+    first: int,
+    end: int,
     slabs: np.ndarray,
-    workers: int,
     marks: np.ndarray,
 ) -> None:
-    """Mark the voxels that rays of the planes plane_from..plane_to-1 traverse; marks uint64 (words,).
+    """Mark the voxels that rays of the planes first..end-1 traverse; marks uint64 (words,).
 
-    slabs (workers, 2): the rows of the grid for each worker, apart from each other, so that no word is shared.
+    slabs int64 (workers, 2): the rows of the grid for each worker, apart from each other, so that no word is shared.
     """
     nx, ny, depth = space.shape[0], space.shape[1], profile.masks.shape[1]
-    for worker in numba.prange(workers):
+    for worker in numba.prange(slabs.shape[0]):
         crossed = nx + ny + 3
         work = Work(
             np.empty(crossed, np.int32),
@@ -203,9 +210,32 @@ def mark_fan(
         )
         box = space.box.copy()
         box[0], box[1] = max(box[0], slabs[worker, 0]), min(box[1], slabs[worker, 1])
-        for plane in range(plane_from, plane_to if box[0] < box[1] else plane_from):
+        for plane in range(first, end if box[0] < box[1] else first):
             if not _walk_plane(fan, space, profile, plane, box, work, marks):
                 for row in fan.row_of:
                     walk_alone(fan, space, plane, row, box, marks, work.runs)
             for row in fan.steep:
                 walk_alone(fan, space, plane, row, box, marks, work.runs)
+
+
+@kernel
+def work_by_row(fan: Fan, space: Space, profile: Profile) -> np.ndarray:
+    """About how much there is to walk in each row of the grid along x, (rows,): a few planes stand for all."""
+    work = np.zeros(space.shape[0])
+    gx, gy, box = space.origin[0], space.origin[1], space.box
+    events = profile.at.size - 1
+    stride = max(1, events // EVENTS_LOOKED_AT)
+    for plane in range(0, fan.scales.size, max(1, fan.scales.size // PLANES_LOOKED_AT)):
+        hx, hy, scale = fan.headings[plane, 0], fan.headings[plane, 1], fan.scales[plane]
+        s_in, s_out = clip_side(gx, hx, box[0], box[1], 0.0, np.inf)
+        s_in, s_out = clip_side(gy, hy, box[2], box[3], s_in, s_out)
+        if not s_in < s_out:
+            continue
+        a, b = gx + s_in * hx, gx + s_out * hx
+        first, last = max(int(min(a, b)), box[0]), min(int(max(a, b)), box[1] - 1)
+        work[first : last + 1] += (s_out - s_in) * (abs(hx) + abs(hy)) / (last + 1 - first)
+        for event in range(0, events, stride):
+            s = profile.at[event] / scale
+            if s_in < s < s_out:
+                work[min(max(int(gx + s * hx), box[0]), box[1] - 1)] += EVENT_COST * stride
+    return work

@@ -3,11 +3,19 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numba
 import numpy as np
 
 from riglens.core.kernels.jit import inlined, kernel, parallel_kernel
+
+
+class Raster(NamedTuple):
+    """Where the voxels are: the lower corner (3,) of the grid, and their edge, in metres."""
+
+    origin_m: np.ndarray
+    voxel_m: float
 
 
 @inlined
@@ -71,14 +79,13 @@ def _fill_box(
     boxes: np.ndarray,
     b: int,
     others: np.ndarray,
-    origin: np.ndarray,
-    voxel: float,
+    raster: Raster,
     x_from: int,
     x_to: int,
     counts: np.ndarray,
 ) -> None:
     """Count box b in the slab x_from..x_to, leaving out voxels that an earlier box of the frame has counted."""
-    box = boxes[b]
+    box, origin, voxel = boxes[b], raster.origin_m, raster.voxel_m
     _, ny, nz = counts.shape
     low_x = max(_first_cell(box[0] - _reach(box, 0), origin[0], voxel, x_to), x_from)
     end_x = min(_end_cell(box[0] + _reach(box, 0), origin[0], voxel, x_to), x_to)
@@ -110,11 +117,11 @@ def _fill_box(
 
 @parallel_kernel
 def fill_counts(
-    boxes: np.ndarray, frame: np.ndarray, origin: np.ndarray, voxel: float, workers: int, counts: np.ndarray
+    boxes: np.ndarray, frame: np.ndarray, raster: Raster, workers: int, counts: np.ndarray
 ) -> None:
     """Add whole frames of one class to counts (nx, ny, nz); each worker owns slabs along x.
 
-    boxes (n, 15): centre, half size, rotation by rows; frame (n,) grouped.
+    boxes (n, 15): centre, half size in metres, rotation by rows; frame int64 (n,): equal ones stand together.
     """
     nx = counts.shape[0]
     slabs = workers * 8
@@ -123,16 +130,8 @@ def fill_counts(
         for b in range(frame.size):
             found = _earlier_overlaps(boxes, frame, b, overlaps)
             for slab in range(worker, slabs, workers):
-                _fill_box(
-                    boxes,
-                    b,
-                    overlaps[:found],
-                    origin,
-                    voxel,
-                    nx * slab // slabs,
-                    nx * (slab + 1) // slabs,
-                    counts,
-                )
+                x_from, x_to = nx * slab // slabs, nx * (slab + 1) // slabs
+                _fill_box(boxes, b, overlaps[:found], raster, x_from, x_to, counts)
 
 
 @parallel_kernel

@@ -16,11 +16,11 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
+from riglens.core.kernels.bits import mark_levels
 from riglens.core.kernels.codes import CAMERA
 from riglens.core.kernels.jit import inlined, kernel, parallel_kernel
 from riglens.core.kernels.lattice import direction, rotated
-from riglens.core.kernels.levels import mark_levels
-from riglens.core.kernels.walk import FARTHEST, hits_cell
+from riglens.core.kernels.walk import FARTHEST, Cell, Ray, hits_cell
 
 BALL = 0.499
 """A little less than the radius of a voxel's inscribed ball."""
@@ -32,7 +32,8 @@ SLACK = 1e-6
 
 
 class Frustum(NamedTuple):
-    """A camera for voxel walking: lattice tables, origin (3,) in grid units, rotation (3, 3), box (6,) cells.
+    """A camera for voxel walking: lattice tables, origin (3,) in grid units, rotation (3, 3), box (6,) cells, and the
+    shape (3,) of the grid.
 
     sides (4, 3): inward unit normals of the planes through the image borders; image (4,): u = (0) - (1) y / x and
     v = (2) - (3) z / x; depth_limit: the forward distance up to which a ray is within BALL of any point; outline
@@ -44,10 +45,18 @@ class Frustum(NamedTuple):
     origin: np.ndarray
     rotation: np.ndarray
     box: np.ndarray
+    shape: np.ndarray
     sides: np.ndarray
     image: np.ndarray
     depth_limit: float
     outline: np.ndarray
+
+
+class Work(NamedTuple):
+    """Work space of one worker: the eight corners of a voxel in the camera frame, (8, 3), and in the image, (8, 2)."""
+
+    corners: np.ndarray
+    points: np.ndarray
 
 
 @inlined
@@ -85,17 +94,17 @@ def _levels_within(f: Frustum, x: float, y: float, z: float, room: float) -> tup
 
 
 @inlined
-def _hits(f: Frustum, u: int, v: int, ix: int, iy: int, iz: int) -> bool:
+def _hits(f: Frustum, u: int, v: int, cell: Cell) -> bool:
     """Whether the ray (u, v) traverses a voxel, exactly."""
     d = rotated(f.rotation, direction(CAMERA, f.rows[v], f.planes[u]))
-    return hits_cell((f.origin[0], f.origin[1], f.origin[2]), d, 0.0, FARTHEST, ix, iy, iz)
+    return hits_cell(Ray((f.origin[0], f.origin[1], f.origin[2]), d, 0.0, FARTHEST), cell)
 
 
 @kernel
-def _corners(f: Frustum, ix: int, iy: int, iz: int, corners: np.ndarray) -> bool:
+def _corners(f: Frustum, cell: Cell, corners: np.ndarray) -> bool:
     """Corners (8, 3) of a voxel in the camera frame; False when one plane has them all outside: no ray hits."""
     for corner in range(8):
-        x, y, z = ix + (corner & 1), iy + ((corner >> 1) & 1), iz + (corner >> 2)
+        x, y, z = cell[0] + (corner & 1), cell[1] + ((corner >> 1) & 1), cell[2] + (corner >> 2)
         corners[corner, 0], corners[corner, 1], corners[corner, 2] = _to_camera(
             f, float(x), float(y), float(z)
         )
@@ -135,33 +144,34 @@ def _outline_in_row(points: np.ndarray, v: float) -> tuple[float, float]:
 
 
 @kernel
-def _row_hits(f: Frustum, v: int, first: int, last: int, ix: int, iy: int, iz: int) -> bool:
+def _row_hits(f: Frustum, v: int, first: int, last: int, cell: Cell) -> bool:
     """Whether one of the rays first..last of the row v hits; the middle one first, as it most likely does."""
     if first > last:
         return False
-    if _hits(f, (first + last) // 2, v, ix, iy, iz):
+    if _hits(f, (first + last) // 2, v, cell):
         return True
     for u in range(first, last + 1):
-        if _hits(f, u, v, ix, iy, iz):
+        if _hits(f, u, v, cell):
             return True
     return False
 
 
 @kernel
-def _any_hits(f: Frustum, ix: int, iy: int, iz: int, corners: np.ndarray, points: np.ndarray) -> bool:
+def _any_hits(f: Frustum, cell: Cell, work: Work) -> bool:
     """Whether any ray of the lattice traverses a voxel, exactly."""
-    if not _corners(f, ix, iy, iz, corners):
+    corners, points = work.corners, work.points
+    if not _corners(f, cell, corners):
         return False
     columns, rows = f.planes.shape[0], f.rows.shape[0]
-    x, y, z = _to_camera(f, ix + 0.5, iy + 0.5, iz + 0.5)
+    x, y, z = _to_camera(f, cell[0] + 0.5, cell[1] + 0.5, cell[2] + 0.5)
     if x > 0.0:
         u = int(min(max(np.rint(f.image[0] - f.image[1] * y / x), 0.0), columns - 1.0))
         v = int(min(max(np.rint(f.image[2] - f.image[3] * z / x), 0.0), rows - 1.0))
-        if _hits(f, u, v, ix, iy, iz):
+        if _hits(f, u, v, cell):
             return True
     if corners[:, 0].min() < NEAREST:  # at the camera itself: too wide to be projected, and rare
         for v in range(rows):
-            if _row_hits(f, v, 0, columns - 1, ix, iy, iz):
+            if _row_hits(f, v, 0, columns - 1, cell):
                 return True
         return False
     for corner in range(8):
@@ -172,23 +182,15 @@ def _any_hits(f: Frustum, ix: int, iy: int, iz: int, corners: np.ndarray, points
     for v in range(first_v, last_v + 1):
         low, high = _outline_in_row(points, float(v))
         first_u, last_u = int(max(np.ceil(low), 0.0)), int(min(np.floor(high), columns - 1.0))
-        if _row_hits(f, v, first_u, last_u, ix, iy, iz):
+        if _row_hits(f, v, first_u, last_u, cell):
             return True
     return False
 
 
 @kernel
-def _mark_column(
-    f: Frustum,
-    ix: int,
-    iy: int,
-    base: int,
-    keep: np.ndarray,
-    marks: np.ndarray,
-    corners: np.ndarray,
-    points: np.ndarray,
-) -> None:
+def _mark_column(f: Frustum, ix: int, iy: int, keep: np.ndarray, marks: np.ndarray, work: Work) -> None:
     """Mark the voxels of one column whose centre is nearer than the depth limit and that a ray traverses."""
+    base = (ix * f.shape[1] + iy) * ((f.shape[2] + 63) // 64)
     x, y, z = _to_camera(f, ix + 0.5, iy + 0.5, 0.5)
     low, high = _levels_within(f, x, y, z, SPHERE)
     first, last = (
@@ -208,7 +210,7 @@ def _mark_column(
             continue
         bit = np.uint64(1) << np.uint64(level & 63)
         word = base + (level >> 6)
-        if keep[word] & bit != 0 and _any_hits(f, ix, iy, level, corners, points):
+        if keep[word] & bit != 0 and _any_hits(f, (ix, iy, level), work):
             marks[word] |= bit
 
 
@@ -230,23 +232,17 @@ def _columns_in_row(outline: np.ndarray, x: float) -> tuple[float, float]:
 
 @parallel_kernel
 def mark_frustum(
-    f: Frustum,
-    ny: int,
-    depth: int,
-    x_from: int,
-    x_to: int,
-    keep: np.ndarray,
-    workers: int,
-    marks: np.ndarray,
+    f: Frustum, first_row: int, end_row: int, keep: np.ndarray, workers: int, marks: np.ndarray
 ) -> None:
-    """Mark the voxels of the rows x_from..x_to-1 that are nearer than the depth limit and that a ray traverses.
+    """Mark the voxels of the rows first_row..end_row-1 along x that are nearer than the depth limit and that a ray
+    traverses.
 
-    keep uint64 (columns * depth,): voxels worth a test; marks uint64 (words,): every row of the grid is marked by
-    one worker.
+    keep uint64 (words,): voxels worth a test; marks uint64 (words,): every row of the grid is marked by one worker.
     """
+    ny, depth = f.shape[1], (f.shape[2] + 63) // 64
     for worker in numba.prange(workers):
-        corners, points = np.empty((8, 3)), np.empty((8, 2))
-        for ix in range(x_from + worker, x_to, workers):
+        work = Work(np.empty((8, 3)), np.empty((8, 2)))
+        for ix in range(first_row + worker, end_row, workers):
             low, high = _columns_in_row(f.outline, ix + 0.5)
             if low > high:
                 continue
@@ -257,4 +253,4 @@ def mark_frustum(
                 for part in range(1, depth):
                     occupied |= keep[base + part]
                 if occupied != 0:
-                    _mark_column(f, ix, iy, base, keep, marks, corners, points)
+                    _mark_column(f, ix, iy, keep, marks, work)

@@ -5,10 +5,41 @@ For pictures of what a sensor sees; the metric has no occlusion. Serial kernels,
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from riglens.core.kernels.codes import BODY, GROUND
 from riglens.core.kernels.jit import inlined, kernel
+
+
+class Boxes(NamedTuple):
+    """Oriented boxes in metres, vehicle frame: centres (m, 3), half sizes (m, 3), rotations (m, 3, 3) from the frame of
+    the box."""
+
+    centres: np.ndarray
+    halves: np.ndarray
+    rotations: np.ndarray
+
+
+class Triangles(NamedTuple):
+    """Triangles in a tree of boxes, metres: corners (t, 3, 3); nodes in depth-first order: bounds (k, 6) low and high
+    corner, leaf (k, 2) first triangle and number of them (0 in an inner node), skip (k,) the node to go on with when a
+    ray misses this one."""
+
+    corners: np.ndarray
+    bounds: np.ndarray
+    leaf: np.ndarray
+    skip: np.ndarray
+
+
+class Nearest(NamedTuple):
+    """What each ray has met first so far: distance (n,) in metres; what (n,): the number of a box or one of the codes
+    of `riglens.core.kernels.codes`; facing (n,): how squarely it meets the car's body, 0 to 1."""
+
+    distance: np.ndarray
+    what: np.ndarray
+    facing: np.ndarray
 
 
 @inlined
@@ -21,22 +52,15 @@ def _slab(origin: float, along: float, low: float, high: float, t0: float, t1: f
 
 
 @kernel
-def hit_boxes(
-    origin: np.ndarray,
-    directions: np.ndarray,
-    centres: np.ndarray,
-    halves: np.ndarray,
-    rotations: np.ndarray,
-    distance: np.ndarray,
-    what: np.ndarray,
-) -> None:
-    """Shorten distance (n,) to the nearest box and note its number in what (n,).
+def hit_boxes(origin: np.ndarray, directions: np.ndarray, boxes: Boxes, nearest: Nearest) -> None:
+    """Note the boxes that are nearer than what was met so far. origin (3,); directions (n, 3) unit vectors.
 
-    directions (n, 3) unit; rotations (m, 3, 3) box to vehicle frame. A box around the origin hides nothing.
+    A box around the origin hides nothing.
     """
-    for box in range(centres.shape[0]):
-        turn, half = rotations[box], halves[box]
-        to = centres[box] - origin
+    distance, what = nearest.distance, nearest.what
+    for box in range(boxes.centres.shape[0]):
+        turn, half = boxes.rotations[box], boxes.halves[box]
+        to = boxes.centres[box] - origin
         reach2 = half[0] * half[0] + half[1] * half[1] + half[2] * half[2]
         far2 = to[0] * to[0] + to[1] * to[1] + to[2] * to[2]
         start = np.empty(3)
@@ -44,8 +68,8 @@ def hit_boxes(
             start[axis] = -(turn[0, axis] * to[0] + turn[1, axis] * to[1] + turn[2, axis] * to[2])
         for ray in range(directions.shape[0]):
             d = directions[ray]
-            nearest = d[0] * to[0] + d[1] * to[1] + d[2] * to[2]
-            if far2 - nearest * nearest > reach2 or nearest + np.sqrt(reach2) < 0.0:
+            ahead = d[0] * to[0] + d[1] * to[1] + d[2] * to[2]
+            if far2 - ahead * ahead > reach2 or ahead + np.sqrt(reach2) < 0.0:
                 continue
             t0, t1 = -np.inf, distance[ray]
             for axis in range(3):
@@ -56,8 +80,9 @@ def hit_boxes(
 
 
 @kernel
-def hit_ground(height: float, directions: np.ndarray, distance: np.ndarray, what: np.ndarray) -> None:
-    """Shorten distance (n,) to the plane z = 0 for rays that start `height` above it and look down."""
+def hit_ground(height_m: float, directions: np.ndarray, nearest: Nearest) -> None:
+    """Note the plane z = 0 where it is nearer than what was met so far, for rays that start above it and look down."""
+    distance, what, height = nearest.distance, nearest.what, height_m
     for ray in range(directions.shape[0]):
         down = -directions[ray, 2]
         if height > 0.0 and down * distance[ray] > height:
@@ -65,23 +90,10 @@ def hit_ground(height: float, directions: np.ndarray, distance: np.ndarray, what
 
 
 @kernel
-def hit_triangles(
-    origin: np.ndarray,
-    directions: np.ndarray,
-    corners: np.ndarray,
-    bounds: np.ndarray,
-    leaf: np.ndarray,
-    skip: np.ndarray,
-    distance: np.ndarray,
-    what: np.ndarray,
-    facing: np.ndarray,
-) -> None:
-    """Shorten distance (n,) to the nearest triangle, seen from either side (Möller and Trumbore, 1997).
-
-    corners (t, 3, 3); nodes in depth-first order: bounds (k, 6) low and high corner, leaf (k, 2) first triangle
-    and number of them (0 in an inner node), skip (k,) the node to go on with when a ray misses this one.
-    facing (n,): how squarely the ray meets the surface, 0 to 1.
-    """
+def hit_triangles(origin: np.ndarray, directions: np.ndarray, tree: Triangles, nearest: Nearest) -> None:
+    """Note the triangles, seen from either side, that are nearer than what was met so far (Möller, Trumbore 1997)."""
+    distance, what, facing = nearest.distance, nearest.what, nearest.facing
+    corners, bounds, leaf, skip = tree
     for ray in range(directions.shape[0]):
         d = directions[ray]
         node = 0

@@ -1,6 +1,8 @@
-"""Numbering the combinations of counts of the voxels, run by run: neighbours in a column often share one."""
+"""Entropies of the voxels, run by run: neighbours in a column often share one combination of counts."""
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 
@@ -8,6 +10,40 @@ from riglens.core.kernels.bits import lowest_bit
 from riglens.core.kernels.jit import inlined, kernel
 
 EMPTY = -1
+
+
+class Runs(NamedTuple):
+    """Runs of neighbouring voxels of a word that share one combination of counts.
+
+    starts uint64 (words,): the first voxel of each run; first uint32 (words + 1,): number of runs before each word;
+    codes uint16 or uint32 (runs,): the row of the palette of each run.
+    """
+
+    starts: np.ndarray
+    first: np.ndarray
+    codes: np.ndarray
+
+
+class Entropies(NamedTuple):
+    """Entropies of the informative voxels: keep uint64 (words,), the voxels that have any; their runs, as in `Runs`;
+    palette_q uint32 (m, >= 3): h of the three classes in units of 2^-32 nat, by code."""
+
+    keep: np.ndarray
+    starts: np.ndarray
+    first: np.ndarray
+    codes: np.ndarray
+    palette_q: np.ndarray
+
+
+class Numbering(NamedTuple):
+    """What `number_runs` fills: numbers uint32 (runs,), the number of each run's combination; firsts, uses int64
+    (most,): first row and number of voxels of each combination; slots int64 (power of two,), filled with EMPTY: the
+    open-addressing table."""
+
+    numbers: np.ndarray
+    firsts: np.ndarray
+    uses: np.ndarray
+    slots: np.ndarray
 
 
 @inlined
@@ -39,8 +75,9 @@ def find_runs(words: np.ndarray, rows: np.ndarray, starts: np.ndarray, first: np
 
 
 @inlined
-def _number_of(rows: np.ndarray, row: int, firsts: np.ndarray, found: int, slots: np.ndarray) -> int:
+def _number_of(rows: np.ndarray, row: int, found: int, table: Numbering) -> int:
     """Number of a row among the `found` distinct ones, or `found` for one not met before; it is then entered."""
+    firsts, slots = table.firsts, table.slots
     last = slots.size - 1
     a, b, c = np.uint64(rows[row, 0]), np.uint64(rows[row, 1]), np.uint64(rows[row, 2])
     mixed = (a * np.uint64(73856093)) ^ (b * np.uint64(19349663)) ^ (c * np.uint64(83492791))
@@ -54,33 +91,23 @@ def _number_of(rows: np.ndarray, row: int, firsts: np.ndarray, found: int, slots
 
 
 @kernel
-def number_runs(
-    words: np.ndarray,
-    starts: np.ndarray,
-    rows: np.ndarray,
-    numbers: np.ndarray,
-    firsts: np.ndarray,
-    uses: np.ndarray,
-    slots: np.ndarray,
-) -> int:
+def number_runs(words: np.ndarray, starts: np.ndarray, rows: np.ndarray, table: Numbering) -> int:
     """Give runs with equal rows equal numbers, in the order of their first appearance; returns how many there are.
 
-    words, starts, rows as in `find_runs`; numbers (runs,); firsts, uses (most,): first row and number of voxels of
-    each; slots int64 (power of two,) filled with EMPTY, the open-addressing table. Returns -1 when there are more
-    than firsts can hold.
+    words, starts, rows as in `find_runs`. Returns -1 when there are more than table.firsts can hold.
     """
     row, run, found = 0, -1, 0
     for w in range(words.size):
         bits = words[w]
         while bits != 0:
             if (starts[w] >> lowest_bit(bits)) & np.uint64(1) != 0:
-                number = _number_of(rows, row, firsts, found, slots)
+                number = _number_of(rows, row, found, table)
                 if number == EMPTY:
                     return -1
                 found = max(found, number + 1)
                 run += 1
-                numbers[run] = number
-            uses[numbers[run]] += 1
+                table.numbers[run] = number
+            table.uses[table.numbers[run]] += 1
             row += 1
             bits &= bits - np.uint64(1)
     return found

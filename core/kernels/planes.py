@@ -1,4 +1,4 @@
-"""The rays of an upright sensor by vertical planes, where they are cast, and one of them walked alone."""
+"""The rays of an upright sensor by vertical planes, where they are cast, and how one of them is walked alone."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from riglens.core.kernels.bits import mark_levels
 from riglens.core.kernels.jit import inlined, kernel
 from riglens.core.kernels.lattice import direction, rotated
-from riglens.core.kernels.levels import mark_levels
-from riglens.core.kernels.walk import walk_exact
+from riglens.core.kernels.walk import Ray, walk_exact
 
 
 class Fan(NamedTuple):
@@ -68,9 +68,9 @@ def clip_side(g: float, h: float, low: int, high: int, s_in: float, s_out: float
 def walk_alone(
     fan: Fan, space: Space, plane: int, row: int, box: np.ndarray, marks: np.ndarray, runs: np.ndarray
 ) -> None:
-    """Walk one ray exactly through a box of cells and mark what it meets."""
+    """Walk one ray exactly through a box of cells, int64 (6,), and mark the voxels that it meets."""
     d = rotated(space.rotation, direction(fan.kind, fan.rows[row], fan.planes[plane]))
     g = (space.origin[0], space.origin[1], space.origin[2])
     depth = (space.shape[2] + 63) // 64
-    for r in range(walk_exact(g, d, fan.reach[0], fan.reach[1], box, space.shape[1], runs)):
+    for r in range(walk_exact(Ray(g, d, fan.reach[0], fan.reach[1]), box, space.shape[1], runs)):
         mark_levels(marks, np.int64(runs[r, 0]) * depth, np.int64(runs[r, 1]), np.int64(runs[r, 2]))

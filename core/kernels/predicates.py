@@ -9,6 +9,8 @@ give the sign of the exact difference. The transforms neither over- nor underflo
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from riglens.core.kernels.jit import inlined, kernel
@@ -20,6 +22,17 @@ MOMENT_BOUND = 8.0 * UNIT_ROUNDOFF
 """Two computed moments that differ by more than this, relative to the larger, are in their true order:
 each is a rounded difference times a rounded reciprocal, so off by at most 3 roundoffs."""
 _SPLITTER = 134217729.0
+"""2^27 + 1: splits a double into two halves whose products are exact (Dekker)."""
+
+Vector = tuple[float, float, float]
+
+
+class Moment(NamedTuple):
+    """When a ray crosses a face of one axis: (face - origin) / direction, all in grid units."""
+
+    face: float
+    origin: float
+    direction: float
 
 
 @inlined
@@ -68,10 +81,11 @@ def _compare_products(a: float, b: float, c: float, d: float) -> tuple[int, bool
 
 
 @kernel
-def compare_exactly(f1: float, g1: float, d1: float, f2: float, g2: float, d2: float) -> int:
-    """Sign of (f1 - g1) / d1 - (f2 - g2) / d2 in exact arithmetic; d1 and d2 are not zero."""
-    a, a_low = _two_sum(f1, -g1)
-    b, b_low = _two_sum(f2, -g2)
+def compare_exactly(one: Moment, other: Moment) -> int:
+    """Sign (-1, 0, 1) of the difference of two moments in exact arithmetic; no direction is zero."""
+    d1, d2 = one.direction, other.direction
+    a, a_low = _two_sum(one.face, -one.origin)
+    b, b_low = _two_sum(other.face, -other.origin)
     if a_low == 0.0 and b_low == 0.0:
         sign, decided = _compare_products(a, d2, b, d1)
         if decided:
@@ -86,13 +100,13 @@ def compare_exactly(f1: float, g1: float, d1: float, f2: float, g2: float, d2: f
 
 
 @inlined
-def compare_moments(f1: float, g1: float, d1: float, f2: float, g2: float, d2: float) -> int:
-    """Sign of the difference of two moments: in doubles where their error bound decides, else exactly."""
-    t1 = (f1 - g1) / d1
-    t2 = (f2 - g2) / d2
+def compare(one: Moment, other: Moment) -> int:
+    """Sign (-1, 0, 1) of the difference of two moments: in doubles where their error bound decides, else exactly."""
+    t1 = (one.face - one.origin) / one.direction
+    t2 = (other.face - other.origin) / other.direction
     if abs(t1 - t2) > MOMENT_BOUND * max(abs(t1), abs(t2)):
         return 1 if t1 > t2 else -1
-    return compare_exactly(f1, g1, d1, f2, g2, d2)
+    return compare_exactly(one, other)
 
 
 @inlined
@@ -101,7 +115,7 @@ def _is_regular(value: float) -> bool:
 
 
 @inlined
-def regular_ray(gx: float, gy: float, gz: float, dx: float, dy: float, dz: float) -> bool:
-    """Whether the exact predicates hold for this ray (no denormal or absurdly large component)."""
-    origin = _is_regular(gx) and _is_regular(gy) and _is_regular(gz)
-    return origin and _is_regular(dx) and _is_regular(dy) and _is_regular(dz)
+def regular_ray(g: Vector, d: Vector) -> bool:
+    """Whether the exact predicates hold for a ray of origin g and direction d (no denormal or huge component)."""
+    origin = _is_regular(g[0]) and _is_regular(g[1]) and _is_regular(g[2])
+    return origin and _is_regular(d[0]) and _is_regular(d[1]) and _is_regular(d[2])

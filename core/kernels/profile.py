@@ -30,6 +30,23 @@ class Profile(NamedTuple):
     begun: int
 
 
+class Slopes(NamedTuple):
+    """Rays of one vertical plane: slopes (rays,), ascending, are dz by forward distance; near, far (rays,): the forward
+    distances at which they begin and end."""
+
+    slopes: np.ndarray
+    near: np.ndarray
+    far: np.ndarray
+
+
+class Events(NamedTuple):
+    """Where rays enter and leave levels, in no order: at (most,) forward distances; changes int32 (most,): the
+    level + 1 where a stay begins, negative where it ends."""
+
+    at: np.ndarray
+    changes: np.ndarray
+
+
 @inlined
 def _stay(slope: float, near: float, far: float, enters_z: float, leaves_z: float) -> tuple[float, float]:
     """Distances between which a ray is between two heights, relative to the sensor, and within its range."""
@@ -39,9 +56,7 @@ def _stay(slope: float, near: float, far: float, enters_z: float, leaves_z: floa
 
 
 @kernel
-def _add_stays(
-    stays: np.ndarray, level: int, farthest: float, events: np.ndarray, levels: np.ndarray, count: int
-) -> int:
+def _add_stays(stays: np.ndarray, level: int, farthest: float, events: Events, count: int) -> int:
     """Write the stays (n, 2) in a level, in the order in which they begin, as events; those that overlap are one.
 
     Returns how many events there are now; -1 when a stay is so short that it may be none.
@@ -53,57 +68,41 @@ def _add_stays(
         if here > farthest or there < here:
             continue
         if here > leaves:
-            count = _write(enters, leaves, level, farthest, events, levels, count)
+            count = _write((enters, leaves), level, farthest, events, count)
             enters, leaves = here, there
         leaves = max(leaves, there)
-    return _write(enters, leaves, level, farthest, events, levels, count)
+    return _write((enters, leaves), level, farthest, events, count)
 
 
 @inlined
-def _write(
-    enters: float,
-    leaves: float,
-    level: int,
-    farthest: float,
-    events: np.ndarray,
-    levels: np.ndarray,
-    count: int,
-) -> int:
-    """Write one stay: levels are counted from 1, negative where they are left."""
+def _write(stay: tuple[float, float], level: int, farthest: float, events: Events, count: int) -> int:
+    """Write one stay: where it enters and leaves a level, the latter unless that is too far away."""
+    enters, leaves = stay
     if leaves > enters:
-        events[count], levels[count] = enters, level + 1
+        events.at[count], events.changes[count] = enters, level + 1
         count += 1
         if leaves <= farthest:
-            events[count], levels[count] = leaves, -level - 1
+            events.at[count], events.changes[count] = leaves, -level - 1
             count += 1
     return count
 
 
 @kernel
-def find_stays(
-    slopes: np.ndarray,
-    near: np.ndarray,
-    far: np.ndarray,
-    z0: float,
-    low: int,
-    high: int,
-    farthest: float,
-    events: np.ndarray,
-    levels: np.ndarray,
-) -> int:
-    """Write the distances (events) at which rays of ascending slopes enter and leave the levels low..high-1.
+def find_stays(rays: Slopes, z0: float, low: int, high: int, farthest: float, events: Events) -> int:
+    """Write the distances at which rays that start at the height z0 enter and leave the levels low..high-1, as far as
+    `farthest`; all lengths in voxels.
 
-    near, far (rays,): forward distances at which the rays begin and end; levels: level + 1 where a stay begins,
-    -(level + 1) where it ends; at most 2 (rays + 2) (high - low + 1) events. Returns how many were written, or -1
-    where the range of a ray ends so close to a face that only the exact walk can tell.
+    There are at most 2 (rays + 2) (high - low + 1) events. Returns how many were written, or -1 where the range of a
+    ray ends so close to a face that only the exact walk can tell.
     """
-    count, rays = 0, slopes.size
-    stays = np.empty((rays, 2))
+    slopes, near, far = rays.slopes, rays.near, rays.far
+    count, ray_count = 0, slopes.size
+    stays = np.empty((ray_count, 2))
     first_up, first_down = int(np.floor(z0)), int(np.ceil(z0)) - 1
     for level in range(low, high):
         found = 0
         if first_down <= level <= first_up:  # where rays start: they come in any order
-            for j in range(rays):
+            for j in range(ray_count):
                 starts = first_down if slopes[j] < 0.0 else first_up
                 ends_z = (first_down if slopes[j] < 0.0 else first_up + 1) - z0
                 if level == starts:
@@ -112,31 +111,31 @@ def find_stays(
             order = np.argsort(stays[:found, 0])
             stays[:found] = stays[:found][order]
         elif level > first_up:
-            for j in range(rays - 1, -1, -1):  # the steepest first
+            for j in range(ray_count - 1, -1, -1):  # the steepest first
                 if slopes[j] > 0.0:
                     stays[found] = _stay(slopes[j], near[j], far[j], level - z0, level + 1.0 - z0)
                     found += 1
                     if stays[found - 1, 0] > farthest:
                         break
         else:
-            for j in range(rays):
+            for j in range(ray_count):
                 if slopes[j] < 0.0:
                     stays[found] = _stay(slopes[j], near[j], far[j], level + 1.0 - z0, level - z0)
                     found += 1
                     if stays[found - 1, 0] > farthest:
                         break
-        count = _add_stays(stays[:found], level, farthest, events, levels, count)
+        count = _add_stays(stays[:found], level, farthest, events, count)
         if count < 0:
             return -1
     return count
 
 
 @kernel
-def masks_of(levels: np.ndarray, depth: int) -> np.ndarray:
-    """Levels in use after 0, 1, 2... events, uint64 (events + 1, depth)."""
-    masks = np.zeros((levels.size + 1, depth), np.uint64)
-    for i in range(levels.size):
+def masks_of(changes: np.ndarray, depth: int) -> np.ndarray:
+    """Levels in use after 0, 1, 2... events, uint64 (events + 1, depth); changes as in `Profile`."""
+    masks = np.zeros((changes.size + 1, depth), np.uint64)
+    for i in range(changes.size):
         masks[i + 1] = masks[i]
-        level = abs(levels[i]) - 1
+        level = abs(changes[i]) - 1
         masks[i + 1, level >> 6] ^= np.uint64(1) << np.uint64(level & 63)
     return masks

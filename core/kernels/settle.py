@@ -1,4 +1,8 @@
-"""Bring the union of one kind of sensor up to date and account for exactly the voxels whose cover changed."""
+"""Bring the union of one kind of sensor up to date and account for exactly the voxels whose cover changed.
+
+Arrays that a parallel kernel writes are arguments of their own: Numba takes a write to a member of a tuple for dead
+code and leaves it out.
+"""
 
 from __future__ import annotations
 
@@ -8,10 +12,12 @@ import numba
 import numpy as np
 
 from riglens.core.kernels.bits import first_run, popcount
+from riglens.core.kernels.codes import CLASS_COUNT, VOXELS
 from riglens.core.kernels.jit import inlined, kernel, parallel_kernel
+from riglens.core.kernels.palette import Entropies
 
-COLUMNS = 4
-"""Sums are kept side by side: three classes in fixed point, then the number of voxels."""
+COLUMNS = VOXELS + 1
+"""Columns of the sums: three classes in fixed point, then the number of voxels."""
 MANY = 0.2
 """Where more of the words of a row may change, going through all of them is faster than picking them out."""
 
@@ -110,12 +116,12 @@ def _weigh(tallies: np.ndarray, palette_q: np.ndarray, sums: np.ndarray) -> None
             continue
         own = np.int64(np.int32(tallies[code]))
         any_sensor = (tallies[code] - own) >> np.int64(32)
-        for c in range(3):
+        for c in range(CLASS_COUNT):
             h_q = np.int64(palette_q[code, c])
             sums[c] += own * h_q
             sums[COLUMNS + c] += any_sensor * h_q
-        sums[COLUMNS - 1] += own
-        sums[2 * COLUMNS - 1] += any_sensor
+        sums[VOXELS] += own
+        sums[COLUMNS + VOXELS] += any_sensor
 
 
 class Slots(NamedTuple):
@@ -126,32 +132,36 @@ class Slots(NamedTuple):
     leaving: np.ndarray
 
 
+class Region(NamedTuple):
+    """Words outside of which nothing changes: rows int64 (n,) of the grid along x, in the order in which the workers
+    take turns with them; of each row of `row_words` words the `words` from `first_word` on."""
+
+    rows: np.ndarray
+    first_word: int
+    words: int
+    row_words: int
+
+
 @parallel_kernel
 def settle(
     stack: np.ndarray,
-    slots: Slots,
     union: np.ndarray,
+    slots: Slots,
     kind: int,
-    keep: np.ndarray,
-    starts: np.ndarray,
-    first: np.ndarray,
-    codes: np.ndarray,
-    palette_q: np.ndarray,
-    rows: np.ndarray,
-    first_word: int,
-    words: int,
-    row_words: int,
+    region: Region,
+    entropies: Entropies,
     workers: int,
 ) -> np.ndarray:
-    """Make union[kind] what the slots of that kind hold, without those leaving, which are cleared; returns the change
-    of the sums.
+    """Make union[kind] what the slots of that kind hold, without those leaving, which are cleared; returns the
+    change of the sums.
 
-    stack uint64 (slots, words): voxels that sensors traverse, of which only those in `keep` count; union (2, words):
-    voxels covered by all cameras and by all LiDARs; starts, first, codes, palette_q: entropies of the voxels in
-    `keep`, run by run (see `riglens.core.metric.entropy`); rows (n,), first_word, words: rows of the grid, and words of
-    each, outside of which nothing changes; the workers take turns with the rows. Result int64 (2, 4): this kind, and
-    any sensor; columns as in COLUMNS. Integers, so the order of the edits and the number of threads cannot matter.
+    stack uint64 (slots, words): what the sensor of each slot traverses, of which only informative voxels count; union
+    uint64 (2, words): informative voxels covered by all cameras and by all LiDARs; kind: CAMERAS or LIDARS of
+    `riglens.core.kernels.codes`; slots: those of this kind. Result int64 (2, 4): change of
+    the sums of this kind, and of any sensor; columns as in COLUMNS. Integers, so neither the order of the edits nor
+    the number of threads can matter.
     """
+    words = region.words
     partial = np.zeros((workers, 16), np.int64)  # cache lines of its own for every worker
     for worker in numba.prange(workers):
         new, gone, where = (
@@ -159,12 +169,19 @@ def settle(
             np.empty(words, np.uint64),
             np.empty(words + 1, np.int32),
         )
-        sums, tallies = partial[worker], np.zeros(palette_q.shape[0], np.int64)
-        for i in range(worker, rows.size, workers):
-            start = rows[i] * row_words + first_word
+        sums, tallies = partial[worker], np.zeros(entropies.palette_q.shape[0], np.int64)
+        for i in range(worker, region.rows.size, workers):
+            start = region.rows[i] * region.row_words + region.first_word
             end = start + words
-            own, other = union[kind, start:end], union[1 - kind, start:end]
-            row = _Row(stack, start, keep[start:end], own, other, starts[start:end], first[start:end])
+            row = _Row(
+                stack,
+                start,
+                entropies.keep[start:end],
+                union[kind, start:end],
+                union[1 - kind, start:end],
+                entropies.starts[start:end],
+                entropies.first[start:end],
+            )
             _unite(stack, slots.arrived, start, new)
             _unite(stack, slots.leaving, start, gone)
             count = _differing(new, gone, where)
@@ -172,9 +189,9 @@ def settle(
                 count = _renew_all(row, slots.staying, new, where)
             else:
                 count = _renew_some(row, slots.staying, new, where, count)
-            _tally(row, new, where[:count], codes, tallies)
+            _tally(row, new, where[:count], entropies.codes, tallies)
             for slot in slots.leaving:
                 stack[slot, start:end] = 0
-        _weigh(tallies, palette_q, sums)
+        _weigh(tallies, entropies.palette_q, sums)
     change: np.ndarray = partial.sum(axis=0)[: 2 * COLUMNS].reshape(2, COLUMNS)
     return change

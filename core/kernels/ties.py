@@ -22,9 +22,9 @@ TOGETHER = 1e-10
 
 
 class Start(NamedTuple):
-    """Where a plane starts: its column, the direction along each axis, and the place within the column in voxels,
-    counted towards the faces crossed; speeds: faces crossed by forward distance in voxels; columns: how many are
-    crossed."""
+    """Where a plane starts: its column, the direction along each axis (1 or -1), and the place within the column in
+    voxels, counted towards the faces crossed; speeds: faces crossed by forward distance in voxels; columns: how many
+    are crossed."""
 
     ix: int
     iy: int
@@ -84,8 +84,11 @@ def untie(
     work: Work,
     marks: np.ndarray,
 ) -> bool:
-    """Decide the events close to a face: levels begin after it and end before it, and the rays concerned are walked
-    exactly through the columns on both sides. False where this is not enough."""
+    """Decide the events from..to close to a face: levels begin after it and end before it, and the rays concerned are
+    walked exactly through the columns on both sides. False where this is not enough.
+
+    Writes the place of each event among the columns crossed to work.places.
+    """
     opened, walked = np.zeros(64 * profile.masks.shape[1], np.int64), -1.0
     for event in range(events[0], events[1]):
         at, change = profile.at[event], profile.changes[event]

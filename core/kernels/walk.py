@@ -9,22 +9,27 @@ tied axes at once, so voxels that are only touched are not visited.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from riglens.core.kernels.jit import inlined, kernel
-from riglens.core.kernels.predicates import UNIT_ROUNDOFF, compare_moments, regular_ray
+from riglens.core.kernels.predicates import UNIT_ROUNDOFF, Moment, Vector, compare, regular_ray
 
 IRREGULAR = -1
 FARTHEST = 1e30
 """Stands for "no limit" along a ray: beyond any ROI, and small enough for the exact predicates."""
 
-Moment = tuple[float, float, float]
+Cell = tuple[int, int, int]
 
 
-@inlined
-def compare(a: Moment, b: Moment) -> int:
-    """Sign of moment a - moment b."""
-    return compare_moments(a[0], a[1], a[2], b[0], b[1], b[2])
+class Ray(NamedTuple):
+    """A ray in grid units: g + t d for near <= t <= far (g and d per axis; d need not be a unit vector)."""
+
+    g: Vector
+    d: Vector
+    near: float
+    far: float
 
 
 @inlined
@@ -32,12 +37,12 @@ def cell_after(g: float, d: float, moment: Moment) -> float:
     """Cell of one axis in which the ray is just after a moment."""
     if d == 0.0:
         return float(np.floor(g))
-    cell = float(np.floor(g + d * ((moment[0] - moment[1]) / moment[2])))
+    cell = float(np.floor(g + d * ((moment.face - moment.origin) / moment.direction)))
     step = 1.0 if d > 0.0 else -1.0
     ahead, behind = (1.0, 0.0) if d > 0.0 else (0.0, 1.0)
-    while compare((cell + ahead, g, d), moment) <= 0:
+    while compare(Moment(cell + ahead, g, d), moment) <= 0:
         cell += step
-    while compare((cell + behind, g, d), moment) > 0:
+    while compare(Moment(cell + behind, g, d), moment) > 0:
         cell -= step
     return cell
 
@@ -47,12 +52,12 @@ def cell_before(g: float, d: float, moment: Moment) -> float:
     """Cell of one axis in which the ray is just before a moment."""
     if d == 0.0:
         return float(np.floor(g))
-    cell = float(np.floor(g + d * ((moment[0] - moment[1]) / moment[2])))
+    cell = float(np.floor(g + d * ((moment.face - moment.origin) / moment.direction)))
     step = 1.0 if d > 0.0 else -1.0
     ahead, behind = (1.0, 0.0) if d > 0.0 else (0.0, 1.0)
-    while compare((cell + ahead, g, d), moment) < 0:
+    while compare(Moment(cell + ahead, g, d), moment) < 0:
         cell += step
-    while compare((cell + behind, g, d), moment) >= 0:
+    while compare(Moment(cell + behind, g, d), moment) >= 0:
         cell -= step
     return cell
 
@@ -65,30 +70,31 @@ def _clip_axis(
     if d == 0.0:
         return (entry, leave) if low <= np.floor(g) < high else (leave, leave)
     first, last = (float(low), float(high)) if d > 0.0 else (float(high), float(low))
-    if compare((first, g, d), entry) > 0:
-        entry = (first, g, d)
-    if compare((last, g, d), leave) < 0:
-        leave = (last, g, d)
+    into, out = Moment(first, g, d), Moment(last, g, d)
+    if compare(into, entry) > 0:
+        entry = into
+    if compare(out, leave) < 0:
+        leave = out
     return entry, leave
 
 
 @inlined
-def clip_ray(g: Moment, d: Moment, near: float, far: float, box: np.ndarray) -> tuple[Moment, Moment]:
-    """Exact entry and exit moments of a ray with parameter in [near, far] and a box of cells [lx hx ly hy lz hz)."""
-    entry = (near, 0.0, 1.0)
-    leave = (far, 0.0, 1.0)
-    entry, leave = _clip_axis(g[0], d[0], box[0], box[1], entry, leave)
-    entry, leave = _clip_axis(g[1], d[1], box[2], box[3], entry, leave)
-    return _clip_axis(g[2], d[2], box[4], box[5], entry, leave)
+def clip_ray(ray: Ray, box: np.ndarray) -> tuple[Moment, Moment]:
+    """Exact moments at which a ray enters and leaves a box of cells [lx hx ly hy lz hz), int64 (6,); it misses the
+    box unless the first is before the second."""
+    entry, leave = Moment(float(ray.near), 0.0, 1.0), Moment(float(ray.far), 0.0, 1.0)
+    entry, leave = _clip_axis(ray.g[0], ray.d[0], box[0], box[1], entry, leave)
+    entry, leave = _clip_axis(ray.g[1], ray.d[1], box[2], box[3], entry, leave)
+    return _clip_axis(ray.g[2], ray.d[2], box[4], box[5], entry, leave)
 
 
 @kernel
-def hits_cell(g: Moment, d: Moment, near: float, far: float, ix: int, iy: int, iz: int) -> bool:
+def hits_cell(ray: Ray, cell: Cell) -> bool:
     """Whether a ray runs inside one voxel over a positive length, exactly (for regular rays)."""
-    entry, leave = (near, 0.0, 1.0), (far, 0.0, 1.0)
-    entry, leave = _clip_axis(g[0], d[0], ix, ix + 1, entry, leave)
-    entry, leave = _clip_axis(g[1], d[1], iy, iy + 1, entry, leave)
-    entry, leave = _clip_axis(g[2], d[2], iz, iz + 1, entry, leave)
+    entry, leave = Moment(float(ray.near), 0.0, 1.0), Moment(float(ray.far), 0.0, 1.0)
+    entry, leave = _clip_axis(ray.g[0], ray.d[0], cell[0], cell[0] + 1, entry, leave)
+    entry, leave = _clip_axis(ray.g[1], ray.d[1], cell[1], cell[1] + 1, entry, leave)
+    entry, leave = _clip_axis(ray.g[2], ray.d[2], cell[2], cell[2] + 1, entry, leave)
     return compare(entry, leave) < 0
 
 
@@ -110,38 +116,37 @@ def _stepping(g: float, d: float, entry: Moment) -> tuple[int, int, float, float
 
 
 @kernel
-def _resolve(g: Moment, d: Moment, ix: int, iy: int, leave: Moment) -> tuple[int, bool, int, int]:
+def _resolve(g: Vector, d: Vector, ix: int, iy: int, leave: Moment) -> tuple[int, bool, int, int]:
     """The exact order of the next crossings: x first (-1), both (0) or y first (1); whether the ray leaves before
     them; the levels just before and just after."""
     face_x, face_y = ix + (1.0 if d[0] > 0.0 else 0.0), iy + (1.0 if d[1] > 0.0 else 0.0)
     order = -1 if d[1] == 0.0 else 1
     if d[0] != 0.0 and d[1] != 0.0:
-        order = compare((face_x, g[0], d[0]), (face_y, g[1], d[1]))
-    crossing = (face_x, g[0], d[0]) if order < 0 else (face_y, g[1], d[1])
-    if crossing[2] == 0.0 or compare(crossing, leave) >= 0:
+        order = compare(Moment(face_x, g[0], d[0]), Moment(face_y, g[1], d[1]))
+    crossing = Moment(face_x, g[0], d[0]) if order < 0 else Moment(face_y, g[1], d[1])
+    if crossing.direction == 0.0 or compare(crossing, leave) >= 0:
         return order, True, int(cell_before(g[2], d[2], leave)), 0
     return order, False, int(cell_before(g[2], d[2], crossing)), int(cell_after(g[2], d[2], crossing))
 
 
 @kernel
-def walk_exact(
-    g: Moment, d: Moment, near: float, far: float, box: np.ndarray, ny: int, runs: np.ndarray
-) -> int:
+def walk_exact(ray: Ray, box: np.ndarray, ny: int, runs: np.ndarray) -> int:
     """Write the runs (column = ix * ny + iy, low level, high level) of one ray; returns how many.
 
-    g, d: origin and direction in grid units; near, far: range in units of the direction's parameter;
-    box: int64 (6,) cells to stay in; runs: int32 (>= nx + ny + 2, 3). IRREGULAR: nothing written, see module.
+    box: int64 (6,) cells to stay in, [lx hx ly hy lz hz); ny: columns of the grid along y; runs: int32
+    (>= nx + ny + 2, 3). Returns IRREGULAR, with nothing written, for a ray that the predicates do not hold for.
     Moments are summed up step by step; `blur` bounds their rounding, and what is closer is resolved exactly.
     """
-    if not regular_ray(g[0], g[1], g[2], d[0], d[1], d[2]):
+    g, d = ray.g, ray.d
+    if not regular_ray(g, d):
         return IRREGULAR
-    entry, leave = clip_ray(g, d, near, far, box)
+    entry, leave = clip_ray(ray, box)
     if compare(entry, leave) >= 0:
         return 0
     ix, step_x, t_x, pace_x = _stepping(g[0], d[0], entry)
     iy, step_y, t_y, pace_y = _stepping(g[1], d[1], entry)
     level = int(cell_after(g[2], d[2], entry))
-    t_leave = (leave[0] - leave[1]) / leave[2]
+    t_leave = (leave.face - leave.origin) / leave.direction
     blur = 4.0 * UNIT_ROUNDOFF * (box[1] - box[0] + box[3] - box[2] + 16)
     tie, quiet = blur * t_leave, 0.5 - blur * (abs(g[2]) + abs(d[2]) * t_leave)
     if d[2] == 0.0:
@@ -174,13 +179,15 @@ def walk_exact(
 
 
 @kernel
-def walk_bresenham(
-    g: Moment, d: Moment, near: float, far: float, box: np.ndarray, ny: int, runs: np.ndarray
-) -> int:
-    """3D Bresenham between the first and the last voxel of a ray: one voxel per step of the driving axis."""
-    if not regular_ray(g[0], g[1], g[2], d[0], d[1], d[2]):
+def walk_bresenham(ray: Ray, box: np.ndarray, ny: int, runs: np.ndarray) -> int:
+    """3D Bresenham between the first and the last voxel of a ray: one voxel per step of the driving axis.
+
+    Arguments and result as in `walk_exact`, one run for each voxel: runs int32 (>= max(nx, ny, nz), 3).
+    """
+    g, d = ray.g, ray.d
+    if not regular_ray(g, d):
         return IRREGULAR
-    entry, leave = clip_ray(g, d, near, far, box)
+    entry, leave = clip_ray(ray, box)
     if compare(entry, leave) >= 0:
         return 0
     cell = np.empty(3, np.int64)

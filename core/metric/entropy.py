@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.kernels import bits, palette
+from riglens.core.kernels.palette import Entropies, Runs
 from riglens.core.scene.boxes import CLASSES, DataReport
 from riglens.core.scene.columns import VoxelIndex, Words
 from riglens.core.scene.grid import VoxelGrid
@@ -35,19 +36,6 @@ def nats(quanta: int) -> float:
     return int(quanta) / QUANTA_PER_NAT
 
 
-@dataclass(frozen=True)
-class Runs:
-    """Runs of neighbouring voxels of a word that share one combination of counts.
-
-    starts uint64 (words,): the first voxel of each run; first uint32 (words + 1,): number of runs before each word;
-    codes uint16 or uint32 (runs,): the row of the palette of each run.
-    """
-
-    starts: Words
-    first: NDArray[np.uint32]
-    codes: NDArray[np.unsignedinteger[Any]]
-
-
 def _runs_of(words: Words, rows: Counts) -> tuple[Runs, Counts, NDArray[np.int64]]:
     """Runs of equal rows, the distinct rows (m, 3), most frequent first, and how many voxels use each (m,)."""
     starts, first = np.empty(len(words), np.uint64), np.empty(len(words) + 1, np.uint32)
@@ -56,7 +44,7 @@ def _runs_of(words: Words, rows: Counts) -> tuple[Runs, Counts, NDArray[np.int64
     while True:
         firsts, uses = np.zeros(most, np.int64), np.zeros(most, np.int64)
         slots = np.full(2 * most, palette.EMPTY, np.int64)
-        found = palette.number_runs(words, starts, rows, numbers, firsts, uses, slots)
+        found = palette.number_runs(words, starts, rows, palette.Numbering(numbers, firsts, uses, slots))
         if found >= 0:
             break
         most *= 4
@@ -99,6 +87,11 @@ class EntropyField:
         palette_q[:, :3] = np.rint(entropy_of_counts(distinct, frames) * QUANTA_PER_NAT).astype(np.uint32)
         totals = tuple(int(total) for total in uses @ palette_q[:, :3].astype(np.int64))
         return cls(pog.grid, index, runs, palette_q, pog.data, totals)
+
+    @property
+    def entropies(self) -> Entropies:
+        """The informative voxels and their entropies as the kernels take them."""
+        return Entropies(self.index.words, *self.runs, self.palette_q)
 
     def codes(self) -> NDArray[np.unsignedinteger[Any]]:
         """Row of the palette of every informative voxel, (n,); made anew each time."""

@@ -7,12 +7,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from riglens.core.kernels.codes import ANY, VOXELS
 from riglens.core.metric.entropy import EntropyField, nats
 from riglens.core.metric.scores import ClassScores, KindScore, MetricSettings, Scores
 from riglens.core.scene.boxes import CLASSES
 
 KINDS = ("camera", "lidar")
-ANY = 2
+"""Kinds of sensor, in the order of the sums' rows CAMERAS and LIDARS."""
 
 
 def _share(part_q: int, total_q: int) -> float:
@@ -56,5 +57,5 @@ def score(
     hits_q (2, 3) are the sums with multiplicity, needed for the `hits` reading only.
     """
     classes = {name: _class_scores(field, c, sums_q, settings, hits_q) for c, name in enumerate(CLASSES)}
-    covered = {name: int(sums_q[row, 3]) for row, name in enumerate((*KINDS, "any"))}
+    covered = {name: int(sums_q[row, VOXELS]) for row, name in enumerate((*KINDS, "any"))}
     return Scores(classes, covered)

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.kernels import blocks
-from riglens.core.kernels.cover import levels_per_cell
+from riglens.core.kernels import cells
+from riglens.core.kernels.cells import CellMap
 from riglens.core.metric.entropy import QUANTA_PER_NAT, EntropyField
 from riglens.core.scene.columns import Words, words_per_column
 from riglens.core.scene.pog import Pog
@@ -48,7 +48,7 @@ class DisplayGrid:
         while True:
             block += 1
             flags = np.zeros([-(-n // block) for n in pog.grid.shape], np.uint8)
-            blocks.flag_blocks(occupied, block, flags)
+            cells.flag_blocks(occupied, block, flags)
             used = np.argwhere(flags)
             if len(used) <= max_cells:
                 break
@@ -60,13 +60,13 @@ class DisplayGrid:
             block,
             block * pog.grid.voxel_m,
             centres.astype(np.float32),
-            blocks.cells_of(occupied, block, numbers),
-            blocks.cells_of(field.index.ijk(), block, numbers),
+            cells.cells_of(occupied, block, numbers),
+            cells.cells_of(field.index.ijk(), block, numbers),
         )
 
     def probability(self, cls: int) -> NDArray[np.float32]:
         """Largest p of the voxels of each cell, (m,)."""
-        largest = blocks.largest_per_cell(self._cells_occupied, self.pog.counts[:, cls], len(self.centres_m))
+        largest = cells.largest_per_cell(self._cells_occupied, self.pog.counts[:, cls], len(self.centres_m))
         result: NDArray[np.float32] = (largest / max(self.pog.data.frames, 1)).astype(np.float32)
         return result
 
@@ -84,10 +84,8 @@ class DisplayGrid:
         return (self._seen_q(cls, words) / QUANTA_PER_NAT).astype(np.float32)
 
     def _seen_q(self, cls: int, words: Words) -> NDArray[np.int64]:
-        index = self.entropies.index
         seen_q = np.zeros(len(self.centres_m), np.int64)
-        slab, h_q = self._words_per_slab, self._entropies_of(cls).h_q
-        blocks.seen_per_cell(words, index.words, index.first, h_q, self._cells_informative, slab, seen_q)
+        cells.seen_per_cell(words, self._map(cls), seen_q)
         return seen_q
 
     def prevailing(self, cls: int, levels: NDArray[np.uint64]) -> NDArray[np.float32]:
@@ -95,17 +93,15 @@ class DisplayGrid:
 
         `levels` (n, words): sets of voxels, each a part of the one before. Where two are equal the lower counts.
         """
-        index = self.entropies.index
         sums_q = np.zeros((len(self.centres_m), len(levels) + 1), np.int64)
-        h_q, cells = self._entropies_of(cls).h_q, self._cells_informative
-        levels_per_cell(levels, index.words, index.first, h_q, cells, self._words_per_slab, sums_q)
+        cells.levels_per_cell(levels, self._map(cls), sums_q)
         level: NDArray[np.float32] = np.argmax(sums_q, axis=1).astype(np.float32)
         return level
 
-    @property
-    def _words_per_slab(self) -> int:
-        """Words of the columns that share cells."""
-        return self.block * self.pog.grid.shape[1] * words_per_column(self.pog.grid)
+    def _map(self, cls: int) -> CellMap:
+        index, h_q = self.entropies.index, self._entropies_of(cls).h_q
+        slab_words = self.block * self.pog.grid.shape[1] * words_per_column(self.pog.grid)
+        return CellMap(index.words, index.first, h_q, self._cells_informative, slab_words)
 
     def _entropies_of(self, cls: int) -> _ClassEntropies:
         if cls not in self._last:

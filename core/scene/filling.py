@@ -55,7 +55,7 @@ def _fill_heavy_frame(
 def _call(
     boxes: NDArray[np.float64], frame: NDArray[np.int64], grid: VoxelGrid, target: Counts, workers: int
 ) -> None:
-    fill.fill_counts(boxes, frame, np.array(grid.origin_m), grid.voxel_m, workers, target)
+    fill.fill_counts(boxes, frame, fill.Raster(np.array(grid.origin_m), grid.voxel_m), workers, target)
 
 
 def _packed(batch: BoxBatch, rows: NDArray[np.bool_]) -> NDArray[np.float64]:

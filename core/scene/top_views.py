@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.kernels.top_view import update_columns
+from riglens.core.kernels.cells import Columns, update_columns
 from riglens.core.metric.entropy import QUANTA_PER_NAT, EntropyField
 from riglens.core.scene.columns import Words, empty_words, words_per_column
 from riglens.core.scene.top_view import BLIND, EMPTY, LEAST, MOST, SeenBy, TopView
@@ -65,13 +65,10 @@ class TopViews:
         """Bring the sums in line with another set of voxels."""
         field, index = self._field, self._field.index
         nx, ny, _ = field.grid.shape
-        shape = nx, ny, words_per_column(field.grid)
+        columns = Columns(nx, ny, words_per_column(field.grid), self.block)
         values_q = field.palette_q[:, self._cls].astype(np.int64)
         now = words & index.words
-        runs = field.runs
-        update_columns(
-            sums.words, now, runs.starts, runs.first, runs.codes, values_q, shape, self.block, sums.sums_q
-        )
+        update_columns(sums.words, now, field.runs, values_q, columns, sums.sums_q)
         sums.words = now
 
 

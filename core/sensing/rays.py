@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from riglens.core.geometry import Vec3
 from riglens.core.kernels import codes
-from riglens.core.kernels.directions import directions
 from riglens.core.rig.model import Camera, Lidar
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.sensing.camera import cast_px, pixel_directions
@@ -45,7 +44,26 @@ class Lattice:
     def directions(self, rays: Ids | None = None) -> NDArray[np.float64]:
         """Directions in the sensor frame of all rays, or of some by number, (n, 3)."""
         every = np.arange(len(self.rows) * len(self.planes)) if rays is None else rays
-        return directions(self.kind, self.rows, self.planes, every)
+        return lattice_directions(self.kind, self.rows, self.planes, every)
+
+
+def lattice_directions(
+    kind: int, rows: NDArray[np.float64], planes: NDArray[np.float64], rays: Ids
+) -> NDArray[np.float64]:
+    """Directions (n, 3) in the sensor frame of the rays `rays` (n,), ray = row * planes + plane.
+
+    The same doubles as the compiled `riglens.core.kernels.lattice.direction` gives, which says what the tables mean;
+    in plain numpy, because the window draws some rays before the compiler is loaded.
+    """
+    row, plane = rows[rays // len(planes)], planes[rays % len(planes)]
+    if kind == codes.LISTED:
+        return np.asarray(row)
+    with np.errstate(over="ignore", invalid="ignore"):  # as in compiled code, which never warns
+        if kind == codes.LIDAR:
+            return np.stack([row[:, 0] * plane[:, 0], row[:, 0] * plane[:, 1], row[:, 1]], axis=1)
+        y, z = plane[:, 0], row[:, 0]
+        norm = np.sqrt(1.0 + y * y + z * z)
+        return np.stack([1.0 / norm, y / norm, z / norm], axis=1)
 
 
 def lidar_lattice(lidar: Lidar) -> Lattice:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.kernels import approximate, jit, plain
+from riglens.core.kernels.approximate import Place, Tested
 from riglens.core.metric.entropy import QUANTA_PER_NAT, EntropyField
 from riglens.core.metric.scoring import KINDS
 from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig, Sensor
@@ -80,17 +81,9 @@ class PlainDda:
 # ---------------------------------------------------------------- approximations
 
 
-class _Placed(NamedTuple):
-    """Where a sensor is in grid units: origin (3,), rotation (3, 3), range (2,)."""
-
-    g: NDArray[np.float64]
-    rotation: NDArray[np.float64]
-    reach: NDArray[np.float64]
-
-
-def _placed(sensor: Sensor, grid: VoxelGrid) -> _Placed:
+def _placed(sensor: Sensor, grid: VoxelGrid) -> Place:
     reach = np.array(sensor.range_m) / grid.voxel_m
-    return _Placed(np.array(grid.to_grid(sensor.position)), sensor.pose.rotation(), reach)
+    return Place(np.array(grid.to_grid(sensor.position)), sensor.pose.rotation(), reach)
 
 
 class VoxelTests:
@@ -105,26 +98,26 @@ class VoxelTests:
         """Voxels (n,) whose outline holds a ray of an enabled sensor."""
         seen, workers = self._start()
         for camera in rig.cameras():
-            where, flag = _placed(camera, self._field.grid), FLAGS["camera"]
-            approximate.camera_rectangles(*where, _lens(camera), self._voxels, flag, workers, seen)
+            where, tested = _placed(camera, self._field.grid), Tested(self._voxels, FLAGS["camera"])
+            approximate.camera_rectangles(where, _lens(camera), tested, workers, seen)
         for lidar in rig.lidars():
-            where, flag = _placed(lidar, self._field.grid), FLAGS["lidar"]
+            where, tested = _placed(lidar, self._field.grid), Tested(self._voxels, FLAGS["lidar"])
             tangents = np.sort(_tangents(lidar))
             azimuths = np.sort(np.radians(lidar.azimuths()) % approximate.TURN)
-            approximate.lidar_angles(*where, tangents, azimuths, self._voxels, flag, workers, seen)
+            approximate.lidar_angles(where, tangents, azimuths, tested, workers, seen)
         return seen
 
     def centres_in_view(self, rig: Rig) -> Flags:
         """Voxels (n,) whose centre lies in the field of view of an enabled sensor."""
         seen, workers = self._start()
         for camera in rig.cameras():
-            where, flag = _placed(camera, self._field.grid), FLAGS["camera"]
-            approximate.camera_centres(*where, _image_edges(camera), self._voxels, flag, workers, seen)
+            where, tested = _placed(camera, self._field.grid), Tested(self._voxels, FLAGS["camera"])
+            approximate.camera_centres(where, _image_edges(camera), tested, workers, seen)
         for lidar in rig.lidars():
-            where, flag = _placed(lidar, self._field.grid), FLAGS["lidar"]
+            where, tested = _placed(lidar, self._field.grid), Tested(self._voxels, FLAGS["lidar"])
             tangents = _tangents(lidar)
             outer = np.array([tangents.min(), tangents.max()])
-            approximate.lidar_centres(*where, outer, _sector(lidar), self._voxels, flag, workers, seen)
+            approximate.lidar_centres(where, outer, _sector(lidar), tested, workers, seen)
         return seen
 
     def sums(self, seen: Flags) -> NDArray[np.float64]:

@@ -43,12 +43,12 @@ def cast(
     distance = np.full(len(rays), float(range_m[1]))
     what = np.full(len(rays), NOTHING, np.int32)
     facing = np.zeros(len(rays))
+    nearest = kernel.Nearest(distance, what, facing)
     if has_ground:
-        kernel.hit_ground(origin[2], rays, distance, what)
-    kernel.hit_boxes(origin, rays, boxes.centre_m, boxes.size_m / 2, boxes.rotation, distance, what)
-    kernel.hit_triangles(
-        origin, rays, body.corners_m, body.bounds_m, body.leaf, body.skip, distance, what, facing
-    )
+        kernel.hit_ground(origin[2], rays, nearest)
+    kernel.hit_boxes(origin, rays, kernel.Boxes(boxes.centre_m, boxes.size_m / 2, boxes.rotation), nearest)
+    tree = kernel.Triangles(body.corners_m, body.bounds_m, body.leaf, body.skip)
+    kernel.hit_triangles(origin, rays, tree, nearest)
     what[distance < range_m[0]] = NOTHING
     distance[what == NOTHING] = np.inf
     facing[what != BODY] = 0.0

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from riglens.core.kernels.codes import CAMERA, LIDAR
-from riglens.core.kernels.directions import directions
 from riglens.core.kernels.lattice import direction
-from riglens.core.sensing.rays import lattice
+from riglens.core.sensing.rays import lattice, lattice_directions
 from tests.core.builders import grid_of, random_sensor
 
 
@@ -22,4 +21,6 @@ def test_directions_that_overflow_are_those_of_the_kernels_too(kind):
     rows = np.array([[1e200, 0.0], [np.inf, 0.0], [0.0, 1.0]])
     planes = np.array([[-1e300, 0.0], [0.5, -2.0]])
     compiled = [direction(kind, row, plane) for row in rows for plane in planes]
-    assert np.array_equal(directions(kind, rows, planes, np.arange(6)), np.array(compiled), equal_nan=True)
+    assert np.array_equal(
+        lattice_directions(kind, rows, planes, np.arange(6)), np.array(compiled), equal_nan=True
+    )

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from riglens.core.kernels.walk import IRREGULAR, walk_exact
+from riglens.core.kernels.walk import IRREGULAR, Ray, walk_exact
 from riglens.core.rig.model import Camera, Lidar
 from riglens.core.rig.presets import preset
 from riglens.core.scene.grid import VoxelGrid
@@ -58,7 +58,7 @@ def kernel_cells(shape: tuple[int, int, int], ray: GridRay) -> set[tuple[int, in
     runs = np.empty((sum(shape) + 3, 3), np.int32)
     box = np.array([0, shape[0], 0, shape[1], 0, shape[2]], np.int64)
     far = min(ray.far, 1e30)
-    count = walk_exact(ray.g, ray.d, ray.near, far, box, shape[1], runs)
+    count = walk_exact(Ray(ray.g, ray.d, ray.near, far), box, shape[1], runs)
     if count == IRREGULAR:
         return set(walk_rational(ray.g, ray.d, ray.near, far, [int(b) for b in box]))
     cells = [
