@@ -5,11 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-from cyclopts import Group, Parameter
+from cyclopts import Parameter
 
-from riglens.app.commands.options import Boxes, Out, Reading, Whole, check_json
-
-BUILD = Group("Build", sort_key=30)
+from riglens.app.commands.options import BUILD, Boxes, Out, Reading, Whole, check_json
 
 
 def pog(
@@ -36,9 +34,9 @@ def pog(
         Build the parts on the Dask cluster whose scheduler listens there, such as tcp://10.0.0.1:8786.
     """
     options = reading.options(boxes[0])
-    from riglens.app.commands import pog_job
+    from riglens.app.commands import data_job
 
-    pog_job.build_pog_file(options, boxes, out, workers, dask)
+    data_job.build_pog_file(options, boxes, out, workers, dask)
 
 
 def data(

@@ -1,4 +1,4 @@
-"""Finds the command and the values that the words of a command line name, and runs it."""
+"""Every command of `riglens` by its name, and how the words of a command line find their command and values."""
 
 from __future__ import annotations
 
@@ -6,10 +6,39 @@ import os
 from collections.abc import Sequence
 from difflib import get_close_matches
 
-from cyclopts import CycloptsError, UnusedCliTokensError
+from cyclopts import App, CycloptsError, Parameter, UnusedCliTokensError
 
-from riglens.app.commands.commands import app
+from riglens.app.commands.data import data, pog
+from riglens.app.commands.picture import render
+from riglens.app.commands.rigs import convert, library, presets
+from riglens.app.commands.scores import evaluate, window
+from riglens.app.commands.studies import accuracy, stability, table1
 from riglens.core.errors import InputError
+from riglens.version import installed_version
+
+app = App(
+    name="riglens",
+    help="Place LiDARs and cameras on a car and score how well they see traffic (S-MS). "
+    "RIG is a rig file or the name of a preset (W+T); see `riglens presets`.",
+    help_format="plaintext",
+    usage="Usage: riglens [RIG] [OPTIONS]\n       riglens COMMAND [OPTIONS] [ARGS]\n",
+    version=installed_version,
+    default_parameter=Parameter(negative=()),
+    suppress_keyboard_interrupt=False,
+)
+study = App(name="study", help="Repeat studies of the paper.", help_format="plaintext")
+
+app.default(window)
+app.command(study)
+app.command(evaluate, sort_key=1)
+app.command(pog, sort_key=2)
+app.command(data, sort_key=3)
+app.command(render, sort_key=4)
+app.command(presets, sort_key=5)
+app.command(convert, sort_key=5)
+app.command(library, sort_key=7)
+for command in (table1, accuracy, stability):
+    study.command(command)
 
 
 def run(tokens: Sequence[str]) -> object:

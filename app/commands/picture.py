@@ -12,7 +12,7 @@ from riglens.app.commands.options import Libraries, Out, Rig, Scene, whole_numbe
 from riglens.widgets.sensors.ray_look import DEFAULT_RAYS, RayLook
 
 if TYPE_CHECKING:
-    from riglens.app.rendering.render import Picture
+    from riglens.app.rendering.render import PictureRequest
 
 Heat = Literal["probability", "entropy", "seen", "unseen", "sensors", "change", "off"]
 
@@ -66,11 +66,11 @@ class Look:
     theme: Annotated[Literal["dark", "light"], Parameter(metavar="NAME")] = "dark"
     """Dark or light background."""
 
-    def picture(self, out: Path) -> Picture:
+    def picture(self, out: Path) -> PictureRequest:
         """The same with the file it is for, checked."""
-        from riglens.app.rendering.render import Picture, parse_size
+        from riglens.app.rendering.render import PictureRequest, parse_size
 
-        return Picture(
+        return PictureRequest(
             out, self.view, parse_size(self.size), self.scale, self.class_name, self.heatmap,
             transparent=self.transparent, legend=self.legend, title=self.title, scores=self.scores,
             theme=self.theme, threshold=self.threshold, log=self.log, opacity=self.opacity,

@@ -29,9 +29,9 @@ def presets(
     """
     if name is None and out is not None:
         raise InputError("--out: name the preset to write as well: riglens presets NAME --out RIG.yaml")
-    from riglens.app.commands import jobs
+    from riglens.app.commands import rigs_job
 
-    jobs.presets(name, out)
+    rigs_job.presets(name, out)
 
 
 def convert(
@@ -70,10 +70,9 @@ def convert(
     token
         Which rig of several: a token of nuScenes, the id of a CARLA vehicle.
     """
-    from riglens.app.commands.convert import Conversion
-    from riglens.app.commands.convert import convert as run
+    from riglens.app.commands import rigs_job
 
-    run(Conversion(source, out, from_, to, vehicle, rear_axle_x, origin, token))
+    rigs_job.convert(rigs_job.Conversion(source, out, from_, to, vehicle, rear_axle_x, origin, token))
 
 
 def library(
@@ -98,6 +97,6 @@ def library(
     if name is not None and kind is not None:
         raise InputError(f"--kind {kind} chooses what is listed; leave it out to show the model {name}")
     libraries.use()
-    from riglens.app.commands import library_listing
+    from riglens.app.commands import rigs_job
 
-    library_listing.show(name, kind, json)
+    rigs_job.library(name, kind, json)

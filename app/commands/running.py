@@ -6,12 +6,12 @@ import os
 import sys
 from collections.abc import Sequence
 
-from riglens.app.commands.ctrl_c import insistent_interrupt
 from riglens.app.evaluation.options import DEFAULT_RIG, SceneOptions, ScoreOptions
+from riglens.app.launch.interrupt import INTERRUPTED, insistent_interrupt
 from riglens.app.launch.system_libraries import MissingLibraries
 from riglens.core.errors import InputError
 
-DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+DONE, FAILED, BAD_INPUT = 0, 1, 2
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -45,7 +45,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _run(tokens: Sequence[str]) -> object:
     """Do what the words say. Where they can only mean the window, the parser is not even loaded: it takes its time."""
     if not tokens or _is_only_a_rig(tokens):
-        from riglens.app.launch.main import start
+        from riglens.app.commands.start import start
 
         return start(tokens[0] if tokens else DEFAULT_RIG, SceneOptions(), ScoreOptions())
     from riglens.app.commands.parsing import run

@@ -1,4 +1,4 @@
-"""`riglens evaluate`: scores of rigs."""
+"""`riglens [RIG]` and `riglens evaluate`: scores of rigs, in the window or in the terminal."""
 
 from __future__ import annotations
 
@@ -6,7 +6,24 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from riglens.app.commands.options import Libraries, Scene, Score, check_json
+from riglens.app.commands.options import Libraries, Rig, Scene, Score, check_json
+from riglens.app.evaluation.options import DEFAULT_RIG
+
+
+def window(
+    rig: Rig = DEFAULT_RIG,
+    /,
+    *,
+    scene: Scene = Scene(),
+    score: Score = Score(),
+    libraries: Libraries = Libraries(),
+) -> int:
+    """Open the window on RIG (W+T). Without a display: the scores, and a picture, YAML and JSON in out/."""
+    libraries.use()
+    options, metric = scene.options(), score.options()
+    from riglens.app.commands.start import start
+
+    return start(rig, options, metric)
 
 
 def evaluate(
@@ -28,6 +45,6 @@ def evaluate(
     check_json(json)
     libraries.use()
     options, metric = scene.options(), score.options()
-    from riglens.app.commands import jobs
+    from riglens.app.commands import scores_job
 
-    jobs.evaluate(rigs, options, metric, json)
+    scores_job.evaluate(rigs, options, metric, json)

@@ -25,9 +25,9 @@ def table1(
         Also write the table as CSV.
     """
     options, metric = scene.options(), score.options()
-    from riglens.app.commands import jobs
+    from riglens.app.studies import table1 as study_table1
 
-    jobs.table1(options, metric, csv)
+    study_table1.study(options, metric, csv)
 
 
 def accuracy(

@@ -1,17 +1,118 @@
-"""Ctrl-C in the terminal ends the window in order."""
+"""Ctrl-C, heard in each phase of the program: a command, the start of the window, the window; and a prompt end.
+
+No Qt here before there is a window: this is needed while Qt is being loaded.
+"""
 
 from __future__ import annotations
 
 import os
 import signal
-from collections.abc import Iterator
+import threading
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from types import FrameType
+from typing import TYPE_CHECKING, Protocol
 
-from PySide6.QtCore import QSocketNotifier
-from PySide6.QtWidgets import QApplication
+if TYPE_CHECKING:
+    from PySide6.QtWidgets import QApplication
 
-from riglens.app.launch.leaving import INTERRUPTED, leave_at_once
+AGAIN_S = 3.0
+"""Time to tidy up after an interruption before it is taken as not heard."""
+GRACE_S = 1.0
+"""How long threads may take to end after the window: compiling a kernel cannot be given up."""
+INTERRUPTED = 130
+
+# ---------------------------------------------------------------- commands
+
+
+class Timer(Protocol):
+    """What is used of a threading.Timer."""
+
+    daemon: bool
+
+    def start(self) -> None:
+        """Call the function when the time is over."""
+
+    def cancel(self) -> None:
+        """Do not call it."""
+
+
+@contextmanager
+def insistent_interrupt(
+    timer_of: Callable[[float, Callable[[], None]], Timer] = threading.Timer,
+) -> Iterator[None]:
+    """Within it, Ctrl-C interrupts the main thread again and again until the exception has come out here.
+
+    The compiler calls back into Python while it makes a kernel, and what is raised there is lost.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    timers: list[Timer] = []
+
+    def interrupt(number: int, frame: FrameType | None) -> None:
+        timer = timer_of(AGAIN_S, lambda: os.kill(os.getpid(), signal.SIGINT))
+        timer.daemon = True
+        timers.append(timer)
+        timer.start()
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGINT, interrupt)
+    try:
+        yield
+    except Exception as error:
+        if timers:  # what failed, failed for want of what the interruption left undone
+            raise KeyboardInterrupt from error
+        raise
+    finally:
+        signal.signal(signal.SIGINT, before)
+        for timer in timers:
+            timer.cancel()
+
+
+# ---------------------------------------------------------------- the start of the window, and its end
+
+
+def leave_at_once(*_: object) -> None:
+    """End the process with a word to the user. A handler of signals."""
+    os.write(2, b"riglens: interrupted\n")
+    os._exit(INTERRUPTED)
+
+
+@contextmanager
+def leaving_on_interrupt() -> Iterator[None]:
+    """While nothing is there that could be lost, Ctrl-C ends the process.
+
+    An exception would not do: Qt prints those that pass through it and goes on, and crashes while it is loaded.
+    """
+    before = signal.signal(signal.SIGINT, leave_at_once)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+class Grace:
+    """Ends the process when what was started with it has not ended in time."""
+
+    def __init__(self) -> None:
+        self._timer: threading.Timer | None = None
+
+    def start(self, code: int) -> None:
+        """End the process with this exit code in GRACE_S; everything that is to be kept has been written."""
+        self._timer = threading.Timer(GRACE_S, os._exit, (code,))
+        self._timer.daemon = True
+        self._timer.start()
+
+    def cancel(self) -> None:
+        """All is over in good time, or was not begun."""
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer.join()
+
+
+# ---------------------------------------------------------------- the window
 
 
 @dataclass
@@ -33,6 +134,8 @@ def quit_on_interrupt(app: QApplication) -> Iterator[Interrupt]:
     The windows are closed by the loop, never in the middle of what Python does just then, such as drawing. A
     second Ctrl-C meanwhile ends the process at once.
     """
+    from PySide6.QtCore import QSocketNotifier
+
     interrupt = Interrupt()
     read_fd, write_fd = os.pipe()
     os.set_blocking(write_fd, False)

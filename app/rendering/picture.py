@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from riglens.app.commands.figures import decimals, percent, thousands
+from riglens.app.terminal.figures import decimals, percent, thousands
 from riglens.core.metric.scores import MetricSettings, Scores
 from riglens.core.rig.model import Rig
 from riglens.widgets.viewport.scene_state import Caption, SceneState

@@ -8,29 +8,34 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
-from riglens.app.commands.console import progress_bar, results
-from riglens.app.commands.jobs import load_with_progress, rig_called
-from riglens.app.evaluation.heatmap import Heatmaps, VoxelMarks, marks_for, seen_words
+from riglens.app.evaluation.heatmap import Heatmaps, VoxelMarks, marks_for, marks_of, seen_words
 from riglens.app.evaluation.options import MAX_SCALE, MAX_SIDE_PX, MIN_SIDE_PX, SceneOptions, ScoreOptions
 from riglens.app.evaluation.requests import HeatMode
+from riglens.app.evaluation.scenario import settings_of
 from riglens.app.launch.display import prepare_drawing
+from riglens.app.terminal.console import progress_bar, results
+from riglens.app.terminal.scoring import load_with_progress, print_scores, rig_called, score_rigs
+from riglens.core.engine import evaluation_json
 from riglens.core.engine.engine import Engine, Evaluation
 from riglens.core.errors import InputError
-from riglens.core.files import require_writable
+from riglens.core.files import atomic_write, require_writable
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.rig.model import Rig
+from riglens.core.rig.yaml.file import dumps
 from riglens.core.scene.display import DisplayGrid
 from riglens.core.scene.pog import Pog
 from riglens.core.vehicle.mesh import BodyMesh
 from riglens.core.vehicle.mesh_file import mesh_path, read_mesh
 from riglens.widgets.sensors.ray_look import DEFAULT_RAYS, LEAST_DENSITY, MOST_DENSITY, RayLook
 
+OUT = Path("out")
+"""Where the files of a run without a window go."""
 View = Literal["iso", "top", "front", "left", "rear"]
 Theme = Literal["dark", "light"]
 
 
 @dataclass(frozen=True)
-class Picture:
+class PictureRequest:
     """What to draw and where to put it; `size_px` is width and height before `scale` enlarges all alike.
 
     `threshold`, `log`, `opacity` and `slice_m` are those of HeatLook; `baseline` names the rig that a heatmap
@@ -101,7 +106,7 @@ def parse_size(text: str) -> tuple[int, int]:
     return int(match[1]), int(match[2])
 
 
-def render(name: str, scene: SceneOptions, picture: Picture) -> None:
+def render(name: str, scene: SceneOptions, picture: PictureRequest) -> None:
     """Score a rig on a scene and draw both."""
     prepare_drawing()
     require_writable(picture.out)
@@ -118,7 +123,7 @@ def score_and_draw(
     rig: Rig,
     pog: Pog,
     field: EntropyField,
-    picture: Picture,
+    picture: PictureRequest,
     body: BodyMesh | None = None,
     baseline: Rig | None = None,
 ) -> None:
@@ -145,7 +150,7 @@ def draw(
     field: EntropyField,
     evaluation: Evaluation,
     marks: VoxelMarks,
-    picture: Picture,
+    picture: PictureRequest,
     body: BodyMesh | None = None,
 ) -> None:
     """Draw an evaluated rig with its rays and the heatmap of a class; call `prepare_drawing` before."""
@@ -173,3 +178,32 @@ def draw(
         render_still(
             state, picture.size_px, picture.scale, picture.out, picture.transparent, view=picture.view
         )
+
+
+# ---------------------------------------------------------------- instead of the window
+
+
+def score_without_window(rig: Rig, scene: SceneOptions, score: ScoreOptions) -> None:
+    """Score a rig, print the scores, and write a screenshot, the rig as YAML and the scores as JSON."""
+    prepare_drawing()
+    pog, field = load_with_progress(scene.for_rigs([rig], score))
+    screenshot, rig_file, scores = OUT / "screenshot.png", OUT / "rig.yaml", OUT / "scores.json"
+    _make_folder(OUT)
+    for path in (screenshot, rig_file, scores):
+        require_writable(path)
+    evaluations = score_rigs([rig], field, score, with_seen=True)
+    print_scores(evaluations, field, score)
+    document = evaluation_json.evaluation_document(field, settings_of(score), evaluations)
+    with atomic_write(scores, "w") as stream:
+        stream.write(evaluation_json.to_text(document))
+    with atomic_write(rig_file, "w") as stream:
+        stream.write(dumps(rig))
+    draw(pog, field, evaluations[0], marks_of(evaluations[0]), PictureRequest(screenshot))
+    results().print(f"Written: {screenshot}, {rig_file}, {scores}", soft_wrap=True)
+
+
+def _make_folder(folder: Path) -> None:
+    try:
+        folder.mkdir(exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be made a folder ({error.strerror})") from error

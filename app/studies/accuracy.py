@@ -9,8 +9,6 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
-from riglens.app.commands.console import note, progress_bar, results
-from riglens.app.commands.jobs import load_with_progress, rig_called
 from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.evaluation.scenario import load_field
 from riglens.app.studies.accuracy_chart import PICTURES, chart, picture
@@ -23,6 +21,8 @@ from riglens.app.studies.accuracy_text import (
     verdicts,
 )
 from riglens.app.studies.files import require_folder, write_text
+from riglens.app.terminal.console import note, progress_bar, results
+from riglens.app.terminal.scoring import load_with_progress, rig_called
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_write
 from riglens.core.metric.entropy import EntropyField

@@ -10,8 +10,6 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
-from riglens.app.commands.console import note, progress_bar, results
-from riglens.app.commands.jobs import load_with_progress
 from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.evaluation.scenario import load_field, source_of
 from riglens.app.studies.accuracy_text import edge_text
@@ -28,6 +26,8 @@ from riglens.app.studies.stability_text import (
     lines,
     methods_verdict,
 )
+from riglens.app.terminal.console import note, progress_bar, results
+from riglens.app.terminal.scoring import load_with_progress
 from riglens.core.errors import InputError
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.scene.boxes import CLASSES, Progress

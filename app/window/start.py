@@ -9,8 +9,7 @@ from PySide6.QtWidgets import QApplication
 
 from riglens.app.background.recompute import Recompute
 from riglens.app.evaluation.options import SceneOptions, ScoreOptions
-from riglens.app.launch.interrupt import quit_on_interrupt
-from riglens.app.launch.leaving import Grace
+from riglens.app.launch.interrupt import Grace, quit_on_interrupt
 from riglens.app.launch.user_folders import config_folder, state_folder
 from riglens.app.session.document import Document
 from riglens.app.window.main_window import MainWindow

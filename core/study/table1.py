@@ -7,7 +7,6 @@ and on the ray lattice.
 from __future__ import annotations
 
 import csv
-import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -93,19 +92,6 @@ class Table1:
     def agrees(self) -> bool:
         """Whether every order of every class agrees."""
         return all(order.agrees for order in self.orders)
-
-    def to_csv(self) -> str:
-        """The table as CSV text, one line per rig and class, full precision, in nats."""
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(["rig", "class", *MEASURES, *(f"published_{measure}" for measure in MEASURES)])
-        for row in self.rows:
-            for cls in CLASSES:
-                figures = [
-                    side[cls].of(measure) for side in (row.ours, row.published) for measure in MEASURES
-                ]
-                writer.writerow([row.rig, cls, *map(repr, figures)])
-        return text.getvalue()
 
 
 def table1(engine: Evaluator, settings: MetricSettings, progress: Progress | None = None) -> Table1:

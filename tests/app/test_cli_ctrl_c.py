@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from riglens.app.commands.ctrl_c import insistent_interrupt
+from riglens.app.launch.interrupt import insistent_interrupt
 from tests.waiting import TIMEOUT_S
 
 

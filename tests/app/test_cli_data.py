@@ -27,7 +27,7 @@ def ahead(tmp_path):
 
 
 def test_the_tables_fit_a_terminal_of_100_columns(riglens, ahead, monkeypatch):
-    monkeypatch.setattr("riglens.app.commands.console.PIPE_WIDTH", 100)
+    monkeypatch.setattr("riglens.app.terminal.console.PIPE_WIDTH", 100)
     outcome = riglens("data", ahead)
     assert outcome.code == 0
     tables = [line for line in outcome.out.splitlines() if not line.startswith(("Data", "warning"))]

@@ -110,7 +110,7 @@ def test_a_second_ctrl_c_before_the_first_was_heeded_ends_the_process() -> None:
 def test_a_thread_that_goes_on_does_not_keep_the_process() -> None:
     script = (
         "import threading\n"
-        "from riglens.app.launch.leaving import Grace\n"
+        "from riglens.app.launch.interrupt import Grace\n"
         "Grace().start(3)\n"
         "threading.Event().wait(300)\n"  # as a join of a thread that compiles
     )

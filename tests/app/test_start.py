@@ -7,8 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+from riglens.app.commands import start
 from riglens.app.commands.parsing import app, run
-from riglens.app.launch import main
 from tests.waiting import TIMEOUT_S
 
 REPOSITORY = Path(__file__).resolve().parents[2]
@@ -30,8 +30,8 @@ FOR_LATER = (
 )
 OPENED = """
 import sys
-import riglens.app.commands, riglens.app.launch.main
-riglens.app.launch.main.load_packages()
+import riglens.app.commands, riglens.app.commands.start
+riglens.app.commands.start.load_packages()
 assert "pyvista.plotting" in sys.modules and "PySide6" not in sys.modules, "Qt slows down what comes after it"
 import riglens.app.window, riglens.widgets.viewport.viewport
 """
@@ -70,7 +70,7 @@ print(matplotlib.pyplot.figure().number, qtpy.QtWidgets.QAction.__module__)
 
 def test_a_rig_alone_opens_the_window_as_the_parser_of_commands_would(riglens, monkeypatch) -> None:
     opened = []
-    monkeypatch.setattr(main, "start", lambda *asked: opened.append(asked) or 0)
+    monkeypatch.setattr(start, "start", lambda *asked: opened.append(asked) or 0)
     for words in ([], ["W+T"], ["rigs/mine.yaml"]):
         assert riglens(*words).code == run(words) == 0
     assert opened[::2] == opened[1::2] and len(opened) == 6

@@ -6,7 +6,7 @@ import os
 import sys
 
 from riglens.app import commands as cli
-from riglens.app.launch import main
+from riglens.app.commands import start
 
 PATIENCE_MS = 60_000
 
@@ -41,13 +41,13 @@ def _give_up() -> None:
 
 def run() -> int:
     """What the console script does; the application joins where the product loads Qt, so that the order is its own."""
-    load = main.load_packages
+    load = start.load_packages
 
     def load_and_place() -> None:
         load()
         end_at_first_picture()
 
-    main.load_packages = load_and_place
+    start.load_packages = load_and_place
     return cli.main([])
 
 

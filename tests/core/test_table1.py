@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import pytest
 
+from riglens.app.studies.table1 import table1_csv
 from riglens.assets import asset_path
 from riglens.core.metric.scores import DEFAULT_LAMBDA, ClassScores, KindScore, MetricSettings, Scores
 from riglens.core.rig.model import Rig
@@ -149,7 +150,7 @@ def test_an_abandoned_evaluation_is_no_table() -> None:
 
 def test_the_csv_holds_every_figure_in_full_precision() -> None:
     table = table1(FakeEngine(LIDAR | {"C": -1 / 3}, CAMERA), MetricSettings())
-    lines = list(csv.DictReader(io.StringIO(table.to_csv())))
+    lines = list(csv.DictReader(io.StringIO(table1_csv(table))))
     assert [(line["rig"], line["class"]) for line in lines] == [(r, c) for r in PAPER_RIGS for c in CLASSES]
     assert float(lines[0]["lidar_s_mig"]) == -1 / 3
     assert float(lines[0]["published_lidar_s_mig"]) == -6450.0

@@ -1,20 +1,31 @@
-"""`riglens library`: the sensor models as a table, one of them with every figure, or all as JSON."""
+"""What `riglens presets`, `convert` and `library` do: list or write rigs, convert them, tell sensor models."""
 
 from __future__ import annotations
 
 import json
 import math
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Literal
 
+from rich import box
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
-from riglens.app.commands.console import results
-from riglens.core.geometry import Pose
+from riglens.app.terminal.console import note_report, results
+from riglens.core.files import atomic_write, require_apart
+from riglens.core.geometry import Pose, Vec3
+from riglens.core.rig.formats.exchange import WRITABLE, format_called, format_for, read_rig, write_rig
+from riglens.core.rig.formats.mounts import ReadOptions
+from riglens.core.rig.formats.report import Report
 from riglens.core.rig.library import Cuboid, Entry, Library, default_library
-from riglens.core.rig.model import Camera, EvenAngles, Lidar
+from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
+from riglens.core.rig.opening import open_rig
+from riglens.core.rig.presets import PRESETS, find_preset, preset
+from riglens.core.rig.yaml.file import dumps
 from riglens.core.sensing.camera import field_of_view_deg
 
 WIDTH = 100
@@ -23,19 +34,98 @@ _TITLES = {"lidar": "LiDARs", "camera": "Cameras"}
 _ANGLES_A_LINE = 8
 
 
-def show(name: str | None, kind: Kind | None, as_json: bool) -> None:
+# ---------------------------------------------------------------- riglens presets
+
+
+def presets(name: str | None, out: Path | None) -> None:
+    """List the presets, print one as rig YAML, or write it to a file."""
+    if name is None:
+        rows = ((p.name, p.description, *_counts(p.rig())) for p in PRESETS.values())
+        results().print(preset_table(rows))
+        return
+    text = dumps(preset(name))
+    if out is None:
+        sys.stdout.write(text)
+        return
+    with atomic_write(out, "w") as stream:
+        stream.write(text)
+    results().print(f"{out}: preset {name}", soft_wrap=True, markup=False)
+
+
+def _counts(rig: Rig) -> tuple[int, int]:
+    return len(rig.cameras()), len(rig.lidars())
+
+
+def preset_table(presets: Iterable[tuple[str, str, int, int]]) -> Table:
+    """Built-in rigs: name, description, cameras, LiDARs."""
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    table.add_column("preset", no_wrap=True)
+    table.add_column("cameras", justify="right")
+    table.add_column("LiDARs", justify="right")
+    table.add_column("what it is")
+    for name, description, cameras, lidars in presets:
+        table.add_row(Text(name, "bold"), str(cameras), str(lidars), Text(description))
+    return table
+
+
+# ---------------------------------------------------------------- riglens convert: nothing is dropped in silence
+
+
+@dataclass(frozen=True)
+class Conversion:
+    """What to convert to what, and what the user says about it; formats that are None are told by the files."""
+
+    source: str
+    target: Path
+    source_format: str | None = None
+    target_format: str | None = None
+    vehicle: str | None = None
+    rear_axle_x: float | None = None
+    origin_m: Vec3 | None = None
+    token: str | None = None
+
+
+def convert(job: Conversion) -> None:
+    """Read the rig, write it, and say what became of everything; nothing is written when the reading fails."""
+    target_format = (
+        format_called(job.target_format, WRITABLE) if job.target_format else format_for(job.target)
+    )
+    require_apart(job.target, (job.source,))
+    rig, report = _read_rig(job)
+    exported = write_rig(rig, job.target, target_format.name)
+    for found in (report, exported.report):
+        note_report(found)
+    count = len(rig.sensors)
+    line = f"{job.target}: {count} sensor{'' if count == 1 else 's'} as {target_format.title}"
+    results().print(line, soft_wrap=True, markup=False)
+
+
+def _read_rig(job: Conversion) -> tuple[Rig, Report | None]:
+    """The rig to convert; a preset counts as a rig file."""
+    vehicle = open_rig(job.vehicle).rig.vehicle if job.vehicle is not None else None
+    options = ReadOptions(vehicle, job.rear_axle_x, job.origin_m, job.token)
+    preset = find_preset(job.source) if job.source_format is None else None
+    if preset is None:
+        imported = read_rig(job.source, job.source_format, options)
+        return imported.rig, imported.report
+    rig = preset.rig()
+    return rig.replace(vehicle=options.vehicle_or(rig.vehicle)), None
+
+
+# ---------------------------------------------------------------- riglens library
+
+
+def library(name: str | None, kind: Kind | None, as_json: bool) -> None:
     """Print one model, or those of a kind, or all; InputError for an unknown name."""
-    library = default_library()
-    entries = library.entries(kind) if name is None else (library.entry(name),)
+    models = default_library()
+    entries = models.entries(kind) if name is None else (models.entry(name),)
     if as_json:
-        sys.stdout.write(
-            json.dumps({"riglens": 1, "models": [_plain(e, library) for e in entries]}, indent=1)
-        )
+        sys.stdout.write(json.dumps({"riglens": 1, "models": [_plain(e, models) for e in entries]}, indent=1))
         sys.stdout.write("\n")
     elif name is None:
-        _list(library, kind)
+        _list(models, kind)
     else:
-        _print(_lines(entries[0], library))
+        _print(_lines(entries[0], models))
 
 
 def _list(library: Library, kind: Kind | None) -> None:

@@ -7,7 +7,7 @@ import sys
 
 from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.launch.display import missing_display
-from riglens.app.launch.leaving import leaving_on_interrupt
+from riglens.app.launch.interrupt import leaving_on_interrupt
 from riglens.app.launch.system_libraries import require_system_libraries
 
 
@@ -47,9 +47,9 @@ def _without_window(rig: str, scene: SceneOptions, score: ScoreOptions, problem:
 
     opened = open_rig(rig)
     print(f"no display: running headless ({problem})", file=sys.stderr)
-    from riglens.app.commands.console import note_report
-    from riglens.app.launch import headless
+    from riglens.app.rendering.render import score_without_window
+    from riglens.app.terminal.console import note_report
 
     note_report(opened.report)
-    headless.run(opened.rig, scene, score)
+    score_without_window(opened.rig, scene, score)
     return 0

@@ -1,0 +1,48 @@
+"""What `riglens evaluate` does: score rigs and say it as a table, as JSON or as both."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Sequence
+
+from riglens.app.evaluation.options import SceneOptions, ScoreOptions
+from riglens.app.evaluation.scenario import settings_of
+from riglens.app.terminal.console import note
+from riglens.app.terminal.scoring import (
+    load_with_progress,
+    print_scores,
+    rig_called,
+    score_rigs,
+)
+from riglens.core.engine.evaluation_json import evaluation_document, to_text
+from riglens.core.files import atomic_write, require_writable
+from riglens.core.rig.model import Rig
+from riglens.core.sensing.rays import missing_ray_count
+
+
+def evaluate(names: Sequence[str], scene: SceneOptions, score: ScoreOptions, json_target: str | None) -> None:
+    """Print the scores of some rigs as a table, also written to a JSON file; with "-" as JSON alone."""
+    rigs = [rig_called(name) for name in names]
+    if json_target not in (None, "-"):
+        require_writable(json_target, (*names, *scene.files))
+    for line in (line for rig in rigs for line in missing_rays(rig)):
+        note(line)
+    _, field = load_with_progress(scene.for_rigs(rigs, score))
+    evaluations = score_rigs(rigs, field, score)
+    document = evaluation_document(field, settings_of(score), evaluations)
+    if json_target == "-":
+        sys.stdout.write(to_text(document))
+        return
+    if json_target is not None:
+        with atomic_write(json_target, "w") as stream:
+            stream.write(to_text(document))
+    print_scores(evaluations, field, score)
+
+
+def missing_rays(rig: Rig) -> Iterator[str]:
+    """One line for each enabled camera whose lens model gives some of its pixels no direction."""
+    for camera in rig.cameras():
+        missing = missing_ray_count(camera)
+        if missing:
+            share = f"{missing:,} of {camera.ray_count:,} rays lie beyond what its lens model can say"
+            yield f"{rig.name}: {camera.name}: {share}, and are left out"

@@ -1,0 +1,102 @@
+"""`riglens study table1`: score the paper's eight rigs, print them beside the published figures, write CSV."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from rich import box
+from rich.table import Table
+from rich.text import Text
+
+from riglens.app.evaluation.options import SceneOptions, ScoreOptions
+from riglens.app.evaluation.scenario import settings_of
+from riglens.app.studies.files import csv_text, write_text
+from riglens.app.terminal.console import progress_bar, results
+from riglens.app.terminal.figures import thousands
+from riglens.app.terminal.scoring import load_with_progress, print_scene
+from riglens.core.engine.engine import Engine
+from riglens.core.files import require_writable
+from riglens.core.rig.presets import PAPER_RIGS, preset
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.study.table1 import MEASURES, Measure, Table1, Table1Row, table1
+
+MEASURE_TITLES: dict[Measure, str] = {
+    "camera_s_mig": "Camera S-MIG",
+    "lidar_s_mig": "LiDAR S-MIG",
+    "s_ms": "S-MS",
+}
+
+
+def study(scene: SceneOptions, score: ScoreOptions, csv_target: Path | None) -> None:
+    """Print the paper's Table I beside our figures, and say where the orders agree; also write it as CSV."""
+    if csv_target is not None:
+        require_writable(csv_target, scene.files)
+    _, field = load_with_progress(scene.for_rigs([preset(name) for name in PAPER_RIGS], score))
+    with progress_bar("Casting rays") as progress:
+        table = table1(Engine(field, score.threads), settings_of(score), progress)
+    if csv_target is not None:
+        write_text(csv_target, table1_csv(table))
+    console = results()
+    print_scene(field, score)
+    console.print(figures_table(table))
+    console.print(orders_table(table))
+    for line in verdict(table):
+        console.print(line, soft_wrap=True)
+
+
+def table1_csv(table: Table1) -> str:
+    """The table as CSV, one line per rig and class, full precision, in nats."""
+    return csv_text([_csv_line(row, cls) for row in table.rows for cls in CLASSES])
+
+
+def _csv_line(row: Table1Row, cls: str) -> dict[str, object]:
+    line: dict[str, object] = {"rig": row.rig, "class": cls}
+    line |= {measure: repr(row.ours[cls].of(measure)) for measure in MEASURES}
+    line |= {f"published_{measure}": repr(row.published[cls].of(measure)) for measure in MEASURES}
+    return line
+
+
+def figures_table(table: Table1) -> Table:
+    """The paper's Table I with its three blocks one below the other: ours beside the published, 10³ nat."""
+    shown = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    shown.add_column("10³ nat", no_wrap=True)
+    for name in CLASSES:
+        shown.add_column(f"{name}\nours", justify="right", no_wrap=True)
+        shown.add_column("\npaper", justify="right", no_wrap=True, style="dim")
+    for measure in MEASURES:
+        shown.add_row(Text(MEASURE_TITLES[measure], "bold"))
+        for row in table.rows:
+            shown.add_row(f"  {row.rig}", *_beside(row, measure))
+        shown.add_section()
+    return shown
+
+
+def _beside(row: Table1Row, measure: Measure) -> Iterable[str]:
+    for name in CLASSES:
+        yield thousands(row.ours[name].of(measure), 2)
+        yield thousands(row.published[name].of(measure), 2)
+
+
+def orders_table(table: Table1) -> Table:
+    """For each class the order of groups and rigs, lowest first; the paper's as well where it is another."""
+    shown = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    for title in ("class", "order of", "lowest first", "agrees", "τ"):
+        shown.add_column(title, no_wrap=True)
+    for order in table.orders:
+        ours = " < ".join(order.ours)
+        lines = ours if order.agrees else f"{ours}\npaper: {' < '.join(order.published)}"
+        verdict = Text("yes", "green") if order.agrees else Text("no", "bold red")
+        by = "rigs, S-MS" if order.what == "rigs" else order.what
+        tau = "-" if order.kendall_tau is None else f"{order.kendall_tau:.2f}"
+        shown.add_row(order.cls if order.what == "LiDAR groups" else "", by, lines, verdict, tau)
+        if order.what == "rigs":
+            shown.add_section()
+    return shown
+
+
+def verdict(table: Table1) -> Iterable[str]:
+    """How many orders agree, and what to make of it."""
+    same = sum(order.agrees for order in table.orders)
+    yield f"{same} of {len(table.orders)} orders are the paper's; τ is Kendall's rank correlation with it."
+    yield "Compare orders, not figures: those depend on the traffic, the voxel edge and the number of rays."

@@ -1,0 +1,132 @@
+"""Scores in the terminal: load rigs and a scene with a progress bar, score, and print tables."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from rich import box
+from rich.table import Table
+from rich.text import Text
+
+from riglens.app.evaluation.options import SceneOptions, ScoreOptions
+from riglens.app.evaluation.scenario import load_scenario, remarks_on, settings_of
+from riglens.app.terminal.console import note, note_report, progress_bar, results
+from riglens.app.terminal.figures import decimals, percent, thousands
+from riglens.core.engine.engine import Evaluation, evaluate_from_scratch
+from riglens.core.engine.warm_up import WARM_UP
+from riglens.core.metric.entropy import EntropyField
+from riglens.core.metric.scores import MetricSettings, Reading
+from riglens.core.rig.model import Rig
+from riglens.core.rig.opening import open_rig
+from riglens.core.scene.boxes import CLASSES, DataReport
+from riglens.core.scene.pog import Pog
+
+EXPLANATION: dict[Reading, str] = {
+    "covered": "S-MIG = minus the entropy that is seen, so S-MS falls as a rig sees more; "
+    "'seen' says how much, in % of H(Ω).",
+    "residual": "S-MIG = minus the entropy left unseen, so S-MS rises towards 0 as a rig sees more.",
+    "hits": "S-MIG counts a voxel once per ray through it; 'seen' still counts every voxel once.",
+}
+
+
+def rig_called(name: str) -> Rig:
+    """The rig of a preset, a rig file or a file of another program; what became of that is noted."""
+    opened = open_rig(name)
+    note_report(opened.report)
+    return opened.rig
+
+
+def load_with_progress(options: SceneOptions) -> tuple[Pog, EntropyField]:
+    """The scene, with a bar while its POG is built, and notes on what does not count and what was picked."""
+    with progress_bar("Building the POG") as progress:
+        found = load_scenario(options, progress)
+    for line in remarks_on(found.field.data):
+        note(line)
+    if found.choice is not None:
+        note(f"voxel auto: {found.choice.reason()}")
+        for line in found.choice.lines():
+            note(line)
+    return found.pog, found.field
+
+
+def score_rigs(
+    rigs: Sequence[Rig], field: EntropyField, options: ScoreOptions, with_seen: bool = False
+) -> list[Evaluation]:
+    """Evaluations of the rigs in the order given; each from scratch, so that their times can be compared."""
+    evaluations = []
+    with progress_bar("Casting rays") as progress:
+        found = evaluate_from_scratch(
+            field, [WARM_UP, *rigs], settings_of(options), options.threads, with_seen
+        )
+        next(found)
+        for evaluation in found:
+            evaluations.append(evaluation)
+            progress(len(evaluations) / len(rigs))
+    return evaluations
+
+
+def print_scene(field: EntropyField, score: ScoreOptions) -> None:
+    """What was scored and how, on standard output."""
+    for line in scene_lines(field, settings_of(score), field.data.short_source):
+        results().print(line, soft_wrap=True)
+
+
+def print_scores(evaluations: Sequence[Evaluation], field: EntropyField, score: ScoreOptions) -> None:
+    """The scores with what they were computed on, on standard output."""
+    console = results()
+    print_scene(field, score)
+    console.print(score_table(evaluations))
+    console.print(EXPLANATION[score.reading], soft_wrap=True)
+
+
+# ---------------------------------------------------------------- tables
+
+
+def scene_lines(field: EntropyField, settings: MetricSettings, source: str) -> Iterable[Text]:
+    """What was scored, in three lines: grid, data, metric."""
+    nx, ny, nz = field.grid.shape
+    length, width, height = field.grid.roi_m
+    yield _line(
+        "Grid",
+        f"{nx} × {ny} × {nz} voxels of {field.grid.voxel_m:g} m ({length:g} × {width:g} × {height:g} m), "
+        f"{field.index.count:,} informative",
+    )
+    yield _line("Data", data_line(field.data, source))
+    yield _line(
+        "Metric",
+        f"{settings.method} traversal, reading {settings.reading}, λ = {settings.camera_weight:g}: "
+        f"S-MS = λ · S-MIG(camera) + S-MIG(LiDAR)",
+    )
+
+
+def data_line(data: DataReport, source: str) -> str:
+    """Name, frames and boxes of a data set in one line."""
+    boxes = ", ".join(f"{name} {data.boxes.get(name, 0):,}" for name in CLASSES)
+    return f"{source}: {data.frames:,} frames; boxes: {boxes}"
+
+
+def _line(label: str, text: str) -> Text:
+    return Text.assemble((f"{label:<8}", "bold"), text)
+
+
+def score_table(evaluations: Sequence[Evaluation]) -> Table:
+    """Rigs as rows, one section per class: S-MIG of cameras and LiDARs, S-MS, and what is seen."""
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    table.add_column("10³ nat", no_wrap=True, overflow="ellipsis", max_width=28)
+    for title in ("S-MIG\ncamera", "S-MIG\nLiDAR", "\nS-MS", "seen\ncamera", "seen\nLiDAR", "seen\nany"):
+        table.add_column(title, justify="right", no_wrap=True)
+    for name in CLASSES:
+        h_total = evaluations[0].scores.classes[name].h_total
+        digits = decimals(h_total)
+        table.add_row(Text(f"{name}, H(Ω) {thousands(h_total, digits)}", "bold"))
+        for evaluation in evaluations:
+            table.add_row(Text(f"  {evaluation.rig.name}"), *_figures(evaluation, name, digits))
+        table.add_section()
+    return table
+
+
+def _figures(evaluation: Evaluation, name: str, digits: int) -> list[str]:
+    scores = evaluation.scores.classes[name]
+    entropies = (scores.camera.s_mig, scores.lidar.s_mig, scores.s_ms)
+    shares = (scores.camera.seen, scores.lidar.seen, scores.any_seen)
+    return [*(thousands(value, digits) for value in entropies), *(percent(share) for share in shares)]
