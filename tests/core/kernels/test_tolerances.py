@@ -16,6 +16,7 @@ from riglens.core.kernels import fan, frustum, predicates, profile, ties, walk
 REPOSITORY = Path(__file__).resolve().parents[3]
 ROOMS = ("kernels", "engine", "sensing")
 ROW = re.compile(r"^\| `(\w+)\.(\w+)` \| ([^|]+) \|", re.MULTILINE)
+NAME = re.compile(r"`([a-z_]+)\.(\w+)`")
 U = predicates.UNIT_ROUNDOFF
 OTHER_MATTERS = ("compiled", "sight")
 """Modules about files and pictures."""
@@ -68,6 +69,19 @@ def number_of(told: str) -> float:
 def test_the_page_on_the_engine_tells_every_tolerance_with_its_value() -> None:
     sources = {key: value for key, value in in_the_sources().items() if key not in NO_TOLERANCES}
     assert in_the_docs() == sources
+
+
+def test_the_functions_that_the_page_names_exist() -> None:
+    text = (REPOSITORY / "docs" / "engine.md").read_text(encoding="utf-8")
+    rooms = {
+        path.stem: path.parent.name for room in ROOMS for path in (REPOSITORY / "core" / room).glob("*.py")
+    }
+    named = NAME.findall(text)
+    assert len(named) > 20
+    for module, name in named:
+        assert hasattr(importlib.import_module(f"riglens.core.{rooms[module]}.{module}"), name), (
+            f"{module}.{name}"
+        )
 
 
 def test_a_crossing_is_known_to_half_of_the_tolerance() -> None:

@@ -1,0 +1,109 @@
+"""A grid of 4 x 4 x 4 voxels, rays in vertical planes, and sets of voxels that can be read: for cases checked by hand.
+
+Distances and heights are in voxels. A column is one word, so level z of the column (x, y) is bit z of word 4 x + y.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from riglens.core.engine.fans import make_fan, make_profile
+from riglens.core.kernels.cast import Cast
+from riglens.core.kernels.codes import LIDAR
+from riglens.core.kernels.fan import mark_fan
+from riglens.core.kernels.planes import Fan, Space, Work, walk_alone
+from riglens.core.kernels.profile import Profile
+from riglens.core.sensing.rays import Lattice
+
+Words = NDArray[np.uint64]
+Voxel = tuple[int, int, int]
+SIDE = 4
+BOX = np.array([0, SIDE, 0, SIDE, 0, SIDE], np.int64)
+SHAPE = np.array([SIDE, SIDE, SIDE], np.int64)
+ENDLESS = (0.0, 1e30)
+AHEAD, LEFT, BACK, RIGHT = (1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)
+
+
+def words(*values: int) -> Words:
+    """An array of words."""
+    return np.array(values, np.uint64)
+
+
+def no_voxels() -> Words:
+    """The empty set."""
+    return np.zeros(SIDE * SIDE, np.uint64)
+
+
+def voxels_of(marks: Words) -> set[Voxel]:
+    """The voxels of a set of the grid 4 x 4 x 4."""
+    return {
+        (word // SIDE, word % SIDE, level)
+        for word in range(marks.size)
+        for level in range(64)
+        if int(marks[word]) >> level & 1
+    }
+
+
+def row(x: Sequence[int], y: int, z: int) -> set[Voxel]:
+    """Voxels side by side along x."""
+    return {(ix, y, z) for ix in x}
+
+
+def rays_in_planes(
+    origin: Sequence[float],
+    slopes: Sequence[float],
+    headings: Sequence[tuple[float, float]] = (AHEAD,),
+    reach: tuple[float, float] = ENDLESS,
+) -> Cast:
+    """A ray (heading x, heading y, slope) for each slope and heading; distances are those along the heading."""
+    rows = np.array([(1.0, slope) for slope in slopes])
+    return Cast(
+        LIDAR, rows, np.array(headings), np.array(origin), np.eye(3), np.array(reach), BOX, SHAPE, False
+    )  # fmt: skip
+
+
+def fan_of(rays: Cast) -> tuple[Fan, Space, Profile]:
+    """What the kernels of a fan need for some rays."""
+    fan = make_fan(Lattice(rays.kind, rays.rows, rays.planes), rays)
+    profile = make_profile(fan, rays)
+    assert profile is not None
+    return fan, Space(rays.origin, rays.rotation, rays.box, rays.shape), profile
+
+
+def seen_by_fan(rays: Cast, slabs: Sequence[tuple[int, int]] = ((0, SIDE),)) -> set[Voxel]:
+    """The voxels that the planes mark, walked by one worker or by several."""
+    fan, space, profile = fan_of(rays)
+    marks = no_voxels()
+    mark_fan(fan, space, profile, 0, len(fan.planes), np.array(slabs, np.int64), marks)
+    return voxels_of(marks)
+
+
+def seen_ray_by_ray(rays: Cast) -> set[Voxel]:
+    """The voxels of the same rays, each walked exactly on its own."""
+    fan, space, _ = fan_of(rays)
+    marks, runs = no_voxels(), np.empty((2 * SIDE + 3, 3), np.int32)
+    for plane in range(len(fan.planes)):
+        for table_row in range(len(fan.rows)):
+            walk_alone(fan, space, plane, table_row, BOX, marks, runs)
+    return voxels_of(marks)
+
+
+def room_for(profile: Profile) -> Work:
+    """Work space of one worker."""
+    crossed = 2 * SIDE + 3
+    return Work(
+        np.empty(crossed, np.int32),
+        np.empty(profile.at.size, np.int32),
+        np.empty((profile.masks.shape[1], crossed), np.uint64),
+        np.empty((profile.masks.shape[1], crossed), np.uint64),
+        np.empty((crossed, 3), np.int32),
+    )
+
+
+def heading(degrees: float) -> tuple[float, float]:
+    """Unit vector at an angle from x towards y."""
+    return math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
