@@ -48,7 +48,7 @@ def atomic_write(
 def require_writable(path: str | os.PathLike[str], reads: Iterable[str | os.PathLike[str]] = ()) -> None:
     """Raise InputError when `path` cannot be written, or is one of the files that the work `reads`.
 
-    Asked before long work whose result goes there.
+    Call this before long work whose result goes there.
     """
     try:
         problem = _problem(Path(os.path.realpath(path)))
@@ -70,8 +70,8 @@ def require_apart(path: str | os.PathLike[str], reads: Iterable[str | os.PathLik
 def atomic_folder(path: str | os.PathLike[str], files: Mapping[str, bytes]) -> None:
     """Make a folder with these files (plain names); it appears at once and complete, or not at all.
 
-    A folder that is there already is replaced when it holds files of these names and nothing else; any other is
-    refused with InputError, and so is a place that cannot be written.
+    An existing folder is replaced when it holds files of these names and nothing else; any other is refused with
+    InputError, and so is a place that cannot be written.
     """
     target = Path(os.path.realpath(path))
     temporary = target.parent / f".{target.name[:100]}.{secrets.token_hex(6)}.tmp"

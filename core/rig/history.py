@@ -18,7 +18,7 @@ _VERBS = {"position": "move", "rpy_deg": "turn", "name": "rename", "mirror_of": 
 class Edit:
     """`label` in lower case, such as "move roof"; `numbers` are the places of the numbers that changed.
 
-    Without numbers the edit changed something else too, and never goes on with another.
+    Without numbers the edit changed something else too, and never continues another.
     """
 
     label: str
@@ -80,7 +80,7 @@ def _verb(fields: tuple[str, ...], after: Rig, indices: list[int]) -> str:
 class Marks:
     """Names of the sensors that are not drawn, and of those that are guarded against edits.
 
-    They are no part of a rig and of no file, but are taken back like edits of it.
+    They are not part of a rig or its file, but can be undone like edits of it.
     """
 
     hidden: frozenset[str] = frozenset()
@@ -97,11 +97,11 @@ class _Step:
 
 
 class History:
-    """The rigs of a session in the order of the edits, where we are in it, and which one is on the disk.
+    """The rigs of a session in the order of the edits, the current place among them, and which one is on the disk.
 
     A drag, and a group of edits likewise, is `begin`, any number of `preview`, then `commit` or `cancel`;
-    previews change what `rig` says but not the stack. Rigs are immutable, so states share their sensors and
-    cost next to nothing.
+    previews change `rig` but not the stack. Rigs are immutable, so steps share their sensors and cost almost
+    nothing.
     """
 
     def __init__(self, rig: Rig) -> None:
@@ -123,7 +123,7 @@ class History:
 
     @property
     def marks(self) -> Marks:
-        """What is hidden and locked at the current step; names of sensors that are gone may be among them."""
+        """What is hidden and locked at the current step, possibly including names of sensors that no longer exist."""
         return self._steps[self._index].marks
 
     @property
@@ -212,14 +212,14 @@ class History:
 
     @property
     def undo_label(self) -> str | None:
-        """The edit that `undo` would take back, None when there is none."""
+        """The edit that `undo` would revert, None when there is none."""
         if self._open_label is not None:
             return self._open_label
         return self._steps[self._index].label if self._index > 0 else None
 
     @property
     def redo_label(self) -> str | None:
-        """The edit that `redo` would make again, None when there is none."""
+        """The edit that `redo` would repeat, None when there is none."""
         is_last = self._index == len(self._steps) - 1
         return None if self.is_dragging or is_last else self._steps[self._index + 1].label
 
@@ -230,11 +230,11 @@ class History:
 
     @property
     def can_redo(self) -> bool:
-        """Whether `redo` would make an edit again."""
+        """Whether `redo` would do anything."""
         return self.redo_label is not None
 
     def mark_saved(self) -> None:
-        """The rig of the current step is now on the disk."""
+        """Note that the rig of the current step is now on the disk."""
         self._saved = self.committed
 
     def _push(self, label: str, rig: Rig, marks: Marks | None = None) -> bool:

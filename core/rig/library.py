@@ -2,7 +2,7 @@
 
 It holds the models that ship with the program and a user's own: those of `library.yaml` in the user's
 configuration folder, and those of the files that RIGLENS_LIBRARY names (the option --library sets it). A name
-means one model: an own entry never takes the name of another.
+means one model: a user's own entry never takes the name of another.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ class Cuboid(Frozen):
 class Entry(Frozen):
     """One sensor model: what it is, where its figures come from and the sensor fields it supplies.
 
-    `azimuth_step_deg`: turns a second to degrees between neighbouring azimuths; `pixel_um`: edge of a pixel.
+    `azimuth_step_deg`: revolutions per second to degrees between neighbouring azimuths; `pixel_um`: edge of a pixel.
     """
 
     name: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9.+-]*$", max_length=60)]
@@ -86,7 +86,7 @@ class Entry(Frozen):
 _ABOUT = tuple(name for name in Entry.model_fields if name not in ("name", "fields"))
 _ANGLES = ("elevations_deg", "azimuths_deg", "azimuth_offsets_deg")
 _OWN = ("name", "model", "position", "rpy_deg", "enabled", "mirror_of")
-"""What is said of a sensor on a car and never of a model."""
+"""Fields of a sensor on a car that a model never has."""
 
 
 def read_entries(path: str | os.PathLike[str], where: str) -> tuple[Entry, ...]:
@@ -173,7 +173,7 @@ NAME = "library.json"
 def stored_entries(path: Path) -> tuple[Entry, ...]:
     """Return `read_entries` of a library file, from the cache if the same code has read the same text before.
 
-    The file holds a checksum and the entries as JSON; one that is damaged is made again.
+    The file holds a checksum and the entries as JSON; a damaged one is rebuilt.
     """
     kept, maker = cache_folder() / NAME, _maker(path)
     with contextlib.suppress(OSError, ValueError, TypeError):  # missing, damaged, or of other code
@@ -220,7 +220,7 @@ BUNDLED = "bundled"
 
 
 class Library:
-    """The sensor models by name, in the order of the files; `origins` says for each name which file it is from."""
+    """The sensor models by name, in the order of the files; `origins` gives the file of each name."""
 
     def __init__(self, entries: Iterable[Entry], origins: dict[str, str] | None = None) -> None:
         self._entries = {entry.name: entry for entry in entries}
@@ -263,7 +263,7 @@ def user_library_files() -> tuple[Path, ...]:
 def supplied_fields(sensor: dict[str, Any]) -> dict[str, Any]:
     """Return the fields that the library gives to a sensor with these fields.
 
-    A lens is said in one way: a field of view leaves out the model's focal lengths and distortion. Azimuth offsets
+    A lens is given in one way: a field of view replaces the model's focal lengths and distortion. Azimuth offsets
     belong to beams: with another number of beams they are left out.
     """
     model = sensor.get("model")
@@ -289,7 +289,7 @@ def _beam_count(beams: Any) -> Any:
 
 
 def use_libraries(files: Iterable[Path]) -> None:
-    """Add library files for this process and those it starts; they stand in RIGLENS_LIBRARY from then on."""
+    """Add library files for this process and those it starts, through the variable RIGLENS_LIBRARY."""
     named = [str(path.absolute()) for path in files]
     if named:
         before = os.environ.get(LIBRARY_VARIABLE, "")

@@ -66,7 +66,7 @@ PARAMETRIC_BODIES = ("sedan", "suv", "van", "truck")
 MAX_SENSORS = 255
 MAX_RAYS_PER_SENSOR = 1 << 26
 MAX_LISTED_RAYS = 1 << 23
-"""Rays that follow from no table of rows and columns (lens distortion, azimuth offsets) are held one by one."""
+"""Rays that do not form a table of rows and columns (lens distortion, azimuth offsets) are stored one by one."""
 
 Metres = Annotated[float, Field(allow_inf_nan=False, ge=-1e7, le=1e7)]
 Positive = Annotated[float, Field(allow_inf_nan=False, gt=0.0)]
@@ -243,7 +243,7 @@ class Camera(_Mounted):
 
 
 Sensor = Lidar | Camera
-"""A sensor of any kind, told apart by `kind`; a new kind joins here."""
+"""A sensor of any kind, told apart by `kind`; add a new kind here."""
 
 
 def rays_of(sensor: Sensor) -> Sensor:
@@ -252,7 +252,7 @@ def rays_of(sensor: Sensor) -> Sensor:
 
 
 class MeshPlacement(Frozen):
-    """How a mesh file comes into the vehicle frame: scaled about its origin, turned, then moved (metres)."""
+    """How a mesh file is placed in the vehicle frame: scaled about its origin, rotated, then moved (metres)."""
 
     scale: Annotated[float, Field(allow_inf_nan=False, ge=1e-6, le=1e6)] = 1.0
     rpy_deg: Angles3 = (0.0, 0.0, 0.0)

@@ -31,8 +31,8 @@ class OpenedRig:
 def open_rig(name_or_path: str | Path) -> OpenedRig:
     """Return a preset by its name, a rig file, or a rig in another format, which is detected.
 
-    A preset's name wins over a file of that name; write ./W+T for the file. Raise InputError when there is neither, or
-    when the file is wrong.
+    A preset takes precedence over a file of the same name; write ./W+T for the file. Raise InputError when there is
+    neither, or when the file is wrong.
     """
     name = os.fspath(name_or_path)
     found = find_preset(name)
@@ -48,7 +48,9 @@ def open_rig(name_or_path: str | Path) -> OpenedRig:
 
 def open_rig_file(path: Path) -> OpenedRig:
     """Return a rig file, or a rig in another format; raise InputError when it cannot be read."""
-    from riglens.core.rig.formats.exchange import detect  # many formats, which a preset needs not
+    from riglens.core.rig.formats.exchange import (
+        detect,
+    )  # imported late: the many formats are not needed for a preset
     from riglens.core.rig.formats.mounts import ReadOptions
     from riglens.core.rig.formats.riglens import RIGLENS
     from riglens.core.rig.formats.source import Source

@@ -31,7 +31,7 @@ ACCEPTED = (
 MAX_CHARACTERS = 4000
 MAX_METRES = 1e7
 _RIGID_TOLERANCE = 1e-3
-"""Matrices and quaternions are often printed with four digits; what is farther from a rotation is none."""
+"""Matrices and quaternions are often printed with four digits; anything farther from a rotation is refused."""
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 _KEY_LINE = re.compile(r"^\W*(?:position|rpy_deg|quaternion)", re.M)
 _KEYS = ("position", "rpy_deg", "quaternion_xyzw")

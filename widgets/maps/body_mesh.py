@@ -15,7 +15,7 @@ from riglens.widgets.car.body import body_parts
 def body_triangles(vehicle: Vehicle) -> NDArray[np.float32]:
     """Return triangles (t, 3, 3) of everything but glass, metres, vehicle frame; raise InputError for unknown bodies.
 
-    The same vehicle gives the same array, so that what is made from it need not be made again.
+    The same vehicle gives the same array, so that what is built from it need not be rebuilt.
     """
     found = [np.zeros((0, 3, 3), np.float32)]
     for part in body_parts(vehicle):

@@ -88,7 +88,7 @@ class CameraView(ImageView):
 
     # ------------------------------------------------------------------ painting
     def draw(self, painter: QPainter, look: Tones) -> None:
-        """The image, a line around it, and what its colours mean."""
+        """Draw the image, a line around it, and what its colours mean."""
         if self._picture is None:
             return
         is_dark = look is DARK_TONES
@@ -132,7 +132,7 @@ class CameraView(ImageView):
         painter.drawImage(QRectF(0.0, 0.0, *picture.camera.image), self._body)
 
     def changeEvent(self, event: QEvent) -> None:
-        self._body = None  # its colours follow the theme
+        self._body = None  # drawn anew in the colours of the theme
         super().changeEvent(event)
 
     def sizeHint(self) -> QSize:
@@ -169,7 +169,7 @@ def _draw_face(painter: QPainter, face: Face) -> None:
 
 
 def _draw_rays(painter: QPainter, picture: CameraPicture, scale: float) -> None:
-    """Where rays of the metric pass the image: all, or every so many so that single ones can be told apart."""
+    """Draw where rays of the metric pass the image: all, or so few that single ones can be told apart."""
     width, height = picture.camera.image
     columns, rows = picture.camera.cast
     step_x = max(1, round(_RAY_PX * columns / (width * scale)))

@@ -78,7 +78,7 @@ _LABEL_ANGLES_DEG = (0, 30, -30, 180, 20, -20, 45, -45, 60, -60, 90, -90, 150, -
 
 
 def draw_rings(painter: QPainter, view: PlaneView, grid: VoxelGrid, tones: Tones) -> None:
-    """Circles of equal distance with their metres, out to the corners of the ROI."""
+    """Draw circles of equal distance with their metres, out to the corners of the ROI."""
     step_m = view.ring_step_m()
     reach_m = math.hypot(grid.roi_m[0], grid.roi_m[1]) / 2
     ink, paper = QColor(tones.muted), QColor(tones.field)
@@ -122,7 +122,7 @@ def ring_labels(view: PlaneView, roi: QRectF, radii_m: Sequence[float], size: QS
 
 
 def draw_roi(painter: QPainter, view: PlaneView, grid: VoxelGrid, tones: Tones) -> None:
-    """The limit of the ROI."""
+    """Draw the limit of the ROI."""
     painter.setBrush(Qt.BrushStyle.NoBrush)
     painter.setPen(QPen(QColor(tones.text), 1.2))
     painter.drawRect(roi_rectangle(view, grid))
@@ -135,7 +135,7 @@ def roi_rectangle(view: PlaneView, grid: VoxelGrid) -> QRectF:
 
 
 def draw_car(painter: QPainter, view: PlaneView, vehicle: Vehicle, tones: Tones) -> None:
-    """The car's outline with its windscreen, which tells front from rear."""
+    """Draw the car's outline with its windscreen, which tells front from rear."""
     half_l, half_w = vehicle.length / 2, vehicle.width / 2
     fill = QColor(tones.text)
     fill.setAlphaF(0.9)
@@ -154,7 +154,7 @@ def draw_car(painter: QPainter, view: PlaneView, vehicle: Vehicle, tones: Tones)
 
 
 def draw_sensor(painter: QPainter, view: PlaneView, sensor: Sensor, selected: bool, tones: Tones) -> None:
-    """A sensor with its heading: a dot with a tick for a LiDAR, with its field of view for a camera."""
+    """Draw a sensor with its heading: a dot with a tick for a LiDAR, with its field of view for a camera."""
     colour = QColor(KIND_COLOURS[sensor.kind])
     at = view.to_px(sensor.position[0], sensor.position[1])
     edge = QColor(tones.field if tones is DARK_TONES else tones.text)
@@ -177,7 +177,7 @@ def draw_sensor(painter: QPainter, view: PlaneView, sensor: Sensor, selected: bo
 
 
 def draw_outside(painter: QPainter, view: PlaneView, sensor: Sensor) -> None:
-    """An arrow at the edge of the map towards a sensor beyond it."""
+    """Draw an arrow at the edge of the map towards a sensor beyond it."""
     at = outside_mark(view, sensor)
     if at is None:
         return
@@ -233,7 +233,7 @@ def _on_screen(sensor: Sensor, ray: tuple[float, float, float], length_px: float
 
 
 def draw_legend(painter: QPainter, area: QRectF, tones: Tones) -> None:
-    """The colour bar of the seen share, and what the colour of blind areas means."""
+    """Draw the colour bar of the seen share, and what the colour of blind areas means."""
     metrics = QFontMetricsF(painter.font())
     text = "nothing seen"
     wide = metrics.horizontalAdvance(text) + BAR_PX + 6.0

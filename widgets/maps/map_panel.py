@@ -1,4 +1,4 @@
-"""The map with the choice of whose seeing it shows."""
+"""The map, with the choice of which sensors' coverage it shows."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class MapPanel(QWidget):
         self.choice = QComboBox()
         for key, text in SEEN_BY.items():
             self.choice.addItem(text, key)
-        self.choice.setToolTip("Whose seeing the map shows")
+        self.choice.setToolTip("Which sensors' coverage the map shows")
         self.choice.activated.connect(lambda _: self.seen_by_chosen.emit(self.seen_by))
         fit = QToolButton()
         fit.setText("Fit")
@@ -48,7 +48,7 @@ class MapPanel(QWidget):
 
     @property
     def seen_by(self) -> SeenBy:
-        """Whose seeing the map shows."""
+        """Which sensors' coverage the map shows."""
         found: SeenBy = self.choice.currentData()
         return found
 

@@ -1,4 +1,4 @@
-"""The map from above, which share of the uncertain space over each spot the sensors look at, under the mouse."""
+"""The map from above: the share of the uncertain space over each spot that the sensors see."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ MANY = {"car": "cars", "bicycle": "bicycles", "pedestrian": "pedestrians"}
 
 
 class MapPicture(QWidget):
-    """Draws a TopView with car, sensors and rings, and says in words what is under the mouse."""
+    """Draws a TopView with car, sensors and rings, and describes what is under the mouse."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -57,7 +57,7 @@ class MapPicture(QWidget):
         self.update()
 
     def set_grid(self, grid: VoxelGrid) -> None:
-        """Show another region of interest, all of it; the old cells are taken away."""
+        """Show the whole of another region of interest; the old cells are removed."""
         self._grid, self._top, self._image, self._view = grid, None, None, None
         self.update()
 
@@ -67,7 +67,7 @@ class MapPicture(QWidget):
         self.update()
 
     def set_message(self, text: str) -> None:
-        """A sentence over the map, empty for none."""
+        """Show a sentence over the map, none when it is empty."""
         if text != self._message:
             self._message = text
             self.update()
@@ -182,7 +182,7 @@ class MapPicture(QWidget):
         if self._view is not None and old.isValid():
             fitted = PlaneView.fitted(self._view.area, self._grid.roi_m[0], self._grid.roi_m[1])
             if fitted == self._view:
-                self._view = None  # it showed everything, and goes on to do so
+                self._view = None  # it showed everything, and continues to
 
     def sizeHint(self) -> QSize:
         return QSize(300, 420)
@@ -219,7 +219,7 @@ HINT = "Wheel: zoom · drag: shift · click: select, or look there · double cli
 
 
 class MapView(MapPicture):
-    """A MapPicture that can be moved, and says by signals what was clicked."""
+    """A MapPicture that can be moved, and signals what was clicked."""
 
     sensor_clicked = Signal(str)
     place_clicked = Signal(float, float)

@@ -51,7 +51,7 @@ def small_font(painter: QPainter) -> QFont:
 
 
 def draw_tag(painter: QPainter, at: QPointF, text: str, ink: QColor, paper: QColor) -> None:
-    """A short text centred on a point, on a patch that keeps it readable over anything."""
+    """Draw a short text centred on a point, on a patch that keeps it readable over anything."""
     metrics = QFontMetricsF(painter.font())
     box = metrics.boundingRect(text).adjusted(-3.0, -1.0, 3.0, 1.0)
     box.moveCenter(at)
@@ -63,7 +63,7 @@ def draw_tag(painter: QPainter, at: QPointF, text: str, ink: QColor, paper: QCol
 
 
 def draw_message(painter: QPainter, area: QRectF, text: str, tones: Tones) -> None:
-    """A sentence at the foot of an area, on a patch of its own."""
+    """Draw a sentence at the foot of an area, on a patch of its own."""
     font = QFont(painter.font())
     painter.setFont(font)
     room = area.adjusted(16.0, 8.0, -16.0, -8.0)
@@ -82,7 +82,7 @@ def draw_message(painter: QPainter, area: QRectF, text: str, tones: Tones) -> No
 def draw_bar(
     painter: QPainter, area: QRectF, name: str, marks: list[tuple[float, str]], tones: Tones
 ) -> None:
-    """A colour bar along the top of an area with marks (share of its length, text) below it."""
+    """Draw a colour bar along the top of an area with marks (share of its length, text) below it."""
     strip = QRectF(area.left(), area.top(), area.width(), BAR_PX)
     painter.drawImage(strip, image_of(colours(name)[None, :]))
     painter.setBrush(Qt.BrushStyle.NoBrush)
@@ -98,7 +98,7 @@ def draw_bar(
 
 
 def draw_swatches(painter: QPainter, area: QRectF, entries: Mapping[str, str], tones: Tones) -> None:
-    """What colours mean: a small square beside each name, in as many rows as they need."""
+    """Draw what colours mean: a small square beside each name, in as many rows as they need."""
     metrics = QFontMetricsF(painter.font())
     x, y = area.left(), area.top() + 3.0
     for name, colour in entries.items():
@@ -117,7 +117,7 @@ _WORDS = int(Qt.AlignmentFlag.AlignHCenter | Qt.AlignmentFlag.AlignTop | Qt.Text
 
 
 class ImageView(QWidget):
-    """A widget that draws an image, when it has one, and says what is under the mouse."""
+    """A widget that draws an image, when it has one, and describes what is under the mouse."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -132,7 +132,7 @@ class ImageView(QWidget):
     @property
     @abstractmethod
     def readout_area(self) -> QRectF:
-        """Where the words about it stand."""
+        """Where the words about the image go."""
 
     @abstractmethod
     def readout(self) -> str:

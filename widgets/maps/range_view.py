@@ -36,7 +36,7 @@ _TICK_STEPS = (0.5, 1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 45.0, 90.0, 180.0)
 
 
 class RangeView(ImageView):
-    """Draws a RangeImage over the whole widget: rows as the beams are, whatever their elevations."""
+    """Draws a RangeImage over the whole widget: one row per beam, evenly spaced whatever the elevations."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -55,7 +55,7 @@ class RangeView(ImageView):
         self.update()
 
     def set_colouring(self, colouring: Colouring) -> None:
-        """Colour by range, or by what was hit."""
+        """Set whether to colour by range or by what was hit."""
         self._colouring, self._pixels = colouring, None
         self.update()
 
@@ -100,7 +100,7 @@ class RangeView(ImageView):
 
     # ------------------------------------------------------------------ painting
     def draw(self, painter: QPainter, look: Tones) -> None:
-        """The image with its axes, and what its colours mean."""
+        """Draw the image with its axes, and what its colours mean."""
         if self._image is not None:
             self._draw_pixels(painter, self._image, look)
             self._draw_axes(painter, self._image, look)
@@ -119,7 +119,7 @@ class RangeView(ImageView):
         painter.drawRect(area)
 
     def _draw_axes(self, painter: QPainter, image: RangeImage, look: Tones) -> None:
-        """Elevations of some rows on the left, azimuths below."""
+        """Draw elevations of some rows on the left, azimuths below."""
         area, metrics = self.image_area, QFontMetricsF(painter.font())
         painter.setPen(QColor(look.muted))
         rows, columns = image.range_m.shape

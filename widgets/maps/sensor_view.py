@@ -87,7 +87,7 @@ class SensorView(QWidget):
         self.colouring.currentIndexChanged.connect(
             lambda _: self.ranges.set_colouring(self.colouring.currentData())
         )
-        self.title.setMinimumHeight(self.colouring.sizeHint().height())  # the header stays where it is
+        self.title.setMinimumHeight(self.colouring.sizeHint().height())  # keeps the header from moving
         first.addWidget(self.title, 1)
         first.addWidget(self.rays)
         first.addWidget(self.colouring)
@@ -103,7 +103,7 @@ class SensorView(QWidget):
         self.title.setText(f"<b>{escape(name)}</b>")
 
     def set_frames(self, count: int) -> None:
-        """How many frames there are to choose from; the chosen one stays if it is among them."""
+        """Set how many frames there are to choose from; the chosen one stays if it is among them."""
         with self._silent():
             self.frame.setRange(0, max(0, count - 1))
             self.slider.setRange(0, max(0, count - 1))
@@ -133,7 +133,7 @@ class SensorView(QWidget):
         self._show_page(self.ranges)
 
     def set_note(self, text: str) -> None:
-        """A remark below the picture, empty for none."""
+        """Show a remark below the picture, none when it is empty."""
         self.note.setText(text)
         self.note.setVisible(bool(text))
 

@@ -1,1 +1,1 @@
-"""Panels of the window: sensor tree, inspector, scene settings, scores; none of them knows the document."""
+"""Panels of the window: they show what they are told and signal what the user wants; none knows the document."""

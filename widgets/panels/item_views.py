@@ -19,7 +19,7 @@ from riglens.widgets.panels.style import tones
 
 
 def give_context_menu(view: QAbstractItemView, make: Callable[[], QMenu]) -> None:
-    """Have a right click, or the menu key, open what `make` makes; it goes when it is closed."""
+    """Let a right click or the menu key open the menu that `make` builds; it is deleted when closed."""
 
     def open_menu(position: QPoint) -> None:
         menu = make()
@@ -34,7 +34,7 @@ StandardKey = QKeySequence.StandardKey
 
 
 class OwnKeys(QObject):
-    """Does what is given by key. A QShortcut of the panel would be ambiguous beside an action of the window."""
+    """Calls a function per key. A QShortcut of the panel would be ambiguous beside an action of the window."""
 
     def __init__(self, panel: QWidget, slots: Mapping[StandardKey, Callable[[], object]]) -> None:
         super().__init__(panel)

@@ -15,9 +15,9 @@ _CAPTION_PX, _SLIDER_PX, _VALUE_PX = 68, 150, 104
 
 
 class LookPanel(QWidget):
-    """Rows of caption, slider and value; a subclass adds them and says what they mean.
+    """Rows of caption, slider and value; a subclass adds them and defines what they mean.
 
-    Panels that stand under each other have their columns in the same places.
+    Columns of panels above each other line up.
     """
 
     look_changed = Signal(object)
@@ -36,7 +36,7 @@ class LookPanel(QWidget):
         self._grid.addWidget(heading, 0, 0, 1, 3)
 
     def reset(self) -> None:
-        """Draw as at first."""
+        """Go back to the default look."""
         raise NotImplementedError
 
     def add_slider(self, caption: str, tip: str, low: int, high: int) -> QSlider:
@@ -64,7 +64,7 @@ class LookPanel(QWidget):
         return box
 
     def add_reset(self) -> None:
-        """A button that goes back to how it is drawn at first."""
+        """Add a button that goes back to the default look."""
         button = QPushButton("Reset")
         button.setObjectName("reset_look")
         button.clicked.connect(self.reset)
@@ -104,12 +104,12 @@ class HeatPanel(LookPanel):
         self.set_look(DEFAULT_LOOK)
 
     def reset(self) -> None:
-        """Draw as at first."""
+        """Go back to the default look."""
         self.set_look(DEFAULT_LOOK)
 
     # ------------------------------------------------------------------ what is shown
     def set_layers(self, cell_m: float, height_m: float) -> None:
-        """Other cells: their edge and the height of the region, metres."""
+        """Set the edge of the cells and the height of the region, metres."""
         layers = max(1, math.ceil(height_m / cell_m - 1e-6))
         if (cell_m, layers) != (self._cell_m, self._layers):
             look = self.look
@@ -117,12 +117,12 @@ class HeatPanel(LookPanel):
             self.set_look(look)
 
     def set_data(self, data: HeatmapData | None) -> None:
-        """Say thresholds in the values of this heatmap."""
+        """Show thresholds in the values of this heatmap."""
         self._data = data
         self._show_values()
 
     def set_look(self, look: HeatLook) -> None:
-        """Bring the sliders in line with a look, and tell it."""
+        """Set the sliders to a look, and signal it."""
         widgets = (self.threshold, self.opacity, self.log, self.sliced, self.bottom, self.thickness)
         for widget in widgets:
             widget.blockSignals(True)
@@ -141,7 +141,7 @@ class HeatPanel(LookPanel):
 
     @property
     def look(self) -> HeatLook:
-        """What the sliders say."""
+        """The look that the sliders give."""
         first = self.bottom.value()
         low_m, high_m = first * self._cell_m, (first + self.thickness.value()) * self._cell_m
         return HeatLook(
@@ -177,11 +177,11 @@ class HeatPanel(LookPanel):
 
 _PERCENT, _LEAST_PERCENT = 100, 2
 _PER_OCTAVE = 2
-"""Steps of the density's slider until there are twice as many rays."""
+"""Steps of the density slider per doubling of the rays."""
 
 
 class RaysPanel(LookPanel):
-    """A box and two sliders for a RayLook."""
+    """A check box and two sliders for a RayLook."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__("Rays", parent)
@@ -202,11 +202,11 @@ class RaysPanel(LookPanel):
         self.set_look(DEFAULT_RAYS)
 
     def reset(self) -> None:
-        """Draw as at first."""
+        """Go back to the default look."""
         self.set_look(DEFAULT_RAYS)
 
     def set_look(self, look: RayLook) -> None:
-        """Bring box and sliders in line with a look, and tell it."""
+        """Set check box and sliders to a look, and signal it."""
         widgets = (self.shown, self.opacity, self.density)
         for widget in widgets:
             widget.blockSignals(True)
@@ -219,7 +219,7 @@ class RaysPanel(LookPanel):
 
     @property
     def look(self) -> RayLook:
-        """What box and sliders say."""
+        """The look that check box and sliders give."""
         density = 2.0 ** (self.density.value() / _PER_OCTAVE)
         return RayLook(self.shown.isChecked(), self.opacity.value() / _PERCENT, density)
 

@@ -75,7 +75,7 @@ class MessageBar(QFrame):
 
     @property
     def details(self) -> str:
-        """What Details shows, empty when there is nothing more to say."""
+        """What Details shows, empty when there are none."""
         return self._details.toPlainText()
 
     def show_message(self, text: str, details: str = "", choices: Choices | None = None) -> None:
@@ -115,11 +115,11 @@ class MessageBar(QFrame):
 
 WARM_UP_S = 1.0
 RECENT = 0.3
-"""Share of the newest estimate in the one that is shown: steady, and still soon right when the pace changes."""
+"""Share of the newest estimate in the one shown: steady, yet quick to follow when the pace changes."""
 
 
 class TimeLeft:
-    """Told fractions of the work done (0..1), tells seconds left; None until there is something to go by."""
+    """Takes fractions of the work done (0..1) and estimates the seconds left, None until there is a basis for it."""
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self._clock = clock
@@ -127,7 +127,7 @@ class TimeLeft:
         self._end_s: float | None = None
 
     def note(self, fraction: float) -> None:
-        """So much is done now; smaller than before starts anew, as a second phase of the work does."""
+        """Note how much is done now; a smaller fraction than before starts anew, as a second phase of the work does."""
         passed_s = self._clock() - self._begun_s
         if fraction <= 0.0:
             self._begun_s, self._end_s = self._clock(), None
@@ -150,12 +150,12 @@ def duration_text(seconds: float) -> str:
 
 
 PATIENCE_MS = 500
-"""Work that is done sooner is not worth a bar that flashes up."""
+"""Work that finishes sooner is not worth a bar that flashes up."""
 STEPS = 1000
 
 
 class ProgressStrip(QWidget):
-    """Hidden until the work has gone on for half a second; `cancelled` once Cancel was pressed."""
+    """Hidden until the work has lasted half a second; emits `cancelled` when Cancel is pressed."""
 
     cancelled = Signal()
 
@@ -187,11 +187,11 @@ class ProgressStrip(QWidget):
 
     @property
     def is_running(self) -> bool:
-        """Whether the work goes on, shown or not."""
+        """Whether work is in progress, shown or not."""
         return self._patience.isActive() or not self.isHidden()
 
     def begin(self) -> None:
-        """The work starts, or starts anew."""
+        """Note that the work starts, or starts anew."""
         self._time_left = TimeLeft(self._clock)
         self.cancel.setEnabled(True)
         self.show_progress(0.0)
@@ -199,7 +199,7 @@ class ProgressStrip(QWidget):
             self._patience.start()
 
     def show_progress(self, fraction: float) -> None:
-        """So much of the work is done, 0..1."""
+        """Note how much of the work is done, 0..1."""
         self._time_left.note(fraction)
         seconds = self._time_left.seconds
         self.bar.setValue(round(STEPS * fraction))
@@ -207,13 +207,13 @@ class ProgressStrip(QWidget):
         self.left.setText("" if seconds is None else f"{duration_text(seconds)} left")
 
     def show_stage(self, title: str, note: str) -> None:
-        """What is left takes a time that nobody knows: say what it is, not how far."""
+        """Note that the rest takes an unknown time: show what it is, not how far it is."""
         self.bar.setValue(STEPS)
         self.bar.setFormat(title)
         self.left.setText(note)
 
     def end(self) -> None:
-        """The work is over."""
+        """Note that the work is over."""
         self._patience.stop()
         self.hide()
 

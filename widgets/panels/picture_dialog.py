@@ -1,4 +1,4 @@
-"""Asks how a picture for a report shall look, with a preview that is the picture itself."""
+"""Asks what a picture for a report should look like, with a preview that is the picture itself."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _CHECK_PX = 10
 
 @dataclass(frozen=True)
 class PictureChoice:
-    """What the dialog says; `size_px` is width and height before `scale` enlarges everything alike."""
+    """What was chosen; `size_px` is width and height before `scale` enlarges everything alike."""
 
     size_px: tuple[int, int]
     scale: int = 1
@@ -40,7 +40,7 @@ class PictureChoice:
 
 
 class Preview(QWidget):
-    """A picture as large as it fits; clear parts show a chequered ground."""
+    """A picture as large as fits; transparent parts show a chequered background."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -77,7 +77,7 @@ def _chequer(painter: QPainter, place: QRect) -> None:
 
 
 class PictureDialog(QDialog):
-    """Options beside a preview; it draws and saves nothing by itself."""
+    """Options beside a preview; does not draw or save anything by itself."""
 
     changed = Signal()
     save_wanted = Signal()
@@ -159,12 +159,12 @@ class PictureDialog(QDialog):
         )  # fmt: skip
 
     def set_words_possible(self, possible: bool) -> None:
-        """Whether there are scores to write into a picture."""
+        """Set whether there are scores to write into a picture."""
         for box in (self.title, self.scores):
             box.setEnabled(possible)
 
     def set_busy(self, what: str) -> None:
-        """Say what is going on; "" when nothing is, and then pictures can be saved."""
+        """Say what is in progress; "" when nothing is, and then pictures can be saved."""
         is_too_large = max(self._pixels()) > self._limits_px[1]
         for button in (self.save, self.copy):
             button.setEnabled(not what and not is_too_large)

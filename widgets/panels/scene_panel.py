@@ -29,8 +29,8 @@ VOXEL_TIP = (
 class SceneChoice:
     """What is chosen; `boxes` None is the bundled scenario, `frames` None counts those of the data set.
 
-    `voxel_m` None picks it by the scores. A stored POG (`pog`) holds its boxes and its grid: nothing of it can
-    be changed but for other boxes.
+    `voxel_m` None chooses it by the scores. A stored POG (`pog`) fixes boxes and grid: it can only be replaced
+    by other boxes.
     """
 
     boxes: Path | None = None
@@ -89,17 +89,17 @@ class ScenePanel(Form):
 
     @property
     def choice(self) -> SceneChoice:
-        """What the fields say."""
+        """The choice that the fields show."""
         subject = self.subject
         assert isinstance(subject, SceneChoice)
         return subject
 
     def choose_boxes(self, boxes: Path | None, origin_m: Vec3 = (0.0, 0.0, 0.0)) -> None:
-        """Take another data set with its own origin; what was said about the old one goes with it."""
+        """Take another data set with its own origin; settings of the old one are dropped."""
         self.show_subject(self.choice.replace(boxes=boxes, origin_m=origin_m, frames=None, pog=None))
 
     def set_loaded(self, choice: SceneChoice, summary: str, picked: str = "", tried: str = "") -> None:
-        """Say what is in use now, and why its voxel edge was picked: a sentence, and all that was tried."""
+        """Show what is in use now, and why its voxel edge was chosen: a sentence, and all that was tried."""
         is_untouched = self.choice == self._loaded
         self._loaded, self._is_nothing_loaded = choice, False
         self._hint.setText(summary)
@@ -109,14 +109,14 @@ class ScenePanel(Form):
         self.show_subject(choice if is_untouched else self.choice)
 
     def set_nothing_loaded(self) -> None:
-        """Say that there are no data at all; the same ones can be tried again."""
+        """Show that no data are loaded; the same ones can be tried again."""
         self._is_nothing_loaded = True
         self._hint.setText("No box data are in use.")
         self.show_subject(self.choice)
 
     @property
     def picked(self) -> tuple[str, str]:
-        """Why the voxel edge in use was picked, and all that was tried; empty when it was given."""
+        """Why the voxel edge in use was chosen, and all that was tried; empty when it was given."""
         return self._picked.text(), self._picked.toolTip()
 
     # ------------------------------------------------------------------ fields
@@ -180,7 +180,7 @@ class ScenePanel(Form):
             self.show_problem(f"Voxel: {error}")
 
     def show_subject(self, subject: SceneChoice) -> None:
-        """Show a choice; the button is ready when it differs from what is in use, or when it picks again."""
+        """Show a choice; enable the button when it differs from what is in use, or chooses the voxel edge."""
         super().show_subject(subject)
         path = subject.pog or subject.boxes
         self._name.setText(path.name if path else "Bundled town")

@@ -27,7 +27,7 @@ LAST_PX, LAST_KEYS_PX = 292, 136
 MOST_COLUMNS = 3
 HIGHEST_PX = 740
 HEADING_ROWS = 2
-"""A heading takes the room of about two rows."""
+"""A heading takes the space of about two rows."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Group:
 
     @property
     def height(self) -> int:
-        """Rows that it takes, its heading counted in."""
+        """Rows that it takes, including its heading."""
         return len(self.rows) + HEADING_ROWS
 
 

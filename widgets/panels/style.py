@@ -175,7 +175,7 @@ def as_panel(widget: QWidget) -> None:
 
 
 def apply_style(app: QApplication, dark: bool | None = None) -> None:
-    """Give the whole application one calm look; `dark` None follows the system."""
+    """Apply the application's style; `dark` None follows the system."""
     chosen = DARK_TONES if (is_dark() if dark is None else dark) else LIGHT_TONES
     app.setStyle("Fusion")
     app.setPalette(_qt_palette(chosen))

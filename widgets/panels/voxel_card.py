@@ -18,7 +18,7 @@ _WIDTH_PX, _ROOM_PX, _MARGIN_PX = 356, 120, 10
 
 @dataclass(frozen=True)
 class SensorLine:
-    """What the card says of one sensor."""
+    """What the card says about one sensor."""
 
     name: str
     sees: bool
@@ -36,7 +36,7 @@ class VoxelText:
 
 
 class VoxelCard(QFrame):
-    """Stands in the upper left corner of its parent; hidden until there is something to say."""
+    """In the upper left corner of its parent; hidden until there is something to show."""
 
     closed = Signal()
 
@@ -85,12 +85,12 @@ class VoxelCard(QFrame):
         return self._text
 
     def show_voxel(self, text: VoxelText | None) -> None:
-        """Say what is known of a voxel; None hides the card."""
+        """Show what is known about a voxel; None hides the card."""
         self._text, self._is_stale = text, False
         self._show()
 
     def show_again(self) -> None:
-        """Say the same in the colours of another theme."""
+        """Show the same in the colours of another theme."""
         self._show()
 
     def set_stale(self) -> None:
@@ -110,7 +110,7 @@ class VoxelCard(QFrame):
         self.raise_()
 
     def fit(self) -> None:
-        """Take as much height as there is to say, within the parent; long lists are scrolled."""
+        """Take the height that the text needs, within the parent; long lists are scrolled."""
         parent = self.parentWidget()
         wanted = self._body.sizeHint().height()
         room = max(_ROOM_PX, (parent.height() if parent is not None else 600) - _ROOM_PX)

@@ -13,7 +13,7 @@ from riglens.core.rig.model import Rig
 
 @dataclass(frozen=True)
 class Imported:
-    """A rig that was read, and what became of everything in the file."""
+    """A rig that was read, with a report on everything in the file."""
 
     rig: Rig
     report: Report
@@ -21,7 +21,7 @@ class Imported:
 
 @dataclass(frozen=True)
 class Exported:
-    """The text of every file by its name, and what became of everything in the rig."""
+    """The text of every file by its name, with a report on everything in the rig."""
 
     files: Mapping[str, str]
     report: Report
@@ -29,9 +29,9 @@ class Exported:
 
 @dataclass(frozen=True)
 class Format:
-    """A format by its name on the command line. `read` or `write` is None where there is no such way.
+    """A format by its name on the command line; `read` or `write` is None where it is not supported.
 
-    endings: how file names end that can only be this format; is_folder: whether it is written as a folder.
+    endings: file name endings that belong to this format only; is_folder: whether it is written as a folder.
     """
 
     name: str

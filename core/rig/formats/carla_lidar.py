@@ -1,4 +1,4 @@
-"""The rays of CARLA's LiDAR, as both of its formats count them."""
+"""The rays of CARLA's LiDAR, described alike in both of its formats."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every rig format by name: which one a file is in, reading any of them, writing any of them."""
+"""Every rig format by name: detecting, reading and writing them."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def read_rig(
 
 
 def write_rig(rig: Rig, path: str | os.PathLike[str], name: str | None = None) -> Exported:
-    """Write a rig; the format follows from the ending of the path unless `name` says it.
+    """Write a rig; the format follows from the ending of the path unless `name` gives it.
 
     One file, or a folder written whole or not at all. Raise InputError when it cannot be written.
     """

@@ -134,28 +134,28 @@ def nearest_rotation(value: Value, matrix: Matrix) -> tuple[Matrix, float]:
 
 
 class FrameTree:
-    """Frames that hang on each other, each on one parent."""
+    """Frames in a tree, each attached to one parent."""
 
     def __init__(self, where: str) -> None:
         self.where = where
         self._parents: dict[str, tuple[str, Matrix]] = {}
 
     def add(self, parent: str, child: str, parent_SE3_child: Matrix) -> None:
-        """Hang a frame on another; raise InputError when it hangs on one already, or on itself."""
+        """Attach a frame to another; raise InputError when it is attached already, or to itself."""
         if child in self._parents or child == parent:
             raise InputError(f"{self.where}: frame '{child}' has two parents; accepted is a tree")
         self._parents[child] = (parent, parent_SE3_child)
 
     def frames(self) -> list[str]:
-        """Return the frames that hang on another, in the order in which they were added."""
+        """Return the frames that are attached to another, in the order in which they were added."""
         return list(self._parents)
 
     def inner_frames(self) -> set[str]:
-        """Return the frames on which others hang."""
+        """Return the frames that others are attached to."""
         return {parent for parent, _ in self._parents.values()}
 
     def above(self, frame: str) -> list[str]:
-        """Return the frames on which a frame hangs, the nearest first; raise InputError when the chain is a loop."""
+        """Return the ancestors of a frame, the nearest first; raise InputError when the chain is a loop."""
         found: list[str] = []
         seen = {frame}
         place = frame

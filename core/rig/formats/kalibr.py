@@ -34,7 +34,7 @@ from riglens.core.rig.yaml.nodes import shortened
 TITLE = "Kalibr camchain"
 _CAMERA = re.compile(r"cam[0-9]{1,3}")
 _EXTRA = {"omni": 1, "eucm": 2, "ds": 2}
-"""How many numbers of other models stand before fx, fy, cx, cy."""
+"""How many numbers precede fx, fy, cx, cy in other models."""
 
 
 def recognises(source: Source) -> bool:

@@ -48,7 +48,7 @@ def _distortion(
 
 
 def report_distortion(camera: Camera, notes: Notes) -> None:
-    """Say that a format has no place for the distortion that a camera has."""
+    """Report that a format has no place for a camera's distortion."""
     if camera.distortion is not None:
         notes.ignored("lens distortion: the format has no place for it", camera.name)
 

@@ -1,4 +1,4 @@
-"""From the axes and the origin of a foreign file to the vehicle frame, and from what it says to valid sensors."""
+"""From the axes and origin of a foreign file to the vehicle frame, and from its content to valid sensors."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ MAX_PIXELS = 20_000
 
 @dataclass(frozen=True)
 class ReadOptions:
-    """What the user may say about a foreign file that the file itself does not.
+    """What the user may state about a foreign file that the file itself does not contain.
 
     vehicle: the car that the sensors are on; rear_axle_x: where its rear axle is, metres from the body centre;
-    origin_m: where the origin of the file lies in the vehicle frame, metres; token: which rig of several.
+    origin_m: where the origin of the file lies in the vehicle frame, metres; token: which rig to take of several.
     """
 
     vehicle: Vehicle | None = None
@@ -65,14 +65,14 @@ class Mounting:
         return pose_from_se3(se3(np.eye(3), self.origin_m) @ root_SE3_sensor)
 
     def add_lidar(self, name: str, root_SE3_sensor: Matrix, said: str | None = None, **fields: Any) -> None:
-        """A LiDAR there; beams from `fields`, else of the library model that the words `said` name, else a default."""
+        """Add a LiDAR there; beams from `fields`, or the library model that the words `said` name, or a default."""
         entry = None if "elevations_deg" in fields else self._entry(name, said)
         supplied = entry.fields if entry else {}
         model = {"model": entry.name} if entry else {}
         self._add(Lidar, name, root_SE3_sensor, **(supplied | model | fields))
 
     def add_camera(self, name: str, root_SE3_sensor: Matrix, **fields: Any) -> None:
-        """A camera whose body (x forward, y left, z up) stands there."""
+        """Add a camera whose body frame (x forward, y left, z up) is there."""
         width_px, height_px = fields["image"]
         cast = (min(DEFAULT_CAST[0], width_px), min(DEFAULT_CAST[1], height_px))
         self._add(Camera, name, root_SE3_sensor, cast=cast, **fields)

@@ -22,7 +22,7 @@ from riglens.core.rig.model import Camera, Lidar, Rig, Sensor
 
 TITLE = "ASAM OSI sensor view configuration (JSON)"
 WHEEL_RADIUS_M = 0.33
-"""How high the rear axle is taken to be: a rig does not say; 0.33 m is a 215/55 R17 tyre."""
+"""Assumed height of the rear axle, which a rig does not contain; 0.33 m is a 215/55 R17 tyre."""
 
 VERSION = {"version_major": 3, "version_minor": 7, "version_patch": 0}
 

@@ -24,7 +24,7 @@ from riglens.core.rig.model import Vehicle
 TITLE = "PandaSet calibration"
 PACIFICA = Vehicle(body="van", length=5.17, width=2.02, height=1.78, rear_axle_x=-1.5)
 MAIN_LIDAR_M: Vec3 = (0.0, 0.0, 2.0)
-"""Where the Pandar64 is put: over the body centre, on a rack over the roof of a 1.78 m high car."""
+"""Assumed position of the Pandar64: over the body centre, on a rack over the roof of a 1.78 m high car."""
 
 IMAGE = (1920, 1080)
 BODY_R_LIDAR: Matrix = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])

@@ -1,4 +1,4 @@
-"""What became of a foreign rig: everything that was read, converted, approximated or left out, in plain words."""
+"""Report on a foreign rig: everything that was read, converted, approximated or left out, in plain words."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _NAMED = 4
 class Remark:
     """One thing to know, and the sensors or parts of the file that it is about (none: the whole).
 
-    `option` is the one of `riglens convert` that makes it otherwise.
+    `option` is the option of `riglens convert` that changes it.
     """
 
     kind: Kind
@@ -57,23 +57,23 @@ class Notes:
     _about: dict[tuple[Kind, str, str], list[str]] = field(default_factory=dict)
 
     def read(self, text: str, *about: str, option: str = "") -> None:
-        """Something that the file said and the rig now says."""
+        """Note something taken from the file into the rig."""
         self._add("read", text, about, option)
 
     def written(self, text: str, *about: str) -> None:
-        """Something that the rig says and the file now says."""
+        """Note something written from the rig to the file."""
         self._add("written", text, about)
 
     def converted(self, text: str, *about: str) -> None:
-        """Something said in other axes, units or words, without loss."""
+        """Note something expressed in other axes, units or words, without loss."""
         self._add("converted", text, about)
 
     def approximated(self, text: str, *about: str, option: str = "") -> None:
-        """Something that one side does not know: a stated default, or the nearest that can be said."""
+        """Note something that one side does not know: a stated default, or the nearest that can be expressed."""
         self._add("approximated", text, about, option)
 
     def ignored(self, text: str, *about: str) -> None:
-        """Something that the other side cannot say and that was left out."""
+        """Note something that the other side cannot express and that was left out."""
         self._add("ignored", text, about)
 
     def report(self, title: str) -> Report:

@@ -27,7 +27,7 @@ MAX_ANGLE = 1e6
 
 
 class Value:
-    """A value of a JSON, YAML or TOML document; `path` is how a person would name the field."""
+    """A value of a JSON, YAML or TOML document; `path` is the readable name of the field."""
 
     def __init__(self, value: Any, where: str, path: str = "") -> None:
         self.raw = value
@@ -42,7 +42,7 @@ class Value:
 
     @property
     def place(self) -> tuple[str, str]:
-        """File and field, for a value that is made out of this one."""
+        """File and field, for a value derived from this one."""
         return self._where, self._path
 
     @property

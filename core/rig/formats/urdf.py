@@ -166,7 +166,7 @@ MAX_JOINTS = 2_000
 
 @dataclass(frozen=True)
 class _Found:
-    """A link that holds a sensor; `sensor` is Gazebo's element, None when only the name tells."""
+    """A link that holds a sensor; `sensor` is Gazebo's element, None when only the name suggests it."""
 
     link: str
     kind: SensorKind
@@ -199,7 +199,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
 
 
 def _check(root: Element, source: Source) -> None:
-    """Refuse what is no URDF, or one that still has macros in it."""
+    """Refuse what is not a URDF, or one that still contains macros."""
     if root.tag != "robot":
         raise root.error("accepted is <robot>")
     if source.suffix == ".xacro" or any(_is_macro(element) for element in _walk(root)):

@@ -98,7 +98,7 @@ def _rearranged_flow(text: str, sensors: Sequence, order: AbstractSequence[Item]
 
 @dataclass
 class _Blocks:
-    """The lines of a block list: what stands before, each sensor, what stands between, what follows."""
+    """The lines of a block list: what comes before, each sensor, what lies between, what follows."""
 
     before: str
     bodies: list[str]
@@ -208,14 +208,14 @@ def _newline(text: str) -> str:
 
 _RIG_ORDER = ("riglens", "name", "vehicle", "sensors")
 _ABSENT = {"distortion": dict.fromkeys(COEFFICIENTS, 0.0)}
-"""What a number of a nested mapping is when the file does not say it."""
+"""Values of the numbers of a nested mapping when the file omits them."""
 
 
 def edited_text(text: str, old: Rig, new: Rig) -> str:
     """Return the text of a file that describes `old`, changed as little as possible to describe `new`.
 
-    Sensors are recognised by name, or as renamed when all else agrees. Fields that the file leaves to a
-    library model or to the defaults stay left out while they say the right thing.
+    Sensors are recognised by name, or as renamed when everything else agrees. Fields that the file leaves to a
+    library model or to the defaults stay out of the file while they are right.
     """
     matches = match_sensors(old, new)
     pairs = [(index, sensor) for index, sensor in zip(matches, new.sensors, strict=True) if index is not None]
@@ -281,7 +281,7 @@ class _Edits:
     def mapping(
         self, node: Mapping, wanted: dict[str, Any], implied: dict[str, Any], order: tuple[str, ...]
     ) -> None:
-        """Make a mapping say the wanted values; those that are not there and not implied are added."""
+        """Give a mapping the wanted values; those that are neither present nor implied are added."""
         present = [key.text for key, _ in node.entries]
         for key, value in node.entries:
             if key.text in wanted:
@@ -291,7 +291,7 @@ class _Edits:
                 self._add(node, f"{name}: {value_text(wanted[name])}", self._anchor(node, name, order))
 
     def value(self, key: Scalar, node: Node, wanted: Any, implied: Any = None) -> None:
-        """Make a value of a mapping say what is wanted, number by number where the shape stays."""
+        """Give a value of a mapping its wanted content, number by number where the shape stays the same."""
         if same_value(plain_value(node), wanted):
             return
         if isinstance(node, Mapping) and isinstance(wanted, dict) and _is_part(node, wanted):

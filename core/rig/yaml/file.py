@@ -44,9 +44,9 @@ class RigFile:
         return RigFile(rig, bom + text, self.path)
 
     def save(self, path: str | os.PathLike[str], rig: Rig | None = None) -> RigFile:
-        """Write the file, with that rig if one is given; returns the file as it now is on the disk.
+        """Write the file, with that rig if one is given, and return the file as it now is on the disk.
 
-        Raise InputError when the rig is not valid or the file cannot be written; the old file stays then.
+        Raise InputError when the rig is not valid or the file cannot be written; the old file then stays.
         """
         file = self if rig is None else self.updated(rig)
         with atomic_write(path) as stream:
@@ -66,7 +66,7 @@ def dumps(rig: Rig) -> str:
 
 
 def loads(text: str, where: str = "rig.yaml") -> RigFile:
-    """Read YAML text; `where` is its name in messages. InputError `where:line: field: ...` when wrong."""
+    """Read YAML text, called `where` in messages; raise InputError `where:line: field: ...` when it is wrong."""
     return RigFile(rig_from_nodes(parse_yaml(text.removeprefix(_BOM), where), where), text)
 
 
@@ -79,7 +79,7 @@ def load_rig(path: str | os.PathLike[str]) -> RigFile:
 def rig_sha256(rig: Rig) -> str:
     """Return the SHA-256 (hex) of a rig's content, whatever the layout of its file: canonical JSON of its fields.
 
-    Fields that came after the first version are left out at their defaults: a rig keeps its hash.
+    Fields added after the first version are left out at their defaults, so that a rig keeps its hash.
     """
     content = json.dumps(_hashed_fields(check_rig(rig)), sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(content.encode("ascii")).hexdigest()

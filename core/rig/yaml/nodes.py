@@ -1,4 +1,4 @@
-"""YAML text as nodes that know where they stand, read with the limits that a file from anywhere needs.
+"""YAML text as nodes that know their position, read within the limits that untrusted files need.
 
 Only plain data is accepted: scalars, lists and mappings. Tags, anchors and aliases are refused (they build
 objects or blow up a small file), and so are duplicate keys, deep nesting and very large files.
@@ -91,7 +91,7 @@ class Mapping(Node):
 def parse_yaml(text: str, where: str) -> Node:
     """Return the one document of a YAML text; `where` is the name of the file in messages.
 
-    Raise InputError `file:line: ...` for text that is not YAML or uses what this format does without.
+    Raise InputError `file:line: ...` for text that is not YAML or uses features that this format excludes.
     """
     if len(text) > MAX_BYTES:
         raise InputError(f"{where}: {len(text)} characters, accepted are at most {MAX_BYTES}")
@@ -227,7 +227,7 @@ def _one_line(problem: object) -> str:
 def read_text(path: str | os.PathLike[str], accepted: str) -> str:
     """Return the text of a file; raise InputError when it is missing, unreadable, too large or not text.
 
-    `accepted` says in messages what the file should have been: "a rig YAML file".
+    `accepted` describes in messages what the file should have been: "a rig YAML file".
     """
     where = shown_path(path)
     content = _content(path, where, accepted)

@@ -47,7 +47,7 @@ def written_fields(sensor: Sensor) -> dict[str, Any]:
     """Return the fields of a sensor that a new file holds, in the order in which they are written.
 
     What the library model supplies is written as well, so that the file keeps its meaning on its own; options
-        at their defaults are left out.
+    at their defaults are left out.
     """
     fields, defaults, implied = plain_fields(sensor), _default_fields(sensor), implied_fields(sensor)
     silent = [

@@ -33,7 +33,7 @@ from riglens.core.scene.readers.common import (
 NUMBERS = ("tx_m", "ty_m", "tz_m", "length_m", "width_m", "height_m", "qw", "qx", "qy", "qz")
 MAX_FILE_BYTES = 1 << 26
 MAX_ROWS = 5_000_000
-"""A log of 15 seconds has some twenty thousand; it bounds the memory, for rows may come in any order."""
+"""A log of 15 seconds has some twenty thousand; this bounds the memory, since rows may come in any order."""
 
 _QUATERNION_TOLERANCE = 0.01
 
@@ -109,7 +109,7 @@ def _feather_errors(path: Path) -> Iterator[None]:
 
 
 def _check_type(path: Path, schema: pa.Schema, name: str) -> None:
-    """InputError when a column is missing, stands there twice or holds something else."""
+    """Raise InputError when a column is missing, duplicated or of another type."""
     places = schema.get_all_field_indices(name)
     if len(places) != 1:
         found = "missing" if not places else f"stands there {len(places)} times"

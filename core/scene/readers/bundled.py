@@ -1,4 +1,4 @@
-"""The scenario that comes with the program: a table of boxes and a note of how many frames it has."""
+"""The scenario that comes with the program: a table of boxes and a note of its number of frames."""
 
 from __future__ import annotations
 

@@ -97,7 +97,7 @@ def read_corners(path: Path) -> NDArray[np.float64]:
     data = path.read_bytes()
     try:
         array = np.load(BytesIO(data), allow_pickle=False)
-    except Exception as error:  # whatever broken bytes make numpy raise
+    except Exception as error:  # anything that numpy may raise for broken bytes
         reason = "pickled objects" if b"|O" in data[:256] or data[:1] == b"\x80" else "damaged or cut off"
         raise InputError(f"{path}: {reason}, accepted is a .npy file of numbers") from error
     if not isinstance(array, np.ndarray) or array.dtype.kind not in "fiu":

@@ -2,7 +2,7 @@
 
 car = motor vehicles on four or more wheels; bicycle = bicycles and motorcycles, ridden or not;
 pedestrian = people. A name that is in no table is not mapped: readers count it, so that nothing is
-dropped in silence.
+dropped silently.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ def _table(car: str, bicycle: str, pedestrian: str) -> dict[str, str]:
     return {name: cls for cls, names in groups for name in names.split()}
 
 
-# A tram runs on rails, so it is no car; Misc and DontCare say nothing about what the object is.
+# A tram runs on rails, so it is not a car; Misc and DontCare do not say what the object is.
 KITTI = _table("car van truck", "cyclist", "pedestrian person person_sitting")
 
 # Racks, cones, barriers, debris and animals are not mapped. People on wheels other than cycles stay people.
@@ -38,7 +38,7 @@ NUSCENES = _table(
     " human.pedestrian.wheelchair pedestrian",
 )
 
-# Names as Argoverse 2 writes them, in lower case. Signal and message trailers stand like signs: not mapped.
+# Names of Argoverse 2 in lower case. Signal and message trailers stand still like signs: not mapped.
 ARGOVERSE = _table(
     "regular_vehicle large_vehicle box_truck truck truck_cab vehicular_trailer bus school_bus"
     " articulated_bus",
@@ -57,15 +57,15 @@ SUMO = _table(
 CARLA = _table("vehicle", "cyclist", "pedestrian")
 
 ANY_TABLE = {**KITTI, **NUSCENES, **ARGOVERSE, **SUMO}
-"""What a plain table may hold: all names above, which never contradict each other."""
+"""The names that a plain table may use: all those above, which never contradict each other."""
 
 
 @dataclass(frozen=True)
 class ClassTable:
-    """Maps object names to indices into CLASSES; case does not matter, the user's `overrides` win.
+    """Maps object names to indices into CLASSES; case does not matter, the user's `overrides` take precedence.
 
-    `names` and `overrides` are {source name: class name}; an override may also say "ignore".
-    Raise InputError for an override to anything else.
+    `names` and `overrides` are {source name: class name}; an override may also be "ignore".
+    Raise InputError for any other override.
     """
 
     names: Mapping[str, str]

@@ -24,7 +24,7 @@ from riglens.core.scene.readers.classes import ClassTable
 MAX_POSITION_M = 1e6
 MAX_SIZE_M = 1e3
 BATCH_BOXES = 4096
-"""About so many boxes go into one batch where the reader is free to choose."""
+"""Approximate number of boxes in a batch where the reader is free to choose."""
 
 ACCEPTED_POSITION = f"a finite number in metres within ±{MAX_POSITION_M:g}"
 ACCEPTED_SIZE = f"a number in metres above 0, at most {MAX_SIZE_M:g}"
@@ -35,11 +35,11 @@ _SHOWN = 40
 
 @dataclass(frozen=True)
 class BoxOptions:
-    """What the user may say about a data set.
+    """What the user may state about a data set.
 
     origin_m: place of the source's origin in the vehicle frame, metres, added to every box; frames: how many
     frames the set holds when empty ones leave no trace in it; is_part: whether it belongs to a larger set, so
-    that it may hold no frame; notes: what the report has to say besides. Raise InputError for numbers out of
+    that it may hold no frame; notes: further remarks for the report. Raise InputError for numbers out of
     range.
     """
 
@@ -93,7 +93,7 @@ class FileBoxSource(ABC):
 
     @property
     def origin_m(self) -> Vec3:
-        """Place of the source's origin in the vehicle frame, metres, the default one if nobody said."""
+        """Place of the source's origin in the vehicle frame, metres; the default one unless given."""
         return self.options.origin_m
 
     def parts(self) -> Sequence[FileBoxSource]:
@@ -176,7 +176,7 @@ def with_all_frames(report: DataReport, frames: int | None) -> DataReport:
 
 @contextmanager
 def readable(path: Path) -> Iterator[None]:
-    """Turn what the operating system refuses into an InputError that names the file."""
+    """Turn errors of the operating system into an InputError that names the file."""
     try:
         yield
     except OSError as error:
@@ -245,7 +245,7 @@ def _columns(batch: BoxBatch) -> tuple[NDArray[Any], ...]:
 
 
 def _ignore_progress(fraction: float) -> None:
-    """Progress of nobody's interest."""
+    """Ignore progress."""
 
 
 def _file_digest(path: Path) -> bytes:

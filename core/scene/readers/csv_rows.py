@@ -1,4 +1,4 @@
-"""Parse blocks of a CSV table: compiled code for whole blocks, a search for the guilty line on failure."""
+"""Parse blocks of a CSV table: compiled code for whole blocks, a search for the faulty line on failure."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def header_names(path: Path, line: bytes) -> list[str]:
 
 
 class CsvParser:
-    """Parses blocks of one table, whose header it knows."""
+    """Parses blocks of one table with a known header."""
 
     def __init__(self, path: Path, header: Sequence[str]) -> None:
         self._path = path

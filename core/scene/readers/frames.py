@@ -13,11 +13,11 @@ from riglens.core.scene.boxes import BoxBatch
 from riglens.core.scene.readers.common import join, select, shown
 
 MAX_BOXES_PER_FRAME = 1_000_000
-"""More than this in one frame is no traffic but a broken table; it bounds the memory."""
+"""More than this in one frame is not traffic but a broken table; this bounds the memory."""
 
 
 class RowError(Exception):
-    """What is wrong with one row of the piece of a table in hand; the reader knows which line that is."""
+    """A problem with one row of the current piece of a table; the reader knows which line that is."""
 
     def __init__(self, row: int, message: str) -> None:
         super().__init__(message)
@@ -78,7 +78,7 @@ class WholeFrames:
         self._pending: list[BoxBatch] = []
 
     def push(self, batch: BoxBatch, last_frame: int) -> Iterator[BoxBatch]:
-        """Take boxes of frames up to `last_frame`, which may go on; yield those of all frames before it."""
+        """Take boxes of frames up to `last_frame`, which may continue; yield those of all earlier frames."""
         self._pending.append(batch)
         held = join(self._pending)
         cut = int(np.searchsorted(held.frame, last_frame))

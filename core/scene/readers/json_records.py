@@ -1,4 +1,4 @@
-"""Read a JSON file that is one array of records, record by record, with flat memory however large it is."""
+"""Read a JSON file that is one array of records, record by record, with bounded memory however large it is."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from riglens.core.scene.boxes import Progress
 from riglens.core.scene.readers.text_blocks import byte_pieces
 
 MAX_RECORD_CHARS = 1 << 16
-"""No record of a box data set comes near it; it bounds how much of a broken file is looked at in vain."""
+"""Far more than any record of a box data set; this bounds how much of a broken file is searched in vain."""
 
 _ACCEPTED = "an array of JSON records"
 _BLANKS = " \t\r\n"
@@ -29,7 +29,7 @@ class Record(NamedTuple):
 def json_records(path: Path, progress: Progress) -> Iterator[Record]:
     """Yield the records of a JSON array, plain or gzip-compressed; progress is the share of bytes read.
 
-    Raise InputError, naming the record, for anything that is no array of objects.
+    Raise InputError, naming the record, for anything that is not an array of objects.
     """
     text, number = _Text(path, progress), 1
     if text.next_char() != "[":
@@ -53,7 +53,7 @@ def json_records(path: Path, progress: Progress) -> Iterator[Record]:
 
 
 class _Text:
-    """The text of a file from the current place on; more is read when what is there does not suffice."""
+    """The text of a file from the current place on; more is read when needed."""
 
     def __init__(self, path: Path, progress: Progress) -> None:
         self._path = path
@@ -77,7 +77,7 @@ class _Text:
         self._place += 1
 
     def record(self, number: int) -> dict[str, Any]:
-        """Take one object; raise InputError when there is something else, or one that is cut off or absurdly long."""
+        """Take one object; raise InputError for anything else, or for one that is cut off or absurdly long."""
         if self.next_char() != "{":
             raise InputError(f"{self._path}: record {number}: found no '{{', accepted is a JSON object")
         while True:

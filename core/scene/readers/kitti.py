@@ -79,7 +79,7 @@ class KittiSource(FileBoxSource):
     def __init__(
         self, path: Path, layout: LabelLayout, options: BoxOptions, labels: Sequence[Path] | None = None
     ) -> None:
-        """`labels` chooses some of the label files, all without it."""
+        """Take the label files in `labels`, or all of them."""
         super().__init__(path, options)
         self._layout = layout
         with readable(path):
@@ -248,7 +248,7 @@ def _nearest_rotation(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _check(label: Path, labels: Labels, rows: NDArray[np.intp]) -> None:
-    """InputError for the first mapped box with an impossible place or size."""
+    """Raise InputError for the first mapped box with an impossible place or size."""
     sizes = labels.boxes[rows][:, [2, 1, 0]]
     bad = first_bad_box(labels.boxes[rows][:, 3:6], sizes)
     if bad is not None:

@@ -34,7 +34,7 @@ _FIELDS = ("translation x", "translation y", "translation z", "size length", "si
 
 @dataclass
 class _Rows:
-    """Annotations as they stand in the file, until there are enough for a batch.
+    """Annotations as they are in the file, until there are enough for a batch.
 
     numbers: centre, size (width, length, height) and quaternion (w, x, y, z) of each; record: its number.
     """

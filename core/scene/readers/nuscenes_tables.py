@@ -31,14 +31,14 @@ TABLES = (
     "instance",
     "sample_annotation",
 )
-"""The tables that decide about the boxes, in the order in which they are read."""
+"""The tables that determine the boxes, in the order in which they are read."""
 
 _QUATERNION_TOLERANCE = 0.01
 V = TypeVar("V")
 
 
 class Table:
-    """One table of the folder; its methods name file and record when a field is not as it should be."""
+    """One table of the folder; its methods name file and record when a field is malformed."""
 
     def __init__(self, path: Path) -> None:
         self.path = path

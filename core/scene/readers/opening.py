@@ -35,7 +35,7 @@ _ORIGINS = {
 
 @dataclass(frozen=True)
 class HowToRead:
-    """What the user says about box data.
+    """What the user states about box data.
 
     origin_m: place of the source's origin in the vehicle frame, metres, added to every box; None takes the
     source's own default: the Velodyne's place for KITTI, the rear axle's for nuScenes and Argoverse 2, zero for
@@ -127,7 +127,7 @@ def _layout(place: Path) -> str:
 
 
 def _open_file(place: Path, layout: str, how: HowToRead, is_part: bool) -> FileBoxSource:
-    # here, and not above: these load pyarrow, for which the window's first picture need not wait
+    # imported late: these load pyarrow, which the window's first picture must not wait for
     from riglens.core.scene.readers.argoverse import ArgoverseSource
     from riglens.core.scene.readers.table import CsvSource, ParquetSource, is_parquet
 

@@ -1,4 +1,4 @@
-"""Boxes that come in any order of frames, put aside in a temporary file and given back frame by frame."""
+"""Boxes that come in any order of frames, held in a temporary file and returned frame by frame."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _ROW = np.dtype([("cls", "u1"), ("centre", "f8", 3), ("size", "f8", 3), ("rotati
 
 
 class BoxSpool(AbstractContextManager["BoxSpool"]):
-    """Takes batches whose frames need no order. In memory it holds four bytes per box, the rest on the disk."""
+    """Takes batches with frames in any order; holds four bytes per box in memory, the rest on the disk."""
 
     def __init__(self) -> None:
         self._file = tempfile.TemporaryFile(prefix="riglens-boxes-")  # noqa: SIM115 (closed by __exit__)

@@ -53,7 +53,7 @@ class Names:
 
 @dataclass(frozen=True)
 class Piece:
-    """Some rows of a table: `numbers` (n, 7) is as in NUMBERS; `place` says where in the file a row is."""
+    """Some rows of a table: `numbers` (n, 7) is as in NUMBERS; `place` describes where in the file a row is."""
 
     seq: Names
     frame: NDArray[np.int64]
@@ -200,7 +200,7 @@ def _names(column: pa.ChunkedArray) -> Names:
 
 
 def _check_type(path: Path, name: str, kind: pa.DataType) -> None:
-    """InputError when a Parquet column cannot hold what is needed."""
+    """Raise InputError when a Parquet column cannot hold what is needed."""
     value = kind.value_type if pa.types.is_dictionary(kind) else kind
     text = pa.types.is_string(value) or pa.types.is_large_string(value)
     whole = pa.types.is_integer(kind)
@@ -233,7 +233,7 @@ def _check_frames(frame: NDArray[np.int64]) -> None:
 
 
 def _check_numbers(numbers: NDArray[np.float64], rows: NDArray[np.intp]) -> None:
-    """RowError for the first mapped row with a number that no box has; `rows`: their places in the piece."""
+    """Raise RowError for the first mapped row with an impossible number; `rows`: their places in the piece."""
     bad = first_bad_box(numbers[:, 0:3], numbers[:, 3:6])
     wild = np.flatnonzero(~np.isfinite(numbers[:, 6]))
     if wild.size and (bad is None or wild[0] < bad.row):

@@ -1,4 +1,4 @@
-"""Read plain or gzip-compressed text in blocks of whole lines, with flat memory whatever the file holds."""
+"""Read plain or gzip-compressed text in blocks of whole lines, with bounded memory whatever the file holds."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ WIDEST_PX, FILLED = 64.0, 0.78
 
 @dataclass(frozen=True)
 class Bar:
-    """One figure as drawn: `area` reaches from zero to the figure, `column` is the chart above and below it."""
+    """One figure as drawn: `area` reaches from zero to the figure, `column` is the chart's full height at the bar."""
 
     row: CompareRow
     score: ScoreColumn
@@ -30,7 +30,7 @@ class Bar:
 
 @dataclass(frozen=True)
 class Chart:
-    """The bars of one score; `zero_px` is where figures of nothing end."""
+    """The bars of one score; `zero_px` is the height of zero."""
 
     score: ScoreColumn
     area: QRectF
@@ -75,7 +75,7 @@ _WAITING = "Scores follow"
 
 
 class CompareChart(QWidget):
-    """Draws the rigs that it is told to, in that order, by the columns of a model."""
+    """Draws the given rigs, in that order, by the columns of a model."""
 
     open_wanted = Signal(str)
     """Key of the rig that was double clicked."""
@@ -92,7 +92,7 @@ class CompareChart(QWidget):
         self._hover: str | None = None
 
     def show_rows(self, rows: Sequence[CompareRow], selected: tuple[str, ...]) -> None:
-        """Show these rigs; with some selected, the others are faint."""
+        """Show these rigs; when some are selected, the others are faint."""
         self._rows, self._selected = tuple(rows), selected
         self.update()
 
@@ -184,7 +184,7 @@ class CompareChart(QWidget):
             painter.drawText(area, Qt.AlignmentFlag.AlignCenter, _WAITING if self._rows else "")
 
     def _draw_title(self, painter: QPainter, chart: Chart, look: Tones) -> None:
-        """The score on the left; on the right the figure of the longest bar, which gives the scale."""
+        """Draw the score on the left and the figure of the longest bar, which gives the scale, on the right."""
         area = chart.area
         line = QRectF(area.left(), area.top() - _LINE_PX - 2.0, area.width(), _LINE_PX)
         longest = max(chart.bars, key=lambda bar: abs(bar.figure), default=None)
@@ -198,7 +198,7 @@ class CompareChart(QWidget):
         painter.drawText(line, Qt.AlignmentFlag.AlignVCenter, title)
 
     def _draw_number(self, painter: QPainter, bar: Bar) -> None:
-        """The figure at the end of its bar."""
+        """Draw the figure at the end of its bar."""
         box = QRectF(bar.column.left(), bar.area.bottom(), bar.column.width(), _LINE_PX)
         if bar.figure >= 0.0:
             box.moveBottom(bar.area.top())

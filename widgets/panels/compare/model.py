@@ -54,7 +54,7 @@ class CompareRow:
 
     @property
     def title(self) -> str:
-        """The name as it is shown; the rig being edited may be called like the preset that it began as."""
+        """The name as shown; the rig being edited may have the name of the preset that it began as."""
         return f"{self.name} (open)" if self.origin == "current" else self.name
 
     @property
@@ -73,7 +73,7 @@ class ScoreColumn:
 
     @property
     def short(self) -> str:
-        """The title where there is little room."""
+        """The title where space is short."""
         return self.title.replace(self.class_name, _SHORT_CLASSES.get(self.class_name, self.class_name))
 
     def value(self, scores: Scores) -> float:
@@ -146,7 +146,7 @@ class CompareModel(QAbstractTableModel):
 
     # ------------------------------------------------------------------ what is shown
     def set_rows(self, rows: Sequence[CompareRow]) -> None:
-        """Show these rigs; the view keeps its place when only numbers are new."""
+        """Show these rigs; the view keeps its scroll position when only numbers are new."""
         keys = [row.key for row in rows]
         if keys == [row.key for row in self._rows]:
             self._rows = tuple(rows)
@@ -168,13 +168,13 @@ class CompareModel(QAbstractTableModel):
         self._numbers_changed()
 
     def set_narrow(self, is_narrow: bool) -> None:
-        """Give columns short titles, or the whole ones."""
+        """Give columns short titles, or full ones."""
         if is_narrow != self._is_narrow:
             self._is_narrow = is_narrow
             self.headerDataChanged.emit(Qt.Orientation.Horizontal, FIRST_SCORE, self.columnCount() - 1)
 
     def set_baseline(self, scores: Scores | None, reading: Reading) -> None:
-        """Scores of the baseline, and the reading, which decides what a smaller S-MS means."""
+        """Set the scores of the baseline, and the reading, which decides what a smaller S-MS means."""
         self._baseline, self._reading = scores, reading
         self._numbers_changed()
 

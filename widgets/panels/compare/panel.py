@@ -47,13 +47,13 @@ _NARROW_PX = 1000
 
 
 class CompareTable(QTableView):
-    """Shows a CompareModel; the rows in sight share its height, so that none is cut."""
+    """Shows a CompareModel; the visible rows share its height, so that none is cut off."""
 
     open_wanted = Signal(str)
     """Key of the rig to open, or of the snapshot to restore."""
     pin_wanted = Signal(str)
     remove_wanted = Signal(tuple)
-    """Keys of the rigs to take out."""
+    """Keys of the rigs to remove."""
     order_changed = Signal()
 
     def __init__(self, model: CompareModel, parent: QWidget | None = None) -> None:
@@ -89,7 +89,7 @@ class CompareTable(QTableView):
         header.setSortIndicator(-1, Qt.SortOrder.AscendingOrder)
 
     def size_columns(self) -> None:
-        """Give the scores what the names leave."""
+        """Give the scores the room that the names leave."""
         header = self.horizontalHeader()
         for column in range(self._rigs.columnCount()):
             is_score = column >= FIRST_SCORE
@@ -99,7 +99,7 @@ class CompareTable(QTableView):
         header.resizeSection(SENSORS, _SENSORS_PX)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Titles are short where there is no room for long ones, and rows are as high as lets whole ones fit."""
+        """Shorten titles where there is no room for long ones, and make rows of a height that whole ones fill."""
         super().resizeEvent(event)
         self._rigs.set_narrow(event.size().width() < _NARROW_PX)
         in_sight = max(1, event.size().height() // _ROW_PX)
@@ -137,7 +137,7 @@ class CompareTable(QTableView):
 
     # ------------------------------------------------------------------ what the user does
     def take_keys(self, copy: Callable[[], None]) -> None:
-        """Have Ctrl+C copy all, and Del remove what is selected, while the table has the focus."""
+        """Let Ctrl+C copy everything, and Del remove what is selected, while the table has the focus."""
         OwnKeys(self, {StandardKey.Copy: copy, StandardKey.Delete: self._remove})
 
     def _remove(self) -> None:
@@ -165,21 +165,21 @@ SHOWN: dict[Shown, str] = {
     "baseline": "difference to the baseline",
 }
 BESIDE_PX, BELOW_PX = 1500, 420
-"""From this width on bars stand beside the table, from this height on below it, else in its place."""
+"""From this width on, bars are beside the table; from this height on, below it; otherwise in its place."""
 
 
 class ComparePanel(QWidget):
-    """Follows a list of rows; says what the user wants done with them."""
+    """Follows a list of rows; signals what the user wants done with them."""
 
     open_wanted = Signal(str)
     """Key of the rig to open, or of the snapshot to restore."""
     pin_wanted = Signal(str)
     remove_wanted = Signal(tuple)
-    """Keys of the rigs to take out."""
+    """Keys of the rigs to remove."""
     renamed = Signal(str, str)
     snapshot_wanted = Signal()
     score_wanted = Signal(bool)
-    """Compute what is missing; or, when False, give it up."""
+    """Compute the missing scores; or, when False, abandon them."""
     export_wanted = Signal()
 
     def __init__(self, parent: QWidget | None = None) -> None:
@@ -219,11 +219,11 @@ class ComparePanel(QWidget):
         self.model.set_rows(rows)
 
     def set_baseline(self, scores: Scores | None, reading: Reading) -> None:
-        """What differences to the baseline count from."""
+        """Set the scores that differences to the baseline count from."""
         self.model.set_baseline(scores, reading)
 
     def show_progress(self, done: int, total: int, given_up: bool = False) -> None:
-        """How many of the rigs asked for are scored; nothing is shown when all are."""
+        """Show how many of the requested rigs are scored; nothing when all are."""
         is_missing = done < total
         self._bar.setMaximum(max(total, 1))
         self._bar.setValue(done)
@@ -244,12 +244,12 @@ class ComparePanel(QWidget):
         return table_text(self.table.shown_rows(), delimiter)
 
     def copy(self) -> None:
-        """The table into the clipboard, columns separated by tabs."""
+        """Copy the table to the clipboard, columns separated by tabs."""
         QGuiApplication.clipboard().setText(self.as_text("\t"))
 
     # ------------------------------------------------------------------ bars
     def set_bars(self, shown: bool) -> None:
-        """Draw bars, or not."""
+        """Show or hide the bars."""
         self.bars.setChecked(shown)
 
     def _show_bars(self) -> None:
@@ -257,7 +257,7 @@ class ComparePanel(QWidget):
             self.chart.show_rows(self.table.shown_rows(), self.table.chosen)
 
     def _arrange(self) -> None:
-        """Table and bars side by side, one above the other, or in turns, as there is room."""
+        """Arrange table and bars side by side, one above the other, or one at a time, as there is room."""
         wanted, size = self.bars.isChecked(), self.size()
         is_wide, is_high = size.width() >= BESIDE_PX, size.height() >= BELOW_PX
         self._halves.setOrientation(Qt.Orientation.Horizontal if is_wide else Qt.Orientation.Vertical)
@@ -266,7 +266,7 @@ class ComparePanel(QWidget):
         self._show_bars()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Another size may have room for both."""
+        """Arrange anew: another size may have room for both."""
         super().resizeEvent(event)
         self._arrange()
 
@@ -327,7 +327,7 @@ class ComparePanel(QWidget):
         return button
 
     def set_add_menu(self, menu: QMenu) -> None:
-        """What can be added."""
+        """Build the menu of what can be added."""
         self._add.setMenu(menu)
 
     def _choose_class(self, _: int) -> None:

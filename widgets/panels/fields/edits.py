@@ -18,10 +18,10 @@ _SUFFIX_GAP_PX = 3
 
 
 class ValueEdit(QLineEdit, Generic[Value]):
-    """A line edit that holds a value, not a text.
+    """A line edit for a value of any kind.
 
-    It shows a short text, and the full one while it has the keyboard focus. `edited` is sent only when the
-    text was changed and could be read; a text that cannot be read marks the field and keeps the value.
+    It shows a short text, and the full one while it has the keyboard focus. `edited` is emitted only when the
+    text was changed and is valid; an invalid text marks the field and keeps the value.
     """
 
     edited = Signal(object)
@@ -47,20 +47,20 @@ class ValueEdit(QLineEdit, Generic[Value]):
         return self._value
 
     def set_value(self, value: Value | None) -> None:
-        """Show a value that comes from outside; what the user is just typing is kept."""
+        """Show a value that comes from outside; keep what the user is typing."""
         if value == self._value and (self._is_touched() or self._is_marked()):
             return
         self._value = value
         self._show()
 
     def set_suffix(self, suffix: str) -> None:
-        """A unit that always stands at the right end of the field and is no part of the text."""
+        """Set a unit that is always shown at the right end of the field and is not part of the text."""
         self._suffix = suffix
         width = self.fontMetrics().horizontalAdvance(suffix) + _SUFFIX_GAP_PX if suffix else 0
         self.setTextMargins(0, 0, width, 0)
 
     def mark(self, reason: str) -> None:
-        """Show in red that what was typed is not accepted; an empty reason takes the mark away."""
+        """Show in red that what was typed is not accepted; an empty reason removes the mark."""
         if self._is_marked() != bool(reason):
             self.setProperty("invalid", bool(reason))
             self.style().unpolish(self)
@@ -103,7 +103,7 @@ class ValueEdit(QLineEdit, Generic[Value]):
         self.edited.emit(value)
 
     def revert(self) -> None:
-        """Forget what was typed."""
+        """Discard what was typed."""
         self.setModified(False)
         self._show()
 
@@ -212,7 +212,7 @@ class NumberEdit(ValueEdit[float]):
         return full_text(value, self._unit)
 
     def step_by(self, steps: float) -> None:
-        """Ask for the value that many steps further, rounded so that tenths stay tenths."""
+        """Request the value that many steps further, rounded so that tenths stay tenths."""
         if self._value is None or not math.isfinite(self._value):
             return
         self._take()
@@ -227,7 +227,7 @@ class NumberEdit(ValueEdit[float]):
         super().keyPressEvent(event)
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        """Step while focused; otherwise the panel around scrolls."""
+        """Step while focused; otherwise let the surrounding panel scroll."""
         if not self.hasFocus() or self.isReadOnly():
             event.ignore()
             return

@@ -1,4 +1,4 @@
-"""Rows of labelled fields that edit one frozen thing: a change gives a validated copy or a reason in red."""
+"""Rows of labelled fields that edit one frozen object: a change gives a validated copy or a reason in red."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class ChoiceBox(QComboBox):
     """A list of choices that the wheel does not change: a scrolled panel must not edit the rig."""
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        """Leave the wheel to the panel around."""
+        """Leave the wheel to the surrounding panel."""
         event.ignore()
 
 
@@ -31,7 +31,7 @@ Write = Callable[[Any, Any], Any]
 
 @dataclass(frozen=True)
 class _Binding:
-    """A widget with how its value is read from the thing shown."""
+    """A widget, and how its value is read from the object shown."""
 
     widget: QWidget
     read: Read
@@ -39,10 +39,10 @@ class _Binding:
 
 
 class Form(QWidget):
-    """A grid of label and fields over one frozen thing (`subject`).
+    """A grid of labels and fields over one frozen object (`subject`).
 
-    `changed` carries the changed copy. A value that the thing refuses marks its field, and the reason stands
-    under the form; the thing itself stays as it is.
+    `changed` carries the changed copy. A value that the object refuses marks its field, and the reason is shown
+    under the form; the object itself stays as it is.
     """
 
     changed = Signal(object)
@@ -97,11 +97,11 @@ class Form(QWidget):
         self._captions[row].setVisible(shown)
 
     def add_wide(self, widget: QWidget) -> None:
-        """A widget over the whole width."""
+        """Add a widget over the whole width."""
         self._grid.addWidget(widget, self._grid.rowCount(), 0, 1, 2)
 
     def set_fields_enabled(self, enabled: bool) -> None:
-        """Let every bound field be edited, or only looked at."""
+        """Make every bound field editable, or read-only."""
         for binding in self._bindings:
             binding.widget.setEnabled(enabled)
 
@@ -140,7 +140,7 @@ class Form(QWidget):
 
     # ------------------------------------------------------------------ showing and changing
     def show_subject(self, subject: Any) -> None:
-        """Show a thing; fields in which something wrong stands keep it until the value under them changes."""
+        """Show an object; fields with invalid text keep it until the value under them changes."""
         self._subject = subject
         for binding in self._bindings:
             binding.show(binding.read(subject))
@@ -148,7 +148,7 @@ class Form(QWidget):
         self._show_reasons()
 
     def forget_input(self) -> None:
-        """Drop what was typed and refused."""
+        """Discard what was typed and refused."""
         for widget in self._reasons:
             if isinstance(widget, ValueEdit):
                 widget.revert()
@@ -179,17 +179,17 @@ class Form(QWidget):
 
     @property
     def subject(self) -> Any:
-        """The thing that is shown."""
+        """The object that is shown."""
         return self._subject
 
     def show_problem(self, text: str) -> None:
-        """Say what is wrong with something that is not bound to a field; gone with the next change."""
+        """Report a problem that is not bound to a field; the next change removes it."""
         self._problem.setText(text)
         self._problem.setVisible(bool(text))
 
     @property
     def problem(self) -> str:
-        """The reasons that stand under the form, empty when all is well."""
+        """The reasons shown under the form, empty when all is well."""
         return self._problem.text()
 
 
@@ -230,7 +230,7 @@ def reason_of(error: Exception) -> str:
 
 
 def _choose(combo: QComboBox, value: Any) -> None:
-    """Select the item that carries `value`; a value that is in no item gets one of its own."""
+    """Select the item that carries `value`; add an item for a value that has none."""
     index = combo.findData(value)
     if index < 0:
         combo.addItem("" if value is None else str(value), value)

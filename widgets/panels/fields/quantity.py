@@ -22,7 +22,7 @@ _SIGNS = str.maketrans({"−": "-", "×": "*", "·": "*", "÷": "/"})
 
 @dataclass(frozen=True)
 class Unit:
-    """How a field shows a stored value: `per_base` of this unit make one of the unit that is stored.
+    """How a field shows a stored value: `per_base` of this unit make one of the stored unit.
 
     `step` is what one step of the wheel or an arrow key changes, in this unit, where the field's own step is 1
     in the stored unit.

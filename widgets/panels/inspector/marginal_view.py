@@ -71,7 +71,7 @@ class MarginalView(QWidget):
         self.setToolTip(NOTE)
 
     def show_loss(self, now: Scores, without: Scores) -> None:
-        """Exact scores of the rig with and without the sensor."""
+        """Show exact scores of the rig with and without the sensor."""
         for name in CLASSES:
             with_it, without_it = now.classes[name], without.classes[name]
             for key in _SHOWN:
@@ -87,7 +87,7 @@ class MarginalView(QWidget):
         self._show(name, "nat", change_text(nat, column_of("s_ms")), f"{nat!r} nat")
 
     def show_none(self, reason: str) -> None:
-        """No numbers, and why."""
+        """Show no numbers, and say why."""
         for cell in self._cells.values():
             cell.setText(NONE)
             cell.setToolTip("")
@@ -95,7 +95,7 @@ class MarginalView(QWidget):
         self.set_stale(True)
 
     def set_stale(self, stale: bool) -> None:
-        """Grey the numbers, because the rig has changed, or not."""
+        """Grey the numbers because the rig has changed, or show them as current."""
         for cell in self._cells.values():
             _colour(cell, tones().muted if stale else tones().text)
 

@@ -35,7 +35,7 @@ def with_body(rig: Rig, body: str) -> Rig:
 
 
 class MeshRows:
-    """Scale, turn and offset of the mesh, on a form over a rig; seen only while the body is a mesh file."""
+    """Scale, rotation and offset of the mesh, on a form over a rig; shown only while the body is a mesh file."""
 
     def __init__(self, form: Form) -> None:
         self._form = form
@@ -77,15 +77,15 @@ def _with_mesh(rig: Rig, **changes: Any) -> Rig:
 
 
 class Inspector(QStackedWidget):
-    """Follows rig and selection; says by signals what the user changed, always as a validated copy."""
+    """Follows rig and selection; signals what the user changed, always as a validated copy."""
 
     sensor_edited = Signal(str, object)
-    """Name the sensor had, and the sensor as it shall be."""
+    """The sensor's previous name, and the sensor as the user wants it."""
     rig_edited = Signal(object)
     mesh_wanted = Signal()
     """The user wants to choose a mesh file for the body."""
     units_changed = Signal(object)
-    """The Units that lengths and angles are shown in from now on, as a tuple."""
+    """The Units in which lengths and angles are shown from now on, as a tuple."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -116,7 +116,7 @@ class Inspector(QStackedWidget):
 
     @property
     def units(self) -> tuple[Unit, ...]:
-        """The units that lengths and angles are shown in."""
+        """The units in which lengths and angles are shown."""
         return self._units
 
     def set_units(self, units: tuple[Unit, ...]) -> None:
@@ -132,11 +132,11 @@ class Inspector(QStackedWidget):
         self.units_changed.emit(self._units)
 
     def set_saved(self, rig: Rig) -> None:
-        """The rig as it was last saved, to which a pose can be put back."""
+        """Set the rig as last saved, to which a pose can be reset."""
         self._saved = rig
 
     def set_locked(self, locked: frozenset[str]) -> None:
-        """Names of the sensors that can only be looked at."""
+        """Set the names of the sensors that are read-only."""
         self._locked = locked
         for form in self._sensor_forms:
             form.set_locked(self._shown_name in locked)
@@ -147,7 +147,7 @@ class Inspector(QStackedWidget):
         return self._loss_of
 
     def show_loss(self, now: Scores, without: Scores) -> None:
-        """Exact scores with and without the sensor shown."""
+        """Show exact scores with and without the current sensor."""
         self._loss_of = self._shown_name
         for form in self._sensor_forms:
             form.marginal.show_loss(now, without)
@@ -159,7 +159,7 @@ class Inspector(QStackedWidget):
             form.marginal.show_none(reason)
 
     def set_loss_stale(self) -> None:
-        """Grey what the rig loses without the sensor: it is of an earlier rig."""
+        """Grey what the rig loses without the sensor: it belongs to an earlier rig."""
         for form in self._sensor_forms:
             form.marginal.set_stale(True)
 
@@ -264,8 +264,8 @@ def _scrolled(form: Form) -> QScrollArea:
     area.setWidget(form)
     area.setWidgetResizable(True)
     area.setFrameShape(QFrame.Shape.NoFrame)
-    area.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # its fields have it
+    area.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # its fields take the focus
     area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
     bar_px = area.verticalScrollBar().sizeHint().width()
-    area.setMinimumWidth(form.minimumSizeHint().width() + bar_px)  # no field is ever cut off
+    area.setMinimumWidth(form.minimumSizeHint().width() + bar_px)  # so that no field is ever cut off
     return area

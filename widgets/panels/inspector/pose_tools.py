@@ -21,14 +21,14 @@ PASTE_TIP = (
 
 
 class PoseTools(QWidget):
-    """A line with the title and small buttons; it knows the pose shown and asks for another one."""
+    """A line with the title and small buttons; it knows the pose shown and signals requests for another one."""
 
     pasted = Signal(object)
     """A Pose, in metres and degrees."""
     refused = Signal(str)
     """Why the clipboard holds no pose."""
     units_chosen = Signal(object)
-    """The Unit that lengths or angles shall be shown in."""
+    """The Unit in which lengths or angles are to be shown."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -57,11 +57,11 @@ class PoseTools(QWidget):
 
     # ------------------------------------------------------------------ what is shown
     def set_pose(self, pose: Pose) -> None:
-        """The pose that would be copied."""
+        """Set the pose that is copied."""
         self._pose = pose
 
     def set_saved(self, pose: Pose | None) -> None:
-        """The pose of this sensor in the file, None when it is not in there."""
+        """Set the pose of this sensor in the file, None when it is not in the file."""
         self._saved = pose
         self._as_saved.setEnabled(pose is not None)
 
@@ -72,17 +72,17 @@ class PoseTools(QWidget):
             button.setText(shown.name)
 
     def set_editable(self, editable: bool) -> None:
-        """Allow pasting and putting back, or only looking and copying."""
+        """Allow pasting and resetting, or only copying."""
         self._paste.setEnabled(editable)
         self._reset.setEnabled(editable)
 
     # ------------------------------------------------------------------ what the user does
     def copy(self) -> None:
-        """The pose into the clipboard, in the chosen format."""
+        """Copy the pose to the clipboard, in the chosen format."""
         QGuiApplication.clipboard().setText(pose_text(self._pose, self._form))
 
     def paste(self) -> None:
-        """The pose from the clipboard."""
+        """Take the pose from the clipboard."""
         try:
             pose = parse_pose(QGuiApplication.clipboard().text())
         except InputError as error:

@@ -37,10 +37,10 @@ DISABLED_NOTE = "Disabled: it does not count in the scores."
 
 
 class SensorForm(Form):
-    """What every sensor has: name, kind, model, pose, range, whether it counts, and what it is worth."""
+    """What every sensor has: name, kind, model, pose, range, whether it counts, and what it contributes."""
 
     units_chosen = Signal(object)
-    """The Unit that lengths or angles shall be shown in."""
+    """The Unit in which lengths or angles are to be shown."""
 
     def __init__(self, kind: Literal["lidar", "camera"], parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -55,7 +55,7 @@ class SensorForm(Form):
         self._add_pose()
 
     def set_taken_names(self, names: frozenset[str]) -> None:
-        """Names of the other sensors, which this one cannot have."""
+        """Set the names of the other sensors, which this one cannot take."""
         self._taken = names
 
     def _add_identity(self) -> None:
@@ -82,7 +82,7 @@ class SensorForm(Form):
         return sensor.replace(name=name)
 
     def _add_pose(self) -> None:
-        """Position on the left, rotation on the right."""
+        """Add the pose: position on the left, rotation on the right."""
         self.tools = PoseTools()
         self.tools.pasted.connect(self._take_pose)
         self.tools.refused.connect(self.show_problem)
@@ -99,11 +99,11 @@ class SensorForm(Form):
                 self.bind_edit(edit, read_item(field, place), write_item(field, place), name)
 
     def _take_pose(self, pose: Pose) -> None:
-        """Another pose as one change."""
+        """Take another pose as one change."""
         self._try(self.tools, lambda sensor, value: sensor.with_pose(value), pose)
 
     def add_derived(self) -> None:
-        """What follows from the fields, and what the rig would lose without the sensor."""
+        """Add what follows from the fields, and what the rig would lose without the sensor."""
         self.add_heading("Derived")
         self._derived: dict[str, QLabel] = {}
         for caption in _DERIVED[self._kind]:
@@ -155,7 +155,7 @@ class SensorForm(Form):
         return self.add_row(caption, [first, QLabel(between), second], tip)
 
     def add_range(self) -> None:
-        """Nearest and farthest distance that a ray covers."""
+        """Add the nearest and farthest distance that a ray covers."""
         self.add_pair(
             "Range",
             {"range_min": NumberEdit(0.5, METRES), "range_max": NumberEdit(5.0, METRES)},

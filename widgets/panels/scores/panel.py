@@ -1,4 +1,4 @@
-"""Scores per class with the change against a baseline, in 10^3 nat; every digit in tooltip and copy.
+"""Scores per class with the change against a baseline, in 10^3 nat; full precision in tooltip and copy.
 
 Estimates can be shown in their place for a moment: marked ≈, in italics, without changes and without a copy.
 """
@@ -29,9 +29,9 @@ class ScoresPanel(QWidget):
     """Shows one evaluation beside that of the baseline. A number that is out of date is greyed."""
 
     settings_wanted = Signal(object)
-    """MetricSettings as the user wants them."""
+    """The MetricSettings that the user wants."""
     pin_wanted = Signal(bool)
-    """The rig as it is shall be the baseline; or, when False, the last saved rig again."""
+    """Whether the current rig is to be the baseline; False for the last saved rig."""
 
     def __init__(self, settings: MetricSettings, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -89,7 +89,7 @@ class ScoresPanel(QWidget):
         return self._pin
 
     def set_pin_menu(self, menu: QMenu) -> None:
-        """More ways to choose a baseline, behind the arrow of the button."""
+        """Set the menu of other baselines, behind the button's arrow."""
         self._pin.setMenu(menu)
         self._pin.setPopupMode(QToolButton.ToolButtonPopupMode.MenuButtonPopup)
 
@@ -102,7 +102,7 @@ class ScoresPanel(QWidget):
         self._show_note()
 
     def set_baseline(self, name: str | None) -> None:
-        """What the changes count from: a pinned rig of that name, or None for the rig as last saved."""
+        """Set what the changes count from: a pinned rig of that name, or None for the rig as last saved."""
         self._baseline = LAST_SAVED if name is None else name
         self._pin.setChecked(name is not None)
         self._table.set_baseline(self._baseline)
@@ -118,7 +118,7 @@ class ScoresPanel(QWidget):
         self._table.add_to_trail(scores)
 
     def clear_trail(self) -> None:
-        """Start the sparklines anew: S-MS is of other traffic or of other settings from now on."""
+        """Start the sparklines anew: S-MS belongs to other traffic or other settings from now on."""
         self._table.clear_trail()
 
     def trail_of(self, class_name: str) -> list[float]:
@@ -165,7 +165,7 @@ class ScoresPanel(QWidget):
         self._want(MetricSettings(self._settings.method, READINGS[index], self._settings.camera_weight))
 
     def _want(self, settings: MetricSettings) -> None:
-        """Ask for other settings; then show those that are in use, whether it was granted or not."""
+        """Request other settings; then show those in use, whether or not the request was granted."""
         self.settings_wanted.emit(settings)
         self.show_settings(self._settings)
 
@@ -177,5 +177,5 @@ class ScoresPanel(QWidget):
 
     @property
     def note(self) -> str:
-        """The line that says unit, baseline and the way of S-MS."""
+        """Write the line about unit, baseline and sign of S-MS."""
         return self._note.text()

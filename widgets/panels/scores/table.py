@@ -98,7 +98,7 @@ TRAIL_TIP = "S-MS after each of the last edits, the largest value at the top"
 
 
 class ScoreTable(QTableWidget):
-    """Class, then value and change for every column, and the way of S-MS over the last edits."""
+    """Class, then value and change for every column, and the course of S-MS over the last edits."""
 
     def __init__(self) -> None:
         super().__init__(len(CLASSES), 2 + 2 * len(COLUMNS))
@@ -162,11 +162,11 @@ class ScoreTable(QTableWidget):
         return item
 
     def set_baseline(self, name: str) -> None:
-        """What the changes count from, for tooltips."""
+        """Set what the changes count from, for tooltips."""
         self._baseline = name
 
     def add_to_trail(self, scores: Scores) -> None:
-        """One more edit of which S-MS is to be seen in the sparklines."""
+        """Add one more edit to the sparklines of S-MS."""
         for name, trail in self._trails.items():
             trail.append(scores.classes[name].s_ms)
             del trail[:-MAX_TRAIL]
@@ -190,7 +190,7 @@ class ScoreTable(QTableWidget):
         return list(self._trails[class_name])
 
     def show_scores(self, scores: Scores, baseline: Scores, settings: MetricSettings) -> None:
-        """Exact values and their change against the baseline."""
+        """Show exact values and their change against the baseline."""
         for name in CLASSES:
             now, before = scores.classes[name], baseline.classes[name]
             self._show_class(name, now.h_total > 0.0)
@@ -201,14 +201,14 @@ class ScoreTable(QTableWidget):
                 self._show_change(self.cell(name, f"{column.key} change"), column, change, settings)
 
     def _show_class(self, name: str, has_boxes: bool) -> None:
-        """The name of a class, muted where there are no boxes of it."""
+        """Show the name of a class, muted where it has no boxes."""
         title = self.item(CLASSES.index(name), 0)
         assert title is not None
         title.setForeground(QBrush(QColor(tones().text if has_boxes else tones().muted)))
         title.setToolTip("" if has_boxes else NOTHING_NOTE)
 
     def show_estimate(self, scores: Scores) -> None:
-        """Rough values without changes, of which no digit can be copied."""
+        """Show rough values without changes; they cannot be copied."""
         for name in CLASSES:
             for column in COLUMNS:
                 value = column.value(scores.classes[name])
@@ -243,7 +243,7 @@ class ScoreTable(QTableWidget):
         item.setToolTip(plain_tip(f"{exact_text(column, change)}: {meaning} {self._baseline}"))
 
     def grey(self) -> None:
-        """Every number in the muted colour."""
+        """Show every number in the muted colour."""
         muted = QBrush(QColor(tones().muted))
         for row in range(self.rowCount()):
             for place in range(1, TRAIL):
@@ -266,7 +266,7 @@ class ScoreTable(QTableWidget):
         return "\n".join(lines) + "\n"
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Titles are short where there is no room for long ones; the sparklines give way to numbers."""
+        """Shorten titles where there is no room for long ones; the sparklines give way to numbers."""
         super().resizeEvent(event)
         self.setColumnHidden(TRAIL, event.size().width() < FULL_PX)
         is_narrow = event.size().width() < NARROW_PX

@@ -23,7 +23,7 @@ SEEN_NOTE = "Share of the class's entropy H(Ω) that any enabled sensor looks at
 
 @dataclass(frozen=True)
 class Column:
-    """One number per class: its titles, its value, how it reads, and the sign it takes as coverage grows.
+    """One number per class: its titles, its value, its text form, and the sign of its change as coverage grows.
 
     The value is NaN where there is nothing to take a share of.
     """

@@ -25,7 +25,7 @@ from riglens.widgets.panels.style import MARGIN, as_panel, numbers_font, plain_t
 from riglens.widgets.theme import KIND_COLOURS
 
 MODEL_MIME = "application/x-riglens-model"
-"""What a dragged model is announced as; the data are its name in UTF-8."""
+"""MIME type of a dragged model; the data are its name in UTF-8."""
 _MODEL = Qt.ItemDataRole.UserRole
 _WORDS = Qt.ItemDataRole.UserRole.value + 1
 _NOTHING = "No model has all of these words"
@@ -43,10 +43,10 @@ def model_tip(entry: Entry, sensor: Sensor) -> str:
 
 
 class LibraryList(QWidget):
-    """Shows library entries; says which one the user wants added."""
+    """Shows library entries; signals which one the user wants to add."""
 
     add_wanted = Signal(str)
-    """Name of a model to be added where the program finds room."""
+    """Name of a model to be added at a free place."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -76,7 +76,7 @@ class LibraryList(QWidget):
 
     @property
     def shown(self) -> list[str]:
-        """Names of the models that the search leaves."""
+        """Names of the models that match the search."""
         return [str(row.data(0, _MODEL)) for row in self.models.rows() if not row.isHidden()]
 
     def row_of(self, model: str) -> QTreeWidgetItem:
@@ -84,7 +84,7 @@ class LibraryList(QWidget):
         return next(row for row in self.models.rows() if row.data(0, _MODEL) == model)
 
     def _filter(self, text: str) -> None:
-        """Leave the models that have every word of the text somewhere."""
+        """Keep the models that contain every word of the text somewhere."""
         words = text.casefold().split()
         for row in self.models.rows():
             row.setHidden(not all(word in row.data(0, _WORDS) for word in words))
@@ -150,7 +150,7 @@ class _Models(QTreeWidget):
         return [row for group in self._groups() for row in _children(group)]
 
     def show_counts(self) -> None:
-        """Say in each heading how many models the search left; hide those that it left nothing under."""
+        """Show in each heading how many models match the search; hide headings without any."""
         for group, (_, title) in zip(self._groups(), _KINDS, strict=True):
             rows = _children(group)
             left = sum(not row.isHidden() for row in rows)
@@ -159,7 +159,7 @@ class _Models(QTreeWidget):
         self.viewport().update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Say it where the search left nothing."""
+        """Say so when nothing matches the search."""
         super().paintEvent(event)
         if self._groups() and all(group.isHidden() for group in self._groups()):
             painter = QPainter(self.viewport())
@@ -180,7 +180,7 @@ class _Models(QTreeWidget):
         super().keyPressEvent(event)
 
     def mimeTypes(self) -> list[str]:
-        """Only what the 3D view understands."""
+        """Offer only the MIME type that the 3D view understands."""
         return [MODEL_MIME]
 
     def mimeData(self, items: Sequence[QTreeWidgetItem]) -> QMimeData:

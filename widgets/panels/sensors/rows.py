@@ -104,14 +104,14 @@ TIPS = (
 
 @dataclass(frozen=True)
 class RowState:
-    """What is to be seen of a sensor beside its fields."""
+    """What is shown of a sensor beside its fields."""
 
     is_hidden: bool = False
     is_locked: bool = False
 
 
 def set_up_columns(tree: QTreeWidget) -> None:
-    """Titles, widths and delegates: only the name grows with the list."""
+    """Set titles, widths and delegates; only the name column grows with the list."""
     tree.setColumnCount(len(TITLES))
     tree.setHeaderLabels(list(TITLES))
     tree.setItemDelegateForColumn(LOSS, BarDelegate(tree))
@@ -146,7 +146,7 @@ def model_note(sensor: Sensor) -> str:
 
 
 def show_sensor(row: QTreeWidgetItem, sensor: Sensor, state: RowState) -> None:
-    """Bring a row in line with a sensor."""
+    """Make a row show a sensor."""
     row.setFlags(_FIXED_FLAGS if state.is_locked else _EDIT_FLAGS)
     row.setText(NAME, sensor.name)
     row.setData(NAME, SENSOR_NAME, sensor.name)
@@ -171,7 +171,7 @@ def show_sensor(row: QTreeWidgetItem, sensor: Sensor, state: RowState) -> None:
 
 
 def show_loss(row: QTreeWidgetItem, share: float | None, largest: float, tip: str) -> None:
-    """Show the share of the entropy that is lost without the sensor; None takes bar and number away."""
+    """Show the share of the entropy that is lost without the sensor; None removes bar and number."""
     row.setText(LOSS, "" if share is None else f"{100 * share:.2f}")
     row.setTextAlignment(LOSS, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
     row.setFont(LOSS, numbers_font(row.font(LOSS)))
@@ -182,6 +182,6 @@ def show_loss(row: QTreeWidgetItem, share: float | None, largest: float, tip: st
 
 
 def set_loss_stale(row: QTreeWidgetItem) -> None:
-    """Grey the loss: it is of an earlier rig."""
+    """Grey the loss: it belongs to an earlier rig."""
     row.setData(LOSS, BAR_COLOUR, tones().border)
     row.setForeground(LOSS, QBrush(QColor(tones().muted)))

@@ -40,7 +40,7 @@ KINDS = (("lidar", "LiDARs"), ("camera", "Cameras"))
 
 
 class SensorList(QTreeWidget):
-    """Shows a rig, and which of its sensors are selected, hidden and locked; the user can do nothing with it yet."""
+    """Shows a rig, and which of its sensors are selected, hidden and locked; not interactive by itself."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -62,13 +62,13 @@ class SensorList(QTreeWidget):
     def set_rig(
         self, rig: Rig, hidden: frozenset[str], selected: str | None, locked: frozenset[str] = frozenset()
     ) -> None:
-        """Show a rig. Rows are built anew only when sensors come or go, never while one of them is edited."""
+        """Show a rig. Rows are rebuilt only when sensors are added or removed, never while one of them is edited."""
         shown = (rig.sensors, hidden, locked, tones())
         chosen = self.chosen
         self.blockSignals(True)
         if shown != self._shown:
             if self._shown[-1:] != shown[-1:]:
-                self._kinds = []  # other colours: build every row anew
+                self._kinds = []  # other colours: rebuild every row
             self._shown, self._hidden, self._locked = shown, hidden, locked
             self._enabled = frozenset(sensor.name for sensor in rig.sensors if sensor.enabled)
             self._show_rows(rig)
@@ -102,7 +102,7 @@ class SensorList(QTreeWidget):
 
     # ------------------------------------------------------------------ what a sensor is worth
     def show_losses(self, now: Scores, without: dict[str, Scores]) -> None:
-        """Exact scores of the rig, and of the rig without each of the sensors that are known by now."""
+        """Show exact scores of the rig, and of the rig without each of the sensors computed so far."""
         shares = {name: lost_share(now, scores) for name, scores in without.items() if name in self._items}
         largest = max(shares.values(), default=0.0)
         self.blockSignals(True)
@@ -111,7 +111,7 @@ class SensorList(QTreeWidget):
         self.blockSignals(False)
 
     def set_losses_stale(self) -> None:
-        """Grey the losses: they are of an earlier rig."""
+        """Grey the losses: they belong to an earlier rig."""
         self.blockSignals(True)
         for row in self._rows:
             set_loss_stale(row)
@@ -149,7 +149,7 @@ class SensorList(QTreeWidget):
 
     # ------------------------------------------------------------------ looks
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Say in an empty list where sensors come from."""
+        """Say in an empty list how to add sensors."""
         super().paintEvent(event)
         if not self._rows:
             last = self.topLevelItem(self.topLevelItemCount() - 1)
@@ -162,26 +162,26 @@ class SensorList(QTreeWidget):
             painter.end()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Give names the room that they need."""
+        """Give the names the room they need."""
         super().resizeEvent(event)
         self._fit_names()
 
     def _fit_names(self) -> None:
-        """Leave the types out where names would be cut."""
+        """Hide the types where names would be cut off."""
         longest = max((self.fontMetrics().horizontalAdvance(name) for name in self._items), default=0)
         needed = longest + TICK_PX + 2 * self.indentation() + _NAME_MARGIN_PX + sum(WIDTHS_PX.values())
         self.setColumnHidden(TYPE, needed > self.viewport().width())
 
 
 class SensorTree(SensorList):
-    """Follows a rig; says what the user wants by signals and changes nothing by itself."""
+    """Follows a rig; signals what the user wants and changes nothing by itself."""
 
     selected = Signal(object)
     """Name of the sensor to edit, None when nothing is selected."""
     enabled_toggled = Signal(tuple, bool)
     hidden_toggled = Signal(tuple, bool)
     locked_toggled = Signal(tuple, bool)
-    """Names, and whether they shall be enabled, hidden or locked."""
+    """Names, and whether they are to be enabled, hidden or locked."""
     renamed = Signal(str, str)
     refused = Signal(str)
     """A name that cannot be given, with the reason."""
@@ -202,7 +202,7 @@ class SensorTree(SensorList):
 
     # ------------------------------------------------------------------ what the user does
     def choose(self, names: Names) -> None:
-        """Select several sensors; the last one is the one to edit."""
+        """Select several sensors, the last of which is edited."""
         self.blockSignals(True)
         for name, item in self._items.items():
             item.setSelected(name in names)
@@ -214,7 +214,7 @@ class SensorTree(SensorList):
     def edit(  # type: ignore[override]
         self, index: QModelIndex, trigger: QAbstractItemView.EditTrigger, event: QEvent
     ) -> bool:
-        """Only names are edited."""
+        """Start editing names only."""
         return index.column() == NAME and super().edit(index, trigger, event)
 
     def selectionCommand(
@@ -264,7 +264,7 @@ class SensorTree(SensorList):
             self.renamed.emit(name, wanted)
 
     def _on_clicked(self, item: QTreeWidgetItem, column: int) -> None:
-        """A click on lock or eye; the second click of a fast pair counts as one, too."""
+        """Handle a click on lock or eye; the second click of a double click counts, too."""
         name = self.name_of(item)
         if name is not None and column == EYE:
             self.hidden_toggled.emit(self._meant(name), name not in self._hidden)
