@@ -109,7 +109,7 @@ def _entry(name: str, line: int, node: Node, where: str) -> Entry:
     values: dict[str, Any] = plain_value(node)
     for key in _OWN:
         if key in values:
-            raise InputError(f"{place}: {key}: a model does not say this; the rig does")
+            raise InputError(f"{place}: {key}: not a field of a model; it belongs in the rig")
     for key in _ANGLES:
         if isinstance(values.get(key), str):
             values[key] = _numbers(values[key], f"{place}: {key}")
@@ -322,7 +322,7 @@ def _library(files: tuple[Path, ...]) -> Library:
         for entry in read_entries(path, where):
             if entry.name in origins:
                 raise InputError(
-                    f"{where}: {entry.name}: this name belongs to a model of the library ({origins[entry.name]}); "
+                    f"{where}: {entry.name}: this name is taken by a model of the library ({origins[entry.name]}); "
                     f"accepted is a name of its own, such as my-{entry.name}"
                 )
             entries.append(entry)

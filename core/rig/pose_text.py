@@ -121,7 +121,7 @@ def _from_matrix(matrix: NDArray[np.float64]) -> Pose:
     rotation = matrix[:3, :3]
     is_rigid = np.abs(rotation @ rotation.T - np.eye(3)).max() <= _RIGID_TOLERANCE
     if not is_rigid or np.linalg.det(rotation) < 0:
-        raise InputError("pose: the matrix is no rotation; accepted is one without scale or mirror")
+        raise InputError("pose: the matrix is not a rotation; accepted is one without scale or reflection")
     if len(matrix) == 4 and np.abs(matrix[3] - (0.0, 0.0, 0.0, 1.0)).max() > _RIGID_TOLERANCE:
         raise InputError("pose: the last row of the matrix must be 0 0 0 1")
     left, _, right = np.linalg.svd(rotation)

@@ -70,7 +70,7 @@ def test_every_command_that_takes_a_rig_takes_a_foreign_one(riglens: Run, tmp_pa
     [
         (
             ("rig.json", "out.json"),
-            "out.json: its ending does not say the format; name it with --to: riglens,",
+            "out.json: the format does not follow from its ending; name it with --to: riglens,",
         ),
         (("rig.json", "out.yaml", "--to", "nuscene"), "found 'nuscene'; did you mean nuscenes?"),
         (("rig.json", "out.yaml", "--from", "osi"), "format: found 'osi'; accepted are riglens, nuscenes"),

@@ -132,11 +132,11 @@ def test_pickled_objects_are_refused_and_never_unpickled(tmp_path: Path) -> None
     [
         (np.zeros((7, 3)), "found shape (7, 3), accepted is one of (3, 8)"),
         (np.zeros(24), "found shape (24,)"),
-        (np.zeros((8, 3), dtype=complex), "no array of numbers"),
-        (np.full((8, 3), "a"), "no array of numbers"),
+        (np.zeros((8, 3), dtype=complex), "not an array of numbers"),
+        (np.full((8, 3), "a"), "not an array of numbers"),
         (np.full((8, 3), np.nan), "not finite"),
-        (np.arange(24.0).reshape(8, 3), "no corners of a box"),
-        (corners() + np.eye(8, 3), "no corners of a box"),
+        (np.arange(24.0).reshape(8, 3), "not the corners of a box"),
+        (corners() + np.eye(8, 3), "not the corners of a box"),
         (corners(np.array([4.5, 0.0, 1.5])), "found 0, accepted is a number in metres above 0"),
         (corners(centre=(1e9, 0, 0)), "accepted is a finite number in metres"),
         (np.zeros((8, 3)), "accepted is a number in metres above 0"),
@@ -159,7 +159,7 @@ def test_cut_files_archives_and_bad_names_are_refused(tmp_path: Path) -> None:
         assert message(tmp_path).startswith(f"{path}: damaged or cut off")
     np.savez(path.with_suffix(""), corners())
     path.with_suffix(".npz").rename(path)
-    assert "no array of numbers" in message(tmp_path)
+    assert "not an array of numbers" in message(tmp_path)
     path.rename(path.with_name("frame.npy"))
     assert "accepted is <actor>_<frame>.npy" in message(tmp_path)
 

@@ -228,7 +228,7 @@ def test_the_line_is_right_behind_the_first_block_and_blank_lines(tmp_path: Path
             "a,0,car,1,2,3,4,5,6,0",
             "found frame 0 after frame 1 of sequence 'a', accepted is a table grouped by",
         ),
-        ("z,0,car,1,2,3,4,5,6,0", "found sequence 'z' once more"),
+        ("z,0,car,1,2,3,4,5,6,0", "found sequence 'z' again"),
     ],
 )
 def test_a_row_that_is_no_row_is_named_with_its_line(tmp_path: Path, row: str, expected: str) -> None:
@@ -260,7 +260,7 @@ def test_missing_and_doubled_columns_are_named(tmp_path: Path, write: Writer) ->
 
 def test_a_doubled_column_is_refused(tmp_path: Path) -> None:
     path = write_csv(tmp_path, table("a,0,car,1,2,3,4,5,6,0,1", header=HEADER + ",x"))
-    assert "column 'x' stands there 2 times" in message(path)
+    assert "column 'x' appears 2 times" in message(path)
 
 
 @pytest.mark.parametrize("content", ["", HEADER, HEADER + "\n\n\n"])

@@ -213,7 +213,7 @@ def hit_colours(image: RangeImage) -> NDArray[np.uint32]:
 def _summary(image: RangeImage) -> str:
     rows, columns = image.range_m.shape
     thin_beams, thin_azimuths = image.thinned
-    thinned = "" if image.thinned == (1, 1) else f" (every {thin_beams}. beam, {thin_azimuths}. azimuth)"
+    thinned = "" if image.thinned == (1, 1) else f" (1 in {thin_beams} beams, 1 in {thin_azimuths} azimuths)"
     on_boxes = int(np.count_nonzero(image.what >= 0))
     size = f"{rows} beams × {columns} azimuths{thinned}"
     return f"{size} · {image.returns:,} returns, {on_boxes:,} on boxes"

@@ -79,7 +79,9 @@ class SensorView(QWidget):
         self.slider.setMinimumWidth(60)
         self._of = QLabel()
         self.rays = QCheckBox("Rays")
-        self.rays.setToolTip("Where the rays that the score casts pass the image; few of many are drawn")
+        self.rays.setToolTip(
+            "Where the rays cast for the score pass through the image; only a few of many are drawn"
+        )
         self.rays.toggled.connect(self.camera.set_rays)
         self.colouring = QComboBox()
         for key, title in COLOURINGS.items():

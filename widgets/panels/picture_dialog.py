@@ -99,7 +99,7 @@ class PictureDialog(QDialog):
         self.title = self._box("Name of the rig", "With its sensors and the data, in the upper corner", False)
         self.scores = self._box("Scores", "The table of scores, in the lower corner", False)
         self.light = self._box("Light background", "For reports on white paper", light)
-        self.transparent = self._box("Transparent background", "The page shines through", False)
+        self.transparent = self._box("Transparent background", "The page shows through", False)
         self.save, self.copy = QPushButton("Save…"), QPushButton("Copy")
         self.save.setDefault(True)
         self.save.clicked.connect(self.save_wanted)

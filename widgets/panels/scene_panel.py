@@ -45,7 +45,7 @@ class SceneChoice:
         changed: SceneChoice = replace(self, **changes)  # type: ignore[arg-type]
         if changed.pog is not None and changed != self:
             raise InputError(
-                f"{changed.pog.name} is a stored POG, cut into voxels of {self.voxel_m:g} m already; "
+                f"{changed.pog.name} is a stored POG with voxels of {self.voxel_m:g} m; "
                 "choose a box data set to change this"
             )
         if changed.voxel_m is None:
@@ -146,7 +146,9 @@ class ScenePanel(Form):
         frames = IntegerEdit(is_optional=True)
         frames.setPlaceholderText("as in the data")
         frames.setAccessibleName("Frames")
-        self.add_row("Frames", [frames], "Frames of the data set, where frames without boxes have no row")
+        self.add_row(
+            "Frames", [frames], "Number of frames, for data in which frames without boxes have no row"
+        )
         self.bind_edit(frames, lambda c: c.frames, _write_frames, "frames")
 
     def _add_triple(self, caption: str, field: str, parts: str, tip: str) -> None:
@@ -192,5 +194,5 @@ class ScenePanel(Form):
 
 def _write_frames(choice: SceneChoice, frames: int | None) -> SceneChoice:
     if frames is not None and frames < 1:
-        raise InputError(f"found {frames}, accepted is a whole number of frames from 1 up")
+        raise InputError(f"found {frames}, accepted is a whole number of at least 1")
     return choice.replace(frames=frames)

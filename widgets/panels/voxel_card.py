@@ -63,7 +63,7 @@ class VoxelCard(QFrame):
         close.setIcon(icon("close"))
         close.setIconSize(QSize(14, 14))
         close.setAutoRaise(True)
-        close.setToolTip("Forget the voxel (Esc)")
+        close.setToolTip("Clear the voxel (Esc)")
         close.clicked.connect(self.closed)
         head = QHBoxLayout()
         head.addWidget(self._title, 1)

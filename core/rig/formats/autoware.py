@@ -105,11 +105,13 @@ def _root_place(tree: FrameTree, base_m: Vec3, vehicle: Vehicle, options: ReadOp
     """Return where the root of the frames lies in the vehicle frame; without base_link, a kit on the roof."""
     roots = {tree.root_of(frame) for frame in tree.frames()}
     if len(roots) > 1:
-        raise InputError(f"{tree.where}: frames hang on {', '.join(sorted(roots))}; accepted is one tree")
+        raise InputError(
+            f"{tree.where}: frames have several roots: {', '.join(sorted(roots))}; accepted is one tree"
+        )
     if roots == {BASE} or options.origin_m is not None:
         return base_m
     notes.approximated(
-        f"{BASE} not in the files: {', '.join(roots)} is put on the middle of the roof", option="--origin"
+        f"{BASE} not in the files: {', '.join(roots)} is placed on the middle of the roof", option="--origin"
     )
     return 0.0, 0.0, vehicle.height
 
@@ -125,11 +127,11 @@ def _add(frame: str, root_SE3_frame: Matrix, mounting: Mounting) -> None:
     elif kind == "lidar" or (frame.endswith(FOOT) and not _is_other(frame)):
         if frame.endswith(FOOT):
             mounting.notes.approximated(
-                "the foot of the LiDAR is taken for its centre, which is some cm higher", frame
+                "the base of the LiDAR is taken as its centre, which is a few cm higher", frame
             )
         mounting.add_lidar(without_ending(frame), root_SE3_frame)
     else:
-        mounting.notes.ignored("neither camera nor LiDAR, as its name says", frame)
+        mounting.notes.ignored("neither camera nor LiDAR, judging by its name", frame)
 
 
 def _is_other(frame: str) -> bool:

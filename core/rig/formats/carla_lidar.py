@@ -45,10 +45,10 @@ def rays_to_write(lidar: Lidar, notes: Notes) -> dict[str, float]:
 
 
 def _span_deg(lidar: Lidar, notes: Notes) -> float:
-    """Return how wide the LiDAR sees; CARLA's fan is even to both sides of the x axis."""
+    """Return how wide the LiDAR sees; CARLA's fan is symmetric about the x axis."""
     turn = lidar.azimuths_deg
     low, high = (turn.from_, turn.to) if isinstance(turn, EvenAngles) else (min(turn), max(turn))
     span = high - low
     if span < 360.0 and low + high != 0.0:
-        notes.approximated("azimuths not even to both sides of the x axis: CARLA's are", lidar.name)
+        notes.approximated("azimuths not symmetric about the x axis: CARLA's are", lidar.name)
     return span if span > 0.0 else 1.0

@@ -88,7 +88,7 @@ def _add(sensor: Value, mounting: Mounting) -> None:
         mounting.add_lidar(name, pose, **_lidar_fields(sensor))
         return
     if model != "rgb":
-        mounting.notes.read("camera of another kind, taken for its view", name)
+        mounting.notes.read("camera of another kind, imported for its view", name)
     width, height = (_whole(sensor, f"image_size_{axis}", size) for axis, size in (("x", 800), ("y", 600)))
     mounting.add_camera(name, pose, image=(width, height), hfov_deg=_number(sensor, "fov", 90.0))
     if any(key.startswith("lens_") for key, _ in sensor.items()):

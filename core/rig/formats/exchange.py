@@ -55,7 +55,7 @@ def detect(source: Source) -> Format:
             return found
     if not source.is_folder and source.suffix not in _FOREIGN_ENDINGS:
         return RIGLENS
-    raise InputError(f"{source.where}: no rig in a format that is known; accepted are {', '.join(READABLE)}")
+    raise InputError(f"{source.where}: not a rig in a known format; accepted are {', '.join(READABLE)}")
 
 
 def may_be_foreign(path: Path) -> bool:
@@ -112,5 +112,5 @@ def format_for(path: Path) -> Format:
         if format_.write and path.name.lower().endswith(format_.endings or ("\n",)):
             return format_
     raise InputError(
-        f"{shown_path(path)}: its ending does not say the format; name it with --to: {', '.join(WRITABLE)}"
+        f"{shown_path(path)}: the format does not follow from its ending; name it with --to: {', '.join(WRITABLE)}"
     )

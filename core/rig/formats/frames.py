@@ -162,7 +162,7 @@ class FrameTree:
         while place in self._parents:
             place = self._parents[place][0]
             if place in seen:
-                raise InputError(f"{self.where}: frame '{frame}' hangs on itself; accepted is a tree")
+                raise InputError(f"{self.where}: frame '{frame}' is its own ancestor; accepted is a tree")
             seen.add(place)
             found.append(place)
         return found

@@ -56,7 +56,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
             before = _root_SE3_optical(value, before, name, notes)
             mounting.add_camera(name, from_optical(before), **_lens(value, name, notes))
         else:
-            notes.ignored("entry that is no camera", name)
+            notes.ignored("entry that is not a camera", name)
     notes.converted("cameras from optical axes and inverse transforms")
     x, y, z = mounting.origin_m
     if options.origin_m is None:

@@ -162,10 +162,10 @@ def sensors_to_write(rig: Rig, notes: Notes) -> list[Sensor]:
         if not sensor.enabled:
             notes.ignored("switched off in the rig, not written", sensor.name)
         elif sensor.mirror_of is not None:
-            notes.ignored("that it mirrors another sensor: the format has no word for it", sensor.name)
+            notes.ignored("mirror pair: the format cannot express it", sensor.name)
     chosen = [sensor for sensor in rig.sensors if sensor.enabled]
     if not chosen:
-        raise InputError(f"rig '{shortened(rig.name)}': it has no sensor that is switched on to write")
+        raise InputError(f"rig '{shortened(rig.name)}': it has no enabled sensor to write")
     return chosen
 
 

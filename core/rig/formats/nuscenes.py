@@ -131,7 +131,7 @@ def _add(row: Value, channel: str, modality: str, mounting: Mounting) -> None:
     if k[0, 1] != 0.0:
         mounting.notes.ignored("skew of the image axes", channel)
     lens = {"fx": float(k[0, 0]), "fy": float(k[1, 1]), "cx": float(k[0, 2]), "cy": float(k[1, 2])}
-    mounting.notes.approximated("the tables do not say the image size: 1600 x 900 pixels", channel)
+    mounting.notes.approximated("image size not in the tables: 1600 x 900 pixels", channel)
     mounting.add_camera(channel, from_optical(pose), image=IMAGE, **lens)
 
 

@@ -70,9 +70,7 @@ def _camera(camera: Camera, notes: Notes) -> tuple[float, float, dict[str, int]]
     width, height = camera.image
     notes.written("mounting position, field of view and pixels", camera.name)
     if (cx, cy) != (width / 2, height / 2):
-        notes.approximated(
-            "principal point not in the middle: OSI's field of view is even to both sides", camera.name
-        )
+        notes.approximated("principal point not in the middle: OSI's field of view is symmetric", camera.name)
     notes.ignored("ray lattice: OSI has no field for it", camera.name)
     pixels = {"number_of_pixels_horizontal": width, "number_of_pixels_vertical": height}
     return 2.0 * math.atan(width / 2 / fx), 2.0 * math.atan(height / 2 / fy), pixels
@@ -85,9 +83,7 @@ def _lidar(lidar: Lidar, notes: Notes) -> tuple[float, float, dict[str, int]]:
     step = 360.0 / len(turn)
     wide_deg = min(360.0, 2.0 * float(abs(turn).max()) + step)
     high_deg = 2.0 * float(abs(beams).max())
-    notes.approximated(
-        "beam angles: OSI has a field of view, even to both sides, and a number of rays", lidar.name
-    )
+    notes.approximated("beam angles: OSI has a symmetric field of view and a number of rays", lidar.name)
     if lidar.model is not None:
         notes.ignored("model name: OSI has no field for it", lidar.name)
     rays = {"number_of_rays_horizontal": len(turn), "number_of_rays_vertical": len(beams)}

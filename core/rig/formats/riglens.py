@@ -33,9 +33,9 @@ def read(source: Source, options: ReadOptions) -> Imported:
     rig = load_rig(source.path).rig
     vehicle = options.vehicle_or(rig.vehicle)
     if vehicle != rig.vehicle:
-        notes.converted("vehicle replaced by the one that was named")
+        notes.converted("vehicle replaced by the one given")
     if options.origin_m is not None or options.token is not None:
-        notes.ignored("origin and token: this format has no need of them")
+        notes.ignored("origin and token: this format does not use them")
     notes.read("everything")
     return Imported(rig.replace(vehicle=vehicle), notes.report(TITLE))
 

@@ -363,7 +363,7 @@ def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     fields: dict[str, Any] = {}
     for key, value in pairs:
         if not is_encodable(key):
-            raise ValueError("a key is no text in UTF-8")
+            raise ValueError("a key is not UTF-8 text")
         if key in fields:
             raise ValueError(f"key '{shortened(key)}' is given twice in one object")
         fields[key] = value

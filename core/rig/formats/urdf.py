@@ -132,7 +132,7 @@ def _lidar(lidar: Lidar, notes: Notes) -> list[str]:
     beams, turn = lidar.elevations(), lidar.azimuths()
     if not isinstance(lidar.elevations_deg, EvenAngles) or not isinstance(lidar.azimuths_deg, EvenAngles):
         notes.approximated(
-            "uneven angles: the file can say even ones only, from the least to the largest", lidar.name
+            "uneven angles: the file can only hold even ones, from the smallest to the largest", lidar.name
         )
     if lidar.azimuth_offsets_deg is not None:
         notes.ignored("azimuth offsets of beams: the file has no place for them", lidar.name)
@@ -191,7 +191,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
     mounting = Mounting(source.where, notes, vehicle, options.origin_m or rear_axle_on_ground(vehicle))
     for found in _sensors(root, tree, notes):
         if tree.root_of(found.link) != tree.root_of(base):
-            notes.ignored(f"does not hang on {base}", found.link)
+            notes.ignored(f"is not attached to {base}", found.link)
             continue
         _add(found, inverse(tree.root_SE3(base)) @ tree.root_SE3(found.link), mounting)
     _remark(root, base, mounting, options)
@@ -233,7 +233,7 @@ def _joints(root: Element, notes: Notes) -> FrameTree:
             raise joint.error("a joint needs <parent link=...> and <child link=...>")
         tree.add(parent.attribute("link"), child.attribute("link"), _origin(joint))
         if joint.attributes.get("type") != "fixed":
-            notes.approximated("joint that moves, taken at zero", joint.attributes.get("name", "?"))
+            notes.approximated("movable joint, taken at zero", joint.attributes.get("name", "?"))
     return tree
 
 
@@ -263,7 +263,7 @@ def _sensors(root: Element, tree: FrameTree, notes: Notes) -> list[_Found]:
         name = link.attribute("name")
         kind = kind_of(name)
         if kind is None and name not in (*BASES, *taken):
-            notes.ignored("link whose name tells neither camera nor LiDAR", name)
+            notes.ignored("link whose name suggests neither camera nor LiDAR", name)
         elif kind is not None and name not in taken:
             found.append(_Found(name, kind))
     return _outermost(found, tree, notes)

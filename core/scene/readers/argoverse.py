@@ -112,7 +112,7 @@ def _check_type(path: Path, schema: pa.Schema, name: str) -> None:
     """Raise InputError when a column is missing, duplicated or of another type."""
     places = schema.get_all_field_indices(name)
     if len(places) != 1:
-        found = "missing" if not places else f"stands there {len(places)} times"
+        found = "missing" if not places else f"appears {len(places)} times"
         raise InputError(f"{path}: column {name!r} {found}, accepted are the annotations of Argoverse 2")
     kind = schema.field(places[0]).type
     if name == "category":

@@ -80,7 +80,9 @@ class CarlaSource(FileBoxSource):
         centre, size, rotation, sound = boxes_from_corners(flipped)
         if not sound.all():
             place = self.path / names[kept[int(np.argmin(sound))]]
-            raise InputError(f"{place}: the 8 points are no corners of a box, accepted is a rectangular box")
+            raise InputError(
+                f"{place}: the 8 points are not the corners of a box, accepted is a rectangular box"
+            )
         bad = first_bad_box(centre, size)
         if bad is not None:
             place = self.path / names[kept[bad.row]]
@@ -102,7 +104,7 @@ def read_corners(path: Path) -> NDArray[np.float64]:
         raise InputError(f"{path}: {reason}, accepted is a .npy file of numbers") from error
     if not isinstance(array, np.ndarray) or array.dtype.kind not in "fiu":
         raise InputError(
-            f"{path}: no array of numbers, accepted is a .npy file with the 8 corners of one box"
+            f"{path}: not an array of numbers, accepted is a .npy file with the 8 corners of one box"
         )
     if array.shape not in _SHAPES:
         accepted = ", ".join(map(str, _SHAPES))

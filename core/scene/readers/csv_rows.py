@@ -40,9 +40,7 @@ def check_columns(path: Path, names: Sequence[str]) -> list[str]:
     """Return the columns that are not used; raise InputError when a needed one is missing or duplicated."""
     for name in NEEDED:
         if names.count(name) > 1:
-            raise InputError(
-                f"{path}: column {name!r} stands there {names.count(name)} times, accepted is once"
-            )
+            raise InputError(f"{path}: column {name!r} appears {names.count(name)} times, accepted is once")
     missing = [name for name in NEEDED if name not in names]
     if missing:
         which = "columns" if len(missing) > 1 else "column"
@@ -56,7 +54,7 @@ def header_names(path: Path, line: bytes) -> list[str]:
     try:
         names = next(csv.reader([line.decode("utf-8-sig")], strict=True), [])
     except (UnicodeDecodeError, csv.Error) as error:
-        raise InputError(f"{path}:1: no header of a CSV table, accepted is {','.join(NEEDED)}") from error
+        raise InputError(f"{path}:1: no CSV header, accepted is {','.join(NEEDED)}") from error
     return [name.strip() for name in names]
 
 

@@ -99,5 +99,5 @@ class WholeFrames:
 
 def _disorder(sequence: str, frame: int, same: bool, before: int) -> str:
     name = shown(sequence)
-    found = f"frame {frame} after frame {before} of sequence {name}" if same else f"sequence {name} once more"
+    found = f"frame {frame} after frame {before} of sequence {name}" if same else f"sequence {name} again"
     return f"found {found}, accepted is a table grouped by seq and sorted by frame"

@@ -49,7 +49,7 @@ def json_records(path: Path, progress: Progress) -> Iterator[Record]:
                 raise InputError(f"{path}: after record {number}: {found}, accepted is ',' or ']'")
             number += 1
     if text.next_char():
-        raise InputError(f"{path}: found more after the closing ']', accepted is {_ACCEPTED}")
+        raise InputError(f"{path}: found more text after the closing ']', accepted is {_ACCEPTED}")
 
 
 class _Text:

@@ -171,7 +171,9 @@ def read_calibration(path: Path) -> NDArray[np.float64]:
     camera_SE3_velodyne[:3] = found["Tr_velo_cam"].reshape(3, 4)
     for key, matrix in (("R_rect", rectify), ("Tr_velo_cam", camera_SE3_velodyne)):
         if not _is_rotation(matrix[:3, :3]):
-            raise InputError(f"{path}: {key}: found a matrix that does not only turn, accepted is a rotation")
+            raise InputError(
+                f"{path}: {key}: found a matrix that is not a pure rotation, accepted is a rotation"
+            )
     return rectify @ camera_SE3_velodyne
 
 

@@ -223,7 +223,7 @@ def test_the_configuration_folder_is_looked_into(tmp_path: Path, monkeypatch: py
     [
         (
             OWN.replace("my-lidar", "generic-16"),
-            ": generic-16: this name belongs to a model of the library (bundled)",
+            ": generic-16: this name is taken by a model of the library (bundled)",
         ),
         (
             OWN.replace("-10, 0", "-10, o"),
@@ -231,7 +231,7 @@ def test_the_configuration_folder_is_looked_into(tmp_path: Path, monkeypatch: py
         ),
         (OWN.replace("[1, 0, -1]", "[1, 0]"), ":9: my-lidar: azimuth_offsets_deg"),
         (OWN.replace("0.08", ".nan"), ":5: my-lidar: body_m"),
-        (OWN + "  position: [0, 0, 1]\n", ":1: my-lidar: position: a model does not say this"),
+        (OWN + "  position: [0, 0, 1]\n", ":1: my-lidar: position: not a field of a model"),
         (OWN + "  pixel_um: 3\n", ":1: my-lidar: pixel_um: not a figure of a lidar"),
         (OWN + "  azimuths_deg: {from: 0, to: 360, count: 100001}\n", ":10: my-lidar: azimuths_deg"),
         ("", ":1: the file is empty"),

@@ -304,7 +304,7 @@ class ComparePanel(QWidget):
         copy, export = self._tool("copy", "Copy the table"), QPushButton("CSV…")
         copy.clicked.connect(self.copy)
         export.setObjectName("compare_export")
-        export.setToolTip("Save all numbers with every digit")
+        export.setToolTip("Save all numbers in full precision")
         export.clicked.connect(self.export_wanted)
         line = QHBoxLayout()
         line.setContentsMargins(MARGIN, 5, MARGIN, 5)

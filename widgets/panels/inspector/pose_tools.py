@@ -48,7 +48,7 @@ class PoseTools(QWidget):
         self._copy.setMenu(self._format_menu())
         self._copy.setPopupMode(QToolButton.ToolButtonPopupMode.MenuButtonPopup)
         self._paste = self._button("paste_pose", "paste", PASTE_TIP, self.paste)
-        self._reset = self._button("reset_pose", "reset", "Put the pose back", None)
+        self._reset = self._button("reset_pose", "reset", "Reset the pose", None)
         self._reset.setMenu(self._reset_menu())
         self._reset.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         for button in (*self._units, self._copy, self._paste, self._reset):
@@ -126,7 +126,7 @@ class PoseTools(QWidget):
         button.setText(first.name)
         button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         button.setFixedWidth(34)
-        button.setToolTip(f"Show in {first.name} or {second.name}; files and copies always have {first.name}")
+        button.setToolTip(f"Show in {first.name} or {second.name}; files and copies always use {first.name}")
         button.clicked.connect(
             lambda: self.units_chosen.emit(second if button.text() == first.name else first)
         )

@@ -84,7 +84,7 @@ class ScoresPanel(QWidget):
         self._pin.setIcon(icon("pin"))
         self._pin.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         self._pin.setCheckable(True)
-        self._pin.setToolTip("Take the rig as it is as the baseline of all changes; press again to let it go")
+        self._pin.setToolTip("Make the current rig the baseline of all changes; press again to release it")
         self._pin.clicked.connect(self.pin_wanted)
         return self._pin
 
@@ -157,7 +157,7 @@ class ScoresPanel(QWidget):
     # ------------------------------------------------------------------ what the user does
     def _on_weight(self, value: float) -> None:
         if not (math.isfinite(value) and value >= 0.0):
-            self._weight.mark(f"λ: found {value:g}, accepted is a number from 0 up")
+            self._weight.mark(f"λ: found {value:g}, accepted is a number of at least 0")
             return
         self._want(MetricSettings(self._settings.method, self._settings.reading, value))
 

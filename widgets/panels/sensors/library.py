@@ -28,7 +28,7 @@ MODEL_MIME = "application/x-riglens-model"
 """MIME type of a dragged model; the data are its name in UTF-8."""
 _MODEL = Qt.ItemDataRole.UserRole
 _WORDS = Qt.ItemDataRole.UserRole.value + 1
-_NOTHING = "No model has all of these words"
+_NOTHING = "No model matches all of these words"
 _KINDS = (("lidar", "LiDARs"), ("camera", "Cameras"))
 
 

@@ -94,7 +94,7 @@ WIDTHS_PX = {TYPE: 50, LOSS: 48, LOCK: 22, EYE: 24}
 _FIXED_FLAGS = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
 _EDIT_FLAGS = _FIXED_FLAGS | Qt.ItemFlag.ItemIsEditable | Qt.ItemFlag.ItemIsUserCheckable
 TIPS = (
-    "Tick: counts in the scores. F2 or double click: another name. Ctrl and Shift select several.",
+    "Tick: counts in the scores. F2 or double click: rename. Ctrl and Shift select several.",
     "Channels of a LiDAR, horizontal field of view of a camera",
     "What the rig no longer sees without this sensor, in percentage points of H(Ω) of all classes together",
     "Lock: it cannot be moved, edited or deleted",

@@ -73,9 +73,9 @@ def test_every_import_says_what_it_read_and_where_the_origin_is(case: str) -> No
         (NUSCENES, ("approximated", "1600 x 900", "CAM_FRONT")),
         (NUSCENES, ("converted", "rear axle on the ground", "-1.35 0 0")),
         (AUTOWARE_KIT, ("ignored", "gnss_link")),
-        (AUTOWARE_KIT, ("approximated", "foot of the LiDAR", "velodyne_top_base_link")),
+        (AUTOWARE_KIT, ("approximated", "base of the LiDAR", "velodyne_top_base_link")),
         (AUTOWARE_KIT, ("approximated", "70 degrees wide", "camera0/camera_link")),
-        (URDF, ("approximated", "joint that moves", "(l)")),
+        (URDF, ("approximated", "movable joint", "(l)")),
         (URDF, ("read", "same branch", "camera_link")),
         (URDF, ("ignored", "meshes")),
         (URDF, ("ignored", "neither camera nor LiDAR", "mount")),
@@ -119,7 +119,7 @@ def test_every_export_says_what_it_leaves_out(name: str) -> None:
     report = written(name, rig)
     assert has(report, "ignored", "lens distortion", "bent")
     assert has(report, "ignored", "switched off", "off")
-    assert has(report, "ignored", "mirrors another sensor", "right")
+    assert has(report, "ignored", "mirror pair", "right")
     assert has(report, "written", "left")
     assert any(
         "uneven" in remark.about for remark in report.remarks if remark.kind in ("approximated", "ignored")
