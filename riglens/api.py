@@ -385,7 +385,6 @@ class SceneEngine:
         with _argument_names():
             options = ScoreOptions(method, reading, camera_weight)
         found = self._engine.evaluate(rig, settings_of(options), with_seen=False)
-        assert found is not None
         return RigResult(self._engine.field, found)
 
 

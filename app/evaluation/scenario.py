@@ -141,8 +141,8 @@ def _try(field: EntropyField, auto: AutoVoxel, report: Progress) -> Tried:
     engine = Engine(field, auto.score.threads)
     scores = []
     for rig in auto.rigs:
-        evaluation = engine.evaluate(rig, settings_of(auto.score), is_stale)
-        assert evaluation is not None
+        evaluation = engine.evaluate_unless(is_stale, rig, settings_of(auto.score))
+        assert evaluation is not None  # `report` raises instead
         scores.append((rig.name, evaluation.scores))
     return Tried(field.grid.voxel_m, tuple(scores))
 

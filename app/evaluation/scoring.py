@@ -80,10 +80,10 @@ class Scoring:
     # ------------------------------------------------------------------ exact
     def exact(self, request: EvaluationRequest, is_stale: IsStale) -> Result | None:
         """The exact answer; None when `is_stale` said so half-way."""
-        evaluation = self._engine.evaluate(
+        evaluation = self._engine.evaluate_unless(
+            is_stale,
             request.rig,
             request.settings,
-            is_stale,
             with_seen=needs_seen(request.heat) or request.map_by is not None,
         )
         if evaluation is None:
@@ -125,12 +125,10 @@ class Scoring:
         wants_seen = request.heat == "change"
         is_known = known is not None and (known.rig, known.settings) == (rig, settings)
         if known is None or not is_known or (wants_seen and not known.seen.size):
-            found: Evaluation | None = evaluation
+            found = evaluation
             if request.rig != rig:
                 found = self._engine.evaluate(rig, settings, with_seen=wants_seen)
-                assert found is not None
                 self._costs.note(rig, found.elapsed_ms)
-            assert found is not None
             known = _Baseline(rig, settings, found.scores, seen_words(found) if wants_seen else NO_WORDS)
             self._baseline = known
         return known
@@ -142,7 +140,7 @@ class Scoring:
         """
         if self._aside is None:
             self._aside = Engine(self.scene.field, self._threads)
-        return self._aside.evaluate(rig, settings, is_stale, with_seen=False)
+        return self._aside.evaluate_unless(is_stale, rig, settings, with_seen=False)
 
     # ------------------------------------------------------------------ coarse
     def is_slow(self, request: EvaluationRequest) -> bool:
@@ -184,7 +182,7 @@ class Scoring:
         if self._coarse is None:
             self._coarse = Engine(self.scene.coarse, self._threads)
         covered = replace(settings, reading="covered")  # an estimate needs only what is seen
-        found = self._coarse.evaluate(rig, covered, is_stale, with_seen=False)
+        found = self._coarse.evaluate_unless(is_stale, rig, covered, with_seen=False)
         if found is not None:
             self._coarse_costs.note(rig, found.elapsed_ms)
         return found

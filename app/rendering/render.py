@@ -131,10 +131,9 @@ def score_and_draw(
     with progress_bar("Casting rays"):
         engine = Engine(field)
         evaluation = engine.evaluate(rig)
-        assert evaluation is not None
         marks = marks_for(picture.heat, engine, evaluation)
-        before = engine.evaluate(baseline) if baseline is not None else None
-        if before is not None:
+        if baseline is not None:
+            before = engine.evaluate(baseline)
             marks = replace(marks, baseline=seen_words(before), baseline_name=before.rig.name)
     draw(pog, field, evaluation, marks, picture, body)
 

@@ -22,7 +22,7 @@ from riglens.core.kernels.planes import Space
 from riglens.core.kernels.walk import FARTHEST
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Method
-from riglens.core.rig.model import Camera, Lidar
+from riglens.core.rig.model import Camera, Sensor
 from riglens.core.scene.columns import Words, words_per_column
 from riglens.core.sensing.rational_walk import walk_rational
 from riglens.core.sensing.rays import Lattice, lattice, sensor_rays
@@ -32,7 +32,6 @@ PLANES_PER_CHUNK = 512
 ROWS_PER_CHUNK = 128
 
 IsStale = Callable[[], bool]
-Sensor = Lidar | Camera
 
 
 class Window(NamedTuple):

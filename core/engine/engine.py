@@ -21,10 +21,9 @@ from riglens.core.kernels.codes import ANY
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import PAPER_SETTINGS, Method, MetricSettings, Scores
 from riglens.core.metric.scoring import KINDS, score
-from riglens.core.rig.model import Camera, Lidar, Rig, rays_of
+from riglens.core.rig.model import Rig, Sensor, rays_of
 from riglens.core.scene.columns import Words
 
-Sensor = Lidar | Camera
 SPARE_SLOTS = 2
 
 
@@ -98,14 +97,25 @@ class Engine:
         self._hits: dict[tuple[Method, Sensor], tuple[int, ...]] = {}
 
     def evaluate(
+        self, rig: Rig, settings: MetricSettings = PAPER_SETTINGS, with_seen: bool = True
+    ) -> Evaluation:
+        """Score a rig; the evaluation holds the seen voxels if they are asked for."""
+        evaluation = self.evaluate_unless(never_stale, rig, settings, with_seen)
+        assert evaluation is not None
+        return evaluation
+
+    def evaluate_unless(
         self,
+        is_stale: IsStale,
         rig: Rig,
         settings: MetricSettings = PAPER_SETTINGS,
-        is_stale: IsStale = never_stale,
         with_seen: bool = True,
     ) -> Evaluation | None:
-        """Scores of a rig, and the seen voxels if asked for; None when `is_stale` said so half-way (the state
-        stays sound)."""
+        """As `evaluate`, but None as soon as `is_stale`, which is asked every few milliseconds, returns True.
+
+        Whatever was cast until then is undone, so the next evaluation is as good as any; the same holds when
+        `is_stale` raises.
+        """
         started = time.perf_counter()
         threads = jit.use_threads(self._caster.workers)
         wanted = self._shapes_of(rig, settings.method)
@@ -250,6 +260,4 @@ def evaluate_from_scratch(
     in the evaluations only if asked for."""
     engine = Engine(field, threads, for_edits=False)
     for rig in rigs:
-        evaluation = engine.evaluate(rig, settings, with_seen=with_seen)
-        assert evaluation is not None
-        yield evaluation
+        yield engine.evaluate(rig, settings, with_seen)

@@ -8,9 +8,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.engine.engine import Engine, Sensor
+from riglens.core.engine.engine import Engine
 from riglens.core.metric.scores import Method
-from riglens.core.rig.model import Rig
+from riglens.core.rig.model import Rig, Sensor
 from riglens.core.scene.voxel import Voxel, word_and_bit
 
 MOST_COUNTED = 3

@@ -15,12 +15,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.rig.model import Camera, Lidar
+from riglens.core.rig.model import Camera, Lidar, Sensor
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.voxel import Voxel
 from riglens.core.sensing.rays import sensor_rays
 
-Sensor = Lidar | Camera
 Verdict = Literal["sees", "off", "outside", "range", "between", "missed"]
 """In haste nobody asks why: then it is just "missed"."""
 Side = Literal["above", "below", "beside", ""]

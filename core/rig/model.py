@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -246,7 +246,10 @@ Sensor = Lidar | Camera
 """A sensor of any kind, told apart by `kind`; add a new kind here."""
 
 
-def rays_of(sensor: Sensor) -> Sensor:
+_S = TypeVar("_S", bound=_Mounted)
+
+
+def rays_of(sensor: _S) -> _S:
     """Return the sensor without what decides none of its rays: name, model, mirror pair, and whether it is on."""
     return sensor.model_copy(update={"name": "", "model": None, "enabled": True, "mirror_of": None})
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from riglens.core.geometry import Vec3
 from riglens.core.kernels import codes
-from riglens.core.rig.model import Camera, Lidar
+from riglens.core.rig.model import Camera, Lidar, Sensor, rays_of
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.sensing.camera import cast_px, pixel_directions
 
@@ -86,28 +86,26 @@ def camera_lattice(camera: Camera) -> Lattice:
     return Lattice(codes.CAMERA, rows, np.stack([y, np.zeros_like(y)], axis=1))
 
 
-def lattice(sensor: Lidar | Camera) -> Lattice:
+def lattice(sensor: Sensor) -> Lattice:
     """The ray lattice of a sensor in its own frame."""
     if is_listed(sensor):
-        return _listed(sensor.model_copy(update=_NOWHERE))
+        return _listed(rays_of(sensor).model_copy(update=_NOWHERE))
     return lidar_lattice(sensor) if isinstance(sensor, Lidar) else camera_lattice(sensor)
 
 
-def is_listed(sensor: Lidar | Camera) -> bool:
+def is_listed(sensor: Sensor) -> bool:
     """Whether rays have to be told one by one: a lens with distortion, beams with azimuth offsets."""
     if isinstance(sensor, Camera):
         return sensor.distortion is not None
     return sensor.azimuth_offsets_deg is not None
 
 
-_NOWHERE = {
-    **{"name": "", "model": None, "enabled": True},
-    **{"position": (0.0, 0.0, 0.0), "rpy_deg": (0.0, 0.0, 0.0), "range_m": (0.0, math.inf)},
-}
+_NOWHERE = {"position": (0.0, 0.0, 0.0), "rpy_deg": (0.0, 0.0, 0.0), "range_m": (0.0, math.inf)}
+"""What decides where the rays are, but none of their directions in the sensor frame."""
 
 
 @lru_cache(maxsize=4)
-def _listed(sensor: Lidar | Camera) -> Lattice:
+def _listed(sensor: Sensor) -> Lattice:
     """The lattice of a listed sensor that stands nowhere: the same one through a whole drag."""
     parts = []
     for start in range(0, sensor.ray_count, _AT_ONCE):
@@ -116,7 +114,7 @@ def _listed(sensor: Lidar | Camera) -> Lattice:
     return Lattice(codes.LISTED, np.concatenate(parts), np.zeros((1, 2)))
 
 
-def local_directions(sensor: Lidar | Camera, rays: Ids) -> NDArray[np.float64]:
+def local_directions(sensor: Sensor, rays: Ids) -> NDArray[np.float64]:
     """Directions in the sensor frame of rays by number (row * planes + plane), (n, 3); NaN: the lens has none."""
     if not is_listed(sensor):
         return lattice(sensor).directions(rays)
@@ -130,7 +128,7 @@ def local_directions(sensor: Lidar | Camera, rays: Ids) -> NDArray[np.float64]:
     return np.stack([flat * np.cos(azimuth), flat * np.sin(azimuth), np.sin(elevation)], axis=-1)
 
 
-def missing_ray_count(sensor: Lidar | Camera) -> int:
+def missing_ray_count(sensor: Sensor) -> int:
     """Rays of a camera's lattice that are not cast, because its lens model gives their pixels no direction."""
     return (
         sensor.ray_count - len(lattice(sensor).rows)
@@ -145,7 +143,7 @@ def rotate(rotation: NDArray[np.float64], directions: NDArray[np.float64]) -> ND
     return np.stack([(row[0] * x + row[1] * y) + row[2] * z for row in rotation], axis=-1)
 
 
-def sensor_rays(sensor: Lidar | Camera, rows: Ids | None = None) -> Rays:
+def sensor_rays(sensor: Sensor, rows: Ids | None = None) -> Rays:
     """Rays of a sensor in the vehicle frame: all that it casts, or some by number.
 
     `rows` (k,) counts over the whole lattice, row * planes + plane; a ray that the lens model has not is NaN then.

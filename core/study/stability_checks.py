@@ -162,7 +162,6 @@ def digest(threads: int) -> str:
     for rig in (rig_of(upright), rig_of((*upright, *tilted)), rig_of(tilted)):
         for settings in (MetricSettings(method, reading) for method in METHODS for reading in READINGS):
             found = engine.evaluate(rig, settings)
-            assert found is not None  # nothing abandons it
             if found.threads != threads:
                 raise RuntimeError(f"{found.threads} threads used, {threads} asked for")
             everything.update(repr(found.scores).encode())
@@ -221,7 +220,6 @@ def one_frame() -> MethodRow:
     counts[2:6, 3:5, :4] = 1
     field = EntropyField.from_pog(pog_of(grid, counts, 1))
     found = Engine(field).evaluate(rig_of(GENERIC))
-    assert found is not None
     figures = [(c.h_total, c.s_ms, c.any_seen) for c in found.scores.classes.values()]
     fast = _ok_if(set(figures) == {(0.0, 0.0, 0.0)}, "H(Ω) = 0", f"{figures}")
     with np.errstate(all="ignore"):
@@ -243,7 +241,6 @@ def one_frame() -> MethodRow:
 def no_sensors(threads: int | None) -> MethodRow:
     """A rig without sensors sees nothing."""
     found = Engine(full_field(UNIT), threads).evaluate(Rig(name="empty"))
-    assert found is not None
     seen = found.scores.covered_voxels["any"]
     scores = {c.s_ms for c in found.scores.classes.values()}
     fast = _ok_if(seen == 0 and scores == {0.0}, "S-MS = 0", f"{seen} voxels, S-MS {scores}")
@@ -256,7 +253,7 @@ def identical_sensors(threads: int | None) -> MethodRow:
     alone, twice = rig_of(GENERIC), rig_of((*GENERIC, *GENERIC))
     engine = Engine(field, threads)
     answers = [engine.evaluate(rig) for rig in (alone, twice, alone)]
-    same = len({repr(answer.scores) for answer in answers if answer is not None}) == 1
+    same = len({repr(answer.scores) for answer in answers}) == 1
     plain_same = bool((plain_cover(UNIT, GENERIC) == plain_cover(UNIT, (*GENERIC, *GENERIC))).all())
     bresenham = [engine_cover(field, rig, "bresenham", threads) for rig in (alone, twice)]
     return _row(
@@ -306,7 +303,6 @@ def mirrored_twin(threads: int | None) -> MethodRow:
 
 def _scores(field: EntropyField, rig: Rig, threads: int | None) -> Scores:
     found = Engine(field, threads).evaluate(rig)
-    assert found is not None  # nothing abandons it
     return found.scores
 
 

@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.rig.model import Camera, KannalaBrandt
+from riglens.core.rig.model import Camera, KannalaBrandt, rays_of
 from riglens.core.sensing import lens
 from riglens.core.sensing.camera import pixel_directions, project_px
 from riglens.core.sensing.rays import rotate
@@ -114,7 +114,7 @@ class Projection:
 
 def _standing_nowhere(camera: Camera) -> Camera:
     """The same lens and image without name and place: what stays the same through a whole drag."""
-    return camera.model_copy(update={"name": "", "position": (0.0, 0.0, 0.0), "rpy_deg": (0.0, 0.0, 0.0)})
+    return rays_of(camera).model_copy(update={"position": (0.0, 0.0, 0.0), "rpy_deg": (0.0, 0.0, 0.0)})
 
 
 @lru_cache(maxsize=4)

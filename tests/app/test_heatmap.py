@@ -33,9 +33,7 @@ class Bench:
         self.maps = Heatmaps(DisplayGrid.build(pog, self.field))
         self.engine = Engine(self.field)
         self.rig = rig_of(FIRST, SECOND)
-        evaluation = self.engine.evaluate(self.rig)
-        assert evaluation is not None
-        self.evaluation = evaluation
+        self.evaluation = self.engine.evaluate(self.rig)
 
     def shown(self, mode, marks=None):
         marks = marks_for(mode, self.engine, self.evaluation) if marks is None else marks
@@ -75,7 +73,6 @@ def test_the_number_of_sensors_is_that_of_each_taken_alone(bench):
 def test_three_and_more_sensors_are_one_step(bench):
     engine = Engine(bench.field)
     evaluation = engine.evaluate(rig_of(*[FIRST] * 5))
-    assert evaluation is not None
     values = bench.maps.heatmap("sensors", "car", marks_for("sensors", engine, evaluation)).values
     assert set(np.unique(values)) == {0.0, 3.0}
 
@@ -83,7 +80,6 @@ def test_three_and_more_sensors_are_one_step(bench):
 def test_changes_are_what_is_seen_more_and_less_than_by_the_baseline(bench):
     before = Engine(bench.field).evaluate(rig_of(FIRST))
     after = Engine(bench.field).evaluate(rig_of(SECOND))
-    assert before is not None and after is not None
     shown = bench.shown("change", VoxelMarks(seen_words(after), NO_WORDS, seen_words(before), "one"))
     first, second = (bench.at_cells(shown, seen_by(bench.field, sensor)) for sensor in (FIRST, SECOND))
     assert np.array_equal(np.sign(shown.values), second.astype(int) - first.astype(int))
@@ -112,7 +108,6 @@ def test_the_legend_says_how_voxels_are_put_together():
     field = EntropyField.from_pog(pog)
     maps = Heatmaps(DisplayGrid.build(pog, field, 100))
     evaluation = Engine(field).evaluate(rig_of(FIRST))
-    assert evaluation is not None
     notes = {
         mode: maps.heatmap(mode, "car", marks_of(evaluation)).note for mode in ("probability", "entropy")
     }

@@ -49,7 +49,6 @@ def expected_map(bench: Bench, cls: int, seen_by: SeenBy) -> TopView:
     """The map of the document's rig, made from scratch."""
     field = bench.scenes[-1].field
     evaluation = Engine(field, 1).evaluate(bench.document.rig)
-    assert evaluation is not None
     camera, lidar = evaluation.seen_camera, evaluation.seen_lidar
     seen = {"any": camera | lidar, "camera": camera, "lidar": lidar}[seen_by]
     return TopViews(field).view(cls, "", seen_by, seen)

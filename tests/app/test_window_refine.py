@@ -118,13 +118,16 @@ class TimedEngine:
         self._engine, self._is_exact = Engine(field, threads), field.grid.voxel_m == FINE_M
         self._last: Any = None
 
-    def evaluate(self, rig: Any, settings: Any, is_stale: Any = lambda: False, with_seen: bool = True) -> Any:
+    def evaluate(self, rig: Any, settings: Any, with_seen: bool = True) -> Any:
+        return self.evaluate_unless(lambda: False, rig, settings, with_seen)
+
+    def evaluate_unless(self, is_stale: Any, rig: Any, settings: Any, with_seen: bool = True) -> Any:
         if self._is_exact and self.gate is not None:
             self.reached.set()
             assert self.gate.wait(TIMEOUT_MS / 1000)
             if is_stale():
                 return None
-        found = self._engine.evaluate(rig, settings, is_stale, with_seen)
+        found = self._engine.evaluate_unless(is_stale, rig, settings, with_seen)
         before, self._last = self._last, rig
         if found is None or before is None:
             return found

@@ -247,7 +247,6 @@ class Bench:
     def fresh_scores(self, rig: Rig) -> Scores:
         """What a new engine says about a rig on the scene and with the settings in use."""
         evaluation = Engine(self.scenes[-1].field).evaluate(rig, self.session.settings)
-        assert evaluation is not None
         return evaluation.scores
 
     def shown(self, class_name: str, column: str) -> str:

@@ -79,5 +79,4 @@ def _steps(bench: BenchScene, rig: Rig, name: str) -> Iterator[_Step]:
         number += 1
         rig = rig.with_sensor(name, moved(wide_trapezoid().sensor(name), number))
         evaluation = engine.evaluate(rig)
-        assert evaluation is not None
         yield _Step(rig, heatmaps.heatmap("seen", "car", marks_of(evaluation)))

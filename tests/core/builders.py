@@ -63,9 +63,7 @@ def evaluate(
     field: EntropyField, rig: Rig, settings: MetricSettings | None = None, threads: int | None = None
 ) -> Evaluation:
     """Scores of a rig from scratch."""
-    result = Engine(field, threads).evaluate(rig, settings or MetricSettings())
-    assert result is not None
-    return result
+    return Engine(field, threads).evaluate(rig, settings or MetricSettings())
 
 
 def rig_of(*sensors: Lidar | Camera) -> Rig:

@@ -139,15 +139,6 @@ def test_equal_figures_are_no_agreement_and_have_no_rank() -> None:
         assert not order.agrees and order.kendall_tau is None and order.spearman_rho is None
 
 
-def test_an_abandoned_evaluation_is_no_table() -> None:
-    class Abandons:
-        def evaluate(self, rig: Rig, settings: MetricSettings) -> Answer | None:
-            return None
-
-    with pytest.raises(RuntimeError, match=r"W\+C was abandoned"):
-        table1(Abandons(), MetricSettings())
-
-
 def test_the_csv_holds_every_figure_in_full_precision() -> None:
     table = table1(FakeEngine(LIDAR | {"C": -1 / 3}, CAMERA), MetricSettings())
     lines = list(csv.DictReader(io.StringIO(table1_csv(table))))

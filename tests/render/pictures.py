@@ -62,10 +62,8 @@ def state(mode: HeatMode, dark: bool, words: PictureWords, look: HeatLook | None
     pog, field = scene()
     engine = Engine(field, 1)
     evaluation = engine.evaluate(RIG)
-    assert evaluation is not None
     marks = marks_for(mode, engine, evaluation)
     before = engine.evaluate(BEFORE)
-    assert before is not None
     marks = replace(marks, baseline=seen_words(before), baseline_name="before")
     heat = Heatmaps(DisplayGrid.build(pog, field)).heatmap(mode, "car", marks)
     shown = SceneState(
