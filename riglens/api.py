@@ -26,8 +26,6 @@ from riglens.core.files import require_apart
 from riglens.core.geometry import Pose, Vec3
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import DEFAULT_LAMBDA, ClassScores, Method, Reading
-from riglens.core.rig.formats.exchange import read_rig, write_rig
-from riglens.core.rig.formats.report import Report
 from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig, Vehicle
 from riglens.core.rig.opening import open_rig as open_any_rig
 from riglens.core.rig.presets import PRESETS
@@ -39,6 +37,7 @@ from riglens.core.scene.pog import Pog
 if TYPE_CHECKING:
     from riglens.app.evaluation.requests import HeatMode
     from riglens.app.rendering.render import Theme, View
+    from riglens.core.rig.formats.report import Report
 
 __all__ = [
     "Camera",
@@ -135,6 +134,8 @@ def convert(
     `riglens convert`. What is approximated or left out is told as a `RigLensWarning`. Raises InputError when reading
     or writing fails.
     """
+    from riglens.core.rig.formats.exchange import write_rig  # many formats, which a preset does not need
+
     rig, report = _read(source, source_format)
     if not isinstance(source, Rig):
         require_apart(target, (source,))
@@ -150,6 +151,8 @@ def _read(source: StrPath | Rig, source_format: str | None) -> tuple[Rig, Report
     if isinstance(source, Rig):
         return source, None
     if source_format is not None:
+        from riglens.core.rig.formats.exchange import read_rig
+
         imported = read_rig(source, source_format)
         return imported.rig, imported.report
     opened = open_any_rig(os.fspath(source))

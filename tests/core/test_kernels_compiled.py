@@ -69,7 +69,7 @@ def test_a_kernel_follows_a_function_of_another_file_that_it_inlines(tmp_path: P
     (tmp_path / "riglens" / "__init__.py").touch()
     (kernels / "outer.py").write_text(OUTER)
     environment = {**os.environ, "PYTHONPATH": str(tmp_path), "RIGLENS_CACHE_DIR": str(tmp_path / "cache")}
-    del environment["NUMBA_CACHE_DIR"]
+    environment.pop("NUMBA_CACHE_DIR", None)
 
     def call(step: int) -> list[str]:
         (kernels / "inner.py").write_text(INNER.format(step))
