@@ -10,78 +10,24 @@ import math
 from collections.abc import Callable, Sequence
 from itertools import pairwise
 from pathlib import Path
-from xml.sax.saxutils import escape
+
+from drawing import (
+    BLUE,
+    FAINT,
+    GREEN,
+    GREY,
+    INK,
+    ORANGE,
+    PALE_BLUE,
+    PALE_GREEN,
+    PALE_ORANGE,
+    PALE_RED,
+    RED,
+    Drawing,
+    Point,
+)
 
 FOLDER = Path("docs/images")
-INK, GREY, FAINT, PAPER = "#1f2933", "#5f6b76", "#c3cbd3", "#fbfcfd"
-BLUE, ORANGE, GREEN, RED = "#1565c0", "#d9480f", "#2e7d32", "#c62828"
-PALE_BLUE, PALE_ORANGE, PALE_GREEN, PALE_RED = "#bfdcf7", "#ffd8b5", "#c5e6c7", "#f6c9c9"
-Point = tuple[float, float]
-
-
-class Drawing:
-    """Shapes on a light card of their own, which is legible on a light page and on a dark one."""
-
-    def __init__(self, width: int, height: int, title: str) -> None:
-        card = f'<rect x="1" y="1" width="{width - 2}" height="{height - 2}" rx="8" fill="{PAPER}" stroke="{FAINT}"/>'
-        self._parts = [
-            f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" '
-            f'height="{height}" font-family="DejaVu Sans, Verdana, sans-serif">',
-            f"<title>{escape(title)}</title>",
-            card,
-        ]
-
-    def text(
-        self, x: float, y: float, words: str, size: float = 12, colour: str = INK, at: str = "start"
-    ) -> None:
-        """A line of text; bold where it starts with an asterisk."""
-        weight = ' font-weight="bold"' if words.startswith("*") else ""
-        style = f'font-size="{size:g}" fill="{colour}" text-anchor="{at}"{weight}'
-        self._parts.append(f'<text x="{x:.1f}" y="{y:.1f}" {style}>{escape(words.lstrip("*"))}</text>')
-
-    def box(
-        self, x: float, y: float, width: float, height: float, fill: str = "none", stroke: str = FAINT
-    ) -> None:
-        """A rectangle."""
-        self._parts.append(
-            f'<rect x="{x:.1f}" y="{y:.1f}" width="{width:.1f}" height="{height:.1f}" fill="{fill}" stroke="{stroke}"/>'
-        )
-
-    def line(
-        self,
-        points: Sequence[Point],
-        colour: str = GREY,
-        width: float = 1.0,
-        dashes: str = "",
-        fill: str = "none",
-    ) -> None:
-        """A line through points; closed where it has a filling."""
-        dashed = f' stroke-dasharray="{dashes}"' if dashes else ""
-        path = "M " + " L ".join(f"{x:.1f} {y:.1f}" for x, y in points) + (" Z" if fill != "none" else "")
-        self._parts.append(
-            f'<path d="{path}" fill="{fill}" stroke="{colour}" stroke-width="{width:g}" '
-            f'stroke-linejoin="round"{dashed}/>'
-        )
-
-    def dot(self, x: float, y: float, radius: float = 4.0, fill: str = INK, stroke: str = "none") -> None:
-        """A circle."""
-        self._parts.append(
-            f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{radius:g}" fill="{fill}" stroke="{stroke}"/>'
-        )
-
-    def arrow(self, start: Point, end: Point, colour: str = GREY) -> None:
-        """A line with a small head."""
-        (x0, y0), (x1, y1) = start, end
-        length = math.hypot(x1 - x0, y1 - y0)
-        ux, uy = (x1 - x0) / length, (y1 - y0) / length
-        base = (x1 - 7 * ux, y1 - 7 * uy)
-        self.line([start, base], colour, 1.4)
-        head = [(base[0] - 3.5 * uy, base[1] + 3.5 * ux), end, (base[0] + 3.5 * uy, base[1] - 3.5 * ux)]
-        self.line(head, colour, 1.0, fill=colour)
-
-    def svg(self) -> str:
-        """The file's text."""
-        return "\n".join([*self._parts, "</svg>"]) + "\n"
 
 
 def columns() -> str:
@@ -135,77 +81,96 @@ def _crossings(g: Point, h: Point, shape: tuple[int, int]) -> tuple[list[float],
     return distances, [(int(g[0] + s * h[0]), int(g[1] + s * h[1])) for s in middles]
 
 
+FAN_PLACE, FAN_HEIGHT, FAN_SHAPE, FAN_SLOPES = (0.55, 0.6), 2.4, (7, 5), (-0.42, -0.2, 0.25)
+FAN_HEADING = (math.cos(math.radians(27.0)), math.sin(math.radians(27.0)))
+OTHER_PLANES = ((-18.0, 1.94), (4.5, 6.42), (49.5, 5.79), (72.0, 4.63))
+"""Angles of some more planes, and how far they are drawn."""
+
+
 def fan() -> str:
     """A plane from above, and the same plane from the side with its profile."""
     d = Drawing(820, 380, "A fan: all rays of one azimuth share a vertical plane")
-    g, z0, angle, shape, slopes = (0.55, 0.6), 2.4, math.radians(27.0), (7, 5), (-0.42, -0.2, 0.25)
-    h = (math.cos(angle), math.sin(angle))
-    distances, crossed = _crossings(g, h, shape)
+    distances, crossed = _crossings(FAN_PLACE, FAN_HEADING, FAN_SHAPE)
+    _from_above(d, distances[-1], crossed)
+    stays = _stays(FAN_SLOPES, FAN_HEIGHT, distances[-1], 5)
+    _from_the_side(d, distances, stays)
+    _events(d, distances[-1], stays)
+    return d.svg()
 
-    def above(x: float, y: float) -> Point:
+
+def _from_above(d: Drawing, end: float, crossed: Sequence[tuple[int, int]]) -> None:
+    """The grid, the columns that a plane crosses, and some planes."""
+
+    def place(x: float, y: float) -> Point:
         return 30 + 42 * x, 270 - 42 * y
+
+    def plane(along: Point, reach: float, colour: str, width: float, dashes: str = "") -> None:
+        tip = (FAN_PLACE[0] + reach * along[0], FAN_PLACE[1] + reach * along[1])
+        d.line([place(*FAN_PLACE), place(*tip)], colour, width, dashes)
 
     d.text(20, 28, "*From above: planes cross columns")
     for number, (ix, iy) in enumerate(crossed):
-        x, y = above(ix, iy + 1)
+        x, y = place(ix, iy + 1)
         d.box(x, y, 42, 42, PALE_BLUE)
         d.text(x + 4, y + 12, str(number), 9, GREY)
-    for ix in range(shape[0] + 1):
-        d.line([above(ix, 0), above(ix, shape[1])], FAINT)
-    for iy in range(shape[1] + 1):
-        d.line([above(0, iy), above(shape[0], iy)], FAINT)
-    for other in (-18.0, 4.5, 49.5, 72.0):
-        a = math.radians(other)
-        reach = 0.6 / abs(math.sin(a)) if other < 0 else min(6.4 / math.cos(a), 4.4 / math.sin(a))
-        d.line([above(*g), above(g[0] + reach * math.cos(a), g[1] + reach * math.sin(a))], GREY, 1.0, "4 3")
-    d.line([above(*g), above(g[0] + distances[-1] * h[0], g[1] + distances[-1] * h[1])], BLUE, 2.2)
-    d.dot(*above(*g))
+    for ix in range(FAN_SHAPE[0] + 1):
+        d.line([place(ix, 0), place(ix, FAN_SHAPE[1])], FAINT)
+    for iy in range(FAN_SHAPE[1] + 1):
+        d.line([place(0, iy), place(FAN_SHAPE[0], iy)], FAINT)
+    for degrees, reach in OTHER_PLANES:
+        plane((math.cos(math.radians(degrees)), math.sin(math.radians(degrees))), reach, GREY, 1.0, "4 3")
+    plane(FAN_HEADING, end, BLUE, 2.2)
+    d.dot(*place(*FAN_PLACE))
     d.text(30, 296, "One LiDAR azimuth, or one image column", 11, GREY)
     d.text(30, 312, "of an upright camera, is one plane (blue).", 11, GREY)
 
-    left, unit = 400, 50.0
 
-    def beside(s: float, z: float) -> Point:
-        return left + unit * s, 270 - 42 * z
+LEFT, UNIT = 400.0, 50.0
+"""Where the side view begins, and what a voxel measures along it."""
 
-    d.text(left - 10, 28, "*From the side: one profile for all planes")
-    stays = _stays(slopes, z0, distances[-1], 5)
-    for level, spans in enumerate(stays):
-        for number, (s0, s1) in enumerate(pairwise(distances)):
-            if any(a < s1 and b > s0 for a, b in spans):
-                x, y = beside(s0, level + 1)
-                d.box(x, y, unit * (s1 - s0), 42, PALE_BLUE, "none")
-            if level == 0:
-                d.text(beside((s0 + s1) / 2, 5.1)[0], beside(0, 5.1)[1], str(number), 9, GREY, "middle")
+
+def _from_the_side(d: Drawing, distances: Sequence[float], stays: Sequence[Sequence[Point]]) -> None:
+    """The rays of the plane, and the levels that each column gets."""
+
+    def place(s: float, z: float) -> Point:
+        return LEFT + UNIT * s, 270 - 42 * z
+
+    d.text(LEFT - 10, 28, "*From the side: one profile for all planes")
+    for number, (near, far) in enumerate(pairwise(distances)):
+        d.text(place((near + far) / 2, 0)[0], place(0, 5.1)[1], str(number), 9, GREY, "middle")
+        for level, spans in enumerate(stays):
+            if any(a < far and b > near for a, b in spans):
+                d.box(*place(near, level + 1), UNIT * (far - near), 42, PALE_BLUE, "none")
     for level in range(6):
-        d.line([beside(0, level), beside(distances[-1], level)], FAINT)
+        d.line([place(0, level), place(distances[-1], level)], FAINT)
     for s in distances:
-        d.line([beside(s, 0), beside(s, 5)], FAINT)
-    for slope in slopes:
-        end = min(distances[-1], (5 - z0) / slope if slope > 0 else -z0 / slope)
-        d.line([beside(0, z0), beside(end, z0 + slope * end)], BLUE, 2.0)
-    d.dot(*beside(0, z0))
+        d.line([place(s, 0), place(s, 5)], FAINT)
+    for slope in FAN_SLOPES:
+        end = min(distances[-1], ((5 if slope > 0 else 0) - FAN_HEIGHT) / slope)
+        d.line([place(0, FAN_HEIGHT), place(end, FAN_HEIGHT + slope * end)], BLUE, 2.0)
+    d.dot(*place(0, FAN_HEIGHT))
+
+
+def _events(d: Drawing, end: float, stays: Sequence[Sequence[Point]]) -> None:
+    """Where levels begin (upwards) and end (downwards), along the distance."""
     axis = 306.0
-    d.line([(left, axis), (left + unit * distances[-1], axis)], INK, 1.2)
+    d.line([(LEFT, axis), (LEFT + UNIT * end, axis)], INK, 1.2)
     for level, spans in enumerate(stays):
-        for a, b in spans:
-            for s, sign, colour in ((a, "+", GREEN), (b, "−", RED)):
-                if 0.0 < s < distances[-1]:
-                    x = left + unit * s
-                    up = sign == "+"
-                    d.line([(x, axis), (x, axis - 8 if up else axis + 8)], colour, 2.0)
-                    d.text(x, axis - 11 if up else axis + 19, f"{sign}{level}", 10, colour, "middle")
-    d.text(
-        left,
-        346,
+        for begins, ends in spans:
+            x = LEFT + UNIT * begins
+            if 0.0 < begins < end:
+                d.line([(x, axis), (x, axis - 8)], GREEN, 2.0)
+                d.text(x, axis - 11, f"+{level}", 10, GREEN, "middle")
+            x = LEFT + UNIT * ends
+            if ends < end:
+                d.line([(x, axis), (x, axis + 8)], RED, 2.0)
+                d.text(x, axis + 19, f"−{level}", 10, RED, "middle")
+    told = (
         "Events by distance: +3 a ray enters level 3, −2 the last one leaves level 2.",
-        11,
-        GREY,
+        "A column gets the levels in use where it begins, and those that begin in it.",
     )
-    d.text(
-        left, 362, "A column gets the levels in use where it begins, and those that begin in it.", 11, GREY
-    )
-    return d.svg()
+    for row, words in enumerate(told):
+        d.text(LEFT, 346 + 16 * row, words, 11, GREY)
 
 
 def _stays(slopes: Sequence[float], z0: float, end: float, levels: int) -> list[list[Point]]:

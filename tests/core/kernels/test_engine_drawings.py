@@ -3,10 +3,13 @@
 import runpy
 from pathlib import Path
 
+import pytest
+
 REPOSITORY = Path(__file__).resolve().parents[3]
 
 
-def test_the_drawings_are_up_to_date() -> None:
+def test_the_drawings_are_up_to_date(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(REPOSITORY / "tools"))
     drawings = runpy.run_path(str(REPOSITORY / "tools" / "draw_engine.py"))["DRAWINGS"]
     page = (REPOSITORY / "docs" / "engine.md").read_text(encoding="utf-8")
     for name, draw in drawings.items():
