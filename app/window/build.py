@@ -1,8 +1,10 @@
-"""Builds all features of the window. The order is that of menus and toolbar; who needs whom is said here alone."""
+"""Builds panels and features of the window, in the order of menus and toolbar; who needs whom is said here alone."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
+
+from PySide6.QtCore import Qt
 
 from riglens.app.window.features.appearance import Layout, Theme, Units
 from riglens.app.window.features.autosave import Autosave
@@ -21,6 +23,9 @@ from riglens.app.window.features.scores import Baseline, Marginals, Scores
 from riglens.app.window.features.sensors import LibraryPanel, Locks, Placing, Sensors
 from riglens.app.window.features.views import Views
 from riglens.app.window.workbench import Workbench
+
+LEFT_PX, RIGHT_PX, BOTTOM_PX = 304, 320, 200
+AREA = Qt.DockWidgetArea
 
 
 class Features(NamedTuple):
@@ -56,6 +61,17 @@ class Features(NamedTuple):
     theme: Theme
     layout: Layout
     help: Help
+
+
+def add_panels(bench: Workbench) -> None:
+    """Put the panels that several features work on into docks; those of single features stand beside them."""
+    docks, panels = bench.docks, bench.panels
+    sensors = docks.add("Sensors", panels.tree, AREA.LeftDockWidgetArea)
+    inspector = docks.add("Inspector", panels.inspector, AREA.RightDockWidgetArea)
+    docks.add("Scene", panels.scene, AREA.RightDockWidgetArea, beside="Inspector")
+    scores = docks.add("Scores", panels.scores, AREA.BottomDockWidgetArea)
+    bench.window.resizeDocks([sensors, inspector], [LEFT_PX, RIGHT_PX], Qt.Orientation.Horizontal)
+    bench.window.resizeDocks([scores], [BOTTOM_PX], Qt.Orientation.Vertical)
 
 
 def build_features(bench: Workbench) -> Features:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
-from PySide6.QtCore import QSize, Qt
+from PySide6.QtCore import QSize
 from PySide6.QtGui import QCloseEvent
 from PySide6.QtWidgets import QMainWindow, QTabWidget, QToolBar, QVBoxLayout, QWidget
 
@@ -12,7 +12,7 @@ from riglens.app.background.recompute import Recompute
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.session.document import Document
 from riglens.app.session.session import Session
-from riglens.app.window.build import build_features
+from riglens.app.window.build import AREA, add_panels, build_features
 from riglens.app.window.dialogs import Dialogs
 from riglens.app.window.docks import focus_next_in_sight
 from riglens.app.window.features.scene_data import choice_of
@@ -29,8 +29,6 @@ from riglens.widgets.panels.sensors.tree import SensorTree
 from riglens.widgets.viewport.view import View
 
 DEFAULT_SIZE = QSize(1280, 800)
-LEFT_PX, RIGHT_PX, BOTTOM_PX = 304, 320, 200
-AREA = Qt.DockWidgetArea
 
 
 class MainWindow(QMainWindow):
@@ -62,7 +60,7 @@ class MainWindow(QMainWindow):
             self, self.session, recompute, viewport, Places(self.menuBar(), self._toolbar()), panels, bars,
             dialogs or Dialogs(), kept or Settings(),
         )  # fmt: skip
-        self._add_docks()
+        add_panels(self.bench)
         self.features = build_features(self.bench)
         for feature in self.features:
             feature.restore(self.bench.kept)
@@ -88,15 +86,6 @@ class MainWindow(QMainWindow):
         self.setStatusBar(bars.status)
         self.setDockOptions(self.dockOptions() | QMainWindow.DockOption.GroupedDragging)  # tabs drag out
         self.setTabPosition(AREA.AllDockWidgetAreas, QTabWidget.TabPosition.North)
-
-    def _add_docks(self) -> None:
-        docks, panels = self.bench.docks, self.bench.panels
-        sensors = docks.add("Sensors", panels.tree, AREA.LeftDockWidgetArea)
-        inspector = docks.add("Inspector", panels.inspector, AREA.RightDockWidgetArea)
-        docks.add("Scene", panels.scene, AREA.RightDockWidgetArea, beside="Inspector")
-        scores = docks.add("Scores", panels.scores, AREA.BottomDockWidgetArea)
-        self.resizeDocks([sensors, inspector], [LEFT_PX, RIGHT_PX], Qt.Orientation.Horizontal)
-        self.resizeDocks([scores], [BOTTOM_PX], Qt.Orientation.Vertical)
 
     def _toolbar(self) -> QToolBar:
         bar = QToolBar("Toolbar", self)

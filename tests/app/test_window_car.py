@@ -10,22 +10,23 @@ from riglens.core.geometry import Pose
 from riglens.core.rig.edits import mirrored_pose, partner_of
 from riglens.core.rig.yaml.file import load_rig
 from riglens.widgets.car.profiles import reference_vehicle
-from tests.app.window_bench import LIDAR, Bench, open_bench
+from tests.app.window.desk import FullDesk, full_desk
+from tests.app.window_bench import LIDAR
 from tests.waiting import TIMEOUT_MS
 
 
 @pytest.fixture
 def bench(qtbot, tmp_path):
-    with open_bench(qtbot, tmp_path, wait=False) as bench:
+    with full_desk(qtbot) as bench:
         bench.document.select("roof")
         yield bench
 
 
-def names(bench: Bench) -> list[str]:
+def names(bench: FullDesk) -> list[str]:
     return [sensor.name for sensor in bench.document.rig.sensors]
 
 
-def pose(bench: Bench, name: str) -> Pose:
+def pose(bench: FullDesk, name: str) -> Pose:
     return bench.document.rig.sensor(name).pose
 
 
@@ -134,7 +135,7 @@ def test_another_body_brings_its_own_size_but_keeps_what_was_measured(bench):
 TETRAHEDRON = "v 0 0 0\nv 2 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
 
 
-def vehicles_shown(bench: Bench) -> list[tuple]:
+def vehicles_shown(bench: FullDesk) -> list[tuple]:
     return bench.viewport.values("vehicle", "body_mesh")
 
 
@@ -166,7 +167,8 @@ def test_a_rig_saved_elsewhere_goes_on_finding_its_mesh(bench, tmp_path):
     bench.dialogs.path = tmp_path / "there" / "rig.yaml"
     bench.act("save_as")
     assert load_rig(bench.dialogs.path).rig.vehicle.body == (tmp_path / "here" / "car.obj").as_posix()
-    bench.settle()
+    bench.qtbot.waitUntil(lambda: bench.workbench.tasks.running == (), timeout=TIMEOUT_MS)
+    QApplication.processEvents()
     assert bench.workbench.errors.isHidden()
 
 

@@ -11,47 +11,55 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from riglens.core.rig.yaml.file import loads
+from tests.app.window.desk import FullDesk, full_desk
 from tests.app.window_bench import CAMERA, LIDAR, RIG, Bench, open_bench
 
 
 @pytest.fixture
-def bench(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
+def bench(qtbot: QtBot) -> Iterator[FullDesk]:
+    with full_desk(qtbot) as opened:
+        yield opened
+
+
+@pytest.fixture
+def whole(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
+    """The whole window, for keys."""
     with open_bench(qtbot, tmp_path, wait=False) as opened:
         yield opened
 
 
 def press(bench: Bench, key: Qt.Key) -> None:
-    bench.qtbot.keyClick(bench.window, key, Qt.KeyboardModifier.ControlModifier)
+    bench.qtbot.keyClick(bench.workbench.window, key, Qt.KeyboardModifier.ControlModifier)
 
 
-def test_a_copy_comes_back_under_a_free_name_as_one_step(bench: Bench) -> None:
-    bench.document.select("roof")
-    press(bench, Qt.Key.Key_C)
-    press(bench, Qt.Key.Key_V)
-    assert bench.document.rig.sensor("roof_2") == LIDAR.replace(name="roof_2")
-    assert bench.document.undo_label == "paste roof"
-    bench.act("undo")
-    assert bench.document.rig == RIG
+def test_a_copy_comes_back_under_a_free_name_as_one_step(whole: Bench) -> None:
+    whole.document.select("roof")
+    press(whole, Qt.Key.Key_C)
+    press(whole, Qt.Key.Key_V)
+    assert whole.document.rig.sensor("roof_2") == LIDAR.replace(name="roof_2")
+    assert whole.document.undo_label == "paste roof"
+    whole.act("undo")
+    assert whole.document.rig == RIG
 
 
 def test_several_sensors_go_into_another_window_in_one_step(
-    qtbot: QtBot, tmp_path: Path, bench: Bench
+    qtbot: QtBot, tmp_path: Path, bench: FullDesk
 ) -> None:
     bench.panels.tree.choose(("roof", "front"))
     bench.act("copy")
-    with open_bench(qtbot, tmp_path, rig=RIG.replace(sensors=()), wait=False) as other:
+    with full_desk(qtbot, rig=RIG.replace(sensors=())) as other:
         other.act("paste")
         assert other.document.rig.sensors == (LIDAR, CAMERA)
         assert other.document.undo_label == "paste 2 sensors"
 
 
-def test_what_is_copied_is_a_rig_file(bench: Bench) -> None:
+def test_what_is_copied_is_a_rig_file(bench: FullDesk) -> None:
     bench.document.select("front")
     bench.act("copy")
     assert loads(bench.clipboard()).rig == RIG.replace(sensors=(CAMERA,))
 
 
-def test_cut_copies_and_deletes(bench: Bench) -> None:
+def test_cut_copies_and_deletes(bench: FullDesk) -> None:
     bench.document.select("front")
     bench.act("cut")
     assert bench.document.rig.sensors == (LIDAR,)
@@ -60,7 +68,7 @@ def test_cut_copies_and_deletes(bench: Bench) -> None:
 
 
 @pytest.mark.parametrize("head", ["sensors:\n", ""])
-def test_part_of_a_rig_file_from_an_editor_is_enough(bench: Bench, head: str) -> None:
+def test_part_of_a_rig_file_from_an_editor_is_enough(bench: FullDesk, head: str) -> None:
     bench.document.select("roof")
     bench.act("copy")
     text = bench.clipboard()
@@ -80,7 +88,7 @@ def test_part_of_a_rig_file_from_an_editor_is_enough(bench: Bench, head: str) ->
     ],
 )
 def test_foreign_text_is_refused_in_one_line_and_changes_nothing(
-    bench: Bench, text: str, reason: str
+    bench: FullDesk, text: str, reason: str
 ) -> None:
     QApplication.clipboard().setText(text)
     bench.act("paste")
@@ -89,7 +97,7 @@ def test_foreign_text_is_refused_in_one_line_and_changes_nothing(
     assert bench.document.rig == RIG
 
 
-def test_in_a_text_field_the_keys_copy_text(bench: Bench) -> None:
+def test_in_a_text_field_the_keys_copy_text(bench: FullDesk) -> None:
     edit = bench.find("rig_name")
     edit.setFocus()
     bench.qtbot.keyClick(edit, Qt.Key.Key_A, Qt.KeyboardModifier.ControlModifier)

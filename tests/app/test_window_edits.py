@@ -12,16 +12,24 @@ from pytestqt.qtbot import QtBot
 from riglens.core.geometry import Pose
 from riglens.core.rig.library import default_library
 from riglens.widgets.panels.sensors.tree import EYE, NAME
+from tests.app.window.desk import FullDesk, full_desk
 from tests.app.window_bench import LIDAR, RIG, Bench, open_bench
 
 
 @pytest.fixture
-def bench(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
+def whole(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
+    """The whole window: for keys, scores and closing."""
     with open_bench(qtbot, tmp_path) as opened:
         yield opened
 
 
-def click_row(bench: Bench, name: str, column: int = NAME, dx: int = 0) -> None:
+@pytest.fixture
+def bench(qtbot: QtBot) -> Iterator[FullDesk]:
+    with full_desk(qtbot) as opened:
+        yield opened
+
+
+def click_row(bench: FullDesk, name: str, column: int = NAME, dx: int = 0) -> None:
     tree = bench.panels.tree
     item = tree.item_of(name)
     rect = tree.visualItemRect(item)
@@ -29,7 +37,7 @@ def click_row(bench: Bench, name: str, column: int = NAME, dx: int = 0) -> None:
     bench.qtbot.mouseClick(tree.viewport(), Qt.MouseButton.LeftButton, pos=QPoint(x, rect.center().y()))
 
 
-def agree(bench: Bench) -> bool:
+def agree(bench: FullDesk) -> bool:
     """Whether view, list and inspector show the document's selection and the document's rig."""
     document = bench.document
     chosen = [item.text(NAME) for item in bench.panels.tree.selectedItems()]
@@ -44,7 +52,7 @@ def agree(bench: Bench) -> bool:
 
 
 @pytest.mark.parametrize("model", ["velodyne-vlp-16", "paper-camera-110"])
-def test_a_sensor_of_the_library_is_added_above_the_roof_and_selected(bench: Bench, model: str) -> None:
+def test_a_sensor_of_the_library_is_added_above_the_roof_and_selected(bench: FullDesk, model: str) -> None:
     action = next(
         action
         for menu in bench.features.sensors.add_menus.values()
@@ -61,7 +69,7 @@ def test_a_sensor_of_the_library_is_added_above_the_roof_and_selected(bench: Ben
     assert agree(bench)
 
 
-def test_two_added_sensors_do_not_stand_in_each_other(bench: Bench) -> None:
+def test_two_added_sensors_do_not_stand_in_each_other(bench: FullDesk) -> None:
     bench.features.sensors.add("generic-16")
     bench.features.sensors.add("generic-16")
     first, second = bench.document.rig.sensors[-2:]
@@ -69,24 +77,24 @@ def test_two_added_sensors_do_not_stand_in_each_other(bench: Bench) -> None:
     assert first.name != second.name
 
 
-def test_copying_and_deleting_work_by_key(bench: Bench) -> None:
-    click_row(bench, "roof")
-    bench.qtbot.keyClick(bench.window, Qt.Key.Key_D, Qt.KeyboardModifier.ControlModifier)
-    assert bench.document.selected == "roof_2"
-    assert agree(bench)
-    bench.qtbot.keyClick(bench.window, Qt.Key.Key_Delete)
-    assert bench.document.rig == RIG
-    assert agree(bench)
+def test_copying_and_deleting_work_by_key(whole: Bench) -> None:
+    click_row(whole, "roof")
+    whole.qtbot.keyClick(whole.workbench.window, Qt.Key.Key_D, Qt.KeyboardModifier.ControlModifier)
+    assert whole.document.selected == "roof_2"
+    assert agree(whole)
+    whole.qtbot.keyClick(whole.workbench.window, Qt.Key.Key_Delete)
+    assert whole.document.rig == RIG
+    assert agree(whole)
 
 
-def test_what_needs_a_selection_is_only_there_with_one(bench: Bench) -> None:
+def test_what_needs_a_selection_is_only_there_with_one(bench: FullDesk) -> None:
     keys = ("duplicate", "delete", "hide", "frame")
     assert not any(bench.workbench.actions[key].isEnabled() for key in keys)
     click_row(bench, "front")
     assert all(bench.workbench.actions[key].isEnabled() for key in keys)
 
 
-def test_picking_in_the_view_and_in_the_list_is_the_same(bench: Bench) -> None:
+def test_picking_in_the_view_and_in_the_list_is_the_same(bench: FullDesk) -> None:
     bench.viewport.sensor_picked.emit("front")
     assert bench.document.selected == "front"
     assert agree(bench)
@@ -98,7 +106,7 @@ def test_picking_in_the_view_and_in_the_list_is_the_same(bench: Bench) -> None:
     assert agree(bench)
 
 
-def test_the_eye_hides_a_sensor_from_the_view_but_not_from_the_scores(bench: Bench) -> None:
+def test_the_eye_hides_a_sensor_from_the_view_but_not_from_the_scores(bench: FullDesk) -> None:
     before = bench.panels.scores.as_text()
     click_row(bench, "roof", EYE)
     assert bench.viewport.state.hidden == {"roof"}
@@ -107,22 +115,22 @@ def test_the_eye_hides_a_sensor_from_the_view_but_not_from_the_scores(bench: Ben
     assert bench.viewport.state.hidden == frozenset()
 
 
-def test_a_hidden_sensor_comes_back_by_its_key(bench: Bench) -> None:
-    click_row(bench, "roof")
-    bench.qtbot.keyClick(bench.window, Qt.Key.Key_H)
-    assert bench.viewport.state.hidden == {"roof"}
-    bench.qtbot.keyClick(bench.window, Qt.Key.Key_H)
-    assert bench.viewport.state.hidden == frozenset()
+def test_a_hidden_sensor_comes_back_by_its_key(whole: Bench) -> None:
+    click_row(whole, "roof")
+    whole.qtbot.keyClick(whole.workbench.window, Qt.Key.Key_H)
+    assert whole.viewport.state.hidden == {"roof"}
+    whole.qtbot.keyClick(whole.workbench.window, Qt.Key.Key_H)
+    assert whole.viewport.state.hidden == frozenset()
 
 
-def test_a_sensor_without_its_tick_does_not_count(bench: Bench) -> None:
-    bench.panels.tree.item_of("roof").setCheckState(NAME, Qt.CheckState.Unchecked)
-    assert not bench.document.rig.sensor("roof").enabled
-    bench.settle()
-    assert bench.shown("car", "lidar") == "0.00"
+def test_a_sensor_without_its_tick_does_not_count(whole: Bench) -> None:
+    whole.panels.tree.item_of("roof").setCheckState(NAME, Qt.CheckState.Unchecked)
+    assert not whole.document.rig.sensor("roof").enabled
+    whole.settle()
+    assert whole.shown("car", "lidar") == "0.00"
 
 
-def rename_in_list(bench: Bench, name: str, text: str) -> None:
+def rename_in_list(bench: FullDesk, name: str, text: str) -> None:
     tree = bench.panels.tree
     tree.editItem(tree.item_of(name), NAME)
     editor = tree.viewport().findChild(QLineEdit)
@@ -132,7 +140,7 @@ def rename_in_list(bench: Bench, name: str, text: str) -> None:
     QApplication.processEvents()  # the list takes the text when the key press is over
 
 
-def test_a_sensor_is_renamed_in_the_list(bench: Bench) -> None:
+def test_a_sensor_is_renamed_in_the_list(bench: FullDesk) -> None:
     click_row(bench, "roof")
     rename_in_list(bench, "roof", "mast")
     assert [sensor.name for sensor in bench.document.rig.sensors] == ["mast", "front"]
@@ -140,32 +148,32 @@ def test_a_sensor_is_renamed_in_the_list(bench: Bench) -> None:
 
 
 @pytest.mark.parametrize("text", ["front", "  "])
-def test_a_name_that_is_taken_or_empty_is_refused_in_the_list(bench: Bench, text: str) -> None:
+def test_a_name_that_is_taken_or_empty_is_refused_in_the_list(bench: FullDesk, text: str) -> None:
     rename_in_list(bench, "roof", text)
     assert bench.document.rig == RIG
     assert bench.panels.tree.item_of("roof").text(NAME) == "roof"
     assert "Name" in bench.workbench.errors.message
 
 
-def test_a_drag_in_the_view_is_followed_by_list_and_inspector_and_is_one_step(bench: Bench) -> None:
-    click_row(bench, "roof")
-    bench.viewport.press("roof")
+def test_a_drag_in_the_view_is_followed_by_list_and_inspector_and_is_one_step(whole: Bench) -> None:
+    click_row(whole, "roof")
+    whole.viewport.press("roof")
     for step in range(1, 4):
-        bench.viewport.move("roof", Pose((0.1, 0.2, 1.9 + step / 4)))
-        assert agree(bench)
-    bench.viewport.release("roof")
-    assert bench.document.rig.sensor("roof").position == (0.1, 0.2, 2.65)
-    bench.qtbot.keyClick(bench.window, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
-    assert bench.document.rig == RIG
-    assert agree(bench)
+        whole.viewport.move("roof", Pose((0.1, 0.2, 1.9 + step / 4)))
+        assert agree(whole)
+    whole.viewport.release("roof")
+    assert whole.document.rig.sensor("roof").position == (0.1, 0.2, 2.65)
+    whole.qtbot.keyClick(whole.workbench.window, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
+    assert whole.document.rig == RIG
+    assert agree(whole)
     shift = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier
-    bench.qtbot.keyClick(bench.window, Qt.Key.Key_Z, shift)
-    assert bench.document.rig.sensor("roof").position == (0.1, 0.2, 2.65)
-    assert agree(bench)
+    whole.qtbot.keyClick(whole.workbench.window, Qt.Key.Key_Z, shift)
+    assert whole.document.rig.sensor("roof").position == (0.1, 0.2, 2.65)
+    assert agree(whole)
 
 
 @pytest.mark.parametrize("key", ["undo", "redo"])
-def test_undo_and_redo_during_a_drag_only_give_up_the_drag(bench: Bench, key: str) -> None:
+def test_undo_and_redo_during_a_drag_only_give_up_the_drag(bench: FullDesk, key: str) -> None:
     bench.document.set_enabled(("front",), False)
     bench.viewport.press("roof")
     bench.viewport.move("roof", Pose((4.0, 0.0, 1.0)))
@@ -192,7 +200,7 @@ EDITS: dict[str, Callable[[Bench], object]] = {
 }
 
 
-def test_everything_that_changes_the_rig_is_one_step_back_and_forth(bench: Bench) -> None:
+def test_everything_that_changes_the_rig_is_one_step_back_and_forth(bench: FullDesk) -> None:
     document = bench.document
     bench.act("snapshot")
     twin = LIDAR.replace(name="twin", position=(0.1, -0.25, 1.9))
@@ -222,7 +230,7 @@ def test_everything_that_changes_the_rig_is_one_step_back_and_forth(bench: Bench
     assert document.rig == start
 
 
-def test_deleting_a_sensor_while_it_is_dragged_ends_the_drag(bench: Bench) -> None:
+def test_deleting_a_sensor_while_it_is_dragged_ends_the_drag(bench: FullDesk) -> None:
     click_row(bench, "roof")
     bench.viewport.press("roof")
     bench.viewport.move("roof", Pose((4.0, 0.0, 1.0)))
@@ -234,26 +242,26 @@ def test_deleting_a_sensor_while_it_is_dragged_ends_the_drag(bench: Bench) -> No
     assert bench.document.rig == RIG
 
 
-def test_gizmo_modes_and_views_reach_the_viewport(bench: Bench) -> None:
+def test_gizmo_modes_and_views_reach_the_viewport(whole: Bench) -> None:
     for key in (Qt.Key.Key_W, Qt.Key.Key_E, Qt.Key.Key_Q, Qt.Key.Key_L, Qt.Key.Key_2):
-        bench.qtbot.keyClick(bench.window, key)
-    assert bench.viewport.values("gizmo_mode", "gizmo_space")[-4:] == [
+        whole.qtbot.keyClick(whole.workbench.window, key)
+    assert whole.viewport.values("gizmo_mode", "gizmo_space")[-4:] == [
         ("move", "world"),
         ("rotate", "world"),
         ("both", "world"),
         ("both", "local"),
     ]
-    assert bench.viewport.told[-1] == ("view", "top")
+    assert whole.viewport.told[-1] == ("view", "top")
 
 
-def test_the_help_lists_every_shortcut_there_is(bench: Bench) -> None:
+def test_the_help_lists_every_shortcut_there_is(bench: FullDesk) -> None:
     bench.act("help")
     text = bench.dialogs.shown[0]
-    for action in bench.window.actions():
+    for action in bench.workbench.window.actions():
         if not action.shortcut().isEmpty():
             assert action.shortcut().toString() in text
 
 
-def test_the_about_text_explains_the_sign_of_s_ms(bench: Bench) -> None:
+def test_the_about_text_explains_the_sign_of_s_ms(bench: FullDesk) -> None:
     bench.act("about")
     assert "falls" in bench.dialogs.shown[0]

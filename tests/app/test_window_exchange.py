@@ -8,21 +8,22 @@ from PySide6.QtGui import QAction
 from pytestqt.qtbot import QtBot
 
 from riglens.core.rig.formats.exchange import WRITABLE, read_rig
-from tests.app.window_bench import RIG, Bench, open_bench
+from tests.app.window.desk import FullDesk, full_desk
+from tests.app.window_bench import RIG
 from tests.core.rig.formats.cases import AUTOWARE_KIT, DRIVEWORKS, NUSCENES, URDF, write_files
 from tests.waiting import TIMEOUT_MS
 
 
 @pytest.fixture
-def bench(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
-    with open_bench(qtbot, tmp_path) as opened:
+def bench(qtbot: QtBot) -> Iterator[FullDesk]:
+    with full_desk(qtbot) as opened:
         yield opened
 
 
-def export(bench: Bench, name: str) -> None:
+def export(bench: FullDesk, name: str) -> None:
     """Choose an entry of File > Export as."""
     bench.features.exchange.menu.aboutToShow.emit()
-    action = bench.window.findChild(QAction, f"export_{name}")
+    action = bench.workbench.window.findChild(QAction, f"export_{name}")
     assert action is not None
     action.trigger()
 
@@ -36,19 +37,19 @@ def export(bench: Bench, name: str) -> None:
     ],
 )
 def test_a_rig_of_another_program_is_opened_with_a_report(
-    bench: Bench, tmp_path: Path, files: dict[str, str], named: str, names: list[str]
+    bench: FullDesk, tmp_path: Path, files: dict[str, str], named: str, names: list[str]
 ) -> None:
     bench.dialogs.path = write_files(tmp_path / "foreign", files) / named
     bench.act("open")
     bench.qtbot.waitUntil(lambda: bool(bench.dialogs.shown), timeout=TIMEOUT_MS)
     assert [sensor.name for sensor in bench.document.rig.sensors] == names
-    assert bench.document.path is None and not bench.window.isWindowModified()
+    assert bench.document.path is None and not bench.workbench.window.isWindowModified()
     (html,) = bench.dialogs.shown
     assert "<b>Converted</b>" in html and "<b>Approximated</b>" in html
 
 
 def test_saving_a_foreign_rig_asks_for_a_file_and_leaves_the_source_alone(
-    bench: Bench, tmp_path: Path
+    bench: FullDesk, tmp_path: Path
 ) -> None:
     source = write_files(tmp_path, DRIVEWORKS) / "rig.json"
     before = source.read_bytes()
@@ -60,7 +61,7 @@ def test_saving_a_foreign_rig_asks_for_a_file_and_leaves_the_source_alone(
     assert (tmp_path / "mine.yaml").is_file() and source.read_bytes() == before
 
 
-def test_a_broken_foreign_file_is_reported_and_the_rig_stays(bench: Bench, tmp_path: Path) -> None:
+def test_a_broken_foreign_file_is_reported_and_the_rig_stays(bench: FullDesk, tmp_path: Path) -> None:
     bad = tmp_path / "rig.json"
     bad.write_text('{"rig": {"sensors": [1]}}')
     bench.dialogs.path = bad
@@ -70,7 +71,7 @@ def test_a_broken_foreign_file_is_reported_and_the_rig_stays(bench: Bench, tmp_p
 
 
 @pytest.mark.parametrize("name", [name for name in WRITABLE if name != "riglens"])
-def test_every_exporter_writes_what_is_shown(bench: Bench, tmp_path: Path, name: str) -> None:
+def test_every_exporter_writes_what_is_shown(bench: FullDesk, tmp_path: Path, name: str) -> None:
     bench.dialogs.path = tmp_path / f"out-{name}"
     export(bench, name)
     assert bench.dialogs.path.exists() and len(bench.dialogs.shown) == 1
@@ -79,14 +80,14 @@ def test_every_exporter_writes_what_is_shown(bench: Bench, tmp_path: Path, name:
         assert len(read_rig(bench.dialogs.path, name).rig.sensors) == len(RIG.sensors)
 
 
-def test_a_folder_with_other_files_is_not_overwritten_by_an_export(bench: Bench, tmp_path: Path) -> None:
+def test_a_folder_with_other_files_is_not_overwritten_by_an_export(bench: FullDesk, tmp_path: Path) -> None:
     bench.dialogs.path = write_files(tmp_path / "home", {"thesis.tex": "mine"})
     export(bench, "autoware")
     assert "the folder holds thesis.tex" in bench.workbench.errors.message
     assert not bench.dialogs.shown
 
 
-def test_names_from_a_file_are_shown_as_they_are_and_not_as_markup(bench: Bench, tmp_path: Path) -> None:
+def test_names_from_a_file_are_shown_as_they_are_and_not_as_markup(bench: FullDesk, tmp_path: Path) -> None:
     text = AUTOWARE_KIT["sensor_kit_calibration.yaml"].replace("gnss_link", '"<img src=x>gnss"')
     files = {**AUTOWARE_KIT, "sensor_kit_calibration.yaml": text}
     bench.dialogs.path = write_files(tmp_path / "kit", files) / "sensors_calibration.yaml"
@@ -95,12 +96,12 @@ def test_names_from_a_file_are_shown_as_they_are_and_not_as_markup(bench: Bench,
     assert "&lt;img src=x&gt;gnss" in bench.dialogs.shown[0] and "<img" not in bench.dialogs.shown[0]
 
 
-def test_a_dropped_rig_of_another_program_is_opened(bench: Bench, tmp_path: Path) -> None:
+def test_a_dropped_rig_of_another_program_is_opened(bench: FullDesk, tmp_path: Path) -> None:
     bench.features.drop.take([write_files(tmp_path, DRIVEWORKS) / "rig.json"])
     bench.qtbot.waitUntil(lambda: bool(bench.dialogs.shown), timeout=TIMEOUT_MS)
     assert [sensor.name for sensor in bench.document.rig.sensors] == ["camera:front", "lidar:top"]
 
 
-def test_a_rig_of_another_program_can_be_compared_with(bench: Bench, tmp_path: Path) -> None:
+def test_a_rig_of_another_program_can_be_compared_with(bench: FullDesk, tmp_path: Path) -> None:
     bench.features.compare.add_file(write_files(tmp_path, DRIVEWORKS) / "rig.json")
     assert len(bench.dialogs.shown) == 1 and bench.document.rig == RIG

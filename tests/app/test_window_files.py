@@ -12,34 +12,42 @@ from pytestqt.qtbot import QtBot
 from riglens.app.window.dialogs import Unsaved
 from riglens.core.rig.presets import preset
 from riglens.core.rig.yaml.file import load_rig, new_rig_file
+from tests.app.window.desk import FullDesk, full_desk
 from tests.app.window_bench import RIG, Bench, open_bench
 
 
 @pytest.fixture
-def bench(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
+def whole(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
+    """The whole window: for keys, scores and closing."""
     with open_bench(qtbot, tmp_path) as opened:
         yield opened
 
 
-def modify(bench: Bench) -> None:
+@pytest.fixture
+def bench(qtbot: QtBot) -> Iterator[FullDesk]:
+    with full_desk(qtbot) as opened:
+        yield opened
+
+
+def modify(bench: FullDesk) -> None:
     bench.drag("roof", (1 / 3, 0.1 + 0.2, 2.0))
 
 
-def test_a_dragged_rig_is_saved_and_opened_again_bit_for_bit(bench: Bench, tmp_path: Path) -> None:
+def test_a_dragged_rig_is_saved_and_opened_again_bit_for_bit(bench: FullDesk, tmp_path: Path) -> None:
     modify(bench)
-    assert bench.window.isWindowModified()
+    assert bench.workbench.window.isWindowModified()
     dragged = bench.document.rig
     bench.dialogs.path = tmp_path / "mine.yaml"
     bench.act("save")
-    assert not bench.window.isWindowModified()
-    assert "mine.yaml" in bench.window.windowTitle()
+    assert not bench.workbench.window.isWindowModified()
+    assert "mine.yaml" in bench.workbench.window.windowTitle()
     bench.document.show(RIG)
     bench.act("open")
     assert bench.document.rig == dragged
     assert load_rig(tmp_path / "mine.yaml").rig == dragged
 
 
-def test_saving_again_asks_no_second_time_and_save_as_does(bench: Bench, tmp_path: Path) -> None:
+def test_saving_again_asks_no_second_time_and_save_as_does(bench: FullDesk, tmp_path: Path) -> None:
     bench.dialogs.path = tmp_path / "one.yaml"
     bench.act("save")
     bench.dialogs.path = tmp_path / "two.yaml"
@@ -51,7 +59,7 @@ def test_saving_again_asks_no_second_time_and_save_as_does(bench: Bench, tmp_pat
     assert bench.document.path == tmp_path / "two.yaml"
 
 
-def test_a_file_that_cannot_be_read_is_reported_and_the_rig_stays(bench: Bench, tmp_path: Path) -> None:
+def test_a_file_that_cannot_be_read_is_reported_and_the_rig_stays(bench: FullDesk, tmp_path: Path) -> None:
     bad = tmp_path / "bad.yaml"
     bad.write_text("riglens: 1\nname: bad\ncolour: red\n")
     bench.dialogs.path = bad
@@ -63,24 +71,24 @@ def test_a_file_that_cannot_be_read_is_reported_and_the_rig_stays(bench: Bench, 
 
 
 def test_a_place_that_cannot_be_written_is_reported_and_nothing_counts_as_saved(
-    bench: Bench, tmp_path: Path
+    bench: FullDesk, tmp_path: Path
 ) -> None:
     modify(bench)
     bench.dialogs.path = tmp_path / "missing" / "rig.yaml"
     bench.act("save")
-    assert bench.window.isWindowModified()
+    assert bench.workbench.window.isWindowModified()
     assert "missing" in bench.workbench.errors.message
 
 
-def test_a_preset_is_opened_from_the_menu(bench: Bench) -> None:
-    bench.features.files.open_preset("N+P")
-    assert bench.document.rig == preset("N+P")
-    bench.settle()
+def test_a_preset_is_opened_from_the_menu(whole: Bench) -> None:
+    whole.features.files.open_preset("N+P")
+    assert whole.document.rig == preset("N+P")
+    whole.settle()
 
 
 @pytest.mark.parametrize(("answer", "lost"), [("cancel", False), ("discard", True), ("save", True)])
 def test_opening_over_unsaved_changes_asks_first(
-    bench: Bench, tmp_path: Path, answer: Unsaved, lost: bool
+    bench: FullDesk, tmp_path: Path, answer: Unsaved, lost: bool
 ) -> None:
     target = tmp_path / "rig.yaml"
     new_rig_file(RIG).save(target)
@@ -94,29 +102,29 @@ def test_opening_over_unsaved_changes_asks_first(
     assert (load_rig(target).rig == changed) is (answer == "save")
 
 
-def test_closing_with_unsaved_changes_asks_and_stays_on_cancel(bench: Bench) -> None:
-    modify(bench)
-    bench.dialogs.answer = "cancel"
-    assert not bench.window.close()
-    assert bench.window.isVisible()
-    bench.dialogs.answer = "discard"
-    assert bench.window.close()
+def test_closing_with_unsaved_changes_asks_and_stays_on_cancel(whole: Bench) -> None:
+    modify(whole)
+    whole.dialogs.answer = "cancel"
+    assert not whole.workbench.window.close()
+    assert whole.workbench.window.isVisible()
+    whole.dialogs.answer = "discard"
+    assert whole.workbench.window.close()
 
 
-def test_closing_without_changes_asks_nothing_and_ends_the_thread(bench: Bench) -> None:
-    assert bench.window.close()
-    assert bench.dialogs.asked == 0
-    assert bench.viewport.told[-1] == ("closed",)
+def test_closing_without_changes_asks_nothing_and_ends_the_thread(whole: Bench) -> None:
+    assert whole.workbench.window.close()
+    assert whole.dialogs.asked == 0
+    assert whole.viewport.told[-1] == ("closed",)
     assert not any(thread.name == "recompute" for thread in threading.enumerate())
 
 
 def test_closing_while_boxes_are_loaded_ends_the_thread(qtbot: QtBot, tmp_path: Path) -> None:
     with open_bench(qtbot, tmp_path, wait=False) as bench:
-        assert bench.window.close()
+        assert bench.workbench.window.close()
     assert not any(thread.name == "recompute" for thread in threading.enumerate())
 
 
-def test_the_message_bar_goes_when_it_is_closed(bench: Bench) -> None:
+def test_the_message_bar_goes_when_it_is_closed(bench: FullDesk) -> None:
     bench.workbench.report_error("rig.yaml:3: found x, accepted is y")
     assert bench.workbench.errors.isVisible()
     bench.workbench.errors.clear()

@@ -13,14 +13,22 @@ from PySide6.QtWidgets import QCheckBox, QLineEdit
 from pytestqt.qtbot import QtBot
 
 from riglens.core.rig.model import EvenAngles, Rig
+from tests.app.window.desk import FullDesk, full_desk
 from tests.app.window_bench import CAMERA, LIDAR, RIG, Bench, open_bench
 
 ODD = 0.1 + 0.2  # 0.30000000000000004: no short decimal gives it back
 
 
 @pytest.fixture
-def bench(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
+def whole(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
+    """The whole window: for keys, scores and closing."""
     with open_bench(qtbot, tmp_path) as opened:
+        yield opened
+
+
+@pytest.fixture
+def bench(qtbot: QtBot) -> Iterator[FullDesk]:
+    with full_desk(qtbot) as opened:
         yield opened
 
 
@@ -62,7 +70,7 @@ CASES = [("roof", *case) for case in SHARED + LIDAR_FIELDS] + [
 
 @pytest.mark.parametrize(("sensor", "field", "text", "change"), CASES, ids=lambda value: str(value)[:20])
 def test_a_field_changes_its_value_and_nothing_else(
-    bench: Bench, sensor: str, field: str, text: str, change: dict[str, Callable[[Any], Any]]
+    bench: FullDesk, sensor: str, field: str, text: str, change: dict[str, Callable[[Any], Any]]
 ) -> None:
     bench.document.select(sensor)
     before = bench.document.rig.sensor(sensor)
@@ -75,7 +83,7 @@ def test_a_field_changes_its_value_and_nothing_else(
     assert bench.document.rig == RIG
 
 
-def test_visiting_every_field_without_typing_changes_no_bit(bench: Bench) -> None:
+def test_visiting_every_field_without_typing_changes_no_bit(bench: FullDesk) -> None:
     odd = LIDAR.replace(
         position=(ODD, 1 / 3, 2e-17), rpy_deg=(math.pi, -1 / 7, 1e-9), range_m=(1 / 3, 99.0 + ODD)
     )
@@ -89,7 +97,7 @@ def test_visiting_every_field_without_typing_changes_no_bit(bench: Bench) -> Non
     assert bench.document.rig.sensors == (odd, CAMERA)
 
 
-def test_typing_what_is_already_shown_keeps_the_hidden_digits(bench: Bench) -> None:
+def test_typing_what_is_already_shown_keeps_the_hidden_digits(bench: FullDesk) -> None:
     odd = LIDAR.replace(position=(ODD, 0.2, 1.9))
     bench.document.replace_sensor("roof", odd)
     bench.document.select("roof")
@@ -117,7 +125,7 @@ REFUSED = [
 
 @pytest.mark.parametrize(("sensor", "field", "text", "reason"), REFUSED)
 def test_nonsense_is_refused_in_red_with_the_reason(
-    bench: Bench, sensor: str, field: str, text: str, reason: str
+    bench: FullDesk, sensor: str, field: str, text: str, reason: str
 ) -> None:
     bench.document.select(sensor)
     bench.type(field, text)
@@ -130,7 +138,7 @@ def test_nonsense_is_refused_in_red_with_the_reason(
     assert not edit.property("invalid")
 
 
-def test_a_good_value_after_a_bad_one_takes_the_mark_away(bench: Bench) -> None:
+def test_a_good_value_after_a_bad_one_takes_the_mark_away(bench: FullDesk) -> None:
     bench.document.select("roof")
     bench.type("x", "left")
     bench.type("x", "0.75")
@@ -139,7 +147,7 @@ def test_a_good_value_after_a_bad_one_takes_the_mark_away(bench: Bench) -> None:
     assert bench.panels.inspector.form.problem == ""
 
 
-def test_another_selection_forgets_what_was_refused(bench: Bench) -> None:
+def test_another_selection_forgets_what_was_refused(bench: FullDesk) -> None:
     bench.document.select("roof")
     bench.type("x", "left")
     bench.document.select(None)
@@ -150,7 +158,7 @@ def test_another_selection_forgets_what_was_refused(bench: Bench) -> None:
     assert bench.panels.inspector.form.problem == ""
 
 
-def test_infinity_is_shown_and_can_be_typed(bench: Bench) -> None:
+def test_infinity_is_shown_and_can_be_typed(bench: FullDesk) -> None:
     bench.document.select("roof")
     edit = bench.find("range_max")
     assert isinstance(edit, QLineEdit)
@@ -160,7 +168,7 @@ def test_infinity_is_shown_and_can_be_typed(bench: Bench) -> None:
     assert bench.document.rig.sensor("roof").range_m == (0.0, math.inf)
 
 
-def test_arrow_keys_step_a_number(bench: Bench) -> None:
+def test_arrow_keys_step_a_number(bench: FullDesk) -> None:
     bench.document.select("roof")
     bench.qtbot.keyClick(bench.find("x"), Qt.Key.Key_Up)
     bench.qtbot.keyClick(bench.find("yaw"), Qt.Key.Key_Down, Qt.KeyboardModifier.ShiftModifier)
@@ -168,7 +176,7 @@ def test_arrow_keys_step_a_number(bench: Bench) -> None:
     assert bench.document.rig.sensor("roof").rpy_deg[2] == -10.0
 
 
-def test_beams_can_be_a_list_and_evenly_spaced_again(bench: Bench) -> None:
+def test_beams_can_be_a_list_and_evenly_spaced_again(bench: FullDesk) -> None:
     bench.document.select("roof")
     bench.choose("elevations_deg.way", "list")
     listed = bench.document.rig.sensor("roof")
@@ -181,7 +189,7 @@ def test_beams_can_be_a_list_and_evenly_spaced_again(bench: Bench) -> None:
     )
 
 
-def test_a_lens_can_be_given_by_focal_lengths_and_by_angle_again(bench: Bench) -> None:
+def test_a_lens_can_be_given_by_focal_lengths_and_by_angle_again(bench: FullDesk) -> None:
     bench.document.select("front")
     bench.choose("lens.way", "focal lengths")
     camera = bench.document.rig.sensor("front")
@@ -192,7 +200,7 @@ def test_a_lens_can_be_given_by_focal_lengths_and_by_angle_again(bench: Bench) -
     assert bench.document.rig.sensor("front").hfov_deg == pytest.approx(90.0)
 
 
-def test_a_model_fills_in_its_fields_and_keeps_name_and_pose(bench: Bench) -> None:
+def test_a_model_fills_in_its_fields_and_keeps_name_and_pose(bench: FullDesk) -> None:
     bench.document.select("roof")
     bench.choose("model", "Velodyne VLP-16 (Puck)")
     sensor = bench.document.rig.sensor("roof")
@@ -204,7 +212,7 @@ def test_a_model_fills_in_its_fields_and_keeps_name_and_pose(bench: Bench) -> No
     assert len(sensor.elevations()) == 16
 
 
-def test_the_switch_takes_a_sensor_out_of_the_scores(bench: Bench) -> None:
+def test_the_switch_takes_a_sensor_out_of_the_scores(bench: FullDesk) -> None:
     bench.document.select("front")
     check = bench.find("enabled")
     assert isinstance(check, QCheckBox)
@@ -217,21 +225,21 @@ def test_the_switch_takes_a_sensor_out_of_the_scores(bench: Bench) -> None:
     [("length", "5.1", 5.1), ("width", "2", 2.0), ("height", "1.6", 1.6), ("rear_axle_x", "-1.5", -1.5)],
 )
 def test_the_vehicle_is_edited_when_nothing_is_selected(
-    bench: Bench, field: str, text: str, expected: float
+    bench: FullDesk, field: str, text: str, expected: float
 ) -> None:
     bench.type(field, text)
     assert getattr(bench.document.rig.vehicle, field) == expected
     assert bench.viewport.state.vehicle == bench.document.rig.vehicle
 
 
-def test_the_rig_is_renamed_when_nothing_is_selected(bench: Bench) -> None:
+def test_the_rig_is_renamed_when_nothing_is_selected(bench: FullDesk) -> None:
     bench.type("rig_name", "roof rack 2")
     assert bench.document.rig.name == "roof rack 2"
-    assert "roof rack 2" in bench.window.windowTitle()
+    assert "roof rack 2" in bench.workbench.window.windowTitle()
 
 
-def test_undo_by_key_reaches_the_document_from_inside_a_field(bench: Bench) -> None:
-    bench.document.select("roof")
-    bench.type("x", "0.75")
-    bench.qtbot.keyClick(bench.find("x"), Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
-    assert bench.document.rig == RIG
+def test_undo_by_key_reaches_the_document_from_inside_a_field(whole: Bench) -> None:
+    whole.document.select("roof")
+    whole.type("x", "0.75")
+    whole.qtbot.keyClick(whole.find("x"), Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
+    assert whole.document.rig == RIG

@@ -174,42 +174,25 @@ class FakeDialogs(Dialogs):
 
 
 @dataclass
-class Bench:
-    """The window with everything a test needs to use it as a person would."""
+class Hands:
+    """What a person does and sees on a workbench, with a window around it or without."""
 
-    window: MainWindow
+    workbench: Workbench
     viewport: Any
     dialogs: FakeDialogs
     qtbot: QtBot
-    scenes: list[LoadedScene]
-    clock: HandClock
-    """What the background thread's rests are measured by: they take no time unless a test says so."""
 
     @property
     def session(self) -> Session:
-        return self.window.session
+        return self.workbench.session
 
     @property
     def document(self) -> Document:
-        return self.window.session.document
-
-    @property
-    def workbench(self) -> Workbench:
-        return self.window.bench
+        return self.workbench.session.document
 
     @property
     def panels(self) -> Panels:
         return self.workbench.panels
-
-    @property
-    def features(self) -> Features:
-        return self.window.features
-
-    def settle(self) -> None:
-        """Wait until everything shown is up to date, and everybody has been told."""
-        self.qtbot.waitUntil(lambda: self.window.is_exact, timeout=TIMEOUT_MS)
-        assert self.workbench.recompute.wait_until_idle()
-        QApplication.processEvents()
 
     def act(self, key: str) -> None:
         """Choose an action of a menu or the toolbar."""
@@ -243,6 +226,26 @@ class Bench:
         for position in positions:
             self.viewport.move(name, Pose(position, self.document.rig.sensor(name).rpy_deg))
         self.viewport.release(name)
+
+
+@dataclass
+class Bench(Hands):
+    """The window with everything a test needs to use it as a person would."""
+
+    window: MainWindow
+    scenes: list[LoadedScene]
+    clock: HandClock
+    """What the background thread's rests are measured by: they take no time unless a test says so."""
+
+    @property
+    def features(self) -> Features:
+        return self.window.features
+
+    def settle(self) -> None:
+        """Wait until everything shown is up to date, and everybody has been told."""
+        self.qtbot.waitUntil(lambda: self.window.is_exact, timeout=TIMEOUT_MS)
+        assert self.workbench.recompute.wait_until_idle()
+        QApplication.processEvents()
 
     def fresh_scores(self, rig: Rig) -> Scores:
         """What a new engine says about a rig on the scene and with the settings in use."""
@@ -298,7 +301,7 @@ def open_bench(
     window.show()
     window.activateWindow()  # shortcuts belong to the active window
     qtbot.waitUntil(window.isActiveWindow, timeout=TIMEOUT_MS)
-    bench = Bench(window, view, dialogs, qtbot, scenes, clock)
+    bench = Bench(window.bench, view, dialogs, qtbot, window, scenes, clock)
     try:
         if wait:
             bench.settle()

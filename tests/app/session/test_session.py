@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from pytestqt.qtbot import QtBot
 
 from riglens.app.session.answers import Answers
 from riglens.app.session.document import Document
@@ -130,8 +131,10 @@ def test_the_same_is_not_asked_twice_and_nothing_before_the_first_time(session: 
     assert [request.voxel for request in recompute.requests] == [(1, 1, 1), (2, 2, 2)]
 
 
-def test_an_answer_is_current_until_something_else_is_asked_or_other_traffic_is_there() -> None:
-    desk = open_desk()
+def test_an_answer_is_current_until_something_else_is_asked_or_other_traffic_is_there(
+    qtbot: QtBot,
+) -> None:
+    desk = open_desk(qtbot)
     answers = desk.workbench.answers
     desk.load()
     answers.ask()
@@ -146,8 +149,8 @@ def test_an_answer_is_current_until_something_else_is_asked_or_other_traffic_is_
     assert not answers.is_current
 
 
-def test_an_answer_older_than_the_one_shown_is_dropped() -> None:
-    desk = open_desk()
+def test_an_answer_older_than_the_one_shown_is_dropped(qtbot: QtBot) -> None:
+    desk = open_desk(qtbot)
     answers, told = desk.workbench.answers, []
     answers.answered.connect(told.append)
     desk.load()

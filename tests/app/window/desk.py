@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-from PySide6.QtCore import QObject, Qt
+from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QMainWindow, QToolBar
+from pytestqt.qtbot import QtBot
 
 from riglens.app.background.recompute import Recompute
 from riglens.app.background.side_jobs import SideRequest
@@ -18,6 +20,7 @@ from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.requests import Approximation, EvaluationRequest, Result
 from riglens.app.session.document import Document
 from riglens.app.session.session import Session
+from riglens.app.window.build import Features, add_panels, build_features
 from riglens.app.window.features.scene_data import choice_of
 from riglens.app.window.places import Places
 from riglens.app.window.settings import Settings
@@ -33,7 +36,7 @@ from riglens.widgets.panels.messages import MessageBar
 from riglens.widgets.panels.scene_panel import ScenePanel
 from riglens.widgets.panels.scores.panel import ScoresPanel
 from riglens.widgets.panels.sensors.tree import SensorTree
-from tests.app.window_bench import RIG, FakeDialogs, FakeViewport
+from tests.app.window_bench import RIG, FakeDialogs, FakeViewport, Hands
 
 GRID = VoxelGrid(0.5, (20.0, 20.0, 4.0))
 
@@ -68,29 +71,10 @@ class FakeRecompute(Recompute):
 
 
 @dataclass
-class Desk:
+class Desk(Hands):
     """A workbench and the fakes behind it."""
 
-    workbench: Workbench
-    viewport: FakeViewport
     recompute: FakeRecompute
-    dialogs: FakeDialogs
-
-    @property
-    def session(self) -> Session:
-        return self.workbench.session
-
-    @property
-    def document(self) -> Document:
-        return self.workbench.session.document
-
-    @property
-    def panels(self) -> Panels:
-        return self.workbench.panels
-
-    def act(self, key: str) -> None:
-        """Choose an action of a menu or the toolbar."""
-        self.workbench.actions[key].trigger()
 
     def is_enabled(self, key: str) -> bool:
         """Whether an action can be chosen."""
@@ -149,10 +133,11 @@ def heatmap(title: str) -> HeatmapData:
     return HeatmapData(centres_m, 0.5, np.array([0.0, 1.0], np.float32), title, "nat", 0.0, 1.0)
 
 
-def open_desk(rig: Rig = RIG, path: Path | None = None, kept: Settings | None = None) -> Desk:
-    """A desk with a rig on it; its widgets live as long as its workbench."""
+def open_desk(qtbot: QtBot, rig: Rig = RIG, path: Path | None = None, kept: Settings | None = None) -> Desk:
+    """A desk with a rig on it, and the panels in their docks."""
     window = QMainWindow()
-    toolbar = QToolBar(window)
+    qtbot.addWidget(window)
+    toolbar = QToolBar(window, objectName="toolbar")
     window.addToolBar(toolbar)
     panels = Panels(
         SensorTree(), Inspector(), ScenePanel(choice_of(SceneOptions())), ScoresPanel(MetricSettings())
@@ -170,11 +155,25 @@ def open_desk(rig: Rig = RIG, path: Path | None = None, kept: Settings | None = 
         dialogs,
         kept or Settings(),
     )
-    area = Qt.DockWidgetArea.RightDockWidgetArea
-    for title, panel in (
-        ("Sensors", panels.tree),
-        ("Inspector", panels.inspector),
-        ("Scores", panels.scores),
-    ):
-        workbench.docks.add(title, panel, area)
-    return Desk(workbench, viewport, recompute, dialogs)
+    add_panels(workbench)
+    return Desk(workbench, viewport, dialogs, qtbot, recompute)
+
+
+@dataclass
+class FullDesk(Desk):
+    """A desk with all features on it: what the window does, without the window."""
+
+    features: Features
+
+
+@contextmanager
+def full_desk(qtbot: QtBot, rig: Rig = RIG, kept: Settings | None = None) -> Iterator[FullDesk]:
+    """A desk with all features, for what needs no scores and no keys."""
+    desk = open_desk(qtbot, rig, kept=kept)
+    features = build_features(desk.workbench)
+    for feature in features:
+        feature.restore(desk.workbench.kept)
+    features.follow.show_all()
+    desk.workbench.answers.ask()
+    yield FullDesk(desk.workbench, desk.viewport, desk.dialogs, qtbot, desk.recompute, features)
+    desk.workbench.closing.emit()

@@ -44,8 +44,7 @@ POSE = Pose((0.1, 0.2, 2.5), LIDAR.rpy_deg)
 
 @pytest.fixture
 def desk(qtbot: QtBot) -> Iterator[Desk]:
-    made = open_desk()
-    qtbot.addWidget(made.workbench.window)
+    made = open_desk(qtbot)
     yield made
     made.workbench.closing.emit()
 
@@ -309,11 +308,11 @@ def test_a_cut_sensor_comes_back_from_the_clipboard(desk: Desk) -> None:
 def test_locks_are_kept_by_file_and_come_back_with_it(qtbot: QtBot, tmp_path: Path) -> None:
     path, kept = tmp_path / "rig.yaml", Settings()
     new_rig_file(RIG).save(path, RIG)
-    desk = open_desk(path=path, kept=kept)
+    desk = open_desk(qtbot, path=path, kept=kept)
     Locks(desk.workbench)
     desk.document.set_locked(("roof",), True)
     assert kept.read(LOCKED_KEY, {}) == {str(path): ["roof"]}
-    other = open_desk(kept=kept)
+    other = open_desk(qtbot, kept=kept)
     Locks(other.workbench)
     other.document.open(path)
     assert other.document.locked == {"roof"}
