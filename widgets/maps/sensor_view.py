@@ -29,7 +29,7 @@ from riglens.widgets.panels.style import MARGIN, SPACING, as_panel
 COLOURINGS = {"range": "Colour: range", "hit": "Colour: what is hit"}
 
 
-class SensorView(QWidget):
+class SensorViewPanel(QWidget):
     """A header with the sensor's name and the choice of the frame over an image, or over a text."""
 
     frame_chosen = Signal(int)

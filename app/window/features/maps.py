@@ -19,7 +19,7 @@ from riglens.core.scene.top_view import TopView
 from riglens.core.view.camera_picture import CameraPicture
 from riglens.widgets.maps.map_panel import MapPanel
 from riglens.widgets.maps.map_view import MANY
-from riglens.widgets.maps.sensor_view import SensorView as SensorViewPanel
+from riglens.widgets.maps.sensor_view import SensorViewPanel
 
 LOADING = "Box data are being loaded"
 NO_DATA = "No box data are loaded: choose some in the Scene panel"

@@ -14,7 +14,7 @@ from riglens.core.view.camera_picture import camera_picture
 from riglens.core.view.frames import FrameBoxes
 from riglens.core.view.range_image import range_image
 from riglens.widgets.maps.range_view import azimuth_text, azimuth_ticks, nearest_of, spread
-from riglens.widgets.maps.sensor_view import SensorView
+from riglens.widgets.maps.sensor_view import SensorViewPanel
 from riglens.widgets.theme import CLASS_COLOURS
 from tests.waiting import TIMEOUT_MS
 from tests.widgets.mouse import hover
@@ -36,8 +36,8 @@ def boxes(*rows: tuple[int, float, float]) -> FrameBoxes:
 
 
 @pytest.fixture
-def view(qtbot: QtBot) -> SensorView:
-    view = SensorView()
+def view(qtbot: QtBot) -> SensorViewPanel:
+    view = SensorViewPanel()
     qtbot.addWidget(view)
     view.resize(480, 360)
     view.set_frames(100)
@@ -46,32 +46,32 @@ def view(qtbot: QtBot) -> SensorView:
     return view
 
 
-def pixel(view: SensorView, x_px: float, y_px: float) -> QPointF:
+def pixel(view: SensorViewPanel, x_px: float, y_px: float) -> QPointF:
     """Where a native pixel of the camera image is on the camera's widget."""
     area = view.camera.image_area
     return QPointF(area.left() + x_px / 400 * area.width(), area.top() + y_px / 200 * area.height())
 
 
-def hue_at(view: SensorView, x_px: float, y_px: float) -> int:
+def hue_at(view: SensorViewPanel, x_px: float, y_px: float) -> int:
     image: QImage = view.camera.grab().toImage()
     at = pixel(view, x_px, y_px) * image.devicePixelRatio()
     return image.pixelColor(at.toPoint()).hue()
 
 
-def test_the_nearer_box_is_drawn_over_the_farther_one(view: SensorView) -> None:
+def test_the_nearer_box_is_drawn_over_the_farther_one(view: SensorViewPanel) -> None:
     for near, far, cls in ((6.0, 12.0, 0), (12.0, 6.0, 1)):
         view.show_camera(camera_picture(CAMERA, GRID, boxes((0, near, 0.0), (1, far, 0.0)), NO_BODY))
         name = ("car", "bicycle")[cls]
         assert hue_at(view, 200, 100) == pytest.approx(QColor(CLASS_COLOURS[name]).hue(), abs=3)
 
 
-def test_a_box_on_the_left_of_the_car_is_on_the_left_of_the_image(view: SensorView) -> None:
+def test_a_box_on_the_left_of_the_car_is_on_the_left_of_the_image(view: SensorViewPanel) -> None:
     view.show_camera(camera_picture(CAMERA, GRID, boxes((2, 8.0, 4.0)), NO_BODY))
     assert hue_at(view, 100, 100) == pytest.approx(QColor(CLASS_COLOURS["pedestrian"]).hue(), abs=3)
     assert hue_at(view, 300, 100) != pytest.approx(QColor(CLASS_COLOURS["pedestrian"]).hue(), abs=3)
 
 
-def test_hovering_over_the_image_says_what_is_there_and_how_far(view: SensorView) -> None:
+def test_hovering_over_the_image_says_what_is_there_and_how_far(view: SensorViewPanel) -> None:
     view.show_camera(camera_picture(CAMERA, GRID, boxes((0, 8.0, 0.0)), NO_BODY))
     assert view.camera.readout() == "400 × 200 px · sees car 1"
     hover(view.camera, pixel(view, 200, 100).toPoint())
@@ -80,14 +80,14 @@ def test_hovering_over_the_image_says_what_is_there_and_how_far(view: SensorView
     assert view.camera.readout().startswith("pixel ")
 
 
-def test_the_rays_of_the_score_can_be_shown_on_the_image(qtbot: QtBot, view: SensorView) -> None:
+def test_the_rays_of_the_score_can_be_shown_on_the_image(qtbot: QtBot, view: SensorViewPanel) -> None:
     view.show_camera(camera_picture(CAMERA, GRID, boxes(), NO_BODY))
     before = view.camera.grab().toImage()
     view.rays.click()
     assert view.camera.grab().toImage() != before
 
 
-def test_the_own_car_is_drawn_where_the_mask_says(view: SensorView) -> None:
+def test_the_own_car_is_drawn_where_the_mask_says(view: SensorViewPanel) -> None:
     a, b, c, d = (0.5, -2.0, 1.0), (3.0, -2.0, 1.0), (3.0, 2.0, 1.0), (0.5, 2.0, 1.0)
     bonnet = np.array([[a, b, c], [a, c, d]])
     view.show_camera(camera_picture(CAMERA, GRID, boxes(), BodyTree.of(bonnet)))
@@ -97,7 +97,7 @@ def test_the_own_car_is_drawn_where_the_mask_says(view: SensorView) -> None:
     assert "own car" in view.camera.readout()
 
 
-def test_hovering_over_a_range_image_names_beam_angles_and_what_is_hit(view: SensorView) -> None:
+def test_hovering_over_a_range_image_names_beam_angles_and_what_is_hit(view: SensorViewPanel) -> None:
     view.show_ranges(range_image(LIDAR, boxes((1, 8.0, 0.0)), NO_BODY), 40.0)
     area = view.ranges.image_area
     hover(view.ranges, QPointF(area.center().x() - 1, area.top() + area.height() / 2).toPoint())
@@ -107,7 +107,7 @@ def test_hovering_over_a_range_image_names_beam_angles_and_what_is_hit(view: Sen
     assert view.ranges.readout().endswith("no return")
 
 
-def test_range_images_are_coloured_by_range_or_by_what_is_hit(view: SensorView) -> None:
+def test_range_images_are_coloured_by_range_or_by_what_is_hit(view: SensorViewPanel) -> None:
     view.show_ranges(range_image(LIDAR, boxes((1, 8.0, 0.0)), NO_BODY), 40.0)
     area = view.ranges.image_area
     at = QPointF(area.center().x(), area.top() + area.height() / 2).toPoint()
@@ -116,7 +116,7 @@ def test_range_images_are_coloured_by_range_or_by_what_is_hit(view: SensorView) 
     assert view.ranges.grab().toImage().pixelColor(at) == QColor(CLASS_COLOURS["bicycle"]) != by_range
 
 
-def test_frames_are_chosen_by_number_or_slider_and_said_once(qtbot: QtBot, view: SensorView) -> None:
+def test_frames_are_chosen_by_number_or_slider_and_said_once(qtbot: QtBot, view: SensorViewPanel) -> None:
     chosen: list[int] = []
     view.frame_chosen.connect(chosen.append)
     view.frame.setValue(7)
@@ -125,7 +125,7 @@ def test_frames_are_chosen_by_number_or_slider_and_said_once(qtbot: QtBot, view:
     assert view.chosen_frame == 12 == view.frame.value()
 
 
-def test_a_chosen_frame_stays_while_it_exists(view: SensorView) -> None:
+def test_a_chosen_frame_stays_while_it_exists(view: SensorViewPanel) -> None:
     view.frame.setValue(40)
     view.set_frames(60)
     assert view.chosen_frame == 40
@@ -133,7 +133,7 @@ def test_a_chosen_frame_stays_while_it_exists(view: SensorView) -> None:
     assert view.chosen_frame == 9
 
 
-def test_only_what_belongs_to_the_picture_is_offered(view: SensorView) -> None:
+def test_only_what_belongs_to_the_picture_is_offered(view: SensorViewPanel) -> None:
     view.show_camera(camera_picture(CAMERA, GRID, boxes(), NO_BODY))
     assert view.rays.isVisible() and not view.colouring.isVisible()
     view.show_ranges(range_image(LIDAR, boxes(), NO_BODY), 40.0)
