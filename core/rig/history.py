@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Any
 
 from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.file import same_rig
+from riglens.core.rig.yaml.nodes import Plain
 from riglens.core.rig.yaml.text import plain_fields, same_value
 
 Place = tuple[str | int, ...]
@@ -37,7 +37,7 @@ def describe(before: Rig, after: Rig) -> Edit:
     return Edit(_label(before, after, [place for place, _, _ in changes]), numbers)
 
 
-def _changes(place: Place, old: Any, new: Any) -> Iterator[tuple[Place, Any, Any]]:
+def _changes(place: Place, old: Plain, new: Plain) -> Iterator[tuple[Place, Plain, Plain]]:
     """Yield place, old and new value of every leaf that differs; lists of different lengths are one leaf."""
     if same_value(old, new):
         return
@@ -51,7 +51,7 @@ def _changes(place: Place, old: Any, new: Any) -> Iterator[tuple[Place, Any, Any
         yield place, old, new
 
 
-def _is_number(value: Any) -> bool:
+def _is_number(value: object) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 

@@ -29,8 +29,9 @@ from riglens.core.rig.model import Camera, Frozen, Length, Lidar, Positive, Sens
 from riglens.core.rig.yaml.nodes import (
     Mapping,
     Node,
+    Plain,
     parse_yaml,
-    plain_value,
+    plain_mapping,
     read_text,
     shortened,
     shown_path,
@@ -106,7 +107,7 @@ def _entry(name: str, line: int, node: Node, where: str) -> Entry:
     place = f"{where}:{line}: {shortened(name)}"
     if not isinstance(node, Mapping):
         raise InputError(f"{place}: accepted are the fields of a sensor model")
-    values: dict[str, Any] = plain_value(node)
+    values: dict[str, Any] = plain_mapping(node)
     for key in _OWN:
         if key in values:
             raise InputError(f"{place}: {key}: not a field of a model; it belongs in the rig")
@@ -260,7 +261,7 @@ def user_library_files() -> tuple[Path, ...]:
     return tuple(dict.fromkeys(files))
 
 
-def supplied_fields(sensor: dict[str, Any]) -> dict[str, Any]:
+def supplied_fields(sensor: dict[str, Plain]) -> dict[str, Plain]:
     """Return the fields that the library gives to a sensor with these fields.
 
     A lens is given in one way: a field of view replaces the model's focal lengths and distortion. Azimuth offsets
@@ -281,7 +282,7 @@ def supplied_fields(sensor: dict[str, Any]) -> dict[str, Any]:
     return fields
 
 
-def _beam_count(beams: Any) -> Any:
+def _beam_count(beams: Plain) -> Plain:
     """Return the number of beams that a field defines, if it does."""
     if isinstance(beams, dict):
         return beams.get("count")

@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import math
 import re
-from typing import Any, Literal
+from typing import Literal, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
 from riglens.core.geometry import Pose, Vec3, rpy_deg_from_rotation
-from riglens.core.rig.yaml.nodes import Mapping, parse_yaml, plain_value, shortened
+from riglens.core.rig.yaml.nodes import Mapping, Plain, parse_yaml, plain_value, shortened
 
 PoseFormat = Literal["yaml", "numbers", "quaternion", "matrix"]
 POSE_FORMATS: dict[PoseFormat, str] = {
@@ -128,11 +128,15 @@ def _from_matrix(matrix: NDArray[np.float64]) -> Pose:
     return _pose(tuple(matrix[:3, 3].tolist()), rpy_deg_from_rotation(left @ right))
 
 
-def _floats(values: Any, field: str, count: int) -> tuple[float, ...]:
-    is_list = isinstance(values, (tuple, list)) and len(values) == count
-    if not is_list or not all(type(value) in (int, float) for value in values):
+def _floats(values: Plain, field: str, count: int) -> tuple[float, ...]:
+    numbers = [float(value) for value in values if _is_number(value)] if isinstance(values, tuple) else []
+    if not isinstance(values, tuple) or not len(numbers) == len(values) == count:
         raise InputError(f"pose: {field}: accepted are {count} numbers in brackets")
-    return tuple(float(value) for value in values)
+    return tuple(numbers)
+
+
+def _is_number(value: Plain) -> TypeGuard[float]:
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
 def _pose(position_m: tuple[float, ...], rpy_deg: tuple[float, ...]) -> Pose:

@@ -25,7 +25,16 @@ from riglens.core.rig.model import (
     Vehicle,
     mirror_problem,
 )
-from riglens.core.rig.yaml.nodes import Mapping, Node, Scalar, Sequence, plain_value, shortened
+from riglens.core.rig.yaml.nodes import (
+    Mapping,
+    Node,
+    Plain,
+    Scalar,
+    Sequence,
+    plain_mapping,
+    plain_value,
+    shortened,
+)
 from riglens.core.rig.yaml.text import plain_fields, value_text
 
 Path = tuple[str | int, ...]
@@ -101,8 +110,8 @@ def field_path(loc: tuple[str | int, ...]) -> Path:
     return path
 
 
-_KINDS: dict[Any, type[BaseModel]] = {"lidar": Lidar, "camera": Camera}
-_LENSES: dict[Any, type[BaseModel]] = {"brown_conrady": BrownConrady, "kannala_brandt": KannalaBrandt}
+_KINDS: dict[object, type[BaseModel]] = {"lidar": Lidar, "camera": Camera}
+_LENSES: dict[object, type[BaseModel]] = {"brown_conrady": BrownConrady, "kannala_brandt": KannalaBrandt}
 
 
 @dataclass(frozen=True)
@@ -165,10 +174,13 @@ def sensor_problems(root: Mapping) -> Iterable[Problem]:
 
 def _mirror_problems(sensors: list[tuple[int, Mapping]]) -> Iterable[Problem]:
     """Yield a `mirror_of` that makes no pair; the other fields are judged elsewhere."""
-    keys = ("name", "kind", "mirror_of")
-    said = [tuple(_scalar(sensor.get(key)) for key in keys) for _, sensor in sensors]
-    if all(isinstance(name, str) and (other is None or isinstance(other, str)) for name, _, other in said):
-        problem = mirror_problem((name, str(kind), other) for name, kind, other in said)
+    said: list[tuple[str, str, str | None]] = []
+    for _, sensor in sensors:
+        name, kind, other = (_scalar(sensor.get(key)) for key in ("name", "kind", "mirror_of"))
+        if isinstance(name, str) and (other is None or isinstance(other, str)):
+            said.append((name, str(kind), other))
+    if len(said) == len(sensors):
+        problem = mirror_problem(said)
         if problem is not None:
             index, sensor = sensors[problem[0]]
             node = sensor.get("mirror_of") or sensor
@@ -202,7 +214,7 @@ def _model_problems(sensor: Mapping, path: str) -> Iterable[Problem]:
             yield Problem(node.line, f"{path}.{complaint}")
 
 
-def model_complaint(model: str | None, kind: Any) -> str:
+def model_complaint(model: str | None, kind: object) -> str:
     """Return why a sensor of that kind cannot be of that library model ("model: ..."); empty when it can."""
     if model is None:
         return ""
@@ -227,7 +239,7 @@ def found_text(node: Node) -> str:
     return shortened(value_text(value))
 
 
-def _scalar(node: Node | None) -> Any:
+def _scalar(node: Node | None) -> Plain:
     return plain_value(node) if isinstance(node, Scalar) else None
 
 
@@ -296,13 +308,13 @@ def _check_version(root: Mapping, where: str) -> None:
         )
 
 
-def _completed(root: Mapping) -> dict[str, Any]:
+def _completed(root: Mapping) -> dict[str, Plain]:
     """Return the values of the document, sensors completed from the library."""
-    values: dict[str, Any] = plain_value(root)
-    if isinstance(values.get("sensors"), tuple):
+    values = plain_mapping(root)
+    sensors = values.get("sensors")
+    if isinstance(sensors, tuple):
         values["sensors"] = tuple(
-            supplied_fields(sensor) | sensor if isinstance(sensor, dict) else sensor
-            for sensor in values["sensors"]
+            supplied_fields(sensor) | sensor if isinstance(sensor, dict) else sensor for sensor in sensors
         )
     return values
 
@@ -364,7 +376,7 @@ def _exact_place(path: Path, node: Node, loc: tuple[str | int, ...]) -> tuple[st
     return path_text(path), node
 
 
-def _value_at(rig: Rig, path: Path) -> Any:
+def _value_at(rig: Rig, path: Path) -> object:
     value: Any = plain_fields(rig)
     for part in path:
         value = value[part]

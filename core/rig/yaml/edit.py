@@ -9,10 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence as AbstractSequence
 from dataclasses import dataclass
-from typing import Any
 
 from riglens.core.rig.model import COEFFICIENTS, Rig, Sensor, Vehicle
-from riglens.core.rig.yaml.nodes import Mapping, Node, Scalar, Sequence, parse_yaml, plain_value
+from riglens.core.rig.yaml.nodes import Mapping, Node, Plain, Scalar, Sequence, parse_yaml, plain_value
 from riglens.core.rig.yaml.text import (
     FIELD_ORDER,
     implied_fields,
@@ -207,7 +206,7 @@ def _newline(text: str) -> str:
 
 
 _RIG_ORDER = ("riglens", "name", "vehicle", "sensors")
-_ABSENT = {"distortion": dict.fromkeys(COEFFICIENTS, 0.0)}
+_ABSENT: dict[str, Plain] = {"distortion": dict.fromkeys(COEFFICIENTS, 0.0)}
 """Values of the numbers of a nested mapping when the file omits them."""
 
 
@@ -233,8 +232,8 @@ def edited_text(text: str, old: Rig, new: Rig) -> str:
 def _with_values(text: str, new: Rig, pairs: AbstractSequence[tuple[int, Sensor]]) -> str:
     edits, root = _Edits(text), _root(text)
     vehicle, vehicle_node = plain_fields(new.vehicle), root.get("vehicle")
-    wanted: dict[str, Any] = {"name": new.name}
-    implied: dict[str, Any] = {"name": Rig.model_fields["name"].default}
+    wanted: dict[str, Plain] = {"name": new.name}
+    implied: dict[str, Plain] = {"name": Rig.model_fields["name"].default}
     if isinstance(vehicle_node, Mapping) and vehicle_node.entries:
         edits.mapping(vehicle_node, vehicle, plain_fields(Vehicle()), tuple(vehicle))
     else:
@@ -279,7 +278,7 @@ class _Edits:
         self._edits: list[tuple[int, int, str]] = []
 
     def mapping(
-        self, node: Mapping, wanted: dict[str, Any], implied: dict[str, Any], order: tuple[str, ...]
+        self, node: Mapping, wanted: dict[str, Plain], implied: dict[str, Plain], order: tuple[str, ...]
     ) -> None:
         """Give a mapping the wanted values; those that are neither present nor implied are added."""
         present = [key.text for key, _ in node.entries]
@@ -290,7 +289,7 @@ class _Edits:
             if name in wanted and name not in present and not same_value(wanted[name], implied.get(name)):
                 self._add(node, f"{name}: {value_text(wanted[name])}", self._anchor(node, name, order))
 
-    def value(self, key: Scalar, node: Node, wanted: Any, implied: Any = None) -> None:
+    def value(self, key: Scalar, node: Node, wanted: Plain, implied: Plain = None) -> None:
         """Give a value of a mapping its wanted content, number by number where the shape stays the same."""
         if same_value(plain_value(node), wanted):
             return
@@ -329,7 +328,7 @@ class _Edits:
         return "".join([*pieces, self._text[position:]])
 
 
-def _is_part(node: Mapping, wanted: dict[str, Any]) -> bool:
+def _is_part(node: Mapping, wanted: dict[str, Plain]) -> bool:
     """Return whether a mapping has fields, all of which are still wanted."""
     return bool(node.entries) and {key.text for key, _ in node.entries} <= wanted.keys()
 

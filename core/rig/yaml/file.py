@@ -7,14 +7,13 @@ import json
 import os
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_write
 from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.check import check_rig, rig_from_nodes
 from riglens.core.rig.yaml.edit import edited_text
-from riglens.core.rig.yaml.nodes import parse_yaml, read_text, shown_path
+from riglens.core.rig.yaml.nodes import Plain, parse_yaml, read_text, shown_path
 from riglens.core.rig.yaml.text import plain_fields, rig_text, same_value, vehicle_fields
 
 LATER_FIELDS = ("mirror_of", "azimuth_offsets_deg", "distortion")
@@ -85,11 +84,11 @@ def rig_sha256(rig: Rig) -> str:
     return hashlib.sha256(content.encode("ascii")).hexdigest()
 
 
-def _hashed_fields(rig: Rig) -> dict[str, Any]:
-    sensors = [
-        {key: value for key, value in sensor.items() if key not in LATER_FIELDS or value is not None}
-        for sensor in plain_fields(rig)["sensors"]
-    ]
+def _hashed_fields(rig: Rig) -> dict[str, Plain]:
+    sensors = tuple(
+        {key: value for key, value in fields.items() if key not in LATER_FIELDS or value is not None}
+        for fields in map(plain_fields, rig.sensors)
+    )
     return plain_fields(rig) | {"vehicle": vehicle_fields(rig.vehicle), "sensors": sensors}
 
 

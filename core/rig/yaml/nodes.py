@@ -11,7 +11,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import NoReturn, TypeAlias
 
 from ruamel.yaml import YAML
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
@@ -33,7 +33,10 @@ MAX_DEPTH = 12
 
 _INT = re.compile(r"[-+]?[0-9]+")
 _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
-_WORDS: dict[str, Any] = {
+Plain: TypeAlias = "bool | int | float | str | tuple[Plain, ...] | dict[str, Plain] | None"
+"""Plain data, as documents hold them."""
+
+_WORDS: dict[str, Plain] = {
     **dict.fromkeys(("", "~", "null", "Null", "NULL"), None),
     **dict.fromkeys(("true", "True", "TRUE"), True),
     **dict.fromkeys(("false", "False", "FALSE"), False),
@@ -110,17 +113,22 @@ def parse_yaml(text: str, where: str) -> Node:
         ) from error
 
 
-def plain_value(node: Node) -> Any:
+def plain_value(node: Node) -> Plain:
     """Return the value of a node: None, bool, int, float, str, tuple or dict (YAML 1.2 core schema)."""
     if isinstance(node, Scalar):
         return scalar_value(node.text) if node.plain else node.text
     if isinstance(node, Sequence):
         return tuple(plain_value(item) for item in node.items)
     assert isinstance(node, Mapping)
+    return plain_mapping(node)
+
+
+def plain_mapping(node: Mapping) -> dict[str, Plain]:
+    """Return the values of a mapping by their keys, as `plain_value` gives them."""
     return {key.text: plain_value(value) for key, value in node.entries}
 
 
-def scalar_value(text: str) -> Any:
+def scalar_value(text: str) -> Plain:
     """Return the value of an unquoted word: None, bool, int, float or the word itself."""
     if text in _WORDS:
         return _WORDS[text]

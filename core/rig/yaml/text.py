@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
-from typing import Any
+from typing import cast
 
 from pydantic import BaseModel
 
 from riglens.core.rig.library import LENS_MATRIX, supplied_fields
 from riglens.core.rig.model import MeshPlacement, Rig, Sensor, Vehicle
-from riglens.core.rig.yaml.nodes import scalar_value
+from riglens.core.rig.yaml.nodes import Plain, scalar_value
 
 _PLAIN = re.compile(r"[A-Za-z_]([A-Za-z0-9_+./ -]*[A-Za-z0-9_+./-])?")
 _OLD_YAML_BOOLS = frozenset(("y", "n", "yes", "no", "on", "off"))
@@ -28,22 +28,22 @@ FIELD_ORDER = (
 """The order in which the fields of a sensor are written."""
 
 
-def plain_fields(item: BaseModel) -> dict[str, Any]:
+def plain_fields(item: BaseModel) -> dict[str, Plain]:
     """Return the fields of a part of a rig as plain numbers, strings, tuples and dicts, under their YAML names."""
     fields = type(item).model_fields
     return {str(info.alias or name): plain(getattr(item, name)) for name, info in fields.items()}
 
 
-def plain(value: Any) -> Any:
+def plain(value: object) -> Plain:
     """Return a value of a rig as plain data; NumPy's floats become Python's."""
     if isinstance(value, BaseModel):
         return plain_fields(value)
     if isinstance(value, (tuple, list)):
         return tuple(plain(item) for item in value)
-    return float(value) if isinstance(value, float) else value
+    return float(value) if isinstance(value, float) else cast(Plain, value)
 
 
-def written_fields(sensor: Sensor) -> dict[str, Any]:
+def written_fields(sensor: Sensor) -> dict[str, Plain]:
     """Return the fields of a sensor that a new file holds, in the order in which they are written.
 
     What the library model supplies is written as well, so that the file keeps its meaning on its own; options
@@ -58,7 +58,7 @@ def written_fields(sensor: Sensor) -> dict[str, Any]:
     return {key: fields[key] for key in FIELD_ORDER if key in fields and key not in silent}
 
 
-def vehicle_fields(vehicle: Vehicle) -> dict[str, Any]:
+def vehicle_fields(vehicle: Vehicle) -> dict[str, Plain]:
     """Return the fields of a vehicle that a new file holds; the placement of a mesh only when it is not the default."""
     fields = plain_fields(vehicle)
     if same_value(fields["mesh"], plain_fields(MeshPlacement())):
@@ -66,14 +66,14 @@ def vehicle_fields(vehicle: Vehicle) -> dict[str, Any]:
     return fields
 
 
-def implied_fields(sensor: Sensor) -> dict[str, Any]:
+def implied_fields(sensor: Sensor) -> dict[str, Plain]:
     """Return the values of a sensor's fields when a file omits them: those of the library model, or the defaults."""
     fields = plain_fields(sensor)
     said = {key: fields.get(key) for key in ("model", "elevations_deg", "hfov_deg", *LENS_MATRIX)}
     return _default_fields(sensor) | supplied_fields(said)
 
 
-def _default_fields(sensor: Sensor) -> dict[str, Any]:
+def _default_fields(sensor: Sensor) -> dict[str, Plain]:
     known = type(sensor).model_fields.items()
     return {name: plain(info.default) for name, info in known if name != "kind" and not info.is_required()}
 
@@ -96,7 +96,7 @@ def sensor_lines(sensor: Sensor, indent: int) -> list[str]:
     return [" " * indent + ("- " if index == 0 else "  ") + entry for index, entry in enumerate(entries)]
 
 
-def value_text(value: Any) -> str:
+def value_text(value: object) -> str:
     """Return a value in one line of YAML (flow style)."""
     if isinstance(value, Mapping):
         return "{" + ", ".join(f"{key}: {value_text(item)}" for key, item in value.items()) + "}"
@@ -108,7 +108,7 @@ def value_text(value: Any) -> str:
         return "true" if value else "false"
     if isinstance(value, int):
         return str(value)
-    return _number(value) if isinstance(value, float) else _string(value)
+    return _number(value) if isinstance(value, float) else _string(str(value))
 
 
 def _number(value: float) -> str:
@@ -136,7 +136,7 @@ def _escaped(character: str) -> str:
     return f"\\x{code:02x}" if code < 0x100 else f"\\u{code:04x}" if code < 0x10000 else f"\\U{code:08x}"
 
 
-def same_value(one: Any, other: Any) -> bool:
+def same_value(one: object, other: object) -> bool:
     """Return whether two plain values are the same to the last bit: -0.0 is not 0.0, and 25 is the number 25.0."""
     if isinstance(one, bool) or isinstance(other, bool) or isinstance(one, str) or isinstance(other, str):
         return type(one) is type(other) and bool(one == other)
