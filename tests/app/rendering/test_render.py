@@ -8,9 +8,9 @@ import pytest
 
 from riglens.core.rig.presets import preset
 from riglens.core.rig.yaml.file import load_rig
+from tests.app.conftest import SMALL_GRID
 from tests.waiting import TIMEOUT_S
 
-SMALL = ("--voxel", "0.5", "--roi", "20", "20", "4")
 PNG = b"\x89PNG\r\n\x1a\n"
 NO_DISPLAY = {"DISPLAY": "", "WAYLAND_DISPLAY": "", "QT_QPA_PLATFORM": ""}
 
@@ -28,7 +28,7 @@ def heat_share(image):
 def test_the_picture_has_the_size_that_was_asked_for(riglens, boxes, tmp_path):
     out = tmp_path / "rig.png"
     result = riglens(
-        "render", "W+T", "--boxes", boxes, *SMALL, "--out", out, "--size", "320x200", "--scale", "2"
+        "render", "W+T", "--boxes", boxes, *SMALL_GRID, "--out", out, "--size", "320x200", "--scale", "2"
     )
     assert result.code == 0, result.err
     assert out.read_bytes().startswith(PNG)
@@ -39,7 +39,7 @@ def test_the_picture_has_the_size_that_was_asked_for(riglens, boxes, tmp_path):
 def test_views_classes_and_rigs_give_different_pictures(riglens, boxes, tmp_path):
     def picture(*extra, rig="W+T"):
         out = tmp_path / "one.png"
-        options = ("--boxes", boxes, *SMALL, "--size", "320x200", "--out", out)
+        options = ("--boxes", boxes, *SMALL_GRID, "--size", "320x200", "--out", out)
         assert riglens("render", rig, *options, *extra).code == 0
         return pixels(out)
 
@@ -69,7 +69,17 @@ def test_views_classes_and_rigs_give_different_pictures(riglens, boxes, tmp_path
 
 def test_a_transparent_picture_has_no_background(riglens, boxes, tmp_path):
     out = tmp_path / "clear.png"
-    options = ("--boxes", boxes, *SMALL, "--size", "320x200", "--out", out, "--transparent", "--no-legend")
+    options = (
+        "--boxes",
+        boxes,
+        *SMALL_GRID,
+        "--size",
+        "320x200",
+        "--out",
+        out,
+        "--transparent",
+        "--no-legend",
+    )
     assert riglens("render", "W+T", *options).code == 0
     image = matplotlib.image.imread(out)
     assert image.shape == (200, 320, 4)
@@ -105,7 +115,7 @@ def test_a_picture_that_cannot_be_drawn_is_refused_by_option(riglens, tmp_path, 
 
 
 def test_without_a_display_the_same_job_runs_in_the_terminal(riglens_process, boxes, tmp_path):
-    process = riglens_process("Line", "--boxes", boxes, *SMALL, env=NO_DISPLAY, cwd=tmp_path)
+    process = riglens_process("Line", "--boxes", boxes, *SMALL_GRID, env=NO_DISPLAY, cwd=tmp_path)
     out, err = process.communicate(timeout=TIMEOUT_S)
     assert process.returncode == 0, err
     assert err.splitlines()[0].startswith("no display: running headless")

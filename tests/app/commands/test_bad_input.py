@@ -7,8 +7,8 @@ import pytest
 
 from riglens.app.commands.parsing import meant_command
 from riglens.core.rig.presets import PRESETS
+from tests.app.conftest import SMALL_GRID
 
-SMALL = ("--voxel", "0.5", "--roi", "20", "20", "4")
 HEADER = "seq,frame,cls,x,y,z,length,width,height,yaw\n"
 LIDAR = "{name: A, kind: lidar, position: [0, 0, 2], elevations_deg: [0]}"
 CAMERA = "{{name: C, kind: camera, position: [0, 0, 2], image: [160, 90], cast: [16, 9], {lens}}}"
@@ -39,7 +39,7 @@ def test_a_bad_rig_file_is_refused_in_one_line_with_its_name(riglens, tmp_path, 
     path.write_text(text)
     target = tmp_path / "scores.json"
     target.write_text("kept")
-    line = riglens("evaluate", path, "--boxes", boxes, *SMALL, "--json", target).refused()
+    line = riglens("evaluate", path, "--boxes", boxes, *SMALL_GRID, "--json", target).refused()
     assert "bad.yaml" in line
     assert hint in line
     assert target.read_text() == "kept"
@@ -80,8 +80,8 @@ def test_a_result_never_takes_the_place_of_what_it_is_made_of(riglens, boxes, tm
     rig = tmp_path / "mine.yaml"
     riglens("presets", "Line", "--out", rig)
     words = {
-        "evaluate --json": ("evaluate", rig, "--boxes", boxes, *SMALL, "--json", rig),
-        "pog --out": ("pog", boxes, *SMALL, "--out", boxes),
+        "evaluate --json": ("evaluate", rig, "--boxes", boxes, *SMALL_GRID, "--json", rig),
+        "pog --out": ("pog", boxes, *SMALL_GRID, "--out", boxes),
         "data --json": ("data", boxes, "--json", boxes),
         "convert": ("convert", rig, rig, "--to", "nuscenes"),
     }
@@ -113,7 +113,7 @@ def test_a_bad_box_table_is_refused_and_the_old_pog_stays(riglens, tmp_path, cas
     (tmp_path / "empty.csv").write_text(text)
     target = tmp_path / "old.npz"
     target.write_text("kept")
-    line = riglens("pog", tmp_path / "empty.csv", "--out", target, *SMALL).refused()
+    line = riglens("pog", tmp_path / "empty.csv", "--out", target, *SMALL_GRID).refused()
     assert "empty.csv" in line
     assert hint in line
     assert target.read_text() == "kept"
@@ -130,7 +130,7 @@ def test_a_kitti_folder_without_calibration_is_refused(riglens, tmp_path):
     labels = tmp_path / "kitti" / "label_02"
     labels.mkdir(parents=True)
     (labels / "0000.txt").write_text("0 0 Car 0 0 -1.5 0 0 10 10 1.5 1.6 4.0 1.0 1.7 10.0 0.1\n")
-    assert "calib" in riglens("evaluate", "W+T", "--boxes", tmp_path / "kitti", *SMALL).refused()
+    assert "calib" in riglens("evaluate", "W+T", "--boxes", tmp_path / "kitti", *SMALL_GRID).refused()
 
 
 class Trap:
@@ -156,7 +156,7 @@ def test_a_bad_npy_file_is_refused_and_never_unpickled(riglens, tmp_path, conten
         np.save(path, np.array([Trap(mark)], dtype=object), allow_pickle=True)
     else:
         path.write_bytes(b"\x93NUMPY but not really")
-    assert "7_1.npy" in riglens("evaluate", "W+T", "--boxes", folder, *SMALL).refused()
+    assert "7_1.npy" in riglens("evaluate", "W+T", "--boxes", folder, *SMALL_GRID).refused()
     assert not mark.exists()
 
 
@@ -222,10 +222,10 @@ def test_an_unwritable_output_is_refused_before_any_work(riglens, tmp_path, boxe
     (tmp_path / "folder.png").mkdir()
     for path in (tmp_path / "no" / "such" / "folder" / "out.png", tmp_path / "folder.png"):
         words = {
-            "evaluate": ("evaluate", "W+T", "--boxes", boxes, *SMALL, "--json", path),
-            "pog": ("pog", boxes, *SMALL, "--out", path),
+            "evaluate": ("evaluate", "W+T", "--boxes", boxes, *SMALL_GRID, "--json", path),
+            "pog": ("pog", boxes, *SMALL_GRID, "--out", path),
             "presets": ("presets", "W+T", "--out", path),
-            "table1": ("study", "table1", "--boxes", boxes, *SMALL, "--csv", path),
-            "render": ("render", "W+T", "--boxes", boxes, *SMALL, "--out", path),
+            "table1": ("study", "table1", "--boxes", boxes, *SMALL_GRID, "--csv", path),
+            "render": ("render", "W+T", "--boxes", boxes, *SMALL_GRID, "--out", path),
         }[command]
         assert "cannot be written" in riglens(*words).refused()

@@ -1,16 +1,10 @@
 """The accuracy study: which way the approximations err, thinner lattices, the Pareto front, the figures."""
 
-import csv
-from itertools import combinations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from matplotlib.text import Annotation
 
-from riglens.app.studies.accuracy_chart import chart, picture
-from riglens.app.studies.accuracy_text import accuracy_csv, point_text, verdicts
 from riglens.core.errors import InputError
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
@@ -18,7 +12,6 @@ from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.columns import unpack
 from riglens.core.sensing.rays import sensor_rays
 from riglens.core.study.accuracy import (
-    AccuracyPlan,
     AccuracyStudy,
     Point,
     Wrong,
@@ -29,10 +22,10 @@ from riglens.core.study.accuracy import (
 from riglens.core.study.accuracy_cases import PlainCase, VoxelCase, with_lattice
 from riglens.core.study.simple_methods import VoxelTests
 from tests.core.builders import camera, evaluate, field_of, grid_of, random_field, rig_of, spinning
+from tests.core.study.small_studies import QUICK, small_accuracy_study
 
 GRID = grid_of(24, 20, 10)
 CAMERA_BIT, LIDAR_BIT = 1, 2
-QUICK = AccuracyPlan(repetitions=1, threads=1, lattices=("1/2",))
 
 positions = st.tuples(st.floats(-14.0, 14.0), st.floats(-12.0, 12.0), st.floats(-2.0, 12.0)).map(
     lambda place: tuple(round(p, 6) for p in place)  # the shortcuts are not made for distances of 1e-129 m
@@ -224,13 +217,7 @@ def test_wrong_voxels_count_cameras_and_lidars_apart():
 
 @pytest.fixture(scope="module")
 def study() -> AccuracyStudy:
-    rng = np.random.default_rng(11)
-    fields = {edge: random_field(grid_of(*shape, edge), rng) for edge, shape in SHAPES.items()}
-    rig = rig_of(camera((0.31, 0.17, 2.23), cast=(16, 8)), spinning((-0.27, 0.41, 2.63)))
-    return study_accuracy(fields, 1.0, rig, QUICK)
-
-
-SHAPES = {0.5: (24, 20, 10), 1.0: (12, 10, 5)}
+    return small_accuracy_study()
 
 
 def test_the_study_has_every_method_and_exact_ones_err_nowhere(study):
@@ -266,45 +253,11 @@ def test_edits_are_not_on_the_fronts(study):
         assert point.from_scratch or not (point.on_voxel_front or point.on_score_front)
 
 
-def test_the_csv_has_a_line_per_point_in_full_precision(study):
-    rows = list(csv.DictReader(accuracy_csv(study).splitlines()))
-    assert len(rows) == len(study.points)
-    for row, point in zip(rows, study.points, strict=True):
-        assert row["method"] == point.method
-        assert float(row["s_ms_car"]) == point.s_ms["car"]
-        assert row["missed"] == ("" if point.wrong is None else str(point.wrong.missed))
-
-
-def test_the_findings_say_whether_the_setting_lies_on_the_front(study):
-    voxels, scores, grid = verdicts(study)
-    assert ("does not lie on" in voxels) is not study.own.on_voxel_front
-    assert ("does not" in scores) is not study.own.on_score_front
-    assert "δ 1.00 m" in grid and "δ 0.50 m" in grid
-
-
-def test_the_chart_names_every_point_and_no_name_covers_another(study):
-    figure = chart(study, "made-up boxes")
-    for axes, shown in zip(figure.axes, (lambda p: p.wrong is not None, lambda p: True), strict=True):
-        names = {text.get_text(): text for text in axes.texts if isinstance(text, Annotation)}
-        assert set(names) == {point_text(point, study) for point in study.points if shown(point)}
-        boxes = [text.get_window_extent() for text in names.values()]
-        assert not any(a.overlaps(b) for a, b in combinations(boxes, 2))
-    assert "made-up boxes, 50 frames" in " ".join(text.get_text() for text in figure.texts)
-
-
-def test_the_chart_is_saved_as_png_and_svg_with_the_same_bytes_each_time(study):
-    figure = chart(study, "made-up boxes")
-    assert picture(figure, "png").startswith(b"\x89PNG")
-    assert picture(figure, "svg").startswith(b"<?xml")
-    assert picture(chart(study, "made-up boxes"), "svg") == picture(figure, "svg")
-
-
 def test_one_class_without_boxes_and_one_kind_of_sensor_make_no_trouble():
     field = field_of(grid_of(8, 8, 4), np.zeros((8, 8, 4), np.bool_))
     study = study_accuracy({1.0: field}, 1.0, rig_of(spinning((0.3, 0.2, 2.2))), QUICK)
     assert {point.method for point in study.points}.isdisjoint({"edit-camera"})
     assert all(point.score_error == 0.0 for point in study.points if isinstance(point, Point))
-    assert picture(chart(study, "nothing"), "png")
 
 
 def test_a_rig_without_sensors_is_refused():

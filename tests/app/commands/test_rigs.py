@@ -1,14 +1,51 @@
-"""`riglens convert`: formats are told by the files, everything is reported, nothing is half written."""
+"""`riglens presets`, `convert` and `library`: rigs and sensor models to start from."""
 
 import json
 from pathlib import Path
 
 import pytest
 
-from riglens.core.rig.presets import preset
+from riglens.core.rig.presets import PRESETS, preset
 from riglens.core.rig.yaml.file import load_rig
 from tests.app.conftest import SMALL_GRID, Run
 from tests.core.rig.formats.cases import AUTOWARE_KIT, DRIVEWORKS, NUSCENES, write_files
+
+# ---------------------------------------------------------------- presets
+
+
+def test_all_presets_are_listed_with_their_sensors(riglens):
+    result = riglens("presets")
+    assert result.code == 0
+    rows = {line.split()[0]: line for line in result.out.splitlines() if line.strip()}
+    assert set(PRESETS) <= set(rows)
+    assert rows["W+T"].split()[1:3] == ["6", "4"]
+    assert rows["Center"].split()[1:3] == ["0", "4"]
+
+
+@pytest.mark.parametrize("name", ["W+T", "N+C", "Pyramid-roll"])
+def test_a_preset_written_to_a_file_is_the_same_rig(riglens, tmp_path, name):
+    assert riglens("presets", name, "--out", tmp_path / "rig.yaml").code == 0
+    assert load_rig(tmp_path / "rig.yaml").rig == preset(name)
+
+
+def test_a_preset_is_printed_as_yaml(riglens, tmp_path):
+    result = riglens("presets", "W+T")
+    (tmp_path / "rig.yaml").write_text(result.out)
+    assert load_rig(tmp_path / "rig.yaml").rig == preset("W+T")
+
+
+def test_an_unknown_preset_is_refused_and_the_old_file_stays(riglens, tmp_path):
+    (tmp_path / "rig.yaml").write_text("kept")
+    assert "W+X" in riglens("presets", "W+X", "--out", tmp_path / "rig.yaml").refused()
+    assert (tmp_path / "rig.yaml").read_text() == "kept"
+
+
+def test_out_without_a_name_is_refused(riglens, tmp_path):
+    assert "NAME" in riglens("presets", "--out", tmp_path / "rig.yaml").refused()
+    assert list(tmp_path.iterdir()) == []
+
+
+# ---------------------------------------------------------------- convert
 
 
 def test_tables_become_a_rig_file_and_the_report_stands_on_standard_error(
@@ -106,3 +143,84 @@ def test_an_autoware_kit_can_be_drawn_on_another_car(riglens: Run, tmp_path: Pat
         assert load_rig(tmp_path / "a.yaml").rig.sensor("velodyne_top").position == pytest.approx(
             (x, 0.0, 2.0)
         )
+
+
+# ---------------------------------------------------------------- library
+
+
+OWN = """\
+my-cam:
+  kind: camera
+  maker: Yard
+  title: Camera of our own
+  source: Calibrated in the yard in March
+  image: [800, 600]
+  fx: 400
+  fy: 400
+  cx: 400
+  cy: 300
+  distortion: {model: brown_conrady, k1: -0.1}
+"""
+
+
+def test_the_list_fits_100_columns_and_groups_by_maker(riglens):
+    result = riglens("library")
+    assert result.code == 0
+    lines = [line.rstrip() for line in result.out.splitlines()]
+    assert max(map(len, lines)) <= 100
+    assert lines.index("Velodyne") < lines.index("Ouster") < lines.index("Hesai")
+    row = next(line for line in lines if line.startswith("hesai-pandar64 "))
+    assert row.split() == ["hesai-pandar64", "Pandar64", "64", "360°", "×", "39.8°", "0.3–200", "m"]
+
+
+def test_a_kind_lists_that_kind_alone(riglens):
+    lidars, cameras = (riglens("library", "--kind", kind).out for kind in ("lidar", "camera"))
+    assert "generic-16" in lidars and "paper-camera-70" not in lidars
+    assert "paper-camera-70" in cameras and "generic-16" not in cameras
+
+
+def test_a_model_is_shown_with_beams_offsets_and_source(riglens):
+    out = riglens("library", "velodyne-vlp-32c").out
+    assert "ROS driver (BSD licence)" in out and "-15.64" in out and "positive turns left" in out
+    assert max(len(line.rstrip()) for line in out.splitlines()) <= 100
+
+
+def test_json_holds_every_figure(riglens):
+    document = json.loads(riglens("library", "--json").out)
+    models = {model["name"]: model for model in document["models"]}
+    assert document["riglens"] == 1 and len(models) > 40
+    assert len(models["velodyne-vlp-32c"]["azimuth_offsets_deg"]) == 32
+    assert models["generic-16"]["elevations_deg"] == {"from": -25.0, "to": 25.0, "count": 16}
+    assert models["kitti-colour"]["distortion"]["k1"] == -0.3691
+    assert all(len(model["source"]) > 30 for model in models.values())
+    (one,) = json.loads(riglens("library", "generic-16", "--json").out)["models"]
+    assert one == models["generic-16"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        (("vlp-64",), "unknown sensor model 'vlp-64'"),
+        (("generic-16", "--kind", "lidar"), "--kind lidar chooses what is listed"),
+        (("--library", "/nowhere/own.yaml"), "/nowhere/own.yaml: no such file"),
+    ],
+)
+def test_what_is_not_there_is_said_in_one_line(riglens, monkeypatch, arguments, complaint):
+    monkeypatch.setenv("RIGLENS_LIBRARY", "")
+    result = riglens("library", *arguments)
+    assert (result.code, result.out) == (2, "")
+    assert complaint in result.err and result.err.count("\n") == 1
+
+
+def test_rigs_find_the_models_of_a_library_of_ones_own(riglens, boxes, tmp_path, monkeypatch):
+    monkeypatch.setenv("RIGLENS_LIBRARY", "")
+    (tmp_path / "own.yaml").write_text(OWN)
+    (tmp_path / "rig.yaml").write_text(
+        "riglens: 1\nname: own\nsensors:\n"
+        "  - {name: a, kind: camera, model: my-cam, position: [0, 0, 2], cast: [16, 12]}\n"
+    )
+    small = ("--boxes", boxes, "--voxel", "0.5", "--roi", "20", "20", "4")
+    assert riglens("evaluate", tmp_path / "rig.yaml", *small).code == 2
+    own = ("--library", tmp_path / "own.yaml")
+    assert riglens("evaluate", tmp_path / "rig.yaml", *small, *own).code == 0
+    assert "my-cam" in riglens("library", *own).out

@@ -7,14 +7,12 @@ import sys
 
 import pytest
 
-from tests.app.conftest import REPOSITORY
+from tests.app.conftest import REPOSITORY, SMALL_GRID
 from tests.waiting import TIMEOUT_S
-
-SMALL = ("--voxel", "0.5", "--roi", "20", "20", "4")
 
 
 def test_the_json_holds_every_key_of_the_promise(riglens, boxes):
-    result = riglens("evaluate", "W+T", "Center", "--boxes", boxes, *SMALL, "--json", "-")
+    result = riglens("evaluate", "W+T", "Center", "--boxes", boxes, *SMALL_GRID, "--json", "-")
     assert result.code == 0
     document = json.loads(result.out)
     assert list(document) == ["riglens", "grid", "data", "method", "reading", "lambda", "rigs"]
@@ -34,7 +32,7 @@ def test_the_json_holds_every_key_of_the_promise(riglens, boxes):
 
 
 def test_the_json_figures_fit_together(riglens, boxes):
-    result = riglens("evaluate", "W+T", "--boxes", boxes, *SMALL, "--lambda", "0.25", "--json", "-")
+    result = riglens("evaluate", "W+T", "--boxes", boxes, *SMALL_GRID, "--lambda", "0.25", "--json", "-")
     document = json.loads(result.out)
     assert document["lambda"] == 0.25
     for scores in document["rigs"][0]["classes"].values():
@@ -51,7 +49,7 @@ def test_a_rig_without_sensors_or_a_class_without_boxes_gives_zeros_not_nan(rigl
         "seq,frame,cls,x,y,z,length,width,height,yaw\ns,0,car,0,0,1,4,2,1.5,0\ns,1,car,9,9,1,4,2,1.5,0\n"
     )
     result = riglens(
-        "evaluate", tmp_path / "empty.yaml", "--boxes", tmp_path / "cars.csv", *SMALL, "--json", "-"
+        "evaluate", tmp_path / "empty.yaml", "--boxes", tmp_path / "cars.csv", *SMALL_GRID, "--json", "-"
     )
     assert "NaN" not in result.out
     classes = json.loads(result.out)["rigs"][0]["classes"]
@@ -62,14 +60,14 @@ def test_a_rig_without_sensors_or_a_class_without_boxes_gives_zeros_not_nan(rigl
 
 
 def test_standard_output_is_json_alone_and_notes_go_to_standard_error(riglens, boxes):
-    result = riglens("evaluate", "W+T", "--boxes", boxes, *SMALL, "--json", "-")
+    result = riglens("evaluate", "W+T", "--boxes", boxes, *SMALL_GRID, "--json", "-")
     json.loads(result.out)
     assert result.err == "note: 1 box belongs to no class and does not count: shopping_cart 1\n"
 
 
 def test_a_json_file_is_written_beside_the_table(riglens, boxes, tmp_path):
     target = tmp_path / "scores.json"
-    result = riglens("evaluate", "W+T", "--boxes", boxes, *SMALL, "--json", target)
+    result = riglens("evaluate", "W+T", "--boxes", boxes, *SMALL_GRID, "--json", target)
     assert result.code == 0
     assert json.loads(target.read_text())["rigs"][0]["name"] == "W+T"
     for word in ("S-MIG", "S-MS", "seen", "W+T", "pedestrian, H(Ω)", "3 frames", "reading covered"):
@@ -77,23 +75,25 @@ def test_a_json_file_is_written_beside_the_table(riglens, boxes, tmp_path):
 
 
 def test_the_table_fits_a_terminal_of_100_columns(riglens, boxes):
-    result = riglens("evaluate", "W+C", "N+T", "--boxes", boxes, *SMALL)
+    result = riglens("evaluate", "W+C", "N+T", "--boxes", boxes, *SMALL_GRID)
     *table, _ = result.out.rstrip().splitlines()[3:]  # without what was scored, and the explanation
     assert max(len(line.rstrip()) for line in table) <= 100
 
 
 def test_negative_numbers_are_values_not_options(riglens, boxes):
     moved = riglens(
-        "evaluate", "W+T", "--origin", "-1.35", "0", "-1e-3", "--boxes", boxes, *SMALL, "--json", "-"
+        "evaluate", "W+T", "--origin", "-1.35", "0", "-1e-3", "--boxes", boxes, *SMALL_GRID, "--json", "-"
     )
     assert moved.code == 0
-    here = riglens("evaluate", "W+T", "--boxes", boxes, *SMALL, "--json", "-")
+    here = riglens("evaluate", "W+T", "--boxes", boxes, *SMALL_GRID, "--json", "-")
     assert json.loads(moved.out)["data"]["sha256"] != json.loads(here.out)["data"]["sha256"]
 
 
 def test_scores_do_not_depend_on_the_number_of_threads(riglens, boxes):
     runs = [
-        json.loads(riglens("evaluate", "N+P", "--boxes", boxes, *SMALL, "--threads", n, "--json", "-").out)
+        json.loads(
+            riglens("evaluate", "N+P", "--boxes", boxes, *SMALL_GRID, "--threads", n, "--json", "-").out
+        )
         for n in (1, 2)
     ]
     assert runs[0]["rigs"][0]["classes"] == runs[1]["rigs"][0]["classes"]
@@ -102,14 +102,14 @@ def test_scores_do_not_depend_on_the_number_of_threads(riglens, boxes):
 def test_each_reading_and_method_says_its_name(riglens, boxes):
     for extra in (("--reading", "residual"), ("--reading", "hits"), ("--method", "bresenham")):
         document = json.loads(
-            riglens("evaluate", "Line", "--boxes", boxes, *SMALL, *extra, "--json", "-").out
+            riglens("evaluate", "Line", "--boxes", boxes, *SMALL_GRID, *extra, "--json", "-").out
         )
         assert document[extra[0].lstrip("-")] == extra[1]
 
 
 def test_residual_leaves_what_covered_sees(riglens, boxes):
     def s_mig(reading: str) -> tuple[float, float]:
-        run = riglens("evaluate", "Line", "--boxes", boxes, *SMALL, "--reading", reading, "--json", "-")
+        run = riglens("evaluate", "Line", "--boxes", boxes, *SMALL_GRID, "--reading", reading, "--json", "-")
         car = json.loads(run.out)["rigs"][0]["classes"]["car"]
         return car["lidar"]["s_mig"], car["h_total"]
 
@@ -120,18 +120,18 @@ def test_residual_leaves_what_covered_sees(riglens, boxes):
 
 def test_a_class_can_be_mapped_or_ignored_by_the_user(riglens, boxes):
     mapped = ("--classes", "shopping_cart=pedestrian", "--classes", "bicycle=ignore")
-    result = riglens("evaluate", "W+T", "--boxes", boxes, *SMALL, *mapped, "--json", "-")
+    result = riglens("evaluate", "W+T", "--boxes", boxes, *SMALL_GRID, *mapped, "--json", "-")
     assert json.loads(result.out)["data"]["boxes"] == {"car": 2, "bicycle": 0, "pedestrian": 2}
 
 
 def test_a_rig_name_is_printed_as_it_is(riglens, boxes, tmp_path):
     (tmp_path / "odd.yaml").write_text("riglens: 1\nname: '[red]odd[/]'\nsensors: []\n")
-    result = riglens("evaluate", tmp_path / "odd.yaml", "--boxes", boxes, *SMALL)
+    result = riglens("evaluate", tmp_path / "odd.yaml", "--boxes", boxes, *SMALL_GRID)
     assert "[red]odd[/]" in result.out
 
 
 def test_a_reader_that_goes_away_early_is_no_error(riglens_process, boxes):
-    process = riglens_process("evaluate", "W+T", "--boxes", boxes, *SMALL, "--json", "-")
+    process = riglens_process("evaluate", "W+T", "--boxes", boxes, *SMALL_GRID, "--json", "-")
     assert process.stdout is not None
     process.stdout.close()
     _, err = process.communicate(timeout=TIMEOUT_S)
@@ -141,7 +141,7 @@ def test_a_reader_that_goes_away_early_is_no_error(riglens_process, boxes):
 
 
 def test_a_full_disk_is_told_in_one_line(riglens_process, boxes):
-    process = riglens_process("evaluate", "Line", "--boxes", boxes, *SMALL, "--json", "/dev/full")
+    process = riglens_process("evaluate", "Line", "--boxes", boxes, *SMALL_GRID, "--json", "/dev/full")
     _, err = process.communicate(timeout=TIMEOUT_S)
     assert process.returncode == 1
     assert err.splitlines()[-1] == "riglens: No space left on device"
@@ -154,6 +154,83 @@ def test_a_command_that_draws_nothing_loads_neither_qt_nor_vtk(boxes):
         "loaded = [m for m in sys.modules if m.split('.')[0] in ('PySide6', 'vtkmodules', 'pyvista')];"
         "sys.exit(f'loaded {loaded}' if loaded else code)"
     )
-    command = [sys.executable, "-c", script, "evaluate", "W+T", "--boxes", str(boxes), *SMALL]
+    command = [sys.executable, "-c", script, "evaluate", "W+T", "--boxes", str(boxes), *SMALL_GRID]
     result = subprocess.run(command, cwd=REPOSITORY, capture_output=True, text=True, timeout=TIMEOUT_S)
     assert result.returncode == 0, result.stderr
+
+
+# ---------------------------------------------------------------- lens distortion
+
+
+BARREL = """\
+riglens: 1
+name: bent
+sensors:
+  - name: cam
+    kind: camera
+    position: [0.5, 0, 1.8]
+    image: [1280, 960]
+    fx: 300
+    fy: 300
+    cx: 640
+    cy: 480
+    distortion: {model: brown_conrady, k1: -0.35}
+    cast: [64, 48]
+"""
+
+
+def test_rays_that_the_lens_has_not_are_counted_in_a_note(riglens, boxes, tmp_path):
+    (tmp_path / "bent.yaml").write_text(BARREL)
+    result = riglens("evaluate", tmp_path / "bent.yaml", "--boxes", boxes, *SMALL_GRID)
+    assert result.code == 0
+    assert "bent: cam: 2,772 of 3,072 rays lie beyond what its lens model can say" in result.err
+    (tmp_path / "mild.yaml").write_text(BARREL.replace("-0.35", "-0.01"))
+    assert "lens" not in riglens("evaluate", tmp_path / "mild.yaml", "--boxes", boxes, *SMALL_GRID).err
+
+
+def test_the_accuracy_study_refuses_what_its_rough_methods_do_not_know(riglens, boxes, tmp_path):
+    (tmp_path / "bent.yaml").write_text(BARREL)
+    result = riglens("study", "accuracy", tmp_path / "bent.yaml", "--boxes", boxes, *SMALL_GRID)
+    assert (result.code, result.out) == (2, "")
+    assert "sensor cam has lens distortion or azimuth offsets" in result.err
+
+
+# ---------------------------------------------------------------- real traffic
+
+
+PAPER_RIGS = ("W+C", "W+P", "W+L", "W+T", "N+C", "N+P", "N+L", "N+T")
+# S-MIG of the class car in 10³ nat, from the project's description of the metric.
+SKETCH = {"C": -187.9, "P": -183.0, "L": -134.7, "T": -134.2, "W": -670.7, "N": -686.5}
+
+
+def test_the_bundled_scenario_is_the_default_and_has_all_classes(riglens):
+    result = riglens("evaluate", "W+T", "--voxel", "0.2", "--json", "-")
+    document = json.loads(result.out)
+    assert result.err == ""
+    assert document["data"]["source"] == "bundled scenario town"
+    assert document["data"]["frames"] >= 2000
+    for scores in document["rigs"][0]["classes"].values():
+        assert 0.0 < scores["lidar"]["seen"] < scores["any"]["seen"] < 1.0
+
+
+def test_nuscenes_boxes_give_the_published_orders_and_the_figures_of_the_sketch(riglens, shared_data):
+    table = shared_data / "boxes" / "nuscenes_mini_val_ego.csv.gz"
+    result = riglens("evaluate", *PAPER_RIGS, "--boxes", table, "--origin", "-1.35", "0", "0", "--json", "-")
+    rigs = {rig["name"]: rig["classes"] for rig in json.loads(result.out)["rigs"]}
+    assert rigs["W+C"]["car"]["h_total"] == pytest.approx(855.8e3, rel=0.01)
+    for name, classes in rigs.items():
+        assert classes["car"]["camera"]["s_mig"] == pytest.approx(SKETCH[name[0]] * 1e3, rel=0.01)
+        assert classes["car"]["lidar"]["s_mig"] == pytest.approx(SKETCH[name[2]] * 1e3, rel=0.01)
+    for cls in ("car", "bicycle", "pedestrian"):
+        lidar = [rigs[f"W+{group}"][cls]["lidar"]["s_mig"] for group in "CPLT"]
+        assert lidar == sorted(lidar)
+        assert rigs["N+C"][cls]["camera"]["s_mig"] < rigs["W+C"][cls]["camera"]["s_mig"]
+
+
+def test_kitti_tracking_labels_are_read_through_their_calibration(riglens, shared_data, tmp_path):
+    result = riglens(
+        "pog", shared_data / "kitti" / "tracking", "--out", tmp_path / "kitti.npz", "--voxel", "0.2"
+    )
+    assert result.code == 0, result.err
+    assert "frames" in result.out
+    assert "belong to no class" in result.err

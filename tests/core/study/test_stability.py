@@ -1,24 +1,18 @@
-"""The stability study: its judge, its cases, resampled frames, orders of rigs, and what it says about them."""
+"""The stability study: its judge, its cases, resampled frames, orders of rigs."""
 
-import csv
-import io
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from riglens.app.studies.stability_files import methods_csv, metric_csv, page
-from riglens.app.studies.stability_text import conclusion, findings, lines, methods_verdict
 from riglens.core.engine.engine import Engine
-from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.rig.presets import PAPER_RIGS, preset
 from riglens.core.scene.boxes import CLASSES
-from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.pog import build_pog
 from riglens.core.study import reference, stability_edits
 from riglens.core.study.reference import exact_cover
-from riglens.core.study.stability_cases import RayCase, lidar, ray_cases, whole_slopes
+from riglens.core.study.stability_cases import RayCase, lidar, whole_slopes
 from riglens.core.study.stability_checks import (
     entropy_nat,
     extreme_probabilities,
@@ -32,12 +26,9 @@ from riglens.core.study.stability_checks import (
 from riglens.core.study.stability_edits import random_edits
 from riglens.core.study.stability_methods import compared, judged
 from riglens.core.study.stability_metric import (
-    LETTERS,
     MetricStudy,
-    Ranking,
     RayLattice,
     ResampledFrames,
-    StabilityPlan,
     StoredBoxes,
     agreement,
     rank,
@@ -45,25 +36,10 @@ from riglens.core.study.stability_metric import (
     swapped,
 )
 from tests.core import oracle
-from tests.core.builders import boxes_of, evaluate, field_of, grid_of, random_field, random_sensor
+from tests.core.builders import evaluate, field_of, grid_of, random_field, random_sensor
+from tests.core.study.small_studies import BOXES, HAND, PLAN, SCENE, judged_cases, ranking, small_metric_study
 
 GRID = grid_of(12, 9, 7, 0.1)
-PLAN = StabilityPlan(
-    voxel_m=0.5,
-    edge_factors=(2.0, 3.0),
-    lattices=(RayLattice((16, 9)), RayLattice((32, 18), 90)),
-    resamples=3,
-)
-SCENE = VoxelGrid(0.5, (20.0, 20.0, 4.0))
-BOXES = boxes_of(
-    (0, 0, (6.0, 0.0, 0.8), (4.5, 1.9, 1.6), 0.3),
-    (0, 1, (3.0, -4.0, 0.9), (1.8, 0.6, 1.7), 0.0),
-    (1, 0, (-6.0, 3.0, 0.8), (4.5, 1.9, 1.6), 0.0),
-    (1, 0, (-6.0, 2.5, 0.8), (4.5, 1.9, 1.6), 0.1),
-    (3, 2, (2.0, 5.0, 0.9), (0.9, 0.9, 1.8), 0.0),
-    (3, 0, (6.5, 0.5, 0.8), (4.5, 1.9, 1.6), 0.2),
-    frames=6,
-)
 
 
 # ---------------------------------------------------------------- the judge
@@ -103,7 +79,7 @@ def test_the_judge_turns_to_rational_numbers_only_where_doubles_do_not_decide(mo
 
 @pytest.fixture(scope="module")
 def rows():
-    return {case.name: judged(case, 1) for case in ray_cases(quick=True)}
+    return judged_cases()
 
 
 def test_the_engine_is_right_in_every_case(rows):
@@ -118,9 +94,6 @@ def test_the_table_says_where_simple_methods_fail(rows):
     assert rows["origin 1,000,000 m away"].outcomes["plain"].verdict == "fails"
     assert rows["tilted sensors"].outcomes["bresenham"].missed > 0
     assert rows["axis-parallel rays"].outcomes["bresenham"].verdict == "ok"
-    plain, bresenham = list(methods_verdict([*rows.values()]))[1:]
-    assert "plain way: fails in" in plain and "rays through corners" in plain
-    assert "Bresenham: fails in" in bresenham
 
 
 def test_every_case_has_rays_in_its_grid(rows):
@@ -236,14 +209,6 @@ def test_draws_depend_on_their_seed_alone():
 # ---------------------------------------------------------------- orders
 
 
-def ranking(**s_mig):
-    """A ranking with the same S-MIG for every class."""
-    return Ranking({letter: dict.fromkeys(CLASSES, s_mig.get(letter, 0.0)) for letter in LETTERS})
-
-
-HAND = {"C": -40.0, "P": -30.0, "L": -20.0, "T": -10.0, "W": -4.0, "N": -8.0}
-
-
 def test_orders_put_the_lowest_first():
     found = ranking(**HAND)
     assert found.order("lidars", "car") == ("C", "P", "L", "T")
@@ -290,9 +255,7 @@ def test_a_ray_lattice_changes_rays_and_nothing_else():
 
 @pytest.fixture(scope="module")
 def metric() -> MetricStudy:
-    field = EntropyField.from_pog(build_pog(BOXES, SCENE))
-    grids = {1.0: EntropyField.from_pog(build_pog(BOXES, VoxelGrid(1.0, SCENE.roi_m)))}
-    return study_metric(field, lambda edge, _: grids.get(edge), BOXES, replace(PLAN, threads=1))
+    return small_metric_study()
 
 
 def test_every_setting_is_ranked_and_a_grid_that_cannot_be_had_is_left_out(metric):
@@ -313,72 +276,6 @@ def test_progress_ends_at_one():
     field = field_of(grid_of(6, 6, 4))
     study_metric(field, lambda *_: None, None, replace(PLAN, threads=1), said.append)
     assert said == sorted(said) and said[-1] == 1.0
-
-
-def test_findings_say_that_no_sensors_score_best(metric):
-    found = {finding.claim: finding for finding in findings(metric)}
-    assert found["a rig without sensors is not the best"].verdict == "fails"
-    assert found["more sensors never lower the score"].verdict == "fails"
-    assert found["a copy of a sensor in the same place changes nothing"].verdict == "ok"
-    assert found["the reading residual gives the order of covered, reversed"].verdict == "ok"
-
-
-def test_a_finding_about_orders_fails_exactly_when_a_pair_of_rigs_changes_places(metric):
-    same = replace(
-        metric,
-        variations=tuple(replace(v, ranking=metric.reference) for v in metric.variations),
-        resamples=(metric.reference,),
-    )
-    verdicts = {finding.claim: finding.verdict for finding in findings(same)}
-    assert {verdicts[claim] for claim in verdicts if claim.startswith("the order does not depend")} == {"ok"}
-    moved = dict(metric.reference.s_mig)
-    moved["C"], moved["T"] = moved["T"], moved["C"]
-    other = replace(same, resamples=(Ranking(moved, PLAN.camera_weight),))
-    verdicts = {finding.claim: finding.verdict for finding in findings(other)}
-    assert verdicts["the order does not depend on which frames were sampled"] == "fails"
-    assert verdicts["the order does not depend on δ"] == "ok"
-
-
-def test_the_conclusion_names_pairs_that_never_change_places():
-    reference_ = ranking(**HAND)
-    other = ranking(**{**HAND, "P": -45.0})
-    study = MetricStudy(PLAN, "made up", 5, reference_, (), (other,), {0.5: dict.fromkeys(CLASSES, 1.0)})
-    lidars, cameras = conclusion(study)
-    assert "Center before Line" in lidars and "Center before Pyramid" not in lidars
-    assert "25.0% apart" in lidars
-    assert "Narrow before Wide." in cameras
-
-
-def test_a_scene_without_entropy_has_no_orders_and_makes_no_trouble(rows):
-    field = field_of(grid_of(6, 6, 4), np.zeros((6, 6, 4), np.bool_))
-    empty = study_metric(field, lambda *_: None, None, replace(PLAN, voxel_m=1.0, threads=1))
-    assert [finding.verdict for finding in findings(empty)] == ["n.a."]
-    assert list(conclusion(empty)) == []
-    assert all(cell.tau is None for line in lines(empty) for cell in line.cells)
-    assert "–" in page(tuple(rows.values()), empty, "nothing")
-
-
-# ---------------------------------------------------------------- what is written
-
-
-def test_the_csv_files_have_a_line_per_case_and_per_setting_and_class(rows, metric):
-    methods = list(csv.DictReader(io.StringIO(methods_csv(tuple(rows.values())))))
-    assert [line["case"] for line in methods] == list(rows)
-    assert int(methods[2]["plain_extra"]) == rows["rays through corners"].outcomes["plain"].extra
-    orders = list(csv.DictReader(io.StringIO(metric_csv(metric))))
-    assert len(orders) == 3 * (1 + len(metric.variations) + len(metric.resamples))
-    assert float(orders[0]["s_ms_W+T"]) == metric.reference.s_ms["W+T"]["car"]
-    assert orders[0]["kendall_tau"] == "1.0"
-
-
-def test_the_page_shows_every_case_and_setting_and_escapes_names(rows, metric):
-    html = page(tuple(rows.values()), metric, "<boxes> & more")
-    assert "&lt;boxes&gt; &amp; more" in html and "<boxes>" not in html
-    for name in rows:
-        assert name.replace("'", "&#x27;") in html
-    for line in lines(metric):
-        assert line.setting in html
-    assert "<script" not in html and "http" not in html.replace("http-equiv", "")
 
 
 def test_a_case_of_ones_own_can_be_judged():

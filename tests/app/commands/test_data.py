@@ -5,11 +5,11 @@ import json
 import numpy as np
 import pytest
 
+from tests.app.conftest import SMALL_GRID
 from tests.core.argoverse_log import random_columns, write_log
 from tests.core.nuscenes_folder import random_boxes, write_tables
 
 HEADER = "seq,frame,cls,x,y,z,length,width,height,yaw\n"
-SMALL = ("--voxel", "0.5", "--roi", "20", "20", "4")
 
 
 @pytest.fixture
@@ -73,7 +73,7 @@ def test_ground_auto_lifts_the_boxes_and_says_so(riglens, ahead):
 def test_ground_auto_scores_as_the_origin_it_found(riglens, ahead):
     def scores(*options):
         document = json.loads(
-            riglens("evaluate", "W+T", "--boxes", ahead, *options, *SMALL, "--json", "-").out
+            riglens("evaluate", "W+T", "--boxes", ahead, *options, *SMALL_GRID, "--json", "-").out
         )
         return document["data"], document["rigs"][0]["classes"]
 

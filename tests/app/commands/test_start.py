@@ -1,17 +1,18 @@
-"""What the window loads before its first picture, and what waits until somebody needs it."""
+"""What a start loads before the window's first picture and before --help, and what waits until somebody needs it."""
 
 from __future__ import annotations
 
 import os
 import subprocess
 import sys
-from pathlib import Path
+
+import pytest
 
 from riglens.app.commands import start
 from riglens.app.commands.parsing import app, run
+from tests.app.conftest import REPOSITORY
 from tests.waiting import TIMEOUT_S
 
-REPOSITORY = Path(__file__).resolve().parents[2]
 FOR_LATER = (
     *("numba", "riglens.core.kernels.jit", "scipy", "pyarrow", "pandas", "trimesh", "dask", "rich"),
     *(
@@ -79,3 +80,52 @@ def test_a_rig_alone_opens_the_window_as_the_parser_of_commands_would(riglens, m
 def test_no_word_that_opens_the_window_at_once_is_a_command() -> None:
     commands = [name for name in app if not name.startswith("-")]
     assert "evaluate" in commands and all(name.isalpha() for name in commands)
+
+
+# ---------------------------------------------------------------- help
+
+
+@pytest.mark.parametrize(
+    "words", [[], ["evaluate"], ["pog"], ["render"], ["presets"], ["study"], ["study", "table1"]]
+)
+def test_help_explains_every_option(riglens, words):
+    result = riglens(*words, "--help")
+    assert result.code == 0
+    assert "Usage: riglens" in result.out
+    assert result.err == ""
+
+
+def test_help_loads_no_heavy_package():
+    script = (
+        "import sys; from riglens.app.commands import main; main(['--help']);"
+        "heavy = ('numpy', 'numba', 'pydantic', 'PySide6', 'pyvista');"
+        "print([name for name in heavy if name in sys.modules], file=sys.stderr)"
+    )
+    result = subprocess.run(
+        [sys.executable, "-c", script],
+        cwd=REPOSITORY,
+        capture_output=True,
+        text=True,
+        timeout=TIMEOUT_S,
+    )
+    assert result.stderr == "[]\n"
+
+
+def test_only_commands_that_exist_are_offered(riglens):
+    text = riglens("--help").out
+    for name in ("evaluate", "pog", "render", "presets", "convert", "study"):
+        assert name in text
+    for name in ("report", "optimise"):
+        assert name not in text
+
+
+def test_the_module_and_the_console_script_are_the_same_program():
+    result = subprocess.run(
+        [sys.executable, "-m", "app", "--version"],
+        cwd=REPOSITORY,
+        capture_output=True,
+        text=True,
+        timeout=TIMEOUT_S,
+    )
+    assert result.returncode == 0
+    assert result.stdout.strip()

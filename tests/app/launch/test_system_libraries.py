@@ -14,8 +14,8 @@ from riglens.app.launch.system_libraries import (
     missing_requirements,
     require_system_libraries,
 )
+from tests.app.conftest import REPOSITORY
 
-REPOSITORY = Path(__file__).resolve().parents[2]
 ABSENT = Requirement("libabsent7", soname="libabsent.so.7")
 
 

@@ -1,0 +1,199 @@
+"""`riglens study table1`, `accuracy` and `stability`: tables, charts and files, and what they say to bad input."""
+
+import contextlib
+import csv
+import io
+
+import pytest
+
+from riglens.app.commands import main
+from riglens.app.studies.table1 import table1_csv
+from riglens.core.metric.scores import ClassScores, KindScore, MetricSettings, Scores
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.study.table1 import compare
+from tests.app.conftest import BOXES, SMALL_GRID
+
+# ---------------------------------------------------------------- table1
+
+
+PAPER_RIGS = ["W+C", "W+P", "W+L", "W+T", "N+C", "N+P", "N+L", "N+T"]
+
+
+def rows_after(text, title):
+    """The lines of the block that starts with a title, up to an empty line."""
+    lines = [line.strip() for line in text.splitlines()]
+    start = lines.index(title) + 1
+    return [line.split() for line in lines[start : lines.index("", start)]]
+
+
+def test_published_figures_stand_beside_ours_in_the_three_blocks_of_the_paper(riglens, boxes):
+    result = riglens("study", "table1", "--boxes", boxes, *SMALL_GRID)
+    assert result.code == 0
+    for title, first_rig in {
+        "Camera S-MIG": ["-73.08", "-14.15", "-13.13"],
+        "LiDAR S-MIG": ["-6.45", "-1.07", "-1.08"],
+        "S-MS": ["-13.75", "-2.48", "-2.39"],
+    }.items():
+        rows = rows_after(result.out, title)
+        assert [row[0] for row in rows] == PAPER_RIGS
+        assert rows[0][2::2] == first_rig
+
+
+def test_the_csv_holds_full_precision_in_nats(riglens, boxes, tmp_path):
+    target = tmp_path / "table1.csv"
+    assert riglens("study", "table1", "--boxes", boxes, *SMALL_GRID, "--csv", target).code == 0
+    rows = list(csv.DictReader(target.read_text().splitlines()))
+    assert [row["rig"] for row in rows[::3]] == PAPER_RIGS
+    assert float(rows[0]["published_s_ms"]) == pytest.approx(-13750.0)
+    weighted = 0.1 * float(rows[0]["camera_s_mig"]) + float(rows[0]["lidar_s_mig"])
+    assert float(rows[0]["s_ms"]) == pytest.approx(weighted, rel=1e-12)
+
+
+def test_each_class_says_whether_its_orders_agree(riglens, boxes):
+    out = riglens("study", "table1", "--boxes", boxes, *SMALL_GRID).out
+    orders = out[out.index("lowest first") :]
+    assert orders.count("LiDAR groups") == orders.count("camera groups") == orders.count("rigs, S-MS") == 3
+    agree, disagree = orders.count(" yes "), orders.count(" no ")
+    assert agree + disagree == 9
+    assert orders.count("paper: ") == disagree
+    assert f"{agree} of 9 orders" in orders
+
+
+def test_it_fits_a_terminal_of_100_columns(riglens, boxes):
+    lines = riglens("study", "table1", "--boxes", boxes, *SMALL_GRID).out.splitlines()
+    assert max(len(line.rstrip()) for line in lines) <= 100
+
+
+def test_nuscenes_boxes_order_the_groups_as_the_paper_does(riglens, shared_data):
+    table = shared_data / "boxes" / "nuscenes_mini_val_ego.csv.gz"
+    out = riglens("study", "table1", "--boxes", table, "--origin", "-1.35", "0", "0").out
+    groups = [line for line in out.splitlines() if "LiDAR groups" in line or "camera groups" in line]
+    assert len(groups) == 6
+    assert all(" yes " in line for line in groups)
+
+
+def test_the_csv_of_table1_holds_every_figure_in_full_precision():
+    def scores_of(lidar: float) -> Scores:
+        one = ClassScores(900.0, KindScore(-670.7, 0.5), KindScore(lidar, 0.2), 0.6, -67.07 + lidar)
+        return Scores(dict.fromkeys(CLASSES, one), {"camera": 1, "lidar": 1, "any": 1})
+
+    table = compare({rig: scores_of(-1 / 3) for rig in PAPER_RIGS}, MetricSettings())
+    lines = list(csv.DictReader(io.StringIO(table1_csv(table))))
+    assert [(line["rig"], line["class"]) for line in lines] == [(r, c) for r in PAPER_RIGS for c in CLASSES]
+    assert float(lines[0]["lidar_s_mig"]) == -1 / 3
+    assert float(lines[0]["published_lidar_s_mig"]) == -6450.0
+    assert list(lines[0])[2:5] == ["camera_s_mig", "lidar_s_mig", "s_ms"]
+
+
+# ---------------------------------------------------------------- accuracy
+
+
+def test_it_writes_chart_and_csv_and_prints_every_point(riglens, boxes, tmp_path):
+    folder = tmp_path / "deep" / "study"
+    result = riglens("study", "accuracy", "--boxes", boxes, *SMALL_GRID, "--quick", "--out", folder)
+    assert result.code == 0
+    assert sorted(path.name for path in folder.iterdir()) == ["accuracy.csv", "accuracy.png", "accuracy.svg"]
+    assert (folder / "accuracy.png").read_bytes().startswith(b"\x89PNG")
+    assert (folder / "accuracy.svg").read_text().startswith("<?xml")
+    rows = list(csv.DictReader((folder / "accuracy.csv").read_text().splitlines()))
+    assert {row["method"] for row in rows} >= {"exact", "plain", "bresenham", "rectangles", "centres"}
+    assert {float(row["voxel_m"]) for row in rows} == {0.5, 1.0, 2.0}
+    for name in ("exact, δ 0.50 m, 352 × 128", "plain DDA", "Bresenham", "exact, 1/2 of the rays"):
+        assert name in result.out
+    assert "Pareto front" in result.out
+    table = result.out.split("The setting asked for")[0]
+    assert max(len(line.rstrip()) for line in table.splitlines()) <= 120
+
+
+def test_a_voxel_edge_that_does_not_divide_the_roi_is_left_out_with_a_note(riglens, boxes, tmp_path):
+    roi = ("--voxel", "0.5", "--roi", "21", "20", "3")
+    result = riglens("study", "accuracy", "--boxes", boxes, *roi, "--quick", "--out", tmp_path)
+    assert result.code == 0
+    assert "note: δ 2.00 m is left out" in result.err
+    assert "exact, δ 1.00 m" in result.out
+    assert "exact, δ 2.00 m" not in result.out
+
+
+def test_a_stored_pog_is_studied_on_its_own_grid(riglens, boxes, tmp_path):
+    pog = tmp_path / "scene.npz"
+    assert riglens("pog", boxes, "--out", pog, *SMALL_GRID).code == 0
+    result = riglens("study", "accuracy", "Trapezoid", "--pog", pog, "--quick", "--out", tmp_path / "out")
+    assert result.code == 0
+    assert "holds one grid only" in result.err
+    assert "exact, δ 1.00 m" not in result.out
+
+
+def test_bad_input_is_refused_before_anything_is_measured(riglens, boxes, tmp_path):
+    file = tmp_path / "file"
+    file.write_text("")
+    common = ("--boxes", boxes, *SMALL_GRID, "--quick")
+    assert "--out" in riglens("study", "accuracy", *common, "--out", file).refused()
+    assert "--threads" in riglens("study", "accuracy", *common, "--threads", "0").refused()
+    assert "--lambda" in riglens("study", "accuracy", *common, "--lambda", "-1").refused()
+    assert "nowhere" in riglens("study", "accuracy", "nowhere", *common, "--out", tmp_path).refused()
+    missing = riglens("study", "accuracy", "--boxes", tmp_path / "none.csv", "--quick", "--out", tmp_path)
+    assert "none.csv" in missing.refused()
+
+
+def test_a_rig_without_sensors_is_refused(riglens, boxes, tmp_path):
+    rig = tmp_path / "bare.yaml"
+    rig.write_text("riglens: 1\nname: bare\nsensors: []\n")
+    result = riglens("study", "accuracy", rig, "--boxes", boxes, *SMALL_GRID, "--quick", "--out", tmp_path)
+    assert "no sensor is switched on" in result.refused()
+
+
+# ---------------------------------------------------------------- stability
+
+
+NAMES = ["stability-methods.csv", "stability-metric.csv", "stability.html"]
+
+
+@pytest.fixture(scope="module")
+def studied(tmp_path_factory):
+    """Exit code, standard output and folder of a quick study of a small scene."""
+    folder = tmp_path_factory.mktemp("stability")
+    boxes = folder / "boxes.csv"
+    boxes.write_text(BOXES)
+    arguments = ["study", "stability", "--boxes", boxes, *SMALL_GRID, "--quick", "--edits", 30]
+    out = io.StringIO()
+    with contextlib.redirect_stdout(out):
+        code = main([str(argument) for argument in (*arguments, "--out", folder / "deep" / "study")])
+    return code, out.getvalue(), folder / "deep" / "study"
+
+
+def test_it_writes_the_page_and_both_tables(studied):
+    code, _, folder = studied
+    assert code == 0
+    assert sorted(path.name for path in folder.iterdir()) == NAMES
+    assert (folder / "stability.html").read_text().startswith("<!DOCTYPE html>")
+    methods = list(csv.DictReader((folder / "stability-methods.csv").read_text().splitlines()))
+    assert {line["fast_verdict"] for line in methods} == {"ok"}
+    assert "30 random edits" in {line["case"] for line in methods}
+    orders = list(csv.DictReader((folder / "stability-metric.csv").read_text().splitlines()))
+    assert {line["varied"] for line in orders} == {"default", "δ", "rays", "reading", "λ", "frames"}
+
+
+def test_it_prints_cases_orders_and_findings(studied):
+    _, out, _ = studied
+    for text in ("rays through corners", "1, 2 and 8 threads", "default: δ 0.50 m", "reading hits"):
+        assert text in out
+    assert "a rig without sensors is not the best" in out
+    assert "fast engine: right in all" in out
+
+
+def test_it_fits_a_pipe_of_120_columns_and_cuts_nothing(studied):
+    _, out, _ = studied
+    tables = out.split("τ (Kendall)")[0]
+    assert "…" not in tables
+    assert max(len(line.rstrip()) for line in tables.splitlines()) <= 120
+
+
+def test_bad_input_is_refused_before_anything_is_tried(riglens, boxes, tmp_path):
+    file = tmp_path / "file"
+    file.write_text("")
+    common = ("study", "stability", "--boxes", boxes, *SMALL_GRID, "--quick")
+    assert "--out" in riglens(*common, "--out", file).refused()
+    assert "--edits" in riglens(*common, "--edits", "0", "--out", tmp_path).refused()
+    assert "EDITS" in riglens(*common, "--edits", "1.5", "--out", tmp_path).refused().upper()
+    assert "--threads" in riglens(*common, "--threads", "0", "--out", tmp_path).refused()
+    assert "--lambda" in riglens(*common, "--lambda", "-1", "--out", tmp_path).refused()
