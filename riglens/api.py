@@ -435,12 +435,12 @@ def render(
     Raises InputError when a value is not accepted or the file cannot be written.
     """
     from riglens.app.launch.display import prepare_drawing
-    from riglens.app.rendering.render import PictureRequest, score_and_draw
+    from riglens.app.rendering.render import RenderRequest, score_and_draw
     from riglens.core.files import require_writable
     from riglens.core.vehicle.mesh_file import mesh_path, read_mesh
 
     with _argument_names():
-        picture = PictureRequest(
+        picture = RenderRequest(
             Path(out), view, size_px, scale, class_name, heatmap, transparent=transparent, title=title,
             scores=scores, theme=theme, baseline=baseline.name if baseline else None,
         )  # fmt: skip

@@ -7,13 +7,13 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from riglens.app.commands.options import BUILD, Boxes, Out, Reading, Whole, check_json
+from riglens.app.commands.options import BUILD, BoxArguments, Out, ReadingArguments, Whole, check_json
 
 
 def pog(
     *boxes: Annotated[Path, Parameter(name="BOXES", required=True)],
     out: Out,
-    reading: Reading = Reading(),
+    reading: ReadingArguments = ReadingArguments(),
     workers: Annotated[Whole, Parameter(group=BUILD)] = None,
     dask: Annotated[str | None, Parameter(group=BUILD, metavar="ADDRESS")] = None,
 ) -> None:
@@ -41,7 +41,7 @@ def pog(
 
 def data(
     *boxes: Annotated[Path, Parameter(name="BOXES", required=True)],
-    how: Boxes = Boxes(),
+    how: BoxArguments = BoxArguments(),
     json: Annotated[str | None, Parameter(allow_leading_hyphen=True, metavar="FILE|-")] = None,
 ) -> None:
     """Say what box data hold: classes, directions, distances, sizes, the ground, and what is not mapped.
@@ -54,7 +54,7 @@ def data(
         Also write the figures as JSON to a file; with - to standard output, instead of the tables.
     """
     check_json(json)
-    options = Reading(how).options(boxes[0])
+    options = ReadingArguments(how).options(boxes[0])
     from riglens.app.commands import data_job
 
     data_job.describe(options, boxes, json)

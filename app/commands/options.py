@@ -54,7 +54,7 @@ def _scene(name: str, metavar: str, converter: Callable[..., Any] | None = None)
 
 @Parameter(name="*")
 @dataclass(frozen=True)
-class Boxes:
+class BoxArguments:
     """How boxes are read, the same for every command that reads boxes."""
 
     origin: Annotated[Triple | None, _scene("--origin", "X Y Z")] = None
@@ -69,10 +69,10 @@ class Boxes:
 
 @Parameter(name="*")
 @dataclass(frozen=True)
-class Reading:
+class ReadingArguments:
     """How boxes are read and cut into voxels."""
 
-    how: Boxes = Boxes()
+    how: BoxArguments = BoxArguments()
     voxel: Annotated[float | Literal["auto"] | None, _scene("--voxel", "M|auto", _edge_or_auto)] = None
     """Edge of a voxel in metres (0.1). With auto, where rigs are scored: the coarsest that suits them."""
     roi: Annotated[Triple | None, _scene("--roi", "L W H")] = None
@@ -95,12 +95,12 @@ class Reading:
 
 @Parameter(name="*")
 @dataclass(frozen=True)
-class Scene:
+class SceneArguments:
     """The scene that rigs are scored on."""
 
     boxes: Annotated[Path | None, _scene("--boxes", "PATH")] = None
     """Box data set: table, nuScenes, Argoverse 2, KITTI or CARLA folder. Without it: the bundled scenario."""
-    reading: Reading = Reading()
+    reading: ReadingArguments = ReadingArguments()
     pog: Annotated[Path | None, _scene("--pog", "FILE")] = None
     """Use a stored POG (made by `riglens pog`) instead of boxes."""
     tolerance: Annotated[float | None, _scene("--tolerance", "PP")] = None
@@ -113,7 +113,7 @@ class Scene:
 
 @Parameter(name="*")
 @dataclass(frozen=True)
-class Score:
+class ScoreArguments:
     """Options about the metric."""
 
     method: Annotated[Literal["exact", "bresenham"], Parameter(group=SCORE, metavar="NAME")] = "exact"
@@ -134,7 +134,7 @@ class Score:
 
 @Parameter(name="*")
 @dataclass(frozen=True)
-class Libraries:
+class LibraryArguments:
     """Sensor models beside those that ship with the program."""
 
     library: Annotated[tuple[Path, ...], Parameter(name="--library", metavar="FILE", show_default=False)] = ()

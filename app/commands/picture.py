@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
-from riglens.app.commands.options import Libraries, Out, Rig, Scene, whole_number
+from riglens.app.commands.options import LibraryArguments, Out, Rig, SceneArguments, whole_number
 from riglens.widgets.sensors.ray_look import DEFAULT_RAYS, RayLook
 
 if TYPE_CHECKING:
-    from riglens.app.rendering.render import PictureRequest
+    from riglens.app.rendering.render import RenderRequest
 
 Heat = Literal["probability", "entropy", "seen", "unseen", "sensors", "change", "off"]
 
@@ -25,7 +25,7 @@ _HEATMAP = (
 
 @Parameter(name="*")
 @dataclass(frozen=True)
-class Look:
+class PictureArguments:
     """What a picture shows, and how."""
 
     view: Annotated[Literal["iso", "top", "front", "left", "rear"], Parameter(metavar="NAME")] = "iso"
@@ -66,11 +66,11 @@ class Look:
     theme: Annotated[Literal["dark", "light"], Parameter(metavar="NAME")] = "dark"
     """Dark or light background."""
 
-    def picture(self, out: Path) -> PictureRequest:
+    def picture(self, out: Path) -> RenderRequest:
         """The same with the file it is for, checked."""
-        from riglens.app.rendering.render import PictureRequest, parse_size
+        from riglens.app.rendering.render import RenderRequest, parse_size
 
-        return PictureRequest(
+        return RenderRequest(
             out, self.view, parse_size(self.size), self.scale, self.class_name, self.heatmap,
             transparent=self.transparent, legend=self.legend, title=self.title, scores=self.scores,
             theme=self.theme, threshold=self.threshold, log=self.log, opacity=self.opacity,
@@ -84,9 +84,9 @@ def render(
     /,
     *,
     out: Out,
-    look: Look = Look(),
-    scene: Scene = Scene(),
-    libraries: Libraries = Libraries(),
+    look: PictureArguments = PictureArguments(),
+    scene: SceneArguments = SceneArguments(),
+    libraries: LibraryArguments = LibraryArguments(),
 ) -> None:
     """Draw a rig, its rays and the heatmap of a class into a PNG file, without a display.
 

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from riglens.app.commands.options import Libraries
+from riglens.app.commands.options import LibraryArguments
 from riglens.app.evaluation.options import Triple
 from riglens.core.errors import InputError
 
@@ -81,7 +81,7 @@ def library(
     *,
     kind: Annotated[Literal["lidar", "camera"] | None, Parameter(metavar="KIND")] = None,
     json: bool = False,
-    libraries: Libraries = Libraries(),
+    libraries: LibraryArguments = LibraryArguments(),
 ) -> None:
     """List the sensor models, or show one with its beams or lens and where its figures come from.
 

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from riglens.app.commands.options import Libraries, Rig, Scene, Score, check_json
+from riglens.app.commands.options import LibraryArguments, Rig, SceneArguments, ScoreArguments, check_json
 from riglens.app.evaluation.options import DEFAULT_RIG
 
 
@@ -14,9 +14,9 @@ def window(
     rig: Rig = DEFAULT_RIG,
     /,
     *,
-    scene: Scene = Scene(),
-    score: Score = Score(),
-    libraries: Libraries = Libraries(),
+    scene: SceneArguments = SceneArguments(),
+    score: ScoreArguments = ScoreArguments(),
+    libraries: LibraryArguments = LibraryArguments(),
 ) -> int:
     """Open the window on RIG (W+T). Without a display: the scores, and a picture, YAML and JSON in out/."""
     libraries.use()
@@ -28,9 +28,9 @@ def window(
 
 def evaluate(
     *rigs: Annotated[str, Parameter(name="RIG", required=True)],
-    scene: Scene = Scene(),
-    libraries: Libraries = Libraries(),
-    score: Score = Score(),
+    scene: SceneArguments = SceneArguments(),
+    libraries: LibraryArguments = LibraryArguments(),
+    score: ScoreArguments = ScoreArguments(),
     json: Annotated[str | None, Parameter(allow_leading_hyphen=True, metavar="FILE|-")] = None,
 ) -> None:
     """Score one or more rigs.

@@ -7,14 +7,14 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from riglens.app.commands.options import SCORE, Libraries, Rig, Scene, Score, Whole
+from riglens.app.commands.options import SCORE, LibraryArguments, Rig, SceneArguments, ScoreArguments, Whole
 from riglens.app.evaluation.options import DEFAULT_RIG, ScoreOptions
 
 
 def table1(
     *,
-    scene: Scene = Scene(),
-    score: Score = Score(),
+    scene: SceneArguments = SceneArguments(),
+    score: ScoreArguments = ScoreArguments(),
     csv: Annotated[Path | None, Parameter(metavar="FILE")] = None,
 ) -> None:
     """The paper's Table I: its eight rigs scored here, beside the published figures, with their orders.
@@ -34,8 +34,8 @@ def accuracy(
     rig: Rig = DEFAULT_RIG,
     /,
     *,
-    scene: Scene = Scene(),
-    libraries: Libraries = Libraries(),
+    scene: SceneArguments = SceneArguments(),
+    libraries: LibraryArguments = LibraryArguments(),
     camera_weight: Annotated[float, Parameter(name="--lambda", group=SCORE, metavar="X")] = 0.1,
     threads: Annotated[Whole, Parameter(group=SCORE)] = None,
     out: Annotated[Path, Parameter(metavar="DIR")] = Path("out"),
@@ -65,7 +65,7 @@ def accuracy(
 
 def stability(
     *,
-    scene: Scene = Scene(),
+    scene: SceneArguments = SceneArguments(),
     camera_weight: Annotated[float, Parameter(name="--lambda", group=SCORE, metavar="X")] = 0.1,
     threads: Annotated[Whole, Parameter(group=SCORE)] = None,
     edits: Whole = None,

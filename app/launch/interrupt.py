@@ -26,7 +26,7 @@ INTERRUPTED = 130
 # ---------------------------------------------------------------- commands
 
 
-class Timer(Protocol):
+class Alarm(Protocol):
     """What is used of a threading.Timer."""
 
     daemon: bool
@@ -40,7 +40,7 @@ class Timer(Protocol):
 
 @contextmanager
 def insistent_interrupt(
-    timer_of: Callable[[float, Callable[[], None]], Timer] = threading.Timer,
+    timer_of: Callable[[float, Callable[[], None]], Alarm] = threading.Timer,
 ) -> Iterator[None]:
     """Within it, Ctrl-C interrupts the main thread again and again until the exception has come out here.
 
@@ -49,7 +49,7 @@ def insistent_interrupt(
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    timers: list[Timer] = []
+    timers: list[Alarm] = []
 
     def interrupt(number: int, frame: FrameType | None) -> None:
         timer = timer_of(AGAIN_S, lambda: os.kill(os.getpid(), signal.SIGINT))

@@ -35,7 +35,7 @@ Theme = Literal["dark", "light"]
 
 
 @dataclass(frozen=True)
-class PictureRequest:
+class RenderRequest:
     """What to draw and where to put it; `size_px` is width and height before `scale` enlarges all alike.
 
     `threshold`, `log`, `opacity` and `slice_m` are those of HeatLook; `baseline` names the rig that a heatmap
@@ -106,7 +106,7 @@ def parse_size(text: str) -> tuple[int, int]:
     return int(match[1]), int(match[2])
 
 
-def render(name: str, scene: SceneOptions, picture: PictureRequest) -> None:
+def render(name: str, scene: SceneOptions, picture: RenderRequest) -> None:
     """Score a rig on a scene and draw both."""
     prepare_drawing()
     require_writable(picture.out)
@@ -123,7 +123,7 @@ def score_and_draw(
     rig: Rig,
     pog: Pog,
     field: EntropyField,
-    picture: PictureRequest,
+    picture: RenderRequest,
     body: BodyMesh | None = None,
     baseline: Rig | None = None,
 ) -> None:
@@ -149,7 +149,7 @@ def draw(
     field: EntropyField,
     evaluation: Evaluation,
     marks: VoxelMarks,
-    picture: PictureRequest,
+    picture: RenderRequest,
     body: BodyMesh | None = None,
 ) -> None:
     """Draw an evaluated rig with its rays and the heatmap of a class; call `prepare_drawing` before."""
@@ -197,7 +197,7 @@ def score_without_window(rig: Rig, scene: SceneOptions, score: ScoreOptions) -> 
         stream.write(evaluation_json.to_text(document))
     with atomic_write(rig_file, "w") as stream:
         stream.write(dumps(rig))
-    draw(pog, field, evaluations[0], marks_of(evaluations[0]), PictureRequest(screenshot))
+    draw(pog, field, evaluations[0], marks_of(evaluations[0]), RenderRequest(screenshot))
     results().print(f"Written: {screenshot}, {rig_file}, {scores}", soft_wrap=True)
 
 
