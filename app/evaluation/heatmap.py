@@ -13,7 +13,7 @@ from riglens.core.engine.engine import Engine, Evaluation
 from riglens.core.engine.inspect import covered_at_least
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.columns import Words
-from riglens.core.scene.display import DisplayGrid
+from riglens.core.view.display import DisplayGrid
 from riglens.widgets.heatmap.scale import HeatmapData
 
 COUNT_LABELS = ("0", "1", "2", "3+")

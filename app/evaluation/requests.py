@@ -15,9 +15,9 @@ if TYPE_CHECKING:  # made by the background thread, which loads what computes th
     from riglens.core.engine.engine import Evaluation
     from riglens.core.engine.sight import Sight
     from riglens.core.metric.entropy import EntropyField
-    from riglens.core.scene.top_view import SeenBy, TopView
-    from riglens.core.scene.voxel import Voxel, VoxelFacts
+    from riglens.core.metric.voxel import Voxel, VoxelFacts
     from riglens.core.study.voxel_choice import VoxelChoice
+    from riglens.core.view.top_view import SeenBy, TopView
     from riglens.widgets.heatmap.scale import HeatmapData
 
 HeatMode = Literal["off", "probability", "entropy", "seen", "unseen", "sensors", "change"]

@@ -22,18 +22,18 @@ from riglens.app.evaluation.scenario import load_scenario
 from riglens.core.engine.engine import Engine, Evaluation
 from riglens.core.engine.inspect import sees_voxel
 from riglens.core.engine.sight import Sight, sight
-from riglens.core.metric.coarse import estimated
 from riglens.core.metric.entropy import EntropyField
+from riglens.core.metric.estimate import estimated
 from riglens.core.metric.scores import Method, MetricSettings, Scores
+from riglens.core.metric.voxel import Voxel, VoxelFacts, voxel_facts
 from riglens.core.rig.model import Rig, Sensor
 from riglens.core.scene.boxes import CLASSES, Progress
 from riglens.core.scene.coarse import coarse_pog
 from riglens.core.scene.columns import Words
-from riglens.core.scene.display import DisplayGrid
 from riglens.core.scene.pog import Pog
-from riglens.core.scene.top_view import TopView
-from riglens.core.scene.top_views import TopViews
-from riglens.core.scene.voxel import Voxel, VoxelFacts, voxel_facts
+from riglens.core.view.display import DisplayGrid
+from riglens.core.view.top_view import TopView
+from riglens.core.view.top_views import TopViews
 
 WORTH, STILL_WORTH = 0.5, 1.0
 """Coarse answers begin where they take at most this part of the time of exact ones, and then go on up to that

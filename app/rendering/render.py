@@ -22,10 +22,10 @@ from riglens.core.files import atomic_write, require_writable
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.file import dumps
-from riglens.core.scene.display import DisplayGrid
 from riglens.core.scene.pog import Pog
 from riglens.core.vehicle.mesh import BodyMesh
 from riglens.core.vehicle.mesh_file import mesh_path, read_mesh
+from riglens.core.view.display import DisplayGrid
 from riglens.widgets.sensors.ray_look import DEFAULT_RAYS, LEAST_DENSITY, MOST_DENSITY, RayLook
 
 OUT = Path("out")

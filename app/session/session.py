@@ -18,8 +18,8 @@ from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
 
 if TYPE_CHECKING:  # loaded with the first scene
-    from riglens.core.scene.top_view import SeenBy
-    from riglens.core.scene.voxel import Voxel
+    from riglens.core.metric.voxel import Voxel
+    from riglens.core.view.top_view import SeenBy
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from riglens.core.engine.engine import Engine
 from riglens.core.metric.scores import Method
+from riglens.core.metric.voxel import Voxel, word_and_bit
 from riglens.core.rig.model import Rig, Sensor
-from riglens.core.scene.voxel import Voxel, word_and_bit
 
 MOST_COUNTED = 3
 

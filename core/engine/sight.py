@@ -15,9 +15,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from riglens.core.metric.voxel import Voxel
 from riglens.core.rig.model import Camera, Lidar, Sensor
 from riglens.core.scene.grid import VoxelGrid
-from riglens.core.scene.voxel import Voxel
 from riglens.core.sensing.rays import sensor_rays
 
 Verdict = Literal["sees", "off", "outside", "range", "between", "missed"]

@@ -1,1 +1,1 @@
-"""The metric of the paper: entropies, S-MIG, S-MS and `seen`, typed and validated."""
+"""The metric of the paper (section III-D): entropies of the POG, S-MIG, S-MS and `seen`, typed and validated."""

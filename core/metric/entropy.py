@@ -23,7 +23,7 @@ QUANTA_PER_NAT = 1 << 32
 
 
 def entropy_of_counts(counts: Counts, frames: int) -> NDArray[np.float64]:
-    """h in nat of counts out of `frames`, of the shape of `counts`; 0 where p is 0 or 1."""
+    """Return h in nat (the terms of eq. 13) of counts out of `frames`, in their shape; 0 where p is 0 or 1."""
     h = np.zeros(counts.shape)
     between = (counts > 0) & (counts < frames)
     p = counts[between] / frames
@@ -110,7 +110,7 @@ class EntropyField:
         return result
 
     def h_total_nat(self, cls: int) -> float:
-        """H(Omega) of one class in nat."""
+        """H(Omega) of one class of CLASSES in nat (paper, eq. 13)."""
         return nats(self.totals_q[cls])
 
 

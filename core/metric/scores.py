@@ -1,4 +1,4 @@
-"""What an evaluation says: entropies in nats, S-MIG, S-MS and `seen` per class (names of the paper)."""
+"""What an evaluation says: entropies in nats, S-MIG, S-MS and `seen` per class (paper, eq. 15-17)."""
 
 from __future__ import annotations
 
@@ -22,6 +22,23 @@ class MetricSettings:
 
 
 PAPER_SETTINGS = MetricSettings()
+
+
+def s_mig(reading: Reading, seen_nat: float, unseen_nat: float, hits_nat: float = 0.0) -> float:
+    """Return S-MIG in nat of all sensors of a kind (paper, eq. 16).
+
+    seen_nat: H(Omega|C), the entropy of the voxels seen; unseen_nat: that of all others, which is the information gain
+    of eq. 15; hits_nat: the sum over the voxels of every ray. The paper's reading is `covered`.
+    """
+    if reading == "residual":
+        return -unseen_nat
+    magnitude = hits_nat if reading == "hits" else seen_nat
+    return -magnitude if magnitude else 0.0
+
+
+def s_ms(camera_s_mig: float, lidar_s_mig: float, camera_weight: float) -> float:
+    """Return S-MS in nat from the S-MIG of all cameras and of all LiDARs (paper, eq. 17); camera_weight is lambda."""
+    return camera_weight * camera_s_mig + lidar_s_mig
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""From covered entropy to scores: the three readings of S-MIG, S-MS and `seen` (paper, eq. 14-16)."""
+"""From the sums of covered entropy, in fixed point, to the scores of every class."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from riglens.core.kernels.codes import ANY, VOXELS
 from riglens.core.metric.entropy import EntropyField, nats
-from riglens.core.metric.scores import ClassScores, KindScore, MetricSettings, Scores
+from riglens.core.metric.scores import ClassScores, KindScore, MetricSettings, Scores, s_mig, s_ms
 from riglens.core.scene.boxes import CLASSES
 
 KINDS = ("camera", "lidar")
@@ -18,14 +18,6 @@ KINDS = ("camera", "lidar")
 
 def _share(part_q: int, total_q: int) -> float:
     return part_q / total_q if total_q else 0.0
-
-
-def _s_mig(settings: MetricSettings, seen_q: int, total_q: int, hits_q: int) -> float:
-    """S-MIG in nat for the chosen reading; `covered` is the paper's."""
-    if settings.reading == "residual":
-        return -nats(total_q - seen_q)
-    magnitude = nats(hits_q if settings.reading == "hits" else seen_q)
-    return -magnitude if magnitude else 0.0
 
 
 def _class_scores(
@@ -40,10 +32,11 @@ def _class_scores(
     for kind in range(len(KINDS)):
         seen_q = int(sums_q[kind, cls])
         hit_q = int(hits_q[kind, cls]) if hits_q is not None else 0
-        kinds.append(KindScore(_s_mig(settings, seen_q, total_q, hit_q), _share(seen_q, total_q)))
+        magnitude = s_mig(settings.reading, nats(seen_q), nats(total_q - seen_q), nats(hit_q))
+        kinds.append(KindScore(magnitude, _share(seen_q, total_q)))
     camera, lidar = kinds
-    s_ms = settings.camera_weight * camera.s_mig + lidar.s_mig
-    return ClassScores(nats(total_q), camera, lidar, _share(int(sums_q[ANY, cls]), total_q), s_ms)
+    total = s_ms(camera.s_mig, lidar.s_mig, settings.camera_weight)
+    return ClassScores(nats(total_q), camera, lidar, _share(int(sums_q[ANY, cls]), total_q), total)
 
 
 def score(

@@ -1,1 +1,1 @@
-"""What surrounds the car: voxel grid, box data sets and the probabilistic occupancy grid (POG)."""
+"""What surrounds the car (paper, sections III-A and III-C): voxel grid, box data sets, probabilistic occupancy grid."""

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from riglens.core.engine.engine import Engine, Evaluation
 from riglens.core.kernels import bits
 from riglens.core.metric.entropy import EntropyField
-from riglens.core.metric.scores import MetricSettings
+from riglens.core.metric.scores import MetricSettings, s_ms
 from riglens.core.rig.model import Camera, Lidar, Rig, Sensor
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.columns import Words
@@ -141,7 +141,7 @@ class VoxelCase:
 
 
 def _s_ms(sums: NDArray[np.float64], camera_weight: float) -> tuple[float, ...]:
-    return tuple(-(camera_weight * float(sums[0, c]) + float(sums[1, c])) for c in range(len(CLASSES)))
+    return tuple(s_ms(-float(sums[0, c]), -float(sums[1, c]), camera_weight) for c in range(len(CLASSES)))
 
 
 def _ids(field: EntropyField, words: Words) -> NDArray[np.int64]:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from riglens.core.engine.engine import Engine
 from riglens.core.metric.entropy import EntropyField
-from riglens.core.metric.scores import DEFAULT_LAMBDA, MetricSettings, Reading
+from riglens.core.metric.scores import DEFAULT_LAMBDA, MetricSettings, Reading, s_ms
 from riglens.core.rig.model import Camera, EvenAngles, Rig, Sensor
 from riglens.core.rig.presets import CAMERA_GROUPS, LIDAR_GROUPS, PAPER_RIGS, preset
 from riglens.core.scene.boxes import CLASSES, BoxBatch, BoxSource, DataReport, Progress
@@ -63,7 +63,7 @@ class Ranking:
 
     def _rig(self, name: str) -> dict[str, float]:
         cameras, lidars = (self.s_mig[letter] for letter in name.split("+"))
-        return {cls: self.camera_weight * cameras[cls] + lidars[cls] for cls in CLASSES}
+        return {cls: s_ms(cameras[cls], lidars[cls], self.camera_weight) for cls in CLASSES}
 
     def with_weight(self, camera_weight: float) -> Ranking:
         """The same groups with another lambda."""

@@ -1,1 +1,1 @@
-"""What a single sensor sees of one frame: pictures for a person, beside the metric."""
+"""What people look at, beside the metric: what a sensor sees of one frame, the scene from above and in cells."""

@@ -15,7 +15,7 @@ from riglens.app.evaluation.heatmap import (
 from riglens.core.engine.engine import Engine
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.scene.boxes import CLASSES
-from riglens.core.scene.display import DisplayGrid
+from riglens.core.view.display import DisplayGrid
 from tests.core.builders import grid_of, rig_of, seen_by, spinning, synthetic_pog
 
 GRID = grid_of(12, 10, 8, 0.5)

@@ -14,10 +14,10 @@ from riglens.core.engine.engine import Engine
 from riglens.core.geometry import Pose
 from riglens.core.rig.model import Vehicle
 from riglens.core.scene.pog_store import save_pog
-from riglens.core.scene.top_view import SeenBy, TopView
-from riglens.core.scene.top_views import TopViews
 from riglens.core.view.camera_picture import CameraPicture
 from riglens.core.view.range_image import RangeImage
+from riglens.core.view.top_view import SeenBy, TopView
+from riglens.core.view.top_views import TopViews
 from tests.app.window_bench import Bench, open_bench, scene_options
 from tests.waiting import TIMEOUT_MS
 

@@ -14,7 +14,7 @@ from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.scenario import Scenario
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import Progress
-from riglens.core.scene.top_view import BLIND
+from riglens.core.view.top_view import BLIND
 from tests.app.window_bench import CAMERA, LIDAR, RIG, Bench, open_bench, scene_options
 from tests.waiting import TIMEOUT_MS
 from tests.widgets.mouse import hover

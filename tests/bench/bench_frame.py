@@ -10,7 +10,7 @@ import pyvista as pv
 
 from riglens.app.evaluation.heatmap import Heatmaps, marks_of
 from riglens.core.rig.model import Rig
-from riglens.core.scene.display import DisplayGrid
+from riglens.core.view.display import DisplayGrid
 from riglens.widgets.drawing.stage import render_window
 from riglens.widgets.heatmap.scale import HeatmapData
 from riglens.widgets.viewport.drawn_scene import DrawnScene

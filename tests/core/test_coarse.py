@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from riglens.core.metric.coarse import estimated
 from riglens.core.metric.entropy import EntropyField
+from riglens.core.metric.estimate import estimated
 from riglens.core.metric.scores import MetricSettings, Scores
 from riglens.core.scene.coarse import coarse_pog
 from riglens.core.scene.columns import unpack

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from riglens.core.metric.entropy import EntropyField
-from riglens.core.scene.display import DisplayGrid
+from riglens.core.metric.voxel import id_of, voxel_facts, voxel_in_cell
 from riglens.core.scene.pog import Pog
-from riglens.core.scene.voxel import id_of, voxel_facts, voxel_in_cell
+from riglens.core.view.display import DisplayGrid
 from tests.core.builders import grid_of, synthetic_pog
 
 GRID = grid_of(8, 6, 70, 0.5)

@@ -21,9 +21,9 @@ from riglens.core.engine.engine import Engine
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import PAPER_SETTINGS
 from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
-from riglens.core.scene.display import DisplayGrid
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.pog import Pog
+from riglens.core.view.display import DisplayGrid
 from riglens.widgets.gizmo.handles import GizmoMode
 from riglens.widgets.heatmap.scale import HeatLook
 from riglens.widgets.sensors.ray_look import RayLook

@@ -5,7 +5,7 @@ from __future__ import annotations
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QToolButton, QVBoxLayout, QWidget
 
-from riglens.core.scene.top_view import SeenBy
+from riglens.core.view.top_view import SeenBy
 from riglens.widgets.maps.map_view import MapView
 from riglens.widgets.panels.style import MARGIN, SPACING, as_panel
 

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QWidget
 
 from riglens.core.rig.model import Rig, Sensor
 from riglens.core.scene.grid import VoxelGrid
-from riglens.core.scene.top_view import BLIND, EMPTY, LEAST, MOST, TopView
+from riglens.core.view.top_view import BLIND, EMPTY, LEAST, MOST, TopView
 from riglens.widgets.maps.map_items import (
     BLIND_COLOUR,
     PlaneView,

@@ -15,8 +15,8 @@ from riglens.app.window.feature import Feature
 from riglens.app.window.workbench import Workbench
 from riglens.core.errors import InputError
 from riglens.core.rig.model import Rig
-from riglens.core.scene.top_view import TopView
 from riglens.core.view.camera_picture import CameraPicture
+from riglens.core.view.top_view import TopView
 from riglens.widgets.maps.map_panel import MapPanel
 from riglens.widgets.maps.map_view import MANY
 from riglens.widgets.maps.sensor_view import SensorViewPanel

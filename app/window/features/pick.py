@@ -59,7 +59,7 @@ class Pick(Feature):
         if scene is None or cell is None:
             self.clear()
             return
-        from riglens.core.scene.voxel import (
+        from riglens.core.metric.voxel import (
             voxel_in_cell,  # loaded with the scene: not while the window opens
         )
 

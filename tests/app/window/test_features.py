@@ -177,7 +177,7 @@ def cell(x_m: float, y_m: float, z_m: float) -> PickedCell:
 def test_a_picked_voxel_is_marked_and_forgotten_with_escape(
     desk: Desk, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("riglens.core.scene.voxel.voxel_in_cell", lambda *_: (20, 20, 1))
+    monkeypatch.setattr("riglens.core.metric.voxel.voxel_in_cell", lambda *_: (20, 20, 1))
     Pick(desk.workbench)
     desk.viewport.cell_picked.emit(cell(0.25, 0.25, 0.75))
     assert desk.session.voxel is None  # there is no traffic yet

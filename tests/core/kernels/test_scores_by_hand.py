@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from riglens.core.metric.coarse import estimated
 from riglens.core.metric.entropy import QUANTA_PER_NAT, EntropyField, entropy_of_counts, nats
+from riglens.core.metric.estimate import estimated
 from riglens.core.metric.scores import ClassScores, KindScore, MetricSettings, Reading, Scores
 from riglens.core.metric.scoring import score
 from riglens.core.scene.boxes import CLASSES

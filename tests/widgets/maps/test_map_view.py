@@ -9,7 +9,7 @@ from pytestqt.qtbot import QtBot
 
 from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
 from riglens.core.scene.grid import VoxelGrid
-from riglens.core.scene.top_view import BLIND, MOST, TopView
+from riglens.core.view.top_view import BLIND, MOST, TopView
 from riglens.widgets.maps.map_items import BLIND_COLOUR, PlaneView, ring_labels
 from riglens.widgets.maps.map_view import MapView
 from tests.waiting import TIMEOUT_MS

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from riglens.core.kernels.cells import Columns, update_columns
 from riglens.core.metric.entropy import QUANTA_PER_NAT, EntropyField
 from riglens.core.scene.columns import Words, empty_words, words_per_column
-from riglens.core.scene.top_view import BLIND, EMPTY, LEAST, MOST, SeenBy, TopView
+from riglens.core.view.top_view import BLIND, EMPTY, LEAST, MOST, SeenBy, TopView
 
 MAX_CELLS = 300_000
 

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 from riglens.core.metric.entropy import QUANTA_PER_NAT, EntropyField
 from riglens.core.scene.columns import empty_words, pack
-from riglens.core.scene.display import DisplayGrid
 from riglens.core.scene.pog import Pog
+from riglens.core.view.display import DisplayGrid
 from tests.core.builders import dense_h, evaluate, grid_of, rig_of, spinning, synthetic_pog
 
 GRID = grid_of(13, 11, 70, 0.5)

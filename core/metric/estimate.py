@@ -7,7 +7,7 @@ that lie close together fall into the same voxels: half of the change came neare
 
 from __future__ import annotations
 
-from riglens.core.metric.scores import ClassScores, KindScore, MetricSettings, Scores
+from riglens.core.metric.scores import ClassScores, KindScore, MetricSettings, Scores, s_mig, s_ms
 
 LIDAR_POWER = 0.5
 """Of the ratio between two rigs on voxels twice as large, in the measurements of docs/voxel-choice.md."""
@@ -44,9 +44,9 @@ def _scaled(known: float, now: float, then: float, power: float = 1.0) -> float 
 def _class_scores(
     h_total: float, camera: float, lidar: float, seen: float, settings: MetricSettings
 ) -> ClassScores:
-    is_residual = settings.reading == "residual"
     kinds = [
-        KindScore(-h_total * (1.0 - share if is_residual else share), share) for share in (camera, lidar)
+        KindScore(s_mig(settings.reading, h_total * share, h_total * (1.0 - share)), share)
+        for share in (camera, lidar)
     ]
-    s_ms = settings.camera_weight * kinds[0].s_mig + kinds[1].s_mig
-    return ClassScores(h_total, kinds[0], kinds[1], seen, s_ms)
+    total = s_ms(kinds[0].s_mig, kinds[1].s_mig, settings.camera_weight)
+    return ClassScores(h_total, kinds[0], kinds[1], seen, total)

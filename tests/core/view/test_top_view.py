@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 from riglens.core.metric.entropy import QUANTA_PER_NAT, EntropyField
 from riglens.core.scene.columns import empty_words, pack
-from riglens.core.scene.top_view import BLIND, EMPTY, LEAST, MOST
-from riglens.core.scene.top_views import TopViews
+from riglens.core.view.top_view import BLIND, EMPTY, LEAST, MOST
+from riglens.core.view.top_views import TopViews
 from tests.core.builders import dense_h, grid_of, synthetic_pog
 
 GRID = grid_of(13, 11, 70, 0.5)
