@@ -98,9 +98,9 @@ def test_a_class_that_is_nowhere_scores_zero_and_not_minus_zero() -> None:
 
 def known(camera: float, lidar: float, both: float, settings: MetricSettings) -> Scores:
     """Scores of a rig that sees these shares of 100 nat of each class."""
-    kinds = [KindScore(-100.0 * share, share) for share in (camera, lidar)]
-    s_ms = settings.camera_weight * kinds[0].s_mig + kinds[1].s_mig
-    return Scores(dict.fromkeys(CLASSES, ClassScores(100.0, *kinds, both, s_ms)), {})
+    by_cameras, by_lidars = KindScore(-100.0 * camera, camera), KindScore(-100.0 * lidar, lidar)
+    s_ms = settings.camera_weight * by_cameras.s_mig + by_lidars.s_mig
+    return Scores(dict.fromkeys(CLASSES, ClassScores(100.0, by_cameras, by_lidars, both, s_ms)), {})
 
 
 def test_an_estimate_follows_the_cameras_in_full_and_the_lidars_by_half() -> None:
