@@ -26,7 +26,8 @@ TESTS = {
     f"{ENGINE}/engine.py": ("test_engine_by_hand",),
     f"{METRIC}/entropy.py": ("test_scores_by_hand",),
     f"{METRIC}/scoring.py": ("test_scores_by_hand",),
-    f"{METRIC}/coarse.py": ("test_scores_by_hand",),
+    f"{METRIC}/scores.py": ("test_scores_by_hand",),
+    f"{METRIC}/estimate.py": ("test_scores_by_hand",),
 }
 """Which direct tests stand guard over a source file."""
 
@@ -203,13 +204,20 @@ MUTATIONS = [
     ),
     *_of(
         f"{METRIC}/scoring.py",
-        ("return -nats(total_q - seen_q)", "return nats(total_q - seen_q)"),
-        ("settings.camera_weight * camera.s_mig + lidar.s_mig", "camera.s_mig + settings.camera_weight * lidar.s_mig"),
-        ("return -magnitude if magnitude else 0.0", "return -magnitude"),
+        ("nats(total_q - seen_q), nats(hit_q)", "nats(seen_q), nats(hit_q)"),
+        ("KindScore(magnitude, _share(seen_q, total_q))", "KindScore(magnitude, _share(total_q, total_q))"),
         ("sums_q[ANY, cls]", "sums_q[0, cls]"),
     ),
     *_of(
-        f"{METRIC}/coarse.py",
+        f"{METRIC}/scores.py",
+        ("DEFAULT_LAMBDA = 0.1", "DEFAULT_LAMBDA = 0.2"),
+        ("return -unseen_nat", "return unseen_nat"),
+        ('hits_nat if reading == "hits" else seen_nat', "seen_nat"),
+        ("return -magnitude if magnitude else 0.0", "return -magnitude"),
+        ("return camera_weight * camera_s_mig + lidar_s_mig", "return camera_s_mig + camera_weight * lidar_s_mig"),
+    ),
+    *_of(
+        f"{METRIC}/estimate.py",
         ("LIDAR_POWER = 0.5", "LIDAR_POWER = 1.0"),
         ("max(seen, camera, lidar)", "seen"),
     ),
