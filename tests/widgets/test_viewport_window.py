@@ -10,7 +10,8 @@ import subprocess
 import sys
 import weakref
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -30,7 +31,6 @@ from riglens.widgets.heatmap.scale import HeatLook, HeatmapData
 from riglens.widgets.viewport.drop_target import MODEL_MIME
 from riglens.widgets.viewport.offscreen import OffscreenViewport
 from riglens.widgets.viewport.redraw import REST_MS
-from riglens.widgets.viewport.scene_state import ShownRig
 from riglens.widgets.viewport.viewport import Viewport
 from tests.hand_clock import HandTimers
 from tests.waiting import TIMEOUT_MS, TIMEOUT_S, wait_for
@@ -78,12 +78,16 @@ View = Window | Offscreen
 KINDS = pytest.mark.parametrize("kind", [Window, Offscreen], ids=["window", "offscreen"])
 
 
-def shown(kind: type[View], qtbot, size: tuple[int, int] = (900, 600), rig: ShownRig | None = None) -> View:
+def change(view: View, **fields: Any) -> None:
+    """Show another state: these fields are others."""
+    view.show_state(replace(view.state, **fields))
+
+
+def shown(kind: type[View], qtbot, size: tuple[int, int] = (900, 600), **fields: Any) -> View:
     """A view on the screen that has drawn everything."""
     made = kind()
     made.resize(*size)
-    if rig is not None:
-        made.set_rig(rig)
+    change(made, **fields)
     with qtbot.waitExposed(made, timeout=TIMEOUT_MS):
         made.show()
     settle(made)
@@ -117,7 +121,7 @@ def listen(view: View) -> Heard:
 
 @pytest.fixture(params=[Window, Offscreen], ids=["window", "offscreen"])
 def view(request: pytest.FixtureRequest, qtbot) -> Iterator[View]:
-    made = shown(request.param, qtbot, rig=ShownRig(RIG, selected="roof"))
+    made = shown(request.param, qtbot, rig=RIG, selected="roof")
     yield made
     made.close()
 
@@ -146,7 +150,7 @@ def test_the_first_picture_on_the_screen_is_the_one_that_stays(qtbot) -> None:
 
     tag = window.AddObserver("EndEvent", keep)
     view.resize(900, 600)
-    view.set_rig(ShownRig(RIG, selected="roof"))
+    change(view, rig=RIG, selected="roof")
     with qtbot.waitSignal(view.shown, timeout=TIMEOUT_MS):
         view.show()
     settle(view)
@@ -198,10 +202,10 @@ def drag(view: View, start: np.ndarray, end: np.ndarray, release: bool = True) -
 
 @pytest.mark.parametrize("space", ["world", "local"])
 def test_dragging_an_arrow_by_a_metre_on_the_screen_moves_the_sensor_by_that_metre(view, space):
-    view.set_gizmo("move", space)
+    change(view, gizmo_mode="move", gizmo_space=space)
     heard = listen(view)
     for axis in range(3):
-        view.set_rig(ShownRig(RIG, selected="roof"))
+        change(view, rig=RIG, selected="roof")
         heard.signals.clear()
         direction, origin = gizmo_axes(LIDAR.pose, space)[:, axis], np.array(LIDAR.position)
         start, camera = handle_pixel(view, Handle("move", axis)), view._scene.state.camera
@@ -214,7 +218,7 @@ def test_dragging_an_arrow_by_a_metre_on_the_screen_moves_the_sensor_by_that_met
 
 
 def test_dragging_a_ring_turns_the_sensor_and_moves_nothing(view):
-    view.set_gizmo("rotate", "world")
+    change(view, gizmo_mode="rotate", gizmo_space="world")
     heard = listen(view)
     start = handle_pixel(view, Handle("rotate", 2))
     drag(view, start, start + np.array([60.0, 5.0]))
@@ -225,12 +229,12 @@ def test_dragging_a_ring_turns_the_sensor_and_moves_nothing(view):
 
 def test_the_view_shows_the_dragged_pose_at_once_and_keeps_its_camera(view):
     heard = listen(view)
-    camera = view.scene_state.camera
+    camera = view.state.camera
     start = handle_pixel(view, Handle("move", 2))
     drag(view, start, start + np.array([0.0, -50.0]), release=False)
-    shown = view.scene_state.rig.sensor("roof").pose
+    shown = view.state.rig.sensor("roof").pose
     assert shown == heard.signals[-1][2] and shown.position_m[2] > 2.3
-    assert view.scene_state.camera == camera
+    assert view.state.camera == camera
     QTest.mouseRelease(view._canvas, Qt.MouseButton.LeftButton, pos=to_point(view, start))
 
 
@@ -242,17 +246,17 @@ def test_escape_cancels_a_drag_and_restores_the_start_pose(view):
     hover(view._canvas, to_point(view, start + np.array([0.0, -90.0])), Qt.MouseButton.LeftButton)
     QTest.mouseRelease(view._canvas, Qt.MouseButton.LeftButton, pos=to_point(view, start))
     assert heard.story()[-1] == "drag_cancelled" and "drag_finished" not in heard.story()
-    assert view.scene_state.rig.sensor("roof") == LIDAR
+    assert view.state.rig.sensor("roof") == LIDAR
 
 
 def test_a_sensor_deleted_while_it_is_dragged_ends_the_drag_in_peace(view):
     start = handle_pixel(view, Handle("move", 2))
     drag(view, start, start + np.array([0.0, -20.0]), release=False)
-    view.set_rig(ShownRig(Rig(sensors=(CAMERA,))))
+    change(view, rig=Rig(sensors=(CAMERA,)), selected=None)
     hover(view._canvas, to_point(view, start + np.array([0.0, -60.0])), Qt.MouseButton.LeftButton)
     assert view.cancel_drag()
     settle(view)
-    assert view.scene_state.rig.sensors == (CAMERA,)
+    assert view.state.rig.sensors == (CAMERA,)
 
 
 def test_a_click_selects_the_sensor_under_the_mouse_and_a_click_on_nothing_selects_none(view):
@@ -266,7 +270,7 @@ def test_a_click_selects_the_sensor_under_the_mouse_and_a_click_on_nothing_selec
 
 def test_a_hidden_sensor_cannot_be_picked_and_shows_no_gizmo(view):
     heard = listen(view)
-    view.set_rig(ShownRig(RIG, frozenset({"roof"}), "roof"))
+    change(view, hidden=frozenset({"roof"}))
     pixel = to_point(view, pixel_at(view, LIDAR.position))
     QTest.mouseClick(view._canvas, Qt.MouseButton.LeftButton, pos=pixel)
     assert heard.signals == [("sensor_picked", None)]
@@ -274,20 +278,20 @@ def test_a_hidden_sensor_cannot_be_picked_and_shows_no_gizmo(view):
 
 def test_a_sensor_that_cannot_be_moved_has_no_gizmo_and_a_drag_there_turns_the_view(view):
     heard = listen(view)
-    start, camera = handle_pixel(view, Handle("move", 2)), view.scene_state.camera
-    view.set_rig(ShownRig(RIG, selected="roof", fixed=frozenset({"roof"})))
+    start, camera = handle_pixel(view, Handle("move", 2)), view.state.camera
+    change(view, fixed=frozenset({"roof"}))
     assert view._scene.under_mouse.gizmo() is None
     drag(view, start, start + np.array([40.0, -30.0]))
-    assert heard.signals == [] and view.scene_state.camera != camera
-    view.set_rig(ShownRig(RIG, selected="roof"))
+    assert heard.signals == [] and view.state.camera != camera
+    change(view, fixed=frozenset())
     assert view._scene.under_mouse.gizmo() is not None
 
 
 def test_dragging_beside_the_gizmo_turns_the_view_and_selects_nothing(view):
     heard = listen(view)
-    before = view.scene_state.camera
+    before = view.state.camera
     drag(view, np.array([60.0, 500.0]), np.array([160.0, 460.0]))
-    after = view.scene_state.camera
+    after = view.state.camera
     assert heard.signals == []
     assert after.azimuth_deg != before.azimuth_deg and after.elevation_deg < before.elevation_deg
     assert after.focal_m == before.focal_m and after.distance_m == before.distance_m
@@ -295,7 +299,7 @@ def test_dragging_beside_the_gizmo_turns_the_view_and_selects_nothing(view):
 
 @pytest.mark.parametrize("button", [Qt.MouseButton.MiddleButton, Qt.MouseButton.LeftButton])
 def test_the_middle_button_or_shift_pans(view, button):
-    before = view.scene_state.camera
+    before = view.state.camera
     keys = (
         Qt.KeyboardModifier.ShiftModifier
         if button == Qt.MouseButton.LeftButton
@@ -304,13 +308,13 @@ def test_the_middle_button_or_shift_pans(view, button):
     QTest.mousePress(view._canvas, button, keys, QPoint(60, 500))
     hover(view._canvas, QPoint(120, 450), button)
     QTest.mouseRelease(view._canvas, button, keys, QPoint(120, 450))
-    after = view.scene_state.camera
+    after = view.state.camera
     assert after.focal_m != before.focal_m
     assert (after.azimuth_deg, after.elevation_deg) == (before.azimuth_deg, before.elevation_deg)
 
 
 def test_dragging_a_plane_moves_the_sensor_in_that_plane_only(view):
-    view.set_gizmo("move", "world")
+    change(view, gizmo_mode="move", gizmo_space="world")
     heard = listen(view)
     start = handle_pixel(view, Handle("plane", 2))
     drag(view, start, start + np.array([60.0, 20.0]))
@@ -322,7 +326,7 @@ def test_dragging_a_plane_moves_the_sensor_in_that_plane_only(view):
 
 
 def test_with_snapping_a_drag_ends_on_round_numbers_and_ctrl_inverts_it(view):
-    view.set_gizmo("move", "world")
+    change(view, gizmo_mode="move", gizmo_space="world")
     view.set_snap(True)
     heard = listen(view)
     start = handle_pixel(view, Handle("move", 2))
@@ -355,10 +359,10 @@ NUDGES = (
 
 
 def test_a_key_nudges_the_selected_sensor(view):
-    view.set_gizmo("both", "world")
+    change(view, gizmo_mode="both", gizmo_space="world")
     heard = listen(view)
     for key, modifier, place, value in NUDGES:
-        view.set_rig(ShownRig(RIG, selected="roof"))
+        change(view, rig=RIG, selected="roof")
         heard.signals.clear()
         QTest.keyClick(view._canvas, key, modifier)
         [(_, name, pose)] = heard.signals
@@ -366,7 +370,7 @@ def test_a_key_nudges_the_selected_sensor(view):
 
 
 def test_without_a_selection_keys_nudge_nothing(view):
-    view.set_rig(ShownRig(RIG))
+    change(view, rig=RIG, selected=None)
     heard = listen(view)
     QTest.keyClick(view._canvas, Qt.Key.Key_Left)
     assert heard.signals == []
@@ -391,7 +395,7 @@ def test_a_placed_sensor_follows_the_mouse_over_the_car_and_a_click_leaves_it_th
     pose = next(signal[2] for signal in reversed(heard.signals) if signal[0] == "drag_moved")
     assert pose.position_m == pytest.approx((-0.5, 0.0, 1.45 + 0.085), abs=0.08)
     assert abs(pose.rpy_deg[0]) < 10.0 and abs(pose.rpy_deg[1]) < 10.0
-    assert view.scene_state.rig.sensor("roof").pose == pose
+    assert view.state.rig.sensor("roof").pose == pose
 
 
 def test_escape_leaves_placing_and_puts_the_sensor_back(view):
@@ -400,7 +404,7 @@ def test_escape_leaves_placing_and_puts_the_sensor_back(view):
     hover(view._canvas, to_point(view, pixel_at(view, ROOF)))
     QTest.keyClick(view._canvas, Qt.Key.Key_Escape)
     assert heard.story()[-2:] == ["placing_changed", "drag_cancelled"]
-    assert view.scene_state.rig.sensor("roof") == LIDAR
+    assert view.state.rig.sensor("roof") == LIDAR
 
 
 def test_a_click_beside_the_car_places_nothing_and_placing_goes_on(view):
@@ -412,7 +416,7 @@ def test_a_click_beside_the_car_places_nothing_and_placing_goes_on(view):
 
 
 def test_nothing_can_be_placed_without_a_selection(view):
-    view.set_rig(ShownRig(RIG))
+    change(view, rig=RIG, selected=None)
     assert not view.begin_placing()
 
 
@@ -469,10 +473,10 @@ def turn_wheel(view: View, pixel: np.ndarray, notches: int) -> None:
 
 
 def test_the_wheel_zooms_and_keeps_the_place_under_the_cursor(view):
-    before = view.scene_state.camera
+    before = view.state.camera
     focal_pixel = pixel_at(view, before.focal_m)
     turn_wheel(view, focal_pixel, 2)
-    assert view.scene_state.camera.distance_m < 0.8 * before.distance_m
+    assert view.state.camera.distance_m < 0.8 * before.distance_m
     assert np.allclose(pixel_at(view, before.focal_m), focal_pixel, atol=1e-3)
 
 
@@ -535,21 +539,21 @@ def test_a_drag_and_its_rest_make_nothing_anew(view):
 def test_changes_right_after_one_another_are_drawn_coarsely_and_a_single_one_in_full(view):
     frames = frames_of(view)
     for opacity in (0.4, 0.45, 0.5, 0.55):
-        view.set_heat_look(HeatLook(opacity=opacity))
+        change(view, heat_look=HeatLook(opacity=opacity))
         view.timers.run_next()  # the picture of the first one has begun when the second one comes
     settle(view)
     assert "coarse" in frames.looks[:2] and frames.looks[-1] == "full smooth"
     assert set(frames.looks[1:-1]) == {"coarse"}
     frames.looks.clear()
-    view.set_heat_look(HeatLook(log=True))
+    change(view, heat_look=HeatLook(log=True))
     settle(view)
     assert frames.looks == one_change(view)
 
 
 def test_the_frame_at_rest_waits_while_the_mouse_is_on_its_way(view):
-    view.set_heat_look(HeatLook(opacity=0.4))
+    change(view, heat_look=HeatLook(opacity=0.4))
     view.timers.run_next()
-    view.set_heat_look(HeatLook(opacity=0.5))
+    change(view, heat_look=HeatLook(opacity=0.5))
     frames = frames_of(view)
     view.timers.advance(REST_MS - 1)
     for step in range(3):
@@ -575,8 +579,8 @@ def test_any_number_of_changes_in_one_go_makes_one_frame(view):
     heard = listen(view)
     for x in (0.1, 0.2, 0.3):
         moved = LIDAR.with_pose(Pose((x, 0.5, 2.2), LIDAR.rpy_deg))
-        view.set_rig(ShownRig(RIG.with_sensor("roof", moved), selected="roof"))
-    view.set_gizmo("move", "world")
+        change(view, rig=RIG.with_sensor("roof", moved), selected="roof")
+    change(view, gizmo_mode="move", gizmo_space="world")
     view.set_view("top")
     view.timers.advance(REST_MS - 1)
     assert heard.frames == 1
@@ -605,9 +609,11 @@ def test_the_picture_on_the_screen_changes_with_what_is_shown(view):
     empty = picture(view)
     x, y = np.meshgrid(np.arange(-4, 4, 0.4), np.arange(-6, -2, 0.4))
     centres = np.stack([x.ravel(), y.ravel(), np.full(x.size, 0.4)], axis=1).astype(np.float32)
-    view.set_heatmap(HeatmapData(centres, 0.4, np.ones(len(centres), np.float32), "seen", "share", 0.0, 1.0))
+    change(
+        view, heatmap=HeatmapData(centres, 0.4, np.ones(len(centres), np.float32), "seen", "share", 0.0, 1.0)
+    )
     heat = picture(view)
-    view.set_heatmap(None)
+    change(view, heatmap=None)
     again = picture(view)
     assert (np.abs(heat - empty).max(axis=2) > 60).mean() > 0.01
     assert (np.abs(again - empty).max(axis=2) > 60).mean() < 0.001
@@ -615,20 +621,20 @@ def test_the_picture_on_the_screen_changes_with_what_is_shown(view):
 
 def test_an_unknown_car_body_is_refused_and_the_car_stays(view):
     with pytest.raises(InputError, match=r"vehicle\.body"):
-        view.set_vehicle(Vehicle(body="hovercraft"))
-    assert view.scene_state.vehicle.body == "sedan"
+        change(view, vehicle=Vehicle(body="hovercraft"))
+    assert view.state.vehicle.body == "sedan"
 
 
 @KINDS
 def test_closing_the_view_releases_its_render_window(kind: Callable[[], View], qtbot):
     viewport = kind()
     viewport.resize(300, 200)
-    viewport.set_rig(ShownRig(RIG, selected="roof"))
+    change(viewport, rig=RIG, selected="roof")
     viewport.show()
     settle(viewport)
     window = weakref.ref(viewport._plotter.render_window)
     viewport.close()
-    viewport.set_rig(ShownRig(RIG))
+    change(viewport, rig=RIG, selected=None)
     viewport.request_render()
     settle(viewport)
     del viewport

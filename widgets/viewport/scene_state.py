@@ -40,21 +40,12 @@ class Marker:
 
 
 @dataclass(frozen=True)
-class ShownRig:
-    """A rig and how its sensors are shown: the `selected` one with its rays and gizmo, the `hidden` ones not at all.
-
-    Those in `fixed` cannot be dragged: they get no gizmo.
-    """
-
-    rig: Rig = field(default_factory=Rig)
-    hidden: frozenset[str] = frozenset()
-    selected: str | None = None
-    fixed: frozenset[str] = frozenset()
-
-
-@dataclass(frozen=True)
 class SceneState:
-    """What is seen, from where, and in which colours; rig, hidden, selected and fixed are those of a ShownRig."""
+    """What is seen, from where, and in which colours.
+
+    The sensor named `selected` is shown with its rays and handles, the `hidden` ones not at all. Those in `fixed`
+    cannot be dragged: they get no handles. Without a `body_mesh` the vehicle's parametric body is drawn.
+    """
 
     vehicle: Vehicle = field(default_factory=Vehicle)
     body_mesh: BodyMesh | None = None
@@ -78,11 +69,6 @@ class SceneState:
     def changed(self, after: SceneState) -> frozenset[str]:
         """Names of the fields in which another state differs from this one."""
         return frozenset(name for name in ALL_FIELDS if getattr(self, name) != getattr(after, name))
-
-    @property
-    def shown_rig(self) -> ShownRig:
-        """The rig and how its sensors are shown."""
-        return ShownRig(self.rig, self.hidden, self.selected, self.fixed)
 
     @property
     def shown(self) -> list[Lidar | Camera]:

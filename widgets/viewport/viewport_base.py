@@ -8,28 +8,21 @@ from PySide6.QtCore import QEvent, Qt
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from riglens.core.geometry import Pose
-from riglens.core.rig.model import Vehicle
-from riglens.core.scene.grid import VoxelGrid
-from riglens.core.vehicle.mesh import BodyMesh
 from riglens.widgets.drawing.camera import OrbitCamera
-from riglens.widgets.gizmo.drag import GizmoMode, Space
-from riglens.widgets.heatmap.scale import HeatLook, HeatmapData
-from riglens.widgets.sensors.ray_look import RayLook
-from riglens.widgets.theme import Palette
 from riglens.widgets.timers import Timers, single_shot
 from riglens.widgets.viewport.canvas_input import CanvasInput, CellPicker
 from riglens.widgets.viewport.controller import ViewController
 from riglens.widgets.viewport.drawn_scene import DrawnScene
 from riglens.widgets.viewport.drop_target import DropTarget
 from riglens.widgets.viewport.redraw import Parts, Redraw
-from riglens.widgets.viewport.scene_state import Marker, SceneState, ShownRig
+from riglens.widgets.viewport.scene_state import SceneState
 
 
 class ViewportBase(DropTarget):
     """The 3D view as the window sees it; a subclass supplies the canvas and draws on it.
 
     A drag moves sensor, fan and gizmo at once by itself and emits `drag_moved`; the document answers with
-    `set_rig`.
+    a state that says the same.
     """
 
     def __init__(self, parent: QWidget | None = None, timers: Timers = single_shot) -> None:
@@ -73,60 +66,9 @@ class ViewportBase(DropTarget):
             self.request_render()
 
     @property
-    def scene_state(self) -> SceneState:
-        """Use `state`."""
-        return self.state
-
-    @property
     def picture_size(self) -> tuple[int, int]:
         """Width and height of the view in logical pixels."""
         return self._canvas.width(), self._canvas.height()
-
-    # ---- the same one by one, for features that do not say `show_state` yet
-
-    def set_vehicle(self, vehicle: Vehicle, mesh: BodyMesh | None = None) -> None:
-        """Draw another car, from the mesh of its file if it has one."""
-        self.show_state(replace(self.state, vehicle=vehicle, body_mesh=mesh))
-
-    def set_rig(self, shown: ShownRig) -> None:
-        """Show the sensors of a rig."""
-        self.show_state(
-            replace(
-                self.state, rig=shown.rig, hidden=shown.hidden, selected=shown.selected, fixed=shown.fixed
-            )
-        )
-
-    def set_heatmap(self, data: HeatmapData | None) -> None:
-        """Show a heatmap, or none."""
-        self.show_state(replace(self.state, heatmap=data))
-
-    def set_heat_look(self, look: HeatLook) -> None:
-        """Draw the heatmap in another way: threshold, scale, opacity, slice."""
-        self.show_state(replace(self.state, heat_look=look))
-
-    def set_ray_look(self, look: RayLook) -> None:
-        """Draw the rays in another way: none, more or fewer, fainter or stronger."""
-        self.show_state(replace(self.state, ray_look=look))
-
-    def set_marker(self, marker: Marker | None) -> None:
-        """Point out a voxel, or none."""
-        self.show_state(replace(self.state, marker=marker))
-
-    def set_grid(self, grid: VoxelGrid) -> None:
-        """Show another region of interest."""
-        self.show_state(replace(self.state, grid=grid))
-
-    def set_gizmo(self, mode: GizmoMode, space: Space) -> None:
-        """Arrows, rings or both, along local or world axes."""
-        self.show_state(replace(self.state, gizmo_mode=mode, gizmo_space=space))
-
-    def set_palette(self, palette: Palette) -> None:
-        """Follow a light or dark window."""
-        self.show_state(replace(self.state, palette=palette))
-
-    def set_camera(self, camera: OrbitCamera) -> None:
-        """Look from there."""
-        self.show_state(replace(self.state, camera=camera))
 
     # ---- actions that are no state
 
