@@ -38,7 +38,7 @@ class BodyLayer:
     def set_vehicle(self, vehicle: Vehicle, palette: Palette, mesh: BodyMesh | None = None) -> None:
         """Draw a vehicle, with the mesh of its file if it has one.
 
-        InputError for an unknown body, which keeps the car shown before.
+        Raises InputError for an unknown body, and keeps the car shown before.
         """
         if mesh is None:
             parts = body_parts(vehicle)
@@ -65,7 +65,7 @@ class BodyLayer:
         self.set_quick(self._quick)
 
     def set_quick(self, quick: bool) -> None:
-        """Show a car that is drawn sooner while something moves: its light painted on, or fewer triangles."""
+        """While something moves, show a car that is faster to draw: its light painted on, or fewer triangles."""
         self._quick = quick
         hidden, shown = (self._actors, self._quick_actors) if quick else (self._quick_actors, self._actors)
         for actor in hidden:

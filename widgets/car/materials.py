@@ -1,6 +1,6 @@
-"""How the car looks: its materials, and the same with the light painted on for while something moves.
+"""How the car looks: its materials, and the same with the light painted on, used while something moves.
 
-Painted, one surface costs a third of the shaded ones. The lights stand still, so all but the highlights can be worked
+One painted surface costs a third of the shaded ones. The lights do not move, so everything but the highlights is worked
 out once. Faces that look away are left out.
 """
 
@@ -36,7 +36,7 @@ def car_materials(palette: Palette) -> dict[str, Material]:
 
 
 _SEEN_INSIDE = "dark"
-"""The housings of the wheels, which are looked into: these are drawn from both sides."""
+"""The wheel housings, which are open: they are drawn from both sides."""
 
 
 def baked_actors(parts: Sequence[BodyPart], palette: Palette) -> list[pv.Actor]:
@@ -64,7 +64,7 @@ def baked_mesh(mesh: pv.PolyData, material: Material) -> pv.PolyData:
 def _outward(
     points: NDArray[np.float32], normals: NDArray[np.float32], triangles: NDArray[np.int_]
 ) -> NDArray[np.int_]:
-    """The triangles (m, 3), turned round where their corners run the wrong way about their normals."""
+    """The triangles (m, 3), reversed where their corners run the wrong way about their normals."""
     a, b, c = (np.asarray(points, dtype=np.float64)[triangles[:, corner]] for corner in range(3))
     wrong = (np.cross(b - a, c - a) * normals[triangles].sum(axis=1)).sum(axis=1) < 0.0
     turned = np.array(triangles)

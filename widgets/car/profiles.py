@@ -1,4 +1,4 @@
-"""The parametric car bodies by name; each has a reference size, other sizes are scaled from it."""
+"""The parametric car bodies by name; each has a reference size, from which other sizes are scaled."""
 
 from __future__ import annotations
 

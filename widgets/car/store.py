@@ -1,4 +1,4 @@
-"""Surfaces of the car, kept in the user's cache folder: making them would delay the first picture most."""
+"""The car's surfaces in the user's cache folder: nothing would delay the first picture more than building them."""
 
 from __future__ import annotations
 
@@ -20,29 +20,29 @@ from riglens.core.files import atomic_write
 from riglens.widgets.drawing.surface import Painted, set_normals
 
 _MADE_BY = ("body.py", "profile.py", "profiles.py", "wheels.py", "../drawing/surface.py")
-"""Where the surfaces are made, from this folder."""
+"""The sources that the surfaces are made by, relative to this folder."""
 Arrays = dict[str, NDArray[Any]]
 
 
 def stored_surfaces(name: str, build: Callable[[], Painted], of: object = None) -> Painted:
-    """What `build` gives, without its empty meshes; from the cache if the same code has made it before of the same.
+    """Return what `build` returns, without empty meshes; from the cache if the same code built it from the same `of`.
 
-    One file per name: it is replaced when the code changes or `of`, whose text says what the surfaces follow from,
-    and rebuilt when it is damaged.
+    There is one file per name. It is replaced when the code changes, or `of`, whose text says what the surfaces depend
+    on, and when it is damaged.
     """
     path = cache_folder() / f"car-{name}.npz"
     maker = f"{_maker()} {of!r}"
     with contextlib.suppress(Exception):  # damaged bytes make numpy and zipfile raise a dozen kinds of error
         return _load(path, maker)
     painted = [(material, mesh) for material, mesh in build() if mesh.n_cells]
-    with contextlib.suppress(OSError, InputError):  # no place to keep it
+    with contextlib.suppress(OSError, InputError):  # nowhere to keep it
         path.parent.mkdir(parents=True, exist_ok=True)
         _save(path, maker, painted)
     return painted
 
 
 def _maker() -> str:
-    """Checksum of everything that the surfaces follow from: the modules that model them, and what cuts them."""
+    """Checksum of everything that the surfaces depend on: the modules that model them, numpy and VTK."""
     digest = hashlib.sha256(f"{np.__version__} {vtkVersion.GetVTKVersion()}".encode())
     for name in _MADE_BY:
         digest.update((Path(__file__).parent / name).read_bytes())

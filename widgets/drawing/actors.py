@@ -1,4 +1,4 @@
-"""How surfaces look: colours and shine of the car's materials, one helper that puts a mesh on the screen."""
+"""From meshes to actors: materials, plain and coloured actors, line segments, and VTK's arrays as numpy's."""
 
 from __future__ import annotations
 
@@ -55,17 +55,17 @@ def surface_colours(mesh: pv.PolyData, material: Material) -> NDArray[np.float64
 
 
 def numpy_of(array: vtkDataArray) -> NDArray[Any]:
-    """The values of a VTK array, not copied: what is written into them is in the array."""
+    """View a VTK array as numpy values; writing to them writes to the array."""
     return cast(NDArray[Any], vtk_to_numpy(array))  # type: ignore[no-untyped-call]
 
 
 def vtk_ids(numbers: NDArray[np.int64]) -> vtkIdTypeArray:
-    """A VTK array with a copy of these numbers."""
+    """Copy numbers into a VTK array of ids."""
     return cast(vtkIdTypeArray, numpy_to_vtkIdTypeArray(numbers, True))  # type: ignore[no-untyped-call]
 
 
 def mapper_of(mesh: pv.PolyData) -> vtkPolyDataMapper:
-    """A mapper without the colour map that pyvista's own would bring, and load matplotlib's figures for."""
+    """Return a mapper without pyvista's colour map, which would load matplotlib's figures."""
     mapper = vtkPolyDataMapper()
     mapper.SetInputData(mesh)
     return mapper

@@ -38,7 +38,7 @@ class Ray:
 
 @dataclass(frozen=True)
 class OrbitCamera:
-    """A camera that looks at `focal_m` from a distance; z stays up, also straight from above.
+    """A camera that looks at `focal_m` from a distance; z stays up, even straight from above.
 
     Azimuth turns left from the car's front, elevation 90 is straight above. Lengths are true if `parallel`.
     """
@@ -98,21 +98,21 @@ class OrbitCamera:
         )
 
     def orbited(self, dx_px: float, dy_px: float, size: Size) -> OrbitCamera:
-        """Turned about the focal point by a mouse movement; a full window height is half a turn."""
+        """Return the camera turned about the focal point by a mouse movement; a full window height is half a turn."""
         turn = 180.0 / max(1, size[1])
         elevation = min(90.0, max(-89.0, self.elevation_deg + dy_px * turn))
         azimuth = (self.azimuth_deg - dx_px * turn + 180.0) % 360.0 - 180.0
         return replace(self, azimuth_deg=azimuth, elevation_deg=elevation, parallel=False)
 
     def panned(self, dx_px: float, dy_px: float, size: Size) -> OrbitCamera:
-        """Moved sideways so that the focal plane follows the mouse."""
+        """Return the camera moved sideways so that the focal plane follows the mouse."""
         right, up, _ = self.axes()
         scale = self.half_height_m() * 2.0 / max(1, size[1])
         focal = np.array(self.focal_m) - dx_px * scale * right + dy_px * scale * up
         return replace(self, focal_m=(float(focal[0]), float(focal[1]), float(focal[2])))
 
     def zoomed(self, factor: float, pixel: Pixel, size: Size) -> OrbitCamera:
-        """Closer (factor < 1) or further away, keeping what is under the cursor there."""
+        """Return the camera closer (factor < 1) or further away; what is under the cursor stays there."""
         distance = min(_MAX_DISTANCE_M, max(_MIN_DISTANCE_M, self.distance_m * factor))
         kept = 1.0 - distance / self.distance_m
         dx_px, dy_px = (pixel[0] - size[0] / 2) * kept, (pixel[1] - size[1] / 2) * kept

@@ -1,4 +1,4 @@
-"""Flat parts of a picture - text, plates, lines - placed in pixels over the 3D scene, alike at every scale."""
+"""Flat parts of a picture - text, plates, lines - placed in pixels over the 3D scene, the same at every scale."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ _LEAST_FONT_PX = 6
 _PLATE_OPACITY = 0.82
 _VTK_FONT_FILE = 4
 DPI = 72
-"""With this, a font size of VTK is in pixels."""
+"""At this resolution VTK's font sizes are pixels."""
 
 
 def unit_px(size: Size, pixel_ratio: float, crowded: bool = False) -> float:
     """Pixels per unit of length of flat parts: the pixel ratio, less in views too small for them.
 
-    They stay legible as long as they fit at all. `crowded`: a legend and a table stand side by side.
+    Text stays legible as long as it fits at all. `crowded`: a legend and a table stand side by side.
     """
     full = _FULL_PICTURE_PX if crowded else _FULL_VIEW_PX
     room = min(size[0] / full[0], size[1] / full[1])
@@ -37,7 +37,7 @@ def unit_px(size: Size, pixel_ratio: float, crowded: bool = False) -> float:
 
 
 def text_actor(bold: bool = False, justification: int = 0) -> vtkTextActor:
-    """A line of text in a font that has Greek letters, signs and exponents; 0 left, 1 centred, 2 right."""
+    """A line of text in a font with Greek letters, signs and exponents; 0 is left, 1 centred, 2 right."""
     actor = vtkTextActor()
     font = actor.GetTextProperty()
     font.SetFontFamily(_VTK_FONT_FILE)
@@ -47,13 +47,13 @@ def text_actor(bold: bool = False, justification: int = 0) -> vtkTextActor:
 
 
 def place_text(actor: vtkTextActor, x: float, y: float, font_px: float) -> None:
-    """Put the start of the base line at a pixel, counted from the lower left, in letters of a size."""
+    """Put the start of the baseline at a pixel, counted from the lower left, and set the font size."""
     actor.SetPosition(round(x), round(y))
     actor.GetTextProperty().SetFontSize(max(_LEAST_FONT_PX, round(font_px)))
 
 
 def text_width_px(actor: vtkTextActor) -> float:
-    """How wide a text is in the size it was placed with, pixels."""
+    """Width in pixels of a text at the font size it was placed with."""
     box = [0, 0, 0, 0]
     vtkTextRenderer.GetInstance().GetBoundingBox(actor.GetTextProperty(), actor.GetInput(), box, DPI)
     return float(box[1] - box[0] + 1)
@@ -95,7 +95,7 @@ class ColourBar:
         self._place = (0.0, 0.0, 0.0, 0.0)
 
     def set_colours(self, colours: NDArray[np.float64]) -> None:
-        """Colours (n, 3) from 0 to 1, from left to right; it stays where it is."""
+        """Colours (n, 3) from 0 to 1, from left to right; the bar stays where it is."""
         count = len(colours)
         self._shares = np.repeat(np.arange(count + 1) / max(1, count), 2)
         first = 2 * np.arange(count)

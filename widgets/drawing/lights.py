@@ -18,7 +18,7 @@ _LIGHTS = (
 
 
 def set_lights(renderer: vtkRenderer) -> None:
-    """Light what a renderer draws with these lights and no others."""
+    """Light a renderer's scene with these lights and no others."""
     renderer.RemoveAllLights()
     for position, intensity in _LIGHTS:
         light = pv.Light(position=position, focal_point=_AIM_M, intensity=intensity, light_type="scene light")

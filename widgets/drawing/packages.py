@@ -3,7 +3,7 @@
 pyvista imports matplotlib's figures for charts inside a scene; RigLens draws none. pyvistaqt takes Qt from qtpy, which
 makes every class and enumeration of Qt ready at once, where PySide6 makes each one when it is first asked for. Neither
 package has a switch for that, so while they are imported, light stand-ins take the place of these modules in
-`sys.modules`. The stand-ins are gone afterwards: whoever needs the real modules later gets them, in pyvista too.
+`sys.modules`. The stand-ins are gone afterwards: code that needs the real modules later gets them, also inside pyvista.
 
 What this saves, and why nothing else does as well, is told with all other measures for a quick start in
 docs/performance.md, "What a start does".
@@ -41,7 +41,7 @@ def pyside_as_qtpy() -> AbstractContextManager[None]:
 
 
 class StandIn(ModuleType):
-    """Has the names it is given and those of its `lenders`; for any other it loads the module that it stands for."""
+    """Has the names it is given and those of its `lenders`; any other name loads the module it stands for."""
 
     def __init__(self, name: str, *lenders: ModuleType, **given: object) -> None:
         super().__init__(name)
@@ -57,7 +57,7 @@ class StandIn(ModuleType):
         return getattr(self._real(), name)
 
     def _real(self) -> ModuleType:
-        """The module itself, with all of its package: a real one does not get along with stand-ins."""
+        """Load the module itself; all stand-ins of its package go, because real modules do not mix with them."""
         package = self.__name__.partition(".")[0]
         for name, module in list(sys.modules.items()):
             if isinstance(module, StandIn) and name.partition(".")[0] == package:
@@ -66,7 +66,7 @@ class StandIn(ModuleType):
 
 
 def when_called(module: str, name: str) -> Callable[..., object]:
-    """A function or class of a module that is loaded when it is called."""
+    """Return a callable that loads a module's function or class when it is called."""
 
     def call(*values: object, **named: object) -> object:
         return getattr(import_module(module), name)(*values, **named)
@@ -76,7 +76,7 @@ def when_called(module: str, name: str) -> Callable[..., object]:
 
 @contextmanager
 def standing_in(*stand_ins: StandIn) -> Iterator[None]:
-    """Have imports find these, but for modules that are loaded already; later imports find the real ones."""
+    """Let imports find these instead of modules that are not loaded yet; later imports find the real ones."""
     placed = [stand_in for stand_in in stand_ins if stand_in.__name__ not in sys.modules]
     sys.modules.update({stand_in.__name__: stand_in for stand_in in placed})
     try:

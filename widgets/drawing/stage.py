@@ -1,8 +1,8 @@
-"""What a scene is drawn on: four renderers over one another in one window, seen through one camera.
+"""What a scene is drawn on: four renderers on top of each other in one window, seen through one camera.
 
 `backdrop` has what lies behind everything else: background and ground, and while something moves the heatmap. These
-are large areas, where the time of a frame goes without a graphics card, so in motion they are drawn at a fraction of
-their size and stretched. `main` has car, sensors and rays; `cells` the heatmap at rest, among them by their depths;
+are large areas, which take most of a frame's time without a graphics card, so in motion they are drawn at a fraction
+of their size and stretched. `main` has car, sensors and rays; `cells` the heatmap at rest, among them by their depths;
 `overlay` what is never hidden.
 """
 
@@ -34,7 +34,7 @@ class Stage:
         self._coarse_size: Size | None = None
         self._last_size: Size = (1, 1)
         self.backdrop = plotter.renderer
-        self.backdrop.SetUseOIT(False)  # cells come in their order; weighted blending would cost another pass
+        self.backdrop.SetUseOIT(False)  # cells are sorted already; weighted blending would cost another pass
         self.backdrop.camera_set = True
         self.main, self.cells, self.overlay = (self._renderer_above() for _ in range(3))
         self.cells.PreserveDepthBufferOn()
@@ -44,7 +44,7 @@ class Stage:
         self.main.AddObserver(vtkCommand.StartEvent, lambda *_: (call := stretch()) and call())
 
     def _renderer_above(self) -> vtkRenderer:
-        """A further renderer, drawn over the ones before."""
+        """Add a renderer that is drawn over the earlier ones."""
         window = render_window(self._plotter)
         renderer = vtkRenderer()
         window.SetNumberOfLayers(window.GetNumberOfLayers() + 1)
@@ -57,7 +57,7 @@ class Stage:
 
     @property
     def size(self) -> Size:
-        """Width and height of the picture in pixels; of a closed plotter the last ones."""
+        """Width and height of the picture in pixels; once the plotter is closed, the last ones."""
         window = self._plotter.render_window
         if window is not None:
             width, height = window.GetSize()
@@ -72,8 +72,8 @@ class Stage:
     def set_smooth(self, smooth: bool) -> None:
         """Smooth the edges of the next frame by a filter over the finished picture (FXAA), but not of its words.
 
-        Several samples per pixel would be smoother yet, and take three times as long as all the rest. To be said
-        before each frame: a renderer runs the filter only if it draws anything, and the last one that does has to.
+        Several samples per pixel would be smoother yet, and take three times as long as all the rest. Call it before
+        each frame: a renderer runs the filter only if it draws something, and the last one that does must.
         """
         is_last = any(prop.GetVisibility() for prop in props_of(self.overlay))
         self.overlay.SetUseFXAA(smooth and is_last)
@@ -101,7 +101,7 @@ class Stage:
             renderer.SetActiveCamera(camera)
 
     def draw(self, *chosen: vtkRenderer) -> None:
-        """Draw these renderers alone, over what is in the window already."""
+        """Draw only these renderers, over what is already in the window."""
         renderers = (self.backdrop, self.main, self.cells, self.overlay)
         for renderer in renderers:
             renderer.SetDraw(renderer in chosen)

@@ -19,7 +19,7 @@ _BOX_STEP_M = 0.2
 def spline_matrix(controls: int, samples: int, degree: int = 3) -> Points:
     """Weights (samples, controls) of a clamped uniform B-spline at evenly spaced parameters.
 
-    De Boor's recursion, bit for bit as in scipy, whose interpolation would take longer to import than to use.
+    De Boor's recursion, bit for bit as in scipy, whose interpolation takes longer to import than to run.
     """
     inner = np.linspace(0.0, 1.0, controls - degree + 1)
     knots = np.concatenate([np.zeros(degree), inner, np.ones(degree)])
@@ -39,7 +39,7 @@ def spline_matrix(controls: int, samples: int, degree: int = 3) -> Points:
 
 
 def loft(net: Points, rows: int, columns: int) -> pv.PolyData:
-    """Smooth surface over a control net (m, k, 3), sampled (rows, columns), with outward-agnostic normals.
+    """Smooth surface over a control net (m, k, 3), sampled (rows, columns), with normals that may face either way.
 
     The point normals come from the smooth surface, so that later cuts keep the shading.
     """
@@ -130,7 +130,7 @@ def _lattice_normals(points: Points) -> Points:
 
 
 def _is_line(outline: Points) -> bool:
-    """Whether a closed outline (k, 3) encloses nothing: there a surface closes, and its own normals mean little."""
+    """Whether a closed outline (k, 3) encloses nothing: a surface closes there, and its own normals mean little."""
     spokes = outline - outline.mean(axis=0)
     return bool(np.linalg.norm(np.cross(spokes[:-1], spokes[1:]).sum(axis=0)) < 1e-9)
 
@@ -199,7 +199,7 @@ def cut_convex(
 ) -> tuple[pv.PolyData, list[pv.PolyData]]:
     """Split off what lies in a convex polygon, in the plane where `flat` (n, 2) lies: (inside, what is left).
 
-    Points with `away` > 0 never belong to it. Cutting along its straight sides one after the other keeps a
+    Points with `away` > 0 never belong to it. Cutting along its straight sides one by one preserves a
     region that is far thinner than the mesh is fine.
     """
     sides = np.array([_beyond_side(flat, *side) for side in _sides(polygon)])

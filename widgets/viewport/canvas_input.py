@@ -35,11 +35,11 @@ class CanvasInput(QObject):
         canvas.installEventFilter(self)
 
     def stop(self) -> None:
-        """Listen no more."""
+        """Stop listening."""
         self._canvas.removeEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Take what the controller knows; everything else goes on to the canvas."""
+        """Handle what the controller understands; everything else goes on to the canvas."""
         if isinstance(event, QMouseEvent | QWheelEvent | QKeyEvent):
             self.used.emit()
         if isinstance(event, QMouseEvent):
@@ -93,7 +93,7 @@ _NUDGES: dict[int, NudgeKey] = {
 def handle_key(controller: ViewController, event: QKeyEvent) -> bool:
     """Escape cancels, arrow keys nudge (with Ctrl or Alt they turn), Ctrl inverts the snapping of a drag.
 
-    Every other key is the window's; returns whether this one was used.
+    Every other key is left to the window. Returns whether this one was used.
     """
     is_press = event.type() == QEvent.Type.KeyPress
     if event.key() == Qt.Key.Key_Control:
@@ -109,7 +109,7 @@ def handle_key(controller: ViewController, event: QKeyEvent) -> bool:
 
 
 def is_nudge(event: QKeyEvent) -> bool:
-    """Whether a key nudges: then it is the view's even where the window has a shortcut for it."""
+    """Whether a key nudges: the view takes it even if the window has a shortcut for it."""
     return event.key() in _NUDGES
 
 
@@ -117,12 +117,12 @@ _CLICK_PX = 4.0
 
 
 class CellPicker(QObject):
-    """Listens to a canvas before anything else does, and keeps to itself the clicks that pick a cell."""
+    """Listens to a canvas before anything else does, and swallows the clicks that pick a cell."""
 
     picked = Signal(object)
     """A PickedCell; None when no cell is drawn there."""
     escaped = Signal()
-    """Escape was pressed on the canvas, and no drag was going on."""
+    """Escape was pressed on the canvas while nothing was being dragged."""
 
     def __init__(self, canvas: QWidget, scene: DrawnScene, is_dragging: Callable[[], bool]) -> None:
         super().__init__(canvas)
@@ -137,7 +137,7 @@ class CellPicker(QObject):
         self._canvas.setCursor(Qt.CursorShape.CrossCursor if is_on else Qt.CursorShape.ArrowCursor)
 
     def stop(self) -> None:
-        """Listen no more."""
+        """Stop listening."""
         self._canvas.removeEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:

@@ -1,7 +1,7 @@
 """What mouse and keys do in the 3D view, without Qt: pixels in, camera moves, picks, drags and poses out.
 
 Left on a handle drags it, left elsewhere orbits, a left click selects, middle or Shift+left pans, the wheel
-zooms towards the cursor, a double click looks at a sensor from near by, arrow keys nudge, Escape cancels a drag.
+zooms towards the cursor, a double click looks at a sensor from close by, arrow keys nudge, Escape cancels a drag.
 While a sensor is being placed it follows the mouse over the car, and a click leaves it there.
 """
 
@@ -22,7 +22,7 @@ Button = Literal["left", "middle", "right", "none"]
 
 
 class Listener(Protocol):
-    """Who hears what mouse and keys did."""
+    """What the controller tells: what mouse and keys did."""
 
     def on_picked(self, name: str | None) -> None:
         """A click chose a sensor, or nothing."""
@@ -117,7 +117,7 @@ class ViewController:
             self._move_camera(dx, dy)
 
     def invert(self, inverted: bool) -> None:
-        """Ctrl went down or up: a drag goes on with or without snapping, even when the mouse rests."""
+        """Ctrl went down or up: a drag continues with or without snapping, even while the mouse rests."""
         if self._held is not None and self._held.drag is not None and inverted != self._inverted:
             self._inverted = inverted
             self._drag_to(self._last)
@@ -135,7 +135,7 @@ class ViewController:
         self._listener.on_changed()
 
     def double_click(self, pixel: Pixel) -> None:
-        """Look at the sensor under the mouse from near by."""
+        """Look at the sensor under the mouse from close by."""
         name = self._scene.under_mouse.sensor(pixel)
         if name is not None and self._held is None:
             self._scene.frame(name)
@@ -154,7 +154,7 @@ class ViewController:
             self._listener.on_changed()
 
     def cancel(self) -> bool:
-        """Give up a drag or a placing: everything is as before it. False when there was none."""
+        """Give up a drag or a placing and restore what was before it. False when there was none."""
         held = self._held
         if held is None:
             return False
@@ -167,7 +167,7 @@ class ViewController:
         return True
 
     def begin_placing(self) -> bool:
-        """Have the selected sensor follow the mouse over the car; False when none is selected and seen."""
+        """Make the selected sensor follow the mouse over the car; False when none is selected and visible."""
         self.cancel()
         sensor = self._selected()
         if sensor is None:

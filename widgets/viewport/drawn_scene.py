@@ -63,7 +63,7 @@ class DrawnScene:
 
     @property
     def size(self) -> Size:
-        """Width and height of the picture in pixels; of a closed plotter the last ones."""
+        """Width and height of the picture in pixels; once the plotter is closed, the last ones."""
         return self._stage.size
 
     @property
@@ -78,7 +78,7 @@ class DrawnScene:
             self._rig.set_line_width(pixel_ratio)
 
     def show(self, state: SceneState) -> None:
-        """Show a state; only the layers that differ from the state shown before are made anew.
+        """Show a state; only layers that differ from the state shown before are rebuilt.
 
         Raises InputError for an unknown vehicle body: the car shown before stays, on the screen and in `state`, but
         everything else of the new state is shown.
@@ -152,7 +152,7 @@ class DrawnScene:
         self._state = replace(self._state, camera=camera)
 
     def frame(self, name: str) -> None:
-        """Look at one sensor from near by, keeping the direction."""
+        """Look at one sensor from close by, keeping the direction."""
         position = self._state.rig.sensor(name).position
         self.set_camera(replace(self._state.camera, focal_m=position, distance_m=5.0))
 
@@ -174,11 +174,11 @@ class DrawnScene:
 
     @property
     def is_quick(self) -> bool:
-        """Whether it is drawn as while something moves."""
+        """Whether it is drawn the way it is while something moves."""
         return self._quick
 
     def set_smooth(self, smooth: bool) -> None:
-        """Smooth the edges of the frames to come: a filter that costs a third of a frame at rest."""
+        """Smooth the edges of later frames, with a filter that costs a third of a frame at rest."""
         self._smooth = smooth
 
     @property
@@ -187,11 +187,11 @@ class DrawnScene:
         return self._smooth
 
     def set_echo(self, text: str, pixel: Pixel = (0.0, 0.0)) -> None:
-        """Show a few numbers beside a pixel, or no longer."""
+        """Show a few numbers beside a pixel, or hide them."""
         self._words.set_echo(text, pixel)
 
     def set_ghost(self, sensor: Lidar | Camera | None) -> None:
-        """Show where a sensor that is not in the rig would come to stand, or no longer."""
+        """Show where a sensor that is not in the rig would be placed, or None."""
         self._rig.set_ghost(sensor, self._state.palette)
 
     @property
@@ -222,7 +222,7 @@ class DrawnScene:
     def draw_in_parts(self) -> Iterator[None]:
         """Draw what `prepare` has made ready, one part at a time, each of some ten milliseconds.
 
-        The picture is whole at the end. Nothing may be changed until then, unless the rest is given up.
+        The picture is complete at the end. Nothing may change until then, unless the rest is abandoned.
         """
         stage = self._stage
         stage.draw(stage.backdrop)

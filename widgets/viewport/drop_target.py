@@ -1,4 +1,4 @@
-"""Models of the sensor library dragged onto the car: a ghost under the mouse, and word of where they were dropped."""
+"""Models of the sensor library dragged onto the car: a ghost under the mouse, and a signal where they were dropped."""
 
 from __future__ import annotations
 
@@ -42,12 +42,12 @@ class DropTarget(View):
         return self._scene.pose_on_body(pixel, sensor_from_model(model, model, Pose()))
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
-        """A model of the library may be dropped here; files are the window's."""
+        """A model of the library may be dropped here; files are left to the window."""
         self._dropped = dragged_sensor(event.mimeData())
         event.setAccepted(self._dropped is not None)
 
     def dragMoveEvent(self, event: QDragMoveEvent) -> None:
-        """Show where the sensor would come to stand."""
+        """Show where the sensor would be placed."""
         pose = self._pose_of_drop(event.position())
         self._show_drop(pose)
         event.setAccepted(pose is not None)

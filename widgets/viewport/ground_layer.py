@@ -23,8 +23,8 @@ _LETTER_PX = 9.0
 """Labels grow in steps as the view goes away, as long as there is room for them between two lines."""
 _WIDE_LINE = 0.6
 _PLANE_M, _LINE_M, _LABEL_M = -0.08, -0.03, -0.015
-"""Heights of plane, lines and labels: far enough apart to hide one another rightly. VTK's own offsets for what
-lies in one plane are a switch for all actors alike and make each of them write its depths anew."""
+"""Heights of plane, lines and labels: far enough apart to hide one another correctly. VTK's own offsets for
+coplanar things are one switch for all actors and make each of them rewrite its depths."""
 
 
 class GroundLayer:

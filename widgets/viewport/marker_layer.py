@@ -17,7 +17,7 @@ _EDGE_COLOUR = "#101418"
 
 
 class MarkerLayer:
-    """A cube of lines on the overlay, with a dark edge so that it stands out of every colour."""
+    """A cube of lines on the overlay, with a dark edge so that it stands out against every colour."""
 
     def __init__(self, overlay: vtkRenderer) -> None:
         cube = pv.Cube().extract_all_edges()

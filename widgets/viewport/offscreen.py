@@ -1,7 +1,7 @@
-"""The 3D view without OpenGL of Qt: the same scene, drawn offscreen and shown as a picture.
+"""The 3D view without Qt's OpenGL: the same scene, drawn offscreen and shown as a picture.
 
-For platforms without OpenGL windows, and for computers without a graphics card: there a window with a QOpenGLWidget is
-put together from textures on every change of anything in it, which takes longer than drawing a small change.
+For platforms without OpenGL windows, and for computers without a graphics card: there Qt composes a window that
+holds a QOpenGLWidget from textures at every change in it, which takes longer than drawing a small change.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from riglens.widgets.viewport.redraw import Parts
 from riglens.widgets.viewport.viewport_base import ViewportBase
 
 _TURN_S = 0.015
-"""So long parts of a picture are drawn before others have a turn."""
+"""How long parts of a picture are drawn before the event loop gets a turn."""
 
 
 class _ImageCanvas(QWidget):
@@ -100,7 +100,7 @@ class OffscreenViewport(ViewportBase):
         self._show_pixels()
 
     def _draw_whole(self) -> Parts:
-        yield  # making the rays anew that motion left out has taken a turn
+        yield  # rebuilding the rays that motion left out has taken a turn
         self._scene.prepare()
         yield
         began = perf_counter()

@@ -11,15 +11,15 @@ from riglens.widgets.timers import Timers, single_shot
 REST_MS = 250
 """A view in which nothing has changed for so long is at rest."""
 Parts = Generator[None, None, None]
-"""Draws a part of a picture whenever it is asked to go on."""
+"""Draws a part of a picture each time it is resumed."""
 
 
 class Redraw(QObject):
     """Asks for frames: `draw` as often as something changes, `draw_rested` some time after the last of them.
 
-    A rested frame takes longest, so it waits while the mouse is on its way to something, and everybody else has a
-    turn where it yields. With `in_parts` what changes while nothing moves is drawn like that at once. Motion gives
-    up what has not been drawn yet; any other change waits for it.
+    A rested frame takes longest, so it waits while the mouse is moving, and the event loop gets a turn wherever it
+    yields. With `in_parts`, what changes while nothing moves is drawn like that at once. Motion abandons
+    what has not been drawn yet; any other change waits for it.
     """
 
     def __init__(
@@ -45,7 +45,7 @@ class Redraw(QObject):
 
     @property
     def is_busy(self) -> bool:
-        """Whether a frame has just been drawn, or is being drawn: the next change comes in the midst of others."""
+        """Whether a frame has just been drawn, or is being drawn: the next change is one of many."""
         return self._rest.isActive() or self._next.isActive()
 
     def request(self) -> None:
@@ -64,7 +64,7 @@ class Redraw(QObject):
             self._begin()
 
     def taken_over(self) -> None:
-        """What has been asked for is being drawn: only the rested frame is due."""
+        """Note that what was asked for is being drawn elsewhere: only the rested frame is due."""
         self._give_up()
         self._soon.stop()
         if not self._is_stopped:
@@ -97,7 +97,7 @@ class Redraw(QObject):
             return
 
     def _give_up(self) -> None:
-        """Leave what is being drawn as it is."""
+        """Abandon what is being drawn."""
         self._next.stop()
         parts, self._parts = self._parts, None
         if parts is not None:

@@ -31,7 +31,7 @@ class RigLayer:
         self._sensors.set_sensors(state.shown, marks, state.palette)
 
     def show_fans(self, state: SceneState, quick: bool, others: bool = True) -> None:
-        """Draw the rays anew: fewer while something moves; those of the sensors not selected only with `others`."""
+        """Rebuild the rays, fewer while something moves; those of sensors that are not selected only with `others`."""
         casting, look = state.casting, state.ray_look
         selected = next((sensor for sensor in casting if sensor.name == state.selected), None)
         self._rays.set_selected(selected, state.grid, state.palette, look.of_selected(quick))
@@ -44,5 +44,5 @@ class RigLayer:
         self._sensors.set_pose(name, pose)
 
     def set_ghost(self, sensor: Lidar | Camera | None, palette: Palette) -> None:
-        """Show where a sensor that is not in the rig would come to stand, or no longer."""
+        """Show where a sensor that is not in the rig would be placed, or None."""
         self._sensors.set_ghost(sensor, palette)

@@ -21,8 +21,8 @@ from riglens.widgets.viewport.scene_state import SceneState
 class ViewportBase(DropTarget):
     """The 3D view as the window sees it; a subclass supplies the canvas and draws on it.
 
-    A drag moves sensor, fan and gizmo at once by itself and emits `drag_moved`; the document answers with
-    a state that says the same.
+    A drag moves sensor, fan and gizmo at once and emits `drag_moved`; the document answers with a state that says
+    the same.
     """
 
     def __init__(self, parent: QWidget | None = None, timers: Timers = single_shot) -> None:
@@ -70,10 +70,10 @@ class ViewportBase(DropTarget):
         """Width and height of the view in logical pixels."""
         return self._canvas.width(), self._canvas.height()
 
-    # ---- actions that are no state
+    # ---- actions that are not state
 
     def set_picking(self, is_on: bool) -> None:
-        """Have every left click pick a cell of the heatmap; else only those with Alt do."""
+        """Make every left click pick a cell of the heatmap; otherwise only clicks with Alt do."""
         self._picker.set_on(is_on)
 
     def set_view(self, name: str, wide: bool = False) -> None:
@@ -82,23 +82,23 @@ class ViewportBase(DropTarget):
         self.request_render()
 
     def chosen_camera(self) -> OrbitCamera | None:
-        """Where somebody looks from; None while the first view is fitted to the size of the widget."""
+        """The camera that somebody chose; None while the first view is fitted to the size of the widget."""
         camera = self._scene.state.camera
         return None if camera is self._home else camera
 
     def frame_sensor(self, name: str) -> None:
-        """Look at one sensor from near by."""
+        """Look at one sensor from close by."""
         self._scene.frame(name)
         self.request_render()
 
     def look_at(self, x_m: float, y_m: float) -> None:
-        """Bring a spot of the ground plan into the middle of the view, from the direction and distance as now."""
+        """Bring a point of the ground plan into the middle of the view; direction and distance stay."""
         camera = self._scene.state.camera
         self._scene.set_camera(replace(camera, focal_m=(x_m, y_m, camera.focal_m[2])))
         self.request_render()
 
     def set_snap(self, snap: bool) -> None:
-        """Have drags end on round numbers: 0.05 m and 5 degrees."""
+        """Make drags end on round numbers: 0.05 m and 5 degrees."""
         self._controller.set_snap(snap)
 
     def cancel_drag(self) -> bool:
@@ -106,7 +106,7 @@ class ViewportBase(DropTarget):
         return self._controller.cancel()
 
     def begin_placing(self) -> bool:
-        """Have the selected sensor follow the mouse over the car until a click; False when none is selected."""
+        """Make the selected sensor follow the mouse over the car until a click; False when none is selected."""
         self._canvas.setFocus(Qt.FocusReason.OtherFocusReason)
         return self._controller.begin_placing()
 
@@ -120,7 +120,7 @@ class ViewportBase(DropTarget):
         self._redraw.request()
 
     def close_viewport(self) -> None:
-        """Stop all timers and release the graphics; the widget draws no more."""
+        """Stop all timers and release the graphics; the widget draws nothing from then on."""
         if self._closed:
             return
         self._closed = True
@@ -129,7 +129,7 @@ class ViewportBase(DropTarget):
         self._picker.stop()
         self._release()
 
-    # ---- what the controller of the mouse tells (`controller.Listener`)
+    # ---- what the controller reports (`controller.Listener`)
 
     def on_picked(self, name: str | None) -> None:
         """A click chose a sensor, or nothing."""
@@ -156,12 +156,12 @@ class ViewportBase(DropTarget):
         self.nudged.emit(name, pose)
 
     def on_placing(self, active: bool) -> None:
-        """A sensor follows the mouse, or no longer."""
+        """A sensor follows the mouse, or no longer does."""
         self._canvas.setCursor(Qt.CursorShape.CrossCursor if active else Qt.CursorShape.ArrowCursor)
         self.placing_changed.emit(active)
 
     def on_changed(self) -> None:
-        """The scene changed by the mouse."""
+        """The mouse changed the scene."""
         self.request_render()
 
     # ---- what a subclass supplies
@@ -180,7 +180,7 @@ class ViewportBase(DropTarget):
         super().closeEvent(event)  # type: ignore[arg-type]
 
     def _expect_more(self) -> None:
-        """A slider or a key that is held: changes right after one another are drawn as those of a drag."""
+        """Draw changes that follow one another closely, from a slider or a held key, like those of a drag."""
         if self._redraw.is_busy:
             self._scene.set_quick(True)
 
@@ -189,7 +189,7 @@ class ViewportBase(DropTarget):
         self.request_render()
 
     def _in_parts(self) -> bool:
-        """Whether a picture of everything takes so long that others should have turns in between."""
+        """Whether a full picture takes so long that the event loop should get turns in between."""
         return False
 
     def _draw_now(self) -> None:
@@ -208,7 +208,7 @@ class ViewportBase(DropTarget):
         self.drawn.emit()
 
     def _draw_whole(self) -> Parts:
-        """Draw everything; each yield is a turn for others."""
+        """Draw everything; each yield gives the event loop a turn."""
         self._draw()
         yield from ()
 

@@ -1,4 +1,4 @@
-"""Everything in the scene that is read: the heatmap's legend, title and table of a picture, numbers of a drag."""
+"""All text over the scene: the heatmap's legend, title and table of a picture, numbers beside a drag."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ class CaptionLayer:
         self._plates[0].cover(_MARGIN_PX * unit, high - height, width + 2 * _INSET_PX * unit, height)
 
     def _place_table(self, unit: float) -> None:
-        """Rows from below; a column is as wide as its widest cell, numbers end under each other."""
+        """Lay out the rows from the bottom; a column is as wide as its widest cell, numbers are right-aligned."""
         rows, left, low = len(self._caption.table), (_MARGIN_PX + _INSET_PX) * unit, (_MARGIN_PX + 9) * unit
         right, note = left, self._texts.get((rows, 0))
         if note is not None:
@@ -144,7 +144,7 @@ class EchoLayer:
 
 
 def text_size_px(text: str, pixel_ratio: float) -> tuple[float, float]:
-    """About the width and height of the panel: enough to keep it inside the view."""
+    """Estimate the width and height of the panel, well enough to keep it inside the view."""
     lines = text.split("\n")
     letter = _ECHO_PX * pixel_ratio
     return letter * (0.62 * max(map(len, lines)) + 1.0), letter * (1.6 * len(lines) + 0.4)
@@ -176,7 +176,7 @@ class WordsLayer:
         self._caption.set_caption(state.caption, state.palette)
 
     def set_echo(self, text: str, pixel: Pixel) -> None:
-        """Show a few numbers beside a pixel, or no longer."""
+        """Show a few numbers beside a pixel, or hide them."""
         self._echo_at = (text, pixel)
 
     def arrange(self, state: SceneState, drawn_cell_m: float | None, size: Size, pixel_ratio: float) -> None:

@@ -22,7 +22,7 @@ from riglens.widgets.gizmo.drag import (
 )
 from riglens.widgets.gizmo.echo import drag_echo
 from riglens.widgets.gizmo.nudge import nudge_turned, nudged, view_axes
-from tests.widgets.test_gizmo_drag import axes, eye_at, eyes, metres, poses, ray_through, spaces
+from tests.widgets.gizmo.test_drag import axes, eye_at, eyes, metres, poses, ray_through, spaces
 
 
 def is_multiple(value: float, step: float) -> bool:

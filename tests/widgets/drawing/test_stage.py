@@ -11,7 +11,7 @@ from riglens.widgets.drawing.camera import OrbitCamera
 from riglens.widgets.drawing.stage import COARSE, render_window
 from riglens.widgets.viewport.drawn_scene import DrawnScene
 from riglens.widgets.viewport.scene_state import SceneState
-from tests.widgets.test_viewport_still import LIDAR, wall
+from tests.widgets.viewport.test_still import LIDAR, wall
 
 CAMERA = OrbitCamera((0.0, 0.0, 0.7), 14.0, -70.0, 12.0)
 STATE = SceneState(rig=Rig(sensors=(LIDAR,)), heatmap=wall(4.0), camera=CAMERA)

@@ -1,5 +1,8 @@
 """The cached surfaces of the car: the same as built, and built again when the file is no good."""
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 import pyvista as pv
@@ -115,3 +118,24 @@ def test_a_change_of_the_surfaces_does_not_reach_the_cache(folder):
         painted = stored_surfaces("sedan", build)
         assert_as_built(painted)
         painted[0][1].points = np.array(painted[0][1].points) * 2.0
+
+
+WIDGETS = Path(body.__file__).resolve().parents[1]
+DRAWN_ONLY = {"car/store.py", "drawing/actors.py", "theme.py"}
+"""These keep surfaces or show them, but none decides their shape."""
+
+
+def sources_of(path: str) -> set[str]:
+    """The modules among the widgets that a module needs, itself among them."""
+    found, wanted = set(), {path}
+    while wanted:
+        path = wanted.pop()
+        found.add(path)
+        names = re.findall(r"^from riglens\.widgets\.(\S+) import", (WIDGETS / path).read_text(), re.M)
+        wanted |= {name.replace(".", "/") + ".py" for name in names} - found - DRAWN_ONLY
+    return found
+
+
+def test_the_cache_follows_every_source_that_shapes_the_car():
+    followed = {str((WIDGETS / "car" / name).resolve().relative_to(WIDGETS)) for name in body_store._MADE_BY}
+    assert followed == sources_of("car/body.py")

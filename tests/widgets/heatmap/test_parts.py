@@ -11,7 +11,7 @@ from riglens.widgets.drawing.camera import OrbitCamera
 from riglens.widgets.drawing.stage import render_window
 from riglens.widgets.heatmap.levels import in_parts
 from riglens.widgets.viewport.drawn_scene import DrawnScene
-from tests.widgets.test_stage import STATE, plotter  # noqa: F401
+from tests.widgets.drawing.test_stage import STATE, plotter  # noqa: F401
 
 RANDOM = np.random.default_rng(3)
 CENTRES = RANDOM.uniform((-30, -20, 0), (30, 20, 4), (20_000, 3)).astype(np.float32)

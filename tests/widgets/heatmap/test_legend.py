@@ -15,7 +15,7 @@ from riglens.widgets.heatmap.scale import HeatmapData, Scale
 from riglens.widgets.theme import DARK, LIGHT, Palette
 from riglens.widgets.viewport.drawn_scene import DrawnScene
 from riglens.widgets.viewport.scene_state import SceneState
-from tests.widgets.test_viewport_still import wall
+from tests.widgets.viewport.test_still import wall
 
 SIZES = [(900, 600), (1920, 1080)]
 SCALES: tuple[Scale, ...] = ("ramp", "steps", "change")

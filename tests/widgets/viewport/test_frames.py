@@ -1,0 +1,241 @@
+"""What the 3D view draws, and when; closing it releases everything.
+
+Every statement holds for the window on a display and for the picture drawn without one.
+"""
+
+import gc
+import os
+import subprocess
+import sys
+import weakref
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
+
+from riglens.core.errors import InputError
+from riglens.core.geometry import Pose
+from riglens.core.rig.model import Vehicle
+from riglens.widgets.gizmo.drag import Handle
+from riglens.widgets.heatmap.scale import HeatLook, HeatmapData
+from riglens.widgets.viewport.redraw import REST_MS
+from riglens.widgets.viewport.viewport import Viewport
+from tests.waiting import TIMEOUT_MS, TIMEOUT_S, wait_for
+from tests.widgets.mouse import hover
+from tests.widgets.viewport.views import (
+    KINDS,
+    LIDAR,
+    RIG,
+    AnyView,
+    Window,
+    change,
+    drag,
+    frames_of,
+    handle_pixel,
+    listen,
+    one_change,
+    picture,
+    settle,
+    shown,
+    to_point,
+)
+
+
+def test_letters_are_not_enlarged_twice_on_a_dense_screen(qtbot) -> None:
+    view = Viewport()
+    view.resize(200, 150)
+    with qtbot.waitSignal(view.shown, timeout=TIMEOUT_MS):
+        view.show()
+    window = view._plotter.render_window
+    window.SetDPI(144)  # what the widget does on a screen of double density
+    view.set_view("top")
+    wait_for(lambda: window.GetDPI() == 72)
+    view.close_viewport()
+
+
+def test_the_first_picture_on_the_screen_is_the_one_that_stays(qtbot) -> None:
+    view = Window()
+    window, pictures = view._plotter.render_window, []
+
+    def keep(*_: object) -> None:
+        width, height = window.GetSize()
+        pixels = vtkUnsignedCharArray()
+        window.GetPixelData(0, 0, width - 1, height - 1, 0, pixels, 0)
+        pictures.append(vtk_to_numpy(pixels).reshape(height, width, 3).astype(int))
+
+    tag = window.AddObserver("EndEvent", keep)
+    view.resize(900, 600)
+    change(view, rig=RIG, selected="roof")
+    with qtbot.waitSignal(view.shown, timeout=TIMEOUT_MS):
+        view.show()
+    settle(view)
+    window.RemoveObserver(tag)
+    assert len(pictures) > 1  # the last one has smooth edges
+    assert pictures[0].std() > 10.0
+    difference = float(np.abs(pictures[0] - pictures[-1]).mean())
+    assert difference < 6.0, difference  # of the smooth edges alone
+    view.close()
+
+
+def test_edges_are_smooth_once_nothing_moves(view):
+    frames = frames_of(view)
+    view.set_view("top")
+    settle(view)
+    assert frames.looks == one_change(view)
+
+
+def test_a_drag_is_drawn_coarsely_until_it_rests_and_then_once_in_full(view):
+    frames = frames_of(view)
+    start = handle_pixel(view, Handle("move", 2))
+    drag(view, start, start + np.array([0.0, -50.0]), release=False)
+    view.timers.advance(400)
+    assert set(frames.looks[1:]) == {"coarse"}, "a held sensor may move on at any moment"
+    QTest.mouseRelease(view._canvas, Qt.MouseButton.LeftButton, pos=to_point(view, start))
+    settle(view)
+    assert set(frames.looks[1:-1]) == {"coarse"} and frames.looks[-1] == "full smooth"
+
+
+def test_a_drag_and_its_rest_make_nothing_anew(view):
+    def everything() -> list[str]:
+        renderers = view._plotter.render_window.GetRenderers()
+        return [prop.GetAddressAsString("") for renderer in renderers for prop in renderer.GetViewProps()]
+
+    before = everything()
+    start = handle_pixel(view, Handle("move", 2))
+    drag(view, start, start + np.array([0.0, -50.0]), release=False)
+    assert everything() == before
+    QTest.mouseRelease(view._canvas, Qt.MouseButton.LeftButton, pos=to_point(view, start))
+    settle(view)
+    assert everything() == before
+
+
+def test_changes_right_after_one_another_are_drawn_coarsely_and_a_single_one_in_full(view):
+    frames = frames_of(view)
+    for opacity in (0.4, 0.45, 0.5, 0.55):
+        change(view, heat_look=HeatLook(opacity=opacity))
+        view.timers.run_next()  # the picture of the first one has begun when the second one comes
+    settle(view)
+    assert "coarse" in frames.looks[:2] and frames.looks[-1] == "full smooth"
+    assert set(frames.looks[1:-1]) == {"coarse"}
+    frames.looks.clear()
+    change(view, heat_look=HeatLook(log=True))
+    settle(view)
+    assert frames.looks == one_change(view)
+
+
+def test_the_frame_at_rest_waits_while_the_mouse_is_on_its_way(view):
+    change(view, heat_look=HeatLook(opacity=0.4))
+    view.timers.run_next()
+    change(view, heat_look=HeatLook(opacity=0.5))
+    frames = frames_of(view)
+    view.timers.advance(REST_MS - 1)
+    for step in range(3):
+        hover(view._canvas, QPoint(20 + 3 * step, 20))
+        view.timers.advance(REST_MS - 1)
+    assert frames.looks == ["coarse"]
+    view.timers.advance(1)
+    assert frames.looks == ["coarse", "full smooth"]
+
+
+@KINDS
+def test_a_picture_at_rest_has_shades_between_the_car_and_what_is_behind_it(kind, qtbot):
+    viewport = shown(kind, qtbot, (320, 200))
+    smooth = picture(viewport)
+    viewport._draw_now()
+    wait_for(lambda: viewport.is_current)
+    rough = picture(viewport, wait=False)
+    viewport.close()
+    assert len(np.unique(smooth.reshape(-1, 3), axis=0)) > 1.2 * len(np.unique(rough.reshape(-1, 3), axis=0))
+
+
+def test_any_number_of_changes_in_one_go_makes_one_frame(view):
+    heard = listen(view)
+    for x in (0.1, 0.2, 0.3):
+        moved = LIDAR.with_pose(Pose((x, 0.5, 2.2), LIDAR.rpy_deg))
+        change(view, rig=RIG.with_sensor("roof", moved), selected="roof")
+    change(view, gizmo_mode="move", gizmo_space="world")
+    view.set_view("top")
+    view.timers.advance(REST_MS - 1)
+    assert heard.frames == 1
+
+
+def test_an_idle_view_draws_nothing(view):
+    heard = listen(view)
+    view.timers.advance(60_000)
+    QApplication.processEvents()
+    assert heard.frames == 0
+
+
+def test_the_picture_on_the_screen_changes_with_what_is_shown(view):
+    empty = picture(view)
+    x, y = np.meshgrid(np.arange(-4, 4, 0.4), np.arange(-6, -2, 0.4))
+    centres = np.stack([x.ravel(), y.ravel(), np.full(x.size, 0.4)], axis=1).astype(np.float32)
+    change(
+        view, heatmap=HeatmapData(centres, 0.4, np.ones(len(centres), np.float32), "seen", "share", 0.0, 1.0)
+    )
+    heat = picture(view)
+    change(view, heatmap=None)
+    again = picture(view)
+    assert (np.abs(heat - empty).max(axis=2) > 60).mean() > 0.01
+    assert (np.abs(again - empty).max(axis=2) > 60).mean() < 0.001
+
+
+def test_an_unknown_car_body_is_refused_and_the_car_stays(view):
+    with pytest.raises(InputError, match=r"vehicle\.body"):
+        change(view, vehicle=Vehicle(body="hovercraft"))
+    assert view.state.vehicle.body == "sedan"
+
+
+@KINDS
+def test_closing_the_view_releases_its_render_window(kind: Callable[[], AnyView], qtbot):
+    viewport = kind()
+    viewport.resize(300, 200)
+    change(viewport, rig=RIG, selected="roof")
+    viewport.show()
+    settle(viewport)
+    window = weakref.ref(viewport._plotter.render_window)
+    viewport.close()
+    change(viewport, rig=RIG, selected=None)
+    viewport.request_render()
+    settle(viewport)
+    del viewport
+    gc.collect()
+    QApplication.processEvents()
+    assert window() is None
+
+
+NO_DISPLAY = """
+import sys
+from PySide6.QtWidgets import QApplication
+from PySide6.QtTest import QTest
+from riglens.widgets.viewport.backend import create_viewport
+app = QApplication([])
+view = create_viewport()
+view.resize(320, 200)
+view.show()
+while view.image.isNull() or not view.is_at_rest:
+    QTest.qWait(1)
+print(type(view).__name__, view.image.width(), len({view.image.pixel(x, 120) for x in range(320)}) > 20)
+view.close()
+"""
+
+
+def test_without_any_display_the_view_is_drawn_into_a_picture():
+    environment = {
+        name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")
+    }
+    environment |= {"QT_QPA_PLATFORM": "offscreen", "VTK_DEFAULT_OPENGL_WINDOW": "vtkEGLRenderWindow"}
+    run = subprocess.run(
+        [sys.executable, "-c", NO_DISPLAY],
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=TIMEOUT_S,
+        check=False,
+    )
+    assert run.stdout.strip() == "OffscreenViewport 320 True", run.stderr

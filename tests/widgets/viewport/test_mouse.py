@@ -1,0 +1,309 @@
+"""The 3D view as a person uses it: the mouse drags, turns, selects, places and zooms; keys nudge.
+
+Every statement holds for the window on a display and for the picture drawn without one.
+"""
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt
+from PySide6.QtGui import QDragEnterEvent, QDragMoveEvent, QDropEvent, QWheelEvent
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+
+from riglens.core.rig.model import Rig
+from riglens.widgets.gizmo.drag import Handle, along_axis_m, gizmo_axes
+from riglens.widgets.viewport.drop_target import MODEL_MIME
+from tests.widgets.mouse import hover
+from tests.widgets.viewport.views import (
+    CAMERA,
+    LIDAR,
+    RIG,
+    AnyView,
+    change,
+    drag,
+    handle_pixel,
+    listen,
+    pixel_at,
+    settle,
+    to_point,
+)
+
+
+@pytest.mark.parametrize("space", ["world", "local"])
+def test_dragging_an_arrow_by_a_metre_on_the_screen_moves_the_sensor_by_that_metre(view, space):
+    change(view, gizmo_mode="move", gizmo_space=space)
+    heard = listen(view)
+    for axis in range(3):
+        change(view, rig=RIG, selected="roof")
+        heard.signals.clear()
+        direction, origin = gizmo_axes(LIDAR.pose, space)[:, axis], np.array(LIDAR.position)
+        start, camera = handle_pixel(view, Handle("move", axis)), view._scene.state.camera
+        grasp_m = along_axis_m(origin, direction, camera.ray(tuple(start), view._scene.size))
+        drag(view, start, pixel_at(view, origin + (grasp_m + 1.0) * direction))
+        _, name, pose = heard.signals[-2]
+        assert heard.story() == ["drag_started", "drag_moved", "drag_finished"]
+        assert name == "roof" and pose.rpy_deg == LIDAR.rpy_deg
+        assert np.allclose(pose.position_m, origin + direction, atol=0.03)
+
+
+def test_dragging_a_ring_turns_the_sensor_and_moves_nothing(view):
+    change(view, gizmo_mode="rotate", gizmo_space="world")
+    heard = listen(view)
+    start = handle_pixel(view, Handle("rotate", 2))
+    drag(view, start, start + np.array([60.0, 5.0]))
+    pose = heard.signals[-2][2]
+    assert pose.position_m == LIDAR.position and pose.rpy_deg[:2] == (0.0, 0.0)
+    assert abs(pose.rpy_deg[2] - 20.0) > 5.0
+
+
+def test_the_view_shows_the_dragged_pose_at_once_and_keeps_its_camera(view):
+    heard = listen(view)
+    camera = view.state.camera
+    start = handle_pixel(view, Handle("move", 2))
+    drag(view, start, start + np.array([0.0, -50.0]), release=False)
+    shown = view.state.rig.sensor("roof").pose
+    assert shown == heard.signals[-1][2] and shown.position_m[2] > 2.3
+    assert view.state.camera == camera
+    QTest.mouseRelease(view._canvas, Qt.MouseButton.LeftButton, pos=to_point(view, start))
+
+
+def test_escape_cancels_a_drag_and_restores_the_start_pose(view):
+    heard = listen(view)
+    start = handle_pixel(view, Handle("move", 2))
+    drag(view, start, start + np.array([0.0, -50.0]), release=False)
+    QTest.keyClick(view._canvas, Qt.Key.Key_Escape)
+    hover(view._canvas, to_point(view, start + np.array([0.0, -90.0])), Qt.MouseButton.LeftButton)
+    QTest.mouseRelease(view._canvas, Qt.MouseButton.LeftButton, pos=to_point(view, start))
+    assert heard.story()[-1] == "drag_cancelled" and "drag_finished" not in heard.story()
+    assert view.state.rig.sensor("roof") == LIDAR
+
+
+def test_a_sensor_deleted_while_it_is_dragged_ends_the_drag_in_peace(view):
+    start = handle_pixel(view, Handle("move", 2))
+    drag(view, start, start + np.array([0.0, -20.0]), release=False)
+    change(view, rig=Rig(sensors=(CAMERA,)), selected=None)
+    hover(view._canvas, to_point(view, start + np.array([0.0, -60.0])), Qt.MouseButton.LeftButton)
+    assert view.cancel_drag()
+    settle(view)
+    assert view.state.rig.sensors == (CAMERA,)
+
+
+def test_a_click_selects_the_sensor_under_the_mouse_and_a_click_on_nothing_selects_none(view):
+    heard = listen(view)
+    QTest.mouseClick(
+        view._canvas, Qt.MouseButton.LeftButton, pos=to_point(view, pixel_at(view, CAMERA.position))
+    )
+    QTest.mouseClick(view._canvas, Qt.MouseButton.LeftButton, pos=QPoint(15, 15))
+    assert heard.signals == [("sensor_picked", "front"), ("sensor_picked", None)]
+
+
+def test_a_hidden_sensor_cannot_be_picked_and_shows_no_gizmo(view):
+    heard = listen(view)
+    change(view, hidden=frozenset({"roof"}))
+    pixel = to_point(view, pixel_at(view, LIDAR.position))
+    QTest.mouseClick(view._canvas, Qt.MouseButton.LeftButton, pos=pixel)
+    assert heard.signals == [("sensor_picked", None)]
+
+
+def test_a_sensor_that_cannot_be_moved_has_no_gizmo_and_a_drag_there_turns_the_view(view):
+    heard = listen(view)
+    start, camera = handle_pixel(view, Handle("move", 2)), view.state.camera
+    change(view, fixed=frozenset({"roof"}))
+    assert view._scene.under_mouse.gizmo() is None
+    drag(view, start, start + np.array([40.0, -30.0]))
+    assert heard.signals == [] and view.state.camera != camera
+    change(view, fixed=frozenset())
+    assert view._scene.under_mouse.gizmo() is not None
+
+
+def test_dragging_beside_the_gizmo_turns_the_view_and_selects_nothing(view):
+    heard = listen(view)
+    before = view.state.camera
+    drag(view, np.array([60.0, 500.0]), np.array([160.0, 460.0]))
+    after = view.state.camera
+    assert heard.signals == []
+    assert after.azimuth_deg != before.azimuth_deg and after.elevation_deg < before.elevation_deg
+    assert after.focal_m == before.focal_m and after.distance_m == before.distance_m
+
+
+@pytest.mark.parametrize("button", [Qt.MouseButton.MiddleButton, Qt.MouseButton.LeftButton])
+def test_the_middle_button_or_shift_pans(view, button):
+    before = view.state.camera
+    keys = (
+        Qt.KeyboardModifier.ShiftModifier
+        if button == Qt.MouseButton.LeftButton
+        else Qt.KeyboardModifier.NoModifier
+    )
+    QTest.mousePress(view._canvas, button, keys, QPoint(60, 500))
+    hover(view._canvas, QPoint(120, 450), button)
+    QTest.mouseRelease(view._canvas, button, keys, QPoint(120, 450))
+    after = view.state.camera
+    assert after.focal_m != before.focal_m
+    assert (after.azimuth_deg, after.elevation_deg) == (before.azimuth_deg, before.elevation_deg)
+
+
+def test_dragging_a_plane_moves_the_sensor_in_that_plane_only(view):
+    change(view, gizmo_mode="move", gizmo_space="world")
+    heard = listen(view)
+    start = handle_pixel(view, Handle("plane", 2))
+    drag(view, start, start + np.array([60.0, 20.0]))
+    pose = heard.signals[-2][2]
+    assert pose.position_m[2] == LIDAR.position[2] and pose.rpy_deg == LIDAR.rpy_deg
+    assert all(
+        abs(new - old) > 0.05 for new, old in zip(pose.position_m[:2], LIDAR.position[:2], strict=True)
+    )
+
+
+def test_with_snapping_a_drag_ends_on_round_numbers_and_ctrl_inverts_it(view):
+    change(view, gizmo_mode="move", gizmo_space="world")
+    view.set_snap(True)
+    heard = listen(view)
+    start = handle_pixel(view, Handle("move", 2))
+    drag(view, start, start + np.array([0.0, -33.0]), release=False)
+    snapped = heard.signals[-1][2].position_m[2]
+    QTest.keyPress(view._canvas, Qt.Key.Key_Control)
+    free = heard.signals[-1][2].position_m[2]
+    QTest.keyRelease(view._canvas, Qt.Key.Key_Control)
+    again = heard.signals[-1][2].position_m[2]
+    QTest.mouseRelease(view._canvas, Qt.MouseButton.LeftButton, pos=to_point(view, start))
+    assert snapped == again == round(round(snapped / 0.05) * 0.05, 9)
+    assert free != snapped and abs(free - snapped) <= 0.025 + 1e-9
+
+
+def test_the_numbers_of_a_drag_stand_beside_the_cursor_until_it_ends(view):
+    start = handle_pixel(view, Handle("move", 2))
+    drag(view, start, start + np.array([0.0, -40.0]), release=False)
+    text, pixel = view._scene._words._echo_at
+    assert text.startswith("Δz +") and np.allclose(np.subtract(pixel, start), (0.0, -40.0), atol=1.0)
+    QTest.mouseRelease(view._canvas, Qt.MouseButton.LeftButton, pos=to_point(view, start))
+    assert view._scene._words._echo_at[0] == ""
+
+
+NUDGES = (
+    (Qt.Key.Key_PageUp, Qt.KeyboardModifier.NoModifier, 2, 2.21),
+    (Qt.Key.Key_PageDown, Qt.KeyboardModifier.ShiftModifier, 2, 2.1),
+    (Qt.Key.Key_Left, Qt.KeyboardModifier.ControlModifier, 5, 21.0),
+    (Qt.Key.Key_Right, Qt.KeyboardModifier.AltModifier, 5, 19.0),
+)
+
+
+def test_a_key_nudges_the_selected_sensor(view):
+    change(view, gizmo_mode="both", gizmo_space="world")
+    heard = listen(view)
+    for key, modifier, place, value in NUDGES:
+        change(view, rig=RIG, selected="roof")
+        heard.signals.clear()
+        QTest.keyClick(view._canvas, key, modifier)
+        [(_, name, pose)] = heard.signals
+        assert name == "roof" and (*pose.position_m, *pose.rpy_deg)[place] == pytest.approx(value, abs=1e-12)
+
+
+def test_without_a_selection_keys_nudge_nothing(view):
+    change(view, rig=RIG, selected=None)
+    heard = listen(view)
+    QTest.keyClick(view._canvas, Qt.Key.Key_Left)
+    assert heard.signals == []
+
+
+ROOF, BESIDE = (-0.5, 0.0, 1.45), (0.0, -8.0, 0.0)
+
+
+def test_a_placed_sensor_follows_the_mouse_over_the_car_and_a_click_leaves_it_there(view):
+    heard = listen(view)
+    assert view.begin_placing()
+    roof = to_point(view, pixel_at(view, ROOF))
+    hover(view._canvas, roof)
+    QTest.mouseClick(view._canvas, Qt.MouseButton.LeftButton, pos=roof)
+    assert heard.story() == [
+        "drag_started",
+        "placing_changed",
+        "drag_moved",
+        "placing_changed",
+        "drag_finished",
+    ]
+    pose = next(signal[2] for signal in reversed(heard.signals) if signal[0] == "drag_moved")
+    assert pose.position_m == pytest.approx((-0.5, 0.0, 1.45 + 0.085), abs=0.08)
+    assert abs(pose.rpy_deg[0]) < 10.0 and abs(pose.rpy_deg[1]) < 10.0
+    assert view.state.rig.sensor("roof").pose == pose
+
+
+def test_escape_leaves_placing_and_puts_the_sensor_back(view):
+    heard = listen(view)
+    view.begin_placing()
+    hover(view._canvas, to_point(view, pixel_at(view, ROOF)))
+    QTest.keyClick(view._canvas, Qt.Key.Key_Escape)
+    assert heard.story()[-2:] == ["placing_changed", "drag_cancelled"]
+    assert view.state.rig.sensor("roof") == LIDAR
+
+
+def test_a_click_beside_the_car_places_nothing_and_placing_goes_on(view):
+    heard = listen(view)
+    view.begin_placing()
+    QTest.mouseClick(view._canvas, Qt.MouseButton.LeftButton, pos=to_point(view, pixel_at(view, BESIDE)))
+    assert "drag_finished" not in heard.story() and view._controller.is_placing
+    assert view.cancel_drag()
+
+
+def test_nothing_can_be_placed_without_a_selection(view):
+    change(view, rig=RIG, selected=None)
+    assert not view.begin_placing()
+
+
+def model_drag(model: str) -> QMimeData:
+    data = QMimeData()
+    data.setData(MODEL_MIME, model.encode())
+    return data
+
+
+def drop(view: AnyView, data: QMimeData, point: QPoint) -> list[bool]:
+    """Drag something into the view and let it fall; whether each event was accepted."""
+    copy, button = Qt.DropAction.CopyAction, Qt.MouseButton.LeftButton
+    none = Qt.KeyboardModifier.NoModifier
+    events = [
+        QDragEnterEvent(point, copy, data, button, none),
+        QDragMoveEvent(point, copy, data, button, none),
+        QDropEvent(QPointF(point), copy, data, button, none),
+    ]
+    for event in events:
+        event.ignore()
+        QApplication.sendEvent(view, event)
+    return [event.isAccepted() for event in events]
+
+
+def test_a_model_dropped_on_the_car_is_reported_with_the_pose_that_place_at_gives(view):
+    heard = listen(view)
+    point = to_point(view, pixel_at(view, ROOF))
+    expected = view.place_at((float(point.x()), float(point.y())), "generic-16")
+    assert drop(view, model_drag("generic-16"), point) == [True, True, True]
+    assert heard.signals == [("model_dropped", "generic-16", expected)]
+    assert expected.position_m[2] > 1.45
+
+
+def test_a_model_dropped_beside_the_car_a_file_and_an_unknown_model_are_left_alone(view):
+    heard = listen(view)
+    roof, beside = (to_point(view, pixel_at(view, place)) for place in (ROOF, BESIDE))
+    assert drop(view, model_drag("generic-16"), beside)[1:] == [False, False]
+    assert not any(drop(view, model_drag("no-such-model"), roof))
+    urls = QMimeData()
+    urls.setText("file:///tmp/rig.yaml")
+    assert not any(drop(view, urls, roof))
+    assert heard.signals == []
+    assert view.place_at((float(beside.x()), float(beside.y())), "generic-16") is None
+
+
+def turn_wheel(view: AnyView, pixel: np.ndarray, notches: int) -> None:
+    place = QPointF(float(pixel[0]), float(pixel[1]))
+    none = Qt.KeyboardModifier.NoModifier
+    event = QWheelEvent(
+        place, view._canvas.mapToGlobal(place), QPoint(), QPoint(0, 120 * notches),
+        Qt.MouseButton.NoButton, none, Qt.ScrollPhase.NoScrollPhase, False,
+    )  # fmt: skip
+    QApplication.sendEvent(view._canvas, event)
+
+
+def test_the_wheel_zooms_and_keeps_the_place_under_the_cursor(view):
+    before = view.state.camera
+    focal_pixel = pixel_at(view, before.focal_m)
+    turn_wheel(view, focal_pixel, 2)
+    assert view.state.camera.distance_m < 0.8 * before.distance_m
+    assert np.allclose(pixel_at(view, before.focal_m), focal_pixel, atol=1e-3)
