@@ -11,7 +11,7 @@ SELECTED_COLOUR = "#ffd60a"
 RIG_COLOURS = (
     "#4e79a7", "#f28e2b", "#59a14f", "#e15759", "#9d76b8", "#4fb0ae", "#d6b02a", "#a57a5a", "#e88fa3", "#8a949e",
 )  # fmt: skip
-"""For things side by side that have no colour of their own; told apart on light and on dark."""
+"""For things side by side that have no colour of their own; distinguishable on light and on dark."""
 
 
 @dataclass(frozen=True)

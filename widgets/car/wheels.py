@@ -25,7 +25,7 @@ def axle(profile: BodyProfile, vehicle: Vehicle, front: bool, x: float, scale: f
             if side < 0.0:
                 mesh.flip_faces(
                     inplace=True
-                )  # a mirror turns faces inside out, and light falls on their outside
+                )  # mirroring turns faces inside out, but light falls on their outside
             painted.append((material, mesh))
     return painted
 
@@ -87,7 +87,7 @@ def _spoke(rim: float, angle: float) -> pv.PolyData:
 
 
 def _housing(arch_m: float, wheel_width: float) -> Painted:
-    """Dark half-drum behind a wheel, so that nobody looks through the arch into an empty body."""
+    """Dark half-drum behind a wheel, so that nobody can look through the arch into an empty body."""
     depth = wheel_width + 0.10
     profile = np.array([(arch_m + 0.012, -0.03), (arch_m + 0.012, -depth), (0.0, -depth)])
     drum = lathe(profile, 40).clip("z", origin=(0.0, 0.0, -0.42 * arch_m), invert=False)

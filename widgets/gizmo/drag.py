@@ -1,7 +1,7 @@
 """From a view ray to a pose: the maths of dragging a handle. Pure numpy, no Qt, no VTK.
 
-A drag always answers with the start pose plus the whole movement, never with a sum of small steps, and
-components that the movement does not touch keep their bits. A drag that snaps ends on round numbers: where it
+A drag always returns the start pose plus the whole movement, never with a sum of small steps, and
+components that the movement does not touch stay bit-identical. A drag that snaps ends on round numbers: where it
 changes one number of the pose that number is round, elsewhere (along tilted axes) the movement is.
 """
 
@@ -49,7 +49,7 @@ def gizmo_axes(pose: Pose, space: Space) -> Vector:
 def along_axis_m(origin_m: Vector, axis: Vector, ray: Ray) -> float | None:
     """Metres along a line (origin, unit axis) to the point nearest to a view ray.
 
-    None when the line is seen end on or its nearest point lies behind the viewer: it says nothing.
+    None when the line is seen end on or its nearest point lies behind the viewer: neither defines a place on it.
     """
     between = ray.origin_m - origin_m
     cosine = float(axis @ ray.direction)
@@ -74,7 +74,7 @@ def on_plane_m(origin_m: Vector, normal: Vector, ray: Ray) -> Vector | None:
 
 
 def signed_angle_rad(start: Vector, end: Vector, axis: Vector) -> float:
-    """Angle from one vector to another, positive when it turns to the right-hand side about `axis`."""
+    """Angle from one vector to another, positive by the right-hand rule about `axis`."""
     return math.atan2(float(axis @ np.cross(start, end)), float(start @ end))
 
 
@@ -87,7 +87,7 @@ def rotation_about(axis: Vector, angle_rad: float) -> Vector:
 
 
 def moved(start: Pose, axis: Vector, distance_m: float) -> Pose:
-    """The pose pushed along a unit axis; angles, and coordinates it does not touch, keep their bits."""
+    """The pose pushed along a unit axis; angles, and coordinates it does not touch, stay bit-identical."""
     x, y, z = (
         p + distance_m * float(a) if a != 0.0 else p for p, a in zip(start.position_m, axis, strict=True)
     )
@@ -95,7 +95,7 @@ def moved(start: Pose, axis: Vector, distance_m: float) -> Pose:
 
 
 def turned(start: Pose, axis: Vector, angle_rad: float) -> Pose:
-    """The pose turned about a unit axis through its position; angles that stay the same keep their bits."""
+    """The pose turned about a unit axis through its position; angles that do not change stay bit-identical."""
     if angle_rad == 0.0:
         return start
     rotation = rotation_about(axis, angle_rad) @ start.rotation()
@@ -133,7 +133,7 @@ def turned_snapped(start: Pose, axis: Vector, angle_rad: float) -> Pose:
 
 
 def _round_to(value: float, step: float) -> float:
-    """The nearest multiple of a step, as the short decimal a person would write."""
+    """The nearest multiple of a step, as the short decimal that a person would write."""
     return round(round(value / step) * step, 9) + 0.0
 
 

@@ -15,7 +15,7 @@ _ANGLES = ("roll", "pitch", "yaw")
 def drag_echo(start: Pose, now: Pose) -> str:
     """Two lines: the change since the start and the new values, of the numbers that changed.
 
-    Where a sensor is put somewhere else altogether, moved and turned, they are its new position and angles.
+    If the sensor was both moved and turned, they are its new position and angles.
     """
     if now.rpy_deg != start.rpy_deg and now.position_m != start.position_m:
         (x, y, z), (roll, pitch, yaw) = now.position_m, now.rpy_deg

@@ -97,12 +97,12 @@ def handle_polyline(handle: Handle, place: GizmoPlace, camera: OrbitCamera) -> P
 
 
 def is_flat(handle: Handle, place: GizmoPlace, camera: OrbitCamera) -> bool:
-    """Whether a plane handle is seen so much edge on that it cannot be dragged."""
+    """Whether a plane handle is seen so nearly edge on that it cannot be dragged."""
     return abs(float(place.axes[:, handle.axis] @ _view_direction(place, camera))) < _PLANE_FLAT
 
 
 def facing_axes(place: GizmoPlace, camera: OrbitCamera) -> Points:
-    """The gizmo's axes (3, 3), each turned round if it points away: the planes stand in the viewer's corner."""
+    """The gizmo's axes (3, 3), each reversed if it points away, so that the planes face the viewer."""
     away = _view_direction(place, camera) @ place.axes
     return np.asarray(place.axes * np.where(away > 0.0, -1.0, 1.0))
 
@@ -139,7 +139,7 @@ def hit_handle(
 
 
 def _distance_px(pixel: Points, line: Points) -> float:
-    """Distance from a pixel to a polyline (n, 2); parts with NaN are not there."""
+    """Distance from a pixel to a polyline (n, 2); parts with NaN do not count."""
     start, edge = line[:-1], np.diff(line, axis=0)
     whole = ~np.isnan(edge).any(axis=1) & ~np.isnan(start).any(axis=1)
     start, edge = start[whole], edge[whole]
@@ -160,7 +160,7 @@ def _is_inside(pixel: Points, corners: Points) -> bool:
 class GizmoActors:
     """The arrows, planes and rings in an overlay renderer; shown, placed and lit up by the scene.
 
-    They are made when they are first shown: until a sensor is selected nobody needs them.
+    They are created when first shown: nobody needs them until a sensor is selected.
     """
 
     def __init__(self, renderer: vtkRenderer, palette: Palette) -> None:
@@ -210,7 +210,7 @@ class GizmoActors:
             actor.prop.color = actor.prop.edge_color = colour
 
     def set_palette(self, palette: Palette) -> None:
-        """Change the colours; seen at the next `arrange`."""
+        """Change the colours; takes effect at the next `arrange`."""
         self._palette = palette
 
 

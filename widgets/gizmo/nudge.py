@@ -1,4 +1,4 @@
-"""Arrow keys in the 3D view: which way a key pushes or turns a sensor, seen from where the viewer stands."""
+"""Arrow keys in the 3D view: which way a key pushes or turns a sensor, as seen by the viewer."""
 
 from __future__ import annotations
 
@@ -57,5 +57,5 @@ def view_axes(axes: Vector, camera: OrbitCamera) -> tuple[Vector, Vector, Vector
 
 
 def _tidy(new: float, old: float) -> float:
-    """A number that moved, without the digits that binary fractions add: 1.01, not 1.0100000000000002."""
+    """A number that changed, without the digits that binary fractions add: 1.01, not 1.0100000000000002."""
     return old if new == old else round(new, 9)

@@ -1,7 +1,7 @@
 """The heatmap: one square per cell, as large on the screen as in the world, higher values over lower ones.
 
 Cells are drawn as points whose size a line of shader code computes, which costs a third of glyphs. While
-something is dragged a coarser level (blocks of cells with their largest value) keeps software OpenGL fluent.
+something is dragged a coarser level (blocks of cells with their largest value) keeps software OpenGL responsive.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ class _Cells:
 class HeatmapLayer:
     """The heatmap of a scene; `set_data` and `set_look`, then `arrange` before each frame.
 
-    It is drawn in `renderer` over the other things that it is not behind of, or in `backdrop` behind all of them
+    It is drawn in `renderer`, over everything that it is not behind, or in `backdrop` behind all of them
     while something moves.
     """
 
@@ -152,7 +152,7 @@ class HeatmapLayer:
         self._actor_behind.SetVisibility(not self._is_empty and quick)
 
     def parts(self, camera: OrbitCamera, size: Size) -> Iterator[None]:
-        """Have the cells drawn in parts, one after the other: each has been chosen when this yields."""
+        """Select the cells part by part, for drawing: each part is selected when this yields."""
         cells = self._drawn
         if cells is None or self._is_empty:
             return

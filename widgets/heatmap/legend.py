@@ -67,7 +67,7 @@ class LegendLayer:
         self._style(palette)
 
     def set_drawn(self, cell_m: float | None) -> None:
-        """Say which cells the picture shows at the moment: larger ones while something moves."""
+        """Say which cells the picture shows now: larger ones while something moves."""
         if self._data is None or cell_m is None or not len(self._data.values):
             return
         is_coarse = cell_m > 1.001 * self._data.cell_m
@@ -91,7 +91,7 @@ class LegendLayer:
         self._place_ticks(x, y, width, unit)
 
     def _place_ticks(self, x: float, y: float, width: float, unit: float) -> None:
-        """A frame around the bar, marks under it and their numbers; those at the ends stay under the bar."""
+        """A frame around the bar, marks under it and their numbers; numbers at the ends stay under the bar."""
         assert self._data is not None
         high, right = y + _BAR_PX * unit, x + width
         corners = [(x, y), (right, y), (right, high), (x, high)]

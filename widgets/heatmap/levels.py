@@ -1,4 +1,4 @@
-"""Which cells of a heatmap are drawn, and in which portions: levels of detail and parts. No Qt, no VTK."""
+"""Which cells of a heatmap are drawn, and in which parts of a frame: levels of detail and pieces. No Qt, no VTK."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class DetailLevel:
         return own if self.first is None else np.maximum.reduceat(own, self.first)
 
     def merged(self, data: HeatmapData) -> tuple[Values, Values | None]:
-        """Values and weights of the cells: the largest of a block, of changes by size; of steps the commonest."""
+        """Values and weights of the cells: the largest of a block, of changes by size; of steps the most frequent."""
         weights = data.weights if data.weights is None else self.largest(data.weights)
         if self.first is None or data.scale == "ramp":
             return self.largest(data.values), weights
@@ -73,12 +73,12 @@ def _blocks(level: DetailLevel, factor: int) -> DetailLevel:
 
 
 SLANTED = 1.25
-"""Squares that face the eye are drawn larger by this than a cell is wide, or gaps would show at a slant."""
+"""Squares that face the eye are this much larger than a cell, or gaps would show at a slant."""
 SMALLEST_PX, LARGEST_PX = 1.0, 96.0
 PART_PX = 4e6
 """Blended pixels of a part: about 20 ms on two cores without a graphics card."""
 _POINT_PX = 20.0
-"""A cell takes as long as so many pixels before the first one of it is drawn."""
+"""What a cell costs before its first pixel is drawn, in pixels."""
 
 
 def cell_scale_px(cell_m: float, camera: OrbitCamera, size: Size) -> float:

@@ -55,7 +55,7 @@ def eye_m(camera: OrbitCamera, far_m: float = 1e4) -> Points:
 
 
 def is_clear(points_m: Points, eye: Points) -> np.ndarray:
-    """Whether cells are drawn almost clear, (n,): those inside the cone from the eye to the car, and before it."""
+    """Whether cells are drawn almost clear, (n,): those inside the cone from the eye to the car, and in front of it."""
     to_cell = (points_m - eye) / CAR_RADII_M
     to_car = (np.array(CAR_CENTRE_M) - eye) / CAR_RADII_M
     far = np.linalg.norm(to_car)

@@ -20,7 +20,7 @@ COLOUR_MAP = "inferno"
 STEP_COLOURS = ("#d7301f", "#fdae61", "#9fd4ea", "#2c7bb6")
 LOST_COLOUR, NONE_COLOUR, GAINED_COLOUR = "#e5383b", "#9aa3ad", "#2f7df6"
 LOG_DECADES = 3
-"""A logarithmic scale reaches from the largest value down by so many powers of ten."""
+"""How many powers of ten a logarithmic scale covers, down from the largest value."""
 LEVELS = 256
 _FAINTEST = 0.02
 _STEEPNESS = 1.6
@@ -76,7 +76,7 @@ class Tick:
 
 @lru_cache(maxsize=4)
 def colours(scale: Scale = "ramp") -> NDArray[np.uint8]:
-    """Colours of a scale from its lowest to its highest value, (256, 3); of steps one row each."""
+    """Colours of a scale from its lowest to its highest value, (256, 3); or one row per step."""
     if scale == "steps":
         table = np.array([rgb(colour) for colour in STEP_COLOURS])
     elif scale == "change":
@@ -93,7 +93,7 @@ def colours(scale: Scale = "ramp") -> NDArray[np.uint8]:
 def strength(data: HeatmapData, values: Values, weights: Values | None, log: bool) -> Values:
     """How strong each cell is, 0 to 1: its place on the scale, by size where values have a sign.
 
-    Opacity, threshold and drawing order go by it.
+    Opacity, threshold and drawing order depend on it.
     """
     if data.scale == "steps":
         return on_scale(np.ones(len(values), np.float32) if weights is None else weights, log)
@@ -109,7 +109,7 @@ def on_scale(share: Values, log: bool) -> Values:
 
 
 def off_scale(place: float, log: bool) -> float:
-    """The reverse of `on_scale` for one place: the share of the largest value."""
+    """The inverse of `on_scale` for one place: the share of the largest value."""
     return 10.0 ** (LOG_DECADES * (place - 1.0)) if log else place
 
 

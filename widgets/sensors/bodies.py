@@ -1,7 +1,7 @@
 """What sensors look like: a spinning puck, a solid-state box with its window, a camera whose lens looks ahead.
 
-Shapes stand at the sensor's origin in its own frame (x forward, z up), metres. A model of the library that says
-how large it is has its true size, others are somewhat larger than life. Each is one mesh with an `rgb` point array.
+Shapes stand at the sensor's origin in its own frame (x forward, z up), metres. A library model with known
+dimensions has its true size; others are somewhat larger than life. Each is one mesh with an `rgb` point array.
 """
 
 from __future__ import annotations
@@ -99,7 +99,7 @@ def sensor_mesh(body: SensorBody, palette: Palette, mark: Mark = "", enabled: bo
 
 @lru_cache(maxsize=16)
 def _shape(shape: Shape, colour: str) -> pv.PolyData:
-    """The unscaled mesh, for copies: the cameras of a rig differ in their poses alone."""
+    """The unscaled mesh, to be copied: the cameras of a rig differ only in their poses."""
     return {"puck": _puck, "box": _solid_state, "camera": _camera}[shape](colour)
 
 
@@ -172,7 +172,7 @@ _OFF_OPACITY, _GHOST_OPACITY = 0.45, 0.65
 
 
 class SensorLayer:
-    """Pucks, boxes and camera bodies by sensor name, and a ghost of one that is about to be put somewhere."""
+    """Pucks, boxes and camera bodies by sensor name, and a ghost of one that is about to be placed."""
 
     def __init__(self, renderer: vtkRenderer) -> None:
         self._renderer = renderer
@@ -195,7 +195,7 @@ class SensorLayer:
             self._actors[name].user_matrix = pose.vehicle_SE3_sensor()
 
     def set_ghost(self, sensor: Lidar | Camera | None, palette: Palette) -> None:
-        """Show where a sensor would come to stand, or no longer."""
+        """Show where a sensor would be placed, or None."""
         if self._ghost is not None:
             self._renderer.RemoveActor(self._ghost)
             self._ghost = None

@@ -26,7 +26,7 @@ class RayLook:
 
     `opacity`, 0 to 1, is that of the selected sensor's rays where they leave the ROI; those of the others are
     fainter. `density` multiplies the number of rays at rest. While something moves there are never more than at
-    density 1, but bolder ones.
+    density 1, but they are bolder.
     """
 
     shown: bool = True

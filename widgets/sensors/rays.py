@@ -1,4 +1,4 @@
-"""Ray fans: some of the very rays the metric casts, cut off at the ROI, fading outwards.
+"""Ray fans: a sample of the rays that the metric casts, clipped to the ROI, fading towards the sensor.
 
 The selected sensor shows a dense fan, the others a sparse one, so that a picture stays below a few thousand
 lines.
@@ -59,8 +59,8 @@ def fan_mesh(
     """Line segments of a sensor's fan inside the ROI with an `rgba` point array.
 
     Rays are faint at the sensor, where they crowd, and strongest where they leave the ROI; there LiDAR beams
-    are joined to rings, and a camera's corner rays are drawn stronger to show the frustum. `framed`: with a frame
-    that those see.
+    are joined to rings, and a camera's corner rays are drawn stronger to show the frustum. `framed` adds a frame
+    that the corner rays pass through.
     """
     starts, ends, row = _segments(sensor, grid, fan_rows(sensor, strokes.lines))
     alpha = strokes.opacity

@@ -1,4 +1,4 @@
-"""Which viewport this program shows: one of OpenGL where a graphics card draws, else a picture."""
+"""Which viewport the window shows: OpenGL where a graphics card draws, otherwise a picture."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _WITHOUT_CARD = (
 
 
 def create_viewport(parent: QWidget | None = None, palette: Palette = DARK) -> ViewportBase:
-    """A viewport for the computer and the platform Qt runs on; both kinds have the same signals and slots."""
+    """Make a viewport for this computer and Qt's platform; both kinds are a `View`."""
     if QGuiApplication.platformName() == "offscreen" or draws_without_card(driver_name()):
         from riglens.widgets.viewport.offscreen import OffscreenViewport
 
@@ -33,7 +33,7 @@ def create_viewport(parent: QWidget | None = None, palette: Palette = DARK) -> V
 
 
 def driver_name() -> str:
-    """What OpenGL calls itself where Qt draws with it; empty where it cannot."""
+    """The name of the OpenGL driver that Qt draws with; empty if it has none."""
     context, surface = QOpenGLContext(), QOffscreenSurface()
     surface.create()
     if not (context.create() and context.makeCurrent(surface)):
@@ -44,5 +44,5 @@ def driver_name() -> str:
 
 
 def draws_without_card(driver: str) -> bool:
-    """Whether the processor does the work of a graphics card, by the name of the driver."""
+    """Whether the processor does the work of a graphics card, judged by the driver's name."""
     return not driver or any(word in driver.lower() for word in _WITHOUT_CARD)
