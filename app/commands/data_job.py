@@ -21,7 +21,7 @@ from rich.text import Text
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.scenario import boxes_of, grid_of, remarks_on
 from riglens.app.terminal.console import note, progress_bar, results
-from riglens.app.terminal.scoring import data_line
+from riglens.app.terminal.scores import data_line
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_write, require_writable
 from riglens.core.geometry import Vec3

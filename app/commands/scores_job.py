@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.evaluation.scenario import settings_of
 from riglens.app.terminal.console import note
-from riglens.app.terminal.scoring import (
+from riglens.app.terminal.scores import (
     load_with_progress,
     print_scores,
     rig_called,

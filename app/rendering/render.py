@@ -14,7 +14,7 @@ from riglens.app.evaluation.requests import HeatMode
 from riglens.app.evaluation.scenario import settings_of
 from riglens.app.launch.display import prepare_drawing
 from riglens.app.terminal.console import progress_bar, results
-from riglens.app.terminal.scoring import load_with_progress, print_scores, rig_called, score_rigs
+from riglens.app.terminal.scores import load_with_progress, print_scores, rig_called, score_rigs
 from riglens.core.engine import evaluation_json
 from riglens.core.engine.engine import Engine, Evaluation
 from riglens.core.errors import InputError

@@ -22,7 +22,7 @@ from riglens.app.studies.accuracy_text import (
 )
 from riglens.app.studies.files import require_folder, write_text
 from riglens.app.terminal.console import note, progress_bar, results
-from riglens.app.terminal.scoring import load_with_progress, rig_called
+from riglens.app.terminal.scores import load_with_progress, rig_called
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_write
 from riglens.core.metric.entropy import EntropyField

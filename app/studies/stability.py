@@ -27,7 +27,7 @@ from riglens.app.studies.stability_text import (
     methods_verdict,
 )
 from riglens.app.terminal.console import note, progress_bar, results
-from riglens.app.terminal.scoring import load_with_progress
+from riglens.app.terminal.scores import load_with_progress
 from riglens.core.errors import InputError
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.scene.boxes import CLASSES, Progress

@@ -14,7 +14,7 @@ from riglens.app.evaluation.scenario import settings_of
 from riglens.app.studies.files import csv_text, write_text
 from riglens.app.terminal.console import progress_bar, results
 from riglens.app.terminal.figures import thousands
-from riglens.app.terminal.scoring import load_with_progress, print_scene
+from riglens.app.terminal.scores import load_with_progress, print_scene
 from riglens.core.engine.engine import Engine
 from riglens.core.files import require_writable
 from riglens.core.rig.presets import PAPER_RIGS, preset

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
+from typing import NamedTuple
 
 from riglens.core.errors import InputError
 from riglens.core.geometry import Vec3
@@ -32,15 +33,33 @@ class Tried:
     scores: tuple[tuple[str, Scores], ...]
 
 
+class Change(NamedTuple):
+    """How much a `seen` (0..1) differs from that at the finest edge: by whom, of which class and rig."""
+
+    seen: float
+    by: str
+    cls: str
+    rig: str
+
+
+class Swap(NamedTuple):
+    """Two rigs whose order by S-MS of a class is another than at the finest edge."""
+
+    first: str
+    second: str
+    cls: str
+
+
 @dataclass(frozen=True)
 class Rung:
-    """One voxel edge against the finest: the largest change of a `seen` (0..1) and where, and an order that
-    differs (empty when none does). `agrees` is about this edge alone."""
+    """One voxel edge against the finest: the largest change of a `seen` and the first swap, None without any.
+
+    `agrees` is about this edge alone.
+    """
 
     voxel_m: float
-    change: float
-    where: str
-    swapped: str
+    change: Change | None
+    swap: Swap | None
     agrees: bool
 
 
@@ -48,48 +67,20 @@ class Rung:
 class VoxelChoice:
     """The edge that was picked, and every edge that was tried, from the finest to the coarsest.
 
-    `left_out` holds (edge, reason) of edges that could not be tried; `tolerance` is a fraction of H(Omega).
+    `rigs` is how many rigs were scored on each; `left_out` holds (edge, reason) of edges that could not be tried;
+    `tolerance` is a fraction of H(Omega).
     """
 
     voxel_m: float
     tolerance: float
     rungs: tuple[Rung, ...]
+    rigs: int
     left_out: tuple[tuple[float, str], ...] = ()
 
     @property
     def finest_m(self) -> float:
         """The edge that the others were compared with."""
         return self.rungs[0].voxel_m
-
-    def reason(self) -> str:
-        """One sentence: what was picked and why."""
-        place = [rung.voxel_m for rung in self.rungs].index(self.voxel_m)
-        picked = f"δ {self.voxel_m:g} m"
-        bound = f"{100 * self.tolerance:g} pp of those at δ {self.finest_m:g} m"
-        if place + 1 < len(self.rungs):
-            refused = self.rungs[place + 1]
-            why = refused.swapped or f"seen {refused.where} differs by {_points(refused.change)}"
-            limit = f"at δ {refused.voxel_m:g} m {why}"
-        else:
-            limit = "no coarser one was tried"
-        if place == 0:
-            settled = "; a still finer edge might change the scores as well" if len(self.rungs) > 1 else ""
-            return f"{picked}, the finest that can be used: {limit}{settled}"
-        return f"{picked}, the coarsest with every seen within {bound}: {limit}"
-
-    def lines(self) -> Iterator[str]:
-        """The table of what was tried, one line per edge."""
-        for rung in self.rungs:
-            if rung.voxel_m == self.finest_m:
-                found = "the finest: what the others are compared with"
-            else:
-                found = f"seen differs by at most {_points(rung.change)}"
-                found += f" ({rung.where})" if rung.where else ""
-                found += f"; {rung.swapped}" if rung.swapped else ""
-            mark = "→" if rung.voxel_m == self.voxel_m else " "
-            yield f"{mark} δ {rung.voxel_m:<5g}{found}"
-        for voxel_m, reason in self.left_out:
-            yield f"  δ {voxel_m:<5g}left out: {reason}"
 
 
 def ladder_grids(
@@ -124,29 +115,29 @@ def choose(
     stand in the same order of S-MS, for every class. Edges may come in any order; at least one is needed.
     """
     finest, *coarser = sorted(tried, key=lambda one: one.voxel_m)
-    rungs = [Rung(finest.voxel_m, 0.0, "", "", True)]
+    rungs = [Rung(finest.voxel_m, None, None, True)]
     rungs += [_compare(one, finest, tolerance) for one in coarser]
     picked = finest.voxel_m
     for rung in rungs:
         if not rung.agrees:
             break
         picked = rung.voxel_m
-    return VoxelChoice(picked, tolerance, tuple(rungs), left_out)
+    return VoxelChoice(picked, tolerance, tuple(rungs), len(finest.scores), left_out)
 
 
 def _compare(one: Tried, finest: Tried, tolerance: float) -> Rung:
-    change, where = max(_changes(one, finest), key=lambda found: found[0], default=(0.0, ""))
-    swapped = next(_swaps(one, finest), "")
-    return Rung(one.voxel_m, change, where, swapped, change <= tolerance and not swapped)
+    change = max(_changes(one, finest), key=lambda found: found.seen, default=None)
+    swap = next(_swaps(one, finest), None)
+    agrees = swap is None and (change is None or change.seen <= tolerance)
+    return Rung(one.voxel_m, change, swap, agrees)
 
 
-def _changes(one: Tried, finest: Tried) -> Iterator[tuple[float, str]]:
-    """The change of each `seen`, with the words for it."""
+def _changes(one: Tried, finest: Tried) -> Iterator[Change]:
+    """The change of each `seen`."""
     for (name, here), (_, there) in zip(one.scores, finest.scores, strict=True):
-        of_rig = f" of {name}" if len(one.scores) > 1 else ""
         for cls in CLASSES:
             for by, now, then in zip(SEEN_BY, _seen(here, cls), _seen(there, cls), strict=True):
-                yield abs(now - then), f"by {by}, {cls}{of_rig}"
+                yield Change(abs(now - then), by, cls, name)
 
 
 def _seen(scores: Scores, cls: str) -> tuple[float, float, float]:
@@ -154,19 +145,15 @@ def _seen(scores: Scores, cls: str) -> tuple[float, float, float]:
     return found.camera.seen, found.lidar.seen, found.any_seen
 
 
-def _swaps(one: Tried, finest: Tried) -> Iterator[str]:
-    """Pairs of rigs whose order by S-MS is another, in words."""
+def _swaps(one: Tried, finest: Tried) -> Iterator[Swap]:
+    """Pairs of rigs whose order by S-MS is another."""
     for a, b in combinations(range(len(one.scores)), 2):
         for cls in CLASSES:
             if _order(one, a, b, cls) != _order(finest, a, b, cls):
-                yield f"{one.scores[a][0]} and {one.scores[b][0]} change their order by S-MS for {cls}"
+                yield Swap(one.scores[a][0], one.scores[b][0], cls)
 
 
 def _order(tried: Tried, a: int, b: int, cls: str) -> int:
     """-1, 0 or 1 as the S-MS of rig a is below, equal to or above that of rig b."""
     first, second = (tried.scores[i][1].classes[cls].s_ms for i in (a, b))
     return (first > second) - (first < second)
-
-
-def _points(share: float) -> str:
-    return f"{100 * share:.2f} pp"

@@ -11,6 +11,7 @@ from pytestqt.qtbot import QtBot
 
 from riglens.app.evaluation.options import AutoVoxel
 from riglens.app.evaluation.scenario import load_scenario
+from riglens.app.evaluation.voxel_words import reason, tried_lines
 from riglens.core.scene.pog_store import save_pog
 from tests.app.window_bench import Bench, choose_item, open_bench, scene_options, type_into
 from tests.core.argoverse_log import random_columns, write_log
@@ -45,8 +46,8 @@ def test_auto_scores_on_the_edge_it_picked_and_says_why(qtbot: QtBot, tmp_path: 
         assert bench.scenes[-1].field.grid.voxel_m == choice.voxel_m
         assert f"δ {choice.voxel_m:g} m" in bench.workbench.status.scene.text()
         sentence, table = panel.picked
-        assert sentence.startswith(f"Auto picked {choice.reason()}")
-        assert table.splitlines() == list(choice.lines())
+        assert sentence.startswith(f"Auto picked {reason(choice)}")
+        assert table.splitlines() == list(tried_lines(choice))
         assert voxel_box(bench).currentText() == "Auto"
 
 
@@ -129,7 +130,7 @@ def test_what_a_stored_pog_fixes_is_refused_and_nothing_is_loaded(
     line = voxel_box(stored).lineEdit() if field == "voxel" else panel.findChild(QLineEdit, names[field])
     assert line is not None
     type_into(stored.qtbot, line, text)
-    assert "stored.npz is a stored POG, cut into voxels of 0.5 m already" in panel.problem
+    assert "stored.npz is a stored POG with voxels of 0.5 m" in panel.problem
     assert panel.choice == before
     button = panel.findChild(QPushButton, "load")
     assert button is not None

@@ -10,6 +10,7 @@ from PySide6.QtCore import Qt
 
 from riglens.app.evaluation.options import AutoVoxel, SceneOptions, ScoreOptions
 from riglens.app.evaluation.requests import LoadedScene
+from riglens.app.evaluation.voxel_words import reason, tried_lines
 from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
 from riglens.app.window.status import scene_line
@@ -88,8 +89,8 @@ class SceneData(Feature):
         self.bench.status.show_scene(scene)
         picked = tried = ""
         if scene.choice is not None:
-            picked = f"Auto picked {scene.choice.reason()}. Load picks again, for the rig as it is then."
-            tried = "\n".join(scene.choice.lines())
+            picked = f"Auto picked {reason(scene.choice)}. Load picks again, for the rig as it is then."
+            tried = "\n".join(tried_lines(scene.choice))
         choice = choice_of(scene.options, scene.field.grid)
         self.bench.panels.scene.set_loaded(choice, f"In use: {scene_line(scene)}", picked, tried)
         self.session.show_scene(scene)

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from riglens.core.errors import InputError
 from riglens.core.metric.scores import ClassScores, KindScore, Scores
 from riglens.core.scene.boxes import CLASSES
-from riglens.core.study.voxel_choice import LADDER_M, Tried, VoxelChoice, choose, ladder_grids
+from riglens.core.study.voxel_choice import LADDER_M, Swap, Tried, choose, ladder_grids
 
 FINE, MIDDLE, COARSE = 0.05, 0.1, 0.2
 SHARES = st.floats(0.0, 1.0)
@@ -96,7 +96,7 @@ def test_two_rigs_that_change_places_forbid_an_edge_whatever_the_tolerance() -> 
     ]
     choice = choose(found, 1.0)
     assert choice.voxel_m == FINE
-    assert "rig 0 and rig 1 change their order by S-MS for car" in choice.reason()
+    assert choice.rungs[1].swap == Swap("rig 0", "rig 1", "car")
 
 
 def test_nats_that_grow_with_the_number_of_voxels_are_no_difference() -> None:
@@ -105,24 +105,6 @@ def test_nats_that_grow_with_the_number_of_voxels_are_no_difference() -> None:
         tried(COARSE, scores(s_ms=-1000.0), scores(s_ms=-500.0)),
     ]
     assert choose(found, 0.0).voxel_m == COARSE
-
-
-def explained() -> VoxelChoice:
-    found = [tried(FINE, scores()), tried(MIDDLE, scores(lidar=0.205)), tried(COARSE, scores(lidar=0.25))]
-    return choose(found, 0.01, ((0.4, "does not divide"),))
-
-
-def test_the_reason_names_the_edge_the_bound_and_what_stopped_it() -> None:
-    reason = explained().reason()
-    for part in ("δ 0.1 m", "1 pp", "δ 0.05 m", "at δ 0.2 m", "seen by LiDARs, car", "5.00 pp"):
-        assert part in reason
-
-
-def test_the_table_has_a_line_for_every_edge_and_marks_the_picked_one() -> None:
-    lines = list(explained().lines())
-    assert [line.split("δ ")[1].split()[0] for line in lines] == ["0.05", "0.1", "0.2", "0.4"]
-    assert [line.startswith("→") for line in lines] == [False, True, False, False]
-    assert "does not divide" in lines[-1]
 
 
 def test_edges_that_do_not_divide_the_region_are_left_out() -> None:

@@ -10,6 +10,7 @@ from rich.text import Text
 
 from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.evaluation.scenario import load_scenario, remarks_on, settings_of
+from riglens.app.evaluation.voxel_words import reason, tried_lines
 from riglens.app.terminal.console import note, note_report, progress_bar, results
 from riglens.app.terminal.figures import decimals, percent, thousands
 from riglens.core.engine.engine import Evaluation, evaluate_from_scratch
@@ -43,8 +44,8 @@ def load_with_progress(options: SceneOptions) -> tuple[Pog, EntropyField]:
     for line in remarks_on(found.field.data):
         note(line)
     if found.choice is not None:
-        note(f"voxel auto: {found.choice.reason()}")
-        for line in found.choice.lines():
+        note(f"voxel auto: {reason(found.choice)}")
+        for line in tried_lines(found.choice):
             note(line)
     return found.pog, found.field
 
