@@ -28,9 +28,8 @@ from riglens.core.metric.scores import Method, MetricSettings, Scores
 from riglens.core.metric.voxel import Voxel, VoxelFacts, voxel_facts
 from riglens.core.rig.model import Rig, Sensor
 from riglens.core.scene.boxes import CLASSES, Progress
-from riglens.core.scene.coarse import coarse_pog
 from riglens.core.scene.columns import Words
-from riglens.core.scene.pog import Pog
+from riglens.core.scene.pog import Pog, coarse_pog
 from riglens.core.view.display import DisplayGrid
 from riglens.core.view.top_view import TopView
 from riglens.core.view.top_views import TopViews

@@ -68,8 +68,11 @@ class Caster:
     def mark(
         self, sensor: Sensor, method: Method, window: Window, marks: Words, is_stale: IsStale = never_stale
     ) -> bool:
-        """Set the bits of the voxels traversed, of all that are informative and maybe of others; `window` is that of
-        the sensor. False when abandoned half-way (some bits are then set)."""
+        """Set the bits of the voxels traversed, of all informative ones and possibly of others (paper, eq. 10).
+
+        `window` is that of the sensor; marks uint64 (words,). Returns False when abandoned half-way; some bits are then
+        set.
+        """
         rays = self._rays(sensor, method)
         if method == "exact" and is_upright(rays.rotation) and is_plain(rays):
             return self._mark_fan(rays, window, marks, is_stale)
@@ -79,8 +82,8 @@ class Caster:
         return self._mark_frustum(frustum, rays, window, marks, is_stale)
 
     def window(self, sensor: Sensor) -> Window:
-        """Where a sensor can mark: a camera only on its own side of the axes that all its corner rays agree on
-        (all its rays, where the lens bends them)."""
+        """Return where a sensor can mark: for a camera, only ahead of it along the axes on which all its corner rays
+        (all its rays, where the lens has distortion) point the same way."""
         nx, ny, _ = self._field.grid.shape
         sides = [0, nx, 0, ny]
         if isinstance(sensor, Camera):

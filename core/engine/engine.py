@@ -71,8 +71,8 @@ def _cast_shape(sensor: Sensor, method: Method) -> tuple[Method, Sensor]:
 def _rows(window: Window, kind: int, workers: int) -> NDArray[np.int64]:
     """Rows of a window in the order in which they are dealt to the workers.
 
-    Those of LiDARs are about equally full, and a worker gets neighbours, about those that it has marked itself: its
-    cache holds them. Those of cameras are not.
+    Rows of LiDARs are about equally full, so each worker gets neighbouring rows, roughly those that it has marked
+    itself and that its cache still holds. Rows of cameras are not equally full, so the workers take turns.
     """
     rows = np.arange(window.first_row, window.end_row)
     if KINDS[kind] != "lidar":
@@ -85,7 +85,7 @@ class Engine:
     """Incremental evaluation of rigs on one field with a number of threads (all processors by default).
 
     With `for_edits` False it starts anew for each rig, in the same memory: the sensors of a kind then share a slot,
-    which saves most of the memory, and of the time that a machine takes to give it.
+    which saves most of the memory, and most of the time that the system takes to provide it.
     """
 
     def __init__(self, field: EntropyField, threads: int | None = None, for_edits: bool = True) -> None:
@@ -135,9 +135,11 @@ class Engine:
         return self._field
 
     def marks_of(self, sensor: Sensor, method: Method) -> Words | None:
-        """The voxels that a sensor of the rig evaluated last traverses, as words: all that are informative and maybe
-        others; None when it is not held on its own. A view of the engine's own: read it at once, never write it, never
-        keep it."""
+        """Return the voxels that a sensor of the rig evaluated last traverses, uint64 (words,): all informative ones
+        and possibly others; None when the sensor is not held on its own.
+
+        It is a view of the engine's own memory: read it at once, never write to it, never keep it.
+        """
         shape = _cast_shape(sensor, method)
         held = next((held for held in self._state.held if held.shape == shape), None)
         return self._state.stack[held.slot] if held is not None and self._for_edits else None
@@ -173,7 +175,7 @@ class Engine:
         return True
 
     def _forget(self) -> None:
-        """As if nothing had been evaluated, but for the memory."""
+        """Start as if nothing had been evaluated, in the same memory."""
         state = self._state
         state.held = []
         for array in (state.stack, state.union, state.sums_q):
@@ -256,8 +258,9 @@ def evaluate_from_scratch(
     threads: int | None = None,
     with_seen: bool = False,
 ) -> Iterator[Evaluation]:
-    """Evaluate rigs one after the other, each from scratch: nothing is carried over but memory. The seen voxels are
-    in the evaluations only if asked for."""
+    """Evaluate rigs one after another, each from scratch: nothing is carried over but memory.
+
+    The evaluations hold the seen voxels only if they are asked for."""
     engine = Engine(field, threads, for_edits=False)
     for rig in rigs:
         yield engine.evaluate(rig, settings, with_seen)

@@ -21,7 +21,7 @@ from riglens.core.scene.grid import VoxelGrid
 from riglens.core.sensing.rays import sensor_rays
 
 Verdict = Literal["sees", "off", "outside", "range", "between", "missed"]
-"""In haste nobody asks why: then it is just "missed"."""
+"""During a drag the reason is left out: then it is just "missed"."""
 Side = Literal["above", "below", "beside", ""]
 Points = NDArray[np.float64]
 RAYS_AT_ONCE = 1 << 18

@@ -1,4 +1,4 @@
-"""A rig that has every kernel of the engine compiled, or loaded from the disk, before the time of any other counts."""
+"""A rig that makes the engine compile every kernel, or load it from disk, before times are taken."""
 
 from __future__ import annotations
 
@@ -19,5 +19,5 @@ WARM_UP = Rig(
 
 
 def warm_up(field: EntropyField, threads: int | None = None) -> None:
-    """Have the kernels compiled, or loaded from the disk: no answer's time is to hold that."""
+    """Compile the kernels, or load them from disk, so that no answer's time includes it."""
     Engine(field, threads, for_edits=False).evaluate(WARM_UP, with_seen=False)

@@ -49,7 +49,7 @@ class DataReport:
 
     @property
     def short_source(self) -> str:
-        """The data set's name as a person would say it: the file or folder, without the way to it."""
+        """The data set's short name: that of its file or folder, without the path."""
         return os.path.basename(self.source.rstrip("/")) or self.source
 
 
@@ -58,7 +58,7 @@ class BoxSource(Protocol):
 
     @property
     def name(self) -> str:
-        """What the data set is called in reports: mostly its path."""
+        """The data set's name in reports: usually its path."""
 
     @property
     def content_hash(self) -> str:

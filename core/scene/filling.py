@@ -1,4 +1,4 @@
-"""Counts boxes into the dense grid, in calls that are short enough for Ctrl-C to be heard in between."""
+"""Count boxes into the dense grid, in calls short enough for Ctrl-C to be noticed in between."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from riglens.core.scene.boxes import BoxBatch
 from riglens.core.scene.grid import VoxelGrid
 
 VOXELS_PER_CALL = 1 << 27
-"""Compiled code does not listen; this much takes it some tenths of a second, rarely more than one."""
+"""Compiled code does not notice Ctrl-C; this much takes it a few tenths of a second, rarely more than one."""
 
 BOXES_PER_FRAME = 1 << 12
 """With more boxes than this in one frame, looking for overlaps between all of them takes longer than marking."""

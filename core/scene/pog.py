@@ -10,10 +10,12 @@ from numpy.typing import NDArray
 from riglens.core.errors import InputError
 from riglens.core.kernels import fill, jit
 from riglens.core.scene.boxes import CLASSES, BoxSource, DataReport, Progress
-from riglens.core.scene.columns import VoxelIndex, empty_words, unpack
+from riglens.core.scene.columns import VoxelIndex, empty_words, pack, unpack, words_per_column
 from riglens.core.scene.filling import fill_batch
 from riglens.core.scene.grid import VoxelGrid
 
+COARSE_STEPS = (2, 3)
+"""How many times as coarse a grid may be that gives a first answer; the first that the grid allows."""
 BYTES_PER_VOXEL = 4.0 * len(CLASSES) + 1.5
 Counts = NDArray[np.uint16] | NDArray[np.uint32]
 
@@ -87,3 +89,30 @@ def build_part(
     for batch in source.batches(progress):
         fill_batch(batch, grid, total.counts, workers)
     return total.pog(source.report())
+
+
+def coarse_pog(pog: Pog) -> Pog | None:
+    """Return the POG of a grid two (else three) times as coarse, for a first answer; None when neither divides the
+    number of voxels along each axis.
+
+    Each block gets the counts of one of its voxels, the middle one or the one next to it, so that the classes
+    stay as likely and as far from each other as they are.
+    """
+    step = next((step for step in COARSE_STEPS if all(count % step == 0 for count in pog.grid.shape)), None)
+    return None if step is None else _thinned(pog, step)
+
+
+def _thinned(pog: Pog, step: int) -> Pog:
+    nx, ny, nz = pog.grid.shape
+    grid = VoxelGrid(pog.grid.voxel_m * step, pog.grid.roi_m)
+    depth, middle = words_per_column(pog.grid), step // 2
+    slabs = pog.index.words.reshape(nx, ny * depth)
+    mask, rows = np.zeros(grid.shape, np.bool_), [np.zeros(0, np.int64)]
+    for slab in range(middle, nx, step):
+        bits = np.unpackbits(slabs[slab].astype("<u8", copy=False).view(np.uint8), bitorder="little")
+        occupied = bits.view(np.bool_).reshape(ny, depth * 64)
+        chosen = np.zeros_like(occupied)
+        chosen[middle::step, middle:nz:step] = True
+        mask[slab // step] = occupied[middle::step, middle:nz:step]
+        rows.append(int(pog.index.first[slab * ny * depth]) + np.flatnonzero(chosen[occupied]))
+    return Pog(grid, pog.data, VoxelIndex.of(grid, pack(grid, mask)), pog.counts[np.concatenate(rows)])

@@ -1,8 +1,8 @@
 """Building the POG of a large data set part by part: in parallel, and so that an interrupted build goes on.
 
 The parts of a data set (logs, sequences, tables) are put together into at most MAX_GROUPS groups. The POG of each
-group is an ordinary POG file, kept until the whole is done under a name that follows from its content and the grid;
-what is there already is not built again.
+group is an ordinary POG file, kept until the whole is done, under a name that follows from its content and the grid;
+what exists already is not built again.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from riglens.core.scene.readers.opening import Source
 
 MAX_GROUPS = 256
 _ONE_BUILD_PER_PROCESS = threading.Lock()
-"""A Dask worker runs tasks in several threads, the parallel kernels run in one at a time."""
+"""A Dask worker runs tasks in several threads, but the parallel kernels may run in only one at a time."""
 
 
 class Workers(Protocol):
@@ -41,7 +41,7 @@ class Workers(Protocol):
 
 
 class OwnProcess:
-    """Builds in this very process, one group after the other."""
+    """Builds in the calling process, one group after another."""
 
     ahead = 1
 

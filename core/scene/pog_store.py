@@ -125,7 +125,7 @@ def read_pog(file: IO[bytes]) -> Pog:
 
 
 def pog_file_name(source: BoxSource, grid: VoxelGrid) -> str:
-    """The name under which the POG of these boxes on this grid is kept: other boxes, another name."""
+    """The file name for the POG of these boxes on this grid; other boxes or another grid give another name."""
     key = json.dumps(
         [FORMAT, source.content_hash, grid.voxel_m.hex(), [side.hex() for side in map(float, grid.roi_m)]]
     )
@@ -135,7 +135,7 @@ def pog_file_name(source: BoxSource, grid: VoxelGrid) -> str:
 def cached_pog(source: BoxSource, grid: VoxelGrid, progress: Progress | None = None) -> Pog:
     """The POG of a data set, from the cache when its content was seen before; rebuilt when damaged."""
     path = cache_folder() / pog_file_name(source, grid)
-    with contextlib.suppress(InputError):  # not there, not readable or damaged: all the same
+    with contextlib.suppress(InputError):  # missing, unreadable or damaged: build it in any case
         pog = load_pog(path)
         return replace(pog, data=replace(pog.data, source=source.name))  # an equal copy may have been first
     pog = build_pog(source, grid, progress)

@@ -17,7 +17,7 @@ RINGS_M = (0.0, 10.0, 20.0, 30.0, 50.0, math.inf)
 """Borders of the distances, horizontally from the car's middle to the middle of a box."""
 
 NEAR_M = 20.0
-"""Only boxes this near say where the ground is: farther off the road may rise or fall."""
+"""Only boxes this near tell where the ground is: farther away the road may rise or fall."""
 
 BARE_SHARE = 0.01
 FEWEST_BOXES = 20
@@ -29,7 +29,7 @@ _SIZE_RANGE_M = 40.0
 
 @dataclass(frozen=True)
 class Ground:
-    """The ground as the bottoms of near boxes say: height_m is their median, half of them lie in between_m.
+    """The ground as estimated from the bottoms of near boxes: height_m is their median, half of them lie in between_m.
 
     Heights are in the frame of the boxes; `boxes` counts those of class `cls` within NEAR_M.
     """

@@ -33,8 +33,8 @@ class Lattice:
     """Tables from which the directions of a sensor's rays follow, ray = row * planes + plane.
 
     rows (r, 2): a LiDAR's beams, a camera's image rows; planes (p, 2): azimuths or image columns. Lens distortion
-    and azimuth offsets fit no such tables: rows (n, 3) are then the directions themselves, of those rays that
-    there are (see `riglens.core.kernels.lattice`).
+    and azimuth offsets do not fit such tables: rows (n, 3) are then the directions themselves, of the rays that
+    exist (see `riglens.core.kernels.lattice`).
     """
 
     kind: int
@@ -94,7 +94,7 @@ def lattice(sensor: Sensor) -> Lattice:
 
 
 def is_listed(sensor: Sensor) -> bool:
-    """Whether rays have to be told one by one: a lens with distortion, beams with azimuth offsets."""
+    """Whether rays have to be listed one by one: a lens with distortion, beams with azimuth offsets."""
     if isinstance(sensor, Camera):
         return sensor.distortion is not None
     return sensor.azimuth_offsets_deg is not None
@@ -106,7 +106,7 @@ _NOWHERE = {"position": (0.0, 0.0, 0.0), "rpy_deg": (0.0, 0.0, 0.0), "range_m": 
 
 @lru_cache(maxsize=4)
 def _listed(sensor: Sensor) -> Lattice:
-    """The lattice of a listed sensor that stands nowhere: the same one through a whole drag."""
+    """The lattice of a listed sensor without its place: the same one through a whole drag."""
     parts = []
     for start in range(0, sensor.ray_count, _AT_ONCE):
         found = local_directions(sensor, np.arange(start, min(start + _AT_ONCE, sensor.ray_count)))
@@ -146,7 +146,8 @@ def rotate(rotation: NDArray[np.float64], directions: NDArray[np.float64]) -> ND
 def sensor_rays(sensor: Sensor, rows: Ids | None = None) -> Rays:
     """Rays of a sensor in the vehicle frame: all that it casts, or some by number.
 
-    `rows` (k,) counts over the whole lattice, row * planes + plane; a ray that the lens model has not is NaN then.
+    `rows` (k,) counts over the whole lattice, row * planes + plane; a ray for which the lens model has no
+    direction is then NaN.
     """
     local = lattice(sensor).directions() if rows is None else local_directions(sensor, rows)
     return Rays(sensor.position, rotate(sensor.pose.rotation(), local), sensor.range_m)

@@ -23,13 +23,13 @@ _POLL_S = 0.05
 
 
 def mesh_path(body: str, folder: Path | None) -> Path:
-    """Where the mesh file of a vehicle lies: `vehicle.body` is seen from the folder of the rig file."""
+    """Return the path of a vehicle's mesh file; `vehicle.body` is relative to the folder of the rig file."""
     path = Path(body).expanduser()
     return path if path.is_absolute() or folder is None else folder / path
 
 
 def mesh_name(path: Path, folder: Path | None) -> str:
-    """How a rig file in a folder names a mesh: from there where the mesh lies below it, in full elsewhere."""
+    """Return how a rig file in a folder names a mesh: relative to the folder if it lies below it, else in full."""
     path = path.absolute()
     if folder is not None and path.is_relative_to(folder.absolute()):
         path = path.relative_to(folder.absolute())
@@ -39,7 +39,7 @@ def mesh_name(path: Path, folder: Path | None) -> str:
 def read_mesh(path: Path, still_wanted: Callable[[], object] = lambda: None) -> BodyMesh:
     """Read a mesh file in a process of its own; the numbers are in the file's unit, z up, x forward.
 
-    `still_wanted` is called again and again meanwhile; an exception from it stops the reading. Raises InputError
+    `still_wanted` is called repeatedly in the meantime; an exception from it stops the reading. Raises InputError
     that names the file: missing, of another kind, too large, damaged, or too slow to read.
     """
     where = f"vehicle.body: {path}" if str(path).isprintable() else f"vehicle.body: {str(path)!r}"

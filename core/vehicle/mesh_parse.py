@@ -49,7 +49,7 @@ Arrays = dict[str, NDArray[Any]]
 class FolderResolver(Resolver):
     """Gives a parser the files that a mesh names, if they lie in its folder or below; textures are not read.
 
-    Parsers pass over what they cannot have, so the first thing refused is kept in `refused`.
+    Parsers silently skip files that they are refused, so the first refusal is kept in `refused`.
     """
 
     def __init__(self, folder: Path) -> None:

@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 from riglens.core.rig.model import Camera
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.grid import VoxelGrid
-from riglens.core.view.body_tree import BodyTree
 from riglens.core.view.frames import FrameBoxes
-from riglens.core.view.hits import BODY, cast
+from riglens.core.view.hits import BODY, BodyTree, cast
 from riglens.core.view.projection import Points, Projection
 
 GRID_STEP_M = 5.0

@@ -1,4 +1,4 @@
-"""The boxes of single frames out of a streamed data set, kept in a bounded store once they were passed."""
+"""The boxes of single frames of a streamed data set, kept in a bounded store once they have been read."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from riglens.core.scene.boxes import BoxBatch, BoxSource
 
 REACH_M = 250.0
-"""Boxes farther away than this are not kept: no sensor shows anything of them."""
+"""Boxes farther away than this are not kept: no sensor shows them."""
 MEMORY_BYTES = 32 << 20
 """What is kept beyond this goes to a temporary file."""
 MAX_BOXES = 10_000_000
@@ -58,13 +58,14 @@ class FrameStore:
 
     @property
     def is_full(self) -> bool:
-        """Whether the store took all the boxes that it may, so that later frames cannot be shown."""
+        """Whether the store holds as many boxes as it may, so that later frames cannot be shown."""
         return self._starts[-1] >= self._max_boxes
 
     def boxes(self, frame: int, is_stale: Callable[[], bool] = lambda: False) -> FrameBoxes | None:
-        """Boxes of a frame, none for one that leaves no trace in the data; None when given up as stale.
+        """Return the boxes of a frame; None when `is_stale` said so half-way.
 
-        InputError when the data are unsound. Frames beyond a full store have no boxes: see `is_full`.
+        A frame that the data do not mention has no boxes, nor has one beyond a full store (see `is_full`). Raises
+        InputError when the data are unsound.
         """
         while self.frames_read <= frame and self._batches is not None and not self.is_full:
             if is_stale():

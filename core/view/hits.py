@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,10 +10,12 @@ from numpy.typing import NDArray
 
 from riglens.core.geometry import Vec3
 from riglens.core.kernels.codes import BODY, GROUND, NOTHING
-from riglens.core.view.body_tree import BodyTree
 from riglens.core.view.frames import FrameBoxes
 
-__all__ = ["BODY", "GROUND", "NOTHING", "Hits", "cast"]
+__all__ = ["BODY", "GROUND", "NOTHING", "BodyTree", "Hits", "cast"]
+
+Points = NDArray[np.float64]
+_LEAF_TRIANGLES = 8
 
 
 @dataclass(frozen=True)
@@ -35,7 +38,8 @@ def cast(
 ) -> Hits:
     """First hits of rays with unit directions (n, 3) in the vehicle frame.
 
-    What is nearer than the range's begin blocks the ray but gives no return, as in a LiDAR.
+    Anything nearer than the start of the range (metres, from and to) blocks the ray but gives no return, as with a
+    LiDAR.
     """
     from riglens.core.kernels import hits as kernel  # the compiler, only when a picture is computed
 
@@ -53,3 +57,64 @@ def cast(
     distance[what == NOTHING] = np.inf
     facing[what != BODY] = 0.0
     return Hits(distance, what, facing)
+
+
+@dataclass(frozen=True)
+class BodyTree:
+    """A tree of boxes over the triangles of the car's body, so that a ray looks at the few triangles near it.
+
+    Triangles in the order of the leaves, and nodes in depth-first order, as in `riglens.core.kernels.hits.Triangles`.
+    """
+
+    corners_m: Points
+    bounds_m: Points
+    leaf: NDArray[np.int64]
+    skip: NDArray[np.int64]
+
+    @classmethod
+    def of(cls, triangles_m: NDArray[np.floating], check: Callable[[], None] = lambda: None) -> BodyTree:
+        """The tree over triangles (t, 3, 3) in metres; none at all is fine.
+
+        `check` is called every few triangles: what it raises ends the work early.
+        """
+        corners = np.asarray(triangles_m, np.float64).reshape(-1, 3, 3)
+        builder = _Builder(corners, check)
+        if len(corners):
+            builder.add(np.arange(len(corners)))
+        return cls(
+            corners[np.array(builder.order, np.int64)],
+            np.array(builder.bounds, np.float64).reshape(-1, 6),
+            np.array(builder.leaf, np.int64).reshape(-1, 2),
+            np.array(builder.skip, np.int64),
+        )
+
+
+class _Builder:
+    """Splits triangles at the median of their centres along the longest side, until few are left."""
+
+    def __init__(self, corners: Points, check: Callable[[], None]) -> None:
+        self._check = check
+        self._low, self._high = corners.min(axis=1), corners.max(axis=1)
+        self._centre = corners.mean(axis=1)
+        self.order: list[int] = []
+        self.bounds: list[Points] = []
+        self.leaf: list[tuple[int, int]] = []
+        self.skip: list[int] = []
+
+    def add(self, chosen: NDArray[np.int64]) -> None:
+        """Add a node over the chosen triangles and everything below it."""
+        self._check()
+        node = len(self.skip)
+        low, high = self._low[chosen].min(axis=0), self._high[chosen].max(axis=0)
+        self.bounds.append(np.concatenate([low, high]))
+        self.skip.append(-1)
+        if len(chosen) <= _LEAF_TRIANGLES:
+            self.leaf.append((len(self.order), len(chosen)))
+            self.order.extend(chosen.tolist())
+        else:
+            self.leaf.append((0, 0))
+            half = len(chosen) // 2
+            parts = np.argpartition(self._centre[chosen, int(np.argmax(high - low))], half)
+            self.add(chosen[parts[:half]])
+            self.add(chosen[parts[half:]])
+        self.skip[node] = len(self.skip)

@@ -59,7 +59,7 @@ class Projection:
         )
 
     def _cone_sides(self) -> Points:
-        """A pyramid of many sides within the angle up to which a bent lens images anything."""
+        """A pyramid of many sides within the angle up to which a lens with distortion images anything."""
         angle = _widest_rad(_standing_nowhere(self.camera))
         turn = np.arange(_SIDES) * 2.0 * math.pi / _SIDES
         inner = math.atan(math.tan(angle) * math.cos(math.pi / _SIDES))
@@ -119,7 +119,7 @@ def _standing_nowhere(camera: Camera) -> Camera:
 
 @lru_cache(maxsize=4)
 def _lattice_directions(camera: Camera, columns: int, rows: int) -> Points:
-    """Directions (rows * columns, 3) in the camera frame, zero where there is none; a bent lens takes its time."""
+    """Directions (rows * columns, 3) in the camera frame, zero where there is none; slow for a lens with distortion."""
     width, height = camera.image
     x = (np.arange(columns) + 0.5) * width / columns
     y = (np.arange(rows) + 0.5) * height / rows
@@ -128,7 +128,7 @@ def _lattice_directions(camera: Camera, columns: int, rows: int) -> Points:
 
 @lru_cache(maxsize=4)
 def _widest_rad(camera: Camera) -> float:
-    """The angle off the axis up to which a bent lens images anything that can be drawn."""
+    """The angle off the axis up to which a lens with distortion images anything that can be drawn."""
     distortion = camera.distortion
     assert distortion is not None
     limit = lens.radial_of(distortion).limit

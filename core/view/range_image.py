@@ -9,9 +9,8 @@ from numpy.typing import NDArray
 
 from riglens.core.rig.model import Lidar
 from riglens.core.sensing.rays import sensor_rays
-from riglens.core.view.body_tree import BodyTree
 from riglens.core.view.frames import FrameBoxes
-from riglens.core.view.hits import cast
+from riglens.core.view.hits import BodyTree, cast
 
 MAX_RAYS = 1_000_000
 
@@ -23,7 +22,7 @@ class RangeImage:
     beams (rows,): place in the sensor's list; elevations_deg (rows,); azimuths_deg (columns,) within
     (-180, 180], before the offsets that beams may have; range_m (rows, columns), inf without a return; what (rows,
     columns) as in `riglens.core.view.hits`; box_classes: class of each box of the frame.
-    thinned: only every so many beams and azimuths are cast, 1 for all.
+    thinned: one in so many beams and azimuths is cast, 1 for all.
     """
 
     lidar: Lidar
@@ -48,7 +47,7 @@ class RangeImage:
 
 
 def range_image(lidar: Lidar, boxes: FrameBoxes, body: BodyTree, max_rays: int = MAX_RAYS) -> RangeImage:
-    """What the beams of a LiDAR hit in one frame; of very many rays only some are cast."""
+    """Return what the beams of a LiDAR hit in one frame; where it has very many rays, only some are cast."""
     elevations, azimuths = lidar.elevations(), wrapped_deg(lidar.azimuths())
     step_beam, step_azimuth = _steps(len(elevations), len(azimuths), max_rays)
     beams = np.argsort(-elevations, kind="stable")[::step_beam]
@@ -74,7 +73,7 @@ def wrapped_deg(angles_deg: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _steps(beams: int, azimuths: int, max_rays: int) -> tuple[int, int]:
-    """Every how many beams and azimuths are cast so that there are at most `max_rays`."""
+    """Return n such that one in n beams and azimuths makes at most `max_rays` rays."""
     step_azimuth = max(1, -(-beams * azimuths // max_rays))
     step_azimuth = min(step_azimuth, azimuths)
     columns = -(-azimuths // step_azimuth)

@@ -1,4 +1,4 @@
-"""Makes views from above: sums of entropy over the columns of a field, kept in line with what is seen."""
+"""Make views from above: sums of entropy over the columns of a field, which follow what is seen."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ import riglens.core.kernels
 from riglens.app.background.pictures import PictureRequest, Pictures, SensorPicture
 from riglens.app.background.tasks import Tasks
 from riglens.app.evaluation.scoring import LoadedScene, load_scene
-from riglens.core.view.body_tree import BodyTree
+from riglens.core.view.hits import BodyTree
 from tests.app.window_bench import CAMERA, open_bench, scene_options
 from tests.waiting import TIMEOUT_MS, TIMEOUT_S
 

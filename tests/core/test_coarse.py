@@ -8,9 +8,8 @@ from hypothesis import strategies as st
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.estimate import estimated
 from riglens.core.metric.scores import MetricSettings, Scores
-from riglens.core.scene.coarse import coarse_pog
 from riglens.core.scene.columns import unpack
-from riglens.core.scene.pog import Pog
+from riglens.core.scene.pog import Pog, coarse_pog
 from tests.core.builders import (
     camera,
     evaluate,

@@ -12,10 +12,9 @@ from riglens.core.rig.model import BrownConrady, KannalaBrandt
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.sensing.camera import project_px
 from riglens.core.sensing.rays import sensor_rays
-from riglens.core.view.body_tree import BodyTree
 from riglens.core.view.camera_picture import CameraPicture, camera_picture
 from riglens.core.view.frames import FrameBoxes
-from riglens.core.view.hits import BODY, cast
+from riglens.core.view.hits import BODY, BodyTree, cast
 from riglens.core.view.projection import NEAR_M, Projection
 from tests.core.view.view_cases import camera, frame_of, random_frame
 

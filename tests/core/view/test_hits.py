@@ -7,9 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from riglens.core.view.body_tree import BodyTree
 from riglens.core.view.frames import FrameBoxes
-from riglens.core.view.hits import BODY, GROUND, NOTHING, cast
+from riglens.core.view.hits import BODY, GROUND, NOTHING, BodyTree, cast
 from tests.core.view.view_cases import frame_of, random_frame
 
 NO_BODY = BodyTree.of(np.zeros((0, 3, 3)))

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from riglens.core.rig.model import EvenAngles, Lidar
-from riglens.core.view.body_tree import BodyTree
 from riglens.core.view.frames import FrameBoxes
-from riglens.core.view.hits import GROUND, NOTHING
+from riglens.core.view.hits import GROUND, NOTHING, BodyTree
 from riglens.core.view.range_image import range_image, wrapped_deg
 from tests.core.view.view_cases import frame_of
 

@@ -9,9 +9,9 @@ from pytestqt.qtbot import QtBot
 from riglens.core.rig.model import Camera, Lidar
 from riglens.core.scene.boxes import rotations_from_yaw
 from riglens.core.scene.grid import VoxelGrid
-from riglens.core.view.body_tree import BodyTree
 from riglens.core.view.camera_picture import camera_picture
 from riglens.core.view.frames import FrameBoxes
+from riglens.core.view.hits import BodyTree
 from riglens.core.view.range_image import range_image
 from riglens.widgets.maps.range_view import azimuth_text, azimuth_ticks, nearest_of, spread
 from riglens.widgets.maps.sensor_view import SensorViewPanel
