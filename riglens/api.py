@@ -15,17 +15,16 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Literal, Self
+from typing import TYPE_CHECKING, Literal, Self
 
 from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.evaluation.scenario import load_scenario, remarks_on, settings_of
-from riglens.core.engine.engine import Engine, Evaluation, evaluate_from_scratch
-from riglens.core.engine.evaluation_json import evaluation_document
+from riglens.core.engine.engine import Engine, evaluate_from_scratch
 from riglens.core.errors import InputError
 from riglens.core.files import require_apart
 from riglens.core.geometry import Pose, Vec3
 from riglens.core.metric.entropy import EntropyField
-from riglens.core.metric.scores import DEFAULT_LAMBDA, ClassScores, Method, Reading
+from riglens.core.metric.scores import DEFAULT_LAMBDA, Method, Reading
 from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig, Vehicle
 from riglens.core.rig.opening import open_rig as open_any_rig
 from riglens.core.rig.presets import PRESETS
@@ -33,6 +32,7 @@ from riglens.core.rig.yaml.file import load_rig, new_rig_file
 from riglens.core.scene.boxes import DataReport, Progress
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.pog import Pog
+from riglens.results import ClassResult, RigResult
 
 if TYPE_CHECKING:
     from riglens.app.evaluation.requests import HeatMode
@@ -255,72 +255,6 @@ def _path(path: StrPath | None) -> Path | None:
 
 
 # ---------------------------------------------------------------- scores
-
-
-@dataclass(frozen=True)
-class ClassResult:
-    """Score of a rig for one class: entropies in nats, shares from 0 to 1.
-
-    `seen` is the share of the entropy `h_total` that any sensor sees, `seen_camera` and `seen_lidar` those of the
-    cameras and of the LiDARs. S-MS (`s_ms`) falls as a rig sees more.
-    """
-
-    h_total: float
-    seen: float
-    seen_camera: float
-    seen_lidar: float
-    s_ms: float
-    s_mig_camera: float
-    s_mig_lidar: float
-
-    @classmethod
-    def _of(cls, scores: ClassScores) -> Self:
-        camera, lidar = scores.camera, scores.lidar
-        return cls(
-            *(scores.h_total, scores.any_seen, camera.seen, lidar.seen, scores.s_ms),
-            *(camera.s_mig, lidar.s_mig),
-        )
-
-
-class RigResult(Mapping[str, ClassResult]):
-    """Scores of a rig by class: `result["car"].seen`."""
-
-    def __init__(self, field: EntropyField, evaluation: Evaluation) -> None:
-        self._field, self._evaluation = field, evaluation
-        classes = evaluation.scores.classes
-        self._classes = {name: ClassResult._of(scores) for name, scores in classes.items()}
-
-    def __getitem__(self, class_name: str) -> ClassResult:
-        return self._classes[class_name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._classes)
-
-    def __len__(self) -> int:
-        return len(self._classes)
-
-    def __repr__(self) -> str:
-        seen = ", ".join(f"{name} seen {found.seen:.1%}" for name, found in self.items())
-        return f"<RigResult of {self.rig.name}: {seen}>"
-
-    @property
-    def rig(self) -> Rig:
-        """The rig that was scored."""
-        return self._evaluation.rig
-
-    @property
-    def covered_voxels(self) -> Mapping[str, int]:
-        """Number of informative voxels seen by "camera", "lidar" and "any"."""
-        return self._evaluation.scores.covered_voxels
-
-    @property
-    def elapsed_ms(self) -> float:
-        """How long the evaluation took; the first of a process includes loading the compiled code."""
-        return self._evaluation.elapsed_ms
-
-    def to_dict(self) -> dict[str, Any]:
-        """The result as JSON-able data, field by field what `riglens evaluate RIG --json FILE` writes."""
-        return evaluation_document(self._field, self._evaluation.settings, [self._evaluation])
 
 
 def score(
