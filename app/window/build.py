@@ -13,13 +13,13 @@ from riglens.app.window.features.drop import Drop
 from riglens.app.window.features.edits import Clipboard, Edits, Mirror
 from riglens.app.window.features.files import Exchange, Files, Recent
 from riglens.app.window.features.follow import Car, Follow
-from riglens.app.window.features.heat import Heat, Rays
+from riglens.app.window.features.heat import Heat, RaysShown
 from riglens.app.window.features.help import Help
 from riglens.app.window.features.maps import Map, SensorView
 from riglens.app.window.features.pick import Pick
 from riglens.app.window.features.picture import Picture
 from riglens.app.window.features.scene_data import SceneData
-from riglens.app.window.features.scores import Baseline, Marginals, Scores
+from riglens.app.window.features.scores import Baseline, Marginals, ScoresShown
 from riglens.app.window.features.sensors import LibraryPanel, Locks, Placing, Sensors
 from riglens.app.window.features.views import Views
 from riglens.app.window.workbench import Workbench
@@ -44,14 +44,14 @@ class Features(NamedTuple):
     library: LibraryPanel
     views: Views
     heat: Heat
-    rays: Rays
+    rays: RaysShown
     pick: Pick
     picture: Picture
     scene_data: SceneData
     map: Map
     sensor_view: SensorView
     baseline: Baseline
-    scores: Scores
+    scores: ScoresShown
     marginals: Marginals
     compare: Compare
     units: Units
@@ -94,14 +94,14 @@ def build_features(bench: Workbench) -> Features:
         library=LibraryPanel(bench, sensors),
         views=Views(bench),
         heat=(heat := Heat(bench)),
-        rays=Rays(bench, heat),
+        rays=RaysShown(bench, heat),
         pick=Pick(bench),
         picture=Picture(bench),
         scene_data=(scene_data := SceneData(bench)),
         map=Map(bench),
         sensor_view=SensorView(bench),
         baseline=Baseline(bench, exchange),
-        scores=Scores(bench),
+        scores=ScoresShown(bench),
         marginals=Marginals(bench),
         compare=Compare(bench, files, exchange),
         units=Units(bench),

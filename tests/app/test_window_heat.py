@@ -19,7 +19,7 @@ from riglens.core.engine.engine import Engine
 from riglens.core.engine.inspect import sees_voxel
 from riglens.core.geometry import Pose
 from riglens.core.scene.columns import unpack
-from riglens.widgets.drawing.camera import Ray
+from riglens.widgets.drawing.camera import ViewRay
 from riglens.widgets.heatmap.pick import PickedCell
 from riglens.widgets.heatmap.scale import DEFAULT_LOOK, HeatLook
 from riglens.widgets.viewport.offscreen import OffscreenViewport
@@ -37,7 +37,7 @@ def pick(bench: Bench, row: int = 0) -> Pick:
     """Click at a cell of the heatmap that is shown; the view answers in place of a mouse."""
     data = bench.viewport.state.heatmap
     centre = data.centres_m[row].astype(float)
-    down = Ray(centre + np.array([0.0, 0.0, 9.0]), np.array([0.0, 0.0, -1.0]))
+    down = ViewRay(centre + np.array([0.0, 0.0, 9.0]), np.array([0.0, 0.0, -1.0]))
     bench.viewport.cell_picked.emit(PickedCell(row, centre, data.cell_m, down))
     found = bench.features.pick
     bench.qtbot.waitUntil(lambda: found.card.text is not None, timeout=TIMEOUT_MS)

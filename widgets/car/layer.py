@@ -15,7 +15,7 @@ from riglens.core.vehicle.mesh import BodyMesh
 from riglens.widgets.car.body import body_parts
 from riglens.widgets.car.materials import baked_actors, car_materials
 from riglens.widgets.drawing.actors import rgba_actor, surface_actor
-from riglens.widgets.drawing.camera import Points, Ray
+from riglens.widgets.drawing.camera import Points, ViewRay
 from riglens.widgets.drawing.surface import join, set_normals
 from riglens.widgets.theme import Palette
 
@@ -73,7 +73,7 @@ class BodyLayer:
         for actor in shown:
             actor.visibility = True
 
-    def hit(self, ray: Ray) -> tuple[Points, Points] | None:
+    def hit(self, ray: ViewRay) -> tuple[Points, Points] | None:
         """Where a view ray first meets the car: point (3,) in metres and unit normal (3,) towards the viewer."""
         if self._locator is None:
             self._locator = vtkStaticCellLocator()

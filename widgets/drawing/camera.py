@@ -29,7 +29,7 @@ _MIN_DISTANCE_M, _MAX_DISTANCE_M = 0.3, 2000.0
 
 
 @dataclass(frozen=True)
-class Ray:
+class ViewRay:
     """A half-line: origin (3,) in metres and unit direction (3,), vehicle frame."""
 
     origin_m: Points
@@ -75,16 +75,16 @@ class OrbitCamera:
             depth = max(1e-3, float((np.asarray(point_m) - self.position_m()) @ self.axes()[2]))
         return depth * math.tan(math.radians(self.view_angle_deg) / 2) * 2.0 / max(1, size[1])
 
-    def ray(self, pixel: Pixel, size: Size) -> Ray:
+    def ray(self, pixel: Pixel, size: Size) -> ViewRay:
         """The view ray through a pixel; pixels count right and down from the upper left corner."""
         right, up, forward = self.axes()
         scale = self.half_height_m() * 2.0 / max(1, size[1])
         offset = (pixel[0] - size[0] / 2) * scale * right - (pixel[1] - size[1] / 2) * scale * up
         target = np.array(self.focal_m) + offset
         if self.parallel:
-            return Ray(target - self.distance_m * forward, forward)
+            return ViewRay(target - self.distance_m * forward, forward)
         direction = target - self.position_m()
-        return Ray(self.position_m(), direction / np.linalg.norm(direction))
+        return ViewRay(self.position_m(), direction / np.linalg.norm(direction))
 
     def project(self, points_m: Points, size: Size) -> Points:
         """Pixels and depth (n, 3) of points (n, 3): right, down, metres in front of the camera."""

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.geometry import Pose, Vec3, rpy_deg_from_rotation
-from riglens.widgets.drawing.camera import Ray
+from riglens.widgets.drawing.camera import ViewRay
 
 Vector = NDArray[np.float64]
 Space = Literal["local", "world"]
@@ -46,7 +46,7 @@ def gizmo_axes(pose: Pose, space: Space) -> Vector:
     return pose.rotation() if space == "local" else np.eye(3)
 
 
-def along_axis_m(origin_m: Vector, axis: Vector, ray: Ray) -> float | None:
+def along_axis_m(origin_m: Vector, axis: Vector, ray: ViewRay) -> float | None:
     """Metres along a line (origin, unit axis) to the point nearest to a view ray.
 
     None when the line is seen end on or its nearest point lies behind the viewer: neither defines a place on it.
@@ -62,7 +62,7 @@ def along_axis_m(origin_m: Vector, axis: Vector, ray: Ray) -> float | None:
     return (on_axis - cosine * on_ray) / sine_squared
 
 
-def on_plane_m(origin_m: Vector, normal: Vector, ray: Ray) -> Vector | None:
+def on_plane_m(origin_m: Vector, normal: Vector, ray: ViewRay) -> Vector | None:
     """Where a view ray meets a plane, relative to `origin_m`, (3,) metres; None when edge on or behind."""
     slope = float(normal @ ray.direction)
     if abs(slope) < _MIN_SINE:
@@ -159,7 +159,7 @@ class Drag:
         """Direction of an arrow, normal of a plane, axis of a ring, (3,)."""
         return np.ascontiguousarray(self.axes[:, self.handle.axis])
 
-    def amount(self, ray: Ray) -> float | None:
+    def amount(self, ray: ViewRay) -> float | None:
         """Metres moved along an arrow or radians turned since the start; None when the view ray says nothing."""
         if self.line is None:
             end = on_plane_m(np.array(self.start.position_m), self.axis, ray)
@@ -169,7 +169,7 @@ class Drag:
             return None
         return end_m - self.grasp_m if self.handle.kind == "move" else (end_m - self.grasp_m) / self.radius_m
 
-    def pose(self, ray: Ray, snap: bool = False) -> Pose | None:
+    def pose(self, ray: ViewRay, snap: bool = False) -> Pose | None:
         """The pose for a view ray, on round numbers with `snap`; None when the ray says nothing."""
         move, turn = (moved_snapped, turned_snapped) if snap else (moved, turned)
         if self.handle.kind == "plane":
@@ -185,7 +185,7 @@ class Drag:
         return (move if self.handle.kind == "move" else turn)(self.start, self.axis, amount)
 
 
-def begin_drag(handle: Handle, space: Space, start: Pose, ray: Ray, radius_m: float) -> Drag | None:
+def begin_drag(handle: Handle, space: Space, start: Pose, ray: ViewRay, radius_m: float) -> Drag | None:
     """Grasp a handle of the gizmo at `start` with a view ray; `radius_m` is the ring's radius in metres.
 
     None when the handle cannot be dragged from this view (an arrow seen end on, a plane seen edge on).
@@ -208,7 +208,7 @@ def begin_drag(handle: Handle, space: Space, start: Pose, ray: Ray, radius_m: fl
 
 
 def _line_drag(
-    handle: Handle, start: Pose, axes: Vector, radius_m: float, origin_m: Vector, line: Vector, ray: Ray
+    handle: Handle, start: Pose, axes: Vector, radius_m: float, origin_m: Vector, line: Vector, ray: ViewRay
 ) -> Drag | None:
     grasp_m = along_axis_m(origin_m, line, ray)
     if grasp_m is None:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from riglens.widgets.drawing.camera import OrbitCamera, Points, Ray, Size
+from riglens.widgets.drawing.camera import OrbitCamera, Points, Size, ViewRay
 from riglens.widgets.heatmap.scale import HeatLook, HeatmapData, in_slice, strength
 
 CAR_CENTRE_M = (0.0, 0.0, 1.4)
@@ -24,7 +24,7 @@ class PickedCell:
     row: int
     centre_m: Points
     cell_m: float
-    ray: Ray
+    ray: ViewRay
 
 
 def cell_at(

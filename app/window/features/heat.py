@@ -141,7 +141,7 @@ def look_of(kept: dict[str, Any]) -> HeatLook | None:
     return HeatLook(shares[0], log is True, shares[1]) if len(shares) == 2 else None
 
 
-class Rays(Feature):
+class RaysShown(Feature):
     """A switch in the View menu, and sliders below those of the heatmap."""
 
     specs = (

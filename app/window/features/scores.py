@@ -80,7 +80,7 @@ class Baseline(Feature):
         self.session.pin(preset(name))
 
 
-class Scores(Feature):
+class ScoresShown(Feature):
     """Shows the answers in the score table, and says in the status bar how far they are."""
 
     def __init__(self, bench: Workbench) -> None:

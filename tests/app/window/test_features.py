@@ -19,11 +19,11 @@ from riglens.app.window.features.compare import Compare
 from riglens.app.window.features.edits import Clipboard, Edits, Mirror
 from riglens.app.window.features.files import Exchange, Files, Recent
 from riglens.app.window.features.follow import Car, Follow
-from riglens.app.window.features.heat import Heat, Rays
+from riglens.app.window.features.heat import Heat, RaysShown
 from riglens.app.window.features.maps import Map
 from riglens.app.window.features.pick import Pick
 from riglens.app.window.features.scene_data import SceneData
-from riglens.app.window.features.scores import Baseline, Marginals, Scores
+from riglens.app.window.features.scores import Baseline, Marginals, ScoresShown
 from riglens.app.window.features.sensors import LOCKED_KEY, Locks, Placing, Sensors
 from riglens.app.window.features.views import Views
 from riglens.app.window.settings import Settings
@@ -31,7 +31,7 @@ from riglens.core.geometry import Pose
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.rig.yaml.file import new_rig_file
 from riglens.core.scene.grid import VoxelGrid
-from riglens.widgets.drawing.camera import Ray
+from riglens.widgets.drawing.camera import ViewRay
 from riglens.widgets.heatmap.pick import PickedCell
 from riglens.widgets.heatmap.scale import HeatLook
 from riglens.widgets.panels.fields.quantity import DEGREES, MILLIMETRES
@@ -90,7 +90,7 @@ def test_the_choice_of_the_heatmap_is_kept_and_nonsense_is_not_taken_up(desk: De
 
 
 def test_the_switch_of_the_rays_reaches_the_view(desk: Desk) -> None:
-    Rays(desk.workbench, Heat(desk.workbench))
+    RaysShown(desk.workbench, Heat(desk.workbench))
     assert desk.viewport.state.ray_look.shown
     desk.act("rays")
     assert not desk.viewport.state.ray_look.shown
@@ -109,7 +109,7 @@ def test_a_pinned_rig_is_the_baseline_until_it_is_let_go(desk: Desk) -> None:
 
 
 def test_scores_are_greyed_from_the_question_to_the_answer(desk: Desk) -> None:
-    Scores(asking(desk).workbench)
+    ScoresShown(asking(desk).workbench)
     desk.answer(0.5)
     assert desk.panels.scores.text_of("car", "seen") == "50.00 %" and not desk.panels.scores.is_stale
     assert desk.workbench.status.state.text() == "exact"
@@ -122,7 +122,7 @@ def test_scores_are_greyed_from_the_question_to_the_answer(desk: Desk) -> None:
 
 
 def test_the_settings_that_the_user_wants_are_the_sessions_and_shown(desk: Desk) -> None:
-    Scores(desk.workbench)
+    ScoresShown(desk.workbench)
     wanted = MetricSettings("exact", "residual", 0.5)
     desk.panels.scores.settings_wanted.emit(wanted)
     assert desk.session.settings == wanted
@@ -130,7 +130,7 @@ def test_the_settings_that_the_user_wants_are_the_sessions_and_shown(desk: Desk)
 
 
 def test_an_edit_lengthens_the_trail_and_a_drag_only_at_its_end(desk: Desk) -> None:
-    Scores(asking(desk).workbench)
+    ScoresShown(asking(desk).workbench)
     desk.answer(0.25)
     desk.document.begin_drag("roof")
     desk.document.preview("roof", POSE)
@@ -171,7 +171,7 @@ def test_snapshots_are_scored_when_nobody_edits_and_can_be_pinned(desk: Desk) ->
 def cell(x_m: float, y_m: float, z_m: float) -> PickedCell:
     """A cell of the heatmap that is clicked from above."""
     centre = np.array([x_m, y_m, z_m])
-    return PickedCell(0, centre, 0.5, Ray(centre + np.array([0.0, 0.0, 9.0]), np.array([0.0, 0.0, -1.0])))
+    return PickedCell(0, centre, 0.5, ViewRay(centre + np.array([0.0, 0.0, 9.0]), np.array([0.0, 0.0, -1.0])))
 
 
 def test_a_picked_voxel_is_marked_and_forgotten_with_escape(

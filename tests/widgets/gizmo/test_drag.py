@@ -8,7 +8,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from riglens.core.geometry import Pose, rotation_from_rpy_deg
-from riglens.widgets.drawing.camera import Ray
+from riglens.widgets.drawing.camera import ViewRay
 from riglens.widgets.gizmo.drag import (
     Handle,
     along_axis_m,
@@ -40,9 +40,9 @@ def eye_at(pose: Pose, eye: tuple[float, float, float]) -> np.ndarray:
     return np.array(pose.position_m) + offset
 
 
-def ray_through(eye: np.ndarray, point: np.ndarray) -> Ray:
+def ray_through(eye: np.ndarray, point: np.ndarray) -> ViewRay:
     direction = point - eye
-    return Ray(eye, direction / np.linalg.norm(direction))
+    return ViewRay(eye, direction / np.linalg.norm(direction))
 
 
 @given(poses, eyes, axes, spaces, st.floats(0.3, 1.0), st.floats(-3.0, 3.0))
@@ -127,7 +127,7 @@ def test_an_arrow_seen_end_on_cannot_be_dragged():
     pose = Pose((1.0, 0.0, 2.0))
     assert (
         begin_drag(
-            Handle("move", 0), "world", pose, Ray(np.array([9.0, 0.0, 2.0]), np.array([-1.0, 0, 0])), 0.7
+            Handle("move", 0), "world", pose, ViewRay(np.array([9.0, 0.0, 2.0]), np.array([-1.0, 0, 0])), 0.7
         )
         is None
     )
@@ -137,14 +137,14 @@ def test_a_view_ray_towards_the_vanishing_point_says_nothing_instead_of_jumping(
     origin, axis = np.zeros(3), np.array([1.0, 0.0, 0.0])
     viewer = np.array([-5.0, -5.0, 0.0])
     beyond = np.array([math.cos(math.radians(-1.5)), math.sin(math.radians(-1.5)), 0.0])
-    assert along_axis_m(origin, axis, Ray(viewer, axis)) is None
-    assert along_axis_m(origin, axis, Ray(viewer, beyond)) is None
+    assert along_axis_m(origin, axis, ViewRay(viewer, axis)) is None
+    assert along_axis_m(origin, axis, ViewRay(viewer, beyond)) is None
 
 
 def test_a_plane_behind_the_viewer_or_seen_edge_on_is_not_met():
     up = np.array([0.0, 0.0, 1.0])
-    assert on_plane_m(np.zeros(3), up, Ray(np.array([0.0, 0.0, 3.0]), np.array([0.0, 0.0, 1.0]))) is None
-    assert on_plane_m(np.zeros(3), up, Ray(np.array([0.0, -3.0, 0.0]), np.array([0.0, 1.0, 0.0]))) is None
+    assert on_plane_m(np.zeros(3), up, ViewRay(np.array([0.0, 0.0, 3.0]), np.array([0.0, 0.0, 1.0]))) is None
+    assert on_plane_m(np.zeros(3), up, ViewRay(np.array([0.0, -3.0, 0.0]), np.array([0.0, 1.0, 0.0]))) is None
 
 
 @pytest.mark.parametrize("sideways_m", [-0.4, 0.25, 0.5])

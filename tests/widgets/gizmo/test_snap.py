@@ -8,7 +8,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from riglens.core.geometry import Pose
-from riglens.widgets.drawing.camera import OrbitCamera, Ray
+from riglens.widgets.drawing.camera import OrbitCamera, ViewRay
 from riglens.widgets.gizmo.drag import (
     SNAP_DEG,
     SNAP_M,
@@ -45,7 +45,7 @@ def test_the_grasped_point_of_a_plane_follows_the_mouse_within_the_plane(pose, e
 
 
 def test_a_plane_seen_edge_on_cannot_be_dragged():
-    ray = Ray(np.array([0.0, -9.0, 2.0]), np.array([0.0, 1.0, 0.0]))
+    ray = ViewRay(np.array([0.0, -9.0, 2.0]), np.array([0.0, 1.0, 0.0]))
     assert begin_drag(Handle("plane", 2), "world", Pose((0.0, 0.0, 2.0)), ray, 0.7) is None
 
 
