@@ -1,0 +1,49 @@
+"""The picture of the house and the page about it tell of the rooms that there are."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from tools import draw_house
+
+ROOT = Path(__file__).resolve().parents[1]
+PAGE = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+FLOORS = ("app", "core", "widgets")
+
+
+def rooms_of(floor: str) -> set[str]:
+    return {folder.parent.name for folder in (ROOT / floor).glob("*/__init__.py")}
+
+
+def drawn_in(floor: str) -> set[str]:
+    (found,) = (it for it in draw_house.HOUSE if it.name == floor)
+    return {room.name for storey in found.storeys for room in storey}
+
+
+@pytest.mark.parametrize("floor", FLOORS)
+def test_the_picture_has_every_room_and_no_other(floor: str) -> None:
+    assert drawn_in(floor) == rooms_of(floor)
+
+
+@pytest.mark.parametrize("floor", ["app", "core"])
+def test_the_page_says_what_every_room_is_for(floor: str) -> None:
+    assert set(re.findall(rf"`{floor}/(\w+)`", PAGE)) >= rooms_of(floor)
+
+
+def test_the_picture_is_the_one_that_the_script_draws() -> None:
+    assert (ROOT / draw_house.TARGET).read_text(encoding="utf-8") == draw_house.drawing()
+
+
+def test_every_file_and_folder_that_the_page_names_is_there() -> None:
+    named = set(re.findall(r"`((?:app|core|docs|riglens|tests|tools|widgets)/[\w./-]+)`", PAGE))
+    assert len(named) > 20
+    assert [name for name in sorted(named) if not (ROOT / name).exists()] == []
+
+
+def test_a_mouse_move_goes_through_six_rooms_at_most() -> None:
+    stops = [r.stop for it in draw_house.HOUSE for storey in it.storeys for r in storey if r.stop is not None]
+    assert sorted(stops) == list(range(1, len(stops) + 1))
+    assert len(stops) <= 6
