@@ -35,7 +35,7 @@ from riglens.core.scene.pog import Pog
 from riglens.results import ClassResult, RigResult
 
 if TYPE_CHECKING:
-    from riglens.app.evaluation.requests import HeatMode
+    from riglens.app.evaluation.options import HeatMode
     from riglens.app.rendering.render import Theme, View
     from riglens.core.rig.formats.report import Report
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.app.evaluation.requests import HEAT_TITLES, HeatMode
+from riglens.app.evaluation.options import HEAT_TITLES, HeatMode
 from riglens.core.engine.engine import Engine, Evaluation
 from riglens.core.engine.inspect import covered_at_least
 from riglens.core.scene.boxes import CLASSES

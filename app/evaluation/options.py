@@ -1,4 +1,4 @@
-"""What a command can be told about the scene and the score: plain data, cheap to import."""
+"""What can be asked of a scene, a score and a heatmap: plain data, cheap to import."""
 
 from __future__ import annotations
 
@@ -19,6 +19,18 @@ DEFAULT_RIG = "W+T"
 DEFAULT_TOLERANCE_PP = 1.0
 MIN_SIDE_PX, MAX_SIDE_PX, MAX_SCALE = 64, 8192, 4
 """Sides of a picture before it is enlarged, and how many times it may be."""
+
+HeatMode = Literal["off", "probability", "entropy", "seen", "unseen", "sensors", "change"]
+HEAT_TITLES: dict[HeatMode, str] = {
+    "off": "Off",
+    "probability": "POG probability",
+    "entropy": "Entropy",
+    "seen": "Seen entropy",
+    "unseen": "Unseen entropy",
+    "sensors": "Sensors that see it",
+    "change": "Gained and lost",
+}
+"""What the heatmap can show: the modes by their keys, and what they are called."""
 
 
 @dataclass(frozen=True)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
-from riglens.app.evaluation.options import SceneOptions
+from riglens.app.evaluation.options import HeatMode, SceneOptions
 from riglens.core.metric.scores import MetricSettings, Scores
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
@@ -20,17 +20,6 @@ if TYPE_CHECKING:  # made by the background thread, which loads what computes th
     from riglens.core.view.top_view import SeenBy, TopView
     from riglens.widgets.heatmap.scale import HeatmapData
 
-HeatMode = Literal["off", "probability", "entropy", "seen", "unseen", "sensors", "change"]
-HEAT_TITLES: dict[HeatMode, str] = {
-    "off": "Off",
-    "probability": "POG probability",
-    "entropy": "Entropy",
-    "seen": "Seen entropy",
-    "unseen": "Unseen entropy",
-    "sensors": "Sensors that see it",
-    "change": "Gained and lost",
-}
-"""What the heatmap can show: the modes by their keys, and what they are called."""
 FRAME_MS = 16.0
 """An exact answer that takes longer than a frame of the screen is preceded by a coarse one."""
 

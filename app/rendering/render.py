@@ -9,8 +9,14 @@ from pathlib import Path
 from typing import Literal
 
 from riglens.app.evaluation.heatmap import Heatmaps, VoxelMarks, marks_for, marks_of, seen_words
-from riglens.app.evaluation.options import MAX_SCALE, MAX_SIDE_PX, MIN_SIDE_PX, SceneOptions, ScoreOptions
-from riglens.app.evaluation.requests import HeatMode
+from riglens.app.evaluation.options import (
+    MAX_SCALE,
+    MAX_SIDE_PX,
+    MIN_SIDE_PX,
+    HeatMode,
+    SceneOptions,
+    ScoreOptions,
+)
 from riglens.app.evaluation.scenario import settings_of
 from riglens.app.launch.display import prepare_drawing
 from riglens.app.terminal.console import progress_bar, results

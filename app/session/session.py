@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Signal
 
-from riglens.app.evaluation.requests import EvaluationRequest, HeatMode, LoadedScene
+from riglens.app.evaluation.options import HeatMode
+from riglens.app.evaluation.requests import EvaluationRequest, LoadedScene
 from riglens.app.session.document import Document
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.rig.model import Rig

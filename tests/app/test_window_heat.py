@@ -12,7 +12,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLabel, QToolButton, QWidget
 from pytestqt.qtbot import QtBot
 
-from riglens.app.evaluation.requests import HEAT_TITLES
+from riglens.app.evaluation.options import HEAT_TITLES
 from riglens.app.window.features.heat import look_of
 from riglens.app.window.features.pick import Pick
 from riglens.core.engine.engine import Engine

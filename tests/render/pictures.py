@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.app.evaluation.heatmap import Heatmaps, marks_for, seen_words
-from riglens.app.evaluation.requests import HeatMode
+from riglens.app.evaluation.options import HeatMode
 from riglens.app.rendering.picture import Findings, PictureWords, with_words
 from riglens.core.engine.engine import Engine
 from riglens.core.metric.entropy import EntropyField

@@ -10,7 +10,8 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QMenu, QToolButton, QWidget, QWidgetAction
 
-from riglens.app.evaluation.requests import HEAT_TITLES, HeatMode, Result
+from riglens.app.evaluation.options import HEAT_TITLES, HeatMode
+from riglens.app.evaluation.requests import Result
 from riglens.app.window.actions import Choice, Spec, menu_button
 from riglens.app.window.feature import Feature
 from riglens.app.window.settings import Settings
