@@ -127,7 +127,7 @@ def test_only_one_of_two_windows_gets_what_a_third_left_behind(qtbot: QtBot, tmp
         press(one, "Recover")
         press(other, "Recover")
         assert (one.document.rig, other.document.rig) == (MOVED, RIG)
-        assert "another window" in other.window.bench.errors.message
+        assert "another window" in other.workbench.errors.message
 
 
 def test_changes_are_written_and_the_file_goes_when_they_are_saved(qtbot: QtBot, tmp_path: Path) -> None:

@@ -334,7 +334,7 @@ def test_without_a_coarser_copy_or_with_hits_there_are_exact_answers_only(opened
     odd.settle()
     assert set(watch.kinds) == {"exact"}
     hits = opened()
-    reading = hits.window.bench.panels.scores.findChild(QComboBox, "reading")
+    reading = hits.panels.scores.findChild(QComboBox, "reading")
     assert reading is not None
     choose_item(reading, "hits")
     hits.settle()

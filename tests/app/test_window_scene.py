@@ -111,11 +111,11 @@ def stored(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
 
 
 def test_a_stored_pog_is_shown_with_its_name_and_its_grid(stored: Bench) -> None:
-    name = stored.window.bench.panels.scene.findChild(QLabel, "boxes")
+    name = stored.panels.scene.findChild(QLabel, "boxes")
     assert name is not None
     assert name.text() == "stored.npz"
     assert voxel_box(stored).currentText() == "0.5"
-    assert stored.window.bench.panels.scene.choice.roi_m == (20.0, 20.0, 4.0)
+    assert stored.panels.scene.choice.roi_m == (20.0, 20.0, 4.0)
 
 
 @pytest.mark.parametrize(
@@ -124,7 +124,7 @@ def test_a_stored_pog_is_shown_with_its_name_and_its_grid(stored: Bench) -> None
 def test_what_a_stored_pog_fixes_is_refused_and_nothing_is_loaded(
     stored: Bench, field: str, text: str
 ) -> None:
-    panel = stored.window.bench.panels.scene
+    panel = stored.panels.scene
     before = panel.choice
     names = {"frames": "frames", "L": "roi_m.L"}
     line = voxel_box(stored).lineEdit() if field == "voxel" else panel.findChild(QLineEdit, names[field])
