@@ -1,6 +1,6 @@
 """Long work beside the window: in a thread of its own, with progress, Cancel, and one clear error.
 
-    window.tasks.run("Writing the report", lambda progress: write(rigs, path, progress), done=self._written)
+    bench.tasks.run("Writing the report", lambda progress: write(rigs, path, progress), done=self._written)
 
 `work` runs in the background: it knows neither Qt nor VTK, calls `progress(0..1)` now and then, and must not
 call parallel kernels (those run on the thread of `Recompute` only). `done` gets what it returned, on the

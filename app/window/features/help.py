@@ -6,7 +6,7 @@ from riglens.app.window.actions import Actions, Spec
 from riglens.app.window.feature import Feature
 from riglens.app.window.places import MENUS
 from riglens.app.window.workbench import Workbench
-from riglens.widgets.panels.scores.panel import SIGN_NOTE
+from riglens.widgets.panels.scores.text import SIGN_NOTE
 from riglens.widgets.panels.shortcut_sheet import Group
 
 ABOUT = (

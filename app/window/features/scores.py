@@ -13,8 +13,7 @@ from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.files import Exchange
 from riglens.app.window.workbench import Workbench
-from riglens.core.metric.scores import MetricSettings
-from riglens.core.metric.scores import Scores as ScoresOf
+from riglens.core.metric.scores import MetricSettings, Scores
 from riglens.core.rig.edits import with_enabled
 from riglens.core.rig.model import Rig, rays_of
 from riglens.core.rig.presets import PRESETS, preset
@@ -165,7 +164,7 @@ class Marginals(Feature):
         super().__init__(bench)
         self.answers = bench.answers
         self.result: Result | None = None
-        self.losses: dict[str, ScoresOf] = {}
+        self.losses: dict[str, Scores] = {}
         queued = Qt.ConnectionType.QueuedConnection
         bench.recompute.side_answered.connect(self._take, queued)
         self.answers.answered.connect(lambda _: self._start())
