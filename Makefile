@@ -3,6 +3,7 @@
 #   make run      open the window (without a display: scores in the terminal, files under out/)
 #   make test     the whole test suite, headless
 #   make slow     the tests that take minutes
+#   make stress   the test suite on a computer with four times more work than processors
 #   make bench    speed and memory against yardsticks, into out/bench.json (BENCH="--quick --only edit")
 #   make check    format, lint, types, import contracts
 #   make setup    the set-up alone: system libraries and packages in .venv
@@ -10,8 +11,10 @@
 #   make clean    remove .venv, out/ and caches
 
 PYTHON := .venv/bin/python
+WHOLE_SUITE := -m "not slow" -n logical --maxprocesses 4 --dist worksteal
+TEST_HELPERS = $(shell find tests -name "*.py" ! -name "test_*.py")
 .DEFAULT_GOAL := help
-.PHONY: help setup setup-dev run test slow bench check format clean
+.PHONY: help setup setup-dev run test slow stress bench check format clean
 
 help:
 	@sed -n 's/^#   make/  make/p' Makefile
@@ -26,7 +29,10 @@ run: setup
 	@$(PYTHON) -m app
 
 test: setup-dev
-	@$(PYTHON) -m pytest -m "not slow" -n logical --maxprocesses 4 --dist worksteal
+	@$(PYTHON) -m pytest $(WHOLE_SUITE)
+
+stress: setup-dev
+	@$(PYTHON) tools/beside_spinners.py $(PYTHON) -m pytest $(WHOLE_SUITE)
 
 slow: setup-dev
 	@$(PYTHON) -m pytest -m slow
@@ -38,8 +44,8 @@ check: setup
 	@$(PYTHON) -m ruff format --check .
 	@$(PYTHON) -m ruff check .
 	@$(PYTHON) tools/static_tree.py >/dev/null
-	@MYPYPATH=build/static $(PYTHON) -m mypy --strict -p riglens.core
-	@MYPYPATH=build/static $(PYTHON) -m mypy -p riglens.app -p riglens.widgets -m riglens -m riglens.api
+	@MYPYPATH=build/static $(PYTHON) -m mypy -p riglens
+	@MYPYPATH=build/static:. $(PYTHON) -m mypy $(TEST_HELPERS)
 	@cd build/static && ../../.venv/bin/lint-imports --config ../../pyproject.toml
 
 format: setup

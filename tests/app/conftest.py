@@ -75,7 +75,7 @@ def riglens_process() -> Iterator[Callable[..., "subprocess.Popen[str]"]]:
     def start(*arguments: object, **keywords: object) -> "subprocess.Popen[str]":
         environment = {**os.environ, "PYTHONPATH": str(REPOSITORY)}
         environment.update(keywords.pop("env", {}))  # type: ignore[call-overload]
-        process = subprocess.Popen(
+        process: subprocess.Popen[str] = subprocess.Popen(
             program(*arguments),
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,

@@ -159,7 +159,7 @@ def test_a_drag_in_the_view_is_followed_by_list_and_inspector_and_is_one_step(wh
     click_row(whole, "roof")
     whole.viewport.press("roof")
     for step in range(1, 4):
-        whole.viewport.move("roof", Pose((0.1, 0.2, 1.9 + step / 4)))
+        whole.viewport.drag_to("roof", Pose((0.1, 0.2, 1.9 + step / 4)))
         assert agree(whole)
     whole.viewport.release("roof")
     assert whole.document.rig.sensor("roof").position == (0.1, 0.2, 2.65)
@@ -176,7 +176,7 @@ def test_a_drag_in_the_view_is_followed_by_list_and_inspector_and_is_one_step(wh
 def test_undo_and_redo_during_a_drag_only_give_up_the_drag(bench: FullDesk, key: str) -> None:
     bench.document.set_enabled(("front",), False)
     bench.viewport.press("roof")
-    bench.viewport.move("roof", Pose((4.0, 0.0, 1.0)))
+    bench.viewport.drag_to("roof", Pose((4.0, 0.0, 1.0)))
     bench.features.edits.travel(getattr(bench.document, key))
     assert bench.document.rig.sensor("roof") == LIDAR
     assert not bench.document.rig.sensor("front").enabled
@@ -233,9 +233,9 @@ def test_everything_that_changes_the_rig_is_one_step_back_and_forth(bench: FullD
 def test_deleting_a_sensor_while_it_is_dragged_ends_the_drag(bench: FullDesk) -> None:
     click_row(bench, "roof")
     bench.viewport.press("roof")
-    bench.viewport.move("roof", Pose((4.0, 0.0, 1.0)))
+    bench.viewport.drag_to("roof", Pose((4.0, 0.0, 1.0)))
     bench.act("delete")
-    bench.viewport.move("roof", Pose((5.0, 0.0, 1.0)))
+    bench.viewport.drag_to("roof", Pose((5.0, 0.0, 1.0)))
     bench.viewport.release("roof")
     assert [sensor.name for sensor in bench.document.rig.sensors] == ["front"]
     bench.act("undo")

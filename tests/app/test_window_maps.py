@@ -136,7 +136,7 @@ def test_the_sensor_view_follows_a_drag(bench: Bench) -> None:
     bench.document.select("front")
     before = picture(bench)
     bench.viewport.press("front")
-    bench.viewport.move("front", Pose((1.0, 0.0, 1.4), (0.0, 0.0, 180.0)))
+    bench.viewport.drag_to("front", Pose((1.0, 0.0, 1.4), (0.0, 0.0, 180.0)))
     during = picture(bench)
     bench.viewport.release("front")
     assert isinstance(before, CameraPicture) and isinstance(during, CameraPicture)
@@ -160,7 +160,7 @@ def test_the_frame_is_kept_when_another_sensor_is_selected(bench: Bench) -> None
 def test_the_car_itself_is_in_the_picture(bench: Bench) -> None:
     bench.document.select("front")
     bench.viewport.press("front")
-    bench.viewport.move("front", Pose((0.0, 0.0, 2.5), (0.0, 60.0, 0.0)))
+    bench.viewport.drag_to("front", Pose((0.0, 0.0, 2.5), (0.0, 60.0, 0.0)))
     bench.viewport.release("front")
     shown = picture(bench)
     assert isinstance(shown, CameraPicture)

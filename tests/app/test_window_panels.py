@@ -320,7 +320,7 @@ def test_the_sparkline_has_one_point_per_edit_however_long_the_drag(bench: Bench
     assert bench.panels.scores.trail_of("car") == [bench.fresh_scores(RIG).classes["car"].s_ms]
     bench.viewport.press("roof")
     for step in range(3):
-        bench.viewport.move("roof", Pose((step, 0.2, 1.0)))
+        bench.viewport.drag_to("roof", Pose((step, 0.2, 1.0)))
         bench.settle()
     bench.viewport.release("roof")
     bench.settle()
@@ -369,7 +369,7 @@ def test_nothing_is_computed_aside_while_the_mouse_is_down(
 ) -> None:
     wait_for_losses(bench, 2)
     bench.viewport.press("roof")
-    bench.viewport.move("roof", Pose((3.0, 0.2, 1.0)))
+    bench.viewport.drag_to("roof", Pose((3.0, 0.2, 1.0)))
     bench.settle()
     assert bench.features.marginals.result is None
     bench.viewport.release("roof")

@@ -78,7 +78,7 @@ def opened(qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Ite
 
 def move(bench: Bench, name: str, x: float) -> int:
     """One step of an open drag; returns the revision."""
-    bench.viewport.move(name, Pose((x, 0.2, 1.4), bench.document.rig.sensor(name).rpy_deg))
+    bench.viewport.drag_to(name, Pose((x, 0.2, 1.4), bench.document.rig.sensor(name).rpy_deg))
     return bench.document.revision
 
 

@@ -52,7 +52,7 @@ def test_the_scores_follow_the_drag_while_the_mouse_is_down(bench: Bench) -> Non
     )
     bench.viewport.press("roof")
     for step in range(1, 4):
-        bench.viewport.move("roof", Pose((step * 1.5, 0.2, 1.0)))
+        bench.viewport.drag_to("roof", Pose((step * 1.5, 0.2, 1.0)))
         bench.settle()
     assert bench.document.is_dragging
     assert len(set(seen)) == 3

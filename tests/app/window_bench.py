@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from PySide6.QtCore import Qt, QTimer
+from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QComboBox, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
 
@@ -42,8 +43,8 @@ s,2,pedestrian,2,5,0.9,0.6,0.6,1.8,0
 LIDAR = Lidar(
     name="roof",
     position=(0.1, 0.2, 1.9),
-    elevations_deg=EvenAngles(**{"from": -20.0, "to": 10.0, "count": 8}),
-    azimuths_deg=EvenAngles(**{"from": -180.0, "to": 180.0, "count": 36}),
+    elevations_deg=EvenAngles(from_=-20.0, to=10.0, count=8),
+    azimuths_deg=EvenAngles(from_=-180.0, to=180.0, count=36),
 )
 CAMERA = Camera(name="front", position=(1.0, 0.0, 1.4), image=(160, 90), hfov_deg=90.0, cast=(32, 18))
 RIG = Rig(name="small", sensors=(LIDAR, CAMERA))
@@ -121,7 +122,7 @@ class FakeViewport(View):
         self.dragged = name
         self.drag_started.emit(name)
 
-    def move(self, name: str, pose: Pose) -> None:
+    def drag_to(self, name: str, pose: Pose) -> None:
         self.drag_moved.emit(name, pose)
 
     def release(self, name: str) -> None:
@@ -224,7 +225,7 @@ class Hands:
         """Drag a sensor through some positions and let go."""
         self.viewport.press(name)
         for position in positions:
-            self.viewport.move(name, Pose(position, self.document.rig.sensor(name).rpy_deg))
+            self.viewport.drag_to(name, Pose(position, self.document.rig.sensor(name).rpy_deg))
         self.viewport.release(name)
 
 
@@ -261,9 +262,9 @@ def type_into(qtbot: QtBot, edit: QLineEdit, text: str) -> None:
     """Replace the text of a field by key presses and press Return."""
     edit.setFocus()
     edit.selectAll()
-    qtbot.keyClick(edit, Qt.Key.Key_Delete)
-    qtbot.keyClicks(edit, text)
-    qtbot.keyClick(edit, Qt.Key.Key_Return)
+    QTest.keyClick(edit, Qt.Key.Key_Delete)
+    QTest.keyClicks(edit, text)
+    QTest.keyClick(edit, Qt.Key.Key_Return)
 
 
 def choose_item(combo: QComboBox, text: str) -> None:

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 import pytest
 import pyvista as pv
+from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from riglens.app.evaluation.heatmap import Heatmaps, marks_of
 from riglens.core.rig.model import Rig
 from riglens.core.view.display import DisplayGrid
-from riglens.widgets.drawing.stage import render_window
+from riglens.widgets.drawing.stage import props_of, render_window
 from riglens.widgets.heatmap.scale import HeatmapData
 from riglens.widgets.viewport.drawn_scene import DrawnScene
 from riglens.widgets.viewport.scene_state import SceneState
@@ -67,8 +68,9 @@ def test_drag_step(race: Race, scenes: Scenes, xvfb: str, kind: str) -> None:
 
 def _actors(plotter: pv.Plotter) -> list[str]:
     """The VTK objects that are drawn, by address."""
-    renderers = render_window(plotter).GetRenderers()
-    return sorted(prop.GetAddressAsString("") for renderer in renderers for prop in renderer.GetViewProps())
+    # VTK's stubs do not know that a collection can be iterated over
+    renderers: Iterable[vtkRenderer] = render_window(plotter).GetRenderers()  # type: ignore[assignment]
+    return sorted(prop.GetAddressAsString("") for renderer in renderers for prop in props_of(renderer))
 
 
 def _steps(bench: BenchScene, rig: Rig, name: str) -> Iterator[_Step]:

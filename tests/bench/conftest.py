@@ -42,14 +42,12 @@ def pytest_configure(config: pytest.Config) -> None:
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Keep the bar that --only names."""
-    config.stash[NAMES] = {_bar_name(item.path) for item in items}
+    names = config.stash[NAMES] = {_bar_name(item.path) for item in items}
     only = config.getoption("only", None)
     if only is None:
         return
-    if only not in config.stash[NAMES]:
-        raise pytest.UsageError(
-            f"--only: found {only!r}, accepted are {', '.join(sorted(config.stash[NAMES]))}"
-        )
+    if only not in names:
+        raise pytest.UsageError(f"--only: found {only!r}, accepted are {', '.join(sorted(names))}")
     items[:] = [item for item in items if _bar_name(item.path) == only]
 
 

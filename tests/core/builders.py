@@ -18,6 +18,7 @@ from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.pog import Pog
 
 Mask = NDArray[np.bool_]
+Numbers = Sequence[float] | NDArray[np.float64]
 
 
 def grid_of(nx: int, ny: int, nz: int, voxel_m: float = 1.0) -> VoxelGrid:
@@ -27,7 +28,7 @@ def grid_of(nx: int, ny: int, nz: int, voxel_m: float = 1.0) -> VoxelGrid:
 
 def synthetic_pog(grid: VoxelGrid, counts: NDArray[np.integer], frames: int) -> Pog:
     """A POG with given counts (nx, ny, nz, 3) of occupied frames."""
-    occupied = counts.any(axis=-1)
+    occupied: Mask = np.any(counts, axis=-1)
     index = VoxelIndex.of(grid, pack(grid, occupied))
     i, j, k = index.ijk().T
     data = DataReport("synthetic", frames, dict.fromkeys(CLASSES, 1))
@@ -84,40 +85,44 @@ def seen_ray_by_ray(field: EntropyField, sensor: Lidar | Camera) -> Mask:
     return unpack(field.grid, marks & field.index.words)
 
 
+def triple(numbers: Numbers) -> tuple[float, float, float]:
+    """Three numbers as plain floats."""
+    x, y, z = map(float, numbers)
+    return x, y, z
+
+
 def lidar(
-    position: Sequence[float] = (0.0, 0.0, 0.0),
-    rpy_deg: Sequence[float] = (0.0, 0.0, 0.0),
-    elevations: Sequence[float] = (0.0,),
-    azimuths: Sequence[float] = (0.0,),
+    position: Numbers = (0.0, 0.0, 0.0),
+    rpy_deg: Numbers = (0.0, 0.0, 0.0),
+    elevations: Numbers = (0.0,),
+    azimuths: Numbers = (0.0,),
     range_m: tuple[float, float] = (0.0, float("inf")),
 ) -> Lidar:
     """A LiDAR with listed angles; a single ray straight ahead by default."""
     return Lidar(
         name="L",
-        position=tuple(map(float, position)),
-        rpy_deg=tuple(map(float, rpy_deg)),
+        position=triple(position),
+        rpy_deg=triple(rpy_deg),
         elevations_deg=tuple(map(float, elevations)),
         azimuths_deg=tuple(map(float, azimuths)),
         range_m=range_m,
     )
 
 
-def spinning(
-    position: Sequence[float], rpy_deg: Sequence[float] = (0.0, 0.0, 0.0), beams: int = 4, count: int = 24
-) -> Lidar:
+def spinning(position: Numbers, rpy_deg: Numbers = (0.0, 0.0, 0.0), beams: int = 4, count: int = 24) -> Lidar:
     """A LiDAR with `beams` over [-25, 25] degrees and a full turn."""
     return Lidar(
         name="L",
-        position=tuple(map(float, position)),
-        rpy_deg=tuple(map(float, rpy_deg)),
+        position=triple(position),
+        rpy_deg=triple(rpy_deg),
         elevations_deg=EvenAngles(from_=-25.0, to=25.0, count=beams),
         azimuths_deg=EvenAngles(from_=-180.0, to=180.0, count=count),
     )
 
 
 def camera(
-    position: Sequence[float],
-    rpy_deg: Sequence[float] = (0.0, 0.0, 0.0),
+    position: Numbers,
+    rpy_deg: Numbers = (0.0, 0.0, 0.0),
     cast: tuple[int, int] = (9, 7),
     hfov_deg: float = 70.0,
     range_m: tuple[float, float] = (0.0, float("inf")),
@@ -125,8 +130,8 @@ def camera(
     """A camera with few rays."""
     return Camera(
         name="C",
-        position=tuple(map(float, position)),
-        rpy_deg=tuple(map(float, rpy_deg)),
+        position=triple(position),
+        rpy_deg=triple(rpy_deg),
         hfov_deg=hfov_deg,
         cast=cast,
         range_m=range_m,

@@ -82,7 +82,7 @@ def write_tables(folder: Path, boxes: list[EgoBox], scenes: int, samples: int, s
     for number, box in enumerate(boxes):
         _write_annotation(tables, number, box, *poses[box.scene, box.sample])
     for name in ("sample", "sample_data", "ego_pose", "instance"):
-        random.shuffle(tables[name])  # type: ignore[arg-type]
+        random.shuffle(tables[name])
     tables["sample_annotation"].sort(key=lambda record: str(record["instance_token"])[::-1])
     for name, records in tables.items():
         (folder / f"{name}.json").write_text(json.dumps(records, indent=0))

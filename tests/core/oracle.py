@@ -54,6 +54,8 @@ def camera_directions(camera: Camera) -> NDArray[np.float64]:
         fx = fy = (w0 / 2) / math.tan(math.radians(camera.hfov_deg) / 2)
         cx, cy = w0 / 2, h0 / 2
     else:
+        assert camera.fx is not None and camera.fy is not None
+        assert camera.cx is not None and camera.cy is not None
         fx, fy, cx, cy = camera.fx, camera.fy, camera.cx, camera.cy
     rays = []
     for v in range(v0):
@@ -87,9 +89,12 @@ class GridRay:
 def grid_rays(grid: VoxelGrid, sensor: Lidar | Camera) -> list[GridRay]:
     """All rays of a sensor in grid coordinates (x - x_min) / delta, computed in doubles."""
     low = (-grid.roi_m[0] / 2, -grid.roi_m[1] / 2, 0.0)
-    g = tuple((sensor.position[axis] - low[axis]) / grid.voxel_m for axis in range(3))
+    x, y, z = ((sensor.position[axis] - low[axis]) / grid.voxel_m for axis in range(3))
     near, far = (limit / grid.voxel_m for limit in sensor.range_m)
-    return [GridRay(g, tuple(map(float, d)), near, far) for d in vehicle_directions(sensor)]
+    return [
+        GridRay((x, y, z), (float(dx), float(dy), float(dz)), near, far)
+        for dx, dy, dz in vehicle_directions(sensor)
+    ]
 
 
 # ---------------------------------------------------------------- voxels of a ray, exactly
@@ -114,7 +119,7 @@ def _exact_times(
     for n, g, times in zip(shape, ray.g, faces, strict=True):
         if times:
             ticks = [count(t) for t in times]
-            pairs = [sorted(pair) for pair in pairwise(ticks)]
+            pairs = [(min(pair), max(pair)) for pair in pairwise(ticks)]
         else:
             pairs = [
                 (count(near), count(far)) if i == math.floor(g) else (count(far), count(near))
@@ -176,7 +181,8 @@ def slab_lengths(shape: Sequence[int], ray: GridRay) -> NDArray[np.float64]:
         along = tuple(-1 if other == axis else 1 for other in range(3))
         first = np.maximum(first, np.minimum(faces[:-1], faces[1:]).reshape(along))
         last = np.minimum(last, np.maximum(faces[:-1], faces[1:]).reshape(along))
-    return last - first
+    inside: NDArray[np.float64] = last - first
+    return inside
 
 
 def slab_cover(grid: VoxelGrid, sensor: Lidar | Camera, margin: float = 1e-9) -> tuple[Mask, Mask]:

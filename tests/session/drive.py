@@ -107,8 +107,10 @@ def change_voxel(person: Person) -> None:
     person.raise_dock("Scene")
     combo = panel.findChild(QComboBox, "voxel_m")
     load = panel.findChild(QPushButton, "load")
-    assert combo is not None and load is not None and combo.lineEdit() is not None
-    person.type_into(combo.lineEdit(), "0.2")
+    assert combo is not None and load is not None
+    edit = combo.lineEdit()
+    assert edit is not None
+    person.type_into(edit, "0.2")
     person.press(load)
     person.wait(lambda: "δ 0.2 m" in person.window.bench.status.scene.text(), "voxels of 0.2 m")
     person.look("voxels-of-0.2-m")

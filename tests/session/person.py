@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import statistics
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sized
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ from riglens.app.window.dialogs import Dialogs, Unsaved
 from riglens.app.window.main_window import MainWindow
 from riglens.widgets.gizmo.drag import Handle
 from riglens.widgets.gizmo.handles import handle_polyline
+from riglens.widgets.panels.sensors.library import LibraryList
 
 LEFT = Qt.MouseButton.LeftButton
 PATIENCE_S = 400.0
@@ -115,7 +117,9 @@ class Person:
 
     def double_click_model(self, model: str) -> None:
         """Double click a model in the library, which adds a sensor."""
-        models = self.window.bench.docks["Library"].widget().models
+        library = self.window.bench.docks["Library"].widget()
+        assert isinstance(library, LibraryList)
+        models = library.models
         row = next(row for row in models.rows() if model in row.text(0))
         models.scrollToItem(row)
         at = models.visualItemRect(row).center()
@@ -149,7 +153,7 @@ class Person:
         for step in range(1, steps + 1):
             before, frames = time.perf_counter(), len(drawn)
             QTest.mouseMove(self.canvas, start + by * step / steps)
-            self.wait(lambda frames=frames: len(drawn) > frames, "a frame of the drag")
+            self.wait(partial(_is_longer, drawn, frames), "a frame of the drag")
             took_ms.append(1e3 * (drawn[-1] - before))
         QTest.mouseRelease(self.canvas, LEFT, pos=start + by)
         self._view.drawn.disconnect(connection)
@@ -179,3 +183,7 @@ class Person:
             menu = entry.menu()  # type: ignore[assignment]
         next(action for action in menu.actions() if action.text() == path[-1]).trigger()
         QTest.qWait(50)
+
+
+def _is_longer(things: Sized, than: int) -> bool:
+    return len(things) > than

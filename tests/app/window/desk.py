@@ -137,7 +137,8 @@ def open_desk(qtbot: QtBot, rig: Rig = RIG, path: Path | None = None, kept: Sett
     """A desk with a rig on it, and the panels in their docks."""
     window = QMainWindow()
     qtbot.addWidget(window)
-    toolbar = QToolBar(window, objectName="toolbar")
+    toolbar = QToolBar("toolbar", window)
+    toolbar.setObjectName("toolbar")
     window.addToolBar(toolbar)
     panels = Panels(
         SensorTree(), Inspector(), ScenePanel(choice_of(SceneOptions())), ScoresPanel(MetricSettings())

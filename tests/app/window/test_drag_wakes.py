@@ -25,7 +25,7 @@ IN_SIGHT = {"Map._follow_rig", "SensorView._ask"}
 def move(bench, z_m: float) -> set[str]:
     """The slots that one more move of the drag wakes; each once."""
     with woken() as found:
-        bench.viewport.move("roof", Pose((0.1, 0.2, z_m), LIDAR.rpy_deg))
+        bench.viewport.drag_to("roof", Pose((0.1, 0.2, z_m), LIDAR.rpy_deg))
     assert set(found.slots.values()) == {1}, found.slots
     return set(found.slots)
 

@@ -10,6 +10,7 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QImage
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
 
 from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
 from riglens.widgets.gizmo.drag import Handle
@@ -24,7 +25,7 @@ LIDAR = Lidar(
     name="roof",
     position=(0.2, 0.5, 2.2),
     rpy_deg=(0.0, 0.0, 20.0),
-    elevations_deg=EvenAngles(**{"from": -25.0, "to": 25.0, "count": 16}),
+    elevations_deg=EvenAngles(from_=-25.0, to=25.0, count=16),
 )
 CAMERA = Camera(name="front", position=(-1.2, -0.5, 1.8), hfov_deg=70.0)
 RIG = Rig(sensors=(LIDAR, CAMERA))
@@ -67,7 +68,7 @@ def change(view: AnyView, **fields: Any) -> None:
     view.show_state(replace(view.state, **fields))
 
 
-def shown(kind: type[AnyView], qtbot, size: tuple[int, int] = (900, 600), **fields: Any) -> AnyView:
+def shown(kind: type[AnyView], qtbot: QtBot, size: tuple[int, int] = (900, 600), **fields: Any) -> AnyView:
     """A view on the screen that has drawn everything."""
     made = kind()
     made.resize(*size)
@@ -124,7 +125,9 @@ def pixel_at(view: AnyView, position_m: np.ndarray | tuple[float, ...]) -> np.nd
 def handle_pixel(view: AnyView, handle: Handle) -> np.ndarray:
     """A pixel at which exactly this handle is grasped."""
     scene = view._scene
-    line = handle_polyline(handle, scene.under_mouse.gizmo(), scene.state.camera)
+    gizmo = scene.under_mouse.gizmo()
+    assert gizmo is not None
+    line = handle_polyline(handle, gizmo, scene.state.camera)
     pixels = np.round(scene.state.camera.project(line[~np.isnan(line).any(axis=1)], scene.size)[:, :2])
     pixels = np.concatenate([pixels, (pixels[:-1] + pixels[1:]) // 2])
     return next(pixel for pixel in pixels if scene.under_mouse.handle(tuple(pixel)) == handle)

@@ -85,6 +85,13 @@ def read_files(files: Files, name: str | None = None, options: ReadOptions | Non
 # ---------------------------------------------------------------- small files
 ROW = ("token", "sensor_token", "translation", "rotation", "camera_intrinsic")
 K = [[1266.4, 0.0, 816.3], [0.0, 1266.4, 491.5], [0.0, 0.0, 1.0]]
+CALIBRATED: tuple[tuple[object, ...], ...] = (
+    ("a1", "s1", [1.7, 0.0, 1.5], [0.5, -0.5, 0.5, -0.5], K),
+    ("a2", "s2", [0.94, 0.0, 1.84], [0.7071067811865476, 0, 0, -0.7071067811865476], []),
+    ("a3", "s3", [3.4, 0.0, 0.5], [1, 0, 0, 0], []),
+    ("b1", "s1", [1.6, 0.0, 1.4], [0.5, -0.5, 0.5, -0.5], K),
+    ("b2", "s2", [0.9, 0.0, 1.8], [0.7071067811865476, 0, 0, -0.7071067811865476], []),
+)
 NUSCENES: Files = {
     "sensor.json": json.dumps(
         [
@@ -93,18 +100,7 @@ NUSCENES: Files = {
             {"token": "s3", "channel": "RADAR_FRONT", "modality": "radar"},
         ]
     ),
-    "calibrated_sensor.json": json.dumps(
-        [
-            dict(zip(ROW, row, strict=True))
-            for row in (
-                ("a1", "s1", [1.7, 0.0, 1.5], [0.5, -0.5, 0.5, -0.5], K),
-                ("a2", "s2", [0.94, 0.0, 1.84], [0.7071067811865476, 0, 0, -0.7071067811865476], []),
-                ("a3", "s3", [3.4, 0.0, 0.5], [1, 0, 0, 0], []),
-                ("b1", "s1", [1.6, 0.0, 1.4], [0.5, -0.5, 0.5, -0.5], K),
-                ("b2", "s2", [0.9, 0.0, 1.8], [0.7071067811865476, 0, 0, -0.7071067811865476], []),
-            )
-        ]
-    ),
+    "calibrated_sensor.json": json.dumps([dict(zip(ROW, values, strict=True)) for values in CALIBRATED]),
 }
 AUTOWARE_KIT: Files = {
     "sensors_calibration.yaml": """\
