@@ -8,6 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 import pyvista as pv
+from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
 from riglens.core.rig.model import Vehicle
@@ -256,3 +257,17 @@ def _mirrors(profile: BodyProfile, vehicle: Vehicle) -> Painted:
         housing.points = (housing.points + np.array(profile.mirror_m) * [1.0, side, 1.0]) * scale
         painted.append(("paint", housing))
     return painted
+
+
+@lru_cache(maxsize=2)
+def body_triangles(vehicle: Vehicle) -> NDArray[np.float32]:
+    """Return triangles (t, 3, 3) of everything but glass, metres, vehicle frame; raise InputError for unknown bodies.
+
+    The same vehicle gives the same array, so that what is built from it need not be rebuilt.
+    """
+    found = [np.zeros((0, 3, 3), np.float32)]
+    for part in body_parts(vehicle):
+        if part.material != "glass":
+            mesh = part.mesh.triangulate()
+            found.append(np.asarray(mesh.points, np.float32)[mesh.regular_faces])
+    return np.concatenate(found)

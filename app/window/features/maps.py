@@ -146,7 +146,7 @@ class SensorView(Feature):
             self.pictures.ask(request)
 
     def _body(self) -> NDArray[np.float32]:
-        from riglens.widgets.maps.body_mesh import body_triangles  # loads VTK: not while the window opens
+        from riglens.widgets.car.body import body_triangles  # loads VTK: not while the window opens
 
         try:
             return body_triangles(self.document.rig.vehicle)
