@@ -14,6 +14,7 @@ import pytest
 import riglens as rl
 from riglens import api
 from riglens.app.commands import main
+from tests.waiting import TIMEOUT_S
 
 REPOSITORY = Path(__file__).resolve().parents[1]
 ROI_M = (20.0, 20.0, 4.0)
@@ -55,7 +56,7 @@ def test_importing_loads_nothing_heavy_and_every_name_is_there_when_asked_for() 
         "missing = [name for name in rl.__all__ if not hasattr(rl, name)]; assert not missing, missing;"
         "assert not {'PySide6', 'vtkmodules', 'cyclopts'} & set(sys.modules);"
     )
-    subprocess.run([sys.executable, "-c", code], cwd=REPOSITORY, check=True, timeout=120)
+    subprocess.run([sys.executable, "-c", code], cwd=REPOSITORY, check=True, timeout=TIMEOUT_S)
 
 
 def test_the_names_of_the_package_are_those_of_its_api() -> None:

@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.waiting import TIMEOUT_S
+
 REPOSITORY = Path(__file__).resolve().parents[1]
 EVERY_MODULE = """
 import importlib, pathlib, sys
@@ -53,7 +55,7 @@ def run(home: Path, *arguments: str | Path) -> str:
     environment["MPLCONFIGDIR"] = str(home.parent / "matplotlib")  # it makes folders when it is imported
     command = [sys.executable, *arguments]
     done = subprocess.run(
-        command, env=environment, cwd=home.parent, capture_output=True, text=True, timeout=300
+        command, env=environment, cwd=home.parent, capture_output=True, text=True, timeout=TIMEOUT_S
     )
     assert done.returncode == 0, done.stderr
     return done.stdout

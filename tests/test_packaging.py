@@ -15,6 +15,7 @@ from typing import NamedTuple
 import pytest
 
 import riglens as rl
+from tests.waiting import TIMEOUT_S
 
 pytestmark = pytest.mark.slow
 
@@ -83,7 +84,7 @@ class Stranger(NamedTuple):
 def build(kind: str, source: Path, target: Path) -> Path:
     """The archive of a kind ("sdist" or "wheel") that is built from a source folder."""
     command = [sys.executable, "-m", "hatchling", "build", "-t", kind, "-d", str(target)]
-    subprocess.run(command, cwd=source, check=True, capture_output=True, timeout=120)
+    subprocess.run(command, cwd=source, check=True, capture_output=True, timeout=TIMEOUT_S)
     (built,) = target.iterdir()
     return built
 
@@ -116,7 +117,7 @@ def stranger(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Stranger:
     (project / "core" / "work.py").write_text(WORK)
     (project / "use.py").write_text(USE)
     words = ("install", "--no-deps", "--no-index", "--quiet", "--target", str(site), str(wheel))
-    subprocess.run([sys.executable, "-m", "pip", *words], check=True, timeout=120)
+    subprocess.run([sys.executable, "-m", "pip", *words], check=True, timeout=TIMEOUT_S)
     return Stranger(project, site)
 
 
@@ -162,7 +163,7 @@ def test_the_source_archive_is_a_checkout_that_runs(checkout: Path) -> None:
     for words in (("-m", "app", "--help"), ("-m", "riglens", "presets"), ("-c", code)):
         command = [sys.executable, "-S", *words]
         done = subprocess.run(
-            command, cwd=checkout, env=environment, capture_output=True, text=True, timeout=120
+            command, cwd=checkout, env=environment, capture_output=True, text=True, timeout=TIMEOUT_S
         )
         assert done.returncode == 0, done.stderr
     assert Path(done.stdout.strip()) == checkout / "core" / "errors.py"

@@ -13,6 +13,7 @@ import pyarrow.parquet as pq
 import pytest
 
 import riglens as rl
+from tests.waiting import TIMEOUT_S
 
 REPOSITORY = Path(__file__).resolve().parents[1]
 PAGE = (REPOSITORY / "docs" / "scripting.md").read_text(encoding="utf-8")
@@ -27,7 +28,7 @@ def output(tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequ
     environment["NUMBA_NUM_THREADS"] = "1"  # so small a scene is quicker so, on a busy machine above all
     done = subprocess.run(
         [sys.executable, "-c", EXAMPLES[request.param]],
-        cwd=folder, env=environment, capture_output=True, text=True, timeout=300,
+        cwd=folder, env=environment, capture_output=True, text=True, timeout=TIMEOUT_S,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     return folder, done.stdout
