@@ -1,4 +1,4 @@
-"""`riglens pog` and `riglens data`: what becomes of box data, and what they hold."""
+"""`riglens pog` and `riglens data`: box data, built into a POG or described."""
 
 from __future__ import annotations
 

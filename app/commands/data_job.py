@@ -99,7 +99,7 @@ def _workers(plan: PartsPlan, grid: VoxelGrid, workers: int | None, dask: str | 
 
 
 def _fitting(grid: VoxelGrid) -> int:
-    """As many workers as there are cores, as long as half of the free memory holds their grids and one more."""
+    """Return the number of cores, or fewer if half of the free memory does not hold that many grids and one more."""
     one = grid.voxel_count * BYTES_PER_VOXEL
     room = int(psutil.virtual_memory().available / 2 / one) - 1
     return max(1, min(os.cpu_count() or 1, room))
@@ -182,7 +182,7 @@ def _ground(ground: Ground | None) -> dict[str, Any] | None:
 
 
 def warnings(found: Survey, origin_m: Vec3 | None) -> Iterator[str]:
-    """What should make a user look twice: directions without boxes, a ground that is not at z = 0."""
+    """Tell what deserves a second look: directions without boxes, a ground that is not at z = 0."""
     bare = found.bare_sectors()
     if bare:
         listed = ", ".join(f"{name} ({count:,})" for name, count in bare.items())

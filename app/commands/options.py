@@ -1,4 +1,4 @@
-"""What several commands can be told alike: the scene, the score, libraries; and how words become values."""
+"""Arguments that several commands share: the scene, the score, libraries; and how words become values."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ class ReadingArguments:
     def options(
         self, boxes: Path | None, pog: Path | None = None, tolerance_pp: float | None = None
     ) -> SceneOptions:
-        """The same with the data it is about, checked."""
+        """Return the same as checked options, together with the data they are about."""
         auto, voxel_m = None, self.voxel
         if voxel_m == "auto":
             auto, voxel_m = AutoVoxel(DEFAULT_TOLERANCE_PP if tolerance_pp is None else tolerance_pp), None
@@ -107,7 +107,7 @@ class SceneArguments:
     """What --voxel auto may change: percentage points of the entropy that is seen (1)."""
 
     def options(self) -> SceneOptions:
-        """The same, checked."""
+        """Return the same as checked options."""
         return self.reading.options(self.boxes, self.pog, self.tolerance)
 
 
@@ -128,7 +128,7 @@ class ScoreArguments:
     """Threads to use (all cores). The scores do not depend on it."""
 
     def options(self) -> ScoreOptions:
-        """The same, checked."""
+        """Return the same as checked options."""
         return ScoreOptions(self.method, self.reading, self.camera_weight, self.threads)
 
 
@@ -141,7 +141,7 @@ class LibraryArguments:
     """A file with sensor models of your own, for rigs that name them; may be given many times."""
 
     def use(self) -> None:
-        """Have rigs find the models of these files."""
+        """Let rigs use the models of these files."""
         if self.library:
             from riglens.core.rig.library import use_libraries
 

@@ -1,4 +1,4 @@
-"""Every command of `riglens` by its name, and how the words of a command line find their command and values."""
+"""Every command of `riglens` by its name, and how the words of a command line become a call."""
 
 from __future__ import annotations
 

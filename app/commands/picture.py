@@ -67,7 +67,7 @@ class PictureArguments:
     """Dark or light background."""
 
     def picture(self, out: Path) -> RenderRequest:
-        """The same with the file it is for, checked."""
+        """Return the same as a checked request, together with the file to write."""
         from riglens.app.rendering.render import RenderRequest, parse_size
 
         return RenderRequest(

@@ -73,7 +73,7 @@ def preset_table(presets: Iterable[tuple[str, str, int, int]]) -> Table:
 
 @dataclass(frozen=True)
 class Conversion:
-    """What to convert to what, and what the user says about it; formats that are None are told by the files."""
+    """What to convert to what, with the user's options; a format that is None follows from the file."""
 
     source: str
     target: Path

@@ -43,7 +43,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _run(tokens: Sequence[str]) -> object:
-    """Do what the words say. Where they can only mean the window, the parser is not even loaded: it takes its time."""
+    """Do what the words say. Where they can only mean the window, the parser, which is slow to load, is not loaded."""
     if not tokens or _is_only_a_rig(tokens):
         from riglens.app.commands.start import start
 
@@ -54,7 +54,7 @@ def _run(tokens: Sequence[str]) -> object:
 
 
 def _is_only_a_rig(tokens: Sequence[str]) -> bool:
-    """Whether this is one word that is neither a command, since those are of letters alone, nor an option."""
+    """Whether this is a single word that is neither a command (those consist of letters alone) nor an option."""
     return len(tokens) == 1 and not tokens[0].isalpha() and not tokens[0].startswith("-")
 
 

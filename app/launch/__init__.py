@@ -1,1 +1,1 @@
-"""From the first line of the program to the window, and out again."""
+"""What comes before any package is loaded: system libraries, display, Ctrl-C, the user's folders."""

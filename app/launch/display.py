@@ -1,4 +1,4 @@
-"""Whether there is a display, and what to prepare where there is none; asked before Qt or VTK is loaded."""
+"""Finds out whether there is a display, and prepares drawing where there is none, before Qt or VTK is loaded."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _UNSEEN_PLATFORMS = ("offscreen", "minimal", "vnc")
 
 
 def missing_display() -> str | None:
-    """Why no window can be opened, in a few words; None when one can."""
+    """Return why no window can be opened, in a few words; None when one can."""
     if not sys.platform.startswith("linux"):
         return None
     platform = os.environ.get("QT_QPA_PLATFORM", "")

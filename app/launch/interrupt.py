@@ -1,4 +1,4 @@
-"""Ctrl-C, heard in each phase of the program: a command, the start of the window, the window; and a prompt end.
+"""Ctrl-C in each phase of the program (a command, the start of the window, the window), and a prompt end.
 
 No Qt here before there is a window: this is needed while Qt is being loaded.
 """
@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     from PySide6.QtWidgets import QApplication
 
 AGAIN_S = 3.0
-"""Time to tidy up after an interruption before it is taken as not heard."""
+"""How long cleaning up may take before an interruption counts as lost."""
 GRACE_S = 1.0
-"""How long threads may take to end after the window: compiling a kernel cannot be given up."""
+"""How long threads may outlive the window: the compilation of a kernel cannot be aborted."""
 INTERRUPTED = 130
 
 # ---------------------------------------------------------------- commands
@@ -42,7 +42,7 @@ class Alarm(Protocol):
 def insistent_interrupt(
     timer_of: Callable[[float, Callable[[], None]], Alarm] = threading.Timer,
 ) -> Iterator[None]:
-    """Within it, Ctrl-C interrupts the main thread again and again until the exception has come out here.
+    """Have Ctrl-C interrupt the main thread again and again until the exception arrives here.
 
     The compiler calls back into Python while it makes a kernel, and what is raised there is lost.
     """
@@ -75,14 +75,14 @@ def insistent_interrupt(
 
 
 def leave_at_once(*_: object) -> None:
-    """End the process with a word to the user. A handler of signals."""
+    """Tell the user and end the process; a signal handler."""
     os.write(2, b"riglens: interrupted\n")
     os._exit(INTERRUPTED)
 
 
 @contextmanager
 def leaving_on_interrupt() -> Iterator[None]:
-    """While nothing is there that could be lost, Ctrl-C ends the process.
+    """Have Ctrl-C end the process at once, as long as there is nothing to lose.
 
     An exception would not do: Qt prints those that pass through it and goes on, and crashes while it is loaded.
     """
@@ -94,7 +94,7 @@ def leaving_on_interrupt() -> Iterator[None]:
 
 
 class Grace:
-    """Ends the process when what was started with it has not ended in time."""
+    """Ends the process when threads outlive the window for too long."""
 
     def __init__(self) -> None:
         self._timer: threading.Timer | None = None
@@ -106,7 +106,7 @@ class Grace:
         self._timer.start()
 
     def cancel(self) -> None:
-        """All is over in good time, or was not begun."""
+        """Call the end off: everything ended in time, or never began."""
         if self._timer is not None:
             self._timer.cancel()
             self._timer.join()
@@ -117,7 +117,7 @@ class Grace:
 
 @dataclass
 class Interrupt:
-    """Whether Ctrl-C was pressed and not called off since by a window that stays open."""
+    """Whether Ctrl-C was pressed, and no window has refused to close since."""
 
     came: bool = False
 

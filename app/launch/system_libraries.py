@@ -1,4 +1,4 @@
-"""Says which system libraries Qt and VTK miss, before either is imported.
+"""Tells which system libraries of Qt and VTK are missing, before either is imported.
 
 VTK does not raise when its OpenGL libraries are absent, it crashes; so this check runs first, in the set-up
 and at the start of the program. It is plain standard-library Python, because the set-up runs it before any
@@ -24,7 +24,7 @@ class MissingLibraries(RuntimeError):
 
 @dataclass(frozen=True)
 class Requirement:
-    """One Debian package and how to see that it is there: a library, a program, or a file that exists.
+    """One Debian package and what shows that it is installed: a library, a program or a file.
 
     `files` are shell patterns; any one match is enough.
     """
@@ -36,7 +36,7 @@ class Requirement:
 
     @property
     def wanted(self) -> str:
-        """What is looked for, for messages."""
+        """What a message names as missing."""
         return self.soname or self.program or self.package
 
     def is_met(self) -> bool:
@@ -113,20 +113,20 @@ _REQUIREMENTS: dict[Purpose, tuple[Requirement, ...]] = {
 
 
 def missing_requirements(purpose: Purpose) -> list[Requirement]:
-    """What is absent on this system for `purpose`; nothing on systems other than Linux."""
+    """Return what is missing on this system for `purpose`; nothing on systems other than Linux."""
     if not sys.platform.startswith("linux"):
         return []
     return [requirement for requirement in _REQUIREMENTS[purpose] if not requirement.is_met()]
 
 
 def install_command(packages: Sequence[str]) -> str:
-    """The command that installs Debian packages, to be copied into a terminal."""
+    """Return the command that installs Debian packages, ready to be copied into a terminal."""
     sudo = "" if os.geteuid() == 0 else "sudo "
     return f"{sudo}apt-get update && {sudo}apt-get install -y {' '.join(packages)}"
 
 
 def require_system_libraries(purpose: Purpose) -> None:
-    """Return when everything for `purpose` is there; otherwise raise MissingLibraries.
+    """Raise MissingLibraries unless everything for `purpose` is installed.
 
     Call it before the first import of PySide6, vtk, pyvista or pyvistaqt.
     """

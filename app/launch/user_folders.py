@@ -1,4 +1,4 @@
-"""Where the program keeps things of the user: settings, and the state of running windows."""
+"""Where the program keeps the user's settings and the state of running windows."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The window's end of the process that draws pictures: the latest job wins, and nothing waits."""
+"""The window's end of the process that draws pictures: the latest job wins, and the window never waits."""
 
 from __future__ import annotations
 
@@ -32,12 +32,12 @@ class PictureMaker(QObject):
         return self._jobs.current is not None
 
     def draw(self, job: PictureJob) -> None:
-        """Draw a picture as soon as the one under way is done."""
+        """Draw a picture as soon as the current one is done."""
         self._jobs.put(job)
         self._start_next()
 
     def close(self) -> None:
-        """End the process, whatever it does."""
+        """End the process, whatever it is doing."""
         process, self._process = self._process, None
         self._jobs = Latest()
         if process is not None:
@@ -77,7 +77,7 @@ class PictureMaker(QObject):
         self._start_next()
 
     def _on_lost(self, _: object = None) -> None:
-        """The process ended by itself: the next job starts another one."""
+        """Forget a process that ended by itself: the next job starts another."""
         process, self._process = self._process, None
         if process is not None:
             process.deleteLater()

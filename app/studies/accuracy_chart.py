@@ -302,7 +302,7 @@ def _free_offset(centre: Pixel, size: Bbox, taken: Sequence[Bbox], frame: Bbox) 
 
 
 def _outside(box: Bbox, frame: Bbox) -> float:
-    """By how many pixels a box leaves the frame."""
+    """Return by how many pixels a box leaves the frame."""
     sideways = max(0.0, frame.x0 - box.x0) + max(0.0, box.x1 - frame.x1)
     updown = max(0.0, frame.y0 + 4 - box.y0) + max(0.0, box.y1 - frame.y1)
     return float(sideways + updown)

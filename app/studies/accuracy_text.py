@@ -30,7 +30,7 @@ def edge_text(voxel_m: float) -> str:
 
 
 def point_text(point: Point, study: AccuracyStudy) -> str:
-    """A point's name: the method and what is not as the study's own setting."""
+    """Name a point by its method and by what differs from the study's own setting."""
     if point.lattice == "all pixels":
         return "exact, all camera pixels"
     if point.lattice != "own":
@@ -41,7 +41,7 @@ def point_text(point: Point, study: AccuracyStudy) -> str:
 
 
 def own_text(study: AccuracyStudy) -> str:
-    """The setting in question, named as the default where it is that."""
+    """Name the setting in question, as the default where it is the default."""
     setting = f"exact, {edge_text(study.voxel_m)}, {lattice_text(study.rig)}"
     return f"default: {setting}" if study.voxel_m == DEFAULT_VOXEL_M else setting
 

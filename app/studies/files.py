@@ -22,7 +22,7 @@ def require_folder(folder: Path, names: Sequence[str]) -> None:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a text file whole, or leave the old one."""
+    """Write a text file completely, or leave the old one as it is."""
     with atomic_write(path, "w") as stream:
         stream.write(text)
 

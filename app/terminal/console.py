@@ -13,26 +13,26 @@ from rich.text import Text
 from riglens.core.rig.formats.report import Report
 
 PIPE_WIDTH = 120
-"""Columns when standard output is a file or a pipe: wide enough that no number is cut."""
+"""Columns when standard output is a file or a pipe: wide enough that no number is cut off."""
 
 
 def results() -> Console:
-    """Console for results; in a pipe the width does not depend on anybody's terminal."""
+    """Return the console for results; in a pipe its width does not depend on the terminal."""
     return Console(width=None if sys.stdout.isatty() else PIPE_WIDTH, highlight=False)
 
 
 def remarks() -> Console:
-    """Console for progress, notes and warnings."""
+    """Return the console for progress, notes and warnings."""
     return Console(stderr=True, highlight=False)
 
 
 def note(message: str) -> None:
-    """One line on standard error for the user to know; not an error."""
+    """Print a remark, which is not an error, as one line on standard error."""
     remarks().print(Text(f"note: {message}"), soft_wrap=True)
 
 
 def note_report(report: Report | None) -> None:
-    """What became of a rig of another program, a line for each remark, on standard error."""
+    """Print what became of a rig of another program, one remark per line, on standard error."""
     if report is not None:
         for line in report.lines():
             note(f"{report.title}: {line}")
@@ -40,7 +40,7 @@ def note_report(report: Report | None) -> None:
 
 @contextmanager
 def progress_bar(title: str) -> Iterator[Callable[[float], None]]:
-    """A bar on standard error while the block runs; silent when nobody looks at a terminal.
+    """Show a progress bar on standard error while the block runs, if that is a terminal.
 
     Yields the function that takes the fraction done, 0 to 1.
     """

@@ -31,14 +31,14 @@ EXPLANATION: dict[Reading, str] = {
 
 
 def rig_called(name: str) -> Rig:
-    """The rig of a preset, a rig file or a file of another program; what became of that is noted."""
+    """Read a preset, a rig file or a file of another program, and note what could not be taken over as it was."""
     opened = open_rig(name)
     note_report(opened.report)
     return opened.rig
 
 
 def load_with_progress(options: SceneOptions) -> tuple[Pog, EntropyField]:
-    """The scene, with a bar while its POG is built, and notes on what does not count and what was picked."""
+    """Load the scene with a progress bar; note which boxes do not count and which voxel edge was picked."""
     with progress_bar("Building the POG") as progress:
         found = load_scenario(options, progress)
     for line in remarks_on(found.field.data):
@@ -53,7 +53,7 @@ def load_with_progress(options: SceneOptions) -> tuple[Pog, EntropyField]:
 def score_rigs(
     rigs: Sequence[Rig], field: EntropyField, options: ScoreOptions, with_seen: bool = False
 ) -> list[Evaluation]:
-    """Evaluations of the rigs in the order given; each from scratch, so that their times can be compared."""
+    """Evaluate the rigs in the order given, each from scratch so that their times can be compared."""
     evaluations = []
     with progress_bar("Casting rays") as progress:
         found = evaluate_from_scratch(
@@ -67,13 +67,13 @@ def score_rigs(
 
 
 def print_scene(field: EntropyField, score: ScoreOptions) -> None:
-    """What was scored and how, on standard output."""
+    """Print what was scored and how, on standard output."""
     for line in scene_lines(field, settings_of(score), field.data.short_source):
         results().print(line, soft_wrap=True)
 
 
 def print_scores(evaluations: Sequence[Evaluation], field: EntropyField, score: ScoreOptions) -> None:
-    """The scores with what they were computed on, on standard output."""
+    """Print the scores and what they were computed on, on standard output."""
     console = results()
     print_scene(field, score)
     console.print(score_table(evaluations))

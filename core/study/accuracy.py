@@ -99,7 +99,7 @@ class Point:
 
     @property
     def from_scratch(self) -> bool:
-        """Whether the whole rig is cast within the time; edits are not, and stand outside the fronts."""
+        """Whether the time covers the whole rig; for edits it does not, so they stay off the fronts."""
         return not self.method.startswith("edit")
 
     @property
@@ -339,7 +339,7 @@ def wrong_voxels(exact: np.ndarray, found: np.ndarray) -> Wrong:
 
 
 def pareto_front(costs: Sequence[tuple[float, float]]) -> list[bool]:
-    """Whether no other pair is at most as large in both and smaller in one, per pair."""
+    """Tell for each pair whether no other is at most as large in both and smaller in one."""
     return [not any(_dominates(other, mine) for other in costs) for mine in costs]
 
 

@@ -46,13 +46,13 @@ class Case(Protocol):
     """One way of scoring the rig."""
 
     def prepare(self) -> None:
-        """Whatever must not count for the time; called before every run."""
+        """Do what must not count towards the time; called before every run."""
 
     def run(self) -> None:
         """Score the rig."""
 
     def answer(self) -> Answer:
-        """What the last run found."""
+        """Return what the last run found."""
 
 
 class EngineCase:
@@ -81,7 +81,7 @@ class EngineCase:
         self._evaluation = self._engine.evaluate(self._rig, self._settings)
 
     def answer(self) -> Answer:
-        """What the last run found."""
+        """Return what the last run found."""
         assert self._evaluation is not None
         found = self._evaluation
         seen = np.zeros(self._field.index.count, np.uint8)
@@ -101,7 +101,7 @@ class PlainCase:
         self._rays = [grid_rays(sensor, field.grid, real) for sensor in rig.sensors if sensor.enabled]
 
     def prepare(self) -> None:
-        """Nothing: the dense grid is cleared within the time."""
+        """Do nothing: clearing the dense grid counts towards the time."""
 
     def run(self) -> None:
         """Clear, cast all rays, sum."""
@@ -111,7 +111,7 @@ class PlainCase:
         self._sums = self._dda.sums()
 
     def answer(self) -> Answer:
-        """What the last run found."""
+        """Return what the last run found."""
         ix, iy, iz = self._field.index.ijk().T
         by_camera, by_lidar = (seen[ix, iy, iz] for seen in self._dda.seen)
         flags = by_camera * np.uint8(FLAGS["camera"]) | by_lidar * np.uint8(FLAGS["lidar"])
@@ -136,7 +136,7 @@ class VoxelCase:
         self._sums = self._tests.sums(self._seen)
 
     def answer(self) -> Answer:
-        """What the last run found."""
+        """Return what the last run found."""
         return Answer(_s_ms(self._sums, self._camera_weight), self._seen)
 
 

@@ -68,7 +68,7 @@ class PlainDda:
         plain.walk_dense(rays.origin, rays.directions, rays.near, rays.far, 1, self.seen[rays.kind])
 
     def sums(self) -> NDArray[np.float64]:
-        """Covered entropy in nat, (3, 3): seen by cameras, by LiDARs, by any sensor; per class."""
+        """Return the covered entropy in nat, (3, 3): seen by cameras, by LiDARs, by any sensor; per class."""
         sums = np.zeros((3, 3))
         plain.sum_dense(self.seen.reshape(len(KINDS), -1), self._h.reshape(-1, 3), sums)
         return sums
@@ -121,7 +121,7 @@ class VoxelTests:
         return seen
 
     def sums(self, seen: Flags) -> NDArray[np.float64]:
-        """Covered entropy in nat, (2, 3): seen by cameras, by LiDARs; per class."""
+        """Return the covered entropy in nat, (2, 3): seen by cameras, by LiDARs; per class."""
         workers = jit.use_threads(self._threads)
         sums: NDArray[np.float64] = (
             approximate.sum_flagged(seen, self._field.codes(), self._field.palette_q, workers)

@@ -265,7 +265,7 @@ def _poses() -> Iterator[RayCase]:
 
 
 def _thinned(sensor: Sensor) -> Sensor:
-    """The sensor with as many rays as rational arithmetic likes."""
+    """Thin the sensor's rays to a number that rational arithmetic can handle."""
     changes = {"cast": (44, 16)} if isinstance(sensor, Camera) else {"azimuths_deg": _EVERY_FOUR_DEGREES}
     thinned: Sensor = sensor.replace(**changes)
     return thinned

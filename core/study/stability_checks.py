@@ -115,7 +115,7 @@ def _ok_if(good: bool, right: str, wrong: str) -> Outcome:
 
 
 def refused_grid() -> MethodRow:
-    """An edge that does not divide the ROI: nobody may round the ROI in silence."""
+    """Try an edge that does not divide the ROI: the ROI must not be rounded silently."""
     try:
         VoxelGrid(0.35)
         fast = Outcome("fails", "accepted")
@@ -136,7 +136,7 @@ def refused_grid() -> MethodRow:
 
 
 def same_on_all_threads() -> MethodRow:
-    """The answers of 1, 2 and 8 threads, from a process that may start that many."""
+    """Compare the answers of 1, 2 and 8 threads, in a process that may start that many."""
     environment = {**os.environ, "NUMBA_NUM_THREADS": str(max(THREADS))}
     command = [sys.executable, "-m", "riglens.core.study.stability_checks", *map(str, THREADS)]
     done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
@@ -192,7 +192,7 @@ def entropy_nat(count: int, frames: int) -> Decimal:
 
 
 def extreme_probabilities() -> MethodRow:
-    """p from 10^-7 to 1 - 10^-7, T = 10^7."""
+    """Check the entropies of p from 10^-7 to 1 - 10^-7 with T = 10^7."""
     frames = 10**7
     counts = np.array([1, 2, 5, 100, 12_345, 5_000_000, 9_999_900, 9_999_998, 9_999_999, frames])
     grid = VoxelGrid(1.0, (float(counts.size), 1.0, 1.0))
@@ -214,7 +214,7 @@ def extreme_probabilities() -> MethodRow:
 
 
 def one_frame() -> MethodRow:
-    """T = 1: every voxel is always or never occupied, so there is no entropy, and no NaN either."""
+    """Check T = 1: every voxel is always or never occupied, so there is no entropy, and no NaN either."""
     grid = UNIT
     counts = np.zeros(grid.shape, np.int64)
     counts[2:6, 3:5, :4] = 1
@@ -239,7 +239,7 @@ def one_frame() -> MethodRow:
 
 
 def no_sensors(threads: int | None) -> MethodRow:
-    """A rig without sensors sees nothing."""
+    """Check that a rig without sensors sees nothing."""
     found = Engine(full_field(UNIT), threads).evaluate(Rig(name="empty"))
     seen = found.scores.covered_voxels["any"]
     scores = {c.s_ms for c in found.scores.classes.values()}
@@ -248,7 +248,7 @@ def no_sensors(threads: int | None) -> MethodRow:
 
 
 def identical_sensors(threads: int | None) -> MethodRow:
-    """A sensor beside its own copy covers what it covers alone, also when the copy is gone again."""
+    """Check that a sensor with a copy covers what it covers alone, also after the copy is removed."""
     field, exact = full_field(UNIT), exact_cover(UNIT, GENERIC)
     alone, twice = rig_of(GENERIC), rig_of((*GENERIC, *GENERIC))
     engine = Engine(field, threads)
@@ -277,7 +277,7 @@ def mirrored(sensor: Sensor) -> Sensor:
 
 
 def mirrored_twin(threads: int | None) -> MethodRow:
-    """A scene, a rig and the mirror images of both: the same scores, and covers that mirror each other."""
+    """Check that a mirrored scene and rig score the same, with covers that mirror each other."""
     counts, images = random_counts(UNIT, np.random.default_rng(SEED)), tuple(map(mirrored, GENERIC))
     scenes = field_of(UNIT, counts), field_of(UNIT, counts[:, ::-1])
     rigs = rig_of(GENERIC), rig_of(images)

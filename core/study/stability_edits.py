@@ -40,7 +40,7 @@ def field_of(grid: VoxelGrid, counts: Counts) -> EntropyField:
 
 
 class Editor:
-    """Makes one random edit after the other; undo goes back to one of the rigs before."""
+    """Makes one random edit after another; undo returns to an earlier rig."""
 
     def __init__(self, grid: VoxelGrid, rng: np.random.Generator) -> None:
         self.rig, self.settings = Rig(), MetricSettings()
@@ -111,7 +111,7 @@ class Editor:
 
 
 class RunningSum:
-    """Seen entropy the easy way: doubles added when voxels come into sight and subtracted when they leave."""
+    """Seen entropy the simple way: doubles added when voxels come into view and subtracted when they leave it."""
 
     def __init__(self, counts: Counts) -> None:
         p = counts[..., 0] / FRAMES
@@ -121,7 +121,7 @@ class RunningSum:
         self.sum_nat = 0.0
 
     def follow(self, seen: NDArray[np.bool_]) -> None:
-        """Take over the voxels seen now."""
+        """Update the sum to the voxels seen now."""
         self.sum_nat += float(self._h[seen & ~self._seen].sum()) - float(self._h[self._seen & ~seen].sum())
         self._seen = seen
 

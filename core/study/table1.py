@@ -24,7 +24,7 @@ _NAT_PER_PUBLISHED = 1000.0
 
 
 class Scored(Protocol):
-    """What an evaluation must tell: its scores."""
+    """An evaluation, as far as the table needs it."""
 
     @property
     def scores(self) -> Scores:
