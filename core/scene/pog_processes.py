@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from multiprocessing import resource_tracker
 
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.pog_parts import group_file
@@ -27,7 +28,8 @@ class WorkerProcesses:
 
     def submit(self, group: BoxCollection, grid: VoxelGrid) -> Future[bytes]:
         """Begin to build one group as soon as a process is free."""
-        return self._pool.submit(group_file, group, grid, self._threads)
+        with _ctrl_c_waits():
+            return self._pool.submit(group_file, group, grid, self._threads)
 
 
 @contextmanager
@@ -52,6 +54,20 @@ def worker_processes(count: int) -> Iterator[WorkerProcesses]:
             ) from error
         raise
     pool.shutdown()
+
+
+@contextmanager
+def _ctrl_c_waits() -> Iterator[None]:
+    """Put off Ctrl-C while a worker may be started: it inherits that, and so is never interrupted before `_begin`."""
+    if not hasattr(signal, "pthread_sigmask"):  # Windows
+        yield
+        return
+    resource_tracker.ensure_running()  # when it is started later, it lets Ctrl-C through again
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _begin() -> None:

@@ -166,6 +166,15 @@ def test_frames_of_the_whole_are_counted_once(paths: list[Path], tmp_path: Path)
     assert found.counts.dtype == np.uint32
 
 
+def test_ctrl_c_never_reaches_a_worker_not_even_one_that_is_starting(paths: list[Path]) -> None:
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, ())
+    with worker_processes(1) as workers:
+        workers.submit(groups_of(open_boxes(paths))[0], GRID).result()
+        blocked = workers._pool.submit(signal.pthread_sigmask, signal.SIG_BLOCK, ()).result()
+    assert signal.SIGINT in blocked
+    assert signal.pthread_sigmask(signal.SIG_BLOCK, ()) == before
+
+
 def test_processes_give_the_same_bits(whole: Pog, paths: list[Path], tmp_path: Path) -> None:
     plan = PartsPlan.of(open_boxes(paths), GRID, tmp_path / "parts")
     with worker_processes(2) as workers:
