@@ -19,7 +19,7 @@ import numba
 import numpy as np
 
 from riglens.core.kernels.jit import inlined, kernel, parallel_kernel
-from riglens.core.kernels.planes import Fan, Space, Work, clip_side, walk_alone
+from riglens.core.kernels.planes import Fan, FanWork, Space, clip_side, walk_alone
 from riglens.core.kernels.profile import TOLERANCE, Profile
 from riglens.core.kernels.ties import Start, untie
 
@@ -111,7 +111,7 @@ def _place_events(course: Course, at: np.ndarray, stretch: float, places: np.nda
 
 @inlined
 def _mark_columns(
-    profile: Profile, first: int, end: int, start: int, count: int, work: Work, marks: np.ndarray
+    profile: Profile, first: int, end: int, start: int, count: int, work: FanWork, marks: np.ndarray
 ) -> None:
     """Mark the levels of the profile in the columns crossed, from `start` on; the events first..end-1 happen there."""
     depth = profile.masks.shape[1]
@@ -144,7 +144,7 @@ def _faces(course: Course, left_x: int, left_y: int, s_out: float) -> tuple[int,
 
 @kernel
 def _walk_plane(
-    fan: Fan, space: Space, profile: Profile, plane: int, box: np.ndarray, work: Work, marks: np.ndarray
+    fan: Fan, space: Space, profile: Profile, plane: int, box: np.ndarray, work: FanWork, marks: np.ndarray
 ) -> bool:
     """Walk one plane through a box; False when it comes too close to a face or an edge to be decided here."""
     hx, hy, scale, at = fan.headings[plane, 0], fan.headings[plane, 1], fan.scales[plane], profile.at
@@ -201,7 +201,7 @@ def mark_fan(
     nx, ny, depth = space.shape[0], space.shape[1], profile.masks.shape[1]
     for worker in numba.prange(slabs.shape[0]):
         crossed = nx + ny + 3
-        work = Work(
+        work = FanWork(
             np.empty(crossed, np.int32),
             np.empty(profile.at.size, np.int32),
             np.empty((depth, crossed), np.uint64),

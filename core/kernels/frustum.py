@@ -52,7 +52,7 @@ class Frustum(NamedTuple):
     outline: np.ndarray
 
 
-class Work(NamedTuple):
+class VoxelWork(NamedTuple):
     """Work space of one worker: the eight corners of a voxel in the camera frame, (8, 3), and in the image, (8, 2)."""
 
     corners: np.ndarray
@@ -157,7 +157,7 @@ def _row_hits(f: Frustum, v: int, first: int, last: int, cell: Cell) -> bool:
 
 
 @kernel
-def _any_hits(f: Frustum, cell: Cell, work: Work) -> bool:
+def _any_hits(f: Frustum, cell: Cell, work: VoxelWork) -> bool:
     """Whether any ray of the lattice traverses a voxel, exactly."""
     corners, points = work.corners, work.points
     if not _corners(f, cell, corners):
@@ -188,7 +188,7 @@ def _any_hits(f: Frustum, cell: Cell, work: Work) -> bool:
 
 
 @kernel
-def _mark_column(f: Frustum, ix: int, iy: int, keep: np.ndarray, marks: np.ndarray, work: Work) -> None:
+def _mark_column(f: Frustum, ix: int, iy: int, keep: np.ndarray, marks: np.ndarray, work: VoxelWork) -> None:
     """Mark the voxels of one column whose centre is nearer than the depth limit and that a ray traverses."""
     base = (ix * f.shape[1] + iy) * ((f.shape[2] + 63) // 64)
     x, y, z = _to_camera(f, ix + 0.5, iy + 0.5, 0.5)
@@ -241,7 +241,7 @@ def mark_frustum(
     """
     ny, depth = f.shape[1], (f.shape[2] + 63) // 64
     for worker in numba.prange(workers):
-        work = Work(np.empty((8, 3)), np.empty((8, 2)))
+        work = VoxelWork(np.empty((8, 3)), np.empty((8, 2)))
         for ix in range(first_row + worker, end_row, workers):
             low, high = _columns_in_row(f.outline, ix + 0.5)
             if low > high:

@@ -44,7 +44,7 @@ class Space(NamedTuple):
     shape: np.ndarray
 
 
-class Work(NamedTuple):
+class FanWork(NamedTuple):
     """Work space of one worker: way to the next column crossed, int32 (columns,); place of each event among the
     columns, int32 (events + 1,); what changes in a column, levels that begin there, and levels that begin or end,
     uint64 (words per column, columns); runs of a ray walked alone, int32 (columns, 3)."""

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from riglens.core.kernels.jit import inlined, kernel
-from riglens.core.kernels.planes import Fan, Space, Work, walk_alone
+from riglens.core.kernels.planes import Fan, FanWork, Space, walk_alone
 from riglens.core.kernels.profile import TOLERANCE, Profile
 
 AROUND = 1e-6
@@ -54,7 +54,7 @@ def _walk_pair(
     start: Start,
     at: float,
     box: np.ndarray,
-    work: Work,
+    work: FanWork,
     marks: np.ndarray,
 ) -> None:
     """Walk the rays that change their level, begin or end about the distance `at` through the columns around it."""
@@ -81,7 +81,7 @@ def untie(
     plane: int,
     start: Start,
     box: np.ndarray,
-    work: Work,
+    work: FanWork,
     marks: np.ndarray,
 ) -> bool:
     """Decide the events from..to close to a face: levels begin after it and end before it, and the rays concerned are

@@ -15,7 +15,7 @@ from riglens.core.engine.fans import make_fan, make_profile
 from riglens.core.kernels.cast import Cast
 from riglens.core.kernels.codes import LIDAR
 from riglens.core.kernels.fan import mark_fan
-from riglens.core.kernels.planes import Fan, Space, Work, walk_alone
+from riglens.core.kernels.planes import Fan, FanWork, Space, walk_alone
 from riglens.core.kernels.profile import Profile
 from riglens.core.sensing.rays import Lattice
 
@@ -92,10 +92,10 @@ def seen_ray_by_ray(rays: Cast) -> set[Voxel]:
     return voxels_of(marks)
 
 
-def room_for(profile: Profile) -> Work:
+def room_for(profile: Profile) -> FanWork:
     """Work space of one worker."""
     crossed = 2 * SIDE + 3
-    return Work(
+    return FanWork(
         np.empty(crossed, np.int32),
         np.empty(profile.at.size, np.int32),
         np.empty((profile.masks.shape[1], crossed), np.uint64),
