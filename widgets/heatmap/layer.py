@@ -1,6 +1,7 @@
 """The heatmap: one square per cell, as large on the screen as in the world, higher values over lower ones.
 
-Cells are drawn as points whose size a line of shader code computes, which costs a third of glyphs. While
+Cells are drawn as two triangles, which two lines of shader code spread to a square that faces the eye. OpenGL's
+points would cost less, but drivers limit their size and drop those whose centre is outside the picture. While
 something is dragged a coarser level (blocks of cells with their largest value) keeps software OpenGL responsive.
 """
 
@@ -11,15 +12,13 @@ from collections.abc import Iterator
 import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
-from vtkmodules.vtkCommonCore import vtkCommand, vtkUnsignedCharArray
+from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
 from vtkmodules.vtkCommonDataModel import vtkCellArray
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper, vtkRenderer
 
 from riglens.widgets.drawing.actors import numpy_of, vtk_ids
 from riglens.widgets.drawing.camera import OrbitCamera, Size
-from riglens.widgets.drawing.stage import opengl_window
 from riglens.widgets.heatmap.levels import (
-    LARGEST_PX,
     SMALLEST_PX,
     DetailLevel,
     cell_scale_px,
@@ -39,12 +38,14 @@ from riglens.widgets.heatmap.scale import (
     strength,
 )
 
-_GL_PROGRAM_POINT_SIZE = 0x8642
 _POSITION_HOOK = "//VTK::PositionVC::Impl"
+_TRIANGLES = np.array([0, 1, 3, 0, 3, 2])
+"""Corners of a square in two triangles; the shader takes the two bits of a corner for right and up."""
 # Squares face the eye, so the lower edges of the lowest dip into the ground: behind everything else they are drawn
 # in front of it.
 _SIZE_CODE = f"""
-  gl_PointSize = clamp(cellScale / gl_Position.w, {SMALLEST_PX}, {LARGEST_PX});
+  vec2 corner = vec2(gl_VertexID & 1, (gl_VertexID >> 1) & 1) * 2.0 - 1.0;
+  gl_Position.xy += corner * max(cellScale, {SMALLEST_PX} * gl_Position.w) / vec2(widthPx, heightPx);
   gl_Position.z = mix(gl_Position.z, -0.99 * gl_Position.w, inFront);
 """
 _COLOUR_HOOK = "//VTK::Color::Impl"
@@ -64,34 +65,36 @@ _FADE_CODE = f"""
 
 
 class _Cells:
-    """The points of one level. They never move; a frame writes their colours and the order they are drawn in."""
+    """The cells of one level, four points each. They never move; a frame writes their colours and their order."""
 
     def __init__(self, level: DetailLevel) -> None:
         self.level = level
-        count = len(level.centres_m)
-        self.mesh = pv.PolyData(level.centres_m) if count else pv.PolyData()
+        count = 4 * len(level.centres_m)
+        self.mesh = pv.PolyData()
+        if count:
+            self.mesh.points = np.repeat(level.centres_m, 4, axis=0)
         self._rgba = vtkUnsignedCharArray()
         self._rgba.SetName("rgba")
         self._rgba.SetNumberOfComponents(4)
         self._rgba.SetNumberOfTuples(count)
         self.mesh.GetPointData().AddArray(self._rgba)
         self._order = vtkCellArray()
-        self.mesh.SetVerts(self._order)
+        self.mesh.SetPolys(self._order)
         self.order = np.zeros(0, np.int64)
 
     def write(self, rgba: NDArray[np.uint8], order: NDArray[np.int64]) -> None:
-        """Colours (n, 4) of all points, and the numbers (k,) of those that are drawn, the last on top."""
+        """Colours (n, 4) of all cells, and the numbers (k,) of those that are drawn, the last on top."""
         if not len(rgba):
             return
-        numpy_of(self._rgba)[:] = rgba
+        numpy_of(self._rgba)[:] = np.repeat(rgba, 4, axis=0)
         self._rgba.Modified()
         self.order = order
         self.draw_only(order)
 
     def draw_only(self, order: NDArray[np.int64]) -> None:
-        """Draw these points, by their numbers (k,), the last on top."""
-        offsets = np.array([0, len(order)] if len(order) else [0], np.int64)
-        self._order.SetData(vtk_ids(offsets), vtk_ids(order))
+        """Draw these cells, by their numbers (k,), the last on top."""
+        corners = (4 * order[:, None] + _TRIANGLES).ravel()
+        self._order.SetData(vtk_ids(np.arange(0, len(corners) + 1, 3)), vtk_ids(corners))
         self.mesh.Modified()
 
 
@@ -111,7 +114,7 @@ class HeatmapLayer:
         self._mapper = _cell_mapper()
         self._actor, self._actor_behind = _cell_actor(self._mapper), _cell_actor(self._mapper)
         for where, actor in ((renderer, self._actor), (backdrop, self._actor_behind)):
-            where.AddObserver(vtkCommand.StartEvent, _let_shaders_size_points)
+            where.GetCullers().RemoveAllItems()  # they know the middles of the squares, which may be out of sight
             where.AddActor(actor)
 
     @property
@@ -182,11 +185,12 @@ class HeatmapLayer:
 
     def _aim(self, cell_m: float, camera: OrbitCamera, size: Size, behind: bool) -> None:
         """Tell the shader how large a cell is and where the eye is. Parallel views are seen from far away."""
-        scale = cell_scale_px(cell_m, camera, size)
         values = dict(zip(("eyeX", "eyeY", "eyeZ"), eye_m(camera), strict=True))
+        values |= {"cellScale": cell_scale_px(cell_m, camera, size), "inFront": behind}
+        values |= {"widthPx": size[0], "heightPx": size[1]}
         actor = self._actor_behind if behind else self._actor
         uniforms = actor.GetShaderProperty().GetVertexCustomUniforms()
-        for name, value in {**values, "cellScale": scale, "inFront": behind}.items():
+        for name, value in values.items():
             uniforms.SetUniformf(name, float(value))
 
 
@@ -210,7 +214,3 @@ def _cell_actor(mapper: vtkPolyDataMapper) -> vtkActor:
     for hook, code in ((_POSITION_HOOK, _SIZE_CODE), (_COLOUR_HOOK, _FADE_CODE)):
         actor.GetShaderProperty().AddVertexShaderReplacement(hook, True, f"{hook}\n{code}", False)
     return actor
-
-
-def _let_shaders_size_points(renderer: vtkRenderer, _event: str) -> None:
-    opengl_window(renderer).GetState().vtkglEnable(_GL_PROGRAM_POINT_SIZE)

@@ -74,10 +74,10 @@ def _blocks(level: DetailLevel, factor: int) -> DetailLevel:
 
 SLANTED = 1.25
 """Squares that face the eye are this much larger than a cell, or gaps would show at a slant."""
-SMALLEST_PX, LARGEST_PX = 1.0, 96.0
+SMALLEST_PX = 1.0
 PART_PX = 4e6
 """Blended pixels of a part: about 20 ms on two cores without a graphics card."""
-_POINT_PX = 20.0
+_CORNERS_PX = 20.0
 """What a cell costs before its first pixel is drawn, in pixels."""
 
 
@@ -97,11 +97,11 @@ def in_parts(
 ) -> list[NDArray[np.int64]]:
     """Cut `order` (k,), rows of `centres_m` (n, 3), into parts of about `part_px` pixels each."""
     right, down, depth_m = camera.project(centres_m.astype(np.float64), size).T
-    in_view = (
-        (depth_m > 0.0) & (np.abs(2 * right - size[0]) < size[0]) & (np.abs(2 * down - size[1]) < size[1])
-    )
     edge_px = cell_scale_px(cell_m, camera, size) / (1.0 if camera.parallel else np.maximum(depth_m, 1e-3))
-    pixels = _POINT_PX + in_view * np.clip(edge_px, SMALLEST_PX, LARGEST_PX) ** 2
+    edge_px = np.maximum(edge_px, SMALLEST_PX)
+    across = np.abs(2 * right - size[0]) < size[0] + edge_px
+    in_view = (depth_m > 0.0) & across & (np.abs(2 * down - size[1]) < size[1] + edge_px)
+    pixels = _CORNERS_PX + in_view * np.minimum(edge_px, size[0]) * np.minimum(edge_px, size[1])
     total_px = np.cumsum(pixels[order])
     cuts = np.arange(part_px, total_px[-1] if len(order) else 0.0, part_px)
     return [part for part in np.split(order, np.searchsorted(total_px, cuts)) if len(part)]

@@ -46,7 +46,7 @@ def drawn(scene: DrawnScene) -> int:
     scene.prepare()
     cells = scene._heatmap._drawn
     assert cells is not None
-    return cells.mesh.GetVerts().GetNumberOfConnectivityIds()
+    return cells.mesh.GetPolys().GetNumberOfCells() // 2
 
 
 def test_a_block_shows_gain_or_loss_whichever_is_larger():

@@ -1,5 +1,7 @@
 """Pictures made without a window: what must be seen is seen, at any size."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -87,6 +89,37 @@ def test_a_picture_twice_as_large_shows_the_same():
     halved = large.reshape(200, 2, 320, 2, 3).mean(axis=(1, 3))
     assert large.shape == (400, 640, 3)
     assert np.abs(halved - small).mean() < 6.0
+
+
+def lanes() -> HeatmapData:
+    """Traffic to the left and right of the car, in waves."""
+    x, y, z = np.meshgrid(np.arange(-12, 12, 0.4), np.arange(-8, 8, 0.4), np.arange(0.2, 2, 0.4))
+    centres = np.stack([x.ravel(), y.ravel(), z.ravel()], axis=1).astype(np.float32)
+    values = np.exp(-(((np.abs(centres[:, 1]) - 4) / 1.2) ** 2)) * (0.6 + 0.4 * np.cos(centres[:, 0]))
+    return HeatmapData(centres, 0.4, values.astype(np.float32), "p", "", 0.0, 1.0)
+
+
+NEAR_LANE = OrbitCamera((0.0, 0.0, 0.7), 9.0, -60.0, 12.0)
+BESIDE_WHEEL = OrbitCamera((3.0, 2.6, 0.5), 2.2, -137.0, 5.0)
+
+
+@pytest.mark.parametrize("camera", [NEAR_LANE, BESIDE_WHEEL], ids=["lane", "wheel"])
+def test_cells_keep_their_size_in_a_picture_four_times_as_large(camera):
+    state = SceneState(camera=camera, heatmap=lanes(), show_legend=False)
+    small, large = picture(state), picture(state, scale=4)
+    reduced = large.reshape(200, 4, 320, 4, 3).mean(axis=(1, 3))
+    cells = np.abs(small - picture(replace(state, heatmap=None))).max(axis=2) > 40
+    assert cells.mean() > 0.1
+    assert np.abs(reduced - small)[cells].mean() < 3.0
+
+
+@pytest.mark.parametrize("distance_m", [0.5, 1.5, 6.0])
+@pytest.mark.parametrize("parallel", [False, True])
+def test_a_wall_of_cells_has_no_gaps_from_any_distance_to_the_edges_of_the_picture(distance_m, parallel):
+    camera = OrbitCamera((12.3, 4.0, 1.9), distance_m, -90.0, 0.0, parallel)
+    state = SceneState(camera=camera, heatmap=wall(4.0), show_legend=False)
+    bare = picture(replace(state, heatmap=None))
+    assert share_changed(bare, picture(state), slice(None), slice(None)) == 1.0
 
 
 def test_light_and_dark_pictures_differ_in_the_background():
