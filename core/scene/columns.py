@@ -19,9 +19,25 @@ def words_per_column(grid: VoxelGrid) -> int:
     return (grid.shape[2] + 63) // 64
 
 
+def words_in(grid: VoxelGrid) -> int:
+    """Number of words of a set of voxels of a grid."""
+    return grid.shape[0] * grid.shape[1] * words_per_column(grid)
+
+
 def empty_words(grid: VoxelGrid) -> Words:
     """The empty set of voxels, (nx * ny * words per column,)."""
-    return np.zeros(grid.shape[0] * grid.shape[1] * words_per_column(grid), np.uint64)
+    return np.zeros(words_in(grid), np.uint64)
+
+
+def require_words_of(grid: VoxelGrid, words: Words) -> None:
+    """Raise ValueError unless the words are a set of voxels of this grid: kernels index by every bit that is set."""
+    if words.dtype != np.uint64 or words.shape != (words_in(grid),):
+        raise ValueError(f"words: found {words.dtype} {words.shape}, which does not fit the grid")
+    levels, depth = grid.shape[2], words_per_column(grid)
+    if levels % 64:
+        top = int(np.bitwise_or.reduce(words.reshape(-1, depth)[:, -1], initial=np.uint64(0)))
+        if top >> (levels % 64):
+            raise ValueError(f"words: found voxels above the grid's height of {levels} levels")
 
 
 def pack(grid: VoxelGrid, mask: NDArray[np.bool_]) -> Words:
@@ -33,6 +49,7 @@ def pack(grid: VoxelGrid, mask: NDArray[np.bool_]) -> Words:
 
 def unpack(grid: VoxelGrid, words: Words) -> NDArray[np.bool_]:
     """Dense mask (nx, ny, nz) of a set of voxels."""
+    require_words_of(grid, words)
     mask = np.zeros(grid.shape, np.bool_)
     bits.unpack_levels(words, mask.reshape(-1, grid.shape[2]))
     return mask
@@ -52,8 +69,12 @@ class VoxelIndex:
 
     @classmethod
     def of(cls, grid: VoxelGrid, words: Words) -> VoxelIndex:
-        """Number the voxels of a set."""
-        return cls(grid, words, bits.first_ids(words))
+        """Number the voxels of a set; raise ValueError for words that are none of this grid, or too many voxels."""
+        require_words_of(grid, words)
+        first = bits.first_ids(words)
+        if words.size >= 1 << 26 and bool((first[1:] < first[:-1]).any()):  # ids have 32 bits
+            raise ValueError("words: more than 4,294,967,295 voxels")
+        return cls(grid, words, first)
 
     @property
     def count(self) -> int:

@@ -29,6 +29,11 @@ class Pog:
     index: VoxelIndex
     counts: Counts
 
+    def __post_init__(self) -> None:
+        """Raise ValueError where a kernel would index by arrays that do not belong to each other."""
+        if self.index.grid != self.grid or self.counts.shape != (self.index.count, len(CLASSES)):
+            raise ValueError(f"counts: found {self.counts.shape} for {self.index.count} voxels")
+
     def probability(self, cls: int) -> NDArray[np.float64]:
         """p of the occupied voxels for one class, (n,)."""
         result: NDArray[np.float64] = self.counts[:, cls] / max(self.data.frames, 1)
@@ -49,7 +54,9 @@ class PogSum:
         self.counts = [np.zeros(grid.shape, np.uint32) for _ in CLASSES]
 
     def add(self, part: Pog) -> None:
-        """Add the POG of some other frames on the same grid."""
+        """Add the POG of some other frames; raise ValueError unless it is on the same grid."""
+        if part.grid != self.grid:
+            raise ValueError(f"found a part on the grid {part.grid}, accepted is {self.grid}")
         occupied = unpack(self.grid, part.index.words)  # in the order in which voxels are numbered
         for cls, dense in enumerate(self.counts):
             dense[occupied] += part.counts[:, cls]

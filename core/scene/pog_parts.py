@@ -61,7 +61,8 @@ class PartStore:
     def load(self, group: BoxCollection) -> Pog | None:
         """A group that was finished before; None when it was not, or its file is damaged."""
         with contextlib.suppress(InputError):
-            return load_pog(self._file(group))
+            part = load_pog(self._file(group), is_part=True)
+            return part if part.grid == self._grid else None
         return None
 
     def save(self, group: BoxCollection, content: bytes) -> None:
@@ -134,7 +135,7 @@ def build_in_parts(
             take(place, part)
     for place, content in _results(plan.groups, missing, grid, workers):
         plan.store.save(plan.groups[place], content)
-        take(place, read_pog(BytesIO(content)))
+        take(place, read_pog(BytesIO(content), is_part=True))
     return total.pog(plan.source.merged([reports[place] for place in range(len(plan.groups))]))
 
 

@@ -6,7 +6,6 @@ import contextlib
 import hashlib
 import json
 import zipfile
-from collections import Counter
 from dataclasses import replace
 from pathlib import Path
 from typing import IO, Any
@@ -16,12 +15,14 @@ import numpy as np
 from riglens.core.cache_folder import cache_folder
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_write
-from riglens.core.scene.boxes import CLASSES, BoxSource, DataReport, Progress
-from riglens.core.scene.columns import VoxelIndex, empty_words
+from riglens.core.scene.boxes import BoxSource, Progress
 from riglens.core.scene.grid import VoxelGrid
+from riglens.core.scene.limits import one_line, open_regular
 from riglens.core.scene.pog import Pog, build_pog
+from riglens.core.scene.pog_checks import read_content
 
 FORMAT = 1
+_ACCEPTED = "a POG written by 'riglens pog'"
 
 
 def _header(pog: Pog) -> dict[str, Any]:
@@ -70,58 +71,40 @@ def write_pog(pog: Pog, file: IO[bytes], level: int = 6) -> None:
                 np.lib.format.write_array(member, array, allow_pickle=False)
 
 
-def _checked(header: dict[str, Any], words: np.ndarray, counts: np.ndarray) -> Pog:
-    grid = VoxelGrid(float(header["voxel_m"]), tuple(float(side) for side in header["roi_m"]))  # type: ignore[arg-type]
-    if words.dtype != np.uint64 or words.shape != empty_words(grid).shape:
-        raise ValueError("voxel words do not fit the grid")
-    index = VoxelIndex.of(grid, words)
-    if counts.shape != (index.count, len(CLASSES)) or counts.dtype not in (np.uint16, np.uint32):
-        raise ValueError("counts do not fit the voxels")
-    boxes = {name: int(header["boxes"].get(name, 0)) for name in CLASSES}
-    unmapped = Counter({str(name): int(count) for name, count in header["unmapped"].items()})
-    notes = tuple(str(note) for note in header.get("notes", ()))
-    data = DataReport(
-        str(header["source"]),
-        int(header["frames"]),
-        boxes,
-        unmapped,
-        str(header["sha256"]),
-        notes,
-        int(header.get("sequences", 1)),
-    )
-    return Pog(grid, data, index, counts)
+def load_pog(path: Path | str, is_part: bool = False) -> Pog:
+    """Read a POG file; InputError when it is missing, damaged, or not a POG (nothing is ever unpickled).
 
-
-def load_pog(path: Path | str) -> Pog:
-    """Read a POG file; InputError when it is missing, damaged, or not a POG (nothing is ever unpickled)."""
+    is_part: whether it belongs to a larger set, so that it may hold no frame.
+    """
     try:
-        with Path(path).open("rb") as file:
-            return read_pog(file)
+        with open_regular(Path(path), _ACCEPTED) as file:
+            return _read_named(file, path, is_part)
     except FileNotFoundError as error:
-        raise InputError(f"{path}: no such file; accepted is a POG written by 'riglens pog'") from error
+        raise InputError(f"{path}: no such file; accepted is {_ACCEPTED}") from error
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror or error}") from error
+
+
+def _read_named(file: IO[bytes], path: Path | str, is_part: bool) -> Pog:
+    try:
+        return read_pog(file, is_part)
+    except OSError:
+        raise
     except Exception as error:  # damaged bytes make numpy, zipfile and zlib raise a dozen kinds of error
-        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise InputError(
-            f"{path}: not a readable POG ({reason}); accepted is a file written by 'riglens pog'"
-        ) from error
+        reason = one_line(str(error)) or type(error).__name__
+        raise InputError(f"{path}: not a readable POG ({reason}); accepted is {_ACCEPTED}") from error
 
 
-def read_pog(file: IO[bytes]) -> Pog:
+def read_pog(file: IO[bytes], is_part: bool = False) -> Pog:
     """The POG in an open file; raises whatever its damaged bytes lead to."""
     if not zipfile.is_zipfile(file):
         raise ValueError("no archive of numpy")
     file.seek(0)
-    with np.load(file, allow_pickle=False) as archive:
-        header_text = str(archive["header"])
-        words, counts = archive["words"], archive["counts"]
-        if _digest(header_text, words, counts) != str(archive["digest"]):
-            raise ValueError("checksum differs")
-    header = json.loads(header_text)
-    if header.get("riglens_pog") != FORMAT:
-        raise ValueError(f"format {header.get('riglens_pog')} is not supported")
-    return _checked(header, words, counts)
+    with zipfile.ZipFile(file) as archive:
+        content = read_content(archive, FORMAT, is_part)
+    if _digest(content.text, content.voxels.words, content.counts) != content.digest:
+        raise ValueError("checksum differs")
+    return content.pog()
 
 
 def pog_file_name(source: BoxSource, grid: VoxelGrid) -> str:
@@ -137,6 +120,8 @@ def cached_pog(source: BoxSource, grid: VoxelGrid, progress: Progress | None = N
     path = cache_folder() / pog_file_name(source, grid)
     with contextlib.suppress(InputError):  # missing, unreadable or damaged: build it in any case
         pog = load_pog(path)
+        if pog.grid != grid:
+            raise InputError(f"{path}: holds another grid than its name says")
         return replace(pog, data=replace(pog.data, source=source.name))  # an equal copy may have been first
     pog = build_pog(source, grid, progress)
     try:

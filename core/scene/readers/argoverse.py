@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
 from riglens.core.scene.boxes import BoxBatch, Progress, rotations_from_quaternions
+from riglens.core.scene.limits import one_line
 from riglens.core.scene.readers.classes import UNMAPPED
 from riglens.core.scene.readers.common import (
     ACCEPTED_POSITION,
@@ -25,7 +26,6 @@ from riglens.core.scene.readers.common import (
     Tally,
     end_of_frame,
     first_bad_box,
-    one_line,
     readable,
     select,
 )

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from riglens.core.errors import InputError
 from riglens.core.geometry import Vec3
 from riglens.core.scene.boxes import CLASSES, BoxBatch, DataReport, Progress
+from riglens.core.scene.limits import one_line
 from riglens.core.scene.readers.classes import ClassTable
 
 MAX_POSITION_M = 1e6
@@ -182,12 +183,6 @@ def readable(path: Path) -> Iterator[None]:
     except OSError as error:
         reason = error.strerror or one_line(str(error))
         raise InputError(f"{error.filename or path}: cannot be read ({reason})") from error
-
-
-def one_line(text: str, limit: int = 200) -> str:
-    """Return foreign text as one line of at most `limit` characters, with ? for what cannot be printed."""
-    line = " ".join(text.split())[:limit]
-    return "".join(character if character.isprintable() else "?" for character in line)
 
 
 def shown(text: str) -> str:

@@ -11,11 +11,11 @@ import pyarrow as pa
 import pyarrow.csv as arrow_csv
 
 from riglens.core.errors import InputError
+from riglens.core.scene.limits import one_line
 from riglens.core.scene.readers.common import (
     ACCEPTED_ANGLE,
     ACCEPTED_POSITION,
     ACCEPTED_SIZE,
-    one_line,
     shown,
 )
 from riglens.core.scene.readers.text_blocks import TextBlock

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
 from riglens.core.scene.boxes import BoxBatch, Progress, rotations_from_yaw
+from riglens.core.scene.limits import one_line
 from riglens.core.scene.readers.classes import UNMAPPED
 from riglens.core.scene.readers.common import (
     BadBox,
@@ -23,7 +24,6 @@ from riglens.core.scene.readers.common import (
     FileBoxSource,
     Tally,
     first_bad_box,
-    one_line,
     readable,
 )
 from riglens.core.scene.readers.csv_rows import (
