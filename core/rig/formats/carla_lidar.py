@@ -4,8 +4,15 @@ from __future__ import annotations
 
 import math
 
+from riglens.core.rig.formats.ray_export import (
+    FULL_TURN_DEG,
+    report_range,
+    report_symmetric,
+    report_uneven,
+    turn_ends_deg,
+)
 from riglens.core.rig.formats.report import Notes
-from riglens.core.rig.model import EvenAngles, Lidar
+from riglens.core.rig.model import Lidar
 
 TURNS_PER_SECOND = 10.0
 FARTHEST_M = 1000.0
@@ -20,14 +27,10 @@ def azimuth_count(points_per_second: float, turns_per_second: float, channels: i
 def rays_to_write(lidar: Lidar, notes: Notes) -> dict[str, float]:
     """Return CARLA's attributes for the rays of a LiDAR; what they cannot express is reported."""
     beams, turn = lidar.elevations(), lidar.azimuths()
-    if not isinstance(lidar.elevations_deg, EvenAngles) or not isinstance(lidar.azimuths_deg, EvenAngles):
-        notes.approximated("uneven angles: CARLA spaces beams and azimuths evenly", lidar.name)
-    if lidar.azimuth_offsets_deg is not None:
-        notes.ignored("azimuth offsets of beams: CARLA has none", lidar.name)
+    report_uneven(lidar, "CARLA", notes)
     span_deg = _span_deg(lidar, notes)
-    low_m, high_m = lidar.range_m
-    if low_m > 0.0:
-        notes.ignored("smallest range: CARLA has none", lidar.name)
+    _, high_m = lidar.range_m
+    report_range(lidar, "CARLA", notes)
     if math.isinf(high_m):
         notes.approximated(f"no largest range: {FARTHEST_M:g} m is written", lidar.name)
     if lidar.model is not None:
@@ -46,9 +49,8 @@ def rays_to_write(lidar: Lidar, notes: Notes) -> dict[str, float]:
 
 def _span_deg(lidar: Lidar, notes: Notes) -> float:
     """Return how wide the LiDAR sees; CARLA's fan is symmetric about the x axis."""
-    turn = lidar.azimuths_deg
-    low, high = (turn.from_, turn.to) if isinstance(turn, EvenAngles) else (min(turn), max(turn))
-    span = high - low
-    if span < 360.0 and low + high != 0.0:
-        notes.approximated("azimuths not symmetric about the x axis: CARLA's are", lidar.name)
-    return span if span > 0.0 else 1.0
+    low_deg, high_deg = turn_ends_deg(lidar)
+    span_deg = high_deg - low_deg
+    if span_deg < FULL_TURN_DEG:
+        report_symmetric("azimuths", (low_deg, high_deg), span_deg, lidar, notes)
+    return span_deg if span_deg > 0.0 else 1.0

@@ -9,7 +9,6 @@ Source: carla_spawn_objects.py and carla_common/transforms.py of the ROS bridge;
 from __future__ import annotations
 
 import json
-import math
 from typing import Any
 
 from riglens.core.errors import InputError
@@ -17,7 +16,7 @@ from riglens.core.geometry import Vec3
 from riglens.core.rig.formats.base import Exported, Format, Imported
 from riglens.core.rig.formats.carla_lidar import azimuth_count, rays_to_write
 from riglens.core.rig.formats.frames import pose_from_se3, se3_from_rpy_deg
-from riglens.core.rig.formats.lenses import report_distortion
+from riglens.core.rig.formats.lens_export import centred_pinhole, report_lens
 from riglens.core.rig.formats.mounts import MAX_PIXELS, Mounting, ReadOptions, root_SE3_body, sensors_to_write
 from riglens.core.rig.formats.report import Notes
 from riglens.core.rig.formats.source import Source, Value
@@ -26,6 +25,7 @@ from riglens.core.rig.yaml.nodes import shortened
 
 TITLE = "CARLA ROS bridge objects.json"
 ORIGIN: Vec3 = (0.0, 0.0, 0.0)
+PINHOLE = "a pinhole of one focal length in the middle of its image"
 CAMERAS = ("rgb", "depth", "semantic_segmentation", "instance_segmentation", "optical_flow", "dvs")
 _POSITION, _ANGLES = ("x", "y", "z"), ("roll", "pitch", "yaw")
 
@@ -156,17 +156,13 @@ def _sensor(sensor: Sensor, notes: Notes) -> dict[str, object]:
 
 
 def _fov_deg(camera: Camera, notes: Notes) -> float:
-    """Return the horizontal field of view; CARLA knows only lenses centred on the image."""
+    """Return the horizontal field of view of the lens; CARLA's is a pinhole, centred on the image."""
     if camera.hfov_deg is not None:
         return camera.hfov_deg
-    report_distortion(camera, notes)
-    fx, fy, cx, cy = camera.intrinsics_px()
-    width, height = camera.image
-    if (cx, cy) != (width / 2, height / 2) or fx != fy:
-        notes.approximated(
-            "CARLA's lens has one focal length and the principal point in the middle", camera.name
-        )
-    return math.degrees(2.0 * math.atan(width / 2 / fx))
+    written = centred_pinhole(camera)
+    report_lens(camera, written, PINHOLE, notes)
+    assert written.hfov_deg is not None
+    return written.hfov_deg
 
 
 CARLA = Format("carla", TITLE, recognises, read, write)

@@ -17,9 +17,11 @@ from typing import Any
 from riglens.core.geometry import Vec3
 from riglens.core.rig.formats.base import Exported, Format, Imported
 from riglens.core.rig.formats.carla_lidar import TURNS_PER_SECOND, azimuth_count, rays_to_write
+from riglens.core.rig.formats.carla_objects import PINHOLE
 from riglens.core.rig.formats.frames import Matrix, pose_from_se3, se3_from_rpy_deg
-from riglens.core.rig.formats.lenses import report_distortion
+from riglens.core.rig.formats.lens_export import centred_pinhole, report_lens
 from riglens.core.rig.formats.mounts import Mounting, ReadOptions, root_SE3_body, sensors_to_write
+from riglens.core.rig.formats.ray_export import FULL_TURN_DEG, turn_ends_deg
 from riglens.core.rig.formats.report import Notes
 from riglens.core.rig.formats.source import Source, Value
 from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig, Sensor, Vehicle
@@ -160,9 +162,14 @@ def _lidar_fields(lidar: Lidar, notes: Notes) -> dict[str, Any]:
     rays = rays_to_write(lidar, notes)
     notes.ignored("the name: the file numbers LiDARs", lidar.name)
     if yaw != 0.0:
-        notes.ignored("yaw: the file has none for LiDARs", lidar.name)
-    if "horizontal_fov" in rays:
-        notes.ignored("azimuths of less than a full turn: the file has no place for them", lidar.name)
+        notes.ignored(f"yaw: the file has none for LiDARs; heading {abs(yaw):.2f} deg off", lidar.name)
+    low_deg, high_deg = turn_ends_deg(lidar)
+    if high_deg - low_deg < FULL_TURN_DEG:
+        notes.ignored(
+            f"azimuths {low_deg:g} to {high_deg:g} deg: the file has full turns only, "
+            f"{FULL_TURN_DEG - high_deg + low_deg:g} deg more",
+            lidar.name,
+        )
     pose = {"x": x, "y": y, "z": z, "roll": math.radians(roll), "pitch": math.radians(pitch)}
     points = rays["points_per_second"] / rays["channels"]
     extra = {
@@ -176,13 +183,10 @@ def _lidar_fields(lidar: Lidar, notes: Notes) -> dict[str, Any]:
 def _camera(camera: Camera, notes: Notes) -> list[str]:
     """Return the three keys of a camera; the published code expects the names CAM_FRONT, CAM_FRONT_LEFT and so on."""
     position, rpy_deg = _left_handed(camera)
-    report_distortion(camera, notes)
-    fx, *_ = camera.intrinsics_px()
-    fov = camera.hfov_deg or math.degrees(2.0 * math.atan(camera.image[0] / 2 / fx))
-    if camera.hfov_deg is None:
-        notes.approximated(
-            "lens written as a field of view with the principal point in the middle", camera.name
-        )
+    written = centred_pinhole(camera) if camera.hfov_deg is None else camera
+    report_lens(camera, written, PINHOLE, notes)
+    fov = written.hfov_deg
+    assert fov is not None
     notes.written("pose and field of view", camera.name)
     notes.ignored("image size, ray lattice and range: the file has no place for them", camera.name)
     values = (("T", value_text(position)), ("R", value_text(rpy_deg)), ("FOV", value_text(fov)))

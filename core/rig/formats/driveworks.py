@@ -9,12 +9,14 @@ Source: DriveWorks SDK reference, "Rig File Format" and dwPinholeCameraConfig, d
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable
 from typing import Any
 
 from riglens.core.geometry import rotation_from_rpy_deg
 from riglens.core.rig.formats.base import Exported, Format, Imported
 from riglens.core.rig.formats.frames import Matrix, pose_from_se3, se3
-from riglens.core.rig.formats.lenses import FTheta, brown_conrady, ftheta_fields, report_distortion
+from riglens.core.rig.formats.lens_export import ftheta_polynomial, most_off_deg, radial_only
+from riglens.core.rig.formats.lenses import FTheta, brown_conrady, ftheta_fields
 from riglens.core.rig.formats.mounts import (
     MAX_PIXELS,
     Mounting,
@@ -25,7 +27,7 @@ from riglens.core.rig.formats.mounts import (
 )
 from riglens.core.rig.formats.report import Notes
 from riglens.core.rig.formats.source import MAX_ANGLE, Source, Value
-from riglens.core.rig.model import BrownConrady, Camera, Rig, Sensor, Vehicle
+from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt, Rig, Sensor, Vehicle
 from riglens.core.rig.yaml.nodes import shortened
 
 TITLE = "NVIDIA DriveWorks rig JSON"
@@ -35,6 +37,7 @@ RPY = "roll-pitch-yaw"
 _LENS = ("fx", "fy", "cx", "cy")
 _LINEAR = (("linear-c", 1.0), ("linear-d", 0.0), ("linear-e", 0.0))
 _RADIAL = ("k1", "k2", "k3")
+_BACKWARD, _FORWARD = "pixeldistance-to-angle", "angle-to-pixeldistance"
 
 
 def recognises(source: Source) -> bool:
@@ -149,11 +152,22 @@ def _lens(properties: Value | None, name: str, notes: Notes) -> dict[str, Any]:
     if model == "ftheta":
         cx_px, cy_px = (properties.item(key).number(quoted=True) for key in ("cx", "cy"))
         coefficients, is_backward = _polynomial(properties)
-        if any(_number(properties, key, usual) != usual for key, usual in _LINEAR):
-            notes.ignored("skew and stretch of the image (linear-c, -d, -e)", name)
-        return ftheta_fields(FTheta(cx_px, cy_px, coefficients, is_backward), size, properties, name, notes)
+        ftheta = FTheta(cx_px, cy_px, coefficients, is_backward, _stretch(properties, name, notes))
+        return ftheta_fields(ftheta, size, properties, name, notes)
     notes.approximated(f"lens of model '{shortened(model, 30)}' is not read: 90 degrees wide", name)
     return {"image": image, "hfov_deg": 90.0}
+
+
+def _stretch(properties: Value, name: str, notes: Notes) -> float:
+    """Return linear-c, pixels along u for one along v; all three of linear-c, -d, -e zero stand for none."""
+    c, d, e = (_number(properties, key, usual) for key, usual in _LINEAR)
+    if d != 0.0 or e != 0.0:
+        notes.ignored(f"skew of the image (linear-d {d:g}, linear-e {e:g})", name)
+    if (c, d, e) == (0.0, 0.0, 0.0):
+        return 1.0
+    if not 1e-3 <= c <= 1e3:
+        properties.item("linear-c").refuse("a number from 0.001 to 1000")
+    return c
 
 
 def _pinhole_distortion(properties: Value, name: str, notes: Notes) -> dict[str, Any]:
@@ -183,9 +197,9 @@ def _polynomial(properties: Value) -> tuple[list[float], bool]:
     if "bw-poly" in properties:
         return _coefficients(properties, "bw-poly"), True
     kind = properties.item("polynomial-type").text()
-    if kind not in ("pixeldistance-to-angle", "angle-to-pixeldistance"):
-        properties.item("polynomial-type").refuse("pixeldistance-to-angle or angle-to-pixeldistance")
-    return _coefficients(properties, "polynomial"), kind == "pixeldistance-to-angle"
+    if kind not in (_BACKWARD, _FORWARD):
+        properties.item("polynomial-type").refuse(f"{_BACKWARD} or {_FORWARD}")
+    return _coefficients(properties, "polynomial"), kind == _BACKWARD
 
 
 def _coefficients(properties: Value, key: str) -> list[float]:
@@ -202,7 +216,7 @@ def _coefficients(properties: Value, key: str) -> list[float]:
 
 
 def write(rig: Rig) -> Exported:
-    """Return the rig with nominal poses and no corrections; cameras become pinholes."""
+    """Return the rig with nominal poses and no corrections; cameras as pinholes or f-theta lenses."""
     notes = Notes()
     sensors = [_sensor(sensor, rig, notes) for sensor in sensors_to_write(rig, notes)]
     notes.converted("origin from the body centre to the rear axle on the ground")
@@ -221,9 +235,7 @@ def _sensor(sensor: Sensor, rig: Rig, notes: Notes) -> dict[str, object]:
     pose = pose_from_se3(root_SE3_body(sensor, rear_axle_on_ground(rig.vehicle)))
     properties: dict[str, str] = {}
     if isinstance(sensor, Camera):
-        fx, fy, cx, cy = (repr(float(number)) for number in sensor.intrinsics_px())
-        properties = {"Model": "pinhole", "width": str(sensor.image[0]), "height": str(sensor.image[1])}
-        properties |= {"fx": fx, "fy": fy, "cx": cx, "cy": cy, "distortion": _radial(sensor, notes)}
+        properties = _lens_properties(sensor, notes)
         notes.written("pose, image and lens", sensor.name)
         notes.ignored("ray lattice and range: the file has no place for them", sensor.name)
     else:
@@ -239,13 +251,45 @@ def _sensor(sensor: Sensor, rig: Rig, notes: Notes) -> dict[str, object]:
     }
 
 
+def _lens_properties(camera: Camera, notes: Notes) -> dict[str, str]:
+    """Return a pinhole with k1 k2 k3, or for a fisheye the f-theta polynomial from angles to pixels."""
+    width, height = (str(side) for side in camera.image)
+    fx, fy, cx, cy = camera.intrinsics_px()
+    common = {"width": width, "height": height, "cx": repr(float(cx)), "cy": repr(float(cy))}
+    if isinstance(camera.distortion, KannalaBrandt):
+        coefficients, off_px = ftheta_polynomial(camera)
+        if off_px > 0.0:
+            notes.approximated(
+                f"Kannala-Brandt lens as the nearest f-theta polynomial: at most {off_px:.2g} pixels off",
+                camera.name,
+            )
+        notes.converted("fisheye lens to an f-theta polynomial", camera.name)
+        polynomial = {"polynomial": _words(coefficients), "polynomial-type": _FORWARD}
+        linear = {"linear-c": repr(float(fx / fy)), "linear-d": "0.0", "linear-e": "0.0"}
+        return {"Model": "ftheta", **common, **polynomial, **linear}
+    focal = {"fx": repr(float(fx)), "fy": repr(float(fy))}
+    return {"Model": "pinhole", **common, **focal, "distortion": _radial(camera, notes)}
+
+
+def _words(numbers: Iterable[float]) -> str:
+    return " ".join(repr(float(number)) for number in numbers)
+
+
 def _radial(camera: Camera, notes: Notes) -> str:
-    """Return the distortion as k1 k2 k3; any other kind is reported and left out."""
+    """Return the distortion as k1 k2 k3; what that leaves out is reported."""
     found = camera.distortion
-    if isinstance(found, BrownConrady) and not any((found.p1, found.p2, found.k4, found.k5, found.k6)):
-        return " ".join(repr(float(getattr(found, key))) for key in _RADIAL)
-    report_distortion(camera, notes)
-    return "0 0 0"
+    if not isinstance(found, BrownConrady):
+        return "0 0 0"
+    left_out = [key for key in ("p1", "p2", "k4", "k5", "k6") if getattr(found, key)]
+    if not left_out:
+        return _words(getattr(found, key) for key in _RADIAL)
+    written = radial_only(camera)
+    notes.ignored(
+        f"lens distortion: the format has k1 k2 k3 but no {' '.join(left_out)}; rays are up to "
+        f"{most_off_deg(camera, written):.2f} deg off",
+        camera.name,
+    )
+    return _words(getattr(written.distortion, key) for key in _RADIAL)
 
 
 DRIVEWORKS = Format("driveworks", TITLE, recognises, read, write)

@@ -21,7 +21,7 @@ from riglens.core.rig.formats.frames import (
     to_optical,
     wxyz_from_rotation,
 )
-from riglens.core.rig.formats.lenses import report_distortion
+from riglens.core.rig.formats.lens_export import report_lens, without_distortion
 from riglens.core.rig.formats.mounts import (
     Mounting,
     ReadOptions,
@@ -155,7 +155,7 @@ def write(rig: Rig) -> Exported:
     for sensor in sensors:
         is_camera = isinstance(sensor, Camera)
         if isinstance(sensor, Camera):
-            report_distortion(sensor, notes)
+            report_lens(sensor, without_distortion(sensor), "a pinhole", notes)
         notes.written("pose and lens" if is_camera else "pose", sensor.name)
         left_out = "image size, ray lattice" if is_camera else "beam angles, model"
         notes.ignored(f"{left_out} and range: the tables have no place for them", sensor.name)

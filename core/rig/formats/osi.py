@@ -14,8 +14,9 @@ from typing import Any
 
 from riglens.core.rig.formats.base import Exported, Format
 from riglens.core.rig.formats.frames import pose_from_se3
-from riglens.core.rig.formats.lenses import report_distortion
+from riglens.core.rig.formats.lens_export import SMALLEST_TOLD_DEG, extent
 from riglens.core.rig.formats.mounts import root_SE3_body, sensors_to_write
+from riglens.core.rig.formats.ray_export import FULL_TURN_DEG, report_symmetric, turn_ends_deg
 from riglens.core.rig.formats.report import Notes
 from riglens.core.rig.formats.source import Source
 from riglens.core.rig.model import Camera, Lidar, Rig, Sensor
@@ -58,36 +59,47 @@ def _message(sensor: Sensor, number: int, rig: Rig, notes: Notes) -> dict[str, A
     if not math.isinf(sensor.range_m[1]):
         message["range"] = sensor.range_m[1]
     if sensor.range_m[0] > 0.0:
-        notes.ignored("smallest range: OSI has no field for it", sensor.name)
+        notes.ignored(f"smallest range {sensor.range_m[0]:g} m: OSI has no field for it", sensor.name)
     message[f"{sensor.kind}_sensor_view_configuration"] = [{**common, **view, **rays}]
     return message
 
 
 def _camera(camera: Camera, notes: Notes) -> tuple[float, float, dict[str, int]]:
     """Return the symmetric fields of view in radians, as OSI has them, and the pixels."""
-    report_distortion(camera, notes)
-    fx, fy, cx, cy = camera.intrinsics_px()
     width, height = camera.image
+    found = extent(camera)
     notes.written("mounting position, field of view and pixels", camera.name)
-    if (cx, cy) != (width / 2, height / 2):
-        notes.approximated("principal point not in the middle: OSI's field of view is symmetric", camera.name)
+    if camera.distortion is not None:
+        notes.ignored(
+            f"lens distortion: the format has no place for it; its field of view is written, {found.words()}",
+            camera.name,
+        )
+    off_deg = max(abs(found.left_deg - found.right_deg), abs(found.up_deg - found.down_deg)) / 2.0
+    if off_deg >= SMALLEST_TOLD_DEG:
+        notes.approximated(
+            f"OSI's field of view is symmetric: its edges are up to {off_deg:.2f} deg off", camera.name
+        )
     notes.ignored("ray lattice: OSI has no field for it", camera.name)
     pixels = {"number_of_pixels_horizontal": width, "number_of_pixels_vertical": height}
-    return 2.0 * math.atan(width / 2 / fx), 2.0 * math.atan(height / 2 / fy), pixels
+    return math.radians(found.wide_deg), math.radians(found.high_deg), pixels
 
 
 def _lidar(lidar: Lidar, notes: Notes) -> tuple[float, float, dict[str, int]]:
     """Return the symmetric fields of view in radians that hold every ray, as OSI has them, and the numbers of rays."""
     beams, turn = lidar.elevations(), lidar.azimuths()
     notes.written("mounting position, field of view and numbers of rays", lidar.name)
-    step = 360.0 / len(turn)
-    wide_deg = min(360.0, 2.0 * float(abs(turn).max()) + step)
-    high_deg = 2.0 * float(abs(beams).max())
+    low_deg, high_deg = turn_ends_deg(lidar)
+    wide_deg = min(FULL_TURN_DEG, 2.0 * max(abs(low_deg), abs(high_deg)))
+    tall_deg = 2.0 * float(abs(beams).max())
     notes.approximated("beam angles: OSI has a symmetric field of view and a number of rays", lidar.name)
+    ends_deg = (float(beams.min()), float(beams.max()))
+    report_symmetric("elevations", ends_deg, tall_deg, lidar, notes)
+    if high_deg - low_deg < FULL_TURN_DEG:
+        report_symmetric("azimuths", (low_deg, high_deg), wide_deg, lidar, notes)
     if lidar.model is not None:
         notes.ignored("model name: OSI has no field for it", lidar.name)
     rays = {"number_of_rays_horizontal": len(turn), "number_of_rays_vertical": len(beams)}
-    return math.radians(wide_deg), math.radians(high_deg), rays
+    return math.radians(wide_deg), math.radians(tall_deg), rays
 
 
 OSI = Format("osi", TITLE, recognises, write=write)

@@ -11,11 +11,14 @@ from typing import Any
 from riglens.core.rig.formats.frames import Matrix, SensorKind, se3_from_rpy_deg
 from riglens.core.rig.formats.mounts import MAX_PIXELS, Mounting
 from riglens.core.rig.formats.source import Element
-from riglens.core.rig.model import EvenAngles
+from riglens.core.rig.model import EvenAngles, KannalaBrandt
 from riglens.core.rig.yaml.nodes import shortened
 
+WIDE_ANGLE, EQUIDISTANT, PINHOLE = "wideanglecamera", "equidistant", "gnomonical"
 KINDS: dict[str, SensorKind] = {
-    **dict.fromkeys(("camera", "wideanglecamera", "depth", "depth_camera", "rgbd_camera", "rgbd"), "camera"),
+    **dict.fromkeys(
+        ("camera", WIDE_ANGLE, "wide_angle_camera", "depth", "depth_camera", "rgbd_camera", "rgbd"), "camera"
+    ),
     **dict.fromkeys(("ray", "gpu_ray", "lidar", "gpu_lidar"), "lidar"),
 }
 _MAX_SAMPLES = 100_000
@@ -81,12 +84,33 @@ def _camera_fields(sensor: Element, name: str, mounting: Mounting) -> dict[str, 
     if intrinsics is not None:
         fields |= {key: _number(intrinsics, key) for key in ("fx", "fy", "cx", "cy")}
     else:
-        fields["hfov_deg"] = math.degrees(_number(camera, "horizontal_fov", default=1.047))
+        fields |= _lens_of_type(camera, size[0], size[1], name, mounting)
     if camera.first("clip") is not None:
         fields["range_m"] = (_number(camera, "clip", "near", default=0.0), _number(camera, "clip", "far"))
     if camera.first("distortion") is not None:
         mounting.notes.ignored("lens distortion", name)
     return fields
+
+
+def _lens_of_type(
+    camera: Element, width_px: int, height_px: int, name: str, mounting: Mounting
+) -> dict[str, Any]:
+    """Return the lens of a field of view: a pinhole, or the equidistant fisheye of a wide-angle camera."""
+    hfov_rad = _number(camera, "horizontal_fov", default=1.047)
+    kind = camera.first("lens", "type")
+    said = PINHOLE if kind is None else kind.text.strip().lower()
+    if said == PINHOLE:
+        return {"hfov_deg": math.degrees(hfov_rad)}
+    if not 0.0 < hfov_rad <= 2.0 * math.pi:
+        raise camera.error(f"<horizontal_fov>: found {hfov_rad:g}; accepted is a number above 0, to 2 pi")
+    if said != EQUIDISTANT:
+        mounting.notes.approximated(
+            f"lens of type '{shortened(said, 30)}' as an equidistant one of its field of view", name
+        )
+    focal_px = width_px / hfov_rad
+    centre = {"cx": width_px / 2.0, "cy": height_px / 2.0}
+    mounting.notes.read("equidistant lens of a wide-angle camera", name)
+    return {"fx": focal_px, "fy": focal_px, **centre, "distortion": KannalaBrandt()}
 
 
 def _lidar_fields(sensor: Element) -> dict[str, Any]:

@@ -31,7 +31,7 @@ from riglens.core.rig.formats.frames import (
     se3_from_rpy_deg,
     without_ending,
 )
-from riglens.core.rig.formats.lenses import report_distortion
+from riglens.core.rig.formats.lens_export import equidistant, extent, pinhole_with_edges, report_lens
 from riglens.core.rig.formats.mounts import (
     Mounting,
     ReadOptions,
@@ -39,10 +39,11 @@ from riglens.core.rig.formats.mounts import (
     root_SE3_body,
     sensors_to_write,
 )
+from riglens.core.rig.formats.ray_export import report_uneven
 from riglens.core.rig.formats.report import Notes
-from riglens.core.rig.formats.sdf_sensor import KINDS, add_sdf_sensor, numbers_in
+from riglens.core.rig.formats.sdf_sensor import EQUIDISTANT, KINDS, WIDE_ANGLE, add_sdf_sensor, numbers_in
 from riglens.core.rig.formats.source import Element, Source
-from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig, Sensor, Vehicle
+from riglens.core.rig.model import Camera, KannalaBrandt, Lidar, Rig, Sensor, Vehicle
 from riglens.core.rig.yaml.nodes import shortened
 
 TITLE = "ROS URDF"
@@ -87,8 +88,9 @@ def _link(parent: str, child: str, position_m: Vec3, rpy_deg: Vec3) -> list[str]
 
 
 def _gazebo(sensor: Sensor, link: str, notes: Notes) -> list[str]:
-    kind = "camera" if isinstance(sensor, Camera) else "gpu_lidar"
-    inner = _camera(sensor, notes) if isinstance(sensor, Camera) else _lidar(sensor, notes)
+    kind, inner = (
+        _camera(sensor, notes) if isinstance(sensor, Camera) else ("gpu_lidar", _lidar(sensor, notes))
+    )
     return [
         f"  <gazebo reference={_quoted(link)}>",
         f'    <sensor name={_quoted(sensor.name)} type="{kind}">',
@@ -98,31 +100,37 @@ def _gazebo(sensor: Sensor, link: str, notes: Notes) -> list[str]:
     ]
 
 
-def _camera(camera: Camera, notes: Notes) -> list[str]:
+def _camera(camera: Camera, notes: Notes) -> tuple[str, list[str]]:
+    """Return Gazebo's type of the camera and its elements; the field of view is that of the lens."""
     notes.written("link, optical frame and Gazebo sensor", camera.name)
     notes.ignored("ray lattice: the file has no place for it", camera.name)
-    report_distortion(camera, notes)
-    fx, fy, cx, cy = camera.intrinsics_px()
-    hfov_rad = 2.0 * math.atan(camera.image[0] / 2 / fx)
-    lens = (
-        ""
-        if camera.hfov_deg is not None
-        else (
-            f"<lens><intrinsics><fx>{fx!r}</fx><fy>{fy!r}</fy><cx>{cx!r}</cx><cy>{cy!r}</cy><s>0</s></intrinsics></lens>"
-        )
-    )
+    kind, lens = _lens(camera, notes)
     low, high = camera.range_m
-    clip = (
-        f"<clip><near>{low!r}</near><far>{high!r}</far></clip>" if camera.range_m != (0.0, math.inf) else ""
-    )
+    clip = f"<clip><near>{low!r}</near><far>{high!r}</far></clip>"
     width, height = camera.image
-    return [
+    hfov_rad = math.radians(extent(camera).wide_deg if camera.hfov_deg is None else camera.hfov_deg)
+    return kind, [
         "<camera>",
         f"  <horizontal_fov>{hfov_rad!r}</horizontal_fov>",
         f"  <image><width>{width}</width><height>{height}</height></image>",
-        *(f"  {part}" for part in (lens, clip) if part),
+        *(f"  {part}" for part in (lens, clip if camera.range_m != (0.0, math.inf) else "") if part),
         "</camera>",
     ]
+
+
+def _lens(camera: Camera, notes: Notes) -> tuple[str, str]:
+    """Return Gazebo's type of the camera and its <lens>: a matrix, or an equidistant fisheye."""
+    if camera.hfov_deg is not None:
+        return "camera", ""
+    is_fisheye = isinstance(camera.distortion, KannalaBrandt)
+    written = camera if camera.distortion is None else None if is_fisheye else pinhole_with_edges(camera)
+    if written is None:
+        report_lens(camera, equidistant(camera), "an equidistant fisheye in the middle of its image", notes)
+        return WIDE_ANGLE, f"<lens><type>{EQUIDISTANT}</type><scale_to_hfov>true</scale_to_hfov></lens>"
+    report_lens(camera, written, "a pinhole with the same edges", notes)
+    values = zip(("fx", "fy", "cx", "cy"), written.intrinsics_px(), strict=True)
+    inner = "".join(f"<{key}>{float(value)!r}</{key}>" for key, value in values)
+    return "camera", f"<lens><intrinsics>{inner}<s>0</s></intrinsics></lens>"
 
 
 def _lidar(lidar: Lidar, notes: Notes) -> list[str]:
@@ -130,12 +138,7 @@ def _lidar(lidar: Lidar, notes: Notes) -> list[str]:
     if lidar.model is not None:
         notes.ignored("model name: the file has no place for it", lidar.name)
     beams, turn = lidar.elevations(), lidar.azimuths()
-    if not isinstance(lidar.elevations_deg, EvenAngles) or not isinstance(lidar.azimuths_deg, EvenAngles):
-        notes.approximated(
-            "uneven angles: the file can only hold even ones, from the smallest to the largest", lidar.name
-        )
-    if lidar.azimuth_offsets_deg is not None:
-        notes.ignored("azimuth offsets of beams: the file has no place for them", lidar.name)
+    report_uneven(lidar, "Gazebo", notes)
     low, high = lidar.range_m
     return [
         "<lidar>",
