@@ -6,6 +6,7 @@ before it takes memory or hours. `docs/formats-boxes.md` lists them.
 
 from __future__ import annotations
 
+import errno
 import os
 import stat
 from collections.abc import Sized
@@ -19,6 +20,9 @@ MAX_FRAMES = 1_000_000_000
 MAX_NAMES = 10_000
 """Distinct class names of one data set that belong to no class; real ones have a few dozen."""
 MAX_NAME_CHARS = 200
+MAX_SEQUENCES = 1_000_000
+MAX_FILES = 1_000_000
+"""Files of one folder."""
 
 
 def open_regular(path: Path, accepted: str) -> BinaryIO:
@@ -38,8 +42,16 @@ def open_regular(path: Path, accepted: str) -> BinaryIO:
 
 def require_regular(path: Path, status: os.stat_result, accepted: str) -> None:
     """Raise InputError unless this is the status of a regular file."""
+    if stat.S_ISDIR(status.st_mode):
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
     if not stat.S_ISREG(status.st_mode):
         raise InputError(f"{path}: found {_kind(status.st_mode)}, accepted is {accepted}")
+
+
+def require_few_files(count: int, folder: Path) -> None:
+    """Raise InputError when a folder holds more files than can be kept in mind."""
+    if count > MAX_FILES:
+        raise InputError(f"{folder}: more than {MAX_FILES} files, accepted are fewer")
 
 
 def require_few_names(names: Sized, where: object) -> None:
@@ -55,8 +67,6 @@ def one_line(text: str, limit: int = 200) -> str:
 
 
 def _kind(mode: int) -> str:
-    if stat.S_ISDIR(mode):
-        return "a folder"
     if stat.S_ISFIFO(mode):
         return "a pipe"
     return "a device" if stat.S_ISCHR(mode) or stat.S_ISBLK(mode) else "something that is not a file"

@@ -54,7 +54,7 @@ class ArgoverseSource(FileBoxSource):
         code = category.indices.to_numpy().astype(np.intp)
         cls = np.asarray(self.options.classes.codes(names), dtype=np.int64)[code]
         missed = np.bincount(code[cls == UNMAPPED], minlength=len(names))
-        tally.unmapped.update({name: int(n) for name, n in zip(names, missed, strict=True) if n})
+        tally.miss({name: int(n) for name, n in zip(names, missed, strict=True) if n}, self.path)
         rows = np.flatnonzero(cls != UNMAPPED)
         boxes = _boxes(self.path, table, frame, cls, rows[np.argsort(frame[rows], kind="stable")])
         start = 0

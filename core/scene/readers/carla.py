@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
 from riglens.core.scene.boxes import BoxBatch, Progress
+from riglens.core.scene.limits import open_regular, require_few_files
 from riglens.core.scene.readers.classes import UNMAPPED
 from riglens.core.scene.readers.common import (
     BATCH_BOXES,
@@ -73,7 +74,7 @@ class CarlaSource(FileBoxSource):
         names = [name for _, name in self._entries[rows]]
         folders = [name.partition("/")[0] for name in names]
         codes = np.asarray(self.options.classes.codes(folders), dtype=np.int64)
-        tally.unmapped.update(folder for folder, code in zip(folders, codes, strict=True) if code == UNMAPPED)
+        tally.miss((name for name, code in zip(folders, codes, strict=True) if code == UNMAPPED), self.path)
         kept = np.flatnonzero(codes != UNMAPPED)
         corners = [read_corners(self.path / names[row]) for row in kept]
         flipped = np.asarray(corners, dtype=np.float64).reshape(-1, 8, 3) * [1.0, -1.0, 1.0]
@@ -92,11 +93,12 @@ class CarlaSource(FileBoxSource):
 
 def read_corners(path: Path) -> NDArray[np.float64]:
     """Return the corners (8, 3) of one file as stored; pickled objects are refused without being unpickled."""
-    if path.stat().st_size > MAX_FILE_BYTES:
+    with open_regular(path, "a .npy file of numbers") as file:
+        data = file.read(MAX_FILE_BYTES + 1)
+    if len(data) > MAX_FILE_BYTES:
         raise InputError(
             f"{path}: larger than {MAX_FILE_BYTES >> 10} KiB, accepted are the 8 corners of one box"
         )
-    data = path.read_bytes()
     try:
         array = np.load(BytesIO(data), allow_pickle=False)
     except Exception as error:  # anything that numpy may raise for broken bytes
@@ -152,6 +154,7 @@ def _entries(path: Path) -> list[tuple[int, str]]:
             if not frame.isdecimal() or not frame.isascii() or len(frame) > 18:
                 raise InputError(f"{file}: no frame number in the name, accepted is <actor>_<frame>.npy")
             entries.append((int(frame), f"{folder}/{file.name}"))
+            require_few_files(len(entries), path)
     return sorted(entries)
 
 

@@ -7,10 +7,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property
 
-from riglens.core.errors import InputError
 from riglens.core.geometry import Vec3
 from riglens.core.scene.boxes import BoxBatch, DataReport, Progress
-from riglens.core.scene.readers.common import FileBoxSource, added_up, with_all_frames
+from riglens.core.scene.readers.common import FileBoxSource, added_up, require_frames, with_all_frames
 
 
 class BoxCollection:
@@ -28,8 +27,7 @@ class BoxCollection:
         frames: int | None = None,
         is_part: bool = False,
     ) -> None:
-        if frames is not None and frames < 1:
-            raise InputError(f"frames: found {frames}, accepted is a whole number of at least 1")
+        require_frames(frames)
         self.name = name
         self._members, self._frames, self._is_part = tuple(members), frames, is_part
         self._report: DataReport | None = None

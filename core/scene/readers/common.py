@@ -6,7 +6,7 @@ import hashlib
 import math
 from abc import ABC, abstractmethod
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from riglens.core.errors import InputError
 from riglens.core.geometry import Vec3
 from riglens.core.scene.boxes import CLASSES, BoxBatch, DataReport, Progress
-from riglens.core.scene.limits import one_line
+from riglens.core.scene.limits import MAX_FRAMES, one_line, open_regular, require_few_names
 from riglens.core.scene.readers.classes import ClassTable
 
 MAX_POSITION_M = 1e6
@@ -53,8 +53,7 @@ class BoxOptions:
     def __post_init__(self) -> None:
         if not all(math.isfinite(value) and abs(value) <= MAX_POSITION_M for value in self.origin_m):
             raise InputError(f"origin: found {self.origin_m}, accepted are three finite numbers in metres")
-        if self.frames is not None and self.frames < 1:
-            raise InputError(f"frames: found {self.frames}, accepted is a whole number of at least 1")
+        require_frames(self.frames)
 
 
 @dataclass
@@ -69,6 +68,11 @@ class Tally:
     boxes: NDArray[np.int64] = field(default_factory=lambda: np.zeros(len(CLASSES), dtype=np.int64))
     unmapped: Counter[str] = field(default_factory=Counter)
     notes: list[str] = field(default_factory=list)
+
+    def miss(self, names: Iterable[str] | Mapping[str, int], where: object) -> None:
+        """Count names that belong to no class; raise InputError when there are too many different ones."""
+        self.unmapped.update(names)
+        require_few_names(self.unmapped, where)
 
 
 class FileBoxSource(ABC):
@@ -148,13 +152,24 @@ class FileBoxSource(ABC):
         return report if self.options.is_part else with_all_frames(report, self.options.frames)
 
 
+def require_frames(frames: int | None) -> None:
+    """Raise InputError for a number of frames, where one is given, that no data set has."""
+    if frames is not None and not 1 <= frames <= MAX_FRAMES:
+        found = frames if abs(frames) < 1 << 64 else "a very large number"
+        raise InputError(f"frames: found {found}, accepted is a whole number from 1 to {MAX_FRAMES}")
+
+
 def added_up(name: str, sha256: str, reports: Sequence[DataReport]) -> DataReport:
     """Return one report for several sets of frames; notes that several share appear once."""
+    unmapped = Counter[str]()
+    for report in reports:
+        unmapped.update(report.unmapped)
+        require_few_names(unmapped, name)
     return DataReport(
         name,
         sum(report.frames for report in reports),
         {cls: sum(report.boxes[cls] for report in reports) for cls in CLASSES},
-        sum((report.unmapped for report in reports), Counter[str]()),
+        unmapped,
         sha256,
         tuple(dict.fromkeys(note for report in reports for note in report.notes)),
         sum(report.sequences for report in reports),
@@ -168,6 +183,8 @@ def with_all_frames(report: DataReport, frames: int | None) -> DataReport:
     """
     if report.frames == 0:
         raise InputError(f"{report.source}: found no boxes, accepted is a data set with at least one frame")
+    if report.frames > MAX_FRAMES:
+        raise InputError(f"{report.source}: found {report.frames} frames, accepted are at most {MAX_FRAMES}")
     if frames is not None and frames < report.frames:
         raise InputError(
             f"{report.source}: frames: found {frames}, but the data hold {report.frames} frames already"
@@ -246,7 +263,7 @@ def _ignore_progress(fraction: float) -> None:
 def _file_digest(path: Path) -> bytes:
     """Return the SHA-256 of a file's bytes, read in pieces."""
     digest = hashlib.sha256()
-    with path.open("rb") as file:
+    with open_regular(path, "a file") as file:
         while piece := file.read(_HASH_CHUNK):
             digest.update(piece)
     return digest.digest()

@@ -10,10 +10,14 @@ from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
 from riglens.core.scene.boxes import BoxBatch
+from riglens.core.scene.limits import MAX_SEQUENCES
 from riglens.core.scene.readers.common import join, select, shown
 
 MAX_BOXES_PER_FRAME = 1_000_000
 """More than this in one frame is not traffic but a broken table; this bounds the memory."""
+
+
+_TOO_MANY = f"more than {MAX_SEQUENCES} sequences, accepted are fewer"
 
 
 class RowError(Exception):
@@ -67,6 +71,8 @@ class FrameCounter:
         numbers = np.zeros(len(names), dtype=np.int64)
         for code in used[np.argsort(first)]:
             numbers[code] = self._sequences.setdefault(names[code], len(self._sequences))
+            if len(self._sequences) > MAX_SEQUENCES:
+                raise RowError(int(first[used == code][0]), _TOO_MANY)
         return numbers[codes]
 
 

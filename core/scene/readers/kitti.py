@@ -8,6 +8,7 @@ Source of the format: the development kits of the KITTI object and tracking benc
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -18,6 +19,7 @@ from numpy.typing import NDArray
 from riglens.core.errors import InputError
 from riglens.core.geometry import Vec3
 from riglens.core.scene.boxes import BoxBatch, Progress
+from riglens.core.scene.limits import MAX_NAME_CHARS, open_regular, require_few_files
 from riglens.core.scene.readers.classes import UNMAPPED
 from riglens.core.scene.readers.common import (
     BoxOptions,
@@ -34,6 +36,9 @@ VELODYNE_M: Vec3 = (0.4, 0.0, 1.73)
 """Place of the Velodyne in the vehicle frame of the KITTI car, about."""
 
 MAX_FILE_BYTES = 1 << 26
+MAX_LINE_BYTES = 4096
+MAX_LINES = 500_000
+_TEXT_FILE = "a KITTI text file"
 _FILES_PER_BATCH = 256
 _BOX_FIELDS = ("height", "width", "length", "x", "y", "z", "rotation_y")
 _CALIB_SIZES = {"R_rect": 9, "Tr_velo_cam": 12}
@@ -119,9 +124,8 @@ class KittiSource(FileBoxSource):
         """Return the mapped boxes of one label file, with frames numbered after those of the previous files."""
         labels = read_labels(label, self._layout)
         codes = np.asarray(self.options.classes.codes(labels.names), dtype=np.int64)
-        tally.unmapped.update(
-            name for name, code in zip(labels.names, codes, strict=True) if code == UNMAPPED
-        )
+        unmapped = (name for name, code in zip(labels.names, codes, strict=True) if code == UNMAPPED)
+        tally.miss(unmapped, label)
         rows = np.flatnonzero(codes != UNMAPPED)
         rows = rows[np.argsort(labels.frame[rows], kind="stable")]
         first_frame = tally.frames
@@ -187,6 +191,9 @@ def read_labels(path: Path, layout: LabelLayout) -> Labels:
             accepted = f"{first + 15} or {first + 16}"
             raise InputError(f"{path}:{number}: found {len(fields)} values, accepted are {accepted}")
         place = f"{path}:{number}"
+        if len(fields[first]) > MAX_NAME_CHARS:
+            found = f"type: found {len(fields[first])} characters"
+            raise InputError(f"{place}: {found}, accepted is a name of at most {MAX_NAME_CHARS}")
         frames.append(_frame(place, fields[0]) if layout.tracking else 0)
         names.append(fields[first])
         values = fields[first + 8 : first + 15]
@@ -199,19 +206,31 @@ def read_labels(path: Path, layout: LabelLayout) -> Labels:
 
 
 def _label_files(folder: Path) -> list[Path]:
-    return sorted(file for file in folder.glob("*.txt") if not file.name.startswith("."))
+    files = []
+    for file in folder.glob("*.txt"):
+        if not file.name.startswith("."):
+            files.append(file)
+            require_few_files(len(files), folder)
+    return sorted(files)
 
 
 def _text_lines(path: Path) -> Iterator[tuple[int, str]]:
-    """Return the numbered lines of a small text file that are not blank."""
-    if path.stat().st_size > MAX_FILE_BYTES:
-        raise InputError(f"{path}: larger than {MAX_FILE_BYTES >> 20} MiB, accepted is a KITTI text file")
-    for number, line in enumerate(path.read_bytes().split(b"\n"), start=1):
-        if line.strip():
-            try:
-                yield number, line.decode("ascii")
-            except UnicodeDecodeError as error:
-                raise InputError(f"{path}:{number}: found bytes that are not ASCII text") from error
+    """Yield the numbered lines of a small text file that are not blank."""
+    with open_regular(path, _TEXT_FILE) as file:
+        if os.fstat(file.fileno()).st_size > MAX_FILE_BYTES:
+            raise InputError(f"{path}: larger than {MAX_FILE_BYTES >> 20} MiB, accepted is {_TEXT_FILE}")
+        for number, line in enumerate(iter(lambda: file.readline(MAX_LINE_BYTES + 1), b""), start=1):
+            if len(line) > MAX_LINE_BYTES:
+                raise InputError(
+                    f"{path}:{number}: a line of more than {MAX_LINE_BYTES} bytes, accepted is {_TEXT_FILE}"
+                )
+            if number > MAX_LINES:
+                raise InputError(f"{path}: more than {MAX_LINES} lines, accepted is {_TEXT_FILE}")
+            if line.strip():
+                try:
+                    yield number, line.decode("ascii")
+                except UnicodeDecodeError as error:
+                    raise InputError(f"{path}:{number}: found bytes that are not ASCII text") from error
 
 
 def _frame(place: str, text: str) -> int:

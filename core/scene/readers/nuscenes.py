@@ -67,7 +67,7 @@ class NuscenesSource(FileBoxSource):
             for record in table.records(self._tables.share("sample_annotation", progress)):
                 name = table.found(record, "instance_token", names)
                 if codes[name] == UNMAPPED:
-                    tally.unmapped[name] += 1
+                    tally.miss([name], table.path)
                     continue
                 _take(table, record, samples, codes[name], rows)
                 if len(rows.sample) == BATCH_BOXES:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
 from riglens.core.scene.boxes import Progress, rotations_from_quaternions
+from riglens.core.scene.limits import MAX_NAME_CHARS
 from riglens.core.scene.readers.common import shown
 from riglens.core.scene.readers.json_records import Record, json_records
 
@@ -33,6 +34,9 @@ TABLES = (
 )
 """The tables that determine the boxes, in the order in which they are read."""
 
+MAX_RECORDS = 50_000_000
+MAX_KEPT_RECORDS = 1_000_000
+"""Records of a table that is held in memory: samples, instances, categories, sensors and their calibrations."""
 _QUATERNION_TOLERANCE = 0.01
 V = TypeVar("V")
 
@@ -43,9 +47,12 @@ class Table:
     def __init__(self, path: Path) -> None:
         self.path = path
 
-    def records(self, progress: Progress) -> Iterator[Record]:
-        """Yield the records in the order of the file."""
-        return json_records(self.path, progress)
+    def records(self, progress: Progress, most: int = MAX_RECORDS) -> Iterator[Record]:
+        """Yield the records in the order of the file; raise InputError when there are more than `most`."""
+        for record in json_records(self.path, progress):
+            if record.number > most:
+                raise InputError(f"{self.path}: more than {most} records, accepted are fewer")
+            yield record
 
     def fail(self, record: Record, name: str, accepted: str) -> InputError:
         """Return the error for a field of a record."""
@@ -55,10 +62,10 @@ class Table:
         )
 
     def text(self, record: Record, name: str) -> str:
-        """Return a field that is text."""
+        """Return a field that is text, a token or a name."""
         value = record.fields.get(name)
-        if not isinstance(value, str):
-            raise self.fail(record, name, "text")
+        if not isinstance(value, str) or len(value) > MAX_NAME_CHARS:
+            raise self.fail(record, name, f"text of at most {MAX_NAME_CHARS} characters")
         return value
 
     def found(self, record: Record, name: str, values: Mapping[str, V]) -> V:
@@ -152,14 +159,14 @@ class NuscenesTables:
         table = self.table("instance")
         return {
             table.text(record, "token"): table.found(record, "category_token", names)
-            for record in table.records(self.share("instance", progress))
+            for record in table.records(self.share("instance", progress), MAX_KEPT_RECORDS)
         }
 
     def _numbered_samples(self, progress: Progress) -> tuple[dict[str, int], int]:
         """Return frame by token, scenes in the order of their first sample, samples by time; and how many scenes."""
         table, scenes = self.table("sample"), dict[str, int]()
         rows = []
-        for record in table.records(self.share("sample", progress)):
+        for record in table.records(self.share("sample", progress), MAX_KEPT_RECORDS):
             scene = scenes.setdefault(table.text(record, "scene_token"), len(scenes))
             time = record.fields.get("timestamp")
             if type(time) not in (int, float):
@@ -194,7 +201,7 @@ class NuscenesTables:
     def _columns(self, name: str, field: str, progress: Progress) -> dict[str, str]:
         """Return one text field by token."""
         table = self.table(name)
-        records = table.records(self.share(name, progress))
+        records = table.records(self.share(name, progress), MAX_KEPT_RECORDS)
         return {table.text(record, "token"): table.text(record, field) for record in records}
 
 

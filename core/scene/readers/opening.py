@@ -8,6 +8,7 @@ from pathlib import Path
 
 from riglens.core.errors import InputError
 from riglens.core.geometry import Vec3
+from riglens.core.scene.limits import require_few_files
 from riglens.core.scene.readers import argoverse_files, nuscenes
 from riglens.core.scene.readers.argoverse_files import find_logs, is_feather
 from riglens.core.scene.readers.carla import FOLDERS, CarlaSource
@@ -150,6 +151,7 @@ def _open_folder(place: Path, layout: str, how: HowToRead, is_part: bool) -> Sou
     if layout == "carla":
         return CarlaSource(place, how.options(CARLA, is_part))
     files = find_logs(place) if layout == "argoverse" else _box_tables(place)
+    require_few_files(len(files), place)
     members = [_open_file(file, layout, how, is_part=True) for file in files]
     return BoxCollection(str(place), members, None if is_part else how.frames, is_part)
 

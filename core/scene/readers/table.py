@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
 from riglens.core.scene.boxes import BoxBatch, Progress, rotations_from_yaw
-from riglens.core.scene.limits import one_line
+from riglens.core.scene.limits import MAX_NAME_CHARS, one_line
 from riglens.core.scene.readers.classes import UNMAPPED
 from riglens.core.scene.readers.common import (
     BadBox,
@@ -94,11 +94,13 @@ class TableSource(FileBoxSource):
     def _boxes(self, piece: Piece, counter: FrameCounter, tally: Tally) -> BoxBatch:
         """Return mapped rows as boxes; raise RowError for a frame out of order or an impossible number."""
         _check_frames(piece.frame)
+        _check_lengths("seq", piece.seq)
+        _check_lengths("cls", piece.cls)
         frame = counter.number(piece.seq.distinct, piece.seq.codes, piece.frame)
         cls = np.asarray(self.options.classes.codes(piece.cls.distinct), dtype=np.int64)[piece.cls.codes]
         rows = np.flatnonzero(cls != UNMAPPED)
         missed = np.bincount(piece.cls.codes[cls == UNMAPPED], minlength=len(piece.cls.distinct))
-        tally.unmapped.update({name: int(n) for name, n in zip(piece.cls.distinct, missed, strict=True) if n})
+        tally.miss({name: int(n) for name, n in zip(piece.cls.distinct, missed, strict=True) if n}, self.path)
         numbers = piece.numbers[rows]
         _check_numbers(numbers, rows)
         rotation = rotations_from_yaw(numbers[:, 6])
@@ -230,6 +232,14 @@ def _check_frames(frame: NDArray[np.int64]) -> None:
     if frame.size and frame.min() < 0:
         row = int(np.argmax(frame < 0))
         raise RowError(row, f"column 'frame': found {frame[row]}, accepted is {ACCEPTED['frame']}")
+
+
+def _check_lengths(column: str, names: Names) -> None:
+    for code, name in enumerate(names.distinct):
+        if len(name) > MAX_NAME_CHARS:
+            row = int(np.argmax(names.codes == code))
+            found = f"column {column!r}: found {len(name)} characters"
+            raise RowError(row, f"{found}, accepted is a name of at most {MAX_NAME_CHARS}")
 
 
 def _check_numbers(numbers: NDArray[np.float64], rows: NDArray[np.intp]) -> None:

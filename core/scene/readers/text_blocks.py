@@ -11,9 +11,13 @@ from typing import BinaryIO, cast
 
 from riglens.core.errors import InputError
 from riglens.core.scene.boxes import Progress
+from riglens.core.scene.limits import open_regular
 
 BLOCK_BYTES = 1 << 20
 MAX_LINE_BYTES = 1 << 16
+MAX_EXPANSION = 200
+FREE_EXPANSION_BYTES = 1 << 30
+"""Tables shrink to a third or a twentieth; up to this size they may consist of nothing but repetitions."""
 GZIP_MAGIC = b"\x1f\x8b"
 
 
@@ -63,7 +67,7 @@ def byte_pieces(path: Path, progress: Progress) -> Iterator[bytes]:
     Raise InputError when the compression is damaged or cut off.
     """
     size = max(1, path.stat().st_size)
-    with path.open("rb") as raw:
+    with open_regular(path, "a file of text or records") as raw:
         for piece in _decompressed(path, raw):
             yield piece
             progress(raw.tell() / size)
@@ -74,8 +78,13 @@ def _decompressed(path: Path, raw: BinaryIO) -> Iterator[bytes]:
     compressed = raw.read(2) == GZIP_MAGIC or path.suffix.lower() == ".gz"
     raw.seek(0)
     stream = cast(BinaryIO, gzip.GzipFile(fileobj=raw)) if compressed else raw
+    total = 0
     try:
         while piece := stream.read(BLOCK_BYTES):
+            total += len(piece)
+            if compressed and total > max(FREE_EXPANSION_BYTES, MAX_EXPANSION * raw.tell()):
+                found = f"gzip data that expand more than {MAX_EXPANSION} times"
+                raise InputError(f"{path}: found {found}, accepted are those of a table")
             yield piece
     except (EOFError, zlib.error, gzip.BadGzipFile) as error:
         raise InputError(f"{path}: damaged or cut off gzip data ({error})") from error
