@@ -1,17 +1,23 @@
 """Workers of a Dask cluster that build groups of a data set, on as many machines as it has.
 
-The workers read the data themselves, under the same paths, and send back finished POG files. A task whose worker
-dies is given to another one by Dask itself.
+The workers read the data themselves, under the same paths, and send back finished POG files as plain bytes. A task
+whose worker dies is given to another one by Dask itself. Nothing here waits for ever: each wait has its limit.
 """
 
 from __future__ import annotations
 
+import asyncio
+import contextlib
+import logging
 import re
 import socket
-from collections.abc import Iterator
-from concurrent.futures import CancelledError, Executor, Future
+import ssl
+import threading
+import time
+from collections.abc import Callable, Collection, Iterator
+from concurrent.futures import CancelledError, Future
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, NamedTuple, TypeVar
 from urllib.parse import urlsplit
 
 from riglens.core.errors import InputError
@@ -19,61 +25,223 @@ from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.pog_parts import group_file
 from riglens.core.scene.readers.collection import BoxCollection
 
-TIMEOUT_S = 10
+Result = TypeVar("Result")
+
+
+class Limits(NamedTuple):
+    """How long to wait, in seconds: for a scheduler and its first worker, for an answer, for new workers."""
+
+    connect_s: float = 10.0
+    silent_s: float = 60.0
+    without_workers_s: float = 60.0
+
+
+LIMITS = Limits()
+_POLL_S, _LOOK_S = 0.05, 2.0
+"""How often to look for finished groups, and how often to ask the scheduler whether it still has workers."""
 _ADDRESS = re.compile(r"(tcp|tls)://[^\s/]+:\d{1,5}")
+_BUILT, _REFUSED = b"+", b"-"
+"""First byte of what a worker returns: a POG file follows, or a message."""
+_PLAIN = {"serializers": ["msgpack"], "deserializers": ["msgpack", "error"]}
+"""Results travel as plain bytes: by default, Dask would unpickle whatever a worker sends."""
+_NO_RESULT = "sent a result that is none (do its workers run this version of RigLens?)"
+_KEPT = "what is finished is kept: run the same command again"
 
 
 class ClusterWorkers:
-    """The workers of a cluster, as an executor."""
+    """The workers of a cluster."""
 
-    def __init__(self, executor: Executor, count: int) -> None:
-        self._executor = executor
+    def __init__(self, client: Any, count: int, address: str, limits: Limits = LIMITS) -> None:
         self.ahead = 2 * count
+        self._client, self._address, self._limits = client, address, limits
+        self._tasks = dict[Future[bytes], Any]()
+        self._bare_since_s: float | None = None
 
     def submit(self, group: BoxCollection, grid: VoxelGrid) -> Future[bytes]:
-        """Begin to build one group on some worker."""
-        return self._executor.submit(group_file, group, grid)
+        """Begin to build one group on some worker; `wait` says when the result is there."""
+        future = Future[bytes]()
+        try:
+            self._tasks[future] = self._client.submit(_build, group, grid, pure=False)
+        except Exception as error:  # the client has closed itself, which is told in a dozen ways
+            raise self._lost(f"takes no more work ({type(error).__name__})") from error
+        return future
+
+    def wait(self, waiting: Collection[Future[bytes]]) -> set[Future[bytes]]:
+        """Wait for one of the futures at least, and return those that are done.
+
+        Raise ChildProcessError when the scheduler stops answering or is without workers for too long.
+        """
+        looked_s = time.monotonic()
+        while not (done := {future for future in waiting if self._is_over(future)}):
+            time.sleep(_POLL_S)
+            if time.monotonic() - looked_s >= min(_LOOK_S, self._limits.without_workers_s):
+                self._require_alive()
+                looked_s = time.monotonic()
+        for future in done:
+            try:
+                future.set_result(self._content(self._tasks.pop(future)))
+            except Exception as error:
+                future.set_exception(error)
+        return done
+
+    def _is_over(self, future: Future[bytes]) -> bool:
+        return self._tasks[future].status in ("finished", "error", "cancelled")
+
+    def _content(self, task: Any) -> bytes:
+        """Return a finished group; InputError when the worker could not read the data."""
+        try:
+            answer = _within(self._limits.silent_s, task.result)
+        except (CancelledError, asyncio.CancelledError) as error:  # what tasks of a lost scheduler raise
+            raise self._lost("went away") from error
+        except TimeoutError as error:
+            raise self._lost(
+                f"sent no result within {self._limits.silent_s:g} s (have its workers gone?)"
+            ) from error
+        except Exception as error:
+            if task.status != "error" and isinstance(error, TypeError):  # it is not plain bytes
+                raise self._lost(_NO_RESULT) from error
+            if task.status != "error":  # it was built, but did not arrive
+                raise self._lost(f"went away ({type(error).__name__})") from error
+            if type(error).__name__ == "KilledWorker":
+                raise self._lost("lost several workers over the same group (out of memory?)") from error
+            raise self._lost(f"could not build a group ({_line(error)})") from error
+        if not isinstance(answer, bytes) or answer[:1] not in (_BUILT, _REFUSED):
+            raise self._lost(_NO_RESULT)
+        if answer[:1] == _REFUSED:
+            raise InputError(f"--dask: on worker {_line(answer[1:].decode('utf-8', 'replace'))}")
+        return answer[1:]
+
+    def _require_alive(self) -> None:
+        try:
+            workers = _within(self._limits.silent_s, lambda: self._client.sync(self._client.scheduler.ncores))
+        except TimeoutError as error:
+            raise self._lost(f"has not answered for {self._limits.silent_s:g} s") from error
+        except Exception as error:  # the connection is lost, or the client has given up and closed itself
+            raise self._lost("went away") from error
+        now_s = time.monotonic()
+        if workers:
+            self._bare_since_s = None
+        elif self._bare_since_s is None:
+            self._bare_since_s = now_s
+        elif now_s - self._bare_since_s >= self._limits.without_workers_s:
+            raise self._lost(f"has had no workers for {self._limits.without_workers_s:g} s")
+
+    def _lost(self, what: str) -> ChildProcessError:
+        return ChildProcessError(f"--dask: the cluster at {self._address} {what}; {_KEPT}")
 
 
 @contextmanager
-def cluster_workers(address: str) -> Iterator[ClusterWorkers]:
-    """The workers of the cluster whose scheduler listens at `address` (tcp://HOST:PORT), while the block runs.
+def cluster_workers(address: str, limits: Limits = LIMITS) -> Iterator[ClusterWorkers]:
+    """The workers of the cluster whose scheduler listens at `address`, tcp:// or tls://HOST:PORT, while the block runs.
 
-    Raises InputError when Dask is not installed or nothing answers within TIMEOUT_S, ChildProcessError when the
-    cluster goes away or several workers died of the same group.
+    Raises InputError when Dask is not installed, certificates are missing or nothing answers in time,
+    ChildProcessError when the cluster goes away or several workers died of the same group.
     """
     if not _ADDRESS.fullmatch(address):
-        raise InputError(f"--dask: found '{address}', accepted is tcp://HOST:PORT")
+        raise InputError(f"--dask: found '{address}', accepted is tcp://HOST:PORT or tls://HOST:PORT")
     distributed = _distributed()
-    where = urlsplit(address)
-    try:
-        # a client that finds nobody would leave its thread behind
-        socket.create_connection((where.hostname or "", where.port or 0), TIMEOUT_S).close()
-        client = distributed.Client(address, timeout=TIMEOUT_S, set_as_default=False)
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or f"not within {TIMEOUT_S} s"
-        raise InputError(f"--dask: no scheduler answers at {address} ({reason})") from error
-    with client:
-        yield from _workers(client, address)
-
-
-def _workers(client: Any, address: str) -> Iterator[ClusterWorkers]:
-    try:
-        client.wait_for_workers(1, timeout=TIMEOUT_S)
-    except TimeoutError as error:
-        raise InputError(f"--dask: the scheduler at {address} has no workers") from error
-    distributed = _distributed()
-    try:
-        executor = client.get_executor(pure=False)
+    with _quiet():
+        client = _client(distributed, address, limits)
         try:
-            yield ClusterWorkers(executor, len(client.nthreads()))
+            yield ClusterWorkers(client, _count_workers(client, address, limits), address, limits)
         finally:
-            executor.shutdown(wait=False)
-    except (distributed.KilledWorker, distributed.CommClosedError, CancelledError) as error:
-        raise ChildProcessError(
-            f"--dask: the cluster at {address} lost its workers ({type(error).__name__}); what is finished is kept: "
-            "run the same command again"
-        ) from error
+            with contextlib.suppress(Exception):
+                _within(limits.connect_s, client.close)
+
+
+def _client(distributed: Any, address: str, limits: Limits) -> Any:
+    where = urlsplit(address)
+    certificates = _certificates(distributed) if where.scheme == "tls" else None
+    try:
+        # a client that finds nobody, or nobody who speaks, would leave its thread behind
+        plain = socket.create_connection((where.hostname or "", where.port or 0), limits.connect_s)
+        with certificates.wrap_socket(plain) if certificates else plain as connection:
+            if not connection.recv(1):
+                raise ConnectionResetError(None, "the connection was closed")
+        return _within(
+            limits.connect_s,
+            lambda: distributed.Client(address, timeout=limits.connect_s, set_as_default=False, **_PLAIN),
+        )
+    except Exception as error:  # whatever listens there may send anything
+        in_time = f"not within {limits.connect_s:g} s"
+        other = in_time if isinstance(error, TimeoutError | ValueError) else _line(error)
+        reason = getattr(error, "strerror", None) or other
+        raise InputError(f"--dask: no scheduler answers at {address} ({reason})") from error
+
+
+def _certificates(distributed: Any) -> ssl.SSLContext:
+    """Return what Dask's own settings give for encrypted connections; InputError when that is nothing."""
+    try:
+        context = distributed.Security().get_connection_args("client").get("ssl_context")
+    except Exception as error:
+        raise InputError(f"--dask: the certificates for tls:// cannot be used: {_line(error)}") from error
+    if not isinstance(context, ssl.SSLContext):
+        raise InputError(
+            "--dask: tls:// needs certificates; name them in DASK_DISTRIBUTED__COMM__TLS__CA_FILE, "
+            "DASK_DISTRIBUTED__COMM__TLS__CLIENT__CERT and DASK_DISTRIBUTED__COMM__TLS__CLIENT__KEY"
+        )
+    return context
+
+
+def _count_workers(client: Any, address: str, limits: Limits) -> int:
+    end_s = time.monotonic() + limits.connect_s
+    while True:
+        try:
+            workers = _within(limits.connect_s, lambda: client.sync(client.scheduler.ncores))
+        except Exception as error:
+            raise InputError(f"--dask: the scheduler at {address} stopped answering") from error
+        if workers:
+            return len(workers)
+        if time.monotonic() >= end_s:
+            raise InputError(f"--dask: the scheduler at {address} has no workers")
+        time.sleep(_POLL_S)
+
+
+def _build(group: BoxCollection, grid: VoxelGrid) -> bytes:
+    """What a worker runs. Errors that the user can mend come back as text: Dask would pickle an exception.
+
+    The content hash of the data is taken anew, so that a worker with other files under the same paths is noticed.
+    """
+    group.forget_hashes()
+    try:
+        return _BUILT + group_file(group, grid)
+    except (InputError, OSError) as error:
+        return _REFUSED + f"{socket.gethostname()}: {error}".encode()
+    except MemoryError:
+        return (
+            _REFUSED + f"{socket.gethostname()}: out of memory; use larger voxels or a smaller ROI".encode()
+        )
+
+
+def _within(limit_s: float, call: Callable[[], Result]) -> Result:
+    """Return what `call` returns; TimeoutError when that takes longer. Dask's own limits do not hold everywhere."""
+    result = Future[Result]()
+
+    def run() -> None:
+        try:
+            result.set_result(call())
+        except BaseException as error:
+            result.set_exception(error)
+
+    threading.Thread(target=run, daemon=True).start()
+    return result.result(limit_s)
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep Dask from logging tracebacks of what is told in one line here."""
+    before = logging.root.manager.disable
+    logging.disable(logging.CRITICAL)
+    try:
+        yield
+    finally:
+        logging.disable(before)
+
+
+def _line(what: object) -> str:
+    """Return an error or a worker's text as one short line of printable characters."""
+    text = f"{type(what).__name__}: {what}" if isinstance(what, BaseException) else str(what)
+    return "".join(sign if sign.isprintable() else " " for sign in text)[:500].strip()
 
 
 def _distributed() -> Any:

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import contextlib
 import threading
-from collections.abc import Iterable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, wait
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from concurrent.futures import Future
 from dataclasses import dataclass
 from io import BytesIO
 from itertools import islice, pairwise
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Protocol
 
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_write
@@ -39,6 +39,9 @@ class Workers(Protocol):
     def submit(self, group: BoxCollection, grid: VoxelGrid) -> Future[bytes]:
         """Begin to build one group; the result is the content of its POG file."""
 
+    def wait(self, waiting: Collection[Future[bytes]]) -> Collection[Future[bytes]]:
+        """Wait for one of the futures at least, and return those that are done."""
+
 
 class OwnProcess:
     """Builds in the calling process, one group after another."""
@@ -50,6 +53,10 @@ class OwnProcess:
         done: Future[bytes] = Future()
         done.set_result(group_file(group, grid))
         return done
+
+    def wait(self, waiting: Collection[Future[bytes]]) -> Collection[Future[bytes]]:
+        """Return them all: they were done before they were handed out."""
+        return list(waiting)
 
 
 class PartStore:
@@ -134,8 +141,9 @@ def build_in_parts(
         else:
             take(place, part)
     for place, content in _results(plan.groups, missing, grid, workers):
+        part = _received(content, plan.groups[place], grid)
         plan.store.save(plan.groups[place], content)
-        take(place, read_pog(BytesIO(content), is_part=True))
+        take(place, part)
     return total.pog(plan.source.merged([reports[place] for place in range(len(plan.groups))]))
 
 
@@ -147,17 +155,33 @@ def group_file(group: BoxCollection, grid: VoxelGrid, threads: int | None = None
     return stream.getvalue()
 
 
+def _received(content: bytes, group: BoxCollection, grid: VoxelGrid) -> Pog:
+    """The POG that a worker sent; ChildProcessError when it is damaged or not that of the group."""
+    try:
+        part = read_pog(BytesIO(content), is_part=True)
+    except Exception as error:  # damaged bytes make numpy, zipfile and zlib raise a dozen kinds of error
+        raise ChildProcessError("a worker sent a damaged part; what is finished is kept") from error
+    if part.grid != grid or part.data.sha256 != group.content_hash:
+        raise ChildProcessError(
+            "a worker sent a part of other data or of another grid: its files differ from those here; what is "
+            "finished is kept"
+        )
+    return part
+
+
 def _results(
     groups: Sequence[BoxCollection], places: Iterable[int], grid: VoxelGrid, workers: Workers
 ) -> Iterator[tuple[int, bytes]]:
-    """Finished groups as they come, with never more than `ahead` handed in, so that memory stays flat."""
-    waiting = dict[Future[Any], int]()
+    """Finished groups as they come, with never more than `ahead` handed in, so that memory stays flat.
+
+    A group that failed is told after those that are done by then: they are kept.
+    """
+    waiting = dict[Future[bytes], int]()
     rest = iter(places)
     while True:
         for place in islice(rest, workers.ahead - len(waiting)):
             waiting[workers.submit(groups[place], grid)] = place
         if not waiting:
             return
-        done, _ = wait(waiting, return_when=FIRST_COMPLETED)
-        for future in done:
+        for future in sorted(workers.wait(waiting), key=lambda future: future.exception() is not None):
             yield waiting.pop(future), future.result()

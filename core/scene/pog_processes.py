@@ -7,8 +7,9 @@ import multiprocessing.connection
 import os
 import signal
 import threading
-from collections.abc import Iterator
-from concurrent.futures import Future, ProcessPoolExecutor
+from collections.abc import Collection, Iterator
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor
+from concurrent.futures import wait as wait_for
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from multiprocessing import resource_tracker
@@ -30,6 +31,10 @@ class WorkerProcesses:
         """Begin to build one group as soon as a process is free."""
         with _ctrl_c_waits():
             return self._pool.submit(group_file, group, grid, self._threads)
+
+    def wait(self, waiting: Collection[Future[bytes]]) -> Collection[Future[bytes]]:
+        """Wait for one of the futures at least, and return those that are done."""
+        return wait_for(waiting, return_when=FIRST_COMPLETED).done
 
 
 @contextmanager

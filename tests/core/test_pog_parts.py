@@ -2,6 +2,7 @@
 
 import os
 import signal
+from collections.abc import Collection
 from concurrent.futures import Future
 from itertools import pairwise
 from pathlib import Path
@@ -155,6 +156,48 @@ def test_what_is_wrong_in_one_part_is_said_and_the_others_are_kept(paths: list[P
     with pytest.raises(InputError, match=r"004\.csv:2: column 'x': found 'abc'"):
         build_in_parts(plan, GRID, OwnProcess())
     assert plan.store.count() == 4
+
+
+class Late(OwnProcess):
+    """Hands in all groups at once, and the first of them fails."""
+
+    ahead = 8
+
+    def submit(self, group: BoxCollection, grid: VoxelGrid) -> Future[bytes]:
+        if "000.csv" not in group.parts()[0].name:
+            return super().submit(group, grid)
+        failed = Future[bytes]()
+        failed.set_exception(ChildProcessError("lost"))
+        return failed
+
+
+def test_groups_that_are_done_when_another_fails_are_kept(paths: list[Path], tmp_path: Path) -> None:
+    plan = PartsPlan.of(open_boxes(paths), GRID, tmp_path / "parts")
+    with pytest.raises(ChildProcessError, match="lost"):
+        build_in_parts(plan, GRID, Late())
+    assert plan.store.count() == 7
+
+
+@pytest.mark.parametrize("harm", ["cut", "of another grid", "of other data"])
+def test_a_part_that_a_worker_sent_is_checked_before_it_is_kept(
+    paths: list[Path], tmp_path: Path, harm: str
+) -> None:
+    plan = PartsPlan.of(open_boxes(paths), GRID, tmp_path / "parts")
+
+    class Spoiling(OwnProcess):
+        def submit(self, group: BoxCollection, grid: VoxelGrid) -> Future[bytes]:
+            if harm == "of other data":
+                return super().submit(plan.groups[7], grid)
+            return super().submit(group, grid if harm == "cut" else VoxelGrid(1.0, grid.roi_m))
+
+        def wait(self, waiting: Collection[Future[bytes]]) -> Collection[Future[bytes]]:
+            for future in waiting if harm == "cut" else ():
+                future._result = future.result()[:-300]
+            return list(waiting)
+
+    with pytest.raises(ChildProcessError, match=r"a worker sent a (damaged part|part of other data)"):
+        build_in_parts(plan, GRID, Spoiling())
+    assert plan.store.count() == 0
 
 
 def test_frames_of_the_whole_are_counted_once(paths: list[Path], tmp_path: Path) -> None:

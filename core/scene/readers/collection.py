@@ -48,6 +48,11 @@ class BoxCollection:
         hashes = sorted(member.content_hash for member in self._members)
         return hashlib.sha256(repr(("collection", self._frames, hashes)).encode()).hexdigest()
 
+    def forget_hashes(self) -> None:
+        """Have content hashes taken anew: the collection has come to another machine."""
+        for source in (self, *self._members):
+            vars(source).pop("content_hash", None)
+
     def batches(self, progress: Progress | None = None) -> Iterator[BoxBatch]:
         """Stream the boxes of all members; raise InputError on bad input."""
         reports: list[DataReport] = []
