@@ -6,6 +6,7 @@ import gzip
 import json
 import math
 import os
+import re
 import tomllib
 import zlib
 from collections.abc import Callable, Iterator
@@ -252,6 +253,8 @@ MAX_JSON_BYTES = 16_000_000
 MAX_TEXT_BYTES = 1_000_000
 MAX_YAML_BYTES = 200_000
 _BOM = "\ufeff"
+_OPENCV_HEADER = re.compile(r"\A%YAML:1\.[0-9][ \t]*(?=\r?$)", re.MULTILINE)
+_OPENCV_MATRIX = re.compile(r"(:[ \t]+)!!opencv-matrix(?=[ \t\r]*(?:[{#]|$))", re.MULTILINE)
 
 
 class Source:
@@ -311,10 +314,10 @@ class Source:
 
     @cached_property
     def yaml(self) -> Value:
-        """The YAML document, plain data only; raise InputError with the line."""
+        """The YAML document, plain data only, also as OpenCV writes it; raise InputError with the line."""
         if len(self.text) > MAX_YAML_BYTES:
             raise InputError(f"{self.where}: larger than {MAX_YAML_BYTES / 1e3:g} kB; accepted is a rig file")
-        return Value(plain_value(parse_yaml(self.text, self.where)), self.where)
+        return Value(plain_value(parse_yaml(_without_opencv(self.text), self.where)), self.where)
 
     @cached_property
     def toml(self) -> Value:
@@ -336,6 +339,11 @@ class Source:
             raise InputError(f"{self.where}: nested too deeply; accepted is a rig file") from error
         except ValueError as error:
             raise InputError(f"{self.where}: {shortened(str(error), 160)}") from error
+
+
+def _without_opencv(text: str) -> str:
+    """Return a text without what OpenCV adds to YAML: its header %YAML:1.0, and the tag of its matrices."""
+    return _OPENCV_MATRIX.sub(r"\1", _OPENCV_HEADER.sub("", text, count=1))
 
 
 def _content(path: Path, where: str, is_packed: bool, limit: int) -> bytes:
