@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 import contextlib
+import ctypes
 import errno
+import hashlib
 import os
+import re
 import secrets
 import shutil
+import socket
 import stat
+import sys
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import IO, Any, Literal, overload
+
+import psutil
 
 from riglens.core.errors import InputError
 
@@ -34,7 +41,8 @@ def atomic_write(
     """Open `path` for writing; the content appears there at once and complete, or not at all.
 
     Everything goes to a temporary file in the same folder, is flushed to the disk and renamed when the
-    block ends. On any exception, Ctrl-C included, the temporary file is removed and the old file stays.
+    block ends. On any exception, Ctrl-C included, the temporary file is removed and the old file stays; those
+    of runs that were killed are removed by the next write into the folder.
     Text is UTF-8 with line ends as written. Devices and pipes (/dev/null) are written directly; a symbolic
     link keeps pointing where it did. Raise InputError (one line) when the target cannot be written.
     """
@@ -74,7 +82,8 @@ def atomic_folder(path: str | os.PathLike[str], files: Mapping[str, bytes]) -> N
     InputError, and so is a place that cannot be written.
     """
     target = Path(os.path.realpath(path))
-    temporary = target.parent / f".{target.name[:100]}.{secrets.token_hex(6)}.tmp"
+    _remove_leftovers(target.parent)
+    temporary = _temporary(target)
     try:
         _require_replaceable(target, path, files)
         temporary.mkdir()
@@ -105,11 +114,17 @@ def _require_replaceable(target: Path, path: str | os.PathLike[str], files: Mapp
 
 
 def _swap_in(temporary: Path, target: Path) -> None:
-    """Put the new folder in the place of the old one, which comes back when that fails."""
+    """Put the new folder in the place of the old one, in one step where the system can exchange two names.
+
+    Elsewhere the old folder has another name for a moment; should the run be killed then, `_remove_leftovers` gives
+    the name back.
+    """
     if not target.exists():
         os.rename(temporary, target)
         return
-    old = target.parent / f"{temporary.name}.old"
+    if _exchanged(temporary, target):
+        return
+    old = temporary.with_name(f"{temporary.name}{_OLD}")
     os.rename(target, old)
     try:
         os.rename(temporary, target)
@@ -117,6 +132,71 @@ def _swap_in(temporary: Path, target: Path) -> None:
         os.rename(old, target)
         raise
     shutil.rmtree(old, ignore_errors=True)
+
+
+def _exchanged(one: Path, other: Path) -> bool:
+    """Exchange two names in one step; False where the system or the file system cannot."""
+    try:
+        library = ctypes.CDLL(None, use_errno=True)
+        if sys.platform == "darwin":
+            return int(library.renamex_np(os.fsencode(one), os.fsencode(other), ctypes.c_uint(2))) == 0
+        here = ctypes.c_int(-100)  # AT_FDCWD; 2 is RENAME_EXCHANGE here and RENAME_SWAP above
+        return int(library.renameat2(here, os.fsencode(one), here, os.fsencode(other), ctypes.c_uint(2))) == 0
+    except (OSError, AttributeError, TypeError):  # Windows, or a C library without the function
+        return False
+
+
+# ---------------------------------------------------------------- temporary names, and what killed runs left
+
+
+_OLD = ".old"
+_RUN = secrets.token_hex(4)
+"""Tells this run from an earlier one with the same process number, as runs in containers have."""
+_LEFTOVER = re.compile(
+    r"\.(?P<name>.+)\.(?P<place>[0-9a-f]{8})-(?P<process>\d{1,9})-(?P<run>[0-9a-f]{8})-[0-9a-f]{12}\.tmp(?P<old>\.old)?"
+)
+_NAME_BYTES = 80
+
+
+def _temporary(target: Path) -> Path:
+    """Return a new name beside the target that says which process writes there."""
+    owner = f"{_place()}-{os.getpid()}-{_RUN}"
+    name = os.fsencode(target.name)[:_NAME_BYTES].decode("utf-8", "ignore")
+    return target.parent / f".{name}.{owner}-{secrets.token_hex(6)}.tmp"
+
+
+def _place() -> str:
+    """Return where process numbers mean the same: the machine, and the container."""
+    container = ""
+    with contextlib.suppress(OSError):
+        container = os.readlink("/proc/self/ns/pid")
+    return hashlib.sha256(f"{socket.gethostname()} {container}".encode()).hexdigest()[:8]
+
+
+def _remove_leftovers(folder: Path) -> None:
+    """Remove temporary files and folders whose process is gone; give an old folder its name back if it lost it."""
+    with contextlib.suppress(OSError):
+        for entry in [Path(found) for found in os.scandir(folder) if found.name.startswith(".")]:
+            found = _LEFTOVER.fullmatch(entry.name)
+            if found is None or not _is_dead(found["place"], int(found["process"]), found["run"]):
+                continue
+            lost = folder / found["name"]
+            if (
+                found["old"]
+                and len(os.fsencode(found["name"])) < _NAME_BYTES - 3
+                and not os.path.lexists(lost)
+            ):
+                entry.rename(lost)
+            elif entry.is_dir() and not entry.is_symlink():
+                shutil.rmtree(entry, ignore_errors=True)
+            else:
+                entry.unlink(missing_ok=True)
+
+
+def _is_dead(place: str, process: int, run: str) -> bool:
+    if place != _place():
+        return False
+    return run != _RUN if process == os.getpid() else not psutil.pid_exists(process)
 
 
 def _problem(target: Path) -> str:
@@ -133,7 +213,8 @@ def _problem(target: Path) -> str:
 def _replace_when_done(
     target: Path, path: str | os.PathLike[str], mode: Literal["w", "wb"]
 ) -> Iterator[IO[Any]]:
-    temporary = target.parent / f".{target.name[:100]}.{secrets.token_hex(6)}.tmp"
+    _remove_leftovers(target.parent)
+    temporary = _temporary(target)
     try:
         with _open(temporary, mode, "x") as stream:
             yield stream

@@ -1,4 +1,4 @@
-"""Ctrl-C in each phase of the program (a command, the start of the window, the window), and a prompt end.
+"""Ctrl-C and SIGTERM in each phase of the program (a command, the start of the window, the window), and a prompt end.
 
 No Qt here before there is a window: this is needed while Qt is being loaded.
 """
@@ -22,6 +22,20 @@ AGAIN_S = 3.0
 GRACE_S = 1.0
 """How long threads may outlive the window: the compilation of a kernel cannot be aborted."""
 INTERRUPTED = 130
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
+"""Ctrl-C, and what ends a job, a container or a session of the desktop: both leave no half-done work behind."""
+
+
+@contextmanager
+def _heard_by(handler: Callable[[int, FrameType | None], object]) -> Iterator[None]:
+    """Have a handler called for the signals while the block runs."""
+    before = {number: signal.signal(number, handler) for number in SIGNALS}
+    try:
+        yield
+    finally:
+        for number, earlier in before.items():
+            signal.signal(number, earlier)
+
 
 # ---------------------------------------------------------------- commands
 
@@ -42,7 +56,7 @@ class Alarm(Protocol):
 def insistent_interrupt(
     timer_of: Callable[[float, Callable[[], None]], Alarm] = threading.Timer,
 ) -> Iterator[None]:
-    """Have Ctrl-C interrupt the main thread again and again until the exception arrives here.
+    """Have Ctrl-C or SIGTERM interrupt the main thread again and again until the exception arrives here.
 
     The compiler calls back into Python while it makes a kernel, and what is raised there is lost.
     """
@@ -58,15 +72,14 @@ def insistent_interrupt(
         timer.start()
         raise KeyboardInterrupt
 
-    before = signal.signal(signal.SIGINT, interrupt)
     try:
-        yield
+        with _heard_by(interrupt):
+            yield
     except Exception as error:
         if timers:  # what failed, failed for want of what the interruption left undone
             raise KeyboardInterrupt from error
         raise
     finally:
-        signal.signal(signal.SIGINT, before)
         for timer in timers:
             timer.cancel()
 
@@ -82,15 +95,12 @@ def leave_at_once(*_: object) -> None:
 
 @contextmanager
 def leaving_on_interrupt() -> Iterator[None]:
-    """Have Ctrl-C end the process at once, as long as there is nothing to lose.
+    """Have Ctrl-C or SIGTERM end the process at once, as long as there is nothing to lose.
 
     An exception would not do: Qt prints those that pass through it and goes on, and crashes while it is loaded.
     """
-    before = signal.signal(signal.SIGINT, leave_at_once)
-    try:
+    with _heard_by(leave_at_once):
         yield
-    finally:
-        signal.signal(signal.SIGINT, before)
 
 
 class Grace:
@@ -117,7 +127,7 @@ class Grace:
 
 @dataclass
 class Interrupt:
-    """Whether Ctrl-C was pressed, and no window has refused to close since."""
+    """Whether Ctrl-C was pressed or SIGTERM came, and no window has refused to close since."""
 
     came: bool = False
 
@@ -129,7 +139,7 @@ class Interrupt:
 
 @contextmanager
 def quit_on_interrupt(app: QApplication) -> Iterator[Interrupt]:
-    """Have Ctrl-C in the terminal close all windows and end Qt's loop, although that runs no Python by itself.
+    """Have Ctrl-C in the terminal, or SIGTERM, close all windows and end Qt's loop, which runs no Python by itself.
 
     The windows are closed by the loop, never in the middle of what Python does just then, such as drawing. A
     second Ctrl-C meanwhile ends the process at once.
@@ -153,13 +163,12 @@ def quit_on_interrupt(app: QApplication) -> Iterator[Interrupt]:
 
     notifier = QSocketNotifier(read_fd, QSocketNotifier.Type.Read, app)
     notifier.activated.connect(lambda *_: heed())
-    before = signal.signal(signal.SIGINT, note)
     before_fd = signal.set_wakeup_fd(write_fd, warn_on_full_buffer=False)
     try:
-        yield interrupt
+        with _heard_by(note):
+            yield interrupt
     finally:
         signal.set_wakeup_fd(before_fd)
-        signal.signal(signal.SIGINT, before)
         notifier.setEnabled(False)
         os.close(read_fd)
         os.close(write_fd)

@@ -2,10 +2,16 @@
 
 import errno
 import os
+import signal
+import stat
+import subprocess
+import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
+from riglens.core import files
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_folder, atomic_write
 
@@ -145,3 +151,142 @@ def test_a_folder_that_cannot_be_filled_leaves_nothing_and_the_old_one_as_it_was
     ):
         with pytest.raises(InputError, match=complaint):
             atomic_folder(place, {"a.yaml": b"two"})
+
+
+# ---------------------------------------------------------------- a power cut, and runs that were killed
+
+
+def write_file(target: Path, content: bytes) -> None:
+    with atomic_write(target) as stream:
+        stream.write(content)
+
+
+def write_folder(target: Path, content: bytes) -> None:
+    atomic_folder(target, {"a.yaml": content})
+
+
+@pytest.mark.parametrize("write", [write_file, write_folder])
+def test_content_is_on_the_disk_before_it_gets_its_name_and_the_name_after(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, write: Callable[[Path, bytes], None]
+) -> None:
+    done: list[tuple[str, object]] = []
+    fsync, replace, rename = os.fsync, os.replace, os.rename
+
+    def flush(descriptor: int) -> None:
+        what = os.fstat(descriptor)
+        done.append(("fsync", "folder" if stat.S_ISDIR(what.st_mode) else what.st_size))
+        fsync(descriptor)
+
+    def put(how: Callable[[Path, Path], None]) -> Callable[[Path, Path], None]:
+        return lambda one, other: (done.append(("name", other.name)), how(one, other))[1]
+
+    monkeypatch.setattr(os, "fsync", flush)
+    monkeypatch.setattr(os, "replace", put(replace))
+    monkeypatch.setattr(os, "rename", put(rename))
+    write(tmp_path / "new", b"12345")
+    assert done == [("fsync", 5), ("name", "new"), ("fsync", "folder")]
+
+
+KILLED = """
+import os, signal, sys
+from pathlib import Path
+from riglens.core import files
+def die(*_, **__):
+    os.kill(os.getpid(), signal.SIGKILL)
+target, where = Path(sys.argv[1]), sys.argv[2]
+if where == "file":
+    with files.atomic_write(target) as stream:
+        stream.write(b"half")
+        stream.flush()
+        die()
+if where == "exchange":
+    rename = os.rename
+    files._exchanged = lambda one, other: False
+    os.rename = lambda one, other: (rename(one, other), die())
+if where == "clearing":
+    files.shutil.rmtree = die
+if where == "filling":
+    os.fsync = die
+files.atomic_folder(target, {"a.yaml": b"new"})
+"""
+
+
+def killed(target: Path, where: str) -> None:
+    """Write the target in a process that is killed meanwhile."""
+    done = subprocess.run([sys.executable, "-c", KILLED, str(target), where], check=False)
+    assert done.returncode == -signal.SIGKILL
+
+
+@pytest.mark.parametrize("where", ["filling", "exchange", "clearing"])
+def test_a_folder_whose_exchange_is_killed_is_whole_at_the_next_write_and_nothing_else_is_left(
+    tmp_path: Path, where: str
+) -> None:
+    target = tmp_path / "kit"
+    atomic_folder(target, {"a.yaml": b"old"})
+    killed(target, where)
+    assert len(list(tmp_path.iterdir())) == 2
+    if where != "exchange":  # where the system exchanges names in one step, the folder is always there
+        assert (target / "a.yaml").read_bytes() == (b"new" if where == "clearing" else b"old")
+    write_file(tmp_path / "other", b"")
+    assert sorted(os.listdir(tmp_path)) == ["kit", "other"]
+    assert (target / "a.yaml").read_bytes() == (b"new" if where == "clearing" else b"old")
+
+
+@pytest.mark.skipif(
+    sys.platform != "linux", reason="the system exchanges names in its own way, or not at all"
+)
+def test_folders_are_exchanged_in_one_step(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    target = tmp_path / "kit"
+    atomic_folder(target, {"a.yaml": b"old"})
+    monkeypatch.setattr(os, "rename", lambda *_: pytest.fail("there was a moment without the folder"))
+    atomic_folder(target, {"a.yaml": b"new"})
+    assert (target / "a.yaml").read_bytes() == b"new" and os.listdir(tmp_path) == ["kit"]
+
+
+def test_a_file_system_that_cannot_exchange_names_gets_the_folder_all_the_same(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(files, "_exchanged", lambda one, other: False)
+    test_a_folder_appears_whole_and_is_replaced_whole(tmp_path)
+
+
+def test_what_a_killed_run_left_is_removed_at_the_next_write(tmp_path: Path) -> None:
+    killed(tmp_path / "rig.yaml", "file")
+    (left,) = tmp_path.iterdir()
+    assert left.name.startswith(".rig.yaml.")
+    write_file(tmp_path / "another.yaml", b"")
+    assert os.listdir(tmp_path) == ["another.yaml"]
+
+
+def test_an_earlier_run_with_the_same_process_number_is_known_as_such(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with atomic_write(tmp_path / "rig.yaml"):
+        (left,) = tmp_path.iterdir()
+        (tmp_path / left.name.replace(files._RUN, "01234567")).touch()
+        write_file(tmp_path / "another.yaml", b"")
+        assert sorted(os.listdir(tmp_path)) == sorted([left.name, "another.yaml"])
+
+
+def test_files_of_running_processes_other_machines_and_users_are_left_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    here, run = files._place(), "01234567-0123456789ab.tmp"
+    kept = {
+        f".a.{here}-{os.getppid()}-{run}",  # it runs
+        f".a.deadbeef-999999999-{run}",  # elsewhere
+        ".a.0123456789ab.tmp",
+        f"a.{here}-999999999-{run}",
+        f".a.{here}-999999999-{run}x",
+    }
+    for name in kept:
+        (tmp_path / name).touch()
+    (tmp_path / f".a.{here}-999999999-{run}").touch()
+    write_file(tmp_path / "b", b"")
+    assert set(os.listdir(tmp_path)) == {*kept, "b"}
+
+
+@pytest.mark.parametrize("name", ["n" * 255, "δ" * 127])
+def test_the_longest_names_can_be_written(tmp_path: Path, name: str) -> None:
+    write_file(tmp_path / name, b"x")
+    assert os.listdir(tmp_path) == [name]

@@ -93,6 +93,23 @@ def test_any_flipped_byte_is_noticed_or_harmless(pog: Pog, tmp_path: Path) -> No
     assert noticed > len(content) / 3 / 4
 
 
+@pytest.mark.parametrize("name", ["header", "counts", "words", "digest"])
+def test_content_that_was_changed_without_the_checksum_is_refused(
+    pog: Pog, tmp_path: Path, name: str
+) -> None:
+    """The archive's own checksums are right: each array is whole, and could be that of another POG."""
+    path = tmp_path / "x.npz"
+    other = build_pog(replace(BOXES, centre_m=BOXES.centre_m + 0.5), GRID)
+    save_pog(replace(other, data=replace(other.data, source="another")), tmp_path / "other.npz")
+    save_pog(pog, path)
+    with np.load(path) as whole, np.load(tmp_path / "other.npz") as another:
+        arrays = {key: whole[key] for key in whole.files}
+        changed = np.maximum(arrays["counts"], 1) if name == "counts" else another[name]
+    assert not np.array_equal(arrays[name], changed)
+    np.savez(path, **(arrays | {name: changed}))
+    assert "checksum differs" in refused(path)
+
+
 def test_a_truncated_file_is_refused(pog: Pog, tmp_path: Path) -> None:
     path = tmp_path / "x.npz"
     save_pog(pog, path)

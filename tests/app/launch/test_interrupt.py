@@ -17,6 +17,7 @@ from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
 from riglens.app.launch.interrupt import insistent_interrupt, quit_on_interrupt
+from riglens.core.files import atomic_write
 from tests.waiting import TIMEOUT_MS, TIMEOUT_S, poll
 
 # ---------------------------------------------------------------- commands
@@ -61,11 +62,20 @@ def test_an_interruption_that_somebody_swallows_comes_again():
     assert not any(timer.is_running for timer in timers)
 
 
-def test_an_interruption_that_is_heard_comes_once():
-    timers = Timers()
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interruption_that_is_heard_comes_once(number):
+    before, timers = signal.getsignal(number), Timers()
     with pytest.raises(KeyboardInterrupt), insistent_interrupt(timers):
-        signal.raise_signal(signal.SIGINT)
+        signal.raise_signal(number)
+    assert signal.getsignal(number) is before
     assert [timer.is_running for timer in timers] == [False]
+
+
+def test_sigterm_in_the_middle_of_a_file_leaves_nothing(tmp_path):
+    with pytest.raises(KeyboardInterrupt), insistent_interrupt(), atomic_write(tmp_path / "x") as stream:
+        stream.write(b"half")
+        signal.raise_signal(signal.SIGTERM)
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_failure_after_a_swallowed_interruption_is_an_interruption():
@@ -107,22 +117,26 @@ def application_with(window: QWidget) -> QApplication:
     return app
 
 
-def test_ctrl_c_while_qt_is_loaded_ends_the_process_at_once(riglens_process, xvfb, tmp_path):
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_ctrl_c_while_qt_is_loaded_ends_the_process_at_once(riglens_process, xvfb, tmp_path, number):
     process = riglens_process(env={"XDG_CONFIG_HOME": str(tmp_path), "XDG_STATE_HOME": str(tmp_path)})
     poll(lambda: has_loaded(process.pid, "libQt6Core"))
-    process.send_signal(signal.SIGINT)
+    process.send_signal(number)
     output, errors = process.communicate(timeout=TIMEOUT_S)
     assert (process.returncode, output, errors) == (130, "", "riglens: interrupted\n")
 
 
-def test_ctrl_c_closes_the_windows_from_qts_loop_and_not_in_the_middle_of_a_drawing(qtbot: QtBot) -> None:
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_ctrl_c_closes_the_windows_from_qts_loop_and_not_in_the_middle_of_a_drawing(
+    qtbot: QtBot, number: signal.Signals
+) -> None:
     window = Keeper(is_willing=True)
     qtbot.addWidget(window)
     app = application_with(window)
     told_while_drawing: list[int] = []
 
     def draw() -> None:
-        press_ctrl_c()
+        os.kill(os.getpid(), number)
         told_while_drawing.append(window.times_told)
 
     with quit_on_interrupt(app) as interrupt:
