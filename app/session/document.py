@@ -57,7 +57,11 @@ class Document(OpenRig):
         continues = edit.continues(self._last_edit) and now_s - self._last_edit_s <= MERGE_S
         self._last_edit, self._last_edit_s = edit, now_s
         if self._history.apply(label or edit.label, rig, continues, marks):
+            before, known = self._selection, self._names()
+            self._selection = tuple(name for name in before if name in known)
             self._rig_moved_on()
+            if self._selection != before:
+                self.selection_changed.emit()
 
     @contextmanager
     def group(self, label: str) -> Iterator[None]:
@@ -79,12 +83,8 @@ class Document(OpenRig):
             self._is_grouping = False
             self._last_edit = Edit("")
             end()
-            self._keep_selection_real()
+            self.choose(self._selection)
             self._rig_moved_on()
-
-    def _keep_selection_real(self) -> None:
-        if self.selected not in self._names():
-            self.select(None)
 
     def replace_sensor(self, name: str, sensor: Lidar | Camera) -> None:
         """Exchange one sensor; a new name takes selection and visibility along, InputError when taken."""
@@ -92,11 +92,10 @@ class Document(OpenRig):
         self._refuse_locked((name,))
         if sensor.name != name and sensor.name in self._names():
             raise InputError(f"name: '{sensor.name}' is used by another sensor; names must be unique")
-        was_selected = self.selected == name
-        if was_selected:
-            self.selected = sensor.name
+        before = self._selection
+        self._selection = tuple(sensor.name if other == name else other for other in before)
         self.apply(self.rig.with_sensor(name, sensor), marks=self._marks_with(name, sensor.name))
-        if was_selected and sensor.name != name:
+        if self._selection != before:
             self.selection_changed.emit()
 
     def _marks_with(self, name: str, new_name: str) -> Marks:
@@ -128,19 +127,18 @@ class Document(OpenRig):
         return name
 
     def duplicate(self, names: Names) -> Names:
-        """Add copies of sensors a little to their left and select the last; returns the copies' names."""
+        """Add copies of sensors a little to their left and select those; returns the copies' names."""
         self.cancel_drag()
         rig, copies = duplicated(self.rig, names, DUPLICATE_OFFSET_M)
         self.apply(rig, f"duplicate {list_text(names)}")
-        self.select(copies[-1])
+        self.choose(copies)
         return copies
 
     def delete(self, names: Names) -> None:
         """Remove sensors."""
         self.cancel_drag()
         self._refuse_locked(names)
-        if self.selected in names:
-            self.select(None)
+        self.choose(tuple(name for name in self._selection if name not in names))
         self.apply(without(self.rig, names), f"delete {list_text(names)}")
 
     # ------------------------------------------------------------------ undo
@@ -157,13 +155,13 @@ class Document(OpenRig):
             self.cancel_drag()
             return
         self._last_edit = Edit("")
-        before, hidden, locked = self.selected, self.hidden, self.locked
-        place = self._place_of_selection()
+        before, hidden, locked = self._selection, self.hidden, self.locked
+        names = [sensor.name for sensor in self.rig.sensors]
         step()
-        self.selected = self._selection_after(place)
+        self._selection = self._selection_after(names)
         self._rig_moved_on()
         changes = (
-            (before, self.selected, self.selection_changed),
+            (before, self._selection, self.selection_changed),
             (hidden, self.hidden, self.hidden_changed),
             (locked, self.locked, self.locked_changed),
         )
@@ -171,13 +169,13 @@ class Document(OpenRig):
             if old != new:
                 changed.emit()
 
-    def _place_of_selection(self) -> int:
-        """Index of the selected sensor; one past the end when nothing is selected."""
-        names = [sensor.name for sensor in self.rig.sensors]
-        return names.index(self.selected) if self.selected in names else len(names)
+    def _selection_after(self, old: list[str]) -> Names:
+        """What is selected after a step from a rig of these sensors: the same ones, renamed or not.
 
-    def _selection_after(self, place: int) -> str | None:
-        """What stays selected after a step: the same name, or the sensor that was only renamed."""
-        if self.selected is None or self.selected in self._names():
-            return self.selected
-        return self.rig.sensors[place].name if place < len(self.rig.sensors) else None
+        When nothing is left of the selection, what the step brought back is selected.
+        """
+        now = [sensor.name for sensor in self.rig.sensors]
+        renamed = dict(zip(old, now, strict=True)) if len(old) == len(now) else {}
+        kept = (name if name in now else renamed.get(name) for name in self._selection)
+        found = tuple(name for name in dict.fromkeys(kept) if name is not None)
+        return found or tuple(name for name in now if name not in old and len(now) > len(old))

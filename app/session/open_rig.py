@@ -32,6 +32,9 @@ class _Told(NamedTuple):
 class OpenRig(QObject):
     """A rig with undo, a selection, sets of hidden and locked sensors, and the file it belongs to.
 
+    There is one selection: what list and view show as selected, and what every action on "the selected sensors"
+    works on. One of the selected sensors is the current one, which has the gizmo and the inspector.
+
     `revision` grows by one with every change of the rig, previews of a drag included. Mirror pairs stay in step
     whatever is dragged or edited.
     """
@@ -66,7 +69,7 @@ class OpenRig(QObject):
         self._dragged: str | None = None
         self._last_edit = Edit("")
         self.path = path
-        self.selected: str | None = None
+        self._selection: Names = ()
 
     # ------------------------------------------------------------------ state
     @property
@@ -118,8 +121,23 @@ class OpenRig(QObject):
         """What redo would do again, None when there is nothing."""
         return self._history.redo_label
 
+    @property
+    def selection(self) -> Names:
+        """Names of the selected sensors in the order in which they were selected; the last is the current one."""
+        return self._selection
+
+    @property
+    def chosen(self) -> Names:
+        """Names of the selected sensors in the order of the rig: what actions on several sensors work on."""
+        return tuple(sensor.name for sensor in self.rig.sensors if sensor.name in self._selection)
+
+    @property
+    def selected(self) -> str | None:
+        """Name of the current sensor, which gizmo and inspector edit; None when nothing is selected."""
+        return self._selection[-1] if self._selection else None
+
     def selected_sensor(self) -> Lidar | Camera | None:
-        """The selected sensor, None when nothing is selected."""
+        """The current sensor, None when nothing is selected."""
         return self.rig.sensor(self.selected) if self.selected is not None else None
 
     def _names(self) -> frozenset[str]:
@@ -152,11 +170,26 @@ class OpenRig(QObject):
 
     # ------------------------------------------------------------------ selection and visibility
     def select(self, name: str | None) -> None:
-        """Select a sensor by name, or nothing."""
-        wanted = name if name in self._names() else None
-        if wanted != self.selected:
-            self.selected = wanted
+        """Select one sensor and no other, or nothing."""
+        self.choose(() if name is None else (name,))
+
+    def choose(self, names: Names) -> None:
+        """Select these sensors and no others; the last is the current one. Unknown names are left out."""
+        known = self._names()
+        wanted = tuple(name for name in dict.fromkeys(names) if name in known)
+        if wanted != self._selection:
+            self._selection = wanted
             self.selection_changed.emit()
+
+    def choose_all(self) -> None:
+        """Select every sensor; the current one stays current."""
+        others = tuple(sensor.name for sensor in self.rig.sensors if sensor.name != self.selected)
+        self.choose((*others, self.selected) if self.selected is not None else others)
+
+    def toggle_selected(self, name: str) -> None:
+        """Select one more sensor, which becomes the current one, or take it out of the selection."""
+        rest = tuple(other for other in self._selection if other != name)
+        self.choose(rest if name in self._selection else (*rest, name))
 
     def set_hidden(self, names: Names, hidden: bool) -> None:
         """Draw sensors or not, as one undo step."""

@@ -9,6 +9,7 @@ from riglens.app.session.document import MERGE_S, Document
 from riglens.core.errors import InputError
 from riglens.core.geometry import Pose
 from riglens.core.rig.edits import linked
+from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.file import load_rig
 from tests.app.window_bench import CAMERA, LIDAR, RIG
 
@@ -152,6 +153,87 @@ def test_undoing_an_addition_clears_its_selection(document: Document) -> None:
     document.duplicate(("front",))
     document.undo()
     assert document.selected is None
+
+
+# ---------------------------------------------------------------------- several selected
+TEN = Rig(sensors=tuple(LIDAR.replace(name=f"l{place}", position=(place, 1.0, 2.0)) for place in range(10)))
+
+
+@pytest.fixture
+def ten() -> Document:
+    return Document(TEN)
+
+
+def test_selecting_one_ends_a_selection_of_several(ten: Document) -> None:
+    ten.choose_all()
+    assert ten.chosen == tuple(sensor.name for sensor in TEN.sensors)
+    ten.select("l2")
+    assert (ten.selection, ten.chosen) == (("l2",), ("l2",))
+
+
+def test_the_last_of_several_is_the_current_one_and_selecting_all_keeps_it(ten: Document) -> None:
+    ten.choose(("l5", "l1", "nobody", "l3", "l1"))
+    assert (ten.selection, ten.selected) == (("l5", "l1", "l3"), "l3")
+    assert ten.chosen == ("l1", "l3", "l5")
+    ten.toggle_selected("l3")
+    assert (ten.selection, ten.selected) == (("l5", "l1"), "l1")
+    ten.choose_all()
+    assert (len(ten.selection), ten.selected) == (10, "l1")
+
+
+def test_a_selection_is_told_of_once_and_only_when_it_changes(ten: Document) -> None:
+    told: list[tuple[str, ...]] = []
+    ten.selection_changed.connect(lambda: told.append(ten.selection))
+    ten.choose(("l1", "l2"))
+    ten.choose(("l1", "l2"))
+    ten.toggle_selected("l4")
+    ten.delete(("l2",))
+    ten.rename("l1", "first")
+    assert told == [("l1", "l2"), ("l1", "l2", "l4"), ("l1", "l4"), ("first", "l4")]
+
+
+def test_undo_and_redo_keep_a_selection_of_several(ten: Document) -> None:
+    ten.choose(("l1", "l7", "l4"))
+    ten.set_enabled(ten.chosen, False)
+    ten.rename("l7", "seventh")
+    for step, names in ((ten.undo, "l7"), (ten.undo, "l7"), (ten.redo, "l7"), (ten.redo, "seventh")):
+        step()
+        assert ten.selection == ("l1", names, "l4")
+    ten.delete(("l4",))
+    assert ten.selection == ("l1", "seventh")
+    ten.undo()
+    assert ten.selection == ("l1", "seventh")
+
+
+def test_what_undo_brings_back_is_selected_when_nothing_else_is(ten: Document) -> None:
+    ten.choose_all()
+    ten.delete(ten.chosen)
+    assert ten.selection == ()
+    ten.undo()
+    assert ten.chosen == tuple(sensor.name for sensor in TEN.sensors)
+
+
+def test_redoing_a_deletion_selects_no_sensor_that_was_not_selected(ten: Document) -> None:
+    ten.delete(("l2",))
+    ten.undo()
+    ten.select("l2")
+    ten.redo()
+    assert ten.selection == ()
+
+
+def test_a_rig_without_the_selected_sensors_takes_them_out_of_the_selection(ten: Document) -> None:
+    ten.choose(("l1", "l7"))
+    seen: list[tuple[str, ...]] = []
+    ten.rig_changed.connect(lambda: seen.append(ten.selection))
+    ten.apply(TEN.replace(sensors=TEN.sensors[:5]), "restore a rig")
+    assert ten.selection == ("l1",)
+    assert seen == [("l1",)]  # nobody is told of a rig without them while they are selected
+
+
+def test_copies_of_several_are_selected(ten: Document) -> None:
+    ten.choose(("l3", "l1"))
+    assert ten.duplicate(ten.chosen) == ten.selection
+    assert len(ten.selection) == 2 and not {"l1", "l3"} & set(ten.selection)
 
 
 def test_saving_and_opening_gives_back_the_rig_bit_for_bit(document: Document, tmp_path: Path) -> None:

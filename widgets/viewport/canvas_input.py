@@ -18,6 +18,7 @@ _BUTTONS: dict[Qt.MouseButton, Button] = {
     Qt.MouseButton.MiddleButton: "middle",
     Qt.MouseButton.RightButton: "right",
 }
+_ADDING = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier
 
 
 class CanvasInput(QObject):
@@ -69,7 +70,7 @@ class CanvasInput(QObject):
             shift = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
             self._controller.press(pixel, button, shift)
         elif event.type() == QEvent.Type.MouseButtonRelease:
-            self._controller.release(pixel, button)
+            self._controller.release(pixel, button, bool(event.modifiers() & _ADDING))
         elif event.type() == QEvent.Type.MouseButtonDblClick:
             self._controller.double_click(pixel)
         event.accept()

@@ -1,8 +1,8 @@
 """What mouse and keys do in the 3D view, without Qt: pixels in, camera moves, picks, drags and poses out.
 
-Left on a handle drags it, left elsewhere orbits, a left click selects, middle or Shift+left pans, the wheel
-zooms towards the cursor, a double click looks at a sensor from close by, arrow keys nudge, Escape cancels a drag.
-While a sensor is being placed it follows the mouse over the car, and a click leaves it there.
+Left on a handle drags it, left elsewhere orbits, a left click selects, one sensor more with Ctrl or Shift, middle or
+Shift+left pans, the wheel zooms towards the cursor, a double click looks at a sensor from close by, arrow keys nudge,
+Escape cancels a drag. While a sensor is being placed it follows the mouse over the car, and a click leaves it there.
 """
 
 from __future__ import annotations
@@ -26,6 +26,9 @@ class Listener(Protocol):
 
     def on_picked(self, name: str | None) -> None:
         """A click chose a sensor, or nothing."""
+
+    def on_toggled(self, name: str) -> None:
+        """A click with Ctrl or Shift chose one sensor more, or one less."""
 
     def on_drag_started(self, name: str) -> None:
         """A handle of the sensor was grasped, or the sensor is being placed."""
@@ -122,8 +125,8 @@ class ViewController:
             self._inverted = inverted
             self._drag_to(self._last)
 
-    def release(self, pixel: Pixel, button: Button) -> None:
-        """A mouse button went up."""
+    def release(self, pixel: Pixel, button: Button, adding: bool = False) -> None:
+        """A mouse button went up; with `adding` a click leaves the other sensors selected."""
         if button != self._button:
             return
         self._button = "none"
@@ -131,8 +134,16 @@ class ViewController:
         if self._held is not None and (self._held.drag is not None or is_click):
             self._let_go(pixel)
         elif is_click:
-            self._listener.on_picked(self._scene.under_mouse.sensor(pixel))
+            self._click(pixel, adding)
         self._listener.on_changed()
+
+    def _click(self, pixel: Pixel, adding: bool) -> None:
+        """Select what is under the mouse; a click on nothing beside `adding` is a slip."""
+        name = self._scene.under_mouse.sensor(pixel)
+        if not adding:
+            self._listener.on_picked(name)
+        elif name is not None:
+            self._listener.on_toggled(name)
 
     def double_click(self, pixel: Pixel) -> None:
         """Look at the sensor under the mouse from close by."""

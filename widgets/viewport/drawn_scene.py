@@ -33,7 +33,8 @@ from riglens.widgets.viewport.words_layer import WordsLayer
 # What each part of the scene is made from, by the names of SceneState's fields.
 _CAR = {"vehicle", "body_mesh"}
 _GROUND = {"grid", "palette"}
-_BODIES = {"rig", "hidden", "selected", "palette"}
+_BODIES = {"rig", "hidden", "selected", "also_selected", "palette"}
+_FANS = {"rig", "hidden", "selected", "palette"}
 _ALL_FANS = {"grid", "ray_look", "palette"}
 _LEGEND = {"heatmap", "heat_look", "show_legend", "palette"}
 
@@ -103,7 +104,7 @@ class DrawnScene:
             self._roi.set_grid(state.grid, palette)
         if changed & _BODIES:
             self._rig.show_bodies(state, self._hovered)
-        if changed & (_BODIES | _ALL_FANS):
+        if changed & (_FANS | _ALL_FANS):
             all_fans = bool(changed & _ALL_FANS) or before.other_fans_differ(state)
             self._rig.show_fans(state, self._quick, others=all_fans)
         if "heat_look" in changed:

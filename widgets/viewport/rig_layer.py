@@ -26,8 +26,7 @@ class RigLayer:
     def show_bodies(self, state: SceneState, hovered: str | Handle | None) -> None:
         """Draw exactly the sensors of a state; the one under the mouse stands out."""
         marks: dict[str, Mark] = {hovered: "hovered"} if isinstance(hovered, str) else {}
-        if state.selected is not None:
-            marks[state.selected] = "selected"
+        marks.update({sensor.name: "selected" for sensor in state.shown if state.is_selected(sensor.name)})
         self._sensors.set_sensors(state.shown, marks, state.palette)
 
     def show_fans(self, state: SceneState, quick: bool, others: bool = True) -> None:

@@ -43,8 +43,9 @@ class Marker:
 class SceneState:
     """What is seen, from where, and in which colours.
 
-    The sensor named `selected` is shown with its rays and handles, the `hidden` ones not at all. Those in `fixed`
-    cannot be dragged: they get no handles. Without a `body_mesh` the vehicle's parametric body is drawn.
+    The sensor named `selected` is shown with its rays and handles, those `also_selected` in the same colour, the
+    `hidden` ones not at all. Those in `fixed` cannot be dragged: they get no handles. Without a `body_mesh` the
+    vehicle's parametric body is drawn.
     """
 
     vehicle: Vehicle = field(default_factory=Vehicle)
@@ -53,6 +54,7 @@ class SceneState:
     hidden: frozenset[str] = frozenset()
     fixed: frozenset[str] = frozenset()
     selected: str | None = None
+    also_selected: frozenset[str] = frozenset()
     grid: VoxelGrid = field(default_factory=VoxelGrid)
     heatmap: HeatmapData | None = None
     heat_look: HeatLook = DEFAULT_LOOK
@@ -74,6 +76,10 @@ class SceneState:
     def shown(self) -> list[Lidar | Camera]:
         """The sensors that are not hidden."""
         return [sensor for sensor in self.rig.sensors if sensor.name not in self.hidden]
+
+    def is_selected(self, name: str) -> bool:
+        """Whether a sensor is selected, alone or with others."""
+        return name == self.selected or name in self.also_selected
 
     @property
     def selected_sensor(self) -> Lidar | Camera | None:

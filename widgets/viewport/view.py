@@ -23,6 +23,8 @@ class View(QWidget):
 
     sensor_picked = Signal(object)
     """A click chose a sensor: its name, or None for a click on nothing."""
+    sensor_toggled = Signal(str)
+    """A click with Ctrl or Shift asks for one more sensor to be selected, or for one to be left out: its name."""
     drag_started = Signal(str)
     """A handle of this sensor was grasped, or the sensor is being placed."""
     drag_moved = Signal(str, object)

@@ -135,6 +135,10 @@ class ViewportBase(DropTarget):
         """A click chose a sensor, or nothing."""
         self.sensor_picked.emit(name)
 
+    def on_toggled(self, name: str) -> None:
+        """A click with Ctrl or Shift chose one more sensor."""
+        self.sensor_toggled.emit(name)
+
     def on_drag_started(self, name: str) -> None:
         """A handle was grasped."""
         self.drag_started.emit(name)

@@ -80,25 +80,28 @@ class Clipboard(Feature):
 
     def copy(self) -> None:
         """Put the selected sensors on the clipboard."""
-        rig, names = self.document.rig, self.bench.panels.tree.chosen
+        rig, names = self.document.rig, self.document.chosen
         if names:
             sensors = tuple(sensor.replace(mirror_of=None) for sensor in rig.sensors if sensor.name in names)
             QGuiApplication.clipboard().setText(dumps(rig.replace(sensors=sensors)))
 
     def cut(self) -> None:
         """Copy, then delete; InputError when a sensor is locked."""
-        names = self.bench.panels.tree.chosen
+        names = self.document.chosen
         if names:
             self.copy()
             self.document.delete(names)
 
     def paste(self) -> None:
-        """Add the sensors of the clipboard under free names, as one step; InputError when it holds none."""
+        """Add the sensors of the clipboard under free names, as one step, and select them.
+
+        Raises InputError when it holds none.
+        """
         sensors = pasted(QGuiApplication.clipboard().text())
         names = sensors[0].name if len(sensors) == 1 else f"{len(sensors)} sensors"
         with self.document.group(f"paste {names}"):
-            for sensor in sensors:
-                self.document.add(sensor)
+            added = tuple(self.document.add(sensor) for sensor in sensors)
+        self.document.choose(added)
 
     def _update(self) -> None:
         for key in ("cut", "copy"):

@@ -21,7 +21,7 @@ class Shown(NamedTuple):
 
     rig: Rig
     saved_rig: Rig
-    selected: str | None
+    selection: tuple[str, ...]
     hidden: frozenset[str]
     locked: frozenset[str]
 
@@ -45,7 +45,7 @@ class Follow(Feature):
     def _connect_panels(self) -> None:
         document, guarded = self.document, self.bench.guarded
         tree, inspector = self.bench.panels.tree, self.bench.panels.inspector
-        tree.selected.connect(document.select)
+        tree.selected.connect(document.choose)
         tree.enabled_toggled.connect(guarded(document.set_enabled))
         tree.hidden_toggled.connect(document.set_hidden)
         tree.locked_toggled.connect(document.set_locked)
@@ -57,6 +57,7 @@ class Follow(Feature):
     def _connect_viewport(self) -> None:
         document, viewport = self.document, self.viewport
         viewport.sensor_picked.connect(document.select)
+        viewport.sensor_toggled.connect(document.toggle_selected)
         viewport.drag_started.connect(self._begin_drag)
         viewport.drag_moved.connect(document.preview)
         viewport.drag_finished.connect(lambda _: document.finish_drag())
@@ -80,20 +81,21 @@ class Follow(Feature):
     def _follow(self) -> None:
         """Show the document, unless it is shown already: several of its signals may tell of one edit."""
         document = self.document
-        now = Shown(document.rig, document.saved_rig, document.selected, document.hidden, document.locked)
+        now = Shown(document.rig, document.saved_rig, document.selection, document.hidden, document.locked)
         if now == self._shown:
             return
         self._shown = now
         self.viewport.show_state(
             replace(
                 self.viewport.state,
-                rig=now.rig, hidden=now.hidden, selected=now.selected, fixed=document.fixed,
+                rig=now.rig, hidden=now.hidden, selected=document.selected,
+                also_selected=frozenset(now.selection[:-1]), fixed=document.fixed,
             )
         )  # fmt: skip
-        self.bench.panels.tree.set_rig(now.rig, now.hidden, now.selected, now.locked)
+        self.bench.panels.tree.set_rig(now.rig, now.hidden, now.selection, now.locked)
         inspector = self.bench.panels.inspector
         inspector.set_saved(now.saved_rig)
-        inspector.set_rig(now.rig, now.selected)
+        inspector.set_rig(now.rig, now.selection)
         inspector.set_locked(now.locked)
 
 

@@ -44,6 +44,10 @@ class Sensors(Feature):
             "sensor/edit", "sensor",
         ),
         Spec(
+            "select_all", "Select all", "Select every sensor; Ctrl or Shift and a click adds one, or takes it out",
+            "Ctrl+A", menu="edit/clipboard",
+        ),
+        Spec(
             "enable", "Count or not", "Count the selected sensors in the scores, or not", "Ctrl+E",
             menu="sensor/edit",
         ),
@@ -65,6 +69,7 @@ class Sensors(Feature):
         self.bind(
             duplicate=self.duplicate,
             delete=self.delete,
+            select_all=self.document.choose_all,
             hide=self.toggle_hidden,
             enable=self.toggle_enabled,
             lock=self.toggle_locked,
@@ -95,32 +100,29 @@ class Sensors(Feature):
 
     def duplicate(self) -> None:
         """Add copies of the selected sensors and select those."""
-        if self.bench.panels.tree.chosen:
-            self.bench.guarded(self._duplicate)(self.bench.panels.tree.chosen)
-
-    def _duplicate(self, names: tuple[str, ...]) -> None:
-        self.bench.panels.tree.choose(self.document.duplicate(names))
+        if self.document.chosen:
+            self.bench.guarded(self.document.duplicate)(self.document.chosen)
 
     def delete(self) -> None:
         """Delete the selected sensors, as one step."""
-        if self.bench.panels.tree.chosen:
-            self.bench.guarded(self.document.delete)(self.bench.panels.tree.chosen)
+        if self.document.chosen:
+            self.bench.guarded(self.document.delete)(self.document.chosen)
 
     def toggle_hidden(self) -> None:
         """Show the selected sensors if all are hidden, else hide them."""
-        chosen = self.bench.panels.tree.chosen
+        chosen = self.document.chosen
         self.document.set_hidden(chosen, not self.document.hidden.issuperset(chosen))
 
     def toggle_enabled(self) -> None:
         """Let the selected sensors count if none does, else none, as one step."""
-        chosen = self.bench.panels.tree.chosen
+        chosen = self.document.chosen
         counted = any(self.document.rig.sensor(name).enabled for name in chosen)
         if chosen:
             self.bench.guarded(self.document.set_enabled)(chosen, not counted)
 
     def toggle_locked(self) -> None:
         """Unlock the selected sensors if all are locked, else lock them."""
-        chosen = self.bench.panels.tree.chosen
+        chosen = self.document.chosen
         self.document.set_locked(chosen, not self.document.locked.issuperset(chosen))
 
     def _fill_menu(self, menu: QMenu) -> None:
@@ -130,12 +132,14 @@ class Sensors(Feature):
 
     def _update(self) -> None:
         document, actions = self.document, self.actions
+        chosen = document.chosen
         for key in SELECTED_ONLY:
-            actions[key].setEnabled(document.selected is not None)
-        if document.selected in document.locked:
-            actions["delete"].setEnabled(not document.locked.issuperset(self.bench.panels.tree.chosen))
-            actions["rename"].setEnabled(False)
-        actions["hide"].setIcon(icon("eye-off" if document.selected in document.hidden else "eye"))
+            actions[key].setEnabled(bool(chosen))
+        actions["select_all"].setEnabled(bool(document.rig.sensors))
+        actions["delete"].setEnabled(not document.locked.issuperset(chosen))
+        actions["rename"].setEnabled(bool(chosen) and document.selected not in document.locked)
+        all_hidden = bool(chosen) and document.hidden.issuperset(chosen)
+        actions["hide"].setIcon(icon("eye-off" if all_hidden else "eye"))
 
 
 def follow_marks(document: Document, update: Callable[[], None]) -> None:

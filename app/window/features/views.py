@@ -50,7 +50,8 @@ class Views(Feature):
     )  # fmt: skip
 
     mouse = (
-        ("Left button on a sensor", "selects it"),
+        ("Left button on a sensor", "selects it alone"),
+        ("Ctrl or Shift and left button on a sensor", "selects it too, or no longer"),
         ("Left button on an arrow, square or ring", "drags the sensor; one drag is one undo step"),
         ("Ctrl during a drag", "snaps to 0.05 m and 5°, or not where snapping is on"),
         ("Arrow keys, Page up, Page down in the view", "move the sensor by 1 cm, with Shift by 10 cm"),

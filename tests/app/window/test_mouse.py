@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPointF, Qt
+from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
@@ -70,7 +70,16 @@ class Mouse:
         self._send(QTest.mouseRelease, self._at)
 
     def press_escape(self) -> None:
-        self._bench.qtbot.keyClick(self._canvas, Qt.Key.Key_Escape)
+        self.press_key(Qt.Key.Key_Escape)
+
+    def press_key(self, key: Qt.Key, modifiers: Qt.KeyboardModifier = Qt.KeyboardModifier.NoModifier) -> None:
+        self._bench.qtbot.keyClick(self._canvas, key, modifiers)
+
+    def click(self, name: str, modifiers: Qt.KeyboardModifier = Qt.KeyboardModifier.NoModifier) -> None:
+        """Click on a sensor, or with an empty name on nothing."""
+        at = self._pixel(self._bench.document.rig.sensor(name).position).toPoint() if name else QPoint(15, 15)
+        QTest.mouseClick(self._canvas, Qt.MouseButton.LeftButton, modifiers, at)
+        QApplication.processEvents()
 
 
 def test_dragging_the_blue_arrow_lifts_the_sensor_in_one_step_with_exact_scores(bench: Bench) -> None:
@@ -118,3 +127,29 @@ def test_undo_by_key_in_the_middle_of_a_drag_puts_the_sensor_back(bench: Bench) 
     mouse.release()
     assert bench.document.rig == RIG
     assert bench.viewport.state.rig == RIG
+
+
+def test_a_click_on_a_sensor_ends_a_selection_of_all_before_del(bench: Bench) -> None:
+    mouse = Mouse(bench)
+    mouse.click("front")
+    mouse.press_key(Qt.Key.Key_A, Qt.KeyboardModifier.ControlModifier)
+    assert bench.panels.tree.chosen == ("roof", "front")
+    mouse.click("front")
+    assert bench.panels.tree.chosen == ("front",)
+    mouse.press_key(Qt.Key.Key_Delete)
+    assert [sensor.name for sensor in bench.document.rig.sensors] == ["roof"]
+    bench.act("undo")
+    assert bench.document.rig == RIG
+
+
+@pytest.mark.parametrize("key", [Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier])
+def test_a_click_with_a_key_adds_a_sensor_and_a_second_one_takes_it_out(
+    bench: Bench, key: Qt.KeyboardModifier
+) -> None:
+    mouse = Mouse(bench)
+    mouse.click("front", key)
+    mouse.click("", key)
+    assert bench.document.selection == ("roof", "front")
+    assert bench.viewport.state.also_selected == {"roof"}
+    mouse.click("front", key)
+    assert bench.document.selection == ("roof",)

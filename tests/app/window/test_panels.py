@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from PySide6.QtCore import QPoint, QSettings, Qt
 from PySide6.QtGui import QGuiApplication
-from PySide6.QtWidgets import QLineEdit, QToolButton
+from PySide6.QtWidgets import QLabel, QLineEdit, QToolButton
 from pytestqt.qtbot import QtBot
 
 from riglens.app.window.settings import Settings
@@ -96,6 +96,49 @@ def test_a_pick_in_the_view_ends_a_selection_of_several(bench: Bench) -> None:
     bench.document.select(None)
     bench.viewport.sensor_picked.emit("roof")
     assert bench.panels.tree.chosen == ("roof",)
+
+
+def test_a_click_in_the_view_on_one_of_several_leaves_that_one_and_no_other_to_be_deleted(
+    bench: Bench,
+) -> None:
+    bench.viewport.setFocus()
+    bench.qtbot.keyClick(bench.viewport, Qt.Key.Key_A, CTRL)
+    assert bench.panels.tree.chosen == ("roof", "front")
+    bench.viewport.sensor_picked.emit("front")
+    assert bench.panels.tree.chosen == ("front",)
+    bench.qtbot.keyClick(bench.window, Qt.Key.Key_Delete)
+    assert bench.document.rig.sensors == (LIDAR,)
+    bench.qtbot.keyClick(bench.window, Qt.Key.Key_Z, CTRL)
+    assert bench.document.rig == RIG
+    assert bench.panels.tree.chosen == bench.document.selection == ("front",)
+
+
+def test_a_click_with_ctrl_in_the_view_adds_to_the_selection_of_the_list_and_takes_away(bench: Bench) -> None:
+    click(bench, "front")
+    bench.viewport.sensor_toggled.emit("roof")
+    assert bench.panels.tree.chosen == ("roof", "front")
+    assert bench.viewport.state.selected == bench.document.selected == "roof"
+    assert bench.viewport.state.also_selected == {"front"}
+    bench.viewport.sensor_toggled.emit("roof")
+    assert bench.panels.tree.chosen == ("front",)
+    assert bench.viewport.state.also_selected == frozenset()
+
+
+def test_what_is_taken_out_of_the_list_makes_the_one_before_it_current(bench: Bench) -> None:
+    bench.document.duplicate(("roof",))
+    click(bench, "front")
+    for name in ("roof_2", "roof", "roof"):
+        click(bench, name, modifiers=CTRL)
+    assert bench.document.selection == ("front", "roof_2")
+
+
+def test_the_inspector_says_how_many_are_selected_and_whose_fields_these_are(bench: Bench) -> None:
+    choose_both(bench)
+    said = bench.find("state")
+    assert isinstance(said, QLabel) and said.isVisible()
+    assert said.text() == "2 selected. The fields are those of front, the last one."
+    bench.document.select("front")
+    assert not bench.find("state").isVisible()
 
 
 def test_all_of_a_kind_are_selected_by_the_context_menu(bench: Bench) -> None:

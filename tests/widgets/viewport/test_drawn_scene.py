@@ -87,6 +87,7 @@ CHANGES: list[tuple[dict[str, Any], set[str]]] = [
     ({"rig": MOVED}, {"rig.show_bodies", "rig.show_fans of the selected sensor"}),
     ({"rig": OTHER_MOVED}, {"rig.show_bodies", "rig.show_fans"}),
     ({"selected": "other"}, {"rig.show_bodies", "rig.show_fans"}),
+    ({"also_selected": frozenset({"other"})}, {"rig.show_bodies"}),
     ({"hidden": frozenset({"other"})}, {"rig.show_bodies", "rig.show_fans"}),
     ({"ray_look": RayLook(shown=False)}, {"rig.show_fans"}),
     ({"heatmap": HEAT}, {"heatmap.set_data", "words.show_legend"}),

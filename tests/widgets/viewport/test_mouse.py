@@ -23,6 +23,7 @@ from tests.widgets.viewport.views import (
     drag,
     handle_pixel,
     listen,
+    picture,
     pixel_at,
     settle,
     to_point,
@@ -95,6 +96,24 @@ def test_a_click_selects_the_sensor_under_the_mouse_and_a_click_on_nothing_selec
     )
     QTest.mouseClick(view._canvas, Qt.MouseButton.LeftButton, pos=QPoint(15, 15))
     assert heard.signals == [("sensor_picked", "front"), ("sensor_picked", None)]
+
+
+@pytest.mark.parametrize("key", [Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier])
+def test_a_click_with_ctrl_or_shift_asks_for_one_sensor_more_and_for_none_on_nothing(view, key):
+    heard = listen(view)
+    for place in (pixel_at(view, CAMERA.position), np.array([15.0, 15.0])):
+        QTest.mouseClick(view._canvas, Qt.MouseButton.LeftButton, key, to_point(view, place))
+    assert heard.signals == [("sensor_toggled", "front")]
+
+
+def test_every_selected_sensor_stands_out(view):
+    before = picture(view)
+    change(view, also_selected=frozenset({"front"}))
+    x, y = pixel_at(view, CAMERA.position).round().astype(int)
+    near = (slice(y - 12, y + 12), slice(x - 12, x + 12))
+    assert (picture(view)[near] != before[near]).any()
+    change(view, also_selected=frozenset())
+    assert (picture(view)[near] == before[near]).all()
 
 
 def test_a_hidden_sensor_cannot_be_picked_and_shows_no_gizmo(view):

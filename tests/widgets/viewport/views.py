@@ -93,7 +93,14 @@ class Heard:
 
 def listen(view: AnyView) -> Heard:
     heard = Heard()
-    names = ("sensor_picked", "drag_started", "drag_moved", "drag_finished", "drag_cancelled")
+    names = (
+        "sensor_picked",
+        "sensor_toggled",
+        "drag_started",
+        "drag_moved",
+        "drag_finished",
+        "drag_cancelled",
+    )
     for name in (*names, "nudged", "placing_changed", "model_dropped"):
         getattr(view, name).connect(lambda *values, name=name: heard.signals.append((name, *values)))
 

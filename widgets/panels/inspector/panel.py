@@ -163,15 +163,17 @@ class Inspector(QStackedWidget):
         for form in self._sensor_forms:
             form.marginal.set_stale(True)
 
-    def set_rig(self, rig: Rig, selected: str | None) -> None:
-        """Show the selected sensor, or the rig."""
+    def set_rig(self, rig: Rig, selection: tuple[str, ...]) -> None:
+        """Show the last of the selected sensors, and how many are selected, or the rig."""
         form: Form = self._rig_form
+        selected = selection[-1] if selection else None
         subject: Any = rig
         if selected is not None:
             subject = rig.sensor(selected)
             sensor_form: SensorForm = self._lidar_form if isinstance(subject, Lidar) else self._camera_form
             sensor_form.set_taken_names(frozenset(s.name for s in rig.sensors) - {selected})
             sensor_form.set_locked(selected in self._locked)
+            sensor_form.set_selected(len(selection))
             sensor_form.tools.set_saved(self._saved_pose(selected))
             form = sensor_form
         if form is not self.form or selected != self._shown_name:

@@ -33,6 +33,7 @@ _DERIVED = {
 
 
 LOCKED_NOTE = "Locked: unlock it in the list to edit it."
+SEVERAL_NOTE = "{count} selected. The fields are those of {name}, the last one."
 DISABLED_NOTE = "Disabled: it does not count in the scores."
 
 
@@ -46,10 +47,12 @@ class SensorForm(Form):
         super().__init__(parent)
         self._taken: frozenset[str] = frozenset()
         self._is_locked = False
+        self._selected = 1
         self._kind = kind
         self._state = QLabel()
         self._state.setObjectName("state")
         self._state.setWordWrap(True)
+        self._state.setTextFormat(Qt.TextFormat.PlainText)
         self.add_wide(self._state)
         self._add_identity()
         self._add_pose()
@@ -132,8 +135,15 @@ class SensorForm(Form):
         self.tools.set_editable(not locked)
         self._show_state()
 
+    def set_selected(self, count: int) -> None:
+        """Say how many sensors are selected when this one is not the only one."""
+        self._selected = count
+        self._show_state()
+
     def _show_state(self) -> None:
         notes = [LOCKED_NOTE] if self._is_locked else []
+        if self._selected > 1 and self.subject is not None:
+            notes.insert(0, SEVERAL_NOTE.format(count=self._selected, name=self.subject.name))
         if self.subject is not None and not self.subject.enabled:
             notes.append(DISABLED_NOTE)
         self._state.setText("\n".join(notes))

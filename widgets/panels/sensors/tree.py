@@ -1,7 +1,4 @@
-"""The list of sensors by kind: tick, name, short type, loss without it, lock and eye; several can be selected.
-
-Only this list knows which sensors are selected beside the one that is edited.
-"""
+"""The list of sensors by kind: tick, name, short type, loss without it, lock and eye; several can be selected."""
 
 from __future__ import annotations
 
@@ -51,6 +48,7 @@ class SensorList(QTreeWidget):
         self._hidden: frozenset[str] = frozenset()
         self._locked: frozenset[str] = frozenset()
         self._enabled: frozenset[str] = frozenset()
+        self._selection: Names = ()
         set_up_columns(self)
         self.setIndentation(6)
         self.setRootIsDecorated(False)
@@ -60,11 +58,13 @@ class SensorList(QTreeWidget):
 
     # ------------------------------------------------------------------ what is shown
     def set_rig(
-        self, rig: Rig, hidden: frozenset[str], selected: str | None, locked: frozenset[str] = frozenset()
+        self, rig: Rig, hidden: frozenset[str], selection: Names, locked: frozenset[str] = frozenset()
     ) -> None:
-        """Show a rig. Rows are rebuilt only when sensors are added or removed, never while one of them is edited."""
+        """Show a rig and which of its sensors are selected, the current one last.
+
+        Rows are rebuilt only when sensors are added or removed, never while one of them is edited.
+        """
         shown = (rig.sensors, hidden, locked, tones())
-        chosen = self.chosen
         self.blockSignals(True)
         if shown != self._shown:
             if self._shown[-1:] != shown[-1:]:
@@ -72,19 +72,19 @@ class SensorList(QTreeWidget):
             self._shown, self._hidden, self._locked = shown, hidden, locked
             self._enabled = frozenset(sensor.name for sensor in rig.sensors if sensor.enabled)
             self._show_rows(rig)
-        self._show_selection(selected, chosen)
+        self._show_selection(selection)
         self.blockSignals(False)
 
-    def _show_selection(self, selected: str | None, chosen: Names) -> None:
-        """Select one sensor; those selected with it stay when it was one of them."""
-        if selected is None:
+    def _show_selection(self, selection: Names) -> None:
+        """Select these rows and no others."""
+        self._selection = selection
+        if not selection:
             self.setCurrentIndex(QModelIndex())
             self.clearSelection()
             return
-        kept = {name for name in chosen if name in self._items} if selected in chosen else set()
         for name, item in self._items.items():
-            item.setSelected(name == selected or name in kept)
-        self.setCurrentItem(self._items[selected], NAME, QItemSelectionModel.SelectionFlag.NoUpdate)
+            item.setSelected(name in selection)
+        self.setCurrentItem(self._items[selection[-1]], NAME, QItemSelectionModel.SelectionFlag.NoUpdate)
 
     @property
     def chosen(self) -> Names:
@@ -176,8 +176,8 @@ class SensorList(QTreeWidget):
 class SensorTree(SensorList):
     """Follows a rig; signals what the user wants and changes nothing by itself."""
 
-    selected = Signal(object)
-    """Name of the sensor to edit, None when nothing is selected."""
+    selected = Signal(tuple)
+    """Names of the sensors to select, the one to edit last."""
     enabled_toggled = Signal(tuple, bool)
     hidden_toggled = Signal(tuple, bool)
     locked_toggled = Signal(tuple, bool)
@@ -202,14 +202,8 @@ class SensorTree(SensorList):
 
     # ------------------------------------------------------------------ what the user does
     def choose(self, names: Names) -> None:
-        """Select several sensors, the last of which is edited."""
-        self.blockSignals(True)
-        for name, item in self._items.items():
-            item.setSelected(name in names)
-        self.blockSignals(False)
-        if names:
-            self.setCurrentItem(self._items[names[-1]], NAME, QItemSelectionModel.SelectionFlag.NoUpdate)
-        self._on_selection()
+        """Ask for several sensors to be selected, the last of which is edited."""
+        self.selected.emit(names)
 
     def edit(  # type: ignore[override]
         self, index: QModelIndex, trigger: QAbstractItemView.EditTrigger, event: QEvent
@@ -274,8 +268,11 @@ class SensorTree(SensorList):
     def _on_selection(self) -> None:
         chosen = self.chosen
         current = self.currentItem()
-        name = self.name_of(current) if current is not None else None
-        self.selected.emit(name if name in chosen else chosen[0] if chosen else None)
+        newest = self.name_of(current) if current is not None else None
+        before = {name: place for place, name in enumerate(self._selection)}
+        ordered = sorted(chosen, key=lambda name: (name == newest, before.get(name, len(before))))
+        self._selection = tuple(ordered)
+        self.selected.emit(self._selection)
 
     # ------------------------------------------------------------------ context menu
     def context_menu(self) -> QMenu:
