@@ -9,12 +9,13 @@ from typing import Any
 
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QCheckBox, QLineEdit
+from PySide6.QtWidgets import QCheckBox, QLabel, QLineEdit
 from pytestqt.qtbot import QtBot
 
 from riglens.core.rig.model import EvenAngles, Rig
+from riglens.widgets.panels.fields.form import ChoiceBox
 from tests.app.window.desk import FullDesk, full_desk
-from tests.app.window_bench import CAMERA, LIDAR, RIG, Bench, open_bench
+from tests.app.window_bench import CAMERA, LIDAR, RIG, Bench, choose_item, open_bench
 
 ODD = 0.1 + 0.2  # 0.30000000000000004: no short decimal gives it back
 
@@ -116,7 +117,7 @@ REFUSED = [
     ("roof", "elevations_deg.count", "0", "greater than or equal to 1"),
     ("roof", "elevations_deg.count", "2.5", "whole number"),
     ("roof", "range_max", "0", "greater than 0"),
-    ("roof", "range_min", "inf", "range_m must be"),
+    ("roof", "range_min", "inf", "Range must be"),
     ("front", "hfov_deg", "180", "less than 180"),
     ("front", "hfov_deg", "-5", "greater than 0"),
     ("front", "cast_columns", "161", "must not exceed the image"),
@@ -145,6 +146,56 @@ def test_a_good_value_after_a_bad_one_takes_the_mark_away(bench: FullDesk) -> No
     assert bench.document.rig.sensor("roof").position[0] == 0.75
     assert not bench.find("x").property("invalid")
     assert bench.panels.inspector.form.problem == ""
+
+
+@pytest.mark.parametrize("how", ["escape", "old text", "other text", "edited elsewhere", "step"])
+def test_the_reason_goes_when_the_wrong_text_does(bench: FullDesk, how: str) -> None:
+    bench.document.select("roof")
+    bench.type("yaw", "10")
+    bench.type("x", "left")
+    bench.type("roll", "round")
+    edit, form = bench.find("x"), bench.panels.inspector.form
+    assert form.problem.splitlines()[0].startswith("x: found 'left'")
+    if how == "escape":
+        bench.qtbot.keyClick(edit, Qt.Key.Key_Escape)
+    elif how == "old text":
+        bench.type("x", "0.1")
+    elif how == "other text":
+        bench.qtbot.keyClick(edit, Qt.Key.Key_5)
+    elif how == "edited elsewhere":
+        bench.document.replace_sensor("roof", LIDAR.replace(position=(3.0, 0.2, 1.9)))
+    else:
+        bench.qtbot.keyClick(edit, Qt.Key.Key_Up)
+    assert not edit.property("invalid")
+    assert form.problem.startswith("roll: found 'round'") and "\n" not in form.problem
+
+
+def test_the_reason_stands_under_the_field_and_stays_beside_another_problem(bench: FullDesk) -> None:
+    bench.document.select("roof")
+    bench.type("azimuths_deg.to", "200")
+    edit, form = bench.find("azimuths_deg.to"), bench.panels.inspector.form
+    label = edit.parentWidget().findChild(QLabel, "problem")
+    assert label is not None and not label.isHidden()
+    assert label.text() == "Azimuths to: Azimuths must not span more than 360 degrees, found 380.0"
+    form.show_problem("the clipboard holds no pose")
+    assert not label.isHidden() and form.problem.splitlines() == [label.text(), "the clipboard holds no pose"]
+    bench.type("azimuths_deg.to", "170")
+    assert label.isHidden() and form.problem == ""
+
+
+def test_a_choice_that_is_refused_goes_back_and_says_why(bench: FullDesk) -> None:
+    bench.document.select("roof")
+    form, before = bench.panels.inspector.form, bench.document.rig
+    form.bind_choice(combo := ChoiceBox(), lambda _: "now", refuse_every_value, "refused")
+    combo.addItem("now", "now")
+    combo.addItem("other", "other")
+    choose_item(combo, "other")
+    assert (combo.currentText(), form.problem) == ("now", "HFOV is what it is")
+    assert bench.document.rig == before
+
+
+def refuse_every_value(subject: Any, value: Any) -> Any:
+    raise ValueError("hfov_deg is what it is")
 
 
 def test_another_selection_forgets_what_was_refused(bench: FullDesk) -> None:

@@ -1,7 +1,8 @@
 """Number fields: sums may be typed, the unit shown can change, and only a focused field follows the wheel."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from typing import Any
 
 import pytest
 from PySide6.QtCore import QPoint, QPointF, Qt
@@ -9,7 +10,14 @@ from PySide6.QtGui import QWheelEvent
 from PySide6.QtWidgets import QApplication, QLineEdit, QVBoxLayout, QWidget
 from pytestqt.qtbot import QtBot
 
-from riglens.widgets.panels.fields.edits import NumberEdit
+from riglens.widgets.panels.fields.edits import (
+    IntegerEdit,
+    NumberEdit,
+    TextEdit,
+    ValueEdit,
+    fitted_number,
+    short_number,
+)
 from riglens.widgets.panels.fields.quantity import (
     DEGREES,
     METRES,
@@ -181,3 +189,45 @@ def test_steps_are_round_in_the_unit_shown(field: Field) -> None:
     field.edit.setFocus()
     field.wheel(120)
     assert field.edit.text() == "1250"
+
+
+# ---------------------------------------------------------------------- numbers longer than their field
+@pytest.mark.parametrize(
+    ("value", "characters", "text"),
+    [
+        (10_000_000, 8, "10000000"), (10_000_000, 7, "1e7"), (12_345_678, 7, "1.235e7"), (-12_345_678, 5, "-1e7"),
+        (123.45678, 7, "123.457"), (123.45678, 5, "123.5"), (0.000123, 6, "0.0001"), (math.inf, 0, "∞"),
+    ],
+)  # fmt: skip
+def test_a_number_is_shortened_to_its_room_but_never_cut_off(
+    value: float, characters: int, text: str
+) -> None:
+    assert fitted_number(value, short_number(value), lambda found: len(found) <= characters) == text
+
+
+@pytest.mark.parametrize("make", [IntegerEdit, lambda: NumberEdit(0.05, METRES)])
+def test_a_narrow_field_shows_ten_million_as_such(qtbot: QtBot, make: Callable[[], ValueEdit[Any]]) -> None:
+    edit = make()
+    qtbot.addWidget(edit)
+    edit.setFixedWidth(edit.fontMetrics().horizontalAdvance("0000000") + 8)
+    edit.set_value(10_000_000)
+    edit.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+    edit.show()
+    assert edit.text() == "1e7" and edit.cut_at is None
+    edit.setFixedWidth(300)
+    QApplication.processEvents()
+    assert edit.text() == "10000000"
+
+
+def test_a_text_that_is_cut_off_says_so_at_the_side_where_it_goes_on(qtbot: QtBot) -> None:
+    edit = TextEdit()
+    qtbot.addWidget(edit)
+    edit.resize(80, 24)
+    edit.set_value("a name that no field of eighty pixels has room for")
+    edit.show()
+    edit.setCursorPosition(0)
+    assert edit.cut_at == Qt.AlignmentFlag.AlignRight
+    edit.end(False)
+    assert edit.cut_at == Qt.AlignmentFlag.AlignLeft
+    edit.set_value("short")
+    assert edit.cut_at is None

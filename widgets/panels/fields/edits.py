@@ -7,14 +7,28 @@ from collections.abc import Callable
 from typing import Generic, TypeVar
 
 from PySide6.QtCore import QEvent, QRect, Qt, Signal
-from PySide6.QtGui import QColor, QFocusEvent, QKeyEvent, QKeySequence, QPainter, QPaintEvent, QWheelEvent
-from PySide6.QtWidgets import QLineEdit, QWidget
+from PySide6.QtGui import (
+    QColor,
+    QFocusEvent,
+    QKeyEvent,
+    QKeySequence,
+    QPainter,
+    QPaintEvent,
+    QResizeEvent,
+    QShowEvent,
+    QWheelEvent,
+)
+from PySide6.QtWidgets import QLineEdit, QStyle, QStyleOptionFrame, QWidget
 
 from riglens.widgets.panels.fields.quantity import NO_UNIT, Unit, parse_quantity
 from riglens.widgets.panels.style import numbers_font, tones
 
 Value = TypeVar("Value")
 _SUFFIX_GAP_PX = 3
+_TEXT_MARGIN_PX = 2
+"""What a line edit keeps free on both sides of its text."""
+_CUT = "…"
+_Keys = QKeySequence.StandardKey
 
 
 class ValueEdit(QLineEdit, Generic[Value]):
@@ -26,6 +40,8 @@ class ValueEdit(QLineEdit, Generic[Value]):
 
     edited = Signal(object)
     refused = Signal(str)
+    unmarked = Signal()
+    """The text that was refused is gone."""
 
     def __init__(
         self,
@@ -40,6 +56,7 @@ class ValueEdit(QLineEdit, Generic[Value]):
         self._suffix = ""
         self.setFont(numbers_font(self.font()))
         self.editingFinished.connect(self._take)
+        self.textEdited.connect(lambda _: self.mark(""))
 
     @property
     def value(self) -> Value | None:
@@ -61,11 +78,14 @@ class ValueEdit(QLineEdit, Generic[Value]):
 
     def mark(self, reason: str) -> None:
         """Show in red that what was typed is not accepted; an empty reason removes the mark."""
-        if self._is_marked() != bool(reason):
+        was_marked = self._is_marked()
+        if was_marked != bool(reason):
             self.setProperty("invalid", bool(reason))
             self.style().unpolish(self)
             self.style().polish(self)
         self.setToolTip(reason or ("" if self._value is None else self._full(self._value)))
+        if was_marked and not reason:
+            self.unmarked.emit()
 
     def _is_marked(self) -> bool:
         return bool(self.property("invalid"))
@@ -73,7 +93,22 @@ class ValueEdit(QLineEdit, Generic[Value]):
     def _shown(self) -> str:
         if self._value is None:
             return ""
-        return self._full(self._value) if self.hasFocus() else self._short(self._value)
+        return self._full(self._value) if self.hasFocus() else self._fitted(self._value)
+
+    def _fitted(self, value: Value) -> str:
+        """Return the short text, or a shorter one that fits into the field."""
+        return self._short(value)
+
+    def _fits(self, text: str) -> bool:
+        """Whether a text has room in the field; before the field is on the screen, any text has."""
+        return not self.isVisible() or self.fontMetrics().horizontalAdvance(text) <= self._room().width()
+
+    def _room(self) -> QRect:
+        """Where the text stands."""
+        option = QStyleOptionFrame()
+        self.initStyleOption(option)
+        inside = self.style().subElementRect(QStyle.SubElement.SE_LineEditContents, option, self)
+        return inside.marginsRemoved(self.textMargins()).adjusted(_TEXT_MARGIN_PX, 0, -_TEXT_MARGIN_PX, 0)
 
     def _is_touched(self) -> bool:
         return self.isModified()
@@ -116,6 +151,44 @@ class ValueEdit(QLineEdit, Generic[Value]):
             room = QRect(0, 0, self.width() - 2 * _SUFFIX_GAP_PX, self.height())
             painter.drawText(room, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter, self._suffix)
             painter.end()
+        if self.cut_at is not None:
+            self._paint_cut(self.cut_at)
+
+    @property
+    def cut_at(self) -> Qt.AlignmentFlag | None:
+        """The side at which the text does not fit and is marked as cut off; None for a whole text."""
+        if self._fits(self.text()):
+            return None
+        return Qt.AlignmentFlag.AlignRight if self.cursorPosition() == 0 else Qt.AlignmentFlag.AlignLeft
+
+    def _paint_cut(self, side: Qt.AlignmentFlag) -> None:
+        """Put three dots where the text is cut off, so that no number is taken for a smaller one."""
+        painter = QPainter(self)
+        place, width_px = self._room(), self.fontMetrics().horizontalAdvance(_CUT)
+        if side == Qt.AlignmentFlag.AlignRight:
+            place.setLeft(place.right() - width_px)
+            place.setRight(place.right() + _TEXT_MARGIN_PX)
+        else:
+            place.setRight(place.left() + width_px)
+            place.setLeft(place.left() - _TEXT_MARGIN_PX)
+        painter.fillRect(place, self.palette().base())
+        painter.setPen(self.palette().text().color())
+        painter.drawText(place, Qt.AlignmentFlag.AlignCenter, _CUT)
+        painter.end()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Show as much of a value as has room."""
+        super().resizeEvent(event)
+        self._refit()
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Show as much of a value as has room."""
+        super().showEvent(event)
+        self._refit()
+
+    def _refit(self) -> None:
+        if not (self.hasFocus() or self._is_touched() or self._is_marked()):
+            self._show()
 
     def focusInEvent(self, event: QFocusEvent) -> None:
         super().focusInEvent(event)
@@ -128,24 +201,32 @@ class ValueEdit(QLineEdit, Generic[Value]):
         super().focusOutEvent(event)
         if not self._is_marked():
             self._show()
+        self.setCursorPosition(0)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.key() == Qt.Key.Key_Escape and (self._is_touched() or self._is_marked()):
             self.revert()
             self.selectAll()
             return
+        if _is_redo(event):
+            self.redo()
+            return
         super().keyPressEvent(event)
 
     def event(self, event: QEvent) -> bool:
-        """Leave undo and redo to the document unless something is being typed here."""
+        """Leave undo, redo and Escape to the window unless something is being typed here."""
         if event.type() == QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent):
-            is_undo = event.matches(QKeySequence.StandardKey.Undo) or event.matches(
-                QKeySequence.StandardKey.Redo
-            )
-            if is_undo and not self._is_touched():
-                event.ignore()
-                return False
+            is_own = self._is_touched() or self._is_marked()
+            if event.key() == Qt.Key.Key_Escape or _is_redo(event) or event.matches(_Keys.Undo):
+                event.setAccepted(is_own)
+                return is_own
         return super().event(event)
+
+
+def _is_redo(event: QKeyEvent) -> bool:
+    """Whether keys mean redo: Ctrl+Y everywhere, not only where the system says so."""
+    is_ctrl_y = event.key() == Qt.Key.Key_Y and event.modifiers() == Qt.KeyboardModifier.ControlModifier
+    return is_ctrl_y or event.matches(_Keys.Redo)
 
 
 SHOWN_DECIMALS = 4
@@ -163,6 +244,24 @@ def short_number(value: float) -> str:
 def full_number(value: float) -> str:
     """Return the shortest text that reads back as the same double."""
     return short_number(value) if math.isinf(value) else repr(value).removesuffix(".0")
+
+
+def fitted_number(value: float, text: str, fits: Callable[[str], bool]) -> str:
+    """Return `text`, or the number with as many decimals, or else digits and a power of ten, as have room."""
+    if fits(text) or not math.isfinite(value):
+        return text
+    decimals = [short_number(round(value, places)) for places in range(SHOWN_DECIMALS - 1, -1, -1)]
+    shorter = [
+        *(decimals if abs(value) >= 1.0 else []),
+        *(power_of_ten(value, digits) for digits in range(6, 0, -1)),
+    ]
+    return next((found for found in shorter if fits(found)), shorter[-1])
+
+
+def power_of_ten(value: float, digits: int) -> str:
+    """Return a number with so many digits at most, such as 1.5e7."""
+    mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
+    return f"{mantissa.rstrip('0').rstrip('.') if '.' in mantissa else mantissa}e{int(exponent)}"
 
 
 def short_text(value: float, unit: Unit) -> str:
@@ -211,6 +310,9 @@ class NumberEdit(ValueEdit[float]):
     def _full_text(self, value: float) -> str:
         return full_text(value, self._unit)
 
+    def _fitted(self, value: float) -> str:
+        return fitted_number(value * self._unit.per_base, self._short(value), self._fits)
+
     def step_by(self, steps: float) -> None:
         """Request the value that many steps further, rounded so that tenths stay tenths."""
         if self._value is None or not math.isfinite(self._value):
@@ -255,6 +357,9 @@ class IntegerEdit(ValueEdit[int | None]):
         super().__init__(parse, str, str, parent)
         self.set_suffix(unit.name)
         self.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+
+    def _fitted(self, value: int | None) -> str:
+        return "" if value is None else fitted_number(value, str(value), self._fits)
 
 
 class ListEdit(ValueEdit[tuple[float, ...]]):

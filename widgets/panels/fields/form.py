@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 from pydantic import ValidationError
-from PySide6.QtCore import Signal
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QWheelEvent
-from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QHBoxLayout, QLabel, QWidget
+from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
 from riglens.core.errors import InputError
 from riglens.widgets.panels.fields.edits import ListEdit, NumberEdit, ValueEdit
@@ -41,11 +42,13 @@ class _Binding:
 class Form(QWidget):
     """A grid of labels and fields over one frozen object (`subject`).
 
-    `changed` carries the changed copy. A value that the object refuses marks its field, and the reason is shown
-    under the form; the object itself stays as it is.
+    `changed` carries the changed copy. A value that the object refuses marks its field, and the reason stands under
+    the field for as long as the value does; the object itself stays as it is.
     """
 
     changed = Signal(object)
+    words: ClassVar[dict[str, str]] = {}
+    """What the form calls the fields of a rig file that reasons speak of."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -54,16 +57,15 @@ class Form(QWidget):
         self._bindings: list[_Binding] = []
         self._captions: dict[QWidget, QLabel] = {}
         self._reasons: dict[QWidget, str] = {}
+        self._reason_labels: dict[QWidget, QLabel] = {}
+        self._other_problem = ""
         self._grid = QGridLayout(self)
         self._grid.setContentsMargins(MARGIN, MARGIN, MARGIN, MARGIN)
         self._grid.setHorizontalSpacing(SPACING)
         self._grid.setVerticalSpacing(SPACING - 1)
         self._grid.setColumnMinimumWidth(0, 70)
         self._grid.setColumnStretch(1, 1)
-        self._problem = QLabel()
-        self._problem.setObjectName("problem")
-        self._problem.setWordWrap(True)
-        self._problem.hide()
+        self._problem = _problem_label()
 
     # ------------------------------------------------------------------ building
     def add_heading(self, text: str) -> QLabel:
@@ -77,8 +79,11 @@ class Form(QWidget):
     def add_row(self, label: str, fields: Sequence[QWidget], tip: str = "") -> QWidget:
         """Add a label with its fields side by side, and return the widget that holds the fields."""
         box = QWidget()
-        line = QHBoxLayout(box)
-        line.setContentsMargins(0, 0, 0, 0)
+        column = QVBoxLayout(box)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(2)
+        line = QHBoxLayout()
+        column.addLayout(line)
         line.setSpacing(4)
         for field in fields:
             line.addWidget(field, 0 if isinstance(field, QLabel) else 1)
@@ -100,14 +105,19 @@ class Form(QWidget):
         """Add a widget over the whole width."""
         self._grid.addWidget(widget, self._grid.rowCount(), 0, 1, 2)
 
+    def add_problem_line(self) -> None:
+        """Add the place for problems that belong to no row."""
+        self.add_wide(self._problem)
+
     def set_fields_enabled(self, enabled: bool) -> None:
         """Make every bound field editable, or read-only."""
         for binding in self._bindings:
             binding.widget.setEnabled(enabled)
 
     def close_form(self) -> None:
-        """Put the place for reasons under the last row and keep the rows at the top."""
-        self.add_wide(self._problem)
+        """Keep the rows at the top; problems of no row stand under the last one unless they have a place already."""
+        if self._problem.parentWidget() is None:
+            self.add_problem_line()
         self._grid.setRowStretch(self._grid.rowCount(), 1)
 
     def bind_edit(self, edit: ValueEdit[Any], read: Read, write: Write, name: str) -> None:
@@ -116,6 +126,7 @@ class Form(QWidget):
         self._bindings.append(_Binding(edit, read, edit.set_value))
         edit.edited.connect(lambda value: self._try(edit, write, value))
         edit.refused.connect(lambda reason: self._refuse(edit, reason))
+        edit.unmarked.connect(lambda: self._forget(edit))
 
     def bind_check(self, check: QCheckBox, read: Read, write: Write, name: str) -> None:
         """Connect a check box with a bool of the subject."""
@@ -144,16 +155,14 @@ class Form(QWidget):
         self._subject = subject
         for binding in self._bindings:
             binding.show(binding.read(subject))
-        self._reasons = {w: reason for w, reason in self._reasons.items() if w.property("invalid")}
-        self._show_reasons()
+        self.show_problem("")
 
     def forget_input(self) -> None:
         """Discard what was typed and refused."""
-        for widget in self._reasons:
+        for widget in tuple(self._reasons):
             if isinstance(widget, ValueEdit):
                 widget.revert()
-        self._reasons = {}
-        self._show_reasons()
+        self.show_problem("")
 
     def _try(self, widget: QWidget, write: Write, value: Any) -> None:
         try:
@@ -161,21 +170,48 @@ class Form(QWidget):
         except (ValidationError, InputError, ValueError) as error:
             self._refuse(widget, reason_of(error))
             return
-        self._reasons.pop(widget, None)
-        self._show_reasons()
+        self._forget(widget)
         self.changed.emit(changed)
         self.show_subject(self._subject)
 
     def _refuse(self, widget: QWidget, reason: str) -> None:
+        reason = self._in_words(reason)
         if isinstance(widget, ValueEdit):
             widget.mark(reason)
             self._reasons[widget] = reason
-        self._show_reasons()
+            self._show_reasons()
+            return
+        for binding in self._bindings:
+            if binding.widget is widget:
+                binding.show(binding.read(self._subject))
+        self.show_problem(_line(widget, reason))
+
+    def _in_words(self, reason: str) -> str:
+        """Return a reason with the names of the form in place of those of a rig file."""
+        for name, word in self.words.items():
+            reason = re.sub(rf"\b{name}\b", word, reason)
+        return reason
+
+    def _forget(self, widget: QWidget) -> None:
+        """The value that was refused is gone, so is the reason."""
+        if self._reasons.pop(widget, None) is not None:
+            self._show_reasons()
 
     def _show_reasons(self) -> None:
-        lines = [f"{widget.accessibleName()}: {reason}" for widget, reason in self._reasons.items()]
-        self._problem.setText("\n".join(lines))
-        self._problem.setVisible(bool(lines))
+        """Show every reason under the row of its field."""
+        lines: dict[QWidget, list[str]] = {}
+        for widget, reason in self._reasons.items():
+            box = widget.parentWidget()
+            if box is not None:
+                lines.setdefault(box, []).append(_line(widget, reason))
+        for box in lines.keys() - self._reason_labels.keys():
+            label = self._reason_labels[box] = _problem_label()
+            column = box.layout()
+            assert column is not None
+            column.addWidget(label)
+        for box, label in self._reason_labels.items():
+            label.setText("\n".join(lines.get(box, [])))
+            label.setVisible(box in lines)
 
     @property
     def subject(self) -> Any:
@@ -184,13 +220,30 @@ class Form(QWidget):
 
     def show_problem(self, text: str) -> None:
         """Report a problem that is not bound to a field; the next change removes it."""
+        self._other_problem = text
         self._problem.setText(text)
         self._problem.setVisible(bool(text))
 
     @property
     def problem(self) -> str:
-        """The reasons shown under the form, empty when all is well."""
-        return self._problem.text()
+        """Every reason shown in the form, empty when all is well."""
+        lines = [_line(widget, reason) for widget, reason in self._reasons.items()]
+        return "\n".join([*lines, self._other_problem] if self._other_problem else lines)
+
+
+def _problem_label() -> QLabel:
+    label = QLabel()
+    label.setObjectName("problem")
+    label.setTextFormat(Qt.TextFormat.PlainText)
+    label.setWordWrap(True)
+    label.hide()
+    return label
+
+
+def _line(widget: QWidget, reason: str) -> str:
+    """A reason with the name of its field."""
+    name = widget.accessibleName()
+    return f"{name}: {reason}" if name else reason
 
 
 def read_item(field: str, place: int) -> Read:

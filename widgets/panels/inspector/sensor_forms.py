@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import partial
+from itertools import pairwise
 from typing import Any, Literal
 
 from PySide6.QtCore import QObject, Qt, Signal
@@ -32,6 +33,15 @@ _DERIVED = {
 }
 
 
+_PARTS = {"range_min": "from", "range_max": "to"}
+_WORDS = {
+    "elevations_deg": "Elevations",
+    "azimuths_deg": "Azimuths",
+    "azimuth_offsets_deg": "Azimuth offsets",
+    "range_m": "Range",
+    "hfov_deg": "HFOV",
+    "cast": "Rays cast",
+}
 LOCKED_NOTE = "Locked: unlock it in the list to edit it."
 SEVERAL_NOTE = "{count} selected. The fields are those of {name}, the last one."
 DISABLED_NOTE = "Disabled: it does not count in the scores."
@@ -42,6 +52,7 @@ class SensorForm(Form):
 
     units_chosen = Signal(object)
     """The Unit in which lengths or angles are to be shown."""
+    words = _WORDS
 
     def __init__(self, kind: Literal["lidar", "camera"], parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -91,6 +102,9 @@ class SensorForm(Form):
         self.tools.refused.connect(self.show_problem)
         self.tools.units_chosen.connect(self.units_chosen)
         self.add_wide(self.tools)
+        self.add_problem_line()
+        positions: list[QWidget] = []
+        angles: list[QWidget] = []
         for place, (axis, angle) in enumerate(zip("xyz", ("roll", "pitch", "yaw"), strict=True)):
             along, about = NumberEdit(STEP_M, METRES), NumberEdit(STEP_DEG, DEGREES)
             caption = QLabel(angle)
@@ -100,6 +114,10 @@ class SensorForm(Form):
             for edit, name, field in ((along, axis, "position"), (about, angle, "rpy_deg")):
                 edit.setAccessibleName(name)
                 self.bind_edit(edit, read_item(field, place), write_item(field, place), name)
+            positions.append(along)
+            angles.append(about)
+        for before, after in pairwise([*positions, *angles]):
+            self.setTabOrder(before, after)  # the position as a whole, then the rotation
 
     def _take_pose(self, pose: Pose) -> None:
         """Take another pose as one change."""
@@ -159,7 +177,7 @@ class SensorForm(Form):
     ) -> QWidget:
         """Add a row for the two items of a tuple with a sign between them; keys are the object names."""
         for place, (name, edit) in enumerate(edits.items()):
-            edit.setAccessibleName(name.replace("_", " "))
+            edit.setAccessibleName(f"{caption} {_PARTS.get(name, name.split('_')[-1])}")
             self.bind_edit(edit, read_item(field, place), write_item(field, place), name)
         first, second = edits.values()
         return self.add_row(caption, [first, QLabel(between), second], tip)
@@ -198,8 +216,8 @@ class AnglesField(QObject):
             self._way.addItem(way, way)
         form.add_row(caption, [self._way], tip)
         form.bind_choice(self._way, self._read_way, self._write_way, f"{field}.way")
-        self._even_row = self._add_even(form)
-        self._list_row = self._add_list(form)
+        self._even_row = self._add_even(form, caption)
+        self._list_row = self._add_list(form, caption)
 
     def show_rows(self, lidar: Lidar) -> None:
         """Show the row that fits how the angles are given."""
@@ -207,7 +225,7 @@ class AnglesField(QObject):
         self._form.show_row(self._even_row, is_even)
         self._form.show_row(self._list_row, not is_even)
 
-    def _add_even(self, form: Form) -> QWidget:
+    def _add_even(self, form: Form, caption: str) -> QWidget:
         edits: list[tuple[str, ValueEdit[Any]]] = [
             ("from_", NumberEdit(1.0, DEGREES)),
             ("to", NumberEdit(1.0, DEGREES)),
@@ -218,7 +236,7 @@ class AnglesField(QObject):
         row = form.add_row("", fields, "from, to × number of angles")
         for part, edit in edits:
             title = part.rstrip("_")
-            edit.setAccessibleName(f"{self._field} {title}")
+            edit.setAccessibleName(f"{caption} {title}")
             form.bind_edit(
                 edit,
                 partial(self._read_part, part),
@@ -227,9 +245,9 @@ class AnglesField(QObject):
             )
         return row
 
-    def _add_list(self, form: Form) -> QWidget:
+    def _add_list(self, form: Form, caption: str) -> QWidget:
         edit = ListEdit(DEGREES)
-        edit.setAccessibleName(f"{self._field} list")
+        edit.setAccessibleName(caption)
         row = form.add_row("", [edit], "angles, separated by commas")
         form.bind_edit(edit, self._read_list, self._write_list, f"{self._field}.list")
         return row
@@ -328,7 +346,7 @@ class CameraForm(SensorForm):
         self.add_row("Lens by", [way], "one field of view, or focal lengths and principal point in pixels")
         self.bind_choice(way, _lens_way, _write_lens_way, "lens.way")
         hfov = NumberEdit(1.0, DEGREES)
-        hfov.setAccessibleName("field of view")
+        hfov.setAccessibleName("HFOV")
         self._hfov_row = self._add_optional(hfov, "hfov_deg", "HFOV", "horizontal field of view")
         self._focal_rows = [
             self._add_optional(NumberEdit(1.0, PIXELS), name, name, tip)
