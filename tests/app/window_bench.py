@@ -91,8 +91,8 @@ class FakeViewport(View):
     def set_view(self, name: str, wide: bool = False) -> None:
         self.told.append(("view", name))
 
-    def frame_sensor(self, name: str) -> None:
-        self.told.append(("frame", name))
+    def frame_sensors(self, names: tuple[str, ...]) -> None:
+        self.told.append(("frame", *names))
 
     def look_at(self, x_m: float, y_m: float) -> None:
         self.told.append(("look", x_m, y_m))

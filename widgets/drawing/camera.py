@@ -17,12 +17,14 @@ Size = tuple[int, int]
 Pixel = tuple[float, float]
 """Right and down from the upper left corner."""
 VIEWS = ("iso", "top", "front", "left", "rear")
+"""The views of a picture; the window has the right side, too."""
 _DIRECTION_DEG = {
     "iso": (-52.0, 24.0),
     "top": (-90.0, 90.0),
     "front": (0.0, 0.0),
     "left": (90.0, 0.0),
     "rear": (180.0, 0.0),
+    "right": (-90.0, 0.0),
 }
 _FIT_BOX = (np.array([0.02, 0.03]), np.array([0.98, 0.87]))
 _MIN_DISTANCE_M, _MAX_DISTANCE_M = 0.3, 2000.0
@@ -119,6 +121,23 @@ class OrbitCamera:
         return replace(self.panned(-dx_px, -dy_px, size), distance_m=distance)
 
 
+_AROUND_M = 5.0
+
+
+def framed(camera: OrbitCamera, places_m: Points, size: Size) -> OrbitCamera:
+    """Return the camera with points (n, 3) in the middle of a picture of this size; its direction stays.
+
+    A single point is seen from 5 m.
+    """
+    low, high = places_m.min(axis=0), places_m.max(axis=0)
+    middle = (low + high) / 2.0
+    narrow = min(1.0, size[0] / max(1, size[1]))
+    half_angle = math.atan(narrow * math.tan(math.radians(camera.view_angle_deg) / 2.0))
+    distance = _AROUND_M + float(np.linalg.norm(high - low)) / 2.0 / math.sin(half_angle)
+    focal = (float(middle[0]), float(middle[1]), float(middle[2]))
+    return replace(camera, focal_m=focal, distance_m=min(distance, _MAX_DISTANCE_M))
+
+
 def view_camera(
     name: str, grid: VoxelGrid, aspect: float, wide: bool = False, car_m: tuple[float, float] = (4.6, 1.45)
 ) -> OrbitCamera:
@@ -128,7 +147,7 @@ def view_camera(
     the side views the car with its sensors.
     """
     if name not in _DIRECTION_DEG:
-        raise InputError(f"view: found '{name}', accepted is {', '.join(VIEWS)}")
+        raise InputError(f"view: found '{name}', accepted is {', '.join(_DIRECTION_DEG)}")
     azimuth, elevation = _DIRECTION_DEG[name]
     if name == "iso" and wide:
         return _fitted(OrbitCamera((0.0, 0.0, 0.0), 1.0, azimuth, elevation + 6.0), _corners_m(grid), aspect)

@@ -49,7 +49,7 @@ class CanvasInput(QObject):
             self._controller.wheel(self._pixel(event.position()), event.angleDelta().y() / 120.0)
             return True
         if isinstance(event, QKeyEvent) and event.type() == QEvent.Type.ShortcutOverride:
-            event.setAccepted(is_nudge(event))
+            event.setAccepted(is_own_key(event))
             return True
         if isinstance(event, QKeyEvent):
             event.setAccepted(handle_key(self._controller, event))
@@ -109,9 +109,9 @@ def handle_key(controller: ViewController, event: QKeyEvent) -> bool:
     return controller.nudge(_NUDGES[event.key()], turn, bool(keys & Qt.KeyboardModifier.ShiftModifier))
 
 
-def is_nudge(event: QKeyEvent) -> bool:
-    """Whether a key nudges: the view takes it even if the window has a shortcut for it."""
-    return event.key() in _NUDGES
+def is_own_key(event: QKeyEvent) -> bool:
+    """Whether a key nudges or ends a drag: the view takes it even if the window has a shortcut for it."""
+    return event.key() in _NUDGES or event.key() == Qt.Key.Key_Escape
 
 
 _CLICK_PX = 4.0

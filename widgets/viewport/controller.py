@@ -149,7 +149,7 @@ class ViewController:
         """Look at the sensor under the mouse from close by."""
         name = self._scene.under_mouse.sensor(pixel)
         if name is not None and self._held is None:
-            self._scene.frame(name)
+            self._scene.frame((name,))
             self._listener.on_changed()
 
     def wheel(self, pixel: Pixel, steps: float) -> None:

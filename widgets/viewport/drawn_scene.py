@@ -16,7 +16,7 @@ from riglens.core.geometry import Pose
 from riglens.core.rig.model import Camera, Lidar
 from riglens.core.vehicle.placing import placed_on
 from riglens.widgets.car.layer import BodyLayer
-from riglens.widgets.drawing.camera import OrbitCamera, Pixel, Size, view_camera
+from riglens.widgets.drawing.camera import OrbitCamera, Pixel, Size, framed, view_camera
 from riglens.widgets.drawing.stage import Stage
 from riglens.widgets.gizmo.drag import Handle
 from riglens.widgets.gizmo.handles import GizmoActors
@@ -142,7 +142,7 @@ class DrawnScene:
         return self._words.legend_texts
 
     def set_view(self, name: str, wide: bool = False) -> None:
-        """Look from "iso", "top", "front", "left", "rear" (else InputError); `wide`: iso over all the ROI."""
+        """Look from "iso", "top", "front", "left", "rear", "right" (else InputError); `wide`: iso over all the ROI."""
         width, height = self.size
         vehicle = self._state.vehicle
         size_m = (vehicle.length, vehicle.height)
@@ -152,10 +152,19 @@ class DrawnScene:
         """Look through another camera."""
         self._state = replace(self._state, camera=camera)
 
-    def frame(self, name: str) -> None:
-        """Look at one sensor from close by, keeping the direction."""
-        position = self._state.rig.sensor(name).position
-        self.set_camera(replace(self._state.camera, focal_m=position, distance_m=5.0))
+    def frame(self, names: tuple[str, ...] = ()) -> None:
+        """Look at these sensors from close by, keeping the direction; without names, at the car with all of them."""
+        state = self._state
+        places_m = [state.rig.sensor(name).position for name in names]
+        if not names:
+            vehicle = state.vehicle
+            x_m, y_m = vehicle.length / 2, vehicle.width / 2
+            places_m = [
+                (-x_m, -y_m, 0.0),
+                (x_m, y_m, vehicle.height),
+                *(sensor.position for sensor in state.shown),
+            ]
+        self.set_camera(framed(state.camera, np.array(places_m), self.size))
 
     def set_hovered(self, hovered: str | Handle | None) -> bool:
         """Highlight a sensor (by name) or a handle; True when that changed anything."""

@@ -76,15 +76,15 @@ class View(QWidget):
 
     @abstractmethod
     def set_view(self, name: str, wide: bool = False) -> None:
-        """Look from "iso", "top", "front", "left" or "rear"; `wide` shows the whole ROI in the iso view.
+        """Look from "iso", "top", "front", "left", "rear" or "right"; `wide` shows the whole ROI in the iso view.
 
         Raises InputError for another name.
         """
         raise NotImplementedError
 
     @abstractmethod
-    def frame_sensor(self, name: str) -> None:
-        """Look at one sensor from close by."""
+    def frame_sensors(self, names: tuple[str, ...]) -> None:
+        """Look at these sensors from close by; without names, at the car with all the sensors shown."""
         raise NotImplementedError
 
     @abstractmethod

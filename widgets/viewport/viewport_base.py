@@ -77,7 +77,7 @@ class ViewportBase(DropTarget):
         self._picker.set_on(is_on)
 
     def set_view(self, name: str, wide: bool = False) -> None:
-        """Look from "iso", "top", "front", "left" or "rear"; `wide` shows the whole ROI in the iso view."""
+        """Look from "iso", "top", "front", "left", "rear" or "right"; `wide` shows the whole ROI in the iso view."""
         self._scene.set_view(name, wide)
         self.request_render()
 
@@ -86,9 +86,9 @@ class ViewportBase(DropTarget):
         camera = self._scene.state.camera
         return None if camera is self._home else camera
 
-    def frame_sensor(self, name: str) -> None:
-        """Look at one sensor from close by."""
-        self._scene.frame(name)
+    def frame_sensors(self, names: tuple[str, ...]) -> None:
+        """Look at these sensors from close by; without names, at the car with all the sensors shown."""
+        self._scene.frame(names)
         self.request_render()
 
     def look_at(self, x_m: float, y_m: float) -> None:

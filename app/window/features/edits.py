@@ -31,7 +31,13 @@ class Edits(Feature):
     specs = (
         Spec("undo", "Undo", "Take back the last change", "Ctrl+Z", "undo", "edit/history", "history"),
         Spec(
-            "redo", "Redo", "Do again what was taken back", "Ctrl+Shift+Z", "redo", "edit/history", "history"
+            "redo",
+            "Redo",
+            "Do again what was taken back",
+            "Ctrl+Shift+Z; Ctrl+Y",
+            "redo",
+            "edit/history",
+            "history",
         ),
     )
 

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QShortcut
+
 from riglens.app.evaluation.requests import PickedVoxel, Result, sight_text
 from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
@@ -30,6 +33,8 @@ class Pick(Feature):
     def __init__(self, bench: Workbench) -> None:
         super().__init__(bench)
         self.card = VoxelCard(self.viewport)
+        self._escape = QShortcut(Qt.Key.Key_Escape, bench.window, self.clear)  # wherever the focus is
+        self._escape.setEnabled(False)
         self.bind(pick=self._set_tool)
         self.card.closed.connect(self.clear)
         self.viewport.cell_picked.connect(self._on_picked)
@@ -70,6 +75,7 @@ class Pick(Feature):
     def _show_voxel(self) -> None:
         """Point the voxel out; what is known about it comes with the next answer."""
         voxel, marker = self.session.voxel, None
+        self._escape.setEnabled(voxel is not None)
         if voxel is None:
             self.card.show_voxel(None)
         elif self.session.scene is not None:

@@ -13,7 +13,7 @@ from riglens.app.window.workbench import Workbench
 from riglens.widgets.drawing.camera import OrbitCamera
 from riglens.widgets.gizmo.drag import GizmoMode, Space
 
-VIEWS = ("iso", "top", "front", "left", "rear")
+VIEWS = ("iso", "top", "front", "left", "rear", "right")
 GIZMOS: tuple[GizmoMode, ...] = ("move", "rotate", "both")
 FAR_M = 2000.0
 
@@ -35,7 +35,12 @@ class Views(Feature):
         _view("front", "Front", "View of the front", "3"),
         _view("left", "Left", "View of the left side", "4"),
         _view("rear", "Rear", "View of the rear", "5"),
-        _view("frame", "Frame selection", "Bring the selected sensor into the middle of the view", "F", "frame"),
+        _view("right", "Right", "View of the right side", "6"),
+        _view(
+            "frame", "Frame selection", "Bring the selected sensors into the middle of the view, or else everything",
+            "F", "frame",
+        ),
+        Spec("frame_all", "Frame all", "Bring the car with all its sensors into view", "Home", menu="view/looks"),
         _gizmo("move", "Move", "Arrows on the selected sensor", "W", "move"),
         _gizmo("rotate", "Rotate", "Rings on the selected sensor", "E", "rotate"),
         _gizmo("both", "Move and rotate", "Arrows and rings on the selected sensor", "Q", "both"),
@@ -67,12 +72,11 @@ class Views(Feature):
         super().__init__(bench)
         self.bind(
             frame=self.frame,
+            frame_all=partial(self.viewport.frame_sensors, ()),
             snap=self.set_snap,
             **dict.fromkeys((*GIZMOS, "local"), self.set_gizmo),
             **{view: partial(self.viewport.set_view, view) for view in VIEWS},
         )
-        self.document.selection_changed.connect(self._update)
-        self._update()
 
     def set_gizmo(self) -> None:
         """Give the viewport the handles that are ticked."""
@@ -86,9 +90,8 @@ class Views(Feature):
         self.viewport.set_snap(self.actions["snap"].isChecked())
 
     def frame(self) -> None:
-        """Look at the selected sensor from near by."""
-        if self.document.selected is not None:
-            self.viewport.frame_sensor(self.document.selected)
+        """Look at the selected sensors from near by, or at the car with all its sensors."""
+        self.viewport.frame_sensors(self.document.chosen)
 
     def restore(self, settings: Settings) -> None:
         key = settings.read("gizmo/mode", "both")
@@ -107,9 +110,6 @@ class Views(Feature):
         settings.write("gizmo/snap", self.actions["snap"].isChecked())
         camera = self.viewport.chosen_camera()
         settings.write("view/camera", {} if camera is None else asdict(camera))
-
-    def _update(self) -> None:
-        self.actions["frame"].setEnabled(self.document.selected is not None)
 
 
 def _camera(kept: dict[str, Any]) -> OrbitCamera | None:

@@ -88,7 +88,7 @@ def test_copying_and_deleting_work_by_key(whole: Bench) -> None:
 
 
 def test_what_needs_a_selection_is_only_there_with_one(bench: FullDesk) -> None:
-    keys = ("duplicate", "delete", "hide", "frame")
+    keys = ("duplicate", "delete", "hide", "enable", "lock", "rename", "cut", "copy")
     assert not any(bench.workbench.actions[key].isEnabled() for key in keys)
     click_row(bench, "front")
     assert all(bench.workbench.actions[key].isEnabled() for key in keys)
@@ -252,6 +252,32 @@ def test_gizmo_modes_and_views_reach_the_viewport(whole: Bench) -> None:
         ("both", "local"),
     ]
     assert whole.viewport.told[-1] == ("view", "top")
+
+
+def test_f_frames_what_is_selected_or_all_and_home_frames_all(whole: Bench) -> None:
+    whole.qtbot.keyClick(whole.workbench.window, Qt.Key.Key_F)
+    assert whole.viewport.told[-1] == ("frame",)
+    whole.document.choose_all()
+    whole.qtbot.keyClick(whole.workbench.window, Qt.Key.Key_F)
+    assert whole.viewport.told[-1] == ("frame", "roof", "front")
+    whole.qtbot.keyClick(whole.workbench.window, Qt.Key.Key_Home)
+    assert whole.viewport.told[-1] == ("frame",)
+    whole.qtbot.keyClick(whole.workbench.window, Qt.Key.Key_6)
+    assert whole.viewport.told[-1] == ("view", "right")
+
+
+def test_ctrl_y_redoes_unless_something_is_being_typed(whole: Bench) -> None:
+    whole.document.select("roof")
+    whole.type("x", "2")
+    whole.act("undo")
+    whole.qtbot.keyClick(whole.find("x"), Qt.Key.Key_Y, Qt.KeyboardModifier.ControlModifier)
+    assert whole.document.rig.sensor("roof").position[0] == 2.0
+    whole.act("undo")
+    edit = whole.find("y")
+    edit.setFocus()
+    whole.qtbot.keyClick(edit, Qt.Key.Key_5)
+    whole.qtbot.keyClick(edit, Qt.Key.Key_Y, Qt.KeyboardModifier.ControlModifier)
+    assert whole.document.rig == RIG
 
 
 def test_the_help_lists_every_shortcut_there_is(bench: FullDesk) -> None:

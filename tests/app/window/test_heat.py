@@ -159,6 +159,28 @@ def test_escape_forgets_the_voxel_and_then_puts_the_tool_away(bench: Bench) -> N
     assert bench.viewport.told[-1] == ("picking", False)
 
 
+@pytest.mark.parametrize("place", ["tree", "field", "window"])
+def test_escape_closes_the_card_wherever_the_focus_is(bench: Bench, place: str) -> None:
+    bench.document.select("roof")
+    found = pick(bench)
+    target = {"tree": bench.panels.tree, "field": bench.find("x"), "window": bench.window}[place]
+    target.setFocus()
+    QTest.keyClick(target, Qt.Key.Key_Escape)
+    assert bench.session.voxel is None and not found.card.isVisible()
+
+
+def test_escape_in_a_field_takes_back_what_was_typed_before_it_closes_the_card(bench: Bench) -> None:
+    bench.document.select("roof")
+    pick(bench)
+    edit = bench.find("x")
+    edit.setFocus()
+    QTest.keyClicks(edit, "7")
+    QTest.keyClick(edit, Qt.Key.Key_Escape)
+    assert edit.property("text") == "0.1" and bench.session.voxel is not None
+    QTest.keyClick(edit, Qt.Key.Key_Escape)
+    assert bench.session.voxel is None
+
+
 def test_a_click_beside_the_heatmap_forgets_the_voxel(bench: Bench) -> None:
     found = pick(bench)
     bench.viewport.cell_picked.emit(None)

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from riglens.core.errors import InputError
 from riglens.core.scene.grid import VoxelGrid
-from riglens.widgets.drawing.camera import VIEWS, OrbitCamera, view_camera
+from riglens.widgets.drawing.camera import VIEWS, OrbitCamera, framed, view_camera
 
 SIZE = (1200, 800)
 cameras = st.builds(
@@ -88,3 +88,19 @@ def test_an_unknown_view_is_refused_with_the_known_ones():
     with pytest.raises(InputError, match=r"view: found 'below', accepted is iso, top, front, left, rear"):
         view_camera("below", VoxelGrid(), 1.5)
     assert VIEWS == ("iso", "top", "front", "left", "rear")
+
+
+@pytest.mark.parametrize("size", [(1200, 800), (500, 900)])
+def test_framed_points_are_all_in_the_picture_and_one_is_seen_from_five_metres(size):
+    camera = OrbitCamera(azimuth_deg=20.0, elevation_deg=35.0)
+    places = np.array([[-2.3, -0.9, 0.0], [2.3, 0.9, 1.5], [0.0, 3.0, 2.0]])
+    seen = framed(camera, places, size).project(places, size)[:, :2]
+    assert (seen > 0).all() and (seen < size).all()
+    one = framed(camera, places[:1], size)
+    assert (one.focal_m, one.distance_m) == ((-2.3, -0.9, 0.0), 5.0)
+    assert (one.azimuth_deg, one.elevation_deg) == (20.0, 35.0)
+
+
+def test_the_right_side_is_looked_at_from_the_right():
+    camera = view_camera("right", VoxelGrid(), 1.5)
+    assert camera.position_m()[1] < -5.0 and camera.parallel
