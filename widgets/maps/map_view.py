@@ -42,7 +42,7 @@ class MapPicture(QWidget):
         self.setMinimumSize(160, 120)
         self._rig = Rig()
         self._hidden: frozenset[str] = frozenset()
-        self._selected: str | None = None
+        self._selected: frozenset[str] = frozenset()
         self._grid = VoxelGrid()
         self._top: TopView | None = None
         self._image: QImage | None = None
@@ -51,7 +51,7 @@ class MapPicture(QWidget):
         self._hover: QPointF | None = None
 
     # ------------------------------------------------------------------ what is shown
-    def set_rig(self, rig: Rig, hidden: frozenset[str], selected: str | None) -> None:
+    def set_rig(self, rig: Rig, hidden: frozenset[str], selected: frozenset[str]) -> None:
         """Show car and sensors; hidden ones are left out."""
         self._rig, self._hidden, self._selected = rig, hidden, selected
         self.update()
@@ -140,8 +140,8 @@ class MapPicture(QWidget):
         draw_rings(painter, view, self._grid, look)
         draw_roi(painter, view, self._grid, look)
         draw_car(painter, view, self._rig.vehicle, look)
-        for sensor in sorted(self._shown(), key=lambda sensor: sensor.name == self._selected):
-            draw_sensor(painter, view, sensor, sensor.name == self._selected, look)
+        for sensor in sorted(self._shown(), key=lambda sensor: sensor.name in self._selected):
+            draw_sensor(painter, view, sensor, sensor.name in self._selected, look)
             draw_outside(painter, view, sensor)
         if self._message:
             draw_message(painter, view.area, self._message, look)

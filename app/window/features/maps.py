@@ -61,7 +61,7 @@ class Map(Feature):
 
     def _follow_rig(self) -> None:
         document = self.document
-        self.panel.map.set_rig(document.rig, document.hidden, document.selected)
+        self.panel.map.set_rig(document.rig, document.hidden, frozenset(document.selection))
 
     def _follow_scene(self, scene: LoadedScene) -> None:
         self._top = None

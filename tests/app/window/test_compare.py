@@ -255,6 +255,18 @@ def test_bars_follow_the_order_the_class_and_the_differences_of_the_table(bench:
     assert [bar.figure for bar in bars] == [other - here, 0.0]
 
 
+def test_ctrl_a_in_the_table_selects_rigs_and_no_sensors(bench: Bench) -> None:
+    compare(bench).add_presets(("W+T", "N+C"))
+    wait_for_scores(bench)
+    bench.document.select("roof")
+    table = compare(bench).panel.table
+    bench.workbench.docks["Compare"].raise_()
+    table.setFocus()
+    bench.qtbot.keyClick(table, Qt.Key.Key_A, Qt.KeyboardModifier.ControlModifier)
+    assert len(table.chosen) == len(compare(bench).rows) == 3
+    assert bench.document.selection == ("roof",)
+
+
 def test_a_click_on_a_bar_selects_its_rig_and_a_double_click_opens_it(bench: Bench) -> None:
     compare(bench).add_presets(("W+T",))
     wait_for_scores(bench)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint, QPointF, QRectF, QSizeF, Qt
+from PySide6.QtCore import QPoint, QPointF, QRect, QRectF, QSizeF, Qt
 from PySide6.QtGui import QColor, QImage, QWheelEvent
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
@@ -40,7 +40,7 @@ def view(qtbot: QtBot) -> MapView:
     qtbot.addWidget(view)
     view.resize(300, 360)
     view.set_grid(GRID)
-    view.set_rig(Rig(sensors=(LIDAR, CAMERA)), frozenset(), "roof")
+    view.set_rig(Rig(sensors=(LIDAR, CAMERA)), frozenset(), frozenset({"roof"}))
     view.set_top_view(top_view())
     with qtbot.waitExposed(view, timeout=TIMEOUT_MS):
         view.show()
@@ -111,9 +111,23 @@ def test_a_click_selects_a_sensor_or_names_the_place(qtbot: QtBot, view: MapView
 
 
 def test_hidden_sensors_are_neither_drawn_nor_found(qtbot: QtBot, view: MapView) -> None:
-    view.set_rig(Rig(sensors=(LIDAR, CAMERA)), frozenset({"front"}), None)
+    view.set_rig(Rig(sensors=(LIDAR, CAMERA)), frozenset({"front"}), frozenset())
     with qtbot.waitSignal(view.place_clicked, timeout=TIMEOUT_MS):
         qtbot.mouseClick(view, Qt.MouseButton.LeftButton, pos=spot(view, -5.0, -3.0))
+
+
+def test_every_selected_sensor_is_marked(view: MapView) -> None:
+    rig = Rig(sensors=(LIDAR, CAMERA))
+    pictures = []
+    for selected in ({"roof"}, {"front"}, {"roof", "front"}):
+        view.set_rig(rig, frozenset(), frozenset(selected))
+        pictures.append(view.grab().toImage())
+    both = pictures.pop()
+    for sensor, other in zip((LIDAR, CAMERA), pictures, strict=True):
+        at = spot(view, *sensor.position[:2])
+        area = QRect(at - QPoint(12, 12), at + QPoint(12, 12))
+        assert other.copy(area) == both.copy(area)
+    assert all(other != both for other in pictures)
 
 
 def test_dragging_shifts_and_does_not_click(qtbot: QtBot, view: MapView) -> None:

@@ -137,8 +137,15 @@ class CompareTable(QTableView):
 
     # ------------------------------------------------------------------ what the user does
     def take_keys(self, copy: Callable[[], None]) -> None:
-        """Let Ctrl+C copy everything, and Del remove what is selected, while the table has the focus."""
-        OwnKeys(self, {StandardKey.Copy: copy, StandardKey.Delete: self._remove})
+        """While the table has the focus, Ctrl+A selects its rows, Ctrl+C copies all, Del removes what is selected."""
+        OwnKeys(
+            self,
+            {
+                StandardKey.SelectAll: self.selectAll,
+                StandardKey.Copy: copy,
+                StandardKey.Delete: self._remove,
+            },
+        )
 
     def _remove(self) -> None:
         self.remove_wanted.emit(self.chosen)
