@@ -1,14 +1,40 @@
-"""Where things are kept that can be made again."""
+"""Where things are kept that can be made again. Nothing depends on it: a full disk only costs time."""
 
 from __future__ import annotations
 
+import logging
 import os
+from collections.abc import Callable
+from functools import lru_cache
 from pathlib import Path
 
 import platformdirs
+
+from riglens.core.errors import InputError
 
 
 def cache_folder() -> Path:
     """The user's cache folder of RigLens; the environment variable RIGLENS_CACHE_DIR wins."""
     override = os.environ.get("RIGLENS_CACHE_DIR")
     return Path(override) if override else Path(platformdirs.user_cache_dir("riglens"))
+
+
+def keep(path: Path, write: Callable[[Path], object]) -> None:
+    """Have `write` put a file into the cache; when that is impossible, log one warning per folder and go on without."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write(path)
+    except (OSError, InputError) as error:
+        _tell(path.parent, str(getattr(error, "strerror", None) or error).rpartition(": ")[2])
+
+
+@lru_cache(maxsize=8)
+def _tell(folder: Path, reason: str) -> None:
+    """Warn on standard error, unless the program that uses RigLens handles its log; the same is not said twice."""
+    shown = str(folder) if str(folder).isprintable() else repr(str(folder))
+    logging.getLogger("riglens").warning(
+        "note: the cache folder %s cannot be written (%s); going on without it, and slower: make room or permit "
+        "writing there, or name another folder in RIGLENS_CACHE_DIR",
+        shown,
+        reason,
+    )

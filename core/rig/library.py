@@ -21,7 +21,7 @@ from platformdirs import user_config_path
 from pydantic import BaseModel, Field, ValidationError
 
 from riglens.assets import asset_path
-from riglens.core.cache_folder import cache_folder
+from riglens.core.cache_folder import cache_folder, keep
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_write
 from riglens.core.geometry import Pose
@@ -180,11 +180,13 @@ def stored_entries(path: Path) -> tuple[Entry, ...]:
     with contextlib.suppress(OSError, ValueError, TypeError):  # missing, damaged, or of other code
         return _entries_of(kept.read_bytes(), maker)
     entries = read_entries(path, path.name)
-    with contextlib.suppress(OSError, InputError):  # no place to keep it
-        kept.parent.mkdir(parents=True, exist_ok=True)
-        body = json.dumps([entry.model_dump(mode="json") for entry in entries]).encode()
-        with atomic_write(kept) as file:
+    body = json.dumps([entry.model_dump(mode="json") for entry in entries]).encode()
+
+    def write(place: Path) -> None:
+        with atomic_write(place) as file:
             file.write(_check(maker, body).encode() + b"\n" + body)
+
+    keep(kept, write)
     return entries
 
 

@@ -12,7 +12,7 @@ from typing import IO, Any
 
 import numpy as np
 
-from riglens.core.cache_folder import cache_folder
+from riglens.core.cache_folder import cache_folder, keep
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_write
 from riglens.core.scene.boxes import BoxSource, Progress
@@ -124,9 +124,5 @@ def cached_pog(source: BoxSource, grid: VoxelGrid, progress: Progress | None = N
             raise InputError(f"{path}: holds another grid than its name says")
         return replace(pog, data=replace(pog.data, source=source.name))  # an equal copy may have been first
     pog = build_pog(source, grid, progress)
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        save_pog(pog, path)
-    except (OSError, InputError):
-        return pog
+    keep(path, lambda place: save_pog(pog, place))
     return pog

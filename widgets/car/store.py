@@ -14,8 +14,7 @@ import pyvista as pv
 from numpy.typing import NDArray
 from vtkmodules.vtkCommonCore import vtkVersion
 
-from riglens.core.cache_folder import cache_folder
-from riglens.core.errors import InputError
+from riglens.core.cache_folder import cache_folder, keep
 from riglens.core.files import atomic_write
 from riglens.widgets.drawing.surface import Painted, set_normals
 
@@ -35,9 +34,7 @@ def stored_surfaces(name: str, build: Callable[[], Painted], of: object = None) 
     with contextlib.suppress(Exception):  # damaged bytes make numpy and zipfile raise a dozen kinds of error
         return _load(path, maker)
     painted = [(material, mesh) for material, mesh in build() if mesh.n_cells]
-    with contextlib.suppress(OSError, InputError):  # nowhere to keep it
-        path.parent.mkdir(parents=True, exist_ok=True)
-        _save(path, maker, painted)
+    keep(path, lambda place: _save(place, maker, painted))
     return painted
 
 

@@ -1,0 +1,66 @@
+"""A cache that cannot be written costs time and one remark, never a result."""
+
+import errno
+import logging
+import os
+from pathlib import Path
+
+import pytest
+
+from riglens.assets import asset_path
+from riglens.core import cache_folder
+from riglens.core.cache_folder import keep
+from riglens.core.rig.library import read_entries, stored_entries
+from riglens.core.scene.pog import build_pog
+from riglens.core.scene.pog_store import cached_pog
+from riglens.widgets.car.store import stored_surfaces
+from tests.core.test_pog_store import BOXES, GRID, assert_same
+
+
+@pytest.fixture
+def full_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture) -> Path:
+    """The cache folder, on a disk without room for content."""
+    cache_folder._tell.cache_clear()
+
+    def no_room(descriptor: int) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, "fsync", no_room)
+    monkeypatch.setenv("RIGLENS_CACHE_DIR", str(tmp_path / "cache"))
+    return tmp_path / "cache"
+
+
+def test_a_full_disk_is_told_once_with_folder_and_remedy_and_everything_is_computed(
+    full_disk: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    import pyvista as pv
+
+    for _ in range(2):
+        assert_same(cached_pog(BOXES, GRID), build_pog(BOXES, GRID))
+        library = asset_path("library.yaml")
+        assert stored_entries(library) == read_entries(library, library.name)
+        ((material, mesh),) = stored_surfaces("test", lambda: [("paint", pv.Sphere())])
+        assert material == "paint" and mesh.n_cells
+    (line,) = [record.getMessage() for record in caplog.records if record.levelno >= logging.WARNING]
+    assert line == (
+        f"note: the cache folder {full_disk} cannot be written (No space left on device); going on without it, and "
+        "slower: make room or permit writing there, or name another folder in RIGLENS_CACHE_DIR"
+    )
+    assert not list(full_disk.iterdir())
+
+
+def test_a_folder_that_cannot_be_made_is_told_too(
+    tmp_path: Path, full_disk: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    (tmp_path / "file").touch()
+    keep(tmp_path / "file" / "cache" / "x", Path.touch)
+    (line,) = caplog.messages
+    assert f"{tmp_path / 'file' / 'cache'} cannot be written (Not a directory)" in line
+
+
+def test_an_error_of_the_program_is_not_taken_for_a_full_disk(tmp_path: Path) -> None:
+    def fail(path: Path) -> None:
+        raise KeyError("wrong")
+
+    with pytest.raises(KeyError):
+        keep(tmp_path / "x", fail)
