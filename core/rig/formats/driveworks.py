@@ -3,7 +3,9 @@
 Rig axes x forward, y left, z up; origin on the ground under the rear axle; metres; `roll-pitch-yaw` in degrees about
 the fixed axes of the rig. Sensors, cameras too, stand in FLU axes (x forward, y left, z up). The pose is
 R = R(nominalSensor2Rig_FLU) R(correction_sensor_R_FLU), t = nominalSensor2Rig_FLU.t + correction_rig_T.
-Source: DriveWorks SDK reference, "Rig File Format" and dwPinholeCameraConfig, dwFThetaCameraConfig.
+The origin of the body's box (boundingBoxPosition) is the middle of its lower rear edge; the box holds the mirrors.
+Source: DriveWorks SDK reference, "Rig File Format", dwVehicleBodyProperties, dwPinholeCameraConfig and
+dwFThetaCameraConfig.
 """
 
 from __future__ import annotations
@@ -37,6 +39,7 @@ RPY = "roll-pitch-yaw"
 _LENS = ("fx", "fy", "cx", "cy")
 _LINEAR = (("linear-c", 1.0), ("linear-d", 0.0), ("linear-e", 0.0))
 _RADIAL = ("k1", "k2", "k3")
+_PLAIN_NAMES = ("rig", "vehicle", "config", "calibration", "rig_config")
 _BACKWARD, _FORWARD = "pixeldistance-to-angle", "angle-to-pixeldistance"
 
 
@@ -58,11 +61,18 @@ def read(source: Source, options: ReadOptions) -> Imported:
         _add(sensor, f"sensor {index}", mounting)
     x, y, z = mounting.origin_m
     notes.converted(f"origin from the rear axle on the ground to the body centre: added {x:g} {y:g} {z:g} m")
-    return Imported(mounting.rig(source.name), notes.report(TITLE))
+    return Imported(mounting.rig(_name(source)), notes.report(TITLE))
+
+
+def _name(source: Source) -> str:
+    """Return the name of the file without its ending; a name that says nothing comes with that of the folder."""
+    stem = source.path.name.removesuffix(".gz")
+    stem = stem[: -len(".json")] if stem.lower().endswith(".json") else stem
+    return f"{source.path.resolve().parent.name} {stem}".strip() if stem.lower() in _PLAIN_NAMES else stem
 
 
 def _vehicle(rig: Value, options: ReadOptions, notes: Notes) -> Vehicle:
-    """Return the vehicle; its rear axle follows from bumperRear, the distance from the axle to the rear end."""
+    """Return the vehicle: its box without mirrors where the file knows that, and the rear axle."""
     found = rig.get("vehicle")
     value = found.get("value") if found is not None and found.is_mapping else None
     sizes = (value.get("body") or value) if value is not None and value.is_mapping else None
@@ -76,18 +86,34 @@ def _vehicle(rig: Value, options: ReadOptions, notes: Notes) -> Vehicle:
         return Vehicle()
     length, width, height = (sizes.item(key).number(0.1, 100.0) for key in ("length", "width", "height"))
     notes.read("length, width and height of the vehicle")
-    bumper = sizes.get("bumperRear")
-    if bumper is not None:
-        rear_axle_x = round(bumper.number(-100.0, 100.0) - length / 2, 12)
-        notes.converted(
-            f"bumperRear to the place of the rear axle: x = {rear_axle_x:g} m from the body centre"
-        )
-    else:
+    body_width = sizes.get("widthWithoutMirrors")
+    if body_width is not None and 0.1 <= body_width.number(0.0, 100.0) < width:
+        notes.converted(f"width without mirrors: {body_width.number():g} m, {width:g} m with them")
+        width = body_width.number()
+    rear_axle_x = _rear_axle_x(sizes, length, notes)
+    return Vehicle(length=length, width=width, height=height, rear_axle_x=rear_axle_x)
+
+
+def _rear_axle_x(sizes: Value, length: float, notes: Notes) -> float:
+    """Return where the rear axle is: by its distance from the rear end, or by the box's rear edge in rig axes."""
+    bumper, box = sizes.get("bumperRear"), sizes.get("boundingBoxPosition")
+    if bumper is None and box is None:
         rear_axle_x = Vehicle().rear_axle_x
         notes.approximated(
             f"bumperRear not in the file: rear axle at x = {rear_axle_x:g} m", option="--rear-axle-x"
         )
-    return Vehicle(length=length, width=width, height=height, rear_axle_x=rear_axle_x)
+        return rear_axle_x
+    if bumper is not None:
+        what, rear_m = "bumperRear", bumper.number(-100.0, 100.0)
+    else:
+        assert box is not None
+        x, y, _ = box.field_numbers("x", "y", "z") if box.is_mapping else box.vector(limit=100.0)
+        what, rear_m = "boundingBoxPosition", -x
+        if y != 0.0:
+            notes.ignored(f"the body's box is {y:g} m beside the rig's x axis: taken as centred")
+    rear_axle_x = round(rear_m - length / 2, 12)
+    notes.converted(f"{what} to the place of the rear axle: x = {rear_axle_x:g} m from the body centre")
+    return rear_axle_x
 
 
 def _add(sensor: Value, default_name: str, mounting: Mounting) -> None:

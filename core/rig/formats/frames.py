@@ -19,15 +19,21 @@ from riglens.core.rig.pose_text import quaternion_xyzw, rotation_from_quaternion
 
 SensorKind = Literal["camera", "lidar"]
 
-_OTHER = re.compile(r"imu|gnss|gps|radar|ars4|sonar|ultrasonic|odom|antenna")
+_OTHER = re.compile(
+    r"imu|gnss|gps|radar|ars4|srr|umrr|esr[_0-9]|smartmicro|continental|sonar|ultrasonic|odom|antenna|"
+    r"(kit|unit)_base_link$"
+)
+"""Other sensors, and the mounts of kits."""
 _CAMERA = re.compile(r"camera|optical|(^|[^a-z])cam([^a-z]|$)")
 _LIDAR = re.compile(
     r"lidar|laser|velodyne|vlp|hdl|vls|pandar|hesai|livox|ouster|(^|[^a-z])os[0-2]([^0-9]|$)|rslidar|robosense|"
-    r"helios|bpearl|innoviz|luminar|innovusion|seyond|aeva|qt128|ot128"
+    r"helios|bpearl|innoviz|luminar|innovusion|seyond|aeva|qt64|qt128|ot128|at128|xt[-_]?(16|32)|jt128|falcon|robin|"
+    r"mid[-_]?(40|70|360)|(^|[^a-z])rs[-_]?(m1|m2|16|32|80|128)([^0-9]|$)|scala|valeo|ibeo|cepton|blickfeld"
 )
 _ENDINGS = (
     "/camera_optical_link",
     "/camera_link",
+    "/lidar_link",
     "_optical_frame",
     "_optical_link",
     "_optical",
@@ -36,13 +42,20 @@ _ENDINGS = (
 
 
 def kind_of(frame: str) -> SensorKind | None:
-    """Return the kind of sensor that a name suggests, None when it suggests neither."""
+    """Return the kind of sensor that a name suggests, None when it suggests neither.
+
+    What comes after the last slash decides if it says anything, as in camera0/camera_link.
+    """
     name = frame.lower()
-    if _OTHER.search(name):
-        return None
-    if _CAMERA.search(name):
-        return "camera"
-    return "lidar" if _LIDAR.search(name) else None
+    last = name.rpartition("/")[2]
+    for words in (last, name) if last != name else (name,):
+        if _OTHER.search(words):
+            return None
+        if _CAMERA.search(words):
+            return "camera"
+        if _LIDAR.search(words):
+            return "lidar"
+    return None
 
 
 def is_optical(frame: str) -> bool:

@@ -77,9 +77,9 @@ class Mounting:
         cast = (min(DEFAULT_CAST[0], width_px), min(DEFAULT_CAST[1], height_px))
         self._add(Camera, name, root_SE3_sensor, cast=cast, **fields)
 
-    def rig(self, name: str) -> Rig:
-        """Return the rig of all sensors so far; raise InputError when there is none."""
-        if not self.sensors:
+    def rig(self, name: str, may_be_empty: bool = False) -> Rig:
+        """Return the rig of all sensors so far; raise InputError when there is none and that is not allowed."""
+        if not self.sensors and not may_be_empty:
             raise InputError(f"{self.where}: no LiDAR and no camera found; accepted is a rig with sensors")
         counts = [sum(s.kind == kind for s in self.sensors) for kind in ("camera", "lidar")]
         self.notes.read(f"{_count(counts[0], 'camera')}, {_count(counts[1], 'LiDAR')}")
@@ -119,11 +119,25 @@ class Mounting:
         return found
 
 
+_OTHER_NAMES = {
+    "pandarqt": "hesai-qt64",
+    "rsm1": "robosense-m1",
+    "robosensem1": "robosense-m1",
+    "bpearl": "robosense-bpearl",
+    "livoxhorizon": "livox-horizon",
+    "livoxhap": "livox-hap",
+}
+"""Names of models in frames and macros, letters and digits alone, that do not hold the library's product name."""
+
+
 def find_lidar_model(words: str) -> Entry | None:
     """Return the LiDAR of the library that the words name ("VELO_VLP32C", "Hesai Pandar64"); the longest name wins."""
     plain = _letters(words)
-    exact = [entry for entry in default_library().entries("lidar") if entry.name == words]
-    found = exact or [entry for entry in default_library().entries("lidar") if _product(entry) in plain]
+    entries = default_library().entries("lidar")
+    exact = [entry for entry in entries if entry.name == words]
+    other_name = next((name for said, name in _OTHER_NAMES.items() if said in plain), None)
+    found = exact or [entry for entry in entries if _product(entry) in plain]
+    found = found or [entry for entry in entries if entry.name == other_name]
     return max(found, key=lambda entry: len(_product(entry)), default=None)
 
 

@@ -32,7 +32,7 @@ def check(path: Path, name: str | None, wants_all: bool) -> bool:
         try:
             write(rig)
         except InputError as error:
-            assert "no sensor that is switched on" in str(error)
+            assert "no enabled sensor to write" in str(error)
     return True
 
 

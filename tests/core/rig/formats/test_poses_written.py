@@ -77,7 +77,7 @@ def test_autoware(one: Pose, other: Pose) -> None:
     rack = REAR_AXLE @ matrix(base["base_link"]["sensor_kit_base_link"])
     sensors = kit["sensor_kit_base_link"]
     assert_same_pose(rack @ matrix(sensors["left/camera_link"]), pose_matrix(one))
-    assert_same_pose(rack @ matrix(sensors["top_base_link"]), pose_matrix(other))
+    assert_same_pose(rack @ matrix(sensors["top/lidar_link"]), pose_matrix(other))
 
 
 @settings(max_examples=25)
