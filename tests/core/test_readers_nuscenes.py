@@ -2,6 +2,7 @@
 
 import gzip
 import json
+import tempfile
 from collections import Counter
 from pathlib import Path
 
@@ -199,3 +200,14 @@ def test_a_cut_off_compressed_table_is_refused(tmp_path: Path) -> None:
     (folder / "ego_pose.json.gz").write_bytes(data[:-20])
     with pytest.raises(InputError, match=r"ego_pose\.json\.gz: damaged or cut off"):
         list(open_boxes(tmp_path).batches())
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
+def test_a_full_disk_is_told_with_the_folder_and_what_to_do(written, monkeypatch) -> None:  # type: ignore[no-untyped-def]
+    monkeypatch.setattr(tempfile, "TemporaryFile", lambda **_: open("/dev/full", "wb", buffering=0))  # noqa: SIM115
+    folder, *_ = written
+    with pytest.raises(InputError) as caught:
+        list(open_boxes(folder).batches())
+    assert str(caught.value).endswith(
+        "temporary files cannot be written (No space left on device); make room there, or name another folder in TMPDIR"
+    )

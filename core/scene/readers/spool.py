@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Iterator
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, contextmanager
 from types import TracebackType
 
 import numpy as np
 from numpy.typing import NDArray
 
+from riglens.core.errors import InputError
 from riglens.core.scene.boxes import BoxBatch
 from riglens.core.scene.readers.common import BATCH_BOXES, end_of_frame
 
@@ -17,10 +18,14 @@ _ROW = np.dtype([("cls", "u1"), ("centre", "f8", 3), ("size", "f8", 3), ("rotati
 
 
 class BoxSpool(AbstractContextManager["BoxSpool"]):
-    """Takes batches with frames in any order; holds four bytes per box in memory, the rest on the disk."""
+    """Takes batches with frames in any order; holds four bytes per box in memory, the rest on the disk.
+
+    Raise InputError when the folder of temporary files has no room.
+    """
 
     def __init__(self) -> None:
-        self._file = tempfile.TemporaryFile(prefix="riglens-boxes-")  # noqa: SIM115 (closed by __exit__)
+        with _room():
+            self._file = tempfile.TemporaryFile(prefix="riglens-boxes-", buffering=0)  # noqa: SIM115 (see __exit__)
         self._frames: list[NDArray[np.int32]] = []
 
     def __exit__(
@@ -36,14 +41,19 @@ class BoxSpool(AbstractContextManager["BoxSpool"]):
         rows = np.zeros(batch.frame.size, _ROW)
         rows["cls"], rows["centre"] = batch.cls, batch.centre_m
         rows["size"], rows["rotation"] = batch.size_m, batch.rotation
-        self._file.write(rows.tobytes())
+        with _room():
+            self._write(memoryview(rows.tobytes()))
         self._frames.append(batch.frame.astype(np.int32))
+
+    def _write(self, content: memoryview) -> None:
+        """Write everything: the unbuffered file takes what the disk still has room for, and says how much that was."""
+        while content:
+            content = content[self._file.write(content) :]
 
     def batches(self) -> Iterator[BoxBatch]:
         """Yield all boxes, sorted by frame; within a frame in the order in which they came."""
         if not self._frames:
             return
-        self._file.flush()
         frame = np.concatenate(self._frames)
         order = np.argsort(frame, kind="stable")
         frame, start = frame[order], 0
@@ -62,3 +72,16 @@ class BoxSpool(AbstractContextManager["BoxSpool"]):
             found["size"].copy(),
             found["rotation"].copy(),
         )
+
+
+@contextmanager
+def _room() -> Iterator[None]:
+    """Have a full disk told with the folder and what to do, rather than as a fault of the box data."""
+    try:
+        yield
+    except OSError as error:
+        folder = f"{tempfile.tempdir}: " if tempfile.tempdir else ""
+        raise InputError(
+            f"{folder}temporary files cannot be written ({error.strerror}); make room there, or name another folder in "
+            "TMPDIR"
+        ) from error
