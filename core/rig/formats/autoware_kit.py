@@ -7,6 +7,7 @@ Source: Autoware documentation, "Creating sensor and vehicle models", "Vehicle d
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -35,13 +36,14 @@ _OWN_TAGS = frozenset(
         "attribute",
     )
 )
+_ROW = re.compile(r"\['([^'\[\]]{1,200})'\]\['x'\]")
 _FRAME_ENDINGS = ("", "_base_link", "_link")
 _PLAIN_FOLDERS = ("config", "default", "urdf", "param", "params", "calibration")
 _INFO_PLACES = ("", "config/", "../", "../config/")
 _INFO_PACKAGES = ("../*vehicle_description/config/", "../../*vehicle_description/config/")
 _LENGTHS = ("wheel_base", "wheel_tread", "front_overhang", "rear_overhang", "left_overhang", "right_overhang")
 _MOST_FILES = 64
-_MOST_CALLS = 2_000
+_MOST_CALLS = 10_000
 
 
 def kit_name(source: Source) -> str:
@@ -64,8 +66,7 @@ def find_macros(source: Source, notes: Notes) -> dict[str, str]:
         except InputError:
             notes.ignored("xacro that cannot be read as XML", path.name)
             continue
-        for name, macro in calls:
-            macros |= {f"{name}{ending}": macro for ending in _FRAME_ENDINGS}
+        macros |= dict(calls)
     if macros:
         notes.read("kinds of sensors from the kit's xacro, which is not expanded")
     return macros
@@ -79,14 +80,22 @@ def _xacro_files(folder: Path) -> list[Path]:
 
 
 def _calls(root: Element) -> Iterator[tuple[str, str]]:
-    """Yield name and macro of every call whose name is written out."""
+    """Yield frame and macro of every call: frames by its name, and those whose row of the calibration it takes."""
     waiting = [root]
     while waiting:
         element = waiting.pop()
         waiting.extend(element.children)
         name = element.attributes.get("name", "")
-        if element.tag.startswith(_CALL) and element.tag not in _OWN_TAGS and name and "$" not in name:
-            yield name, element.tag.removeprefix(_CALL)
+        if not element.tag.startswith(_CALL) or element.tag in _OWN_TAGS or not name:
+            continue
+        macro = element.tag.removeprefix(_CALL)
+        if "$" not in name:
+            yield from ((f"{name}{ending}", macro) for ending in _FRAME_ENDINGS)
+        values = [
+            *element.attributes.values(),
+            *(v for child in element.children for v in child.attributes.values()),
+        ]
+        yield from ((frame, macro) for value in values for frame in _ROW.findall(value))
 
 
 def kind_of_macro(macro: str) -> SensorKind | None:

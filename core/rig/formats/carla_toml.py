@@ -1,9 +1,10 @@
 """CARLA, TOML of the published multi-sensor placement code: lidar_*.toml with [lidar] and perhaps [camera].
 
 CARLA's left-handed axes: x forward, y to the RIGHT, z up; positive pitch looks UP, positive yaw turns RIGHT,
-positive roll as in ROS. LiDARs: lists x, y, z in metres, roll and pitch in radians, no yaw; one number of channels
-and field of view for all, or lists of lists (`sets`). Cameras (T_CAM_*, R_CAM_*, FOV_CAM_*): roll, pitch, yaw in
-degrees. Origin: the vehicle's actor, on the ground under the middle of its bounding box.
+positive roll as in ROS. LiDARs have no yaw; x, y, z in metres. Two forms: flat lists of the LiDARs of one rig, roll and
+pitch in radians; or lists of lists, whose rows are `sets`, alternatives of `num` LiDARs each, roll and pitch in degrees
+(Place3D). Cameras (T_CAM_*, R_CAM_*, FOV_CAM_*): roll, pitch, yaw in degrees. Origin: the vehicle's actor, on the
+ground under the middle of its bounding box.
 Source: the published code's LiDARSetup; carla_common/transforms.py of the ROS bridge for the signs.
 """
 
@@ -23,8 +24,9 @@ from riglens.core.rig.formats.lens_export import centred_pinhole, report_lens
 from riglens.core.rig.formats.mounts import Mounting, ReadOptions, root_SE3_body, sensors_to_write
 from riglens.core.rig.formats.ray_export import FULL_TURN_DEG, turn_ends_deg
 from riglens.core.rig.formats.report import Notes
-from riglens.core.rig.formats.source import Source, Value
+from riglens.core.rig.formats.source import MAX_ANGLE, Source, Value
 from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig, Sensor, Vehicle
+from riglens.core.rig.yaml.nodes import shortened
 from riglens.core.rig.yaml.text import value_text
 
 TITLE = "CARLA TOML of the published placement code"
@@ -33,6 +35,7 @@ IMAGE = (1600, 900)
 RANGE_M = 100.0
 _LISTS = ("x", "y", "z", "roll", "pitch")
 _COMMON = ("channels", "lower_fov", "upper_fov")
+_OPTIONAL = ("lidar_range_in_meters", "rotation_frequency", "points_per_channel")
 _POINTS_PER_CHANNEL = 20_000.0
 _PUBLISHED_TURNS = 20.0
 _MAX_LIDARS = 255
@@ -47,7 +50,8 @@ def read(source: Source, options: ReadOptions) -> Imported:
     """Return the LiDARs, and the cameras where the file has any."""
     notes = Notes()
     mounting = Mounting(source.where, notes, options.vehicle_or(Vehicle()), options.origin_m or ORIGIN)
-    for index, fields in enumerate(_lidars(source.toml.item("lidar"))):
+    lidars, chosen = _lidars(source.toml.item("lidar"), options.token, notes)
+    for index, fields in enumerate(lidars):
         _add_lidar(f"lidar_{index}", fields, mounting)
     camera = source.toml.get("camera")
     if camera is not None:
@@ -56,44 +60,73 @@ def read(source: Source, options: ReadOptions) -> Imported:
         if key not in ("lidar", "camera"):
             notes.ignored("table that is neither [lidar] nor [camera]", key)
     notes.converted("left-handed axes to right-handed: y, pitch and yaw change sign")
-    notes.read("roll and pitch of LiDARs as radians, the unit of the published files")
     if options.vehicle is None:
         notes.approximated(
             "vehicle not in the file: a sedan whose body centre is the actor", option="--vehicle"
         )
-    return Imported(mounting.rig(source.name), notes.report(TITLE))
+    return Imported(mounting.rig(f"{source.name}{chosen}"), notes.report(TITLE))
 
 
-def _lidars(table: Value) -> Iterator[dict[str, Value]]:
-    """Yield the fields of every LiDAR: from flat lists with common values, or from lists of sets."""
+def _lidars(table: Value, token: str | None, notes: Notes) -> tuple[list[dict[str, Value]], str]:
+    """Return the fields of the LiDARs of one rig, and words for its name: all of flat lists, or those of one set."""
     count = len(table.item("x").elements())
     if count > _MAX_LIDARS:
         table.item("x").refuse(f"at most {_MAX_LIDARS} LiDARs")
-    lists = {key: table.item(key).elements(count) for key in _LISTS}
-    given = [
-        key
-        for key in (*_COMMON, "lidar_range_in_meters", "rotation_frequency", "points_per_channel")
-        if key in table
-    ]
-    common = {key: table.item(key) for key in {*_COMMON, *given}}
-    for index in range(count):
-        one = {key: values[index] for key, values in lists.items()}
-        one |= {
-            key: value.elements(count)[index] if value.is_list else value for key, value in common.items()
-        }
-        if not one["x"].is_list:
-            yield one
-            continue
-        size = len(one["x"].elements())
-        members = {
-            key: value.elements(size) if value.is_list else [value] * size for key, value in one.items()
-        }
-        yield from ({key: values[member] for key, values in members.items()} for member in range(size))
+    is_in_sets = count > 0 and table.item("x").elements()[0].is_list
+    index = _chosen_set(table, count, token, notes) if is_in_sets else 0
+    members = list(_members(table, count, index)) if is_in_sets else list(_flat(table, count))
+    notes.read(
+        f"roll and pitch of LiDARs as {'degrees' if is_in_sets else 'radians'}, as the published files have it"
+    )
+    for fields in members:
+        for key in ("roll", "pitch"):
+            unit = 1.0 if is_in_sets else math.degrees(1.0)
+            limit = MAX_ANGLE if is_in_sets else 10.0
+            fields[key] = Value(fields[key].number(-limit, limit) * unit, *fields[key].place)
+    return members, f" set {index + 1}" if is_in_sets and count > 1 else ""
+
+
+def _columns(table: Value, count: int) -> dict[str, Value]:
+    """Return the named columns: lists of one entry for each LiDAR or set, or one value for all."""
+    for key in _LISTS:
+        table.item(key).elements(count)
+    names = [key for key in _OPTIONAL if key in table]
+    return {key: table.item(key) for key in (*_LISTS, *_COMMON, *names)}
+
+
+def _flat(table: Value, count: int) -> Iterator[dict[str, Value]]:
+    columns = _columns(table, count)
+    entries = {
+        key: value.elements(count) if value.is_list else [value] * count for key, value in columns.items()
+    }
+    yield from ({key: values[index] for key, values in entries.items()} for index in range(count))
+
+
+def _members(table: Value, count: int, index: int) -> Iterator[dict[str, Value]]:
+    """Yield the LiDARs of a set: the first of its entries, as many as `num` says, or all of them."""
+    columns = _columns(table, count)
+    one = {key: value.elements(count)[index] if value.is_list else value for key, value in columns.items()}
+    size = len(one["x"].elements())
+    entries = {key: value.elements(size) if value.is_list else [value] * size for key, value in one.items()}
+    num = table.get("num")
+    if num is not None and num.is_list:
+        size = num.elements(count)[index].whole(0, size)
+    yield from ({key: values[member] for key, values in entries.items()} for member in range(size))
+
+
+def _chosen_set(table: Value, count: int, token: str | None, notes: Notes) -> int:
+    """Return the index of the set that is read: sets are alternatives, counted from 1."""
+    names = [str(number) for number in range(1, count + 1)]
+    if token is not None and token not in names:
+        table.item("x").refuse(f"a set from 1 to {count} as --token", f"set '{shortened(token)}'")
+    index = 0 if token is None else names.index(token)
+    notes.read(f"set {index + 1} of {count}: sets are alternatives", option="--token" if count > 1 else "")
+    return index
 
 
 def _add_lidar(name: str, fields: dict[str, Value], mounting: Mounting) -> None:
     x, y, z = (fields[key].number() for key in ("x", "y", "z"))
-    roll, pitch = (math.degrees(fields[key].number(-10.0, 10.0)) for key in ("roll", "pitch"))
+    roll, pitch = (fields[key].number() for key in ("roll", "pitch"))
     channels = fields["channels"].whole(1, 1000)
     lower, upper = (fields[key].number(-90.0, 90.0) for key in ("lower_fov", "upper_fov"))
     if lower > upper:
@@ -136,13 +169,17 @@ def _add_cameras(table: Value, mounting: Mounting) -> None:
 
 
 def write(rig: Rig) -> Exported:
-    """Return [lidar] as lists with one entry per LiDAR, and [camera] with lines for poses and fields of view."""
+    """Return [lidar] as one set with an entry per LiDAR, and [camera] with lines for poses and fields of view."""
     notes = Notes()
     sensors = sensors_to_write(rig, notes)
     lidars = [_lidar_fields(sensor, notes) for sensor in sensors if isinstance(sensor, Lidar)]
-    lines = ["[lidar]", f"sets = {len(lidars)}", f"num = {value_text((1,) * len(lidars))}"]
-    for key in (*_LISTS, *_COMMON, "lidar_range_in_meters", "rotation_frequency", "points_per_channel"):
-        lines.append(f"{key} = [{', '.join(f'[{_text(one[key])}]' for one in lidars)}]")
+    height_m = lidars[0]["z"] if lidars else rig.vehicle.height
+    notes.approximated(
+        f"GLOBAL_HEIGHT_POS is not in the rig: {height_m:g} m, the height of the first LiDAR or the roof"
+    )
+    lines = ["[lidar]", "sets = 1", f"num = [{len(lidars)}]", f"GLOBAL_HEIGHT_POS = {_text(float(height_m))}"]
+    for key in (*_LISTS, *_COMMON, *_OPTIONAL):
+        lines.append(f"{key} = [[{', '.join(_text(one[key]) for one in lidars)}]]")
     cameras = [line for sensor in sensors if isinstance(sensor, Camera) for line in _camera(sensor, notes)]
     notes.converted("right-handed axes to CARLA's left-handed: y, pitch and yaw change sign")
     notes.ignored("vehicle: the file has no place for it")
@@ -170,7 +207,7 @@ def _lidar_fields(lidar: Lidar, notes: Notes) -> dict[str, Any]:
             f"{FULL_TURN_DEG - high_deg + low_deg:g} deg more",
             lidar.name,
         )
-    pose = {"x": x, "y": y, "z": z, "roll": math.radians(roll), "pitch": math.radians(pitch)}
+    pose = {"x": x, "y": y, "z": z, "roll": roll, "pitch": pitch}
     points = rays["points_per_second"] / rays["channels"]
     extra = {
         "lidar_range_in_meters": rays["range"],

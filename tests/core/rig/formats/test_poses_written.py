@@ -115,7 +115,7 @@ def test_carla_toml(one: Pose, other: Pose) -> None:
     cameras, lidars = document["camera"], document["lidar"]
     mirror = np.diag([1.0, -1.0, 1.0])
     place = [lidars[key][0][0] for key in "xyz"]
-    roll, pitch = (math.degrees(lidars[key][0][0]) for key in ("roll", "pitch"))
+    roll, pitch = (lidars[key][0][0] for key in ("roll", "pitch"))
     for position, rpy, pose in (
         (cameras["T_CAM"], cameras["R_CAM"], one),
         (place, (roll, pitch, 0.0), upright),
