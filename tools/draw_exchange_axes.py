@@ -62,7 +62,7 @@ PANELS = (
         "CARLA, published TOML",
         (CENTRE, GROUND),
         {"x": "forward", "y": "near", "z": "up"},
-        ("left-handed: y right, pitch up, yaw right", "LiDARs rad, cameras ° · m · body"),
+        ("left-handed: y right, pitch up, yaw right", "°, flat lists of LiDARs rad · m · body"),
     ),
     Panel(
         "DriveWorks",
