@@ -183,5 +183,8 @@ def _results(
             waiting[workers.submit(groups[place], grid)] = place
         if not waiting:
             return
-        for future in sorted(workers.wait(waiting), key=lambda future: future.exception() is not None):
+        done = sorted(
+            workers.wait(waiting), key=lambda future: (future.exception() is not None, waiting[future])
+        )
+        for future in done:
             yield waiting.pop(future), future.result()

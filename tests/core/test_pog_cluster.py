@@ -147,7 +147,7 @@ def test_data_that_a_worker_cannot_read_are_told_in_one_line_and_the_others_kept
     ):
         build_in_parts(plan, GRID, workers)
     assert "\n" not in str(caught.value)
-    assert plan.store.count() == 4
+    assert 4 <= plan.store.count() < 8
 
 
 def test_a_worker_with_other_data_under_the_same_name_is_noticed(
@@ -159,7 +159,7 @@ def test_a_worker_with_other_data_under_the_same_name_is_noticed(
         cluster_workers(cluster.address) as workers,
     ):
         build_in_parts(plan, GRID, workers)
-    assert plan.store.count() == 4
+    assert 4 <= plan.store.count() < 8
 
 
 def test_what_a_worker_returns_is_never_unpickled(
