@@ -1,23 +1,26 @@
 """Unsaved rigs on the disk: one file per running window, so that a crash costs no work.
 
-A file whose window is no longer running is an orphan, and is offered at the next start. The owner is known by
-process number and start time, because numbers are used again.
+A file whose window is no longer running is an orphan, and is offered at the next start. A window holds a lock beside
+its file for as long as that file is there. Where the file system has no locks, the owner is known by process number
+and start time.
 """
 
 from __future__ import annotations
 
 import contextlib
-import itertools
 import json
 import os
+import secrets
 import time
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import psutil
+from pydantic import BaseModel, ConfigDict, Field
 
+from riglens.app.session.file_lock import FileLock, is_locked
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_write
 from riglens.core.rig.model import Rig
@@ -25,8 +28,7 @@ from riglens.core.rig.yaml.file import dumps, loads
 from riglens.core.rig.yaml.nodes import MAX_BYTES
 
 VERSION = 1
-SUFFIX = ".autosave.json"
-_numbers = itertools.count(1)
+SUFFIX, LOCK_SUFFIX = ".autosave.json", ".autosave.lock"
 
 
 @dataclass(frozen=True)
@@ -52,7 +54,9 @@ class AutosaveFile:
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
-        self.path = folder / f"{os.getpid()}-{next(_numbers)}{SUFFIX}"
+        self._lock: FileLock | None = None
+        # not by process number alone: in containers, a window that crashed often had the same one
+        self.path = folder / f"{os.getpid()}-{secrets.token_hex(6)}{SUFFIX}"
 
     def write(self, unsaved: Unsaved) -> None:
         """Keep this state in place of the one before; InputError when that is impossible."""
@@ -64,21 +68,24 @@ class AutosaveFile:
             ) from error
         content = {
             "riglens_autosave": VERSION,
-            "owner": asdict(_owner()),
+            "owner": _owner().model_dump(),
             "saved_at": time.time(),
             "path": None if unsaved.path is None else str(unsaved.path.absolute()),
             "rig": dumps(unsaved.rig),
             "base": dumps(unsaved.base),
         }
+        self._hold()
         with atomic_write(self.path, "w") as stream:
             json.dump(content, stream)
 
     def take(self, orphan: Orphan) -> bool:
         """Make an orphan's file this window's own; False when somebody else was quicker."""
+        self._hold()
         try:
             os.rename(orphan.file, self.path)
         except OSError:
             return False
+        _lock_of(orphan.file).unlink(missing_ok=True)
         self.write(orphan.unsaved)
         return True
 
@@ -86,6 +93,15 @@ class AutosaveFile:
         """Nothing is unsaved any more."""
         with contextlib.suppress(OSError):
             self.path.unlink(missing_ok=True)
+        if self._lock is not None:
+            self._lock.release()
+            self._lock = None
+
+    def _hold(self) -> None:
+        """Say that this window lives, before its file appears; without locks the owner in the file says so."""
+        if self._lock is None:
+            with contextlib.suppress(OSError):
+                self._lock = FileLock(_lock_of(self.path))
 
 
 def orphans(folder: Path) -> list[Orphan]:
@@ -94,14 +110,41 @@ def orphans(folder: Path) -> list[Orphan]:
     return sorted(found, key=lambda orphan: orphan.saved_at, reverse=True)
 
 
-@dataclass(frozen=True)
-class _Owner:
-    pid: int
-    started_at: float
+def discard(orphan: Orphan) -> None:
+    """Delete what a window left behind; raise InputError when that is impossible."""
+    try:
+        orphan.file.unlink(missing_ok=True)
+        _lock_of(orphan.file).unlink(missing_ok=True)
+    except OSError as error:
+        raise InputError(f"{orphan.file}: cannot be deleted: {error.strerror}") from error
+
+
+class _Owner(BaseModel):
+    model_config = ConfigDict(frozen=True, strict=True)
+
+    pid: Annotated[int, Field(ge=1, lt=1 << 31)]
+    started_at: Annotated[float, Field(ge=0.0, le=1e11)]
+
+
+class _Said(BaseModel):
+    """What a file says; anything else is no autosave file."""
+
+    model_config = ConfigDict(frozen=True, strict=True)
+
+    riglens_autosave: Literal[1]
+    owner: _Owner
+    saved_at: Annotated[float, Field(ge=0.0, le=1e11)]
+    path: Any  # judged below, because names of files need not be Unicode
+    rig: str
+    base: str
 
 
 def _owner() -> _Owner:
-    return _Owner(os.getpid(), psutil.Process().create_time())
+    return _Owner(pid=os.getpid(), started_at=psutil.Process().create_time())
+
+
+def _lock_of(file: Path) -> Path:
+    return file.with_name(file.name.removesuffix(SUFFIX) + LOCK_SUFFIX)
 
 
 def _files(folder: Path) -> Iterator[Path]:
@@ -111,17 +154,17 @@ def _files(folder: Path) -> Iterator[Path]:
 
 def _orphan(file: Path) -> Orphan | None:
     try:
+        if not file.is_file():  # a pipe would be waited for
+            return None
         with file.open("rb") as stream:
             content = stream.read(3 * MAX_BYTES + 1)
         if len(content) > 3 * MAX_BYTES:
             return None
-        said = json.loads(content)
-        if _is_running(said["owner"]):
+        said = _Said.model_validate(json.loads(content))
+        if _is_live(file, said.owner):
             return None
-        path = said["path"]
-        unsaved = Unsaved(_rig(said["rig"]), _rig(said["base"]), None if path is None else Path(path))
-        return Orphan(file, unsaved, float(said["saved_at"]))
-    except (OSError, ValueError, TypeError, KeyError, RecursionError):  # InputError is a ValueError
+        return Orphan(file, Unsaved(_rig(said.rig), _rig(said.base), _path(said.path)), said.saved_at)
+    except (OSError, ValueError, RecursionError):  # InputError and pydantic's error are a ValueError
         return None
 
 
@@ -129,10 +172,23 @@ def _rig(text: str) -> Rig:
     return loads(text, "autosave").rig
 
 
-def _is_running(owner: dict[str, Any]) -> bool:
-    """Whether the very process that wrote a file still runs."""
+def _path(said: object) -> Path | None:
+    """The file that a rig belongs to, which is always written in full."""
+    if said is None:
+        return None
+    if not isinstance(said, str) or "\0" in said or not os.path.isabs(said):
+        raise ValueError("path: accepted is an absolute path")
+    os.fsencode(said)  # a ValueError for what no file can be called
+    return Path(said)
+
+
+def _is_live(file: Path, owner: _Owner) -> bool:
+    """Whether the window that wrote a file still runs: by its lock, which no change of the clock opens."""
+    with contextlib.suppress(FileNotFoundError):
+        return is_locked(_lock_of(file))
     try:
-        process = psutil.Process(int(owner["pid"]))
-        return abs(process.create_time() - float(owner["started_at"])) < 1.0
+        return abs(psutil.Process(owner.pid).create_time() - owner.started_at) < 1.0
     except psutil.NoSuchProcess:
         return False
+    except psutil.Error:  # it runs, but is not ours to look at
+        return True

@@ -9,7 +9,7 @@ from pathlib import Path
 from PySide6.QtCore import QTimer
 
 from riglens.app.background.tasks import Task
-from riglens.app.session.autosave import AutosaveFile, Orphan, Unsaved, orphans
+from riglens.app.session.autosave import AutosaveFile, Orphan, Unsaved, discard, orphans
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.files import Files
 from riglens.app.window.workbench import Workbench
@@ -126,7 +126,11 @@ class Autosave(Feature):
 
     def discard(self, orphan: Orphan) -> None:
         """Delete what a window left behind, and ask about the next."""
-        orphan.file.unlink(missing_ok=True)
+        try:
+            discard(orphan)
+        except InputError as error:
+            self.bench.report_error(str(error))
+            return
         self.offer()
 
 

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import errno
 import json
+import math
 import os
 import subprocess
 import sys
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
+import psutil
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from PySide6.QtWidgets import QPushButton
 from pytestqt.qtbot import QtBot
 
@@ -40,6 +46,7 @@ def orphan(folder: Path, path: Path | None = None) -> Path:
     file.write(Unsaved(MOVED, RIG, path))
     said = json.loads(file.path.read_text())
     said["owner"]["started_at"] -= 1000.0
+    file.remove()
     file.path.write_text(json.dumps(said))
     return file.path
 
@@ -168,3 +175,114 @@ def test_a_file_that_is_gone_meanwhile_costs_no_change(qtbot: QtBot, tmp_path: P
 def test_a_file_that_makes_no_sense_is_passed_over(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "1-1.autosave.json").write_bytes(content)
     assert orphans(tmp_path) == []
+
+
+def changed(file: Path, *place: str, to: object) -> None:
+    """Put another value into an autosave file."""
+    said = inner = json.loads(file.read_text())
+    for key in place[:-1]:
+        inner = inner[key]
+    inner[place[-1]] = to
+    file.write_text(json.dumps(said))
+
+
+WRONG: list[tuple[tuple[str, ...], object]] = [
+    (("rig",), 5),
+    (("base",), None),
+    (("rig",), "riglens: 1\nname: {}\n"),
+    (("owner", "pid"), math.inf),
+    (("owner", "pid"), 10**30),
+    (("owner", "pid"), -1),
+    (("owner", "started_at"), math.nan),
+    (("owner",), [1, 2]),
+    (("saved_at",), math.inf),
+    (("saved_at",), -1e300),
+    (("saved_at",), "yesterday"),
+    (("path",), 5),
+    (("path",), "/a\0b"),
+    (("path",), "/\ud800"),
+    (("path",), "not/in/full.yaml"),
+]
+
+
+@pytest.mark.parametrize(("place", "value"), WRONG)
+def test_a_file_with_one_wrong_value_is_passed_over(
+    tmp_path: Path, place: tuple[str, ...], value: object
+) -> None:
+    changed(orphan(tmp_path), *place, to=value)
+    assert orphans(tmp_path) == []
+
+
+def test_wrong_files_do_not_keep_the_window_from_offering_a_right_one(qtbot: QtBot, tmp_path: Path) -> None:
+    for place, value in WRONG:
+        changed(orphan(tmp_path / "unsaved"), *place, to=value)
+    orphan(tmp_path / "unsaved")
+    with open_bench(qtbot, tmp_path, wait=False) as bench:
+        start(bench, tmp_path / "unsaved")
+        assert "small" in bench.workbench.notes.message and "more" not in bench.workbench.notes.message
+
+
+_JSON = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(st.characters(), max_size=20),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3),
+    max_leaves=6,
+)
+
+
+@settings(max_examples=40)
+@given(st.sampled_from([place for place, _ in WRONG]), _JSON)
+def test_no_value_of_any_field_is_an_error(place: tuple[str, ...], value: object) -> None:
+    with TemporaryDirectory() as folder:
+        changed(orphan(Path(folder)), *place, to=value)
+        assert len(orphans(Path(folder))) <= 1
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
+def test_a_pipe_of_that_name_is_not_waited_for(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "1-1.autosave.json")
+    assert orphans(tmp_path) == []
+
+
+def test_a_clock_that_is_set_leaves_a_running_window_its_file(tmp_path: Path) -> None:
+    other = AutosaveFile(tmp_path)
+    other.write(Unsaved(MOVED, RIG, None))
+    said = json.loads(other.path.read_text())
+    changed(other.path, "owner", "started_at", to=said["owner"]["started_at"] - 1.5)
+    assert orphans(tmp_path) == []
+
+
+def test_a_window_that_got_the_number_of_one_that_is_gone_hides_nothing(tmp_path: Path) -> None:
+    killed_window(tmp_path)
+    [left] = files(tmp_path / "unsaved")
+    changed(left, "owner", "pid", to=os.getpid())
+    changed(left, "owner", "started_at", to=psutil.Process().create_time())
+    assert [orphan.file for orphan in orphans(tmp_path / "unsaved")] == [left]
+
+
+def test_nothing_is_left_beside_a_file_that_is_gone(tmp_path: Path) -> None:
+    file = AutosaveFile(tmp_path)
+    for _ in range(2):
+        file.write(Unsaved(MOVED, RIG, None))
+    assert len(list(tmp_path.iterdir())) == 2
+    file.remove()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_two_windows_of_one_process_number_keep_apart(tmp_path: Path) -> None:
+    assert AutosaveFile(tmp_path).path != AutosaveFile(tmp_path).path
+
+
+def test_what_cannot_be_discarded_is_told(
+    qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    orphan(tmp_path / "unsaved")
+    with open_bench(qtbot, tmp_path, wait=False) as bench:
+        start(bench, tmp_path / "unsaved")
+
+        def refuse(path: Path, missing_ok: bool = False) -> None:
+            raise PermissionError(errno.EACCES, "Permission denied", str(path))
+
+        with monkeypatch.context() as patch:
+            patch.setattr(Path, "unlink", refuse)
+            press(bench, "Discard")
+        assert "cannot be deleted: Permission denied" in bench.workbench.errors.message
