@@ -99,6 +99,11 @@ class ValueEdit(QLineEdit, Generic[Value]):
         """Return the short text, or a shorter one that fits into the field."""
         return self._short(value)
 
+    def keep_room_for(self, text: str) -> None:
+        """Never get narrower than this text needs."""
+        around_px = self.width() - self._room().width()
+        self.setMinimumWidth(self.fontMetrics().horizontalAdvance(text) + around_px)
+
     def _fits(self, text: str) -> bool:
         """Whether a text has room in the field; before the field is on the screen, any text has."""
         return not self.isVisible() or self.fontMetrics().horizontalAdvance(text) <= self._room().width()
@@ -230,6 +235,8 @@ def _is_redo(event: QKeyEvent) -> bool:
 
 
 SHOWN_DECIMALS = 4
+LARGE = 1e5
+"""From here on a number without room is shown as digits and a power of ten."""
 WHEEL_NOTCH = 120
 
 
@@ -247,14 +254,15 @@ def full_number(value: float) -> str:
 
 
 def fitted_number(value: float, text: str, fits: Callable[[str], bool]) -> str:
-    """Return `text`, or the number with as many decimals, or else digits and a power of ten, as have room."""
-    if fits(text) or not math.isfinite(value):
+    """Return `text`, or the number with as many decimals, or else digits and a power of ten, as have room.
+
+    Numbers below `LARGE` keep all digits before the point: -180 is never shown as -2e2.
+    """
+    if fits(text) or not math.isfinite(value) or abs(value) < 1.0:
         return text
-    decimals = [short_number(round(value, places)) for places in range(SHOWN_DECIMALS - 1, -1, -1)]
-    shorter = [
-        *(decimals if abs(value) >= 1.0 else []),
-        *(power_of_ten(value, digits) for digits in range(6, 0, -1)),
-    ]
+    shorter = [short_number(round(value, places)) for places in range(SHOWN_DECIMALS - 1, -1, -1)]
+    if abs(value) >= LARGE:
+        shorter += [power_of_ten(value, digits) for digits in range(6, 0, -1)]
     return next((found for found in shorter if fits(found)), shorter[-1])
 
 

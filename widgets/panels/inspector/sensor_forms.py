@@ -235,6 +235,7 @@ class AnglesField(QObject):
         fields = [low, QLabel("to"), high, QLabel("×"), count]
         row = form.add_row("", fields, "from, to × number of angles")
         for part, edit in edits:
+            edit.keep_room_for("-180")
             title = part.rstrip("_")
             edit.setAccessibleName(f"{caption} {title}")
             form.bind_edit(
