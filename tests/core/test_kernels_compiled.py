@@ -61,6 +61,7 @@ def test_a_kernel_follows_a_function_of_another_file_that_it_inlines(tmp_path: P
     for name in (
         "__init__.py",
         "cache_folder.py",
+        "errors.py",
         "kernels/__init__.py",
         "kernels/jit.py",
         "kernels/compiled.py",
