@@ -22,11 +22,11 @@ from riglens.app.evaluation.scenario import load_scenario, remarks_on, settings_
 from riglens.core.engine.engine import Engine, evaluate_from_scratch
 from riglens.core.errors import InputError
 from riglens.core.files import require_apart
+from riglens.core.formats.opening import open_rig as open_any_rig
 from riglens.core.geometry import Pose, Vec3
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import DEFAULT_LAMBDA, Method, Reading
 from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig, Vehicle
-from riglens.core.rig.opening import open_rig as open_any_rig
 from riglens.core.rig.presets import PRESETS
 from riglens.core.rig.yaml.file import load_rig, new_rig_file
 from riglens.core.scene.boxes import DataReport, Progress
@@ -37,7 +37,7 @@ from riglens.results import ClassResult, RigResult
 if TYPE_CHECKING:
     from riglens.app.evaluation.options import HeatMode
     from riglens.app.rendering.render import Theme, View
-    from riglens.core.rig.formats.report import Report
+    from riglens.core.formats.report import Report
 
 __all__ = [
     "Camera",
@@ -134,7 +134,7 @@ def convert(
     `riglens convert`. What is approximated or left out is told as a `RigLensWarning`. Raises InputError when reading
     or writing fails.
     """
-    from riglens.core.rig.formats.exchange import write_rig  # many formats, which a preset does not need
+    from riglens.core.formats.exchange import write_rig  # many formats, which a preset does not need
 
     rig, report = _read(source, source_format)
     if not isinstance(source, Rig):
@@ -151,7 +151,7 @@ def _read(source: StrPath | Rig, source_format: str | None) -> tuple[Rig, Report
     if isinstance(source, Rig):
         return source, None
     if source_format is not None:
-        from riglens.core.rig.formats.exchange import read_rig
+        from riglens.core.formats.exchange import read_rig
 
         imported = read_rig(source, source_format)
         return imported.rig, imported.report

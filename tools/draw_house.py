@@ -79,10 +79,14 @@ HOUSE = (
         "#fff8e1",
         (
             (Room("study", "measuring methods, rigs and grids"),),
-            (Room("engine", "edits, exact to the last bit", 4), Room("view", "one sensor, one frame")),
+            (
+                Room("engine", "edits, exact to the last bit", 4),
+                Room("view", "one sensor, one frame"),
+                Room("formats", "rigs of other programs"),
+            ),
             (Room("metric", "entropy, S-MIG, S-MS, seen"), Room("sensing", "rays and lenses")),
             (Room("scene", "grid, boxes, POG"), Room("vehicle", "meshes of bodies")),
-            (Room("kernels", "compiled loops"), Room("rig", "sensors, YAML, formats, library")),
+            (Room("kernels", "compiled loops"), Room("rig", "sensors, YAML, history, library")),
         ),
     ),
     Floor(

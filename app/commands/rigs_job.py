@@ -17,13 +17,13 @@ from rich.text import Text
 
 from riglens.app.terminal.console import note_report, results
 from riglens.core.files import atomic_write, require_apart
+from riglens.core.formats.exchange import WRITABLE, format_called, format_for, read_rig, write_rig
+from riglens.core.formats.mounts import ReadOptions
+from riglens.core.formats.opening import open_rig
+from riglens.core.formats.report import Report
 from riglens.core.geometry import Pose, Vec3
-from riglens.core.rig.formats.exchange import WRITABLE, format_called, format_for, read_rig, write_rig
-from riglens.core.rig.formats.mounts import ReadOptions
-from riglens.core.rig.formats.report import Report
 from riglens.core.rig.library import Cuboid, Entry, Library, default_library
 from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
-from riglens.core.rig.opening import open_rig
 from riglens.core.rig.presets import PRESETS, find_preset, preset
 from riglens.core.rig.yaml.file import dumps
 from riglens.core.sensing.camera import field_of_view_deg

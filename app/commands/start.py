@@ -24,7 +24,7 @@ def start(rig: str, scene: SceneOptions, score: ScoreOptions) -> int:
 
 
 def _with_window(rig: str, scene: SceneOptions, score: ScoreOptions) -> int:
-    from riglens.core.rig.opening import open_rig
+    from riglens.core.formats.opening import open_rig
 
     open_rig(rig)  # a wrong rig is told before anything large is loaded
     require_system_libraries("window")
@@ -43,7 +43,7 @@ def load_packages() -> None:
 
 
 def _without_window(rig: str, scene: SceneOptions, score: ScoreOptions, problem: str) -> int:
-    from riglens.core.rig.opening import open_rig
+    from riglens.core.formats.opening import open_rig
 
     opened = open_rig(rig)
     print(f"no display: running headless ({problem})", file=sys.stderr)

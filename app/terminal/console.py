@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 from rich.text import Text
 
-from riglens.core.rig.formats.report import Report
+from riglens.core.formats.report import Report
 
 PIPE_WIDTH = 120
 """Columns when standard output is a file or a pipe: wide enough that no number is cut off."""

@@ -15,10 +15,10 @@ from riglens.app.terminal.console import note, note_report, progress_bar, result
 from riglens.app.terminal.figures import decimals, percent, thousands
 from riglens.core.engine.engine import Evaluation, evaluate_from_scratch
 from riglens.core.engine.warm_up import WARM_UP
+from riglens.core.formats.opening import open_rig
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import MetricSettings, Reading
 from riglens.core.rig.model import Rig
-from riglens.core.rig.opening import open_rig
 from riglens.core.scene.boxes import CLASSES, DataReport
 from riglens.core.scene.pog import Pog
 

@@ -15,8 +15,8 @@ from riglens.app.session.document import Document
 from riglens.app.window.main_window import MainWindow
 from riglens.app.window.settings import Settings
 from riglens.app.window.unexpected import failures_told
+from riglens.core.formats.opening import open_rig
 from riglens.core.metric.scores import MetricSettings
-from riglens.core.rig.opening import open_rig
 from riglens.widgets.panels.style import apply_style, is_dark
 from riglens.widgets.theme import palette
 

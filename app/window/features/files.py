@@ -14,14 +14,14 @@ from riglens.app.window.actions import Spec, menu_button
 from riglens.app.window.feature import Feature
 from riglens.app.window.workbench import Workbench
 from riglens.core.errors import InputError
-from riglens.core.rig.formats.report import KINDS, Kind, Report
+from riglens.core.formats.opening import OpenedRig, open_rig_file
+from riglens.core.formats.report import KINDS, Kind, Report
 from riglens.core.rig.model import Rig
-from riglens.core.rig.opening import OpenedRig, open_rig_file
 from riglens.core.rig.presets import PRESETS, preset
 from riglens.core.vehicle.mesh_file import mesh_name, mesh_path
 
 if TYPE_CHECKING:
-    from riglens.core.rig.formats.base import Format
+    from riglens.core.formats.base import Format
 
 
 class Files(Feature):
@@ -64,7 +64,7 @@ class Files(Feature):
 
     def _open(self, path: Path) -> None:
         """Open a rig file, or have one of another program read."""
-        from riglens.core.rig.formats.exchange import (
+        from riglens.core.formats.exchange import (
             may_be_foreign,  # many formats: not while the window opens
         )
 
@@ -215,7 +215,7 @@ class Exchange(Feature):
 
     def _fill(self) -> None:
         """List the formats, the first time that somebody looks."""
-        from riglens.core.rig.formats.exchange import FORMATS, WRITABLE
+        from riglens.core.formats.exchange import FORMATS, WRITABLE
 
         if not self.menu.isEmpty():
             return
@@ -250,7 +250,7 @@ class Exchange(Feature):
             self.bench.guarded(self._write)(path, format_)
 
     def _write(self, path: Path, format_: Format) -> None:
-        from riglens.core.rig.formats.exchange import write_rig
+        from riglens.core.formats.exchange import write_rig
 
         self.show_report(write_rig(self.document.rig, path, format_.name).report)
 

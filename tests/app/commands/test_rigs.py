@@ -8,7 +8,7 @@ import pytest
 from riglens.core.rig.presets import PRESETS, preset
 from riglens.core.rig.yaml.file import load_rig
 from tests.app.conftest import SMALL_GRID, Run
-from tests.core.rig.formats.cases import AUTOWARE_KIT, DRIVEWORKS, NUSCENES, write_files
+from tests.core.formats.cases import AUTOWARE_KIT, DRIVEWORKS, NUSCENES, write_files
 
 # ---------------------------------------------------------------- presets
 

@@ -18,7 +18,7 @@ FOR_LATER = (
     *(
         "riglens.app.evaluation.scenario",
         "riglens.core.scene.readers",
-        "riglens.core.rig.formats.exchange",
+        "riglens.core.formats.exchange",
         "http.client",
     ),
     *(

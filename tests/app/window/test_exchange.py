@@ -7,10 +7,10 @@ import pytest
 from PySide6.QtGui import QAction
 from pytestqt.qtbot import QtBot
 
-from riglens.core.rig.formats.exchange import WRITABLE, read_rig
+from riglens.core.formats.exchange import WRITABLE, read_rig
 from tests.app.window.desk import FullDesk, full_desk
 from tests.app.window_bench import RIG
-from tests.core.rig.formats.cases import AUTOWARE_KIT, DRIVEWORKS, NUSCENES, URDF, write_files
+from tests.core.formats.cases import AUTOWARE_KIT, DRIVEWORKS, NUSCENES, URDF, write_files
 from tests.waiting import TIMEOUT_MS
 
 

@@ -1,0 +1,216 @@
+"""Autoware: sensors_calibration.yaml and sensor_kit_calibration.yaml (all *_calibration.yaml of a folder).
+
+Each file says {parent frame: {child frame: {x, y, z, roll, pitch, yaw}}} in metres and radians about the fixed
+axes of the parent, x forward, y left, z up. base_link lies on the ground under the rear axle. Camera frames
+(.../camera_link) look along x; names with "optical" have z forward. What stands at a frame is told by the macro
+that the kit's xacro calls there, else by the frame's name; frames of which neither tells are left out.
+Source: Autoware documentation, "Creating sensor and vehicle models"; individual_params.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator
+
+from riglens.core.errors import InputError
+from riglens.core.formats.autoware_kit import (
+    VEHICLE_INFO,
+    find_macros,
+    find_vehicle,
+    kind_of_macro,
+    kit_name,
+)
+from riglens.core.formats.base import Exported, Format, Imported
+from riglens.core.formats.frames import (
+    FrameTree,
+    Matrix,
+    from_optical,
+    is_optical,
+    kind_of,
+    pose_from_se3,
+    se3_from_rpy_deg,
+    without_ending,
+)
+from riglens.core.formats.lenses import report_distortion
+from riglens.core.formats.mounts import (
+    Mounting,
+    ReadOptions,
+    rear_axle_on_ground,
+    root_SE3_body,
+    sensors_to_write,
+)
+from riglens.core.formats.report import Notes
+from riglens.core.formats.source import MAX_ANGLE, Source, Value
+from riglens.core.geometry import Vec3
+from riglens.core.rig.model import Camera, Rig, Sensor, Vehicle
+from riglens.core.rig.yaml.nodes import shortened
+from riglens.core.rig.yaml.text import value_text
+
+TITLE = "Autoware sensor kit calibration"
+BASE, KIT = "base_link", "sensor_kit_base_link"
+POSITION, ANGLES = ("x", "y", "z"), ("roll", "pitch", "yaw")
+FOOT = "_base_link"
+_MOUNT = re.compile(r"(^|_)(kit|unit)_base_link$|^base_link$")
+_PLACES = ("sensors_calibration.yaml", "sensor_kit_calibration.yaml")
+
+
+def recognises(source: Source) -> bool:
+    """Return whether this is a folder with such files (or with a config/ that has them), or one such file."""
+    if source.is_folder:
+        return any(source.sibling(name, f"config/{name}") for name in _PLACES)
+    if source.suffix not in (".yaml", ".yml") or not source.yaml.is_mapping:
+        return False
+    parents = list(source.yaml.raw.values())
+    if source.path.name in _PLACES and all(parent is None or parent == {} for parent in parents):
+        return True
+    return bool(parents) and all(_is_parent(parent) for parent in parents)
+
+
+def _is_parent(parent: object) -> bool:
+    children = list(parent.values()) if isinstance(parent, dict) else []
+    return bool(children) and all(
+        isinstance(child, dict) and set(POSITION) & set(child) for child in children
+    )
+
+
+def read(source: Source, options: ReadOptions) -> Imported:
+    """Return the sensors of all calibration files of the folder, chained to base_link."""
+    notes = Notes()
+    files = _files(source)
+    tree = FrameTree(source.where)
+    for file in files:
+        for parent, child, pose in _rows(file, notes):
+            tree.add(parent, child, pose)
+    notes.read(f"{len(tree.frames())} frames of {', '.join(file.path.name for file in files)}")
+    vehicle = options.vehicle_or(find_vehicle(source, notes) or Vehicle())
+    origin_m = options.origin_m or rear_axle_on_ground(vehicle)
+    mounting = Mounting(source.where, notes, vehicle, _root_place(tree, origin_m, vehicle, options, notes))
+    macros, inner = find_macros(source, notes), tree.inner_frames()
+    leaves = [frame for frame in tree.frames() if frame not in inner]
+    for frame in leaves:
+        _add(frame, tree.root_SE3(frame), macros.get(frame), mounting)
+    x, y, z = mounting.origin_m
+    notes.converted(
+        f"angles from radians to degrees; origin moved to the body centre: added {x:g} {y:g} {z:g} m"
+    )
+    if options.vehicle is None and options.rear_axle_x is None and not notes.has(VEHICLE_INFO):
+        notes.approximated(
+            f"vehicle not in the files: rear axle at x = {vehicle.rear_axle_x:g} m", option="--rear-axle-x"
+        )
+    is_empty = all(_MOUNT.search(frame) for frame in leaves)
+    return Imported(mounting.rig(kit_name(source), may_be_empty=is_empty), notes.report(TITLE))
+
+
+def _files(source: Source) -> list[Source]:
+    found = source.siblings("*_calibration.yaml") or source.siblings("config/*_calibration.yaml")
+    is_among = any(file.path.name == source.path.name for file in found)
+    return found if source.is_folder or is_among else [source]
+
+
+def _rows(file: Source, notes: Notes) -> Iterator[tuple[str, str, Matrix]]:
+    """Yield parent, child and pose of every frame of a file; an empty file, or a parent without frames, is told."""
+    is_blank = not any(line.partition("#")[0].strip() for line in file.text.splitlines())
+    if is_blank or file.yaml.raw == {}:
+        notes.read("the file holds no frames", file.path.name)
+        return
+    for parent, raw in file.yaml.raw.items() if file.yaml.is_mapping else ():
+        if raw is None or raw == {}:
+            notes.read("no frames on it", str(parent))
+            continue
+        for child, value in file.yaml.item(parent).items():
+            yield str(parent), child, _transform(value)
+    if not file.yaml.is_mapping:
+        file.yaml.refuse("a mapping of names to values")
+
+
+def _transform(value: Value) -> Matrix:
+    x, y, z = value.field_numbers(*POSITION)
+    angles = [value.item(name).number(-MAX_ANGLE, MAX_ANGLE) for name in ANGLES]
+    roll, pitch, yaw = (math.degrees(angle) for angle in angles)
+    return se3_from_rpy_deg((x, y, z), (roll, pitch, yaw))
+
+
+def _root_place(tree: FrameTree, base_m: Vec3, vehicle: Vehicle, options: ReadOptions, notes: Notes) -> Vec3:
+    """Return where the root of the frames lies in the vehicle frame; without base_link, a kit on the roof."""
+    roots = {tree.root_of(frame) for frame in tree.frames()}
+    if not roots:
+        return base_m
+    if len(roots) > 1:
+        raise InputError(
+            f"{tree.where}: frames have several roots: {', '.join(sorted(roots))}; accepted is one tree"
+        )
+    if roots == {BASE} or options.origin_m is not None:
+        return base_m
+    notes.approximated(
+        f"{BASE} not in the files: {', '.join(roots)} is placed on the middle of the roof", option="--origin"
+    )
+    return 0.0, 0.0, vehicle.height
+
+
+def _add(frame: str, root_SE3_frame: Matrix, macro: str | None, mounting: Mounting) -> None:
+    """Add the sensor of a frame: what the kit's xacro puts there, or else what its name says."""
+    kind = kind_of(frame) if macro is None else kind_of_macro(macro)
+    if kind == "camera":
+        mounting.notes.approximated(
+            "lens and image not in the files: 1600 x 900 pixels, 70 degrees wide", frame
+        )
+        body = from_optical(root_SE3_frame) if is_optical(frame) else root_SE3_frame
+        mounting.add_camera(without_ending(frame), body, image=(1600, 900), hfov_deg=70.0)
+    elif kind == "lidar":
+        if frame.endswith(FOOT):
+            mounting.notes.approximated(
+                "the base of the LiDAR is taken as its centre, which is a few cm higher", frame
+            )
+        mounting.add_lidar(without_ending(frame), root_SE3_frame, said=macro)
+    elif macro is not None:
+        mounting.notes.ignored(f"neither camera nor LiDAR: {shortened(macro, 40)} in the kit's xacro", frame)
+    else:
+        mounting.notes.ignored("neither camera nor LiDAR, judging by its name", frame)
+
+
+def write(rig: Rig) -> Exported:
+    """Return both files in a folder: the kit on the middle of the roof, every sensor on the kit."""
+    notes = Notes()
+    sensors = sensors_to_write(rig, notes)
+    rear_m, roof_m = rear_axle_on_ground(rig.vehicle), (0.0, 0.0, rig.vehicle.height)
+    kit = {KIT: _pose_text(roof_m[0] - rear_m[0], roof_m[1], roof_m[2], (0.0, 0.0, 0.0))}
+    children: dict[str, str] = {}
+    for sensor in sensors:
+        pose = pose_from_se3(root_SE3_body(sensor, roof_m))
+        children[_frame(sensor)] = _pose_text(*pose.position_m, pose.rpy_deg)
+        notes.written("pose", sensor.name)
+        if isinstance(sensor, Camera):
+            report_distortion(sensor, notes)
+        notes.ignored("model, rays, lens and range: the files have no place for them", sensor.name)
+    notes.converted(f"origin to the rear axle on the ground, {KIT} on the roof; angles to radians")
+    notes.ignored("vehicle: the files have no place for it")
+    texts = {_PLACES[0]: _file_text(BASE, kit), _PLACES[1]: _file_text(KIT, children)}
+    return Exported(texts, notes.report(TITLE))
+
+
+def _frame(sensor: Sensor) -> str:
+    """Return the frame of a sensor as Autoware's kits call it; one whose name says nothing gets the word lidar."""
+    if isinstance(sensor, Camera):
+        return f"{sensor.name}/camera_link"
+    foot = f"{sensor.name}{FOOT}"
+    return foot if kind_of(foot) == "lidar" else f"{sensor.name}/lidar_link"
+
+
+def _pose_text(x: float, y: float, z: float, rpy_deg: Vec3) -> str:
+    numbers = (x, y, z, *(math.radians(angle) for angle in rpy_deg))
+    lines = (
+        f"    {name}: {value_text(number)}"
+        for name, number in zip((*POSITION, *ANGLES), numbers, strict=True)
+    )
+    return "\n".join(lines)
+
+
+def _file_text(parent: str, children: dict[str, str]) -> str:
+    lines = [f"{parent}:"]
+    for child, pose in children.items():
+        lines += [f"  {value_text(child)}:", pose]
+    return "\n".join([*lines, ""])
+
+
+AUTOWARE = Format("autoware", TITLE, recognises, read, write, is_folder=True)

@@ -1,0 +1,43 @@
+"""The one small interface of all formats: recognise a source, read it to a rig, write a rig to files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from riglens.core.formats.mounts import ReadOptions
+from riglens.core.formats.report import Report
+from riglens.core.formats.source import Source
+from riglens.core.rig.model import Rig
+
+
+@dataclass(frozen=True)
+class Imported:
+    """A rig that was read, with a report on everything in the file."""
+
+    rig: Rig
+    report: Report
+
+
+@dataclass(frozen=True)
+class Exported:
+    """The text of every file by its name, with a report on everything in the rig."""
+
+    files: Mapping[str, str]
+    report: Report
+
+
+@dataclass(frozen=True)
+class Format:
+    """A format by its name on the command line; `read` or `write` is None where it is not supported.
+
+    endings: file name endings that belong to this format only; is_folder: whether it is written as a folder.
+    """
+
+    name: str
+    title: str
+    recognises: Callable[[Source], bool]
+    read: Callable[[Source, ReadOptions], Imported] | None = None
+    write: Callable[[Rig], Exported] | None = None
+    endings: tuple[str, ...] = ()
+    is_folder: bool = False

@@ -1,0 +1,168 @@
+"""CARLA, objects.json of the ROS bridge: sensors with spawn points relative to the vehicle's actor.
+
+The bridge takes spawn points in ROS axes (x forward, y left, z up; metres; roll, pitch, yaw in degrees about the
+fixed axes) and turns them into CARLA's left-handed ones itself, so pitch 20 looks down here and would be -20 in
+CARLA. Origin: the vehicle's actor, on the ground under the middle of its bounding box.
+Source: carla_spawn_objects.py and carla_common/transforms.py of the ROS bridge; CARLA sensor reference.
+"""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from riglens.core.errors import InputError
+from riglens.core.formats.base import Exported, Format, Imported
+from riglens.core.formats.carla_lidar import azimuth_count, rays_to_write
+from riglens.core.formats.frames import pose_from_se3, se3_from_rpy_deg
+from riglens.core.formats.lens_export import centred_pinhole, report_lens
+from riglens.core.formats.mounts import MAX_PIXELS, Mounting, ReadOptions, root_SE3_body, sensors_to_write
+from riglens.core.formats.report import Notes
+from riglens.core.formats.source import Source, Value
+from riglens.core.geometry import Vec3
+from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig, Sensor, Vehicle
+from riglens.core.rig.yaml.nodes import shortened
+
+TITLE = "CARLA ROS bridge objects.json"
+ORIGIN: Vec3 = (0.0, 0.0, 0.0)
+PINHOLE = "a pinhole of one focal length in the middle of its image"
+CAMERAS = ("rgb", "depth", "semantic_segmentation", "instance_segmentation", "optical_flow", "dvs")
+_POSITION, _ANGLES = ("x", "y", "z"), ("roll", "pitch", "yaw")
+
+
+def recognises(source: Source) -> bool:
+    """Return whether this is a JSON object with a list of objects."""
+    if source.is_folder or source.suffix != ".json":
+        return False
+    objects = source.json.get("objects") if source.json.is_mapping else None
+    return objects is not None and objects.is_list
+
+
+def read(source: Source, options: ReadOptions) -> Imported:
+    """Return the cameras and LiDARs of the first vehicle that has any sensor; token: the id of another vehicle."""
+    notes = Notes()
+    vehicle = _vehicle(source, options.token, notes)
+    mounting = Mounting(source.where, notes, options.vehicle_or(Vehicle()), options.origin_m or ORIGIN)
+    for sensor in vehicle.item("sensors").elements():
+        _add(sensor, mounting)
+    notes.converted(
+        "spawn points are in ROS axes already, relative to the actor: on the ground under the body centre"
+    )
+    if options.vehicle is None:
+        notes.approximated("size of the vehicle not in the file: a sedan", option="--vehicle")
+    return Imported(mounting.rig(_text(vehicle, "id", source.name)), notes.report(TITLE))
+
+
+def _vehicle(source: Source, token: str | None, notes: Notes) -> Value:
+    """Return the vehicle to read; what else the file holds is reported."""
+    chosen: Value | None = None
+    for value in source.json.item("objects").elements():
+        kind, name = _text(value, "type", ""), _text(value, "id", "?")
+        fits = kind.startswith("vehicle.") and "sensors" in value and token in (None, name)
+        if fits and chosen is None:
+            chosen = value
+            notes.read(f"vehicle '{shortened(name, 40)}' ({shortened(kind, 40)})")
+        else:
+            notes.ignored("object that is not the vehicle", shortened(name, 40))
+    if chosen is None:
+        named = "" if token is None else f" with id '{shortened(token)}'"
+        raise InputError(
+            f"{source.where}: objects: no vehicle with sensors{named}; accepted is one that has some"
+        )
+    return chosen
+
+
+def _text(value: Value, key: str, default: str) -> str:
+    found = value.get(key)
+    return default if found is None else found.text()
+
+
+def _add(sensor: Value, mounting: Mounting) -> None:
+    kind, name = sensor.item("type").text(), sensor.item("id").text()
+    family, _, model = kind.removeprefix("sensor.").partition(".")
+    if family not in ("camera", "lidar"):
+        mounting.notes.ignored("neither camera nor LiDAR", name)
+        return
+    pose = _pose(sensor.get("spawn_point"))
+    if family == "lidar":
+        mounting.add_lidar(name, pose, **_lidar_fields(sensor))
+        return
+    if model != "rgb":
+        mounting.notes.read("camera of another kind, imported for its view", name)
+    width, height = (_whole(sensor, f"image_size_{axis}", size) for axis, size in (("x", 800), ("y", 600)))
+    mounting.add_camera(name, pose, image=(width, height), hfov_deg=_number(sensor, "fov", 90.0))
+    if any(key.startswith("lens_") for key, _ in sensor.items()):
+        mounting.notes.ignored("lens distortion", name)
+
+
+def _pose(spawn: Value | None) -> Any:
+    if spawn is None:
+        return se3_from_rpy_deg((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    x, y, z = (_number(spawn, key, 0.0) for key in _POSITION)
+    roll, pitch, yaw = (_number(spawn, key, 0.0) for key in _ANGLES)
+    return se3_from_rpy_deg((x, y, z), (roll, pitch, yaw))
+
+
+def _lidar_fields(sensor: Value) -> dict[str, Any]:
+    """Return the rays that CARLA casts: `channels` beams with both ends, points spread over the turns of a second."""
+    channels = int(_number(sensor, "channels", 32, low=1, high=1000))
+    lower, upper = _number(sensor, "lower_fov", -30.0), _number(sensor, "upper_fov", 10.0)
+    if not -90.0 <= lower <= upper <= 90.0:
+        sensor.refuse("lower_fov <= upper_fov, both within ±90", f"lower_fov {lower:g}, upper_fov {upper:g}")
+    points = _number(sensor, "points_per_second", 56_000, low=1, high=1e9)
+    turns = _number(sensor, "rotation_frequency", 10.0, low=1e-3, high=1e6)
+    span = _number(sensor, "horizontal_fov", 360.0, low=1e-3, high=360.0)
+    return {
+        "elevations_deg": EvenAngles(from_=lower, to=upper, count=channels),
+        "azimuths_deg": EvenAngles(
+            from_=-span / 2, to=span / 2, count=azimuth_count(points, turns, channels)
+        ),
+        "range_m": (0.0, _number(sensor, "range", 10.0, low=1e-3, high=1e6)),
+    }
+
+
+def _number(value: Value, key: str, default: float, low: float = -1e6, high: float = 1e6) -> float:
+    found = value.get(key)
+    return default if found is None else found.number(low, high, quoted=True)
+
+
+def _whole(value: Value, key: str, default: int) -> int:
+    found = value.get(key)
+    return default if found is None else found.whole(1, MAX_PIXELS, quoted=True)
+
+
+def write(rig: Rig) -> Exported:
+    """Return one vehicle with all sensors."""
+    notes = Notes()
+    sensors = [_sensor(sensor, notes) for sensor in sensors_to_write(rig, notes)]
+    ego = {"type": "vehicle.tesla.model3", "id": "ego_vehicle", "sensors": sensors}
+    notes.approximated("the vehicle is written as CARLA's vehicle.tesla.model3")
+    notes.converted("poses stay in ROS axes and degrees, relative to the actor")
+    text = json.dumps({"objects": [ego]}, indent=4) + "\n"
+    return Exported({"objects.json": text}, notes.report(TITLE))
+
+
+def _sensor(sensor: Sensor, notes: Notes) -> dict[str, object]:
+    pose = pose_from_se3(root_SE3_body(sensor, ORIGIN))
+    spawn = dict(zip((*_POSITION, *_ANGLES), (*pose.position_m, *pose.rpy_deg), strict=True))
+    if isinstance(sensor, Lidar):
+        rays = rays_to_write(sensor, notes)
+        return {"type": "sensor.lidar.ray_cast", "id": sensor.name, "spawn_point": spawn, **rays}
+    width, height = sensor.image
+    fields = {"image_size_x": width, "image_size_y": height, "fov": _fov_deg(sensor, notes)}
+    notes.written("pose, image size and field of view", sensor.name)
+    notes.ignored("ray lattice and range: the file has no place for them", sensor.name)
+    return {"type": "sensor.camera.rgb", "id": sensor.name, "spawn_point": spawn, **fields}
+
+
+def _fov_deg(camera: Camera, notes: Notes) -> float:
+    """Return the horizontal field of view of the lens; CARLA's is a pinhole, centred on the image."""
+    if camera.hfov_deg is not None:
+        return camera.hfov_deg
+    written = centred_pinhole(camera)
+    report_lens(camera, written, PINHOLE, notes)
+    assert written.hfov_deg is not None
+    return written.hfov_deg
+
+
+CARLA = Format("carla", TITLE, recognises, read, write)

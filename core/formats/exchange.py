@@ -1,0 +1,116 @@
+"""Every rig format by name: detecting, reading and writing them."""
+
+from __future__ import annotations
+
+import difflib
+import os
+from pathlib import Path
+
+from riglens.core.errors import InputError
+from riglens.core.files import atomic_folder, atomic_write
+from riglens.core.formats.autoware import AUTOWARE
+from riglens.core.formats.base import Exported, Format, Imported
+from riglens.core.formats.carla_objects import CARLA
+from riglens.core.formats.carla_toml import CARLA_TOML
+from riglens.core.formats.driveworks import DRIVEWORKS
+from riglens.core.formats.kalibr import KALIBR
+from riglens.core.formats.kitti import KITTI
+from riglens.core.formats.mounts import ReadOptions
+from riglens.core.formats.nuscenes import NUSCENES
+from riglens.core.formats.osi import OSI
+from riglens.core.formats.pandaset import PANDASET
+from riglens.core.formats.riglens import RIGLENS
+from riglens.core.formats.source import Source
+from riglens.core.formats.urdf import URDF
+from riglens.core.rig.model import Rig
+from riglens.core.rig.yaml.nodes import shortened, shown_path
+
+FORMATS = {
+    format_.name: format_
+    for format_ in (
+        *(RIGLENS, NUSCENES, AUTOWARE, URDF, CARLA, CARLA_TOML, DRIVEWORKS),
+        *(PANDASET, KALIBR, KITTI, OSI),
+    )
+}
+"""Every format by its name on the command line; RigLens' own comes first."""
+
+READABLE = tuple(name for name, format_ in FORMATS.items() if format_.read)
+WRITABLE = tuple(name for name, format_ in FORMATS.items() if format_.write)
+_FOREIGN_ENDINGS = (".json", ".toml", ".urdf", ".xacro", ".xml", ".txt")
+_DATA_ENDINGS = (".yaml", ".yml", *_FOREIGN_ENDINGS)
+
+
+def detect(source: Source) -> Format:
+    """Return the format of a file or folder; a YAML file of no other format is read as a rig, which says what is wrong.
+
+    Raise InputError when there is no such file, and when no format fits.
+    """
+    if not source.path.exists():
+        raise InputError(f"{source.where}: no such file or folder")
+    if RIGLENS.recognises(source):
+        return RIGLENS
+    if source.is_folder or source.suffix in _DATA_ENDINGS:
+        found = next((format_ for format_ in FORMATS.values() if format_.recognises(source)), None)
+        if found is not None:
+            return found
+    if not source.is_folder and source.suffix not in _FOREIGN_ENDINGS:
+        return RIGLENS
+    raise InputError(f"{source.where}: not a rig in a known format; accepted are {', '.join(READABLE)}")
+
+
+def may_be_foreign(path: Path) -> bool:
+    """Return whether an existing file or folder may hold a rig of another program, without reading it whole."""
+    source = Source(path)
+    is_data = source.is_folder or source.suffix in _DATA_ENDINGS
+    return source.path.exists() and is_data and not RIGLENS.recognises(source)
+
+
+def read_rig(
+    path: str | os.PathLike[str], name: str | None = None, options: ReadOptions | None = None
+) -> Imported:
+    """Return the rig in a file or folder and the report on it; the format is detected unless `name` gives it.
+
+    Raise InputError with file, field, what was found and what is accepted.
+    """
+    source = Source(path)
+    format_ = detect(source) if name is None else format_called(name, READABLE)
+    if not source.path.exists():
+        raise InputError(f"{source.where}: no such file or folder")
+    assert format_.read is not None
+    return format_.read(source, options or ReadOptions())
+
+
+def write_rig(rig: Rig, path: str | os.PathLike[str], name: str | None = None) -> Exported:
+    """Write a rig; the format follows from the ending of the path unless `name` gives it.
+
+    One file, or a folder written whole or not at all. Raise InputError when it cannot be written.
+    """
+    format_ = format_for(Path(path)) if name is None else format_called(name, WRITABLE)
+    assert format_.write is not None
+    exported = format_.write(rig)
+    if format_.is_folder:
+        atomic_folder(path, {file: text.encode("utf-8") for file, text in exported.files.items()})
+    else:
+        (text,) = exported.files.values()
+        with atomic_write(path) as stream:
+            stream.write(text.encode("utf-8"))
+    return exported
+
+
+def format_called(name: str, accepted: tuple[str, ...]) -> Format:
+    """Return the format of that name; raise an InputError that lists the accepted ones."""
+    if name in accepted:
+        return FORMATS[name]
+    close = difflib.get_close_matches(name, accepted, n=1)
+    hint = f"did you mean {close[0]}? " if close else ""
+    raise InputError(f"format: found '{shortened(name)}'; {hint}accepted are {', '.join(accepted)}")
+
+
+def format_for(path: Path) -> Format:
+    """Return the format of a file's ending; raise InputError when several write files of that ending, or none."""
+    for format_ in FORMATS.values():
+        if format_.write and path.name.lower().endswith(format_.endings or ("\n",)):
+            return format_
+    raise InputError(
+        f"{shown_path(path)}: the format does not follow from its ending; name it with --to: {', '.join(WRITABLE)}"
+    )

@@ -1,0 +1,178 @@
+"""KITTI: calibration of the tracking and object benchmarks (one .txt) and of raw drives (calib_*.txt) (import).
+
+Rectified camera 0 has optical axes. P0..P3 (3, 4) project its points into the four cameras: camera i stands at
+-K^-1 P[:, 3] and looks the same way. R0_rect and Tr_velo_to_cam lead from the Velodyne (x forward, y left, z up) to
+it. Raw drives say the unrectified cameras: p_i = R_i p_0 + T_i, and K, D and image size S of each.
+The Velodyne stands 1.73 m above the ground (Geiger et al., IJRR 2013) and is put 0.4 m before the body centre.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from riglens.core.errors import InputError
+from riglens.core.formats.base import Format, Imported
+from riglens.core.formats.frames import (
+    ROUNDED_OFF_RAD,
+    Matrix,
+    from_optical,
+    inverse,
+    nearest_rotation,
+    se3,
+)
+from riglens.core.formats.lenses import brown_conrady
+from riglens.core.formats.mounts import MAX_PIXELS, Mounting, ReadOptions
+from riglens.core.formats.report import Notes
+from riglens.core.formats.source import Source, Value
+from riglens.core.geometry import Vec3
+from riglens.core.rig.model import Vehicle
+from riglens.core.rig.yaml.nodes import shortened
+
+TITLE = "KITTI calibration"
+VELODYNE_M: Vec3 = (0.4, 0.0, 1.73)
+PASSAT = Vehicle(body="sedan", length=4.77, width=1.82, height=1.52, rear_axle_x=-1.35)
+RECTIFIED_IMAGE = (1242, 375)
+CAM_TO_CAM, VELO_TO_CAM = "calib_cam_to_cam.txt", "calib_velo_to_cam.txt"
+_VELO, _RECT = ("Tr_velo_to_cam", "Tr_velo_cam"), ("R0_rect", "R_rect")
+_MAX_LINES = 500
+_Table = dict[str, Value]
+
+
+def recognises(source: Source) -> bool:
+    """Return whether this is a folder with calib_cam_to_cam.txt, or a .txt file with the lines of a calibration."""
+    if source.is_folder:
+        return source.sibling(CAM_TO_CAM) is not None
+    if source.suffix != ".txt":
+        return False
+    if source.path.name in (CAM_TO_CAM, VELO_TO_CAM):
+        return True
+    return any(line.startswith(("P2:", "P_rect_02:")) for line in source.text[:100_000].splitlines())
+
+
+def read(source: Source, options: ReadOptions) -> Imported:
+    """Return the four cameras and the Velodyne."""
+    notes = Notes()
+    vehicle = options.vehicle_or(PASSAT)
+    mounting = Mounting(source.where, notes, vehicle, options.origin_m or VELODYNE_M)
+    is_raw = source.is_folder or source.path.name in (CAM_TO_CAM, VELO_TO_CAM)
+    if is_raw:
+        _read_raw(source, mounting)
+    else:
+        _read_benchmark(_table(source), mounting)
+    mounting.add_lidar("velodyne", np.eye(4), said="Velodyne HDL-64E")
+    x, y, z = mounting.origin_m
+    notes.converted("cameras from optical axes, through the calibration, to the axes of the Velodyne")
+    if options.origin_m is None:
+        notes.approximated(
+            f"where the Velodyne stands is not in the file: {x:g} {y:g} {z:g} m", option="--origin"
+        )
+    if options.vehicle is None:
+        notes.approximated(
+            "vehicle not in the file: size of a VW Passat, the car of KITTI", option="--vehicle"
+        )
+    return Imported(mounting.rig(f"KITTI {source.name}"), notes.report(TITLE))
+
+
+def _table(source: Source) -> _Table:
+    """Return the numbers of every line `name: numbers` or `name numbers`; other lines are left out."""
+    lines = source.text.splitlines()
+    if len(lines) > _MAX_LINES:
+        raise InputError(f"{source.where}: {len(lines)} lines; accepted are at most {_MAX_LINES}")
+    table: _Table = {}
+    for line in lines:
+        name, *words = line.replace(":", " ", 1).split()[:50] or [""]
+        if name in table:
+            raise InputError(f"{source.where}: {shortened(name)}: given twice")
+        if name and len(line) < 5_000:
+            table[name] = Value(words, source.where, shortened(name))
+    return table
+
+
+def _matrix(table: _Table, names: tuple[str, ...], rows: int, columns: int) -> tuple[Value, Matrix]:
+    """Return the matrix under one of the names, row by row."""
+    value = next((table[name] for name in names if name in table), None)
+    if value is None:
+        where = next(iter(table.values())).place[0] if table else "calibration"
+        raise InputError(f"{where}: {names[0]}: missing")
+    numbers = [word.number(quoted=True) for word in value.elements(rows * columns)]
+    return value, np.array(numbers).reshape(rows, columns)
+
+
+def _rotation(value: Value, matrix: Matrix, notes: Notes) -> Matrix:
+    rotation, error = nearest_rotation(value, matrix)
+    if error > ROUNDED_OFF_RAD:
+        notes.approximated("rotation matrix not orthonormal: the nearest one that is", value.place[1])
+    return rotation
+
+
+def _read_benchmark(table: _Table, mounting: Mounting) -> None:
+    """Rectified cameras of the tracking and object benchmarks."""
+    notes = mounting.notes
+    velo_value, velo = _matrix(table, _VELO, 3, 4)
+    rect_value, rect = _matrix(table, _RECT, 3, 3)
+    camera_SE3_velo = se3(_rotation(velo_value, velo[:, :3], notes), velo[:, 3])
+    velo_SE3_rectified = inverse(se3(_rotation(rect_value, rect, notes), (0.0, 0.0, 0.0)) @ camera_SE3_velo)
+    for index in range(4):
+        if f"P{index}" in table:
+            _add_projection(table[f"P{index}"], index, velo_SE3_rectified, mounting)
+    notes.ignored("IMU", *(name for name in table if name.startswith("Tr_imu")))
+
+
+def _add_projection(value: Value, index: int, velo_SE3_rectified: Matrix, mounting: Mounting) -> None:
+    name = f"cam{index}"
+    projection = np.array([word.number(quoted=True) for word in value.elements(12)]).reshape(3, 4)
+    k = projection[:, :3]
+    if (
+        not (k[0, 0] > 0.0 and k[1, 1] > 0.0 and abs(k[2, 2] - 1.0) < 1e-6)
+        or np.abs(np.tril(k, -1)).max() > 1e-6
+    ):
+        value.refuse("a projection matrix K [I | t]", "one that is not")
+    centre = -np.linalg.solve(k, projection[:, 3])
+    pose = velo_SE3_rectified @ se3(np.eye(3), centre)
+    mounting.notes.approximated("image size not in the file: 1242 x 375 pixels, as rectified", name)
+    lens = {"fx": float(k[0, 0]), "fy": float(k[1, 1]), "cx": float(k[0, 2]), "cy": float(k[1, 2])}
+    mounting.add_camera(name, from_optical(pose), image=RECTIFIED_IMAGE, **lens)
+
+
+def _read_raw(source: Source, mounting: Mounting) -> None:
+    """Unrectified cameras of a raw drive, through camera 0."""
+    cameras, velo = (source.sibling(name) for name in (CAM_TO_CAM, VELO_TO_CAM))
+    if cameras is None or velo is None:
+        raise InputError(f"{source.where}: accepted are {CAM_TO_CAM} and {VELO_TO_CAM} in one folder")
+    table, notes = _table(cameras), mounting.notes
+    velo_table = _table(velo)
+    value, rotation = _matrix(velo_table, ("R",), 3, 3)
+    _, position = _matrix(velo_table, ("T",), 3, 1)
+    velo_SE3_camera0 = inverse(se3(_rotation(value, rotation, notes), position[:, 0]))
+    for index in range(4):
+        number = f"{index:02d}"
+        if f"K_{number}" in table:
+            _add_raw(table, number, velo_SE3_camera0, mounting)
+    if source.sibling("calib_imu_to_velo.txt"):
+        notes.ignored("IMU", "calib_imu_to_velo.txt")
+
+
+def _add_raw(table: _Table, number: str, velo_SE3_camera0: Matrix, mounting: Mounting) -> None:
+    name, notes = f"cam{int(number)}", mounting.notes
+    value, rotation = _matrix(table, (f"R_{number}",), 3, 3)
+    _, position = _matrix(table, (f"T_{number}",), 3, 1)
+    _, k = _matrix(table, (f"K_{number}",), 3, 3)
+    size_value, size = _matrix(table, (f"S_{number}",), 1, 2)
+    width, height = (Value(float(side), *size_value.place).whole(1, MAX_PIXELS) for side in size[0])
+    camera_SE3_camera0 = se3(_rotation(value, rotation, notes), position[:, 0])
+    lens: dict[str, Any] = {
+        "fx": float(k[0, 0]),
+        "fy": float(k[1, 1]),
+        "cx": float(k[0, 2]),
+        "cy": float(k[1, 2]),
+    }
+    if f"D_{number}" in table:
+        d_value, d = _matrix(table, (f"D_{number}",), 1, 5)
+        lens |= brown_conrady(d_value, [float(k) for k in d[0]], name, notes)
+    pose = velo_SE3_camera0 @ inverse(camera_SE3_camera0)
+    mounting.add_camera(name, from_optical(pose), image=(width, height), **lens)
+
+
+KITTI = Format("kitti", TITLE, recognises, read)

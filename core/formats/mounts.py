@@ -1,0 +1,193 @@
+"""From the axes and origin of a foreign file to the vehicle frame, and from its content to valid sensors."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from pydantic import ValidationError
+
+from riglens.core.errors import InputError
+from riglens.core.formats.frames import Matrix, inverse, pose_from_se3, se3
+from riglens.core.formats.report import Notes
+from riglens.core.geometry import Pose, Vec3
+from riglens.core.rig.library import Entry, default_library
+from riglens.core.rig.model import MAX_SENSORS, Camera, Lidar, Rig, Sensor, Vehicle
+from riglens.core.rig.yaml.check import ACCEPTED
+from riglens.core.rig.yaml.nodes import shortened
+
+DEFAULT_LIDAR = "generic-16"
+DEFAULT_CAST = (352, 128)
+MAX_PIXELS = 20_000
+
+
+@dataclass(frozen=True)
+class ReadOptions:
+    """What the user may state about a foreign file that the file itself does not contain.
+
+    vehicle: the car that the sensors are on; rear_axle_x: where its rear axle is, metres from the body centre;
+    origin_m: where the origin of the file lies in the vehicle frame, metres; token: which rig to take of several.
+    """
+
+    vehicle: Vehicle | None = None
+    rear_axle_x: float | None = None
+    origin_m: Vec3 | None = None
+    token: str | None = None
+
+    def __post_init__(self) -> None:
+        numbers = [*(self.origin_m or ()), self.rear_axle_x or 0.0]
+        if not all(math.isfinite(number) and abs(number) <= 1e6 for number in numbers):
+            raise InputError("--origin, --rear-axle-x: accepted are finite numbers in metres")
+
+    def vehicle_or(self, known: Vehicle) -> Vehicle:
+        """Return the vehicle that the user named, or else the one known from the file or its data set."""
+        found = self.vehicle or known
+        if self.rear_axle_x is None:
+            return found
+        return found.replace(rear_axle_x=self.rear_axle_x)
+
+
+@dataclass
+class Mounting:
+    """Collects the sensors of a file: `origin_m` is where the file's root frame lies in the vehicle frame."""
+
+    where: str
+    notes: Notes
+    vehicle: Vehicle
+    origin_m: Vec3
+    sensors: list[Sensor] = field(default_factory=list)
+
+    def pose(self, root_SE3_sensor: Matrix) -> Pose:
+        """Return the pose in the vehicle frame of a sensor that stands there in the file's root frame."""
+        return pose_from_se3(se3(np.eye(3), self.origin_m) @ root_SE3_sensor)
+
+    def add_lidar(self, name: str, root_SE3_sensor: Matrix, said: str | None = None, **fields: Any) -> None:
+        """Add a LiDAR there; beams from `fields`, or the library model that the words `said` name, or a default."""
+        entry = None if "elevations_deg" in fields else self._entry(name, said)
+        supplied = entry.fields if entry else {}
+        model = {"model": entry.name} if entry else {}
+        self._add(Lidar, name, root_SE3_sensor, **(supplied | model | fields))
+
+    def add_camera(self, name: str, root_SE3_sensor: Matrix, **fields: Any) -> None:
+        """Add a camera whose body frame (x forward, y left, z up) is there."""
+        width_px, height_px = fields["image"]
+        cast = (min(DEFAULT_CAST[0], width_px), min(DEFAULT_CAST[1], height_px))
+        self._add(Camera, name, root_SE3_sensor, cast=cast, **fields)
+
+    def rig(self, name: str, may_be_empty: bool = False) -> Rig:
+        """Return the rig of all sensors so far; raise InputError when there is none and that is not allowed."""
+        if not self.sensors and not may_be_empty:
+            raise InputError(f"{self.where}: no LiDAR and no camera found; accepted is a rig with sensors")
+        counts = [sum(s.kind == kind for s in self.sensors) for kind in ("camera", "lidar")]
+        self.notes.read(f"{_count(counts[0], 'camera')}, {_count(counts[1], 'LiDAR')}")
+        return Rig(name=shortened(name, 190) or "imported", vehicle=self.vehicle, sensors=tuple(self.sensors))
+
+    def _entry(self, name: str, said: str | None) -> Entry:
+        found = find_lidar_model(said or name)
+        if found is not None:
+            how = "its beams are those of the library model" if said else "taken by its name for a"
+            add = self.notes.read if said else self.notes.approximated
+            add(f"{how} {found.name}", name)
+            return found
+        what = f"unknown to the library ({shortened(said, 40)})" if said else "not in the file"
+        self.notes.approximated(f"LiDAR model {what}: its beams are those of {DEFAULT_LIDAR}", name)
+        return default_library().entry(DEFAULT_LIDAR)
+
+    def _add(
+        self, kind: type[Lidar] | type[Camera], name: str, root_SE3_sensor: Matrix, **fields: Any
+    ) -> None:
+        if len(self.sensors) >= MAX_SENSORS:
+            raise InputError(f"{self.where}: more than {MAX_SENSORS} sensors; accepted are at most that many")
+        pose = self.pose(root_SE3_sensor)
+        unique = self._unique(name)
+        try:
+            sensor = kind(name=unique, position=pose.position_m, rpy_deg=pose.rpy_deg, **fields)
+        except ValidationError as error:
+            raise InputError(f"{self.where}: sensor '{unique}': {_complaint(error)}") from error
+        self.sensors.append(sensor)
+
+    def _unique(self, name: str) -> str:
+        """Return the name as a rig accepts it: not empty, not too long, not taken."""
+        base = name.strip()[:190] or "sensor"
+        used = {sensor.name for sensor in self.sensors}
+        found = next(new for number in range(1, 999) if (new := _numbered(base, number)) not in used)
+        if found != name:
+            self.notes.converted(f"renamed from '{shortened(name, 40)}'", found)
+        return found
+
+
+_OTHER_NAMES = {
+    "pandarqt": "hesai-qt64",
+    "rsm1": "robosense-m1",
+    "robosensem1": "robosense-m1",
+    "bpearl": "robosense-bpearl",
+    "livoxhorizon": "livox-horizon",
+    "livoxhap": "livox-hap",
+}
+"""Names of models in frames and macros, letters and digits alone, that do not hold the library's product name."""
+
+
+def find_lidar_model(words: str) -> Entry | None:
+    """Return the LiDAR of the library that the words name ("VELO_VLP32C", "Hesai Pandar64"); the longest name wins."""
+    plain = _letters(words)
+    entries = default_library().entries("lidar")
+    exact = [entry for entry in entries if entry.name == words]
+    other_name = next((name for said, name in _OTHER_NAMES.items() if said in plain), None)
+    found = exact or [entry for entry in entries if _product(entry) in plain]
+    found = found or [entry for entry in entries if entry.name == other_name]
+    return max(found, key=lambda entry: len(_product(entry)), default=None)
+
+
+def _product(entry: Entry) -> str:
+    """Return the library name without the maker and without punctuation; a name without a number matches nothing."""
+    product = _letters(entry.name.partition("-")[2])
+    is_telling = len(product) >= 4 and any(letter.isdigit() for letter in product)
+    return product if is_telling else "\n"
+
+
+def _letters(words: str) -> str:
+    return re.sub(r"[^a-z0-9]", "", words.lower())
+
+
+def _numbered(base: str, number: int) -> str:
+    return base if number == 1 else f"{base}_{number}"
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
+def _complaint(error: ValidationError) -> str:
+    """Describe the first thing that is wrong with a sensor."""
+    details = error.errors()[0]
+    if details["type"] == "value_error":
+        return str(details["ctx"]["error"])
+    field = str(details["loc"][0])
+    accepted = ACCEPTED.get(f"sensors[].{field}", details["msg"])
+    return f"{field}: found {shortened(str(details['input']), 60)}; accepted is {accepted}"
+
+
+def sensors_to_write(rig: Rig, notes: Notes) -> list[Sensor]:
+    """Return the sensors that are switched on; those that are not are reported. Raise InputError when none is left."""
+    for sensor in rig.sensors:
+        if not sensor.enabled:
+            notes.ignored("switched off in the rig, not written", sensor.name)
+        elif sensor.mirror_of is not None:
+            notes.ignored("mirror pair: the format cannot express it", sensor.name)
+    chosen = [sensor for sensor in rig.sensors if sensor.enabled]
+    if not chosen:
+        raise InputError(f"rig '{shortened(rig.name)}': it has no enabled sensor to write")
+    return chosen
+
+
+def root_SE3_body(sensor: Sensor, origin_m: Vec3) -> Matrix:
+    """Return the transform of a sensor in a frame whose origin lies at `origin_m` in the vehicle frame."""
+    return inverse(se3(np.eye(3), origin_m)) @ sensor.pose.vehicle_SE3_sensor()
+
+
+def rear_axle_on_ground(vehicle: Vehicle) -> Vec3:
+    """Return where the middle of the rear axle, dropped to the ground, lies in the vehicle frame."""
+    return vehicle.rear_axle_x, 0.0, 0.0

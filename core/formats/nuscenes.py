@@ -1,0 +1,195 @@
+"""nuScenes: the tables calibrated_sensor.json and sensor.json, plain or .gz.
+
+Axes of the vehicle x forward, y left, z up; origin on the ground under the rear axle; metres; quaternions
+w, x, y, z. Cameras stand in optical axes (x right, y down, z forward). LIDAR_TOP has x to the right and y
+forward; its own axes are kept, which only turns where its full circle begins.
+Source: nuScenes schema (calibrated_sensor: "all extrinsic parameters are given with respect to the ego body frame").
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+
+from riglens.core.errors import InputError
+from riglens.core.formats.base import Exported, Format, Imported
+from riglens.core.formats.frames import (
+    from_optical,
+    rotation_from_wxyz,
+    se3,
+    to_optical,
+    wxyz_from_rotation,
+)
+from riglens.core.formats.lens_export import report_lens, without_distortion
+from riglens.core.formats.mounts import (
+    Mounting,
+    ReadOptions,
+    rear_axle_on_ground,
+    root_SE3_body,
+    sensors_to_write,
+)
+from riglens.core.formats.report import Notes
+from riglens.core.formats.source import Source, Value
+from riglens.core.geometry import Vec3
+from riglens.core.rig.model import Camera, Rig, Sensor, Vehicle
+from riglens.core.rig.yaml.nodes import shortened
+
+TITLE = "nuScenes tables"
+ZOE = Vehicle(body="sedan", length=4.084, width=1.73, height=1.562, rear_axle_x=-1.35)
+IMAGE = (1600, 900)
+MAX_ROWS = 200_000
+_TABLES = ("calibrated_sensor", "sensor")
+
+
+def recognises(source: Source) -> bool:
+    """Return whether this is a folder with both tables, or one of the tables."""
+    if source.is_folder:
+        return all(source.sibling(f"{name}.json", f"{name}.json.gz") for name in _TABLES)
+    if source.suffix != ".json" or not source.json.is_list or not source.json.raw:
+        return False
+    first = source.json.raw[0]
+    return isinstance(first, dict) and ("sensor_token" in first or "modality" in first)
+
+
+def read(source: Source, options: ReadOptions) -> Imported:
+    """Return one rig of the tables: that of `options.token` (any row of the rig), or the first."""
+    notes = Notes()
+    channels = _channels(_table(source, "sensor").json)
+    rigs = _rigs(_table(source, "calibrated_sensor").json, channels)
+    rows, which = _chosen(rigs, options.token, source.where)
+    notes.read(which, option="--token")
+    vehicle = options.vehicle_or(ZOE)
+    origin_m = options.origin_m or rear_axle_on_ground(vehicle)
+    mounting = Mounting(source.where, notes, vehicle, origin_m)
+    for row in rows:
+        _add(row, *channels[row.item("sensor_token").text()], mounting)
+    _remark_on_frames(notes, origin_m, options)
+    return Imported(mounting.rig(f"nuScenes {rows[0].item('token').text()[:8]}"), notes.report(TITLE))
+
+
+def _table(source: Source, name: str) -> Source:
+    """Return the table of that name beside, or in, what the user named."""
+    if not source.is_folder and source.path.name.split(".")[0] == name:
+        return source
+    found = source.sibling(f"{name}.json", f"{name}.json.gz")
+    if found is None:
+        raise InputError(f"{source.where}: {name}.json is missing beside it; accepted are both tables")
+    return found
+
+
+def _channels(table: Value) -> dict[str, tuple[str, str]]:
+    """Return channel and modality of every sensor token."""
+    rows = table.elements()
+    if len(rows) > MAX_ROWS:
+        table.refuse(f"at most {MAX_ROWS} rows")
+    fields = ((row.item("token").text(), row.item("channel"), row.item("modality")) for row in rows)
+    return {token: (channel.text(), modality.text()) for token, channel, modality in fields}
+
+
+def _rigs(table: Value, channels: dict[str, tuple[str, str]]) -> list[list[Value]]:
+    """Return the rows divided into rigs: the table holds the sensors of one log after those of another."""
+    rows = table.elements()
+    if not 0 < len(rows) <= MAX_ROWS:
+        table.refuse(f"1 to {MAX_ROWS} rows")
+    rigs: list[list[Value]] = [[]]
+    seen: set[str] = set()
+    for row in rows:
+        token = row.item("sensor_token")
+        if token.text() not in channels:
+            token.refuse("a token of sensor.json")
+        channel = channels[token.text()][0]
+        if channel in seen:
+            rigs.append([])
+            seen.clear()
+        rigs[-1].append(row)
+        seen.add(channel)
+    return rigs
+
+
+def _chosen(rigs: list[list[Value]], token: str | None, where: str) -> tuple[list[Value], str]:
+    """Return the rows of one rig, and words that say which one it is."""
+    if token is None:
+        first = rigs[0][0].item("token").text()
+        return rigs[0], f"rig 1 of {len(rigs)}, its first row is {shortened(first, 40)}"
+    for number, rows in enumerate(rigs, 1):
+        if any(row.item("token").text() == token for row in rows):
+            return rows, f"rig {number} of {len(rigs)}, the one with row {shortened(token, 40)}"
+    raise InputError(f"{where}: token: found '{shortened(token)}'; accepted is a token of calibrated_sensor")
+
+
+def _add(row: Value, channel: str, modality: str, mounting: Mounting) -> None:
+    if modality not in ("camera", "lidar"):
+        mounting.notes.ignored(f"RigLens has no {shortened(modality, 30)}s", channel)
+        return
+    rotation = row.item("rotation")
+    wxyz = rotation.numbers(4, limit=2.0)
+    pose = se3(rotation_from_wxyz(rotation, wxyz), row.item("translation").vector())
+    if modality == "lidar":
+        mounting.add_lidar(channel, pose, said="Velodyne HDL-32E")
+        return
+    k = row.item("camera_intrinsic").matrix(3, 3)
+    if k[0, 1] != 0.0:
+        mounting.notes.ignored("skew of the image axes", channel)
+    lens = {"fx": float(k[0, 0]), "fy": float(k[1, 1]), "cx": float(k[0, 2]), "cy": float(k[1, 2])}
+    mounting.notes.approximated("image size not in the tables: 1600 x 900 pixels", channel)
+    mounting.add_camera(channel, from_optical(pose), image=IMAGE, **lens)
+
+
+def _remark_on_frames(notes: Notes, origin_m: Vec3, options: ReadOptions) -> None:
+    x, y, z = origin_m
+    notes.converted(f"origin from the rear axle on the ground to the body centre: added {x:g} {y:g} {z:g} m")
+    notes.converted("cameras from optical axes and quaternions w x y z to roll, pitch, yaw of the body")
+    if options.vehicle is None:
+        notes.approximated("vehicle not in the file: a Renault Zoe, the car of nuScenes", option="--vehicle")
+
+
+def write(rig: Rig) -> Exported:
+    """Return both tables, in a folder; tokens follow from the rig's name and the sensors' names."""
+    notes = Notes()
+    origin_m = rear_axle_on_ground(rig.vehicle)
+    sensors = sensors_to_write(rig, notes)
+    tables = {
+        "sensor.json": [_sensor_row(rig, sensor) for sensor in sensors],
+        "calibrated_sensor.json": [_calibrated_row(rig, sensor, origin_m) for sensor in sensors],
+    }
+    for sensor in sensors:
+        is_camera = isinstance(sensor, Camera)
+        if isinstance(sensor, Camera):
+            report_lens(sensor, without_distortion(sensor), "a pinhole", notes)
+        notes.written("pose and lens" if is_camera else "pose", sensor.name)
+        left_out = "image size, ray lattice" if is_camera else "beam angles, model"
+        notes.ignored(f"{left_out} and range: the tables have no place for them", sensor.name)
+    notes.converted("origin from the body centre to the rear axle on the ground; cameras to optical axes")
+    notes.ignored("vehicle: the tables have no place for it")
+    return Exported(
+        {name: json.dumps(rows, indent=1) + "\n" for name, rows in tables.items()}, notes.report(TITLE)
+    )
+
+
+def _sensor_row(rig: Rig, sensor: Sensor) -> dict[str, object]:
+    token = _token(rig, "sensor", sensor.name)
+    return {"token": token, "channel": sensor.name, "modality": sensor.kind}
+
+
+def _calibrated_row(rig: Rig, sensor: Sensor, origin_m: Vec3) -> dict[str, object]:
+    pose = root_SE3_body(sensor, origin_m)
+    intrinsic: list[list[float]] = []
+    if isinstance(sensor, Camera):
+        pose = to_optical(pose)
+        fx, fy, cx, cy = sensor.intrinsics_px()
+        intrinsic = [[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]]
+    return {
+        "token": _token(rig, "calibrated_sensor", sensor.name),
+        "sensor_token": _token(rig, "sensor", sensor.name),
+        "translation": [float(part) for part in pose[:3, 3]],
+        "rotation": wxyz_from_rotation(pose[:3, :3]),
+        "camera_intrinsic": intrinsic,
+    }
+
+
+def _token(rig: Rig, table: str, sensor: str) -> str:
+    """Return 32 hexadecimal digits, the same for the same rig and sensor."""
+    return hashlib.sha256("\0".join((rig.name, table, sensor)).encode()).hexdigest()[:32]
+
+
+NUSCENES = Format("nuscenes", TITLE, recognises, read, write, is_folder=True)

@@ -1,0 +1,50 @@
+"""RigLens' own rig YAML as one of the formats."""
+
+from __future__ import annotations
+
+import re
+
+from riglens.core.formats.base import Exported, Format, Imported
+from riglens.core.formats.mounts import ReadOptions
+from riglens.core.formats.report import Notes
+from riglens.core.formats.source import Source
+from riglens.core.rig.model import Rig
+from riglens.core.rig.yaml.file import dumps, load_rig
+
+TITLE = "RigLens rig YAML"
+_HEAD = re.compile(r"^['\"]?riglens['\"]?\s*:", re.MULTILINE)
+_LOOK_BYTES = 4_000_000
+
+
+def recognises(source: Source) -> bool:
+    """Return whether this is a YAML file with the key riglens, or an unreadable one, whose error says what is wrong."""
+    if source.is_folder or source.suffix not in (".yaml", ".yml"):
+        return False
+    try:
+        with source.path.open("rb") as stream:
+            return _HEAD.search(stream.read(_LOOK_BYTES).decode("utf-8", "replace")) is not None
+    except OSError:
+        return True
+
+
+def read(source: Source, options: ReadOptions) -> Imported:
+    """Return the rig as it is, except for a vehicle or rear axle that the user names."""
+    notes = Notes()
+    rig = load_rig(source.path).rig
+    vehicle = options.vehicle_or(rig.vehicle)
+    if vehicle != rig.vehicle:
+        notes.converted("vehicle replaced by the one given")
+    if options.origin_m is not None or options.token is not None:
+        notes.ignored("origin and token: this format does not use them")
+    notes.read("everything")
+    return Imported(rig.replace(vehicle=vehicle), notes.report(TITLE))
+
+
+def write(rig: Rig) -> Exported:
+    """Return the whole rig."""
+    notes = Notes()
+    notes.written("everything")
+    return Exported({"rig.yaml": dumps(rig)}, notes.report(TITLE))
+
+
+RIGLENS = Format("riglens", TITLE, recognises, read, write, endings=(".yaml", ".yml"))

@@ -1,0 +1,152 @@
+"""Sensors of Gazebo (SDFormat) inside a URDF: cameras and LiDARs both ways.
+
+A sensor looks along the x axis of its link; angles in radians; a scan has `samples` angles with both ends.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from riglens.core.formats.frames import Matrix, SensorKind, se3_from_rpy_deg
+from riglens.core.formats.mounts import MAX_PIXELS, Mounting
+from riglens.core.formats.source import Element
+from riglens.core.rig.model import EvenAngles, KannalaBrandt
+from riglens.core.rig.yaml.nodes import shortened
+
+WIDE_ANGLE, EQUIDISTANT, PINHOLE = "wideanglecamera", "equidistant", "gnomonical"
+KINDS: dict[str, SensorKind] = {
+    **dict.fromkeys(
+        ("camera", WIDE_ANGLE, "wide_angle_camera", "depth", "depth_camera", "rgbd_camera", "rgbd"), "camera"
+    ),
+    **dict.fromkeys(("ray", "gpu_ray", "lidar", "gpu_lidar"), "lidar"),
+}
+_MAX_SAMPLES = 100_000
+
+
+def numbers_in(element: Element, text: str, count: int) -> list[float]:
+    """Return `count` finite numbers, separated by blanks."""
+    words = text.split()
+    try:
+        found = [float(word) for word in words if len(word) < 100 and "_" not in word]
+    except ValueError:
+        found = []
+    if len(found) != count or not all(abs(number) <= 1e6 for number in found):
+        accepted = "is a number" if count == 1 else f"are {count} numbers"
+        raise element.error(f"found '{shortened(text, 40)}'; accepted {accepted} within ±1e6")
+    return found
+
+
+def add_sdf_sensor(
+    sensor: Element, kind: SensorKind, name: str, base_SE3_link: Matrix, mounting: Mounting
+) -> None:
+    """Add Gazebo's sensor to the rig, with the pose that it has on its link."""
+    name = sensor.attributes.get("name") or name
+    pose = sensor.first("pose")
+    if pose is not None:
+        x, y, z, roll, pitch, yaw = numbers_in(pose, pose.text, 6)
+        on_link = se3_from_rpy_deg((x, y, z), (math.degrees(roll), math.degrees(pitch), math.degrees(yaw)))
+        base_SE3_link = base_SE3_link @ on_link
+    if kind == "camera":
+        mounting.add_camera(name, base_SE3_link, **_camera_fields(sensor, name, mounting))
+    else:
+        mounting.add_lidar(name, base_SE3_link, **_lidar_fields(sensor))
+
+
+def _number(root: Element, *path: str, default: float | None = None) -> float:
+    """Return the number in an element; ranges may be inf."""
+    element = root.first(*path)
+    if element is None:
+        if default is None:
+            raise root.error(f"<{'/'.join(path)}> is missing")
+        return default
+    text = element.text.strip()
+    return math.inf if text.lower() in ("inf", "+inf") else numbers_in(element, text, 1)[0]
+
+
+def _whole(root: Element, *path: str, most: int) -> int:
+    value = _number(root, *path)
+    if not (1 <= value <= most and value == int(value)):
+        raise root.error(f"<{'/'.join(path)}>: found {value:g}; accepted is a whole number, 1 to {most}")
+    return int(value)
+
+
+def _camera_fields(sensor: Element, name: str, mounting: Mounting) -> dict[str, Any]:
+    camera = sensor.first("camera")
+    if camera is None:
+        mounting.notes.approximated(
+            "lens and image not in the file: 1600 x 900 pixels, 70 degrees wide", name
+        )
+        return {"image": (1600, 900), "hfov_deg": 70.0}
+    size = tuple(_whole(camera, "image", side, most=MAX_PIXELS) for side in ("width", "height"))
+    fields: dict[str, Any] = {"image": size}
+    intrinsics = camera.first("lens", "intrinsics")
+    if intrinsics is not None:
+        fields |= {key: _number(intrinsics, key) for key in ("fx", "fy", "cx", "cy")}
+    else:
+        fields |= _lens_of_type(camera, size[0], size[1], name, mounting)
+    if camera.first("clip") is not None:
+        fields["range_m"] = (_number(camera, "clip", "near", default=0.0), _number(camera, "clip", "far"))
+    if camera.first("distortion") is not None:
+        mounting.notes.ignored("lens distortion", name)
+    return fields
+
+
+def _lens_of_type(
+    camera: Element, width_px: int, height_px: int, name: str, mounting: Mounting
+) -> dict[str, Any]:
+    """Return the lens of a field of view: a pinhole, or the equidistant fisheye of a wide-angle camera."""
+    hfov_rad = _number(camera, "horizontal_fov", default=1.047)
+    kind = camera.first("lens", "type")
+    said = PINHOLE if kind is None else kind.text.strip().lower()
+    if said == PINHOLE:
+        return {"hfov_deg": math.degrees(hfov_rad)}
+    if not 0.0 < hfov_rad <= 2.0 * math.pi:
+        raise camera.error(f"<horizontal_fov>: found {hfov_rad:g}; accepted is a number above 0, to 2 pi")
+    if said != EQUIDISTANT:
+        mounting.notes.approximated(
+            f"lens of type '{shortened(said, 30)}' as an equidistant one of its field of view", name
+        )
+    focal_px = width_px / hfov_rad
+    centre = {"cx": width_px / 2.0, "cy": height_px / 2.0}
+    mounting.notes.read("equidistant lens of a wide-angle camera", name)
+    return {"fx": focal_px, "fy": focal_px, **centre, "distortion": KannalaBrandt()}
+
+
+def _lidar_fields(sensor: Element) -> dict[str, Any]:
+    lidar = sensor.first("lidar") or sensor.first("ray")
+    scan = lidar.first("scan") if lidar is not None else None
+    if lidar is None or scan is None:
+        return {}
+    fields: dict[str, Any] = {"azimuths_deg": _azimuths(scan), "elevations_deg": _elevations(scan)}
+    if lidar.first("range") is not None:
+        fields["range_m"] = (_number(lidar, "range", "min", default=0.0), _number(lidar, "range", "max"))
+    return fields
+
+
+def _azimuths(scan: Element) -> EvenAngles:
+    """Return the azimuths: SDF casts rays at both ends; here the end is open, one step further, at most a full turn."""
+    count = _whole(scan, "horizontal", "samples", most=_MAX_SAMPLES)
+    low, high = (_angle(scan, "horizontal", f"{end}_angle") for end in ("min", "max"))
+    if count == 1:
+        return _even(scan, low, low, 1)
+    end = high + (high - low) / (count - 1)
+    return _even(scan, low, min(end, low + 360.0), count)
+
+
+def _elevations(scan: Element) -> EvenAngles:
+    if scan.first("vertical") is None:
+        return EvenAngles(from_=0.0, to=0.0, count=1)
+    count = _whole(scan, "vertical", "samples", most=_MAX_SAMPLES)
+    low, high = (_angle(scan, "vertical", f"{end}_angle") for end in ("min", "max"))
+    return _even(scan, low, high, count)
+
+
+def _angle(scan: Element, *path: str) -> float:
+    return round(math.degrees(_number(scan, *path)), 12)
+
+
+def _even(scan: Element, low: float, high: float, count: int) -> EvenAngles:
+    if not -360.0 <= low <= high <= 360.0:
+        raise scan.error(f"found angles {low:g} to {high:g} degrees; accepted are rising angles within ±360")
+    return EvenAngles(from_=low, to=high, count=count)

@@ -1,0 +1,329 @@
+"""ROS URDF: links on joints, expanded (no xacro), with the sensors of Gazebo where there are any.
+
+Axes x forward, y left, z up; metres; rpy are radians about the fixed axes of the parent link. Links called
+..._optical... have camera axes (x right, y down, z forward; REP-103). A URDF knows links, not sensors: what a
+link holds is told by <gazebo reference="link"><sensor>, else by its name. base_link may be anywhere on the
+vehicle (REP-105); here it is taken for the point on the ground under the rear axle unless --origin says else.
+Source: ROS wiki "urdf/XML"; SDFormat specification, <sensor>.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+
+from riglens.core.errors import InputError
+from riglens.core.formats.base import Exported, Format, Imported
+from riglens.core.formats.frames import (
+    FrameTree,
+    Matrix,
+    SensorKind,
+    from_optical,
+    inverse,
+    is_optical,
+    kind_of,
+    pose_from_se3,
+    se3_from_rpy_deg,
+    without_ending,
+)
+from riglens.core.formats.lens_export import equidistant, extent, pinhole_with_edges, report_lens
+from riglens.core.formats.mounts import (
+    Mounting,
+    ReadOptions,
+    rear_axle_on_ground,
+    root_SE3_body,
+    sensors_to_write,
+)
+from riglens.core.formats.ray_export import report_uneven
+from riglens.core.formats.report import Notes
+from riglens.core.formats.sdf_sensor import EQUIDISTANT, KINDS, WIDE_ANGLE, add_sdf_sensor, numbers_in
+from riglens.core.formats.source import Element, Source
+from riglens.core.geometry import Vec3
+from riglens.core.rig.model import Camera, KannalaBrandt, Lidar, Rig, Sensor, Vehicle
+from riglens.core.rig.yaml.nodes import shortened
+
+TITLE = "ROS URDF"
+_OPTICAL_RPY = (-90.0, 0.0, -90.0)
+
+
+def write(rig: Rig) -> Exported:
+    """Return the URDF; base_link is the point on the ground under the rear axle."""
+    notes = Notes()
+    lines = ['<?xml version="1.0"?>', f"<robot name={_quoted(rig.name)}>", '  <link name="base_link"/>']
+    for sensor in sensors_to_write(rig, notes):
+        pose = pose_from_se3(root_SE3_body(sensor, rear_axle_on_ground(rig.vehicle)))
+        link = "base_sensor_link" if sensor.name == "base" else f"{sensor.name}_link"
+        lines += _link("base_link", link, pose.position_m, pose.rpy_deg)
+        if isinstance(sensor, Camera):
+            lines += _link(link, f"{sensor.name}_optical_frame", (0.0, 0.0, 0.0), _OPTICAL_RPY)
+        lines += _gazebo(sensor, link, notes)
+        if _quoted(sensor.name) != quoteattr(sensor.name):
+            notes.approximated("characters that XML cannot hold are written as numbers", sensor.name)
+    notes.converted("origin to the ground under the rear axle (base_link); angles to radians")
+    notes.ignored("vehicle: the file has no place for it")
+    text = "\n".join([*lines, "</robot>", ""])
+    return Exported({"rig.urdf": text}, notes.report(TITLE))
+
+
+def _quoted(text: str) -> str:
+    """Return a text as an attribute; characters that XML 1.0 does not allow are written as numbers, like u0007."""
+    return quoteattr("".join(letter if letter.isprintable() else f"u{ord(letter):04x}" for letter in text))
+
+
+def _link(parent: str, child: str, position_m: Vec3, rpy_deg: Vec3) -> list[str]:
+    xyz = " ".join(repr(float(part)) for part in position_m)
+    rpy = " ".join(repr(math.radians(angle)) for angle in rpy_deg)
+    return [
+        f"  <link name={_quoted(child)}/>",
+        f'  <joint name={_quoted(child + "_joint")} type="fixed">',
+        f"    <parent link={_quoted(parent)}/>",
+        f"    <child link={_quoted(child)}/>",
+        f'    <origin xyz="{xyz}" rpy="{rpy}"/>',
+        "  </joint>",
+    ]
+
+
+def _gazebo(sensor: Sensor, link: str, notes: Notes) -> list[str]:
+    kind, inner = (
+        _camera(sensor, notes) if isinstance(sensor, Camera) else ("gpu_lidar", _lidar(sensor, notes))
+    )
+    return [
+        f"  <gazebo reference={_quoted(link)}>",
+        f'    <sensor name={_quoted(sensor.name)} type="{kind}">',
+        *(f"      {line}" for line in inner),
+        "    </sensor>",
+        "  </gazebo>",
+    ]
+
+
+def _camera(camera: Camera, notes: Notes) -> tuple[str, list[str]]:
+    """Return Gazebo's type of the camera and its elements; the field of view is that of the lens."""
+    notes.written("link, optical frame and Gazebo sensor", camera.name)
+    notes.ignored("ray lattice: the file has no place for it", camera.name)
+    kind, lens = _lens(camera, notes)
+    low, high = camera.range_m
+    clip = f"<clip><near>{low!r}</near><far>{high!r}</far></clip>"
+    width, height = camera.image
+    hfov_rad = math.radians(extent(camera).wide_deg if camera.hfov_deg is None else camera.hfov_deg)
+    return kind, [
+        "<camera>",
+        f"  <horizontal_fov>{hfov_rad!r}</horizontal_fov>",
+        f"  <image><width>{width}</width><height>{height}</height></image>",
+        *(f"  {part}" for part in (lens, clip if camera.range_m != (0.0, math.inf) else "") if part),
+        "</camera>",
+    ]
+
+
+def _lens(camera: Camera, notes: Notes) -> tuple[str, str]:
+    """Return Gazebo's type of the camera and its <lens>: a matrix, or an equidistant fisheye."""
+    if camera.hfov_deg is not None:
+        return "camera", ""
+    is_fisheye = isinstance(camera.distortion, KannalaBrandt)
+    written = camera if camera.distortion is None else None if is_fisheye else pinhole_with_edges(camera)
+    if written is None:
+        report_lens(camera, equidistant(camera), "an equidistant fisheye in the middle of its image", notes)
+        return WIDE_ANGLE, f"<lens><type>{EQUIDISTANT}</type><scale_to_hfov>true</scale_to_hfov></lens>"
+    report_lens(camera, written, "a pinhole with the same edges", notes)
+    values = zip(("fx", "fy", "cx", "cy"), written.intrinsics_px(), strict=True)
+    inner = "".join(f"<{key}>{float(value)!r}</{key}>" for key, value in values)
+    return "camera", f"<lens><intrinsics>{inner}<s>0</s></intrinsics></lens>"
+
+
+def _lidar(lidar: Lidar, notes: Notes) -> list[str]:
+    notes.written("link and Gazebo sensor", lidar.name)
+    if lidar.model is not None:
+        notes.ignored("model name: the file has no place for it", lidar.name)
+    beams, turn = lidar.elevations(), lidar.azimuths()
+    report_uneven(lidar, "Gazebo", notes)
+    low, high = lidar.range_m
+    return [
+        "<lidar>",
+        "  <scan>",
+        *(f"    {line}" for line in _scan("horizontal", turn.min(), turn.max(), len(turn))),
+        *(f"    {line}" for line in _scan("vertical", beams.min(), beams.max(), len(beams))),
+        "  </scan>",
+        f"  <range><min>{low!r}</min><max>{high!r}</max></range>",
+        "</lidar>",
+    ]
+
+
+def _scan(axis: str, low_deg: float, high_deg: float, count: int) -> list[str]:
+    low, high = (math.radians(float(angle)) for angle in (low_deg, high_deg))
+    return [
+        f"<{axis}>",
+        f"  <samples>{count}</samples>",
+        "  <resolution>1</resolution>",
+        f"  <min_angle>{low!r}</min_angle>",
+        f"  <max_angle>{high!r}</max_angle>",
+        f"</{axis}>",
+    ]
+
+
+BASES = ("base_footprint", "base_link")
+MAX_JOINTS = 2_000
+
+
+@dataclass(frozen=True)
+class _Found:
+    """A link that holds a sensor; `sensor` is Gazebo's element, None when only the name suggests it."""
+
+    link: str
+    kind: SensorKind
+    sensor: Element | None = None
+
+
+def recognises(source: Source) -> bool:
+    """Return whether this is an XML file whose root is <robot>."""
+    if source.is_folder or source.suffix not in (".urdf", ".xacro", ".xml"):
+        return False
+    return source.suffix != ".xml" or source.xml.tag == "robot"
+
+
+def read(source: Source, options: ReadOptions) -> Imported:
+    """Return the sensors of a robot, chained to base_link."""
+    root = source.xml
+    _check(root, source)
+    notes = Notes()
+    tree = _joints(root, notes)
+    base = _base(root, tree)
+    vehicle = options.vehicle_or(Vehicle())
+    mounting = Mounting(source.where, notes, vehicle, options.origin_m or rear_axle_on_ground(vehicle))
+    for found in _sensors(root, tree, notes):
+        if tree.root_of(found.link) != tree.root_of(base):
+            notes.ignored(f"is not attached to {base}", found.link)
+            continue
+        _add(found, inverse(tree.root_SE3(base)) @ tree.root_SE3(found.link), mounting)
+    _remark(root, base, mounting, options)
+    return Imported(mounting.rig(root.attributes.get("name", source.name)), notes.report(TITLE))
+
+
+def _check(root: Element, source: Source) -> None:
+    """Refuse what is not a URDF, or one that still contains macros."""
+    if root.tag != "robot":
+        raise root.error("accepted is <robot>")
+    if source.suffix == ".xacro" or any(_is_macro(element) for element in _walk(root)):
+        raise InputError(
+            f"{source.where}: this is xacro, not expanded URDF; expand it first: xacro {source.path.name} > rig.urdf"
+        )
+
+
+def _is_macro(element: Element) -> bool:
+    values = element.attributes.values()
+    return element.tag.startswith("xacro:") or any("${" in value or "$(" in value for value in values)
+
+
+def _walk(root: Element) -> Iterator[Element]:
+    waiting = [root]
+    while waiting:
+        element = waiting.pop()
+        yield element
+        waiting.extend(element.children)
+
+
+def _joints(root: Element, notes: Notes) -> FrameTree:
+    """Return the tree of links; joints that move are taken at zero."""
+    tree = FrameTree(root.where)
+    joints = list(root.all("joint"))
+    if len(joints) > MAX_JOINTS:
+        raise root.error(f"{len(joints)} joints; accepted are at most {MAX_JOINTS}")
+    for joint in joints:
+        parent, child = joint.first("parent"), joint.first("child")
+        if parent is None or child is None:
+            raise joint.error("a joint needs <parent link=...> and <child link=...>")
+        tree.add(parent.attribute("link"), child.attribute("link"), _origin(joint))
+        if joint.attributes.get("type") != "fixed":
+            notes.approximated("movable joint, taken at zero", joint.attributes.get("name", "?"))
+    return tree
+
+
+def _origin(element: Element) -> Matrix:
+    origin = element.first("origin")
+    if origin is None:
+        return np.eye(4)
+    x, y, z = numbers_in(origin, origin.attributes.get("xyz", "0 0 0"), 3)
+    roll, pitch, yaw = numbers_in(origin, origin.attributes.get("rpy", "0 0 0"), 3)
+    return se3_from_rpy_deg((x, y, z), (math.degrees(roll), math.degrees(pitch), math.degrees(yaw)))
+
+
+def _base(root: Element, tree: FrameTree) -> str:
+    """Return the frame that stands for the vehicle: base_footprint, base_link, or the root of the tree."""
+    links = [link.attribute("name") for link in root.all("link")]
+    if not links:
+        raise root.error("no <link>; accepted is a robot with links")
+    named = next((base for base in BASES if base in links), None)
+    return named or tree.root_of(links[0])
+
+
+def _sensors(root: Element, tree: FrameTree, notes: Notes) -> list[_Found]:
+    """Return Gazebo's sensors, then links told by their names; of a kind's links on one branch the outermost counts."""
+    found = [*_gazebo_sensors(root, notes)]
+    taken = {sensor.link for sensor in found}
+    for link in root.all("link"):
+        name = link.attribute("name")
+        kind = kind_of(name)
+        if kind is None and name not in (*BASES, *taken):
+            notes.ignored("link whose name suggests neither camera nor LiDAR", name)
+        elif kind is not None and name not in taken:
+            found.append(_Found(name, kind))
+    return _outermost(found, tree, notes)
+
+
+def _outermost(found: list[_Found], tree: FrameTree, notes: Notes) -> list[_Found]:
+    """Drop links that are the mount, or another axes frame, of a sensor of the same kind in the list."""
+    above = {(sensor.kind, frame) for sensor in found for frame in tree.above(sensor.link)}
+    gazebo = {(sensor.kind, sensor.link) for sensor in found if sensor.sensor is not None}
+    kept: list[_Found] = []
+    for sensor in found:
+        is_below = any((sensor.kind, frame) in gazebo for frame in tree.above(sensor.link))
+        if sensor.sensor is None and (is_below or (sensor.kind, sensor.link) in above):
+            notes.read("link belongs to the sensor on the same branch", sensor.link)
+        else:
+            kept.append(sensor)
+    return kept
+
+
+def _gazebo_sensors(root: Element, notes: Notes) -> Iterator[_Found]:
+    for gazebo in root.all("gazebo"):
+        for sensor in gazebo.all("sensor"):
+            kind = KINDS.get(sensor.attributes.get("type", "").lower())
+            name = sensor.attributes.get("name", "?")
+            if kind is None:
+                notes.ignored(
+                    f"Gazebo sensor of type '{shortened(sensor.attributes.get('type', ''), 30)}'", name
+                )
+            else:
+                yield _Found(gazebo.attribute("reference"), kind, sensor)
+
+
+def _add(found: _Found, base_SE3_link: Matrix, mounting: Mounting) -> None:
+    name = without_ending(found.link)
+    if found.sensor is not None:
+        add_sdf_sensor(found.sensor, found.kind, name, base_SE3_link, mounting)
+    elif found.kind == "lidar":
+        mounting.add_lidar(name, base_SE3_link)
+    else:
+        body = from_optical(base_SE3_link) if is_optical(found.link) else base_SE3_link
+        mounting.notes.approximated(
+            "lens and image not in the file: 1600 x 900 pixels, 70 degrees wide", name
+        )
+        mounting.add_camera(name, body, image=(1600, 900), hfov_deg=70.0)
+
+
+def _remark(root: Element, base: str, mounting: Mounting, options: ReadOptions) -> None:
+    notes, (x, y, z) = mounting.notes, mounting.origin_m
+    notes.converted(f"{base} lies at {x:g} {y:g} {z:g} m in the vehicle frame; angles to degrees")
+    if options.origin_m is None:
+        notes.approximated(
+            f"where {base} is on the vehicle is not in the file: on the ground under the rear axle",
+            option="--origin",
+        )
+    meshes = sum(element.tag == "mesh" for element in _walk(root))
+    if meshes:
+        notes.ignored(f"{meshes} meshes: they are not opened")
+
+
+URDF = Format("urdf", TITLE, recognises, read, write, endings=(".urdf",))

@@ -1,1 +1,0 @@
-"""Rigs in the formats of other programs: one file per format, behind `riglens.core.rig.formats.exchange`."""

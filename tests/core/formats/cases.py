@@ -1,0 +1,360 @@
+"""Small files in the formats of other programs, and poses said by SciPy in each format's own convention."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from riglens.core.formats.base import Imported
+from riglens.core.formats.exchange import read_rig
+from riglens.core.formats.mounts import ReadOptions
+from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig, Vehicle
+
+Matrix = NDArray[np.float64]
+Files = Mapping[str, str]
+OPTICAL_IN_BODY = Rotation.from_matrix(np.array([[0, 0, 1], [-1, 0, 0], [0, -1, 0]], dtype=float))
+"""REP-103: the optical frame's z is the body's x, its x is minus the body's y, its y is minus the body's z."""
+
+ANGLES = st.floats(-180.0, 180.0) | st.sampled_from([0.0, 90.0, -90.0, 180.0, -180.0, 1e-7, 45.0])
+PITCHES = st.floats(-90.0, 90.0) | st.sampled_from([90.0, -90.0, 90.0 - 1e-7, -90.0 + 1e-9, 0.0, 89.9999])
+RPY_DEG = st.tuples(ANGLES, PITCHES, ANGLES)
+POSITIONS_M = st.tuples(*[st.floats(-20.0, 20.0) | st.sampled_from([0.0, 1e-9, 1 / 3])] * 3)
+POSES = st.tuples(POSITIONS_M, RPY_DEG)
+Pose = tuple[tuple[float, float, float], tuple[float, float, float]]
+
+
+def rotation(rpy_deg: tuple[float, float, float]) -> Rotation:
+    """Roll, pitch, yaw about fixed axes, as REP-103 says: SciPy's extrinsic xyz."""
+    return Rotation.from_euler("xyz", rpy_deg, degrees=True)
+
+
+def transform(turned: Rotation, position: Any) -> Matrix:
+    """A homogeneous matrix."""
+    matrix = np.eye(4)
+    matrix[:3, :3] = turned.as_matrix()
+    matrix[:3, 3] = position
+    return matrix
+
+
+def pose_matrix(pose: Pose) -> Matrix:
+    """The matrix of a position in metres and roll, pitch, yaw in degrees."""
+    return transform(rotation(pose[1]), pose[0])
+
+
+def sensor_matrix(sensor: Lidar | Camera) -> Matrix:
+    """Where a sensor of a rig stands in the vehicle frame, by SciPy and not by the product."""
+    return transform(rotation(sensor.rpy_deg), sensor.position)
+
+
+def optical(body: Matrix) -> Matrix:
+    """The optical frame of a camera whose body stands there."""
+    return body @ transform(OPTICAL_IN_BODY, (0.0, 0.0, 0.0))
+
+
+def assert_same_pose(found: Matrix, expected: Matrix) -> None:
+    """Equal to 1e-9 m and 1e-9 rad."""
+    assert np.abs(found[:3, 3] - expected[:3, 3]).max() < 1e-9
+    turn = found[:3, :3].T @ expected[:3, :3]
+    assert np.linalg.norm(turn - turn.T) / np.sqrt(8.0) < 1e-9 and np.trace(turn) > 2.0
+
+
+def write_files(folder: Path, files: Files) -> Path:
+    """Write files into a folder, which is made."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, text in files.items():
+        (folder / name).write_text(text, encoding="utf-8")
+    return folder
+
+
+def read_files(files: Files, name: str | None = None, options: ReadOptions | None = None) -> Imported:
+    """Read files that are written for it: the file alone where it is one, else the folder."""
+    with tempfile.TemporaryDirectory() as made:
+        folder = write_files(Path(made) / "rig", files)
+        path = folder / next(iter(files)) if len(files) == 1 else folder
+        return read_rig(path, name, options)
+
+
+# ---------------------------------------------------------------- small files
+ROW = ("token", "sensor_token", "translation", "rotation", "camera_intrinsic")
+K = [[1266.4, 0.0, 816.3], [0.0, 1266.4, 491.5], [0.0, 0.0, 1.0]]
+CALIBRATED: tuple[tuple[object, ...], ...] = (
+    ("a1", "s1", [1.7, 0.0, 1.5], [0.5, -0.5, 0.5, -0.5], K),
+    ("a2", "s2", [0.94, 0.0, 1.84], [0.7071067811865476, 0, 0, -0.7071067811865476], []),
+    ("a3", "s3", [3.4, 0.0, 0.5], [1, 0, 0, 0], []),
+    ("b1", "s1", [1.6, 0.0, 1.4], [0.5, -0.5, 0.5, -0.5], K),
+    ("b2", "s2", [0.9, 0.0, 1.8], [0.7071067811865476, 0, 0, -0.7071067811865476], []),
+)
+NUSCENES: Files = {
+    "sensor.json": json.dumps(
+        [
+            {"token": "s1", "channel": "CAM_FRONT", "modality": "camera"},
+            {"token": "s2", "channel": "LIDAR_TOP", "modality": "lidar"},
+            {"token": "s3", "channel": "RADAR_FRONT", "modality": "radar"},
+        ]
+    ),
+    "calibrated_sensor.json": json.dumps([dict(zip(ROW, values, strict=True)) for values in CALIBRATED]),
+}
+AUTOWARE_KIT: Files = {
+    "sensors_calibration.yaml": """\
+base_link:
+  sensor_kit_base_link: {x: 0.9, y: 0.0, z: 2.0, roll: -0.001, pitch: 0.015, yaw: -0.0364}
+""",
+    "sensor_kit_calibration.yaml": """\
+sensor_kit_base_link:
+  camera0/camera_link: {x: 0.1, y: 0.56, z: -0.27, roll: -0.025, pitch: 0.315, yaw: 1.035}
+  velodyne_top_base_link: {x: 0.0, y: 0.0, z: 0.0, roll: 0.0, pitch: 0.0, yaw: 1.575}
+  gnss_link: {x: -0.1, y: 0.0, z: -0.2, roll: 0.0, pitch: 0.0, yaw: 0.0}
+""",
+}
+URDF: Files = {
+    "rig.urdf": """\
+<?xml version="1.0"?>
+<robot name="shuttle">
+  <link name="base_link"><visual><geometry><mesh filename="package://x/../../../etc/passwd"/></geometry></visual></link>
+  <link name="mount"/>
+  <joint name="m" type="fixed">
+    <parent link="base_link"/><child link="mount"/><origin xyz="1 0 2" rpy="0 0 1.57"/>
+  </joint>
+  <link name="camera_link"/>
+  <joint name="c" type="fixed"><parent link="mount"/><child link="camera_link"/><origin xyz="0.1 0 0"/></joint>
+  <link name="camera_optical_frame"/>
+  <joint name="o" type="fixed">
+    <parent link="camera_link"/><child link="camera_optical_frame"/>
+    <origin rpy="-1.5707963267948966 0 -1.5707963267948966"/>
+  </joint>
+  <link name="puck"/>
+  <joint name="l" type="continuous"><parent link="mount"/><child link="puck"/><origin xyz="0 0 0.2"/></joint>
+  <gazebo reference="puck">
+    <sensor type="ray" name="velodyne">
+      <pose>0 0 0.0377 0 0 0</pose>
+      <ray>
+        <scan>
+          <horizontal><samples>4</samples><min_angle>-3.141592653589793</min_angle>
+            <max_angle>1.5707963267948966</max_angle></horizontal>
+          <vertical><samples>16</samples><min_angle>-0.2617993877991494</min_angle>
+            <max_angle>0.2617993877991494</max_angle></vertical>
+        </scan>
+        <range><min>0.3</min><max>131</max></range>
+      </ray>
+    </sensor>
+  </gazebo>
+</robot>
+"""
+}
+CARLA: Files = {
+    "objects.json": json.dumps(
+        {
+            "objects": [
+                {"type": "sensor.pseudo.map", "id": "map"},
+                {
+                    "type": "vehicle.tesla.model3",
+                    "id": "ego",
+                    "sensors": [
+                        {
+                            "type": "sensor.camera.rgb",
+                            "id": "view",
+                            "spawn_point": {
+                                "x": -4.5,
+                                "y": 0.5,
+                                "z": 2.8,
+                                "roll": 0,
+                                "pitch": 20.0,
+                                "yaw": 0,
+                            },
+                            "image_size_x": "800",
+                            "image_size_y": 600,
+                            "fov": 90.0,
+                        },
+                        {
+                            "type": "sensor.lidar.ray_cast",
+                            "id": "lidar",
+                            "spawn_point": {"x": 0.0, "y": 0.0, "z": 2.4},
+                            "range": 50,
+                            "channels": 32,
+                            "points_per_second": 320000,
+                            "upper_fov": 2.0,
+                            "lower_fov": -26.8,
+                            "rotation_frequency": 20,
+                        },
+                        {"type": "sensor.other.imu", "id": "imu"},
+                    ],
+                },
+            ]
+        }
+    )
+}
+CARLA_TOML: Files = {
+    "lidar_pyramid.toml": """\
+[lidar]
+num = 4
+channels = 16
+lower_fov = -25.0
+upper_fov = 5.0
+x = [-0.2, 0.4, -0.2, -0.2]
+y = [-0.6, 0, 0, 0.6]
+z = [2.2, 2.4, 2.6, 2.2]
+roll = [-0.28, 0.0, 0.0, 0.28]
+pitch = [0.0, -0.09, 0.0, 0.0]
+
+[camera]
+T_CAM_FRONT_LEFT = [0.0, -0.5, 1.8]
+R_CAM_FRONT_LEFT = [0.0, 0.0, -55.0]
+FOV_CAM_FRONT_LEFT = 70.0
+"""
+}
+DRIVEWORKS: Files = {
+    "rig.json": json.dumps(
+        {
+            "rig": {
+                "sensors": [
+                    {
+                        "name": "camera:front",
+                        "protocol": "camera.gmsl",
+                        "parameter": "interface=csi-a",
+                        "nominalSensor2Rig_FLU": {"roll-pitch-yaw": [0.1, 0.4, 0.2], "t": [1.7, 0.0, 1.4]},
+                        "correction_sensor_R_FLU": {"roll-pitch-yaw": [0.8, 2.2, 0.6]},
+                        "correction_rig_T": [0.0, 0.0, 0.3],
+                        "properties": {
+                            "Model": "ftheta",
+                            "bw-poly": "0.0 0.000545421498827636 -1.6e-10 -4.6e-12 2.8e-16",
+                            "cx": "960",
+                            "cy": "604",
+                            "height": "1208",
+                            "width": "1920",
+                        },
+                    },
+                    {
+                        "name": "lidar:top",
+                        "protocol": "lidar.virtual",
+                        "parameter": "device=VELO_VLP16,file=x",
+                        "nominalSensor2Rig_FLU": {"roll-pitch-yaw": [0.0, 0.0, 90.0], "t": [1.0, 0.0, 2.0]},
+                        "properties": None,
+                    },
+                    {"name": "can", "protocol": "can.socket", "parameter": ""},
+                ],
+                "vehicle": {
+                    "valid": True,
+                    "value": {"length": 4.872, "width": 1.852, "height": 1.473, "bumperRear": 1.109},
+                },
+            },
+            "version": 2,
+        }
+    )
+}
+PANDASET: Files = {
+    "calibration.yaml": """\
+front_camera:
+  extrinsic:
+    transform:
+      rotation: {w: 0.0, x: 0.0, y: 0.7071067811865476, z: -0.7071067811865476}
+      translation: {x: 0.0, y: -0.3, z: -0.9}
+  intrinsic:
+    D: [-0.5894, 0.66, 0.0011, -0.001, -1.0088]
+    K: [1970.0, 0, 970.0, 0, 1970.0, 483.0, 0, 0, 1]
+main_pandar64:
+  extrinsic:
+    transform:
+      rotation: {w: 1.0, x: 0.0, y: 0.0, z: 0.0}
+      translation: {x: 0.0, y: 0.0, z: 0.0}
+"""
+}
+KALIBR: Files = {
+    "camchain.yaml": """\
+cam0:
+  T_cam_imu:
+  - [0.0, -1.0, 0.0, 0.1]
+  - [0.0, 0.0, -1.0, 0.2]
+  - [1.0, 0.0, 0.0, 0.3]
+  - [0.0, 0.0, 0.0, 1.0]
+  camera_model: pinhole
+  distortion_coeffs: [-0.28, 0.07, 0.0002, 0.00002]
+  distortion_model: radtan
+  intrinsics: [458.6, 457.3, 367.2, 248.4]
+  resolution: [752, 480]
+  rostopic: /cam0/image_raw
+cam1:
+  T_cn_cnm1:
+  - [1.0, 0.0, 0.0, -0.11]
+  - [0.0, 1.0, 0.0, 0.0]
+  - [0.0, 0.0, 1.0, 0.0]
+  - [0.0, 0.0, 0.0, 1.0]
+  camera_model: pinhole
+  distortion_coeffs: [0.01, -0.02, 0.003, 0.0]
+  distortion_model: equidistant
+  intrinsics: [460.0, 460.0, 370.0, 240.0]
+  resolution: [752, 480]
+"""
+}
+KITTI: Files = {
+    "000000.txt": """\
+P0: 700 0 600 0 0 700 180 0 0 0 1 0
+P1: 700 0 600 -378 0 700 180 0 0 0 1 0
+P2: 700 0 600 45.5 0 700 180 -0.35 0 0 1 0.005
+P3: 700 0 600 -334 0 700 180 2.33 0 0 1 0.003
+R0_rect: 1 0 0 0 1 0 0 0 1
+Tr_velo_to_cam: 0 -1 0 0 0 0 -1 -0.08 1 0 0 -0.27
+Tr_imu_to_velo: 1 0 0 -0.81 0 1 0 0.32 0 0 1 -0.8
+"""
+}
+KITTI_RAW: Files = {
+    "calib_cam_to_cam.txt": """\
+calib_time: 09-Jan-2012 13:57:47
+corner_dist: 9.950000e-02
+S_00: 1392 512
+K_00: 984.2 0 690 0 980.8 233.2 0 0 1
+D_00: -0.37 0.2 0.001 0.002 -0.07
+R_00: 1 0 0 0 1 0 0 0 1
+T_00: 0 0 0
+S_01: 1392 512
+K_01: 989.5 0 702 0 987.8 245.6 0 0 1
+D_01: 0 0 0 0 0
+R_01: 1 0 0 0 1 0 0 0 1
+T_01: -0.537 0.0048 -0.0125
+""",
+    "calib_velo_to_cam.txt": """\
+calib_time: 15-Mar-2012 11:37:16
+R: 0 -1 0 0 0 -1 1 0 0
+T: -0.004 -0.076 -0.27
+delta_f: 0 0
+""",
+}
+SMALL: dict[str, Files] = {
+    "nuscenes": NUSCENES,
+    "autoware": AUTOWARE_KIT,
+    "urdf": URDF,
+    "carla": CARLA,
+    "carla-toml": CARLA_TOML,
+    "driveworks": DRIVEWORKS,
+    "pandaset": PANDASET,
+    "kalibr": KALIBR,
+    "kitti": KITTI,
+    "kitti-raw": KITTI_RAW,
+}
+"""A valid rig in every format that is read; the last one is another form of the one before."""
+
+VEHICLE = Vehicle(length=4.9, width=1.9, height=1.6, rear_axle_x=-1.4)
+
+
+def lidar(name: str, pose: Pose, **fields: Any) -> Lidar:
+    """A LiDAR of 8 beams there."""
+    beams = {"elevations_deg": EvenAngles(from_=-15.0, to=10.0, count=8)}
+    return Lidar(name=name, position=pose[0], rpy_deg=pose[1], **(beams | fields))
+
+
+def camera(name: str, pose: Pose, **fields: Any) -> Camera:
+    """A camera there, 800 x 600 pixels."""
+    lens = {} if "fx" in fields else {"hfov_deg": 80.0}
+    return Camera(name=name, position=pose[0], rpy_deg=pose[1], image=(800, 600), **(lens | fields))
+
+
+def rig_of(*sensors: Lidar | Camera) -> Rig:
+    """A rig on a vehicle whose rear axle is not at the default place."""
+    return Rig(name="test rig", vehicle=VEHICLE, sensors=sensors)

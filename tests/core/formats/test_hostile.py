@@ -1,0 +1,215 @@
+"""Files made to do harm are refused in one line: bombs, loops, entities, pickles, wrong encodings, endless numbers."""
+
+import gzip
+import json
+import pickle
+import sys
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+
+from riglens.core.errors import InputError
+from riglens.core.formats.exchange import FORMATS, detect, read_rig
+from riglens.core.formats.source import MAX_JSON_BYTES, MAX_TEXT_BYTES, MAX_YAML_BYTES, Source
+from tests.core.formats.cases import (
+    AUTOWARE_KIT,
+    CARLA,
+    CARLA_TOML,
+    DRIVEWORKS,
+    KALIBR,
+    KITTI,
+    NUSCENES,
+    SMALL,
+    URDF,
+    write_files,
+)
+
+
+def refusal(path: Path, name: str | None = None) -> str:
+    """The one line with which a file is refused."""
+    with pytest.raises(InputError) as caught:
+        read_rig(path, name)
+    line = str(caught.value)
+    assert line.isprintable() and len(line) < 700
+    return line
+
+
+def broken(folder: Path, files: object, old: str, new: str) -> Path:
+    """A case with one piece of its (last) file replaced."""
+    assert isinstance(files, dict)
+    *_, (name, text) = files.items()
+    assert old in text
+    write_files(folder, {**files, name: text.replace(old, new, 1)})
+    return folder / name
+
+
+def test_yaml_anchors_tags_and_merge_keys_are_refused(tmp_path: Path) -> None:
+    bomb = "a: &a [x, x]\nb: &b [*a, *a]\ncam0: {intrinsics: *b}\n"
+    for number, text in enumerate((bomb, "cam0: !!python/object/apply:os.system [ls]\n", "cam0: {<<: *x}\n")):
+        path = tmp_path / f"{number}.yaml"
+        path.write_text(text)
+        assert "not accepted" in refusal(path, "kalibr")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        '<!DOCTYPE robot [<!ENTITY a "b">]><robot name="&a;"/>',
+        '<!DOCTYPE robot [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;&a;">]><robot>&b;</robot>',
+        '<!DOCTYPE robot SYSTEM "file:///etc/passwd"><robot/>',
+        '<!DOCTYPE robot [<!ENTITY % p SYSTEM "http://x/y">%p;]><robot/>',
+    ],
+)
+def test_document_types_and_entities_are_refused(tmp_path: Path, text: str) -> None:
+    path = tmp_path / "a.urdf"
+    path.write_text(text)
+    assert "document types are not accepted" in refusal(path)
+
+
+def test_deep_nesting_is_refused(tmp_path: Path) -> None:
+    deep = {
+        "a.json": '{"rig": ' + "[" * 100_000 + "]" * 100_000 + "}",
+        "b.json": '{"a":' * 100_000 + "1" + "}" * 100_000,
+        "c.urdf": "<robot>" + "<a>" * 10_000 + "</a>" * 10_000 + "</robot>",
+        "d.toml": "a = " + "[" * 10_000 + "]" * 10_000,
+        "e.yaml": "cam0: " + "[" * 90_000,
+        "f.yaml": "\n".join(" " * depth + "a:" for depth in range(400)),
+    }
+    write_files(tmp_path, deep)
+    for name in deep:
+        assert "nested" in refusal(tmp_path / name, "kalibr" if name.endswith("yaml") else None)
+
+
+def test_large_files_are_refused_before_they_are_parsed(tmp_path: Path) -> None:
+    sizes = {
+        "a.json": MAX_JSON_BYTES,
+        "b.yaml": MAX_YAML_BYTES,
+        "c.urdf": MAX_TEXT_BYTES,
+        "d.toml": MAX_TEXT_BYTES,
+    }
+    for name, limit in sizes.items():
+        (tmp_path / name).write_bytes(b" " * (limit + 1))
+        assert "larger than" in refusal(tmp_path / name, "kalibr" if name.endswith("yaml") else None)
+    (tmp_path / "calibrated_sensor.json.gz").write_bytes(gzip.compress(b" " * (MAX_JSON_BYTES + 1)))
+    assert "larger than" in refusal(tmp_path / "calibrated_sensor.json.gz")
+
+
+def test_many_elements_are_refused(tmp_path: Path) -> None:
+    (tmp_path / "a.urdf").write_text("<robot>" + "<a/>" * 60_000 + "</robot>")
+    assert "more than 50000 elements" in refusal(tmp_path / "a.urdf")
+    sensor = {"type": "sensor.lidar.ray_cast", "id": "l"}
+    vehicle = {"type": "vehicle.a", "id": "ego", "sensors": [sensor] * 300}
+    (tmp_path / "a.json").write_text(json.dumps({"objects": [vehicle]}))
+    assert "more than 255 sensors" in refusal(tmp_path / "a.json")
+
+
+@pytest.mark.parametrize("ending", [".json", ".yaml", ".toml", ".urdf", ".txt", ".json.gz"])
+def test_pickles_and_wrong_encodings_are_refused(tmp_path: Path, ending: str) -> None:
+    contents = (pickle.dumps({"rig": 1}), "{}".encode("utf-16"), b"\xff\xfe\x00", b"a\x00b", b"\x80abc", b"")
+    for number, content in enumerate(contents):
+        path = tmp_path / f"{number}{ending}"
+        path.write_bytes(content)
+        refusal(path)
+
+
+def test_broken_gzip_is_refused(tmp_path: Path) -> None:
+    whole = gzip.compress(NUSCENES["calibrated_sensor.json"].encode())
+    for content in (whole[:40], b"no gzip", whole[:-9] + b"123456789"):
+        (tmp_path / "calibrated_sensor.json.gz").write_bytes(content)
+        assert "not a complete gzip file" in refusal(tmp_path / "calibrated_sensor.json.gz")
+
+
+@pytest.mark.parametrize(
+    ("files", "old", "new", "complaint"),
+    [
+        (NUSCENES, "[1.7, 0.0, 1.5]", "[1.7, NaN, 1.5]", "found NaN; accepted are finite numbers"),
+        (NUSCENES, "[1.7, 0.0, 1.5]", "[1.7, 1e999, 1.5]", "translation[1]: found inf; accepted is a number"),
+        (NUSCENES, "[1.7, 0.0, 1.5]", f"[1.7, {'9' * 4000}, 1.5]", "translation[1]: found a very large number"),
+        (NUSCENES, "[1.7, 0.0, 1.5]", f"[1.7, {'9' * 9000}, 1.5]", "calibrated_sensor.json: "),
+        (NUSCENES, "[1.7, 0.0, 1.5]", '[1.7, "0", 1.5]', "translation[1]: found 0; accepted is a number"),
+        (NUSCENES, "[1.7, 0.0, 1.5]", "[1.7, true, 1.5]", "translation[1]: found True; accepted is a number"),
+        (NUSCENES, "[1.7, 0.0, 1.5]", "[1.7, 0.0]", "translation: found a list of 2; accepted is a list of 3"),
+        (NUSCENES, "[0.5, -0.5, 0.5, -0.5]", "[0, 0, 0, 0]", "rotation: found length 0; accepted is a quaternion"),
+        (NUSCENES, '"token": "a1"', '"token": "a1", "token": "a2"', "key 'token' is given twice"),
+        (NUSCENES, '"s1", "translation"', '"s9", "translation"', "sensor_token: found s9; accepted is a token of"),
+        (AUTOWARE_KIT, "roll: -0.025", "roll: .nan", "camera0/camera_link.roll: found nan; accepted is a number"),
+        (AUTOWARE_KIT, "gnss_link", "sensor_kit_base_link", "frame 'sensor_kit_base_link' has two parents"),
+        (AUTOWARE_KIT, "gnss_link: {x", "gnss_link: {X", "gnss_link.x: missing"),
+        (URDF, 'xyz="1 0 2"', 'xyz="1 0 nan"', "<origin>: found '1 0 nan'; accepted are 3 numbers"),
+        (URDF, 'xyz="1 0 2"', 'xyz="1 0"', "<origin>: found '1 0'; accepted are 3 numbers"),
+        (URDF, '<child link="mount"/>', '<child link="base_link"/>', "frame 'base_link' has two parents"),
+        (URDF, '<parent link="base_link"/>', '<parent link="puck"/>', "is its own ancestor; accepted is a tree"),
+        (URDF, '<child link="mount"/>', "", "a joint needs <parent link=...> and <child link=...>"),
+        (URDF, "<samples>4</samples>", "<samples>1e9</samples>", "<samples>: found '1e9'; accepted is a number"),
+        (URDF, "</robot>", "", "rig.urdf:32: not valid XML: no element found"),
+        (CARLA, '"channels": 32', '"channels": 0', "channels: found 0; accepted is a number from 1 to 1000"),
+        (CARLA, '"fov": 90.0', '"fov": 180.0', "sensor 'view': hfov_deg: found 180.0; accepted is degrees above 0"),
+        (CARLA, '"points_per_second": 320000', '"points_per_second": 1e300', "points_per_second: found 1e+300"),
+        (CARLA_TOML, "x = [-0.2, 0.4, -0.2, -0.2]", "x = [0]", "lidar.y: found a list of 4; accepted is a list of 1"),
+        (CARLA_TOML, "channels = 16", "channels = 1.5", "channels: found 1.5; accepted is a whole number"),
+        (CARLA_TOML, "z = [2.2", "z = [inf", "lidar.z[0]: found inf; accepted is a number"),
+        (CARLA_TOML, "num = 4", "num = 4\nnum = 5", "Cannot overwrite a value"),
+        (DRIVEWORKS, "[0.1, 0.4, 0.2]", "[0.1, 0.4]", "roll-pitch-yaw: found a list of 2; accepted is a list of 3"),
+        (DRIVEWORKS, "0.000545421498827636", "-0.0005", "accepted is an f-theta polynomial that rises"),
+        (DRIVEWORKS, "lidar:top", "lidar:\\ud800", "name: found 'lidar:\\ud800'; accepted is a text"),
+        (DRIVEWORKS, '"protocol": "lidar', '"\\ud800": "lidar', "a key is not UTF-8 text"),
+        (DRIVEWORKS, '"width": "1920"', '"width": "1e9"', "width: found 1e9; accepted is a number from 1 to 20000"),
+        (KALIBR, "[1.0, 0.0, 0.0, 0.3]", "[9.0, 0.0, 0.0, 0.3]", "cam0.T_cam_imu: found one that is not; accepted"),
+        (KALIBR, "[0.0, 0.0, -1.0, 0.2]", "[0.0, 0.0, 1.0, 0.2]", "a rotation matrix, orthonormal and right-handed"),
+        (KALIBR, "[752, 480]", "[752]", "cam0.resolution: found a list of 1; accepted is a list of 2"),
+        (KITTI, "P2: 700", "P2: -700", "P2: found one that is not; accepted is a projection matrix K [I | t]"),
+        (KITTI, "R0_rect: 1 0", "R0_rect: 1", "R0_rect: found a list of 8; accepted is a list of 9"),
+        (KITTI, "P3:", "P2:", "P2: given twice"),
+    ],
+)  # fmt: skip
+def test_wrong_values_are_refused_with_their_place(
+    tmp_path: Path, files: object, old: str, new: str, complaint: str
+) -> None:
+    assert complaint in refusal(broken(tmp_path, files, old, new))
+
+
+def test_a_long_chain_of_frames_is_followed_without_recursion(tmp_path: Path) -> None:
+    count = sys.getrecursionlimit() + 500
+    links = "".join(f'<link name="f{n}"/>' for n in range(count)) + '<link name="lidar"/>'
+    ends = [*(f"f{n}" for n in range(count)), "lidar"]
+    joints = "".join(
+        f'<joint name="j{n}" type="fixed"><parent link="{one}"/><child link="{other}"/>'
+        '<origin xyz="0 0 0.001"/></joint>'
+        for n, (one, other) in enumerate(pairwise(ends))
+    )
+    (tmp_path / "a.urdf").write_text(f"<robot>{links}{joints}</robot>")
+    (lidar,) = read_rig(tmp_path / "a.urdf").rig.sensors
+    assert lidar.position[2] == pytest.approx(count / 1000)
+
+
+def test_files_that_a_urdf_names_are_not_opened(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    opened: list[str] = []
+    path = write_files(tmp_path, URDF) / "rig.urdf"
+    real = Path.open
+
+    def recording(self: Path, *arguments: object, **options: object) -> object:
+        opened.append(self.name)
+        return real(self, *arguments, **options)  # type: ignore[call-overload]
+
+    monkeypatch.setattr(Path, "open", recording)
+    imported = read_rig(path)
+    assert set(opened) == {"rig.urdf"}
+    assert "ignored: 1 meshes: they are not opened" in imported.report.lines()
+
+
+def test_a_link_to_a_device_or_a_folder_of_another_kind_is_no_rig(tmp_path: Path) -> None:
+    (tmp_path / "loop.json").symlink_to(tmp_path / "loop.json")
+    (tmp_path / "folder.yaml").mkdir()
+    for path in (tmp_path / "loop.json", tmp_path / "folder.yaml", tmp_path / "no.urdf"):
+        refusal(path)
+
+
+@pytest.mark.parametrize("case", SMALL)
+def test_every_small_file_is_told_by_itself(case: str, tmp_path: Path) -> None:
+    folder = write_files(tmp_path / "rig", SMALL[case])
+    told = FORMATS[case.removesuffix("-raw")]
+    if len(SMALL[case]) > 1:
+        assert detect(Source(folder)) is told
+    for name in SMALL[case]:
+        assert detect(Source(folder / name)) is told

@@ -1,0 +1,58 @@
+"""Whatever a user names as a rig is found: a preset, a rig file, a file of another program."""
+
+from pathlib import Path
+
+import pytest
+
+from riglens.core.errors import InputError
+from riglens.core.formats.opening import open_rig
+from riglens.core.rig.presets import preset
+from riglens.core.rig.yaml.file import load_rig, new_rig_file
+from tests.core.formats.cases import AUTOWARE_KIT, write_files
+
+
+def test_a_preset_is_found_in_any_spelling() -> None:
+    opened = open_rig("wide + trapezoid")
+    assert (opened.rig, opened.file, opened.report) == (preset("W+T"), None, None)
+
+
+def test_an_unknown_name_is_refused_with_the_nearest_preset() -> None:
+    with pytest.raises(InputError, match=r"rig 'Trapezod': neither a rig file .*; did you mean Trapezoid"):
+        open_rig("Trapezod")
+    with pytest.raises(InputError) as caught:
+        open_rig("line\nbreak" * 30)
+    assert "\n" not in str(caught.value) and len(str(caught.value)) < 200
+
+
+def test_a_rig_file_is_found_by_its_path_and_comes_with_its_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    new_rig_file(preset("N+S")).save("mine")
+    new_rig_file(preset("Line")).save("W+T")
+    opened = open_rig("mine")
+    assert opened.rig == preset("N+S") and opened.file is not None and opened.file.path == Path("mine")
+    assert open_rig("W+T").rig == preset("W+T") and open_rig("./W+T").rig == preset("Line")
+    assert open_rig(tmp_path / "mine").rig == load_rig("mine").rig
+    with pytest.raises(InputError, match=r"^w\+t\.yaml: no such file"):
+        open_rig("w+t.yaml")
+
+
+def test_a_file_of_another_program_comes_with_a_report_and_without_a_file(tmp_path: Path) -> None:
+    folder = write_files(tmp_path / "kit", AUTOWARE_KIT)
+    for named in (folder, folder / "sensors_calibration.yaml"):
+        opened = open_rig(named)
+        assert opened.file is None and opened.report is not None
+        assert opened.report.title == "Autoware sensor kit calibration"
+        assert [sensor.name for sensor in opened.rig.sensors] == ["camera0", "velodyne_top"]
+
+
+def test_what_is_no_rig_is_refused_in_one_line(tmp_path: Path) -> None:
+    (tmp_path / "a.json").write_text("[1, 2]")
+    (tmp_path / "empty").mkdir()
+    for name in ("a.json", "empty"):
+        with pytest.raises(InputError, match="not a rig in a known format; accepted are riglens, nuscenes"):
+            open_rig(tmp_path / name)
+    (tmp_path / "b.yaml").write_text("name: my rig\nsensors: []\n")
+    with pytest.raises(InputError, match=r"b\.yaml:1: riglens: missing"):
+        open_rig(tmp_path / "b.yaml")
