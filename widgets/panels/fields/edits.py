@@ -48,13 +48,15 @@ class ValueEdit(QLineEdit, Generic[Value]):
         parse: Callable[[str], Value],
         short: Callable[[Value], str],
         full: Callable[[Value], str],
+        unit: Unit = NO_UNIT,
         parent: QWidget | None = None,
     ) -> None:
         super().__init__(parent)
         self._parse, self._short, self._full = parse, short, full
         self._value: Value | None = None
-        self._suffix = ""
+        self._unit = unit
         self.setFont(numbers_font(self.font()))
+        self.set_suffix(unit.name)
         self.editingFinished.connect(self._take)
         self.textEdited.connect(lambda _: self.mark(""))
 
@@ -69,6 +71,17 @@ class ValueEdit(QLineEdit, Generic[Value]):
             return
         self._value = value
         self._show()
+
+    @property
+    def unit(self) -> Unit:
+        """The unit shown."""
+        return self._unit
+
+    def set_unit(self, unit: Unit) -> None:
+        """Show the same value in another unit."""
+        self._unit = unit
+        self.set_suffix(unit.name)
+        self.revert()
 
     def set_suffix(self, suffix: str) -> None:
         """Set a unit that is always shown at the right end of the field and is not part of the text."""
@@ -291,23 +304,10 @@ class NumberEdit(ValueEdit[float]):
     """
 
     def __init__(self, step: float, unit: Unit = NO_UNIT, parent: QWidget | None = None) -> None:
-        super().__init__(self._parsed, self._short_text, self._full_text, parent)
+        super().__init__(self._parsed, self._short_text, self._full_text, unit, parent)
         self._step = step
-        self._unit = unit
         self._turned = 0
-        self.set_suffix(unit.name)
         self.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
-
-    @property
-    def unit(self) -> Unit:
-        """The unit shown."""
-        return self._unit
-
-    def set_unit(self, unit: Unit) -> None:
-        """Show the same value in another unit."""
-        self._unit = unit
-        self.set_suffix(unit.name)
-        self.revert()
 
     def _parsed(self, text: str) -> float:
         return parse_quantity(text, self._unit)
@@ -362,8 +362,7 @@ class IntegerEdit(ValueEdit[int | None]):
         self, is_optional: bool = False, unit: Unit = NO_UNIT, parent: QWidget | None = None
     ) -> None:
         parse = _parse_optional_integer if is_optional else _parse_integer
-        super().__init__(parse, str, str, parent)
-        self.set_suffix(unit.name)
+        super().__init__(parse, str, str, unit, parent)
         self.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
 
     def _fitted(self, value: int | None) -> str:
@@ -374,20 +373,7 @@ class ListEdit(ValueEdit[tuple[float, ...]]):
     """Several doubles, separated by commas or spaces, with their unit."""
 
     def __init__(self, unit: Unit = NO_UNIT, parent: QWidget | None = None) -> None:
-        super().__init__(self._parsed, self._joined(short_text), self._joined(full_text), parent)
-        self._unit = unit
-        self.set_suffix(unit.name)
-
-    @property
-    def unit(self) -> Unit:
-        """The unit shown."""
-        return self._unit
-
-    def set_unit(self, unit: Unit) -> None:
-        """Show the same values in another unit."""
-        self._unit = unit
-        self.set_suffix(unit.name)
-        self.revert()
+        super().__init__(self._parsed, self._joined(short_text), self._joined(full_text), unit, parent)
 
     def _parsed(self, text: str) -> tuple[float, ...]:
         parts = text.replace(",", " ").replace(";", " ").split()
@@ -401,7 +387,7 @@ class TextEdit(ValueEdit[str]):
     """A name: any text that is not empty."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(_parse_name, str, str, parent)
+        super().__init__(_parse_name, str, str, parent=parent)
 
 
 def _parse_integer(text: str) -> int:
