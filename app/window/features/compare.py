@@ -24,6 +24,7 @@ from riglens.core.rig.model import Rig
 from riglens.core.rig.presets import PAPER_RIGS, PRESETS, preset
 from riglens.widgets.panels.compare.model import CompareRow, Origin
 from riglens.widgets.panels.compare.panel import ComparePanel
+from riglens.widgets.panels.menus import add_entry
 
 GROUP = "compare"
 MAX_ROWS = 200
@@ -85,7 +86,7 @@ class Compare(Feature):
         menu = QMenu(self.panel)
         presets = menu.addMenu("Preset")
         for name in PRESETS:
-            presets.addAction(name, partial(self.add_presets, (name,)))
+            add_entry(presets, name, partial(self.add_presets, (name,)))
         for key in ("compare_paper", "compare_file", "snapshot"):
             menu.addAction(self.actions[key])
         return menu

@@ -19,6 +19,7 @@ from riglens.core.formats.report import KINDS, Kind, Report
 from riglens.core.rig.model import Rig
 from riglens.core.rig.presets import PRESETS, preset
 from riglens.core.vehicle.mesh_file import mesh_name, mesh_path
+from riglens.widgets.panels.menus import add_entry
 
 if TYPE_CHECKING:
     from riglens.core.formats.base import Format
@@ -51,7 +52,7 @@ class Files(Feature):
     def _preset_menu(self) -> QMenu:
         menu = QMenu("New from preset", self.bench.window)
         for name in PRESETS:
-            menu.addAction(name, partial(self.open_preset, name))
+            add_entry(menu, name, partial(self.open_preset, name))
         return menu
 
     def open(self) -> None:
@@ -177,12 +178,12 @@ class Recent(Feature):
         self.menu.clear()
         for number, path in enumerate(self.paths, 1):
             title = f"{path.name}  –  {path.parent}".replace("&", "&&")
-            action = self.menu.addAction(f"&{number % 10}  {title}", partial(self._files.open_path, path))
+            action = add_entry(self.menu, f"&{number % 10}  {title}", partial(self._files.open_path, path))
             is_there = path.is_file()
             action.setEnabled(is_there)
             action.setToolTip(str(path) if is_there else f"{path} is not there any more")
         self.menu.addSeparator()
-        clear = self.menu.addAction("Clear list", self.clear)
+        clear = add_entry(self.menu, "Clear list", self.clear)
         clear.setEnabled(bool(self.paths))
 
     def clear(self) -> None:
@@ -222,7 +223,7 @@ class Exchange(Feature):
         for name in WRITABLE:
             if name != "riglens":
                 format_ = FORMATS[name]
-                action = self.menu.addAction(f"{format_.title}…", partial(self.export, format_))
+                action = add_entry(self.menu, f"{format_.title}…", partial(self.export, format_))
                 action.setObjectName(f"export_{name}")
                 action.setToolTip("Makes a folder" if format_.is_folder else "Makes a file")
 

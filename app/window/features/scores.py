@@ -18,6 +18,7 @@ from riglens.core.rig.edits import with_enabled
 from riglens.core.rig.model import Rig, rays_of
 from riglens.core.rig.presets import PRESETS, preset
 from riglens.widgets.panels.inspector.marginal_view import NOT_COUNTED, WAITING
+from riglens.widgets.panels.menus import add_entry
 
 
 class Baseline(Feature):
@@ -72,7 +73,7 @@ class Baseline(Feature):
     def _preset_menu(self) -> QMenu:
         menu = QMenu("Baseline from preset", self.bench.window)
         for name in PRESETS:
-            menu.addAction(name, partial(self._pin_preset, name))
+            add_entry(menu, name, partial(self._pin_preset, name))
         return menu
 
     def _pin_preset(self, name: str) -> None:

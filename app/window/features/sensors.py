@@ -20,6 +20,7 @@ from riglens.core.geometry import Pose, Vec3
 from riglens.core.rig.library import Entry, default_library, sensor_from_model
 from riglens.core.rig.model import Rig
 from riglens.widgets.panels.icons import icon
+from riglens.widgets.panels.menus import add_entry
 from riglens.widgets.panels.sensors.library import LibraryList
 
 GAP_M = 0.15
@@ -87,7 +88,7 @@ class Sensors(Feature):
             of_maker.setToolTipsVisible(True)
             menu.addMenu(of_maker)
             for entry in entries:
-                action = of_maker.addAction(entry.title, partial(self.add, entry.name))
+                action = add_entry(of_maker, entry.title, partial(self.add, entry.name))
                 action.setToolTip(entry_tip(entry))
                 action.setObjectName(entry.name)
         return menu

@@ -38,6 +38,7 @@ from riglens.widgets.panels.compare.model import (
 from riglens.widgets.panels.fields.form import ChoiceBox
 from riglens.widgets.panels.icons import icon
 from riglens.widgets.panels.item_views import BarDelegate, OwnKeys, StandardKey, give_context_menu
+from riglens.widgets.panels.menus import add_entry
 from riglens.widgets.panels.scores.text import SIGN_NOTE
 from riglens.widgets.panels.style import MARGIN, SPACING, as_panel, numbers_font
 
@@ -157,12 +158,12 @@ class CompareTable(QTableView):
         one = chosen[0] if len(chosen) == 1 else None
         rows = {row.key: row for row in self._rigs.rows}
         title = "Restore" if one is not None and rows[one].origin == "snapshot" else "Open"
-        menu.addAction(title, lambda: self.open_wanted.emit(one)).setEnabled(one is not None)
-        menu.addAction("Pin as baseline", lambda: self.pin_wanted.emit(one)).setEnabled(one is not None)
-        rename = menu.addAction("Rename", lambda: self.edit(self.currentIndex()))
+        add_entry(menu, title, lambda: self.open_wanted.emit(one)).setEnabled(one is not None)
+        add_entry(menu, "Pin as baseline", lambda: self.pin_wanted.emit(one)).setEnabled(one is not None)
+        rename = add_entry(menu, "Rename", lambda: self.edit(self.currentIndex()))
         rename.setEnabled(one is not None and rows[one].origin == "snapshot")
         menu.addSeparator()
-        menu.addAction("Remove from the list", self._remove).setEnabled(bool(chosen))
+        add_entry(menu, "Remove from the list", self._remove).setEnabled(bool(chosen))
         return menu
 
 

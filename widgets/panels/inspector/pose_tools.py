@@ -13,6 +13,7 @@ from riglens.core.geometry import Pose
 from riglens.core.rig.pose_text import POSE_FORMATS, PoseFormat, parse_pose, pose_text
 from riglens.widgets.panels.fields.quantity import DEGREES, METRES, MILLIMETRES, RADIANS, Unit
 from riglens.widgets.panels.icons import icon
+from riglens.widgets.panels.menus import add_entry
 
 _SHOWN_UNITS = ((METRES, MILLIMETRES), (DEGREES, RADIANS))
 PASTE_TIP = (
@@ -136,7 +137,7 @@ class PoseTools(QWidget):
         menu = QMenu(self)
         group = QActionGroup(menu)
         for form, title in POSE_FORMATS.items():
-            action = menu.addAction(title, partial(self._copy_as, form))
+            action = add_entry(menu, title, partial(self._copy_as, form))
             action.setObjectName(form)
             action.setCheckable(True)
             action.setChecked(form == self._form)
@@ -145,8 +146,8 @@ class PoseTools(QWidget):
 
     def _reset_menu(self) -> QMenu:
         menu = QMenu(self)
-        menu.addAction("Level: roll and pitch 0", self._level)
-        menu.addAction("No rotation: roll, pitch, yaw 0", self._unturned)
-        self._as_saved: QAction = menu.addAction("Pose as last saved", self._put_back)
+        add_entry(menu, "Level: roll and pitch 0", self._level)
+        add_entry(menu, "No rotation: roll, pitch, yaw 0", self._unturned)
+        self._as_saved: QAction = add_entry(menu, "Pose as last saved", self._put_back)
         self._as_saved.setEnabled(False)
         return menu

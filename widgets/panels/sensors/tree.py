@@ -13,6 +13,7 @@ from riglens.core.rig.model import Rig
 from riglens.widgets.panels.icons import icon
 from riglens.widgets.panels.inspector.marginal_view import loss_tip, lost_share
 from riglens.widgets.panels.item_views import give_context_menu
+from riglens.widgets.panels.menus import add_entry
 from riglens.widgets.panels.sensors.rows import (
     EYE,
     LOCK,
@@ -285,15 +286,14 @@ class SensorTree(SensorList):
                 ("Hidden", self._hidden, self.hidden_toggled),
                 ("Locked", self._locked, self.locked_toggled),
             ):
-                action = menu.addAction(title)
+                action = add_entry(menu, title, partial(signal.emit, chosen))
                 action.setCheckable(True)
                 action.setChecked(all(name in names_on for name in chosen))
-                action.triggered.connect(partial(signal.emit, chosen))
             menu.addSeparator()
             self.menu_wanted.emit(menu)
             menu.addSeparator()
         for kind, title in KINDS:
             of_kind = tuple(name for name, k in zip(self._items, self._kinds, strict=True) if k == kind)
             words = title if kind == "lidar" else title.lower()
-            menu.addAction(f"Select all {words}", partial(self.choose, of_kind)).setEnabled(bool(of_kind))
+            add_entry(menu, f"Select all {words}", partial(self.choose, of_kind)).setEnabled(bool(of_kind))
         return menu
