@@ -35,6 +35,7 @@ from riglens.core.scene.pog_processes import worker_processes
 from riglens.core.scene.pog_store import save_pog
 from riglens.core.scene.readers import together
 from riglens.core.scene.survey import RINGS_M, SECTORS, Ground, Survey, survey
+from riglens.core.shown_text import visible
 
 GROUND_IS_RIGHT_M = 0.2
 """Bottoms of labelled boxes are rarely nearer to the road than that; the ROI starts at z = 0."""
@@ -201,7 +202,7 @@ def warnings(found: Survey, origin_m: Vec3 | None) -> Iterator[str]:
 
 def _print_survey(found: Survey, origin_m: Vec3 | None) -> None:
     console, data = results(), found.data
-    console.print(Text.assemble(("Data    ", "bold"), data.source), soft_wrap=True)
+    console.print(Text.assemble(("Data    ", "bold"), visible(data.source)), soft_wrap=True)
     console.print(
         Text.assemble(
             ("Frames  ", "bold"),
@@ -259,7 +260,7 @@ def _unmapped_table(found: Survey) -> Table:
     table = _table("not mapped", "boxes")
     most = found.data.unmapped.most_common(SHOWN_UNMAPPED)
     for name, count in most:
-        table.add_row(Text(name if len(name) <= 60 else name[:60] + "…"), f"{count:,}")
+        table.add_row(Text(visible(name) if len(name) <= 60 else visible(name[:60]) + "…"), f"{count:,}")
     rest = sum(found.data.unmapped.values()) - sum(count for _, count in most)
     if rest:
         table.add_row(f"{len(found.data.unmapped) - len(most)} more names", f"{rest:,}", style="dim")

@@ -146,7 +146,7 @@ def _table(library: Library, kind: Kind) -> Table:
     for heading in (rays, "field of view", "range"):
         table.add_column(heading, justify="right", no_wrap=True)
     for maker, entries in library.by_maker(kind).items():
-        table.add_row(f"[bold]{maker}[/bold]")
+        table.add_row(Text(maker, "bold"))
         for entry in entries:
             table.add_row(entry.name, entry.title.removeprefix(f"{maker} "), *_figures(entry))
     return table

@@ -10,6 +10,7 @@ from riglens.app.evaluation.options import DEFAULT_RIG, SceneOptions, ScoreOptio
 from riglens.app.launch.interrupt import INTERRUPTED, insistent_interrupt
 from riglens.app.launch.system_libraries import MissingLibraries
 from riglens.core.errors import InputError
+from riglens.core.shown_text import visible
 
 DONE, FAILED, BAD_INPUT = 0, 1, 2
 
@@ -60,7 +61,7 @@ def _is_only_a_rig(tokens: Sequence[str]) -> bool:
 
 def _say(message: str, code: int) -> int:
     """Print one line on standard error and pass the exit code on."""
-    print(f"riglens: {' '.join(message.split())}", file=sys.stderr)
+    print(f"riglens: {visible(' '.join(message.split()))}", file=sys.stderr)
     return code
 
 

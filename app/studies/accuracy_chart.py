@@ -59,7 +59,12 @@ class _Panel:
 
 def chart(study: AccuracyStudy, source: str) -> Figure:
     """The chart; `source` names the data set."""
-    with matplotlib.rc_context({"font.family": "DejaVu Sans", "font.size": 9.5}):
+    literal = {
+        "font.family": "DejaVu Sans",
+        "font.size": 9.5,
+        "text.parse_math": False,
+    }  # rigs may be called $x$
+    with matplotlib.rc_context(literal):
         figure = Figure(figsize=SIZE_IN, dpi=DPI, facecolor="white")
         FigureCanvasAgg(figure)
         axes = figure.subplots(1, 2, sharey=True)

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_write, require_writable
+from riglens.core.shown_text import spreadsheet_cell
 
 
 def require_folder(folder: Path, names: Sequence[str]) -> None:
@@ -32,5 +33,5 @@ def csv_text(lines: Sequence[Mapping[str, object]]) -> str:
     text = io.StringIO()
     writer = csv.DictWriter(text, list(lines[0]), lineterminator="\n")
     writer.writeheader()
-    writer.writerows(lines)
+    writer.writerows({key: spreadsheet_cell(value) for key, value in line.items()} for line in lines)
     return text.getvalue()

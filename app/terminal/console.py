@@ -6,29 +6,56 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from rich.console import Console
+from rich.console import Console, ConsoleOptions, ConsoleRenderable, RenderableType, RenderHook, RenderResult
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+from rich.segment import Segment
 from rich.text import Text
 
 from riglens.core.formats.report import Report
+from riglens.core.shown_text import visible, visible_lines
 
+_LITERAL: dict[str, bool] = {"highlight": False, "markup": False, "emoji": False}
 PIPE_WIDTH = 120
 """Columns when standard output is a file or a pipe: wide enough that no number is cut off."""
 
 
 def results() -> Console:
     """Return the console for results; in a pipe its width does not depend on the terminal."""
-    return Console(width=None if sys.stdout.isatty() else PIPE_WIDTH, highlight=False)
+    return _console(Console(width=None if sys.stdout.isatty() else PIPE_WIDTH, **_LITERAL))
 
 
 def remarks() -> Console:
     """Return the console for progress, notes and warnings."""
-    return Console(stderr=True, highlight=False)
+    return _console(Console(stderr=True, **_LITERAL))
+
+
+def _console(console: Console) -> Console:
+    console.push_render_hook(_WritesOut())
+    return console
+
+
+class _WritesOut(RenderHook):
+    """Keeps names and notes of files from steering the terminal: only what rich itself adds may do so."""
+
+    def process_renderables(self, renderables: list[ConsoleRenderable]) -> list[ConsoleRenderable]:
+        """Wrap whatever is printed."""
+        return [_WrittenOut(renderable) for renderable in renderables]
+
+
+class _WrittenOut:
+    """What is printed, with control characters in its texts written out."""
+
+    def __init__(self, inner: RenderableType) -> None:
+        self._inner = inner
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        for text, style, control in console.render(self._inner, options):
+            yield Segment(text if control else visible_lines(text), style, control)
 
 
 def note(message: str) -> None:
     """Print a remark, which is not an error, as one line on standard error."""
-    remarks().print(Text(f"note: {message}"), soft_wrap=True)
+    remarks().print(Text(f"note: {visible(message)}"), soft_wrap=True)
 
 
 def note_report(report: Report | None) -> None:

@@ -21,6 +21,7 @@ from riglens.core.metric.scores import MetricSettings, Reading
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES, DataReport
 from riglens.core.scene.pog import Pog
+from riglens.core.shown_text import visible
 
 EXPLANATION: dict[Reading, str] = {
     "covered": "S-MIG = minus the entropy that is seen, so S-MS falls as a rig sees more; "
@@ -103,7 +104,7 @@ def scene_lines(field: EntropyField, settings: MetricSettings, source: str) -> I
 def data_line(data: DataReport, source: str) -> str:
     """Name, frames and boxes of a data set in one line."""
     boxes = ", ".join(f"{name} {data.boxes.get(name, 0):,}" for name in CLASSES)
-    return f"{source}: {data.frames:,} frames; boxes: {boxes}"
+    return f"{visible(source)}: {data.frames:,} frames; boxes: {boxes}"
 
 
 def _line(label: str, text: str) -> Text:
@@ -121,7 +122,7 @@ def score_table(evaluations: Sequence[Evaluation]) -> Table:
         digits = decimals(h_total)
         table.add_row(Text(f"{name}, H(Ω) {thousands(h_total, digits)}", "bold"))
         for evaluation in evaluations:
-            table.add_row(Text(f"  {evaluation.rig.name}"), *_figures(evaluation, name, digits))
+            table.add_row(Text(f"  {visible(evaluation.rig.name)}"), *_figures(evaluation, name, digits))
         table.add_section()
     return table
 

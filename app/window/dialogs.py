@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from html import escape
 from pathlib import Path
 from typing import Literal
 
@@ -70,7 +71,7 @@ class Dialogs:
         answer = QMessageBox.question(
             parent,
             "Unsaved changes",
-            f"The rig '{rig_name}' has changes that are not saved.",
+            f"<p>The rig '{escape(rig_name, quote=False)}' has changes that are not saved.</p>",
             button.Save | button.Discard | button.Cancel,
             button.Save,
         )

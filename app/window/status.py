@@ -8,6 +8,7 @@ from PySide6.QtWidgets import QLabel, QStatusBar, QWidget
 from riglens.app.background.tasks import Task
 from riglens.app.evaluation.requests import Approximation, LoadedScene, Result
 from riglens.widgets.panels.messages import ProgressStrip
+from riglens.widgets.panels.style import plain_tip
 
 UPDATING = "updating…"
 NO_DATA = "no box data, no scores"
@@ -24,6 +25,7 @@ class StatusBar(QStatusBar):
         super().__init__(parent)
         self.setSizeGripEnabled(False)
         self.state, self.time, self.scene = QLabel(UPDATING), QLabel(), QLabel()
+        self.scene.setTextFormat(Qt.TextFormat.PlainText)
         self._is_coarse = False
         self._waiting = UPDATING
         self._last: Result | None = None
@@ -87,7 +89,7 @@ class StatusBar(QStatusBar):
             if field.data.unmapped
             else ""
         )
-        self.scene.setToolTip(f"{field.data.source}\n{boxes}{unmapped}")
+        self.scene.setToolTip(plain_tip(f"{field.data.source}\n{boxes}{unmapped}"))
 
 
 def _is_edit(before: Result, after: Result) -> bool:

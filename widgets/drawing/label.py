@@ -8,6 +8,7 @@ import pyvista as pv
 from numpy.typing import NDArray
 from vtkmodules.vtkRenderingCore import vtkActor2D, vtkPolyDataMapper2D, vtkTextActor, vtkTextRenderer
 
+from riglens.core.shown_text import visible_lines
 from riglens.widgets.drawing.camera import Size
 from riglens.widgets.theme import rgb
 
@@ -44,6 +45,11 @@ def text_actor(bold: bool = False, justification: int = 0) -> vtkTextActor:
     font.SetFontFile(BOLD_FONT_FILE if bold else FONT_FILE)
     font.SetJustification(justification)
     return actor
+
+
+def set_words(actor: vtkTextActor, words: str) -> None:
+    """Let an actor show these words as they are: VTK would take those between two dollar signs for mathematics."""
+    actor.SetInput(visible_lines(words).replace("$", "\\$"))
 
 
 def place_text(actor: vtkTextActor, x: float, y: float, font_px: float) -> None:

@@ -7,7 +7,15 @@ import pyvista as pv
 from vtkmodules.vtkRenderingCore import vtkActor2D, vtkRenderer, vtkTextActor
 
 from riglens.widgets.drawing.camera import Size
-from riglens.widgets.drawing.label import ColourBar, Plate, flat_actor, place_text, text_actor, unit_px
+from riglens.widgets.drawing.label import (
+    ColourBar,
+    Plate,
+    flat_actor,
+    place_text,
+    set_words,
+    text_actor,
+    unit_px,
+)
 from riglens.widgets.heatmap.scale import HeatLook, HeatmapData, Tick, bar_colours, bar_ticks
 from riglens.widgets.theme import Palette, rgb
 
@@ -56,9 +64,9 @@ class LegendLayer:
         if data is None:
             return
         self._bar.set_colours(bar_colours(data, look, palette.background))
-        self._title.SetInput(f"{data.title} [{data.unit}]" if data.unit else data.title)
-        self._note.SetInput(data.note if len(data.values) else NO_CELLS)
-        self._slice.SetInput(slice_text(look))
+        set_words(self._title, f"{data.title} [{data.unit}]" if data.unit else data.title)
+        set_words(self._note, data.note if len(data.values) else NO_CELLS)
+        set_words(self._slice, slice_text(look))
         self._ticks = bar_ticks(data, look)[:_MOST_TICKS]
         for number, tick in zip(self._numbers, self._ticks, strict=False):
             number.SetInput(tick.text)
@@ -71,7 +79,7 @@ class LegendLayer:
         if self._data is None or cell_m is None or not len(self._data.values):
             return
         is_coarse = cell_m > 1.001 * self._data.cell_m
-        self._note.SetInput(f"cells of {cell_m:.3g} m while it moves" if is_coarse else self._data.note)
+        set_words(self._note, f"cells of {cell_m:.3g} m while it moves" if is_coarse else self._data.note)
 
     def place(self, size: Size, pixel_ratio: float, crowded: bool = False) -> None:
         """Keep the legend in the corner of a view of this size in pixels; small views get a small one."""

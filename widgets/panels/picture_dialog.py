@@ -90,6 +90,7 @@ class PictureDialog(QDialog):
         self.setWindowTitle("Picture of the view")
         self.preview, self._note = Preview(), QLabel()
         self._note.setObjectName("hint")
+        self._note.setTextFormat(Qt.TextFormat.PlainText)
         self._limits_px = limits_px
         self.width_px, self.height_px = (self._spin(side) for side in size_px)
         self.scale = QComboBox()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from PySide6.QtCore import Signal
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QComboBox, QLabel, QPushButton, QWidget
 
 from riglens.core.errors import InputError
@@ -15,7 +15,7 @@ from riglens.core.study.voxel_choice import LADDER_M, ladder_grids
 from riglens.widgets.panels.fields.edits import IntegerEdit, NumberEdit, full_number
 from riglens.widgets.panels.fields.form import ChoiceBox, Form, read_item, write_item
 from riglens.widgets.panels.fields.quantity import parse_number
-from riglens.widgets.panels.style import MARGIN
+from riglens.widgets.panels.style import MARGIN, plain_tip
 
 AUTO = "Auto"
 VOXEL_TIP = (
@@ -75,10 +75,12 @@ class ScenePanel(Form):
         self._load.clicked.connect(lambda: self.load_wanted.emit(self.choice))
         self.add_wide(self._load)
         self._hint = QLabel()
+        self._hint.setTextFormat(Qt.TextFormat.PlainText)
         self._hint.setObjectName("hint")
         self._hint.setWordWrap(True)
         self.add_wide(self._hint)
         self._picked = QLabel()
+        self._picked.setTextFormat(Qt.TextFormat.PlainText)
         self._picked.setObjectName("hint")
         self._picked.setWordWrap(True)
         self._picked.hide()
@@ -104,7 +106,7 @@ class ScenePanel(Form):
         self._loaded, self._is_nothing_loaded = choice, False
         self._hint.setText(summary)
         self._picked.setText(picked)
-        self._picked.setToolTip(tried)
+        self._picked.setToolTip(plain_tip(tried))
         self._picked.setVisible(bool(picked))
         self.show_subject(choice if is_untouched else self.choice)
 
@@ -116,13 +118,14 @@ class ScenePanel(Form):
 
     @property
     def picked(self) -> tuple[str, str]:
-        """Why the voxel edge in use was chosen, and all that was tried; empty when it was given."""
+        """Why the voxel edge in use was chosen, and the tooltip with all that was tried; empty when it was given."""
         return self._picked.text(), self._picked.toolTip()
 
     # ------------------------------------------------------------------ fields
     def _add_data(self) -> None:
         self.add_heading("Box data set")
         self._name = QLabel()
+        self._name.setTextFormat(Qt.TextFormat.PlainText)
         self._name.setObjectName("boxes")
         self.add_row("Data", [self._name])
         buttons = []
@@ -186,7 +189,7 @@ class ScenePanel(Form):
         super().show_subject(subject)
         path = subject.pog or subject.boxes
         self._name.setText(path.name if path else "Bundled town")
-        self._name.setToolTip(str(path or "A traffic simulation that comes with the program"))
+        self._name.setToolTip(plain_tip(str(path or "A traffic simulation that comes with the program")))
         self._voxel.setCurrentText(AUTO if subject.voxel_m is None else full_number(subject.voxel_m))
         is_other = subject != self._loaded or subject.voxel_m is None
         self._load.setEnabled(is_other or self._is_nothing_loaded)

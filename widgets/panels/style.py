@@ -216,4 +216,4 @@ def _qt_palette(tones: Tones) -> QPalette:
 
 def plain_tip(text: str) -> str:
     """Return a tooltip that shows this text with its line ends."""
-    return f"<p style='white-space: pre-wrap'>{escape(text)}</p>" if text else ""
+    return f"<p style='white-space: pre-wrap'>{escape(text, quote=False)}</p>" if text else ""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from vtkmodules.vtkRenderingCore import vtkActor2D, vtkRenderer, vtkTextActor
 
 from riglens.widgets.drawing.camera import Pixel, Size
-from riglens.widgets.drawing.label import Plate, place_text, text_actor, text_width_px, unit_px
+from riglens.widgets.drawing.label import Plate, place_text, set_words, text_actor, text_width_px, unit_px
 from riglens.widgets.heatmap.legend import LegendLayer
 from riglens.widgets.theme import Palette, mix, rgb
 from riglens.widgets.viewport.scene_state import NO_CAPTION, Caption, SceneState
@@ -56,7 +56,7 @@ class CaptionLayer:
         if not words:
             return
         text = text_actor(bold, justification)
-        text.SetInput(words)
+        set_words(text, words)
         text.GetTextProperty().SetColor(*rgb(colour))
         self._add(text)
         self._texts[place] = text
@@ -136,7 +136,7 @@ class EchoLayer:
         style.SetBackgroundColor(*rgb(palette.background))
         style.SetBackgroundOpacity(0.88)
         style.SetLineSpacing(1.25)
-        self._actor.SetInput("\n".join(f" {line} " for line in text.split("\n")))
+        set_words(self._actor, "\n".join(f" {line} " for line in text.split("\n")))
         width, height = text_size_px(text, pixel_ratio)
         x = min(pixel[0] + _ECHO_OFFSET_PX[0] * pixel_ratio, size[0] - width)
         y = min(size[1] - pixel[1] + _ECHO_OFFSET_PX[1] * pixel_ratio, size[1] - height)

@@ -20,6 +20,7 @@ from riglens.core.rig.model import Rig
 from riglens.core.rig.presets import PRESETS, preset
 from riglens.core.vehicle.mesh_file import mesh_name, mesh_path
 from riglens.widgets.panels.menus import add_entry
+from riglens.widgets.panels.style import plain_tip
 
 if TYPE_CHECKING:
     from riglens.core.formats.base import Format
@@ -181,7 +182,7 @@ class Recent(Feature):
             action = add_entry(self.menu, f"&{number % 10}  {title}", partial(self._files.open_path, path))
             is_there = path.is_file()
             action.setEnabled(is_there)
-            action.setToolTip(str(path) if is_there else f"{path} is not there any more")
+            action.setToolTip(plain_tip(str(path) if is_there else f"{path} is not there any more"))
         self.menu.addSeparator()
         clear = add_entry(self.menu, "Clear list", self.clear)
         clear.setEnabled(bool(self.paths))

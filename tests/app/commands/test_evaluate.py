@@ -130,6 +130,27 @@ def test_a_rig_name_is_printed_as_it_is(riglens, boxes, tmp_path):
     assert "[red]odd[/]" in result.out
 
 
+def test_names_classes_and_files_never_steer_the_terminal(riglens, tmp_path):
+    boxes = tmp_path / "boxes\x1b[2J.csv"
+    boxes.write_text(
+        "seq,frame,cls,x,y,z,length,width,height,yaw\n"
+        "s,0,car,6,0,0.8,4.5,1.9,1.6,0.3\n"
+        "s,0,\x1b]0;owned\x07cart\x9b1m,6,0,0.8,4.5,1.9,1.6,0.3\n"
+    )
+    rig = tmp_path / "odd.yaml"
+    rig.write_text('riglens: 1\nname: "\\x1b[31modd\\nnote: all is well"\nsensors: []\n')
+    for words in (("evaluate", rig), ("data",)):
+        boxes_words = (boxes,) if words[0] == "data" else ("--boxes", boxes, *SMALL_GRID)
+        result = riglens(*words, *boxes_words)
+        assert result.code == 0
+        said = result.out + result.err
+        assert "cart" in said
+        assert not set(said) & {"\x1b", "\x07", "\x9b"}
+        assert not any(line.startswith("note: all is well") for line in said.splitlines())
+    refused = riglens("evaluate", tmp_path / "\x1b[31mnowhere.yaml").refused()
+    assert "\\x1b[31mnowhere.yaml" in refused
+
+
 def test_a_reader_that_goes_away_early_is_no_error(riglens_process, boxes):
     process = riglens_process("evaluate", "W+T", "--boxes", boxes, *SMALL_GRID, "--json", "-")
     assert process.stdout is not None

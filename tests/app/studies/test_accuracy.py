@@ -1,6 +1,7 @@
 """The accuracy study for a reader: its findings in words, its CSV, its chart."""
 
 import csv
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
@@ -50,6 +51,13 @@ def test_the_chart_is_saved_as_png_and_svg_with_the_same_bytes_each_time(study):
     assert picture(figure, "png").startswith(b"\x89PNG")
     assert picture(figure, "svg").startswith(b"<?xml")
     assert picture(chart(study, "made-up boxes"), "svg") == picture(figure, "svg")
+
+
+def test_dollar_signs_in_names_are_no_mathematics(study):
+    named = replace(study, rig=study.rig.replace(name="$\\frac{$ and $x_1$"))
+    figure = chart(named, "boxes $\\bad$")
+    assert not any(text.get_parse_math() for text in figure.texts)
+    assert picture(figure, "png").startswith(b"\x89PNG")
 
 
 def test_one_class_without_boxes_and_one_kind_of_sensor_can_be_drawn():

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from PySide6.QtCore import QPoint, QSettings, Qt
 from PySide6.QtGui import QGuiApplication
-from PySide6.QtWidgets import QLabel, QLineEdit, QToolButton
+from PySide6.QtWidgets import QLabel, QLineEdit, QToolButton, QWidget
 from pytestqt.qtbot import QtBot
 
 from riglens.app.window.settings import Settings
@@ -236,6 +236,22 @@ def test_what_files_say_is_never_read_as_html(bench: Bench) -> None:
     assert "&lt;h1&gt;roof" in bench.panels.tree.item_of("<h1>roof</h1>").toolTip(NAME)
     cell = bench.panels.scores._table.cell("car", "seen change")
     assert "&lt;img" in cell.toolTip()
+
+
+def test_no_remark_is_read_as_html_by_chance(bench: Bench) -> None:
+    labels = [x for x in bench.window.findChildren(QLabel) if x.objectName() in ("hint", "problem")]
+    assert len(labels) >= 5
+    by_chance = {label.text() for label in labels if label.textFormat() != Qt.TextFormat.PlainText}
+    assert by_chance <= {"S-MS", "seen", "seen, nat", "10³ nat"}  # captions that never change
+
+
+def test_tooltips_of_names_and_files_are_plain(bench: Bench, tmp_path: Path) -> None:
+    bench.document.rename("roof", "<b>x")
+    bench.document.select("<b>x")
+    bench.settle()
+    tips = [widget.toolTip() for widget in bench.window.findChildren(QWidget)]
+    assert any("&lt;b&gt;x" in tip for tip in tips)
+    assert not any("<b>x" in tip for tip in tips)
 
 
 # ---------------------------------------------------------------------- pose

@@ -13,6 +13,7 @@ from riglens.app.evaluation.options import AutoVoxel
 from riglens.app.evaluation.scenario import load_scenario
 from riglens.app.evaluation.voxel_words import reason, tried_lines
 from riglens.core.scene.pog_store import save_pog
+from riglens.widgets.panels.style import plain_tip
 from tests.app.window_bench import Bench, choose_item, open_bench, scene_options, type_into
 from tests.core.argoverse_log import random_columns, write_log
 from tests.waiting import TIMEOUT_MS
@@ -47,7 +48,7 @@ def test_auto_scores_on_the_edge_it_picked_and_says_why(qtbot: QtBot, tmp_path: 
         assert f"δ {choice.voxel_m:g} m" in bench.workbench.status.scene.text()
         sentence, table = panel.picked
         assert sentence.startswith(f"Auto picked {reason(choice)}")
-        assert table.splitlines() == list(tried_lines(choice))
+        assert table == plain_tip("\n".join(tried_lines(choice)))
         assert voxel_box(bench).currentText() == "Auto"
 
 

@@ -67,6 +67,13 @@ def test_a_rig_without_scores_has_empty_numbers_in_the_file() -> None:
     assert read["car S-MS (nat)"] == ""
 
 
+@pytest.mark.parametrize("delimiter", [",", "\t"])
+def test_a_name_is_no_formula_in_the_file(delimiter: str) -> None:
+    row = CompareRow("k", '=HYPERLINK("http://x")', "file", preset("W+T"), "@home.yaml")
+    (read,) = csv.DictReader(io.StringIO(table_text([row], delimiter)), delimiter=delimiter)
+    assert (read["rig"], read["where"]) == ('\'=HYPERLINK("http://x")', "'@home.yaml")
+
+
 def test_one_class_has_all_its_scores_and_all_classes_the_main_ones() -> None:
     assert [column.title for column in columns_for("car")] == [
         "Cameras S-MIG", "LiDARs S-MIG", "S-MS", "Seen by any",

@@ -15,6 +15,7 @@ from PySide6.QtGui import QBrush, QColor, QFont
 from riglens.core.metric.scores import ClassScores, Reading, Scores
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
+from riglens.core.shown_text import spreadsheet_cell
 from riglens.widgets.panels.item_views import BAR_COLOUR, BAR_SHARE
 from riglens.widgets.panels.scores.text import (
     COLUMNS,
@@ -111,7 +112,8 @@ def table_text(rows: Sequence[CompareRow], delimiter: str) -> str:
     writer.writerow(["rig", "origin", "where", "LiDARs", "cameras", *titles])
     for row in rows:
         counts = [len(row.rig.lidars()), len(row.rig.cameras())]
-        writer.writerow([row.name, ORIGIN_TITLES[row.origin], row.where, *counts, *_numbers(row.scores)])
+        said = map(spreadsheet_cell, (row.name, ORIGIN_TITLES[row.origin], row.where))
+        writer.writerow([*said, *counts, *_numbers(row.scores)])
     return stream.getvalue()
 
 

@@ -21,7 +21,7 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QLineEdit, QStyle, QStyleOptionFrame, QWidget
 
 from riglens.widgets.panels.fields.quantity import NO_UNIT, Unit, parse_quantity
-from riglens.widgets.panels.style import numbers_font, tones
+from riglens.widgets.panels.style import numbers_font, plain_tip, tones
 
 Value = TypeVar("Value")
 _SUFFIX_GAP_PX = 3
@@ -96,7 +96,7 @@ class ValueEdit(QLineEdit, Generic[Value]):
             self.setProperty("invalid", bool(reason))
             self.style().unpolish(self)
             self.style().polish(self)
-        self.setToolTip(reason or ("" if self._value is None else self._full(self._value)))
+        self.setToolTip(plain_tip(reason or ("" if self._value is None else self._full(self._value))))
         if was_marked and not reason:
             self.unmarked.emit()
 

@@ -67,6 +67,7 @@ class MarginalView(QWidget):
                 grid.addWidget(self._cells[name, key], row, place)
         self._note = QLabel(WAITING)
         self._note.setObjectName("hint")
+        self._note.setTextFormat(Qt.TextFormat.PlainText)
         grid.addWidget(self._note, len(CLASSES) + 1, 0, 1, 4)
         self.setToolTip(NOTE)
 

@@ -216,6 +216,7 @@ class RigForm(Form):
         self._summary = QLabel()
         self._summary.setObjectName("hint")
         self._summary.setWordWrap(True)
+        self._summary.setTextFormat(Qt.TextFormat.PlainText)
         self.add_wide(self._summary)
         self.close_form()
 

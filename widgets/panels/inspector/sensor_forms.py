@@ -19,7 +19,7 @@ from riglens.widgets.panels.fields.quantity import DEGREES, METRES, PIXELS, Unit
 from riglens.widgets.panels.inspector.marginal_view import MarginalView
 from riglens.widgets.panels.inspector.pose_tools import PoseTools
 from riglens.widgets.panels.sensors.rows import derived_rows
-from riglens.widgets.panels.style import numbers_font
+from riglens.widgets.panels.style import numbers_font, plain_tip
 
 STEP_M, STEP_DEG = 0.05, 1.0
 POSE_TIP = (
@@ -81,7 +81,7 @@ class SensorForm(Form):
         model.addItem(_NO_MODEL, None)
         for entry in default_library().entries(self._kind):
             model.addItem(entry.title, entry.name)
-            model.setItemData(model.count() - 1, entry.source, Qt.ItemDataRole.ToolTipRole)
+            model.setItemData(model.count() - 1, plain_tip(entry.source), Qt.ItemDataRole.ToolTipRole)
         model.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
         model.setMinimumContentsLength(8)
         self.add_row("Model", [model], "Choosing a model fills in the fields below")

@@ -177,7 +177,7 @@ def show_loss(row: QTreeWidgetItem, share: float | None, largest: float, tip: st
     row.setFont(LOSS, numbers_font(row.font(LOSS)))
     row.setData(LOSS, BAR_SHARE, None if share is None or largest <= 0.0 else share / largest)
     row.setData(LOSS, BAR_COLOUR, None)
-    row.setToolTip(LOSS, tip)
+    row.setToolTip(LOSS, plain_tip(tip))
     row.setForeground(LOSS, QBrush(QColor(tones().text)))
 
 

@@ -1,0 +1,38 @@
+"""Words from outside (names, classes, notes, files) made safe to show: in a terminal, in a cell of a spreadsheet."""
+
+from __future__ import annotations
+
+import re
+
+_UNSEEN = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
+"""Control characters, line ends and marks that change the direction of writing, halves of characters."""
+_FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r", "＝", "＋", "－", "＠")
+
+
+def visible(text: str) -> str:
+    r"""Return the text on one line, with what would steer a terminal written out: \x1b."""
+    return _UNSEEN.sub(_escaped, text)
+
+
+def visible_lines(text: str) -> str:
+    """Return the text as `visible` does, but with its line ends."""
+    return "\n".join(map(visible, text.split("\n")))
+
+
+def spreadsheet_cell(value: object) -> object:
+    """Return a cell of a table that no spreadsheet takes for a formula; numbers stay, also when they are texts.
+
+    An apostrophe is put in front, as the OWASP advises against CSV injection.
+    """
+    if not isinstance(value, str) or not value.startswith(_FORMULA_STARTS):
+        return value
+    try:
+        float(value)
+    except ValueError:
+        return f"'{value}"
+    return value
+
+
+def _escaped(found: re.Match[str]) -> str:
+    code = ord(found[0])
+    return f"\\x{code:02x}" if code < 0x100 else f"\\u{code:04x}"
