@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from riglens.core.errors import InputError
+from riglens.core.metric.scores import MAX_LAMBDA
 
 if TYPE_CHECKING:  # the model of rigs takes its time, and `riglens --help` needs none
     from riglens.core.rig.model import Rig
@@ -17,6 +17,8 @@ Triple = tuple[float, float, float]
 
 DEFAULT_RIG = "W+T"
 DEFAULT_TOLERANCE_PP = 1.0
+MAX_FRAMES = 1_000_000_000
+MAX_THREADS = 1024
 MIN_SIDE_PX, MAX_SIDE_PX, MAX_SCALE = 64, 8192, 4
 """Sides of a picture before it is enlarged, and how many times it may be."""
 
@@ -33,6 +35,13 @@ HEAT_TITLES: dict[HeatMode, str] = {
 """What the heatmap can show: the modes by their keys, and what they are called."""
 
 
+def check_whole(option: str, value: int, most: int) -> None:
+    """Raise InputError that names the option when a whole number is below 1 or above `most`."""
+    if not 1 <= value <= most:
+        found = value if abs(value) < 10**15 else f"a number of {len(str(abs(value)))} digits"
+        raise InputError(f"{option}: found {found}, accepted is a whole number from 1 to {most:,}")
+
+
 @dataclass(frozen=True)
 class ScoreOptions:
     """How the score is computed; checked here so that a typing error costs no evaluation."""
@@ -43,10 +52,11 @@ class ScoreOptions:
     threads: int | None = None
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.camera_weight) and self.camera_weight >= 0.0):
-            raise InputError(f"--lambda: found {self.camera_weight:g}, accepted is a finite number from 0 up")
-        if self.threads is not None and self.threads < 1:
-            raise InputError(f"--threads: found {self.threads}, accepted is a whole number from 1 up")
+        if not 0.0 <= self.camera_weight <= MAX_LAMBDA:
+            found = f"{self.camera_weight:g}"
+            raise InputError(f"--lambda: found {found}, accepted is a number from 0 to {MAX_LAMBDA:,.0f}")
+        if self.threads is not None:
+            check_whole("--threads", self.threads, MAX_THREADS)
 
 
 @dataclass(frozen=True)
@@ -68,8 +78,8 @@ class AutoVoxel:
 class SceneOptions:
     """Which boxes and which grid; None means "not said" (the bundled scenario, the default grid).
 
-    `auto` takes the place of a voxel edge; `find_ground` puts the ground at z = 0, by the bottoms of the boxes. The
-    numbers are checked where they are used: by grid and readers.
+    `auto` takes the place of a voxel edge; `find_ground` puts the ground at z = 0, by the bottoms of the boxes. What
+    concerns the data and the grid is checked where it is used: by readers and grid.
     """
 
     boxes: Path | None = None
@@ -81,6 +91,10 @@ class SceneOptions:
     pog: Path | None = None
     auto: AutoVoxel | None = None
     find_ground: bool = False
+
+    def __post_init__(self) -> None:
+        if self.frames is not None:
+            check_whole("--frames", self.frames, MAX_FRAMES)
 
     @property
     def files(self) -> tuple[Path, ...]:

@@ -10,6 +10,7 @@ Method = Literal["exact", "bresenham"]
 READINGS: tuple[Reading, ...] = ("covered", "residual", "hits")
 METHODS: tuple[Method, ...] = ("exact", "bresenham")
 DEFAULT_LAMBDA = 0.1
+MAX_LAMBDA = 1e6
 
 
 @dataclass(frozen=True)

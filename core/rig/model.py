@@ -12,8 +12,6 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from riglens.core.geometry import Pose
 
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-
 
 class Frozen(BaseModel):
     """Immutable, strict, no unknown keys; fields are addressed by the names of the YAML file."""
@@ -71,12 +69,19 @@ MAX_LISTED_RAYS = 1 << 23
 Metres = Annotated[float, Field(allow_inf_nan=False, ge=-1e7, le=1e7)]
 Positive = Annotated[float, Field(allow_inf_nan=False, gt=0.0)]
 Length = Annotated[float, Field(allow_inf_nan=False, gt=0.0, le=100.0)]
+VehicleLength = Annotated[float, Field(allow_inf_nan=False, ge=0.1, le=100.0)]
+Degrees = Annotated[float, Field(allow_inf_nan=False, ge=-1e6, le=1e6)]
+"""Thousands of turns, and still exact to 1e-10 degrees."""
+FieldOfView = Annotated[float, Field(allow_inf_nan=False, ge=0.01, le=179.9)]
+FocalLength = Annotated[float, Field(allow_inf_nan=False, ge=1e-4, le=1e9)]
+"""In pixels; any field of view that is accepted has such a one, whatever the image."""
+PrincipalPoint = Annotated[float, Field(allow_inf_nan=False, ge=-1e6, le=1e6)]
 Elevation = Annotated[float, Field(allow_inf_nan=False, ge=-90.0, le=90.0)]
 Azimuth = Annotated[float, Field(allow_inf_nan=False, ge=-360.0, le=360.0)]
 Name = Annotated[str, Field(min_length=1, max_length=200)]
 Pixels = Annotated[int, Field(ge=1, le=20_000)]
 Position = tuple[Metres, Metres, Metres]
-Angles3 = tuple[Finite, Finite, Finite]
+Angles3 = tuple[Degrees, Degrees, Degrees]
 
 
 class EvenAngles(Frozen):
@@ -202,11 +207,11 @@ class Camera(_Mounted):
 
     kind: Literal["camera"] = "camera"
     image: tuple[Pixels, Pixels] = (1600, 900)
-    hfov_deg: Annotated[float, Field(gt=0.0, lt=180.0)] | None = None
-    fx: Positive | None = None
-    fy: Positive | None = None
-    cx: Finite | None = None
-    cy: Finite | None = None
+    hfov_deg: FieldOfView | None = None
+    fx: FocalLength | None = None
+    fy: FocalLength | None = None
+    cx: PrincipalPoint | None = None
+    cy: PrincipalPoint | None = None
     distortion: Distortion | None = None
     cast: tuple[Pixels, Pixels] = (352, 128)
 
@@ -269,9 +274,9 @@ class Vehicle(Frozen):
     """
 
     body: Name = "sedan"
-    length: Length = 4.6
-    width: Length = 1.9
-    height: Length = 1.45
+    length: VehicleLength = 4.6
+    width: VehicleLength = 1.9
+    height: VehicleLength = 1.45
     rear_axle_x: Metres = -1.35
     mesh: MeshPlacement = MeshPlacement()
 

@@ -29,7 +29,7 @@ ACCEPTED = (
     "x y z roll pitch yaw, the seven x y z qx qy qz qw, or a 4 x 4 matrix"
 )
 MAX_CHARACTERS = 4000
-MAX_METRES = 1e7
+MAX_METRES, MAX_DEGREES = 1e7, 1e6
 _RIGID_TOLERANCE = 1e-3
 """Matrices and quaternions are often printed with four digits; anything farther from a rotation is refused."""
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
@@ -145,7 +145,7 @@ def _pose(position_m: tuple[float, ...], rpy_deg: tuple[float, ...]) -> Pose:
 
 
 def _checked(pose: Pose) -> Pose:
-    is_finite = all(map(math.isfinite, (*pose.position_m, *pose.rpy_deg)))
-    if not is_finite or max(map(abs, pose.position_m)) > MAX_METRES:
+    is_near = all(abs(metres) <= MAX_METRES for metres in pose.position_m)  # which no NaN is
+    if not is_near or not all(abs(degrees) <= MAX_DEGREES for degrees in pose.rpy_deg):
         raise InputError(f"pose: found a number that is not finite or too large; {ACCEPTED}")
     return pose

@@ -11,6 +11,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from riglens.core.shown_text import visible
+
 CLASSES = ("car", "bicycle", "pedestrian")
 Progress = Callable[[float], None]
 """Called with the fraction done, 0 to 1; it may raise to cancel the work."""
@@ -49,8 +51,8 @@ class DataReport:
 
     @property
     def short_source(self) -> str:
-        """The data set's short name: that of its file or folder, without the path."""
-        return os.path.basename(self.source.rstrip("/")) or self.source
+        """The data set's short name to show: that of its file or folder, without the path."""
+        return visible(os.path.basename(self.source.rstrip("/")) or self.source)
 
 
 class BoxSource(Protocol):

@@ -14,6 +14,8 @@ from riglens.core.geometry import Vec3
 
 DEFAULT_ROI_M = (60.0, 40.0, 4.0)
 DEFAULT_VOXEL_M = 0.10
+MIN_VOXEL_M, MAX_VOXEL_M = 1e-4, 1e3
+MAX_SIDE_M = 1e5
 MAX_COLUMNS = 1 << 31
 """The kernels number columns (x, y) in 32 bits."""
 MAX_VOXELS = 1 << 40
@@ -24,7 +26,7 @@ _DIVIDES_TOLERANCE = 1e-6
 class VoxelGrid:
     """ROI x in [-L/2, L/2), y in [-W/2, W/2), z in [0, H), cut into cubes of edge `voxel_m` (metres).
 
-    Raises InputError when a number is not positive and finite, when delta does not divide the ROI (no half
+    Raises InputError when a number is not positive or out of the limits, when delta does not divide the ROI (no half
     voxels: the stated ROI is exactly what is computed) or when the index would overflow.
     """
 
@@ -32,8 +34,10 @@ class VoxelGrid:
     roi_m: Vec3 = DEFAULT_ROI_M
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.voxel_m) and self.voxel_m > 0.0):
-            raise InputError(f"voxel: found {self.voxel_m}, accepted is a positive edge length in metres")
+        if not MIN_VOXEL_M <= self.voxel_m <= MAX_VOXEL_M:
+            accepted = f"a positive edge length in metres, {MIN_VOXEL_M:g} to {MAX_VOXEL_M:g}"
+            why = ", which makes the grid too large" if 0.0 < self.voxel_m < MIN_VOXEL_M else ""
+            raise InputError(f"voxel: found {self.voxel_m}{why}, accepted is {accepted}")
         for name, length in zip("LWH", self.roi_m, strict=True):
             self._check_side(name, length)
         nx, ny, nz = self.shape
@@ -43,8 +47,9 @@ class VoxelGrid:
             )
 
     def _check_side(self, name: str, length: float) -> None:
-        if not (math.isfinite(length) and length > 0.0):
-            raise InputError(f"roi {name}: found {length}, accepted is a positive length in metres")
+        if not 0.0 < length <= MAX_SIDE_M:
+            accepted = f"a positive length in metres, at most {MAX_SIDE_M:g}"
+            raise InputError(f"roi {name}: found {length}, accepted is {accepted}")
         count = length / self.voxel_m
         whole = round(count)
         if whole < 1 or abs(count - whole) > _DIVIDES_TOLERANCE * max(1.0, whole) ** 0.5:

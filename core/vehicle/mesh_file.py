@@ -24,7 +24,9 @@ _POLL_S = 0.05
 
 def mesh_path(body: str, folder: Path | None) -> Path:
     """Return the path of a vehicle's mesh file; `vehicle.body` is relative to the folder of the rig file."""
-    path = Path(body).expanduser()
+    path = Path(body)
+    with contextlib.suppress(RuntimeError):  # ~name where nobody has that name: a folder may be called so
+        path = path.expanduser()
     return path if path.is_absolute() or folder is None else folder / path
 
 

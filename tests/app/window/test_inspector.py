@@ -118,8 +118,8 @@ REFUSED = [
     ("roof", "elevations_deg.count", "2.5", "whole number"),
     ("roof", "range_max", "0", "greater than 0"),
     ("roof", "range_min", "inf", "Range must be"),
-    ("front", "hfov_deg", "180", "less than 180"),
-    ("front", "hfov_deg", "-5", "greater than 0"),
+    ("front", "hfov_deg", "180", "less than or equal to 179.9"),
+    ("front", "hfov_deg", "-5", "greater than or equal to 0.01"),
     ("front", "cast_columns", "161", "must not exceed the image"),
 ]
 

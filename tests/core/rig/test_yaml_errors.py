@@ -155,7 +155,7 @@ def test_the_files_these_tests_break_are_fine() -> None:
             "    positon: [1",
             "11: sensors[1].positon: unknown field; did you mean 'position'? accepted are",
         ),
-        ("length: 4.6", "length: 0", "3: vehicle.length: found 0; accepted is metres above 0, at most 100"),
+        ("length: 4.6", "length: 0", "3: vehicle.length: found 0; accepted is metres, 0.1 to 100"),
         ("length: 4.6", "lenght: 4", "3: vehicle.lenght: unknown field; did you mean 'length'?"),
         (
             "{body: sedan, length: 4.6}",
@@ -274,7 +274,7 @@ def test_a_broken_field_of_a_sensor_is_refused(line: str, expected: str) -> None
         (
             "hfov_deg: 70",
             "hfov_deg: -70",
-            "6: sensors[0].hfov_deg: found -70; accepted is degrees above 0 and below 180",
+            "6: sensors[0].hfov_deg: found -70; accepted is degrees, 0.01 to 179.9",
         ),
         ("hfov_deg: 70", "hfov_deg: 0", "6: sensors[0].hfov_deg: found 0; accepted is"),
         ("hfov_deg: 70", "hfov_deg: 180", "6: sensors[0].hfov_deg: found 180; accepted is"),

@@ -5,12 +5,10 @@ Estimates can be shown in their place for a moment: marked ≈, in italics, with
 
 from __future__ import annotations
 
-import math
-
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QMenu, QSizePolicy, QToolButton, QVBoxLayout, QWidget
 
-from riglens.core.metric.scores import READINGS, MetricSettings, Scores
+from riglens.core.metric.scores import MAX_LAMBDA, READINGS, MetricSettings, Scores
 from riglens.widgets.panels.fields.edits import NumberEdit
 from riglens.widgets.panels.fields.form import ChoiceBox
 from riglens.widgets.panels.icons import icon
@@ -156,8 +154,8 @@ class ScoresPanel(QWidget):
 
     # ------------------------------------------------------------------ what the user does
     def _on_weight(self, value: float) -> None:
-        if not (math.isfinite(value) and value >= 0.0):
-            self._weight.mark(f"λ: found {value:g}, accepted is a number of at least 0")
+        if not 0.0 <= value <= MAX_LAMBDA:
+            self._weight.mark(f"λ: found {value:g}, accepted is a number from 0 to {MAX_LAMBDA:,.0f}")
             return
         self._want(MetricSettings(self._settings.method, self._settings.reading, value))
 

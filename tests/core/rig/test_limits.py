@@ -1,0 +1,90 @@
+"""Numbers that no car and no camera has are refused by name; the limits themselves give rays."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from riglens.core.errors import InputError
+from riglens.core.rig.model import Camera, Vehicle
+from riglens.core.rig.pose_text import parse_pose
+from riglens.core.rig.yaml.file import dumps, loads
+from riglens.core.sensing.rays import sensor_rays
+from riglens.core.vehicle.mesh_file import mesh_path, read_mesh
+from tests.core.builders import rig_of
+
+VEHICLE = "riglens: 1\nname: odd\nvehicle: {{{}}}\nsensors: []\n"
+CAMERA = "riglens: 1\nname: odd\nsensors:\n  - {{name: C, kind: camera, position: [0, 0, 1], {}}}\n"
+LENS = {"fx": "1000", "fy": "1000", "cx": "800", "cy": "450"}
+
+
+def lens(**changes: str) -> str:
+    return CAMERA.format(", ".join(f"{key}: {value}" for key, value in (LENS | changes).items()))
+
+
+REFUSED = [
+    (CAMERA.format("hfov_deg: 5.0e-324"), "hfov_deg: found 5.0e-324; accepted is degrees, 0.01 to 179.9"),
+    (CAMERA.format("hfov_deg: 179.99999999999997"), "accepted is degrees, 0.01 to 179.9"),
+    (lens(fx="1.0e308"), "fx: found 1.0e308; accepted is pixels, 1e-4 to 1e9"),
+    (lens(fy="1.0e-320"), "fy: found 1.0e-320; accepted is pixels, 1e-4 to 1e9"),
+    (lens(cx="1.0e308"), "cx: found 1.0e308; accepted is pixels, -1e6 to 1e6"),
+    (lens(cy="-1.0e308"), "cy: found -1.0e308; accepted is pixels, -1e6 to 1e6"),
+    (CAMERA.format("hfov_deg: 70, rpy_deg: [0, 0, 1.0e308]"), "rpy_deg: found [0, 0, 1.0e+308]; accepted is"),
+    (VEHICLE.format("length: 1.0e-4"), "vehicle.length: found 1.0e-4; accepted is metres, 0.1 to 100"),
+    (VEHICLE.format("width: 5.0e-324"), "vehicle.width: found 5.0e-324; accepted is metres, 0.1 to 100"),
+    (VEHICLE.format("height: 0.09"), "vehicle.height: found 0.09; accepted is metres, 0.1 to 100"),
+    (VEHICLE.format("mesh: {rpy_deg: [1.0e300, 0, 0]}"), "vehicle.mesh.rpy_deg: found [1.0e+300, 0, 0]"),
+    ('riglens: 1\nname: "half \\ud800"\nsensors: []\n', "name: found"),
+]
+
+
+@pytest.mark.parametrize(("text", "message"), REFUSED)
+def test_a_number_out_of_the_limits_is_refused_by_name(text: str, message: str) -> None:
+    with pytest.raises(InputError) as error:
+        loads(text, "odd.yaml")
+    assert str(error.value).startswith("odd.yaml:") and message in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+AT_THE_LIMIT = [
+    {"hfov_deg": 0.01},
+    {"hfov_deg": 179.9},
+    *({"fx": f, "fy": f, "cx": 800.0, "cy": 450.0} for f in (1e-4, 1e9)),
+    *({"fx": f, "fy": 1.0, "cx": c, "cy": -c} for f in (1e-4, 1e9) for c in (1e6, -1e6)),
+    {"hfov_deg": 70.0, "rpy_deg": (1e6, -1e6, 1e6)},
+]
+
+
+@pytest.mark.parametrize("fields", AT_THE_LIMIT)
+def test_rays_at_the_limits_are_directions_and_the_rig_is_kept(fields: dict[str, object]) -> None:
+    camera = Camera(name="C", position=(0.0, 0.0, 1.0), cast=(8, 4), **fields)  # type: ignore[arg-type]
+    directions = sensor_rays(camera).directions
+    assert np.allclose(np.linalg.norm(directions, axis=-1), 1.0, rtol=1e-9)
+    assert loads(dumps(rig_of(camera))).rig == rig_of(camera)
+
+
+@pytest.mark.parametrize("image", [(1, 1), (20_000, 20_000)])
+@pytest.mark.parametrize("hfov_deg", [0.01, 179.9])
+def test_every_field_of_view_has_a_focal_length(image: tuple[int, int], hfov_deg: float) -> None:
+    narrow = Camera(name="C", position=(0.0, 0.0, 1.0), image=image, cast=(1, 1), hfov_deg=hfov_deg)
+    fx, fy, cx, cy = narrow.intrinsics_px()
+    assert narrow.replace(hfov_deg=None, fx=fx, fy=fy, cx=cx, cy=cy).intrinsics_px() == (fx, fy, cx, cy)
+
+
+def test_the_smallest_and_the_largest_vehicle_are_vehicles() -> None:
+    assert Vehicle(length=0.1, width=0.1, height=0.1) != Vehicle(length=100.0, width=100.0, height=100.0)
+
+
+@pytest.mark.parametrize("text", ["0 0 1 0 0 1e308", "0 0 1 0 0 1000001", "0 0 1e8 0 0 0"])
+def test_a_pasted_pose_has_the_same_limits(text: str) -> None:
+    with pytest.raises(InputError, match="too large"):
+        parse_pose(text)
+
+
+def test_a_home_folder_that_nobody_has_is_no_such_file(tmp_path: Path) -> None:
+    path = mesh_path("~nosuchuser/x.glb", tmp_path)
+    assert path == tmp_path / "~nosuchuser" / "x.glb"
+    with pytest.raises(InputError, match=r"vehicle\.body: .*x\.glb: no such file"):
+        read_mesh(path)
