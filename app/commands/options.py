@@ -14,14 +14,17 @@ from riglens.core.errors import InputError
 
 SCENE = Group("Scene: boxes and grid", sort_key=10)
 SCORE = Group("Score", sort_key=20)
+MAX_DIGITS = 40
 BUILD = Group("Build", sort_key=30)
 
 
 def whole_number(_: Any, tokens: Sequence[Token]) -> int:
     """A whole number as written; 1.5 is not rounded."""
     found = tokens[0].value
-    if not found.strip().lstrip("+-").isdecimal():
-        raise ValueError(f"found {found}, accepted is a whole number")
+    digits = found.strip().lstrip("+-")
+    if not digits.isdecimal() or len(digits) > MAX_DIGITS:
+        shown = found if len(found) <= MAX_DIGITS else f"{found[:MAX_DIGITS]}…"
+        raise ValueError(f"found {shown}, accepted is a whole number")
     return int(found)
 
 

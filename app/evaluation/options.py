@@ -17,7 +17,6 @@ Triple = tuple[float, float, float]
 
 DEFAULT_RIG = "W+T"
 DEFAULT_TOLERANCE_PP = 1.0
-MAX_FRAMES = 1_000_000_000
 MAX_THREADS = 1024
 MIN_SIDE_PX, MAX_SIDE_PX, MAX_SCALE = 64, 8192, 4
 """Sides of a picture before it is enlarged, and how many times it may be."""
@@ -35,13 +34,6 @@ HEAT_TITLES: dict[HeatMode, str] = {
 """What the heatmap can show: the modes by their keys, and what they are called."""
 
 
-def check_whole(option: str, value: int, most: int) -> None:
-    """Raise InputError that names the option when a whole number is below 1 or above `most`."""
-    if not 1 <= value <= most:
-        found = value if abs(value) < 10**15 else f"a number of {len(str(abs(value)))} digits"
-        raise InputError(f"{option}: found {found}, accepted is a whole number from 1 to {most:,}")
-
-
 @dataclass(frozen=True)
 class ScoreOptions:
     """How the score is computed; checked here so that a typing error costs no evaluation."""
@@ -55,8 +47,9 @@ class ScoreOptions:
         if not 0.0 <= self.camera_weight <= MAX_LAMBDA:
             found = f"{self.camera_weight:g}"
             raise InputError(f"--lambda: found {found}, accepted is a number from 0 to {MAX_LAMBDA:,.0f}")
-        if self.threads is not None:
-            check_whole("--threads", self.threads, MAX_THREADS)
+        if self.threads is not None and not 1 <= self.threads <= MAX_THREADS:
+            found = self.threads if abs(self.threads) < 1 << 64 else "a very large number"
+            raise InputError(f"--threads: found {found}, accepted is a whole number from 1 to {MAX_THREADS}")
 
 
 @dataclass(frozen=True)
@@ -78,8 +71,8 @@ class AutoVoxel:
 class SceneOptions:
     """Which boxes and which grid; None means "not said" (the bundled scenario, the default grid).
 
-    `auto` takes the place of a voxel edge; `find_ground` puts the ground at z = 0, by the bottoms of the boxes. What
-    concerns the data and the grid is checked where it is used: by readers and grid.
+    `auto` takes the place of a voxel edge; `find_ground` puts the ground at z = 0, by the bottoms of the boxes. The
+    numbers are checked where they are used: by grid and readers.
     """
 
     boxes: Path | None = None
@@ -91,10 +84,6 @@ class SceneOptions:
     pog: Path | None = None
     auto: AutoVoxel | None = None
     find_ground: bool = False
-
-    def __post_init__(self) -> None:
-        if self.frames is not None:
-            check_whole("--frames", self.frames, MAX_FRAMES)
 
     @property
     def files(self) -> tuple[Path, ...]:

@@ -141,6 +141,7 @@ def test_a_missing_calibration_is_named(tmp_path: Path) -> None:
         ("0 1 Car 1 2 3", "found 6 values, accepted are 17 or 18"),
         ("x 1 " + CAR.format(x=0, y=1, z=9, ry=0), "frame: found 'x'"),
         ("-1 1 " + CAR.format(x=0, y=1, z=9, ry=0), "frame: found '-1'"),
+        ("999999999 1 " + CAR.format(x=0, y=1, z=9, ry=0), "frame: found '999999999', accepted is a whole"),
         ("0 1 " + CAR.format(x="abc", y=1, z=9, ry=0), "x: found 'abc', accepted is a finite number"),
         ("0 1 " + CAR.format(x=0, y=1, z="nan", ry=0), "z: found 'nan'"),
         ("0 1 " + CAR.format(x=0, y=1, z=9, ry=0).replace("4.5", "-1"), "length: found -1"),

@@ -234,7 +234,7 @@ def test_nuscenes_tables_that_are_held_in_memory_are_bounded(
     sound = nuscenes_folder(tmp_path)
     (victim,) = (file for file in sound.files if file.stem == name)
     records = json.loads(victim.read_text())
-    extra = [records[0] | {"token": f"more {number}"} for number in range(200)]
+    extra = [records[0] | {"token": f"more {number}", "timestamp": number} for number in range(200)]
     monkeypatch.setattr(nuscenes_tables, "MAX_KEPT_RECORDS", 150)
     assert list(open_boxes(sound.path).batches())
     victim.write_text(json.dumps(records + extra))

@@ -2,6 +2,7 @@
 
 import gzip
 import json
+import math
 import tempfile
 from collections import Counter
 from pathlib import Path
@@ -158,6 +159,10 @@ def every(**fields: object):  # type: ignore[no-untyped-def]
         ("instance", every(category_token="?"), "'category_token': found '?'"),
         ("sample_annotation", every(instance_token="?"), "'instance_token': found '?'"),
         ("sample", lambda r: r[0].pop("timestamp") and None, "'timestamp': found nothing"),
+        ("sample", every(timestamp=math.nan), "'timestamp': found 'nan'"),
+        ("sample", every(timestamp=-1), "'timestamp': found '-1'"),
+        ("sample", every(timestamp=10**400), "'timestamp': found '1000"),
+        ("sample", every(timestamp=5), "a time that no other sample of the scene has"),
         ("category", every(name=7), "'name': found '7', accepted is text"),
         ("sample_annotation", lambda r: "[1]", "record 1: found no '{'"),
         ("sample_annotation", lambda r: "{}", "found no '['"),

@@ -14,6 +14,7 @@ from riglens.core.errors import InputError
 from riglens.core.scene.boxes import CLASSES
 
 IGNORE = "ignore"
+NO_BOX_CALLED = "class map: no box is called"
 UNMAPPED = -1
 """Code of a name that belongs to no class."""
 
@@ -70,6 +71,8 @@ class ClassTable:
 
     names: Mapping[str, str]
     overrides: Mapping[str, str] = field(default_factory=dict)
+    met: set[str] = field(default_factory=set, compare=False, repr=False)
+    """Names of the overrides that the data held so far, in lower case."""
 
     def __post_init__(self) -> None:
         for name, cls in self.overrides.items():
@@ -78,13 +81,27 @@ class ClassTable:
 
     def effective(self) -> dict[str, str]:
         """Return the table after the overrides: {lower-case name: class name}, without ignored names."""
-        chosen = {**self.names, **{name.strip().lower(): cls for name, cls in self.overrides.items()}}
+        chosen = {**self.names, **self._overridden()}
         return {name: cls for name, cls in sorted(chosen.items()) if cls != IGNORE}
 
     def codes(self, names: Iterable[str]) -> list[int]:
         """Return the index into CLASSES for each name, or UNMAPPED."""
         codes = {name: CLASSES.index(cls) for name, cls in self.effective().items()}
-        return [codes.get(name.strip().lower(), UNMAPPED) for name in names]
+        asked = [name.strip().lower() for name in names]
+        self.met.update(self._overridden().keys() & set(asked))
+        return [codes.get(name, UNMAPPED) for name in asked]
+
+    def never_met(self) -> list[str]:
+        """Return a sentence for each override whose name was in none of the data so far."""
+        return [f"{NO_BOX_CALLED} {name!r}" for name in self._overridden() if name not in self.met]
+
+    def idle(self) -> list[tuple[str, str]]:
+        """Return the overrides that leave the table as it is, sorted."""
+        said = self._overridden().items()
+        return sorted((name, cls) for name, cls in said if self.names.get(name, IGNORE) == cls)
+
+    def _overridden(self) -> dict[str, str]:
+        return {name.strip().lower(): cls for name, cls in self.overrides.items()}
 
 
 def parse_class_map(pairs: Iterable[str]) -> dict[str, str]:

@@ -20,7 +20,7 @@ from riglens.core.errors import InputError
 from riglens.core.geometry import Vec3
 from riglens.core.scene.boxes import CLASSES, BoxBatch, DataReport, Progress
 from riglens.core.scene.limits import MAX_FRAMES, one_line, open_regular, require_few_names
-from riglens.core.scene.readers.classes import ClassTable
+from riglens.core.scene.readers.classes import NO_BOX_CALLED, ClassTable
 
 MAX_POSITION_M = 1e6
 MAX_SIZE_M = 1e3
@@ -117,6 +117,8 @@ class FileBoxSource(ABC):
         options = self.options
         origin = [float(value).hex() for value in options.origin_m]
         digest.update(repr((origin, options.frames, list(options.classes.effective().items()))).encode())
+        if options.classes.idle():  # they change no box, but a note may be about them
+            digest.update(repr(options.classes.idle()).encode())
         with readable(self.path):
             for file in self._files():
                 name = b"" if file == self.path else bytes(file.relative_to(self.path))
@@ -146,7 +148,7 @@ class FileBoxSource(ABC):
             boxes,
             tally.unmapped,
             self.content_hash,
-            tuple(tally.notes),
+            (*tally.notes, *self.options.classes.never_met()),
             tally.sequences,
         )
         return report if self.options.is_part else with_all_frames(report, self.options.frames)
@@ -160,7 +162,10 @@ def require_frames(frames: int | None) -> None:
 
 
 def added_up(name: str, sha256: str, reports: Sequence[DataReport]) -> DataReport:
-    """Return one report for several sets of frames; notes that several share appear once."""
+    """Return one report for several sets of frames; notes that several share appear once.
+
+    A name of the class map that one of them does not know is no news, as long as another does.
+    """
     unmapped = Counter[str]()
     for report in reports:
         unmapped.update(report.unmapped)
@@ -171,9 +176,13 @@ def added_up(name: str, sha256: str, reports: Sequence[DataReport]) -> DataRepor
         {cls: sum(report.boxes[cls] for report in reports) for cls in CLASSES},
         unmapped,
         sha256,
-        tuple(dict.fromkeys(note for report in reports for note in report.notes)),
+        tuple(dict.fromkeys(note for report in reports for note in report.notes if _holds(note, reports))),
         sum(report.sequences for report in reports),
     )
+
+
+def _holds(note: str, reports: Sequence[DataReport]) -> bool:
+    return not note.startswith(NO_BOX_CALLED) or all(note in report.notes for report in reports)
 
 
 def with_all_frames(report: DataReport, frames: int | None) -> DataReport:

@@ -40,6 +40,8 @@ MAX_LINE_BYTES = 4096
 MAX_LINES = 500_000
 _TEXT_FILE = "a KITTI text file"
 _FILES_PER_BATCH = 256
+_FRAME_DIGITS = 6
+"""The files of a KITTI drive are called by six digits; a sequence is as long as its last frame says."""
 _BOX_FIELDS = ("height", "width", "length", "x", "y", "z", "rotation_y")
 _CALIB_SIZES = {"R_rect": 9, "Tr_velo_cam": 12}
 _CALIB_SPELLINGS = {
@@ -234,8 +236,9 @@ def _text_lines(path: Path) -> Iterator[tuple[int, str]]:
 
 
 def _frame(place: str, text: str) -> int:
-    if not text.isdecimal() or len(text) > 9:
-        raise InputError(f"{place}: frame: found {shown(text)}, accepted is a whole number of at least 0")
+    if not text.isdecimal() or len(text) > _FRAME_DIGITS:
+        accepted = f"a whole number of at least 0, of at most {_FRAME_DIGITS} digits"
+        raise InputError(f"{place}: frame: found {shown(text)}, accepted is {accepted}")
     return int(text)
 
 

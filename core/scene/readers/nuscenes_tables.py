@@ -38,6 +38,8 @@ MAX_RECORDS = 50_000_000
 MAX_KEPT_RECORDS = 1_000_000
 """Records of a table that is held in memory: samples, instances, categories, sensors and their calibrations."""
 _QUATERNION_TOLERANCE = 0.01
+_LATEST = 1e19
+"""A time stamp in microseconds, or in nanoseconds, of this century."""
 V = TypeVar("V")
 
 
@@ -165,12 +167,15 @@ class NuscenesTables:
     def _numbered_samples(self, progress: Progress) -> tuple[dict[str, int], int]:
         """Return frame by token, scenes in the order of their first sample, samples by time; and how many scenes."""
         table, scenes = self.table("sample"), dict[str, int]()
-        rows = []
+        rows, taken = [], set[tuple[int, float]]()
         for record in table.records(self.share("sample", progress), MAX_KEPT_RECORDS):
             scene = scenes.setdefault(table.text(record, "scene_token"), len(scenes))
             time = record.fields.get("timestamp")
-            if type(time) not in (int, float):
-                raise table.fail(record, "timestamp", "a number")
+            if type(time) not in (int, float) or not 0 <= time <= _LATEST:
+                raise table.fail(record, "timestamp", f"a number from 0 to {_LATEST:g}")
+            if (scene, time) in taken:
+                raise table.fail(record, "timestamp", "a time that no other sample of the scene has")
+            taken.add((scene, time))
             rows.append((scene, time, table.text(record, "token")))
         tokens = dict.fromkeys(token for *_, token in sorted(rows))
         return {token: place for place, token in enumerate(tokens)}, len(scenes)

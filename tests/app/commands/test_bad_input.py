@@ -179,10 +179,13 @@ def test_a_bad_npy_file_is_refused_and_never_unpickled(riglens, tmp_path, conten
         (("--roi", "1e308", "40", "4"), "accepted is a positive length in metres, at most 100000"),
         (
             ("--frames", str(10**30)),
-            "--frames: found a number of 31 digits, accepted is a whole number from 1",
+            "frames: found a very large number, accepted is a whole number from 1 to 1000000000",
         ),
         (("--frames", "9" * 5000), "--frames"),
-        (("--threads", str(10**30)), "--threads: found a number of 31 digits"),
+        (
+            ("--threads", str(10**30)),
+            "--threads: found a very large number, accepted is a whole number from 1 to 1024",
+        ),
         (("--threads", "0"), "--threads"),
         (("--threads", "1.5"), "--threads"),
         (("--method", "guess"), "bresenham"),

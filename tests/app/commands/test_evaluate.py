@@ -124,6 +124,33 @@ def test_a_class_can_be_mapped_or_ignored_by_the_user(riglens, boxes):
     assert json.loads(result.out)["data"]["boxes"] == {"car": 2, "bicycle": 0, "pedestrian": 2}
 
 
+def test_a_class_map_for_names_that_no_box_has_is_told(riglens, boxes, tmp_path):
+    mapped = (
+        "--classes",
+        "nosuch=car",
+        "--classes",
+        "bicyle=ignore",
+        "--classes",
+        "Shopping_Cart=pedestrian",
+    )
+    words = ("evaluate", "Line", "--boxes", boxes, *SMALL_GRID)
+    for result in (riglens(*words, *mapped), riglens(*words, *mapped)):  # the second from the cache
+        told = [line for line in result.err.splitlines() if "class map" in line]
+        assert told == [
+            "note: class map: no box is called 'nosuch'",
+            "note: class map: no box is called 'bicyle'",
+        ]
+    for idle in ((), ("--classes", "CAR=car")):
+        assert "class map" not in riglens(*words, *idle).err
+    folder = tmp_path / "logs"
+    folder.mkdir()
+    text = boxes.read_text()
+    (folder / "one.csv").write_text(text)
+    (folder / "two.csv").write_text(text.replace("shopping_cart", "dog").replace("s,", "t,"))
+    result = riglens("data", folder, *mapped)
+    assert "no box is called 'nosuch'" in result.err and "cart" not in result.err
+
+
 def test_a_rig_name_is_printed_as_it_is(riglens, boxes, tmp_path):
     (tmp_path / "odd.yaml").write_text("riglens: 1\nname: '[red]odd[/]'\nsensors: []\n")
     result = riglens("evaluate", tmp_path / "odd.yaml", "--boxes", boxes, *SMALL_GRID)
