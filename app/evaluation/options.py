@@ -48,8 +48,8 @@ class ScoreOptions:
             found = f"{self.camera_weight:g}"
             raise InputError(f"--lambda: found {found}, accepted is a number from 0 to {MAX_LAMBDA:,.0f}")
         if self.threads is not None and not 1 <= self.threads <= MAX_THREADS:
-            found = self.threads if abs(self.threads) < 1 << 64 else "a very large number"
-            raise InputError(f"--threads: found {found}, accepted is a whole number from 1 to {MAX_THREADS}")
+            shown = f"{self.threads}" if abs(self.threads) < 1 << 64 else "a very large number"
+            raise InputError(f"--threads: found {shown}, accepted is a whole number from 1 to {MAX_THREADS}")
 
 
 @dataclass(frozen=True)

@@ -23,6 +23,7 @@ from matplotlib.transforms import Bbox
 
 from riglens.app.studies.accuracy_text import caption, edge_text, point_text, verdicts
 from riglens.core.scene.grid import DEFAULT_VOXEL_M
+from riglens.core.shown_text import visible
 from riglens.core.study.accuracy import AccuracyStudy, MethodName, Point
 
 PictureFormat = Literal["png", "svg"]
@@ -59,12 +60,8 @@ class _Panel:
 
 def chart(study: AccuracyStudy, source: str) -> Figure:
     """The chart; `source` names the data set."""
-    literal = {
-        "font.family": "DejaVu Sans",
-        "font.size": 9.5,
-        "text.parse_math": False,
-    }  # rigs may be called $x$
-    with matplotlib.rc_context(literal):
+    # rigs may be called $x$
+    with matplotlib.rc_context({"font.family": "DejaVu Sans", "font.size": 9.5, "text.parse_math": False}):
         figure = Figure(figsize=SIZE_IN, dpi=DPI, facecolor="white")
         FigureCanvasAgg(figure)
         axes = figure.subplots(1, 2, sharey=True)
@@ -171,7 +168,7 @@ def _words(figure: Figure, study: AccuracyStudy, source: str) -> None:
     figure.text(
         0.012,
         0.965,
-        f"Time against error: ways to score rig {study.rig.name}",
+        f"Time against error: ways to score rig {visible(study.rig.name)}",
         fontsize=15,
         weight="bold",
         color=INK,

@@ -9,6 +9,7 @@ from riglens.app.studies.files import csv_text
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.grid import DEFAULT_VOXEL_M
+from riglens.core.shown_text import visible
 from riglens.core.study.accuracy import AccuracyStudy, MethodName, Point, Wrong
 
 TITLES: dict[MethodName, str] = {
@@ -71,7 +72,7 @@ def caption(study: AccuracyStudy, source: str) -> str:
     count, processors = study.plan.repetitions, os.cpu_count() or 1
     runs = f"median of {count} alternating runs" if count > 1 else "one run"
     return (
-        f"{source}, {study.frames:,} frames · rig {study.rig.name}: {sensors_text(study.rig)} · "
+        f"{source}, {study.frames:,} frames · rig {visible(study.rig.name)}: {sensors_text(study.rig)} · "
         f"{study.own.threads} threads on {processors} processors (plain DDA: 1) · {runs}"
     )
 

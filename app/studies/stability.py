@@ -38,6 +38,7 @@ from riglens.core.study.stability_metric import MetricStudy, RayLattice, Stabili
 QUICK = StabilityPlan(
     edge_factors=(4.0, 2.0), lattices=(RayLattice((176, 64)), RayLattice((704, 256))), resamples=5
 )
+MAX_EDITS = 1_000_000
 FILES = ("stability.html", "stability-methods.csv", "stability-metric.csv")
 STYLES = {"ok": "green", "fails": "bold red", "n.a.": "dim"}
 WORDS = {"ok": "holds", "fails": "fails", "n.a.": "n.a."}
@@ -45,8 +46,8 @@ WORDS = {"ok": "holds", "fails": "fails", "n.a.": "n.a."}
 
 def study(scene: SceneOptions, score: ScoreOptions, folder: Path, quick: bool, edits: int | None) -> None:
     """Run both parts of the study and write the results into a folder."""
-    if edits is not None and edits < 1:
-        raise InputError(f"--edits: found {edits}, accepted is a whole number from 1 up")
+    if edits is not None and not 1 <= edits <= MAX_EDITS:
+        raise InputError(f"--edits: found {edits}, accepted is a whole number from 1 to {MAX_EDITS}")
     require_folder(folder, FILES)
     field = load_with_progress(scene)[1]
     plan = replace(

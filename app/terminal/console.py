@@ -14,22 +14,22 @@ from rich.text import Text
 from riglens.core.formats.report import Report
 from riglens.core.shown_text import visible, visible_lines
 
-_LITERAL: dict[str, bool] = {"highlight": False, "markup": False, "emoji": False}
 PIPE_WIDTH = 120
 """Columns when standard output is a file or a pipe: wide enough that no number is cut off."""
 
 
 def results() -> Console:
     """Return the console for results; in a pipe its width does not depend on the terminal."""
-    return _console(Console(width=None if sys.stdout.isatty() else PIPE_WIDTH, **_LITERAL))
+    return _console(width=None if sys.stdout.isatty() else PIPE_WIDTH)
 
 
 def remarks() -> Console:
     """Return the console for progress, notes and warnings."""
-    return _console(Console(stderr=True, **_LITERAL))
+    return _console(stderr=True)
 
 
-def _console(console: Console) -> Console:
+def _console(stderr: bool = False, width: int | None = None) -> Console:
+    console = Console(stderr=stderr, width=width, highlight=False, markup=False, emoji=False)
     console.push_render_hook(_WritesOut())
     return console
 

@@ -15,6 +15,8 @@ from typing import Any
 
 from PySide6.QtCore import QObject, Qt, Signal
 
+from riglens.core.shown_text import visible_lines
+
 LOG = "riglens.log"
 LOG_BYTES = 500_000
 
@@ -40,7 +42,7 @@ def failures_told(told: Any, folder: Path) -> Iterator[None]:
     def tell(kind: type[BaseException], error: BaseException, where: TracebackType | None) -> None:
         details = "".join(traceback.format_exception(kind, error, where))
         logger.error("unexpected failure\n%s", details)
-        print(details, file=sys.stderr, end="")
+        print(visible_lines(details), file=sys.stderr, end="")
         log = f" The log is {folder / LOG}." if handler is not None else ""
         message = f"Unexpected failure: {kind.__name__}: {error}. The rig is as it was; you can go on and save it.{log}"
         teller.failed.emit(message, details)

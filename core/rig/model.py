@@ -68,7 +68,7 @@ MAX_LISTED_RAYS = 1 << 23
 
 Metres = Annotated[float, Field(allow_inf_nan=False, ge=-1e7, le=1e7)]
 Positive = Annotated[float, Field(allow_inf_nan=False, gt=0.0)]
-Length = Annotated[float, Field(allow_inf_nan=False, gt=0.0, le=100.0)]
+Length = Annotated[float, Field(allow_inf_nan=False, ge=1e-3, le=100.0)]
 VehicleLength = Annotated[float, Field(allow_inf_nan=False, ge=0.1, le=100.0)]
 Degrees = Annotated[float, Field(allow_inf_nan=False, ge=-1e6, le=1e6)]
 """Thousands of turns, and still exact to 1e-10 degrees."""

@@ -171,7 +171,7 @@ class NuscenesTables:
         for record in table.records(self.share("sample", progress), MAX_KEPT_RECORDS):
             scene = scenes.setdefault(table.text(record, "scene_token"), len(scenes))
             time = record.fields.get("timestamp")
-            if type(time) not in (int, float) or not 0 <= time <= _LATEST:
+            if isinstance(time, bool) or not isinstance(time, (int, float)) or not 0 <= time <= _LATEST:
                 raise table.fail(record, "timestamp", f"a number from 0 to {_LATEST:g}")
             if (scene, time) in taken:
                 raise table.fail(record, "timestamp", "a time that no other sample of the scene has")

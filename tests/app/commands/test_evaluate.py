@@ -146,7 +146,7 @@ def test_a_class_map_for_names_that_no_box_has_is_told(riglens, boxes, tmp_path)
     folder.mkdir()
     text = boxes.read_text()
     (folder / "one.csv").write_text(text)
-    (folder / "two.csv").write_text(text.replace("shopping_cart", "dog").replace("s,", "t,"))
+    (folder / "two.csv").write_text(text.replace("shopping_cart", "dog").replace("\ns,", "\nt,"))
     result = riglens("data", folder, *mapped)
     assert "no box is called 'nosuch'" in result.err and "cart" not in result.err
 
