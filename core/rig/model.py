@@ -72,8 +72,8 @@ Length = Annotated[float, Field(allow_inf_nan=False, ge=1e-3, le=100.0)]
 VehicleLength = Annotated[float, Field(allow_inf_nan=False, ge=0.1, le=100.0)]
 Degrees = Annotated[float, Field(allow_inf_nan=False, ge=-1e6, le=1e6)]
 """Thousands of turns, and still exact to 1e-10 degrees."""
-FieldOfView = Annotated[float, Field(allow_inf_nan=False, ge=0.01, le=179.9)]
-FocalLength = Annotated[float, Field(allow_inf_nan=False, ge=1e-4, le=1e9)]
+FieldOfView = Annotated[float, Field(allow_inf_nan=False, ge=0.001, le=179.9)]
+FocalLength = Annotated[float, Field(allow_inf_nan=False, ge=1e-4, le=1e10)]
 """In pixels; any field of view that is accepted has such a one, whatever the image."""
 PrincipalPoint = Annotated[float, Field(allow_inf_nan=False, ge=-1e6, le=1e6)]
 Elevation = Annotated[float, Field(allow_inf_nan=False, ge=-90.0, le=90.0)]

@@ -75,9 +75,9 @@ ACCEPTED = {
     "sensors[].azimuths_deg.count": "a whole number, 1 to 100000",
     "sensors[].azimuth_offsets_deg": "a list of degrees, one per beam, each -360 to 360",
     "sensors[].image": _PIXELS,
-    "sensors[].hfov_deg": "degrees, 0.01 to 179.9",
-    "sensors[].fx": "pixels, 1e-4 to 1e9",
-    "sensors[].fy": "pixels, 1e-4 to 1e9",
+    "sensors[].hfov_deg": "degrees, 0.001 to 179.9",
+    "sensors[].fx": "pixels, 1e-4 to 1e10",
+    "sensors[].fy": "pixels, 1e-4 to 1e10",
     "sensors[].cx": "pixels, -1e6 to 1e6",
     "sensors[].cy": "pixels, -1e6 to 1e6",
     "sensors[].distortion": "{model: brown_conrady, k1, k2, p1, p2, k3 to k6} or "

@@ -119,7 +119,7 @@ REFUSED = [
     ("roof", "range_max", "0", "greater than 0"),
     ("roof", "range_min", "inf", "Range must be"),
     ("front", "hfov_deg", "180", "less than or equal to 179.9"),
-    ("front", "hfov_deg", "-5", "greater than or equal to 0.01"),
+    ("front", "hfov_deg", "-5", "greater than or equal to 0.001"),
     ("front", "cast_columns", "161", "must not exceed the image"),
 ]
 

@@ -82,8 +82,8 @@ def cameras(names: st.SearchStrategy[str]) -> st.SearchStrategy[Camera]:
         "image": st.tuples(*[st.integers(400, 20_000)] * 2),
         "cast": st.tuples(*[st.integers(1, 400)] * 2),
     }
-    focal, centre = numbers(1e-4, 1e9), numbers(-1e6, 1e6)
-    by_angle = st.builds(Camera, **common(names, "camera"), **size, hfov_deg=numbers(0.01, 179.9))
+    focal, centre = numbers(1e-4, 1e10), numbers(-1e6, 1e6)
+    by_angle = st.builds(Camera, **common(names, "camera"), **size, hfov_deg=numbers(0.001, 179.9))
     by_matrix = st.builds(
         Camera,
         **common(names, "camera"),

@@ -274,7 +274,7 @@ def test_a_broken_field_of_a_sensor_is_refused(line: str, expected: str) -> None
         (
             "hfov_deg: 70",
             "hfov_deg: -70",
-            "6: sensors[0].hfov_deg: found -70; accepted is degrees, 0.01 to 179.9",
+            "6: sensors[0].hfov_deg: found -70; accepted is degrees, 0.001 to 179.9",
         ),
         ("hfov_deg: 70", "hfov_deg: 0", "6: sensors[0].hfov_deg: found 0; accepted is"),
         ("hfov_deg: 70", "hfov_deg: 180", "6: sensors[0].hfov_deg: found 180; accepted is"),
