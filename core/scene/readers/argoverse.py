@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
 from riglens.core.scene.boxes import BoxBatch, Progress, rotations_from_quaternions
-from riglens.core.scene.limits import one_line
+from riglens.core.scene.limits import MAX_NAME_CHARS, one_line, open_regular, require_few_names
 from riglens.core.scene.readers.classes import UNMAPPED
 from riglens.core.scene.readers.common import (
     ACCEPTED_POSITION,
@@ -29,11 +29,15 @@ from riglens.core.scene.readers.common import (
     readable,
     select,
 )
+from riglens.core.scene.readers.feather_sizes import MAGIC_BYTES, Sizes, feather_sizes
 
 NUMBERS = ("tx_m", "ty_m", "tz_m", "length_m", "width_m", "height_m", "qw", "qx", "qy", "qz")
 MAX_FILE_BYTES = 1 << 26
-MAX_ROWS = 5_000_000
+MAX_ROWS = 500_000
 """A log of 15 seconds has some twenty thousand; this bounds the memory, since rows may come in any order."""
+MAX_FULL_BYTES = 1 << 28
+MAX_BATCHES = 10_000
+_LOG = "the annotations of one log"
 
 _QUATERNION_TOLERANCE = 0.01
 
@@ -49,9 +53,7 @@ class ArgoverseSource(FileBoxSource):
         time = table["timestamp_ns"].cast(pa.int64()).to_numpy()
         _, frame = np.unique(time, return_inverse=True)
         tally.frames = int(frame.max(initial=-1)) + 1
-        category = table["category"].combine_chunks().dictionary_encode()
-        names = [str(name) for name in category.dictionary.to_pylist()]
-        code = category.indices.to_numpy().astype(np.intp)
+        names, code = category_names(self.path, table["category"])
         cls = np.asarray(self.options.classes.codes(names), dtype=np.int64)[code]
         missed = np.bincount(code[cls == UNMAPPED], minlength=len(names))
         tally.miss({name: int(n) for name, n in zip(names, missed, strict=True) if n}, self.path)
@@ -67,30 +69,58 @@ class ArgoverseSource(FileBoxSource):
 
 def _table(path: Path) -> pa.Table:
     """Return the columns that are needed, complete and of a type that fits; raise InputError otherwise."""
-    if path.stat().st_size > MAX_FILE_BYTES:
-        raise InputError(
-            f"{path}: larger than {MAX_FILE_BYTES >> 20} MiB, accepted are the annotations of one log"
-        )
-    needed = ("timestamp_ns", "category", *NUMBERS)
-    with readable(path), _feather_errors(path), pa.OSFile(str(path)) as file:
-        reader = pa.ipc.open_file(file)
+    needed = ["timestamp_ns", "category", *NUMBERS]
+    with readable(path), _feather_errors(path):
+        content = _content(path)
+        pa.ipc.open_file(content)  # complete up to its end
+        stream = content.slice(MAGIC_BYTES)
+        _require_small(path, feather_sizes(stream))
+        schema = pa.ipc.open_stream(stream).schema
         for name in needed:
-            _check_type(path, reader.schema, name)
-        batches, rows = [], 0
-        for index in range(reader.num_record_batches):
-            batch = reader.get_batch(index).select(list(needed))
+            _check_type(path, schema, name)
+        fields = [schema.get_field_index(name) for name in needed]
+        options = pa.ipc.IpcReadOptions(included_fields=fields)
+        batches = list(pa.ipc.open_stream(stream, options=options))
+        for batch in batches:
             batch.validate(full=True)
-            rows += batch.num_rows
-            if rows > MAX_ROWS:
-                raise InputError(
-                    f"{path}: more than {MAX_ROWS} rows, accepted are the annotations of one log"
-                )
-            batches.append(batch)
-        table = pa.Table.from_batches(batches, reader.schema.empty_table().select(list(needed)).schema)
+        columns = schema.empty_table().select(needed).schema
+        table = pa.Table.from_batches([batch.select(needed) for batch in batches], columns)
     for name in needed:
         if table[name].null_count:
             raise InputError(f"{path}: column {name!r}: found no value, accepted is one in every row")
     return table
+
+
+def _content(path: Path) -> pa.Buffer:
+    """Return the bytes of a file, which must not be larger than a log's."""
+    with open_regular(path, _LOG) as file:
+        data = file.read(MAX_FILE_BYTES + 1)
+    if len(data) > MAX_FILE_BYTES:
+        raise InputError(f"{path}: larger than {MAX_FILE_BYTES >> 20} MiB, accepted are {_LOG}")
+    return pa.py_buffer(data)
+
+
+def _require_small(path: Path, sizes: Sizes) -> None:
+    """Raise InputError when the file would expand to more than any log has."""
+    if sizes.rows > MAX_ROWS:
+        raise InputError(f"{path}: more than {MAX_ROWS} rows, accepted are {_LOG}")
+    if sizes.full_bytes > MAX_FULL_BYTES:
+        raise InputError(f"{path}: expands to more than {MAX_FULL_BYTES >> 20} MiB, accepted are {_LOG}")
+    if sizes.batches > MAX_BATCHES:
+        raise InputError(f"{path}: more than {MAX_BATCHES} batches of rows, accepted are {_LOG}")
+
+
+def category_names(path: Path, column: pa.ChunkedArray) -> tuple[list[str], NDArray[np.intp]]:
+    """Return the distinct names in a column, and the index of its name for every row."""
+    category = column.combine_chunks().dictionary_encode()
+    used, code = np.unique(category.indices.to_numpy(), return_inverse=True)
+    require_few_names(used, path)
+    names = [str(name) for name in category.dictionary.take(pa.array(used)).to_pylist()]
+    if any(len(name) > MAX_NAME_CHARS for name in names):
+        raise InputError(
+            f"{path}: column 'category': found a name of more than {MAX_NAME_CHARS} characters, accepted are fewer"
+        )
+    return names, code.astype(np.intp)
 
 
 @contextmanager
@@ -98,7 +128,7 @@ def _feather_errors(path: Path) -> Iterator[None]:
     """Turn what Arrow says about broken bytes into an InputError."""
     try:
         yield
-    except (pa.ArrowException, MemoryError, UnicodeDecodeError, KeyError, ValueError) as error:
+    except (pa.ArrowException, MemoryError, UnicodeDecodeError, KeyError, IndexError, ValueError) as error:
         if isinstance(error, InputError):
             raise
         raise InputError(f"{path}: damaged Feather file ({one_line(str(error), 120)})") from error

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
 from riglens.core.scene.boxes import BoxBatch, Progress, rotations_from_yaw
-from riglens.core.scene.limits import MAX_NAME_CHARS, one_line
+from riglens.core.scene.limits import MAX_NAME_CHARS, one_line, open_regular
 from riglens.core.scene.readers.classes import UNMAPPED
 from riglens.core.scene.readers.common import (
     BadBox,
@@ -35,6 +35,7 @@ from riglens.core.scene.readers.csv_rows import (
     header_names,
 )
 from riglens.core.scene.readers.frames import FrameCounter, RowError, WholeFrames
+from riglens.core.scene.readers.parquet_pages import MAX_ROWS, dictionary_columns, require_footer
 from riglens.core.scene.readers.text_blocks import TextBlock, text_blocks
 
 PARQUET_MAGIC = b"PAR1"
@@ -142,7 +143,7 @@ class ParquetSource(TableSource):
             _check_type(path, name, schema.field(name).type)
 
     def _pieces(self, progress: Progress) -> Iterator[Piece]:
-        with _parquet_file(self.path) as file:
+        with _parquet_file(self.path, as_dictionaries=True) as file:
             total, start = max(1, file.metadata.num_rows), 0
             for batch in file.iter_batches(batch_size=_PARQUET_ROWS, columns=list(NEEDED), use_threads=False):
                 place = _row_place(self.path, start)
@@ -150,6 +151,8 @@ class ParquetSource(TableSource):
                 if batch.num_rows:
                     yield _piece(pa.Table.from_batches([batch]), place)
                 start += batch.num_rows
+                if start > MAX_ROWS:
+                    raise InputError(f"{self.path}: more than {MAX_ROWS} rows, accepted are fewer")
                 progress(start / total)
 
 
@@ -162,11 +165,22 @@ def is_parquet(path: Path) -> bool:
 
 
 @contextmanager
-def _parquet_file(path: Path) -> Iterator[parquet.ParquetFile]:
-    """Yield an open Parquet file; whatever is wrong with its bytes, also later on, becomes an InputError."""
+def _parquet_file(path: Path, as_dictionaries: bool = False) -> Iterator[parquet.ParquetFile]:
+    """Yield an open Parquet file; whatever is wrong with its bytes, also later on, becomes an InputError.
+
+    as_dictionaries: check what its pages expand to, and read texts without repeating them.
+    """
     try:
-        with parquet.ParquetFile(path, buffer_size=_PARQUET_BUFFER_BYTES, pre_buffer=False) as file:
-            yield file
+        with open_regular(path, "a Parquet table") as raw:
+            require_footer(path, raw)
+            how = {"buffer_size": _PARQUET_BUFFER_BYTES, "pre_buffer": False}
+            with parquet.ParquetFile(path, **how) as file:
+                if not as_dictionaries:
+                    yield file
+                    return
+                names = dictionary_columns(path, raw, file.metadata, NEEDED)
+            with parquet.ParquetFile(path, read_dictionary=names, **how) as file:
+                yield file
     except (pa.ArrowException, MemoryError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: damaged Parquet file ({one_line(str(error), 120)})") from error
     except OSError as error:
@@ -197,8 +211,9 @@ def _names(column: pa.ChunkedArray) -> Names:
     if not pa.types.is_dictionary(column.type):
         column = column.cast(pa.string()).dictionary_encode()
     array = column.unify_dictionaries().combine_chunks()
-    distinct = [str(name) for name in array.dictionary.to_pylist()]
-    return Names(distinct, array.indices.to_numpy().astype(np.intp))
+    used, codes = np.unique(array.indices.to_numpy(), return_inverse=True)
+    distinct = [str(name) for name in array.dictionary.take(pa.array(used)).to_pylist()]
+    return Names(distinct, codes.astype(np.intp))
 
 
 def _check_type(path: Path, name: str, kind: pa.DataType) -> None:
