@@ -1,4 +1,4 @@
-"""Writing files so that an interrupted run leaves neither half a file nor a destroyed old one."""
+"""Reading regular files alone, and writing files so that an interrupted run leaves no half and destroys no old one."""
 
 from __future__ import annotations
 
@@ -16,13 +16,41 @@ import sys
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
-from typing import IO, Any, Literal, overload
+from typing import IO, Any, BinaryIO, Literal, overload
 
 import psutil
 
 from riglens.core.errors import InputError
 
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+
+
+def open_regular(path: str | os.PathLike[str], accepted: str) -> BinaryIO:
+    """Open a file for reading; raise InputError for a device, pipe or socket, which may have no end or never answer.
+
+    `accepted` describes in the message what the file should have been. Raise OSError as `open` does.
+    """
+    # a pipe that nobody writes to would keep an ordinary `open` waiting
+    descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+    try:
+        _require_regular(path, os.fstat(descriptor), accepted)
+        return os.fdopen(descriptor, "rb")
+    except BaseException:
+        os.close(descriptor)
+        raise
+
+
+def _require_regular(path: str | os.PathLike[str], status: os.stat_result, accepted: str) -> None:
+    if stat.S_ISDIR(status.st_mode):
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
+    if not stat.S_ISREG(status.st_mode):
+        raise InputError(f"{_shown(path)}: found {_kind(status.st_mode)}, accepted is {accepted}")
+
+
+def _kind(mode: int) -> str:
+    if stat.S_ISFIFO(mode):
+        return "a pipe"
+    return "a device" if stat.S_ISCHR(mode) or stat.S_ISBLK(mode) else "something that is not a file"
 
 
 @overload

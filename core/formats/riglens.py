@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import re
 
+from riglens.core.errors import InputError
+from riglens.core.files import open_regular
 from riglens.core.formats.base import Exported, Format, Imported
 from riglens.core.formats.mounts import ReadOptions
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import Source
 from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.file import dumps, load_rig
+from riglens.core.rig.yaml.nodes import MAX_BYTES
 
 TITLE = "RigLens rig YAML"
 _HEAD = re.compile(r"^['\"]?riglens['\"]?\s*:", re.MULTILINE)
-_LOOK_BYTES = 4_000_000
 
 
 def recognises(source: Source) -> bool:
@@ -21,9 +23,9 @@ def recognises(source: Source) -> bool:
     if source.is_folder or source.suffix not in (".yaml", ".yml"):
         return False
     try:
-        with source.path.open("rb") as stream:
-            return _HEAD.search(stream.read(_LOOK_BYTES).decode("utf-8", "replace")) is not None
-    except OSError:
+        with open_regular(source.path, "a rig file") as stream:
+            return _HEAD.search(stream.read(MAX_BYTES).decode("utf-8", "replace")) is not None
+    except (OSError, InputError):
         return True
 
 

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
+from riglens.core.files import open_regular
 from riglens.core.geometry import Vec3
 from riglens.core.rig.yaml.nodes import parse_yaml, plain_value, shortened, shown_path
 
@@ -252,6 +253,17 @@ def parse_xml(text: str, where: str) -> Element:
 MAX_JSON_BYTES = 16_000_000
 MAX_TEXT_BYTES = 1_000_000
 MAX_YAML_BYTES = 200_000
+MAX_TOML_BYTES = 200_000
+MAX_JSON_VALUES = 2_000_000
+"""Commas and brackets, which come before each value; an empty list of two characters takes 64 bytes of memory."""
+MAX_DOTS = 500
+"""In a line of TOML; the parser's time grows with the square of a key's parts."""
+MAX_BYTES = {
+    ".json": MAX_JSON_BYTES,
+    ".yaml": MAX_YAML_BYTES,
+    ".yml": MAX_YAML_BYTES,
+    ".toml": MAX_TOML_BYTES,
+}
 _BOM = "\ufeff"
 _OPENCV_HEADER = re.compile(r"\A%YAML:1\.[0-9][ \t]*(?=\r?$)", re.MULTILINE)
 _OPENCV_MATRIX = re.compile(r"(:[ \t]+)!!opencv-matrix(?=[ \t\r]*(?:[{#]|$))", re.MULTILINE)
@@ -296,8 +308,7 @@ class Source:
     @cached_property
     def text(self) -> str:
         """The text of the file, UTF-8; raise InputError when it is missing, too large or not text."""
-        limit = {".json": MAX_JSON_BYTES, ".yaml": MAX_YAML_BYTES, ".yml": MAX_YAML_BYTES}
-        content = _content(self.path, self.where, self.is_packed, limit.get(self.suffix, MAX_TEXT_BYTES))
+        content = _content(self.path, self.where, self.is_packed, MAX_BYTES.get(self.suffix, MAX_TEXT_BYTES))
         if b"\0" in content:
             raise InputError(f"{self.where}: not a text file; accepted is text in UTF-8")
         try:
@@ -322,6 +333,11 @@ class Source:
     @cached_property
     def toml(self) -> Value:
         """The TOML document; raise InputError with what is wrong."""
+        for number, line in enumerate(self.text.split("\n"), 1):
+            if line.count(".") > MAX_DOTS:
+                raise InputError(
+                    f"{self.where}:{number}: more than {MAX_DOTS} dots in a line; accepted is a rig file"
+                )
         return Value(self._parsed(tomllib.loads), self.where)
 
     @cached_property
@@ -348,7 +364,7 @@ def _without_opencv(text: str) -> str:
 
 def _content(path: Path, where: str, is_packed: bool, limit: int) -> bytes:
     try:
-        with gzip.open(path) if is_packed else path.open("rb") as stream:
+        with open_regular(path, "a rig file") as file, gzip.open(file) if is_packed else file as stream:
             content: bytes = stream.read(limit + 1)
     except FileNotFoundError as error:
         raise InputError(f"{where}: no such file") from error
@@ -364,6 +380,8 @@ def _content(path: Path, where: str, is_packed: bool, limit: int) -> bytes:
 
 
 def _load_json(text: str) -> Any:
+    if sum(map(text.count, ",[{")) > MAX_JSON_VALUES:
+        raise ValueError(f"more than {MAX_JSON_VALUES} values; accepted is a rig file")
     return json.loads(text, object_pairs_hook=_unique, parse_constant=_refuse_constant)
 
 

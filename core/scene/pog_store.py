@@ -14,10 +14,10 @@ import numpy as np
 
 from riglens.core.cache_folder import cache_folder, keep
 from riglens.core.errors import InputError
-from riglens.core.files import atomic_write
+from riglens.core.files import atomic_write, open_regular
 from riglens.core.scene.boxes import BoxSource, Progress
 from riglens.core.scene.grid import VoxelGrid
-from riglens.core.scene.limits import one_line, open_regular
+from riglens.core.scene.limits import one_line
 from riglens.core.scene.pog import Pog, build_pog
 from riglens.core.scene.pog_checks import read_content
 

@@ -13,7 +13,7 @@ from riglens.core.files import atomic_write
 from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.check import check_rig, rig_from_nodes
 from riglens.core.rig.yaml.edit import edited_text
-from riglens.core.rig.yaml.nodes import Plain, parse_yaml, read_text, shown_path
+from riglens.core.rig.yaml.nodes import MAX_BYTES, MAX_VALUES, Plain, parse_yaml, read_text, shown_path
 from riglens.core.rig.yaml.text import plain_fields, rig_text, same_value, vehicle_fields
 
 LATER_FIELDS = ("mirror_of", "azimuth_offsets_deg", "distortion")
@@ -45,11 +45,14 @@ class RigFile:
     def save(self, path: str | os.PathLike[str], rig: Rig | None = None) -> RigFile:
         """Write the file, with that rig if one is given, and return the file as it now is on the disk.
 
-        Raise InputError when the rig is not valid or the file cannot be written; the old file then stays.
+        Raise InputError when the rig is not valid, too large to be read again, or the file cannot be written; the old
+        file then stays.
         """
         file = self if rig is None else self.updated(rig)
+        content = file.text.encode("utf-8")
+        _require_readable(file.text, len(content), shown_path(path))
         with atomic_write(path) as stream:
-            stream.write(file.text.encode("utf-8"))
+            stream.write(content)
         return RigFile(file.rig, file.text, Path(path))
 
 
@@ -95,6 +98,14 @@ def _hashed_fields(rig: Rig) -> dict[str, Plain]:
 def same_rig(one: Rig, other: Rig) -> bool:
     """Return whether two rigs are the same to the last bit."""
     return same_value(plain_fields(one), plain_fields(other))
+
+
+def _require_readable(text: str, size_bytes: int, where: str) -> None:
+    """Raise InputError for what exceeds the limits of reading."""
+    if size_bytes > MAX_BYTES:
+        raise InputError(f"{where}: would be larger than {MAX_BYTES / 1e6:g} MB, which no rig file may be")
+    if size_bytes > MAX_VALUES:  # each value takes two characters or more
+        parse_yaml(text.removeprefix(_BOM), where)
 
 
 def _says(text: str, rig: Rig) -> bool:

@@ -1,7 +1,7 @@
 """YAML text as nodes that know their position, read within the limits that untrusted files need.
 
 Only plain data is accepted: scalars, lists and mappings. Tags, anchors and aliases are refused (they build
-objects or blow up a small file), and so are duplicate keys, deep nesting and very large files.
+objects or blow up a small file), and so are duplicate keys, deep nesting and very large or very full files.
 """
 
 from __future__ import annotations
@@ -10,7 +10,6 @@ import os
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 from typing import NoReturn, TypeAlias
 
 from ruamel.yaml import YAML
@@ -27,10 +26,15 @@ from ruamel.yaml.events import (
 )
 
 from riglens.core.errors import InputError
+from riglens.core.files import open_regular
 
 MAX_BYTES = 1_000_000
+MAX_VALUES = 100_000
+"""Words, numbers, lists and mappings: two seconds of reading."""
 MAX_DEPTH = 12
 
+_LONG_TAG = re.compile(r"(?<![^\s,:\[{])!\S{200}")
+"""The parser's time grows with the square of a tag's length."""
 _INT = re.compile(r"[-+]?[0-9]+")
 _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
 Plain: TypeAlias = "bool | int | float | str | tuple[Plain, ...] | dict[str, Plain] | None"
@@ -98,6 +102,9 @@ def parse_yaml(text: str, where: str) -> Node:
     """
     if len(text) > MAX_BYTES:
         raise InputError(f"{where}: {len(text)} characters, accepted are at most {MAX_BYTES}")
+    if tag := _LONG_TAG.search(text):
+        line = text.count("\n", 0, tag.start()) + 1
+        raise InputError(f"{where}:{line}: tags are not accepted, found {shortened(tag[0])}")
     try:
         return _NodeBuilder(text, where).document()
     except MarkedYAMLError as error:
@@ -143,7 +150,7 @@ class _NodeBuilder:
     """Turns the parser's events into nodes; stops at the first thing that is not plain data."""
 
     def __init__(self, text: str, where: str) -> None:
-        self._text, self._where = text, where
+        self._text, self._where, self._count = text, where, 0
         self._events: Iterator[Event] = iter(YAML(typ="safe", pure=True).parse(text))
 
     def document(self) -> Node:
@@ -169,6 +176,9 @@ class _NodeBuilder:
             self._refuse(event, "anchors and aliases (& and *) are not accepted; write the values out")
         if (tag := getattr(event, "tag", None)) is not None:
             self._refuse(event, f"tags are not accepted, found {shortened(str(tag))}")
+        self._count += 1
+        if self._count > MAX_VALUES:
+            self._refuse(event, f"more than {MAX_VALUES} values")
         if depth > MAX_DEPTH:
             self._refuse(event, f"nested more than {MAX_DEPTH} levels deep")
         if isinstance(event, ScalarEvent):
@@ -256,7 +266,7 @@ def shown_path(path: str | os.PathLike[str]) -> str:
 
 def _content(path: str | os.PathLike[str], where: str, accepted: str) -> bytes:
     try:
-        with Path(path).open("rb") as stream:
+        with open_regular(path, accepted) as stream:
             content = stream.read(MAX_BYTES + 1)
     except FileNotFoundError as error:
         raise InputError(f"{where}: no such file") from error

@@ -15,8 +15,9 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
+from riglens.core.files import open_regular
 from riglens.core.scene.boxes import BoxBatch, Progress, rotations_from_quaternions
-from riglens.core.scene.limits import MAX_NAME_CHARS, one_line, open_regular, require_few_names
+from riglens.core.scene.limits import MAX_NAME_CHARS, one_line, require_few_names
 from riglens.core.scene.readers.classes import UNMAPPED
 from riglens.core.scene.readers.common import (
     ACCEPTED_POSITION,

@@ -16,8 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
+from riglens.core.files import open_regular
 from riglens.core.scene.boxes import BoxBatch, Progress
-from riglens.core.scene.limits import open_regular, require_few_files
+from riglens.core.scene.limits import require_few_files
 from riglens.core.scene.readers.classes import UNMAPPED
 from riglens.core.scene.readers.common import (
     BATCH_BOXES,

@@ -17,9 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
+from riglens.core.files import open_regular
 from riglens.core.geometry import Vec3
 from riglens.core.scene.boxes import CLASSES, BoxBatch, DataReport, Progress
-from riglens.core.scene.limits import MAX_FRAMES, one_line, open_regular, require_few_names
+from riglens.core.scene.limits import MAX_FRAMES, one_line, require_few_names
 from riglens.core.scene.readers.classes import NO_BOX_CALLED, ClassTable
 
 MAX_POSITION_M = 1e6

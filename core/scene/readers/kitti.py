@@ -17,9 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
+from riglens.core.files import open_regular
 from riglens.core.geometry import Vec3
 from riglens.core.scene.boxes import BoxBatch, Progress
-from riglens.core.scene.limits import MAX_NAME_CHARS, open_regular, require_few_files
+from riglens.core.scene.limits import MAX_NAME_CHARS, require_few_files
 from riglens.core.scene.readers.classes import UNMAPPED
 from riglens.core.scene.readers.common import (
     BoxOptions,

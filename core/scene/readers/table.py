@@ -15,8 +15,9 @@ import pyarrow.parquet as parquet
 from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
+from riglens.core.files import open_regular
 from riglens.core.scene.boxes import BoxBatch, Progress, rotations_from_yaw
-from riglens.core.scene.limits import MAX_NAME_CHARS, one_line, open_regular
+from riglens.core.scene.limits import MAX_NAME_CHARS, one_line
 from riglens.core.scene.readers.classes import UNMAPPED
 from riglens.core.scene.readers.common import (
     BadBox,

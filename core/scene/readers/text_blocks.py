@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import BinaryIO, cast
 
 from riglens.core.errors import InputError
+from riglens.core.files import open_regular
 from riglens.core.scene.boxes import Progress
-from riglens.core.scene.limits import open_regular
 
 BLOCK_BYTES = 1 << 20
 MAX_LINE_BYTES = 1 << 16

@@ -1,17 +1,29 @@
 """Files made to do harm are refused in one line: bombs, loops, entities, pickles, wrong encodings, endless numbers."""
 
 import gzip
+import io
 import json
+import os
 import pickle
 import sys
+from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from riglens.core.errors import InputError
+from riglens.core.formats import source
 from riglens.core.formats.exchange import FORMATS, detect, read_rig
-from riglens.core.formats.source import MAX_JSON_BYTES, MAX_TEXT_BYTES, MAX_YAML_BYTES, Source
+from riglens.core.formats.source import (
+    MAX_DOTS,
+    MAX_JSON_BYTES,
+    MAX_TEXT_BYTES,
+    MAX_TOML_BYTES,
+    MAX_YAML_BYTES,
+    Source,
+)
 from tests.core.formats.cases import (
     AUTOWARE_KIT,
     CARLA,
@@ -86,13 +98,53 @@ def test_large_files_are_refused_before_they_are_parsed(tmp_path: Path) -> None:
         "a.json": MAX_JSON_BYTES,
         "b.yaml": MAX_YAML_BYTES,
         "c.urdf": MAX_TEXT_BYTES,
-        "d.toml": MAX_TEXT_BYTES,
+        "d.toml": MAX_TOML_BYTES,
+        "e.txt": MAX_TEXT_BYTES,
     }
     for name, limit in sizes.items():
         (tmp_path / name).write_bytes(b" " * (limit + 1))
         assert "larger than" in refusal(tmp_path / name, "kalibr" if name.endswith("yaml") else None)
     (tmp_path / "calibrated_sensor.json.gz").write_bytes(gzip.compress(b" " * (MAX_JSON_BYTES + 1)))
     assert "larger than" in refusal(tmp_path / "calibrated_sensor.json.gz")
+
+
+def test_keys_of_very_many_parts_are_refused_unparsed(tmp_path: Path) -> None:
+    """The parser's time grows with their square: 80 kB took 18 s."""
+    (tmp_path / "a.toml").write_text("b = 1\na" + ".a" * 40_000 + " = 1\n")
+    assert "a.toml:2: more than 500 dots in a line" in refusal(tmp_path / "a.toml")
+    numbers = ", ".join(["0.5"] * MAX_DOTS)
+    (tmp_path / "b.toml").write_text(f"a = [{numbers}]\n")
+    assert Source(tmp_path / "b.toml").toml.item("a").numbers() == [0.5] * MAX_DOTS
+    (tmp_path / "b.toml").write_text(f"a = [{numbers}, 0.5]\n")
+    assert "more than 500 dots" in refusal(tmp_path / "b.toml")
+
+
+def test_json_of_very_many_values_is_refused_unparsed(tmp_path: Path) -> None:
+    """Empty lists take thirty times as much memory as text."""
+    (tmp_path / "a.json").write_text("[" + "[]," * 1_000_000 + "[]]")
+    assert "more than 2000000 values" in refusal(tmp_path / "a.json")
+
+
+def test_json_at_the_limit_of_values_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "a.json").write_text('{"x": [[1, 2], [3]]}')  # five commas and brackets
+    monkeypatch.setattr(source, "MAX_JSON_VALUES", 6)
+    assert Source(tmp_path / "a.json").json.item("x").elements(2)
+    monkeypatch.setattr(source, "MAX_JSON_VALUES", 5)
+    assert "more than 5 values" in refusal(tmp_path / "a.json")
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
+@pytest.mark.parametrize("name", ["a.yaml", "a.json", "a.toml", "a.urdf", "calib.txt", "a.json.gz"])
+def test_pipes_and_devices_are_refused_without_waiting(tmp_path: Path, name: str) -> None:
+    os.mkfifo(tmp_path / name)
+    assert "found a pipe, accepted is a rig" in refusal(
+        tmp_path / name, "kitti" if name == "calib.txt" else None
+    )
+    (tmp_path / name).unlink()
+    (tmp_path / name).symlink_to("/dev/zero")
+    assert "found a device, accepted is a rig" in refusal(
+        tmp_path / name, "kitti" if name == "calib.txt" else None
+    )
 
 
 def test_many_elements_are_refused(tmp_path: Path) -> None:
@@ -183,16 +235,22 @@ def test_a_long_chain_of_frames_is_followed_without_recursion(tmp_path: Path) ->
     assert lidar.position[2] == pytest.approx(count / 1000)
 
 
+def recording(real: Callable[..., Any], opened: list[str]) -> Callable[..., Any]:
+    """The same function, which notes the names of the files it is asked for."""
+
+    def record(path: object, *arguments: object, **options: object) -> object:
+        if not isinstance(path, int):  # a file that is open already
+            opened.append(Path(str(path)).name)
+        return real(path, *arguments, **options)
+
+    return record
+
+
 def test_files_that_a_urdf_names_are_not_opened(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     opened: list[str] = []
     path = write_files(tmp_path, URDF) / "rig.urdf"
-    real = Path.open
-
-    def recording(self: Path, *arguments: object, **options: object) -> object:
-        opened.append(self.name)
-        return real(self, *arguments, **options)  # type: ignore[call-overload]
-
-    monkeypatch.setattr(Path, "open", recording)
+    monkeypatch.setattr(os, "open", recording(os.open, opened))
+    monkeypatch.setattr(io, "open", recording(io.open, opened))  # Path.open calls this one
     imported = read_rig(path)
     assert set(opened) == {"rig.urdf"}
     assert "ignored: 1 meshes: they are not opened" in imported.report.lines()

@@ -122,6 +122,23 @@ def test_a_rig_that_could_not_be_read_back_is_not_written(model: str, complaint:
         dumps(Rig(sensors=(lidar,)))
 
 
+def test_a_rig_too_large_to_be_read_is_not_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "rig.yaml"
+    path.write_text("old")
+    beams = tuple(angle / 4000.0 + 1e-9 for angle in range(1000))
+    sensors = [Lidar(name=f"L{n}", position=(0.0, 0.0, 2.0), elevations_deg=beams) for n in range(101)]
+    with pytest.raises(InputError, match=r"rig\.yaml: would be larger than 1 MB"):
+        new_rig_file(Rig(name="many", sensors=tuple(sensors))).save(path)
+    flat = tuple(float(angle % 90) for angle in range(1000))
+    for number, sensor in enumerate(sensors):
+        sensors[number] = sensor.replace(elevations_deg=flat)
+    with pytest.raises(InputError, match=r"rig\.yaml:\d+: more than 100000 values"):
+        new_rig_file(Rig(name="many", sensors=tuple(sensors))).save(path)
+    assert path.read_text() == "old"
+    few = Rig(name="many", sensors=tuple(sensors[:9]))
+    assert same_rig(load_rig(new_rig_file(few).save(path).path or "").rig, few)
+
+
 def sensor_of(fields: str) -> Lidar | Camera:
     return loads(f"riglens: 1\nsensors:\n  - {{name: a, position: [0, 0, 2], {fields}}}").rig.sensors[0]
 

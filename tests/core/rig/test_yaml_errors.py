@@ -8,8 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from riglens.core.errors import InputError
+from riglens.core.rig.yaml import nodes
 from riglens.core.rig.yaml.file import load_rig, loads
-from riglens.core.rig.yaml.nodes import MAX_BYTES
+from riglens.core.rig.yaml.nodes import MAX_BYTES, parse_yaml, plain_value
 
 LIDAR = """\
 riglens: 1
@@ -406,6 +407,28 @@ def test_a_missing_file_and_a_folder_are_refused(tmp_path: Path) -> None:
         load_rig(tmp_path / "nowhere.yaml")
     with pytest.raises(InputError, match="this is a folder; accepted is a rig YAML file"):
         load_rig(tmp_path)
+
+
+def test_very_many_values_are_refused_by_count(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A list of a million numbers kept the parser busy for 17 s."""
+    assert complaint("riglens: 1\nname: [" + "0," * 150_000 + "0]") == "2: more than 100000 values"
+    text = "a: [1, 2, {b: 3}]"  # two mappings, a list, two keys, three numbers
+    monkeypatch.setattr(nodes, "MAX_VALUES", 8)
+    assert plain_value(parse_yaml(text, "")) == {"a": (1, 2, {"b": 3})}
+    monkeypatch.setattr(nodes, "MAX_VALUES", 7)
+    assert complaint(text) == "1: more than 7 values"
+
+
+@pytest.mark.parametrize("before", ["name: ", "name:\n  ", "[", "{", "- ", '{"a":', ""])
+def test_long_tags_are_refused_unparsed(before: str) -> None:
+    """The parser's time grows with their square: a megabyte took 14 s."""
+    assert "tags are not accepted, found !!!!!" in complaint(f"riglens: 1\nx: 1\n{before}{'!' * 900_000}")
+
+
+def test_exclamation_marks_in_a_name_are_no_tag() -> None:
+    assert loads(f'riglens: 1\nname: "{"!" * 150} wow{"!" * 40}"\nsensors: []\n').rig.name.endswith(
+        "wow" + "!" * 40
+    )
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may read everything")
