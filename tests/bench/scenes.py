@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from riglens.assets import asset_path
+from riglens.core.engine.caster import Caster
 from riglens.core.engine.engine import Engine
+from riglens.core.geometry import Pose
 from riglens.core.metric.entropy import EntropyField
+from riglens.core.rig.library import Library, load_library
 from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
 from riglens.core.rig.presets import preset
 from riglens.core.scene.boxes import CLASSES
@@ -25,6 +31,8 @@ NATIVE_CAST = (1600, 900)
 DENSE_AZIMUTHS = EvenAngles(from_=-180.0, to=180.0, count=3600)
 DENSE_BEAMS = EvenAngles(from_=-25.0, to=25.0, count=128)
 TILT_DEG = (3.0, -4.0, 0.0)
+POSES_DEG = {"upright": (0.0, 0.0, 8.0), "tilted": (2.0, -3.0, 8.0)}
+"""How sensors of the library are turned: roll, pitch, yaw."""
 _STEP_M = np.array([0.618034, 0.414214, 0.732051])
 _REACH_M = 0.2
 Sensor = Lidar | Camera
@@ -43,9 +51,9 @@ class Scene:
         """The voxel edge for a line of the table."""
         return f"δ {self.field.grid.voxel_m:g} m"
 
-    def engine(self) -> Engine:
-        """A new engine with the number of threads of the bars."""
-        return Engine(self.field, THREADS)
+    def engine(self, threads: int = THREADS) -> Engine:
+        """A new engine, by default with the number of threads of the bars."""
+        return Engine(self.field, threads)
 
     @cached_property
     def plain(self) -> PlainDda:
@@ -134,18 +142,77 @@ def grid_rays(scene: Scene, sensor: Sensor) -> GridRays:
     return np.array(scene.field.grid.to_grid(sensor.position)), sensor_rays(sensor).directions
 
 
+def reach_of(scene: Scene, sensor: Sensor) -> tuple[float, float]:
+    """From where to where a sensor's rays go, in voxels; without end where they leave the grid before it."""
+    grid = scene.field.grid
+    near, far = (limit / grid.voxel_m for limit in sensor.range_m)
+    place, shape = np.array(grid.to_grid(sensor.position)), np.array(grid.shape)
+    farthest = float(np.linalg.norm(np.maximum(np.abs(place), np.abs(shape - place))))
+    return near, far if far < farthest else math.inf
+
+
 def plain_edit(scene: Scene, move: Move) -> list[float]:
     """The yardstick of an edit: cast the moved sensor, then sum over all voxels for three classes."""
-    scene.plain.cast(move.origin, move.directions)
+    scene.plain.cast(move.origin, move.directions, reach_of(scene, move.sensor))
     return scene.plain.sums()
+
+
+def competent_edit(scene: Scene, move: Move) -> list[float]:
+    """The same by a competent program: one sum over all three classes that skips what is not seen."""
+    scene.plain.cast(move.origin, move.directions, reach_of(scene, move.sensor))
+    return scene.plain.sums_at_once()
+
+
+@lru_cache(maxsize=1)
+def models() -> Library:
+    """The sensor models that ship with the program, and no others."""
+    return load_library(asset_path("library.yaml"))
+
+
+def with_model(model: str, pose: str) -> tuple[Rig, str]:
+    """W+T with a model of the library in the place of its first LiDAR or camera, turned by `POSES_DEG`; its name."""
+    entry, rig = models().entry(model), wide_trapezoid()
+    name = names_of(rig, entry.kind)[0]
+    place = Pose(position_m=rig.sensor(name).position, rpy_deg=POSES_DEG[pose])
+    return rig.with_sensor(name, entry.sensor(name, place)), name
+
+
+def way_taken(scene: Scene, sensor: Sensor) -> str:
+    """The way by which the engine casts a sensor, as its caster says it: the first one whose turn comes."""
+    witness = _Witness(scene.field)
+    words = np.zeros_like(scene.field.index.words)
+    witness.mark(sensor, "exact", witness.window(sensor), words)
+    return witness.ways[0]
+
+
+class _Witness(Caster):
+    """A caster that notes the ways it takes."""
+
+    def __init__(self, field: EntropyField) -> None:
+        super().__init__(field)
+        self.ways: list[str] = []
+
+    def _mark_fan(self, *arguments: Any) -> bool:
+        self.ways.append("fan")
+        return super()._mark_fan(*arguments)
+
+    def _mark_frustum(self, *arguments: Any) -> bool:
+        self.ways.append("voxels")
+        return super()._mark_frustum(*arguments)
+
+    def _mark_rays(self, *arguments: Any) -> bool:
+        self.ways.append("rays")
+        return super()._mark_rays(*arguments)
 
 
 def require_same_answer(scene: Scene, sensor: Sensor) -> None:
     """Fail when engine and yardstick do not see the same entropy with this sensor alone."""
     evaluation = scene.engine().evaluate(Rig(sensors=(sensor,)))
     scene.plain.clear()
-    scene.plain.cast(*grid_rays(scene, sensor))
-    for name, plain_nat in zip(CLASSES, scene.plain.sums(), strict=True):
+    scene.plain.cast(*grid_rays(scene, sensor), reach_of(scene, sensor))
+    sums = scene.plain.sums()
+    assert np.allclose(sums, scene.plain.sums_at_once(), rtol=1e-9)
+    for name, plain_nat in zip(CLASSES, sums, strict=True):
         score = evaluation.scores.classes[name]
         ours_nat = -(score.camera if sensor.kind == "camera" else score.lidar).s_mig
         assert abs(ours_nat - plain_nat) <= 1e-4 * max(1.0, plain_nat), (name, ours_nat, plain_nat)

@@ -6,6 +6,7 @@ All are written plainly on purpose; the walk of plain DDA is shared with the acc
 from __future__ import annotations
 
 import math
+from functools import cached_property
 from typing import Any
 
 import numba
@@ -28,6 +29,22 @@ def _sum_dense(seen: NDArray[Any], h: NDArray[Any]) -> float:
     return total
 
 
+@numba.njit(cache=True, error_model="numpy")  # type: ignore[untyped-decorator]
+def _sum_at_once(seen: NDArray[Any], words: NDArray[Any], h: NDArray[Any]) -> tuple[float, float, float]:
+    """Entropy of the seen voxels for three classes: one pass, eight voxels at a time where none is seen."""
+    a, b, c = 0.0, 0.0, 0.0
+    for word in range(words.size):
+        if words[word] == 0:
+            continue
+        for i in range(8 * word, 8 * word + 8):
+            if seen[i]:
+                a, b, c = a + h[i, 0], b + h[i, 1], c + h[i, 2]
+    for i in range(8 * words.size, seen.size):
+        if seen[i]:
+            a, b, c = a + h[i, 0], b + h[i, 1], c + h[i, 2]
+    return a, b, c
+
+
 class PlainDda:
     """Plain DDA on one thread: dense bytes for the covered set, dense float32 entropies per class."""
 
@@ -35,13 +52,28 @@ class PlainDda:
         self._h = [h.ravel() for h in entropies]
         self.seen = np.zeros(entropies[0].shape, np.uint8)
 
-    def cast(self, origin: NDArray[np.float64], directions: NDArray[np.float64]) -> None:
-        """Mark what the rays traverse; origin (3,) in grid units, directions (n, 3)."""
-        walk_dense(origin, directions, 0.0, math.inf, 1, self.seen)
+    def cast(
+        self,
+        origin: NDArray[np.float64],
+        directions: NDArray[np.float64],
+        reach: tuple[float, float] = (0.0, math.inf),
+    ) -> None:
+        """Mark what the rays traverse; origin (3,) in grid units, directions (n, 3), reach from and to in voxels."""
+        walk_dense(origin, directions, *reach, 1, self.seen)
 
     def sums(self) -> list[float]:
-        """Covered entropy per class in nat."""
+        """Covered entropy per class in nat, one class after the other."""
         return [float(_sum_dense(self.seen.ravel(), h)) for h in self._h]
+
+    def sums_at_once(self) -> list[float]:
+        """Covered entropy per class in nat, as a competent program sums: all classes at once, skipping zeros."""
+        seen = self.seen.ravel()
+        return list(_sum_at_once(seen, seen[: seen.size // 8 * 8].view(np.uint64), self._woven))
+
+    @cached_property
+    def _woven(self) -> NDArray[np.float32]:
+        """The entropies of all classes side by side, (voxels, 3)."""
+        return np.stack(self._h, axis=1)
 
     def clear(self) -> None:
         """Forget what was seen."""
