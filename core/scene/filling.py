@@ -24,9 +24,16 @@ Counts = NDArray[np.uint32]
 def fill_batch(batch: BoxBatch, grid: VoxelGrid, counts: list[Counts], workers: int) -> None:
     """Add the frames of a batch to the dense counts, one array (nx, ny, nz) per class."""
     for cls, target in enumerate(counts):
-        rows = batch.cls == cls
+        rows = (batch.cls == cls) & near_grid(batch, grid)
         if rows.any():
             _fill_class(_packed(batch, rows), batch.frame[rows], grid, target, workers)
+
+
+def near_grid(batch: BoxBatch, grid: VoxelGrid) -> NDArray[np.bool_]:
+    """Whether each box may reach a voxel, (n,): false only where it ends more than a voxel outside the grid."""
+    low, high = _extent(batch.centre_m, batch.size_m / 2, batch.rotation, grid)
+    near = (high > -1.0) & (low < np.add(grid.shape, 1.0))
+    return np.asarray(near.all(axis=1), dtype=np.bool_)
 
 
 def _fill_class(
@@ -68,11 +75,18 @@ def voxels_within_reach(boxes: NDArray[np.float64], grid: VoxelGrid) -> NDArray[
 
     boxes (n, 15): centre, half size, rotation by rows, as the kernel takes them.
     """
-    half = np.einsum("nij,nj->ni", np.abs(boxes[:, 6:15].reshape(-1, 3, 3)), boxes[:, 3:6])
-    low = (boxes[:, 0:3] - half - grid.origin_m) / grid.voxel_m
-    high = (boxes[:, 0:3] + half - grid.origin_m) / grid.voxel_m
+    low, high = _extent(boxes[:, 0:3], boxes[:, 3:6], boxes[:, 6:15].reshape(-1, 3, 3), grid)
     cells = np.clip(high, 0, grid.shape) - np.clip(low, 0, grid.shape) + 1
     return np.asarray(np.prod(cells, axis=1), dtype=np.int64)
+
+
+def _extent(
+    centre_m: NDArray[np.float64], half_m: NDArray[np.float64], rotation: NDArray[np.float64], grid: VoxelGrid
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Lowest and highest corner of the upright box around each box, each (n, 3), in voxels from the grid's origin."""
+    reach_m = np.einsum("nij,nj->ni", np.abs(rotation), half_m)
+    low = (centre_m - reach_m - grid.origin_m) / grid.voxel_m
+    return low, (centre_m + reach_m - grid.origin_m) / grid.voxel_m
 
 
 def _is_heavy(voxels: NDArray[np.int64]) -> bool:

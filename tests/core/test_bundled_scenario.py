@@ -78,22 +78,36 @@ def _overlap_along(row: Row, axis_rad: float) -> bool:
     return distance_m < box_half_m + ego_half_m - 0.005
 
 
-def test_table_is_the_one_the_sidecar_describes(sidecar: dict[str, Any]) -> None:
-    table = (FOLDER / "boxes.csv.gz").read_bytes()
-    assert hashlib.sha256(table).hexdigest() == sidecar["sha256"]
+def test_tables_are_those_that_the_sidecar_describes(sidecar: dict[str, Any]) -> None:
+    tables = {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in FOLDER.glob("*.gz")}
+    assert tables == sidecar["sha256"]
 
 
 def test_sidecar_counts_the_boxes_of_the_table(sidecar: dict[str, Any], rows: list[Row]) -> None:
     assert Counter(row.cls for row in rows) == Counter(sidecar["boxes"])
 
 
-def test_table_is_small_enough_to_ship() -> None:
-    assert (FOLDER / "boxes.csv.gz").stat().st_size <= 3_000_000
+def test_the_scenario_is_small_enough_to_ship() -> None:
+    assert sum(path.stat().st_size for path in FOLDER.rglob("*") if path.is_file()) <= 4_000_000
 
 
 def test_at_least_two_thousand_frames_with_dense_traffic(sidecar: dict[str, Any], rows: list[Row]) -> None:
     assert sidecar["frames"] >= 2000
-    assert 15 <= len(rows) / sidecar["frames"] <= 30
+    near = [row for row in rows if abs(row.centre_m[0]) <= 37 and abs(row.centre_m[1]) <= 27]
+    assert 15 <= len(near) / sidecar["frames"] <= 30
+
+
+def test_boxes_reach_out_to_a_hundred_metres_on_all_sides(rows: list[Row]) -> None:
+    distance_m = [math.hypot(*row.centre_m[:2]) for row in rows]
+    assert 99.9 < max(distance_m) <= 100.001
+    for side in range(8):
+        far = [
+            row
+            for row, away_m in zip(rows, distance_m, strict=True)
+            if away_m > 90
+            and int((math.atan2(row.centre_m[1], row.centre_m[0]) % math.tau) / math.tau * 8) == side
+        ]
+        assert len(far) > 500, side
 
 
 def test_frames_without_boxes_are_counted(sidecar: dict[str, Any], rows: list[Row]) -> None:

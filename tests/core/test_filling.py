@@ -1,9 +1,12 @@
 """Boxes are counted in short calls; where the calls are cut makes no difference."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from riglens.core.scene import filling
+from riglens.core.scene.boxes import BoxBatch, rotations_from_yaw
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.pog import Pog, build_pog
 from tests.core.builders import Boxes
@@ -70,3 +73,30 @@ def test_the_estimate_covers_what_is_filled() -> None:
             batch.size_m[row : row + 1], batch.rotation[row : row + 1], 1,
         )  # fmt: skip
         assert build_pog(alone, GRID).index.count <= reach[row]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_boxes_that_are_passed_over_would_add_nothing(monkeypatch: pytest.MonkeyPatch, seed: int) -> None:
+    boxes = random_boxes(seed, frames=12, per_frame=40)
+    boxes = replace(boxes, centre_m=boxes.centre_m * np.random.default_rng(seed).uniform(0.5, 6, (480, 1)))
+    expected = bits(build_pog(boxes, GRID))
+    passed_over = sum(int((~filling.near_grid(batch, GRID)).sum()) for batch in boxes.batches())
+    assert 50 < passed_over < 430
+    monkeypatch.setattr(filling, "near_grid", lambda batch, grid: np.ones(batch.cls.size, np.bool_))
+    assert bits(build_pog(boxes, GRID)) == expected
+
+
+def test_a_box_that_only_touches_a_voxel_by_its_corner_is_near() -> None:
+    turned = rotations_from_yaw(np.array([np.pi / 4]))
+    side_m = 2.0
+    reach_m = side_m / np.sqrt(2)
+    for centre_m in ([4 + reach_m, 0, 1], [0, -3 - reach_m, 1], [0, 0, -0.5], [0, 0, 4.5]):
+        height_m = 1.0
+        batch = BoxBatch(
+            np.zeros(1, np.int64),
+            np.zeros(1, np.uint8),
+            np.array([centre_m], np.float64),
+            np.array([[side_m, side_m, height_m]]),
+            turned,
+        )
+        assert filling.near_grid(batch, GRID).all(), centre_m
