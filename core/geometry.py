@@ -87,3 +87,15 @@ def rpy_deg_from_rotation(rotation: NDArray[np.float64]) -> Vec3:
             sy * rotation[0, 2] - cy * rotation[1, 2], cy * rotation[1, 1] - sy * rotation[0, 1]
         )
     return (math.degrees(roll), math.degrees(pitch), math.degrees(yaw))
+
+
+_SAME_DEG = 1e-9
+
+
+def rpy_deg_near(rotation: NDArray[np.float64], before_deg: Vec3) -> Vec3:
+    """Roll, pitch, yaw in degrees of a rotation matrix (3, 3); angles that are as before keep every bit."""
+    roll, pitch, yaw = (
+        old if abs((new - old + 180.0) % 360.0 - 180.0) < _SAME_DEG else new
+        for old, new in zip(before_deg, rpy_deg_from_rotation(rotation), strict=True)
+    )
+    return roll, pitch, yaw

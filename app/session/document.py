@@ -6,13 +6,15 @@ Gizmo, tree and inspector only follow this document; they never talk to each oth
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
 from riglens.app.session.open_rig import Names, OpenRig
 from riglens.core.errors import InputError
+from riglens.core.geometry import Pose
 from riglens.core.rig.edits import duplicated, free_name, in_step, list_text, with_enabled, without
+from riglens.core.rig.groups import Alignment, aligned, spaced
 from riglens.core.rig.history import Edit, Marks, describe
 from riglens.core.rig.model import MAX_SENSORS, Camera, Lidar, Rig
 from riglens.core.rig.yaml.file import RigFile
@@ -102,6 +104,28 @@ class Document(OpenRig):
         """What is hidden and locked once a sensor has another name."""
         hidden = self.hidden - {name} | {new_name} if name in self.hidden else self.hidden
         return Marks(hidden, self.locked)
+
+    def replace_sensors(self, changes: Mapping[str, Lidar | Camera]) -> None:
+        """Exchange several sensors, which keep their names, as one step; InputError when one of them is locked."""
+        self.cancel_drag()
+        self._refuse_locked(tuple(changes))
+        sensors = tuple(changes.get(sensor.name, sensor) for sensor in self.rig.sensors)
+        self.apply(self.rig.model_copy(update={"sensors": sensors}))
+
+    def move(self, poses: Mapping[str, Pose]) -> None:
+        """Put sensors at other poses; InputError when one of them is locked."""
+        self.replace_sensors({name: self.rig.sensor(name).with_pose(pose) for name, pose in poses.items()})
+
+    def align(self, names: Names, how: Alignment) -> None:
+        """Bring sensors in line; InputError when one of them is locked, or a mirror pair stands against it."""
+        self._refuse_locked(names)
+        current = self.selected if self.selected in names else names[-1]
+        self.apply(aligned(self.rig, names, how, str(current)), f"align {list_text(names)}")
+
+    def space(self, names: Names) -> None:
+        """Space sensors evenly; InputError when they are too few, one is locked, or a mirror pair stands against it."""
+        self._refuse_locked(names)
+        self.apply(spaced(self.rig, names), f"space {list_text(names)}")
 
     def rename(self, name: str, new_name: str) -> None:
         """Give a sensor another name; InputError when it is empty or taken."""

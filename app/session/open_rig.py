@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
@@ -13,7 +13,8 @@ from PySide6.QtCore import QObject, Signal
 
 from riglens.core.errors import InputError
 from riglens.core.geometry import Pose
-from riglens.core.rig.edits import in_step, list_text, partner_of
+from riglens.core.rig.edits import list_text, partner_of
+from riglens.core.rig.groups import posed
 from riglens.core.rig.history import Edit, History, Marks
 from riglens.core.rig.model import Camera, Lidar, Rig, Vehicle
 from riglens.core.rig.yaml.file import RigFile, load_rig, new_rig_file
@@ -66,7 +67,7 @@ class OpenRig(QObject):
     def _start(self, rig: Rig, rig_file: RigFile | None, path: Path | None) -> None:
         self._history = History(rig)
         self._rig_file = rig_file or new_rig_file(rig)
-        self._dragged: str | None = None
+        self._dragged: Names = ()
         self._last_edit = Edit("")
         self.path = path
         self._selection: Names = ()
@@ -109,7 +110,7 @@ class OpenRig(QObject):
     @property
     def is_dragging(self) -> bool:
         """Whether a drag is open: started and neither finished nor cancelled."""
-        return self._dragged is not None
+        return bool(self._dragged)
 
     @property
     def undo_label(self) -> str | None:
@@ -186,6 +187,14 @@ class OpenRig(QObject):
         others = tuple(sensor.name for sensor in self.rig.sensors if sensor.name != self.selected)
         self.choose((*others, self.selected) if self.selected is not None else others)
 
+    def choose_more(self, names: Names) -> None:
+        """Select these sensors, too; the last of them becomes the current one."""
+        self.choose((*(name for name in self._selection if name not in names), *names))
+
+    def choose_fewer(self, names: Names) -> None:
+        """Take sensors out of the selection."""
+        self.choose(tuple(name for name in self._selection if name not in names))
+
     def toggle_selected(self, name: str) -> None:
         """Select one more sensor, which becomes the current one, or take it out of the selection."""
         rest = tuple(other for other in self._selection if other != name)
@@ -224,18 +233,17 @@ class OpenRig(QObject):
             raise InputError(f"{list_text(found)}: locked; unlock it in the list of sensors first")
 
     # ------------------------------------------------------------------ drags: many previews, one undo step
-    def begin_drag(self, name: str) -> None:
-        """Open a drag of one sensor; a locked one stays where it is."""
+    def begin_drag(self, names: Names) -> None:
+        """Open a drag of sensors; when one of them is locked all stay where they are."""
         self.cancel_drag()
-        if name in self._names() - self.fixed:
-            self._history.begin(f"move {name}")
-            self._dragged = name
+        if names and set(names) <= self._names() - self.fixed:
+            self._history.begin(f"move {list_text(names)}")
+            self._dragged = names
 
-    def preview(self, name: str, pose: Pose) -> None:
-        """Move the dragged sensor; ignored when it is not the one being dragged."""
-        if self._dragged == name:
-            moved = self.rig.with_sensor(name, self.rig.sensor(name).with_pose(pose))
-            self._history.preview(in_step(self.rig, moved))
+    def preview(self, poses: Mapping[str, Pose]) -> None:
+        """Move the dragged sensors; ignored when these are not the ones being dragged."""
+        if self._dragged and poses.keys() == set(self._dragged):
+            self._history.preview(posed(self.rig, poses))
             self._rig_moved_on()
 
     def finish_drag(self) -> None:
@@ -247,8 +255,8 @@ class OpenRig(QObject):
         self._end_drag(self._history.cancel)
 
     def _end_drag(self, end: Callable[[], bool]) -> None:
-        if self._dragged is not None:
-            self._dragged, self._last_edit = None, Edit("")
+        if self._dragged:
+            self._dragged, self._last_edit = (), Edit("")
             end()
             self._rig_moved_on()
 

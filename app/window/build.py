@@ -7,6 +7,7 @@ from typing import NamedTuple
 from PySide6.QtCore import Qt
 
 from riglens.app.window.features.appearance import Layout, Theme, Units
+from riglens.app.window.features.arrange import Arrange, ViewMenu
 from riglens.app.window.features.autosave import Autosave
 from riglens.app.window.features.compare import Compare
 from riglens.app.window.features.drop import Drop
@@ -41,6 +42,8 @@ class Features(NamedTuple):
     locks: Locks
     mirror: Mirror
     placing: Placing
+    arrange: Arrange
+    view_menu: ViewMenu
     library: LibraryPanel
     views: Views
     heat: Heat
@@ -91,6 +94,8 @@ def build_features(bench: Workbench) -> Features:
         locks=Locks(bench),
         mirror=Mirror(bench),
         placing=Placing(bench),
+        arrange=Arrange(bench),
+        view_menu=ViewMenu(bench),
         library=LibraryPanel(bench, sensors),
         views=Views(bench),
         heat=(heat := Heat(bench)),

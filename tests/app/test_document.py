@@ -20,9 +20,9 @@ def document(qtbot: QtBot) -> Document:
 
 
 def test_a_drag_of_many_previews_is_one_undo_step(document: Document) -> None:
-    document.begin_drag("roof")
+    document.begin_drag(("roof",))
     for step in range(1, 6):
-        document.preview("roof", Pose((0.1, 0.2, 1.9 + step / 10)))
+        document.preview({"roof": Pose((0.1, 0.2, 1.9 + step / 10))})
     document.finish_drag()
     assert document.rig.sensor("roof").position == (0.1, 0.2, 1.9 + 0.5)
     document.undo()
@@ -32,32 +32,32 @@ def test_a_drag_of_many_previews_is_one_undo_step(document: Document) -> None:
 
 
 def test_a_cancelled_drag_leaves_the_rig_and_no_step(document: Document) -> None:
-    document.begin_drag("roof")
-    document.preview("roof", Pose((5.0, 0.0, 1.0)))
+    document.begin_drag(("roof",))
+    document.preview({"roof": Pose((5.0, 0.0, 1.0))})
     document.cancel_drag()
     assert document.rig == RIG
     assert document.undo_label is None
 
 
 def test_previews_count_only_for_the_sensor_that_is_dragged(document: Document) -> None:
-    document.preview("roof", Pose((5.0, 0.0, 1.0)))
-    document.begin_drag("roof")
-    document.preview("front", Pose((5.0, 0.0, 1.0)))
+    document.preview({"roof": Pose((5.0, 0.0, 1.0))})
+    document.begin_drag(("roof",))
+    document.preview({"front": Pose((5.0, 0.0, 1.0))})
     assert document.rig == RIG
 
 
 def test_undo_in_the_middle_of_a_drag_gives_up_the_drag_only(document: Document) -> None:
     document.set_enabled(("front",), False)
-    document.begin_drag("roof")
-    document.preview("roof", Pose((5.0, 0.0, 1.0)))
+    document.begin_drag(("roof",))
+    document.preview({"roof": Pose((5.0, 0.0, 1.0))})
     document.undo()
     assert document.rig.sensor("roof") == LIDAR
     assert not document.rig.sensor("front").enabled
 
 
 def test_an_edit_in_the_middle_of_a_drag_gives_up_the_drag(document: Document) -> None:
-    document.begin_drag("roof")
-    document.preview("roof", Pose((5.0, 0.0, 1.0)))
+    document.begin_drag(("roof",))
+    document.preview({"roof": Pose((5.0, 0.0, 1.0))})
     document.delete(("front",))
     assert document.rig.sensors == (LIDAR,)
 
@@ -65,8 +65,8 @@ def test_an_edit_in_the_middle_of_a_drag_gives_up_the_drag(document: Document) -
 def test_every_change_and_every_preview_has_its_own_revision(document: Document) -> None:
     revisions = [document.revision]
     document.rig_changed.connect(lambda: revisions.append(document.revision))
-    document.begin_drag("roof")
-    document.preview("roof", Pose((1.0, 0.0, 2.0)))
+    document.begin_drag(("roof",))
+    document.preview({"roof": Pose((1.0, 0.0, 2.0))})
     document.finish_drag()
     document.undo()
     assert revisions == sorted(set(revisions))
@@ -237,8 +237,8 @@ def test_copies_of_several_are_selected(ten: Document) -> None:
 
 
 def test_saving_and_opening_gives_back_the_rig_bit_for_bit(document: Document, tmp_path: Path) -> None:
-    document.begin_drag("roof")
-    document.preview("roof", Pose((0.1 + 0.2, -1 / 3, 1.9), (1e-17, 2 / 3, -179.99999999999997)))
+    document.begin_drag(("roof",))
+    document.preview({"roof": Pose((0.1 + 0.2, -1 / 3, 1.9), (1e-17, 2 / 3, -179.99999999999997))})
     document.finish_drag()
     assert document.is_modified
     path = tmp_path / "rig.yaml"
@@ -359,8 +359,8 @@ def test_a_group_inside_a_group_belongs_to_the_outer_one(document: Document) -> 
 def test_a_mirror_pair_moves_as_one_in_a_drag_and_stays_one_step(qtbot: QtBot) -> None:
     document = Document(linked(RIG.replace(sensors=(LIDAR, LIDAR.replace(name="other"))), "roof", "other"))
     start = document.rig
-    document.begin_drag("roof")
-    document.preview("roof", Pose((1.0, 0.7, 2.0)))
+    document.begin_drag(("roof",))
+    document.preview({"roof": Pose((1.0, 0.7, 2.0))})
     assert document.rig.sensor("other").position == (1.0, -0.7, 2.0)
     document.finish_drag()
     document.undo()

@@ -111,7 +111,7 @@ class FakeViewport(View):
     def cancel_drag(self) -> bool:
         name, self.dragged = self.dragged, None
         if name is not None:
-            self.drag_cancelled.emit(name)
+            self.drag_cancelled.emit()
         return name is not None
 
     def close_viewport(self) -> None:
@@ -120,14 +120,14 @@ class FakeViewport(View):
     # what a person does
     def press(self, name: str) -> None:
         self.dragged = name
-        self.drag_started.emit(name)
+        self.drag_started.emit((name,))
 
     def drag_to(self, name: str, pose: Pose) -> None:
-        self.drag_moved.emit(name, pose)
+        self.drag_moved.emit({name: pose})
 
     def release(self, name: str) -> None:
         self.dragged = None
-        self.drag_finished.emit(name)
+        self.drag_finished.emit()
 
 
 @dataclass

@@ -52,7 +52,7 @@ def test_drag_step(race: Race, scenes: Scenes, xvfb: str, kind: str) -> None:
 
         def drag(step: _Step) -> None:
             """What the viewport does when the mouse moves and the scores of that place arrive."""
-            scene.preview(name, step.rig.sensor(name).pose)
+            scene.preview({name: step.rig.sensor(name).pose})
             scene.show(replace(scene.state, rig=step.rig, heatmap=step.heatmap))
             scene.prepare()
             draw()

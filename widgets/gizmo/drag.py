@@ -8,13 +8,14 @@ changes one number of the pose that number is round, elsewhere (along tilted axe
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.geometry import Pose, Vec3, rpy_deg_from_rotation
+from riglens.core.geometry import Pose, Vec3, rpy_deg_near
 from riglens.widgets.drawing.camera import ViewRay
 
 Vector = NDArray[np.float64]
@@ -22,9 +23,10 @@ Space = Literal["local", "world"]
 """Whose axes the handles follow: the sensor's own, or the car's."""
 GizmoMode = Literal["move", "rotate", "both"]
 """Which handles are shown."""
+Motion = Callable[[Pose, Vector, float], Pose]
+"""A pose moved along, or turned about, a unit axis by metres or radians."""
 _MIN_SINE = 0.02
 _EDGE_ON = 0.12
-_SAME_DEG = 1e-9
 SNAP_M, SNAP_DEG = 0.05, 5.0
 
 
@@ -99,23 +101,24 @@ def turned(start: Pose, axis: Vector, angle_rad: float) -> Pose:
     if angle_rad == 0.0:
         return start
     rotation = rotation_about(axis, angle_rad) @ start.rotation()
-    roll, pitch, yaw = (
-        _kept(old, new) for old, new in zip(start.rpy_deg, rpy_deg_from_rotation(rotation), strict=True)
-    )
-    return Pose(start.position_m, (roll, pitch, yaw))
+    return Pose(start.position_m, rpy_deg_near(rotation, start.rpy_deg))
 
 
-def _kept(old_deg: float, new_deg: float) -> float:
-    """The old angle when the new one means the same direction, else the new one."""
-    difference = (new_deg - old_deg + 180.0) % 360.0 - 180.0
-    return old_deg if abs(difference) < _SAME_DEG else new_deg
+def moved_by_steps(start: Pose, axis: Vector, distance_m: float) -> Pose:
+    """Like `moved`, by a multiple of SNAP_M."""
+    return moved(start, axis, _round_to(distance_m, SNAP_M))
+
+
+def turned_by_steps(start: Pose, axis: Vector, angle_rad: float) -> Pose:
+    """Like `turned`, by a multiple of SNAP_DEG."""
+    return turned(start, axis, math.radians(_round_to(math.degrees(angle_rad), SNAP_DEG)))
 
 
 def moved_snapped(start: Pose, axis: Vector, distance_m: float) -> Pose:
     """Like `moved`, ending on a multiple of SNAP_M: the coordinate along an axis of the car, else the distance."""
     along = np.flatnonzero(axis)
     if len(along) != 1:
-        return moved(start, axis, _round_to(distance_m, SNAP_M))
+        return moved_by_steps(start, axis, distance_m)
     position = list(start.position_m)
     position[along[0]] = _round_to(position[along[0]] + distance_m * float(axis[along[0]]), SNAP_M)
     return Pose((position[0], position[1], position[2]), start.rpy_deg)
@@ -126,7 +129,7 @@ def turned_snapped(start: Pose, axis: Vector, angle_rad: float) -> Pose:
     free = turned(start, axis, angle_rad).rpy_deg
     changed = [place for place in range(3) if free[place] != start.rpy_deg[place]]
     if len(changed) != 1:
-        return turned(start, axis, math.radians(_round_to(math.degrees(angle_rad), SNAP_DEG)))
+        return turned_by_steps(start, axis, angle_rad)
     angles = list(start.rpy_deg)
     angles[changed[0]] = _round_to(free[changed[0]], SNAP_DEG)
     return Pose(start.position_m, (angles[0], angles[1], angles[2]))
@@ -142,7 +145,8 @@ class Drag:
     """A drag that has begun: where the sensor was and where the handle was grasped.
 
     `axes` (3, 3) are the gizmo's. `line` is the unit direction read off in metres from `line_origin_m`; rings
-    seen edge on are read off along their tangent too, with `radius_m` turning metres into radians.
+    seen edge on are read off along their tangent too, with `radius_m` turning metres into radians. With `by_steps`
+    what snaps is how far it goes, not where it ends: the middle of a group stands at no round place.
     """
 
     handle: Handle
@@ -153,6 +157,7 @@ class Drag:
     line: Vector | None
     grasp_m: float
     grasp: Vector
+    by_steps: bool = False
 
     @property
     def axis(self) -> Vector:
@@ -171,7 +176,7 @@ class Drag:
 
     def pose(self, ray: ViewRay, snap: bool = False) -> Pose | None:
         """The pose for a view ray, on round numbers with `snap`; None when the ray says nothing."""
-        move, turn = (moved_snapped, turned_snapped) if snap else (moved, turned)
+        move, turn = self._motions(snap)
         if self.handle.kind == "plane":
             end = on_plane_m(np.array(self.start.position_m), self.axis, ray)
             if end is None:
@@ -183,6 +188,12 @@ class Drag:
         if amount is None:
             return None
         return (move if self.handle.kind == "move" else turn)(self.start, self.axis, amount)
+
+    def _motions(self, snap: bool) -> tuple[Motion, Motion]:
+        """How to move and how to turn: freely, onto round numbers, or by round numbers."""
+        if not snap:
+            return moved, turned
+        return (moved_by_steps, turned_by_steps) if self.by_steps else (moved_snapped, turned_snapped)
 
 
 def begin_drag(handle: Handle, space: Space, start: Pose, ray: ViewRay, radius_m: float) -> Drag | None:

@@ -12,11 +12,18 @@ _COORDINATES = ("x", "y", "z")
 _ANGLES = ("roll", "pitch", "yaw")
 
 
-def drag_echo(start: Pose, now: Pose) -> str:
+def drag_echo(start: Pose, now: Pose, count: int = 1) -> str:
     """Two lines: the change since the start and the new values, of the numbers that changed.
 
-    If the sensor was both moved and turned, they are its new position and angles.
+    If the sensor was both moved and turned, they are its new position and angles. Of a `count` of sensors it is their
+    centre, which a third line says; what the angles of a centre are now says nothing.
     """
+    if count > 1:
+        told = _turn_echo(start, now) if now.rpy_deg != start.rpy_deg else _move_echo(start, now)
+        lines = told.splitlines()
+        return "\n".join(
+            [*(lines if now.rpy_deg == start.rpy_deg else lines[:1]), f"centre of {count} sensors"]
+        )
     if now.rpy_deg != start.rpy_deg and now.position_m != start.position_m:
         (x, y, z), (roll, pitch, yaw) = now.position_m, now.rpy_deg
         return f"x {x:.3f}   y {y:.3f}   z {z:.3f} m\nroll {roll:.1f}°   pitch {pitch:.1f}°   yaw {yaw:.1f}°"

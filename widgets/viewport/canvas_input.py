@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from PySide6.QtCore import QEvent, QObject, QPointF, Qt, Signal
-from PySide6.QtGui import QKeyEvent, QMouseEvent, QWheelEvent
+from PySide6.QtCore import QEvent, QObject, QPointF, QRectF, Qt, Signal
+from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QWheelEvent
 from PySide6.QtWidgets import QWidget
 
 from riglens.widgets.drawing.camera import Pixel
 from riglens.widgets.gizmo.nudge import NudgeKey
+from riglens.widgets.theme import SELECTED_COLOUR
 from riglens.widgets.viewport.controller import Button, ViewController
 from riglens.widgets.viewport.drawn_scene import DrawnScene
 
@@ -70,9 +71,13 @@ class CanvasInput(QObject):
             shift = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
             self._controller.press(pixel, button, shift)
         elif event.type() == QEvent.Type.MouseButtonRelease:
-            self._controller.release(pixel, button, bool(event.modifiers() & _ADDING))
-        elif event.type() == QEvent.Type.MouseButtonDblClick:
+            is_adding = bool(event.modifiers() & _ADDING)
+            is_removing = bool(event.modifiers() & Qt.KeyboardModifier.ControlModifier)
+            self._controller.release(pixel, button, is_adding, is_removing)
+        elif event.type() == QEvent.Type.MouseButtonDblClick and button == "left":
             self._controller.double_click(pixel)
+        elif event.type() == QEvent.Type.MouseButtonDblClick:
+            self._controller.press(pixel, button)
         event.accept()
         return True
 
@@ -115,6 +120,35 @@ def is_own_key(event: QKeyEvent) -> bool:
 
 
 _CLICK_PX = 4.0
+_BOX_FILL = 40
+
+
+class BoxFrame(QWidget):
+    """The box that is drawn around sensors: over the canvas, so that the scene need not be drawn for it."""
+
+    def __init__(self, canvas: QWidget) -> None:
+        super().__init__(canvas)
+        self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+        self.hide()
+
+    def show_between(self, corners: tuple[Pixel, Pixel] | None) -> None:
+        """Show the box between two pixels of the canvas, or none."""
+        self.setVisible(corners is not None)
+        if corners is not None:
+            ratio = self.devicePixelRatioF()
+            (x, y), (other_x, other_y) = corners
+            box = QRectF(QPointF(x, y) / ratio, QPointF(other_x, other_y) / ratio).normalized()
+            self.setGeometry(box.toAlignedRect().adjusted(0, 0, 1, 1))
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Draw a thin frame, filled lightly."""
+        painter = QPainter(self)
+        colour = QColor(SELECTED_COLOUR)
+        painter.setPen(colour)
+        colour.setAlpha(_BOX_FILL)
+        painter.setBrush(colour)
+        painter.drawRect(self.rect().adjusted(0, 0, -1, -1))
+        painter.end()
 
 
 class CellPicker(QObject):

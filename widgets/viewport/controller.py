@@ -1,17 +1,18 @@
 """What mouse and keys do in the 3D view, without Qt: pixels in, camera moves, picks, drags and poses out.
 
-Left on a handle drags it, left elsewhere orbits, a left click selects, one sensor more with Ctrl or Shift, middle or
-Shift+left pans, the wheel zooms towards the cursor, a double click looks at a sensor from close by, arrow keys nudge,
-Escape cancels a drag. While a sensor is being placed it follows the mouse over the car, and a click leaves it there.
+Left on a handle drags all that is selected, left elsewhere orbits, a left click selects, one sensor more with Ctrl or
+Shift. Shift+left draws a box around sensors to select. Middle pans, right zooms, a right click asks for a menu. The
+wheel zooms towards the cursor, a double click looks at a sensor from close by, arrow keys nudge, Escape cancels. While
+a sensor is being placed it follows the mouse over the car, and a click leaves it there.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, Protocol
 
 from riglens.core.geometry import Pose
-from riglens.core.rig.model import Camera, Lidar
+from riglens.core.rig.groups import Poses, carried
 from riglens.widgets.drawing.camera import Pixel
 from riglens.widgets.gizmo.drag import Drag, begin_drag
 from riglens.widgets.gizmo.echo import drag_echo
@@ -19,6 +20,8 @@ from riglens.widgets.gizmo.nudge import NudgeKey, nudge_turned, nudged
 from riglens.widgets.viewport.drawn_scene import DrawnScene
 
 Button = Literal["left", "middle", "right", "none"]
+Gesture = Literal["orbit", "pan", "zoom", "box", "none"]
+"""What a drag that grasped no handle does."""
 
 
 class Listener(Protocol):
@@ -30,20 +33,29 @@ class Listener(Protocol):
     def on_toggled(self, name: str) -> None:
         """A click with Ctrl or Shift chose one sensor more, or one less."""
 
-    def on_drag_started(self, name: str) -> None:
-        """A handle of the sensor was grasped, or the sensor is being placed."""
+    def on_boxing(self, corners: tuple[Pixel, Pixel] | None) -> None:
+        """A box is being drawn between two pixels, or no longer."""
 
-    def on_drag_moved(self, name: str, pose: Pose) -> None:
-        """The sensor was dragged here; the scene shows it already."""
+    def on_boxed(self, names: tuple[str, ...], removing: bool) -> None:
+        """A box was drawn around these sensors; with `removing` they are to be left out of the selection."""
 
-    def on_drag_finished(self, name: str) -> None:
+    def on_menu_wanted(self, name: str | None, pixel: Pixel) -> None:
+        """A click asks for a menu: for a sensor, or beside all sensors."""
+
+    def on_drag_started(self, names: tuple[str, ...]) -> None:
+        """A handle of these sensors was grasped, or one sensor is being placed."""
+
+    def on_drag_moved(self, poses: Poses) -> None:
+        """Sensors were dragged here; the scene shows it already."""
+
+    def on_drag_finished(self) -> None:
         """The handle was let go."""
 
-    def on_drag_cancelled(self, name: str) -> None:
-        """The drag was given up; the scene shows the start pose again."""
+    def on_drag_cancelled(self) -> None:
+        """The drag was given up; the scene shows the start poses again."""
 
-    def on_nudged(self, name: str, pose: Pose) -> None:
-        """A key moved the sensor here."""
+    def on_nudged(self, poses: Poses) -> None:
+        """A key moved sensors here."""
 
     def on_placing(self, active: bool) -> None:
         """A sensor follows the mouse over the car, or no longer."""
@@ -54,15 +66,25 @@ class Listener(Protocol):
 
 _CLICK_PX = 4.0
 _ZOOM_PER_STEP = 0.86
+_ZOOM_PER_HEIGHT = 12.0
+"""So much further away is the car after a drag with the right button over the whole height, downwards."""
 
 
 @dataclass(frozen=True)
-class _HeldSensor:
-    """The sensor that follows the mouse: by a handle, or over the car when there is no `drag`."""
+class _Held:
+    """Sensors that follow the mouse, with their poses before: by a handle, or over the car without a `drag`.
 
-    name: str
-    start: Pose
+    `frame` is the pose of the gizmo at the start; that of a single sensor is its own.
+    """
+
+    poses: Poses
+    frame: Pose
     drag: Drag | None = None
+
+    @property
+    def name(self) -> str:
+        """The current sensor."""
+        return list(self.poses)[-1]
 
 
 class ViewController:
@@ -71,13 +93,13 @@ class ViewController:
     def __init__(self, scene: DrawnScene, listener: Listener) -> None:
         self._scene = scene
         self._listener = listener
-        self._held: _HeldSensor | None = None
+        self._held: _Held | None = None
         self._snap = False
         self._inverted = False
         self._button: Button = "none"
         self._pressed: Pixel = (0.0, 0.0)
         self._last: Pixel = (0.0, 0.0)
-        self._panning = False
+        self._gesture: Gesture = "none"
         self._moved = False
 
     @property
@@ -104,8 +126,10 @@ class ViewController:
         if self.busy:
             return
         self._button, self._pressed, self._last, self._moved = button, pixel, pixel, False
-        self._panning = button == "middle" or (button == "left" and shift)
-        if button == "left" and not shift and not self.is_placing:
+        with_shift: Gesture = "box" if shift else "orbit"
+        gestures: dict[Button, Gesture] = {"left": with_shift, "middle": "pan", "right": "zoom"}
+        self._gesture = gestures.get(button, "none")
+        if self._gesture == "orbit" and not self.is_placing:
             self._grasp(pixel)
 
     def move(self, pixel: Pixel, inverted: bool = False) -> None:
@@ -116,7 +140,9 @@ class ViewController:
             self._drag_to(pixel)
         elif not self.busy:
             self._hover(pixel)
-        elif self._is_drag(pixel):
+        elif self._is_drag(pixel) and self._gesture == "box":
+            self._listener.on_boxing((self._pressed, pixel))
+        elif self._moved:
             self._move_camera(dx, dy)
 
     def invert(self, inverted: bool) -> None:
@@ -125,16 +151,24 @@ class ViewController:
             self._inverted = inverted
             self._drag_to(self._last)
 
-    def release(self, pixel: Pixel, button: Button, adding: bool = False) -> None:
-        """A mouse button went up; with `adding` a click leaves the other sensors selected."""
+    def release(self, pixel: Pixel, button: Button, adding: bool = False, removing: bool = False) -> None:
+        """A mouse button went up.
+
+        With `adding` a click leaves the other sensors selected; with `removing` a box takes out what is in it.
+        """
         if button != self._button:
             return
-        self._button = "none"
-        is_click = button == "left" and not self._moved
-        if self._held is not None and (self._held.drag is not None or is_click):
+        self._button, is_click = "none", not self._moved
+        gesture, self._gesture = self._gesture, "none"
+        if self._held is not None and (self._held.drag is not None or (is_click and button == "left")):
             self._let_go(pixel)
-        elif is_click:
+        elif is_click and button == "left":
             self._click(pixel, adding)
+        elif is_click and gesture == "zoom":
+            self._listener.on_menu_wanted(self._scene.under_mouse.sensor(pixel), pixel)
+        elif gesture == "box":
+            self._listener.on_boxing(None)
+            self._listener.on_boxed(self._scene.under_mouse.inside(self._pressed, pixel), removing)
         self._listener.on_changed()
 
     def _click(self, pixel: Pixel, adding: bool) -> None:
@@ -165,70 +199,68 @@ class ViewController:
             self._listener.on_changed()
 
     def cancel(self) -> bool:
-        """Give up a drag or a placing and restore what was before it. False when there was none."""
+        """Give up a drag, a placing or a box and restore what was before it. False when there was none."""
+        if self._gesture == "box":
+            self._button = self._gesture = "none"
+            self._listener.on_boxing(None)
+            return True
         held = self._held
         if held is None:
             return False
-        self._button = "none"
+        self._button = self._gesture = "none"
         self._release_held()
-        if self._has(held.name):
-            self._scene.preview(held.name, held.start)
-        self._listener.on_drag_cancelled(held.name)
+        self._scene.preview({name: pose for name, pose in held.poses.items() if self._has(name)})
+        self._listener.on_drag_cancelled()
         self._listener.on_changed()
         return True
 
     def begin_placing(self) -> bool:
         """Make the selected sensor follow the mouse over the car; False when none is selected and visible."""
         self.cancel()
-        sensor = self._selected()
+        sensor = self._scene.state.selected_sensor
         if sensor is None:
             return False
-        self._held = _HeldSensor(sensor.name, sensor.pose)
+        self._held = _Held({sensor.name: sensor.pose}, sensor.pose)
         self._scene.set_hovered(None)
-        self._listener.on_drag_started(sensor.name)
+        self._listener.on_drag_started((sensor.name,))
         self._listener.on_placing(True)
         self._drag_to(self._last)
         return True
 
     def nudge(self, key: NudgeKey, turn: bool = False, coarse: bool = False) -> bool:
-        """Move the selected sensor by 1 cm or turn it by 1 degree, ten times as far when coarse."""
-        sensor, state = self._selected(), self._scene.state
-        if sensor is None or self._held is not None:
+        """Move what is selected by 1 cm or turn it by 1 degree, ten times as far when coarse."""
+        state = self._scene.state
+        poses, frame = state.held_poses, state.frame_pose
+        if frame is None or self._held is not None:
             return False
         pose = (
-            nudge_turned(sensor.pose, key, state.gizmo_space, coarse)
+            nudge_turned(frame, key, state.gizmo_space, coarse)
             if turn
-            else nudged(sensor.pose, key, state.gizmo_space, state.camera, coarse)
+            else nudged(frame, key, state.gizmo_space, state.camera, coarse)
         )
-        self._listener.on_nudged(sensor.name, pose)
+        self._listener.on_nudged(carried(poses, frame, pose))
         return True
-
-    def _selected(self) -> Lidar | Camera | None:
-        state = self._scene.state
-        seen = (s for s in state.rig.sensors if s.name == state.selected and s.name not in state.hidden)
-        return next(seen, None)
 
     def _grasp(self, pixel: Pixel) -> None:
         """Begin a gizmo drag when a handle is under the mouse and can be dragged from here."""
         scene = self._scene
-        under, name = scene.under_mouse, scene.state.selected
-        handle, place = under.handle(pixel), under.gizmo()
-        if handle is None or place is None or name is None:
+        handle, place = scene.under_mouse.handle(pixel), scene.under_mouse.gizmo()
+        if handle is None or place is None:
             return
-        ray = scene.state.camera.ray(pixel, scene.size)
+        poses, ray = scene.state.held_poses, scene.state.camera.ray(pixel, scene.size)
         drag = begin_drag(handle, scene.state.gizmo_space, place.pose, ray, place.ring_radius_m)
         if drag is None:
             return
-        self._held = _HeldSensor(name, place.pose, drag)
+        self._held = _Held(poses, place.pose, replace(drag, by_steps=len(poses) > 1))
         scene.set_hovered(handle)
         scene.set_quick(True)
-        scene.set_echo(drag_echo(place.pose, place.pose), pixel)
-        self._listener.on_drag_started(name)
+        scene.set_echo(drag_echo(place.pose, place.pose, len(poses)), pixel)
+        self._listener.on_drag_started(tuple(poses))
         self._listener.on_changed()
 
     def _drag_to(self, pixel: Pixel) -> None:
         held, scene = self._held, self._scene
-        if held is None or not self._has(held.name):
+        if held is None or not all(self._has(name) for name in held.poses):
             return
         if held.drag is None:
             pose = scene.pose_on_body(pixel, scene.state.rig.sensor(held.name))
@@ -236,14 +268,15 @@ class ViewController:
             pose = held.drag.pose(scene.state.camera.ray(pixel, scene.size), self._snap != self._inverted)
         if pose is None:
             return
-        scene.set_echo(drag_echo(held.start, pose), pixel)
-        scene.preview(held.name, pose)
+        poses = carried(held.poses, held.frame, pose)
+        scene.set_echo(drag_echo(held.frame, pose, len(poses)), pixel)
+        scene.preview(poses)
         scene.set_quick(True)
-        self._listener.on_drag_moved(held.name, pose)
+        self._listener.on_drag_moved(poses)
         self._listener.on_changed()
 
     def _let_go(self, pixel: Pixel) -> None:
-        """The held sensor stays where it is; a click beside the car places nothing."""
+        """What is held stays where it is; a click beside the car places nothing."""
         held = self._held
         assert held is not None
         if held.drag is None and self._has(held.name):
@@ -251,7 +284,7 @@ class ViewController:
                 return
             self._drag_to(pixel)
         self._release_held()
-        self._listener.on_drag_finished(held.name)
+        self._listener.on_drag_finished()
 
     def _release_held(self) -> None:
         was_placing, self._held = self.is_placing, None
@@ -276,10 +309,12 @@ class ViewController:
 
     def _move_camera(self, dx: float, dy: float) -> None:
         camera, size = self._scene.state.camera, self._scene.size
-        if self._panning:
+        if self._gesture == "pan":
             camera = camera.panned(dx, dy, size)
-        elif self._button == "left":
+        elif self._gesture == "orbit":
             camera = camera.orbited(dx, dy, size)
+        elif self._gesture == "zoom":
+            camera = camera.zoomed(_ZOOM_PER_HEIGHT ** (dy / max(1, size[1])), self._pressed, size)
         else:
             return
         self._scene.set_camera(camera)

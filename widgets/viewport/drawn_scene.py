@@ -13,6 +13,7 @@ import numpy as np
 import pyvista as pv
 
 from riglens.core.geometry import Pose
+from riglens.core.rig.groups import Poses
 from riglens.core.rig.model import Camera, Lidar
 from riglens.core.vehicle.placing import placed_on
 from riglens.widgets.car.layer import BodyLayer
@@ -129,12 +130,16 @@ class DrawnScene:
         if not self._has_car:
             self._show_car(self._state)
 
-    def preview(self, name: str, pose: Pose) -> None:
-        """Move one sensor with its fan and gizmo, and nothing else."""
+    def preview(self, poses: Poses) -> None:
+        """Move some sensors with their fans and the gizmo, and nothing else."""
         rig = self._state.rig
-        self._state = replace(self._state, rig=rig.with_sensor(name, rig.sensor(name).with_pose(pose)))
-        self._rig.set_pose(name, pose)
-        self._rig.show_fans(self._state, self._quick, others=name != self._state.selected)
+        for name, pose in poses.items():
+            rig = rig.with_sensor(name, rig.sensor(name).with_pose(pose))
+            self._rig.set_pose(name, pose)
+        self._state = replace(self._state, rig=rig)
+        self._rig.show_fans(
+            self._state, self._quick, others=any(name != self._state.selected for name in poses)
+        )
 
     @property
     def legend_texts(self) -> tuple[str, ...]:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
 
-from riglens.core.geometry import Vec3
+from riglens.core.geometry import Pose, Vec3
+from riglens.core.rig.groups import Poses, centre_m
 from riglens.core.rig.model import Camera, Lidar, Rig, Vehicle
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.vehicle.mesh import BodyMesh
@@ -85,6 +86,31 @@ class SceneState:
     def selected_sensor(self) -> Lidar | Camera | None:
         """The selected sensor, None when there is none or when it is hidden."""
         return next((sensor for sensor in self.shown if sensor.name == self.selected), None)
+
+    @property
+    def held_poses(self) -> Poses:
+        """Poses of all selected sensors, the current one last: what a drag takes along."""
+        names = self.also_selected | {self.selected}
+        chosen = [sensor for sensor in self.rig.sensors if sensor.name in names]
+        chosen.sort(key=lambda sensor: sensor.name == self.selected)
+        return {sensor.name: sensor.pose for sensor in chosen}
+
+    @property
+    def frame_pose(self) -> Pose | None:
+        """What is moved: the pose of the selected sensor, or the centre of several, turned like the current one.
+
+        Along the car's axes the centre is not turned. None when the current sensor is not shown.
+        """
+        sensor, poses = self.selected_sensor, self.held_poses
+        if sensor is None or len(poses) == 1:
+            return None if sensor is None else sensor.pose
+        rpy_deg = sensor.rpy_deg if self.gizmo_space == "local" else (0.0, 0.0, 0.0)
+        return Pose(centre_m(pose.position_m for pose in poses.values()), rpy_deg)
+
+    @property
+    def gizmo_pose(self) -> Pose | None:
+        """Where the gizmo stands; None as well when one of the selected sensors cannot be moved."""
+        return self.frame_pose if self.show_gizmo and not self.held_poses.keys() & self.fixed else None
 
     @property
     def casting(self) -> list[Lidar | Camera]:

@@ -26,10 +26,10 @@ class UnderMouse:
 
     def gizmo(self) -> GizmoPlace | None:
         """Where the gizmo is; None when no visible sensor is selected, or one that cannot be dragged."""
-        state, sensor = self.state, self.state.selected_sensor
-        if not state.show_gizmo or sensor is None or sensor.name in state.fixed:
+        state, pose = self.state, self.state.gizmo_pose
+        if pose is None:
             return None
-        return place_gizmo(sensor.pose, state.gizmo_space, state.camera, self.size, self.pixel_ratio)
+        return place_gizmo(pose, state.gizmo_space, state.camera, self.size, self.pixel_ratio)
 
     def handle(self, pixel: Pixel) -> Handle | None:
         """The gizmo handle under a pixel."""
@@ -49,6 +49,16 @@ class UnderMouse:
         reach = np.maximum(_PICK_PX * self.pixel_ratio, radius)
         hit = np.flatnonzero((np.linalg.norm(seen[:, :2] - pixel, axis=1) <= reach) & (seen[:, 2] > 0.0))
         return sensors[hit[np.argmin(seen[hit, 2])]].name if len(hit) else None
+
+    def inside(self, corner: Pixel, other: Pixel) -> tuple[str, ...]:
+        """The sensors whose middle is drawn inside the box between two pixels, in the order of the rig."""
+        sensors = self.state.shown
+        if not sensors:
+            return ()
+        low, high = np.minimum(corner, other), np.maximum(corner, other)
+        seen = self.state.camera.project(np.array([sensor.position for sensor in sensors]), self.size)
+        is_in = ((seen[:, :2] >= low) & (seen[:, :2] <= high)).all(axis=1) & (seen[:, 2] > 0.0)
+        return tuple(sensor.name for sensor, found in zip(sensors, is_in, strict=True) if found)
 
     def cell(self, pixel: Pixel) -> PickedCell | None:
         """The cell of the heatmap under a pixel, the nearest of those that are drawn."""

@@ -25,16 +25,20 @@ class View(QWidget):
     """A click chose a sensor: its name, or None for a click on nothing."""
     sensor_toggled = Signal(str)
     """A click with Ctrl or Shift asks for one more sensor to be selected, or for one to be left out: its name."""
-    drag_started = Signal(str)
-    """A handle of this sensor was grasped, or the sensor is being placed."""
-    drag_moved = Signal(str, object)
-    """A sensor was dragged: its name and Pose, which `state` shows already."""
-    drag_finished = Signal(str)
-    """The handle was let go: the sensor stays where it is."""
-    drag_cancelled = Signal(str)
-    """The drag was given up: `state` has the sensor where it was before."""
-    nudged = Signal(str, object)
-    """A key asks for a sensor to be moved: its name and new Pose, which is not shown yet."""
+    sensors_boxed = Signal(object, bool)
+    """A box was drawn around these sensors, a tuple of names: select them too, or (True) no longer."""
+    menu_wanted = Signal(object, object)
+    """A click with the right button asks for a menu: the name of the sensor there or None, and the QPoint on screen."""
+    drag_started = Signal(object)
+    """A handle of these sensors was grasped, or a sensor is being placed: a tuple of names."""
+    drag_moved = Signal(object)
+    """Sensors were dragged: a dict of their names and Poses, which `state` shows already."""
+    drag_finished = Signal()
+    """The handle was let go: the sensors stay where they are."""
+    drag_cancelled = Signal()
+    """The drag was given up: `state` has the sensors where they were before."""
+    nudged = Signal(object)
+    """A key asks for sensors to be moved: a dict of their names and new Poses, which are not shown yet."""
     placing_changed = Signal(bool)
     """The selected sensor follows the mouse over the car, or no longer does."""
     model_dropped = Signal(str, object)

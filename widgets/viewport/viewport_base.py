@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from PySide6.QtCore import QEvent, Qt
+from PySide6.QtCore import QEvent, QPointF, Qt
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
-from riglens.core.geometry import Pose
-from riglens.widgets.drawing.camera import OrbitCamera
+from riglens.core.rig.groups import Poses
+from riglens.widgets.drawing.camera import OrbitCamera, Pixel
 from riglens.widgets.timers import Timers, single_shot
-from riglens.widgets.viewport.canvas_input import CanvasInput, CellPicker
+from riglens.widgets.viewport.canvas_input import BoxFrame, CanvasInput, CellPicker
 from riglens.widgets.viewport.controller import ViewController
 from riglens.widgets.viewport.drawn_scene import DrawnScene
 from riglens.widgets.viewport.drop_target import DropTarget
@@ -40,6 +40,7 @@ class ViewportBase(DropTarget):
         self._input = CanvasInput(canvas, self._controller)
         self._input.used.connect(self._redraw.postpone_rest)
         self._input.resized.connect(self._on_resized)
+        self._box = BoxFrame(canvas)
         self._picker = CellPicker(canvas, scene, lambda: self._controller.dragging is not None)
         self._picker.picked.connect(self.cell_picked)
         self._picker.escaped.connect(self.escaped)
@@ -139,25 +140,39 @@ class ViewportBase(DropTarget):
         """A click with Ctrl or Shift chose one more sensor."""
         self.sensor_toggled.emit(name)
 
-    def on_drag_started(self, name: str) -> None:
+    def on_boxing(self, corners: tuple[Pixel, Pixel] | None) -> None:
+        """A box is being drawn between two pixels, or no longer."""
+        self._box.show_between(corners)
+
+    def on_boxed(self, names: tuple[str, ...], removing: bool) -> None:
+        """A box was drawn around sensors."""
+        self.sensors_boxed.emit(names, removing)
+
+    def on_menu_wanted(self, name: str | None, pixel: Pixel) -> None:
+        """A right click asks for a menu."""
+        ratio = self._canvas.devicePixelRatioF()
+        place = QPointF(pixel[0] / ratio, pixel[1] / ratio).toPoint()
+        self.menu_wanted.emit(name, self._canvas.mapToGlobal(place))
+
+    def on_drag_started(self, names: tuple[str, ...]) -> None:
         """A handle was grasped."""
-        self.drag_started.emit(name)
+        self.drag_started.emit(names)
 
-    def on_drag_moved(self, name: str, pose: Pose) -> None:
-        """The sensor was dragged."""
-        self.drag_moved.emit(name, pose)
+    def on_drag_moved(self, poses: Poses) -> None:
+        """Sensors were dragged."""
+        self.drag_moved.emit(poses)
 
-    def on_drag_finished(self, name: str) -> None:
+    def on_drag_finished(self) -> None:
         """The handle was let go."""
-        self.drag_finished.emit(name)
+        self.drag_finished.emit()
 
-    def on_drag_cancelled(self, name: str) -> None:
+    def on_drag_cancelled(self) -> None:
         """The drag was given up."""
-        self.drag_cancelled.emit(name)
+        self.drag_cancelled.emit()
 
-    def on_nudged(self, name: str, pose: Pose) -> None:
-        """A key moved the sensor."""
-        self.nudged.emit(name, pose)
+    def on_nudged(self, poses: Poses) -> None:
+        """A key moved sensors."""
+        self.nudged.emit(poses)
 
     def on_placing(self, active: bool) -> None:
         """A sensor follows the mouse, or no longer does."""

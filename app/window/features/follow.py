@@ -60,15 +60,22 @@ class Follow(Feature):
         viewport.sensor_toggled.connect(document.toggle_selected)
         viewport.drag_started.connect(self._begin_drag)
         viewport.drag_moved.connect(document.preview)
-        viewport.drag_finished.connect(lambda _: document.finish_drag())
-        viewport.drag_cancelled.connect(lambda _: document.cancel_drag())
+        viewport.sensors_boxed.connect(self._choose_boxed)
+        viewport.drag_finished.connect(document.finish_drag)
+        viewport.drag_cancelled.connect(document.cancel_drag)
 
-    def _begin_drag(self, name: str) -> None:
-        """Open a drag, unless the sensor is locked: then it stays where it is, and the user hears why."""
-        self.document.begin_drag(name)
-        if not self.document.is_dragging:
+    def _choose_boxed(self, names: tuple[str, ...], removing: bool) -> None:
+        """Select what a box was drawn around beside what is selected, or take it out."""
+        (self.document.choose_fewer if removing else self.document.choose_more)(names)
+
+    def _begin_drag(self, names: tuple[str, ...]) -> None:
+        """Open a drag, unless a sensor is locked: then all stay where they are, and the user hears why."""
+        document = self.document
+        document.begin_drag(names)
+        if not document.is_dragging:
             self.viewport.cancel_drag()
-            self.bench.report_error(f"{name} is locked; unlock it in the list of sensors to move it")
+            locked = next(name for name in names if name in document.fixed)
+            self.bench.report_error(f"{locked} is locked; unlock it in the list of sensors to move it")
 
     def show_all(self) -> None:
         """Bring viewport, tree and inspector in line with the document, whatever they show now."""

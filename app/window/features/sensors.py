@@ -128,7 +128,7 @@ class Sensors(Feature):
 
     def _fill_menu(self, menu: QMenu) -> None:
         """What the sensor menu offers for a selection, in the list's context menu, too."""
-        for key in ("rename", "duplicate", "mirror", "place", "copy", "delete", "frame"):
+        for key in ("rename", "duplicate", "mirror", "unlink", "place", "copy", "delete", "frame"):
             menu.addAction(self.actions[key])
 
     def _update(self) -> None:
@@ -138,7 +138,7 @@ class Sensors(Feature):
             actions[key].setEnabled(bool(chosen))
         actions["select_all"].setEnabled(bool(document.rig.sensors))
         actions["delete"].setEnabled(not document.locked.issuperset(chosen))
-        actions["rename"].setEnabled(bool(chosen) and document.selected not in document.locked)
+        actions["rename"].setEnabled(len(chosen) == 1 and document.selected not in document.locked)
         all_hidden = bool(chosen) and document.hidden.issuperset(chosen)
         actions["hide"].setIcon(icon("eye-off" if all_hidden else "eye"))
 
@@ -202,7 +202,7 @@ class Placing(Feature):
         self.bind(place=self.place)
         self.viewport.placing_changed.connect(self._show)
         self.viewport.model_dropped.connect(bench.guarded(self.add))
-        self.viewport.nudged.connect(bench.guarded(self._nudge))
+        self.viewport.nudged.connect(bench.guarded(self.document.move))
         follow_marks(self.document, self._update)
 
     def place(self) -> None:
@@ -218,9 +218,6 @@ class Placing(Feature):
         name = f"{default_library().entry(model).kind}_1"
         self.document.add(sensor_from_model(model, name, pose))
 
-    def _nudge(self, name: str, pose: Pose) -> None:
-        self.document.replace_sensor(name, self.document.rig.sensor(name).with_pose(pose))
-
     def _show(self, active: bool) -> None:
         self.actions["place"].setChecked(active)
         if active:
@@ -230,7 +227,7 @@ class Placing(Feature):
 
     def _update(self) -> None:
         hidden = self.document.selected in self.document.hidden
-        self.actions["place"].setEnabled(self.document.selected is not None and not hidden)
+        self.actions["place"].setEnabled(len(self.document.selection) == 1 and not hidden)
 
 
 class Locks(Feature):

@@ -57,15 +57,16 @@ class Views(Feature):
     mouse = (
         ("Left button on a sensor", "selects it alone"),
         ("Ctrl or Shift and left button on a sensor", "selects it too, or no longer"),
-        ("Left button on an arrow, square or ring", "drags the sensor; one drag is one undo step"),
+        ("Shift and left button, dragged", "selects what is in the box, too; with Ctrl takes it out"),
+        ("Left button on an arrow, square or ring", "drags all that is selected; one drag is one undo step"),
         ("Ctrl during a drag", "snaps to 0.05 m and 5°, or not where snapping is on"),
-        ("Arrow keys, Page up, Page down in the view", "move the sensor by 1 cm, with Shift by 10 cm"),
+        ("Arrow keys, Page up, Page down in the view", "move what is selected by 1 cm, with Shift by 10 cm"),
         ("The same keys with Ctrl or Alt", "turn it by 1°, with Shift by 10°"),
         ("Left button elsewhere", "turns the view"),
-        ("Middle button, or Shift and left button", "shifts the view"),
+        ("Middle button", "shifts the view"),
         ("Wheel", "comes nearer to what is under the mouse, or goes away"),
         ("Double click on a sensor", "brings it into the middle of the view"),
-        ("Esc during a drag", "puts the sensor back"),
+        ("Esc during a drag", "puts everything back"),
     )
 
     def __init__(self, bench: Workbench) -> None:

@@ -76,8 +76,8 @@ def test_the_request_is_what_was_set(session: Session) -> None:
     session.pin(OTHER)
     session.pick((4, 5, 6))
     session.look_at_map("camera")
-    session.document.begin_drag("roof")
-    session.document.preview("roof", POSE)
+    session.document.begin_drag(("roof",))
+    session.document.preview({"roof": POSE})
     request = session.request()
     assert request.rig is session.document.rig and request.revision == session.document.revision
     assert request.rig.sensor("roof").pose == POSE and request.is_preview

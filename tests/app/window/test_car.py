@@ -106,7 +106,7 @@ def test_a_model_dropped_on_the_car_is_added_there_and_selected(bench):
 
 def test_nudges_in_a_row_are_one_undo_step(bench):
     for x_m in (0.11, 0.12, 0.13):
-        bench.viewport.nudged.emit("roof", Pose((x_m, 0.2, 1.9)))
+        bench.viewport.nudged.emit({"roof": Pose((x_m, 0.2, 1.9))})
     assert pose(bench, "roof").position_m == (0.13, 0.2, 1.9)
     bench.act("undo")
     assert pose(bench, "roof") == LIDAR.pose

@@ -191,7 +191,7 @@ EDITS: dict[str, Callable[[Bench], object]] = {
     "unlink": lambda bench: bench.act("unlink"),
     "add": lambda bench: bench.features.sensors.add("generic-16"),
     "drop": lambda bench: bench.viewport.model_dropped.emit("generic-16", Pose((0.1, 0.2, 1.5))),
-    "nudge": lambda bench: bench.viewport.nudged.emit("roof", Pose((0.3, 0.2, 1.9))),
+    "nudge": lambda bench: bench.viewport.nudged.emit({"roof": Pose((0.3, 0.2, 1.9))}),
     "drag": lambda bench: bench.drag("roof", (1.0, 0.0, 2.0), (1.5, 0.0, 2.0)),
     "rename": lambda bench: bench.panels.tree.renamed.emit("roof", "mast"),
     "field": lambda bench: bench.type("z", "2.5"),

@@ -132,8 +132,8 @@ def test_the_settings_that_the_user_wants_are_the_sessions_and_shown(desk: Desk)
 def test_an_edit_lengthens_the_trail_and_a_drag_only_at_its_end(desk: Desk) -> None:
     ScoresShown(asking(desk).workbench)
     desk.answer(0.25)
-    desk.document.begin_drag("roof")
-    desk.document.preview("roof", POSE)
+    desk.document.begin_drag(("roof",))
+    desk.document.preview({"roof": POSE})
     desk.answer(0.5)
     assert len(desk.panels.scores.trail_of("car")) == 1
     desk.document.finish_drag()
@@ -148,8 +148,8 @@ def test_the_rig_without_each_sensor_is_asked_for_once_an_edit_is_over(desk: Des
     assert [sensor.enabled for sensor in roof.rig.sensors] == [False, True]
     marginals._take(SideAnswer(roof, result.scene, result.baseline_scores, 1.0))
     assert marginals.losses == {"roof": result.baseline_scores}
-    desk.document.begin_drag("roof")
-    desk.document.preview("roof", POSE)
+    desk.document.begin_drag(("roof",))
+    desk.document.preview({"roof": POSE})
     assert marginals.losses == {} and desk.recompute.aside == []
 
 
@@ -239,8 +239,8 @@ def test_view_list_and_inspector_follow_the_document_and_are_told_once(desk: Des
     Follow(desk.workbench).show_all()
     shown = len(desk.viewport.states)
     desk.document.select("roof")
-    desk.document.begin_drag("roof")
-    desk.document.preview("roof", POSE)
+    desk.document.begin_drag(("roof",))
+    desk.document.preview({"roof": POSE})
     assert desk.viewport.state.rig.sensor("roof").pose == POSE and desk.viewport.state.selected == "roof"
     desk.document.finish_drag()
     desk.document.undo()
@@ -273,8 +273,8 @@ def test_the_car_is_shown_anew_only_when_it_is_another(desk: Desk) -> None:
 def test_undo_says_what_it_takes_back_from_the_first_move_of_a_drag_on(desk: Desk) -> None:
     Edits(desk.workbench)
     assert not desk.is_enabled("undo")
-    desk.document.begin_drag("roof")
-    desk.document.preview("roof", POSE)
+    desk.document.begin_drag(("roof",))
+    desk.document.preview({"roof": POSE})
     assert desk.is_enabled("undo") and desk.workbench.actions["undo"].text() == "Undo move roof"
     desk.document.finish_drag()
     desk.act("undo")
@@ -335,8 +335,8 @@ def test_what_is_done_to_sensors_depends_on_selection_and_locks(desk: Desk) -> N
 def test_the_title_has_a_star_from_the_first_move_on(desk: Desk) -> None:
     Files(desk.workbench)
     assert not desk.workbench.window.isWindowModified()
-    desk.document.begin_drag("roof")
-    desk.document.preview("roof", POSE)
+    desk.document.begin_drag(("roof",))
+    desk.document.preview({"roof": POSE})
     assert desk.workbench.window.isWindowModified()
     desk.document.cancel_drag()
     assert not desk.workbench.window.isWindowModified()

@@ -128,8 +128,8 @@ def test_an_unknown_body_keeps_the_car_and_shows_all_the_rest(scene, told):
 
 
 def test_a_state_made_from_the_one_shown_undoes_no_camera_move_and_no_drag(scene):
-    scene.preview("roof", LIDAR.pose)
+    scene.preview({"roof": LIDAR.pose})
     scene.set_camera(OrbitCamera(distance_m=7.0))
-    scene.preview("roof", MOVED.sensor("roof").pose)
+    scene.preview({"roof": MOVED.sensor("roof").pose})
     scene.show(replace(scene.state, heatmap=HEAT))
     assert scene.state == replace(STATE, rig=MOVED, camera=OrbitCamera(distance_m=7.0), heatmap=HEAT)

@@ -41,9 +41,9 @@ def test_dragging_an_arrow_by_a_metre_on_the_screen_moves_the_sensor_by_that_met
         start, camera = handle_pixel(view, Handle("move", axis)), view._scene.state.camera
         grasp_m = along_axis_m(origin, direction, camera.ray(tuple(start), view._scene.size))
         drag(view, start, pixel_at(view, origin + (grasp_m + 1.0) * direction))
-        _, name, pose = heard.signals[-2]
+        pose = heard.pose()
         assert heard.story() == ["drag_started", "drag_moved", "drag_finished"]
-        assert name == "roof" and pose.rpy_deg == LIDAR.rpy_deg
+        assert pose.rpy_deg == LIDAR.rpy_deg
         assert np.allclose(pose.position_m, origin + direction, atol=0.03)
 
 
@@ -52,7 +52,7 @@ def test_dragging_a_ring_turns_the_sensor_and_moves_nothing(view):
     heard = listen(view)
     start = handle_pixel(view, Handle("rotate", 2))
     drag(view, start, start + np.array([60.0, 5.0]))
-    pose = heard.signals[-2][2]
+    pose = heard.pose()
     assert pose.position_m == LIDAR.position and pose.rpy_deg[:2] == (0.0, 0.0)
     assert abs(pose.rpy_deg[2] - 20.0) > 5.0
 
@@ -63,7 +63,7 @@ def test_the_view_shows_the_dragged_pose_at_once_and_keeps_its_camera(view):
     start = handle_pixel(view, Handle("move", 2))
     drag(view, start, start + np.array([0.0, -50.0]), release=False)
     shown = view.state.rig.sensor("roof").pose
-    assert shown == heard.signals[-1][2] and shown.position_m[2] > 2.3
+    assert shown == heard.pose() and shown.position_m[2] > 2.3
     assert view.state.camera == camera
     QTest.mouseRelease(view._canvas, Qt.MouseButton.LeftButton, pos=to_point(view, start))
 
@@ -145,20 +145,155 @@ def test_dragging_beside_the_gizmo_turns_the_view_and_selects_nothing(view):
     assert after.focal_m == before.focal_m and after.distance_m == before.distance_m
 
 
-@pytest.mark.parametrize("button", [Qt.MouseButton.MiddleButton, Qt.MouseButton.LeftButton])
-def test_the_middle_button_or_shift_pans(view, button):
+NO_KEY, SHIFT = Qt.KeyboardModifier.NoModifier, Qt.KeyboardModifier.ShiftModifier
+CTRL = Qt.KeyboardModifier.ControlModifier
+LEFT, MIDDLE, RIGHT = Qt.MouseButton.LeftButton, Qt.MouseButton.MiddleButton, Qt.MouseButton.RightButton
+
+
+def sweep(view, button, start, end, keys=NO_KEY, release=True):
+    """Drag with any button and keys."""
+    QTest.mousePress(view._canvas, button, keys, QPoint(*start))
+    for share in (0.5, 1.0):
+        x, y = np.round(np.array(start) + share * (np.array(end) - start)).astype(int).tolist()
+        hover(view._canvas, QPoint(x, y), button)
+    if release:
+        QTest.mouseRelease(view._canvas, button, keys, QPoint(*end))
+
+
+def box_around(view, *places):
+    """Two corners of a box around points, in pixels."""
+    pixels = np.array([pixel_at(view, place) for place in places])
+    return (pixels.min(axis=0) - 20).round().astype(int), (pixels.max(axis=0) + 20).round().astype(int)
+
+
+def test_the_middle_button_pans(view):
     before = view.state.camera
-    keys = (
-        Qt.KeyboardModifier.ShiftModifier
-        if button == Qt.MouseButton.LeftButton
-        else Qt.KeyboardModifier.NoModifier
-    )
-    QTest.mousePress(view._canvas, button, keys, QPoint(60, 500))
-    hover(view._canvas, QPoint(120, 450), button)
-    QTest.mouseRelease(view._canvas, button, keys, QPoint(120, 450))
+    sweep(view, MIDDLE, (60, 500), (120, 450))
     after = view.state.camera
     assert after.focal_m != before.focal_m
     assert (after.azimuth_deg, after.elevation_deg) == (before.azimuth_deg, before.elevation_deg)
+
+
+def test_a_drag_with_shift_draws_a_box_around_sensors_and_leaves_the_view(view):
+    heard = listen(view)
+    camera = view.state.camera
+    low, high = box_around(view, LIDAR.position, CAMERA.position)
+    sweep(view, LEFT, low, high, SHIFT, release=False)
+    assert view._box.isVisible() and view._box.width() >= abs(high[0] - low[0])
+    QTest.mouseRelease(view._canvas, LEFT, SHIFT, QPoint(*high))
+    assert not view._box.isVisible() and view.state.camera == camera
+    assert heard.signals == [("sensors_boxed", ("roof", "front"), False)]
+
+
+def test_a_box_from_any_corner_holds_what_is_in_it_alone_and_with_ctrl_takes_it_out(view):
+    heard = listen(view)
+    low, high = box_around(view, CAMERA.position)
+    sweep(view, LEFT, high, low, SHIFT)
+    sweep(view, LEFT, low, high, SHIFT | CTRL)
+    sweep(view, LEFT, (5, 5), (40, 40), SHIFT)
+    assert [signal[1:] for signal in heard.signals] == [(("front",), False), (("front",), True), ((), False)]
+
+
+def test_a_box_over_a_handle_grasps_nothing_and_escape_gives_it_up(view):
+    heard = listen(view)
+    start = handle_pixel(view, Handle("move", 2)).astype(int)
+    end = start + np.array([80, 80])
+    sweep(view, LEFT, start, end, SHIFT, release=False)
+    QTest.keyClick(view._canvas, Qt.Key.Key_Escape)
+    assert not view._box.isVisible()
+    QTest.mouseRelease(view._canvas, LEFT, SHIFT, QPoint(*end))
+    assert heard.signals == [] and view.state.rig == RIG
+
+
+def test_a_hidden_sensor_is_in_no_box(view):
+    heard = listen(view)
+    change(view, hidden=frozenset({"roof"}))
+    sweep(view, LEFT, (2, 2), (898, 598), SHIFT)
+    assert heard.signals == [("sensors_boxed", ("front",), False)]
+
+
+def test_the_right_button_zooms_when_dragged_up_or_down_and_asks_for_no_menu(view):
+    heard = listen(view)
+    before = view.state.camera
+    sweep(view, RIGHT, (450, 300), (450, 200))
+    nearer = view.state.camera
+    sweep(view, RIGHT, (450, 200), (450, 300))
+    assert nearer.distance_m < 0.8 * before.distance_m
+    assert view.state.camera.distance_m == pytest.approx(before.distance_m)
+    assert heard.signals == []
+
+
+def test_a_right_click_asks_for_the_menu_of_the_sensor_there_or_of_none(view):
+    heard = listen(view)
+    for place in (pixel_at(view, CAMERA.position), np.array([15.0, 15.0])):
+        QTest.mouseClick(view._canvas, RIGHT, NO_KEY, to_point(view, place))
+    assert [signal[:2] for signal in heard.signals] == [("menu_wanted", "front"), ("menu_wanted", None)]
+    place = view._canvas.mapFromGlobal(heard.signals[1][2])
+    assert (place.x(), place.y()) == (15, 15)
+
+
+BOTH = {"selected": "roof", "also_selected": frozenset({"front"})}
+
+
+def test_the_gizmo_of_several_stands_at_their_centre_and_moves_all_by_the_same(view):
+    change(view, gizmo_mode="move", gizmo_space="world", **BOTH)
+    heard = listen(view)
+    centre = np.mean([LIDAR.position, CAMERA.position], axis=0)
+    assert np.allclose(view.state.gizmo_pose.position_m, centre)
+    start = handle_pixel(view, Handle("move", 2))
+    drag(view, start, start + np.array([0.0, -50.0]))
+    assert heard.signals[0] == ("drag_started", ("front", "roof"))
+    steps_m = [np.subtract(heard.pose(s.name).position_m, s.position) for s in (LIDAR, CAMERA)]
+    assert steps_m[0][2] > 0.1 and np.allclose(*steps_m, atol=1e-9)
+    assert (steps_m[0][:2] == 0.0).all() and heard.pose("front").rpy_deg == CAMERA.rpy_deg
+    assert {name: view.state.rig.sensor(name).pose for name in ("roof", "front")} == heard.signals[-2][1]
+
+
+@pytest.mark.parametrize("space", ["world", "local"])
+def test_a_ring_of_several_turns_them_about_their_centre_as_one_body(view, space):
+    change(view, gizmo_mode="rotate", gizmo_space=space, **BOTH)
+    heard = listen(view)
+    start = handle_pixel(view, Handle("rotate", 2))
+    drag(view, start, start + np.array([60.0, 5.0]))
+    after = [heard.pose(sensor.name) for sensor in (LIDAR, CAMERA)]
+    before = [LIDAR.pose, CAMERA.pose]
+    places = np.array([pose.position_m for pose in before]), np.array([pose.position_m for pose in after])
+    assert np.allclose(places[0].mean(axis=0), places[1].mean(axis=0))
+    assert not np.allclose(places[0], places[1], atol=0.002)
+    parts = [pose.inverse().compose(other) for pose, other in (before, after)]
+    assert np.allclose(parts[0].vehicle_SE3_sensor(), parts[1].vehicle_SE3_sensor(), atol=1e-7)
+
+
+def test_a_group_snaps_by_how_far_it_goes_so_round_places_stay_round(view):
+    change(view, gizmo_mode="move", gizmo_space="world", **BOTH)
+    view.set_snap(True)
+    heard = listen(view)
+    start = handle_pixel(view, Handle("move", 2))
+    drag(view, start, start + np.array([0.0, -40.0]))
+    for sensor in (LIDAR, CAMERA):
+        z_m = heard.pose(sensor.name).position_m[2]
+        assert z_m > sensor.position[2] and z_m == round(round(z_m / 0.05) * 0.05, 9)
+
+
+def test_a_group_with_a_sensor_that_cannot_be_moved_has_no_gizmo(view):
+    change(view, fixed=frozenset({"front"}), **BOTH)
+    assert view.state.gizmo_pose is None
+
+
+def test_escape_puts_a_dragged_group_back(view):
+    change(view, gizmo_mode="move", gizmo_space="world", **BOTH)
+    heard = listen(view)
+    start = handle_pixel(view, Handle("move", 2))
+    drag(view, start, start + np.array([0.0, -50.0]), release=False)
+    QTest.keyClick(view._canvas, Qt.Key.Key_Escape)
+    assert heard.story()[-1] == "drag_cancelled" and view.state.rig == RIG
+
+
+def test_a_key_nudges_all_that_is_selected(view):
+    change(view, gizmo_space="world", **BOTH)
+    heard = listen(view)
+    QTest.keyClick(view._canvas, Qt.Key.Key_PageUp)
+    assert [heard.pose(sensor.name).position_m[2] for sensor in (LIDAR, CAMERA)] == [2.21, 1.81]
 
 
 def test_dragging_a_plane_moves_the_sensor_in_that_plane_only(view):
@@ -166,7 +301,7 @@ def test_dragging_a_plane_moves_the_sensor_in_that_plane_only(view):
     heard = listen(view)
     start = handle_pixel(view, Handle("plane", 2))
     drag(view, start, start + np.array([60.0, 20.0]))
-    pose = heard.signals[-2][2]
+    pose = heard.pose()
     assert pose.position_m[2] == LIDAR.position[2] and pose.rpy_deg == LIDAR.rpy_deg
     assert all(
         abs(new - old) > 0.05 for new, old in zip(pose.position_m[:2], LIDAR.position[:2], strict=True)
@@ -179,11 +314,11 @@ def test_with_snapping_a_drag_ends_on_round_numbers_and_ctrl_inverts_it(view):
     heard = listen(view)
     start = handle_pixel(view, Handle("move", 2))
     drag(view, start, start + np.array([0.0, -33.0]), release=False)
-    snapped = heard.signals[-1][2].position_m[2]
+    snapped = heard.pose().position_m[2]
     QTest.keyPress(view._canvas, Qt.Key.Key_Control)
-    free = heard.signals[-1][2].position_m[2]
+    free = heard.pose().position_m[2]
     QTest.keyRelease(view._canvas, Qt.Key.Key_Control)
-    again = heard.signals[-1][2].position_m[2]
+    again = heard.pose().position_m[2]
     QTest.mouseRelease(view._canvas, Qt.MouseButton.LeftButton, pos=to_point(view, start))
     assert snapped == again == round(round(snapped / 0.05) * 0.05, 9)
     assert free != snapped and abs(free - snapped) <= 0.025 + 1e-9
@@ -213,8 +348,10 @@ def test_a_key_nudges_the_selected_sensor(view):
         change(view, rig=RIG, selected="roof")
         heard.signals.clear()
         QTest.keyClick(view._canvas, key, modifier)
-        [(_, name, pose)] = heard.signals
-        assert name == "roof" and (*pose.position_m, *pose.rpy_deg)[place] == pytest.approx(value, abs=1e-12)
+        pose = heard.pose()
+        assert heard.story() == ["nudged"] and (*pose.position_m, *pose.rpy_deg)[place] == pytest.approx(
+            value, abs=1e-12
+        )
 
 
 def test_without_a_selection_keys_nudge_nothing(view):
@@ -240,7 +377,7 @@ def test_a_placed_sensor_follows_the_mouse_over_the_car_and_a_click_leaves_it_th
         "placing_changed",
         "drag_finished",
     ]
-    pose = next(signal[2] for signal in reversed(heard.signals) if signal[0] == "drag_moved")
+    pose = heard.pose()
     assert pose.position_m == pytest.approx((-0.5, 0.0, 1.45 + 0.085), abs=0.08)
     assert abs(pose.rpy_deg[0]) < 10.0 and abs(pose.rpy_deg[1]) < 10.0
     assert view.state.rig.sensor("roof").pose == pose

@@ -83,8 +83,14 @@ def shown(kind: type[AnyView], qtbot: QtBot, size: tuple[int, int] = (900, 600),
 class Heard:
     """What a viewport emitted, in order."""
 
-    signals: list[tuple[object, ...]] = field(default_factory=list)
+    signals: list[tuple[Any, ...]] = field(default_factory=list)
     frames: int = 0
+
+    def pose(self, name: str = "roof") -> Any:
+        """Where a sensor was moved to last."""
+        return next(signal[1] for signal in reversed(self.signals) if signal[0] in ("drag_moved", "nudged"))[
+            name
+        ]
 
     def story(self) -> list[object]:
         """Names of the signals, repetitions left out: a real pointer may report a place twice."""
@@ -96,6 +102,8 @@ def listen(view: AnyView) -> Heard:
     names = (
         "sensor_picked",
         "sensor_toggled",
+        "sensors_boxed",
+        "menu_wanted",
         "drag_started",
         "drag_moved",
         "drag_finished",

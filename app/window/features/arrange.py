@@ -1,0 +1,117 @@
+"""Several sensors brought in line or evenly spaced, and the menus of the right button in the 3D view."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from PySide6.QtCore import QPoint
+from PySide6.QtWidgets import QMenu
+
+from riglens.app.window.actions import Spec
+from riglens.app.window.feature import Feature
+from riglens.app.window.workbench import Workbench
+from riglens.core.rig.groups import Alignment
+
+ALIGNMENTS: dict[str, Alignment] = {
+    "align_left": "left",
+    "align_right": "right",
+    "align_front": "front",
+    "align_rear": "rear",
+    "align_centre": "centre",
+    "align_height": "height",
+}
+
+
+def _align(key: str, text: str, tip: str, shortcut: str = "") -> Spec:
+    return Spec(key, text, f"{tip}; other coordinates and angles stay", shortcut, menu="sensor")
+
+
+class Arrange(Feature):
+    """Align and Space evenly, each one undo step for all that is selected."""
+
+    specs = (
+        _align("align_left", "Left", "Give the selected sensors the y of the one furthest left"),
+        _align("align_right", "Right", "Give the selected sensors the y of the one furthest right"),
+        _align("align_front", "Front", "Give the selected sensors the x of the foremost"),
+        _align("align_rear", "Rear", "Give the selected sensors the x of the rearmost"),
+        _align("align_centre", "Centre plane", "Put the selected sensors on the middle plane of the car, y = 0"),
+        _align("align_height", "Same height", "Give the selected sensors the z of the one selected last"),
+        Spec(
+            "space", "Space evenly",
+            "Space three or more selected sensors evenly between the outermost two, where they are furthest apart",
+            menu="sensor/place",
+        ),
+    )  # fmt: skip
+
+    def __init__(self, bench: Workbench) -> None:
+        super().__init__(bench)
+        self._menu = QMenu("Align", bench.window)
+        self._menu.setToolTipsVisible(True)
+        for key in ALIGNMENTS:
+            self._menu.addAction(self.actions[key])
+        bench.places.add_to_menu("sensor/place", self._menu)
+        self.bind(
+            space=bench.guarded(self._space),
+            **{key: bench.guarded(partial(self._align_all, how)) for key, how in ALIGNMENTS.items()},
+        )
+        for changed in (self.document.selection_changed, self.document.rig_settled):
+            changed.connect(self._update)
+        self._update()
+
+    def _align_all(self, how: Alignment) -> None:
+        self.document.align(self.document.chosen, how)
+
+    def _space(self) -> None:
+        self.document.space(self.document.chosen)
+
+    def _update(self) -> None:
+        count = len(self.document.chosen)
+        for key in ALIGNMENTS:
+            self.actions[key].setEnabled(count > 1 or (key == "align_centre" and count == 1))
+        self._menu.setEnabled(count > 0)
+        self.actions["space"].setEnabled(count > 2)
+
+
+ON_NOTHING = (
+    "frame_all",
+    "iso",
+    "top",
+    "front",
+    "left",
+    "rear",
+    "right",
+    "",
+    "select_all",
+    "paste",
+    "",
+    "pick",
+)
+"""What the menu offers beside all sensors; an empty key is a separator."""
+
+
+class ViewMenu(Feature):
+    """A right click in the 3D view: the menu of the list on a sensor, what the view can do beside all of them."""
+
+    mouse = (
+        ("Right button on a sensor", "opens its menu; elsewhere that of the view"),
+        ("Right button, dragged up or down", "comes nearer or goes away"),
+    )
+
+    def __init__(self, bench: Workbench) -> None:
+        super().__init__(bench)
+        self.viewport.menu_wanted.connect(self._open)
+
+    def _open(self, name: str | None, place: QPoint) -> None:
+        if name is None:
+            menu = QMenu(self.bench.window)
+            for key in ON_NOTHING:
+                if key:
+                    menu.addAction(self.actions[key])
+                else:
+                    menu.addSeparator()
+        else:
+            if name not in self.document.selection:
+                self.document.select(name)
+            menu = self.bench.panels.tree.context_menu()
+        menu.aboutToHide.connect(menu.deleteLater)
+        menu.popup(place)
