@@ -81,6 +81,7 @@ HOUSE = (
             (Room("study", "measuring methods, rigs and grids"),),
             (
                 Room("engine", "edits, exact to the last bit", 4),
+                Room("targets", "points on road users"),
                 Room("view", "one sensor, one frame"),
                 Room("formats", "rigs of other programs"),
             ),

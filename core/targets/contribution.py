@@ -1,0 +1,111 @@
+"""What one sensor gets onto the road users of the first so many frames, however the others stand."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from riglens.core.kernels import targets as kernel
+from riglens.core.rig.model import Lidar, Sensor
+from riglens.core.targets.beams import azimuth_step_rad, beams_of
+from riglens.core.targets.draws import mixed, sensor_key, units
+from riglens.core.targets.settings import TargetSettings
+from riglens.core.targets.traffic import Traffic
+
+Ids = NDArray[np.int64]
+IsStale = Callable[[], bool]
+RAYS_AT_ONCE = 1 << 20
+"""Rays of all frames of a chunk, after which `is_stale` is asked."""
+
+
+class _Scratch(NamedTuple):
+    """Memory of the workers, as `cast_frames` wants it."""
+
+    nearest: NDArray[np.float64]
+    owner: NDArray[np.int32]
+    touched: NDArray[np.int32]
+    ordered: NDArray[np.int32]
+    tables: Ids
+
+
+@dataclass(frozen=True)
+class Contribution:
+    """Of the objects of the first `frames` frames, m of them: found int32 (m, COLUMNS) as in
+    `riglens.core.kernels.targets`; cells of object o, for LiDARs: cells[cell_starts[o]] up to cell_starts[o + 1].
+    """
+
+    frames: int
+    found: NDArray[np.int32]
+    cell_starts: Ids
+    cells: Ids
+
+    def joined(self, more: Contribution) -> Contribution:
+        """This one and that of the frames that follow."""
+        return Contribution(
+            self.frames + more.frames,
+            np.concatenate([self.found, more.found]),
+            np.concatenate([self.cell_starts, self.cell_starts[-1] + more.cell_starts[1:]]),
+            np.concatenate([self.cells, more.cells]),
+        )
+
+
+NOTHING = Contribution(
+    0, np.zeros((0, kernel.COLUMNS), np.int32), np.zeros(1, np.int64), np.zeros(0, np.int64)
+)
+
+
+def phases_rad(sensor: Sensor, settings: TargetSettings, frame: Ids) -> NDArray[np.float64]:
+    """By how much the azimuths of a sensor are shifted in frames (n,) of the data, radians; 0 for cameras."""
+    if settings.phase == "0" or not isinstance(sensor, Lidar):
+        return np.zeros(len(frame))
+    return azimuth_step_rad(sensor) * units(mixed(sensor_key(settings.seed, sensor.name), frame))
+
+
+class TargetCaster:
+    """Casts sensors into one set of traffic with a number of workers; `is_serial` for a thread that must not call
+    parallel kernels."""
+
+    def __init__(self, traffic: Traffic, workers: int = 1, is_serial: bool = False) -> None:
+        self._traffic, self._workers, self._is_serial = traffic, 1 if is_serial else workers, is_serial
+        self._boxes = kernel.Traffic(
+            traffic.starts, traffic.centre_m, traffic.size_m / 2.0, traffic.rotation, traffic.counts
+        )
+
+    def cast(
+        self, sensor: Sensor, settings: TargetSettings, first: int, end: int, is_stale: IsStale
+    ) -> Contribution | None:
+        """What a sensor gets in frames first..end-1; None as soon as `is_stale` says so."""
+        traffic = self._traffic
+        beams, rays = beams_of(sensor), sensor.ray_count
+        phases = phases_rad(sensor, settings, traffic.frame)
+        found = np.zeros((len(traffic.cls), kernel.COLUMNS), np.int32)
+        scratch, cells = _scratch(self._workers, rays), [np.zeros(0, np.int64)]
+        at_once = max(1, min(end - first, RAYS_AT_ONCE // rays))
+        buffer, filled = (
+            np.empty((at_once, rays if beams.turns else 1), np.int64),
+            np.zeros(at_once, np.int64),
+        )
+        cast = kernel.cast_frames_serial if self._is_serial else kernel.cast_frames
+        for start in range(first, end, at_once):
+            if is_stale():
+                return None
+            until = min(start + at_once, end)
+            cast(self._boxes, beams, start, until, phases, *scratch, found, buffer, filled)
+            cells += [buffer[k, : filled[k]].copy() for k in range(until - start)]
+        mine = found[traffic.starts[first] : traffic.starts[end]]
+        cell_starts = np.concatenate([[0], np.cumsum(mine[:, kernel.CELLS], dtype=np.int64)])
+        return Contribution(end - first, mine, cell_starts, np.concatenate(cells))
+
+
+def _scratch(workers: int, rays: int) -> _Scratch:
+    return _Scratch(
+        np.full((workers, rays), np.inf),
+        np.full((workers, rays), -1, np.int32),
+        np.empty((workers, rays), np.int32),
+        np.empty((workers, rays), np.int32),
+        np.empty((workers, kernel.table_mask(rays) + 1), np.int64),
+    )

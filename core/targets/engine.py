@@ -1,0 +1,96 @@
+"""Counts what rigs get onto road users; casts only the sensors that changed since the rig before.
+
+What a sensor gets does not depend on the other sensors, so each one's contribution is kept, and an edit casts the moved
+sensor alone. All counts are integers and frames share nothing: any order of edits and any number of threads gives the
+bits of an evaluation from scratch. Call it from one thread only.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+
+from riglens.core.kernels import jit
+from riglens.core.rig.model import Lidar, Rig, Sensor, rays_of
+from riglens.core.targets.contribution import NOTHING, Contribution, IsStale, TargetCaster
+from riglens.core.targets.scores import TargetScores, scores_of
+from riglens.core.targets.settings import USUAL, TargetSettings
+from riglens.core.targets.traffic import Traffic
+
+_Shape = tuple[Sensor, TargetSettings]
+
+
+def never_stale() -> bool:
+    """For callers that want every answer."""
+    return False
+
+
+class TargetEngine:
+    """Incremental counting for rigs in one set of traffic, with a number of threads (all processors by default).
+
+    `is_serial`: for a thread that must not call parallel kernels; the counts are the same.
+    """
+
+    def __init__(self, traffic: Traffic, threads: int | None = None, is_serial: bool = False) -> None:
+        self._traffic = traffic
+        self._workers = 1 if is_serial else jit.use_threads(threads)
+        self._is_serial = is_serial
+        self._caster = TargetCaster(traffic, self._workers, is_serial)
+        self._held: dict[_Shape, Contribution] = {}
+        self._shown: set[_Shape] = set()
+
+    @property
+    def traffic(self) -> Traffic:
+        """What rigs are evaluated in."""
+        return self._traffic
+
+    def evaluate(self, rig: Rig, settings: TargetSettings = USUAL, frames: int | None = None) -> TargetScores:
+        """Count for a rig in the first `frames` frames of the sampling order, in all of them without."""
+        found = self.evaluate_unless(never_stale, rig, settings, frames)
+        assert found is not None
+        return found
+
+    def evaluate_unless(
+        self,
+        is_stale: IsStale,
+        rig: Rig,
+        settings: TargetSettings = USUAL,
+        frames: int | None = None,
+    ) -> TargetScores | None:
+        """As `evaluate`, but None as soon as `is_stale`, which is asked every few milliseconds, returns True.
+
+        What was cast until then is kept where it is whole, so the next evaluation is as good as any.
+        """
+        started = time.perf_counter()
+        if not self._is_serial:
+            jit.use_threads(self._workers)
+        used = self._traffic.frames if frames is None else max(0, min(frames, self._traffic.frames))
+        wanted = {sensor.name: _shape_of(sensor, settings) for sensor in rig.sensors if sensor.enabled}
+        shown = self._shown | set(wanted.values())
+        self._held = {shape: held for shape, held in self._held.items() if shape in shown}
+        for shape in wanted.values():
+            if not self._extend(shape, used, is_stale):
+                return None
+        self._shown = set(wanted.values())
+        self._held = {shape: self._held[shape] for shape in self._shown}
+        by_sensor = {name: self._held[shape] for name, shape in wanted.items()}
+        scores = scores_of(self._traffic, rig, settings, by_sensor, used, self._workers)
+        return replace(scores, elapsed_ms=(time.perf_counter() - started) * 1e3)
+
+    def _extend(self, shape: _Shape, frames: int, is_stale: IsStale) -> bool:
+        """Cast a sensor in the frames that it lacks of the first `frames`; False when abandoned."""
+        held = self._held.get(shape, NOTHING)
+        if held.frames < frames or shape not in self._held:
+            more = self._caster.cast(shape[0], shape[1], held.frames, frames, is_stale)
+            if more is None:
+                return False
+            self._held[shape] = held.joined(more) if held.frames else more
+        return True
+
+
+def _shape_of(sensor: Sensor, settings: TargetSettings) -> _Shape:
+    """What decides a contribution: the rays, and the name of a LiDAR whose draws depend on it; thresholds do not."""
+    rays = rays_of(sensor)
+    if isinstance(sensor, Lidar) and settings.phase == "random":
+        rays = rays.model_copy(update={"name": sensor.name})
+    return rays, replace(settings, min_points=1)

@@ -1,0 +1,43 @@
+"""What is asked of the counting of points on road users, and what is assumed for it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+from riglens.core.errors import InputError
+
+Phase = Literal["random", "0"]
+CELLS_SCALE = 5.0
+"""on_target = mean over objects of 1 - exp(-cells / 5)."""
+RING_M, RINGS_TO_M = 10.0, 100.0
+"""Width of the rings; what lies beyond the second number makes one more ring."""
+HEIGHT_PX = 25
+
+
+@dataclass(frozen=True)
+class TargetSettings:
+    """phase: `random` turns each LiDAR in each frame by a part of its azimuth step, drawn by `seed`, its name and the
+    frame; `0` casts the azimuths as they are listed. min_points: an object with so many points of LiDARs is detectable.
+    """
+
+    phase: Phase = "random"
+    seed: int = 0
+    min_points: int = 5
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.seed < 1 << 63:
+            raise InputError(f"--seed: found {self.seed}, accepted is a whole number from 0 up to 2^63 - 1")
+        if self.min_points < 1:
+            raise InputError(f"--min-points: found {self.min_points}, accepted is a whole number from 1 up")
+
+
+USUAL = TargetSettings()
+EXACT = TargetSettings(phase="0")
+"""Rays as listed against plain boxes: what brute force can check ray by ray."""
+
+
+def detected(cells: float) -> float:
+    """What an object with so many cells adds to `on_target`."""
+    return 1.0 - math.exp(-cells / CELLS_SCALE)

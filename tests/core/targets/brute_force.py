@@ -1,0 +1,93 @@
+"""Every ray against every box in plain numpy: what the targets engine has to find, written without its short cuts."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from riglens.core.rig.model import Lidar, Rig, Sensor
+from riglens.core.sensing.rays import local_directions
+from riglens.core.targets.contribution import phases_rad
+from riglens.core.targets.settings import EXACT, TargetSettings
+from riglens.core.targets.traffic import Traffic
+
+Doubles = NDArray[np.float64]
+CELL_M, INSIDE_M = 0.2, 0.001
+
+
+@dataclass(frozen=True)
+class OnBoxes:
+    """Of n boxes: rays (n, sensors) that enter each first, alone (n, sensors) that would without the others, rows (n,
+    sensors) from the first to the last with such a ray, and the distinct cells (n,) of all LiDARs."""
+
+    rays: NDArray[np.int64]
+    alone: NDArray[np.int64]
+    rows: NDArray[np.int64]
+    cells: NDArray[np.int64]
+
+
+def count(traffic: Traffic, rig: Rig, settings: TargetSettings = EXACT, frames: int | None = None) -> OnBoxes:
+    """What the enabled sensors of a rig get onto the boxes of the first frames."""
+    sensors = [sensor for sensor in rig.sensors if sensor.enabled]
+    number = len(traffic.cls)
+    rays, alone, rows = (np.zeros((number, len(sensors)), np.int64) for _ in range(3))
+    cells: list[set[tuple[int, int, int]]] = [set() for _ in range(number)]
+    for frame in range(traffic.frames if frames is None else frames):
+        first, end = int(traffic.starts[frame]), int(traffic.starts[frame + 1])
+        for column, sensor in enumerate(sensors):
+            phase = phases_rad(sensor, settings, traffic.frame[frame : frame + 1])[0]
+            directions = _directions(sensor, float(phase))
+            entry, start, along = _entries(traffic, slice(first, end), sensor, directions)
+            alone[first:end, column] = np.isfinite(entry).sum(axis=0)
+            hit = np.flatnonzero(np.isfinite(entry).any(axis=1))
+            owner = entry[hit].argmin(axis=1) if end > first else np.zeros(0, np.int64)
+            for ray, box in zip(hit, owner, strict=True):
+                rays[first + box, column] += 1
+                if isinstance(sensor, Lidar):
+                    inside = start[box] + (entry[ray, box] + INSIDE_M) * along[ray, box]
+                    i, j, k = np.floor(inside / CELL_M).astype(int).tolist()
+                    cells[first + box].add((i, j, k))
+            columns = sensor.azimuths().size if isinstance(sensor, Lidar) else sensor.cast[0]
+            for box in np.unique(owner):
+                row = hit[owner == box] // columns
+                rows[first + box, column] = row.max() - row.min() + 1
+    return OnBoxes(rays, alone, rows, np.array([len(found) for found in cells], np.int64))
+
+
+def _directions(sensor: Sensor, phase: float) -> Doubles:
+    """Directions of all rays in the vehicle frame, NaN where the lens has none, (rays, 3)."""
+    local = local_directions(sensor, np.arange(sensor.ray_count))
+    rotation = sensor.pose.rotation()
+    if phase != 0.0:
+        cos, sin = np.cos(phase), np.sin(phase)
+        x, y, z = rotation.T
+        rotation = np.stack([x * cos + y * sin, y * cos - x * sin, z], axis=1)
+    return np.stack(
+        [(row[0] * local[:, 0] + row[1] * local[:, 1]) + row[2] * local[:, 2] for row in rotation], axis=1
+    )
+
+
+def _entries(
+    traffic: Traffic, boxes: slice, sensor: Sensor, directions: Doubles
+) -> tuple[Doubles, Doubles, Doubles]:
+    """Where each ray enters each box, (rays, m), inf: nowhere; the sensor in the axes of the boxes (m, 3), and the rays
+    (rays, m, 3)."""
+    turn, half = traffic.rotation[boxes], traffic.size_m[boxes] / 2.0
+    back = -(traffic.centre_m[boxes] - np.array(sensor.position))
+    start = np.stack([_into(turn, back, axis) for axis in range(3)], axis=1)
+    along = np.stack([_into(turn[None], directions[:, None], axis) for axis in range(3)], axis=2)
+    with np.errstate(all="ignore"):
+        a, b = (-half - start) / along, (half - start) / along
+    between = np.abs(start) < half
+    flat = along == 0.0
+    first = np.where(flat, np.where(between, -np.inf, np.inf), np.minimum(a, b))
+    last = np.where(flat, np.where(between, np.inf, -np.inf), np.maximum(a, b))
+    enters = np.maximum(first.max(axis=2), sensor.range_m[0])
+    leaves = np.minimum(last.min(axis=2), sensor.range_m[1])
+    own = (np.abs(start) <= half).all(axis=1)
+    return np.where((enters < leaves) & ~own, enters, np.inf), start, along
+
+
+def _into(turn: Doubles, v: Doubles, axis: int) -> Doubles:
+    """One component of R^T v, summed from left to right."""
+    return (turn[..., 0, axis] * v[..., 0] + turn[..., 1, axis] * v[..., 1]) + turn[..., 2, axis] * v[..., 2]

@@ -1,0 +1,59 @@
+"""The targets engine against every ray and every box, equal to the last count."""
+
+import numpy as np
+import pytest
+
+from riglens.core.geometry import Pose
+from riglens.core.rig.library import default_library, sensor_from_model
+from riglens.core.rig.model import Rig
+from riglens.core.targets.engine import TargetEngine
+from riglens.core.targets.scores import TargetScores
+from riglens.core.targets.settings import EXACT, TargetSettings
+from riglens.core.targets.traffic import Traffic
+from tests.core.targets import brute_force
+from tests.core.targets.cases import random_rig, random_traffic
+
+
+def check(traffic: Traffic, rig: Rig, settings: TargetSettings = EXACT) -> TargetScores:
+    everything = traffic.within(1e6)
+    scores = TargetEngine(everything).evaluate(rig, settings)
+    truth, found = brute_force.count(everything, rig, settings), scores.objects
+    lidar = np.array([sensor.kind == "lidar" for sensor in rig.sensors], bool)
+    scale = np.array([c.image[0] / c.cast[0] * (c.image[1] / c.cast[1]) for c in rig.cameras()])
+    height = np.array([c.image[1] / c.cast[1] for c in rig.cameras()])
+    np.testing.assert_array_equal(found.points, truth.rays[:, lidar])
+    np.testing.assert_array_equal(found.pixels, truth.rays[:, ~lidar] * scale)
+    np.testing.assert_array_equal(found.points_alone, truth.alone[:, lidar].sum(axis=1))
+    np.testing.assert_array_equal(found.pixels_alone, (truth.alone[:, ~lidar] * scale).sum(axis=1))
+    np.testing.assert_array_equal(found.height_px, (truth.rows[:, ~lidar] * height).max(axis=1, initial=0.0))
+    np.testing.assert_array_equal(found.cells, truth.cells)
+    return scores
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_random_rigs_in_random_frames(seed):
+    rng = np.random.default_rng(seed)
+    scores = check(random_traffic(rng, 4), random_rig(rng, 6))
+    assert scores.objects.all_points.sum() > 0
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_random_phases_shift_the_rays_of_the_oracle_as_well(seed):
+    rng = np.random.default_rng(100 + seed)
+    check(random_traffic(rng, 4), random_rig(rng, 5), TargetSettings(seed=seed))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(20))
+def test_many_random_rigs_in_many_random_frames(seed):
+    rng = np.random.default_rng(1000 + seed)
+    check(random_traffic(rng, 200), random_rig(rng, 4))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("model", [entry.name for entry in default_library().entries()])
+def test_every_model_of_the_library(model):
+    """Tilted a little, so that no window is exact by chance."""
+    rng = np.random.default_rng(len(model))
+    pose = Pose((0.4, -0.3, 2.1), (1.0, 2.0, 30.0))
+    check(random_traffic(rng, 2, 9), Rig(sensors=(sensor_from_model(model, "S", pose),)))

@@ -1,0 +1,164 @@
+"""The engine's promises: an edit casts the moved sensor alone, and nothing depends on order, threads or giving up."""
+
+import numpy as np
+import pytest
+
+from riglens.core.rig.model import Rig
+from riglens.core.targets import contribution
+from riglens.core.targets.engine import TargetEngine
+from riglens.core.targets.scores import TargetScores
+from riglens.core.targets.settings import EXACT, TargetSettings
+from riglens.core.targets.traffic import read_traffic
+from tests.core.builders import Boxes, rig_of, spinning
+from tests.core.targets.cases import random_rig, random_traffic
+
+
+def same(one: TargetScores, other: TargetScores) -> bool:
+    arrays = ("box", "points", "pixels", "points_alone", "pixels_alone", "cells", "height_px")
+    equal = all(np.array_equal(getattr(one.objects, name), getattr(other.objects, name)) for name in arrays)
+    return equal and dict(one.classes) == dict(other.classes)
+
+
+@pytest.fixture(scope="module")
+def world():
+    return random_traffic(np.random.default_rng(5), 40)
+
+
+def test_threads_and_serial_kernels_give_the_same_bits(world):
+    rig = random_rig(np.random.default_rng(6), 6)
+    one = TargetEngine(world, threads=1).evaluate(rig)
+    assert one.objects.all_points.sum() > 100
+    assert same(one, TargetEngine(world, threads=3).evaluate(rig))
+    assert same(one, TargetEngine(world, is_serial=True).evaluate(rig))
+
+
+def test_edits_in_any_order_give_the_bits_of_an_evaluation_from_scratch(world):
+    rng = np.random.default_rng(7)
+    engine, rig = TargetEngine(world), random_rig(rng, 4)
+    for step in range(30):
+        sensor = rig.sensors[int(rng.integers(4))]
+        moved = {"position": tuple(rng.uniform(-2.0, 2.0, 3).tolist()), "enabled": bool(rng.random() < 0.8)}
+        rig = rig.with_sensor(sensor.name, sensor.model_copy(update=moved))
+        frames = int(rng.integers(1, 41)) if step % 3 else None
+        settings = EXACT if step % 2 else TargetSettings()
+        assert same(
+            engine.evaluate(rig, settings, frames), TargetEngine(world).evaluate(rig, settings, frames)
+        )
+
+
+def test_only_the_moved_sensor_is_cast_and_a_sample_goes_on_where_it_ended(world, monkeypatch):
+    cast, calls = contribution.TargetCaster.cast, []
+
+    def noted(self, sensor, settings, first, end, is_stale):
+        calls.append((sensor.position[2], first, end))
+        return cast(self, sensor, settings, first, end, is_stale)
+
+    monkeypatch.setattr(contribution.TargetCaster, "cast", noted)
+    engine = TargetEngine(world)
+    rig = rig_of(spinning((0.0, 0.0, 2.0)), spinning((0.0, 0.0, 3.0)))
+    engine.evaluate(rig, frames=10)
+    engine.evaluate(rig)
+    assert calls == [(2.0, 0, 10), (3.0, 0, 10), (2.0, 10, 40), (3.0, 10, 40)]
+    calls.clear()
+    engine.evaluate(rig.with_sensor("S1", rig.sensor("S1").replace(position=(0.0, 0.0, 4.0))))
+    engine.evaluate(rig, TargetSettings(min_points=1))
+    engine.evaluate(rig, TargetSettings(min_points=9))
+    assert calls == [(4.0, 0, 40), (3.0, 0, 40)]
+
+
+def test_a_stale_wish_is_given_up_and_the_next_one_is_as_good_as_any(world, monkeypatch):
+    monkeypatch.setattr(contribution, "RAYS_AT_ONCE", 1)
+    rig = rig_of(spinning((0.0, 0.0, 2.0)), spinning((0.0, 0.0, 3.0)))
+    asked = []
+
+    def is_stale() -> bool:
+        asked.append(0)
+        return len(asked) > 50
+
+    engine = TargetEngine(world)
+    assert engine.evaluate_unless(is_stale, rig) is None
+    assert same(engine.evaluate(rig), TargetEngine(world).evaluate(rig))
+
+
+def test_moving_renaming_and_reordering_against_the_draws(world):
+    engine = TargetEngine(world)
+    a, b = spinning((0.0, 0.0, 2.0)).replace(name="a"), spinning((0.0, 0.0, 2.0)).replace(name="b")
+    both = engine.evaluate(Rig(sensors=(a, b))).objects.points
+    assert (both[:, 0] != both[:, 1]).any()  # equal LiDARs do not turn in step
+    swapped = engine.evaluate(Rig(sensors=(b, a))).objects.points
+    np.testing.assert_array_equal(both, swapped[:, ::-1])
+    in_step = engine.evaluate(Rig(sensors=(a, b)), EXACT).objects.points
+    np.testing.assert_array_equal(in_step[:, 0], in_step[:, 1])
+    other = engine.evaluate(Rig(sensors=(a, b)), TargetSettings(seed=1)).objects.points
+    assert (other != both).any()
+
+
+def test_a_sample_tells_how_far_it_may_be_off(world):
+    engine = TargetEngine(world)
+    rig = rig_of(spinning((0.0, 0.0, 2.0), beams=16, count=180))
+    total = engine.evaluate(rig).classes["car"].total
+    part = engine.evaluate(rig, frames=20).classes["car"].total
+    assert total.on_target.se == 0.0 < part.on_target.se
+    assert abs(part.on_target.value - total.on_target.value) < 4.0 * part.on_target.se
+
+
+def test_the_standard_error_is_that_of_many_samples():
+    """Of 300 disjoint samples of 40 frames, the spread of the means is what the samples say."""
+    from riglens.core.targets.scores import _mean
+
+    rng = np.random.default_rng(3)
+    frames = 12_000
+    number = rng.integers(0, 6, frames)
+    level = rng.uniform(0.0, 1.0, frames)
+    means, errors = [], []
+    for start in range(0, frames, 40):
+        frame = np.repeat(np.arange(40), number[start : start + 40])
+        values = np.clip(level[start : start + 40][frame] + rng.normal(0.0, 0.1, frame.size), 0.0, 1.0)
+        estimate = _mean(values, frame, 40, frames)
+        means.append(estimate.value)
+        errors.append(estimate.se)
+    assert np.std(means) == pytest.approx(np.mean(errors), rel=0.1)
+
+
+def test_adding_a_road_user_never_raises_anothers_points():
+    for seed in range(6):
+        rng = np.random.default_rng(200 + seed)
+        more = random_traffic(rng, 3, 14).within(1e6)
+        rig = random_rig(rng, 3)
+        keep = rng.random(len(more.cls)) < 0.6
+        order = np.argsort(more.row[keep], kind="stable")
+        number = np.bincount(more.frame_of_box[keep], minlength=more.frames)
+        fewer = type(more)(
+            more.data, more.frame, np.concatenate([[0], np.cumsum(number)]), np.arange(keep.sum()), more.cls[keep],
+            more.centre_m[keep], more.size_m[keep], more.rotation[keep], 1e6,
+        )  # fmt: skip
+        assert order.size
+        with_all = TargetEngine(more).evaluate(rig).objects
+        without = TargetEngine(fewer).evaluate(rig).objects
+        assert (with_all.points[keep] <= without.points).all()
+        assert (with_all.pixels[keep] <= without.pixels).all()
+        rays = sum(sensor.ray_count for sensor in rig.lidars())
+        per_frame = np.bincount(more.frame_of_box, with_all.all_points, more.frames)
+        assert per_frame.max() <= rays
+
+
+def test_two_hundred_sensors(world):
+    rig = rig_of(*(spinning((0.01 * number, 0.0, 2.0), beams=2, count=30) for number in range(200)))
+    scores = TargetEngine(world).evaluate(rig, frames=5)
+    one = TargetEngine(world).evaluate(rig_of(spinning((0.0, 0.0, 2.0), beams=2, count=30)), frames=5)
+    assert scores.objects.points.shape[1] == 200
+    assert (scores.objects.cells >= one.objects.cells).sum() > 0
+
+
+def test_boxes_are_read_in_the_order_of_the_data_and_frames_are_shuffled():
+    rng = np.random.default_rng(1)
+    truth = random_traffic(rng, 9)
+    order = np.argsort(truth.row)
+    source = Boxes(
+        frame=np.sort(truth.frame[truth.frame_of_box]), cls=truth.cls[order], centre_m=truth.centre_m[order],
+        size_m=truth.size_m[order], rotation=truth.rotation[order], frames=9,
+    )  # fmt: skip
+    read = read_traffic(source)
+    np.testing.assert_array_equal(read.row, truth.row)
+    np.testing.assert_array_equal(read.centre_m, truth.centre_m)
+    assert sorted(read.frame.tolist()) == list(range(9)) and read.frame.tolist() != list(range(9))

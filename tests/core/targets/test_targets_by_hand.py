@@ -1,0 +1,165 @@
+"""Cases small enough for a pencil."""
+
+import math
+
+import numpy as np
+import pytest
+
+from riglens.core.errors import InputError
+from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
+from riglens.core.targets.engine import TargetEngine
+from riglens.core.targets.scores import TargetScores
+from riglens.core.targets.settings import EXACT, TargetSettings
+from tests.core.builders import camera, lidar, rig_of, spinning
+from tests.core.targets.cases import Box, traffic
+
+CAR, BICYCLE, PEDESTRIAN = 0, 1, 2
+CUBE_M = (2.0, 2.0, 2.0)
+
+
+def count(boxes: list[Box], *sensors: Lidar | Camera, settings: TargetSettings = EXACT) -> TargetScores:
+    frames = max((box[0] for box in boxes), default=0) + 1
+    return TargetEngine(traffic(boxes, frames)).evaluate(rig_of(*sensors), settings)
+
+
+def box(x: float, y: float = 0.0, size=CUBE_M, yaw: float = 0.0, frame: int = 0, z: float = 1.0) -> Box:
+    return (frame, CAR, (x, y, z), size, yaw)
+
+
+def points(boxes: list[Box], *sensors: Lidar | Camera) -> list[int]:
+    return count(boxes, *sensors).objects.all_points.tolist()
+
+
+ONE_RAY = lidar((0.0, 0.0, 1.0))
+"""Straight ahead, one metre above the ground."""
+
+
+def test_the_first_box_takes_the_ray_whatever_the_order_in_the_data():
+    assert points([box(10.0), box(20.0)], ONE_RAY) == [1, 0]
+    assert points([box(20.0), box(10.0)], ONE_RAY) == [0, 1]
+
+
+def test_alone_counts_what_the_ray_would_meet_without_the_others():
+    found = count([box(20.0), box(10.0)], ONE_RAY).objects
+    assert found.points_alone.tolist() == [1, 1]
+
+
+def test_a_wall_of_columns_at_a_distance():
+    """Rays at 0, 5, ... 45 degrees: a face 9 m away that reaches 4 m to the left is hit up to atan(4 / 9) = 24 deg."""
+    wall = box(10.0, 2.0, (2.0, 4.0, 2.0))
+    rays = lidar((0.0, 0.0, 1.0), azimuths=[5.0 * k + 1.0 for k in range(10)])
+    assert points([wall], rays) == [sum(math.tan(math.radians(5.0 * k + 1.0)) * 9.0 < 4.0 for k in range(10))]
+
+
+def test_running_along_a_face_or_an_edge_is_not_entering():
+    assert points([box(10.0, 1.0)], ONE_RAY) == [0]
+    assert points([box(10.0, 1.0, z=0.0), box(20.0)], ONE_RAY) == [0, 1]
+
+
+def test_boxes_entered_at_the_same_distance_count_for_the_earlier_one():
+    assert points([box(10.0), box(10.0, size=(2.0, 4.0, 2.0))], ONE_RAY) == [1, 0]
+
+
+def test_two_boxes_that_share_a_face_hide_each_other():
+    assert points([box(12.0), box(10.0)], ONE_RAY) == [0, 1]
+
+
+def test_the_box_around_the_sensor_does_not_count_and_hides_nothing():
+    assert points([box(0.0, size=(4.0, 2.0, 2.0)), box(10.0)], ONE_RAY) == [0, 1]
+
+
+def test_a_ray_begins_at_the_minimum_and_ends_at_the_maximum_of_its_range():
+    reach = lidar((0.0, 0.0, 1.0), range_m=(8.0, 20.0))
+    assert points([box(5.0), box(15.0)], reach) == [0, 1]  # 4..6 m: over before the range begins
+    assert points([box(8.0)], reach) == [1]  # 7..9 m: the ray begins inside
+    assert points([box(21.5)], reach) == [0]
+    assert points([box(20.5)], reach) == [1]
+
+
+def test_far_boxes_hide_but_do_not_count():
+    scores = count([box(70.0), box(61.5, size=(4.0, 2.0, 2.0)), box(59.0, 30.0)], ONE_RAY)
+    assert scores.objects.all_points.tolist() == [] and scores.classes["car"].total.objects == 0
+    # its front face is before that of the object that counts
+    long = (20.0, 2.0, 2.0)
+    assert points([box(61.0, size=long), box(59.0)], ONE_RAY) == [0]
+
+
+def test_cells_are_counted_once_for_all_lidars_and_hits():
+    rays = lidar((0.0, 0.0, 1.0), azimuths=[0.1, 0.2, 5.0])
+    # at 9 m: y = 0.016, 0.031, 0.787 m, all at z = 0: cells 0 and 3 across
+    both = count([box(10.0)], rays, rays).objects
+    assert (both.all_points.tolist(), both.cells.tolist()) == ([6], [2])
+    assert count([box(10.0)], rays).objects.cells.tolist() == [2]
+
+
+def test_a_cell_is_that_of_the_point_a_millimetre_inside():
+    """Two rays 0.1 mm apart on the two sides of a border between cells; then both a little further to the left."""
+    for aside_mm, cells in ((0.0, 2), (0.2, 1)):
+        y = [(aside_mm - 0.1) * 1e-3, (aside_mm + 0.1) * 1e-3]
+        rays = [lidar((0.0, at, 1.05)) for at in y]
+        assert count([box(10.0)], *rays).objects.cells.tolist() == [cells]
+
+
+def test_on_target_is_the_mean_over_objects():
+    scores = count([box(10.0), box(20.0)], ONE_RAY)
+    assert scores.classes["car"].total.on_target.value == pytest.approx(
+        (1.0 - math.exp(-1 / 5)) / 2, abs=1e-15
+    )
+    assert scores.classes["pedestrian"].total.objects == 0
+
+
+def test_native_pixels_height_and_visible_share_of_a_camera():
+    """90 degrees, 1600 x 800 pixels, 160 x 80 rays: 10 native pixels each way; a face 2 m x 2 m 8 m away is 200 px."""
+    view = camera((0.0, 0.0, 1.0), cast=(160, 80), hfov_deg=90.0).replace(image=(1600, 800))
+    alone = count([box(9.0)], view).objects
+    assert (alone.pixels[0, 0], alone.height_px[0], alone.visible[0]) == (40_000.0, 200.0, 1.0)
+    hidden = count([box(9.0), box(4.0, -0.5, (2.0, 1.0, 4.0), 0.0)], view).objects  # its right half
+    assert (hidden.pixels[0, 0], hidden.height_px[0], hidden.visible[0]) == (20_000.0, 200.0, 0.5)
+
+
+def test_rings_and_thresholds():
+    boxes = [box(10.0), box(9.0, frame=1), box(30.0, frame=2), box(60.0, frame=3)]
+    scores = count(
+        boxes, lidar((0.0, 0.0, 1.0), azimuths=[0.0, 0.5, -0.5]), settings=TargetSettings("0", min_points=3)
+    )
+    rings = scores.classes["car"].rings
+    assert [ring.objects for ring in rings] == [1, 1, 0, 1, 0, 1]
+    assert rings[0].share_n.value == rings[0].share_1.value == 1.0 and rings[0].share_5.value == 0.0
+
+
+def test_nothing_at_all():
+    scores = TargetEngine(traffic([], 3)).evaluate(Rig())
+    assert scores.frames_used == 3 and scores.classes["car"].total.on_target.value == 0.0
+    assert TargetEngine(traffic([box(10.0)])).evaluate(Rig()).classes["car"].total.neither.value == 1.0
+    full = TargetEngine(traffic([], 3)).evaluate(rig_of(spinning((0.0, 0.0, 2.0)), camera((0.0, 0.0, 2.0))))
+    assert full.objects.points.shape == (0, 1)
+
+
+def test_a_box_around_the_car_and_one_inside_it():
+    around, inside = box(0.0, size=(8.0, 8.0, 8.0)), box(1.5, size=(0.5, 0.5, 0.5))
+    assert points([around, inside], ONE_RAY) == [0, 1]
+
+
+def test_very_far_and_very_large():
+    far = traffic([box(1e6, size=(1e3, 1e3, 1e3))]).within(1e6)
+    assert TargetEngine(far).evaluate(rig_of(ONE_RAY), EXACT).objects.points.tolist() == [[1]]
+
+
+def test_bad_settings_say_what_is_accepted():
+    with pytest.raises(InputError, match="--within: found -1, accepted"):
+        traffic([box(1.0)]).within(-1.0)
+    with pytest.raises(InputError, match="--min-points: found 0"):
+        TargetSettings(min_points=0)
+    with pytest.raises(InputError, match="--seed: found -1"):
+        TargetSettings(seed=-1)
+
+
+def test_a_single_azimuth_has_no_phase_and_a_sector_shifts_by_less_than_a_step():
+    from riglens.core.targets.contribution import phases_rad
+
+    frames = np.arange(1000)
+    assert not phases_rad(lidar(), TargetSettings(), frames).any()
+    sector = lidar().replace(azimuths_deg=EvenAngles(from_=-60.0, to=60.0, count=60))
+    phases = phases_rad(sector, TargetSettings(), frames)
+    assert phases.min() >= 0.0 and phases.max() < math.radians(2.0)
+    assert np.histogram(phases, 4, (0.0, math.radians(2.0)))[0].min() > 200
