@@ -24,8 +24,8 @@ from riglens.app.window.features.scores import Baseline, Marginals, ScoresShown
 from riglens.app.window.features.sensors import LibraryPanel, Locks, Placing, Sensors
 from riglens.app.window.features.views import Views
 from riglens.app.window.workbench import Workbench
+from riglens.widgets.panels.scrolled import scrolled
 
-LEFT_PX, RIGHT_PX, BOTTOM_PX = 304, 320, 200
 AREA = Qt.DockWidgetArea
 
 
@@ -69,12 +69,10 @@ class Features(NamedTuple):
 def add_panels(bench: Workbench) -> None:
     """Put the panels that several features work on into docks; those of single features stand beside them."""
     docks, panels = bench.docks, bench.panels
-    sensors = docks.add("Sensors", panels.tree, AREA.LeftDockWidgetArea)
-    inspector = docks.add("Inspector", panels.inspector, AREA.RightDockWidgetArea)
-    docks.add("Scene", panels.scene, AREA.RightDockWidgetArea, beside="Inspector")
-    scores = docks.add("Scores", panels.scores, AREA.BottomDockWidgetArea)
-    bench.window.resizeDocks([sensors, inspector], [LEFT_PX, RIGHT_PX], Qt.Orientation.Horizontal)
-    bench.window.resizeDocks([scores], [BOTTOM_PX], Qt.Orientation.Vertical)
+    docks.add("Sensors", panels.tree, AREA.LeftDockWidgetArea)
+    docks.add("Inspector", panels.inspector, AREA.RightDockWidgetArea)
+    docks.add("Scene", scrolled(panels.scene), AREA.RightDockWidgetArea, beside="Inspector")
+    docks.add("Scores", panels.scores, AREA.BottomDockWidgetArea)
 
 
 def build_features(bench: Workbench) -> Features:

@@ -34,7 +34,7 @@ class Feature(QObject):
         """Take up what an earlier session kept; called once all features are there. Expect any value."""
 
     def keep(self, settings: Settings) -> None:
-        """Write what the next session should find; called when the window closes."""
+        """Write what the next session should find; called after changes and at the end, so quickly done."""
 
     def bind(self, **slots: Callable[[], object]) -> None:
         """Say what the actions do, by their keys."""

@@ -15,7 +15,9 @@ from riglens.app.session.session import Session
 from riglens.app.window.build import AREA, add_panels, build_features
 from riglens.app.window.dialogs import Dialogs
 from riglens.app.window.docks import focus_next_in_sight
+from riglens.app.window.features.appearance import fitting_size
 from riglens.app.window.features.scene_data import choice_of
+from riglens.app.window.keeping import Keeping
 from riglens.app.window.places import Places
 from riglens.app.window.settings import Settings
 from riglens.app.window.status import StatusBar
@@ -51,7 +53,7 @@ class MainWindow(QMainWindow):
     ) -> None:
         super().__init__()
         self.setWindowTitle("RigLens")
-        self.resize(DEFAULT_SIZE)
+        self.resize(fitting_size(DEFAULT_SIZE, self.screen().availableSize()))
         self.session = Session(document, settings)
         panels = Panels(SensorTree(), Inspector(), ScenePanel(choice_of(scene)), ScoresPanel(settings))
         bars = Bars(StatusBar(), MessageBar(is_error=False), MessageBar())
@@ -64,6 +66,7 @@ class MainWindow(QMainWindow):
         self.features = build_features(self.bench)
         for feature in self.features:
             feature.restore(self.bench.kept)
+        self._keeping = Keeping(self.bench, self.features)
         self.features.follow.show_all()
         self.features.scene_data.load(scene)
         self.bench.answers.ask()
@@ -104,9 +107,7 @@ class MainWindow(QMainWindow):
         if not self.features.files.may_lose_changes():
             event.ignore()
             return
-        for feature in self.features:
-            feature.keep(self.bench.kept)
-        self.bench.kept.sync()
+        self._keeping.keep()
         self.bench.closing.emit()
         self.bench.recompute.close()
         self.bench.viewport.close_viewport()

@@ -34,8 +34,10 @@ class Settings:
         return QByteArray.fromBase64(self.read(key, "").encode("ascii", "ignore"))
 
     def write(self, key: str, value: str | bool | list[Any] | dict[str, Any]) -> None:
-        """Keep a value."""
+        """Keep a value; one that is there already costs no write."""
         text = json.dumps(value)
+        if self._text(key) == text:
+            return
         self._memory[key] = text
         if self._file is not None:
             self._file.setValue(key, text)

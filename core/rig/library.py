@@ -17,6 +17,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
+import numpy as np
 from platformdirs import user_config_path
 from pydantic import BaseModel, Field, ValidationError
 
@@ -307,6 +308,39 @@ def load_library(path: Path) -> Library:
 def sensor_from_model(model: str, name: str, pose: Pose) -> Sensor:
     """Return a sensor called `name` of a library model at that pose; raise InputError for an unknown model."""
     return default_library().entry(model).sensor(name, pose)
+
+
+def changed_fields(sensor: Sensor) -> tuple[str, ...]:
+    """Return the fields in which a sensor differs from the library model that it names.
+
+    Empty for a sensor as the library has it, for one without a model, and for a model that the library does not know.
+    """
+    if sensor.model is None:
+        return ()
+    model = _model_sensor(user_library_files(), sensor.model)
+    if model is None or model.kind != sensor.kind:
+        return ()
+    names = (name for name in type(sensor).model_fields if name not in _OWN)
+    return tuple(name for name in names if not _same_field(name, sensor, model))
+
+
+def _same_field(name: str, one: Sensor, other: Sensor) -> bool:
+    """Whether a field says the same of two sensors of a kind; angles may be listed or evenly spaced."""
+    if getattr(one, name) == getattr(other, name):
+        return True
+    if not (isinstance(one, Lidar) and isinstance(other, Lidar)):
+        return False
+    angles = {"elevations_deg": Lidar.elevations, "azimuths_deg": Lidar.azimuths}.get(name)
+    return angles is not None and np.array_equal(angles(one), angles(other))
+
+
+@lru_cache(maxsize=256)
+def _model_sensor(files: tuple[Path, ...], model: str) -> Sensor | None:
+    """Return a sensor as the library with these files has it, None when it has none of that name."""
+    try:
+        return _library(files).entry(model).sensor(model, Pose())
+    except InputError:
+        return None
 
 
 @lru_cache(maxsize=8)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QApplication, QMenu
 
@@ -16,6 +17,11 @@ from riglens.widgets.panels.fields.quantity import DEGREES, METRES, MILLIMETRES,
 from riglens.widgets.panels.style import apply_style, is_dark, shows_dark
 from riglens.widgets.theme import palette
 
+LEFT_PX, RIGHT_PX, BOTTOM_PX = 304, 320, 200
+SIDE_SHARE = 0.25
+"""The most of a small window that a panel beside the view takes at first."""
+FRAME = QSize(16, 44)
+"""Room for the frame and the title bar that a desktop puts around a window; how large they are is known too late."""
 VERSION = 1
 """Counts up when docks are arranged anew, so that an old layout is not forced on them."""
 SHOWN = {unit.name: unit for unit in (METRES, MILLIMETRES, DEGREES, RADIANS)}
@@ -72,31 +78,51 @@ class Theme(Feature):
         settings.write("theme", self.choice)
 
 
+def fitting_size(wanted: QSize, screen: QSize) -> QSize:
+    """The size of a window that fits, with its frame, on a screen with this room."""
+    return wanted.boundedTo(screen - FRAME)
+
+
 class Layout(Feature):
     """Geometry and docks of the window. Its place is behind all features that add docks."""
 
     specs = (
         Spec(
-            "reset_layout", "Reset layout", "Put panels, toolbar and window size back as they were at first",
+            "reset_layout", "Reset layout",
+            "Put panels, toolbar and window size back as they were at first; a maximised window stays so",
             "Ctrl+Alt+0", menu="view/window",
         ),
     )  # fmt: skip
 
     def __init__(self, bench: Workbench) -> None:
         super().__init__(bench)
+        self._share_room()
         self._first_state = bench.window.saveState(VERSION)
         self._first_size = bench.window.size()
         self.bind(reset_layout=self.reset)
 
+    def _share_room(self) -> None:
+        """Give the panels their first sizes; the view gets most of a small window."""
+        docks, size = self.bench.docks, self.bench.window.size()
+        wide_px = [min(wanted, round(size.width() * SIDE_SHARE)) for wanted in (LEFT_PX, RIGHT_PX)]
+        high_px = min(BOTTOM_PX, round(size.height() * SIDE_SHARE))
+        sides = [docks["Sensors"], docks["Inspector"]]
+        self.bench.window.resizeDocks(sides, wide_px, Qt.Orientation.Horizontal)
+        self.bench.window.resizeDocks([docks["Scores"]], [high_px], Qt.Orientation.Vertical)
+
     def reset(self) -> None:
-        """Arrange the window as at the very first start."""
-        self.bench.window.showNormal()
-        self.bench.window.restoreState(self._first_state, VERSION)
-        self.bench.window.resize(self._first_size)
+        """Arrange the window as at the very first start; one that fills the screen goes on filling it."""
+        window = self.bench.window
+        window.restoreState(self._first_state, VERSION)
+        if not (window.isMaximized() or window.isFullScreen()):
+            window.resize(fitting_size(self._first_size, window.screen().availableSize()))
 
     def restore(self, settings: Settings) -> None:
-        self.bench.window.restoreGeometry(settings.read_bytes("window/geometry"))
-        self.bench.window.restoreState(settings.read_bytes("window/state"), VERSION)
+        window = self.bench.window
+        window.restoreGeometry(settings.read_bytes("window/geometry"))
+        if not (window.isMaximized() or window.isFullScreen()):
+            window.resize(fitting_size(window.size(), window.screen().availableSize()))
+        window.restoreState(settings.read_bytes("window/state"), VERSION)
 
     def keep(self, settings: Settings) -> None:
         settings.write_bytes("window/geometry", self.bench.window.saveGeometry())

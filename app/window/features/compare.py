@@ -25,6 +25,7 @@ from riglens.core.rig.presets import PAPER_RIGS, PRESETS, preset
 from riglens.widgets.panels.compare.model import CompareRow, Origin
 from riglens.widgets.panels.compare.panel import ComparePanel
 from riglens.widgets.panels.menus import add_entry
+from riglens.widgets.panels.scrolled import scrolled
 
 GROUP = "compare"
 MAX_ROWS = 200
@@ -64,7 +65,7 @@ class Compare(Feature):
             compare_paper=partial(self.add_presets, PAPER_RIGS),
         )
         self.dock = bench.docks.add(
-            "Compare", self.panel, Qt.DockWidgetArea.BottomDockWidgetArea, beside="Scores"
+            "Compare", scrolled(self.panel), Qt.DockWidgetArea.BottomDockWidgetArea, beside="Scores"
         )
         self.panel.set_add_menu(self._add_menu())
         self._connect()

@@ -23,6 +23,8 @@ from riglens.widgets.panels.icons import icon
 from riglens.widgets.panels.menus import add_entry
 from riglens.widgets.panels.sensors.library import LibraryList
 
+LOW_PX = 640
+"""In a window lower than this the library has no room below the list of sensors."""
 GAP_M = 0.15
 HINT = "Click on the car to put {name} there; Esc leaves it where it was."
 LOCKED_KEY = "sensors/locked"
@@ -179,8 +181,16 @@ class LibraryPanel(Feature):
         )  # fifty rows with their figures: after the first picture
         bench.theme_changed.connect(lambda _: self._show())
         self.list.add_wanted.connect(sensors.add)
-        dock = bench.docks.add("Library", self.list, Qt.DockWidgetArea.LeftDockWidgetArea)
-        bench.window.resizeDocks([bench.docks["Sensors"], dock], [7, 3], Qt.Orientation.Vertical)
+        self._add_dock()
+
+    def _add_dock(self) -> None:
+        """Put the library below the list of sensors, which has most of the room; in a low window into a tab of it."""
+        docks, area = self.bench.docks, Qt.DockWidgetArea.LeftDockWidgetArea
+        if self.bench.window.height() < LOW_PX:
+            docks.add("Library", self.list, area, beside="Sensors")
+            return
+        dock = docks.add("Library", self.list, area)
+        self.bench.window.resizeDocks([docks["Sensors"], dock], [3, 1], Qt.Orientation.Vertical)
 
     def _show(self) -> None:
         """Show every model, in the colours of the theme."""

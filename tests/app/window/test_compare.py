@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QGuiApplication
-from PySide6.QtWidgets import QComboBox, QPushButton
+from PySide6.QtWidgets import QComboBox, QPushButton, QScrollArea
 from pytestqt.qtbot import QtBot
 
 from riglens.app.window.features.compare import Compare
@@ -283,7 +283,8 @@ def test_table_and_bars_share_a_large_panel_and_take_turns_in_a_small_one(bench:
     compare(bench).add_presets(("W+T",))
     chart = show_bars(bench)
     assert not panel.table.isVisible()
-    panel.setParent(None)  # type: ignore[call-overload]
+    area = compare(bench).dock.widget()
+    assert isinstance(area, QScrollArea) and area.takeWidget() is panel
     panel.show()
     for size, orientation in (
         ((1600, 200), Qt.Orientation.Horizontal),

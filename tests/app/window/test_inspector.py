@@ -9,11 +9,12 @@ from typing import Any
 
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QCheckBox, QLabel, QLineEdit
+from PySide6.QtWidgets import QCheckBox, QComboBox, QLabel, QLineEdit
 from pytestqt.qtbot import QtBot
 
 from riglens.core.rig.model import EvenAngles, Rig
 from riglens.widgets.panels.fields.form import ChoiceBox
+from riglens.widgets.panels.sensors.rows import TYPE
 from tests.app.window.desk import FullDesk, full_desk
 from tests.app.window_bench import CAMERA, LIDAR, RIG, Bench, choose_item, open_bench
 
@@ -294,3 +295,41 @@ def test_undo_by_key_reaches_the_document_from_inside_a_field(whole: Bench) -> N
     whole.type("x", "0.75")
     whole.qtbot.keyClick(whole.find("x"), Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
     assert whole.document.rig == RIG
+
+
+def test_a_model_whose_beams_differ_from_the_library_is_marked_as_modified(bench: FullDesk) -> None:
+    bench.document.select("roof")
+    bench.choose("model", "Velodyne VLP-16 (Puck)")
+    model = bench.find("model")
+    assert isinstance(model, QComboBox)
+    row = bench.panels.tree.item_of("roof")
+    assert (model.currentText(), row.text(TYPE)) == ("Velodyne VLP-16 (Puck)", "16 ch")
+    bench.type("elevations_deg.list", "-1, 0, 1")
+    assert model.currentText() == "Velodyne VLP-16 (Puck), modified"
+    assert (row.text(TYPE), "elevations differ from the library" in row.toolTip(TYPE)) == ("3 ch*", True)
+    bench.act("undo")
+    assert (model.currentText(), row.text(TYPE)) == ("Velodyne VLP-16 (Puck)", "16 ch")
+
+
+LONG = "A_sensor_name_without_a_blank_as_some_tool_made_it_0123456789_0123456789"
+
+
+def test_long_names_paths_and_reasons_do_not_make_the_inspector_wider_than_its_dock(bench: FullDesk) -> None:
+    inspector = bench.panels.inspector
+    room_px = inspector.minimumSizeHint().width()
+    bench.document.rename("roof", LONG)
+    bench.document.choose(("front", LONG))
+    assert inspector.form.minimumSizeHint().width() <= room_px
+    bench.document.select("front")
+    lens = {"model": "kannala_brandt", "k1": -0.0123456789, "k2": 1e-7, "k3": -1e-9, "k4": 1e-11}
+    camera = bench.document.rig.sensor("front").replace(
+        hfov_deg=None, fx=80.0, fy=80.0, cx=80.0, cy=45.0, distortion=lens
+    )
+    bench.document.replace_sensor("front", camera)
+    bench.type("name", LONG)
+    assert LONG in inspector.form.problem
+    assert inspector.form.minimumSizeHint().width() <= room_px
+    bench.document.select(None)
+    vehicle = bench.document.rig.vehicle.replace(body=f"/nowhere/{LONG}/{LONG}.glb")
+    bench.document.apply(bench.document.rig.replace(vehicle=vehicle))
+    assert inspector.form.minimumSizeHint().width() <= room_px

@@ -10,6 +10,7 @@ from riglens.core.errors import InputError
 from riglens.core.geometry import Pose
 from riglens.core.rig.library import (
     Entry,
+    changed_fields,
     default_library,
     load_library,
     sensor_from_model,
@@ -258,3 +259,17 @@ def test_a_missing_or_huge_library_is_refused(tmp_path: Path, monkeypatch: pytes
     monkeypatch.setenv("RIGLENS_LIBRARY", str(own_library(tmp_path, "#" * 4_100_000)))
     with pytest.raises(InputError, match="larger than 1 MB; accepted is a sensor library"):
         default_library()
+
+
+def test_a_sensor_says_in_what_it_differs_from_its_model() -> None:
+    lidar = sensor_from_model("velodyne-vlp-16", "top", Pose((0.0, 0.0, 2.0), (0.0, 0.0, 90.0)))
+    assert isinstance(lidar, Lidar)
+    assert changed_fields(lidar) == ()
+    assert changed_fields(lidar.replace(enabled=False, name="other")) == ()
+    listed = tuple(float(angle) for angle in lidar.azimuths())
+    assert changed_fields(lidar.replace(azimuths_deg=listed)) == ()
+    fewer = lidar.replace(elevations_deg=tuple(lidar.elevations()[:8]))
+    assert changed_fields(fewer) == ("elevations_deg",)
+    assert changed_fields(lidar.replace(range_m=(0.0, 30.0))) == ("range_m",)
+    assert changed_fields(fewer.replace(model=None)) == ()
+    assert changed_fields(fewer.replace(model="nobody-knows-1")) == ()

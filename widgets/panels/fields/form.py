@@ -15,6 +15,7 @@ from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QHBoxLayout, QL
 from riglens.core.errors import InputError
 from riglens.widgets.panels.fields.edits import ListEdit, NumberEdit, ValueEdit
 from riglens.widgets.panels.fields.quantity import Unit
+from riglens.widgets.panels.scrolled import breakable
 from riglens.widgets.panels.style import MARGIN, SPACING, as_panel
 
 
@@ -210,7 +211,7 @@ class Form(QWidget):
             assert column is not None
             column.addWidget(label)
         for box, label in self._reason_labels.items():
-            label.setText("\n".join(lines.get(box, [])))
+            label.setText(breakable("\n".join(lines.get(box, []))))
             label.setVisible(box in lines)
 
     @property
@@ -221,7 +222,7 @@ class Form(QWidget):
     def show_problem(self, text: str) -> None:
         """Report a problem that is not bound to a field; the next change removes it."""
         self._other_problem = text
-        self._problem.setText(text)
+        self._problem.setText(breakable(text))
         self._problem.setVisible(bool(text))
 
     @property

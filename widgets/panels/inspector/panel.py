@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QFrame, QLabel, QPushButton, QScrollArea, QStackedWidget, QWidget
+from PySide6.QtWidgets import QComboBox, QLabel, QPushButton, QScrollArea, QStackedWidget, QWidget
 
 from riglens.core.geometry import Pose
 from riglens.core.metric.scores import Scores
@@ -15,6 +15,7 @@ from riglens.widgets.panels.fields.edits import NumberEdit, TextEdit
 from riglens.widgets.panels.fields.form import ChoiceBox, Form
 from riglens.widgets.panels.fields.quantity import DEGREES, METRES, NO_UNIT, Unit
 from riglens.widgets.panels.inspector.sensor_forms import CameraForm, LidarForm, SensorForm
+from riglens.widgets.panels.scrolled import scrolled
 
 _SIZES = ("length", "width", "height", "rear_axle_x")
 _TRIPLES: tuple[tuple[str, str, tuple[str, str, str], float, Unit, str], ...] = (
@@ -97,7 +98,7 @@ class Inspector(QStackedWidget):
         self._locked: frozenset[str] = frozenset()
         self._units: tuple[Unit, ...] = (METRES, DEGREES)
         for form in (self._rig_form, self._lidar_form, self._camera_form):
-            self.addWidget(_scrolled(form))
+            self.addWidget(_in_dock(form))
         self._rig_form.changed.connect(self.rig_edited)
         self._rig_form.mesh_wanted.connect(self.mesh_wanted)
         for sensor_form in self._sensor_forms:
@@ -224,6 +225,7 @@ class RigForm(Form):
         body = ChoiceBox()
         for known in PROFILES:
             body.addItem(known, known)
+        body.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
         choose = QPushButton("Mesh…")
         choose.setObjectName("mesh")
         choose.setToolTip("A glTF, OBJ, STL or PLY file as the body of the car")
@@ -262,13 +264,9 @@ def _counted(number: int, thing: str) -> str:
     return f"{number} {thing}" if number == 1 else f"{number} {thing}s"
 
 
-def _scrolled(form: Form) -> QScrollArea:
-    area = QScrollArea()
-    area.setWidget(form)
-    area.setWidgetResizable(True)
-    area.setFrameShape(QFrame.Shape.NoFrame)
-    area.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # its fields take the focus
-    area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+def _in_dock(form: Form) -> QScrollArea:
+    """Return a form that a dock shows in its full width if it can, and that scrolls if it cannot."""
+    area = scrolled(form)
     bar_px = area.verticalScrollBar().sizeHint().width()
-    area.setMinimumWidth(form.minimumSizeHint().width() + bar_px)  # so that no field is ever cut off
+    area.setMinimumWidth(form.minimumSizeHint().width() + bar_px)
     return area

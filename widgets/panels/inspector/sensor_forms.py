@@ -18,7 +18,8 @@ from riglens.widgets.panels.fields.form import ChoiceBox, Form, read_field, read
 from riglens.widgets.panels.fields.quantity import DEGREES, METRES, PIXELS, Unit
 from riglens.widgets.panels.inspector.marginal_view import MarginalView
 from riglens.widgets.panels.inspector.pose_tools import PoseTools
-from riglens.widgets.panels.sensors.rows import derived_rows
+from riglens.widgets.panels.scrolled import breakable
+from riglens.widgets.panels.sensors.rows import derived_rows, model_note, modified_note
 from riglens.widgets.panels.style import numbers_font, plain_tip
 
 STEP_M, STEP_DEG = 0.05, 1.0
@@ -26,7 +27,7 @@ POSE_TIP = (
     "x forward, y left, z up from the ground under the middle of the car; "
     "positive pitch looks down, positive yaw turns left"
 )
-_NO_MODEL = "none"
+_NO_MODEL, MODIFIED = "none", ", modified"
 _DERIVED = {
     "lidar": ("Rays", "Field of view", "Resolution", "Azimuth offsets"),
     "camera": ("Rays", "Field of view", "Focal length", "Resolution", "Distortion"),
@@ -59,6 +60,7 @@ class SensorForm(Form):
         self._taken: frozenset[str] = frozenset()
         self._is_locked = False
         self._selected = 1
+        self._marked: int | None = None
         self._kind = kind
         self._state = QLabel()
         self._state.setObjectName("state")
@@ -77,7 +79,7 @@ class SensorForm(Form):
         name.setAccessibleName("Name")
         self.add_row("Name", [name])
         self.bind_edit(name, read_field("name"), self._write_name, "name")
-        model = ChoiceBox()
+        model = self._model = ChoiceBox()
         model.addItem(_NO_MODEL, None)
         for entry in default_library().entries(self._kind):
             model.addItem(entry.title, entry.name)
@@ -89,6 +91,18 @@ class SensorForm(Form):
         enabled = QCheckBox("counts in the scores")
         self.add_row("Enabled", [enabled])
         self.bind_check(enabled, read_field("enabled"), write_field("enabled"), "enabled")
+
+    def _show_model(self, sensor: Sensor) -> None:
+        """Say behind the title of the model whether the sensor is still as the library has it."""
+        marked = self._model.currentIndex() if modified_note(sensor) else None
+        if marked != self._marked:
+            if self._marked is not None:
+                title = self._model.itemText(self._marked)
+                self._model.setItemText(self._marked, title.removesuffix(MODIFIED))
+            if marked is not None:
+                self._model.setItemText(marked, self._model.itemText(marked) + MODIFIED)
+            self._marked = marked
+        self._model.setToolTip(plain_tip(model_note(sensor)))
 
     def _write_name(self, sensor: Sensor, name: str) -> Sensor:
         if name in self._taken:
@@ -132,6 +146,7 @@ class SensorForm(Form):
             value.setFont(numbers_font(value.font()))
             value.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
             value.setObjectName(caption)
+            value.setWordWrap(True)
             self._derived[caption] = value
             self.add_row(caption, [value])
         self.add_heading("The rig without it")
@@ -144,6 +159,7 @@ class SensorForm(Form):
         self.tools.set_pose(subject.pose)
         for caption, value in derived_rows(subject):
             self._derived[caption].setText(value)
+        self._show_model(subject)
         self._show_state()
 
     def set_locked(self, locked: bool) -> None:
@@ -164,7 +180,7 @@ class SensorForm(Form):
             notes.insert(0, SEVERAL_NOTE.format(count=self._selected, name=self.subject.name))
         if self.subject is not None and not self.subject.enabled:
             notes.append(DISABLED_NOTE)
-        self._state.setText("\n".join(notes))
+        self._state.setText(breakable("\n".join(notes)))
         self._state.setVisible(bool(notes))
 
     def show_units(self, *units: Unit) -> None:

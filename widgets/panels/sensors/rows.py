@@ -15,7 +15,7 @@ from PySide6.QtWidgets import (
     QTreeWidgetItem,
 )
 
-from riglens.core.rig.library import default_library
+from riglens.core.rig.library import changed_fields, default_library
 from riglens.core.rig.model import Camera, EvenAngles, Lidar, Sensor
 from riglens.core.sensing.camera import field_of_view_deg
 from riglens.widgets.panels.icons import icon
@@ -87,6 +87,7 @@ def _pixel_deg(focal_px: float) -> float:
     return math.degrees(math.atan(1 / focal_px))
 
 
+MODIFIED = "*"
 NAME, TYPE, LOSS, LOCK, EYE = range(5)
 TITLES = ("Sensor", "Type", "Loss", "", "")
 SENSOR_NAME = Qt.ItemDataRole.UserRole
@@ -95,7 +96,7 @@ _FIXED_FLAGS = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
 _EDIT_FLAGS = _FIXED_FLAGS | Qt.ItemFlag.ItemIsEditable | Qt.ItemFlag.ItemIsUserCheckable
 TIPS = (
     "Tick: counts in the scores. F2 or double click: rename. Ctrl and Shift select several.",
-    "Channels of a LiDAR, horizontal field of view of a camera",
+    "Channels of a LiDAR, horizontal field of view of a camera; * is not as the library has the model",
     "What the rig no longer sees without this sensor, in percentage points of H(Ω) of all classes together",
     "Lock: it cannot be moved, edited or deleted",
     "Eye: shown in the view or not; it counts in the scores either way",
@@ -142,7 +143,26 @@ def model_note(sensor: Sensor) -> str:
         return "no model of the library"
     known = {entry.name: entry for entry in default_library().entries()}
     entry = known.get(sensor.model)
-    return f"{entry.title}\n{entry.source}" if entry is not None else f"{sensor.model}: not in the library"
+    if entry is None:
+        return f"{sensor.model}: not in the library"
+    changed = modified_note(sensor)
+    return "\n".join([entry.title, *([changed] if changed else []), entry.source])
+
+
+_FIELD_WORDS = {
+    "elevations_deg": "elevations",
+    "azimuths_deg": "azimuths",
+    "azimuth_offsets_deg": "azimuth offsets",
+    "range_m": "range",
+    "hfov_deg": "field of view",
+    "cast": "rays cast",
+}
+
+
+def modified_note(sensor: Sensor) -> str:
+    """Return in which fields a sensor differs from its library model; empty when it is as the library has it."""
+    names = [_FIELD_WORDS.get(name, name) for name in changed_fields(sensor)]
+    return f"modified: {', '.join(names)} differ from the library" if names else ""
 
 
 def show_sensor(row: QTreeWidgetItem, sensor: Sensor, state: RowState) -> None:
@@ -151,7 +171,7 @@ def show_sensor(row: QTreeWidgetItem, sensor: Sensor, state: RowState) -> None:
     row.setText(NAME, sensor.name)
     row.setData(NAME, SENSOR_NAME, sensor.name)
     row.setCheckState(NAME, Qt.CheckState.Checked if sensor.enabled else Qt.CheckState.Unchecked)
-    row.setText(TYPE, short_type(sensor))
+    row.setText(TYPE, short_type(sensor) + (MODIFIED if modified_note(sensor) else ""))
     row.setFont(TYPE, numbers_font(row.font(TYPE)))
     row.setIcon(LOCK, icon("lock") if state.is_locked else icon("unlock", tones().border))
     row.setIcon(EYE, icon("eye-off", tones().muted) if state.is_hidden else icon("eye"))
