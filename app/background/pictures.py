@@ -8,8 +8,6 @@ from __future__ import annotations
 import threading
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
 from riglens.app.background.inbox import LatestInbox, unexpected
@@ -17,9 +15,9 @@ from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.requests import LoadedScene
 from riglens.core.errors import InputError
 from riglens.core.rig.model import Camera, Lidar
+from riglens.core.vehicle.solid import CarBody
 from riglens.core.view.camera_picture import CameraPicture, camera_picture
 from riglens.core.view.frames import FrameBoxes, FrameStore
-from riglens.core.view.hits import BodyTree
 from riglens.core.view.range_image import RangeImage, range_image
 
 NO_BOXES = "A stored POG holds no boxes of single frames: load the box data set to see its traffic here."
@@ -30,16 +28,16 @@ TOO_MANY = "Of this data set only the first {count:,} frames can be shown here: 
 
 @dataclass(frozen=True)
 class PictureRequest:
-    """What to draw; body (t, 3, 3) are triangles of the car, the same array as long as it is the same car."""
+    """What to draw."""
 
     sensor: Lidar | Camera
     frame: int
     scene: LoadedScene
-    body: NDArray[np.float32]
+    body: CarBody
 
     def asks_same(self, other: PictureRequest) -> bool:
         """Whether the answer to both is the same picture."""
-        same_data = self.scene is other.scene and self.body is other.body
+        same_data = self.scene is other.scene and self.body == other.body
         return same_data and (self.sensor, self.frame) == (other.sensor, other.frame)
 
 
@@ -69,7 +67,6 @@ class Pictures(QObject):
         self._close_s = close_s
         self._thread: threading.Thread | None = None
         self._frames: tuple[SceneOptions, FrameStore] | None = None
-        self._tree: tuple[NDArray[np.float32], BodyTree] | None = None
 
     def ask(self, request: PictureRequest) -> None:
         """Ask for a picture; takes the place of a request that still waits."""
@@ -114,11 +111,12 @@ class Pictures(QObject):
 
     def _picture(self, request: PictureRequest) -> SensorPicture:
         boxes, note = self._boxes(request)
-        tree, sensor = self._tree_of(request.body), request.sensor
+        solid, sensor = request.body.solid(), request.sensor
+        self._stop_if_closing()
         if isinstance(sensor, Camera):
             grid = request.scene.field.grid
-            return SensorPicture(request, camera_picture(sensor, grid, boxes, tree), note)
-        return SensorPicture(request, range_image(sensor, boxes, tree), note)
+            return SensorPicture(request, camera_picture(sensor, grid, boxes, solid), note)
+        return SensorPicture(request, range_image(sensor, boxes, solid), note)
 
     def _boxes(self, request: PictureRequest) -> tuple[FrameBoxes, str]:
         """Boxes of the frame, and what to say about them."""
@@ -143,11 +141,6 @@ class Pictures(QObject):
 
             self._frames = (options, FrameStore(source_of(options)))
         return self._frames[1]
-
-    def _tree_of(self, body: NDArray[np.float32]) -> BodyTree:
-        if self._tree is None or self._tree[0] is not body:
-            self._tree = (body, BodyTree.of(body, self._stop_if_closing))
-        return self._tree[1]
 
     def _stop_if_closing(self) -> None:
         if self._inbox.is_closing():

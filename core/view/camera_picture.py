@@ -10,8 +10,10 @@ from numpy.typing import NDArray
 from riglens.core.rig.model import Camera
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.grid import VoxelGrid
+from riglens.core.sensing.body_ends import barrier_of
+from riglens.core.vehicle.solid import Solid
 from riglens.core.view.frames import FrameBoxes
-from riglens.core.view.hits import BODY, BodyTree, cast
+from riglens.core.view.hits import BODY, cast
 from riglens.core.view.projection import Points, Projection
 
 GRID_STEP_M = 5.0
@@ -65,8 +67,8 @@ class CameraPicture:
         return next((face for face in reversed(self.faces) if _holds(face.corners_px, point)), None)
 
 
-def camera_picture(camera: Camera, grid: VoxelGrid, boxes: FrameBoxes, body: BodyTree) -> CameraPicture:
-    """The picture of a camera for the boxes of one frame and the triangles of the car's body."""
+def camera_picture(camera: Camera, grid: VoxelGrid, boxes: FrameBoxes, body: Solid) -> CameraPicture:
+    """The picture of a camera for the boxes of one frame and the car's own body."""
     view = Projection(camera)
     ground = _ground_m()[None] if camera.position[2] > 0.0 else np.zeros((0, 4, 3))
     low = np.array(grid.origin_m)
@@ -134,15 +136,14 @@ def _faces(view: Projection, boxes: FrameBoxes) -> tuple[Face, ...]:
     )
 
 
-def _first_hits(
-    view: Projection, boxes: FrameBoxes, body: BodyTree
-) -> tuple[NDArray[np.uint8], dict[str, int]]:
+def _first_hits(view: Projection, boxes: FrameBoxes, body: Solid) -> tuple[NDArray[np.uint8], dict[str, int]]:
     """What rays of a coarse lattice over the image meet first: the mask of the body, and the boxes seen."""
     width, height = view.camera.image
     columns = min(width, _MASK_WIDTH)
     rows = max(1, min(height, round(columns * height / width), _MASK_WIDTH * 2))
     rays = view.directions(columns, rows)
-    hits = cast(view.camera.position, rays, boxes, body, (0.0, np.inf), has_ground=False)
+    barrier = barrier_of(view.camera, body)
+    hits = cast(view.camera.position, rays, boxes, barrier, (0.0, np.inf), has_ground=False)
     mask = np.where(hits.what == BODY, 1.0 + 254.0 * hits.facing, 0.0)
     seen = boxes.cls[np.unique(hits.what[hits.what >= 0])]
     counts = {name: int(np.count_nonzero(seen == number)) for number, name in enumerate(CLASSES)}

@@ -8,9 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.rig.model import Lidar
+from riglens.core.sensing.body_ends import barrier_of
 from riglens.core.sensing.rays import sensor_rays
+from riglens.core.vehicle.solid import Solid
 from riglens.core.view.frames import FrameBoxes
-from riglens.core.view.hits import BodyTree, cast
+from riglens.core.view.hits import cast
 
 MAX_RAYS = 1_000_000
 
@@ -46,14 +48,14 @@ class RangeImage:
         return int(np.count_nonzero(np.isfinite(self.range_m)))
 
 
-def range_image(lidar: Lidar, boxes: FrameBoxes, body: BodyTree, max_rays: int = MAX_RAYS) -> RangeImage:
+def range_image(lidar: Lidar, boxes: FrameBoxes, body: Solid, max_rays: int = MAX_RAYS) -> RangeImage:
     """Return what the beams of a LiDAR hit in one frame; where it has very many rays, only some are cast."""
     elevations, azimuths = lidar.elevations(), wrapped_deg(lidar.azimuths())
     step_beam, step_azimuth = _steps(len(elevations), len(azimuths), max_rays)
     beams = np.argsort(-elevations, kind="stable")[::step_beam]
     turns = np.argsort(-azimuths, kind="stable")[::step_azimuth]
     rays = sensor_rays(lidar, (beams[:, None] * len(azimuths) + turns).ravel())
-    hits = cast(lidar.position, rays.directions, boxes, body, lidar.range_m)
+    hits = cast(lidar.position, rays.directions, boxes, barrier_of(lidar, body), lidar.range_m)
     shape = len(beams), len(turns)
     return RangeImage(
         lidar,

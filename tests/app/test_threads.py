@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 import pytest
 from numba.core.registry import CPUDispatcher
-from numpy.typing import NDArray
 from pytestqt.qtbot import QtBot
 
 import riglens.app.background.pictures
@@ -21,7 +20,7 @@ import riglens.core.kernels
 from riglens.app.background.pictures import PictureRequest, Pictures, SensorPicture
 from riglens.app.background.tasks import Tasks
 from riglens.app.evaluation.scoring import LoadedScene, load_scene
-from riglens.core.view.hits import BodyTree
+from riglens.core.vehicle.solid import CarBody, Solid
 from tests.app.window_bench import CAMERA, open_bench, scene_options
 from tests.waiting import TIMEOUT_MS, TIMEOUT_S
 
@@ -63,7 +62,7 @@ def callers(monkeypatch: pytest.MonkeyPatch) -> dict[str, set[str]]:
     for (module, name), kernel in all_kernels().items():
         is_for_pictures = (
             module in ("riglens.core.kernels.hits", "riglens.core.kernels.clip") and name[0] != "_"
-        )
+        ) or (module, name) == ("riglens.core.kernels.solid", "meet_listed")
         if is_parallel(kernel) or is_for_pictures:
             monkeypatch.setattr(sys.modules[module], name, noted(kernel))
     return found
@@ -96,35 +95,31 @@ def test_everything_in_the_window_calls_parallel_kernels_on_one_thread(
 
 
 # ---------------------------------------------------------------------- the end
-def request_for(folder: Path, triangles: int = 0) -> PictureRequest:
+def request_for(folder: Path) -> PictureRequest:
     scene: LoadedScene = load_scene(scene_options(folder), lambda _: None)
-    corners = np.random.default_rng(1).normal(size=(triangles, 3, 3)).astype(np.float32)
-    return PictureRequest(CAMERA, 0, scene, corners)
+    return PictureRequest(CAMERA, 0, scene, CarBody())
 
 
 def test_closing_ends_a_picture_of_a_very_fine_car_early(
     qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    begun, made = threading.Event(), list[BodyTree]()
+    begun = threading.Event()
     pictures = Pictures(close_s=TIMEOUT_S)
-    tree_of = BodyTree.of
 
-    def slow_tree(triangles: NDArray[np.floating], check: Callable[[], None]) -> BodyTree:
-        def wait_for_the_end() -> None:
-            begun.set()
-            with pictures._inbox.lock:
-                assert pictures._inbox.lock.wait_for(lambda: pictures._inbox._closing, TIMEOUT_S)
-            check()
+    def slow_solid(body: CarBody) -> Solid:
+        begun.set()
+        with pictures._inbox.lock:
+            assert pictures._inbox.lock.wait_for(lambda: pictures._inbox._closing, TIMEOUT_S)
+        return Solid.of(np.zeros((0, 3, 3)))
 
-        made.append(tree_of(triangles, wait_for_the_end))
-        return made[-1]
-
-    monkeypatch.setattr(BodyTree, "of", slow_tree)
-    pictures.ask(request_for(tmp_path, triangles=200))
+    monkeypatch.setattr(CarBody, "solid", slow_solid)
+    drawn = list[object]()
+    monkeypatch.setattr(riglens.app.background.pictures, "camera_picture", lambda *seen: drawn.append(seen))
+    pictures.ask(request_for(tmp_path))
     assert begun.wait(TIMEOUT_S)
     pictures.close()
     assert pictures._thread is not None and not pictures._thread.is_alive()
-    assert not made  # given up before the whole of it was there
+    assert not drawn  # given up before the picture itself was begun
 
 
 def test_closing_does_not_wait_for_a_picture_that_cannot_be_given_up(

@@ -13,7 +13,8 @@ from riglens.core.cache_folder import keep
 from riglens.core.rig.library import read_entries, stored_entries
 from riglens.core.scene.pog import build_pog
 from riglens.core.scene.pog_store import cached_pog
-from riglens.widgets.car.store import stored_surfaces
+from riglens.core.vehicle.store import stored_surfaces
+from riglens.core.vehicle.surface import superellipsoid
 from tests.core.test_pog_store import BOXES, GRID, assert_same
 
 
@@ -33,14 +34,14 @@ def full_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.Lo
 def test_a_full_disk_is_told_once_with_folder_and_remedy_and_everything_is_computed(
     full_disk: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
-    import pyvista as pv
-
     for _ in range(2):
         assert_same(cached_pog(BOXES, GRID), build_pog(BOXES, GRID))
         library = asset_path("library.yaml")
         assert stored_entries(library) == read_entries(library, library.name)
-        ((material, mesh),) = stored_surfaces("test", lambda: [("paint", pv.Sphere())])
-        assert material == "paint" and mesh.n_cells
+        ((material, mesh),) = stored_surfaces(
+            "test", lambda: [("paint", superellipsoid((1.0, 1.0, 1.0), 1.0))]
+        )
+        assert material == "paint" and len(mesh.triangles)
     (line,) = [record.getMessage() for record in caplog.records if record.levelno >= logging.WARNING]
     assert line == (
         f"note: the cache folder {full_disk} cannot be written (No space left on device); going on without it, and "

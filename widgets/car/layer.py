@@ -12,8 +12,8 @@ from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from riglens.core.rig.model import Vehicle
 from riglens.core.vehicle.mesh import BodyMesh
-from riglens.widgets.car.body import body_parts
 from riglens.widgets.car.materials import baked_actors, car_materials
+from riglens.widgets.car.parts import drawn_parts
 from riglens.widgets.drawing.actors import rgba_actor, surface_actor
 from riglens.widgets.drawing.camera import Points, ViewRay
 from riglens.widgets.drawing.surface import join, set_normals
@@ -41,7 +41,7 @@ class BodyLayer:
         Raises InputError for an unknown body, and keeps the car shown before.
         """
         if mesh is None:
-            parts = body_parts(vehicle)
+            parts = drawn_parts(vehicle)
             actors = [surface_actor(part.mesh, car_materials(palette)[part.material]) for part in parts]
             solid, quick = join([part.mesh for part in parts]), baked_actors(parts, palette)
         else:

@@ -12,7 +12,7 @@ import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
 
-from riglens.widgets.car.body import BodyPart
+from riglens.widgets.car.parts import DrawnPart
 from riglens.widgets.drawing.actors import Material, rgba_actor, surface_colours
 from riglens.widgets.drawing.lights import light_on
 from riglens.widgets.theme import Palette, mix
@@ -39,7 +39,7 @@ _SEEN_INSIDE = "dark"
 """The wheel housings, which are open: they are drawn from both sides."""
 
 
-def baked_actors(parts: Sequence[BodyPart], palette: Palette) -> list[pv.Actor]:
+def baked_actors(parts: Sequence[DrawnPart], palette: Palette) -> list[pv.Actor]:
     """Unlit actors that show the parts as the lights would, without highlights."""
     materials = car_materials(palette)
     baked = {part.material: baked_mesh(part.mesh, materials[part.material]) for part in parts}

@@ -19,8 +19,9 @@ from riglens.core.errors import InputError
 from riglens.core.geometry import Pose
 from riglens.core.rig.library import Cuboid, Cylinder, default_library
 from riglens.core.rig.model import Camera, Lidar
+from riglens.core.vehicle.surface import lathe, rounded_box
 from riglens.widgets.drawing.actors import rgba_actor
-from riglens.widgets.drawing.surface import lathe, rounded_box
+from riglens.widgets.drawing.surface import drawn
 from riglens.widgets.theme import Palette, mix, rgb
 
 Shape = Literal["puck", "box", "camera"]
@@ -120,7 +121,7 @@ def _puck(colour: str) -> pv.PolyData:
 def _solid_state(colour: str) -> pv.PolyData:
     """A LiDAR that looks one way: a flat box with cooling fins behind and a wide dark window in front."""
     low, high = np.array(_BOXES["box"])
-    body = rounded_box(low, high - [0.012, 0.0, 0.0], 0.012)
+    body = drawn(rounded_box(low, high - [0.012, 0.0, 0.0], 0.012))
     window = pv.Cube(center=(0.002, 0.0, 0.0), x_length=0.016, y_length=0.165, z_length=0.082)
     fins = [
         pv.Cube(center=(-0.075, 0.0, z), x_length=0.07, y_length=0.196, z_length=0.006)
@@ -145,12 +146,12 @@ def _camera(colour: str) -> pv.PolyData:
 
 def _upright(profile: list[tuple[float, float]]) -> pv.PolyData:
     """A lathe about z from (radius, z) pairs."""
-    return lathe(np.array(profile), 28).rotate_x(90, inplace=False)
+    return drawn(lathe(np.array(profile), 28)).rotate_x(90, inplace=False)
 
 
 def _forward(profile: list[tuple[float, float]]) -> pv.PolyData:
     """A lathe about x from (radius, x) pairs."""
-    return lathe(np.array(profile), 24).rotate_z(-90, inplace=False)
+    return drawn(lathe(np.array(profile), 24)).rotate_z(-90, inplace=False)
 
 
 def _tinted(mesh: pv.PolyData, colour: str) -> pv.PolyData:

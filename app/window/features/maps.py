@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
 from PySide6.QtCore import Qt
 
 from riglens.app.background.pictures import PictureRequest, Pictures, SensorPicture
@@ -13,8 +11,8 @@ from riglens.app.evaluation.requests import LoadedScene, Result
 from riglens.app.window.docks import InSight
 from riglens.app.window.feature import Feature
 from riglens.app.window.workbench import Workbench
-from riglens.core.errors import InputError
 from riglens.core.rig.model import Rig
+from riglens.core.vehicle.solid import CarBody
 from riglens.core.view.camera_picture import CameraPicture
 from riglens.core.view.top_view import TopView
 from riglens.widgets.maps.map_panel import MapPanel
@@ -107,7 +105,10 @@ class SensorView(Feature):
         queued = Qt.ConnectionType.QueuedConnection
         self.pictures.made.connect(self._show, queued)
         self.pictures.failed.connect(self._on_failed, queued)
-        self.in_sight.follow(self._ask, self.document.rig_changed, self.document.selection_changed)
+        self.in_sight.follow(
+            self._ask,
+            self.document.rig_changed, self.document.selection_changed, self.document.vehicle_changed,
+        )  # fmt: skip
         self.session.scene_changed.connect(self._on_scene)
         bench.recompute.load_ended.connect(self._on_load_ended, queued)
         bench.closing.connect(self.pictures.close)
@@ -145,13 +146,10 @@ class SensorView(Feature):
                 self.panel.show_text(WAITING)
             self.pictures.ask(request)
 
-    def _body(self) -> NDArray[np.float32]:
-        from riglens.widgets.car.body import body_triangles  # loads VTK: not while the window opens
-
-        try:
-            return body_triangles(self.document.rig.vehicle)
-        except InputError:  # said already where the car is drawn
-            return np.zeros((0, 3, 3), np.float32)
+    def _body(self) -> CarBody:
+        """The car as it is drawn: the vehicle of the rig, but while its mesh is read, or missing, the one before."""
+        state = self.viewport.state
+        return CarBody(state.vehicle, state.body_mesh)
 
     def _show(self, picture: SensorPicture) -> None:
         """Show a picture of the selected sensor; one of an earlier pose too, until the next is there."""

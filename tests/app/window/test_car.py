@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QApplication
 from riglens.core.geometry import Pose
 from riglens.core.rig.edits import mirrored_pose, partner_of
 from riglens.core.rig.yaml.file import load_rig
-from riglens.widgets.car.profiles import reference_vehicle
+from riglens.core.vehicle.profiles import reference_vehicle
 from tests.app.window.desk import FullDesk, full_desk
 from tests.app.window_bench import LIDAR
 from tests.waiting import TIMEOUT_MS

@@ -7,11 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from riglens.core.vehicle.solid import Solid
 from riglens.core.view.frames import FrameBoxes
-from riglens.core.view.hits import BODY, GROUND, NOTHING, BodyTree, cast
+from riglens.core.view.hits import BODY, GROUND, NOTHING, cast
 from tests.core.view.view_cases import frame_of, random_frame
 
-NO_BODY = BodyTree.of(np.zeros((0, 3, 3)))
+NO_BODY = Solid.of(np.zeros((0, 3, 3))).barrier("lidar", 0.0)
 EYE = (0.3, -0.2, 1.7)
 FAR = (0.0, math.inf)
 
@@ -59,7 +60,9 @@ def test_rays_hit_the_triangle_that_a_search_over_all_finds(seed: int) -> None:
     rng = np.random.default_rng(seed)
     triangles = rng.uniform(-3, 3, (150, 1, 3)) + rng.uniform(-1, 1, (150, 3, 3)) + [4.0, 0.0, 0.0]
     rays = random_rays(seed, 100)
-    hits = cast(EYE, rays, FrameBoxes.none(), BodyTree.of(triangles), FAR, has_ground=False)
+    hits = cast(
+        EYE, rays, FrameBoxes.none(), Solid.of(triangles).barrier("lidar", 0.0), FAR, has_ground=False
+    )
     for ray, range_m, what in zip(rays, hits.range_m, hits.what, strict=True):
         a, u, v = triangles[:, 0], triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
         matrix = np.stack([u, v, np.broadcast_to(-ray, u.shape)], axis=-1)
@@ -73,7 +76,9 @@ def test_rays_hit_the_triangle_that_a_search_over_all_finds(seed: int) -> None:
 def test_a_surface_met_squarely_faces_the_ray_and_a_grazed_one_does_not() -> None:
     wall = np.array([[[5.0, -9, -9], [5, 9, -9], [5, 0, 9]]])
     rays = np.array([[1.0, 0, 0], [math.cos(0.5), math.sin(0.5), 0]])
-    hits = cast((0.0, 0, 0), rays, FrameBoxes.none(), BodyTree.of(wall), FAR, has_ground=False)
+    hits = cast(
+        (0.0, 0, 0), rays, FrameBoxes.none(), Solid.of(wall).barrier("lidar", 0.0), FAR, has_ground=False
+    )
     np.testing.assert_allclose(hits.facing, [1.0, math.cos(0.5)])
     np.testing.assert_allclose(hits.range_m, [5.0, 5.0 / math.cos(0.5)])
 

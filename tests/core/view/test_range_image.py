@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 
 from riglens.core.rig.model import EvenAngles, Lidar
+from riglens.core.vehicle.solid import Solid
 from riglens.core.view.frames import FrameBoxes
-from riglens.core.view.hits import GROUND, NOTHING, BodyTree
+from riglens.core.view.hits import GROUND, NOTHING
 from riglens.core.view.range_image import range_image, wrapped_deg
 from tests.core.view.view_cases import frame_of
 
-NO_BODY = BodyTree.of(np.zeros((0, 3, 3)))
+NO_BODY = Solid.of(np.zeros((0, 3, 3)))
 
 
 def lidar(**changes: object) -> Lidar:

@@ -7,7 +7,7 @@ import pytest
 import pyvista as pv
 
 from riglens.core.rig.model import Vehicle
-from riglens.widgets.car.profiles import PROFILES
+from riglens.core.vehicle.profiles import PROFILES
 from riglens.widgets.drawing.camera import OrbitCamera
 from riglens.widgets.drawing.stage import render_window
 from riglens.widgets.theme import DARK, LIGHT

@@ -9,9 +9,9 @@ from pytestqt.qtbot import QtBot
 from riglens.core.rig.model import Camera, Lidar
 from riglens.core.scene.boxes import rotations_from_yaw
 from riglens.core.scene.grid import VoxelGrid
+from riglens.core.vehicle.solid import Solid
 from riglens.core.view.camera_picture import camera_picture
 from riglens.core.view.frames import FrameBoxes
-from riglens.core.view.hits import BodyTree
 from riglens.core.view.range_image import range_image
 from riglens.widgets.maps.range_view import azimuth_text, azimuth_ticks, nearest_of, spread
 from riglens.widgets.maps.sensor_view import SensorViewPanel
@@ -20,7 +20,7 @@ from tests.waiting import TIMEOUT_MS
 from tests.widgets.mouse import hover
 
 GRID = VoxelGrid(0.5, (60.0, 40.0, 4.0))
-NO_BODY = BodyTree.of(np.zeros((0, 3, 3)))
+NO_BODY = Solid.of(np.zeros((0, 3, 3)))
 CAMERA = Camera(name="front", position=(0.0, 0.0, 1.5), image=(400, 200), hfov_deg=90.0, cast=(40, 20))
 LIDAR = Lidar(name="roof", position=(0.0, 0.0, 2.0), elevations_deg=(-20.0, 5.0, -3.0))
 
@@ -90,7 +90,7 @@ def test_the_rays_of_the_score_can_be_shown_on_the_image(qtbot: QtBot, view: Sen
 def test_the_own_car_is_drawn_where_the_mask_says(view: SensorViewPanel) -> None:
     a, b, c, d = (0.5, -2.0, 1.0), (3.0, -2.0, 1.0), (3.0, 2.0, 1.0), (0.5, 2.0, 1.0)
     bonnet = np.array([[a, b, c], [a, c, d]])
-    view.show_camera(camera_picture(CAMERA, GRID, boxes(), BodyTree.of(bonnet)))
+    view.show_camera(camera_picture(CAMERA, GRID, boxes(), Solid.of(bonnet)))
     hover(view.camera, pixel(view, 200, 180).toPoint())
     assert view.camera.readout().endswith("own car")
     hover(view.camera, QPoint(1, 1))

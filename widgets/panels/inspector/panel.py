@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QComboBox, QLabel, QPushButton, QScrollArea, QStac
 from riglens.core.geometry import Pose
 from riglens.core.metric.scores import Scores
 from riglens.core.rig.model import Lidar, Rig, Vehicle
-from riglens.widgets.car.profiles import PROFILES, reference_vehicle
+from riglens.core.vehicle.profiles import PROFILES, reference_vehicle
 from riglens.widgets.panels.fields.edits import NumberEdit, TextEdit
 from riglens.widgets.panels.fields.form import ChoiceBox, Form
 from riglens.widgets.panels.fields.quantity import DEGREES, METRES, NO_UNIT, Unit

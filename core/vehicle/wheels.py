@@ -5,33 +5,37 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-import pyvista as pv
 
 from riglens.core.rig.model import Vehicle
-from riglens.widgets.car.profile import BodyProfile
-from riglens.widgets.drawing.surface import Painted, grid_surface, lathe, set_normals
+from riglens.core.vehicle.profile import BodyProfile
+from riglens.core.vehicle.surface import Painted, Points, Surface, cut, grid_surface, join, lathe
+
+HOUSING_DEPTH_M = 0.10
+"""By how much the housing is deeper than the wheel."""
+OUTER_M = 0.035
+"""From the side of the car to the outer face of the wheels."""
+
+
+def housing_reach_m(profile: BodyProfile, vehicle: Vehicle, front: bool, scale: float) -> float:
+    """Distance from the car's middle plane to where the wheel housings of an axle begin."""
+    return vehicle.width / 2 - OUTER_M - profile.wheel_width_m[front] * scale - HOUSING_DEPTH_M
 
 
 def axle(profile: BodyProfile, vehicle: Vehicle, front: bool, x: float, scale: float) -> Painted:
     """Both wheels of an axle and the dark wheel housings behind them."""
     radius, width = profile.wheel_radius_m * scale, profile.wheel_width_m[front] * scale
-    outer_y = vehicle.width / 2 - 0.035
+    outer_y = vehicle.width / 2 - OUTER_M
     painted: Painted = []
     for side in (1.0, -1.0):
         for material, mesh in [*_wheel(radius, width), *_housing(profile.arch_radius_m * scale, width)]:
-            mesh = mesh.copy()
-            mesh.points = np.array(mesh.points) * [1.0, side, 1.0] + [x, side * outer_y, radius]
-            set_normals(mesh, np.array(mesh.point_data["Normals"]) * [1.0, side, 1.0])
-            if side < 0.0:
-                mesh.flip_faces(
-                    inplace=True
-                )  # mirroring turns faces inside out, but light falls on their outside
-            painted.append((material, mesh))
+            mirror = np.array([1.0, side, 1.0])
+            wheel = mesh.placed(mesh.points * mirror + [x, side * outer_y, radius], mesh.normals * mirror)
+            painted.append((material, wheel if side > 0.0 else wheel.turned_inside_out()))
     return painted
 
 
 @lru_cache(maxsize=4)
-def _wheel(radius: float, width: float) -> tuple[tuple[str, pv.PolyData], ...]:
+def _wheel(radius: float, width: float) -> tuple[tuple[str, Surface], ...]:
     """A left wheel with its outer face at y = 0: tyre, dark bowl, spokes and hub; metres."""
     rim = 0.70 * radius
     tyre = np.array(
@@ -66,7 +70,7 @@ def _wheel(radius: float, width: float) -> tuple[tuple[str, pv.PolyData], ...]:
     return tuple(parts)
 
 
-def _spoke(rim: float, angle: float) -> pv.PolyData:
+def _spoke(rim: float, angle: float) -> Surface:
     """A tapered, slightly dished spoke from the hub to the rim ring, in the wheel's plane."""
     radii = np.array([0.12, 0.5, 0.95]) * rim
     half = np.array([0.055, 0.05, 0.068]) * rim
@@ -80,15 +84,27 @@ def _spoke(rim: float, angle: float) -> pv.PolyData:
         [r * radial + side * h * tangent + [0.0, y + depth, 0.0] for side, depth in across]
         for r, h, y in zip(radii, half, face_y, strict=True)
     ]
-    mesh: pv.PolyData = grid_surface(np.array(points)).compute_normals(
-        split_vertices=True, feature_angle=40, cell_normals=False
-    )
-    return mesh
+    return _creased(np.array(points))
+
+
+def _creased(points: Points) -> Surface:
+    """Lengthwise strips over a lattice (rows, columns, 3), each smooth along itself, with edges between them."""
+    strips = []
+    for column in range(points.shape[1] - 1):
+        strip = points[:, column : column + 2]
+        a, b, c, d = strip[:-1, 0], strip[1:, 0], strip[1:, 1], strip[:-1, 1]
+        flat = np.cross(c - a, d - b)
+        flat /= np.linalg.norm(flat, axis=1, keepdims=True)
+        smooth = np.concatenate([flat[:1], flat]) + np.concatenate([flat, flat[-1:]])
+        smooth /= np.linalg.norm(smooth, axis=1, keepdims=True)
+        strips.append(grid_surface(strip, np.repeat(smooth[:, None], 2, axis=1)))
+    return join(strips)
 
 
 def _housing(arch_m: float, wheel_width: float) -> Painted:
     """Dark half-drum behind a wheel, so that nobody can look through the arch into an empty body."""
-    depth = wheel_width + 0.10
+    depth = wheel_width + HOUSING_DEPTH_M
     profile = np.array([(arch_m + 0.012, -0.03), (arch_m + 0.012, -depth), (0.0, -depth)])
-    drum = lathe(profile, 40).clip("z", origin=(0.0, 0.0, -0.42 * arch_m), invert=False)
-    return [("dark", drum)]
+    drum = lathe(profile, 40)
+    upper, _ = cut(drum, -0.42 * arch_m - drum.points[:, 2])
+    return [("dark", upper)]

@@ -5,8 +5,8 @@ import pytest
 
 from riglens.core.errors import InputError
 from riglens.core.rig.model import PARAMETRIC_BODIES, Vehicle
-from riglens.widgets.car.body import body_parts
-from riglens.widgets.car.profiles import PROFILES, reference_vehicle
+from riglens.core.vehicle.body import body_parts
+from riglens.core.vehicle.profiles import PROFILES, reference_vehicle
 
 BODIES = [reference_vehicle(body) for body in PARAMETRIC_BODIES]
 VEHICLES = [
@@ -18,7 +18,7 @@ VEHICLES = [
 
 
 def points_of(vehicle: Vehicle, *materials: str) -> np.ndarray:
-    return np.concatenate([part.mesh.points for part in body_parts(vehicle) if part.material in materials])
+    return np.concatenate([part.surface.points for part in body_parts(vehicle) if part.material in materials])
 
 
 @pytest.mark.parametrize("vehicle", VEHICLES)
@@ -47,7 +47,8 @@ def test_the_wheels_stand_on_the_ground_at_the_axles_inside_the_width(vehicle):
 @pytest.mark.parametrize("vehicle", BODIES)
 def test_the_body_is_the_same_on_both_sides(vehicle):
     for part in body_parts(vehicle):
-        low, high = part.mesh.bounds[2:4]
+        y = part.surface.points[:, 1]
+        low, high = y.min(), y.max()
         assert low == pytest.approx(-high, abs=1e-3), part.material
 
 
@@ -87,8 +88,8 @@ def test_nothing_but_tyres_and_housings_hangs_below_the_sills(vehicle):
 def test_shading_normals_point_outwards(vehicle):
     for part in body_parts(vehicle):
         if part.material in ("paint", "glass") or (part.material == "panel" and vehicle.body == "truck"):
-            normals = np.asarray(part.mesh.point_data["Normals"])
-            outwards = part.mesh.points - part.mesh.points.mean(axis=0)
+            normals = part.surface.normals
+            outwards = part.surface.points - part.surface.points.mean(axis=0)
             assert ((normals * outwards).sum(axis=1) > -0.05).mean() > 0.85, part.material
 
 

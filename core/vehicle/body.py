@@ -7,12 +7,10 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-import pyvista as pv
-from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
 from riglens.core.rig.model import Vehicle
-from riglens.widgets.car.profile import (
+from riglens.core.vehicle.profile import (
     BodyProfile,
     CabinOutline,
     Decal,
@@ -22,12 +20,12 @@ from riglens.widgets.car.profile import (
     ShutLine,
     Station,
 )
-from riglens.widgets.car.profiles import PROFILES
-from riglens.widgets.car.store import stored_surfaces
-from riglens.widgets.car.wheels import axle
-from riglens.widgets.drawing.surface import (
+from riglens.core.vehicle.profiles import PROFILES
+from riglens.core.vehicle.store import stored_surfaces
+from riglens.core.vehicle.surface import (
     Painted,
     Points,
+    Surface,
     cut,
     cut_convex,
     join,
@@ -37,7 +35,11 @@ from riglens.widgets.drawing.surface import (
     strip,
     superellipsoid,
 )
+from riglens.core.vehicle.wheels import axle, housing_reach_m
 
+Axles = list[tuple[float, float]]
+"""For each axle its x, and where its wheel housings begin beside the car's middle plane, metres."""
+_OVERLAP_M = 0.02
 _FACING_METRES = 0.4
 _MIN_FACING = {"+x": 0.30, "-x": 0.30, "|y|": 0.45, "+z": 0.5, "-z": 0.7}
 
@@ -47,7 +49,7 @@ class BodyPart:
     """All surfaces of one material: paint, glass, trim, gap, lamp, tail, plate, tyre, rim or dark."""
 
     material: str
-    mesh: pv.PolyData
+    surface: Surface
 
 
 def body_parts(vehicle: Vehicle) -> tuple[BodyPart, ...]:
@@ -73,17 +75,21 @@ def _finished(vehicle: Vehicle) -> Painted:
     painted = stored_surfaces(
         vehicle.body, lambda: _shell(profile) + _cabin(profile) + _blocks(profile.blocks)
     )
-    _fit(painted, vehicle)
+    painted = _fit(painted, vehicle)
     scale = vehicle.height / profile.height_m
     wheelbase = (profile.axle_x[1] - profile.axle_x[0]) * vehicle.length / profile.length_m
     axles_x = (vehicle.rear_axle_x, vehicle.rear_axle_x + wheelbase)
-    painted = _open_arches(painted, axles_x, profile, scale)
+    axles = [
+        (x, housing_reach_m(profile, vehicle, front, scale))
+        for front, x in zip((False, True), axles_x, strict=True)
+    ]
+    painted = _open_arches(painted, axles, profile, scale)
     painted += _mirrors(profile, vehicle)
     for front, x in enumerate(axles_x):
         painted += axle(profile, vehicle, bool(front), x, scale)
-    merged: dict[str, list[pv.PolyData]] = {}
+    merged: dict[str, list[Surface]] = {}
     for material, mesh in painted:
-        if mesh.n_cells:
+        if len(mesh.triangles):
             merged.setdefault(material, []).append(mesh)
     return [(material, join(meshes)) for material, meshes in merged.items()]
 
@@ -165,7 +171,7 @@ def _outline(level: CabinOutline, bow_m: float) -> Points:
     return np.array([*left, *right, left[0]])
 
 
-def _paint(mesh: pv.PolyData, decals: tuple[Decal, ...]) -> Painted:
+def _paint(mesh: Surface, decals: tuple[Decal, ...]) -> Painted:
     """Cut the decals out of a painted surface, in order."""
     painted: Painted = []
     for decal in decals:
@@ -193,16 +199,16 @@ def _engrave(painted: Painted, lines: tuple[ShutLine, ...]) -> Painted:
     return [*decals, *gaps, (material, mesh)]
 
 
-def _flat(mesh: pv.PolyData, plane: Plane) -> Points:
+def _flat(mesh: Surface, plane: Plane) -> Points:
     """Coordinates (n, 2) of the points in a plane, with |y| in place of y."""
-    points = np.asarray(mesh.points, dtype=np.float64)
+    points = mesh.points
     along = {"x": points[:, 0], "y": np.abs(points[:, 1]), "z": points[:, 2]}
     return np.stack([along[axis] for axis in plane], axis=1)
 
 
-def _away(mesh: pv.PolyData, facing: Facing) -> Points:
+def _away(mesh: Surface, facing: Facing) -> Points:
     """Positive where the surface does not face along `facing`, in metres for the sake of a smooth cut."""
-    normals = np.asarray(mesh.point_data["Normals"])
+    normals = mesh.normals
     share = {
         "+x": normals[:, 0],
         "-x": -normals[:, 0],
@@ -213,32 +219,32 @@ def _away(mesh: pv.PolyData, facing: Facing) -> Points:
     return np.asarray((_MIN_FACING[facing] - share[facing]) * _FACING_METRES)
 
 
-def _fit(painted: Painted, vehicle: Vehicle) -> None:
-    """Stretch all parts together to the vehicle's length and width, centred, and its height."""
-    points = np.concatenate([mesh.points for _, mesh in painted if mesh.n_points])
+def _fit(painted: Painted, vehicle: Vehicle) -> Painted:
+    """All parts stretched together to the vehicle's length and width, centred, and its height."""
+    points = np.concatenate([mesh.points for _, mesh in painted])
     low, high = points.min(axis=0), points.max(axis=0)
     scale = np.array([vehicle.length, vehicle.width, vehicle.height]) / (high - [low[0], low[1], 0.0])
     middle = np.array([(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, 0.0])
-    for _, mesh in painted:
-        mesh.points = (mesh.points - middle) * scale
+    return [(material, mesh.placed((mesh.points - middle) * scale)) for material, mesh in painted]
 
 
-def _open_arches(
-    painted: Painted, axles_x: tuple[float, float], profile: BodyProfile, scale: float
-) -> Painted:
-    """Cut the wheel arches out of everything near the sides and edge them with a dark lip."""
+def _open_arches(painted: Painted, axles: Axles, profile: BodyProfile, scale: float) -> Painted:
+    """Cut the wheel arches out of everything near the sides and edge them with a dark lip.
+
+    The cut ends within the wheel housings, so that the body stays closed: nothing gets in or out beside a wheel.
+    """
     arch_m, wheel_m, lip_m = (
         scale * length for length in (profile.arch_radius_m, profile.wheel_radius_m, profile.arch_lip_m)
     )
     opened: Painted = []
     for material, mesh in painted:
-        for x in axles_x:
-            if not mesh.n_cells:
+        for x, reach_m in axles:
+            if not len(mesh.triangles):
                 continue
             from_axle = np.hypot(mesh.points[:, 0] - x, mesh.points[:, 2] - wheel_m)
-            inner = 0.45 * np.abs(mesh.points[:, 1]).max() - np.abs(mesh.points[:, 1])
+            inner = reach_m + _OVERLAP_M - np.abs(mesh.points[:, 1])
             lip, mesh = cut(mesh, np.maximum(from_axle - arch_m - lip_m, inner))
-            if lip.n_cells:
+            if len(lip.triangles):
                 _, lip = cut(lip, np.hypot(lip.points[:, 0] - x, lip.points[:, 2] - wheel_m) - arch_m)
                 opened.append(("trim", lip))
         opened.append((material, mesh))
@@ -249,25 +255,10 @@ def _mirrors(profile: BodyProfile, vehicle: Vehicle) -> Painted:
     """Two door mirrors: rounded housings beside the foot of the windscreen, on arms if they stand off."""
     scale = np.array([vehicle.length, vehicle.width, vehicle.height])
     scale = scale / [profile.length_m, profile.width_m, profile.height_m]
-    painted = _blocks(profile.mirror_arms)
-    for _, arm in painted:
-        arm.points = arm.points * scale
+    arms = _blocks(profile.mirror_arms)
+    painted = [(material, arm.placed(arm.points * scale)) for material, arm in arms]
     for side in (1.0, -1.0):
         housing = superellipsoid(profile.mirror_radii_m, 0.6)
-        housing.points = (housing.points + np.array(profile.mirror_m) * [1.0, side, 1.0]) * scale
-        painted.append(("paint", housing))
+        points = (housing.points + np.array(profile.mirror_m) * [1.0, side, 1.0]) * scale
+        painted.append(("paint", housing.placed(points)))
     return painted
-
-
-@lru_cache(maxsize=2)
-def body_triangles(vehicle: Vehicle) -> NDArray[np.float32]:
-    """Return triangles (t, 3, 3) of everything but glass, metres, vehicle frame; raise InputError for unknown bodies.
-
-    The same vehicle gives the same array, so that what is built from it need not be rebuilt.
-    """
-    found = [np.zeros((0, 3, 3), np.float32)]
-    for part in body_parts(vehicle):
-        if part.material != "glass":
-            mesh = part.mesh.triangulate()
-            found.append(np.asarray(mesh.points, np.float32)[mesh.regular_faces])
-    return np.concatenate(found)

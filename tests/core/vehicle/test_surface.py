@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import BSpline
 
-from riglens.widgets.drawing.surface import spline_matrix
+from riglens.core.vehicle.surface import spline_matrix
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from riglens.core.rig.model import Vehicle
-from riglens.widgets.car.profile import BodyProfile, CabinOutline, Decal, RoundedBlock, ShutLine, Station
+from riglens.core.vehicle.profile import BodyProfile, CabinOutline, Decal, RoundedBlock, ShutLine, Station
 
 SEDAN = BodyProfile(
     length_m=4.6,

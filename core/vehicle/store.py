@@ -10,15 +10,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pyvista as pv
 from numpy.typing import NDArray
-from vtkmodules.vtkCommonCore import vtkVersion
 
 from riglens.core.cache_folder import cache_folder, keep
 from riglens.core.files import atomic_write
-from riglens.widgets.drawing.surface import Painted, set_normals
+from riglens.core.vehicle.surface import Painted, Surface
 
-_MADE_BY = ("body.py", "profile.py", "profiles.py", "wheels.py", "../drawing/surface.py")
+_MADE_BY = ("body.py", "profile.py", "profiles.py", "wheels.py", "surface.py")
 """The sources that the surfaces are made by, relative to this folder."""
 Arrays = dict[str, NDArray[Any]]
 
@@ -33,14 +31,14 @@ def stored_surfaces(name: str, build: Callable[[], Painted], of: object = None) 
     maker = f"{_maker()} {of!r}"
     with contextlib.suppress(Exception):  # damaged bytes make numpy and zipfile raise a dozen kinds of error
         return _load(path, maker)
-    painted = [(material, mesh) for material, mesh in build() if mesh.n_cells]
+    painted = [(material, mesh) for material, mesh in build() if len(mesh.triangles)]
     keep(path, lambda place: _save(place, maker, painted))
     return painted
 
 
 def _maker() -> str:
-    """Checksum of everything that the surfaces depend on: the modules that model them, numpy and VTK."""
-    digest = hashlib.sha256(f"{np.__version__} {vtkVersion.GetVTKVersion()}".encode())
+    """Checksum of everything that the surfaces depend on: the modules that model them, and numpy."""
+    digest = hashlib.sha256(np.__version__.encode())
     for name in _MADE_BY:
         digest.update((Path(__file__).parent / name).read_bytes())
     return digest.hexdigest()
@@ -48,12 +46,12 @@ def _maker() -> str:
 
 def _save(path: Path, maker: str, painted: Painted) -> None:
     meshes = [mesh for _, mesh in painted]
-    parts = [(material, mesh.n_points, len(mesh.faces)) for material, mesh in painted]
+    parts = [(material, len(mesh.points), len(mesh.triangles)) for material, mesh in painted]
     arrays: Arrays = {
         "parts": np.array(json.dumps(parts)),
         "points": np.concatenate([mesh.points for mesh in meshes]),
-        "normals": np.concatenate([mesh.point_data["Normals"] for mesh in meshes]),
-        "faces": np.concatenate([mesh.faces for mesh in meshes]).astype(np.int32),
+        "normals": np.concatenate([mesh.normals for mesh in meshes]),
+        "triangles": np.concatenate([mesh.triangles for mesh in meshes]),
     }
     with atomic_write(path, "wb") as file:
         np.savez(file, check=np.array(_check(maker, arrays)), **arrays)  # type: ignore[arg-type]
@@ -61,15 +59,14 @@ def _save(path: Path, maker: str, painted: Painted) -> None:
 
 def _load(path: Path, maker: str) -> Painted:
     with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
-        arrays: Arrays = {name: archive[name] for name in ("parts", "points", "normals", "faces")}
+        arrays: Arrays = {name: archive[name] for name in ("parts", "points", "normals", "triangles")}
         if str(archive["check"]) != _check(maker, arrays):
             raise ValueError("damaged, or made by other code")
-    points, normals, faces = arrays["points"], arrays["normals"], arrays["faces"].astype(np.int64)
+    points, normals, triangles = arrays["points"], arrays["normals"], arrays["triangles"]
     painted: Painted = []
-    for material, point_count, face_length in json.loads(str(arrays["parts"])):
-        mesh = pv.PolyData(points[:point_count].copy(), faces[:face_length].copy())
-        set_normals(mesh, normals[:point_count].copy())
-        points, normals, faces = points[point_count:], normals[point_count:], faces[face_length:]
+    for material, point_count, count in json.loads(str(arrays["parts"])):
+        mesh = Surface(points[:point_count].copy(), normals[:point_count].copy(), triangles[:count].copy())
+        points, normals, triangles = points[point_count:], normals[point_count:], triangles[count:]
         painted.append((str(material), mesh))
     return painted
 

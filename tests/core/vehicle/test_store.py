@@ -5,14 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import pyvista as pv
 
 from riglens.core.rig.model import Vehicle
-from riglens.widgets.car import body
-from riglens.widgets.car import store as body_store
-from riglens.widgets.car.body import body_parts
-from riglens.widgets.car.store import stored_surfaces
-from riglens.widgets.drawing.surface import superellipsoid
+from riglens.core.vehicle import body
+from riglens.core.vehicle import store as body_store
+from riglens.core.vehicle.body import body_parts
+from riglens.core.vehicle.store import stored_surfaces
+from riglens.core.vehicle.surface import NO_SURFACE, Surface, superellipsoid
 
 
 @pytest.fixture
@@ -27,21 +26,23 @@ class Workshop:
     def __init__(self) -> None:
         self.built = 0
 
-    def __call__(self) -> list[tuple[str, pv.PolyData]]:
+    def __call__(self) -> list[tuple[str, Surface]]:
         self.built += 1
         paint, glass = superellipsoid((2.0, 1.0, 0.5), 0.6), superellipsoid((1.0, 0.8, 0.4), 0.9, samples=8)
-        return [("paint", paint), ("trim", pv.PolyData()), ("glass", glass)]
+        return [("paint", paint), ("trim", NO_SURFACE), ("glass", glass)]
+
+
+def assert_same(found, expected):
+    assert np.array_equal(found.points, expected.points)
+    assert np.array_equal(found.triangles, expected.triangles)
+    assert np.array_equal(found.normals, expected.normals)
 
 
 def assert_as_built(painted):
-    built = [(material, mesh) for material, mesh in Workshop()() if mesh.n_cells]
+    built = [(material, mesh) for material, mesh in Workshop()() if len(mesh.triangles)]
     assert [material for material, _ in painted] == [material for material, _ in built]
     for (_, found), (_, expected) in zip(painted, built, strict=True):
-        assert found.points.dtype == expected.points.dtype
-        assert np.array_equal(found.points, expected.points)
-        assert np.array_equal(found.faces, expected.faces)
-        assert np.array_equal(found.point_data["Normals"], expected.point_data["Normals"])
-        assert found.point_data.active_normals_name == "Normals"
+        assert_same(found, expected)
 
 
 def test_the_second_start_builds_nothing_and_gets_the_same_surfaces(folder):
@@ -92,10 +93,7 @@ def test_a_car_from_the_cache_is_the_one_that_was_built(folder, name):
     built, found = (_fresh(body_parts, vehicle) for _ in range(2))
     assert [part.material for part in found] == [part.material for part in built]
     for one, other in zip(found, built, strict=True):
-        assert one.mesh.points.dtype == other.mesh.points.dtype
-        assert np.array_equal(one.mesh.points, other.mesh.points)
-        assert np.array_equal(one.mesh.faces, other.mesh.faces)
-        assert np.array_equal(one.mesh.point_data["Normals"], other.mesh.point_data["Normals"])
+        assert_same(one.surface, other.surface)
 
 
 def _fresh(parts, vehicle):
@@ -117,25 +115,24 @@ def test_a_change_of_the_surfaces_does_not_reach_the_cache(folder):
     for _ in range(2):
         painted = stored_surfaces("sedan", build)
         assert_as_built(painted)
-        painted[0][1].points = np.array(painted[0][1].points) * 2.0
+        painted[0][1].points[:] *= 2.0
 
 
-WIDGETS = Path(body.__file__).resolve().parents[1]
-DRAWN_ONLY = {"car/store.py", "drawing/actors.py", "theme.py"}
-"""These keep surfaces or show them, but none decides their shape."""
+FOLDER = Path(body.__file__).resolve().parent
+KEEPS_ONLY = {"store.py"}
+"""This keeps surfaces, but does not decide their shape."""
 
 
 def sources_of(path: str) -> set[str]:
-    """The modules among the widgets that a module needs, itself among them."""
+    """The modules of the room that a module needs, itself among them."""
     found, wanted = set(), {path}
     while wanted:
         path = wanted.pop()
         found.add(path)
-        names = re.findall(r"^from riglens\.widgets\.(\S+) import", (WIDGETS / path).read_text(), re.M)
-        wanted |= {name.replace(".", "/") + ".py" for name in names} - found - DRAWN_ONLY
+        names = re.findall(r"^from riglens\.core\.vehicle\.(\S+) import", (FOLDER / path).read_text(), re.M)
+        wanted |= {f"{name}.py" for name in names} - found - KEEPS_ONLY
     return found
 
 
 def test_the_cache_follows_every_source_that_shapes_the_car():
-    followed = {str((WIDGETS / "car" / name).resolve().relative_to(WIDGETS)) for name in body_store._MADE_BY}
-    assert followed == sources_of("car/body.py")
+    assert set(body_store._MADE_BY) == sources_of("body.py")

@@ -1,0 +1,119 @@
+"""The car as rays meet it: triangles with their materials in a tree of boxes. Vehicle frame, metres."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import TYPE_CHECKING, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from riglens.core.errors import InputError
+from riglens.core.rig.model import Vehicle
+from riglens.core.vehicle.body import body_parts
+from riglens.core.vehicle.mesh import BodyMesh
+
+if TYPE_CHECKING:
+    from riglens.core.kernels.solid import Tree
+
+MATERIALS = ("paint", "panel", "glass", "trim", "gap", "lamp", "tail", "plate", "tyre", "rim", "dark")
+"""What triangles are made of; the number of a material is its place here."""
+GLASS = MATERIALS.index("glass")
+SEES_THROUGH_GLASS = ("camera",)
+"""Kinds of sensor that look through glass unless said otherwise: our choice. Near infrared light passes coated
+windscreens badly, and at a slant hardly at all, so glass stops LiDARs."""
+Kind = Literal["lidar", "camera"]
+
+
+@dataclass(frozen=True)
+class CarBody:
+    """What the ego car's body is: a vehicle and, where a file holds its body, the mesh of that file."""
+
+    vehicle: Vehicle = field(default_factory=Vehicle)
+    mesh: BodyMesh | None = None
+
+    def solid(self, through_glass: tuple[str, ...] = SEES_THROUGH_GLASS) -> Solid:
+        """The solid of the body; InputError where the mesh of a file is needed and not there, or the body unknown."""
+        if self.mesh is None and self.vehicle.has_mesh_file:
+            raise InputError(f"vehicle.body: the mesh '{self.vehicle.body}' has not been read")
+        return _solid(self.vehicle, self.mesh, through_glass)
+
+
+@dataclass(frozen=True, eq=False)
+class Solid:
+    """Triangles triangles_m (t, 3, 3) with materials (t,), numbers in MATERIALS, in a tree of boxes.
+
+    `through_glass` are the kinds of sensor that see through glass. Two solids with the same `fingerprint` stop the
+    same rays at the same places.
+    """
+
+    triangles_m: NDArray[np.float64]
+    materials: NDArray[np.uint8]
+    tree: Tree
+    through_glass: tuple[str, ...]
+    fingerprint: str
+
+    @classmethod
+    def of(
+        cls,
+        triangles_m: NDArray[np.floating],
+        materials: NDArray[np.integer] | None = None,
+        through_glass: tuple[str, ...] = SEES_THROUGH_GLASS,
+    ) -> Solid:
+        """The solid of triangles (t, 3, 3), of paint unless `materials` says more; those without an area are left out.
+
+        No triangles at all is fine: nothing stops any ray.
+        """
+        corners = np.array(triangles_m, np.float64).reshape(-1, 3, 3)
+        kinds = np.zeros(len(corners), np.uint8) if materials is None else np.asarray(materials, np.uint8)
+        area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+        corners, kinds = np.ascontiguousarray(corners[area > 0.0]), kinds[area > 0.0]
+        digest = hashlib.sha256(repr(sorted(through_glass)).encode())
+        digest.update(corners.tobytes())
+        digest.update(kinds.tobytes())
+        return cls(corners, kinds, _tree(corners), through_glass, digest.hexdigest())
+
+    @property
+    def count(self) -> int:
+        """Number of triangles."""
+        return len(self.triangles_m)
+
+    def barrier(self, kind: Kind, start_m: float) -> Barrier:
+        """What of it stops the rays of a kind of sensor beyond `start_m` from where they begin."""
+        is_clear = kind in self.through_glass
+        stops = np.asarray(self.materials != GLASS) if is_clear else np.ones(self.count, np.bool_)
+        return Barrier(self.tree, stops, start_m)
+
+
+class Barrier(NamedTuple):
+    """What stops the rays of one sensor: a tree of triangles, which of them (t,), and how far from their start."""
+
+    tree: Tree
+    stops: NDArray[np.bool_]
+    start_m: float
+
+
+def _tree(corners: NDArray[np.float64]) -> Tree:
+    from riglens.core.kernels import solid as kernel  # the compiler, only when a ray is to be stopped
+
+    count = len(corners)
+    order = np.arange(count)
+    bounds, leaf = np.empty((2 * count + 1, 6)), np.empty((2 * count + 1, 2), np.int64)
+    skip = np.empty(2 * count + 1, np.int64)
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    nodes = kernel.build_nodes(low, high, order, bounds, leaf, skip)
+    return kernel.Tree(corners[order], order, bounds[:nodes].copy(), leaf[:nodes].copy(), skip[:nodes].copy())
+
+
+@lru_cache(maxsize=4)
+def _solid(vehicle: Vehicle, mesh: BodyMesh | None, through_glass: tuple[str, ...]) -> Solid:
+    """The same object for the same body: what is built from it need not be rebuilt."""
+    if mesh is not None:
+        placed = mesh.placed(vehicle.mesh)
+        return Solid.of(placed.points[placed.triangles], None, through_glass)
+    parts = body_parts(vehicle)
+    triangles = [part.surface.points[part.surface.triangles] for part in parts]
+    kinds = [np.full(len(t), MATERIALS.index(p.material)) for t, p in zip(triangles, parts, strict=True)]
+    return Solid.of(np.concatenate(triangles), np.concatenate(kinds), through_glass)
