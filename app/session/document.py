@@ -106,7 +106,10 @@ class Document(OpenRig):
         return Marks(hidden, self.locked)
 
     def replace_sensors(self, changes: Mapping[str, Lidar | Camera]) -> None:
-        """Exchange several sensors, which keep their names, as one step; InputError when one of them is locked."""
+        """Exchange sensors as one step, InputError when one of them is locked; a single one may get a new name."""
+        if len(changes) == 1:
+            self.replace_sensor(*next(iter(changes.items())))
+            return
         self.cancel_drag()
         self._refuse_locked(tuple(changes))
         sensors = tuple(changes.get(sensor.name, sensor) for sensor in self.rig.sensors)

@@ -12,9 +12,9 @@ from riglens.core.errors import InputError
 from riglens.core.geometry import Vec3
 from riglens.core.scene.grid import DEFAULT_ROI_M, DEFAULT_VOXEL_M, VoxelGrid
 from riglens.core.study.voxel_choice import LADDER_M, ladder_grids
-from riglens.widgets.panels.fields.edits import IntegerEdit, NumberEdit, full_number
+from riglens.widgets.panels.fields.edits import IntegerEdit, NumberEdit
 from riglens.widgets.panels.fields.form import ChoiceBox, Form, read_item, write_item
-from riglens.widgets.panels.fields.quantity import parse_number
+from riglens.widgets.panels.fields.quantity import full_number, parse_number
 from riglens.widgets.panels.style import MARGIN, plain_tip
 
 AUTO = "Auto"

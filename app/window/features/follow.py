@@ -51,7 +51,7 @@ class Follow(Feature):
         tree.locked_toggled.connect(document.set_locked)
         tree.renamed.connect(guarded(document.rename))
         tree.refused.connect(self.bench.report_error)
-        inspector.sensor_edited.connect(guarded(document.replace_sensor))
+        inspector.sensors_edited.connect(guarded(document.replace_sensors))
         inspector.rig_edited.connect(guarded(document.apply))
 
     def _connect_viewport(self) -> None:

@@ -136,7 +136,7 @@ def test_the_inspector_says_how_many_are_selected_and_whose_fields_these_are(ben
     choose_both(bench)
     said = bench.find("state")
     assert isinstance(said, QLabel) and said.isVisible()
-    assert said.text() == "2 selected. The fields are those of front, the last one."
+    assert said.text().startswith("2 selected: a number sets all of them, += 0.1 or -= 0.1 changes each.")
     bench.document.select("front")
     assert not bench.find("state").isVisible()
 

@@ -10,22 +10,17 @@ from PySide6.QtGui import QWheelEvent
 from PySide6.QtWidgets import QApplication, QLineEdit, QVBoxLayout, QWidget
 from pytestqt.qtbot import QtBot
 
-from riglens.widgets.panels.fields.edits import (
-    IntegerEdit,
-    NumberEdit,
-    TextEdit,
-    ValueEdit,
-    fitted_number,
-    short_number,
-)
+from riglens.widgets.panels.fields.edits import IntegerEdit, NumberEdit, TextEdit, ValueEdit
 from riglens.widgets.panels.fields.quantity import (
     DEGREES,
     METRES,
     MILLIMETRES,
     RADIANS,
     Unit,
+    fitted_number,
     parse_number,
     parse_quantity,
+    short_number,
 )
 from tests.waiting import TIMEOUT_MS
 

@@ -6,8 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from riglens.widgets.panels.fields.edits import full_number, short_number
-from riglens.widgets.panels.fields.quantity import parse_number
+from riglens.widgets.panels.fields.quantity import full_number, parse_number, short_number
 from riglens.widgets.panels.scores.text import COLUMNS, change_text, kilo_text, share_text
 
 S_MS, SEEN = COLUMNS[2], COLUMNS[3]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Generic, TypeVar
 
 from PySide6.QtCore import QEvent, QRect, Qt, Signal
@@ -20,7 +20,16 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QLineEdit, QStyle, QStyleOptionFrame, QWidget
 
-from riglens.widgets.panels.fields.quantity import NO_UNIT, Unit, parse_quantity
+from riglens.widgets.panels.fields.quantity import (
+    NO_UNIT,
+    Change,
+    Unit,
+    fitted_number,
+    full_text,
+    parse_change,
+    parse_quantity,
+    short_text,
+)
 from riglens.widgets.panels.style import numbers_font, plain_tip, tones
 
 Value = TypeVar("Value")
@@ -28,6 +37,8 @@ _SUFFIX_GAP_PX = 3
 _TEXT_MARGIN_PX = 2
 """What a line edit keeps free on both sides of its text."""
 _CUT = "…"
+MIXED = "mixed"
+"""What stands in a field of several things whose values differ."""
 _Keys = QKeySequence.StandardKey
 
 
@@ -35,17 +46,19 @@ class ValueEdit(QLineEdit, Generic[Value]):
     """A line edit for a value of any kind.
 
     It shows a short text, and the full one while it has the keyboard focus. `edited` is emitted only when the
-    text was changed and is valid; an invalid text marks the field and keeps the value.
+    text was changed and is valid; an invalid text marks the field and keeps the value. Of several things whose values
+    differ it says that they do, until a text sets or changes all of them.
     """
 
     edited = Signal(object)
+    """The new value, or a Change of whatever it is."""
     refused = Signal(str)
     unmarked = Signal()
     """The text that was refused is gone."""
 
     def __init__(
         self,
-        parse: Callable[[str], Value],
+        parse: Callable[[str], Value | Change],
         short: Callable[[Value], str],
         full: Callable[[Value], str],
         unit: Unit = NO_UNIT,
@@ -54,6 +67,7 @@ class ValueEdit(QLineEdit, Generic[Value]):
         super().__init__(parent)
         self._parse, self._short, self._full = parse, short, full
         self._value: Value | None = None
+        self._mixed: tuple[Value, ...] = ()
         self._unit = unit
         self.setFont(numbers_font(self.font()))
         self.set_suffix(unit.name)
@@ -67,10 +81,23 @@ class ValueEdit(QLineEdit, Generic[Value]):
 
     def set_value(self, value: Value | None) -> None:
         """Show a value that comes from outside; keep what the user is typing."""
-        if value == self._value and (self._is_touched() or self._is_marked()):
+        if value == self._value and not self._mixed and (self._is_touched() or self._is_marked()):
             return
-        self._value = value
+        self._value, self._mixed = value, ()
+        self.setPlaceholderText("")
         self._show()
+
+    def set_mixed(self, values: Sequence[Value]) -> None:
+        """Show that several things have different values; keep what the user is typing."""
+        if tuple(values) == self._mixed and (self._is_touched() or self._is_marked()):
+            return
+        self._value, self._mixed = None, tuple(values)
+        self.setPlaceholderText(MIXED)
+        self._show()
+
+    def _tip(self) -> str:
+        """What the tooltip says of the value, or of the values."""
+        return "" if self._value is None else self._full(self._value)
 
     @property
     def unit(self) -> Unit:
@@ -96,7 +123,7 @@ class ValueEdit(QLineEdit, Generic[Value]):
             self.setProperty("invalid", bool(reason))
             self.style().unpolish(self)
             self.style().polish(self)
-        self.setToolTip(plain_tip(reason or ("" if self._value is None else self._full(self._value))))
+        self.setToolTip(plain_tip(reason or self._tip()))
         if was_marked and not reason:
             self.unmarked.emit()
 
@@ -143,6 +170,9 @@ class ValueEdit(QLineEdit, Generic[Value]):
         if not self._is_touched():
             return
         self.setModified(False)
+        if self._mixed and not self.text().strip():
+            self._show()
+            return
         if self._value is not None and self.text() in (self._short(self._value), self._full(self._value)):
             self._show()
             return
@@ -247,60 +277,14 @@ def _is_redo(event: QKeyEvent) -> bool:
     return is_ctrl_y or event.matches(_Keys.Redo)
 
 
-SHOWN_DECIMALS = 4
-LARGE = 1e5
-"""From here on a number without room is shown as digits and a power of ten."""
 WHEEL_NOTCH = 120
-
-
-def short_number(value: float) -> str:
-    """Return at most four decimals, no trailing zeros; what an unfocused field shows."""
-    if math.isinf(value):
-        return "∞" if value > 0 else "-∞"
-    text = f"{value:.{SHOWN_DECIMALS}f}".rstrip("0").rstrip(".")
-    return "0" if text in ("-0", "") else text
-
-
-def full_number(value: float) -> str:
-    """Return the shortest text that reads back as the same double."""
-    return short_number(value) if math.isinf(value) else repr(value).removesuffix(".0")
-
-
-def fitted_number(value: float, text: str, fits: Callable[[str], bool]) -> str:
-    """Return `text`, or the number with as many decimals, or else digits and a power of ten, as have room.
-
-    Numbers below `LARGE` keep all digits before the point: -180 is never shown as -2e2.
-    """
-    if fits(text) or not math.isfinite(value) or abs(value) < 1.0:
-        return text
-    shorter = [short_number(round(value, places)) for places in range(SHOWN_DECIMALS - 1, -1, -1)]
-    if abs(value) >= LARGE:
-        shorter += [power_of_ten(value, digits) for digits in range(6, 0, -1)]
-    return next((found for found in shorter if fits(found)), shorter[-1])
-
-
-def power_of_ten(value: float, digits: int) -> str:
-    """Return a number with so many digits at most, such as 1.5e7."""
-    mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
-    return f"{mantissa.rstrip('0').rstrip('.') if '.' in mantissa else mantissa}e{int(exponent)}"
-
-
-def short_text(value: float, unit: Unit) -> str:
-    """Return a stored value in a unit, as `short_number`."""
-    return short_number(value * unit.per_base)
-
-
-def full_text(value: float, unit: Unit) -> str:
-    """Return a stored value in a unit: every digit in the stored one, twelve in another."""
-    if unit.per_base == 1.0 or math.isinf(value):
-        return full_number(value)
-    return full_number(float(f"{value * unit.per_base:.12g}"))
 
 
 class NumberEdit(ValueEdit[float]):
     """One double, right aligned, with its unit; arrow keys and, while focused, the wheel change it by `step`.
 
-    Shift makes steps ten times as large, Ctrl ten times as small. `step` is in the stored unit.
+    Shift makes steps ten times as large, Ctrl ten times as small. `step` is in the stored unit. A text such as
+    "+=0.1" changes the number; of several that differ it changes each, and so do steps.
     """
 
     def __init__(self, step: float, unit: Unit = NO_UNIT, parent: QWidget | None = None) -> None:
@@ -309,8 +293,24 @@ class NumberEdit(ValueEdit[float]):
         self._turned = 0
         self.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
 
-    def _parsed(self, text: str) -> float:
-        return parse_quantity(text, self._unit)
+    def _parsed(self, text: str) -> float | Change:
+        change = parse_change(text, self._unit)
+        if change is None and self._mixed and text.lstrip().startswith("+"):
+            plain = text.strip()[:40]
+            raise ValueError(
+                f"found '{plain}': write +={plain[1:]} to add to each, or {plain[1:]} to set all"
+            )
+        if change is not None and not self._mixed:
+            return change.of(self._value)
+        return parse_quantity(text, self._unit) if change is None else change
+
+    def _tip(self) -> str:
+        if not self._mixed:
+            return super()._tip()
+        numbers = [value for value in self._mixed if value is not None]
+        low, high = self._short_text(min(numbers)), self._short_text(max(numbers))
+        span = f"{low} to {high} {self._unit.name}".rstrip()
+        return f"{span}\nA number sets all, += or -= and a number changes each."
 
     def _short_text(self, value: float) -> str:
         return short_text(value, self._unit)
@@ -323,6 +323,10 @@ class NumberEdit(ValueEdit[float]):
 
     def step_by(self, steps: float) -> None:
         """Request the value that many steps further, rounded so that tenths stay tenths."""
+        if self._mixed:
+            self._take()
+            self.edited.emit(Change(plus=steps * self._step * self._unit.step / self._unit.per_base))
+            return
         if self._value is None or not math.isfinite(self._value):
             return
         self._take()

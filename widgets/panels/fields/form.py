@@ -13,8 +13,8 @@ from PySide6.QtGui import QWheelEvent
 from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
 from riglens.core.errors import InputError
-from riglens.widgets.panels.fields.edits import ListEdit, NumberEdit, ValueEdit
-from riglens.widgets.panels.fields.quantity import Unit
+from riglens.widgets.panels.fields.edits import MIXED, ListEdit, NumberEdit, ValueEdit
+from riglens.widgets.panels.fields.quantity import Change, Unit
 from riglens.widgets.panels.scrolled import breakable
 from riglens.widgets.panels.style import MARGIN, SPACING, as_panel
 
@@ -33,11 +33,12 @@ Write = Callable[[Any, Any], Any]
 
 @dataclass(frozen=True)
 class _Binding:
-    """A widget, and how its value is read from the object shown."""
+    """A widget, how its value is read from the object shown, and how it shows one value or several."""
 
     widget: QWidget
     read: Read
     show: Callable[[Any], None]
+    show_mixed: Callable[[Sequence[Any]], None]
 
 
 class Form(QWidget):
@@ -45,6 +46,9 @@ class Form(QWidget):
 
     `changed` carries the changed copy. A value that the object refuses marks its field, and the reason stands under
     the field for as long as the value does; the object itself stays as it is.
+
+    Other objects may stand beside the subject: fields then show what all of them share, or that they differ, and a
+    change is one of all of them. Fields in `shared` mean all, the others those of the subject's own class.
     """
 
     changed = Signal(object)
@@ -55,6 +59,8 @@ class Form(QWidget):
         super().__init__(parent)
         as_panel(self)
         self._subject: Any = None
+        self._beside: tuple[Any, ...] = ()
+        self._shared: set[QWidget] = set()
         self._bindings: list[_Binding] = []
         self._captions: dict[QWidget, QLabel] = {}
         self._reasons: dict[QWidget, str] = {}
@@ -73,6 +79,8 @@ class Form(QWidget):
         """Add a line that names the group of fields under it."""
         label = QLabel(text)
         label.setObjectName("heading")
+        label.setTextFormat(Qt.TextFormat.PlainText)
+        label.setWordWrap(True)
         label.setIndent(0)
         self._grid.addWidget(label, self._grid.rowCount(), 0, 1, 2)
         return label
@@ -124,7 +132,7 @@ class Form(QWidget):
     def bind_edit(self, edit: ValueEdit[Any], read: Read, write: Write, name: str) -> None:
         """Connect a line edit with one value of the subject; `name` is the object name that finds it."""
         edit.setObjectName(name)
-        self._bindings.append(_Binding(edit, read, edit.set_value))
+        self._bindings.append(_Binding(edit, read, edit.set_value, edit.set_mixed))
         edit.edited.connect(lambda value: self._try(edit, write, value))
         edit.refused.connect(lambda reason: self._refuse(edit, reason))
         edit.unmarked.connect(lambda: self._forget(edit))
@@ -132,13 +140,15 @@ class Form(QWidget):
     def bind_check(self, check: QCheckBox, read: Read, write: Write, name: str) -> None:
         """Connect a check box with a bool of the subject."""
         check.setObjectName(name)
-        self._bindings.append(_Binding(check, read, check.setChecked))
+        self._bindings.append(_Binding(check, read, *_check_shows(check)))
         check.clicked.connect(lambda value: self._try(check, write, value))
 
     def bind_choice(self, combo: QComboBox, read: Read, write: Write, name: str) -> None:
         """Connect a list of choices with the data of the item that is chosen."""
         combo.setObjectName(name)
-        self._bindings.append(_Binding(combo, read, lambda value: _choose(combo, value)))
+        self._bindings.append(
+            _Binding(combo, read, lambda value: _choose(combo, value), lambda _: _choose_none(combo))
+        )
         combo.activated.connect(lambda index: self._try(combo, write, combo.itemData(index)))
 
     def set_units(self, *units: Unit) -> None:
@@ -155,8 +165,35 @@ class Form(QWidget):
         """Show an object; fields with invalid text keep it until the value under them changes."""
         self._subject = subject
         for binding in self._bindings:
-            binding.show(binding.read(subject))
+            self._show_binding(binding)
         self.show_problem("")
+
+    def show_several(self, subjects: Sequence[Any]) -> None:
+        """Show several objects, the last of which is the subject."""
+        self._beside = tuple(subjects[:-1])
+        self.show_subject(subjects[-1])
+
+    def share(self, *widgets: QWidget) -> None:
+        """Have these fields mean objects of every class, not of the subject's alone."""
+        self._shared.update(widgets)
+
+    @property
+    def beside(self) -> tuple[Any, ...]:
+        """What is shown beside the subject."""
+        return self._beside
+
+    def _meant(self, widget: QWidget) -> list[Any]:
+        """The objects that a field is about, the subject last."""
+        own = type(self._subject)
+        others = [other for other in self._beside if widget in self._shared or isinstance(other, own)]
+        return [*others, self._subject]
+
+    def _show_binding(self, binding: _Binding) -> None:
+        values = [binding.read(subject) for subject in self._meant(binding.widget)]
+        if all(value == values[-1] for value in values):
+            binding.show(values[-1])
+        else:
+            binding.show_mixed(values)
 
     def forget_input(self) -> None:
         """Discard what was typed and refused."""
@@ -166,14 +203,27 @@ class Form(QWidget):
         self.show_problem("")
 
     def _try(self, widget: QWidget, write: Write, value: Any) -> None:
-        try:
-            changed = write(self._subject, value)
-        except (ValidationError, InputError, ValueError) as error:
-            self._refuse(widget, reason_of(error))
-            return
+        before, after = self._meant(widget), []
+        for subject in before:
+            try:
+                after.append(write(subject, self._value_for(widget, subject, value)))
+            except (ValidationError, InputError, ValueError) as error:
+                reason = reason_of(error)
+                self._refuse(widget, f"{subject.name}: {reason}" if self._beside else reason)
+                return
         self._forget(widget)
-        self.changed.emit(changed)
+        self.deliver(before, after)
         self.show_subject(self._subject)
+
+    def _value_for(self, widget: QWidget, subject: Any, value: Any) -> Any:
+        """The value that an object takes: the one given, or its own after a change."""
+        if not isinstance(value, Change):
+            return value
+        return value.of(next(b for b in self._bindings if b.widget is widget).read(subject))
+
+    def deliver(self, before: Sequence[Any], after: Sequence[Any]) -> None:
+        """Tell of the changed copies of some objects."""
+        self.changed.emit(after[-1])
 
     def _refuse(self, widget: QWidget, reason: str) -> None:
         reason = self._in_words(reason)
@@ -184,7 +234,7 @@ class Form(QWidget):
             return
         for binding in self._bindings:
             if binding.widget is widget:
-                binding.show(binding.read(self._subject))
+                self._show_binding(binding)
         self.show_problem(_line(widget, reason))
 
     def _in_words(self, reason: str) -> str:
@@ -281,6 +331,21 @@ def reason_of(error: Exception) -> str:
             return f"found {first['input']}, accepted is {said.removeprefix('Input should be ')}"
         return said.removeprefix("Value error, ")
     return str(error)
+
+
+def _check_shows(check: QCheckBox) -> tuple[Callable[[Any], None], Callable[[Sequence[Any]], None]]:
+    """How a check box shows one value, and several that differ; a click on the latter ticks it."""
+
+    def show(value: Any) -> None:
+        check.setTristate(False)
+        check.setChecked(value)
+
+    return show, lambda _: check.setCheckState(Qt.CheckState.PartiallyChecked)
+
+
+def _choose_none(combo: QComboBox) -> None:
+    combo.setPlaceholderText(MIXED)
+    combo.setCurrentIndex(-1)
 
 
 def _choose(combo: QComboBox, value: Any) -> None:

@@ -1,4 +1,4 @@
-"""Numbers as people type them into a field: plain, or a small sum such as 1.2+0.05, with a unit if wanted."""
+"""Numbers as people type them into a field (plain, a sum such as 1.2+0.05, with a unit), and as fields show them."""
 
 from __future__ import annotations
 
@@ -74,6 +74,42 @@ def parse_quantity(text: str, unit: Unit) -> float:
     return _to_base(parse_number(text), unit)
 
 
+_CHANGE = re.compile(r"\s*([-+*/])=\s*(.*)", re.S)
+_DECIMALS = 12
+
+
+@dataclass(frozen=True)
+class Change:
+    """What becomes of a number, whatever it is: `times` as much, and `plus` in the stored unit."""
+
+    plus: float = 0.0
+    times: float = 1.0
+
+    def of(self, value: object) -> float:
+        """Return the number after the change; tenths stay tenths. Raise ValueError when there is no number."""
+        if not isinstance(value, int | float) or isinstance(value, bool):
+            raise ValueError("found no number that could be changed, accepted is a number such as 1.25")
+        return round(value * self.times + self.plus, _DECIMALS)
+
+
+def parse_change(text: str, unit: Unit) -> Change | None:
+    """Return what "+=0.1", "-=0.1 m", "*=2" or "/=2" says; None for a text that is none of them.
+
+    Raise ValueError where the number behind the sign is wrong.
+    """
+    found = _CHANGE.fullmatch(text.translate(_SIGNS))
+    if found is None:
+        return None
+    sign, amount = found[1], found[2]
+    if sign in "+-":
+        plus = parse_quantity(amount, unit)
+        return Change(plus=plus if sign == "+" else -plus)
+    factor = parse_number(amount)
+    if sign == "/" and factor == 0.0:
+        raise ValueError(f"found '{text.strip()[:40]}', which divides by zero")
+    return Change(times=factor if sign == "*" else 1.0 / factor)
+
+
 def _to_base(value: float, unit: Unit) -> float:
     return value if unit.per_base == 1.0 else value / unit.per_base
 
@@ -102,3 +138,52 @@ def _value(node: ast.expr) -> float:
     if isinstance(node, ast.BinOp) and type(node.op) in _BINARY:
         return _BINARY[type(node.op)](_value(node.left), _value(node.right))
     raise ValueError("not a sum of numbers")
+
+
+SHOWN_DECIMALS = 4
+LARGE = 1e5
+"""From here on a number without room is shown as digits and a power of ten."""
+
+
+def short_number(value: float) -> str:
+    """Return at most four decimals, no trailing zeros; what an unfocused field shows."""
+    if math.isinf(value):
+        return "∞" if value > 0 else "-∞"
+    text = f"{value:.{SHOWN_DECIMALS}f}".rstrip("0").rstrip(".")
+    return "0" if text in ("-0", "") else text
+
+
+def full_number(value: float) -> str:
+    """Return the shortest text that reads back as the same double."""
+    return short_number(value) if math.isinf(value) else repr(value).removesuffix(".0")
+
+
+def fitted_number(value: float, text: str, fits: Callable[[str], bool]) -> str:
+    """Return `text`, or the number with as many decimals, or else digits and a power of ten, as have room.
+
+    Numbers below `LARGE` keep all digits before the point: -180 is never shown as -2e2.
+    """
+    if fits(text) or not math.isfinite(value) or abs(value) < 1.0:
+        return text
+    shorter = [short_number(round(value, places)) for places in range(SHOWN_DECIMALS - 1, -1, -1)]
+    if abs(value) >= LARGE:
+        shorter += [power_of_ten(value, digits) for digits in range(6, 0, -1)]
+    return next((found for found in shorter if fits(found)), shorter[-1])
+
+
+def power_of_ten(value: float, digits: int) -> str:
+    """Return a number with so many digits at most, such as 1.5e7."""
+    mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
+    return f"{mantissa.rstrip('0').rstrip('.') if '.' in mantissa else mantissa}e{int(exponent)}"
+
+
+def short_text(value: float, unit: Unit) -> str:
+    """Return a stored value in a unit, as `short_number`."""
+    return short_number(value * unit.per_base)
+
+
+def full_text(value: float, unit: Unit) -> str:
+    """Return a stored value in a unit: every digit in the stored one, twelve in another."""
+    if unit.per_base == 1.0 or math.isinf(value):
+        return full_number(value)
+    return full_number(float(f"{value * unit.per_base:.12g}"))

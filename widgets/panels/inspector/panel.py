@@ -80,8 +80,8 @@ def _with_mesh(rig: Rig, **changes: Any) -> Rig:
 class Inspector(QStackedWidget):
     """Follows rig and selection; signals what the user changed, always as a validated copy."""
 
-    sensor_edited = Signal(str, object)
-    """The sensor's previous name, and the sensor as the user wants it."""
+    sensors_edited = Signal(object)
+    """Sensors as the user wants them, a dict by the names that they had."""
     rig_edited = Signal(object)
     mesh_wanted = Signal()
     """The user wants to choose a mesh file for the body."""
@@ -92,7 +92,7 @@ class Inspector(QStackedWidget):
         super().__init__(parent)
         self._rig_form, self._lidar_form, self._camera_form = RigForm(), LidarForm(), CameraForm()
         self._sensor_forms: tuple[SensorForm, ...] = (self._lidar_form, self._camera_form)
-        self._shown_name: str | None = None
+        self._shown: tuple[str, ...] = ()
         self._loss_of: str | None = None
         self._saved: Rig | None = None
         self._locked: frozenset[str] = frozenset()
@@ -102,7 +102,7 @@ class Inspector(QStackedWidget):
         self._rig_form.changed.connect(self.rig_edited)
         self._rig_form.mesh_wanted.connect(self.mesh_wanted)
         for sensor_form in self._sensor_forms:
-            sensor_form.changed.connect(self._on_sensor_changed)
+            sensor_form.edited.connect(self.sensors_edited)
             sensor_form.units_chosen.connect(self._choose_unit)
             sensor_form.show_units(*self._units)
 
@@ -140,7 +140,7 @@ class Inspector(QStackedWidget):
         """Set the names of the sensors that are read-only."""
         self._locked = locked
         for form in self._sensor_forms:
-            form.set_locked(self._shown_name in locked)
+            form.set_locked(tuple(name for name in self._shown if name in locked))
 
     @property
     def loss_of(self) -> str | None:
@@ -149,7 +149,7 @@ class Inspector(QStackedWidget):
 
     def show_loss(self, now: Scores, without: Scores) -> None:
         """Show exact scores with and without the current sensor."""
-        self._loss_of = self._shown_name
+        self._loss_of = self._shown[-1] if self._shown else None
         for form in self._sensor_forms:
             form.marginal.show_loss(now, without)
 
@@ -165,32 +165,28 @@ class Inspector(QStackedWidget):
             form.marginal.set_stale(True)
 
     def set_rig(self, rig: Rig, selection: tuple[str, ...]) -> None:
-        """Show the last of the selected sensors, and how many are selected, or the rig."""
+        """Show the selected sensors on the form of the last of them, or the rig."""
         form: Form = self._rig_form
-        selected = selection[-1] if selection else None
-        subject: Any = rig
-        if selected is not None:
-            subject = rig.sensor(selected)
-            sensor_form: SensorForm = self._lidar_form if isinstance(subject, Lidar) else self._camera_form
-            sensor_form.set_taken_names(frozenset(s.name for s in rig.sensors) - {selected})
-            sensor_form.set_locked(selected in self._locked)
-            sensor_form.set_selected(len(selection))
-            sensor_form.tools.set_saved(self._saved_pose(selected))
+        subjects: list[Any] = [rig]
+        if selection:
+            subjects = [rig.sensor(name) for name in selection]
+            sensor_form: SensorForm = (
+                self._lidar_form if isinstance(subjects[-1], Lidar) else self._camera_form
+            )
+            sensor_form.set_taken_names(frozenset(s.name for s in rig.sensors) - {selection[-1]})
+            sensor_form.tools.set_saved(self._saved_poses(selection))
             form = sensor_form
-        if form is not self.form or selected != self._shown_name:
+        if form is not self.form or selection != self._shown:
             self.form.forget_input()
             form.forget_input()
-        self._shown_name = selected
+        self._shown = selection
         self.setCurrentIndex([self._rig_form, self._lidar_form, self._camera_form].index(form))
-        form.show_subject(subject)
+        form.show_several(subjects)
+        self.set_locked(self._locked)
 
-    def _saved_pose(self, name: str) -> Pose | None:
+    def _saved_poses(self, names: tuple[str, ...]) -> dict[str, Pose]:
         sensors = self._saved.sensors if self._saved is not None else ()
-        return next((sensor.pose for sensor in sensors if sensor.name == name), None)
-
-    def _on_sensor_changed(self, sensor: Any) -> None:
-        if self._shown_name is not None:
-            self.sensor_edited.emit(self._shown_name, sensor)
+        return {sensor.name: sensor.pose for sensor in sensors if sensor.name in names}
 
 
 class RigForm(Form):

@@ -24,8 +24,8 @@ PASTE_TIP = (
 class PoseTools(QWidget):
     """A line with the title and small buttons; it knows the pose shown and signals requests for another one."""
 
-    pasted = Signal(object)
-    """A Pose, in metres and degrees."""
+    posed = Signal(object)
+    """Which pose (metres and degrees) a sensor takes: a function of its name and its pose now."""
     refused = Signal(str)
     """Why the clipboard holds no pose."""
     units_chosen = Signal(object)
@@ -34,7 +34,8 @@ class PoseTools(QWidget):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._pose = Pose()
-        self._saved: Pose | None = None
+        self._saved: dict[str, Pose] = {}
+        self._is_alone = self._is_editable = True
         self._form: PoseFormat = "yaml"
         line = QHBoxLayout(self)
         line.setContentsMargins(0, 4, 0, 0)
@@ -61,10 +62,15 @@ class PoseTools(QWidget):
         """Set the pose that is copied."""
         self._pose = pose
 
-    def set_saved(self, pose: Pose | None) -> None:
-        """Set the pose of this sensor in the file, None when it is not in the file."""
-        self._saved = pose
-        self._as_saved.setEnabled(pose is not None)
+    def set_saved(self, poses: dict[str, Pose]) -> None:
+        """Set the poses that the selected sensors have in the file, as far as they are in it."""
+        self._saved = poses
+        self._as_saved.setEnabled(bool(poses))
+
+    def set_alone(self, is_alone: bool) -> None:
+        """Say whether one sensor is selected: a pose pasted on several would put them into one place."""
+        self._is_alone = is_alone
+        self.set_editable(self._is_editable)
 
     def show_units(self, *units: Unit) -> None:
         """Name the units in use on the buttons."""
@@ -74,7 +80,8 @@ class PoseTools(QWidget):
 
     def set_editable(self, editable: bool) -> None:
         """Allow pasting and resetting, or only copying."""
-        self._paste.setEnabled(editable)
+        self._is_editable = editable
+        self._paste.setEnabled(editable and self._is_alone)
         self._reset.setEnabled(editable)
 
     # ------------------------------------------------------------------ what the user does
@@ -89,7 +96,7 @@ class PoseTools(QWidget):
         except InputError as error:
             self.refused.emit(str(error))
         else:
-            self.pasted.emit(pose)
+            self.posed.emit(lambda name, now: pose)
 
     def _choose_format(self, form: PoseFormat) -> None:
         self._form = form
@@ -100,14 +107,14 @@ class PoseTools(QWidget):
         self.copy()
 
     def _level(self) -> None:
-        self.pasted.emit(Pose(self._pose.position_m, (0.0, 0.0, self._pose.rpy_deg[2])))
+        self.posed.emit(lambda name, now: Pose(now.position_m, (0.0, 0.0, now.rpy_deg[2])))
 
     def _unturned(self) -> None:
-        self.pasted.emit(Pose(self._pose.position_m))
+        self.posed.emit(lambda name, now: Pose(now.position_m))
 
     def _put_back(self) -> None:
-        if self._saved is not None:
-            self.pasted.emit(self._saved)
+        saved = dict(self._saved)
+        self.posed.emit(lambda name, now: saved.get(name, now))
 
     # ------------------------------------------------------------------ building
     def _button(self, name: str, picture: str, tip: str, slot: object) -> QToolButton:

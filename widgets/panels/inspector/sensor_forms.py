@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import pairwise
 from typing import Any, Literal
@@ -43,14 +44,17 @@ _WORDS = {
     "hfov_deg": "HFOV",
     "cast": "Rays cast",
 }
-LOCKED_NOTE = "Locked: unlock it in the list to edit it."
-SEVERAL_NOTE = "{count} selected. The fields are those of {name}, the last one."
+LOCKED_NOTE = "{names} locked: unlock in the list to edit."
+SEVERAL_NOTE = "{count} selected: a number sets all of them, += 0.1 or -= 0.1 changes each."
+OF_KIND_NOTE = "Model and {part} are for the {kinds} among them."
 DISABLED_NOTE = "Disabled: it does not count in the scores."
 
 
 class SensorForm(Form):
     """What every sensor has: name, kind, model, pose, range, whether it counts, and what it contributes."""
 
+    edited = Signal(object)
+    """Sensors as the user wants them, a dict by the names that they had."""
     units_chosen = Signal(object)
     """The Unit in which lengths or angles are to be shown."""
     words = _WORDS
@@ -58,8 +62,7 @@ class SensorForm(Form):
     def __init__(self, kind: Literal["lidar", "camera"], parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._taken: frozenset[str] = frozenset()
-        self._is_locked = False
-        self._selected = 1
+        self._locked: tuple[str, ...] = ()
         self._marked: int | None = None
         self._kind = kind
         self._state = QLabel()
@@ -75,7 +78,7 @@ class SensorForm(Form):
         self._taken = names
 
     def _add_identity(self) -> None:
-        name = TextEdit()
+        self._name = name = TextEdit()
         name.setAccessibleName("Name")
         self.add_row("Name", [name])
         self.bind_edit(name, read_field("name"), self._write_name, "name")
@@ -91,10 +94,12 @@ class SensorForm(Form):
         enabled = QCheckBox("counts in the scores")
         self.add_row("Enabled", [enabled])
         self.bind_check(enabled, read_field("enabled"), write_field("enabled"), "enabled")
+        self.share(name, enabled)
 
     def _show_model(self, sensor: Sensor) -> None:
         """Say behind the title of the model whether the sensor is still as the library has it."""
-        marked = self._model.currentIndex() if modified_note(sensor) else None
+        index = self._model.currentIndex()
+        marked = index if index >= 0 and modified_note(sensor) else None
         if marked != self._marked:
             if self._marked is not None:
                 title = self._model.itemText(self._marked)
@@ -112,7 +117,8 @@ class SensorForm(Form):
     def _add_pose(self) -> None:
         """Add the pose: position on the left, rotation on the right."""
         self.tools = PoseTools()
-        self.tools.pasted.connect(self._take_pose)
+        self.share(self.tools)
+        self.tools.posed.connect(self._take_poses)
         self.tools.refused.connect(self.show_problem)
         self.tools.units_chosen.connect(self.units_chosen)
         self.add_wide(self.tools)
@@ -128,18 +134,23 @@ class SensorForm(Form):
             for edit, name, field in ((along, axis, "position"), (about, angle, "rpy_deg")):
                 edit.setAccessibleName(name)
                 self.bind_edit(edit, read_item(field, place), write_item(field, place), name)
+                self.share(edit)
             positions.append(along)
             angles.append(about)
         for before, after in pairwise([*positions, *angles]):
             self.setTabOrder(before, after)  # the position as a whole, then the rotation
 
-    def _take_pose(self, pose: Pose) -> None:
-        """Take another pose as one change."""
-        self._try(self.tools, lambda sensor, value: sensor.with_pose(value), pose)
+    def _take_poses(self, posed: Callable[[str, Pose], Pose]) -> None:
+        """Take other poses as one change."""
+        self._try(self.tools, lambda sensor, pose: sensor.with_pose(pose(sensor.name, sensor.pose)), posed)
+
+    def deliver(self, before: Sequence[Any], after: Sequence[Any]) -> None:
+        """Tell of changed sensors by the names that they had."""
+        self.edited.emit({old.name: new for old, new in zip(before, after, strict=True)})
 
     def add_derived(self) -> None:
         """Add what follows from the fields, and what the rig would lose without the sensor."""
-        self.add_heading("Derived")
+        self._derived_heading = self.add_heading("Derived")
         self._derived: dict[str, QLabel] = {}
         for caption in _DERIVED[self._kind]:
             value = QLabel()
@@ -149,7 +160,7 @@ class SensorForm(Form):
             value.setWordWrap(True)
             self._derived[caption] = value
             self.add_row(caption, [value])
-        self.add_heading("The rig without it")
+        self._loss_heading = self.add_heading("The rig without it")
         self.marginal = MarginalView()
         self.add_wide(self.marginal)
 
@@ -162,26 +173,39 @@ class SensorForm(Form):
         self._show_model(subject)
         self._show_state()
 
-    def set_locked(self, locked: bool) -> None:
-        """Make every field read only, or editable again."""
-        self._is_locked = locked
-        self.set_fields_enabled(not locked)
-        self.tools.set_editable(not locked)
-        self._show_state()
-
-    def set_selected(self, count: int) -> None:
-        """Say how many sensors are selected when this one is not the only one."""
-        self._selected = count
+    def set_locked(self, names: tuple[str, ...]) -> None:
+        """Make every field read only because these of the sensors shown are locked, or editable again."""
+        self._locked = names
+        self.set_fields_enabled(not names)
+        self.tools.set_editable(not names)
         self._show_state()
 
     def _show_state(self) -> None:
-        notes = [LOCKED_NOTE] if self._is_locked else []
-        if self._selected > 1 and self.subject is not None:
-            notes.insert(0, SEVERAL_NOTE.format(count=self._selected, name=self.subject.name))
-        if self.subject is not None and not self.subject.enabled:
+        """Say what is special about what is shown: several, locked or switched off."""
+        if self.subject is None:
+            return
+        is_alone = not self.beside
+        self._name.setEnabled(is_alone and not self._locked)
+        self.tools.set_alone(is_alone)
+        name = breakable(self.subject.name)
+        self._derived_heading.setText("Derived" if is_alone else f"Derived, {name}")
+        self._loss_heading.setText(f"The rig without {'it' if is_alone else name}")
+        notes = [] if is_alone else [self._several_note()]
+        if self._locked:
+            notes.append(LOCKED_NOTE.format(names=", ".join(self._locked)))
+        if is_alone and not self.subject.enabled:
             notes.append(DISABLED_NOTE)
         self._state.setText(breakable("\n".join(notes)))
         self._state.setVisible(bool(notes))
+
+    def _several_note(self) -> str:
+        note = SEVERAL_NOTE.format(count=len(self.beside) + 1)
+        own = sum(isinstance(other, type(self.subject)) for other in self.beside) + 1
+        if own == len(self.beside) + 1:
+            return note
+        kind, part = ("LiDAR", "beams") if self._kind == "lidar" else ("camera", "lens")
+        kinds = kind if own == 1 else f"{own} {kind}s"
+        return f"{note} {OF_KIND_NOTE.format(part=part, kinds=kinds)}"
 
     def show_units(self, *units: Unit) -> None:
         """Show lengths and angles in these units."""
@@ -200,13 +224,12 @@ class SensorForm(Form):
 
     def add_range(self) -> None:
         """Add the nearest and farthest distance that a ray covers."""
-        self.add_pair(
-            "Range",
-            {"range_min": NumberEdit(0.5, METRES), "range_max": NumberEdit(5.0, METRES)},
-            "to",
-            "range_m",
-            "from, to; ∞ or inf: up to the end of the region of interest",
-        )
+        edits: dict[str, ValueEdit[Any]] = {
+            "range_min": NumberEdit(0.5, METRES), "range_max": NumberEdit(5.0, METRES),
+        }  # fmt: skip
+        tip = "from, to; ∞ or inf: up to the end of the region of interest"
+        self.add_pair("Range", edits, "to", "range_m", tip)
+        self.share(*edits.values())
 
 
 def _write_model(sensor: Sensor, model: str | None) -> Sensor:
@@ -294,7 +317,8 @@ class AnglesField(QObject):
 
     def _write_part(self, part: str, lidar: Lidar, value: float) -> Lidar:
         angles = self._angles(lidar)
-        assert isinstance(angles, EvenAngles)
+        if not isinstance(angles, EvenAngles):
+            raise ValueError("its angles are a list, choose 'evenly spaced' for all first")
         return lidar.replace(**{self._field: angles.replace(**{part: value})})
 
     def _read_list(self, lidar: Lidar) -> tuple[float, ...] | None:
