@@ -148,7 +148,9 @@ def _table(library: Library, kind: Kind) -> Table:
     for maker, entries in library.by_maker(kind).items():
         table.add_row(Text(maker, "bold"))
         for entry in entries:
-            table.add_row(entry.name, entry.title.removeprefix(f"{maker} "), *_figures(entry))
+            what = entry.title.removeprefix(f"{maker} ")
+            marked = f"{what} [italic]({entry.caveat()})[/italic]" if entry.unverified else what
+            table.add_row(entry.name, marked, *_figures(entry))
     return table
 
 
@@ -183,11 +185,15 @@ def _lines(entry: Entry, library: Library) -> Iterator[tuple[str, str]]:
     yield "source", entry.source
     if entry.note:
         yield "note", entry.note
+    if entry.unverified:
+        yield "unverified", f"{entry.caveat().partition(': ')[2]}: no source at hand bears this out"
     yield "file", library.origins[entry.name]
     if entry.body_m is not None:
         yield "body", _body(entry)
     yield from _lidar_lines(entry, sensor) if isinstance(sensor, Lidar) else _camera_lines(entry, sensor)
     yield "range", _range(sensor)
+    for share, metres in entry.range_anchors():
+        yield "", f"{metres:g} m at {100 * share:g} % reflectivity"
 
 
 def _body(entry: Entry) -> str:

@@ -91,6 +91,8 @@ class Mounting:
             how = "its beams are those of the library model" if said else "taken by its name for a"
             add = self.notes.read if said else self.notes.approximated
             add(f"{how} {found.name}", name)
+            if found.unverified:
+                self.notes.approximated(f"{found.name} in the library is {found.caveat()}", name)
             return found
         what = f"unknown to the library ({shortened(said, 40)})" if said else "not in the file"
         self.notes.approximated(f"LiDAR model {what}: its beams are those of {DEFAULT_LIDAR}", name)

@@ -14,6 +14,7 @@ import json
 import os
 from collections.abc import Iterable
 from functools import lru_cache
+from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -43,6 +44,8 @@ OTHER_MAKER = "Other"
 Text = Annotated[str, Field(min_length=3, max_length=100)]
 LongText = Annotated[str, Field(min_length=10, max_length=2_000)]
 Rate = Annotated[str, Field(pattern=r"^[0-9]{1,3}(\.[0-9]{1,3})?$")]
+Share = Annotated[str, Field(pattern=r"^(0\.[0-9]{1,3}|1(\.0)?)$")]
+MAX_ANCHORS = 8
 
 
 class Cylinder(Frozen):
@@ -63,7 +66,9 @@ class Cuboid(Frozen):
 class Entry(Frozen):
     """One sensor model: what it is, where its figures come from and the sensor fields it supplies.
 
-    `azimuth_step_deg`: revolutions per second to degrees between neighbouring azimuths; `pixel_um`: edge of a pixel.
+    `azimuth_step_deg`: revolutions per second to degrees between neighbouring azimuths; `pixel_um`: edge of a pixel;
+    `range_at`: reflectivity of a diffuse target to the metres at which the maker still states a return;
+    `unverified`: figures of this entry that no source at hand bears out.
     """
 
     name: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9.+-]*$", max_length=60)]
@@ -74,6 +79,8 @@ class Entry(Frozen):
     note: LongText | None = None
     body_m: Cylinder | Cuboid | None = None
     azimuth_step_deg: dict[Rate, Positive] | None = None
+    range_at: dict[Share, Positive] | None = None
+    unverified: tuple[str, ...] = ()
     pixel_um: Positive | None = None
     lens: Text | None = None
     fields: dict[str, Any]
@@ -84,8 +91,37 @@ class Entry(Frozen):
         maker = Lidar if self.kind == "lidar" else Camera
         return maker(name=name, **placed, **self.fields)
 
+    def range_anchors(self) -> tuple[tuple[float, float], ...]:
+        """Return `range_at` as pairs of reflectivity (0 to 1) and metres, both rising; empty when none is stated."""
+        return tuple(sorted((float(share), metres) for share, metres in (self.range_at or {}).items()))
 
+    def caveat(self) -> str:
+        """Return "unverified: range, beams", or nothing when every figure has its source."""
+        told = (
+            figure for figure in self.unverified if figure != "range_at" or "range_m" not in self.unverified
+        )
+        named = dict.fromkeys(FIGURES.get(figure, figure) for figure in told)
+        return f"unverified: {', '.join(named)}" if named else ""
+
+    def origin(self) -> str:
+        """Return where the figures come from, and on a line of its own which of them are unverified."""
+        return "\n".join(part for part in (self.source, self.caveat()) if part)
+
+
+FIGURES = {
+    "range_m": "range",
+    "range_at": "range by reflectivity",
+    "elevations_deg": "beams",
+    "azimuths_deg": "azimuths",
+    "azimuth_offsets_deg": "azimuth offsets",
+    "azimuth_step_deg": "azimuths",
+    "body_m": "size",
+    "hfov_deg": "field of view",
+    "image": "image size",
+}
+"""What the figures of an entry are called in sentences."""
 _ABOUT = tuple(name for name in Entry.model_fields if name not in ("name", "fields"))
+_WORDS = ("kind", "title", "source", "maker", "note", "unverified")
 _ANGLES = ("elevations_deg", "azimuths_deg", "azimuth_offsets_deg")
 _OWN = ("name", "model", "position", "rpy_deg", "enabled", "mirror_of")
 """Fields of a sensor on a car that a model never has."""
@@ -148,10 +184,22 @@ def _complaint(error: ValidationError, name: str, line: int, node: Mapping, wher
 
 
 def _check_about(entry: Entry, place: str) -> None:
-    strangers = ("pixel_um", "lens") if entry.kind == "lidar" else ("azimuth_step_deg",)
+    strangers = ("pixel_um", "lens") if entry.kind == "lidar" else ("azimuth_step_deg", "range_at")
     for key in strangers:
         if getattr(entry, key) is not None:
             raise InputError(f"{place}: {key}: not a figure of a {entry.kind}")
+    anchors = entry.range_anchors()
+    if len(anchors) > MAX_ANCHORS or any(
+        near[1] > far[1] or near[0] == far[0] for near, far in pairwise(anchors)
+    ):
+        raise InputError(
+            f"{place}: range_at: accepted are at most {MAX_ANCHORS} ranges that rise with reflectivity"
+        )
+    stated = {*entry.fields, *(key for key in _ABOUT if getattr(entry, key) is not None)}
+    for figure in entry.unverified:
+        if figure not in stated or figure in _WORDS:
+            found = f"found '{shortened(figure)}'"
+            raise InputError(f"{place}: unverified: {found}; accepted are figures that the entry states")
 
 
 def _complete(fields: dict[str, Any], sensor: Sensor) -> dict[str, Any]:
@@ -195,7 +243,7 @@ def _entries_of(content: bytes, maker: str) -> tuple[Entry, ...]:
     check, _, body = content.partition(b"\n")
     if check.decode() != _check(maker, body):
         raise ValueError("damaged, or made by other code")
-    return tuple(Entry(**{**found, "fields": _frozen(found["fields"])}) for found in json.loads(body))
+    return tuple(Entry(**_frozen(found)) for found in json.loads(body))
 
 
 def _frozen(value: Any) -> Any:

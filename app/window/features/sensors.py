@@ -156,8 +156,7 @@ def follow_marks(document: Document, update: Callable[[], None]) -> None:
 
 def entry_tip(entry: Entry) -> str:
     """What a model is known from, wrapped."""
-    note = f"<p>{escape(entry.note)}</p>" if entry.note else ""
-    return f"<p>{escape(entry.source)}</p>{note}"
+    return "".join(f"<p>{escape(part)}</p>" for part in (entry.source, entry.note, entry.caveat()) if part)
 
 
 def free_place(rig: Rig, kind: str) -> Vec3:

@@ -90,6 +90,15 @@ SOURCE = "title: Some sensor, source: measured by hand in the yard"
         (f"x: {{kind: lidar, {SOURCE}, elevations_deg: [1], beams: 3}}", "x: beams"),
         (f"x: {{kind: sonar, {SOURCE}}}", "x: kind"),
         ("x: {kind: lidar, title: Some sensor, elevations_deg: [1]}", "x: source: Field required"),
+        (f"x: {{kind: lidar, {SOURCE}, elevations_deg: [1], range_at: {{2: 9}}}}", "x: range_at"),
+        (f"x: {{kind: lidar, {SOURCE}, elevations_deg: [1], range_at: {{0.1: 9, 0.8: 3}}}}", "x: range_at"),
+        (f"x: {{kind: lidar, {SOURCE}, elevations_deg: [1], range_at: {{1: 9, 1.0: 9}}}}", "x: range_at"),
+        (f"x: {{kind: lidar, {SOURCE}, elevations_deg: [1], unverified: [range_m]}}", "x: unverified"),
+        (f"x: {{kind: lidar, {SOURCE}, elevations_deg: [1], unverified: [title]}}", "x: unverified"),
+        (
+            f"x: {{kind: camera, {SOURCE}, image: [640, 480], hfov_deg: 60, range_at: {{0.1: 9}}}}",
+            "x: range_at",
+        ),
         (f"X y: {{kind: lidar, {SOURCE}, elevations_deg: [1]}}", "X y: name"),
         ("x: 3", "x: accepted are the fields of a sensor model"),
     ],
@@ -104,7 +113,7 @@ def test_a_wrong_library_is_refused_with_line_and_model(tmp_path: Path, entry: s
 
 def test_the_library_is_as_large_and_as_well_sourced_as_it_says() -> None:
     library = default_library()
-    assert len(library.entries("lidar")) >= 25 and len(library.entries("camera")) >= 12
+    assert len(library.entries("lidar")) >= 59 and len(library.entries("camera")) >= 21
     assert all(entry.maker != "Other" for entry in library.entries())
     assert {name for name, origin in library.origins.items() if origin != "bundled"} == set()
     grouped = library.by_maker("lidar")
@@ -120,6 +129,63 @@ def test_beams_rise_and_steps_fit_the_azimuths(entry: Entry) -> None:
         turn = lidar.azimuths_deg
         finest = (turn.to - turn.from_) / turn.count
         assert entry.azimuth_step_deg["10"] == pytest.approx(finest, rel=0.01) or entry.maker == "Ouster"
+
+
+@pytest.mark.parametrize(
+    ("model", "range_m"),
+    [
+        ("ouster-os0-32", (0.3, 50.0)),
+        ("ouster-os1-128", (0.3, 120.0)),
+        ("ouster-os2-128", (1.0, 240.0)),
+        ("ouster-os0-128", (0.5, 75.0)),
+        ("ouster-os1-128-rev7", (0.5, 170.0)),
+        ("ouster-os2-128-rev7", (0.8, 350.0)),
+        ("robosense-rs-lidar-16", (0.4, 230.0)),
+        ("robosense-rs-lidar-32", (0.4, 230.0)),
+        ("robosense-bpearl", (0.1, 150.0)),
+        ("livox-mid-360", (0.1, 70.0)),
+    ],
+)
+def test_ranges_follow_revision_and_decoder(model: str, range_m: tuple[float, float]) -> None:
+    assert sensor_from_model(model, "a", Pose()).range_m == range_m
+
+
+def test_ranges_by_reflectivity_rise_and_stay_within_the_instrument_range() -> None:
+    anchored = [entry for entry in ENTRIES if entry.range_at]
+    assert len(anchored) > 30
+    for entry in anchored:
+        anchors = entry.range_anchors()
+        assert all(0.0 < share <= 1.0 for share, _ in anchors), entry.name
+        assert [metres for _, metres in anchors] == sorted(metres for _, metres in anchors), entry.name
+        assert anchors[-1][1] <= entry.sensor("a", Pose()).range_m[1], entry.name
+    assert default_library().entry("ouster-os1-64").range_anchors() == ((0.1, 40.0), (0.8, 120.0))
+    assert default_library().entry("generic-16").range_anchors() == ()
+
+
+def test_tables_of_one_unit_and_disagreeing_sources_are_told() -> None:
+    units = [entry for entry in ENTRIES if "one unit" in entry.source]
+    assert len(units) > 10 and all("one unit" in entry.title for entry in units)
+    for model, words in (
+        ("hesai-at128", "180 m in the decoder and here, 200 m"),
+        ("velodyne-vls-128", "245 m here, up to 200 m"),
+    ):
+        assert words in (default_library().entry(model).note or "")
+
+
+def test_what_no_source_bears_out_is_marked() -> None:
+    assert default_library().entry("velodyne-vlp-16").caveat() == ""
+    et25 = default_library().entry("hesai-et25")
+    assert et25.caveat() == "unverified: beams, azimuths, range"
+    assert et25.origin().endswith("\nunverified: beams, azimuths, range")
+    for entry in ENTRIES:
+        assert "hird-party" not in entry.source or entry.unverified, entry.name
+
+
+def test_cameras_of_argoverse_are_told_apart_by_version() -> None:
+    front, side = (sensor_from_model(f"argoverse2-{name}", "a", Pose()) for name in ("ring-front", "ring"))
+    assert isinstance(front, Camera) and (front.image, round(front.fx or 0.0)) == ((1550, 2048), 1776)
+    assert isinstance(side, Camera) and (side.image, round(side.fx or 0.0)) == ((2048, 1550), 1688)
+    assert "Argoverse 1" in default_library().entry("argoverse-ring").title
 
 
 def test_offsets_have_the_signs_of_a_turn_to_the_left() -> None:

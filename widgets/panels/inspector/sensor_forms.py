@@ -86,7 +86,7 @@ class SensorForm(Form):
         model.addItem(_NO_MODEL, None)
         for entry in default_library().entries(self._kind):
             model.addItem(entry.title, entry.name)
-            model.setItemData(model.count() - 1, plain_tip(entry.source), Qt.ItemDataRole.ToolTipRole)
+            model.setItemData(model.count() - 1, plain_tip(entry.origin()), Qt.ItemDataRole.ToolTipRole)
         model.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
         model.setMinimumContentsLength(8)
         self.add_row("Model", [model], "Choosing a model fills in the fields below")

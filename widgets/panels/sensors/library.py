@@ -39,7 +39,7 @@ def model_tip(entry: Entry, sensor: Sensor) -> str:
     if high != float("inf"):
         figures.append(f"Range: {low:g} to {high:g} m")
     notes = [entry.note] if entry.note else []
-    return "\n".join([f"{entry.title} ({entry.name})", *figures, entry.source, *notes])
+    return "\n".join([f"{entry.title} ({entry.name})", *figures, entry.origin(), *notes])
 
 
 class LibraryList(QWidget):

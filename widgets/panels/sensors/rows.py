@@ -146,7 +146,7 @@ def model_note(sensor: Sensor) -> str:
     if entry is None:
         return f"{sensor.model}: not in the library"
     changed = modified_note(sensor)
-    return "\n".join([entry.title, *([changed] if changed else []), entry.source])
+    return "\n".join([entry.title, *([changed] if changed else []), entry.origin()])
 
 
 _FIELD_WORDS = {
