@@ -28,14 +28,18 @@ if TYPE_CHECKING:
         RigResult,
         Scene,
         SceneEngine,
+        TargetResult,
+        Traffic,
         Vehicle,
         convert,
         load_scene,
+        load_traffic,
         open_rig,
         presets,
         render,
         save_rig,
         score,
+        targets,
     )
 
     __version__: str
@@ -52,15 +56,19 @@ __all__ = [
     "RigResult",
     "Scene",
     "SceneEngine",
+    "TargetResult",
+    "Traffic",
     "Vehicle",
     "__version__",
     "convert",
     "load_scene",
+    "load_traffic",
     "open_rig",
     "presets",
     "render",
     "save_rig",
     "score",
+    "targets",
 ]
 
 _HERE = Path(__file__).resolve().parent

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Literal, Self
 
 from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.evaluation.scenario import load_scenario, remarks_on, settings_of
+from riglens.app.evaluation.traffic import load_traffic as load_boxes
 from riglens.core.engine.engine import Engine, evaluate_from_scratch
 from riglens.core.errors import InputError
 from riglens.core.files import require_apart
@@ -32,7 +33,10 @@ from riglens.core.rig.yaml.file import load_rig, new_rig_file
 from riglens.core.scene.boxes import DataReport, Progress
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.pog import Pog
-from riglens.results import ClassResult, RigResult
+from riglens.core.targets.engine import TargetEngine
+from riglens.core.targets.settings import Phase, TargetSettings
+from riglens.core.targets.traffic import WITHIN_M, Traffic
+from riglens.results import ClassResult, RigResult, TargetResult
 
 if TYPE_CHECKING:
     from riglens.app.evaluation.options import HeatMode
@@ -51,14 +55,18 @@ __all__ = [
     "RigResult",
     "Scene",
     "SceneEngine",
+    "TargetResult",
+    "Traffic",
     "Vehicle",
     "convert",
     "load_scene",
+    "load_traffic",
     "open_rig",
     "presets",
     "render",
     "save_rig",
     "score",
+    "targets",
 ]
 
 StrPath = str | os.PathLike[str]
@@ -81,6 +89,10 @@ _ARGUMENTS = {
     "--scale": "scale",
     "--heatmap": "heatmap",
     "--baseline": "baseline",
+    "--within": "within_m",
+    "--min-points": "min_points",
+    "--sample": "sample",
+    "--seed": "seed",
 }
 """Options of the command line, which messages name, and the arguments here."""
 
@@ -323,6 +335,70 @@ class SceneEngine:
             options = ScoreOptions(method, reading, camera_weight)
         found = self._engine.evaluate(rig, settings_of(options), with_seen=False)
         return RigResult(self._engine.field, found)
+
+
+# ---------------------------------------------------------------- points and pixels on road users
+
+
+def load_traffic(
+    boxes: StrPath | None = None,
+    *,
+    within_m: float = WITHIN_M,
+    origin_m: Vec3 | None = None,
+    frames: int | None = None,
+    classes: Mapping[str, str] | None = None,
+    find_ground: bool = False,
+    progress: Progress | None = None,
+) -> Traffic:
+    """Load the road users of a box data set, or of the bundled town, to count on with `targets`.
+
+    Those within `within_m` metres of the car count; all of them hide what is behind them. The other arguments are those
+    of `load_scene`. Boxes that do not count are told as a `RigLensWarning`. Raises InputError on bad data.
+    """
+    with _argument_names():
+        names = tuple(f"{name}={cls}" for name, cls in (classes or {}).items())
+        options = SceneOptions(
+            boxes=_path(boxes), origin_m=origin_m, frames=frames, classes=names, find_ground=find_ground
+        )
+        found = load_boxes(options, within_m, progress)
+    for line in remarks_on(found.data):
+        warnings.warn(line, RigLensWarning, stacklevel=2)
+    return found
+
+
+def targets(
+    rig: Rig,
+    traffic: Traffic,
+    *,
+    phase: Phase = "random",
+    seed: int = 0,
+    min_points: int = 5,
+    sample: int | None = None,
+    threads: int | None = None,
+) -> TargetResult:
+    """Count the points and pixels that a rig gets onto road users, behind the traffic before them.
+
+    Parameters
+    ----------
+    rig, traffic
+        What to count for, and the road users: made by `load_traffic`.
+    phase, seed
+        "random" turns each LiDAR in each frame by a part of its azimuth step, drawn by the seed; "0" does not.
+    min_points
+        A road user with so many LiDAR points counts as detectable.
+    sample
+        Number of frames to use, drawn fairly; all by default.
+    threads
+        Threads to use, all processors by default. The counts do not depend on it.
+
+    Raises InputError when a number is out of its range.
+    """
+    with _argument_names():
+        ScoreOptions(threads=threads)
+        settings = TargetSettings(phase, seed, min_points)
+        if sample is not None and sample < 1:
+            raise InputError(f"--sample: found {sample}, accepted is a whole number of frames from 1 up")
+    return TargetResult(traffic, TargetEngine(traffic, threads).evaluate(rig, settings, sample))
 
 
 # ---------------------------------------------------------------- pictures

@@ -11,6 +11,10 @@ from riglens.core.engine.evaluation_json import evaluation_document
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import ClassScores
 from riglens.core.rig.model import Rig
+from riglens.core.targets.object_table import object_table
+from riglens.core.targets.scores import ClassTargets, TargetScores
+from riglens.core.targets.targets_json import targets_document
+from riglens.core.targets.traffic import Traffic
 
 
 @dataclass(frozen=True)
@@ -77,3 +81,50 @@ class RigResult(Mapping[str, ClassResult]):
     def to_dict(self) -> dict[str, Any]:
         """The result as JSON-able data, field by field what `riglens evaluate RIG --json FILE` writes."""
         return evaluation_document(self._field, self._evaluation.settings, [self._evaluation])
+
+
+class TargetResult(Mapping[str, ClassTargets]):
+    """What a rig gets onto road users, by class: `result["car"].total.on_target.value`.
+
+    `total` holds the figures of all road users of the class, `rings` those of rings of distance. A figure that is a
+    mean has a `value` and, where a sample of frames was used, its standard error `se`.
+    """
+
+    def __init__(self, traffic: Traffic, scores: TargetScores) -> None:
+        self._traffic, self._scores = traffic, scores
+
+    def __getitem__(self, class_name: str) -> ClassTargets:
+        return self._scores.classes[class_name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._scores.classes)
+
+    def __len__(self) -> int:
+        return len(self._scores.classes)
+
+    def __repr__(self) -> str:
+        parts = (f"{name} on target {found.total.on_target.value:.1%}" for name, found in self.items())
+        return f"<TargetResult of {self.rig.name}: {', '.join(parts)}>"
+
+    @property
+    def rig(self) -> Rig:
+        """The rig that was counted for."""
+        return self._scores.rig
+
+    @property
+    def frames_used(self) -> int:
+        """Number of frames in which road users were counted."""
+        return self._scores.frames_used
+
+    @property
+    def elapsed_ms(self) -> float:
+        """How long the counting took; the first of a process includes loading the compiled code."""
+        return self._scores.elapsed_ms
+
+    def objects(self) -> dict[str, list[Any]]:
+        """One entry per road user in each column, as `riglens targets RIG --objects FILE` writes them."""
+        return object_table(self._traffic, self._scores)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The result as JSON-able data, field by field what `riglens targets RIG --json FILE` writes."""
+        return targets_document(self._traffic, [self._scores])

@@ -106,6 +106,22 @@ def test_an_engine_gives_the_scores_of_single_evaluations(scene: rl.Scene) -> No
         engine.evaluate(rigs[0])
 
 
+def test_points_on_road_users_are_those_of_the_command_line(boxes: Path, tmp_path: Path) -> None:
+    traffic = rl.load_traffic(boxes, within_m=50.0)
+    found = rl.targets(rl.open_rig("W+T"), traffic, min_points=3)
+    out, table = tmp_path / "targets.json", tmp_path / "objects.csv"
+    options = ["--within", "50", "--min-points", "3", "--json", str(out), "--objects", str(table)]
+    assert main(["targets", "W+T", "--boxes", str(boxes), *options]) == 0
+    mine, theirs = found.to_dict(), json.loads(out.read_text())
+    mine["rigs"][0].pop("elapsed_ms"), theirs["rigs"][0].pop("elapsed_ms")
+    assert mine["rigs"] == theirs["rigs"]
+    assert list(found.objects()) == table.read_text().splitlines()[0].split(",")
+    assert list(found) == ["car", "bicycle", "pedestrian"] and found.frames_used == 3
+    assert found["car"].total.objects == 2 and "car on target" in repr(found)
+    with pytest.raises(rl.InputError, match="sample: found 0"):
+        rl.targets(rl.open_rig("W+T"), traffic, sample=0)
+
+
 def test_a_scene_says_what_it_holds(scene: rl.Scene) -> None:
     assert (scene.grid.shape, scene.grid.voxel_m, scene.grid.roi_m) == ((40, 40, 8), 0.5, ROI_M)
     assert scene.data.frames == 3

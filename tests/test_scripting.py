@@ -77,6 +77,13 @@ def test_a_table_of_rigs(output: tuple[Path, str]) -> None:
     assert len(set(table["s_ms"].to_pylist())) > 200
 
 
+@example("Points on road users")
+def test_points_on_road_users(output: tuple[Path, str]) -> None:
+    lines = output[1].splitlines()
+    assert [line.split(":")[0] for line in lines[::2]] == ["Trapezoid", "Center"]
+    assert all("road users without a point" in line for line in lines[1::2])
+
+
 @example("A picture")
 def test_pictures(output: tuple[Path, str]) -> None:
     dark, light = (matplotlib.image.imread(output[0] / name) for name in ("narrow.png", "lost.png"))

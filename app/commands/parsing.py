@@ -13,6 +13,7 @@ from riglens.app.commands.picture import render
 from riglens.app.commands.rigs import convert, library, presets
 from riglens.app.commands.scores import evaluate, window
 from riglens.app.commands.studies import accuracy, stability, table1
+from riglens.app.commands.targets import targets
 from riglens.core.errors import InputError
 from riglens.version import installed_version
 
@@ -31,6 +32,7 @@ study = App(name="study", help="Repeat studies of the paper.", help_format="plai
 app.default(window)
 app.command(study)
 app.command(evaluate, sort_key=1)
+app.command(targets, sort_key=2)
 app.command(pog, sort_key=2)
 app.command(data, sort_key=3)
 app.command(render, sort_key=4)

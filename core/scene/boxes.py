@@ -34,11 +34,34 @@ class BoxBatch:
 
 
 @dataclass(frozen=True)
+class FrameLabels:
+    """What a table calls its frames: `names` of the sequences; of each frame (T,) its sequence, an index into them, and
+    its number within it."""
+
+    names: tuple[str, ...]
+    sequence: NDArray[np.int64]
+    frame: NDArray[np.int64]
+
+    def of(self, frame: int) -> tuple[str, int]:
+        """Sequence and number of a frame, whose number is counted over the whole data set."""
+        return self.names[self.sequence[frame]], int(self.frame[frame])
+
+    def joined(self, more: FrameLabels) -> FrameLabels:
+        """These frames, then those of another data set."""
+        return FrameLabels(
+            self.names + more.names,
+            np.concatenate([self.sequence, len(self.names) + more.sequence]),
+            np.concatenate([self.frame, more.frame]),
+        )
+
+
+@dataclass(frozen=True)
 class DataReport:
     """What a data set held: frames T (with and without boxes), boxes per class, and what was not mapped.
 
     `notes` are sentences for the user about how the data were read, such as columns that were not used;
-    `sequences` counts the runs of frames that belong together (drives, scenes, logs).
+    `sequences` counts the runs of frames that belong together (drives, scenes, logs);
+    `labels`: what tables call their frames.
     """
 
     source: str
@@ -48,6 +71,7 @@ class DataReport:
     sha256: str = ""
     notes: tuple[str, ...] = ()
     sequences: int = 1
+    labels: FrameLabels | None = field(default=None, compare=False, repr=False)
 
     @property
     def short_source(self) -> str:

@@ -10,12 +10,15 @@ from __future__ import annotations
 import time
 from dataclasses import replace
 
+import numpy as np
+
 from riglens.core.kernels import jit
-from riglens.core.rig.model import Lidar, Rig, Sensor, rays_of
+from riglens.core.rig.model import Camera, Lidar, Rig, Sensor, rays_of
+from riglens.core.scene.boxes import CLASSES, DataReport
 from riglens.core.targets.contribution import NOTHING, Contribution, IsStale, TargetCaster
 from riglens.core.targets.scores import TargetScores, scores_of
 from riglens.core.targets.settings import USUAL, TargetSettings
-from riglens.core.targets.traffic import Traffic
+from riglens.core.targets.traffic import Traffic, traffic_of
 
 _Shape = tuple[Sensor, TargetSettings]
 
@@ -94,3 +97,22 @@ def _shape_of(sensor: Sensor, settings: TargetSettings) -> _Shape:
     if isinstance(sensor, Lidar) and settings.phase == "random":
         rays = rays.model_copy(update={"name": sensor.name})
     return rays, replace(settings, min_points=1)
+
+
+def warm_up(threads: int | None = None) -> None:
+    """Compile the kernels, or load them from disk, so that no answer's time includes it."""
+    data = DataReport("warm up", 1, dict.fromkeys(CLASSES, 0))
+    box = np.array([[5.0, 0.0, 1.0]]), np.ones((1, 3)), np.eye(3)[None]
+    TargetEngine(traffic_of(data, np.zeros(1, np.int64), np.zeros(1, np.uint8), *box), threads).evaluate(
+        WARM_UP
+    )
+
+
+WARM_UP = Rig(
+    sensors=(
+        Lidar(name="one", position=(0.0, 0.0, 1.0), elevations_deg=(0.0,), azimuths_deg=(0.0,)),
+        Lidar(name="other", position=(0.0, 0.1, 1.0), elevations_deg=(0.0,), azimuths_deg=(0.0,)),
+        Camera(name="camera", position=(0.0, 0.0, 1.0), hfov_deg=90.0, cast=(2, 2)),
+    )
+)
+"""Few rays that make the engine compile every kernel."""

@@ -32,6 +32,17 @@ class TargetSettings:
         if self.min_points < 1:
             raise InputError(f"--min-points: found {self.min_points}, accepted is a whole number from 1 up")
 
+    def as_dict(self) -> dict[str, object]:
+        """The settings as plain data, by the names of the JSON."""
+        return {
+            "body": "ignored",
+            "shape": "box",
+            "range_law": False,
+            "phase": self.phase,
+            "seed": self.seed,
+            "min_points": self.min_points,
+        }
+
 
 USUAL = TargetSettings()
 EXACT = TargetSettings(phase="0")

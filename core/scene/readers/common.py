@@ -9,7 +9,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, reduce
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from riglens.core.errors import InputError
 from riglens.core.files import open_regular
 from riglens.core.geometry import Vec3
-from riglens.core.scene.boxes import CLASSES, BoxBatch, DataReport, Progress
+from riglens.core.scene.boxes import CLASSES, BoxBatch, DataReport, FrameLabels, Progress
 from riglens.core.scene.limits import MAX_FRAMES, one_line, require_few_names
 from riglens.core.scene.readers.classes import NO_BOX_CALLED, ClassTable
 
@@ -69,6 +69,7 @@ class Tally:
     boxes: NDArray[np.int64] = field(default_factory=lambda: np.zeros(len(CLASSES), dtype=np.int64))
     unmapped: Counter[str] = field(default_factory=Counter)
     notes: list[str] = field(default_factory=list)
+    labels: FrameLabels | None = None
 
     def miss(self, names: Iterable[str] | Mapping[str, int], where: object) -> None:
         """Count names that belong to no class; raise InputError when there are too many different ones."""
@@ -151,6 +152,7 @@ class FileBoxSource(ABC):
             self.content_hash,
             (*tally.notes, *self.options.classes.never_met()),
             tally.sequences,
+            tally.labels,
         )
         return report if self.options.is_part else with_all_frames(report, self.options.frames)
 
@@ -179,7 +181,14 @@ def added_up(name: str, sha256: str, reports: Sequence[DataReport]) -> DataRepor
         sha256,
         tuple(dict.fromkeys(note for report in reports for note in report.notes if _holds(note, reports))),
         sum(report.sequences for report in reports),
+        _joined_labels(reports),
     )
+
+
+def _joined_labels(reports: Sequence[DataReport]) -> FrameLabels | None:
+    """What the frames of several sets are called; None unless all say it."""
+    labels = [report.labels for report in reports if report.labels is not None]
+    return reduce(FrameLabels.joined, labels) if labels and len(labels) == len(reports) else None
 
 
 def _holds(note: str, reports: Sequence[DataReport]) -> bool:

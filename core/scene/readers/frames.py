@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from array import array
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -9,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
-from riglens.core.scene.boxes import BoxBatch
+from riglens.core.scene.boxes import BoxBatch, FrameLabels
 from riglens.core.scene.limits import MAX_SEQUENCES
 from riglens.core.scene.readers.common import join, select, shown
 
@@ -34,12 +35,18 @@ class FrameCounter:
     def __init__(self) -> None:
         self.count = 0
         self._sequences: dict[str, int] = {}
+        self._labels = array("q"), array("q")
         self._last = (-1, -1)
 
     @property
     def sequences(self) -> int:
         """Number of sequences so far."""
         return len(self._sequences)
+
+    def labels(self) -> FrameLabels:
+        """Return what the table calls the frames so far."""
+        sequence, frame = (np.array(held, np.int64) for held in self._labels)
+        return FrameLabels(tuple(self._sequences), sequence, frame)
 
     def number(
         self, names: Sequence[str], codes: NDArray[np.intp], frame: NDArray[np.int64]
@@ -60,7 +67,10 @@ class FrameCounter:
             raise RowError(
                 row, _disorder(names[codes[row]], int(frame[row]), bool(same[row]), int(before_frame[row]))
             )
-        numbers = self.count - 1 + np.cumsum(~same | (frame != before_frame))
+        begins = ~same | (frame != before_frame)
+        numbers = self.count - 1 + np.cumsum(begins)
+        for held, more in zip(self._labels, (sequence, frame), strict=True):
+            held.frombytes(more[begins].astype(np.int64).tobytes())
         self.count = int(numbers[-1]) + 1
         self._last = (int(sequence[-1]), int(frame[-1]))
         return numbers.astype(np.int64)

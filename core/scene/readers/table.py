@@ -88,6 +88,7 @@ class TableSource(FileBoxSource):
             largest_yaw = max(largest_yaw, float(np.max(np.abs(piece.numbers[:, 6]), initial=0.0)))
             tally.frames, tally.sequences = counter.count, counter.sequences
             yield from whole.push(batch, counter.count - 1)
+        tally.labels = counter.labels()
         yield from whole.flush()
         if largest_yaw > _FULL_TURN_RAD:
             tally.notes.append(f"yaw reaches {largest_yaw:g}, more than a full turn: yaw is taken as radians")

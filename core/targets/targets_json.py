@@ -1,0 +1,91 @@
+"""What rigs get onto road users as plain data, as `riglens targets --json` and `to_dict()` give it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from riglens.core.rig.model import FORMAT_VERSION
+from riglens.core.rig.yaml.file import rig_sha256
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.targets.scores import ClassTargets, Row, TargetScores
+from riglens.core.targets.traffic import Traffic
+
+
+def targets_document(traffic: Traffic, scores: Sequence[TargetScores]) -> dict[str, Any]:
+    """Scores of some rigs, at least one, in the same traffic and with the same settings; shares as fractions."""
+    first, data = scores[0], traffic.data
+    used = traffic.counts[: traffic.starts[first.frames_used]]
+    objects = np.bincount(traffic.cls[: len(used)][used], minlength=len(CLASSES))
+    return {
+        "riglens": FORMAT_VERSION,
+        **first.settings.as_dict(),
+        "within_m": traffic.within_m,
+        "data": {
+            "source": data.source,
+            "frames": data.frames,
+            "frames_used": first.frames_used,
+            "objects": {name: int(number) for name, number in zip(CLASSES, objects, strict=True)},
+            "sha256": data.sha256,
+            "notes": list(data.notes),
+        },
+        "rigs": [_rig(one) for one in scores],
+    }
+
+
+def _rig(scores: TargetScores) -> dict[str, Any]:
+    return {
+        "name": scores.rig.name,
+        "sha256": rig_sha256(scores.rig),
+        "elapsed_ms": scores.elapsed_ms,
+        "classes": {name: _class(scores.classes[name]) for name in CLASSES},
+    }
+
+
+def _class(found: ClassTargets) -> dict[str, Any]:
+    total = found.total
+    return {
+        "objects": total.objects,
+        "lidar": {
+            "on_target": total.on_target.value,
+            "on_target_se": total.on_target.se,
+            "share_1": total.share_1.value,
+            "share_1_se": total.share_1.se,
+            "share_5": total.share_5.value,
+            "share_5_se": total.share_5.se,
+            "share_min_points": total.share_n.value,
+            "share_min_points_se": total.share_n.se,
+            "median_points": total.median_points,
+        },
+        "camera": {
+            "visible": total.visible.value,
+            "visible_se": total.visible.se,
+            "share_25px": total.share_25px.value,
+            "share_25px_se": total.share_25px.se,
+            "median_height_px": total.median_height_px,
+        },
+        "both": total.both.value,
+        "both_se": total.both.se,
+        "neither": total.neither.value,
+        "neither_se": total.neither.se,
+        "rings": [_ring(ring) for ring in found.rings],
+    }
+
+
+def _ring(ring: Row) -> dict[str, Any]:
+    return {
+        "from_m": ring.from_m,
+        "to_m": ring.to_m,
+        "objects": ring.objects,
+        "on_target": ring.on_target.value,
+        "on_target_se": ring.on_target.se,
+        "share_5": ring.share_5.value,
+        "share_min_points": ring.share_n.value,
+        "median_points": ring.median_points,
+        "visible": ring.visible.value,
+        "share_25px": ring.share_25px.value,
+        "both": ring.both.value,
+        "neither": ring.neither.value,
+    }

@@ -1,0 +1,101 @@
+"""`riglens targets`: a table for people, JSON for programs, and one row per road user."""
+
+import csv
+import json
+
+import pyarrow.parquet
+import pytest
+
+EXACT = ("--phase", "0")
+
+
+def rows_of(path):
+    with open(path, encoding="utf-8", newline="") as stream:
+        return list(csv.DictReader(stream))
+
+
+def test_the_json_holds_every_key_of_the_promise(riglens, boxes):
+    result = riglens("targets", "W+T", "Center", "--boxes", boxes, "--json", "-")
+    assert result.code == 0
+    document = json.loads(result.out)
+    assert {"riglens", "body", "shape", "range_law", "phase", "seed", "data", "rigs"} <= set(document)
+    data = document["data"]
+    assert (data["frames"], data["frames_used"]) == (3, 3)
+    assert data["objects"] == {"car": 2, "bicycle": 1, "pedestrian": 1} and len(data["sha256"]) == 64
+    assert [rig["name"] for rig in document["rigs"]] == ["W+T", "Center"]
+    car = document["rigs"][0]["classes"]["car"]
+    assert {"objects", "lidar", "camera", "both", "neither", "rings"} <= set(car)
+    assert {"on_target", "on_target_se", "share_1", "share_5", "median_points"} <= set(car["lidar"])
+    assert {"visible", "share_25px", "median_height_px"} <= set(car["camera"])
+    assert {"from_m", "to_m", "objects", "on_target", "share_5", "visible"} <= set(car["rings"][0])
+    assert sum(ring["objects"] for ring in car["rings"]) == car["objects"] == 2
+    assert car["lidar"]["share_1"] == 1.0 and car["lidar"]["on_target_se"] == 0.0
+
+
+def test_the_object_table_has_a_row_for_each_road_user_in_the_order_of_the_data(riglens, boxes, tmp_path):
+    out = tmp_path / "objects.csv"
+    assert riglens("targets", "W+T", "--boxes", boxes, *EXACT, "--objects", out).code == 0
+    rows = rows_of(out)
+    assert list(rows[0])[:10] == ["seq", "frame", "cls", "x", "y", "z", "length", "width", "height", "yaw"]
+    assert [(row["seq"], row["frame"], row["cls"], row["x"]) for row in rows] == [
+        ("s", "0", "car", "6.0"), ("s", "0", "bicycle", "3.0"),
+        ("s", "1", "car", "-6.0"), ("s", "2", "pedestrian", "2.0"),
+    ]  # fmt: skip
+    assert float(rows[0]["yaw"]) == 0.3
+    for row in rows:
+        lidars = [int(row[f"points_LIDAR_{number}"]) for number in range(1, 5)]
+        assert sum(lidars) == int(row["points"]) >= int(row["cells"]) > 0
+        assert any(float(value) > 0.0 for name, value in row.items() if name.startswith("pixels_CAM"))
+    parquet = tmp_path / "objects.parquet"
+    assert riglens("targets", "W+T", "--boxes", boxes, *EXACT, "--objects", parquet).code == 0
+    table = pyarrow.parquet.read_table(parquet).to_pydict()
+    assert list(table) == list(rows[0]) and table["points"] == [int(row["points"]) for row in rows]
+
+
+def test_origin_and_distance_decide_what_counts(riglens, boxes, tmp_path):
+    out = tmp_path / "objects.csv"
+    words = ("--boxes", boxes, "--origin", "2", "0", "0", "--within", "6", "--objects", out)
+    assert riglens("targets", "Center", *words).code == 0
+    assert [row["x"] for row in rows_of(out)] == ["-4.0"]
+
+
+def test_a_table_that_calls_its_frames_by_far_numbers_gets_them_back(riglens, tmp_path):
+    (tmp_path / "boxes.csv").write_text(
+        "seq,frame,cls,x,y,z,length,width,height,yaw\n"
+        "b,7,car,9,0,1,4,2,2,0\nb,900,tree,9,9,1,4,2,2,0\na,3,car,9,9,1,4,2,2,0\n=a,5,car,9,9,1,4,2,2,0\n"
+    )
+    out = tmp_path / "objects.csv"
+    assert riglens("targets", "Center", "--boxes", tmp_path / "boxes.csv", "--objects", out).code == 0
+    assert [(row["seq"], row["frame"]) for row in rows_of(out)] == [("b", "7"), ("a", "3"), ("'=a", "5")]
+
+
+def test_a_sample_says_so_and_gives_its_error(riglens, boxes):
+    result = riglens("targets", "Center", "--boxes", boxes, "--sample", "2")
+    assert result.code == 0
+    assert "2 of 3 frames" in result.out and "one standard error" in result.out
+    whole = riglens("targets", "Center", "--boxes", boxes, "--sample", "9")
+    assert "3 frames" in whole.out and "±" not in whole.out
+
+
+def test_the_table_tells_rings_for_one_rig_and_rigs_beside_each_other(riglens, boxes):
+    one = riglens("targets", "W+T", "--boxes", boxes).out
+    assert "0 to 10 m" in one and "50 to 60 m" in one and "spin phase random (seed 0)" in one
+    two = riglens("targets", "W+T", "Center", "--boxes", boxes, *EXACT).out
+    assert "0 to 10 m" not in two and "Center" in two and "spin phase as listed" in two
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("--within", "0"), "--within: found 0, accepted"),
+        (("--sample", "0"), "--sample: found 0, accepted"),
+        (("--min-points", "-1"), "--min-points: found -1, accepted"),
+        (("--seed", "1.5"), "found 1.5, accepted is a whole number"),
+        (("--objects", "o.txt"), "--objects o.txt: found another ending"),
+        (("--objects", "no/folder/o.csv"), "cannot be written"),
+        (("Center", "--objects", "o.csv"), "found 2 rigs, accepted is one"),
+        (("--frames", "3"), "name the data set with --boxes"),
+    ],
+)
+def test_bad_input_is_one_line(riglens, words, message):
+    assert message in riglens("targets", "W+T", *words).refused()
