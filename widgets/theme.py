@@ -8,6 +8,8 @@ CLASS_COLOURS = {"car": "#3b82f6", "bicycle": "#f59e0b", "pedestrian": "#ec4899"
 AXIS_COLOURS = ("#e5484d", "#30a46c", "#3e7bfa")
 KIND_COLOURS = {"lidar": "#14b8a6", "camera": "#f97316"}
 SELECTED_COLOUR = "#ffd60a"
+LINKED_COLOUR = "#a78bfa"
+"""What is about mirror pairs: the link mark in the list, the partner of what is selected, the line between them."""
 RIG_COLOURS = (
     "#4e79a7", "#f28e2b", "#59a14f", "#e15759", "#9d76b8", "#4fb0ae", "#d6b02a", "#a57a5a", "#e88fa3", "#8a949e",
 )  # fmt: skip

@@ -6,14 +6,22 @@ Gizmo, tree and inspector only follow this document; they never talk to each oth
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
 from riglens.app.session.open_rig import Names, OpenRig
 from riglens.core.errors import InputError
 from riglens.core.geometry import Pose
-from riglens.core.rig.edits import duplicated, free_name, in_step, list_text, with_enabled, without
+from riglens.core.rig.edits import (
+    duplicated,
+    free_name,
+    in_step,
+    list_text,
+    pasted,
+    with_enabled,
+    without,
+)
 from riglens.core.rig.groups import Alignment, aligned, spaced
 from riglens.core.rig.history import Edit, Marks, describe
 from riglens.core.rig.model import MAX_SENSORS, Camera, Lidar, Rig
@@ -154,12 +162,19 @@ class Document(OpenRig):
         return name
 
     def duplicate(self, names: Names) -> Names:
-        """Add copies of sensors a little to their left and select those; returns the copies' names."""
+        """Add copies of sensors beside them, of mirror pairs in place, and select those; returns the copies' names."""
         self.cancel_drag()
         rig, copies = duplicated(self.rig, names, DUPLICATE_OFFSET_M)
         self.apply(rig, f"duplicate {list_text(names)}")
         self.choose(copies)
         return copies
+
+    def paste(self, sensors: Sequence[Lidar | Camera]) -> None:
+        """Add sensors of elsewhere under free names and select them; beside those that stand there already."""
+        self.cancel_drag()
+        rig, names = pasted(self.rig, sensors, DUPLICATE_OFFSET_M)
+        self.apply(rig, f"paste {list_text([sensor.name for sensor in sensors])}")
+        self.choose(names)
 
     def delete(self, names: Names) -> None:
         """Remove sensors."""

@@ -87,6 +87,10 @@ class Workbench(QObject):
         self.docks = Docks(window, self.actions)
         self.tasks = Tasks(self)
         self.gestures: list[tuple[str, str]] = []
+        self._still_true: tuple[str, Callable[[], bool]] | None = None
+        document = session.document
+        for changed in (document.rig_settled, document.selection_changed, document.locked_changed):
+            changed.connect(self._forget_untrue)
         self._show_tasks()
 
     def _show_tasks(self) -> None:
@@ -98,6 +102,20 @@ class Workbench(QObject):
     def report_error(self, message: str, details: str = "") -> None:
         """Say what went wrong, in a bar over the view that stops nothing; details on request."""
         self.errors.show_message(message, details)
+
+    def report_while(self, message: str, is_true: Callable[[], bool]) -> None:
+        """Say something about the rig that goes when it is no longer true."""
+        self.report_error(message)
+        self._still_true = message, is_true
+
+    def _forget_untrue(self) -> None:
+        if self._still_true is not None:
+            message, is_true = self._still_true
+            if self.errors.message != message:
+                self._still_true = None
+            elif not is_true():
+                self._still_true = None
+                self.errors.clear()
 
     def guarded(self, edit: Callable[..., object]) -> Callable[..., None]:
         """Make the InputError of an edit a message; the panels then show again what is true."""

@@ -7,10 +7,14 @@ import re
 from collections.abc import Collection, Sequence
 
 from riglens.core.errors import InputError
-from riglens.core.geometry import Pose
+from riglens.core.geometry import Pose, Vec3
 from riglens.core.rig.model import MAX_SENSORS, Rig, Sensor
 
 _LEFT, _RIGHT = ("left", "Left", "LEFT"), ("right", "Right", "RIGHT")
+_SAME_PLACE_M = 0.01
+_OTHER_SIDE = {"L": "R", "R": "L", "l": "r", "r": "l"}
+_SIDE_LETTER = re.compile(r"(?<![A-Z0-9])[FRBSMC]?[LR](?![A-Za-z])|(?<![A-Za-z0-9])[frbsmc]?[lr](?![A-Za-z])")
+"""L or R as a word of its own or after one letter for front, rear, back, side, middle, corner: FL, CAM_RR2, side_l."""
 
 
 def mirrored_pose(pose: Pose) -> Pose:
@@ -30,13 +34,20 @@ def partner_of(rig: Rig, name: str) -> str | None:
     return None
 
 
-def mirrored_name(name: str) -> str:
-    """Return a name for the mirror image: left becomes right and vice versa; otherwise `_mirror` is appended."""
+def mirrored_name(name: str, y_m: float = 0.0) -> str:
+    """Return a name for the mirror image of a sensor at `y_m`, metres to the left of the middle plane.
+
+    Left becomes right and vice versa, in words (`left`) and in letters that stand alone (`CAM_FL`, `L2`). A name that
+    says no side gets the side of its image, such as `roof_right`; on the middle plane it stays as it is.
+    """
     swap = dict(zip(_LEFT + _RIGHT, _RIGHT + _LEFT, strict=True))
     swapped = re.sub("|".join(swap), lambda match: swap[match[0]], name)
-    if swapped != name:
+    if swapped == name:
+        swapped = _SIDE_LETTER.sub(lambda match: match[0][:-1] + _OTHER_SIDE[match[0][-1]], name)
+    if swapped != name or y_m == 0.0:
         return swapped
-    return f"{name}_mirror"
+    side = "right" if y_m > 0.0 else "left"
+    return f"{name}_{side.upper() if name.isupper() else side}"
 
 
 def with_mirror_image(rig: Rig, name: str, image_name: str) -> Rig:
@@ -169,22 +180,73 @@ def without(rig: Rig, names: Collection[str]) -> Rig:
 
 
 def duplicated(rig: Rig, names: Collection[str], left_m: float) -> tuple[Rig, tuple[str, ...]]:
-    """Return the rig with a copy of each of these sensors, `left_m` metres to the left of it, and the copies' names.
+    """Return the rig with a copy of each of these sensors, and the copies' names.
 
-    Raise InputError when the rig would hold too many sensors.
+    A mirror pair of which both are copied gives a linked pair in the same place, every other copy stands `left_m`
+    metres to the left. Raise InputError when the rig would hold too many sensors.
+    """
+    copied = [sensor for sensor in rig.sensors if sensor.name in names]
+    taken = [sensor.name for sensor in rig.sensors]
+    new_names = _free_names(taken, [sensor.name for sensor in copied])
+    copies: list[Sensor] = []
+    for sensor in copied:
+        x, y, z = sensor.position
+        is_pair = partner_of(rig, sensor.name) in new_names
+        position = sensor.position if is_pair else (x, y + left_m, z)
+        leader = new_names[sensor.mirror_of] if is_pair and sensor.mirror_of is not None else None
+        copies.append(sensor.replace(name=new_names[sensor.name], position=position, mirror_of=leader))
+    return _grown(rig, copies), tuple(copy.name for copy in copies)
+
+
+def pasted(rig: Rig, sensors: Sequence[Sensor], step_m: float) -> tuple[Rig, tuple[str, ...]]:
+    """Return the rig with sensors of elsewhere added under free names, and those names; pairs among them stay linked.
+
+    Where one of them would stand in a sensor of the rig, all are shifted by multiples of `step_m`: to the left, or
+    ahead when there is a pair among them, which has to stay symmetric. Raise InputError when the rig would hold too
+    many sensors.
     """
     taken = [sensor.name for sensor in rig.sensors]
-    copies: list[Sensor] = []
-    for sensor in rig.sensors:
-        if sensor.name in names:
-            x, y, z = sensor.position
-            name = free_name(taken, sensor.name)
-            taken.append(name)
-            copies.append(sensor.replace(name=name, position=(x, y + left_m, z), mirror_of=None))
-    if len(taken) > MAX_SENSORS:
+    new_names = _free_names(taken, [sensor.name for sensor in sensors])
+    axis = 0 if any(sensor.mirror_of in new_names for sensor in sensors) else 1
+    places_m = [sensor.position for sensor in rig.sensors]
+    steps = 0
+    while any(
+        math.dist(_shifted(s.position, axis, steps * step_m), m) < _SAME_PLACE_M
+        for s in sensors
+        for m in places_m
+    ):
+        steps += 1
+    copies = [
+        sensor.replace(
+            name=new_names[sensor.name],
+            position=_shifted(sensor.position, axis, steps * step_m),
+            mirror_of=new_names.get(sensor.mirror_of or ""),
+        )
+        for sensor in sensors
+    ]
+    return _grown(rig, copies), tuple(copy.name for copy in copies)
+
+
+def _shifted(position_m: Vec3, axis: int, by_m: float) -> Vec3:
+    if by_m == 0.0:
+        return position_m
+    x, y, z = (p + by_m * (place == axis) for place, p in enumerate(position_m))
+    return x, y, z
+
+
+def _free_names(taken: list[str], wanted: Sequence[str]) -> dict[str, str]:
+    """Return a free name for each wanted one."""
+    found: dict[str, str] = {}
+    for name in wanted:
+        found[name] = free_name([*taken, *found.values()], name)
+    return found
+
+
+def _grown(rig: Rig, copies: Sequence[Sensor]) -> Rig:
+    """Return the rig with more sensors; InputError when they are too many."""
+    if len(rig.sensors) + len(copies) > MAX_SENSORS:
         raise InputError(f"sensors: a rig holds at most {MAX_SENSORS}; delete some first")
-    grown: Rig = rig.model_copy(update={"sensors": (*rig.sensors, *copies)})
-    return grown, tuple(copy.name for copy in copies)
+    return rig.model_copy(update={"sensors": (*rig.sensors, *copies)})
 
 
 def free_name(taken: Collection[str], wanted: str) -> str:

@@ -44,6 +44,8 @@ _BODIES = {
     "sliders": '<path d="M4 7h9M17 7h3M4 17h3M11 17h9"/><circle cx="15" cy="7" r="2"/><circle cx="9" cy="17" r="2"/>',
     "pick": '<path d="M12 3v5M12 16v5M3 12h5M16 12h5"/><path d="M10 10h4v4h-4z"/>',
     "mirror": '<path d="M12 3v18" stroke-dasharray="2 3"/><path d="M9 7v10H3zM15 7v10h6z"/>',
+    "link": '<path d="M10 14a4.2 4.2 0 0 0 6 0l3-3a4.2 4.2 0 0 0-6-6l-1.2 1.2"/>'
+    '<path d="M14 10a4.2 4.2 0 0 0-6 0l-3 3a4.2 4.2 0 0 0 6 6l1.2-1.2"/>',
     "place": '<path d="M3 19c4-4 14-4 18 0"/><path d="M12 3v9M9 9.5l3 3 3-3"/><circle cx="12" cy="15.7" r="0.6"/>',
     "snap": '<path d="M6 4v8a6 6 0 0 0 12 0V4h-4v8a2 2 0 0 1-4 0V4zM6 8h4M14 8h4"/>',
     "bars": '<path d="M4 20h16M6.5 17v-6M12 17V5M17.5 17V9"/>',

@@ -22,10 +22,10 @@ from riglens.core.rig.model import Camera, Lidar
 from riglens.core.vehicle.surface import lathe, rounded_box
 from riglens.widgets.drawing.actors import rgba_actor
 from riglens.widgets.drawing.surface import drawn
-from riglens.widgets.theme import Palette, mix, rgb
+from riglens.widgets.theme import LINKED_COLOUR, Palette, mix, rgb
 
 Shape = Literal["puck", "box", "camera"]
-Mark = Literal["", "hovered", "selected"]
+Mark = Literal["", "hovered", "selected", "linked"]
 LIDAR_RADIUS_M = 0.105
 PICK_RADIUS_M = 0.12
 _SPINNING_DEG = 300.0
@@ -91,6 +91,8 @@ def sensor_mesh(body: SensorBody, palette: Palette, mark: Mark = "", enabled: bo
         colour = mix(colour, _OFF, 0.85)
     if mark == "selected":
         colour = palette.selected
+    elif mark == "linked":
+        colour = LINKED_COLOUR
     elif mark == "hovered":
         colour = mix(colour, "#ffffff", 0.55)
     mesh = _shape(body.shape, colour).copy()

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from html import escape
 
 from PySide6.QtCore import QEvent, QObject, QPointF, QRectF, Qt, Signal
-from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QWheelEvent
-from PySide6.QtWidgets import QWidget
+from PySide6.QtGui import QColor, QHelpEvent, QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QWheelEvent
+from PySide6.QtWidgets import QToolTip, QWidget
 
 from riglens.widgets.drawing.camera import Pixel
 from riglens.widgets.gizmo.nudge import NudgeKey
@@ -55,6 +56,10 @@ class CanvasInput(QObject):
         if isinstance(event, QKeyEvent):
             event.setAccepted(handle_key(self._controller, event))
             return True
+        if isinstance(event, QHelpEvent) and event.type() == QEvent.Type.ToolTip:
+            words = self._controller.words(self._pixel(QPointF(event.pos())))
+            QToolTip.showText(event.globalPos(), _plain(words), self._canvas)
+            return True
         if event.type() == QEvent.Type.Leave:
             self._controller.leave()
         if event.type() == QEvent.Type.Resize:
@@ -84,6 +89,11 @@ class CanvasInput(QObject):
     def _pixel(self, position: QPointF) -> Pixel:
         ratio = self._canvas.devicePixelRatioF()
         return position.x() * ratio, position.y() * ratio
+
+
+def _plain(words: str) -> str:
+    """A tooltip that shows a text as it is: names may look like HTML."""
+    return f"<p style='white-space: pre-wrap'>{escape(words, quote=False)}</p>" if words else ""
 
 
 _NUDGES: dict[int, NudgeKey] = {

@@ -193,6 +193,10 @@ class ViewController:
         self._scene.set_quick(True)
         self._listener.on_changed()
 
+    def words(self, pixel: Pixel) -> str:
+        """What a tooltip says at a pixel, nothing during a drag."""
+        return "" if self.busy or self._held is not None else self._scene.under_mouse.words(pixel)
+
     def leave(self) -> None:
         """The mouse left the view."""
         if not self.busy and self._scene.set_hovered(None):

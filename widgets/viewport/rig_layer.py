@@ -1,16 +1,21 @@
-"""The sensors of a rig in the scene: their bodies, and the rays of those that are switched on."""
+"""The sensors of a rig in the scene: their bodies, lines between mirror pairs, and rays of what is switched on."""
 
 from __future__ import annotations
 
+import numpy as np
+import pyvista as pv
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from riglens.core.geometry import Pose
 from riglens.core.rig.model import Camera, Lidar
+from riglens.widgets.drawing.actors import mapper_of
 from riglens.widgets.gizmo.drag import Handle
 from riglens.widgets.sensors.bodies import Mark, SensorLayer
 from riglens.widgets.sensors.rays import RaysLayer
-from riglens.widgets.theme import Palette
+from riglens.widgets.theme import LINKED_COLOUR, Palette, rgb
 from riglens.widgets.viewport.scene_state import SceneState
+
+_LINK_PX = 1.5
 
 
 class RigLayer:
@@ -18,16 +23,33 @@ class RigLayer:
 
     def __init__(self, renderer: vtkRenderer) -> None:
         self._sensors, self._rays = SensorLayer(renderer), RaysLayer(renderer)
+        self._links = pv.Actor(mapper=mapper_of(pv.Line()))
+        self._links.prop.color, self._links.prop.lighting = rgb(LINKED_COLOUR), False
+        self._links.visibility = False
+        renderer.AddActor(self._links)
+        self.set_line_width(1.0)
 
     def set_line_width(self, width_px: float) -> None:
         """Width of the rays, for pictures of higher resolution."""
         self._rays.set_line_width(width_px)
+        self._links.prop.line_width = _LINK_PX * width_px
 
     def show_bodies(self, state: SceneState, hovered: str | Handle | None) -> None:
         """Draw exactly the sensors of a state; the one under the mouse stands out."""
-        marks: dict[str, Mark] = {hovered: "hovered"} if isinstance(hovered, str) else {}
+        pairs = [pair for pair in state.pairs if any(state.is_selected(name) for name in pair)]
+        marks: dict[str, Mark] = dict.fromkeys((name for pair in pairs for name in pair), "linked")
+        if isinstance(hovered, str):
+            marks[hovered] = "hovered"
         marks.update({sensor.name: "selected" for sensor in state.shown if state.is_selected(sensor.name)})
         self._sensors.set_sensors(state.shown, marks, state.palette)
+        self._show_links([pair for pair in state.pairs if pair in pairs or hovered in pair], state)
+
+    def _show_links(self, pairs: list[tuple[str, str]], state: SceneState) -> None:
+        """Draw a line between the two sensors of each pair."""
+        self._links.visibility = bool(pairs)
+        if pairs:
+            places_m = np.array([state.rig.sensor(name).position for pair in pairs for name in pair])
+            self._links.mapper.SetInputData(pv.line_segments_from_points(places_m))
 
     def show_fans(self, state: SceneState, quick: bool, others: bool = True) -> None:
         """Rebuild the rays, fewer while something moves; those of sensors that are not selected only with `others`."""

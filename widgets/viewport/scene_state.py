@@ -88,6 +88,15 @@ class SceneState:
         return next((sensor for sensor in self.shown if sensor.name == self.selected), None)
 
     @property
+    def pairs(self) -> list[tuple[str, str]]:
+        """The mirror pairs of which both sensors are shown."""
+        return [
+            (sensor.mirror_of, sensor.name)
+            for sensor in self.shown
+            if sensor.mirror_of is not None and sensor.mirror_of not in self.hidden
+        ]
+
+    @property
     def held_poses(self) -> Poses:
         """Poses of all selected sensors, the current one last: what a drag takes along."""
         names = self.also_selected | {self.selected}

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from riglens.core.rig.edits import partner_of
 from riglens.widgets.drawing.camera import Pixel, Size
 from riglens.widgets.gizmo.drag import Handle
 from riglens.widgets.gizmo.handles import GizmoPlace, hit_handle, place_gizmo
@@ -49,6 +50,14 @@ class UnderMouse:
         reach = np.maximum(_PICK_PX * self.pixel_ratio, radius)
         hit = np.flatnonzero((np.linalg.norm(seen[:, :2] - pixel, axis=1) <= reach) & (seen[:, 2] > 0.0))
         return sensors[hit[np.argmin(seen[hit, 2])]].name if len(hit) else None
+
+    def words(self, pixel: Pixel) -> str:
+        """What to say of the sensor under a pixel: its name, and the one it is linked to; empty beside all."""
+        name = self.sensor(pixel)
+        if name is None:
+            return ""
+        other = partner_of(self.state.rig, name)
+        return name if other is None else f"{name}\nMirror pair with {other}: the two move together"
 
     def inside(self, corner: Pixel, other: Pixel) -> tuple[str, ...]:
         """The sensors whose middle is drawn inside the box between two pixels, in the order of the rig."""

@@ -14,13 +14,15 @@ from riglens.core.errors import InputError
 from riglens.core.rig.edits import (
     free_name,
     linked,
+    list_text,
     mirrored_name,
+    mirrored_pose,
     nearest_to_image,
     partner_of,
     unlinked,
     with_mirror_image,
 )
-from riglens.core.rig.model import Camera, Lidar, Rig
+from riglens.core.rig.model import Camera, Lidar
 from riglens.core.rig.yaml.file import dumps, loads
 from riglens.core.rig.yaml.nodes import MAX_BYTES
 
@@ -88,7 +90,11 @@ class Clipboard(Feature):
         """Put the selected sensors on the clipboard."""
         rig, names = self.document.rig, self.document.chosen
         if names:
-            sensors = tuple(sensor.replace(mirror_of=None) for sensor in rig.sensors if sensor.name in names)
+            sensors = tuple(
+                sensor if sensor.mirror_of in names else sensor.replace(mirror_of=None)
+                for sensor in rig.sensors
+                if sensor.name in names
+            )
             QGuiApplication.clipboard().setText(dumps(rig.replace(sensors=sensors)))
 
     def cut(self) -> None:
@@ -103,18 +109,14 @@ class Clipboard(Feature):
 
         Raises InputError when it holds none.
         """
-        sensors = pasted(QGuiApplication.clipboard().text())
-        names = sensors[0].name if len(sensors) == 1 else f"{len(sensors)} sensors"
-        with self.document.group(f"paste {names}"):
-            added = tuple(self.document.add(sensor) for sensor in sensors)
-        self.document.choose(added)
+        self.document.paste(sensors_in(QGuiApplication.clipboard().text()))
 
     def _update(self) -> None:
         for key in ("cut", "copy"):
             self.actions[key].setEnabled(self.document.selected is not None)
 
 
-def pasted(text: str) -> tuple[Lidar | Camera, ...]:
+def sensors_in(text: str) -> tuple[Lidar | Camera, ...]:
     """The sensors that a text says: a rig file, its part from "sensors:" on, or a list of sensors."""
     if not text.strip():
         raise InputError(f"clipboard: there is no text on it; {ACCEPTED}")
@@ -142,66 +144,87 @@ class Mirror(Feature):
 
     specs = (
         Spec(
-            "mirror", "Mirror", "Add the mirror image of the selected sensor; the two then move together", "M",
+            "mirror", "Mirror", "Add the mirror images of the selected sensors; each then moves with its image", "M",
             "mirror", "sensor/edit",
         ),
         Spec(
             "link", "Link to mirror image",
-            "Make a pair of the selected sensor and the one nearest to its mirror image, which moves there",
-            "Ctrl+M", menu="sensor/edit",
+            "Make a pair of two selected sensors, or of one and that nearest to its mirror image, which moves there",
+            "Ctrl+M", "link", "sensor/edit",
         ),
         Spec(
-            "unlink", "Unlink from mirror image", "Let the selected sensor and its mirror image move alone",
+            "unlink", "Unlink from mirror image", "Let the selected sensors and their mirror images move alone",
             "Ctrl+Shift+M", menu="sensor/edit",
         ),
     )  # fmt: skip
 
     def __init__(self, bench: Workbench) -> None:
         super().__init__(bench)
-        self.bind(mirror=self.mirror, link=self.link, unlink=self.unlink)
+        guarded = bench.guarded
+        self.bind(mirror=guarded(self.mirror), link=guarded(self.link), unlink=guarded(self.unlink))
+        bench.panels.inspector.unlink_wanted.connect(guarded(self.unlink))
         for changed in (self.document.rig_settled, self.document.selection_changed):
             changed.connect(self._update)
         self._update()
 
     def mirror(self) -> None:
-        """Add the mirror image of the selected sensor, linked to it, and select it."""
-        name, rig = self.document.selected, self.document.rig
-        if name is not None and partner_of(rig, name) is None:
-            image = free_name(frozenset(sensor.name for sensor in rig.sensors), mirrored_name(name))
-            self._edit(lambda: with_mirror_image(rig, name, image), f"mirror {name}")
-            self.document.select(image)
+        """Add the mirror images of the selected sensors that have none, linked to them, and select the images."""
+        names, rig, images = self._alone(), self.document.rig, []
+        for name in names:
+            sensor = rig.sensor(name)
+            taken = frozenset(other.name for other in rig.sensors)
+            images.append(free_name(taken, mirrored_name(name, sensor.position[1])))
+            try:
+                rig = with_mirror_image(rig, name, images[-1])
+            except ValueError as error:
+                self.bench.report_while(str(error), partial(self._is_on_plane, name))
+                return
+        self.document.apply(rig, f"mirror {list_text(names)}")
+        self.document.choose(tuple(images))
+
+    def _is_on_plane(self, name: str) -> bool:
+        """Whether a sensor is selected that is its own mirror image."""
+        found = [sensor for sensor in self.document.rig.sensors if sensor.name == name]
+        is_chosen = name in self.document.selection
+        return is_chosen and any(sensor.pose == mirrored_pose(sensor.pose) for sensor in found)
 
     def link(self) -> None:
-        """Link the selected sensor to the one nearest to its mirror image."""
-        name, rig = self.document.selected, self.document.rig
-        other = nearest_to_image(rig, name) if name is not None and partner_of(rig, name) is None else None
-        if name is not None and other is not None:
-            if other in self.document.locked:
-                self.bench.report_error(f"{other} is locked; unlock it in the list of sensors to move it")
-                return
-            self._edit(lambda: linked(rig, name, other), f"link {name} and {other}")
+        """Link two selected sensors, or one to the sensor nearest to its mirror image."""
+        pair, rig = self._pair(), self.document.rig
+        if pair is None:
+            return
+        name, other = pair
+        if {name, other} & self.document.locked:
+            raise InputError(f"{other} is locked; unlock it in the list of sensors to move it")
+        self.document.apply(linked(rig, name, other), f"link {name} and {other}")
 
     def unlink(self) -> None:
-        """Dissolve the pair of the selected sensor."""
-        name, rig = self.document.selected, self.document.rig
-        if name is not None:
-            self._edit(lambda: unlinked(rig, name), f"unlink {name}")
+        """Dissolve the pairs of the selected sensors."""
+        names, rig = self.document.chosen, self.document.rig
+        for name in names:
+            rig = unlinked(rig, name)
+        if names:
+            self.document.apply(rig, f"unlink {list_text(names)}")
 
-    def _edit(self, make: Callable[[], Rig], label: str) -> None:
-        def edit() -> None:
-            try:
-                rig = make()
-            except ValueError as error:
-                raise InputError(str(error)) from error
-            self.document.apply(rig, label)
+    def _alone(self) -> tuple[str, ...]:
+        """The selected sensors that belong to no pair."""
+        rig = self.document.rig
+        return tuple(name for name in self.document.chosen if partner_of(rig, name) is None)
 
-        self.bench.guarded(edit)()
+    def _pair(self) -> tuple[str, str] | None:
+        """Who would be linked: first the one that stays where it is."""
+        rig, chosen, alone = self.document.rig, self.document.selection, self._alone()
+        if len(alone) != len(chosen) or len(chosen) not in (1, 2):
+            return None
+        if len(chosen) == 2:
+            return chosen if rig.sensor(chosen[0]).kind == rig.sensor(chosen[1]).kind else None
+        other = nearest_to_image(rig, chosen[0])
+        return None if other is None else (chosen[0], other)
 
     def _update(self) -> None:
         name, rig, actions = self.document.selected, self.document.rig, self.actions
-        partner = partner_of(rig, name) if name is not None else None
-        is_alone = name is not None and partner is None
-        actions["mirror"].setEnabled(is_alone)
-        actions["link"].setEnabled(name is not None and is_alone and nearest_to_image(rig, name) is not None)
-        actions["unlink"].setEnabled(partner is not None)
+        partner = partner_of(rig, name) if name is not None and len(self.document.selection) == 1 else None
+        actions["mirror"].setEnabled(bool(self._alone()))
+        actions["link"].setEnabled(self._pair() is not None)
+        actions["unlink"].setEnabled(len(self._alone()) < len(self.document.selection))
         actions["unlink"].setText(f"Unlink from {partner}" if partner else "Unlink from mirror image")

@@ -75,7 +75,8 @@ class Follow(Feature):
         if not document.is_dragging:
             self.viewport.cancel_drag()
             locked = next(name for name in names if name in document.fixed)
-            self.bench.report_error(f"{locked} is locked; unlock it in the list of sensors to move it")
+            message = f"{locked} is locked; unlock it in the list of sensors to move it"
+            self.bench.report_while(message, lambda: locked in document.fixed)
 
     def show_all(self) -> None:
         """Bring viewport, tree and inspector in line with the document, whatever they show now."""

@@ -17,6 +17,7 @@ from riglens.app.window.feature import Feature
 from riglens.app.window.settings import Settings
 from riglens.app.window.workbench import Workbench
 from riglens.core.geometry import Pose, Vec3
+from riglens.core.rig.edits import partner_of
 from riglens.core.rig.library import Entry, default_library, sensor_from_model
 from riglens.core.rig.model import Rig
 from riglens.widgets.panels.icons import icon
@@ -27,6 +28,7 @@ LOW_PX = 640
 """In a window lower than this the library has no room below the list of sensors."""
 GAP_M = 0.15
 HINT = "Click on the car to put {name} there; Esc leaves it where it was."
+IN_PLACE = "Copies of mirror pairs are linked and stand where the originals are: drag them away."
 LOCKED_KEY = "sensors/locked"
 MOST_FILES = 100
 """Of so many rig files it is kept which sensors are locked."""
@@ -105,6 +107,9 @@ class Sensors(Feature):
         """Add copies of the selected sensors and select those."""
         if self.document.chosen:
             self.bench.guarded(self.document.duplicate)(self.document.chosen)
+            rig = self.document.rig
+            if any(partner_of(rig, name) in self.document.selection for name in self.document.selection):
+                self.bench.status.showMessage(IN_PLACE)
 
     def delete(self) -> None:
         """Delete the selected sensors, as one step."""

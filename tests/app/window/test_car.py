@@ -32,9 +32,9 @@ def pose(bench: FullDesk, name: str) -> Pose:
 
 def test_mirror_adds_a_linked_image_and_one_undo_takes_it_back(bench):
     bench.act("mirror")
-    assert names(bench) == ["roof", "roof_mirror", "front"]
-    assert bench.document.selected == "roof_mirror"
-    assert pose(bench, "roof_mirror") == mirrored_pose(LIDAR.pose)
+    assert names(bench) == ["roof", "roof_right", "front"]
+    assert bench.document.selected == "roof_right"
+    assert pose(bench, "roof_right") == mirrored_pose(LIDAR.pose)
     bench.act("undo")
     assert names(bench) == ["roof", "front"]
 
@@ -44,7 +44,7 @@ def test_a_drag_of_one_of_a_pair_moves_both_as_one_undo_step(bench):
     before = bench.document.rig
     bench.drag("roof", (0.3, 0.5, 2.0), (0.5, 0.7, 2.1))
     assert pose(bench, "roof").position_m == (0.5, 0.7, 2.1)
-    assert pose(bench, "roof_mirror").position_m == (0.5, -0.7, 2.1)
+    assert pose(bench, "roof_right").position_m == (0.5, -0.7, 2.1)
     assert bench.viewport.state.rig == bench.document.rig
     bench.act("undo")
     assert bench.document.rig == before
@@ -54,7 +54,7 @@ def test_typing_a_coordinate_moves_the_mirror_image_too(bench):
     bench.act("mirror")
     bench.document.select("roof")
     bench.type("x", "0.9")
-    assert pose(bench, "roof_mirror").position_m == (0.9, -0.2, 1.9)
+    assert pose(bench, "roof_right").position_m == (0.9, -0.2, 1.9)
 
 
 def test_unlinked_sensors_move_alone_and_linking_brings_the_nearest_back(bench):
@@ -63,10 +63,10 @@ def test_unlinked_sensors_move_alone_and_linking_brings_the_nearest_back(bench):
     assert bench.workbench.actions["unlink"].isEnabled() and not bench.workbench.actions["mirror"].isEnabled()
     bench.act("unlink")
     bench.drag("roof", (0.5, 0.7, 2.1))
-    assert pose(bench, "roof_mirror") == mirrored_pose(LIDAR.pose)
+    assert pose(bench, "roof_right") == mirrored_pose(LIDAR.pose)
     bench.act("link")
-    assert partner_of(bench.document.rig, "roof") == "roof_mirror"
-    assert pose(bench, "roof_mirror").position_m == (0.5, -0.7, 2.1)
+    assert partner_of(bench.document.rig, "roof") == "roof_right"
+    assert pose(bench, "roof_right").position_m == (0.5, -0.7, 2.1)
 
 
 def test_deleting_one_of_a_pair_leaves_the_other_alone(bench):

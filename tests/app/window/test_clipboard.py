@@ -10,6 +10,8 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
+from riglens.app.session.document import DUPLICATE_OFFSET_M
+from riglens.core.rig.edits import mirrored_pose, partner_of
 from riglens.core.rig.yaml.file import loads
 from tests.app.window.desk import FullDesk, full_desk
 from tests.app.window_bench import CAMERA, LIDAR, RIG, Bench, open_bench
@@ -36,7 +38,9 @@ def test_a_copy_comes_back_under_a_free_name_as_one_step(whole: Bench) -> None:
     whole.document.select("roof")
     press(whole, Qt.Key.Key_C)
     press(whole, Qt.Key.Key_V)
-    assert whole.document.rig.sensor("roof_2") == LIDAR.replace(name="roof_2")
+    x, y, z = LIDAR.position
+    beside = LIDAR.replace(name="roof_2", position=(x, y + DUPLICATE_OFFSET_M, z))
+    assert whole.document.rig.sensor("roof_2") == beside
     assert whole.document.undo_label == "paste roof"
     whole.act("undo")
     assert whole.document.rig == RIG
@@ -74,7 +78,30 @@ def test_part_of_a_rig_file_from_an_editor_is_enough(bench: FullDesk, head: str)
     text = bench.clipboard()
     QApplication.clipboard().setText(head + text.partition("sensors:\n")[2])
     bench.act("paste")
-    assert bench.document.rig.sensor("roof_2").position == LIDAR.position
+    assert bench.document.rig.sensor("roof_2").rpy_deg == LIDAR.rpy_deg
+
+
+def test_each_further_copy_stands_beside_the_one_before(bench: FullDesk) -> None:
+    bench.document.select("roof")
+    bench.act("copy")
+    for _ in range(3):
+        bench.act("paste")
+    lidars = [s for s in bench.document.rig.sensors if s.kind == "lidar"]
+    assert [sensor.position[1] for sensor in lidars] == pytest.approx([0.2, 0.4, 0.6, 0.8])
+
+
+def test_a_pair_comes_back_as_a_pair_and_a_half_of_one_alone(bench: FullDesk) -> None:
+    bench.document.select("roof")
+    bench.act("mirror")
+    for names in (("roof", "roof_right"), ("roof_right",)):
+        bench.document.choose(names)
+        bench.act("copy")
+        bench.act("paste")
+    rig = bench.document.rig
+    assert partner_of(rig, "roof_2") == "roof_right_2" and partner_of(rig, "roof_right_3") is None
+    left, right = rig.sensor("roof_2"), rig.sensor("roof_right_2")
+    assert right.pose == mirrored_pose(left.pose)
+    assert left.position == pytest.approx((0.1 + DUPLICATE_OFFSET_M, 0.2, 1.9))
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,16 @@ from hypothesis import strategies as st
 
 from riglens.core.errors import InputError
 from riglens.core.geometry import Pose
-from riglens.core.rig.edits import in_step, linked, mirrored_pose, partner_of, unlinked, without_sensor
+from riglens.core.rig.edits import (
+    duplicated,
+    in_step,
+    linked,
+    mirrored_name,
+    mirrored_pose,
+    partner_of,
+    unlinked,
+    without_sensor,
+)
 from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
 from riglens.core.rig.yaml.file import dumps, loads, new_rig_file, rig_sha256
 
@@ -136,3 +145,46 @@ def test_a_sensor_belongs_to_one_pair_only():
     with pytest.raises(ValueError, match="belongs to another mirror pair"):
         linked(Rig(sensors=(*PAIR.sensors, LEFT.replace(name="third"))), "right", "third")
     assert loads(text).rig == PAIR
+
+
+NAMES = (
+    ("CAM_FL", "CAM_FR"),
+    ("CAM_RR", "CAM_RL"),
+    ("cam_bl", "cam_br"),
+    ("LIDAR_L", "LIDAR_R"),
+    ("L2", "R2"),
+    ("camFL", "camFR"),
+    ("side_r_1", "side_l_1"),
+    ("FRONT_LEFT", "FRONT_RIGHT"),
+    ("frontRight", "frontLeft"),
+    ("left", "right"),
+)
+
+
+@pytest.mark.parametrize(("name", "image"), NAMES)
+@pytest.mark.parametrize("y_m", [-0.5, 0.0, 0.5])
+def test_the_name_of_an_image_is_that_of_the_other_side(name, image, y_m):
+    assert mirrored_name(name, y_m) == image and mirrored_name(image, -y_m) == name
+
+
+@pytest.mark.parametrize(
+    "name", ["roof", "radar", "LIDAR_1", "Solar", "corner", "CAR", "E1R", "VLP", "lr_x", "LRR"]
+)
+def test_a_name_without_a_side_gets_the_side_of_its_image(name):
+    is_upper = name.isupper()
+    assert mirrored_name(name, 0.5) == name + ("_RIGHT" if is_upper else "_right")
+    assert mirrored_name(name, -0.5) == name + ("_LEFT" if is_upper else "_left")
+    assert mirrored_name(name, 0.0) == name
+
+
+def test_a_copied_pair_is_a_linked_pair_in_place_and_a_copied_half_is_alone():
+    rig, names = duplicated(PAIR, ("left", "right", "front"), 0.2)
+    assert names == ("left_2", "right_2", "front_2")
+    assert partner_of(rig, "left_2") == "right_2" and partner_of(rig, "left") == "right"
+    assert [rig.sensor(f"{name}_2").pose for name in ("left", "right")] == [
+        rig.sensor(name).pose for name in ("left", "right")
+    ]
+    assert rig.sensor("front_2").position == (1.0, 0.2, 1.4)
+    half, (name,) = duplicated(PAIR, ("right",), 0.2)
+    assert partner_of(half, name) is None
+    assert half.sensor(name).position[1] == pytest.approx(PAIR.sensor("right").position[1] + 0.2)

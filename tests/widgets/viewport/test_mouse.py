@@ -5,11 +5,12 @@ Every statement holds for the window on a display and for the picture drawn with
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt
-from PySide6.QtGui import QDragEnterEvent, QDragMoveEvent, QDropEvent, QWheelEvent
+from PySide6.QtCore import QEvent, QMimeData, QPoint, QPointF, Qt
+from PySide6.QtGui import QDragEnterEvent, QDragMoveEvent, QDropEvent, QHelpEvent, QWheelEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QToolTip
 
+from riglens.core.rig.edits import linked
 from riglens.core.rig.model import Rig
 from riglens.widgets.gizmo.drag import Handle, along_axis_m, gizmo_axes
 from riglens.widgets.viewport.drop_target import MODEL_MIME
@@ -230,6 +231,38 @@ def test_a_right_click_asks_for_the_menu_of_the_sensor_there_or_of_none(view):
     assert [signal[:2] for signal in heard.signals] == [("menu_wanted", "front"), ("menu_wanted", None)]
     place = view._canvas.mapFromGlobal(heard.signals[1][2])
     assert (place.x(), place.y()) == (15, 15)
+
+
+PAIR = linked(Rig(sensors=(LIDAR, CAMERA, CAMERA.replace(name="other"))), "front", "other")
+
+
+def tooltip(view, place) -> str:
+    """What the tooltip says at a place."""
+    point = to_point(view, pixel_at(view, place))
+    QApplication.sendEvent(
+        view._canvas, QHelpEvent(QEvent.Type.ToolTip, point, view._canvas.mapToGlobal(point))
+    )
+    return QToolTip.text()
+
+
+def test_the_tooltip_of_a_sensor_names_it_and_the_other_of_its_pair(view):
+    change(view, rig=PAIR)
+    assert "roof" in tooltip(view, LIDAR.position) and "pair" not in tooltip(view, LIDAR.position)
+    assert "Mirror pair with other" in tooltip(view, CAMERA.position)
+    assert view._controller.words(tuple(pixel_at(view, (0.0, -8.0, 0.0)))) == ""
+    change(view, rig=PAIR.with_sensor("roof", LIDAR.replace(name="<b>x</b>")))
+    assert "&lt;b&gt;" in tooltip(view, LIDAR.position)
+
+
+def test_the_partner_of_what_is_selected_stands_out_and_a_line_leads_to_it(view):
+    change(view, rig=PAIR, selected="roof")
+    before = picture(view)
+    change(view, selected="front", show_gizmo=False)
+    after = picture(view)
+    places = [np.array(PAIR.sensor(name).position) for name in ("front", "other")]
+    for place in (places[1], places[0] + 0.3 * (places[1] - places[0])):
+        x, y = pixel_at(view, place).round().astype(int)
+        assert (after[y - 6 : y + 6, x - 6 : x + 6] != before[y - 6 : y + 6, x - 6 : x + 6]).any()
 
 
 BOTH = {"selected": "roof", "also_selected": frozenset({"front"})}

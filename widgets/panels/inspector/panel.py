@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QComboBox, QLabel, QPushButton, QScrollArea, QStac
 
 from riglens.core.geometry import Pose
 from riglens.core.metric.scores import Scores
+from riglens.core.rig.edits import partner_of
 from riglens.core.rig.model import Lidar, Rig, Vehicle
 from riglens.core.vehicle.profiles import PROFILES, reference_vehicle
 from riglens.widgets.panels.fields.edits import NumberEdit, TextEdit
@@ -83,6 +84,8 @@ class Inspector(QStackedWidget):
     sensors_edited = Signal(object)
     """Sensors as the user wants them, a dict by the names that they had."""
     rig_edited = Signal(object)
+    unlink_wanted = Signal()
+    """The mirror pair of the sensor shown is to be dissolved."""
     mesh_wanted = Signal()
     """The user wants to choose a mesh file for the body."""
     units_changed = Signal(object)
@@ -103,6 +106,7 @@ class Inspector(QStackedWidget):
         self._rig_form.mesh_wanted.connect(self.mesh_wanted)
         for sensor_form in self._sensor_forms:
             sensor_form.edited.connect(self.sensors_edited)
+            sensor_form.unlink_wanted.connect(self.unlink_wanted)
             sensor_form.units_chosen.connect(self._choose_unit)
             sensor_form.show_units(*self._units)
 
@@ -175,6 +179,7 @@ class Inspector(QStackedWidget):
             )
             sensor_form.set_taken_names(frozenset(s.name for s in rig.sensors) - {selection[-1]})
             sensor_form.tools.set_saved(self._saved_poses(selection))
+            sensor_form.set_partner(partner_of(rig, selection[0]) if len(selection) == 1 else None)
             form = sensor_form
         if form is not self.form or selection != self._shown:
             self.form.forget_input()

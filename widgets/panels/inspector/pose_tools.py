@@ -1,4 +1,4 @@
-"""Heading of the pose with what can be done to it: other units, copy, paste, reset."""
+"""Lines of a sensor's form with buttons: the mirror pair, and the pose with other units, copy, paste, reset."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from functools import partial
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QAction, QActionGroup, QGuiApplication
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QMenu, QToolButton, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QMenu, QPushButton, QToolButton, QWidget
 
 from riglens.core.errors import InputError
 from riglens.core.geometry import Pose
@@ -14,6 +14,10 @@ from riglens.core.rig.pose_text import POSE_FORMATS, PoseFormat, parse_pose, pos
 from riglens.widgets.panels.fields.quantity import DEGREES, METRES, MILLIMETRES, RADIANS, Unit
 from riglens.widgets.panels.icons import icon
 from riglens.widgets.panels.menus import add_entry
+from riglens.widgets.panels.scrolled import breakable
+from riglens.widgets.panels.sensors.rows import pair_note
+from riglens.widgets.panels.style import plain_tip
+from riglens.widgets.theme import LINKED_COLOUR
 
 _SHOWN_UNITS = ((METRES, MILLIMETRES), (DEGREES, RADIANS))
 PASTE_TIP = (
@@ -158,3 +162,28 @@ class PoseTools(QWidget):
         self._as_saved: QAction = add_entry(menu, "Pose as last saved", self._put_back)
         self._as_saved.setEnabled(False)
         return menu
+
+
+class PairLine(QWidget):
+    """Which sensor another is linked to, with a link mark and a button that dissolves the pair."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._name = QLabel()
+        self._name.setTextFormat(Qt.TextFormat.PlainText)
+        self._name.setWordWrap(True)
+        mark = QLabel()
+        mark.setPixmap(icon("link", LINKED_COLOUR).pixmap(16, 16))
+        self.unlink = QPushButton("Unlink")
+        self.unlink.setObjectName("unlink_pair")
+        self.unlink.setToolTip("Let the two move alone (Ctrl+Shift+M)")
+        line = QHBoxLayout(self)
+        line.setContentsMargins(0, 0, 0, 0)
+        line.addWidget(mark)
+        line.addWidget(self._name, 1)
+        line.addWidget(self.unlink)
+
+    def show_partner(self, name: str | None) -> None:
+        """Show the name of the other sensor."""
+        self._name.setText(breakable(name or ""))
+        self.setToolTip("" if name is None else plain_tip(pair_note(name)))

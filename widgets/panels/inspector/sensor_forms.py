@@ -18,7 +18,7 @@ from riglens.widgets.panels.fields.edits import IntegerEdit, ListEdit, NumberEdi
 from riglens.widgets.panels.fields.form import ChoiceBox, Form, read_field, read_item, write_field, write_item
 from riglens.widgets.panels.fields.quantity import DEGREES, METRES, PIXELS, Unit
 from riglens.widgets.panels.inspector.marginal_view import MarginalView
-from riglens.widgets.panels.inspector.pose_tools import PoseTools
+from riglens.widgets.panels.inspector.pose_tools import PairLine, PoseTools
 from riglens.widgets.panels.scrolled import breakable
 from riglens.widgets.panels.sensors.rows import derived_rows, model_note, modified_note
 from riglens.widgets.panels.style import numbers_font, plain_tip
@@ -55,6 +55,8 @@ class SensorForm(Form):
 
     edited = Signal(object)
     """Sensors as the user wants them, a dict by the names that they had."""
+    unlink_wanted = Signal()
+    """The mirror pair is to be dissolved."""
     units_chosen = Signal(object)
     """The Unit in which lengths or angles are to be shown."""
     words = _WORDS
@@ -71,6 +73,7 @@ class SensorForm(Form):
         self._state.setTextFormat(Qt.TextFormat.PlainText)
         self.add_wide(self._state)
         self._add_identity()
+        self._add_pair()
         self._add_pose()
 
     def set_taken_names(self, names: frozenset[str]) -> None:
@@ -108,6 +111,18 @@ class SensorForm(Form):
                 self._model.setItemText(marked, self._model.itemText(marked) + MODIFIED)
             self._marked = marked
         self._model.setToolTip(plain_tip(model_note(sensor)))
+
+    def _add_pair(self) -> None:
+        """Add the row that says which sensor this one is linked to."""
+        self._pair = PairLine()
+        self._pair.unlink.clicked.connect(self.unlink_wanted)
+        self._pair_row = self.add_row("Mirror pair", [self._pair])
+        self.set_partner(None)
+
+    def set_partner(self, name: str | None) -> None:
+        """Set the other sensor of the mirror pair, None without one."""
+        self._pair.show_partner(name)
+        self.show_row(self._pair_row, name is not None)
 
     def _write_name(self, sensor: Sensor, name: str) -> Sensor:
         if name in self._taken:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QBrush, QColor
+from PySide6.QtGui import QBrush, QColor, QIcon
 from PySide6.QtWidgets import (
     QHeaderView,
     QTreeWidget,
@@ -21,6 +21,7 @@ from riglens.core.sensing.camera import field_of_view_deg
 from riglens.widgets.panels.icons import icon
 from riglens.widgets.panels.item_views import BAR_COLOUR, BAR_SHARE, BarDelegate
 from riglens.widgets.panels.style import numbers_font, plain_tip, tones
+from riglens.widgets.theme import LINKED_COLOUR
 
 
 def derived_rows(sensor: Sensor) -> list[tuple[str, str]]:
@@ -109,6 +110,8 @@ class RowState:
 
     is_hidden: bool = False
     is_locked: bool = False
+    partner: str | None = None
+    """The other sensor of its mirror pair."""
 
 
 def set_up_columns(tree: QTreeWidget) -> None:
@@ -165,6 +168,11 @@ def modified_note(sensor: Sensor) -> str:
     return f"modified: {', '.join(names)} differ from the library" if names else ""
 
 
+def pair_note(partner: str) -> str:
+    """Return what a link mark means."""
+    return f"Mirror pair with {partner}: what changes in one changes in the other"
+
+
 def show_sensor(row: QTreeWidgetItem, sensor: Sensor, state: RowState) -> None:
     """Make a row show a sensor."""
     row.setFlags(_FIXED_FLAGS if state.is_locked else _EDIT_FLAGS)
@@ -175,8 +183,10 @@ def show_sensor(row: QTreeWidgetItem, sensor: Sensor, state: RowState) -> None:
     row.setFont(TYPE, numbers_font(row.font(TYPE)))
     row.setIcon(LOCK, icon("lock") if state.is_locked else icon("unlock", tones().border))
     row.setIcon(EYE, icon("eye-off", tones().muted) if state.is_hidden else icon("eye"))
+    row.setIcon(NAME, icon("link", LINKED_COLOUR) if state.partner is not None else QIcon())
+    pair = f"\n{pair_note(state.partner)}" if state.partner is not None else ""
     row.setToolTip(
-        NAME, plain_tip(f"{sensor.name}, {short_type(sensor)}\n{model_note(sensor)}\n\n{TIPS[NAME]}")
+        NAME, plain_tip(f"{sensor.name}, {short_type(sensor)}{pair}\n{model_note(sensor)}\n\n{TIPS[NAME]}")
     )
     row.setToolTip(TYPE, plain_tip(model_note(sensor)))
     row.setToolTip(LOCK, "Locked: it cannot be moved, edited or deleted" if state.is_locked else TIPS[LOCK])

@@ -9,6 +9,7 @@ from PySide6.QtGui import QBrush, QColor, QMouseEvent, QPainter, QPaintEvent, QR
 from PySide6.QtWidgets import QAbstractItemView, QMenu, QTreeWidget, QTreeWidgetItem, QWidget
 
 from riglens.core.metric.scores import Scores
+from riglens.core.rig.edits import partner_of
 from riglens.core.rig.model import Rig
 from riglens.widgets.panels.icons import icon
 from riglens.widgets.panels.inspector.marginal_view import loss_tip, lost_share
@@ -33,6 +34,7 @@ from riglens.widgets.theme import KIND_COLOURS
 Names = tuple[str, ...]
 TICK_PX = 20
 _NAME_MARGIN_PX = 8
+LINK_GAP_PX = 4
 NO_SENSORS = "No sensors yet.\nAdd one in the toolbar, or drag a model\nfrom the library onto the car."
 KINDS = (("lidar", "LiDARs"), ("camera", "Cameras"))
 
@@ -44,6 +46,7 @@ class SensorList(QTreeWidget):
         super().__init__(parent)
         self._shown: tuple[object, ...] = ()
         self._kinds: list[str] = []
+        self._has_links = False
         self._rows: list[QTreeWidgetItem] = []
         self._items: dict[str, QTreeWidgetItem] = {}
         self._hidden: frozenset[str] = frozenset()
@@ -126,8 +129,11 @@ class SensorList(QTreeWidget):
             self._rows = self._build_rows(kinds)
         self._items = {sensor.name: row for sensor, row in zip(rig.sensors, self._rows, strict=True)}
         for sensor in rig.sensors:
-            state = RowState(sensor.name in self._hidden, sensor.name in self._locked)
+            state = RowState(
+                sensor.name in self._hidden, sensor.name in self._locked, partner_of(rig, sensor.name)
+            )
             show_sensor(self._items[sensor.name], sensor, state)
+        self._has_links = any(sensor.mirror_of is not None for sensor in rig.sensors)
         self._fit_names()
 
     def _build_rows(self, kinds: list[str]) -> list[QTreeWidgetItem]:
@@ -170,6 +176,8 @@ class SensorList(QTreeWidget):
     def _fit_names(self) -> None:
         """Hide the types where names would be cut off."""
         longest = max((self.fontMetrics().horizontalAdvance(name) for name in self._items), default=0)
+        if self._has_links:
+            longest += self.iconSize().width() + LINK_GAP_PX
         needed = longest + TICK_PX + 2 * self.indentation() + _NAME_MARGIN_PX + sum(WIDTHS_PX.values())
         self.setColumnHidden(TYPE, needed > self.viewport().width())
 
