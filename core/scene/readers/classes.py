@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
 
 from riglens.core.errors import InputError
 from riglens.core.scene.boxes import CLASSES
@@ -19,10 +20,10 @@ UNMAPPED = -1
 """Code of a name that belongs to no class."""
 
 
-def _table(car: str, bicycle: str, pedestrian: str) -> dict[str, str]:
-    """Return the class by lower-case name, from blank-separated names per class."""
+def _table(car: str, bicycle: str, pedestrian: str, between: str | None = None) -> dict[str, str]:
+    """Return the class by lower-case name, from names per class with blanks, or what is given, between them."""
     groups = zip(CLASSES, (car, bicycle, pedestrian), strict=True)
-    return {name: cls for cls, names in groups for name in names.split()}
+    return {name.strip(): cls for cls, names in groups for name in names.split(between)}
 
 
 # A tram runs on rails, so it is not a car; Misc and DontCare do not say what the object is.
@@ -57,7 +58,37 @@ SUMO = _table(
 # The three folders of the published code.
 CARLA = _table("vehicle", "cyclist", "pedestrian")
 
-ANY_TABLE = {**KITTI, **NUSCENES, **ARGOVERSE, **SUMO}
+# Waymo Open Dataset: label.proto and segmentation.proto. Signs are not mapped.
+WAYMO = _table(
+    "type_vehicle type_car type_truck type_bus type_other_vehicle",
+    "type_cyclist type_bicyclist type_motorcyclist type_bicycle type_motorcycle",
+    "type_pedestrian",
+)
+
+# nuPlan: tracked object types. Cones, barriers, signs and generic objects are not mapped.
+NUPLAN = _table("vehicle", "bicycle", "pedestrian")
+
+# PandaSet's cuboids. Trains, trams and trolleys run on rails; animals, cones, signs and the like are not mapped.
+PANDASET = _table(
+    "car, pickup truck, medium-sized truck, semi-truck, towed object, bus, emergency vehicle,"
+    " other vehicle - construction vehicle, other vehicle - uncommon",
+    "bicycle, motorcycle, motorized scooter, other vehicle - pedicab",
+    "pedestrian, pedestrian with object, personal mobility device",
+    between=",",
+)
+
+# Blueprints of CARLA 0.9: "vehicle.", maker, model; the makers of two-wheelers make nothing else there.
+CARLA_BLUEPRINTS = _table(
+    "vehicle.audi.* vehicle.bmw.* vehicle.carlamotors.* vehicle.chevrolet.* vehicle.citroen.* vehicle.dodge.*"
+    " vehicle.ford.* vehicle.jeep.* vehicle.lincoln.* vehicle.mercedes.* vehicle.mercedes-benz.* vehicle.micro.*"
+    " vehicle.mini.* vehicle.mitsubishi.* vehicle.nissan.* vehicle.seat.* vehicle.tesla.* vehicle.toyota.*"
+    " vehicle.volkswagen.*",
+    "vehicle.bh.crossbike vehicle.diamondback.century vehicle.gazelle.omafiets vehicle.harley-davidson.*"
+    " vehicle.kawasaki.* vehicle.vespa.* vehicle.yamaha.*",
+    "walker.pedestrian.*",
+)
+
+ANY_TABLE = {**KITTI, **NUSCENES, **ARGOVERSE, **SUMO, **WAYMO, **NUPLAN, **PANDASET, **CARLA_BLUEPRINTS}
 """The names that a plain table may use: all those above, which never contradict each other."""
 
 
@@ -65,8 +96,9 @@ ANY_TABLE = {**KITTI, **NUSCENES, **ARGOVERSE, **SUMO}
 class ClassTable:
     """Maps object names to indices into CLASSES; case does not matter, the user's `overrides` take precedence.
 
-    `names` and `overrides` are {source name: class name}; an override may also be "ignore".
-    Raise InputError for any other override.
+    `names` and `overrides` are {source name: class name}; an override may also be "ignore". In both, * stands for
+    any letters and ? for one; a name without them goes before one with, and of several such overrides the last one
+    that fits counts. Raise InputError for any other override.
     """
 
     names: Mapping[str, str]
@@ -80,16 +112,28 @@ class ClassTable:
                 raise InputError(f"class of {name!r}: found {cls!r}, accepted is one of {_accepted()}")
 
     def effective(self) -> dict[str, str]:
-        """Return the table after the overrides: {lower-case name: class name}, without ignored names."""
-        chosen = {**self.names, **self._overridden()}
-        return {name: cls for name, cls in sorted(chosen.items()) if cls != IGNORE}
+        """Return the table after the overrides, {lower-case name: class name}: all that decides a box's class.
+
+        Ignored names are left out; overrides with * or ? come last, in their order, those that ignore included.
+        """
+        said = self._overridden()
+        names = sorted(name for name in {*self.names, *said} if name in self.names or not _is_pattern(name))
+        plain = {name: cls for name in names if (cls := self._class_of(name, said)) != IGNORE}
+        patterns = {name: cls for name, cls in said.items() if _is_pattern(name)}
+        return {name: cls for name, cls in plain.items() if name not in patterns} | patterns
 
     def codes(self, names: Iterable[str]) -> list[int]:
         """Return the index into CLASSES for each name, or UNMAPPED."""
-        codes = {name: CLASSES.index(cls) for name, cls in self.effective().items()}
-        asked = [name.strip().lower() for name in names]
-        self.met.update(self._overridden().keys() & set(asked))
-        return [codes.get(name, UNMAPPED) for name in asked]
+        said = self._overridden()
+        codes: dict[str, int] = {}
+        found = []
+        for name in (asked.strip().lower() for asked in names):
+            if name not in codes:
+                cls = self._class_of(name, said)
+                codes[name] = UNMAPPED if cls == IGNORE else CLASSES.index(cls)
+            found.append(codes[name])
+        self.met.update(name for name in said if name in codes or any(fits(each, name) for each in codes))
+        return found
 
     def never_met(self) -> list[str]:
         """Return a sentence for each override whose name was in none of the data so far."""
@@ -98,10 +142,29 @@ class ClassTable:
     def idle(self) -> list[tuple[str, str]]:
         """Return the overrides that leave the table as it is, sorted."""
         said = self._overridden().items()
-        return sorted((name, cls) for name, cls in said if self.names.get(name, IGNORE) == cls)
+        return sorted((name, cls) for name, cls in said if self._class_of(name, {}) == cls)
+
+    def _class_of(self, name: str, overrides: Mapping[str, str]) -> str:
+        """Return the class of a lower-case name, IGNORE when nothing names it."""
+        for table in (overrides, self.names):
+            if name in table:
+                return table[name]
+            patterns = [cls for pattern, cls in table.items() if fits(name, pattern)]
+            if patterns:
+                return patterns[-1]
+        return IGNORE
 
     def _overridden(self) -> dict[str, str]:
         return {name.strip().lower(): cls for name, cls in self.overrides.items()}
+
+
+def fits(name: str, pattern: str) -> bool:
+    """Return whether a name fits one with * for any letters and ? for one; without them only itself fits."""
+    return name == pattern or (_is_pattern(pattern) and fnmatchcase(name, pattern.replace("[", "[[]")))
+
+
+def _is_pattern(name: str) -> bool:
+    return "*" in name or "?" in name
 
 
 def parse_class_map(pairs: Iterable[str]) -> dict[str, str]:

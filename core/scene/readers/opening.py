@@ -23,6 +23,7 @@ ACCEPTED = (
     "a CSV, CSV.gz or Parquet table or a folder of them, a nuScenes folder, annotations.feather or log folders of "
     "Argoverse 2, a KITTI tracking or object folder, or a CARLA folder"
 )
+PICKLE_ENDINGS = (".pkl", ".pkl.gz", ".pickle")
 TABLE_ENDINGS = (".csv", ".csv.gz", ".parquet", ".pq")
 Source = FileBoxSource | BoxCollection
 _NO_SHIFT: Vec3 = (0.0, 0.0, 0.0)
@@ -109,6 +110,7 @@ def _open(place: Path, how: HowToRead, is_part: bool) -> Source:
 
 def _layout(place: Path) -> str:
     """Return what a path holds, by layout (folder) or content (file); raise InputError when it is none of these."""
+    _refuse_pickles(place)
     if place.is_file():
         return "argoverse" if is_feather(place) else "table"
     if not place.is_dir():
@@ -125,6 +127,17 @@ def _layout(place: Path) -> str:
     if _box_tables(place):
         return "table"
     raise InputError(f"{place}: found no box data in this folder, accepted is {ACCEPTED}")
+
+
+def _refuse_pickles(place: Path) -> None:
+    """Raise InputError for cuboids of PandaSet: a pickle can run any program when it is read."""
+    is_pickle = place.is_file() and place.name.lower().endswith(PICKLE_ENDINGS)
+    folders = [place, place / "cuboids", place / "annotations" / "cuboids"] if place.is_dir() else []
+    if is_pickle or any(any(folder.glob(f"*{ending}")) for folder in folders for ending in PICKLE_ENDINGS):
+        raise InputError(
+            f"{place}: pickle files, as PandaSet's cuboids are; reading one can run any program, so they are never "
+            "read here: the page on box data (formats-boxes.md, PandaSet) has the lines that make a table of them"
+        )
 
 
 def _open_file(place: Path, layout: str, how: HowToRead, is_part: bool) -> FileBoxSource:
