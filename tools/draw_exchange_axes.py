@@ -88,6 +88,24 @@ PANELS = (
         ISO,
         ("Velodyne on the roof · m", "3 × 4 and 3 × 3 matrices · optical"),
     ),
+    Panel(
+        "Argoverse 2",
+        (REAR, AXLE),
+        ISO,
+        ("middle of the rear axle itself · m", "quaternion w x y z · cameras optical"),
+    ),
+    Panel(
+        "OpenCV, ROS, VINS",
+        (CENTRE + 24, ROOF - 4),
+        ISO,
+        ("IMU (or the camera), anywhere · m", "4 × 4 matrices from the camera · optical"),
+    ),
+    Panel(
+        "CARLA leaderboard agent",
+        (CENTRE, GROUND),
+        {"x": "forward", "y": "near", "z": "up"},
+        ("left-handed: y right, pitch up, yaw right", "° · m · body"),
+    ),
     Panel("ASAM OSI", (REAR, AXLE), ISO, ("middle of the rear axle itself · m", "roll pitch yaw rad · body")),
 )
 

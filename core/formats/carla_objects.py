@@ -85,7 +85,7 @@ def _add(sensor: Value, mounting: Mounting) -> None:
         return
     pose = _pose(sensor.get("spawn_point"))
     if family == "lidar":
-        mounting.add_lidar(name, pose, **_lidar_fields(sensor))
+        mounting.add_lidar(name, pose, **lidar_fields(sensor))
         return
     if model != "rgb":
         mounting.notes.read("camera of another kind, imported for its view", name)
@@ -103,7 +103,7 @@ def _pose(spawn: Value | None) -> Any:
     return se3_from_rpy_deg((x, y, z), (roll, pitch, yaw))
 
 
-def _lidar_fields(sensor: Value) -> dict[str, Any]:
+def lidar_fields(sensor: Value) -> dict[str, Any]:
     """Return the rays that CARLA casts: `channels` beams with both ends, points spread over the turns of a second."""
     channels = int(_number(sensor, "channels", 32, low=1, high=1000))
     lower, upper = _number(sensor, "lower_fov", -30.0), _number(sensor, "upper_fov", 10.0)

@@ -139,7 +139,7 @@ def _add_lidar(name: str, fields: dict[str, Value], mounting: Mounting) -> None:
         )
     mounting.add_lidar(
         name,
-        _right_handed((x, y, z), (roll, pitch, 0.0)),
+        right_handed((x, y, z), (roll, pitch, 0.0)),
         elevations_deg=EvenAngles(from_=lower, to=upper, count=channels),
         azimuths_deg=EvenAngles(from_=-180.0, to=180.0, count=azimuth_count(points, turns, 1)),
         range_m=(0.0, _number(fields, "lidar_range_in_meters", RANGE_M)),
@@ -150,7 +150,7 @@ def _number(fields: dict[str, Value], key: str, default: float) -> float:
     return fields[key].number(1e-3, 1e6) if key in fields else default
 
 
-def _right_handed(position: Vec3, rpy_deg: Vec3) -> Matrix:
+def right_handed(position: Vec3, rpy_deg: Vec3) -> Matrix:
     """Return a pose of CARLA in right-handed axes: mirrored in the plane of x and z."""
     (x, y, z), (roll, pitch, yaw) = position, rpy_deg
     return se3_from_rpy_deg((x, -y, z), (roll, -pitch, -yaw))
@@ -162,7 +162,7 @@ def _add_cameras(table: Value, mounting: Mounting) -> None:
             continue
         name = key.removeprefix("T_")
         roll, pitch, yaw = table.item(f"R_{name}").vector(limit=1e6)
-        pose = _right_handed(value.vector(), (roll, pitch, yaw))
+        pose = right_handed(value.vector(), (roll, pitch, yaw))
         fov = table.item(f"FOV_{name}").number(1e-3, 179.9)
         mounting.notes.approximated("image size not in the file: 1600 x 900 pixels", name)
         mounting.add_camera(name, pose, image=IMAGE, hfov_deg=fov)

@@ -8,8 +8,10 @@ from pathlib import Path
 
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_folder, atomic_write
+from riglens.core.formats.argoverse import ARGOVERSE
 from riglens.core.formats.autoware import AUTOWARE
 from riglens.core.formats.base import Exported, Format, Imported
+from riglens.core.formats.carla_agent import CARLA_AGENT
 from riglens.core.formats.carla_objects import CARLA
 from riglens.core.formats.carla_toml import CARLA_TOML
 from riglens.core.formats.driveworks import DRIVEWORKS
@@ -17,6 +19,7 @@ from riglens.core.formats.kalibr import KALIBR
 from riglens.core.formats.kitti import KITTI
 from riglens.core.formats.mounts import ReadOptions
 from riglens.core.formats.nuscenes import NUSCENES
+from riglens.core.formats.opencv_yaml import OPENCV
 from riglens.core.formats.osi import OSI
 from riglens.core.formats.pandaset import PANDASET
 from riglens.core.formats.riglens import RIGLENS
@@ -29,14 +32,14 @@ FORMATS = {
     format_.name: format_
     for format_ in (
         *(RIGLENS, NUSCENES, AUTOWARE, URDF, CARLA, CARLA_TOML, DRIVEWORKS),
-        *(PANDASET, KALIBR, KITTI, OSI),
+        *(PANDASET, ARGOVERSE, KALIBR, OPENCV, KITTI, CARLA_AGENT, OSI),
     )
 }
 """Every format by its name on the command line; RigLens' own comes first."""
 
 READABLE = tuple(name for name, format_ in FORMATS.items() if format_.read)
 WRITABLE = tuple(name for name, format_ in FORMATS.items() if format_.write)
-_FOREIGN_ENDINGS = (".json", ".toml", ".urdf", ".xacro", ".xml", ".txt")
+_FOREIGN_ENDINGS = (".json", ".toml", ".urdf", ".xacro", ".xml", ".txt", ".py", ".feather")
 _DATA_ENDINGS = (".yaml", ".yml", *_FOREIGN_ENDINGS)
 
 

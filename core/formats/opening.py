@@ -16,7 +16,7 @@ from riglens.core.rig.yaml.nodes import shortened
 if TYPE_CHECKING:
     from riglens.core.formats.report import Report
 
-_ENDINGS = (".yaml", ".yml", ".json", ".urdf", ".xacro", ".toml")
+_ENDINGS = (".yaml", ".yml", ".json", ".urdf", ".xacro", ".toml", ".py", ".feather")
 
 
 @dataclass(frozen=True)

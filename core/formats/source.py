@@ -253,6 +253,7 @@ def parse_xml(text: str, where: str) -> Element:
 MAX_JSON_BYTES = 16_000_000
 MAX_TEXT_BYTES = 1_000_000
 MAX_YAML_BYTES = 200_000
+MAX_CODE_BYTES = 300_000
 MAX_TOML_BYTES = 200_000
 MAX_JSON_VALUES = 2_000_000
 """Commas and brackets, which come before each value; an empty list of two characters takes 64 bytes of memory."""
@@ -262,6 +263,7 @@ MAX_BYTES = {
     ".json": MAX_JSON_BYTES,
     ".yaml": MAX_YAML_BYTES,
     ".yml": MAX_YAML_BYTES,
+    ".py": MAX_CODE_BYTES,
     ".toml": MAX_TOML_BYTES,
 }
 _BOM = "\ufeff"

@@ -326,6 +326,37 @@ T: -0.004 -0.076 -0.27
 delta_f: 0 0
 """,
 }
+OPENCV: Files = {
+    "front.yaml": """\
+image_width: 1280
+image_height: 720
+camera_name: front_camera
+camera_matrix:
+  rows: 3
+  cols: 3
+  data: [1000.5, 0, 640.25, 0, 1001.5, 360.75, 0, 0, 1]
+distortion_model: plumb_bob
+distortion_coefficients:
+  rows: 1
+  cols: 5
+  data: [-0.3, 0.1, 0.001, -0.002, 0.01]
+"""
+}
+CARLA_AGENT: Files = {
+    "agent.py": """\
+class FirstAgent(AutonomousAgent):
+    def sensors(self):
+        sensors = [
+            {'type': 'sensor.camera.rgb', 'x': 1.3, 'y': -0.5, 'z': 2.3, 'roll': 0.0, 'pitch': 5.0, 'yaw': -60.0,
+             'width': 960, 'height': 480, 'fov': 120, 'id': 'rgb_left'},
+            {'type': 'sensor.lidar.ray_cast', 'x': 0.0, 'y': 0.0, 'z': 2.5, 'roll': 0.0, 'pitch': 0.0,
+             'yaw': -90.0, 'id': 'lidar'},
+            {'type': 'sensor.other.imu', 'x': 0.0, 'y': 0.0, 'z': 0.0, 'roll': 0.0, 'pitch': 0.0, 'yaw': 0.0,
+             'id': 'imu'},
+        ]
+        return sensors
+"""
+}
 SMALL: dict[str, Files] = {
     "nuscenes": NUSCENES,
     "autoware": AUTOWARE_KIT,
@@ -335,6 +366,8 @@ SMALL: dict[str, Files] = {
     "driveworks": DRIVEWORKS,
     "pandaset": PANDASET,
     "kalibr": KALIBR,
+    "opencv": OPENCV,
+    "carla-agent": CARLA_AGENT,
     "kitti": KITTI,
     "kitti-raw": KITTI_RAW,
 }

@@ -1,0 +1,164 @@
+"""Argoverse 2: calibration/egovehicle_SE3_sensor.feather with intrinsics.feather (import).
+
+Poses of the sensors in the frame of the car: x forward, y left, z up, origin at the middle of the rear axle, which is
+0.33 m above the ground; quaternions w, x, y, z; metres; cameras in optical axes. LiDARs are those without intrinsics.
+Source: av2-api (SensorDataloader, PinholeCamera); published images are without distortion (av2-api, issues 219 and
+226); two VLP-32C on the roof: Wilson et al., Argoverse 2 (NeurIPS 2021).
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from riglens.core.errors import InputError
+from riglens.core.files import open_regular
+from riglens.core.formats.base import Format, Imported
+from riglens.core.formats.frames import from_optical, kind_of, rotation_from_wxyz, se3
+from riglens.core.formats.mounts import MAX_PIXELS, Mounting, ReadOptions
+from riglens.core.formats.report import Notes
+from riglens.core.formats.source import Source, Value
+from riglens.core.rig.model import Vehicle
+from riglens.core.rig.yaml.nodes import shortened
+from riglens.core.scene.readers.argoverse_files import REAR_AXLE_M
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+TITLE = "Argoverse 2 calibration"
+FUSION = Vehicle(body="sedan", length=4.87, width=1.85, height=1.48, rear_axle_x=REAR_AXLE_M[0])
+POSES, LENSES = "egovehicle_SE3_sensor.feather", "intrinsics.feather"
+MAX_BYTES, MAX_FULL_BYTES, MAX_ROWS = 1_000_000, 16_000_000, 1_000
+_QUATERNION = ("qw", "qx", "qy", "qz")
+_POSITION = ("tx_m", "ty_m", "tz_m")
+_PIXELS = ("fx_px", "fy_px", "cx_px", "cy_px")
+_RADIAL = ("k1", "k2", "k3")
+_Rows = dict[str, Value]
+
+
+def recognises(source: Source) -> bool:
+    """Return whether this is one of both files, the folder of them, or a log with that folder in it."""
+    if source.is_folder:
+        return _folder(source) is not None
+    return source.path.name in (POSES, LENSES)
+
+
+def _folder(source: Source) -> Path | None:
+    places = (source.folder, source.folder / "calibration")
+    return next((place for place in places if (place / POSES).is_file()), None)
+
+
+def read(source: Source, options: ReadOptions) -> Imported:
+    """Return cameras and LiDARs."""
+    folder = _folder(source)
+    if folder is None:
+        raise InputError(
+            f"{source.where}: {POSES} is missing beside it; accepted are both files of a calibration"
+        )
+    notes = Notes()
+    vehicle = options.vehicle_or(FUSION)
+    origin_m = options.origin_m or (vehicle.rear_axle_x, 0.0, REAR_AXLE_M[2])
+    mounting = Mounting(source.where, notes, vehicle, origin_m)
+    has_lenses = (folder / LENSES).is_file()
+    lenses = _rows(folder / LENSES, (*_PIXELS, *_RADIAL, "width_px", "height_px")) if has_lenses else {}
+    poses = _rows(folder / POSES, (*_QUATERNION, *_POSITION))
+    for name, row in poses.items():
+        _add(name, row, lenses.get(name), mounting)
+    for name in lenses.keys() - poses.keys():
+        notes.ignored(f"not in {POSES}: it is not known where it stands", name)
+    _remark_on_frames(notes, origin_m, options)
+    return Imported(mounting.rig(f"Argoverse 2 {_log(folder)}"), notes.report(TITLE))
+
+
+def _log(folder: Path) -> str:
+    """Return the first characters of the log's name, which is the folder's or the one above."""
+    resolved = folder.resolve()
+    return shortened(resolved.parent.name if resolved.name == "calibration" else resolved.name, 40)
+
+
+def _add(name: str, row: Value, lens: Value | None, mounting: Mounting) -> None:
+    wxyz = row.field_numbers(*_QUATERNION)
+    pose = se3(rotation_from_wxyz(row, wxyz), np.array(row.field_numbers(*_POSITION)))
+    if lens is not None:
+        mounting.add_camera(name, from_optical(pose), **_lens(lens, name, mounting.notes))
+    elif kind_of(name) == "lidar":
+        mounting.add_lidar(name, pose, said="Velodyne VLP-32C")
+        mounting.notes.approximated(
+            "LiDAR model not in the file: a Velodyne VLP-32C, as on the cars of Argoverse", name
+        )
+    else:
+        mounting.notes.ignored(f"no LiDAR by its name and no camera in {LENSES}", name)
+
+
+def _lens(row: Value, name: str, notes: Notes) -> dict[str, Any]:
+    """Return image and pinhole; the radial distortion is that of images which were not published."""
+    fx, fy, cx, cy = row.field_numbers(*_PIXELS)
+    if any(row.field_numbers(*_RADIAL)):
+        notes.ignored("k1 k2 k3: published images are without distortion", name)
+    image = (row.item("width_px").whole(1, MAX_PIXELS), row.item("height_px").whole(1, MAX_PIXELS))
+    return {"image": image, "fx": fx, "fy": fy, "cx": cx, "cy": cy}
+
+
+def _remark_on_frames(notes: Notes, origin_m: tuple[float, float, float], options: ReadOptions) -> None:
+    x, y, z = origin_m
+    notes.converted("cameras from optical axes and quaternions w x y z to roll, pitch, yaw of the body")
+    notes.converted(
+        f"origin from the middle of the rear axle to the ground under the body: added {x:g} {y:g} {z:g} m"
+    )
+    if options.vehicle is None:
+        notes.approximated("vehicle not in the file: a Ford Fusion, the car of Argoverse", option="--vehicle")
+
+
+def _rows(path: Path, numbers: tuple[str, ...]) -> _Rows:
+    """Return the rows of a Feather file by their `sensor_name`, each with these numbers; raise InputError."""
+    where = str(path)
+    table = _table(path, where, ("sensor_name", *numbers))
+    rows: _Rows = {}
+    for index, row in enumerate(table.to_pylist(), 1):
+        name = Value(row["sensor_name"], where, f"row {index}.sensor_name").text()
+        if name in rows:
+            raise InputError(f"{where}: row {index}: sensor '{shortened(name)}' is given twice")
+        rows[name] = Value(row, where, f"row {index}")
+    return rows
+
+
+def _table(path: Path, where: str, columns: tuple[str, ...]) -> pa.Table:
+    """Return these columns of a Feather file that is no larger than a calibration; raise InputError otherwise."""
+    # imported late: loading pyarrow takes longer than reading any other format
+    import pyarrow as pa
+
+    from riglens.core.scene.limits import one_line
+    from riglens.core.scene.readers.feather_sizes import MAGIC_BYTES, feather_sizes
+
+    accepted = "a calibration of Argoverse 2"
+    try:
+        with open_regular(path, accepted) as file:
+            data = file.read(MAX_BYTES + 1)
+        if len(data) > MAX_BYTES:
+            raise InputError(f"{where}: larger than {MAX_BYTES / 1e6:g} MB; accepted is {accepted}")
+        content = pa.py_buffer(data)
+        pa.ipc.open_file(content)  # complete up to its end
+        stream = content.slice(MAGIC_BYTES)
+        sizes = feather_sizes(stream)
+        if sizes.rows > MAX_ROWS or sizes.batches > MAX_ROWS or sizes.full_bytes > MAX_FULL_BYTES:
+            raise InputError(f"{where}: expands to more than {accepted} holds ({MAX_ROWS} rows)")
+        table = pa.ipc.open_stream(stream).read_all()
+        table.validate(full=True)
+    except (pa.ArrowException, MemoryError, KeyError, IndexError, ValueError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"{where}: damaged Feather file ({one_line(str(error), 120)})") from error
+    except OSError as error:
+        said = error.strerror or one_line(str(error), 120)
+        raise InputError(f"{where}: cannot be read: {said}") from error
+    for name in columns:
+        if table.schema.names.count(name) != 1:
+            raise InputError(
+                f"{where}: column '{name}': missing, or there more than once; accepted is {accepted}"
+            )
+    return table.select(list(columns))
+
+
+ARGOVERSE = Format("argoverse", TITLE, recognises, read)

@@ -1,0 +1,172 @@
+"""CARLA leaderboard: the list that an agent's sensors() returns, in a Python file (import).
+
+The file is parsed, never executed: what is written out as numbers and texts is read, what the code would compute is
+told. Poses relative to the vehicle's actor, on the ground under its bounding box, in CARLA's left-handed axes: x
+forward, y to the RIGHT, z up; positive pitch looks UP, positive yaw turns RIGHT; metres, degrees.
+Source: CARLA leaderboard, autoagents/autonomous_agent.py and agent_wrapper.py (which fixes the LiDAR's rays).
+"""
+
+from __future__ import annotations
+
+import ast
+import operator
+from typing import Any
+
+from riglens.core.errors import InputError
+from riglens.core.formats.base import Format, Imported
+from riglens.core.formats.carla_objects import lidar_fields
+from riglens.core.formats.carla_toml import right_handed
+from riglens.core.formats.mounts import MAX_PIXELS, Mounting, ReadOptions
+from riglens.core.formats.report import Notes
+from riglens.core.formats.source import Source, Value
+from riglens.core.rig.model import Vehicle
+from riglens.core.rig.yaml.nodes import shortened
+
+TITLE = "CARLA leaderboard agent"
+LIDAR_RAYS = {
+    "range": 85.0,
+    "rotation_frequency": 10.0,
+    "channels": 64,
+    "upper_fov": 10.0,
+    "lower_fov": -30.0,
+    "points_per_second": 600_000,
+}
+"""Attributes that the leaderboard gives to every LiDAR."""
+_POSITION, _ANGLES = ("x", "y", "z"), ("roll", "pitch", "yaw")
+_SUMS = {ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv}
+_COMPUTED = object()
+
+
+def recognises(source: Source) -> bool:
+    """Return whether this is a Python file that speaks of CARLA's sensors."""
+    return not source.is_folder and source.suffix == ".py" and "sensor." in source.text
+
+
+def read(source: Source, options: ReadOptions) -> Imported:
+    """Return the sensors of one agent: that of the class `options.token`, or the first that has some."""
+    notes = Notes()
+    mounting = Mounting(
+        source.where, notes, options.vehicle_or(Vehicle()), options.origin_m or (0.0, 0.0, 0.0)
+    )
+    entries, agent = _entries(source, options.token, notes)
+    notes.read(f"sensors of {agent}", option="--token")
+    for entry in entries:
+        _add(entry, source, mounting)
+    notes.converted("left-handed axes to right-handed: y, pitch and yaw change sign")
+    if options.vehicle is None:
+        notes.approximated("vehicle not in the file: a sedan", option="--vehicle")
+    return Imported(mounting.rig(source.name), notes.report(TITLE))
+
+
+def _entries(source: Source, token: str | None, notes: Notes) -> tuple[list[ast.Dict], str]:
+    """Return the sensors in one function `sensors`, or without any in the whole file, and words that say where."""
+    try:
+        tree = ast.parse(source.text)
+    except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
+        line = getattr(error, "lineno", None) or 1
+        raise InputError(f"{source.where}:{line}: not Python: {shortened(str(error), 80)}") from error
+    found: dict[str, list[ast.Dict]] = {}
+    for owner in (node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)):
+        for function in owner.body:
+            if isinstance(function, ast.FunctionDef) and function.name == "sensors":
+                found[owner.name] = _sensors_in(function)
+    if not found:
+        found = {"the file": _sensors_in(tree)}
+    if token is not None and token not in found:
+        raise InputError(
+            f"{source.where}: token: found '{shortened(token)}'; accepted is a class with sensors()"
+        )
+    agent = token or next((name for name, sensors in found.items() if sensors), next(iter(found)))
+    for name in found.keys() - {agent}:
+        notes.ignored("another agent", shortened(name, 40))
+    return found[agent], shortened(agent, 40)
+
+
+def _sensors_in(tree: ast.AST) -> list[ast.Dict]:
+    """Return the dictionaries whose type is a sensor's, in the order of the file."""
+    written = [node for node in ast.walk(tree) if isinstance(node, ast.Dict) and _type_of(node)]
+    return sorted(written, key=lambda node: (node.lineno, node.col_offset))
+
+
+def _type_of(node: ast.Dict) -> str:
+    kind = _fields(node).get("type")
+    return kind if isinstance(kind, str) and kind.startswith("sensor.") else ""
+
+
+def _fields(node: ast.Dict) -> dict[str, Any]:
+    """Return what a dictionary has written out under text keys; _COMPUTED where the code would have to run."""
+    pairs = zip(node.keys, node.values, strict=True)
+    return {
+        key.value: _literal(value)
+        for key, value in pairs
+        if isinstance(key, ast.Constant) and isinstance(key.value, str)
+    }
+
+
+def _literal(node: ast.expr, depth: int = 0) -> Any:
+    """Return a text or number, or sums and products of numbers; _COMPUTED for anything else."""
+    if isinstance(node, ast.Constant):
+        return node.value
+    if depth > 20:
+        return _COMPUTED
+    if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub | ast.UAdd):
+        value = _literal(node.operand, depth + 1)
+        return _COMPUTED if not _is_number(value) else -value if isinstance(node.op, ast.USub) else value
+    if isinstance(node, ast.BinOp) and type(node.op) in _SUMS:
+        parts = _literal(node.left, depth + 1), _literal(node.right, depth + 1)
+        if all(_is_number(part) and abs(part) < 1e12 for part in parts) and (
+            parts[1] or not isinstance(node.op, ast.Div)
+        ):
+            return _SUMS[type(node.op)](*parts)
+    return _COMPUTED
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _add(node: ast.Dict, source: Source, mounting: Mounting) -> None:
+    fields, notes = _fields(node), mounting.notes
+    kind = _type_of(node)
+    named = fields.get("id")
+    name = named if isinstance(named, str) else f"line {node.lineno}"
+    family = kind.removeprefix("sensor.").partition(".")[0]
+    if family not in ("camera", "lidar"):
+        notes.ignored("neither camera nor LiDAR", name)
+        return
+    computed = [key for key, value in fields.items() if value is _COMPUTED]
+    placed = [key for key in computed if key in (*_POSITION, *_ANGLES, "width", "height", "fov")]
+    if placed or any(key is None for key in node.keys):
+        what = ", ".join(placed) or "**"
+        notes.ignored(f"left out: {what} would have to be computed by running the code", name)
+        return
+    value = Value(
+        {key: part for key, part in fields.items() if part is not _COMPUTED},
+        source.where,
+        f"line {node.lineno}",
+    )
+    for key in computed:
+        notes.ignored(f"'{shortened(key, 30)}' would have to be computed by running the code", name)
+    place = [value.item(key).number() if key in value else 0.0 for key in (*_POSITION, *_ANGLES)]
+    pose = right_handed((place[0], place[1], place[2]), (place[3], place[4], place[5]))
+    if family == "lidar":
+        _add_lidar(name, pose, value, mounting)
+        return
+    if kind != "sensor.camera.rgb":
+        notes.read("camera of another kind, imported for its view", name)
+    image = (value.item("width").whole(1, MAX_PIXELS), value.item("height").whole(1, MAX_PIXELS))
+    mounting.add_camera(name, pose, image=image, hfov_deg=value.item("fov").number())
+
+
+def _add_lidar(name: str, pose: Any, value: Value, mounting: Mounting) -> None:
+    """Add a LiDAR with the rays of the leaderboard, or of the list where it has its own."""
+    left = [key for key in LIDAR_RAYS if key not in value]
+    if left:
+        mounting.notes.approximated(
+            "rays not in the list: as the leaderboard fixes them (64 beams, -30 to 10 degrees)", name
+        )
+    told = Value(LIDAR_RAYS | value.raw, *value.place)
+    mounting.add_lidar(name, pose, **lidar_fields(told))
+
+
+CARLA_AGENT = Format("carla-agent", TITLE, recognises, read)

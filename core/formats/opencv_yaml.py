@@ -1,0 +1,197 @@
+"""Cameras as OpenCV, ROS and VINS write them in YAML (import).
+
+One camera: camera_matrix, distortion_coefficients and image size (OpenCV's calibration, ROS camera_info files), the
+fields of a CameraInfo message (K, D, height, width), or VINS' projection_parameters. Several: the configuration of
+VINS, whose body_T_cam0 takes points of camera 0 to the IMU, with a file for each camera beside it. Metres; cameras
+in optical axes. A file of one camera does not say where it stands: straight ahead from the origin, on the roof.
+Source: ROS camera_calibration_parsers, sensor_msgs/CameraInfo; VINS-Fusion, config and camera_models.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import numpy as np
+
+from riglens.core.errors import InputError
+from riglens.core.formats.base import Format, Imported
+from riglens.core.formats.frames import (
+    ROUNDED_OFF_RAD,
+    Matrix,
+    from_optical,
+    nearest_rotation,
+    se3,
+)
+from riglens.core.formats.lenses import brown_conrady, kannala_brandt
+from riglens.core.formats.mounts import MAX_PIXELS, Mounting, ReadOptions
+from riglens.core.formats.report import Notes
+from riglens.core.formats.source import Source, Value
+from riglens.core.rig.model import Vehicle
+from riglens.core.rig.yaml.nodes import shortened
+
+TITLE = "OpenCV, ROS or VINS camera"
+_MATRIX, _PROJECTION = "camera_matrix", "projection_parameters"
+_EXTRINSIC = re.compile(r"body_T_cam([0-9]{1,2})")
+_FISHEYES = ("equidistant", "fisheye", "kannala_brandt")
+_BROWN = ("plumb_bob", "rational_polynomial", "radtan", "pinhole")
+_SIZES = (("image_width", "image_height"), ("width", "height"))
+_FISHEYE_FIELDS = ("k2", "k3", "k4", "k5")
+
+
+def recognises(source: Source) -> bool:
+    """Return whether this is a YAML mapping with the intrinsics of a camera, or with extrinsics as VINS names them."""
+    if source.is_folder or source.suffix not in (".yaml", ".yml") or not source.yaml.is_mapping:
+        return False
+    root = source.yaml
+    return _is_camera(root) or any(_EXTRINSIC.fullmatch(name) for name, _ in root.items())
+
+
+def _is_camera(root: Value) -> bool:
+    is_message = {"width", "height"} <= root.raw.keys() and any(
+        isinstance(root.raw.get(key), list | tuple) for key in "Kk"
+    )
+    return _MATRIX in root or _PROJECTION in root or is_message
+
+
+def read(source: Source, options: ReadOptions) -> Imported:
+    """Return the one camera, or those of a configuration."""
+    notes = Notes()
+    vehicle = options.vehicle_or(Vehicle())
+    mounting = Mounting(source.where, notes, vehicle, options.origin_m or (0.0, 0.0, vehicle.height))
+    root = source.yaml
+    if _is_camera(root):
+        _add_one(root, source, mounting)
+    else:
+        _add_chain(source, mounting)
+    notes.converted("cameras from optical axes")
+    x, y, z = mounting.origin_m
+    if options.origin_m is None:
+        notes.approximated(
+            f"where the origin is on the vehicle is not in the file: {x:g} {y:g} {z:g} m", option="--origin"
+        )
+    if options.vehicle is None:
+        notes.approximated("vehicle not in the file: a sedan", option="--vehicle")
+    return Imported(mounting.rig(source.name), notes.report(TITLE))
+
+
+def _add_one(root: Value, source: Source, mounting: Mounting) -> None:
+    named = next((root.item(key) for key in ("camera_name", "frame_id") if key in root), None)
+    name = source.name if named is None else named.text()
+    mounting.notes.approximated("where the camera stands is not in the file: it looks straight ahead", name)
+    mounting.add_camera(name, np.eye(4), **_lens(root, name, mounting.notes))
+
+
+def _add_chain(source: Source, mounting: Mounting) -> None:
+    """Add the cameras of a VINS configuration; each has its intrinsics in a file beside it."""
+    notes = mounting.notes
+    cameras = {name: value for name, value in source.yaml.items() if _EXTRINSIC.fullmatch(name)}
+    for name, value in cameras.items():
+        camera = name.removeprefix("body_T_")
+        lens = _beside(source, f"{camera}_calib")
+        if lens is None:
+            notes.ignored(
+                f"its intrinsics are missing: '{camera}_calib' names no file beside the configuration", camera
+            )
+            continue
+        pose = _rigid(value, camera, notes)
+        mounting.add_camera(camera, from_optical(pose), **_lens(lens, camera, notes))
+    notes.approximated("the IMU's axes are taken as x forward, y left, z up")
+    if not mounting.sensors:
+        raise InputError(
+            f"{source.where}: no file with intrinsics beside it; accepted is cam0_calib: FILE for body_T_cam0"
+        )
+
+
+def _beside(source: Source, key: str) -> Value | None:
+    """Return the mapping in the file that a field names, which must lie in the same folder; None without one."""
+    named = source.yaml.get(key)
+    if named is None:
+        return None
+    name = named.text()
+    if name != name.strip() or "/" in name or "\\" in name or name in ("", ".", ".."):
+        named.refuse("the name of a file in the same folder")
+    found = source.sibling(name)
+    return None if found is None else found.yaml
+
+
+def _rigid(value: Value, name: str, notes: Notes) -> Matrix:
+    """Return a (4, 4) matrix given as four rows or as OpenCV writes it."""
+    matrix = (
+        np.array(value.item("data").numbers(16)).reshape(4, 4) if value.is_mapping else value.matrix(4, 4)
+    )
+    rotation, error = nearest_rotation(value, matrix[:3, :3])
+    if error > ROUNDED_OFF_RAD:
+        notes.approximated("rotation matrix not orthonormal: the nearest one that is", name)
+    return se3(rotation, matrix[:3, 3])
+
+
+def _lens(root: Value, name: str, notes: Notes) -> dict[str, Any]:
+    keys = next((keys for keys in _SIZES if keys[0] in root), _SIZES[0])
+    width, height = (root.item(key).whole(1, MAX_PIXELS) for key in keys)
+    return {"image": (width, height)} | (
+        _vins(root, name, notes) if _PROJECTION in root else _ros(root, name, notes)
+    )
+
+
+def _ros(root: Value, name: str, notes: Notes) -> dict[str, Any]:
+    """Return the lens of OpenCV and ROS: a matrix, and coefficients in OpenCV's order."""
+    k = _numbers(root, (_MATRIX, "K", "k"))
+    if k is None or len(k.elements()) != 9:
+        root.refuse("a camera matrix of 9 numbers")
+    fx, skew, cx, _, fy, cy, *_ = k.numbers(9)
+    if skew:
+        notes.ignored("skew of the image axes", name)
+    lens: dict[str, Any] = {"fx": fx, "fy": fy, "cx": cx, "cy": cy}
+    coefficients = _numbers(root, ("distortion_coefficients", "D", "d"))
+    if coefficients is None or not coefficients.elements():
+        return lens
+    said = root.get("distortion_model")
+    model = "plumb_bob" if said is None else said.text().lower()
+    return lens | _distortion(model, coefficients, name, notes)
+
+
+def _numbers(root: Value, keys: tuple[str, ...]) -> Value | None:
+    """Return the list under the first of these names: plain, or the `data` of a matrix."""
+    found = next((root.item(key) for key in keys if key in root), None)
+    return found.item("data") if found is not None and found.is_mapping else found
+
+
+def _distortion(model: str, value: Value, name: str, notes: Notes) -> dict[str, Any]:
+    if model in _FISHEYES:
+        return kannala_brandt(value, value.numbers(4), name, notes)
+    if model in _BROWN:
+        numbers = value.numbers()
+        if any(numbers[8:]):
+            notes.ignored("thin prism and tilt of the lens (coefficients 9 to 14)", name)
+        return brown_conrady(value, numbers[:8], name, notes)
+    notes.ignored(f"lens distortion of model '{shortened(model, 20)}'", name)
+    return {}
+
+
+def _vins(root: Value, name: str, notes: Notes) -> dict[str, Any]:
+    """Return the lens of VINS: a pinhole with k1 k2 p1 p2, or a fisheye with k2 to k5; of MEI the pinhole part."""
+    model = root.item("model_type").text().lower()
+    projection = root.item(_PROJECTION)
+    if model == "kannala_brandt":
+        fx, fy, cx, cy = projection.field_numbers("mu", "mv", "u0", "v0")
+        coefficients = projection.field_numbers(*_FISHEYE_FIELDS)
+        return _pinhole(fx, fy, cx, cy) | kannala_brandt(projection, coefficients, name, notes)
+    names = ("fx", "fy", "cx", "cy") if "fx" in projection else ("gamma1", "gamma2", "u0", "v0")
+    lens = _pinhole(*projection.field_numbers(*names))
+    distortion = root.get("distortion_parameters")
+    if model != "pinhole":
+        notes.approximated(
+            f"lens of model '{shortened(model, 20)}' as a pinhole with its focal lengths", name
+        )
+        return lens
+    if distortion is None:
+        return lens
+    return lens | brown_conrady(distortion, distortion.field_numbers("k1", "k2", "p1", "p2"), name, notes)
+
+
+def _pinhole(fx: float, fy: float, cx: float, cy: float) -> dict[str, Any]:
+    return {"fx": fx, "fy": fy, "cx": cx, "cy": cy}
+
+
+OPENCV = Format("opencv", TITLE, recognises, read)

@@ -1,0 +1,93 @@
+"""CARLA leaderboard agents: the list is read as it is written, nothing in the file is ever executed."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from riglens.core.errors import InputError
+from riglens.core.formats.mounts import ReadOptions
+from riglens.core.rig.model import Camera, Lidar
+from tests.core.formats.cases import CARLA_AGENT, assert_same_pose, read_files, sensor_matrix, transform
+from tests.core.formats.test_reports import has
+
+AGENT = CARLA_AGENT["agent.py"]
+CAMERA = (
+    "{'type': 'sensor.camera.rgb', 'x': %s, 'y': 0, 'z': 2, 'roll': 0, 'pitch': 0, 'yaw': 0, %s'id': 'a'}"
+)
+SIZE = "'width': 800, 'height': 600, 'fov': 100, "
+
+
+def agent(entry: str, before: str = "") -> dict[str, str]:
+    return {"agent.py": f"{before}\nclass A:\n    def sensors(self):\n        return [{entry}]\n"}
+
+
+def test_poses_are_turned_from_carlas_axes_and_rays_are_the_leaderboards() -> None:
+    read = read_files(CARLA_AGENT)
+    camera, lidar = read.rig.sensors
+    # CARLA: y to the right, positive pitch up, positive yaw to the right
+    turned = Rotation.from_euler("xyz", (0.0, -5.0, 60.0), degrees=True)
+    assert_same_pose(sensor_matrix(camera), transform(turned, (1.3, 0.5, 2.3)))
+    assert isinstance(camera, Camera) and (camera.name, camera.image, camera.hfov_deg) == (
+        "rgb_left",
+        (960, 480),
+        120,
+    )
+    assert isinstance(lidar, Lidar)
+    beams = lidar.elevations()
+    assert (beams.size, beams[0], beams[-1], lidar.azimuths().size) == (64, -30.0, 10.0, 938)
+    assert lidar.range_m == (0.0, 85.0)
+    assert has(read.report, "approximated", "as the leaderboard fixes them")
+    assert has(read.report, "ignored", "neither camera nor LiDAR")
+
+
+def test_sums_of_numbers_are_read_and_what_the_code_would_compute_is_told() -> None:
+    (camera,) = read_files(agent(CAMERA % ("-1.5 + 2 * 0.25", SIZE))).rig.sensors
+    assert np.allclose(camera.position, (-1.0, 0.0, 2.0))
+    files = agent(f"{CAMERA % ('self.x', SIZE)}, {CAMERA % ('1', SIZE)}")
+    read = read_files(files)
+    assert len(read.rig.sensors) == 1
+    assert has(read.report, "ignored", "x would have to be computed by running the code")
+
+
+def test_nothing_in_the_file_runs(tmp_path: Path) -> None:
+    mark = tmp_path / "mark"
+    before = f"import os\nos.system('touch {mark}')\nopen({str(mark)!r}, 'w')\n"
+    entry = CAMERA % (f"[open({str(mark)!r}, 'w'), 1.0][1]", SIZE)
+    read = read_files(agent(f"{entry}, {CAMERA % ('1', SIZE)}", before))
+    assert len(read.rig.sensors) == 1 and not mark.exists()
+
+
+def test_of_several_agents_one_is_chosen() -> None:
+    second = AGENT.replace("FirstAgent", "SecondAgent").replace("rgb_left", "rgb_right")
+    files = {"agent.py": AGENT + second}
+    assert read_files(files).rig.sensors[0].name == "rgb_left"
+    assert read_files(files, options=ReadOptions(token="SecondAgent")).rig.sensors[0].name == "rgb_right"
+    with pytest.raises(InputError, match="token: found 'Third'; accepted is a class with sensors"):
+        read_files(files, options=ReadOptions(token="Third"))
+
+
+@pytest.mark.parametrize(
+    ("text", "complaint"),
+    [
+        ("x = 'sensor.camera' +\n", ":1: not Python"),
+        ("# sensor.camera\n", "no LiDAR and no camera found"),
+        ("x = 'sensor.' + " + "(" * 300 + ")" * 300, "not Python"),
+        ("x = 'sensor.' ; y = " + "-" * 5000 + "1", "not Python|no LiDAR"),
+        (agent(CAMERA % ("1e999", SIZE))["agent.py"], "x: found inf"),
+        (agent(CAMERA % ("'far'", SIZE))["agent.py"], "x: found far"),
+        (agent(CAMERA % ("1", ""))["agent.py"], "width: missing"),
+        (agent(CAMERA % ("1", SIZE.replace("800", "800000")))["agent.py"], "width: found 800000"),
+        (agent(CAMERA % ("1", SIZE.replace("100", "400")))["agent.py"], "hfov_deg"),
+    ],
+)
+def test_what_cannot_be_read_is_refused_in_one_line(text: str, complaint: str) -> None:
+    with pytest.raises(InputError, match=complaint) as caught:
+        read_files({"agent.py": text})
+    assert "\n" not in str(caught.value) and len(str(caught.value)) < 300
+
+
+def test_powers_are_not_computed() -> None:
+    read = read_files(agent(f"{CAMERA % ('9**9**9', SIZE)}, {CAMERA % ('1', SIZE)}"))
+    assert len(read.rig.sensors) == 1

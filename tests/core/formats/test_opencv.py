@@ -1,0 +1,173 @@
+"""Cameras as OpenCV, ROS and VINS write them: lens models, extrinsics of a VINS configuration, and what is refused."""
+
+import math
+
+import numpy as np
+import pytest
+
+from riglens.core.errors import InputError
+from riglens.core.formats.mounts import ReadOptions
+from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt
+from tests.core.formats.cases import (
+    OPENCV,
+    VEHICLE,
+    Files,
+    assert_same_pose,
+    optical,
+    pose_matrix,
+    read_files,
+    sensor_matrix,
+)
+from tests.core.formats.test_kalibr import opencv
+from tests.core.formats.test_reports import has
+
+AT_ORIGIN = ReadOptions(vehicle=VEHICLE, origin_m=(0.0, 0.0, 0.0))
+ROS = OPENCV["front.yaml"]
+
+
+def camera(files: Files, name: str | None = None) -> Camera:
+    (found,) = read_files(files, name, AT_ORIGIN).rig.sensors
+    assert isinstance(found, Camera)
+    return found
+
+
+def test_camera_info_file_of_ros() -> None:
+    read = read_files(OPENCV, options=AT_ORIGIN)
+    (front,) = read.rig.sensors
+    assert isinstance(front, Camera)
+    assert (front.name, front.image) == ("front_camera", (1280, 720))
+    assert (front.fx, front.fy, front.cx, front.cy) == (1000.5, 1001.5, 640.25, 360.75)
+    assert front.distortion == BrownConrady(k1=-0.3, k2=0.1, p1=0.001, p2=-0.002, k3=0.01)
+    assert_same_pose(sensor_matrix(front), np.eye(4))
+    assert has(read.report, "approximated", "where the camera stands is not in the file")
+
+
+@pytest.mark.parametrize("keys", ["DK", "dk"])
+def test_message_camera_info(keys: str) -> None:
+    d, k = keys
+    text = (
+        "header: {seq: 1, frame_id: left}\nheight: 480\nwidth: 640\ndistortion_model: equidistant\n"
+        f"{d}: [0.1, 0.2, 0.3, 0.4]\n{k}: [400, 0, 320, 0, 401, 240, 0, 0, 1]\n"
+    )
+    found = camera({"info.yaml": text})
+    assert found.distortion == KannalaBrandt(k1=0.1, k2=0.2, k3=0.3, k4=0.4)
+    assert (found.image, found.fx, found.fy) == ((640, 480), 400.0, 401.0)
+
+
+def test_rational_polynomial_keeps_its_eight_coefficients_and_tells_the_rest() -> None:
+    numbers = "[0.1, 0.2, 0.001, 0.002, 0.3, 0.4, 0.5, 0.6, 0.01, 0, 0, 0]"
+    text = ROS.replace("plumb_bob", "rational_polynomial").replace(
+        "[-0.3, 0.1, 0.001, -0.002, 0.01]", numbers
+    )
+    read = read_files({"a.yaml": text}, options=AT_ORIGIN)
+    (found,) = read.rig.sensors
+    assert isinstance(found, Camera)
+    assert found.distortion == BrownConrady(
+        k1=0.1, k2=0.2, p1=0.001, p2=0.002, k3=0.3, k4=0.4, k5=0.5, k6=0.6
+    )
+    assert has(read.report, "ignored", "thin prism")
+
+
+def test_calibration_of_opencv_itself() -> None:
+    matrix = (
+        "!!opencv-matrix\n  rows: 3\n  cols: 3\n  dt: d\n  data: [ 7e2, 0., 320., 0., 7e2, 240., 0., 0., 1. ]"
+    )
+    lens = "!!opencv-matrix\n  rows: 5\n  cols: 1\n  dt: d\n  data: [ -1e-1, 0., 0., 0., 0. ]"
+    text = (
+        '%YAML:1.0\n---\ncalibration_time: "Mon"\nimage_width: 640\nimage_height: 480\n'
+        f"camera_matrix: {matrix}\ndistortion_coefficients: {lens}\navg_reprojection_error: 0.2\n"
+    )
+    found = camera({"out_camera_data.yml": text})
+    assert (found.name, found.fx, found.distortion) == ("out_camera_data", 700.0, BrownConrady(k1=-0.1))
+
+
+PINHOLE = """\
+%YAML:1.0
+---
+model_type: PINHOLE
+camera_name: camera
+image_width: 752
+image_height: 480
+distortion_parameters: {k1: -0.28, k2: 0.07, p1: 0.0002, p2: 0.00002}
+projection_parameters: {fx: 461.6, fy: 460.3, cx: 363.0, cy: 248.1}
+"""
+FISHEYE = """\
+%YAML:1.0
+model_type: KANNALA_BRANDT
+camera_name: camera
+image_width: 752
+image_height: 480
+projection_parameters: {k2: 0.01, k3: -0.02, k4: 0.003, k5: -0.004, mu: 300, mv: 301, u0: 370, v0: 240}
+"""
+MEI = """\
+model_type: MEI
+image_width: 752
+image_height: 480
+mirror_parameters: {xi: 1.9}
+distortion_parameters: {k1: 0, k2: 0, p1: 0, p2: 0}
+projection_parameters: {gamma1: 1200, gamma2: 1201, u0: 370, v0: 240}
+"""
+
+
+def test_vins_knows_the_lens_of_each_model() -> None:
+    assert camera({"cam.yaml": PINHOLE}).distortion == BrownConrady(k1=-0.28, k2=0.07, p1=0.0002, p2=0.00002)
+    fisheye = camera({"cam.yaml": FISHEYE})
+    assert fisheye.distortion == KannalaBrandt(k1=0.01, k2=-0.02, k3=0.003, k4=-0.004)
+    assert (fisheye.fx, fisheye.cy) == (300.0, 240.0)
+    read = read_files({"cam.yaml": MEI}, options=AT_ORIGIN)
+    assert has(read.report, "approximated", "lens of model 'mei' as a pinhole")
+
+
+ONE = optical(pose_matrix(((0.2, 0.1, -0.3), (3.0, -5.0, 20.0))))
+OTHER = optical(pose_matrix(((0.2, -0.4, -0.3), (1.0, 4.0, -30.0))))
+
+
+def test_vins_configuration_places_its_cameras_by_the_imu(tmp_path_factory: pytest.TempPathFactory) -> None:
+    from riglens.core.formats.exchange import read_rig
+
+    folder = tmp_path_factory.mktemp("vins")
+    text = (
+        '%YAML:1.0\n\nimu: 1\ncam0_calib: "left.yaml"\ncam1_calib: "right.yaml"\ncam2_calib: "none.yaml"\n'
+        f"body_T_cam0: {opencv(ONE)}\nbody_T_cam1: {opencv(OTHER)}\nbody_T_cam2: {opencv(OTHER)}\n"
+    )
+    for name, content in (("config.yaml", text), ("left.yaml", PINHOLE), ("right.yaml", FISHEYE)):
+        (folder / name).write_text(content)
+    read = read_rig(folder / "config.yaml", options=AT_ORIGIN)
+    first, second = read.rig.sensors
+    assert [first.name, second.name] == ["cam0", "cam1"]
+    assert_same_pose(optical(sensor_matrix(first)), ONE)
+    assert_same_pose(optical(sensor_matrix(second)), OTHER)
+    assert has(read.report, "ignored", "'cam2_calib' names no file")
+
+
+@pytest.mark.parametrize("name", ["../left.yaml", "/etc/passwd", "a/b.yaml", "..", "a\\b"])
+def test_a_configuration_reads_files_beside_it_only(
+    name: str, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    from riglens.core.formats.exchange import read_rig
+
+    folder = tmp_path_factory.mktemp("vins") / "inner"
+    folder.mkdir()
+    (folder.parent / "left.yaml").write_text(PINHOLE)
+    (folder / "config.yaml").write_text(f"cam0_calib: '{name}'\nbody_T_cam0: {opencv(ONE)}\n")
+    with pytest.raises(
+        InputError, match=r"cam0_calib: found .*; accepted is the name of a file in the same folder"
+    ):
+        read_rig(folder / "config.yaml")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "complaint"),
+    [
+        ("image_width: 1280", "image_width: 0", "image_width"),
+        ("[1000.5, 0,", "[1000.5,", "camera_matrix|a camera matrix of 9 numbers"),
+        ("1000.5", ".nan", "camera_matrix"),
+        ("-0.3, 0.1", "-0.3, x", "distortion_coefficients"),
+        ("image_height: 720\n", "", "image_height: missing"),
+    ],
+)
+def test_wrong_values_are_refused_with_the_field(old: str, new: str, complaint: str) -> None:
+    assert old in ROS
+    with pytest.raises(InputError, match=complaint) as caught:
+        read_files({"a.yaml": ROS.replace(old, new)}, options=AT_ORIGIN)
+    assert "\n" not in str(caught.value) and math.inf > len(str(caught.value))
