@@ -440,14 +440,14 @@ def render(
     title, scores
         Write the rig's name, and the table of its scores, into the picture.
     mesh_folder
-        The folder from which a car body in a mesh file is named; that of the rig file, as a rule.
+        The folder from which a car body in a mesh file is named; that of the rig file, as a rule. A mesh that cannot
+        be read is warned of, and a plain box stands in for it.
 
     Raises InputError when a value is not accepted or the file cannot be written.
     """
     from riglens.app.launch.display import prepare_drawing
-    from riglens.app.rendering.render import RenderRequest, score_and_draw
+    from riglens.app.rendering.render import RenderRequest, body_of, score_and_draw
     from riglens.core.files import require_writable
-    from riglens.core.vehicle.mesh_file import mesh_path, read_mesh
 
     with _argument_names():
         picture = RenderRequest(
@@ -456,8 +456,7 @@ def render(
         )  # fmt: skip
     require_writable(out)
     prepare_drawing()
-    vehicle = rig.vehicle
-    body = read_mesh(mesh_path(vehicle.body, Path(mesh_folder))) if vehicle.has_mesh_file else None
+    body = body_of(rig, Path(mesh_folder), lambda line: warnings.warn(line, RigLensWarning, stacklevel=4))
     score_and_draw(rig, scene.pog, scene.field, picture, body, baseline)
 
 

@@ -43,6 +43,8 @@ def load_packages() -> None:
 
 
 def _without_window(rig: str, scene: SceneOptions, score: ScoreOptions, problem: str) -> int:
+    from pathlib import Path
+
     from riglens.core.formats.opening import open_rig
 
     opened = open_rig(rig)
@@ -51,5 +53,5 @@ def _without_window(rig: str, scene: SceneOptions, score: ScoreOptions, problem:
     from riglens.app.terminal.console import note_report
 
     note_report(opened.report)
-    score_without_window(opened.rig, scene, score)
+    score_without_window(opened.rig, Path(rig).parent, scene, score)
     return 0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
@@ -19,7 +20,7 @@ from riglens.app.evaluation.options import (
 )
 from riglens.app.evaluation.scenario import settings_of
 from riglens.app.launch.display import prepare_drawing
-from riglens.app.terminal.console import progress_bar, results
+from riglens.app.terminal.console import note, progress_bar, results
 from riglens.app.terminal.scores import load_with_progress, print_scores, rig_called, score_rigs
 from riglens.core.engine import evaluation_json
 from riglens.core.engine.engine import Engine, Evaluation
@@ -29,13 +30,14 @@ from riglens.core.metric.entropy import EntropyField
 from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.file import dumps
 from riglens.core.scene.pog import Pog
-from riglens.core.vehicle.mesh import BodyMesh
+from riglens.core.vehicle.mesh import BodyMesh, mesh_size_m, size_remark
 from riglens.core.vehicle.mesh_file import mesh_path, read_mesh
 from riglens.core.view.display import DisplayGrid
 from riglens.widgets.sensors.ray_look import DEFAULT_RAYS, LEAST_DENSITY, MOST_DENSITY, RayLook
 
 OUT = Path("out")
 """Where the files of a run without a window go."""
+STAND_IN = "a plain box of the vehicle's size stands in for it"
 View = Literal["iso", "top", "front", "left", "rear"]
 Theme = Literal["dark", "light"]
 
@@ -118,7 +120,7 @@ def render(name: str, scene: SceneOptions, picture: RenderRequest) -> None:
     require_writable(picture.out)
     rig = rig_called(name)
     baseline = rig_called(picture.baseline) if picture.baseline is not None else None
-    body = _mesh_of(rig, name)
+    body = body_of(rig, Path(name).parent)
     pog, field = load_with_progress(scene.for_rigs([rig], ScoreOptions()))
     score_and_draw(rig, pog, field, picture, body, baseline)
     width, height = (side * picture.scale for side in picture.size_px)
@@ -144,10 +146,23 @@ def score_and_draw(
     draw(pog, field, evaluation, marks, picture, body)
 
 
-def _mesh_of(rig: Rig, name: str) -> BodyMesh | None:
-    """The mesh of the vehicle when the rig file names one, seen from its folder."""
+def body_of(rig: Rig, folder: Path, tell: Callable[[str], object] = note) -> BodyMesh | None:
+    """Return the mesh that a rig of this folder names for its vehicle, None where a box has to stand in for it.
+
+    What is wrong with the file, or with the size of the car in it, is told in a line each.
+    """
     vehicle = rig.vehicle
-    return read_mesh(mesh_path(vehicle.body, Path(name).parent)) if vehicle.has_mesh_file else None
+    if not vehicle.has_mesh_file:
+        return None
+    try:
+        body = read_mesh(mesh_path(vehicle.body, folder))
+    except InputError as error:
+        tell(f"{error}; {STAND_IN}")
+        return None
+    remark = size_remark(mesh_size_m(body, vehicle.mesh), vehicle.mesh)
+    if remark:
+        tell(f"vehicle.body: {vehicle.body}: {remark}")
+    return body
 
 
 def draw(
@@ -188,9 +203,10 @@ def draw(
 # ---------------------------------------------------------------- instead of the window
 
 
-def score_without_window(rig: Rig, scene: SceneOptions, score: ScoreOptions) -> None:
-    """Score a rig, print the scores, and write a screenshot, the rig as YAML and the scores as JSON."""
+def score_without_window(rig: Rig, folder: Path, scene: SceneOptions, score: ScoreOptions) -> None:
+    """Score a rig of a folder, print the scores, and write a screenshot, the rig as YAML and the scores as JSON."""
     prepare_drawing()
+    body = body_of(rig, folder)
     pog, field = load_with_progress(scene.for_rigs([rig], score))
     screenshot, rig_file, scores = OUT / "screenshot.png", OUT / "rig.yaml", OUT / "scores.json"
     _make_folder(OUT)
@@ -203,7 +219,7 @@ def score_without_window(rig: Rig, scene: SceneOptions, score: ScoreOptions) -> 
         stream.write(evaluation_json.to_text(document))
     with atomic_write(rig_file, "w") as stream:
         stream.write(dumps(rig))
-    draw(pog, field, evaluations[0], marks_of(evaluations[0]), RenderRequest(screenshot))
+    draw(pog, field, evaluations[0], marks_of(evaluations[0]), RenderRequest(screenshot), body)
     results().print(f"Written: {screenshot}, {rig_file}, {scores}", soft_wrap=True)
 
 

@@ -9,11 +9,12 @@ from PySide6.QtCore import Qt
 from riglens.app.window.features.appearance import Layout, Theme, Units
 from riglens.app.window.features.arrange import Arrange, ViewMenu
 from riglens.app.window.features.autosave import Autosave
+from riglens.app.window.features.car import Car
 from riglens.app.window.features.compare import Compare
 from riglens.app.window.features.drop import Drop
 from riglens.app.window.features.edits import Clipboard, Edits, Mirror
 from riglens.app.window.features.files import Exchange, Files, Recent
-from riglens.app.window.features.follow import Car, Follow
+from riglens.app.window.features.follow import Follow
 from riglens.app.window.features.heat import Heat, RaysShown
 from riglens.app.window.features.help import Help
 from riglens.app.window.features.maps import Map, SensorView

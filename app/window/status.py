@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QLabel, QStatusBar, QWidget
+from PySide6.QtWidgets import QStatusBar, QWidget
 
 from riglens.app.background.tasks import Task
 from riglens.app.evaluation.requests import Approximation, LoadedScene, Result
 from riglens.widgets.panels.messages import ProgressStrip
+from riglens.widgets.panels.scrolled import ElidedLabel
 from riglens.widgets.panels.style import plain_tip
 
 UPDATING = "updating…"
@@ -24,7 +25,7 @@ class StatusBar(QStatusBar):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setSizeGripEnabled(False)
-        self.state, self.time, self.scene = QLabel(UPDATING), QLabel(), QLabel()
+        self.state, self.time, self.scene = ElidedLabel(UPDATING), ElidedLabel(), ElidedLabel()
         self.scene.setTextFormat(Qt.TextFormat.PlainText)
         self._is_coarse = False
         self._waiting = UPDATING

@@ -14,6 +14,7 @@ from riglens.core.rig.model import Vehicle
 from riglens.core.vehicle.mesh import BodyMesh
 from riglens.widgets.car.materials import baked_actors, car_materials
 from riglens.widgets.car.parts import drawn_parts
+from riglens.widgets.car.stand_in import stand_in_parts
 from riglens.widgets.drawing.actors import rgba_actor, surface_actor
 from riglens.widgets.drawing.camera import Points, ViewRay
 from riglens.widgets.drawing.surface import join, set_normals
@@ -36,12 +37,9 @@ class BodyLayer:
         self._locator: vtkStaticCellLocator | None = None
 
     def set_vehicle(self, vehicle: Vehicle, palette: Palette, mesh: BodyMesh | None = None) -> None:
-        """Draw a vehicle, with the mesh of its file if it has one.
-
-        Raises InputError for an unknown body, and keeps the car shown before.
-        """
+        """Draw a vehicle, with the mesh of its file; where that is not at hand, a plain box stands in for it."""
         if mesh is None:
-            parts = drawn_parts(vehicle)
+            parts = stand_in_parts(vehicle) if vehicle.has_mesh_file else drawn_parts(vehicle)
             actors = [surface_actor(part.mesh, car_materials(palette)[part.material]) for part in parts]
             solid, quick = join([part.mesh for part in parts]), baked_actors(parts, palette)
         else:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import re
 
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QFrame, QScrollArea, QWidget
+from PySide6.QtCore import QSize, Qt
+from PySide6.QtGui import QPainter, QPaintEvent
+from PySide6.QtWidgets import QFrame, QLabel, QScrollArea, QWidget
 
 _LONG_WORD = re.compile(r"\S{20,}")
 _BREAK = "\u200b"  # zero width space
@@ -14,6 +15,29 @@ _BREAK = "\u200b"  # zero width space
 def breakable(text: str) -> str:
     """Return a text for a label whose long words, such as paths and names, may go on in the next line."""
     return _LONG_WORD.sub(lambda word: _BREAK.join(word[0]), text)
+
+
+class ElidedLabel(QLabel):
+    """One line that is cut off with an ellipsis where there is too little room for it; the tooltip is the owner's."""
+
+    def minimumSizeHint(self) -> QSize:
+        least_px = self.fontMetrics().horizontalAdvance("…")
+        return QSize(least_px, super().minimumSizeHint().height())
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        area = self.contentsRect()
+        shown = self.fontMetrics().elidedText(self.text(), Qt.TextElideMode.ElideRight, area.width())
+        painter = QPainter(self)
+        self.style().drawItemText(
+            painter,
+            area,
+            int(self.alignment()),
+            self.palette(),
+            self.isEnabled(),
+            shown,
+            self.foregroundRole(),
+        )
+        painter.end()
 
 
 def scrolled(content: QWidget) -> QScrollArea:

@@ -80,19 +80,12 @@ class DrawnScene:
             self._rig.set_line_width(pixel_ratio)
 
     def show(self, state: SceneState) -> None:
-        """Show a state; only layers that differ from the state shown before are rebuilt.
-
-        Raises InputError for an unknown vehicle body: the car shown before stays, on the screen and in `state`, but
-        everything else of the new state is shown.
-        """
-        before = self._state
+        """Show a state; only layers that differ from the state shown before are rebuilt."""
+        before, self._state = self._state, state
         changed = before.changed(state)
-        self._state = replace(state, vehicle=before.vehicle, body_mesh=before.body_mesh)
         self._update(changed, before)
-        if "palette" in changed and self._has_car:
-            self._show_car(self._state)
-        if changed & _CAR:
-            self._show_car(state)
+        if changed & _CAR or ("palette" in changed and self._has_car):
+            self._show_car()
 
     def _update(self, changed: frozenset[str], before: SceneState) -> None:
         """Bring all layers except the car in line with the state, of which these fields have `changed`."""
@@ -119,16 +112,14 @@ class DrawnScene:
         if changed & {"marker", "palette"}:
             self._marker.set_marker(state.marker, palette)
 
-    def _show_car(self, state: SceneState) -> None:
-        """Build the car of a state; InputError for an unknown body, which leaves everything as it is."""
-        self._body.set_vehicle(state.vehicle, self._state.palette, state.body_mesh)
+    def _show_car(self) -> None:
+        self._body.set_vehicle(self._state.vehicle, self._state.palette, self._state.body_mesh)
         self._has_car = True
-        self._state = replace(self._state, vehicle=state.vehicle, body_mesh=state.body_mesh)
 
     def _bring_car(self) -> None:
         """Build the default car if nobody chose one: not before, because nothing takes longer to build."""
         if not self._has_car:
-            self._show_car(self._state)
+            self._show_car()
 
     def preview(self, poses: Poses) -> None:
         """Move some sensors with their fans and the gizmo, and nothing else."""

@@ -46,7 +46,7 @@ class SceneState:
 
     The sensor named `selected` is shown with its rays and handles, those `also_selected` in the same colour, the
     `hidden` ones not at all. Those in `fixed` cannot be dragged: they get no handles. Without a `body_mesh` the
-    vehicle's parametric body is drawn.
+    vehicle's parametric body is drawn, or a plain box where its body is a mesh file.
     """
 
     vehicle: Vehicle = field(default_factory=Vehicle)

@@ -60,11 +60,7 @@ class View(QWidget):
 
     @abstractmethod
     def show_state(self, state: SceneState) -> None:
-        """Show a state; only what differs from the one shown is made anew, and drawn soon.
-
-        Raises InputError for an unknown vehicle body. The car shown before then stays, on the screen and in
-        `state`; everything else of the new state is shown.
-        """
+        """Show a state; only what differs from the one shown is made anew, and drawn soon."""
         raise NotImplementedError
 
     @property

@@ -57,14 +57,12 @@ class ViewportBase(DropTarget):
         return self._scene.state
 
     def show_state(self, state: SceneState) -> None:
-        """Show a state; InputError for an unknown vehicle body, which keeps the car shown."""
+        """Show a state; only what differs from the one shown is made anew."""
         before = self.state
         if (before.rig, before.heat_look, before.ray_look) != (state.rig, state.heat_look, state.ray_look):
             self._expect_more()
-        try:
-            self._scene.show(state)
-        finally:
-            self.request_render()
+        self._scene.show(state)
+        self.request_render()
 
     @property
     def picture_size(self) -> tuple[int, int]:

@@ -8,8 +8,8 @@ from PySide6.QtCore import QEvent, QMimeData, QObject, QTimer
 from PySide6.QtGui import QDropEvent
 
 from riglens.app.window.feature import Feature
+from riglens.app.window.features.car import Car
 from riglens.app.window.features.files import Files
-from riglens.app.window.features.follow import Car
 from riglens.app.window.features.scene_data import SceneData
 from riglens.app.window.workbench import Workbench
 from riglens.core.vehicle.mesh_file import SUFFIXES

@@ -159,3 +159,26 @@ def _fails_for_egl(real):
         return real(name, *rest, **keywords)
 
     return load
+
+
+def test_a_box_stands_in_for_a_mesh_that_is_missing_and_an_odd_size_is_told(riglens, boxes, tmp_path):
+    options = ("--boxes", boxes, *SMALL_GRID, "--size", "320x200")
+    rig, picture = tmp_path / "rig.yaml", tmp_path / "rig.png"
+    rig.write_text("riglens: 1\nname: mine\nvehicle: {body: car.obj}\n")
+    missing = riglens("render", rig, *options, "--out", picture)
+    assert (missing.code, "stands in" in missing.err, "car.obj: no such file" in missing.err) == (
+        0,
+        True,
+        True,
+    )
+    box = pixels(picture)
+    corners = [(x, y, z) for x in (0, 2000) for y in (0, 1) for z in (0, 1)]
+    quads = ("1 3 4 2", "5 6 8 7", "1 2 6 5", "3 7 8 4", "1 5 7 3", "2 4 8 6")
+    lines = [f"v {x} {y} {z}" for x, y, z in corners] + [f"f {quad}" for quad in quads]
+    (tmp_path / "car.obj").write_text("\n".join(lines) + "\n")
+    giant = riglens("render", rig, *options, "--out", picture)
+    assert giant.code == 0
+    assert (
+        "2,000.00 × 1.00 × 1.00 m; set vehicle.mesh.scale: 0.001 if the file is in millimetres" in giant.err
+    )
+    assert not np.array_equal(box, pixels(picture))

@@ -4,10 +4,12 @@ from pathlib import Path
 
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QPushButton
 
+from riglens.app.window.features.car import STAND_IN
 from riglens.core.geometry import Pose
 from riglens.core.rig.edits import mirrored_pose, partner_of
+from riglens.core.rig.model import Rig, Vehicle
 from riglens.core.rig.yaml.file import load_rig
 from riglens.core.vehicle.profiles import reference_vehicle
 from tests.app.window.desk import FullDesk, full_desk
@@ -172,17 +174,68 @@ def test_a_rig_saved_elsewhere_goes_on_finding_its_mesh(bench, tmp_path):
     assert bench.workbench.errors.isHidden()
 
 
-def test_a_mesh_that_cannot_be_read_is_reported_and_the_last_good_body_stays(bench, tmp_path):
+def test_a_mesh_that_cannot_be_read_is_reported_and_a_box_stands_in_for_it(bench, tmp_path):
     bad = tmp_path / "bad.glb"
     bad.write_bytes(b"glTF" + bytes(40))
-    shown = len(vehicles_shown(bench))
     rig = bench.document.rig
     bench.document.apply(rig.replace(vehicle=rig.vehicle.replace(body=str(bad))))
     bench.qtbot.waitUntil(lambda: "bad.glb" in bench.workbench.errors.message, timeout=TIMEOUT_MS)
     QApplication.processEvents()
-    assert len(vehicles_shown(bench)) == shown
+    vehicle, mesh = vehicles_shown(bench)[-1]
+    assert (vehicle.body, mesh) == (str(bad), None)
+    bench.document.select(None)
+    assert bench.find("mesh_size").text() == STAND_IN and not bench.find("mesh_fit").isEnabled()
+    bench.type("length", "5")
+    assert vehicles_shown(bench)[-1][0].length == 5.0
+    bench.act("undo")
     bench.act("undo")
     assert vehicles_shown(bench)[-1] == (rig.vehicle, None)
+
+
+def test_the_car_of_the_rig_before_is_gone_at_once_when_a_mesh_is_read_or_missing(bench, tmp_path):
+    (tmp_path / "good.obj").write_text(TETRAHEDRON)
+    bench.features.car.take_mesh(tmp_path / "good.obj")
+    bench.qtbot.waitUntil(lambda: vehicles_shown(bench)[-1][1] is not None, timeout=TIMEOUT_MS)
+    other = Rig(name="other", vehicle=Vehicle(body=str(tmp_path / "none.glb"), length=5.2))
+    bench.document.show(other, None)
+    assert vehicles_shown(bench)[-1] == (other.vehicle, None)
+    bench.qtbot.waitUntil(lambda: "no such file" in bench.workbench.errors.message, timeout=TIMEOUT_MS)
+    assert vehicles_shown(bench)[-1] == (other.vehicle, None)
+
+
+def mesh_in_millimetres(bench: FullDesk, tmp_path: Path) -> None:
+    """Choose a mesh of 2 × 1 × 1 m whose file says 2000 for its length."""
+    (tmp_path / "car.obj").write_text(TETRAHEDRON.replace("v 2 0 0", "v 2000 0 0"))
+    bench.features.car.take_mesh(tmp_path / "car.obj")
+    bench.qtbot.waitUntil(lambda: "Which unit" in bench.workbench.notes.message, timeout=TIMEOUT_MS)
+    bench.document.select(None)
+
+
+def test_the_unit_is_asked_for_when_the_car_would_be_a_giant(bench, tmp_path):
+    mesh_in_millimetres(bench, tmp_path)
+    assert "2,000.00 × 1.00 × " in bench.workbench.notes.message
+    bench.qtbot.mouseClick(
+        bench.workbench.notes.findChild(QPushButton, "Millimetres: 2.00 m"), Qt.MouseButton.LeftButton
+    )
+    assert bench.document.rig.vehicle.mesh.scale == 0.001
+    assert bench.find("mesh_size").text().startswith("2.00 × ")
+    assert bench.workbench.notes.isHidden()
+    bench.act("undo")
+    assert bench.document.rig.vehicle.mesh.scale == 1.0
+
+
+def test_a_mesh_is_fitted_to_the_length_of_the_vehicle(bench, tmp_path):
+    mesh_in_millimetres(bench, tmp_path)
+    bench.qtbot.mouseClick(bench.find("mesh_fit"), Qt.MouseButton.LeftButton)
+    assert bench.document.rig.vehicle.mesh.scale == pytest.approx(4.6 / 2000)
+    assert bench.find("mesh_size").text().startswith("4.60 × ")
+    assert bench.workbench.notes.isHidden()
+
+
+def test_the_question_goes_with_the_mesh_that_it_is_about(bench, tmp_path):
+    mesh_in_millimetres(bench, tmp_path)
+    bench.act("undo")
+    assert not bench.document.rig.vehicle.has_mesh_file and bench.workbench.notes.isHidden()
 
 
 def test_a_body_that_is_no_file_is_reported_with_what_is_accepted(bench, tmp_path: Path):

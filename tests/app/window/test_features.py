@@ -15,10 +15,11 @@ from riglens.app.background.side_jobs import SideAnswer
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.session.session import HeatChoice
 from riglens.app.window.features.appearance import Theme, Units
+from riglens.app.window.features.car import Car
 from riglens.app.window.features.compare import Compare
 from riglens.app.window.features.edits import Clipboard, Edits, Mirror
 from riglens.app.window.features.files import Exchange, Files, Recent
-from riglens.app.window.features.follow import Car, Follow
+from riglens.app.window.features.follow import Follow
 from riglens.app.window.features.heat import Heat, RaysShown
 from riglens.app.window.features.maps import Map
 from riglens.app.window.features.pick import Pick

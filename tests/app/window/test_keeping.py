@@ -100,6 +100,11 @@ def test_the_window_can_be_as_small_as_a_small_screen(qtbot: QtBot, tmp_path: Pa
             bench.workbench.docks.bring_up(name)
         bench.window.resize(room)
         assert bench.window.size() == room
+        for title in ("Reading prototype.glb", "Writing the report"):
+            bench.workbench.status.add_strip(title).show()
+        bench.workbench.status.scene.setText("δ 0.1 m · a data set with a name " + 20 * "as long as it gets ")
+        QApplication.processEvents()
+        assert bench.window.size() == room
 
 
 def test_a_window_is_no_larger_than_its_screen() -> None:

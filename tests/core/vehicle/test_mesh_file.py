@@ -9,8 +9,14 @@ import numpy as np
 import pytest
 
 from riglens.core.errors import InputError
-from riglens.core.rig.model import MeshPlacement
-from riglens.core.vehicle.mesh import BodyMesh
+from riglens.core.rig.model import MeshPlacement, Vehicle
+from riglens.core.vehicle.mesh import (
+    BodyMesh,
+    fitted_scale,
+    is_car_size,
+    mesh_size_m,
+    unit_scales,
+)
 from riglens.core.vehicle.mesh_file import mesh_path, read_mesh
 from riglens.core.vehicle.mesh_parse import FolderResolver, parse_mesh
 
@@ -225,3 +231,16 @@ def test_a_coarse_mesh_has_the_same_extent_from_far_fewer_triangles():
     assert 50 < len(coarse.triangles) < len(triangles) / 10
     assert np.allclose(np.ptp(coarse.points, axis=0), [4.0, 2.0, 0.0], atol=0.25)
     assert coarse.triangles.max() < len(coarse.points)
+
+
+def test_the_size_of_a_placed_mesh_says_its_unit_and_fits_a_length() -> None:
+    mesh = BodyMesh(1000 * CORNERS, CORNERS, FACES.astype(np.int32))
+    assert mesh_size_m(mesh, MeshPlacement(scale=0.001)) == pytest.approx((2.0, 1.0, 3.0))
+    turned = MeshPlacement(scale=0.001, rpy_deg=(0.0, 0.0, 90.0))
+    assert mesh_size_m(mesh, turned) == pytest.approx((1.0, 2.0, 3.0))
+    giant = mesh_size_m(mesh, MeshPlacement())
+    assert not is_car_size(giant) and is_car_size((2.0, 1.0, 3.0)) and not is_car_size((0.9, 0.5, 0.4))
+    assert unit_scales(giant, MeshPlacement()) == {"millimetres": 0.001, "centimetres": 0.01}
+    assert fitted_scale(mesh, Vehicle(length=4.0, mesh=turned)) == pytest.approx(0.004)
+    flat = BodyMesh(0 * CORNERS, CORNERS, FACES.astype(np.int32))
+    assert fitted_scale(flat, Vehicle()) is None

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from riglens.core.errors import InputError
 from riglens.core.rig.model import EvenAngles, Lidar, Rig, Vehicle
 from riglens.core.scene.grid import VoxelGrid
 from riglens.widgets.drawing.camera import OrbitCamera
@@ -119,12 +118,11 @@ def test_every_field_but_the_mesh_of_a_file_is_changed_by_a_case_above():
     assert {name for change, _ in CHANGES for name in change} == ALL_FIELDS - {"body_mesh"}
 
 
-def test_an_unknown_body_keeps_the_car_and_shows_all_the_rest(scene, told):
-    wrong = replace(STATE, vehicle=Vehicle(body="hovercraft"), heatmap=HEAT, palette=palette(False))
-    with pytest.raises(InputError, match=r"vehicle\.body"):
-        scene.show(wrong)
-    assert scene.state == replace(wrong, vehicle=STATE.vehicle)
-    assert "heatmap.set_data" in told
+def test_a_body_that_is_not_at_hand_never_leaves_the_car_before(scene, told):
+    missing = replace(STATE, vehicle=Vehicle(body="hovercraft.glb"), heatmap=HEAT, palette=palette(False))
+    scene.show(missing)
+    assert scene.state == missing
+    assert {"heatmap.set_data", "body.set_vehicle"} <= set(told)
 
 
 def test_a_state_made_from_the_one_shown_undoes_no_camera_move_and_no_drag(scene):

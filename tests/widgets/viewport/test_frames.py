@@ -11,14 +11,12 @@ import weakref
 from collections.abc import Callable
 
 import numpy as np
-import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
 
-from riglens.core.errors import InputError
 from riglens.core.geometry import Pose
 from riglens.core.rig.model import Vehicle
 from riglens.widgets.gizmo.drag import Handle
@@ -185,10 +183,12 @@ def test_the_picture_on_the_screen_changes_with_what_is_shown(view):
     assert (np.abs(again - empty).max(axis=2) > 60).mean() < 0.001
 
 
-def test_an_unknown_car_body_is_refused_and_the_car_stays(view):
-    with pytest.raises(InputError, match=r"vehicle\.body"):
-        change(view, vehicle=Vehicle(body="hovercraft"))
-    assert view.state.vehicle.body == "sedan"
+def test_a_box_stands_in_for_a_body_that_is_not_at_hand(view):
+    car = picture(view)
+    change(view, vehicle=Vehicle(body="meshes/hovercraft.glb"))
+    box = picture(view)
+    assert view.state.vehicle.body == "meshes/hovercraft.glb"
+    assert (np.abs(box - car).max(axis=2) > 60).mean() > 0.01
 
 
 @KINDS

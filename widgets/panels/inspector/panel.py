@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import PurePath
 from typing import Any
 
 from PySide6.QtCore import Qt, Signal
@@ -17,6 +18,7 @@ from riglens.widgets.panels.fields.form import ChoiceBox, Form
 from riglens.widgets.panels.fields.quantity import DEGREES, METRES, NO_UNIT, Unit
 from riglens.widgets.panels.inspector.sensor_forms import CameraForm, LidarForm, SensorForm
 from riglens.widgets.panels.scrolled import scrolled
+from riglens.widgets.panels.style import plain_tip
 
 _SIZES = ("length", "width", "height", "rear_axle_x")
 _TRIPLES: tuple[tuple[str, str, tuple[str, str, str], float, Unit, str], ...] = (
@@ -43,13 +45,20 @@ class MeshRows:
         self._form = form
         scale = NumberEdit(0.1, NO_UNIT)
         scale.setAccessibleName("Mesh scale")
-        self._rows = [form.add_row("Mesh scale", [scale], "0.001 for a mesh in millimetres")]
+        self.size, self.fit = QLabel(), QPushButton("Fit to length")
+        self._rows = [form.add_row("Mesh scale", [scale, self.fit], "0.001 for a mesh in millimetres")]
         form.bind_edit(
             scale,
             lambda rig: rig.vehicle.mesh.scale,
             lambda rig, value: _with_mesh(rig, scale=value),
             "mesh_scale",
         )
+        self.size.setObjectName("mesh_size")
+        self.size.setWordWrap(True)
+        self.fit.setObjectName("mesh_fit")
+        self.fit.setToolTip("Scale the mesh so that it is as long as the vehicle is said to be")
+        tip = "Length × width × height of the mesh in the vehicle frame"
+        self._rows.append(form.add_row("Mesh size", [self.size], tip))
         for field, caption, names, step, unit, tip in _TRIPLES:
             edits = [NumberEdit(step, unit) for _ in names]
             self._rows.append(form.add_row(caption, edits, tip))
@@ -88,6 +97,8 @@ class Inspector(QStackedWidget):
     """The mirror pair of the sensor shown is to be dissolved."""
     mesh_wanted = Signal()
     """The user wants to choose a mesh file for the body."""
+    fit_wanted = Signal()
+    """The user wants the mesh as long as the vehicle."""
     units_changed = Signal(object)
     """The Units in which lengths and angles are shown from now on, as a tuple."""
 
@@ -104,6 +115,7 @@ class Inspector(QStackedWidget):
             self.addWidget(_in_dock(form))
         self._rig_form.changed.connect(self.rig_edited)
         self._rig_form.mesh_wanted.connect(self.mesh_wanted)
+        self._rig_form.mesh_rows.fit.clicked.connect(self.fit_wanted)
         for sensor_form in self._sensor_forms:
             sensor_form.edited.connect(self.sensors_edited)
             sensor_form.unlink_wanted.connect(self.unlink_wanted)
@@ -135,6 +147,11 @@ class Inspector(QStackedWidget):
     def _choose_unit(self, chosen: Unit) -> None:
         self.set_units(tuple(chosen if chosen.quantity == unit.quantity else unit for unit in self._units))
         self.units_changed.emit(self._units)
+
+    def set_mesh_size(self, text: str, can_fit: bool) -> None:
+        """Show how large the mesh of the body is, or why it has no size; and whether it can be fitted."""
+        self._rig_form.mesh_rows.size.setText(text)
+        self._rig_form.mesh_rows.fit.setEnabled(can_fit)
 
     def set_saved(self, rig: Rig) -> None:
         """Set the rig as last saved, to which a pose can be reset."""
@@ -223,7 +240,7 @@ class RigForm(Form):
         self.close_form()
 
     def _add_body(self) -> None:
-        body = ChoiceBox()
+        body = self._body = ChoiceBox()
         for known in PROFILES:
             body.addItem(known, known)
         body.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
@@ -233,7 +250,13 @@ class RigForm(Form):
         choose.clicked.connect(self.mesh_wanted)
         self.add_row("Body", [body, choose])
         self.bind_choice(body, lambda rig: rig.vehicle.body, with_body, "body")
-        self._mesh_rows = MeshRows(self)
+        self.mesh_rows = MeshRows(self)
+
+    def _show_body(self, body: str) -> None:
+        """Show a mesh file by its name alone, with its path in the tooltip."""
+        if body not in PROFILES:
+            self._body.setItemText(self._body.currentIndex(), PurePath(body).name)
+        self._body.setToolTip(plain_tip(body))
 
     def _add_size(self, field: str, caption: str, tip: str) -> None:
         edit = NumberEdit(0.05, METRES)
@@ -249,7 +272,8 @@ class RigForm(Form):
     def show_subject(self, subject: Rig) -> None:
         """Show a rig."""
         super().show_subject(subject)
-        self._mesh_rows.show_for(subject.vehicle)
+        self.mesh_rows.show_for(subject.vehicle)
+        self._show_body(subject.vehicle.body)
         rays = sum(sensor.ray_count for sensor in subject.sensors if sensor.enabled)
         counts = (
             f"{_counted(len(subject.lidars()), 'LiDAR')} and {_counted(len(subject.cameras()), 'camera')}"

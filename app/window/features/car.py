@@ -1,0 +1,136 @@
+"""The body of the car: parametric, or a mesh file that is read beside the window, asked about its unit, and fitted."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+from riglens.app.background.tasks import Task
+from riglens.app.window.feature import Feature
+from riglens.app.window.workbench import Workbench
+from riglens.core.rig.model import Vehicle
+from riglens.core.scene.boxes import Progress
+from riglens.core.vehicle.mesh import (
+    BodyMesh,
+    fitted_scale,
+    is_car_size,
+    mesh_size_m,
+    size_text,
+    unit_scales,
+)
+from riglens.core.vehicle.mesh_file import mesh_name, mesh_path, read_mesh
+from riglens.widgets.panels.messages import Choices
+
+STAND_IN = "not at hand: a plain box stands in"
+
+
+class Car(Feature):
+    """Shows the vehicle's body; until a mesh file is read, and where it cannot be, a plain box stands in for it."""
+
+    def __init__(self, bench: Workbench) -> None:
+        super().__init__(bench)
+        self._shown: tuple[Vehicle, Path | None] | None = None
+        self._read: tuple[Path, BodyMesh] | None = None
+        self._task: Task | None = None
+        self._question = ""
+        self.document.vehicle_changed.connect(self._follow)
+        self.document.file_changed.connect(self._follow)
+        inspector = bench.panels.inspector
+        inspector.mesh_wanted.connect(self._choose_mesh)
+        inspector.fit_wanted.connect(self.fit_to_length)
+        self._follow()
+
+    @property
+    def mesh(self) -> BodyMesh | None:
+        """The mesh of the vehicle shown; None for a parametric body, and while there is none to show."""
+        path = None if self._shown is None else self._shown[1]
+        return self._read[1] if self._read is not None and self._read[0] == path else None
+
+    def _follow(self) -> None:
+        """Show the vehicle when it, or the file that its mesh comes from, is another."""
+        vehicle = self.document.rig.vehicle
+        path = mesh_path(vehicle.body, self._folder()) if vehicle.has_mesh_file else None
+        if (vehicle, path) == self._shown:
+            return
+        is_other_file = self._shown is None or path != self._shown[1]
+        self._shown = vehicle, path
+        was_asked = bool(self._question) and self.bench.notes.message == self._question
+        if was_asked:
+            self.bench.notes.clear()
+        self._show(vehicle)
+        if was_asked:
+            self._ask_unit()
+        if path is not None and is_other_file and self.mesh is None:
+            self._load(path)
+
+    def _show(self, vehicle: Vehicle) -> None:
+        mesh = self.mesh
+        self.viewport.show_state(replace(self.viewport.state, vehicle=vehicle, body_mesh=mesh))
+        said = STAND_IN if mesh is None else size_text(mesh_size_m(mesh, vehicle.mesh))
+        self.bench.panels.inspector.set_mesh_size(said, can_fit=mesh is not None)
+
+    def _load(self, path: Path) -> None:
+        if self._task is not None:
+            self._task.cancel()
+
+        def read(progress: Progress) -> tuple[Path, BodyMesh]:
+            return path, read_mesh(path, lambda: progress(0.0))
+
+        self._task = self.bench.tasks.run(f"Reading {path.name}", read, self._on_read)
+
+    def _on_read(self, found: tuple[Path, BodyMesh]) -> None:
+        if self._shown is None or self._shown[1] != found[0]:
+            return
+        self._read = found
+        self._show(self._shown[0])
+        self._ask_unit()
+
+    # ------------------------------------------------------------------ unit and size
+    def _ask_unit(self) -> None:
+        """Ask which unit the file is in when the car would be none."""
+        mesh, vehicle = self.mesh, self.document.rig.vehicle
+        if mesh is None or is_car_size(size_m := mesh_size_m(mesh, vehicle.mesh)):
+            return
+        choices: Choices = {
+            f"{unit.capitalize()}: {max(size_m) * scale / vehicle.mesh.scale:.2f} m": partial(
+                self._scale, scale
+            )
+            for unit, scale in unit_scales(size_m, vehicle.mesh).items()
+        }
+        if fitted_scale(mesh, vehicle) is not None:
+            choices[f"Fit to {vehicle.length:g} m"] = self.fit_to_length
+        name = Path(vehicle.body).name
+        self._question = f"{name}: the car would be {size_text(size_m)} large. Which unit is the file in?"
+        self.bench.notes.show_message(self._question, choices=choices)
+
+    def fit_to_length(self) -> None:
+        """Scale the mesh so that it is as long as the vehicle."""
+        scale = fitted_scale(self.mesh, self.document.rig.vehicle) if self.mesh is not None else None
+        if scale is not None:
+            self._scale(scale)
+
+    def _scale(self, scale: float) -> None:
+        rig = self.document.rig
+        vehicle = rig.vehicle.replace(mesh=rig.vehicle.mesh.replace(scale=scale))
+        self.bench.guarded(self.document.apply)(rig.replace(vehicle=vehicle), "scale of the mesh")
+
+    # ------------------------------------------------------------------ choosing a file
+    def _folder(self) -> Path | None:
+        return self.document.path.parent if self.document.path is not None else None
+
+    def _choose_mesh(self) -> None:
+        """Ask for a mesh file."""
+        path = self.bench.dialogs.mesh_file(self.bench.window, self._folder())
+        if path is not None:
+            self.take_mesh(path)
+
+    def take_mesh(self, path: Path) -> None:
+        """Make a mesh file the body of the car; one that is the body already is read again."""
+        rig = self.document.rig
+        vehicle = rig.vehicle.replace(body=mesh_name(path, self._folder()))
+        if vehicle == rig.vehicle:
+            self._read, self._shown = None, None
+            self._follow()
+            return
+        self.bench.guarded(self.document.apply)(rig.replace(vehicle=vehicle), "another body")
