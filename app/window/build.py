@@ -23,7 +23,7 @@ from riglens.app.window.features.picture import Picture
 from riglens.app.window.features.scene_data import SceneData
 from riglens.app.window.features.scores import Baseline, Marginals, ScoresShown
 from riglens.app.window.features.sensors import LibraryPanel, Locks, Placing, Sensors
-from riglens.app.window.features.views import Views
+from riglens.app.window.features.views import SavedViews, Views
 from riglens.app.window.workbench import Workbench
 from riglens.widgets.panels.scrolled import scrolled
 
@@ -47,6 +47,7 @@ class Features(NamedTuple):
     view_menu: ViewMenu
     library: LibraryPanel
     views: Views
+    saved_views: SavedViews
     heat: Heat
     rays: RaysShown
     pick: Pick
@@ -96,7 +97,8 @@ def build_features(bench: Workbench) -> Features:
         arrange=Arrange(bench),
         view_menu=ViewMenu(bench),
         library=LibraryPanel(bench, sensors),
-        views=Views(bench),
+        views=(views := Views(bench)),
+        saved_views=SavedViews(bench, views),
         heat=(heat := Heat(bench)),
         rays=RaysShown(bench, heat),
         pick=Pick(bench),

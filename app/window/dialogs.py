@@ -7,7 +7,7 @@ from html import escape
 from pathlib import Path
 from typing import Literal
 
-from PySide6.QtWidgets import QFileDialog, QMessageBox, QWidget
+from PySide6.QtWidgets import QFileDialog, QInputDialog, QMessageBox, QWidget
 
 from riglens.widgets.panels.shortcut_sheet import Group, ShortcutSheet
 
@@ -78,6 +78,11 @@ class Dialogs:
         if answer == button.Save:
             return "save"
         return "discard" if answer == button.Discard else "cancel"
+
+    def view_name(self, parent: QWidget, known: Sequence[str]) -> str | None:
+        """The name under which a view is to be kept: a new one, or one that is known."""
+        name, is_given = QInputDialog.getItem(parent, "Save view", "Name of this view", list(known), -1, True)
+        return name if is_given else None
 
     def show_sheet(self, parent: QWidget, title: str, groups: Sequence[Group]) -> None:
         """Keys and what they do."""

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from riglens.core.geometry import Vec3
 from riglens.core.metric.entropy import entropy_of_counts
-from riglens.core.scene.columns import VoxelIndex, words_per_column
+from riglens.core.scene.columns import VoxelIndex, Words, words_per_column
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.pog import Pog
 
@@ -56,19 +56,33 @@ def voxel_facts(pog: Pog, voxel: Voxel) -> VoxelFacts:
     return VoxelFacts(voxel, (x, y, z), tuple(float(count) / frames for count in counts), h_nat)
 
 
-def voxel_in_cell(pog: Pog, cls: int, centre_m: Points, cell_m: float, ray: tuple[Points, Points]) -> Voxel:
+def voxel_in_cell(
+    pog: Pog,
+    cls: int,
+    centre_m: Points,
+    cell_m: float,
+    ray: tuple[Points, Points],
+    meant: Words | None = None,
+) -> Voxel | None:
     """The voxel of a display cell (its centre (3,) and edge) that a ray, origin and direction (3,), passes nearest.
 
-    Voxels that the class was in come first; of a cell without any the nearest voxel is taken.
+    Voxels that the class was in come first; of a cell without any the nearest voxel is taken. With `meant`, words of
+    the voxels that a click may mean, it is one of those and uncertain for the class; None when there is none.
     """
     grid = pog.grid
     low = np.rint((centre_m - cell_m / 2 - np.array(grid.origin_m)) / grid.voxel_m).astype(np.int64)
     block = max(1, round(cell_m / grid.voxel_m))
     ranges = [np.arange(max(0, at), min(at + block, n)) for at, n in zip(low, grid.shape, strict=True)]
     voxels = np.stack(np.meshgrid(*ranges, indexing="ij"), axis=-1).reshape(-1, 3)
-    occupied = [_count(pog, cls, (int(i), int(j), int(k))) > 0 for i, j, k in voxels]
-    if any(occupied):
-        voxels = voxels[occupied]
+    listed = [(int(i), int(j), int(k)) for i, j, k in voxels]
+    if meant is None:
+        fits = [_count(pog, cls, voxel) > 0 for voxel in listed]
+    else:
+        fits = [_is_in(meant, grid, voxel) and _is_uncertain(pog, cls, voxel) for voxel in listed]
+    if meant is not None and not any(fits):
+        return None
+    if any(fits):
+        voxels = voxels[fits]
     origin, direction = ray
     offset = np.array(grid.origin_m) + (voxels + 0.5) * grid.voxel_m - origin
     beside = np.linalg.norm(offset - (offset @ direction)[:, None] * direction, axis=1)
@@ -79,3 +93,13 @@ def voxel_in_cell(pog: Pog, cls: int, centre_m: Points, cell_m: float, ray: tupl
 def _count(pog: Pog, cls: int, voxel: Voxel) -> int:
     row = id_of(pog.index, voxel)
     return 0 if row is None else int(pog.counts[row, cls])
+
+
+def _is_uncertain(pog: Pog, cls: int, voxel: Voxel) -> bool:
+    """Whether h > 0: the class is there in some frames and not in others."""
+    return 0 < _count(pog, cls, voxel) < pog.data.frames
+
+
+def _is_in(words: Words, grid: VoxelGrid, voxel: Voxel) -> bool:
+    word, bit = word_and_bit(grid, voxel)
+    return bool(int(words[word]) & bit)

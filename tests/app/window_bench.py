@@ -136,6 +136,7 @@ class FakeDialogs(Dialogs):
 
     path: Path | None = None
     answer: Unsaved = "cancel"
+    name: str | None = None
     asked: int = 0
     shown: list[str] = field(default_factory=list)
 
@@ -166,6 +167,9 @@ class FakeDialogs(Dialogs):
     def unsaved(self, parent: QWidget, rig_name: str) -> Unsaved:
         self.asked += 1
         return self.answer
+
+    def view_name(self, parent: QWidget, known: Sequence[str]) -> str | None:
+        return self.name
 
     def show_sheet(self, parent: QWidget, title: str, groups: Sequence[Group]) -> None:
         self.shown.append("\n".join(f"{keys}: {what}" for group in groups for keys, what in group.rows))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from riglens.core.metric.entropy import EntropyField
-from riglens.core.metric.voxel import id_of, voxel_facts, voxel_in_cell
+from riglens.core.metric.voxel import id_of, voxel_facts, voxel_in_cell, word_and_bit
 from riglens.core.scene.pog import Pog
 from riglens.core.view.display import DisplayGrid
 from tests.core.builders import grid_of, synthetic_pog
@@ -61,3 +61,20 @@ def test_a_cell_at_the_edge_of_the_grid_has_no_voxels_beyond_it() -> None:
     ray = (np.array([0.0, 0.0, 60.0]), np.array([0.0, 0.0, -1.0]))
     assert voxel_in_cell(pog, 0, np.array([2.25, 1.75, 35.25]), 1.5, ray) == (7, 5, 69)
     assert voxel_in_cell(pog, 2, np.array([2.25, 1.75, 35.25]), 1.5, ray)[2] == 69
+
+
+def test_of_a_seen_and_an_unseen_voxel_a_click_means_the_one_that_is_shown() -> None:
+    near, far, sure = (4, 2, 4), (5, 3, 5), (4, 3, 5)
+    pog = pog_of((near, (3, 0, 0)), (far, (2, 0, 0)), (sure, (FRAMES, 0, 0)))
+    display = DisplayGrid.build(pog, EntropyField.from_pog(pog), 1)
+    seen = np.zeros(GRID.shape[0] * GRID.shape[1] * 2, np.uint64)
+    word, bit = word_and_bit(GRID, near)
+    seen[word] |= np.uint64(bit)
+    ray = (np.array([0.2, -0.3, 9.0]), np.array([0.0, 0.0, -1.0]))
+
+    def meant(words: np.ndarray | None) -> tuple[int, int, int] | None:
+        return voxel_in_cell(pog, 0, display.centres_m[0].astype(float), display.cell_m, ray, words)
+
+    assert meant(None) == near and meant(seen) == near
+    assert meant(~seen) == far  # not `sure`, whose entropy is 0: it is neither seen nor unseen
+    assert meant(np.zeros_like(seen)) is None

@@ -42,7 +42,8 @@ class ViewRay:
 class OrbitCamera:
     """A camera that looks at `focal_m` from a distance; z stays up, even straight from above.
 
-    Azimuth turns left from the car's front, elevation 90 is straight above. Lengths are true if `parallel`.
+    Azimuth turns left from the car's front, elevation 90 is straight above. Lengths are true if `parallel`; turning the
+    view ends that unless it is `orthographic` by choice.
     """
 
     focal_m: tuple[float, float, float] = (0.0, 0.0, 0.8)
@@ -51,6 +52,7 @@ class OrbitCamera:
     elevation_deg: float = 24.0
     parallel: bool = False
     view_angle_deg: float = 30.0
+    orthographic: bool = False
 
     def axes(self) -> tuple[Points, Points, Points]:
         """Unit vectors right, up and forward (into the picture), each (3,)."""
@@ -104,7 +106,11 @@ class OrbitCamera:
         turn = 180.0 / max(1, size[1])
         elevation = min(90.0, max(-89.0, self.elevation_deg + dy_px * turn))
         azimuth = (self.azimuth_deg - dx_px * turn + 180.0) % 360.0 - 180.0
-        return replace(self, azimuth_deg=azimuth, elevation_deg=elevation, parallel=False)
+        return replace(self, azimuth_deg=azimuth, elevation_deg=elevation, parallel=self.orthographic)
+
+    def projected(self, orthographic: bool) -> OrbitCamera:
+        """Return the camera with parallel rays by choice, or with perspective."""
+        return replace(self, orthographic=orthographic, parallel=orthographic)
 
     def panned(self, dx_px: float, dy_px: float, size: Size) -> OrbitCamera:
         """Return the camera moved sideways so that the focal plane follows the mouse."""
@@ -122,6 +128,8 @@ class OrbitCamera:
 
 
 _AROUND_M = 5.0
+WIDEST_M = 700.0
+"""Points further apart are not framed together: from so far away a car is less than a pixel."""
 
 
 def framed(camera: OrbitCamera, places_m: Points, size: Size) -> OrbitCamera:

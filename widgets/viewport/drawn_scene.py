@@ -17,7 +17,7 @@ from riglens.core.rig.groups import Poses
 from riglens.core.rig.model import Camera, Lidar
 from riglens.core.vehicle.placing import placed_on
 from riglens.widgets.car.layer import BodyLayer
-from riglens.widgets.drawing.camera import OrbitCamera, Pixel, Size, framed, view_camera
+from riglens.widgets.drawing.camera import WIDEST_M, OrbitCamera, Pixel, Size, framed, view_camera
 from riglens.widgets.drawing.stage import Stage
 from riglens.widgets.gizmo.drag import Handle
 from riglens.widgets.gizmo.handles import GizmoActors
@@ -142,25 +142,29 @@ class DrawnScene:
         width, height = self.size
         vehicle = self._state.vehicle
         size_m = (vehicle.length, vehicle.height)
-        self.set_camera(view_camera(name, self._state.grid, width / max(1, height), wide, size_m))
+        camera = view_camera(name, self._state.grid, width / max(1, height), wide, size_m)
+        is_flat = self._state.camera.orthographic
+        self.set_camera(replace(camera, orthographic=is_flat, parallel=camera.parallel or is_flat))
 
     def set_camera(self, camera: OrbitCamera) -> None:
         """Look through another camera."""
         self._state = replace(self._state, camera=camera)
 
     def frame(self, names: tuple[str, ...] = ()) -> None:
-        """Look at these sensors from close by, keeping the direction; without names, at the car with all of them."""
+        """Look at these sensors from close by, keeping the direction; without names, at the car with all of them.
+
+        Sensors too far away would make the car a dot: they are left out, and of such a group the last is shown.
+        """
         state = self._state
-        places_m = [state.rig.sensor(name).position for name in names]
+        places_m = np.array([state.rig.sensor(name).position for name in names])
         if not names:
-            vehicle = state.vehicle
+            vehicle, far = state.vehicle, state.far_away
             x_m, y_m = vehicle.length / 2, vehicle.width / 2
-            places_m = [
-                (-x_m, -y_m, 0.0),
-                (x_m, y_m, vehicle.height),
-                *(sensor.position for sensor in state.shown),
-            ]
-        self.set_camera(framed(state.camera, np.array(places_m), self.size))
+            near = [sensor.position for sensor in state.shown if sensor.name not in far]
+            places_m = np.array([(-x_m, -y_m, 0.0), (x_m, y_m, vehicle.height), *near])
+        elif np.ptp(places_m, axis=0).max() > WIDEST_M:
+            places_m = places_m[-1:]
+        self.set_camera(framed(state.camera, places_m, self.size))
 
     def set_hovered(self, hovered: str | Handle | None) -> bool:
         """Highlight a sensor (by name) or a handle; True when that changed anything."""

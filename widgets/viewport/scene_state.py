@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, fields
 
 from riglens.core.geometry import Pose, Vec3
@@ -14,6 +15,8 @@ from riglens.widgets.gizmo.drag import GizmoMode, Space
 from riglens.widgets.heatmap.scale import DEFAULT_LOOK, HeatLook, HeatmapData
 from riglens.widgets.sensors.ray_look import DEFAULT_RAYS, RayLook
 from riglens.widgets.theme import DARK, Palette
+
+_NEAR_M = 50.0
 
 
 @dataclass(frozen=True)
@@ -120,6 +123,12 @@ class SceneState:
     def gizmo_pose(self) -> Pose | None:
         """Where the gizmo stands; None as well when one of the selected sensors cannot be moved."""
         return self.frame_pose if self.show_gizmo and not self.held_poses.keys() & self.fixed else None
+
+    @property
+    def far_away(self) -> tuple[str, ...]:
+        """The shown sensors that are too far from the car for a picture of both."""
+        reach_m = max(_NEAR_M, math.hypot(*self.grid.roi_m))
+        return tuple(sensor.name for sensor in self.shown if math.hypot(*sensor.position) > reach_m)
 
     @property
     def casting(self) -> list[Lidar | Camera]:

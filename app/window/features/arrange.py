@@ -80,6 +80,8 @@ ON_NOTHING = (
     "left",
     "rear",
     "right",
+    "ortho",
+    "save_view",
     "",
     "select_all",
     "paste",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QShortcut
@@ -16,6 +17,9 @@ from riglens.widgets.heatmap.pick import PickedCell
 from riglens.widgets.panels.scores.text import MINUS
 from riglens.widgets.panels.voxel_card import SensorLine, VoxelCard, VoxelText
 from riglens.widgets.viewport.scene_state import Marker
+
+if TYPE_CHECKING:
+    from riglens.core.scene.columns import Words
 
 
 class Pick(Feature):
@@ -33,6 +37,7 @@ class Pick(Feature):
     def __init__(self, bench: Workbench) -> None:
         super().__init__(bench)
         self.card = VoxelCard(self.viewport)
+        self._drawn: Result | None = None
         self._escape = QShortcut(Qt.Key.Key_Escape, bench.window, self.clear)  # wherever the focus is
         self._escape.setEnabled(False)
         self.bind(pick=self._set_tool)
@@ -68,9 +73,21 @@ class Pick(Feature):
             voxel_in_cell,  # loaded with the scene: not while the window opens
         )
 
-        cls = CLASSES.index(self.session.heat.class_name)
+        cls = CLASSES.index(
+            self.session.heat.class_name if self._drawn is None else self._drawn.request.heat_class
+        )
         ray = (cell.ray.origin_m, cell.ray.direction)
-        self.session.pick(voxel_in_cell(scene.heatmaps.display.pog, cls, cell.centre_m, cell.cell_m, ray))
+        pog = scene.heatmaps.display.pog
+        self.session.pick(voxel_in_cell(pog, cls, cell.centre_m, cell.cell_m, ray, self._meant()))
+
+    def _meant(self) -> Words | None:
+        """The voxels that a click on the heatmap as it is drawn may mean; None when any may be meant."""
+        if self._drawn is None or self._drawn.request.heat not in ("seen", "unseen"):
+            return None
+        from riglens.app.evaluation.heatmap import seen_words
+
+        seen = seen_words(self._drawn.evaluation)
+        return seen if self._drawn.request.heat == "seen" else ~seen
 
     def _show_voxel(self) -> None:
         """Point the voxel out; what is known about it comes with the next answer."""
@@ -85,6 +102,7 @@ class Pick(Feature):
         self.viewport.show_state(replace(self.viewport.state, marker=marker))
 
     def _on_result(self, result: Result) -> None:
+        self._drawn = result
         if result.request.voxel == self.session.voxel:
             self.card.show_voxel(voxel_text(result.picked) if result.picked is not None else None)
 

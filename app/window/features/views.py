@@ -1,10 +1,13 @@
-"""Where the 3D view is looked at from, and which handles the selected sensor has."""
+"""Where the 3D view is looked at from, views with names, and which handles the selected sensor has."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import asdict, replace
 from functools import partial
 from typing import Any
+
+from PySide6.QtWidgets import QMenu
 
 from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
@@ -16,6 +19,8 @@ from riglens.widgets.gizmo.drag import GizmoMode, Space
 VIEWS = ("iso", "top", "front", "left", "rear", "right")
 GIZMOS: tuple[GizmoMode, ...] = ("move", "rotate", "both")
 FAR_M = 2000.0
+FAR_AWAY = "Not in this view: {names}, {away_m:,.0f} m away. Select it and press F to look there."
+TOLD_MS = 10_000
 
 
 def _view(key: str, text: str, tip: str, shortcut: str, icon: str = "") -> Spec:
@@ -41,6 +46,10 @@ class Views(Feature):
             "F", "frame",
         ),
         Spec("frame_all", "Frame all", "Bring the car with all its sensors into view", "Home", menu="view/looks"),
+        Spec(
+            "ortho", "Orthographic", "Parallel view rays, also while the view is turned: lengths can be compared",
+            "O", menu="view/looks", is_checkable=True,
+        ),
         _gizmo("move", "Move", "Arrows on the selected sensor", "W", "move"),
         _gizmo("rotate", "Rotate", "Rings on the selected sensor", "E", "rotate"),
         _gizmo("both", "Move and rotate", "Arrows and rings on the selected sensor", "Q", "both"),
@@ -73,7 +82,8 @@ class Views(Feature):
         super().__init__(bench)
         self.bind(
             frame=self.frame,
-            frame_all=partial(self.viewport.frame_sensors, ()),
+            frame_all=self.frame_all,
+            ortho=self.set_ortho,
             snap=self.set_snap,
             **dict.fromkeys((*GIZMOS, "local"), self.set_gizmo),
             **{view: partial(self.viewport.set_view, view) for view in VIEWS},
@@ -92,7 +102,28 @@ class Views(Feature):
 
     def frame(self) -> None:
         """Look at the selected sensors from near by, or at the car with all its sensors."""
-        self.viewport.frame_sensors(self.document.chosen)
+        if not self.document.selection:
+            self.frame_all()
+        else:
+            self.viewport.frame_sensors(self.document.selection)
+
+    def frame_all(self) -> None:
+        """Look at the car with all its sensors; of one that is too far away it is said how to get there."""
+        self.viewport.frame_sensors(())
+        far = self.viewport.state.far_away
+        if far:
+            away_m = math.hypot(*self.document.rig.sensor(far[0]).position)
+            others = f" and {len(far) - 1} more" if len(far) > 1 else ""
+            self.bench.status.showMessage(FAR_AWAY.format(names=far[0] + others, away_m=away_m), TOLD_MS)
+
+    def set_ortho(self) -> None:
+        """Draw with parallel rays, or with perspective."""
+        self.look(self.viewport.state.camera.projected(self.actions["ortho"].isChecked()))
+
+    def look(self, camera: OrbitCamera) -> None:
+        """Look through a camera."""
+        self.actions["ortho"].setChecked(camera.orthographic)
+        self.viewport.show_state(replace(self.viewport.state, camera=camera))
 
     def restore(self, settings: Settings) -> None:
         key = settings.read("gizmo/mode", "both")
@@ -101,9 +132,9 @@ class Views(Feature):
         self.actions["snap"].setChecked(settings.read("gizmo/snap", False))
         self.set_gizmo()
         self.set_snap()
-        camera = _camera(settings.read("view/camera", {}))
+        camera = camera_of(settings.read("view/camera", {}))
         if camera is not None:
-            self.viewport.show_state(replace(self.viewport.state, camera=camera))
+            self.look(camera)
 
     def keep(self, settings: Settings) -> None:
         settings.write("gizmo/mode", next(key for key in GIZMOS if self.actions[key].isChecked()))
@@ -113,7 +144,7 @@ class Views(Feature):
         settings.write("view/camera", {} if camera is None else asdict(camera))
 
 
-def _camera(kept: dict[str, Any]) -> OrbitCamera | None:
+def camera_of(kept: dict[str, Any]) -> OrbitCamera | None:
     """The camera of an earlier session, None when it does not say one."""
     try:
         x, y, z = (float(value) for value in kept["focal_m"])
@@ -125,4 +156,75 @@ def _camera(kept: dict[str, Any]) -> OrbitCamera | None:
     is_sane = max(map(abs, (x, y, z))) <= FAR_M and 0.0 < distance <= FAR_M and abs(elevation) <= 90.0
     if not (is_sane and abs(azimuth) <= 360.0):  # false for NaN too
         return None
-    return OrbitCamera((x, y, z), distance, azimuth, elevation, kept.get("parallel") is True)
+    is_flat = kept.get("orthographic") is True
+    is_parallel = is_flat or kept.get("parallel") is True
+    return OrbitCamera((x, y, z), distance, azimuth, elevation, is_parallel, orthographic=is_flat)
+
+
+SAVED_KEY, MOST_SAVED, LONGEST_NAME = "view/saved", 50, 60
+
+
+class SavedViews(Feature):
+    """Views with names, for every rig: saved, recalled and deleted in a menu, kept in the settings."""
+
+    specs = (
+        Spec("save_view", "Save view…", "Keep this view of the car under a name", "Ctrl+Alt+V", menu="view"),
+    )  # fmt: skip
+
+    def __init__(self, bench: Workbench, views: Views) -> None:
+        super().__init__(bench)
+        self._views = views
+        self.menu = QMenu("Saved views", bench.window)
+        self.menu.aboutToShow.connect(self.fill)
+        bench.places.add_to_menu("view/looks", self.menu)
+        self.bind(save_view=self.save)
+        self.fill()
+
+    @property
+    def cameras(self) -> dict[str, OrbitCamera]:
+        """The saved cameras by name, in alphabetical order."""
+        kept = self.bench.kept.read(SAVED_KEY, {})
+        found = {name: camera_of(value) for name, value in kept.items() if isinstance(value, dict)}
+        known = {name: camera for name, camera in found.items() if camera is not None}
+        return dict(sorted(known.items(), key=lambda item: item[0].casefold()))
+
+    def save(self) -> None:
+        """Ask for a name and keep the view under it; a name that is there already gets the new view."""
+        name = self.bench.dialogs.view_name(self.bench.window, list(self.cameras))
+        name = (name or "").strip()[:LONGEST_NAME]
+        if not name:
+            return
+        cameras = self.cameras | {name: self.viewport.state.camera}
+        if len(cameras) > MOST_SAVED:
+            self.bench.report_error(f"Saved views: at most {MOST_SAVED} are kept; delete one first.")
+            return
+        self._keep(cameras)
+        self.bench.status.showMessage(f"View > Saved views now has '{name}'.", TOLD_MS)
+
+    def recall(self, name: str) -> None:
+        """Look from where a view was saved."""
+        self._views.look(self.cameras[name])
+
+    def forget(self, name: str) -> None:
+        """Delete a saved view."""
+        self._keep({other: camera for other, camera in self.cameras.items() if other != name})
+
+    def fill(self) -> None:
+        """Make the menu say which views there are."""
+        self.menu.clear()
+        self.menu.addAction(self.actions["save_view"])
+        self.menu.addSeparator()
+        cameras = self.cameras
+        for name in cameras:
+            self.menu.addAction(name.replace("&", "&&"), partial(self.recall, name))
+        if cameras:
+            self.menu.addSeparator()
+            gone = QMenu("Delete", self.menu)
+            for name in cameras:
+                gone.addAction(name.replace("&", "&&"), partial(self.forget, name))
+            self.menu.addMenu(gone)
+
+    def _keep(self, cameras: dict[str, OrbitCamera]) -> None:
+        self.bench.kept.write(SAVED_KEY, {name: asdict(camera) for name, camera in cameras.items()})
+        self.bench.kept.sync()
+        self.fill()

@@ -126,6 +126,8 @@ def test_a_right_click_on_a_sensor_opens_its_menu_for_all_that_is_selected(bench
 def test_a_right_click_on_nothing_opens_the_menu_of_the_view_and_keeps_the_selection(bench: FullDesk) -> None:
     bench.viewport.menu_wanted.emit(None, QPoint(200, 200))
     menu = opened_menu()
-    assert {"Frame all", "Top", "Select all", "Pick a voxel"} <= set(texts(menu))
+    assert {"Frame all", "Top", "Orthographic", "Save view…", "Select all", "Pick a voxel"} <= set(
+        texts(menu)
+    )
     assert len(bench.document.selection) == 3
     menu.close()

@@ -131,3 +131,24 @@ def test_a_state_made_from_the_one_shown_undoes_no_camera_move_and_no_drag(scene
     scene.preview({"roof": MOVED.sensor("roof").pose})
     scene.show(replace(scene.state, heatmap=HEAT))
     assert scene.state == replace(STATE, rig=MOVED, camera=OrbitCamera(distance_m=7.0), heatmap=HEAT)
+
+
+def test_frame_all_leaves_out_a_sensor_kilometres_away_and_framing_it_goes_there(scene):
+    far = LIDAR.replace(name="far", position=(4000.0, 0.0, 1.0))
+    scene.show(SceneState(rig=Rig(sensors=(LIDAR, far))))
+    scene.frame()
+    camera = scene.state.camera
+    assert scene.state.far_away == ("far",)
+    assert np.hypot(*camera.focal_m[:2]) < 3.0 and camera.distance_m < 40.0
+    scene.frame(("far",))
+    assert scene.state.camera.focal_m == far.position and scene.state.camera.distance_m < 10.0
+    scene.frame(("far", "roof"))
+    assert scene.state.camera.focal_m == LIDAR.position
+
+
+def test_named_views_keep_parallel_rays_by_choice(scene):
+    scene.set_view("iso")
+    assert not scene.state.camera.parallel
+    scene.set_camera(scene.state.camera.projected(True))
+    scene.set_view("iso")
+    assert scene.state.camera.parallel and scene.state.camera.orthographic
