@@ -7,8 +7,10 @@ from html import escape
 from pathlib import Path
 from typing import Literal
 
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFileDialog, QInputDialog, QMessageBox, QWidget
 
+from riglens.widgets.panels.guide import Guide
 from riglens.widgets.panels.shortcut_sheet import Group, ShortcutSheet
 
 RIG_FILES = "Rig files (*.yaml *.yml);;All files (*)"
@@ -88,11 +90,16 @@ class Dialogs:
         """Keys and what they do."""
         ShortcutSheet(title, groups, parent).show()
 
+    def show_guide(self, parent: QWidget, page: Path) -> None:
+        """A page of the guide."""
+        Guide(page, parent).show()
+
     def show_text(self, parent: QWidget, title: str, html: str) -> None:
         """Something to read."""
         box = QMessageBox(parent)
         box.setWindowTitle(title)
         box.setText(html)
+        box.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         box.setStandardButtons(QMessageBox.StandardButton.Close)
         box.open()
 

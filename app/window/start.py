@@ -57,6 +57,7 @@ def open_window(rig: str, scene: SceneOptions, score: ScoreOptions) -> int:
         gc.freeze()  # what is there now stays: looking through it once would take as long as drawing a frame
         gc.enable()  # app.main paused it
         window.features.autosave.start(state_folder() / "unsaved")
+        window.features.help.start()
         window.features.exchange.show_report(opened.report)
         code = app.exec() or interrupt.code
     grace.cancel()

@@ -137,6 +137,7 @@ class FakeDialogs(Dialogs):
     path: Path | None = None
     answer: Unsaved = "cancel"
     name: str | None = None
+    suggested: Path | None = None
     asked: int = 0
     shown: list[str] = field(default_factory=list)
 
@@ -144,15 +145,19 @@ class FakeDialogs(Dialogs):
         return self.path
 
     def save_rig(self, parent: QWidget, suggestion: Path) -> Path | None:
+        self.suggested = suggestion
         return self.path
 
     def export_rig(self, parent: QWidget, suggestion: Path, title: str, is_folder: bool) -> Path | None:
+        self.suggested = suggestion
         return self.path
 
     def save_picture(self, parent: QWidget, suggestion: Path) -> Path | None:
+        self.suggested = suggestion
         return self.path
 
     def save_table(self, parent: QWidget, suggestion: Path) -> Path | None:
+        self.suggested = suggestion
         return self.path
 
     def mesh_file(self, parent: QWidget, folder: Path | None) -> Path | None:
@@ -173,6 +178,9 @@ class FakeDialogs(Dialogs):
 
     def show_sheet(self, parent: QWidget, title: str, groups: Sequence[Group]) -> None:
         self.shown.append("\n".join(f"{keys}: {what}" for group in groups for keys, what in group.rows))
+
+    def show_guide(self, parent: QWidget, page: Path) -> None:
+        self.shown.append(str(page))
 
     def show_text(self, parent: QWidget, title: str, html: str) -> None:
         self.shown.append(html)

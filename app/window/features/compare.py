@@ -14,7 +14,7 @@ from riglens.app.background.side_jobs import SideAnswer, SideRequest
 from riglens.app.evaluation.requests import LoadedScene, Result
 from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
-from riglens.app.window.features.files import Exchange, Files, file_name
+from riglens.app.window.features.files import Exchange, Files, beside_rig
 from riglens.app.window.settings import Settings
 from riglens.app.window.workbench import Workbench
 from riglens.core.errors import InputError
@@ -218,7 +218,7 @@ class Compare(Feature):
         settings.write("compare/bars", self.panel.bars.isChecked())
 
     def _export(self) -> None:
-        path = self.bench.dialogs.save_table(self.bench.window, Path(file_name("rigs", ".csv")))
+        path = self.bench.dialogs.save_table(self.bench.window, beside_rig(self.document, "rigs", ".csv"))
         if path is None:
             return
         try:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QMenu
 
+from riglens.app.session.document import Document
 from riglens.app.window.actions import Spec, menu_button
 from riglens.app.window.feature import Feature
 from riglens.app.window.workbench import Workbench
@@ -57,12 +58,11 @@ class Files(Feature):
         return menu
 
     def open(self) -> None:
-        """Ask for a rig file and open it."""
-        if self.may_lose_changes():
-            folder = self.document.path.parent if self.document.path is not None else None
-            path = self.bench.dialogs.open_rig(self.bench.window, folder)
-            if path is not None:
-                self._open(path)
+        """Ask for a rig file, then about changes that would be lost, and open it."""
+        folder = self.document.path.parent if self.document.path is not None else None
+        path = self.bench.dialogs.open_rig(self.bench.window, folder)
+        if path is not None and self.may_lose_changes():
+            self._open(path)
 
     def _open(self, path: Path) -> None:
         """Open a rig file, or have one of another program read."""
@@ -139,6 +139,12 @@ def file_name(rig_name: str, suffix: str) -> str:
     """A rig's name as a file name: letters, digits and -_+. stay."""
     kept = "".join(c if c.isalnum() or c in "-_+." else "-" for c in rig_name).strip("-.")
     return (kept or "rig") + suffix
+
+
+def beside_rig(document: Document, name: str, suffix: str) -> Path:
+    """A file name for a result, in the folder of the rig's file if it has one."""
+    path = Path(file_name(name, suffix))
+    return document.path.parent / path if document.path is not None else path
 
 
 KEY = "files/recent"
@@ -246,7 +252,7 @@ class Exchange(Feature):
     def export(self, format_: Format) -> None:
         """Ask where, and write the rig in that format."""
         ending = "" if format_.is_folder else (format_.endings or (".json",))[0]
-        suggestion = Path(file_name(self.document.rig.name, ending))
+        suggestion = beside_rig(self.document, self.document.rig.name, ending)
         path = self.bench.dialogs.export_rig(self.bench.window, suggestion, format_.title, format_.is_folder)
         if path is not None:
             self.bench.guarded(self._write)(path, format_)

@@ -1,13 +1,27 @@
-"""The shortcut sheet and what the program is about."""
+"""Help: guide, tips, the shortcut sheet, every command by its name, and what the program is about."""
 
 from __future__ import annotations
 
-from riglens.app.window.actions import Actions, Spec
+import platform
+from contextlib import suppress
+from html import escape
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QMenu
+
+from riglens import core
+from riglens.app.window.actions import Actions, Spec, shortcut_text
 from riglens.app.window.feature import Feature
-from riglens.app.window.places import MENUS
+from riglens.app.window.features.views import TOLD_MS
+from riglens.app.window.places import MENUS, Places
 from riglens.app.window.workbench import Workbench
+from riglens.version import installed_version
+from riglens.widgets.panels.command_palette import Command, CommandPalette
 from riglens.widgets.panels.scores.text import SIGN_NOTE
 from riglens.widgets.panels.shortcut_sheet import Group
+from riglens.widgets.panels.tips_card import TipsCard
 
 ABOUT = (
     "<p><b>RigLens</b> shows how well LiDARs and cameras on a car look at the traffic around it, "
@@ -24,17 +38,73 @@ SHORT = 38
 """Tooltips up to this length say what an action does; of others the name is enough."""
 
 
+TIPS = (
+    "Drag beside the sensors to turn the view, with the middle button to shift it; wheel and right button zoom. "
+    "F looks at what is selected, Home at the whole car.",
+    "Click a sensor, here or in the list, and drag its arrows and rings. The scores below follow while you drag; "
+    "Ctrl+Z takes back.",
+    "P, then a click on the car, puts the selected sensor onto its surface. Models of the library can be dragged "
+    "onto the car.",
+    "Shift and a drag selects several sensors. Arrows, fields and every action then work on all of them.",
+    "Alt and a click on the heatmap says who sees that place, and why the others do not.",
+    "Ctrl+K finds every command, sensor model and preset by a few letters. F1 opens the guide, ? lists all keys.",
+)
+TIPS_KEY = "tips/closed"
+PARTS_NAMED = ("PySide6-Essentials", "vtk", "numba", "numpy")
+"""Packages whose versions a report of a problem should name."""
+
+
 class Help(Feature):
-    """Texts to read."""
+    """Texts to read, tips for the first steps, and every command by its name."""
 
     specs = (
-        Spec("help", "Shortcuts and mouse", "What keys and mouse buttons do", "?; F1", "", "help/texts"),
-        Spec("about", "About RigLens", "What this program computes", "Shift+F1", "", "help/texts"),
-    )
+        Spec(
+            "commands", "Find a command…", "Type a few letters of any command, model, preset or view", "Ctrl+K",
+            "search", "help/texts",
+        ),
+        Spec("guide", "Guide", "The first five minutes, and the pages that they lead to", "F1", "", "help/texts"),
+        Spec("tips", "Tips", "Short tips for the first steps, in a corner of the view", "", "", "help/texts"),
+        Spec("help", "Shortcuts and mouse", "What keys and mouse buttons do", "?", "", "help/texts"),
+        Spec("about", "About RigLens", "Version, and what this program computes", "Shift+F1", "", "help/texts"),
+    )  # fmt: skip
 
     def __init__(self, bench: Workbench) -> None:
         super().__init__(bench)
-        self.bind(help=self.show_help, about=self.show_about)
+        self.card = TipsCard(TIPS, self.viewport)
+        self.card.closed.connect(self.close_tips)
+        self.bind(
+            commands=self.show_commands,
+            guide=self.show_guide,
+            tips=self.card.begin,
+            help=self.show_help,
+            about=self.show_about,
+        )
+
+    def start(self) -> None:
+        """Show the tips, unless somebody closed them for good."""
+        if not self.bench.kept.read(TIPS_KEY, False):
+            self.card.begin()
+
+    def close_tips(self) -> None:
+        """Put the tips away, in later sessions too."""
+        self.card.hide()
+        self.bench.kept.write(TIPS_KEY, True)
+        self.bench.kept.sync()
+        self.bench.status.showMessage("Help > Tips shows the tips again.", TOLD_MS)
+
+    def show_commands(self) -> None:
+        """Every command, to be found by its name."""
+        CommandPalette(commands_of(self.bench.places, self.actions["commands"]), self.bench.window).show()
+
+    def show_guide(self) -> None:
+        """The page for beginners."""
+        page = guide_page()
+        if page is None:
+            self.bench.report_error(
+                "The guide is not part of this installation; it is docs/first-five-minutes.md."
+            )
+        else:
+            self.bench.dialogs.show_guide(self.bench.window, page)
 
     def show_help(self) -> None:
         """What keys and mouse buttons do."""
@@ -42,8 +112,49 @@ class Help(Feature):
         self.bench.dialogs.show_sheet(self.bench.window, "Shortcuts and mouse", groups)
 
     def show_about(self) -> None:
-        """What the program computes, with the sign of S-MS said openly."""
-        self.bench.dialogs.show_text(self.bench.window, "About RigLens", ABOUT)
+        """What the program computes, with the sign of S-MS said openly, and which version it is."""
+        self.bench.dialogs.show_text(self.bench.window, "About RigLens", ABOUT + versions_html())
+
+
+def versions_html() -> str:
+    """This version, and those of what it stands on, to be copied into a report of a problem."""
+    found = [f"Python {platform.python_version()}"]
+    for name in PARTS_NAMED:
+        with suppress(PackageNotFoundError):
+            found.append(f"{name} {version(name)}")
+    lines = (f"RigLens {installed_version()}", ", ".join(found), platform.platform())
+    return f"<p>{'<br>'.join(escape(line) for line in lines)}</p>"
+
+
+def guide_page() -> Path | None:
+    """The page for beginners; it lies beside the code in a checkout and in an installation."""
+    page = Path(core.__file__).resolve().parents[1] / "docs" / "first-five-minutes.md"
+    return page if page.is_file() else None
+
+
+def commands_of(places: Places, itself: QAction) -> list[Command]:
+    """Everything that stands in a menu, submenus filled as if somebody looked into them."""
+    found: list[Command] = []
+    for key, (title, _) in MENUS.items():
+        found += _commands_in(places.menu(key), (_plain(title),), itself)
+    return found
+
+
+def _commands_in(menu: QMenu, way: tuple[str, ...], itself: QAction) -> list[Command]:
+    found: list[Command] = []
+    for action in menu.actions():
+        inner = action.menu()
+        if isinstance(inner, QMenu):
+            inner.aboutToShow.emit()
+            found += _commands_in(inner, (*way, _plain(action.text())), itself)
+        elif action.text() and action.isVisible() and not action.isSeparator() and action is not itself:
+            found.append(Command(_plain(action.text()), way, shortcut_text(action), action))
+    return found
+
+
+def _plain(text: str) -> str:
+    """The words of a menu entry without the marks of its keys."""
+    return text.replace("&&", "\0").replace("&", "").replace("\0", "&").removesuffix("…")
 
 
 def sheet(actions: Actions, gestures: list[tuple[str, str]]) -> list[Group]:

@@ -14,7 +14,7 @@ from riglens.app.rendering.picture_maker import PictureMaker
 from riglens.app.rendering.picture_process import PictureJob
 from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
-from riglens.app.window.features.files import file_name
+from riglens.app.window.features.files import beside_rig
 from riglens.app.window.workbench import Workbench
 from riglens.core.files import atomic_write
 from riglens.widgets.panels.picture_dialog import PictureDialog
@@ -74,7 +74,7 @@ class Picture(Feature):
         self._draw("preview", 1)
 
     def _save(self) -> None:
-        suggestion = Path(file_name(self.document.rig.name, ".png"))
+        suggestion = beside_rig(self.document, self.document.rig.name, ".png")
         path = self.bench.dialogs.save_picture(self.bench.window, suggestion)
         if path is not None and self.dialog is not None:
             self._draw(path, self.dialog.choice.scale)

@@ -20,6 +20,7 @@ from riglens.core.geometry import Vec3
 from riglens.core.scene.grid import DEFAULT_ROI_M, DEFAULT_VOXEL_M, VoxelGrid
 from riglens.widgets.panels.scene_panel import SceneChoice
 
+QUIET_KEY = "scene/no_grid_note"
 FILE_TIP = "Score on a CSV, CSV.gz or Parquet table, or on annotations.feather"
 FOLDER_TIP = "Score on a folder of nuScenes, Argoverse 2, KITTI or CARLA, or of tables"
 
@@ -47,6 +48,7 @@ class SceneData(Feature):
     def __init__(self, bench: Workbench) -> None:
         super().__init__(bench)
         self._options = SceneOptions()
+        self._note = ""
         self._strip = bench.status.add_strip("Loading boxes")
         self._strip.cancel.setObjectName("cancel_load")
         self.bind(boxes_file=self._choose_file, boxes_folder=self._choose_folder)
@@ -85,6 +87,8 @@ class SceneData(Feature):
         self.load(options_of(choice, self._options))
 
     def _on_scene(self, scene: LoadedScene) -> None:
+        if self.session.scene is not None:
+            self._tell_why_scores_move(self.session.scene.field.grid, scene.field.grid)
         self.viewport.show_state(replace(self.viewport.state, grid=scene.field.grid))
         self.bench.status.show_scene(scene)
         picked = tried = ""
@@ -94,6 +98,18 @@ class SceneData(Feature):
         choice = choice_of(scene.options, scene.field.grid)
         self.bench.panels.scene.set_loaded(choice, f"In use: {scene_line(scene)}", picked, tried)
         self.session.show_scene(scene)
+
+    def _tell_why_scores_move(self, before: VoxelGrid, after: VoxelGrid) -> None:
+        """Say that the numbers moved because they are counted on another grid, unless nobody wants to hear it."""
+        note, notes = why_scores_move(before, after), self.bench.notes
+        is_free = not notes.message or notes.message == self._note
+        if note and is_free and not self.bench.kept.read(QUIET_KEY, False):
+            self._note = note
+            notes.show_message(note, choices={"Do not say this again": self._be_quiet})
+
+    def _be_quiet(self) -> None:
+        self.bench.kept.write(QUIET_KEY, True)
+        self.bench.kept.sync()
 
     def _on_preparing(self) -> None:
         self._strip.show_stage("Preparing the engine", "the first start compiles: a minute or two")
@@ -126,6 +142,22 @@ class SceneData(Feature):
                 self.bench.report_error(str(error))
                 return
             self.bench.docks.bring_up("Scene")
+
+
+def why_scores_move(before: VoxelGrid, after: VoxelGrid) -> str:
+    """What another voxel edge or region does to all scores; empty when both are the same."""
+    reasons = []
+    if before.voxel_m != after.voxel_m:
+        reasons.append(f"voxels have edges of {after.voxel_m:g} m instead of {before.voxel_m:g} m")
+    if before.roi_m != after.roi_m:
+        old, new = (" × ".join(f"{length:g}" for length in grid.roi_m) for grid in (before, after))
+        reasons.append(f"the region of interest is {new} m instead of {old} m")
+    if not reasons:
+        return ""
+    return (
+        f"All scores have moved although the rig has not: {' and '.join(reasons)}, so other entropy is added up. "
+        "Compare scores of one grid only; the baseline is scored on the new one too, so changes still count."
+    )
 
 
 def choice_of(options: SceneOptions, grid: VoxelGrid | None = None) -> SceneChoice:

@@ -15,6 +15,7 @@ from riglens.app.window.settings import Settings
 from riglens.app.window.workbench import Workbench
 from riglens.widgets.drawing.camera import OrbitCamera
 from riglens.widgets.gizmo.drag import GizmoMode, Space
+from riglens.widgets.panels.menus import add_entry
 
 VIEWS = ("iso", "top", "front", "left", "rear", "right")
 GIZMOS: tuple[GizmoMode, ...] = ("move", "rotate", "both")
@@ -216,12 +217,12 @@ class SavedViews(Feature):
         self.menu.addSeparator()
         cameras = self.cameras
         for name in cameras:
-            self.menu.addAction(name.replace("&", "&&"), partial(self.recall, name))
+            add_entry(self.menu, name.replace("&", "&&"), partial(self.recall, name))
         if cameras:
             self.menu.addSeparator()
             gone = QMenu("Delete", self.menu)
             for name in cameras:
-                gone.addAction(name.replace("&", "&&"), partial(self.forget, name))
+                add_entry(gone, name.replace("&", "&&"), partial(self.forget, name))
             self.menu.addMenu(gone)
 
     def _keep(self, cameras: dict[str, OrbitCamera]) -> None:

@@ -43,9 +43,7 @@ def test_every_action_has_a_tooltip_and_does_something(bench: Bench) -> None:
 
 def test_the_key_of_the_sheet_opens_it(bench: Bench) -> None:
     bench.qtbot.keyClick(bench.window, "?")
-    bench.qtbot.keyClick(bench.window, Qt.Key.Key_F1)
-    assert len(bench.dialogs.shown) == 2
-    assert bench.dialogs.shown[0] == bench.dialogs.shown[1]
+    assert len(bench.dialogs.shown) == 1 and "Ctrl+K" in bench.dialogs.shown[0]
 
 
 def test_the_sheet_lists_every_action_and_gesture_and_nothing_is_cut_off(bench: Bench) -> None:

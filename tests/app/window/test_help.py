@@ -1,0 +1,224 @@
+"""Commands by their names, guide, tips that can be closed for good, version, and notes that explain moving scores."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from importlib.metadata import version
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QPushButton
+from pytestqt.qtbot import QtBot
+
+from riglens.app.window.dialogs import Dialogs
+from riglens.app.window.features.help import TIPS, commands_of, guide_page
+from riglens.app.window.features.scene_data import why_scores_move
+from riglens.app.window.settings import Settings
+from riglens.core.rig.yaml.file import new_rig_file
+from riglens.core.scene.grid import VoxelGrid
+from riglens.version import installed_version
+from riglens.widgets.panels.command_palette import CommandPalette, fitting
+from riglens.widgets.panels.guide import Guide
+from riglens.widgets.panels.voxel_card import VoxelCard
+from tests.app.window.desk import FullDesk, full_desk
+from tests.app.window_bench import RIG, Bench, open_bench
+
+
+@pytest.fixture
+def bench(qtbot: QtBot) -> Iterator[FullDesk]:
+    with full_desk(qtbot) as opened:
+        yield opened
+
+
+@pytest.fixture
+def whole(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
+    with open_bench(qtbot, tmp_path, wait=False) as opened:
+        yield opened
+
+
+# ---------------------------------------------------------------------- commands
+def palette(bench: Bench) -> CommandPalette:
+    bench.qtbot.keyClick(bench.window, Qt.Key.Key_K, Qt.KeyboardModifier.ControlModifier)
+    [found] = (each for each in bench.window.findChildren(CommandPalette) if each.isVisible())
+    return found
+
+
+def shown(opened: CommandPalette) -> list[str]:
+    rows = opened.rows
+    return [rows.topLevelItem(place).text(0) for place in range(rows.topLevelItemCount())]
+
+
+def test_a_command_is_found_by_a_few_letters_and_done_by_return(whole: Bench) -> None:
+    opened = palette(whole)
+    QTest.keyClicks(opened.typed, "select al")
+    assert shown(opened) == ["Edit › Select all"]
+    QTest.keyClick(opened.typed, Qt.Key.Key_Return)
+    assert len(whole.document.selection) == 2 and not opened.isVisible()
+
+
+def test_models_presets_and_themes_are_commands_too_and_arrow_keys_choose(whole: Bench) -> None:
+    opened = palette(whole)
+    QTest.keyClicks(opened.typed, "preset N+")
+    first, second = shown(opened)[:2]
+    assert first.startswith("File › New from preset › N+")
+    QTest.keyClick(opened.typed, Qt.Key.Key_Down)
+    QTest.keyClick(opened.typed, Qt.Key.Key_Return)
+    assert whole.document.rig.name == second.split(" › ")[-1]
+    opened = palette(whole)
+    QTest.keyClicks(opened.typed, "vlp-16")
+    QTest.keyClick(opened.typed, Qt.Key.Key_Return)
+    added = whole.document.selected_sensor()
+    assert added is not None and added.model == "velodyne-vlp-16"
+
+
+def test_escape_closes_it_and_what_cannot_be_done_now_does_nothing(whole: Bench) -> None:
+    opened = palette(whole)
+    QTest.keyClicks(opened.typed, "duplicate")
+    QTest.keyClick(opened.typed, Qt.Key.Key_Return)  # nothing is selected
+    assert whole.document.rig == RIG and opened.isVisible()
+    QTest.keyClick(opened.typed, Qt.Key.Key_Escape)
+    assert not opened.isVisible()
+
+
+def test_every_action_of_a_menu_is_found_and_titles_that_begin_so_come_first(bench: FullDesk) -> None:
+    commands = commands_of(bench.workbench.places, bench.workbench.actions["commands"])
+    listed = {command.action for command in commands}
+    missing = {
+        spec.key
+        for spec in bench.workbench.actions.specs
+        if bench.workbench.actions[spec.key] not in listed and spec.key != "commands"
+    }
+    assert missing == set()
+    assert fitting(commands, "top")[0].title == "Top"
+    assert fitting(commands, "no such thing") == []
+    assert all("&" not in command.words.replace(" & ", "") for command in commands)
+
+
+# ---------------------------------------------------------------------- texts
+def test_the_about_text_says_the_version_and_what_it_stands_on(bench: FullDesk) -> None:
+    bench.act("about")
+    text = bench.dialogs.shown[0]
+    assert f"RigLens {installed_version()}" in text and f"numba {version('numba')}" in text
+
+
+def test_f1_opens_the_guide_and_its_links_lead_to_other_pages(whole: Bench, qtbot: QtBot) -> None:
+    whole.qtbot.keyClick(whole.window, Qt.Key.Key_F1)
+    page = guide_page()
+    assert page is not None and whole.dialogs.shown == [str(page)]
+    Dialogs().show_guide(whole.window, page)
+    guide = whole.window.findChild(Guide)
+    assert guide is not None and "first five minutes" in guide.text.toPlainText()
+    assert "](" in page.read_text() and "](" not in guide.text.toPlainText()
+    guide.text.setSource(guide.text.source().resolved("heatmap.md"))
+    assert "heatmap" in guide.text.source().fileName() and len(guide.text.toPlainText()) > 200
+    back = next(button for button in guide.findChildren(QPushButton) if button.text() == "Back")
+    QTest.mouseClick(back, Qt.MouseButton.LeftButton)
+    assert guide.text.source().fileName() == page.name
+    QTest.keyClick(guide, Qt.Key.Key_Escape)
+    assert not guide.isVisible()
+
+
+# ---------------------------------------------------------------------- tips
+def test_tips_are_shown_until_they_are_closed_for_good(qtbot: QtBot) -> None:
+    kept = Settings()
+    with full_desk(qtbot, kept=kept) as bench:
+        bench.viewport.resize(800, 600)
+        bench.viewport.show()
+        card = bench.features.help.card
+        assert card.isHidden()
+        bench.features.help.start()
+        assert not card.isHidden() and card.title.text() == f"Tip 1 of {len(TIPS)}"
+        assert (card.x(), card.y() + card.height()) == (10, 590)
+        for number, tip in enumerate(TIPS, 1):
+            assert card.text.text() == tip and card.title.text().startswith(f"Tip {number} ")
+            QTest.mouseClick(card.next, Qt.MouseButton.LeftButton)
+        assert not card.next.isEnabled()
+        QTest.mouseClick(card.back, Qt.MouseButton.LeftButton)
+        assert card.text.text() == TIPS[-2]
+        bench.viewport.resize(700, 500)
+        assert card.y() + card.height() == 490
+        QTest.mouseClick(card.close_button, Qt.MouseButton.LeftButton)
+        assert card.isHidden()
+    with full_desk(qtbot, kept=kept) as bench:
+        bench.features.help.start()
+        assert bench.features.help.card.isHidden()
+        bench.act("tips")
+        assert not bench.features.help.card.isHidden()
+
+
+def test_tips_are_only_for_those_who_open_the_program_not_for_every_window(bench: FullDesk) -> None:
+    assert bench.features.help.card.isHidden()
+    assert bench.viewport.findChild(VoxelCard).isHidden()
+
+
+# ---------------------------------------------------------------------- files
+def test_unsaved_changes_are_asked_for_after_the_file_is_chosen(bench: FullDesk, tmp_path: Path) -> None:
+    target = tmp_path / "rig.yaml"
+    new_rig_file(RIG.replace(name="other")).save(target)
+    bench.drag("roof", (1.0, 0.0, 2.0))
+    bench.dialogs.path = None
+    bench.act("open")
+    assert bench.dialogs.asked == 0  # nothing was chosen, so nothing would be lost
+    bench.dialogs.path = target
+    bench.act("open")
+    assert bench.dialogs.asked == 1 and bench.document.rig.name == "small"
+    bench.dialogs.answer = "discard"
+    bench.act("open")
+    assert bench.document.rig.name == "other"
+
+
+def test_exports_start_beside_the_file_of_the_rig(bench: FullDesk, tmp_path: Path) -> None:
+    from riglens.core.formats.exchange import FORMATS
+
+    bench.features.exchange.export(FORMATS["urdf"])
+    assert bench.dialogs.suggested == Path("small.urdf")
+    target = tmp_path / "rig.yaml"
+    new_rig_file(RIG).save(target)
+    bench.document.open(target)
+    bench.features.exchange.export(FORMATS["urdf"])
+    assert bench.dialogs.suggested == tmp_path / "small.urdf"
+
+
+# ---------------------------------------------------------------------- why scores move
+def test_what_another_grid_does_to_the_scores_is_said() -> None:
+    small, large = VoxelGrid(0.1, (20.0, 20.0, 4.0)), VoxelGrid(0.2, (20.0, 20.0, 4.0))
+    assert why_scores_move(small, small) == ""
+    assert "voxels have edges of 0.2 m instead of 0.1 m" in why_scores_move(small, large)
+    wide = why_scores_move(small, VoxelGrid(0.1, (40.0, 20.0, 4.0)))
+    assert "the region of interest is 40 × 20 × 4 m instead of 20 × 20 × 4 m" in wide and "voxels" not in wide
+
+
+def scene(edge_m: float) -> Any:
+    """What the note asks of a loaded scene."""
+    return SimpleNamespace(field=SimpleNamespace(grid=VoxelGrid(edge_m, (20.0, 20.0, 4.0))))
+
+
+def test_a_change_of_the_voxel_edge_says_why_the_numbers_moved(qtbot: QtBot, tmp_path: Path) -> None:
+    with open_bench(qtbot, tmp_path) as bench:
+        assert bench.workbench.notes.message == ""
+        bench.features.scene_data.load(
+            bench.scenes[-1].options.__class__(boxes=tmp_path / "boxes.csv", voxel_m=1.0)
+        )
+        bench.settle()
+        assert "edges of 1 m instead of 0.5 m" in bench.workbench.notes.message
+
+
+def test_the_note_can_be_silenced_for_good_and_covers_no_other_note(bench: FullDesk) -> None:
+    tell = bench.features.scene_data._tell_why_scores_move
+    notes = bench.workbench.notes
+    notes.show_message("Recover?")
+    tell(scene(0.1).field.grid, scene(0.2).field.grid)
+    assert notes.message == "Recover?"
+    notes.clear()
+    tell(scene(0.1).field.grid, scene(0.2).field.grid)
+    tell(scene(0.2).field.grid, scene(0.4).field.grid)
+    assert "0.4 m instead of 0.2 m" in notes.message
+    button = notes.findChild(QPushButton, "Do not say this again")
+    assert button is not None
+    QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+    tell(scene(0.4).field.grid, scene(0.2).field.grid)
+    assert notes.message == ""
