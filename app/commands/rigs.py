@@ -45,11 +45,12 @@ def convert(
     rear_axle_x: Annotated[float | None, Parameter(metavar="M")] = None,
     origin: Annotated[Triple | None, Parameter(metavar="X Y Z")] = None,
     token: Annotated[str | None, Parameter(metavar="TEXT")] = None,
+    report: Annotated[Path | None, Parameter(metavar="FILE")] = None,
 ) -> None:
     """Convert a rig between formats, and say what was converted, approximated or left out.
 
-    Formats: riglens, nuscenes, autoware, urdf, carla, carla-toml, driveworks both ways; pandaset, kalibr, kitti
-    read only; osi written only.
+    Formats: riglens, nuscenes, autoware, urdf, carla, carla-toml, driveworks both ways; pandaset, argoverse,
+    kalibr, opencv, kitti, carla-agent read only; osi written only.
 
     Parameters
     ----------
@@ -68,11 +69,13 @@ def convert(
     origin
         Where the origin of IN lies in the vehicle frame, in metres.
     token
-        Which rig of several: a token of nuScenes, the id of a CARLA vehicle.
+        Which rig of several: a token of nuScenes, the id of a CARLA vehicle, the class of a CARLA agent.
+    report
+        Write what became of everything to this file as well, sensor by sensor.
     """
     from riglens.app.commands import rigs_job
 
-    rigs_job.convert(rigs_job.Conversion(source, out, from_, to, vehicle, rear_axle_x, origin, token))
+    rigs_job.convert(rigs_job.Conversion(source, out, from_, to, vehicle, rear_axle_x, origin, token, report))
 
 
 def library(

@@ -16,6 +16,7 @@ from rich.table import Table
 from rich.text import Text
 
 from riglens.app.terminal.console import note_report, results
+from riglens.core.errors import InputError
 from riglens.core.files import atomic_write, require_apart
 from riglens.core.formats.exchange import WRITABLE, format_called, format_for, read_rig, write_rig
 from riglens.core.formats.mounts import ReadOptions
@@ -83,6 +84,7 @@ class Conversion:
     rear_axle_x: float | None = None
     origin_m: Vec3 | None = None
     token: str | None = None
+    report: Path | None = None
 
 
 def convert(job: Conversion) -> None:
@@ -91,10 +93,18 @@ def convert(job: Conversion) -> None:
         format_called(job.target_format, WRITABLE) if job.target_format else format_for(job.target)
     )
     require_apart(job.target, (job.source,))
+    if job.report is not None:
+        require_apart(job.report, (job.source,))
+        if job.report.absolute() == job.target.absolute():
+            raise InputError(f"--report: {job.report} is OUT as well; name another file")
     rig, report = _read_rig(job)
     exported = write_rig(rig, job.target, target_format.name)
     for found in (report, exported.report):
         note_report(found)
+    if job.report is not None:
+        texts = (found.text() for found in (report, exported.report) if found is not None)
+        with atomic_write(job.report) as file:
+            file.write("\n".join(texts).encode("utf-8"))
     count = len(rig.sensors)
     line = f"{job.target}: {count} sensor{'' if count == 1 else 's'} as {target_format.title}"
     results().print(line, soft_wrap=True, markup=False)

@@ -188,6 +188,10 @@ def remarks_on(data: DataReport) -> list[str]:
         count = sum(data.unmapped.values())
         ending = "box belongs to no class and does" if count == 1 else "boxes belong to no class and do"
         lines.append(f"{count:,} {ending} not count: {names}{more}")
+    if data.frames == 1:
+        lines.append(
+            "one frame only: each voxel is surely free or surely not, which has no entropy; all scores are 0"
+        )
     empty = [name for name, count in data.boxes.items() if count == 0]
     if empty:
         lines.append(f"no boxes of class {', '.join(empty)}: its scores are 0")

@@ -94,11 +94,12 @@ class Dialogs:
         """A page of the guide."""
         Guide(page, parent).show()
 
-    def show_text(self, parent: QWidget, title: str, html: str) -> None:
-        """Something to read."""
+    def show_text(self, parent: QWidget, title: str, html: str, details: str = "") -> None:
+        """Something to read; details in plain text unfold below it."""
         box = QMessageBox(parent)
         box.setWindowTitle(title)
         box.setText(html)
+        box.setDetailedText(details)
         box.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         box.setStandardButtons(QMessageBox.StandardButton.Close)
         box.open()

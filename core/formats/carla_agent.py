@@ -14,7 +14,7 @@ from typing import Any
 
 from riglens.core.errors import InputError
 from riglens.core.formats.base import Format, Imported
-from riglens.core.formats.carla_objects import lidar_fields
+from riglens.core.formats.carla_objects import KNOWN, lidar_fields
 from riglens.core.formats.carla_toml import right_handed
 from riglens.core.formats.mounts import MAX_PIXELS, Mounting, ReadOptions
 from riglens.core.formats.report import Notes
@@ -132,8 +132,10 @@ def _add(node: ast.Dict, source: Source, mounting: Mounting) -> None:
     name = named if isinstance(named, str) else f"line {node.lineno}"
     family = kind.removeprefix("sensor.").partition(".")[0]
     if family not in ("camera", "lidar"):
-        notes.ignored("neither camera nor LiDAR", name)
+        notes.ignored(f"neither camera nor LiDAR: {shortened(kind, 40)}", name)
         return
+    if kind.removeprefix(f"sensor.{family}.") not in KNOWN[family]:
+        notes.approximated(f"unknown type '{shortened(kind, 40)}', read as a sensor.{family} of CARLA", name)
     computed = [key for key, value in fields.items() if value is _COMPUTED]
     placed = [key for key in computed if key in (*_POSITION, *_ANGLES, "width", "height", "fov")]
     if placed or any(key is None for key in node.keys):
@@ -166,7 +168,7 @@ def _add_lidar(name: str, pose: Any, value: Value, mounting: Mounting) -> None:
             "rays not in the list: as the leaderboard fixes them (64 beams, -30 to 10 degrees)", name
         )
     told = Value(LIDAR_RAYS | value.raw, *value.place)
-    mounting.add_lidar(name, pose, **lidar_fields(told))
+    mounting.add_lidar(name, pose, **lidar_fields(told, name, mounting.notes))
 
 
 CARLA_AGENT = Format("carla-agent", TITLE, recognises, read)

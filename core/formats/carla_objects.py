@@ -30,6 +30,15 @@ CAMERAS = ("rgb", "depth", "semantic_segmentation", "instance_segmentation", "op
 _POSITION, _ANGLES = ("x", "y", "z"), ("roll", "pitch", "yaw")
 
 
+KNOWN = {
+    "lidar": ("ray_cast", "ray_cast_semantic"),
+    "camera": (
+        *("rgb", "depth", "semantic_segmentation", "instance_segmentation", "dvs", "optical_flow", "normals"),
+    ),
+}
+"""Types of CARLA's sensors whose view is known."""
+
+
 def recognises(source: Source) -> bool:
     """Return whether this is a JSON object with a list of objects."""
     if source.is_folder or source.suffix != ".json":
@@ -81,11 +90,15 @@ def _add(sensor: Value, mounting: Mounting) -> None:
     kind, name = sensor.item("type").text(), sensor.item("id").text()
     family, _, model = kind.removeprefix("sensor.").partition(".")
     if family not in ("camera", "lidar"):
-        mounting.notes.ignored("neither camera nor LiDAR", name)
+        mounting.notes.ignored(f"neither camera nor LiDAR: {shortened(kind, 40)}", name)
         return
+    if model not in KNOWN[family]:
+        mounting.notes.approximated(
+            f"unknown type '{shortened(kind, 40)}', read as a sensor.{family} of CARLA", name
+        )
     pose = _pose(sensor.get("spawn_point"))
     if family == "lidar":
-        mounting.add_lidar(name, pose, **lidar_fields(sensor))
+        mounting.add_lidar(name, pose, **lidar_fields(sensor, name, mounting.notes))
         return
     if model != "rgb":
         mounting.notes.read("camera of another kind, imported for its view", name)
@@ -103,12 +116,15 @@ def _pose(spawn: Value | None) -> Any:
     return se3_from_rpy_deg((x, y, z), (roll, pitch, yaw))
 
 
-def lidar_fields(sensor: Value) -> dict[str, Any]:
+def lidar_fields(sensor: Value, name: str, notes: Notes) -> dict[str, Any]:
     """Return the rays that CARLA casts: `channels` beams with both ends, points spread over the turns of a second."""
     channels = int(_number(sensor, "channels", 32, low=1, high=1000))
     lower, upper = _number(sensor, "lower_fov", -30.0), _number(sensor, "upper_fov", 10.0)
     if not -90.0 <= lower <= upper <= 90.0:
         sensor.refuse("lower_fov <= upper_fov, both within ±90", f"lower_fov {lower:g}, upper_fov {upper:g}")
+    if channels == 1 and lower < upper:
+        notes.read("one beam, which CARLA casts at upper_fov", name)
+        lower = upper
     points = _number(sensor, "points_per_second", 56_000, low=1, high=1e9)
     turns = _number(sensor, "rotation_frequency", 10.0, low=1e-3, high=1e6)
     span = _number(sensor, "horizontal_fov", 360.0, low=1e-3, high=360.0)

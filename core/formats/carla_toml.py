@@ -131,6 +131,9 @@ def _add_lidar(name: str, fields: dict[str, Value], mounting: Mounting) -> None:
     lower, upper = (fields[key].number(-90.0, 90.0) for key in ("lower_fov", "upper_fov"))
     if lower > upper:
         fields["lower_fov"].refuse("an angle not above upper_fov")
+    if channels == 1 and lower < upper:
+        mounting.notes.read("one beam, which CARLA casts at upper_fov", name)
+        lower = upper
     turns = _number(fields, "rotation_frequency", _PUBLISHED_TURNS)
     points = _number(fields, "points_per_channel", _POINTS_PER_CHANNEL)
     if "points_per_channel" not in fields:

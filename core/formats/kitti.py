@@ -116,11 +116,16 @@ def _read_benchmark(table: _Table, mounting: Mounting) -> None:
     velo_SE3_rectified = inverse(se3(_rotation(rect_value, rect, notes), (0.0, 0.0, 0.0)) @ camera_SE3_velo)
     for index in range(4):
         if f"P{index}" in table:
-            _add_projection(table[f"P{index}"], index, velo_SE3_rectified, mounting)
+            mounting.notes.approximated(
+                "image size not in the file: 1242 x 375 pixels, as rectified", f"cam{index}"
+            )
+            _add_projection(table[f"P{index}"], index, velo_SE3_rectified, RECTIFIED_IMAGE, mounting)
     notes.ignored("IMU", *(name for name in table if name.startswith("Tr_imu")))
 
 
-def _add_projection(value: Value, index: int, velo_SE3_rectified: Matrix, mounting: Mounting) -> None:
+def _add_projection(
+    value: Value, index: int, velo_SE3_rectified: Matrix, image: tuple[int, int], mounting: Mounting
+) -> None:
     name = f"cam{index}"
     projection = np.array([word.number(quoted=True) for word in value.elements(12)]).reshape(3, 4)
     k = projection[:, :3]
@@ -131,9 +136,8 @@ def _add_projection(value: Value, index: int, velo_SE3_rectified: Matrix, mounti
         value.refuse("a projection matrix K [I | t]", "one that is not")
     centre = -np.linalg.solve(k, projection[:, 3])
     pose = velo_SE3_rectified @ se3(np.eye(3), centre)
-    mounting.notes.approximated("image size not in the file: 1242 x 375 pixels, as rectified", name)
     lens = {"fx": float(k[0, 0]), "fy": float(k[1, 1]), "cx": float(k[0, 2]), "cy": float(k[1, 2])}
-    mounting.add_camera(name, from_optical(pose), image=RECTIFIED_IMAGE, **lens)
+    mounting.add_camera(name, from_optical(pose), image=image, **lens)
 
 
 def _read_raw(source: Source, mounting: Mounting) -> None:
@@ -150,8 +154,28 @@ def _read_raw(source: Source, mounting: Mounting) -> None:
         number = f"{index:02d}"
         if f"K_{number}" in table:
             _add_raw(table, number, velo_SE3_camera0, mounting)
+        elif f"P_rect_{number}" in table:
+            _add_rectified(table, number, velo_SE3_camera0, mounting)
+    if not mounting.sensors:
+        notes.ignored("no camera in it: neither K_00 to K_03 nor P_rect_00 to P_rect_03", CAM_TO_CAM)
     if source.sibling("calib_imu_to_velo.txt"):
         notes.ignored("IMU", "calib_imu_to_velo.txt")
+
+
+def _add_rectified(table: _Table, number: str, velo_SE3_camera0: Matrix, mounting: Mounting) -> None:
+    """Add a camera of which a raw drive has the rectified projection alone."""
+    name, notes = f"cam{int(number)}", mounting.notes
+    value, rotation = _matrix(table, ("R_rect_00", "R_rect_0"), 3, 3)
+    velo_SE3_rectified = velo_SE3_camera0 @ inverse(se3(_rotation(value, rotation, notes), (0.0, 0.0, 0.0)))
+    notes.approximated(f"K_{number} not in the file: the rectified camera of P_rect_{number}", name)
+    image = RECTIFIED_IMAGE
+    if f"S_rect_{number}" in table:
+        size_value, size = _matrix(table, (f"S_rect_{number}",), 1, 2)
+        width, height = (Value(float(side), *size_value.place).whole(1, MAX_PIXELS) for side in size[0])
+        image = width, height
+    else:
+        notes.approximated("image size not in the file: 1242 x 375 pixels, as rectified", name)
+    _add_projection(table[f"P_rect_{number}"], int(number), velo_SE3_rectified, image, mounting)
 
 
 def _add_raw(table: _Table, number: str, velo_SE3_camera0: Matrix, mounting: Mounting) -> None:

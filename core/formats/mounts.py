@@ -95,7 +95,7 @@ class Mounting:
                 self.notes.approximated(f"{found.name} in the library is {found.caveat()}", name)
             return found
         what = f"unknown to the library ({shortened(said, 40)})" if said else "not in the file"
-        self.notes.approximated(f"LiDAR model {what}: its beams are those of {DEFAULT_LIDAR}", name)
+        self.notes.approximated(f"unknown beams, LiDAR model {what}: assumed those of {DEFAULT_LIDAR}", name)
         return default_library().entry(DEFAULT_LIDAR)
 
     def _add(

@@ -22,6 +22,7 @@ from riglens.core.formats.frames import (
 )
 from riglens.core.formats.lens_export import report_lens, without_distortion
 from riglens.core.formats.mounts import (
+    MAX_PIXELS,
     Mounting,
     ReadOptions,
     rear_axle_on_ground,
@@ -33,18 +34,25 @@ from riglens.core.formats.source import Source, Value
 from riglens.core.geometry import Vec3
 from riglens.core.rig.model import Camera, Rig, Sensor, Vehicle
 from riglens.core.rig.yaml.nodes import shortened
+from riglens.core.scene.readers.json_records import json_records
+from riglens.core.scene.readers.nuscenes_tables import table_file, version_folder
 
 TITLE = "nuScenes tables"
 ZOE = Vehicle(body="sedan", length=4.084, width=1.73, height=1.562, rear_axle_x=-1.35)
 IMAGE = (1600, 900)
 MAX_ROWS = 200_000
+MAX_SCANNED = 300_000
+"""Records of sample_data that are searched for the size of the images."""
 _TABLES = ("calibrated_sensor", "sensor")
+_CAMERAS = ("FRONT", "FRONT_LEFT", "FRONT_RIGHT", "BACK", "BACK_LEFT", "BACK_RIGHT")
+OWN_CHANNELS = frozenset(f"CAM_{place}" for place in _CAMERAS) | {"LIDAR_TOP"}
+"""Cameras and LiDAR of the car of nuScenes itself; its LiDAR is an HDL-32E (Caesar et al., CVPR 2020)."""
 
 
 def recognises(source: Source) -> bool:
-    """Return whether this is a folder with both tables, or one of the tables."""
+    """Return whether this is one of the tables, or a folder with one of them, or with both in one folder inside."""
     if source.is_folder:
-        return all(source.sibling(f"{name}.json", f"{name}.json.gz") for name in _TABLES)
+        return any(table_file(source.path, name) for name in _TABLES) or _home(source) is not None
     if source.suffix != ".json" or not source.json.is_list or not source.json.raw:
         return False
     first = source.json.raw[0]
@@ -54,6 +62,7 @@ def recognises(source: Source) -> bool:
 def read(source: Source, options: ReadOptions) -> Imported:
     """Return one rig of the tables: that of `options.token` (any row of the rig), or the first."""
     notes = Notes()
+    source = (_home(source) or source) if source.is_folder else source
     channels = _channels(_table(source, "sensor").json)
     rigs = _rigs(_table(source, "calibrated_sensor").json, channels)
     rows, which = _chosen(rigs, options.token, source.where)
@@ -61,10 +70,49 @@ def read(source: Source, options: ReadOptions) -> Imported:
     vehicle = options.vehicle_or(ZOE)
     origin_m = options.origin_m or rear_axle_on_ground(vehicle)
     mounting = Mounting(source.where, notes, vehicle, origin_m)
+    sizes = _image_sizes(source, [row.item("token").text() for row in rows])
+    names = {
+        channel for channel, kind in (_named(row, channels) for row in rows) if kind in ("camera", "lidar")
+    }
+    is_own = names <= OWN_CHANNELS and all(size in (None, IMAGE) for size in sizes.values())
     for row in rows:
-        _add(row, *channels[row.item("sensor_token").text()], mounting)
+        _add(row, *_named(row, channels), sizes.get(row.item("token").text()), is_own, mounting)
     _remark_on_frames(notes, origin_m, options)
     return Imported(mounting.rig(f"nuScenes {rows[0].item('token').text()[:8]}"), notes.report(TITLE))
+
+
+def _home(source: Source) -> Source | None:
+    """Return the folder that holds both tables: the source itself, or one inside it."""
+    found = version_folder(source.path, _TABLES)
+    return None if found is None else Source(found)
+
+
+def _named(row: Value, channels: dict[str, tuple[str, str]]) -> tuple[str, str]:
+    """Return channel and modality of a calibrated sensor."""
+    return channels[row.item("sensor_token").text()]
+
+
+def _image_sizes(source: Source, tokens: list[str]) -> dict[str, tuple[int, int] | None]:
+    """Return width and height of the images by token of the calibrated sensor, from sample_data where it is there."""
+    path = table_file(source.folder, "sample_data")
+    wanted = set(tokens)
+    sizes: dict[str, tuple[int, int] | None] = {}
+    for record in () if path is None else json_records(path, lambda _share: None):
+        token = record.fields.get("calibrated_sensor_token")
+        if isinstance(token, str) and token in wanted:
+            wanted.remove(token)
+            sizes[token] = _size(record.fields)
+        if not wanted or record.number >= MAX_SCANNED:
+            break
+    return sizes
+
+
+def _size(fields: dict[str, object]) -> tuple[int, int] | None:
+    """Return width and height of a record, None where it has none: those of LiDARs and radars are 0."""
+    width, height = fields.get("width"), fields.get("height")
+    if not (isinstance(width, int) and isinstance(height, int)):
+        return None
+    return (width, height) if 0 < width <= MAX_PIXELS and 0 < height <= MAX_PIXELS else None
 
 
 def _table(source: Source, name: str) -> Source:
@@ -73,7 +121,10 @@ def _table(source: Source, name: str) -> Source:
         return source
     found = source.sibling(f"{name}.json", f"{name}.json.gz")
     if found is None:
-        raise InputError(f"{source.where}: {name}.json is missing beside it; accepted are both tables")
+        place = "in it" if source.is_folder else "beside it"
+        raise InputError(
+            f"{source.where}: {name}.json is missing {place}; accepted are {' and '.join(_TABLES)}"
+        )
     return found
 
 
@@ -117,7 +168,9 @@ def _chosen(rigs: list[list[Value]], token: str | None, where: str) -> tuple[lis
     raise InputError(f"{where}: token: found '{shortened(token)}'; accepted is a token of calibrated_sensor")
 
 
-def _add(row: Value, channel: str, modality: str, mounting: Mounting) -> None:
+def _add(
+    row: Value, channel: str, modality: str, size: tuple[int, int] | None, is_own: bool, mounting: Mounting
+) -> None:
     if modality not in ("camera", "lidar"):
         mounting.notes.ignored(f"RigLens has no {shortened(modality, 30)}s", channel)
         return
@@ -125,14 +178,15 @@ def _add(row: Value, channel: str, modality: str, mounting: Mounting) -> None:
     wxyz = rotation.numbers(4, limit=2.0)
     pose = se3(rotation_from_wxyz(rotation, wxyz), row.item("translation").vector())
     if modality == "lidar":
-        mounting.add_lidar(channel, pose, said="Velodyne HDL-32E")
+        mounting.add_lidar(channel, pose, said="Velodyne HDL-32E" if is_own else None)
         return
     k = row.item("camera_intrinsic").matrix(3, 3)
     if k[0, 1] != 0.0:
         mounting.notes.ignored("skew of the image axes", channel)
     lens = {"fx": float(k[0, 0]), "fy": float(k[1, 1]), "cx": float(k[0, 2]), "cy": float(k[1, 2])}
-    mounting.notes.approximated("image size not in the tables: 1600 x 900 pixels", channel)
-    mounting.add_camera(channel, from_optical(pose), image=IMAGE, **lens)
+    if size is None:
+        mounting.notes.approximated("image size not in the tables: 1600 x 900 pixels", channel)
+    mounting.add_camera(channel, from_optical(pose), image=size or IMAGE, **lens)
 
 
 def _remark_on_frames(notes: Notes, origin_m: Vec3, options: ReadOptions) -> None:

@@ -9,6 +9,7 @@ from typing import Literal
 Kind = Literal["read", "written", "converted", "approximated", "ignored"]
 KINDS: tuple[Kind, ...] = ("read", "written", "converted", "approximated", "ignored")
 _NAMED = 4
+"""Parts that a folded remark names."""
 
 
 @dataclass(frozen=True)
@@ -24,12 +25,14 @@ class Remark:
     option: str = ""
 
     def sentence(self) -> str:
-        """Return the remark on one line: at most a few of the parts are named, the others counted."""
-        if not self.about:
-            return self.text
-        names = ", ".join(self.about[:_NAMED])
-        rest = len(self.about) - _NAMED
-        return f"{self.text} ({names}{f' and {rest} more' if rest > 0 else ''})"
+        """Return the remark on one line, with the names of all parts that it is about."""
+        return f"{self.text} ({', '.join(self.about)})" if self.about else self.text
+
+    def folded(self) -> str:
+        """Return the remark with few names, for where all of them stand in the details beside it."""
+        if len(self.about) <= _NAMED:
+            return self.sentence()
+        return f"{self.text} ({', '.join(self.about[:_NAMED])} …: all {len(self.about)} are in the details)"
 
 
 @dataclass(frozen=True)
@@ -44,6 +47,16 @@ class Report:
         options = (f"; {remark.option} changes it" if remark.option else "" for remark in self.remarks)
         told = zip(self.remarks, options, strict=True)
         return [f"{remark.kind}: {remark.sentence()}{option}" for remark, option in told]
+
+    def text(self) -> str:
+        """Return the whole report as lines for a file: the format, and under each kind its remarks with every name."""
+        lines = [self.title]
+        for kind in dict.fromkeys(remark.kind for remark in self.remarks):
+            lines += ["", f"{kind}:"]
+            for remark in self.of_kind(kind):
+                lines.append(f"  {remark.text}" + (f"; {remark.option} changes it" if remark.option else ""))
+                lines += [f"    {name}" for name in remark.about]
+        return "\n".join([*lines, ""])
 
     def of_kind(self, kind: Kind) -> tuple[Remark, ...]:
         """Return the remarks of one kind."""

@@ -140,6 +140,7 @@ class FakeDialogs(Dialogs):
     suggested: Path | None = None
     asked: int = 0
     shown: list[str] = field(default_factory=list)
+    details: list[str] = field(default_factory=list)
 
     def open_rig(self, parent: QWidget, folder: Path | None) -> Path | None:
         return self.path
@@ -182,8 +183,9 @@ class FakeDialogs(Dialogs):
     def show_guide(self, parent: QWidget, page: Path) -> None:
         self.shown.append(str(page))
 
-    def show_text(self, parent: QWidget, title: str, html: str) -> None:
+    def show_text(self, parent: QWidget, title: str, html: str, details: str = "") -> None:
         self.shown.append(html)
+        self.details.append(details)
 
 
 @dataclass

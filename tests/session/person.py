@@ -46,7 +46,7 @@ class Answers(Dialogs):
     def unsaved(self, parent: QWidget, rig_name: str) -> Unsaved:
         return "discard"
 
-    def show_text(self, parent: QWidget, title: str, html: str) -> None:
+    def show_text(self, parent: QWidget, title: str, html: str, details: str = "") -> None:
         """Nobody reads here."""
 
 

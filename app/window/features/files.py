@@ -265,7 +265,7 @@ class Exchange(Feature):
     def show_report(self, report: Report | None) -> None:
         """What became of everything, to read; nothing for RigLens' own files."""
         if report is not None:
-            self.bench.dialogs.show_text(self.bench.window, report.title, report_html(report))
+            self.bench.dialogs.show_text(self.bench.window, report.title, report_html(report), report.text())
 
 
 def report_html(report: Report) -> str:
@@ -274,6 +274,6 @@ def report_html(report: Report) -> str:
     for kind in KINDS:
         remarks = report.of_kind(kind)
         if remarks:
-            lines = "".join(f"<li>{escape(remark.sentence())}</li>" for remark in remarks)
+            lines = "".join(f"<li>{escape(remark.folded())}</li>" for remark in remarks)
             parts.append(f"<p><b>{HEADINGS[kind]}</b></p><ul>{lines}</ul>")
     return "".join(parts)

@@ -1,4 +1,4 @@
-"""nuScenes folders: annotations from the global frame into the ego frame of each sample's LIDAR_TOP sweep."""
+"""nuScenes folders: annotations from the global frame into the ego frame of each sample's LiDAR sweep."""
 
 from __future__ import annotations
 
@@ -20,9 +20,10 @@ from riglens.core.scene.readers.common import (
     accepted_number,
     first_bad_box,
     readable,
+    shown,
 )
 from riglens.core.scene.readers.json_records import Record
-from riglens.core.scene.readers.nuscenes_tables import NuscenesTables, Samples, Table
+from riglens.core.scene.readers.nuscenes_tables import CHANNELS, NuscenesTables, Samples, Table
 from riglens.core.scene.readers.spool import BoxSpool
 
 REAR_AXLE_M: Vec3 = (-1.35, 0.0, 0.0)
@@ -58,6 +59,8 @@ class NuscenesSource(FileBoxSource):
 
     def _read(self, tally: Tally, progress: Progress) -> Iterator[BoxBatch]:
         samples = self._tables.samples(progress)
+        if samples.channel != CHANNELS[0]:
+            tally.notes.append(f"the boxes are those at the sweeps of {shown(samples.channel)}")
         names = self._tables.category_of_instance(progress)
         categories = sorted(set(names.values()))
         codes = dict(zip(categories, self.options.classes.codes(categories), strict=True))

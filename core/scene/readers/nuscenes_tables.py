@@ -7,7 +7,7 @@ records; `sample_data` and `ego_pose` of the full set hold millions, so all of t
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
@@ -21,7 +21,9 @@ from riglens.core.scene.limits import MAX_NAME_CHARS
 from riglens.core.scene.readers.common import shown
 from riglens.core.scene.readers.json_records import Record, json_records
 
-CHANNEL = "LIDAR_TOP"
+CHANNELS = ("LIDAR_TOP", "LIDAR_CONCAT")
+"""LiDARs whose sweeps give the time of a sample's boxes, the best first; any other LiDAR comes after them, by name."""
+MAX_CHANNELS = 100
 TABLES = (
     "sample",
     "sensor",
@@ -102,11 +104,12 @@ class Table:
 class Samples:
     """The annotated moments: number by token, in order of scene and time, and the ego pose of each.
 
-    global_SE3_ego is kept as rotation (n, 3, 3) and place (n, 3), metres, at the time of the LIDAR_TOP sweep.
+    global_SE3_ego is kept as rotation (n, 3, 3) and place (n, 3), metres, at the time of the sweep of `channel`.
     """
 
     number: dict[str, int]
     scenes: int
+    channel: str
     rotation: NDArray[np.float64]
     place_m: NDArray[np.float64]
 
@@ -115,7 +118,7 @@ class NuscenesTables:
     """Finds the tables of a folder, plain or gzip-compressed; raise InputError when one is missing."""
 
     def __init__(self, folder: Path) -> None:
-        self._tables = {name: Table(_table_file(folder, name)) for name in TABLES}
+        self._tables = {name: Table(path) for name, path in _table_files(folder).items()}
         self._sizes = [table.path.stat().st_size for table in self._tables.values()]
 
     def files(self) -> list[Path]:
@@ -133,9 +136,9 @@ class NuscenesTables:
         return lambda fraction: progress((before + fraction * own) / total)
 
     def samples(self, progress: Progress) -> Samples:
-        """Return all samples with the pose of the ego vehicle when LIDAR_TOP took its sweep."""
+        """Return all samples with the pose of the ego vehicle when the LiDAR took its sweep."""
         number, scenes = self._numbered_samples(progress)
-        pose_tokens = self._pose_tokens(number, self._calibrations(progress), progress)
+        channel, pose_tokens = self._pose_tokens(number, self._calibrations(progress), progress)
         wanted = set(pose_tokens)
         poses: dict[str, tuple[list[float], list[float]]] = {}
         table = self.table("ego_pose")
@@ -152,7 +155,7 @@ class NuscenesTables:
         places = [poses[token][0] for token in pose_tokens]
         quaternions = np.array([poses[token][1] for token in pose_tokens]).reshape(-1, 4)
         return Samples(
-            number, scenes, rotations_from_quaternions(quaternions), np.array(places).reshape(-1, 3)
+            number, scenes, channel, rotations_from_quaternions(quaternions), np.array(places).reshape(-1, 3)
         )
 
     def category_of_instance(self, progress: Progress) -> dict[str, str]:
@@ -180,28 +183,37 @@ class NuscenesTables:
         tokens = dict.fromkeys(token for *_, token in sorted(rows))
         return {token: place for place, token in enumerate(tokens)}, len(scenes)
 
-    def _calibrations(self, progress: Progress) -> set[str]:
-        """Return the tokens of the calibrations of LIDAR_TOP, one per vehicle or drive."""
+    def _calibrations(self, progress: Progress) -> dict[str, str]:
+        """Return the channel by token of the calibrations of all LiDARs, one per vehicle or drive."""
         channels = self._columns("sensor", "channel", progress)
         sensors = self._columns("calibrated_sensor", "sensor_token", progress)
-        found = {token for token, sensor in sensors.items() if channels.get(sensor) == CHANNEL}
-        if not found:
-            raise InputError(f"{self.table('sensor').path}: no sensor with channel {CHANNEL}")
-        return found
+        lidars = {token: name for token, name in channels.items() if name.upper().startswith("LIDAR")}
+        if not lidars or len(set(lidars.values())) > MAX_CHANNELS:
+            found = "no sensor whose channel begins with LIDAR" if not lidars else "too many LiDARs"
+            raise InputError(f"{self.table('sensor').path}: {found}, accepted is one such as {CHANNELS[0]}")
+        return {token: lidars[sensor] for token, sensor in sensors.items() if sensor in lidars}
 
-    def _pose_tokens(self, number: dict[str, int], calibrations: set[str], progress: Progress) -> list[str]:
-        """Return the token of the ego pose of each sample, from its key frame of LIDAR_TOP."""
-        table, tokens = self.table("sample_data"), [""] * len(number)
+    def _pose_tokens(
+        self, number: dict[str, int], calibrations: dict[str, str], progress: Progress
+    ) -> tuple[str, list[str]]:
+        """Return the best LiDAR that has a key frame for each sample, and the tokens of the ego poses of those."""
+        if not number:
+            return CHANNELS[0], []
+        table = self.table("sample_data")
+        found = {channel: [""] * len(number) for channel in _by_preference(calibrations.values())}
         for record in table.records(self.share("sample_data", progress)):
             if record.fields.get("is_key_frame") is not True:
                 continue
-            if table.text(record, "calibrated_sensor_token") in calibrations:
+            channel = calibrations.get(table.text(record, "calibrated_sensor_token"))
+            if channel is not None:
                 place = table.found(record, "sample_token", number)
-                tokens[place] = table.text(record, "ego_pose_token")
-        for sample, place in number.items():
-            if not tokens[place]:
-                raise InputError(f"{table.path}: no key frame of {CHANNEL} for sample {shown(sample)}")
-        return tokens
+                found[channel][place] = table.text(record, "ego_pose_token")
+        for channel, tokens in found.items():
+            if all(tokens):
+                return channel, tokens
+        first, tokens = next(iter(found.items()), (CHANNELS[0], [""] * len(number)))
+        missing = next(sample for sample, place in number.items() if not tokens[place])
+        raise InputError(f"{table.path}: no key frame of {first} for sample {shown(missing)}")
 
     def _columns(self, name: str, field: str, progress: Progress) -> dict[str, str]:
         """Return one text field by token."""
@@ -210,26 +222,58 @@ class NuscenesTables:
         return {table.text(record, "token"): table.text(record, field) for record in records}
 
 
+def _by_preference(channels: Iterable[str]) -> list[str]:
+    return sorted(
+        set(channels), key=lambda name: (CHANNELS.index(name) if name in CHANNELS else len(CHANNELS), name)
+    )
+
+
 def tables_folder(path: Path) -> Path | None:
-    """Return the folder with the tables: the path itself or its one folder v1.0-*; None when it is not nuScenes.
+    """Return the folder with the tables of boxes: the path itself or one inside it; None when it is not nuScenes.
 
-    Raise InputError when there are several versions to choose from.
+    Raise InputError when there are several versions to choose from, or when tables are there but not all.
     """
-    if _is_version(path):
+    found = version_folder(path, ("sample_annotation",))
+    if found is None and _has(path, ("sample", "instance")):
+        raise InputError(f"{path / 'sample_annotation.json'}: missing, {_ACCEPTED}")
+    return found
+
+
+def version_folder(path: Path, names: Sequence[str]) -> Path | None:
+    """Return the folder that holds these tables: the path itself, or the one folder up to two levels inside it.
+
+    Raise InputError when there are several to choose from.
+    """
+    if _has(path, names):
         return path
-    versions = sorted(folder for folder in path.glob("v1.0-*") if folder.is_dir() and _is_version(folder))
-    if len(versions) > 1:
-        names = ", ".join(folder.name for folder in versions)
-        raise InputError(f"{path}: found {names}, accepted is one of these folders")
-    return versions[0] if versions else None
+    for pattern in ("v1.0-*", "*", "*/*"):
+        places = {file.parent for file in path.glob(f"{pattern}/{names[0]}.json*")}
+        versions = sorted(folder for folder in places if _has(folder, names))
+        if len(versions) > 1:
+            shorter = ", ".join(str(folder.relative_to(path)) for folder in versions[:20])
+            raise InputError(f"{path}: found {shorter}, accepted is one of these folders")
+        if versions:
+            return versions[0]
+    return None
 
 
-def _is_version(path: Path) -> bool:
-    return any((path / f"sample_annotation.json{ending}").is_file() for ending in ("", ".gz"))
+def table_file(folder: Path, name: str) -> Path | None:
+    """Return the file of a table, plain or gzip-compressed, None when there is none."""
+    files = (folder / f"{name}.json{ending}" for ending in ("", ".gz"))
+    return next((file for file in files if file.is_file()), None)
 
 
-def _table_file(folder: Path, name: str) -> Path:
-    for ending in ("", ".gz"):
-        if (folder / f"{name}.json{ending}").is_file():
-            return folder / f"{name}.json{ending}"
-    raise InputError(f"{folder / name}.json: missing, accepted is a folder with {', '.join(TABLES)}")
+_ACCEPTED = f"accepted is a folder with {', '.join(TABLES)}"
+
+
+def _has(folder: Path, names: Sequence[str]) -> bool:
+    return all(table_file(folder, name) is not None for name in names)
+
+
+def _table_files(folder: Path) -> dict[str, Path]:
+    files = {name: file for name in TABLES if (file := table_file(folder, name)) is not None}
+    missing = [name for name in TABLES if name not in files]
+    if missing:
+        also = f" (and {', '.join(missing[1:])})" if len(missing) > 1 else ""
+        raise InputError(f"{folder / missing[0]}.json: missing{also}, {_ACCEPTED}")
+    return files

@@ -48,6 +48,18 @@ def test_out_without_a_name_is_refused(riglens, tmp_path):
 # ---------------------------------------------------------------- convert
 
 
+def test_the_report_names_every_sensor_on_the_terminal_and_in_a_file(riglens: Run, tmp_path: Path) -> None:
+    folder = write_files(tmp_path / "nuscenes", NUSCENES)
+    report = tmp_path / "report.txt"
+    outcome = riglens("convert", folder, tmp_path / "rig.urdf", "--report", report)
+    assert outcome.code == 0 and " more)" not in outcome.err
+    lines = report.read_text(encoding="utf-8").splitlines()
+    assert lines[0] == "nuScenes tables" and "ROS URDF" in lines
+    assert "    CAM_FRONT" in lines and "    RADAR_FRONT" in lines
+    line = riglens("convert", folder, tmp_path / "a.urdf", "--report", tmp_path / "a.urdf").refused()
+    assert "is OUT as well" in line and not (tmp_path / "a.urdf").exists()
+
+
 def test_tables_become_a_rig_file_and_the_report_stands_on_standard_error(
     riglens: Run, tmp_path: Path
 ) -> None:

@@ -46,6 +46,7 @@ def test_a_rig_of_another_program_is_opened_with_a_report(
     assert bench.document.path is None and not bench.workbench.window.isWindowModified()
     (html,) = bench.dialogs.shown
     assert "<b>Converted</b>" in html and "<b>Approximated</b>" in html
+    assert "converted:" in bench.dialogs.details[0] and " more" not in html
 
 
 def test_saving_a_foreign_rig_asks_for_a_file_and_leaves_the_source_alone(

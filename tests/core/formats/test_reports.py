@@ -1,8 +1,13 @@
 """Nothing is dropped in silence: the report says what was read, converted, approximated and left out."""
 
+import json
+from pathlib import Path
+
+import numpy as np
 import pytest
 
-from riglens.core.formats.exchange import FORMATS, READABLE, WRITABLE
+from riglens.core.errors import InputError
+from riglens.core.formats.exchange import FORMATS, READABLE, WRITABLE, read_rig
 from riglens.core.formats.mounts import ReadOptions, find_lidar_model
 from riglens.core.formats.report import KINDS, Notes, Report
 from riglens.core.rig.model import BrownConrady, Camera, EvenAngles, KannalaBrandt, Lidar, Rig, Vehicle
@@ -24,6 +29,7 @@ from tests.core.formats.cases import (
     lidar,
     read_files,
     rig_of,
+    write_files,
 )
 
 LEVEL = ((0.5, 0.25, 1.75), (0.0, 0.0, 0.0))
@@ -42,7 +48,7 @@ def has(report: Report, *pieces: str) -> bool:
     return any(all(piece in line for piece in pieces) for line in report.lines())
 
 
-def test_remarks_with_the_same_text_become_one_and_name_only_a_few_parts() -> None:
+def test_remarks_with_the_same_text_become_one_and_name_all_of_its_parts() -> None:
     notes = Notes()
     for name in ("a", "b", "c", "d", "e", "f"):
         notes.ignored("no place for it", name)
@@ -52,7 +58,13 @@ def test_remarks_with_the_same_text_become_one_and_name_only_a_few_parts() -> No
     assert notes.report("X").lines() == [
         "read: everything",
         "approximated: a sedan; --vehicle changes it",
-        "ignored: no place for it (a, b, c, d and 2 more)",
+        "ignored: no place for it (a, b, c, d, e, f)",
+    ]
+    (left_out,) = notes.report("X").of_kind("ignored")
+    assert left_out.folded() == "no place for it (a, b, c, d …: all 6 are in the details)"
+    assert notes.report("X").text().splitlines()[-7:] == [
+        "  no place for it",
+        *(f"    {name}" for name in "abcdef"),
     ]
 
 
@@ -185,3 +197,111 @@ def test_the_list_of_formats_is_the_documented_one() -> None:
     both = ["riglens", "nuscenes", "autoware", "urdf", "carla", "carla-toml", "driveworks"]
     assert list(READABLE) == [*both, "pandaset", "argoverse", "kalibr", "opencv", "kitti", "carla-agent"]
     assert list(WRITABLE) == [*both, "osi"]
+
+
+def test_unknown_types_and_single_beams_of_carla_are_told() -> None:
+    lidar = {"type": "sensor.lidar.hss", "id": "l", "channels": 1, "lower_fov": -30.0, "upper_fov": 10.0}
+    odd = {"type": "sensor.camera.x_ray", "id": "c", "image_size_x": 800, "image_size_y": 600}
+    radar = {"type": "sensor.other.radar", "id": "r"}
+    ego = {"type": "vehicle.tesla.model3", "id": "ego", "sensors": [lidar, odd, radar]}
+    read = read_files({"objects.json": json.dumps({"objects": [ego]})}, "carla")
+    assert has(read.report, "approximated", "unknown type 'sensor.lidar.hss'", "(l)")
+    assert has(read.report, "approximated", "unknown type 'sensor.camera.x_ray'", "(c)")
+    assert has(read.report, "ignored", "neither camera nor LiDAR: sensor.other.radar")
+    assert has(read.report, "read", "one beam, which CARLA casts at upper_fov", "(l)")
+    (found,) = read.rig.lidars()
+    assert found.elevations().tolist() == [10.0]
+
+
+RECTIFIED = """\
+S_02: 1392 512
+R_rect_00: 1 0 0 0 1 0 0 0 1
+S_rect_02: 1242 375
+P_rect_02: 721.5 0 609.6 44.86 0 721.5 172.9 0.2 0 0 1 0.003
+P_rect_03: 721.5 0 609.6 -339.5 0 721.5 172.9 2.2 0 0 1 0.003
+"""
+
+
+def test_a_raw_drive_with_rectified_projections_alone_is_read() -> None:
+    files = {"calib_cam_to_cam.txt": RECTIFIED, "calib_velo_to_cam.txt": KITTI_RAW["calib_velo_to_cam.txt"]}
+    read = read_files(files)
+    assert [sensor.name for sensor in read.rig.sensors] == ["cam2", "cam3", "velodyne"]
+    left, right = read.rig.cameras()
+    assert (left.fx, left.image) == (721.5, (1242, 375))
+    apart = np.linalg.norm(np.subtract(left.position, right.position))
+    assert apart == pytest.approx((44.86 + 339.5) / 721.5, abs=0.005)  # the published stereo basis, 0.53 m
+    assert has(read.report, "approximated", "K_02 not in the file: the rectified camera of P_rect_02")
+    assert has(read.report, "approximated", "image size not in the file", "(cam3)")
+
+
+def test_a_raw_drive_without_any_camera_says_so() -> None:
+    files = {
+        "calib_cam_to_cam.txt": "calib_time: 1\n",
+        "calib_velo_to_cam.txt": KITTI_RAW["calib_velo_to_cam.txt"],
+    }
+    assert has(read_files(files).report, "ignored", "no camera in it")
+
+
+def tables(channels: tuple[str, str], size: tuple[int, int] | None) -> dict[str, str]:
+    """The tables of a car with one LiDAR and one camera."""
+    lidar_name, camera_name = channels
+    sensor = [
+        {"token": "s1", "channel": camera_name, "modality": "camera"},
+        {"token": "s2", "channel": lidar_name, "modality": "lidar"},
+    ]
+    k = [[900.0, 0, 500], [0, 900.0, 300], [0, 0, 1]]
+    common = {"translation": [0, 0, 1], "rotation": [1, 0, 0, 0]}
+    calibrated = [
+        {"token": "c1", "sensor_token": "s1", "camera_intrinsic": k} | common,
+        {"token": "c2", "sensor_token": "s2", "camera_intrinsic": []} | common,
+    ]
+    files = {"sensor.json": json.dumps(sensor), "calibrated_sensor.json": json.dumps(calibrated)}
+    if size is not None:
+        rows = [
+            {"calibrated_sensor_token": "c2", "width": 0, "height": 0},
+            {"calibrated_sensor_token": "c1", "width": size[0], "height": size[1]},
+        ]
+        files["sample_data.json"] = json.dumps(rows)
+    return files
+
+
+def test_image_sizes_of_other_cars_are_those_of_sample_data() -> None:
+    read = read_files(tables(("LIDAR_TOP", "CAM_FRONT"), (1920, 1080)))
+    (found,) = read.rig.cameras()
+    assert found.image == (1920, 1080) and not has(read.report, "image size not in the tables")
+    assert has(read_files(tables(("LIDAR_TOP", "CAM_FRONT"), None)).report, "image size not in the tables")
+
+
+@pytest.mark.parametrize(
+    ("channels", "size", "model"),
+    [
+        (("LIDAR_TOP", "CAM_FRONT"), None, "velodyne-hdl-32e"),
+        (("LIDAR_TOP", "CAM_FRONT"), (1600, 900), "velodyne-hdl-32e"),
+        (("LIDAR_TOP", "CAM_FRONT"), (1920, 1080), "generic-16"),
+        (("LIDAR_LEFT", "CAM_FRONT"), None, "generic-16"),
+        (("LIDAR_TOP", "CAMERA_LEFT_FRONT"), None, "generic-16"),
+    ],
+)
+def test_only_the_car_of_nuscenes_has_its_lidar(
+    channels: tuple[str, str], size: tuple[int, int] | None, model: str
+) -> None:
+    read = read_files(tables(channels, size))
+    assert read.rig.lidars()[0].model == model
+    assert has(read.report, "unknown beams", "assumed those of generic-16", channels[0]) == (
+        model == "generic-16"
+    )
+
+
+@pytest.mark.parametrize("inner", ["v1.0-mini", "v1.01-train", "data/v1.0-trainval"])
+def test_tables_in_a_folder_inside_are_found(tmp_path: Path, inner: str) -> None:
+    write_files(tmp_path / inner, tables(("LIDAR_TOP", "CAM_FRONT"), None))
+    assert len(read_rig(tmp_path).rig.sensors) == 2
+
+
+def test_a_folder_with_one_of_the_tables_says_which_is_missing(tmp_path: Path) -> None:
+    files = tables(("LIDAR_TOP", "CAM_FRONT"), None)
+    write_files(tmp_path, {"calibrated_sensor.json": files["calibrated_sensor.json"]})
+    with pytest.raises(
+        InputError, match=r"sensor\.json is missing in it; accepted are calibrated_sensor and sensor"
+    ):
+        read_rig(tmp_path)
