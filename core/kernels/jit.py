@@ -29,6 +29,20 @@ def inlined(function: F) -> F:
     return _compiled(function, forceinline=True)
 
 
+def lean(function: F) -> F:
+    """A compiled function without reference counts, for inner loops: it may not make arrays, only views.
+
+    Every array that is passed on costs two locked instructions elsewhere, and threads that share it wait for each
+    other.
+    """
+    return _compiled(function, _nrt=False)
+
+
+def lean_inlined(function: F) -> F:
+    """As `lean`, and LLVM inlines it into its caller."""
+    return _compiled(function, _nrt=False, forceinline=True)
+
+
 def parallel_kernel(function: F) -> F:
     """A compiled, cached function with `prange`; each iteration writes its own data."""
     return _compiled(function, parallel=True)

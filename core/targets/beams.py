@@ -8,18 +8,18 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.kernels import codes
-from riglens.core.kernels.targets import Beams
+from riglens.core.kernels.nearest import Beams
 from riglens.core.kernels.windows import TURN
 from riglens.core.rig.model import Camera, EvenAngles, Lidar, Sensor, rays_of
-from riglens.core.sensing.rays import Lattice, is_listed, lattice, local_directions
+from riglens.core.sensing.rays import is_listed, lattice, local_directions
 
 Doubles = NDArray[np.float64]
+Ids = NDArray[np.int64]
 _BLOCK_RAYS = 16
 _CLOSEST_M = 1e-3
 """What comes nearer to a camera than this and stands partly behind it may be cut."""
-_NOWHERE = {"position": (0.0, 0.0, 0.0), "rpy_deg": (0.0, 0.0, 0.0), "range_m": (0.0, math.inf)}
-_NO_ENDS = np.zeros(0)
+_NOWHERE = {"position": (0.0, 0.0, 0.0), "rpy_deg": (0.0, 0.0, 0.0)}
+_NO_ENDS, _NO_BLOCKS = np.zeros(0), np.zeros((0, 7))
 
 
 def beams_of(sensor: Sensor, ends_m: Doubles | None = None) -> Beams:
@@ -31,7 +31,6 @@ def beams_of(sensor: Sensor, ends_m: Doubles | None = None) -> Beams:
     return table._replace(
         origin=np.array(sensor.position, np.float64),
         rotation=sensor.pose.rotation(),
-        reach=np.array(sensor.range_m, np.float64),
         ends=_NO_ENDS if ends_m is None else ends_m,
     )
 
@@ -48,46 +47,68 @@ def azimuth_step_rad(lidar: Lidar) -> float:
 @lru_cache(maxsize=16)
 def _tables(sensor: Sensor) -> Beams:
     """The beams of a sensor that stands nowhere: the same through a whole drag."""
-    return _lidar(sensor) if isinstance(sensor, Lidar) else _camera(sensor)
+    if isinstance(sensor, Lidar):
+        return _lidar(sensor)
+    sees_all = sensor.range_m == (0.0, math.inf)
+    return _pinhole(sensor) if sees_all and not is_listed(sensor) else _listed_camera(sensor)
 
 
 def _lidar(lidar: Lidar) -> Beams:
-    columns = lidar.azimuths().size
-    shift = np.radians(lidar.azimuth_offsets_deg or np.zeros(lidar.beam_count))
-    return _beams(
-        _table(lidar),
-        columns,
-        np.radians(lidar.elevations()),
-        np.radians(lidar.azimuths()) % TURN,
-        shift,
-        True,
+    azimuth_at, elevation = np.radians(lidar.azimuths()) % TURN, np.radians(lidar.elevations())
+    row_of, column_of = np.argsort(elevation, kind="stable"), np.argsort(azimuth_at, kind="stable")
+    beams = _beams(lidar, np.tan(elevation[row_of]), row_of, azimuth_at[column_of], column_of)
+    beams = beams._replace(turns=True)
+    if lidar.azimuth_offsets_deg is not None:
+        beams = beams._replace(shift=np.radians(lidar.azimuth_offsets_deg)[row_of] % TURN)
+        rays = row_of[:, None] * column_of.size + column_of
+        return _with_listed(beams, local_directions(lidar, rays.ravel()))
+    table = lattice(lidar)
+    x, y = table.planes[column_of].T
+    return beams._replace(
+        x=x.copy(), y=y.copy(), z=np.ones_like(x), scale=np.ascontiguousarray(table.rows[row_of])
     )
 
 
-def _camera(camera: Camera) -> Beams:
-    table, (columns, rows) = _table(camera), camera.cast
-    if table.kind == codes.LISTED:
-        beams = _beams(table, columns, np.zeros(0), np.zeros(0), np.zeros(0), False)
-        return beams._replace(blocks=_blocks(table.rows, columns))
-    beams = _beams(table, columns, table.rows[:, 0], table.planes[:, 0], np.zeros(rows), False)
-    steepest = math.sqrt(1.0 + np.abs(table.rows[:, 0]).max() ** 2 + np.abs(table.planes[:, 0]).max() ** 2)
-    return beams._replace(least=0.5 * _CLOSEST_M / steepest)
+def _pinhole(camera: Camera) -> Beams:
+    """Directions with x = 1: their lengths decide nothing while the range has no ends."""
+    table = lattice(camera)
+    z, y = table.rows[:, 0], table.planes[:, 0]
+    row_of, column_of = np.argsort(z, kind="stable"), np.argsort(y, kind="stable")
+    beams = _beams(camera, z[row_of], row_of, y[column_of], column_of)
+    one = np.ones_like(y)
+    scale = np.stack([np.ones_like(z), z[row_of]], axis=1)
+    longest = math.sqrt(1.0 + np.abs(z).max() ** 2 + np.abs(y).max() ** 2)
+    cos = 1.0 / longest * (1.0 - 1e-12)
+    field = np.array([cos, math.sqrt(1.0 - cos * cos)])
+    return beams._replace(
+        x=one, y=y[column_of], z=one, scale=scale, field=field, least=0.5 * _CLOSEST_M / longest
+    )
 
 
-def _table(sensor: Sensor) -> Lattice:
-    if not is_listed(sensor):
-        return lattice(sensor)
-    every = local_directions(sensor, np.arange(sensor.ray_count))
-    return Lattice(codes.LISTED, np.ascontiguousarray(every), np.zeros((1, 2)))
+def _listed_camera(camera: Camera) -> Beams:
+    columns, rows = camera.cast
+    beams = _beams(camera, np.zeros(0), np.arange(rows), np.zeros(0), np.arange(columns))
+    directions = local_directions(camera, np.arange(camera.ray_count))
+    known = directions[~np.isnan(directions[:, 0])]
+    cos = float(known[:, 0].min()) - 1e-12 if len(known) else 1.0
+    field = np.array([cos, math.sqrt(max(0.0, 1.0 - cos * cos))])
+    return _with_listed(beams, directions)._replace(blocks=_blocks(directions, columns), field=field)
 
 
-def _beams(
-    table: Lattice, columns: int, row_at: Doubles, column_at: Doubles, shift: Doubles, turns: bool
-) -> Beams:
-    row_of, column_of = np.argsort(row_at, kind="stable"), np.argsort(column_at, kind="stable")
+def _with_listed(beams: Beams, directions: Doubles) -> Beams:
+    """Beams whose directions (slots, 3) are listed one by one; what the lens has not becomes zero."""
+    x, y, z = np.nan_to_num(directions).T
+    scale = np.ones((len(beams.row_of), 2))
+    return beams._replace(stride=beams.columns, x=x.copy(), y=y.copy(), z=z.copy(), scale=scale)
+
+
+def _beams(sensor: Sensor, row_at: Doubles, row_of: Ids, column_at: Doubles, column_of: Ids) -> Beams:
+    """Beams without directions yet, in no place."""
+    none = np.zeros(0)
     return Beams(
-        table.kind, turns, table.rows, table.planes, columns, np.zeros(3), np.eye(3), np.zeros(2),
-        row_at[row_of], row_of, column_at[column_of], column_of, shift, _NO_ENDS, np.zeros((0, 7)), 0.0,
+        False, column_of.size, 0, none, none, none, np.ones((0, 2)), np.zeros(3), np.eye(3),
+        np.array(sensor.range_m, np.float64), row_at, row_of, column_at, column_of,
+        none, _NO_ENDS, _NO_BLOCKS, np.array([-1.0, 0.0]), 0.0,
     )  # fmt: skip
 
 

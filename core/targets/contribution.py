@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.kernels import targets as kernel
+from riglens.core.kernels.nearest import Traffic as Boxes
 from riglens.core.rig.model import Lidar, Sensor
 from riglens.core.targets.beams import azimuth_step_rad, beams_of
 from riglens.core.targets.draws import mixed, sensor_key, units
@@ -18,17 +19,18 @@ from riglens.core.targets.traffic import Traffic
 
 Ids = NDArray[np.int64]
 IsStale = Callable[[], bool]
-RAYS_AT_ONCE = 1 << 20
-"""Rays of all frames of a chunk, after which `is_stale` is asked."""
+RAYS_AT_ONCE = {"lidar": 1 << 21, "camera": 1 << 22}
+"""Rays of all frames of a chunk, after which `is_stale` is asked; the cells of LiDARs take 8 bytes a ray."""
 
 
 class _Scratch(NamedTuple):
     """Memory of the workers, as `cast_frames` wants it."""
 
-    nearest: NDArray[np.float64]
+    inverse: NDArray[np.float64]
     owner: NDArray[np.int32]
-    touched: NDArray[np.int32]
+    spans: NDArray[np.int32]
     ordered: NDArray[np.int32]
+    runs: NDArray[np.float64]
     tables: Ids
 
 
@@ -71,7 +73,7 @@ class TargetCaster:
 
     def __init__(self, traffic: Traffic, workers: int = 1, is_serial: bool = False) -> None:
         self._traffic, self._workers, self._is_serial = traffic, 1 if is_serial else workers, is_serial
-        self._boxes = kernel.Traffic(
+        self._boxes = Boxes(
             traffic.starts, traffic.centre_m, traffic.size_m / 2.0, traffic.rotation, traffic.counts
         )
 
@@ -83,8 +85,8 @@ class TargetCaster:
         beams, rays = beams_of(sensor), sensor.ray_count
         phases = phases_rad(sensor, settings, traffic.frame)
         found = np.zeros((len(traffic.cls), kernel.COLUMNS), np.int32)
-        scratch, cells = _scratch(self._workers, rays), [np.zeros(0, np.int64)]
-        at_once = max(1, min(end - first, RAYS_AT_ONCE // rays))
+        scratch, cells = _scratch(self._workers, rays, beams.columns), [np.zeros(0, np.int64)]
+        at_once = max(1, min(end - first, RAYS_AT_ONCE[sensor.kind] // rays))
         buffer, filled = (
             np.empty((at_once, rays if beams.turns else 1), np.int64),
             np.zeros(at_once, np.int64),
@@ -101,11 +103,12 @@ class TargetCaster:
         return Contribution(end - first, mine, cell_starts, np.concatenate(cells))
 
 
-def _scratch(workers: int, rays: int) -> _Scratch:
+def _scratch(workers: int, rays: int, columns: int) -> _Scratch:
     return _Scratch(
-        np.full((workers, rays), np.inf),
+        np.zeros((workers, rays)),
         np.full((workers, rays), -1, np.int32),
-        np.empty((workers, rays), np.int32),
-        np.empty((workers, rays), np.int32),
+        np.tile(np.array([columns, 0], np.int32), (workers, rays // columns, 1)),
+        np.empty((workers, rays, 2), np.int32),
+        np.empty((workers, columns)),
         np.empty((workers, kernel.table_mask(rays) + 1), np.int64),
     )

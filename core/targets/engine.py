@@ -16,7 +16,7 @@ from riglens.core.kernels import jit
 from riglens.core.rig.model import Camera, Lidar, Rig, Sensor, rays_of
 from riglens.core.scene.boxes import CLASSES, DataReport
 from riglens.core.targets.contribution import NOTHING, Contribution, IsStale, TargetCaster
-from riglens.core.targets.scores import TargetScores, scores_of
+from riglens.core.targets.scores import Groups, TargetScores, scores_of
 from riglens.core.targets.settings import USUAL, TargetSettings
 from riglens.core.targets.traffic import Traffic, traffic_of
 
@@ -41,6 +41,7 @@ class TargetEngine:
         self._caster = TargetCaster(traffic, self._workers, is_serial)
         self._held: dict[_Shape, Contribution] = {}
         self._shown: set[_Shape] = set()
+        self._groups: Groups | None = None
 
     @property
     def traffic(self) -> Traffic:
@@ -77,8 +78,14 @@ class TargetEngine:
         self._shown = set(wanted.values())
         self._held = {shape: self._held[shape] for shape in self._shown}
         by_sensor = {name: self._held[shape] for name, shape in wanted.items()}
-        scores = scores_of(self._traffic, rig, settings, by_sensor, used, self._workers)
+        scores = scores_of(self._groups_of(used), rig, settings, by_sensor, self._workers)
         return replace(scores, elapsed_ms=(time.perf_counter() - started) * 1e3)
+
+    def _groups_of(self, frames: int) -> Groups:
+        """The objects of the first frames; the last ones asked for are kept."""
+        if self._groups is None or self._groups.frames != frames:
+            self._groups = Groups(self._traffic, frames)
+        return self._groups
 
     def _extend(self, shape: _Shape, frames: int, is_stale: IsStale) -> bool:
         """Cast a sensor in the frames that it lacks of the first `frames`; False when abandoned."""

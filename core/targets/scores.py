@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -110,36 +112,77 @@ class TargetScores:
     elapsed_ms: float = 0.0
 
 
+class Groups:
+    """The road users that count in the first `frames` frames, k of them, by class and ring of distance.
+
+    box (k,): their places in the traffic; edges_m: of the rings. Made once for a number of frames.
+    """
+
+    def __init__(self, traffic: Traffic, frames: int) -> None:
+        self.frames, self.of_frames, self.end = frames, traffic.frames, int(traffic.starts[frames])
+        self.box = np.flatnonzero(traffic.counts[: self.end])
+        self.edges_m = np.append(
+            np.arange(0.0, min(traffic.within_m, RINGS_TO_M + 1e-9), RING_M), traffic.within_m
+        )
+        # the last ring ends with what counts: its end belongs to it
+        ring = np.searchsorted(self.edges_m[1:-1], traffic.distance_m[self.box], side="right")
+        rings = len(self.edges_m) - 1
+        group = traffic.cls[self.box] * rings + ring
+        self._order = np.argsort(group, kind="stable")
+        self._frame = traffic.frame_of_box[self.box][self._order]
+        self._bounds = np.searchsorted(group[self._order], np.arange(len(CLASSES) * rings + 1))
+
+    def slices(self, number: int) -> list[slice]:
+        """The places of a class among `sorted` values: all of them, then ring by ring."""
+        rings = len(self.edges_m) - 1
+        bounds = self._bounds[number * rings : (number + 1) * rings + 1].tolist()
+        return [slice(bounds[0], bounds[-1]), *(slice(*pair) for pair in pairwise(bounds))]
+
+    def sorted(self, values: NDArray[Any]) -> NDArray[Any]:
+        """Values of objects (k,), class by class and ring by ring."""
+        return values[self._order]
+
+    def mean(self, values: Doubles, part: slice) -> Estimate:
+        """Mean of a part of sorted values, and its standard error.
+
+        Objects of a frame are not independent, so frames are what was drawn: a ratio of two totals over frames,
+        linearised (Cochran, Sampling Techniques, 1977, chapter 6), with the correction for a finite number of frames.
+        """
+        mine = values[part]
+        if not mine.size:
+            return Estimate()
+        mean = float(mine.sum() / mine.size)
+        if self.frames == self.of_frames or self.frames < 2:
+            return Estimate(mean, 0.0)
+        misses = np.bincount(self._frame[part], mine - mean, self.frames)
+        spread = float(misses @ misses) / (self.frames - 1)
+        share = self.frames * (1.0 - self.frames / self.of_frames)
+        return Estimate(mean, float(np.sqrt(spread * share)) / mine.size)
+
+
 def scores_of(
-    traffic: Traffic,
+    groups: Groups,
     rig: Rig,
     settings: TargetSettings,
     by_sensor: Mapping[str, Contribution],
-    frames: int,
     workers: int = 1,
 ) -> TargetScores:
-    """Put together what the enabled sensors get in the first `frames` frames."""
-    objects = _objects(traffic, rig, by_sensor, frames, workers)
-    classes = {
-        name: _class_targets(traffic, objects, settings, number, frames)
-        for number, name in enumerate(CLASSES)
-    }
-    return TargetScores(rig, settings, traffic.frames, frames, traffic.within_m, objects, classes)
+    """Put together what the enabled sensors get on the objects of `groups`."""
+    objects = _objects(groups, rig, by_sensor, workers)
+    tables = _Sorted.of(groups, objects, settings)
+    classes = {name: _class_targets(groups, tables, number) for number, name in enumerate(CLASSES)}
+    within_m = float(groups.edges_m[-1])
+    return TargetScores(rig, settings, groups.of_frames, groups.frames, within_m, objects, classes)
 
 
-def _objects(
-    traffic: Traffic, rig: Rig, by_sensor: Mapping[str, Contribution], frames: int, workers: int
-) -> ObjectCounts:
-    end = int(traffic.starts[frames])
-    box = np.flatnonzero(traffic.counts[:end])
-    lidars, cameras = rig.lidars(), rig.cameras()
+def _objects(groups: Groups, rig: Rig, by_sensor: Mapping[str, Contribution], workers: int) -> ObjectCounts:
+    box, lidars, cameras = groups.box, rig.lidars(), rig.cameras()
     of_lidars = [by_sensor[sensor.name] for sensor in lidars]
     of_cameras = [by_sensor[sensor.name] for sensor in cameras]
     scale = np.array([_native(camera) for camera in cameras]).reshape(-1, 2)
     area = scale.prod(axis=1)
-    seen = _column(of_cameras, kernel.LAST_ROW, box) - _column(of_cameras, kernel.FIRST_ROW, box) + 1
-    shown = _column(of_cameras, kernel.FIRST_ROW, box) >= 0
-    heights = np.where(shown, seen * scale[:, 1], 0.0)
+    first, last = (_column(of_cameras, column, box) for column in (kernel.FIRST_ROW, kernel.LAST_ROW))
+    heights = np.where(first >= 0, last - first + 1, 0) * scale[:, 1]
     return ObjectCounts(
         box,
         tuple(sensor.name for sensor in lidars),
@@ -148,7 +191,7 @@ def _objects(
         _column(of_cameras, kernel.RAYS, box) * area,
         _column(of_lidars, kernel.ALONE, box).sum(axis=1),
         (_column(of_cameras, kernel.ALONE, box) * area).sum(axis=1),
-        _cells(of_lidars, end, workers)[box],
+        _cells(of_lidars, groups.end, workers)[box],
         heights.max(axis=1, initial=0.0),
     )
 
@@ -160,8 +203,10 @@ def _native(camera: Camera) -> tuple[float, float]:
 
 def _column(contributions: list[Contribution], column: int, box: Counts) -> Counts:
     """A column of what sensors found on boxes (k,), (k, sensors)."""
-    parts = [one.found[box, column].astype(np.int64) for one in contributions]
-    return np.stack(parts, axis=1) if parts else np.zeros((len(box), 0), np.int64)
+    found = np.empty((len(box), len(contributions)), np.int64)
+    for place, one in enumerate(contributions):
+        found[:, place] = one.found[:, column][box]
+    return found
 
 
 def _cells(lidars: list[Contribution], objects: int, workers: int) -> Counts:
@@ -177,66 +222,65 @@ def _cells(lidars: list[Contribution], objects: int, workers: int) -> Counts:
     )
     cells = np.concatenate([one.cells[:end] for one, end in zip(lidars, ends, strict=True)])
     found = np.zeros(objects, np.int64)
-    kernel.joined_cells(starts, cells, int(np.diff(starts, axis=1).sum(axis=0).max()), workers, found)
+    most = int(np.diff(starts, axis=1).sum(axis=0).max())
+    kernel.joined_cells(starts, cells, most, workers, found)
     return found
 
 
-def _class_targets(
-    traffic: Traffic, objects: ObjectCounts, settings: TargetSettings, number: int, frames: int
-) -> ClassTargets:
-    mine = traffic.cls[objects.box] == number
-    distance_m = traffic.distance_m[objects.box]
-    edges = np.append(np.arange(0.0, min(traffic.within_m, RINGS_TO_M + 1e-9), RING_M), traffic.within_m)
-    rings = []
-    for low, high in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
-        # the last ring ends with what counts: its end belongs to it
-        inside = (distance_m >= low) & ((distance_m < high) | (high == traffic.within_m))
-        rings.append(_row(traffic, objects, settings, mine & inside, frames, (low, high)))
-    return ClassTargets(_row(traffic, objects, settings, mine, frames, (0.0, traffic.within_m)), tuple(rings))
+@dataclass(frozen=True)
+class _Sorted:
+    """What the tables are made of, class by class and ring by ring."""
+
+    points: Doubles
+    height_px: Doubles
+    on_target: Doubles
+    share_1: Doubles
+    share_5: Doubles
+    share_n: Doubles
+    visible: Doubles
+    share_25px: Doubles
+    both: Doubles
+    neither: Doubles
+
+    @classmethod
+    def of(cls, groups: Groups, objects: ObjectCounts, settings: TargetSettings) -> Self:
+        points, height_px = objects.all_points, objects.height_px
+        by_lidar, by_camera = points >= settings.min_points, height_px >= HEIGHT_PX
+        columns = (
+            points, height_px, objects.on_target, points >= 1, points >= 5, by_lidar, objects.visible, by_camera,
+            by_lidar & by_camera, ~by_lidar & ~by_camera,
+        )  # fmt: skip
+        return cls(*(groups.sorted(column).astype(np.float64) for column in columns))
 
 
-def _row(
-    traffic: Traffic,
-    objects: ObjectCounts,
-    settings: TargetSettings,
-    chosen: NDArray[np.bool_],
-    frames: int,
-    ring_m: tuple[float, float],
-) -> Row:
-    frame = traffic.frame_of_box[objects.box[chosen]]
-    points, height_px = objects.all_points[chosen], objects.height_px[chosen]
-
-    def mean(values: NDArray[np.generic]) -> Estimate:
-        return _mean(values.astype(np.float64), frame, frames, traffic.frames)
-
-    by_lidar, by_camera = points >= settings.min_points, height_px >= HEIGHT_PX
-    return Row(
-        *ring_m,
-        int(np.count_nonzero(chosen)),
-        mean(objects.on_target[chosen]),
-        mean(points >= 1),
-        mean(points >= 5),
-        mean(by_lidar),
-        float(np.median(points)) if points.size else 0.0,
-        mean(objects.visible[chosen]),
-        mean(by_camera),
-        float(np.median(height_px)) if height_px.size else 0.0,
-        mean(by_lidar & by_camera),
-        mean(~by_lidar & ~by_camera),
+def _class_targets(groups: Groups, tables: _Sorted, number: int) -> ClassTargets:
+    whole, *rings = groups.slices(number)
+    edges = groups.edges_m.tolist()
+    return ClassTargets(
+        _row(groups, tables, whole, (0.0, edges[-1])),
+        tuple(_row(groups, tables, part, ring) for part, ring in zip(rings, pairwise(edges), strict=True)),
     )
 
 
-def _mean(values: Doubles, frame: Counts, used: int, frames: int) -> Estimate:
-    """Mean of values (k,) of objects in frames (k,) < used, and its standard error.
+def _row(groups: Groups, tables: _Sorted, part: slice, ring_m: tuple[float, float]) -> Row:
+    def mean(values: Doubles) -> Estimate:
+        return groups.mean(values, part)
 
-    Objects of a frame are not independent, so frames are what was drawn: a ratio of two totals over frames, linearised
-    (Cochran, Sampling Techniques, 1977, chapter 6), with the correction for a finite number of frames.
-    """
-    if not values.size:
-        return Estimate()
-    mean = float(values.sum() / values.size)
-    if used == frames or used < 2:
-        return Estimate(mean, 0.0)
-    misses = np.bincount(frame, values - mean, used)
-    spread = float(misses @ misses) / (used - 1)
-    return Estimate(mean, float(np.sqrt(spread * (1.0 - used / frames) * used)) / values.size)
+    return Row(
+        *ring_m,
+        part.stop - part.start,
+        mean(tables.on_target),
+        mean(tables.share_1),
+        mean(tables.share_5),
+        mean(tables.share_n),
+        _median(tables.points[part]),
+        mean(tables.visible),
+        mean(tables.share_25px),
+        _median(tables.height_px[part]),
+        mean(tables.both),
+        mean(tables.neither),
+    )
+
+
+def _median(values: Doubles) -> float:
+    return float(np.median(values)) if values.size else 0.0

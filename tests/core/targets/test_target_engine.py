@@ -1,12 +1,14 @@
 """The engine's promises: an edit casts the moved sensor alone, and nothing depends on order, threads or giving up."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from riglens.core.rig.model import Rig
 from riglens.core.targets import contribution
 from riglens.core.targets.engine import TargetEngine
-from riglens.core.targets.scores import TargetScores
+from riglens.core.targets.scores import Groups, TargetScores
 from riglens.core.targets.settings import EXACT, TargetSettings
 from riglens.core.targets.traffic import read_traffic
 from tests.core.builders import Boxes, rig_of, spinning
@@ -67,7 +69,7 @@ def test_only_the_moved_sensor_is_cast_and_a_sample_goes_on_where_it_ended(world
 
 
 def test_a_stale_wish_is_given_up_and_the_next_one_is_as_good_as_any(world, monkeypatch):
-    monkeypatch.setattr(contribution, "RAYS_AT_ONCE", 1)
+    monkeypatch.setattr(contribution, "RAYS_AT_ONCE", {"lidar": 1})
     rig = rig_of(spinning((0.0, 0.0, 2.0)), spinning((0.0, 0.0, 3.0)))
     asked = []
 
@@ -104,17 +106,20 @@ def test_a_sample_tells_how_far_it_may_be_off(world):
 
 def test_the_standard_error_is_that_of_many_samples():
     """Of 300 disjoint samples of 40 frames, the spread of the means is what the samples say."""
-    from riglens.core.targets.scores import _mean
-
     rng = np.random.default_rng(3)
-    frames = 12_000
-    number = rng.integers(0, 6, frames)
-    level = rng.uniform(0.0, 1.0, frames)
+    many = random_traffic(rng, 12_000, 6)
+    level = rng.uniform(0.0, 1.0, many.frames)
+    values = np.clip(level[many.frame_of_box] + rng.normal(0.0, 0.1, len(many.cls)), 0.0, 1.0)
     means, errors = [], []
-    for start in range(0, frames, 40):
-        frame = np.repeat(np.arange(40), number[start : start + 40])
-        values = np.clip(level[start : start + 40][frame] + rng.normal(0.0, 0.1, frame.size), 0.0, 1.0)
-        estimate = _mean(values, frame, 40, frames)
+    for first in range(0, many.frames, 40):
+        boxes = slice(int(many.starts[first]), int(many.starts[first + 40]))
+        part = replace(
+            many, starts=many.starts[first : first + 41] - boxes.start, frame=many.frame[first : first + 40],
+            cls=np.zeros_like(many.cls[boxes]), centre_m=many.centre_m[boxes], within_m=1e6,
+        )  # fmt: skip
+        groups = Groups(part, 40)
+        groups.of_frames = many.frames
+        estimate = groups.mean(groups.sorted(values[boxes]), groups.slices(0)[0])
         means.append(estimate.value)
         errors.append(estimate.se)
     assert np.std(means) == pytest.approx(np.mean(errors), rel=0.1)
