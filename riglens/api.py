@@ -348,17 +348,27 @@ def load_traffic(
     frames: int | None = None,
     classes: Mapping[str, str] | None = None,
     find_ground: bool = False,
+    surroundings: bool = False,
+    occluders: tuple[StrPath, StrPath] | None = None,
     progress: Progress | None = None,
 ) -> Traffic:
     """Load the road users of a box data set, or of the bundled town, to count on with `targets`.
 
-    Those within `within_m` metres of the car count; all of them hide what is behind them. The other arguments are those
+    Those within `within_m` metres of the car count; all of them hide what is behind them, and so does, with
+    `surroundings`, what stands in the bundled town, or for data of your own what `occluders` say: the table of it and
+    that of the poses of the car. The other arguments are those
     of `load_scene`. Boxes that do not count are told as a `RigLensWarning`. Raises InputError on bad data.
     """
     with _argument_names():
         names = tuple(f"{name}={cls}" for name, cls in (classes or {}).items())
         options = SceneOptions(
-            boxes=_path(boxes), origin_m=origin_m, frames=frames, classes=names, find_ground=find_ground
+            boxes=_path(boxes),
+            origin_m=origin_m,
+            frames=frames,
+            classes=names,
+            find_ground=find_ground,
+            surroundings=surroundings or occluders is not None,
+            occluders=None if occluders is None else (Path(occluders[0]), Path(occluders[1])),
         )
         found = load_boxes(options, within_m, progress)
     for line in remarks_on(found.data):

@@ -4,16 +4,6 @@ Only light modules are imported here, so that `riglens --help` answers at once a
 nothing never loads Qt or VTK; each command imports its own job when it runs.
 """
 
-import sys
-from collections.abc import Sequence
+from riglens.app.commands.running import main
 
-
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line; returns the exit code. Ctrl-C ends also the loading of the program in one line."""
-    try:
-        from riglens.app.commands import running
-    except KeyboardInterrupt:
-        if sys.stderr is not None:
-            sys.stderr.write("riglens: interrupted; no file was changed\n")
-        return 130
-    return running.main(arguments)
+__all__ = ["main"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -19,6 +20,7 @@ from riglens.app.commands.options import (
 from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 
 COUNT = Group("Count", sort_key=20)
+_TwoFiles = Parameter(group=SCENE, metavar="OCCLUDERS POSES", show_default=False)
 _Number = Parameter(converter=whole_number, group=COUNT, metavar="N")
 
 
@@ -27,6 +29,8 @@ def targets(
     boxes: Annotated[Path | None, Parameter(group=SCENE, metavar="PATH", show_default=False)] = None,
     how: BoxArguments = BoxArguments(),
     within: Annotated[float, Parameter(group=SCENE, metavar="M")] = 60.0,
+    surroundings: Annotated[Literal["ignored", "block"] | None, Parameter(group=SCENE)] = None,
+    occluders: Annotated[tuple[Path, Path] | None, _TwoFiles] = None,
     sample: Annotated[int | None, _Number] = None,
     phase: Annotated[Literal["random", "0"], Parameter(group=COUNT)] = "random",
     seed: Annotated[int, _Number] = 0,
@@ -46,6 +50,10 @@ def targets(
         Box data set, as for `riglens evaluate`. Without it: the bundled scenario.
     within
         Road users count up to this distance from the car, in metres.
+    surroundings
+        block: houses, walls and poles of the bundled scenario hide road users too (ignored).
+    occluders
+        What stands around your own --boxes, and where the car is in each frame; it blocks.
     sample
         Use so many frames, drawn fairly, and say with ± how far that may be off (all frames).
     phase
@@ -64,6 +72,8 @@ def targets(
     check_json(json)
     libraries.use()
     scene = SceneOptions(boxes, how.origin, how.frames, how.classes, find_ground=how.ground == "auto")
+    blocks = surroundings == "block" or (surroundings is None and occluders is not None)
+    scene = replace(scene, surroundings=blocks, occluders=occluders)
     ScoreOptions(threads=threads)
     from riglens.app.commands import targets_job
     from riglens.core.targets.settings import TargetSettings

@@ -71,8 +71,9 @@ class AutoVoxel:
 class SceneOptions:
     """Which boxes and which grid; None means "not said" (the bundled scenario, the default grid).
 
-    `auto` takes the place of a voxel edge; `find_ground` puts the ground at z = 0, by the bottoms of the boxes. The
-    numbers are checked where they are used: by grid and readers.
+    `surroundings`: whether what stands around hides road users where points are counted; `occluders`: the tables of it
+    and of the poses, for box data of one's own. `auto` takes the place of a voxel edge; `find_ground` puts the ground
+    at z = 0, by the bottoms of the boxes. The numbers are checked where they are used: by grid and readers.
     """
 
     boxes: Path | None = None
@@ -84,11 +85,13 @@ class SceneOptions:
     pog: Path | None = None
     auto: AutoVoxel | None = None
     find_ground: bool = False
+    surroundings: bool = False
+    occluders: tuple[Path, Path] | None = None
 
     @property
     def files(self) -> tuple[Path, ...]:
         """What is read of them, as far as it is said."""
-        return tuple(path for path in (self.boxes, self.pog) if path is not None)
+        return tuple(path for path in (self.boxes, self.pog, *(self.occluders or ())) if path is not None)
 
     def for_rigs(self, rigs: Sequence[Rig], score: ScoreOptions) -> SceneOptions:
         """The same with the rigs that an automatic voxel edge has to suit; without one nothing changes."""

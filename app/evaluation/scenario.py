@@ -12,7 +12,7 @@ from riglens.core.engine.engine import Engine
 from riglens.core.errors import InputError
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import MetricSettings
-from riglens.core.scene.boxes import BoxSource, DataReport, Progress
+from riglens.core.scene.boxes import DataReport, Progress
 from riglens.core.scene.grid import DEFAULT_ROI_M, DEFAULT_VOXEL_M, VoxelGrid
 from riglens.core.scene.pog import Pog
 from riglens.core.scene.pog_store import cached_pog, load_pog
@@ -48,7 +48,7 @@ def grid_of(options: SceneOptions) -> VoxelGrid:
     return VoxelGrid(voxel_m, DEFAULT_ROI_M if options.roi_m is None else options.roi_m)
 
 
-def source_of(options: SceneOptions) -> BoxSource:
+def source_of(options: SceneOptions) -> Source:
     """The box data set that was asked for; the bundled scenario when none was named."""
     if options.boxes is None:
         said = {

@@ -6,12 +6,36 @@ from dataclasses import replace
 
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.scenario import BUNDLED_NAME, source_of
+from riglens.core.errors import InputError
+from riglens.core.geometry import Vec3
 from riglens.core.scene.boxes import Progress
+from riglens.core.scene.occluders import Occluders
+from riglens.core.scene.readers import bundled_occluders
 from riglens.core.targets.traffic import Traffic, read_traffic
 
 
 def load_traffic(options: SceneOptions, within_m: float, progress: Progress | None = None) -> Traffic:
     """All boxes of the data set that was asked for; InputError on bad input."""
-    found = read_traffic(source_of(options), within_m, progress)
+    source = source_of(options)
+    found = read_traffic(source, within_m, progress, occluders=_occluders(options, source.origin_m))
     name = BUNDLED_NAME if options.boxes is None else str(options.boxes)
     return replace(found, data=replace(found.data, source=name))
+
+
+def _occluders(options: SceneOptions, origin_m: Vec3 | None) -> Occluders | None:
+    """What stands around, where it is asked for; InputError where it is not known."""
+    if options.occluders is not None:
+        if options.boxes is None:
+            raise InputError("--occluders belong to a box data set; name the data set with --boxes as well")
+        if not options.surroundings:
+            raise InputError("--occluders hide nothing with --surroundings ignored; leave one of the two out")
+        from riglens.core.scene.readers.occluders import open_occluders  # loads pyarrow
+
+        return open_occluders(*options.occluders, origin_m or (0.0, 0.0, 0.0))
+    if not options.surroundings:
+        return None
+    if options.boxes is not None:
+        raise InputError(
+            "--surroundings block: found no table of what stands there; give it with --occluders"
+        )
+    return bundled_occluders()

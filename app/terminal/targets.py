@@ -35,8 +35,11 @@ def heading(traffic: Traffic, scores: TargetScores) -> Iterator[Text]:
     objects = ", ".join(f"{name} {scores.classes[name].total.objects:,}" for name in CLASSES)
     source = visible(traffic.data.short_source)
     yield _line("Data", f"{source}: {frames}; road users within {traffic.within_m:g} m: {objects}")
+    around = "block" if traffic.surroundings_sha256 else "ignored"
     phase = f"random (seed {settings.seed})" if settings.phase == "random" else "as listed"
-    yield _line("Count", f"body ignored, plain boxes, no range law, spin phase {phase}")
+    yield _line(
+        "Count", f"body ignored, plain boxes, no range law, spin phase {phase}, surroundings {around}"
+    )
 
 
 def explanation(scores: TargetScores) -> Iterable[str]:

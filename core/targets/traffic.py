@@ -4,18 +4,21 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
-from riglens.core.scene.boxes import BoxSource, DataReport, Progress
+from riglens.core.scene.boxes import CLASSES, BoxSource, DataReport, Progress
+from riglens.core.scene.occluders import Occluders, StandingBoxes
 from riglens.core.targets.draws import shuffled
 
 Doubles = NDArray[np.float64]
 Ids = NDArray[np.int64]
 WITHIN_M = 60.0
+NO_CLASS = len(CLASSES)
+"""Class of what is no road user."""
 MAX_BOXES = 10_000_000
 """About 1.5 GB."""
 
@@ -26,8 +29,10 @@ class Traffic:
 
     data: what was read. frame (T,): number in the data of each frame held; starts (T + 1,): its first box; row (n,):
     place of each box in the data; cls (n,) uint8 index into CLASSES; centre_m, size_m (n, 3); rotation (n, 3, 3) box
-    to vehicle frame. Every box hides what is behind it; those `within_m` of the car, from the vehicle frame's origin
-    to the box's centre along the ground, are objects that count.
+    to vehicle frame. Occluders, which are no road users, have the class NO_CLASS, stand after the road users of their
+    frame, and their `row` is their place in the table of occluders. Every box hides what is behind it; road users
+    `within_m` of the car, from the vehicle frame's origin to the box's centre along the ground,
+    are objects that count. surroundings_sha256: of the tables of occluders, empty without.
     """
 
     data: DataReport
@@ -39,6 +44,7 @@ class Traffic:
     size_m: Doubles
     rotation: NDArray[np.float64]
     within_m: float = WITHIN_M
+    surroundings_sha256: str = ""
 
     @property
     def frames(self) -> int:
@@ -53,7 +59,7 @@ class Traffic:
     @cached_property
     def counts(self) -> NDArray[np.bool_]:
         """Which boxes are objects that count, (n,)."""
-        return np.asarray(self.distance_m <= self.within_m)
+        return np.asarray((self.distance_m <= self.within_m) & (self.cls != NO_CLASS))
 
     @cached_property
     def frame_of_box(self) -> Ids:
@@ -70,9 +76,14 @@ class Traffic:
 
 
 def read_traffic(
-    source: BoxSource, within_m: float = WITHIN_M, progress: Progress | None = None, most: int = MAX_BOXES
+    source: BoxSource,
+    within_m: float = WITHIN_M,
+    progress: Progress | None = None,
+    most: int = MAX_BOXES,
+    occluders: Occluders | None = None,
 ) -> Traffic:
-    """Read all boxes of a data set; raise InputError on bad input or more than `most` boxes."""
+    """Read all boxes of a data set, and what stands around them; raise InputError on bad input or more than `most`
+    boxes."""
     columns: list[list[NDArray[Any]]] = [[], [], [], [], []]
     held = 0
     for batch in source.batches(progress):
@@ -95,9 +106,59 @@ def read_traffic(
         np.concatenate([np.zeros(shape), *column]) for shape, column in zip(shapes, columns, strict=True)
     )
     report = source.report()
-    return traffic_of(
-        report, frame.astype(np.int64), cls.astype(np.uint8), centre_m, size_m, rotation
-    ).within(within_m)
+    boxes = _Boxes(frame.astype(np.int64), cls.astype(np.uint8), centre_m, size_m, rotation)
+    standing = None if occluders is None else _standing(report, boxes, occluders, most)
+    sha256 = "" if occluders is None else occluders.sha256
+    return replace(traffic_of(report, *boxes, standing).within(within_m), surroundings_sha256=sha256)
+
+
+class _Boxes(NamedTuple):
+    """Boxes in the order of the data: frame (n,) non-decreasing, cls (n,), centre_m, size_m (n, 3), rotation."""
+
+    frame: Ids
+    cls: NDArray[np.uint8]
+    centre_m: Doubles
+    size_m: Doubles
+    rotation: Doubles
+
+
+class Standing(NamedTuple):
+    """Occluders of all frames: frame (n,) non-decreasing; row (n,) in their table; boxes in the vehicle frame."""
+
+    frame: Ids
+    row: Ids
+    centre_m: Doubles
+    size_m: Doubles
+    rotation: Doubles
+
+
+def _standing(report: DataReport, boxes: _Boxes, occluders: Occluders, most: int) -> Standing:
+    """What stands as near as the farthest road user, in each frame that has one."""
+    if report.labels is None:
+        raise InputError(
+            f"{report.source}: occluders are given by sequence and frame, accepted is a table with seq and frame"
+        )
+    farthest_m = (
+        np.hypot(boxes.centre_m[:, 0], boxes.centre_m[:, 1]) + np.linalg.norm(boxes.size_m, axis=1) / 2
+    )
+    reach_m = float(farthest_m.max(initial=0.0))
+    held, found = 0, list[tuple[int, StandingBoxes]]()
+    for frame in np.unique(boxes.frame).tolist():
+        near = occluders.around(report.labels.of(frame), reach_m)
+        found.append((frame, near))
+        held += len(near.row)
+        if held > most:
+            raise InputError(
+                f"{occluders.source}: more than {most:,} occluders in all frames, accepted are fewer"
+            )
+    frames = [np.full(len(near.row), frame, np.int64) for frame, near in found]
+    return Standing(
+        np.concatenate([np.zeros(0, np.int64), *frames]),
+        np.concatenate([np.zeros(0, np.int64), *(near.row for _, near in found)]),
+        np.concatenate([np.zeros((0, 3)), *(near.centre_m for _, near in found)]),
+        np.concatenate([np.zeros((0, 3)), *(near.size_m for _, near in found)]),
+        np.concatenate([np.zeros((0, 3, 3)), *(near.rotation for _, near in found)]),
+    )
 
 
 def traffic_of(
@@ -107,11 +168,30 @@ def traffic_of(
     centre_m: Doubles,
     size_m: Doubles,
     rotation: Doubles,
+    standing: Standing | None = None,
 ) -> Traffic:
     """Traffic of boxes in the order of the data; frame (n,) non-decreasing, below data.frames."""
+    row = np.arange(len(frame))
+    if standing is not None:
+        count = len(standing.frame)
+        row = np.concatenate([row, standing.row])
+        cls = np.concatenate([cls, np.full(count, NO_CLASS, np.uint8)])
+        frame, centre_m, size_m, rotation = (
+            np.concatenate(pair)
+            for pair in zip((frame, centre_m, size_m, rotation), (standing.frame, *standing[2:]), strict=True)
+        )
     order = shuffled(data.frames)
-    number = np.bincount(frame, minlength=data.frames)
-    begins = np.concatenate([[0], np.cumsum(number)])
-    starts = np.concatenate([[0], np.cumsum(number[order])]).astype(np.int64)
-    row = np.repeat(begins[:-1][order] - starts[:-1], number[order]) + np.arange(len(frame))
-    return Traffic(data, order, starts, row, cls[row], centre_m[row], size_m[row], rotation[row])
+    place_of = np.empty(data.frames, np.int64)
+    place_of[order] = np.arange(data.frames)
+    sort = np.argsort(place_of[frame], kind="stable")  # road users of a frame stay before its occluders
+    starts = np.concatenate([[0], np.cumsum(np.bincount(place_of[frame], minlength=data.frames))])
+    return Traffic(
+        data,
+        order,
+        starts.astype(np.int64),
+        row[sort],
+        cls[sort],
+        centre_m[sort],
+        size_m[sort],
+        rotation[sort],
+    )

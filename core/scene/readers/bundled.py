@@ -1,4 +1,4 @@
-"""The scenario that comes with the program: a table of boxes and a note of its number of frames."""
+"""The scenario that comes with the program: a table of boxes, a note of its number of frames, what stands around."""
 
 from __future__ import annotations
 
@@ -6,14 +6,24 @@ import json
 from importlib import resources
 from pathlib import Path
 
-from riglens.core.scene.boxes import BoxSource
-from riglens.core.scene.readers.opening import open_boxes
+from riglens.core.scene.occluders import Occluders
+from riglens.core.scene.readers.opening import Source, open_boxes
 
 SCENARIO = "scenarios/town"
 
 
-def bundled_source() -> BoxSource:
+def bundled_source() -> Source:
     """Return the boxes of the bundled town; scenario.json holds the number of frames, empty ones included."""
-    folder = Path(str(resources.files("riglens.assets").joinpath(SCENARIO)))
-    frames = int(json.loads((folder / "scenario.json").read_text(encoding="utf-8"))["frames"])
-    return open_boxes(folder / "boxes.csv.gz", frames=frames)
+    frames = int(json.loads((_folder() / "scenario.json").read_text(encoding="utf-8"))["frames"])
+    return open_boxes(_folder() / "boxes.csv.gz", frames=frames)
+
+
+def bundled_occluders() -> Occluders:
+    """Return what stands beside the streets of the bundled town, and where the car is in each frame."""
+    from riglens.core.scene.readers.occluders import open_occluders  # loads pyarrow, as open_boxes does
+
+    return open_occluders(_folder() / "occluders.csv.gz", _folder() / "poses.csv.gz")
+
+
+def _folder() -> Path:
+    return Path(str(resources.files("riglens.assets").joinpath(SCENARIO)))

@@ -124,7 +124,7 @@ class FileBoxSource(ABC):
         with readable(self.path):
             for file in self._files():
                 name = b"" if file == self.path else bytes(file.relative_to(self.path))
-                digest.update(b"\0" + name + b"\0" + _file_digest(file))
+                digest.update(b"\0" + name + b"\0" + file_digest(file))
         return digest.hexdigest()
 
     def batches(self, progress: Progress | None = None) -> Iterator[BoxBatch]:
@@ -279,7 +279,7 @@ def _ignore_progress(fraction: float) -> None:
     """Ignore progress."""
 
 
-def _file_digest(path: Path) -> bytes:
+def file_digest(path: Path) -> bytes:
     """Return the SHA-256 of a file's bytes, read in pieces."""
     digest = hashlib.sha256()
     with open_regular(path, "a file") as file:

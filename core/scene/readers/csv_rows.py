@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import pyarrow as pa
@@ -21,49 +23,76 @@ from riglens.core.scene.readers.common import (
 from riglens.core.scene.readers.text_blocks import TextBlock
 
 NUMBERS = ("x", "y", "z", "length", "width", "height", "yaw")
-NEEDED = ("seq", "frame", "cls", *NUMBERS)
 ACCEPTED = {
     "frame": "a whole number of at least 0",
     **dict.fromkeys(NUMBERS[:3], ACCEPTED_POSITION),
     **dict.fromkeys(NUMBERS[3:6], ACCEPTED_SIZE),
     "yaw": ACCEPTED_ANGLE,
 }
-_TYPES = {
-    "seq": pa.dictionary(pa.int32(), pa.string()),
-    "frame": pa.int64(),
-    "cls": pa.dictionary(pa.int32(), pa.string()),
-    **dict.fromkeys(NUMBERS, pa.float64()),
-}
 
 
-def check_columns(path: Path, names: Sequence[str]) -> list[str]:
-    """Return the columns that are not used; raise InputError when a needed one is missing or duplicated."""
-    for name in NEEDED:
-        if names.count(name) > 1:
-            raise InputError(f"{path}: column {name!r} appears {names.count(name)} times, accepted is once")
-    missing = [name for name in NEEDED if name not in names]
-    if missing:
-        which = "columns" if len(missing) > 1 else "column"
-        listed = ", ".join(map(repr, missing))
-        raise InputError(f"{path}: {which} {listed} missing, accepted is a table with {','.join(NEEDED)}")
-    return [name for name in names if name not in NEEDED]
+@dataclass(frozen=True)
+class Columns:
+    """The columns that a kind of table has, in the order in which they are told; `frame` holds whole numbers, those of
+    `texts` names, all others numbers."""
+
+    needed: tuple[str, ...]
+    texts: tuple[str, ...]
+
+    @property
+    def listed(self) -> str:
+        """The header line."""
+        return ",".join(self.needed)
+
+    @property
+    def numbers(self) -> tuple[str, ...]:
+        """The columns of numbers that need not be whole."""
+        return tuple(name for name in self.needed if name in NUMBERS)
+
+    @cached_property
+    def types(self) -> Mapping[str, pa.DataType]:
+        """What each column is read as."""
+        return {name: self._type(name) for name in self.needed}
+
+    def _type(self, name: str) -> pa.DataType:
+        if name in self.texts:
+            return pa.dictionary(pa.int32(), pa.string())
+        return pa.int64() if name == "frame" else pa.float64()
+
+    def unused(self, path: Path, names: Sequence[str]) -> list[str]:
+        """Return the columns that are not used; raise InputError when a needed one is missing or duplicated."""
+        for name in self.needed:
+            if names.count(name) > 1:
+                raise InputError(
+                    f"{path}: column {name!r} appears {names.count(name)} times, accepted is once"
+                )
+        missing = [name for name in self.needed if name not in names]
+        if missing:
+            which = "columns" if len(missing) > 1 else "column"
+            listed = ", ".join(map(repr, missing))
+            raise InputError(f"{path}: {which} {listed} missing, accepted is a table with {self.listed}")
+        return [name for name in names if name not in self.needed]
+
+    def header(self, path: Path, line: bytes) -> list[str]:
+        """Return the column names of a CSV header line; raise InputError when it is not text."""
+        try:
+            names = next(csv.reader([line.decode("utf-8-sig")], strict=True), [])
+        except (UnicodeDecodeError, csv.Error) as error:
+            raise InputError(f"{path}:1: no CSV header, accepted is {self.listed}") from error
+        return [name.strip() for name in names]
 
 
-def header_names(path: Path, line: bytes) -> list[str]:
-    """Return the column names of a header line; raise InputError when it is not text."""
-    try:
-        names = next(csv.reader([line.decode("utf-8-sig")], strict=True), [])
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise InputError(f"{path}:1: no CSV header, accepted is {','.join(NEEDED)}") from error
-    return [name.strip() for name in names]
+BOX_COLUMNS = Columns(("seq", "frame", "cls", *NUMBERS), ("seq", "cls"))
 
 
 class CsvParser:
     """Parses blocks of one table with a known header."""
 
-    def __init__(self, path: Path, header: Sequence[str]) -> None:
-        self._path = path
-        self._header = [name if name in NEEDED else f"unused {index}" for index, name in enumerate(header)]
+    def __init__(self, path: Path, header: Sequence[str], columns: Columns) -> None:
+        self._path, self._columns = path, columns
+        self._header = [
+            name if name in columns.needed else f"unused {index}" for index, name in enumerate(header)
+        ]
 
     def parse(self, block: TextBlock) -> pa.Table:
         """Return the needed columns of all rows; an InputError names the line, the column and what was found."""
@@ -80,7 +109,9 @@ class CsvParser:
                 column_names=self._header, use_threads=False, block_size=len(data) + 1
             ),
             convert_options=arrow_csv.ConvertOptions(
-                column_types=_TYPES, include_columns=list(NEEDED), null_values=[]
+                column_types=self._columns.types,
+                include_columns=list(self._columns.needed),
+                null_values=[],
             ),
         )
         # A stray quote can swallow the following lines; then the rows are fewer than the lines.

@@ -143,7 +143,8 @@ def _refuse_pickles(place: Path) -> None:
 def _open_file(place: Path, layout: str, how: HowToRead, is_part: bool) -> FileBoxSource:
     # imported late: these load pyarrow, which the window's first picture must not wait for
     from riglens.core.scene.readers.argoverse import ArgoverseSource
-    from riglens.core.scene.readers.table import CsvSource, ParquetSource, is_parquet
+    from riglens.core.scene.readers.rows import is_parquet
+    from riglens.core.scene.readers.table import CsvSource, ParquetSource
 
     if layout == "argoverse":
         return ArgoverseSource(place, how.options(ARGOVERSE, is_part, *_ORIGINS[layout]))

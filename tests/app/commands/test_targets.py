@@ -99,3 +99,47 @@ def test_the_table_tells_rings_for_one_rig_and_rigs_beside_each_other(riglens, b
 )
 def test_bad_input_is_one_line(riglens, words, message):
     assert message in riglens("targets", "W+T", *words).refused()
+
+
+def test_what_stands_around_hides_road_users(riglens, boxes, tmp_path):
+    """A wall right around the car leaves nothing to see; it belongs to the frames of sequence s."""
+    walls, poses = tmp_path / "walls.csv", tmp_path / "poses.csv"
+    rows = ["m,wall,101.5,50,2,0.1,3,4,0", "m,wall,98.5,50,2,0.1,3,4,0", "m,wall,100,51.5,2,3,0.1,4,0"]
+    rows += ["m,wall,100,48.5,2,3,0.1,4,0"]
+    walls.write_text("\n".join(["map,cls,x,y,z,length,width,height,yaw", *rows]) + "\n")
+    poses.write_text("seq,frame,map,x,y,z,yaw\n" + "".join(f"s,{k},m,100,50,0,{k}\n" for k in range(3)))
+    plain = json.loads(riglens("targets", "Center", "--boxes", boxes, "--json", "-").out)
+    hidden = riglens("targets", "Center", "--boxes", boxes, "--occluders", walls, poses, "--json", "-")
+    document = json.loads(hidden.out)
+    assert (plain["surroundings"], document["surroundings"]) == ("ignored", "block")
+    assert plain["data"]["surroundings_sha256"] == "" and len(document["data"]["surroundings_sha256"]) == 64
+    assert plain["data"]["objects"] == document["data"]["objects"]
+    assert plain["rigs"][0]["classes"]["car"]["lidar"]["share_1"] == 1.0
+    assert document["rigs"][0]["classes"]["car"]["lidar"]["share_1"] == 0.0
+
+
+def test_surroundings_of_the_town_take_points_and_no_object(riglens):
+    words = ("targets", "Center", "--sample", "20", "--json", "-")
+    plain = json.loads(riglens(*words).out)
+    blocked = json.loads(riglens(*words, "--surroundings", "block").out)
+    assert plain["data"]["objects"] == blocked["data"]["objects"]
+    share = [document["rigs"][0]["classes"]["car"]["lidar"]["share_1"] for document in (plain, blocked)]
+    assert 0.1 < share[1] < share[0]
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("--surroundings", "block"), "--surroundings block: found no table of what stands there"),
+        (("--surroundings", "ignored", "--occluders", "a.csv", "b.csv"), "--occluders hide nothing with"),
+        (("--occluders", "a.csv", "b.csv"), "a.csv: cannot be read"),
+    ],
+)
+def test_surroundings_that_are_not_there_are_told(riglens, boxes, words, message):
+    result = riglens("targets", "Center", "--boxes", boxes, *words)
+    assert result.code == 2 and message in result.err
+
+
+def test_occluders_belong_to_boxes(riglens):
+    result = riglens("targets", "Center", "--occluders", "a.csv", "b.csv")
+    assert result.code == 2 and "name the data set with --boxes" in result.err

@@ -1,0 +1,235 @@
+"""Rows of a table file with known columns: CSV, gzip-compressed CSV and Parquet, streamed and complete."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as parquet
+from numpy.typing import NDArray
+
+from riglens.core.errors import InputError
+from riglens.core.files import open_regular
+from riglens.core.scene.boxes import Progress
+from riglens.core.scene.limits import MAX_NAME_CHARS, one_line
+from riglens.core.scene.readers.common import BadBox, first_bad_box, readable
+from riglens.core.scene.readers.csv_rows import ACCEPTED, NUMBERS, Columns, CsvParser
+from riglens.core.scene.readers.frames import RowError
+from riglens.core.scene.readers.parquet_pages import MAX_ROWS, dictionary_columns, require_footer
+from riglens.core.scene.readers.text_blocks import TextBlock, text_blocks
+
+PARQUET_MAGIC = b"PAR1"
+_PARQUET_ROWS = 1 << 14
+_PARQUET_BUFFER_BYTES = 1 << 20
+
+
+@dataclass(frozen=True)
+class Names:
+    """A column of names: the distinct ones, and for each row the index of its own."""
+
+    distinct: list[str]
+    codes: NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Some rows of a table: names by column, `frame` (n,) where the table has one, numbers (n, k) in the order of the
+    columns; `place` describes where in the file a row is."""
+
+    texts: Mapping[str, Names]
+    frame: NDArray[np.int64]
+    numbers: NDArray[np.float64]
+    place: Callable[[int], str]
+
+    @classmethod
+    def of(cls, table: pa.Table, columns: Columns, place: Callable[[int], str]) -> Rows:
+        """Take Arrow columns, checked to be complete; raise ArrowInvalid for what does not fit into the arrays."""
+        numbers = np.column_stack([table[name].cast(pa.float64()).to_numpy() for name in columns.numbers])
+        frame = table["frame"].cast(pa.int64()).to_numpy() if "frame" in columns.needed else _NO_FRAMES
+        return cls({name: _names(table[name]) for name in columns.texts}, frame, numbers, place)
+
+    def names(self, column: str) -> Names:
+        """Return a column of names; raise RowError when one is too long."""
+        names = self.texts[column]
+        for code, name in enumerate(names.distinct):
+            if len(name) > MAX_NAME_CHARS:
+                row = int(np.argmax(names.codes == code))
+                found = f"column {column!r}: found {len(name)} characters"
+                raise RowError(row, f"{found}, accepted is a name of at most {MAX_NAME_CHARS}")
+        return names
+
+    def frames(self) -> NDArray[np.int64]:
+        """Return the column `frame`, (n,); raise RowError when one is below 0."""
+        if self.frame.size and self.frame.min() < 0:
+            row = int(np.argmax(self.frame < 0))
+            raise RowError(row, f"column 'frame': found {self.frame[row]}, accepted is {ACCEPTED['frame']}")
+        return self.frame
+
+
+_NO_FRAMES = np.zeros(0, np.int64)
+
+
+def _names(column: pa.ChunkedArray) -> Names:
+    if not pa.types.is_dictionary(column.type):
+        column = column.cast(pa.string()).dictionary_encode()
+    array = column.unify_dictionaries().combine_chunks()
+    distinct = [str(name) for name in array.dictionary.to_pylist()]
+    return Names(distinct, array.indices.to_numpy().astype(np.intp))
+
+
+class RowFile(ABC):
+    """A table file; its columns are checked when it is opened. unused: columns that nothing needs."""
+
+    unused: list[str]
+
+    def __init__(self, path: Path, columns: Columns) -> None:
+        self.path, self.columns = path, columns
+
+    @abstractmethod
+    def pieces(self, progress: Progress) -> Iterator[Rows]:
+        """Stream the rows in the order of the file; raise InputError on bad input."""
+
+
+class CsvFile(RowFile):
+    """A CSV file, plain or gzip-compressed, with a header line."""
+
+    def __init__(self, path: Path, columns: Columns) -> None:
+        super().__init__(path, columns)
+        with readable(path):
+            first = next(text_blocks(path, lambda _: None), None)
+        if first is None:
+            raise InputError(f"{path}: the file is empty, accepted is a table with {columns.listed}")
+        self._header = columns.header(path, first.data.split(b"\n", 1)[0].rstrip(b"\r"))
+        self.unused = columns.unused(path, self._header)
+
+    def pieces(self, progress: Progress) -> Iterator[Rows]:
+        """Stream the rows block by block."""
+        parser = CsvParser(self.path, self._header, self.columns)
+        for block in text_blocks(self.path, progress):
+            rows = _without_header(block)
+            if rows.has_lines:
+                yield Rows.of(parser.parse(rows), self.columns, self._place_in(rows))
+
+    def _place_in(self, block: TextBlock) -> Callable[[int], str]:
+        return lambda row: f"{self.path}:{block.lines()[row][0]}"
+
+
+class ParquetFile(RowFile):
+    """A Parquet file; column types are checked when it is opened."""
+
+    def __init__(self, path: Path, columns: Columns) -> None:
+        super().__init__(path, columns)
+        with readable(path), _parquet_file(path) as file:
+            schema = file.schema_arrow
+        self.unused = columns.unused(path, list(schema.names))
+        for name in columns.needed:
+            self._check_type(name, schema.field(name).type)
+
+    def pieces(self, progress: Progress) -> Iterator[Rows]:
+        """Stream the rows batch by batch."""
+        with _parquet_file(self.path, self.columns.needed) as file:
+            total, start = max(1, file.metadata.num_rows), 0
+            for batch in file.iter_batches(
+                batch_size=_PARQUET_ROWS, columns=list(self.columns.needed), use_threads=False
+            ):
+                place = _row_place(self.path, start)
+                self._check_no_nulls(batch, place)
+                if batch.num_rows:
+                    yield Rows.of(pa.Table.from_batches([batch]), self.columns, place)
+                start += batch.num_rows
+                if start > MAX_ROWS:
+                    raise InputError(f"{self.path}: more than {MAX_ROWS} rows, accepted are fewer")
+                progress(start / total)
+
+    def _check_type(self, name: str, kind: pa.DataType) -> None:
+        """Raise InputError when a Parquet column cannot hold what is needed."""
+        value = kind.value_type if pa.types.is_dictionary(kind) else kind
+        text = pa.types.is_string(value) or pa.types.is_large_string(value)
+        whole = pa.types.is_integer(kind)
+        if name in self.columns.texts:
+            good, accepted = text or whole, "text"
+        elif name == "frame":
+            good, accepted = whole, "whole numbers"
+        else:
+            good, accepted = whole or pa.types.is_floating(kind) or pa.types.is_decimal(kind), "numbers"
+        if not good:
+            raise InputError(
+                f"{self.path}: column {name!r}: found type {one_line(str(kind), 60)}, accepted are {accepted}"
+            )
+
+    def _check_no_nulls(self, batch: pa.RecordBatch, place: Callable[[int], str]) -> None:
+        for name in self.columns.needed:
+            column = batch.column(name)
+            if column.null_count:
+                row = int(np.argmax(column.is_null().to_numpy(zero_copy_only=False)))
+                raise InputError(
+                    f"{place(row)}: column {name!r}: found no value, accepted is {ACCEPTED.get(name, 'a name')}"
+                )
+
+
+def open_rows(path: Path, columns: Columns) -> RowFile:
+    """Open a table file, of whichever kind; raise InputError when it has not these columns."""
+    with readable(path):
+        return ParquetFile(path, columns) if is_parquet(path) else CsvFile(path, columns)
+
+
+def is_parquet(path: Path) -> bool:
+    """Return whether the file's first bytes or its name say so."""
+    if path.suffix.lower() in (".parquet", ".pq"):
+        return True
+    with open_regular(path, "a table") as file:
+        return file.read(len(PARQUET_MAGIC)) == PARQUET_MAGIC
+
+
+@contextmanager
+def _parquet_file(path: Path, needed: Sequence[str] = ()) -> Iterator[parquet.ParquetFile]:
+    """Yield an open Parquet file; whatever is wrong with its bytes, also later on, becomes an InputError.
+
+    needed: columns that will be read: what their pages expand to is checked, and texts are read without repeating them.
+    """
+    try:
+        with open_regular(path, "a Parquet table") as raw:
+            require_footer(path, raw)
+            how = {"buffer_size": _PARQUET_BUFFER_BYTES, "pre_buffer": False}
+            with parquet.ParquetFile(path, **how) as file:
+                if not needed:
+                    yield file
+                    return
+                names = dictionary_columns(path, raw, file.metadata, needed)
+            with parquet.ParquetFile(path, read_dictionary=names, **how) as file:
+                yield file
+    except (pa.ArrowException, MemoryError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: damaged Parquet file ({one_line(str(error), 120)})") from error
+    except OSError as error:
+        if error.errno is not None:
+            raise
+        raise InputError(f"{path}: damaged Parquet file ({one_line(str(error), 120)})") from error
+
+
+def _without_header(block: TextBlock) -> TextBlock:
+    """Return the lines of a block that are rows of the table."""
+    if block.first_line > 1:
+        return block
+    return TextBlock(2, block.data.partition(b"\n")[2])
+
+
+def _row_place(path: Path, start: int) -> Callable[[int], str]:
+    return lambda row: f"{path}: row {start + row + 1}"
+
+
+def check_numbers(numbers: NDArray[np.float64], rows: NDArray[np.intp]) -> None:
+    """Raise RowError for the first mapped row with an impossible number; `rows`: their places in the piece."""
+    bad = first_bad_box(numbers[:, 0:3], numbers[:, 3:6])
+    wild = np.flatnonzero(~np.isfinite(numbers[:, 6]))
+    if wild.size and (bad is None or wild[0] < bad.row):
+        bad = BadBox(int(wild[0]), NUMBERS.index("yaw"), float(numbers[wild[0], 6]))
+    if bad is not None:
+        name = NUMBERS[bad.column]
+        raise RowError(
+            int(rows[bad.row]), f"column {name!r}: found {bad.value:g}, accepted is {ACCEPTED[name]}"
+        )
