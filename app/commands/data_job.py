@@ -34,6 +34,7 @@ from riglens.core.scene.pog_parts import OwnProcess, PartsPlan, Workers, build_i
 from riglens.core.scene.pog_processes import worker_processes
 from riglens.core.scene.pog_store import save_pog
 from riglens.core.scene.readers import together
+from riglens.core.scene.readers.opening import has_known_origin
 from riglens.core.scene.survey import RINGS_M, SECTORS, Ground, Survey, survey
 from riglens.core.shown_text import visible
 
@@ -126,7 +127,8 @@ def describe(options: SceneOptions, paths: Sequence[Path], json_target: str | No
     source = boxes_of(options, paths)
     with progress_bar("Reading boxes") as progress:
         found = survey(source, progress)
-    document = data_document(found, source.origin_m)
+    is_known = options.origin_m is None and all(has_known_origin(path) for path in paths)
+    document = data_document(found, source.origin_m, is_known)
     if json_target is not None:
         text = json.dumps(document, indent=1, allow_nan=False) + "\n"
         if json_target == "-":
@@ -134,10 +136,10 @@ def describe(options: SceneOptions, paths: Sequence[Path], json_target: str | No
             return
         with atomic_write(json_target, "w") as stream:
             stream.write(text)
-    _print_survey(found, source.origin_m)
+    _print_survey(found, source.origin_m, is_known)
 
 
-def data_document(found: Survey, origin_m: Vec3 | None) -> dict[str, Any]:
+def data_document(found: Survey, origin_m: Vec3 | None, is_known: bool) -> dict[str, Any]:
     """The figures as plain data; lengths in metres, boxes as counts by quarter and ring of distance."""
     data = found.data
     return {
@@ -157,7 +159,7 @@ def data_document(found: Survey, origin_m: Vec3 | None) -> dict[str, Any]:
         "rings_m": [limit if math.isfinite(limit) else None for limit in RINGS_M],
         "classes": {name: _class(found, cls) for cls, name in enumerate(CLASSES)},
         "ground": _ground(found.ground),
-        "warnings": list(warnings(found, origin_m)),
+        "warnings": list(warnings(found, origin_m, is_known)),
     }
 
 
@@ -182,8 +184,11 @@ def _ground(ground: Ground | None) -> dict[str, Any] | None:
     }
 
 
-def warnings(found: Survey, origin_m: Vec3 | None) -> Iterator[str]:
-    """Tell what deserves a second look: directions without boxes, a ground that is not at z = 0."""
+def warnings(found: Survey, origin_m: Vec3 | None, is_known: bool) -> Iterator[str]:
+    """Tell what deserves a second look: directions without boxes, a ground that is not at z = 0.
+
+    Where it is known how high the data's origin stands (`is_known`), that is better than any estimate.
+    """
     bare = found.bare_sectors()
     if bare:
         listed = ", ".join(f"{name} ({count:,})" for name, count in bare.items())
@@ -192,7 +197,7 @@ def warnings(found: Survey, origin_m: Vec3 | None) -> Iterator[str]:
             "nothing"
         )
     ground = found.ground
-    if ground is not None and ground.is_certain and abs(ground.height_m) > GROUND_IS_RIGHT_M:
+    if ground is not None and not is_known and ground.is_certain and abs(ground.height_m) > GROUND_IS_RIGHT_M:
         advice = "use --ground auto"
         if origin_m is not None:
             x, y, z = origin_m
@@ -200,7 +205,7 @@ def warnings(found: Survey, origin_m: Vec3 | None) -> Iterator[str]:
         yield f"the ground is not at z = 0 but at {ground.height_m:.2f} m: {advice}"
 
 
-def _print_survey(found: Survey, origin_m: Vec3 | None) -> None:
+def _print_survey(found: Survey, origin_m: Vec3 | None, is_known: bool) -> None:
     console, data = results(), found.data
     console.print(Text.assemble(("Data    ", "bold"), visible(data.source)), soft_wrap=True)
     console.print(
@@ -214,12 +219,14 @@ def _print_survey(found: Survey, origin_m: Vec3 | None) -> None:
     ground = "not known: no boxes near by" if found.ground is None else found.ground.text()
     if found.ground is not None and not found.ground.is_certain:
         ground += " (not certain)"
+    elif found.ground is not None and is_known:
+        ground += " (an estimate; the data's own origin is kept)"
     console.print(Text.assemble(("Ground  ", "bold"), ground))
     console.print(_direction_table(found))
     console.print(_distance_table(found))
     if data.unmapped:
         console.print(_unmapped_table(found))
-    for line in warnings(found, origin_m):
+    for line in warnings(found, origin_m, is_known):
         console.print(Text.assemble(("warning: ", "bold yellow"), line), soft_wrap=True)
     for line in data.notes:
         note(line)

@@ -23,6 +23,8 @@ BARE_SHARE = 0.01
 FEWEST_BOXES = 20
 LARGEST_SPREAD_M = 0.5
 _STEP_M = 0.01
+_PEAK_WIDTH_M, _PEAK_SHARE, _PEAK_BOXES, _VALLEY_SHARE = 0.05, 0.2, 3.0, 0.6
+"""A second height: a fifth as many bottoms as at the first, smoothed by this width, and fewer of them in between."""
 _HEIGHT_RANGE_M = 20.0
 _SIZE_RANGE_M = 40.0
 
@@ -31,19 +33,21 @@ _SIZE_RANGE_M = 40.0
 class Ground:
     """The ground as estimated from the bottoms of near boxes: height_m is their median, half of them lie in between_m.
 
-    Heights are in the frame of the boxes; `boxes` counts those of class `cls` within NEAR_M.
+    Heights are in the frame of the boxes; `boxes` counts those of class `cls` within NEAR_M. `peaks_m`: heights around
+    which they crowd; two of them mean two grounds, or two ways of labelling, and the median is neither.
     """
 
     height_m: float
     between_m: tuple[float, float]
     boxes: int
     cls: str
+    peaks_m: tuple[float, ...] = ()
 
     @property
     def is_certain(self) -> bool:
         """Whether there are enough boxes, and they agree."""
         low, high = self.between_m
-        return self.boxes >= FEWEST_BOXES and high - low <= LARGEST_SPREAD_M
+        return self.boxes >= FEWEST_BOXES and high - low <= LARGEST_SPREAD_M and len(self.peaks_m) < 2
 
     @property
     def lift_m(self) -> float:
@@ -55,8 +59,14 @@ class Ground:
         low, high = self.between_m
         return (
             f"z = {self.height_m:.2f} m by the bottoms of {self.boxes:,} {self.cls} boxes within {NEAR_M:g} m, half of "
-            f"them from {low:.2f} to {high:.2f}"
+            f"them from {low:.2f} to {high:.2f}{self._crowds()}"
         )
+
+    def _crowds(self) -> str:
+        """Say around which heights the bottoms crowd, where there are several."""
+        if len(self.peaks_m) < 2:
+            return ""
+        return f", crowded around {' and '.join(f'{peak:.2f}' for peak in self.peaks_m)}"
 
 
 @dataclass(frozen=True)
@@ -105,6 +115,20 @@ class _Histogram:
         place = np.searchsorted(np.cumsum(self._counts), share * self.total)
         return round(float(self._low_m + (place + 0.5) * _STEP_M), 3)
 
+    def peaks(self) -> tuple[float, ...]:
+        """Return where the values crowd, lowest first: maxima with a clear gap between them."""
+        reach = np.arange(-4 * _PEAK_WIDTH_M, 4 * _PEAK_WIDTH_M + _STEP_M / 2, _STEP_M)
+        heights = np.convolve(self._counts, np.exp(-0.5 * (reach / _PEAK_WIDTH_M) ** 2), mode="same")
+        least = max(_PEAK_BOXES, _PEAK_SHARE * float(heights.max()))
+        kept: list[int] = []
+        for place in np.flatnonzero(heights >= least).tolist():
+            gap = heights[kept[-1] : place + 1].min() if kept else 0.0
+            if not kept or gap <= _VALLEY_SHARE * min(heights[kept[-1]], heights[place]):
+                kept.append(place)
+            elif heights[place] > heights[kept[-1]]:
+                kept[-1] = place
+        return tuple(round(self._low_m + (place + 0.5) * _STEP_M, 2) for place in kept)
+
 
 class _Tally:
     """What is counted while the boxes stream by."""
@@ -151,4 +175,4 @@ def _ground(bottoms: list[_Histogram]) -> Ground | None:
     if not heights.total:
         return None
     between = heights.quantile(0.25), heights.quantile(0.75)
-    return Ground(heights.quantile(0.5), between, heights.total, name)
+    return Ground(heights.quantile(0.5), between, heights.total, name, heights.peaks())

@@ -94,3 +94,26 @@ def test_a_ground_nobody_agrees_on_is_not_certain() -> None:
     few = survey(boxes_of(at(0, 5), frames=1)).ground
     assert few is not None and not few.is_certain
     assert survey(boxes_of(at(0, 50), frames=1)).ground is None
+
+
+@pytest.mark.parametrize("share", [0.3, 0.5, 0.6])
+@pytest.mark.parametrize("apart_m", [0.3, 0.36, 0.45])
+def test_two_heights_are_no_ground(share: float, apart_m: float) -> None:
+    """As in a log of Argoverse 2: half of all bottoms between -0.34 and 0.01 m, and hardly any in the middle."""
+    random = np.random.default_rng(4)
+    low = random.random(400) < share
+    bottom = np.where(low, -apart_m, 0.0) + random.normal(0, 0.03, 400)
+    rows = [(n, 0, (5.0, 1.0, float(z) + CAR[2] / 2), CAR, 0.0) for n, z in enumerate(bottom)]
+    ground = survey(boxes_of(*rows, frames=400)).ground
+    assert ground is not None and not ground.is_certain
+    assert ground.peaks_m == pytest.approx((-apart_m, 0.0), abs=0.08)
+    assert "crowded around -0." in ground.text()
+
+
+def test_bottoms_with_one_height_crowd_around_it() -> None:
+    random = np.random.default_rng(5)
+    for spread_m in (0.02, 0.1, 0.2):
+        bottom = random.normal(-1.7, spread_m, 2000)
+        rows = [(n, 0, (5.0, 1.0, float(z) + CAR[2] / 2), CAR, 0.0) for n, z in enumerate(bottom)]
+        ground = survey(boxes_of(*rows, frames=2000)).ground
+        assert ground is not None and ground.is_certain and len(ground.peaks_m) == 1

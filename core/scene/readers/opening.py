@@ -100,6 +100,12 @@ def default_origin_m(path: Path) -> Vec3:
     return _ORIGINS[layout][0] if layout in _ORIGINS else _NO_SHIFT
 
 
+def has_known_origin(path: Path) -> bool:
+    """Return whether the source of the data says where its origin lies on its car; look at names and first bytes."""
+    with readable(path):
+        return _layout(path) in _ORIGINS
+
+
 def _open(place: Path, how: HowToRead, is_part: bool) -> Source:
     with readable(place):
         layout = _layout(place)

@@ -126,3 +126,16 @@ def test_one_frame_is_told_to_have_no_entropy(riglens, tmp_path):
     assert outcome.code == 0 and "one frame only" in outcome.err and "no entropy" in outcome.err
     path.write_text(HEADER + "s,0,car,5,1,0.8,4.5,1.9,1.6,0.1\ns,1,car,5,1,0.8,4.5,1.9,1.6,0.1\n")
     assert "one frame only" not in riglens("evaluate", "W+T", "--boxes", path, *SMALL_GRID).err
+
+
+def test_a_known_origin_is_kept_where_the_estimate_differs(riglens, tmp_path):
+    columns = random_columns(4, 60)
+    columns["tz_m"] = columns["tz_m"] - 0.3
+    write_log(tmp_path / "log", columns)
+    found = json.loads(riglens("data", tmp_path / "log", "--json", "-").out)
+    assert found["ground"]["height_m"] == pytest.approx(-0.3, abs=0.02)
+    assert not any("ground" in line for line in found["warnings"])
+    printed = " ".join(riglens("data", tmp_path / "log").out.split())
+    assert "the data's own origin is kept" in printed
+    said = json.loads(riglens("data", tmp_path / "log", "--origin", "-1.34", "0", "0.33", "--json", "-").out)
+    assert any("--ground auto" in line for line in said["warnings"])
