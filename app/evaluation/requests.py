@@ -17,6 +17,7 @@ if TYPE_CHECKING:  # made by the background thread, which loads what computes th
     from riglens.core.metric.entropy import EntropyField
     from riglens.core.metric.voxel import Voxel, VoxelFacts
     from riglens.core.study.voxel_choice import VoxelChoice
+    from riglens.core.view.outlook import Gap
     from riglens.core.view.top_view import SeenBy, TopView
     from riglens.widgets.heatmap.scale import HeatmapData
 
@@ -29,7 +30,8 @@ class LoadedScene:
     """Box data ready for use: the entropy of every informative voxel, and a coarser grid to draw. Equal only to itself.
 
     `coarse` is a field of larger voxels for first answers, None where the grid allows none; `choice` says how
-    the voxel edge was picked, None when it was given.
+    the voxel edge was picked, None when it was given. `gap` is where the data, which look
+    one way only, hold no boxes.
     """
 
     options: SceneOptions
@@ -37,6 +39,7 @@ class LoadedScene:
     heatmaps: Heatmaps
     coarse: EntropyField | None = None
     choice: VoxelChoice | None = None
+    gap: Gap | None = None
 
 
 @dataclass(frozen=True)

@@ -31,6 +31,7 @@ from riglens.core.scene.boxes import CLASSES, Progress
 from riglens.core.scene.columns import Words
 from riglens.core.scene.pog import Pog, coarse_pog
 from riglens.core.view.display import DisplayGrid
+from riglens.core.view.outlook import widest_gap
 from riglens.core.view.top_view import TopView
 from riglens.core.view.top_views import TopViews
 
@@ -46,7 +47,8 @@ def load_scene(options: SceneOptions, progress: Progress) -> LoadedScene:
     heatmaps = Heatmaps(DisplayGrid.build(found.pog, found.field))
     thinned = coarse_pog(found.pog)
     coarse = EntropyField.from_pog(thinned) if thinned is not None else None
-    return LoadedScene(options, found.field, heatmaps, coarse, found.choice)
+    gap = widest_gap(heatmaps.display)
+    return LoadedScene(options, found.field, heatmaps, coarse, found.choice, gap)
 
 
 @dataclass(frozen=True)

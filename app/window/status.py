@@ -17,6 +17,10 @@ COARSE_NOTE = (
     "An exact answer takes longer than a frame here.\nScores marked ≈ are estimated on larger voxels; "
     "the exact ones replace them as soon as the mouse rests."
 )
+ONE_WAY_NOTE = (
+    "0° is ahead, positive is left. Elsewhere there are next to none in these data,\n"
+    "so a sensor that looks there is worth nothing by these scores, whatever it is worth on the road."
+)
 
 
 class StatusBar(QStatusBar):
@@ -90,7 +94,8 @@ class StatusBar(QStatusBar):
             if field.data.unmapped
             else ""
         )
-        self.scene.setToolTip(plain_tip(f"{field.data.source}\n{boxes}{unmapped}"))
+        one_way = f"\n\n{scene.gap.words}: {ONE_WAY_NOTE}" if scene.gap is not None else ""
+        self.scene.setToolTip(plain_tip(f"{field.data.source}\n{boxes}{unmapped}{one_way}"))
 
 
 def _is_edit(before: Result, after: Result) -> bool:
@@ -104,6 +109,7 @@ def scene_line(scene: LoadedScene) -> str:
     return (
         f"δ {field.grid.voxel_m:g} m  ·  {count_text(field.index.count)} informative voxels  ·  "
         f"{field.data.short_source}  ·  T = {field.data.frames:,} frames"
+        + (f"  ·  {scene.gap.words}" if scene.gap is not None else "")
     )
 
 

@@ -7,10 +7,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from PySide6.QtCore import QPointF, QRectF, QSizeF, Qt
-from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPainterPath, QPen
+from PySide6.QtGui import QBrush, QColor, QFontMetricsF, QPainter, QPainterPath, QPen, QPolygonF
 
 from riglens.core.rig.model import Camera, Sensor, Vehicle
 from riglens.core.scene.grid import VoxelGrid
+from riglens.core.view.outlook import Gap
 from riglens.widgets.maps.paint import BAR_PX, SHARE_MAP, draw_bar, draw_tag
 from riglens.widgets.theme import DARK_TONES, KIND_COLOURS, SELECTED_COLOUR, Tones
 
@@ -71,6 +72,7 @@ class PlaneView:
 
 
 BLIND_COLOUR = "#f0356b"
+NO_BOXES = "next to no boxes there in these data"
 DOT_PX = 4.5
 _TICK_PX, _WEDGE_PX = 13.0, 20.0
 _FLAT = 0.2
@@ -119,6 +121,27 @@ def ring_labels(view: PlaneView, roi: QRectF, radii_m: Sequence[float], size: QS
             if room.contains(box) and (inner.contains(box) or not roi.intersects(box)):
                 found[-1][radius] = at
     return max(found, key=len)
+
+
+def draw_gap(painter: QPainter, view: PlaneView, grid: VoxelGrid, gap: Gap, tones: Tones) -> None:
+    """Hatch the sector of the ROI in which the data hold no boxes, and say so in it."""
+    reach_m = math.hypot(grid.roi_m[0], grid.roi_m[1])
+    angles = [math.radians(gap.from_deg + share * (gap.to_deg - gap.from_deg) / 60) for share in range(61)]
+    sector = QPolygonF([view.to_px(0.0, 0.0)])
+    for angle in angles:
+        sector.append(view.to_px(reach_m * math.cos(angle), reach_m * math.sin(angle)))
+    outline, roi = QPainterPath(), QPainterPath()
+    outline.addPolygon(sector)
+    roi.addRect(roi_rectangle(view, grid))
+    ink = QColor(tones.muted)
+    ink.setAlphaF(0.45)
+    painter.setPen(Qt.PenStyle.NoPen)
+    painter.setBrush(QBrush(ink, Qt.BrushStyle.BDiagPattern))
+    painter.drawPath(outline.intersected(roi))
+    middle = angles[len(angles) // 2]
+    half_m = min(grid.roi_m[0], grid.roi_m[1]) / 4
+    at = view.to_px(half_m * math.cos(middle), half_m * math.sin(middle))
+    draw_tag(painter, at, NO_BOXES, QColor(tones.text), QColor(tones.panel))
 
 
 def draw_roi(painter: QPainter, view: PlaneView, grid: VoxelGrid, tones: Tones) -> None:

@@ -11,11 +11,14 @@ from PySide6.QtWidgets import QWidget
 
 from riglens.core.rig.model import Rig, Sensor
 from riglens.core.scene.grid import VoxelGrid
+from riglens.core.view.outlook import Gap
 from riglens.core.view.top_view import BLIND, EMPTY, LEAST, MOST, TopView
 from riglens.widgets.maps.map_items import (
     BLIND_COLOUR,
+    NO_BOXES,
     PlaneView,
     draw_car,
+    draw_gap,
     draw_legend,
     draw_outside,
     draw_rings,
@@ -47,6 +50,7 @@ class MapPicture(QWidget):
         self._top: TopView | None = None
         self._image: QImage | None = None
         self._message = ""
+        self._gap: Gap | None = None
         self._view: PlaneView | None = None
         self._hover: QPointF | None = None
 
@@ -59,6 +63,11 @@ class MapPicture(QWidget):
     def set_grid(self, grid: VoxelGrid) -> None:
         """Show the whole of another region of interest; the old cells are removed."""
         self._grid, self._top, self._image, self._view = grid, None, None, None
+        self.update()
+
+    def set_gap(self, gap: Gap | None) -> None:
+        """Show the sector in which the data hold no boxes, if there is one."""
+        self._gap = gap
         self.update()
 
     def set_top_view(self, top: TopView | None) -> None:
@@ -105,7 +114,8 @@ class MapPicture(QWidget):
         if self._top is None or cell is None:
             return f"{place} · outside the ROI" if self._top is not None else place
         if self._top.levels[cell] == EMPTY:
-            return f"{place} · no {MANY[self._top.class_name]} here"
+            is_in_gap = self._gap is not None and self._gap.holds(np.degrees(np.arctan2([y], [x])))[0]
+            return f"{place} · {NO_BOXES if is_in_gap else f'no {MANY[self._top.class_name]} here'}"
         return f"{place} · {100 * self._top.seen[cell]:.0f} % seen of {self._top.entropy_nat[cell]:.3g} nat"
 
     def _summary(self) -> str:
@@ -137,6 +147,8 @@ class MapPicture(QWidget):
         painter.save()
         painter.setClipRect(view.area)
         self._draw_cells(painter, view)
+        if self._gap is not None:
+            draw_gap(painter, view, self._grid, self._gap, look)
         draw_rings(painter, view, self._grid, look)
         draw_roi(painter, view, self._grid, look)
         draw_car(painter, view, self._rig.vehicle, look)

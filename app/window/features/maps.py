@@ -64,6 +64,7 @@ class Map(Feature):
     def _follow_scene(self, scene: LoadedScene) -> None:
         self._top = None
         self.panel.map.set_grid(scene.field.grid)
+        self.panel.map.set_gap(scene.gap)
 
     def _follow_result(self, result: Result) -> None:
         top = result.top_view

@@ -17,6 +17,8 @@ from riglens.core.metric.scores import MetricSettings, Scores
 from riglens.core.rig.edits import with_enabled
 from riglens.core.rig.model import Rig, rays_of
 from riglens.core.rig.presets import PRESETS, preset
+from riglens.core.view.outlook import looks_into
+from riglens.widgets.maps.map_items import NO_BOXES
 from riglens.widgets.panels.inspector.marginal_view import NOT_COUNTED, WAITING
 from riglens.widgets.panels.menus import add_entry
 
@@ -240,8 +242,16 @@ class Marginals(Feature):
     def _show_all(self) -> None:
         """Show what is known in the list, and of the selected sensor in the inspector."""
         if self.result is not None:
-            self.bench.panels.tree.show_losses(self.result.evaluation.scores, self.losses)
+            tree, elsewhere = self.bench.panels.tree, self._looking_elsewhere()
+            tree.show_losses(self.result.evaluation.scores, self.losses, elsewhere)
         self._show_selected()
+
+    def _looking_elsewhere(self) -> frozenset[str]:
+        """The sensors that look where the data hold no boxes: what they are worth cannot be told from these."""
+        gap = self.result.scene.gap if self.result is not None else None
+        if self.result is None or gap is None:
+            return frozenset()
+        return frozenset(s.name for s in self.result.request.rig.sensors if looks_into(s, gap))
 
     def _show_selected(self) -> None:
         """Show the loss of the selected sensor in the inspector, or why there is none."""
@@ -250,6 +260,8 @@ class Marginals(Feature):
             return
         if not self.document.rig.sensor(name).enabled:
             inspector.show_no_loss(NOT_COUNTED)
+        elif name in self._looking_elsewhere():
+            inspector.show_no_loss(NO_BOXES)
         elif self.result is not None and name in self.losses:
             inspector.show_loss(self.result.evaluation.scores, self.losses[name])
         elif name != self._greyed():

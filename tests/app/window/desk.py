@@ -117,6 +117,7 @@ def loaded(grid: VoxelGrid = GRID) -> Any:
         field=SimpleNamespace(grid=grid, data=data),
         heatmaps=SimpleNamespace(display=display),
         choice=None,
+        gap=None,
     )
 
 

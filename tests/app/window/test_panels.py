@@ -14,9 +14,10 @@ from riglens.core.geometry import Pose
 from riglens.core.rig.edits import without
 from riglens.core.rig.presets import preset
 from riglens.core.rig.yaml.file import new_rig_file
+from riglens.widgets.maps.map_items import NO_BOXES
 from riglens.widgets.panels.inspector.marginal_view import NOT_COUNTED, WAITING
 from riglens.widgets.panels.inspector.pose_tools import PoseTools
-from riglens.widgets.panels.scores.text import COLUMNS, change_text
+from riglens.widgets.panels.scores.text import COLUMNS, NONE, change_text
 from riglens.widgets.panels.sensors.library import MODEL_MIME
 from riglens.widgets.panels.sensors.rows import EYE, LOCK, LOSS, NAME
 from tests.app.window_bench import CAMERA, LIDAR, RIG, Bench, open_bench
@@ -460,3 +461,37 @@ def test_a_panel_among_tabs_is_named_by_its_tab_alone_and_gets_its_title_back_wh
     bench.qtbot.waitUntil(lambda: scores.titleBarWidget() is None, timeout=TIMEOUT_MS)
     compare.toggleViewAction().trigger()
     bench.qtbot.waitUntil(lambda: scores.titleBarWidget() is not None, timeout=TIMEOUT_MS)
+
+
+def one_way_boxes(folder: Path) -> Path:
+    """Labels as those of a front camera: cars within 40 degrees ahead."""
+    rows = [
+        f"s,{frame},car,{7 + frame % 3},{0.1 * (frame - 30):.2f},0.8,1.5,1.0,1.6,0" for frame in range(60)
+    ]
+    path = folder / "ahead.csv"
+    path.write_text("\n".join(["seq,frame,cls,x,y,z,length,width,height,yaw", *rows]) + "\n")
+    return path
+
+
+def test_a_sensor_that_looks_where_the_data_hold_no_boxes_is_told_not_scored_as_nothing(
+    qtbot: QtBot, tmp_path: Path
+) -> None:
+    rear = CAMERA.replace(name="rear", position=(-1.0, 0.0, 1.4), rpy_deg=(0.0, 0.0, 180.0), hfov_deg=60.0)
+    rig = RIG.replace(sensors=(*RIG.sensors, rear))
+    with open_bench(qtbot, tmp_path, rig=rig, boxes=one_way_boxes(tmp_path)) as bench:
+        wait_for_losses(bench, 3)
+        assert "boxes only ahead" in bench.workbench.status.scene.text()
+        row = bench.panels.tree.item_of("rear")
+        assert row.text(LOSS) == NONE and "no boxes there in these data" in row.toolTip(LOSS)
+        assert bench.panels.tree.item_of("front").text(LOSS) != NONE
+        bench.document.select("rear")
+        assert bench.panels.inspector.form.marginal.note == NO_BOXES  # type: ignore[attr-defined]
+        bench.document.select("front")
+        assert bench.panels.inspector.form.marginal.note != NO_BOXES  # type: ignore[attr-defined]
+        picture = bench.features.map.panel.map
+        picture.resize(400, 400)
+        picture._hover = picture.plane.to_px(-6.0, 0.0)
+        bench.document.select(None)
+        bench.workbench.docks.bring_up("Map")
+        bench.settle()
+        assert NO_BOXES in picture.readout()

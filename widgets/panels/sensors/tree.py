@@ -15,9 +15,11 @@ from riglens.widgets.panels.icons import icon
 from riglens.widgets.panels.inspector.marginal_view import loss_tip, lost_share
 from riglens.widgets.panels.item_views import give_context_menu
 from riglens.widgets.panels.menus import add_entry
+from riglens.widgets.panels.scores.text import NONE
 from riglens.widgets.panels.sensors.rows import (
     EYE,
     LOCK,
+    LOSS,
     NAME,
     SENSOR_NAME,
     TYPE,
@@ -36,6 +38,7 @@ TICK_PX = 20
 _NAME_MARGIN_PX = 8
 LINK_GAP_PX = 4
 NO_SENSORS = "No sensors yet.\nAdd one in the toolbar, or drag a model\nfrom the library onto the car."
+NO_BOXES_TIP = "Next to no boxes there in these data: what it is worth cannot be told from them"
 KINDS = (("lidar", "LiDARs"), ("camera", "Cameras"))
 
 
@@ -105,12 +108,21 @@ class SensorList(QTreeWidget):
         return name if isinstance(name, str) else None
 
     # ------------------------------------------------------------------ what a sensor is worth
-    def show_losses(self, now: Scores, without: dict[str, Scores]) -> None:
-        """Show exact scores of the rig, and of the rig without each of the sensors computed so far."""
+    def show_losses(
+        self, now: Scores, without: dict[str, Scores], elsewhere: frozenset[str] = frozenset()
+    ) -> None:
+        """Show exact scores of the rig, and of the rig without each of the sensors computed so far.
+
+        The sensors that look `elsewhere`, where the data hold no boxes, have no loss that these data could tell.
+        """
         shares = {name: lost_share(now, scores) for name, scores in without.items() if name in self._items}
         largest = max(shares.values(), default=0.0)
         self.blockSignals(True)
         for name, share in shares.items():
+            if name in elsewhere:
+                show_loss(self._items[name], None, largest, NO_BOXES_TIP)
+                self._items[name].setText(LOSS, NONE)
+                continue
             show_loss(self._items[name], share, largest, loss_tip(now, without[name]))
         self.blockSignals(False)
 
