@@ -38,6 +38,12 @@ class StatusBar(QStatusBar):
         self.addWidget(self.state)
         self.addWidget(self.time)
         self.addPermanentWidget(self.scene)
+        self.messageChanged.connect(self._make_room)
+
+    def _make_room(self, message: str) -> None:
+        """Hide state and time while a message stands in their place, which Qt does only until the next layout."""
+        for label in (self.state, self.time):
+            label.setVisible(not message)
 
     def add_strip(self, title: str) -> ProgressStrip:
         """Room for the progress of one piece of work; the last one that was added is the leftmost."""

@@ -10,6 +10,8 @@ from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QVBoxLay
 from riglens.widgets.panels.style import MARGIN
 
 _WIDTH_PX, _MARGIN_PX = 330, 10
+ROOM_PX = 660
+"""In a narrower view the card would cover the legend, so it waits unless somebody asks for it."""
 
 
 class TipsCard(QFrame):
@@ -24,7 +26,7 @@ class TipsCard(QFrame):
         self.setFrameShape(QFrame.Shape.StyledPanel)
         self.setAutoFillBackground(True)
         self.setFixedWidth(_WIDTH_PX)
-        self._tips, self._place = tuple(tips), 0
+        self._tips, self._place, self._waits = tuple(tips), 0, False
         self.title, self.text = QLabel(), QLabel()
         self.title.setObjectName("heading")
         self.text.setWordWrap(True)
@@ -51,15 +53,27 @@ class TipsCard(QFrame):
         parent.installEventFilter(self)
         self.hide()
 
-    def begin(self) -> None:
-        """Show the first tip."""
+    def begin(self, in_any_room: bool = True) -> None:
+        """Show the first tip; in a narrow view only `in_any_room`."""
         self._place = 0
-        self.show()
+        self._waits = not in_any_room
+        self._show_if_room()
         self._show_tip()
+
+    def end(self) -> None:
+        """Put the card away."""
+        self._waits = False
+        self.hide()
+
+    def _show_if_room(self) -> None:
+        parent = self.parentWidget()
+        self.setVisible(not self._waits or (parent is not None and parent.width() >= ROOM_PX))
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Stay in the corner when the view gets another size."""
         if event.type() == QEvent.Type.Resize:
+            if self._waits:
+                self._show_if_room()
             self._stay_in_corner()
         return False
 

@@ -83,11 +83,11 @@ class Help(Feature):
     def start(self) -> None:
         """Show the tips, unless somebody closed them for good."""
         if not self.bench.kept.read(TIPS_KEY, False):
-            self.card.begin()
+            self.card.begin(in_any_room=False)
 
     def close_tips(self) -> None:
         """Put the tips away, in later sessions too."""
-        self.card.hide()
+        self.card.end()
         self.bench.kept.write(TIPS_KEY, True)
         self.bench.kept.sync()
         self.bench.status.showMessage("Help > Tips shows the tips again.", TOLD_MS)

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QPushButton
+from PySide6.QtWidgets import QPushButton, QToolBar
 from pytestqt.qtbot import QtBot
 
 from riglens.app.window.dialogs import Dialogs
@@ -148,6 +148,42 @@ def test_tips_are_shown_until_they_are_closed_for_good(qtbot: QtBot) -> None:
         assert bench.features.help.card.isHidden()
         bench.act("tips")
         assert not bench.features.help.card.isHidden()
+
+
+def test_tips_wait_until_they_cover_no_legend_unless_somebody_asks(bench: FullDesk) -> None:
+    card = bench.features.help.card
+    bench.viewport.resize(500, 400)
+    bench.viewport.show()
+    bench.features.help.start()
+    assert card.isHidden()
+    bench.viewport.resize(900, 600)
+    assert not card.isHidden()
+    bench.viewport.resize(500, 400)
+    assert card.isHidden()
+    bench.act("tips")
+    assert not card.isHidden()
+
+
+def test_a_message_and_the_state_never_stand_on_each_other(whole: Bench) -> None:
+    status = whole.workbench.status
+    status.showMessage("Not in this view: a sensor far away.")
+    status.state.setText("exact, and much longer than it was before")
+    task = status.add_strip("work")
+    task.show()
+    QTest.qWait(50)
+    assert not status.state.isVisible() and not status.time.isVisible()
+    status.clearMessage()
+    assert status.state.isVisible() and status.time.isVisible()
+
+
+@pytest.mark.parametrize("width_px", [900, 1280, 1920])
+def test_the_pick_tool_is_in_the_toolbar_at_every_width(whole: Bench, width_px: int) -> None:
+    whole.window.resize(width_px, 600)
+    QTest.qWait(50)
+    toolbar = whole.window.findChild(QToolBar, "toolbar")
+    assert toolbar is not None
+    button = toolbar.widgetForAction(whole.workbench.actions["pick"])
+    assert button.isVisible() and toolbar.rect().contains(button.geometry())
 
 
 def test_tips_are_only_for_those_who_open_the_program_not_for_every_window(bench: FullDesk) -> None:
