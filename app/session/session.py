@@ -17,6 +17,7 @@ from riglens.app.session.document import Document
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
+from riglens.core.targets.settings import TargetSettings
 
 if TYPE_CHECKING:  # loaded with the first scene
     from riglens.core.metric.voxel import Voxel
@@ -41,6 +42,8 @@ class Session(QObject):
     """`request` may differ from the one before; sent after the signal that says what changed."""
     settings_changed = Signal()
     """Method, reading or camera weight of the metric."""
+    targets_changed = Signal()
+    """How points on road users are counted."""
     heat_changed = Signal()
     baseline_changed = Signal()
     """Changes of the scores are counted from another rig."""
@@ -53,6 +56,7 @@ class Session(QObject):
         super().__init__()
         self.document = document
         self._settings = settings
+        self._targets = TargetSettings()
         self._heat = HeatChoice()
         self._pinned: Rig | None = None
         self._told_baseline = document.saved_rig
@@ -67,6 +71,11 @@ class Session(QObject):
     def settings(self) -> MetricSettings:
         """Method, reading and camera weight of the metric."""
         return self._settings
+
+    @property
+    def targets(self) -> TargetSettings:
+        """How points on road users are counted."""
+        return self._targets
 
     @property
     def heat(self) -> HeatChoice:
@@ -113,6 +122,12 @@ class Session(QObject):
             self._settings = settings
             self.settings_changed.emit()
             self.asked_changed.emit()
+
+    def set_targets(self, targets: TargetSettings) -> None:
+        """Count points on road users in another way."""
+        if targets != self._targets:
+            self._targets = targets
+            self.targets_changed.emit()
 
     def set_heat(self, heat: HeatChoice) -> None:
         """Have the heatmap show something else."""

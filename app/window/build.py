@@ -23,6 +23,7 @@ from riglens.app.window.features.picture import Picture
 from riglens.app.window.features.scene_data import SceneData
 from riglens.app.window.features.scores import Baseline, Marginals, ScoresShown
 from riglens.app.window.features.sensors import LibraryPanel, Locks, Placing, Sensors
+from riglens.app.window.features.targets import Targets
 from riglens.app.window.features.views import SavedViews, Views
 from riglens.app.window.workbench import Workbench
 from riglens.widgets.panels.scrolled import scrolled
@@ -58,6 +59,7 @@ class Features(NamedTuple):
     baseline: Baseline
     scores: ScoresShown
     marginals: Marginals
+    targets: Targets
     compare: Compare
     units: Units
     car: Car
@@ -109,6 +111,7 @@ def build_features(bench: Workbench) -> Features:
         baseline=Baseline(bench, exchange),
         scores=ScoresShown(bench),
         marginals=Marginals(bench),
+        targets=Targets(bench),
         compare=Compare(bench, files, exchange),
         units=Units(bench),
         car=(car := Car(bench)),

@@ -8,6 +8,7 @@ from PySide6.QtCore import QSize
 from PySide6.QtGui import QCloseEvent
 from PySide6.QtWidgets import QMainWindow, QTabWidget, QToolBar, QVBoxLayout, QWidget
 
+from riglens.app.background.counting import Counter
 from riglens.app.background.recompute import Recompute
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.session.document import Document
@@ -36,9 +37,9 @@ DEFAULT_SIZE = QSize(1280, 800)
 class MainWindow(QMainWindow):
     """The window over one document.
 
-    The window owns `recompute` and closes it; it starts loading `scene` at once. `kept` are the settings of
-    earlier sessions; without them nothing is kept. What the features share is in `bench`, the features themselves
-    are in `features`: the window knows no single feature's work.
+    The window owns `recompute` and `counter` and closes them; it starts loading `scene` at once. `kept` are the
+    settings of earlier sessions; without them nothing is kept. What the features share is in `bench`, the features
+    themselves are in `features`: the window knows no single feature's work.
     """
 
     def __init__(
@@ -46,6 +47,7 @@ class MainWindow(QMainWindow):
         document: Document,
         viewport: View,
         recompute: Recompute,
+        counter: Counter,
         scene: SceneOptions,
         settings: MetricSettings,
         dialogs: Dialogs | None = None,
@@ -59,7 +61,7 @@ class MainWindow(QMainWindow):
         bars = Bars(StatusBar(), MessageBar(is_error=False), MessageBar())
         self._put_in_middle(bars, viewport)
         self.bench = Workbench(
-            self, self.session, recompute, viewport, Places(self.menuBar(), self._toolbar()), panels, bars,
+            self, self.session, recompute, counter, viewport, Places(self.menuBar(), self._toolbar()), panels, bars,
             dialogs or Dialogs(), kept or Settings(),
         )  # fmt: skip
         add_panels(self.bench)
@@ -110,5 +112,6 @@ class MainWindow(QMainWindow):
         self._keeping.keep()
         self.bench.closing.emit()
         self.bench.recompute.close()
+        self.bench.counter.close()
         self.bench.viewport.close_viewport()
         super().closeEvent(event)

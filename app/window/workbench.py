@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QMainWindow
 
+from riglens.app.background.counting import Counter
 from riglens.app.background.recompute import Recompute
 from riglens.app.background.tasks import Tasks
 from riglens.app.session.answers import Answers
@@ -65,6 +66,7 @@ class Workbench(QObject):
         window: QMainWindow,
         session: Session,
         recompute: Recompute,
+        counter: Counter,
         viewport: View,
         places: Places,
         panels: Panels,
@@ -76,6 +78,7 @@ class Workbench(QObject):
         self.window = window
         self.session = session
         self.recompute = recompute
+        self.counter = counter
         self.answers = Answers(session, recompute)
         self.viewport = viewport
         self.places = places

@@ -240,6 +240,14 @@ def joined_cells(starts: np.ndarray, cells: np.ndarray, most: int, workers: int,
             to[one] = _distinct(starts, cells, one, table)
 
 
+@kernel
+def joined_cells_serial(starts: np.ndarray, cells: np.ndarray, most: int, to: np.ndarray) -> None:
+    """As `joined_cells`, for any thread."""
+    table = np.empty(table_mask(most) + 1, np.int64)
+    for one in range(to.size):
+        to[one] = _distinct(starts, cells, one, table)
+
+
 @lean
 def _distinct(starts: np.ndarray, cells: np.ndarray, one: int, table: np.ndarray) -> int:
     total, number = 0, 0

@@ -121,9 +121,7 @@ class Groups:
     def __init__(self, traffic: Traffic, frames: int) -> None:
         self.frames, self.of_frames, self.end = frames, traffic.frames, int(traffic.starts[frames])
         self.box = np.flatnonzero(traffic.counts[: self.end])
-        self.edges_m = np.append(
-            np.arange(0.0, min(traffic.within_m, RINGS_TO_M + 1e-9), RING_M), traffic.within_m
-        )
+        self.edges_m = np.array(ring_edges_m(traffic.within_m))
         # the last ring ends with what counts: its end belongs to it
         ring = np.searchsorted(self.edges_m[1:-1], traffic.distance_m[self.box], side="right")
         rings = len(self.edges_m) - 1
@@ -223,8 +221,16 @@ def _cells(lidars: list[Contribution], objects: int, workers: int) -> Counts:
     cells = np.concatenate([one.cells[:end] for one, end in zip(lidars, ends, strict=True)])
     found = np.zeros(objects, np.int64)
     most = int(np.diff(starts, axis=1).sum(axis=0).max())
-    kernel.joined_cells(starts, cells, most, workers, found)
+    if workers == 1:  # perhaps a thread that must not call parallel kernels
+        kernel.joined_cells_serial(starts, cells, most, found)
+    else:
+        kernel.joined_cells(starts, cells, most, workers, found)
     return found
+
+
+def ring_edges_m(within_m: float) -> tuple[float, ...]:
+    """Return where rings of distance begin, and where the last one ends, metres."""
+    return (*np.arange(0.0, min(within_m, RINGS_TO_M + 1e-9), RING_M).tolist(), within_m)
 
 
 @dataclass(frozen=True)

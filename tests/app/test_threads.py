@@ -17,6 +17,7 @@ from pytestqt.qtbot import QtBot
 
 import riglens.app.background.pictures
 import riglens.core.kernels
+from riglens.app.background.counting import Counter
 from riglens.app.background.pictures import PictureRequest, Pictures, SensorPicture
 from riglens.app.background.tasks import Tasks
 from riglens.app.evaluation.scoring import LoadedScene, load_scene
@@ -63,7 +64,8 @@ def callers(monkeypatch: pytest.MonkeyPatch) -> dict[str, set[str]]:
         is_for_pictures = (
             module in ("riglens.core.kernels.hits", "riglens.core.kernels.clip") and name[0] != "_"
         ) or (module, name) == ("riglens.core.kernels.solid", "meet_listed")
-        if is_parallel(kernel) or is_for_pictures:
+        is_for_counting = module == "riglens.core.kernels.targets" and name.endswith("_serial")
+        if is_parallel(kernel) or is_for_pictures or is_for_counting:
             monkeypatch.setattr(sys.modules[module], name, noted(kernel))
     return found
 
@@ -71,7 +73,7 @@ def callers(monkeypatch: pytest.MonkeyPatch) -> dict[str, set[str]]:
 def test_everything_in_the_window_calls_parallel_kernels_on_one_thread(
     qtbot: QtBot, tmp_path: Path, callers: dict[str, set[str]]
 ) -> None:
-    with open_bench(qtbot, tmp_path) as bench:
+    with open_bench(qtbot, tmp_path, counter=Counter(close_s=TIMEOUT_S)) as bench:
         for dock in ("Map", "Sensor view"):
             bench.workbench.docks[dock].setFloating(True)  # all in sight at once
             bench.workbench.docks[dock].show()
@@ -87,11 +89,12 @@ def test_everything_in_the_window_calls_parallel_kernels_on_one_thread(
             bench.session.pick((20, 20, 2))
             bench.settle()
             qtbot.waitUntil(lambda: bench.features.sensor_view.is_current, timeout=TIMEOUT_MS)
+            qtbot.waitUntil(lambda: bench.features.targets.is_current, timeout=TIMEOUT_MS)
         rows = bench.features.compare
         qtbot.waitUntil(lambda: all(row.scores for row in rows.rows), timeout=TIMEOUT_MS)
         assert bench.features.map._top is not None
         assert bench.features.sensor_view.pictures._thread is not None
-    assert callers == {"parallel": {"recompute"}, "serial": {"pictures"}}
+    assert callers == {"parallel": {"recompute"}, "serial": {"pictures", "counting"}}
 
 
 # ---------------------------------------------------------------------- the end

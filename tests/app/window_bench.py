@@ -13,6 +13,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QComboBox, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
 
+from riglens.app.background.counting import Counter, CountRequest
 from riglens.app.background.recompute import Recompute
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.requests import FRAME_MS, LoadedScene
@@ -57,6 +58,17 @@ def scene_options(folder: Path, **changes: Any) -> SceneOptions:
         boxes.write_text(BOXES)
     fields: dict[str, Any] = {"boxes": boxes, "voxel_m": 0.5, "roi_m": (20.0, 20.0, 4.0)}
     return SceneOptions(**(fields | changes))
+
+
+class FakeCounter(Counter):
+    """Takes note of what it is asked, and answers nothing: a test sends its signals."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.requests: list[CountRequest] = []
+
+    def ask(self, request: CountRequest) -> None:
+        self.requests.append(request)
 
 
 class FakeViewport(View):
@@ -298,9 +310,12 @@ def open_bench(
     wait: bool = True,
     coarse_above_ms: float = FRAME_MS,
     kept: Settings | None = None,
+    counter: Counter | None = None,
     **scene: Any,
 ) -> Iterator[Bench]:
-    """A window on a small scene, with fields of its options changed; closed without questions at the end."""
+    """A window on a small scene, with fields of its options changed; closed without questions at the end.
+
+    Road users are counted only by a `counter` that is handed in."""
     view = FakeViewport() if viewport is None else viewport
     dialogs = FakeDialogs()
     clock = HandClock(leaps=True)
@@ -311,7 +326,9 @@ def open_bench(
     document = Document(
         rig, clock=lambda: 0.0
     )  # edits follow one another at once, however slow the computer is
-    window = MainWindow(document, view, recompute, options, MetricSettings(), dialogs, kept)
+    window = MainWindow(
+        document, view, recompute, counter or FakeCounter(), options, MetricSettings(), dialogs, kept
+    )
     qtbot.addWidget(window)
     window.show()
     window.activateWindow()  # shortcuts belong to the active window

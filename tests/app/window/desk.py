@@ -36,7 +36,7 @@ from riglens.widgets.panels.messages import MessageBar
 from riglens.widgets.panels.scene_panel import ScenePanel
 from riglens.widgets.panels.scores.panel import ScoresPanel
 from riglens.widgets.panels.sensors.tree import SensorTree
-from tests.app.window_bench import RIG, FakeDialogs, FakeViewport, Hands
+from tests.app.window_bench import RIG, FakeCounter, FakeDialogs, FakeViewport, Hands
 
 GRID = VoxelGrid(0.5, (20.0, 20.0, 4.0))
 
@@ -75,6 +75,7 @@ class Desk(Hands):
     """A workbench and the fakes behind it."""
 
     recompute: FakeRecompute
+    counter: FakeCounter
 
     def is_enabled(self, key: str) -> bool:
         """Whether an action can be chosen."""
@@ -145,11 +146,13 @@ def open_desk(qtbot: QtBot, rig: Rig = RIG, path: Path | None = None, kept: Sett
         SensorTree(), Inspector(), ScenePanel(choice_of(SceneOptions())), ScoresPanel(MetricSettings())
     )
     bars = Bars(StatusBar(), MessageBar(is_error=False), MessageBar())
-    viewport, recompute, dialogs = FakeViewport(), FakeRecompute(), FakeDialogs()
+    viewport, dialogs = FakeViewport(), FakeDialogs()
+    recompute, counter = FakeRecompute(), FakeCounter()
     workbench = Workbench(
         window,
         Session(Document(rig, None, path), MetricSettings()),
         recompute,
+        counter,
         viewport,
         Places(window.menuBar(), toolbar),
         panels,
@@ -158,7 +161,7 @@ def open_desk(qtbot: QtBot, rig: Rig = RIG, path: Path | None = None, kept: Sett
         kept or Settings(),
     )
     add_panels(workbench)
-    return Desk(workbench, viewport, dialogs, qtbot, recompute)
+    return Desk(workbench, viewport, dialogs, qtbot, recompute, counter)
 
 
 @dataclass
@@ -177,5 +180,5 @@ def full_desk(qtbot: QtBot, rig: Rig = RIG, kept: Settings | None = None) -> Ite
         feature.restore(desk.workbench.kept)
     features.follow.show_all()
     desk.workbench.answers.ask()
-    yield FullDesk(desk.workbench, desk.viewport, desk.dialogs, qtbot, desk.recompute, features)
+    yield FullDesk(desk.workbench, desk.viewport, desk.dialogs, qtbot, desk.recompute, desk.counter, features)
     desk.workbench.closing.emit()

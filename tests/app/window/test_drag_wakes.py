@@ -16,6 +16,7 @@ ALWAYS = {
     "ScoresShown._show_waiting": "those shown are greyed",
     "Follow._follow": "view, list and inspector show the pose",
     "Marginals._on_rig": "losses of the rig before are void",
+    "Targets._ask": "points on road users are asked for",
 }
 """What a move of the mouse wakes, and why."""
 IN_SIGHT = {"Map._follow_rig", "SensorView._ask"}

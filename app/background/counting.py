@@ -1,0 +1,182 @@
+"""Points and pixels on road users, counted by a thread of its own: first in a sample of frames, at rest in all of them.
+
+Its kernels are serial, so that it may work beside the thread that computes the scores.
+"""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QObject, Signal
+
+from riglens.app.background.inbox import LatestInbox, unexpected
+from riglens.app.evaluation.options import SceneOptions
+from riglens.app.evaluation.requests import LoadedScene
+from riglens.core.errors import InputError
+from riglens.core.rig.model import Rig
+from riglens.core.targets.settings import TargetSettings
+
+if TYPE_CHECKING:  # made by the thread, which loads the compiler
+    from riglens.core.targets.engine import TargetEngine
+    from riglens.core.targets.scores import TargetScores
+    from riglens.core.targets.traffic import Traffic
+
+NO_BOXES = "A stored POG holds no road users: load the box data set to count what sensors get onto them."
+BUDGET_MS = 16.0
+"""A sample that is counted while the mouse moves takes about so long."""
+FEWEST_FRAMES, FIRST_FRAMES, GROWTH = 16, 32, 4
+"""Frames of the smallest and of the first sample; by how much samples grow at rest until all frames are in."""
+CLOSE_S = 1.0
+"""How long closing waits for the thread: compiling a kernel cannot be given up."""
+
+
+@dataclass(frozen=True)
+class CountRequest:
+    """What to count; `baseline_rig` is what changes are counted from."""
+
+    revision: int
+    rig: Rig
+    baseline_rig: Rig
+    settings: TargetSettings
+    scene: LoadedScene
+    is_preview: bool = False
+
+    def asks_same(self, other: CountRequest) -> bool:
+        """Whether the answer to both is the same, whatever revision they belong to."""
+        return self.scene is other.scene and (self.rig, self.baseline_rig, self.settings) == (
+            other.rig, other.baseline_rig, other.settings,
+        )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class CountAnswer:
+    """The answer to one request, from `scores.frames_used` frames; more may follow. Both rigs met the same frames."""
+
+    request: CountRequest
+    traffic: Traffic
+    scores: TargetScores
+    baseline: TargetScores
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether all frames were used."""
+        return self.scores.frames_used == self.scores.frames
+
+
+@dataclass
+class _Data:
+    """Road users of one data set, with an engine for the rig and one for the baseline."""
+
+    options: SceneOptions
+    traffic: Traffic
+    engine: TargetEngine
+    baseline: TargetEngine
+
+
+class _Unwanted(Exception):
+    """Raised where nobody wants the answer any more."""
+
+
+class Counter(QObject):
+    """Owner of the thread, which starts with the first request; every method is called by the interface thread."""
+
+    counted = Signal(object)
+    """A CountAnswer."""
+    unavailable = Signal(str)
+    """There is nothing to count, and why."""
+
+    def __init__(
+        self, parent: QObject | None = None, budget_ms: float = BUDGET_MS, close_s: float = CLOSE_S
+    ) -> None:
+        super().__init__(parent)
+        self._inbox = LatestInbox[CountRequest]()
+        self._budget_ms, self._close_s = budget_ms, close_s
+        self._thread: threading.Thread | None = None
+        self._data: _Data | None = None
+        self._frames = FIRST_FRAMES
+
+    def ask(self, request: CountRequest) -> None:
+        """Ask for counts; takes the place of a request that still waits."""
+        self._inbox.put(request)
+        if self._thread is None:
+            self._thread = threading.Thread(target=self._run, name="counting", daemon=True)
+            self._thread.start()
+
+    def close(self) -> None:
+        """End the thread; one that does not end in `close_s` is left to itself."""
+        self._inbox.close()
+        if self._thread is not None:
+            self._thread.join(self._close_s)
+
+    def wait_until_idle(self, timeout_s: float = 60.0) -> bool:
+        """Block until nothing waits or runs; False on timeout. Answers may still be queued as Qt events."""
+        return self._inbox.wait_until_idle(timeout_s)
+
+    # ------------------------------------------------------------------ the thread
+    def _run(self) -> None:
+        while (request := self._inbox.next_work()) is not None:
+            try:
+                self._answer(request)
+            except _Unwanted:
+                continue
+            except InputError as error:
+                self._say(str(error))
+            except Exception as error:
+                self._say(unexpected("counting of road users", error))
+
+    def _say(self, reason: str) -> None:
+        if not self._inbox.is_closing():  # nobody hears it any more, and the signals may be gone
+            self.unavailable.emit(reason)
+
+    def _answer(self, request: CountRequest) -> None:
+        """A sample at once; unless the mouse still moves, larger and larger ones until all frames are in."""
+        if request.scene.options.pog is not None:
+            self._say(NO_BOXES)
+            return
+        data = self._data_of(request.scene.options)
+        frames = min(self._frames, data.traffic.frames)
+        self._tell(data, request, frames)
+        while not request.is_preview and frames < data.traffic.frames:
+            frames = min(GROWTH * frames, data.traffic.frames)
+            self._tell(data, request, frames)
+
+    def _tell(self, data: _Data, request: CountRequest, frames: int) -> None:
+        """Count in so many frames, and tell; the first sample is never given up, so that a drag shows numbers."""
+        is_first = frames <= self._frames
+        is_stale = self._inbox.is_closing if is_first else self._inbox.is_stale
+        scores = data.engine.evaluate_unless(is_stale, request.rig, request.settings, frames)
+        baseline = scores
+        if request.baseline_rig != request.rig and scores is not None:
+            baseline = data.baseline.evaluate_unless(is_stale, request.baseline_rig, request.settings, frames)
+        if scores is None or baseline is None or self._inbox.is_closing():
+            raise _Unwanted
+        if is_first and request.is_preview:
+            self._adapt(scores.elapsed_ms, data.traffic.frames)
+        self.counted.emit(CountAnswer(request, data.traffic, scores, baseline))
+
+    def _adapt(self, elapsed_ms: float, frames: int) -> None:
+        """Choose the next sample so that it takes about the budget."""
+        if elapsed_ms > self._budget_ms:
+            self._frames = max(self._frames // 2, FEWEST_FRAMES)
+        elif elapsed_ms < self._budget_ms / 4.0:
+            self._frames = min(2 * self._frames, frames)
+
+    def _data_of(self, options: SceneOptions) -> _Data:
+        """The road users of a data set, read once; an automatic voxel edge has no part in them."""
+        if self._data is None or self._data.options is not options:
+            # loads the compiler: not while the window opens
+            from riglens.app.evaluation.scenario import source_of
+            from riglens.core.targets.engine import TargetEngine
+            from riglens.core.targets.traffic import read_traffic
+
+            self._data = None
+            traffic = read_traffic(source_of(options), progress=self._stop_if_closing)
+            engine, baseline = (TargetEngine(traffic, is_serial=True) for _ in range(2))
+            self._data = _Data(options, traffic, engine, baseline)
+        return self._data
+
+    def _stop_if_closing(self, _fraction: float) -> None:
+        if self._inbox.is_closing():
+            raise _Unwanted

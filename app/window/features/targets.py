@@ -1,0 +1,99 @@
+"""What the rig gets onto road users, in a panel of its own; it follows a drag in samples, and at rest counts all."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from PySide6.QtCore import Qt
+
+from riglens.app.background.counting import CountAnswer, CountRequest
+from riglens.app.window.feature import Feature
+from riglens.app.window.settings import Settings
+from riglens.app.window.workbench import Workbench
+from riglens.widgets.panels.targets.panel import MOST_POINTS, TargetsPanel
+
+LAST_SAVED = "the rig as last saved"
+
+
+class Targets(Feature):
+    """Asks for counts after every change of rig, baseline, settings or traffic, and shows what comes back."""
+
+    def __init__(self, bench: Workbench) -> None:
+        super().__init__(bench)
+        self.panel, self.counter = TargetsPanel(self.session.targets), bench.counter
+        self.answer: CountAnswer | None = None
+        """The last answer that was shown."""
+        self._asked: CountRequest | None = None
+        self.dock = bench.docks.add(
+            "Targets", self.panel, Qt.DockWidgetArea.BottomDockWidgetArea, beside="Scores"
+        )
+        queued = Qt.ConnectionType.QueuedConnection
+        self.counter.counted.connect(self._take, queued)
+        self.counter.unavailable.connect(self._on_problem, queued)
+        self.panel.settings_wanted.connect(self.session.set_targets)
+        self.session.targets_changed.connect(self._on_settings)
+        for changed in (self.document.rig_changed, self.document.rig_settled, self.session.baseline_changed):
+            changed.connect(self._ask)
+        bench.answers.answered.connect(lambda _: self._ask())
+        bench.theme_changed.connect(lambda _: self._show())
+
+    @property
+    def is_current(self) -> bool:
+        """Whether what is shown answers the last request from all frames."""
+        answer = self.answer
+        return answer is not None and answer.is_whole and answer.request is self._asked
+
+    def restore(self, settings: Settings) -> None:
+        """Take up the choice of an earlier session."""
+        self.panel.choose(settings.read("targets/quantity", ""))
+        number = settings.read("targets/min_points", "")
+        if number.isdecimal() and len(number) <= 4 and 1 <= int(number) <= MOST_POINTS:
+            self.session.set_targets(replace(self.session.targets, min_points=int(number)))
+
+    def keep(self, settings: Settings) -> None:
+        """Write what is shown, and from how many points on."""
+        settings.write("targets/quantity", self.panel.quantity.key)
+        settings.write("targets/min_points", str(self.session.targets.min_points))
+
+    def _on_settings(self) -> None:
+        self.panel.show_settings(self.session.targets)
+        self._ask()
+
+    def _ask(self) -> None:
+        """Ask for counts of the rig as it is now; nothing happens when that was asked already."""
+        session, document, first = self.session, self.document, self.bench.answers.result
+        if session.scene is None or first is None or first.scene is not session.scene:
+            return  # scores come first: both would compile at once
+        request = CountRequest(
+            document.revision, document.rig, session.baseline, session.targets, session.scene,
+            document.is_dragging,
+        )  # fmt: skip
+        asked = self._asked
+        if asked is not None and asked.asks_same(request) and asked.is_preview == request.is_preview:
+            return
+        self._asked = request
+        self.panel.set_stale()
+        self.counter.ask(request)
+
+    def _take(self, answer: CountAnswer) -> None:
+        """Show an answer, unless it is of other traffic or of a rig before the one shown."""
+        shown = self.answer
+        if answer.request.scene is not self.session.scene:
+            return
+        if shown is not None and answer.request.revision < shown.request.revision:
+            return
+        self.answer = answer
+        self._show()
+
+    def _show(self) -> None:
+        if self.answer is not None:
+            pinned = self.session.pinned
+            baseline = LAST_SAVED if pinned is None else pinned.name
+            answer = self.answer
+            self.panel.show_counts(answer.traffic, answer.scores, answer.baseline, baseline)
+            if answer.request is not self._asked:
+                self.panel.set_stale()
+
+    def _on_problem(self, reason: str) -> None:
+        self.answer = None
+        self.panel.show_problem(reason)

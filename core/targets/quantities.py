@@ -1,0 +1,126 @@
+"""The numbers that are told of road users: what each means, and how tables of them are laid out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.targets.settings import HEIGHT_PX, TargetSettings
+
+if TYPE_CHECKING:  # loads the compiler, which a window that opens does not need
+    from riglens.core.targets.scores import ObjectCounts
+
+Doubles = NDArray[np.float64]
+Counts = NDArray[np.int64]
+Unit = Literal["share", "points", "px"]
+EVERYBODY = "all"
+WHO = (EVERYBODY, *CLASSES)
+"""Rows of a table: road users of all classes, then class by class."""
+SECTORS = 12
+"""Sectors of 30 degrees, the first one centred on straight ahead, counted to the left."""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """One number per road user. Of several road users the mean is told, or the median where `is_median`.
+
+    `sign` says whether more is better (1) or worse (-1).
+    """
+
+    key: str
+    title: str
+    tip: str
+    unit: Unit
+    of: Callable[[ObjectCounts, TargetSettings], Doubles]
+    is_median: bool = False
+    sign: int = 1
+
+
+def _by_lidar(objects: ObjectCounts, settings: TargetSettings) -> NDArray[np.bool_]:
+    return np.asarray(objects.all_points >= settings.min_points)
+
+
+def _by_camera(objects: ObjectCounts) -> NDArray[np.bool_]:
+    return np.asarray(objects.height_px >= HEIGHT_PX)
+
+
+QUANTITIES = (
+    Quantity(
+        "on_target", "On target",
+        "Mean of 1 - exp(-cells / 5), with the cells of 0.2 m on a road user that LiDARs hit. More is better.",
+        "share", lambda objects, _: objects.on_target,
+    ),
+    Quantity(
+        "lidar", "By LiDARs", "Share of road users with at least so many points of LiDARs. More is better.",
+        "share", lambda objects, settings: _by_lidar(objects, settings).astype(np.float64),
+    ),
+    Quantity(
+        "points", "Median points", "Median number of LiDAR points on a road user. More is better.",
+        "points", lambda objects, _: objects.all_points.astype(np.float64), is_median=True,
+    ),
+    Quantity(
+        "visible", "Visible to cameras",
+        "Mean of the pixels that show a road user over those that would if nothing stood before it. More is better.",
+        "share", lambda objects, _: objects.visible,
+    ),
+    Quantity(
+        "camera", "By cameras",
+        f"Share of road users that are at least {HEIGHT_PX} px tall in a camera's picture. More is better.",
+        "share", lambda objects, _: _by_camera(objects).astype(np.float64),
+    ),
+    Quantity(
+        "height", "Median height",
+        "Median height of road users, each in the picture that shows it tallest. More is better.",
+        "px", lambda objects, _: objects.height_px, is_median=True,
+    ),
+    Quantity(
+        "both", "By both", "Share of road users that LiDARs and cameras detect. More is better.",
+        "share",
+        lambda objects, settings: (_by_lidar(objects, settings) & _by_camera(objects)).astype(np.float64),
+    ),
+    Quantity(
+        "neither", "Missed", "Share of road users that neither LiDARs nor cameras detect. Less is better.",
+        "share",
+        lambda objects, settings: (~_by_lidar(objects, settings) & ~_by_camera(objects)).astype(np.float64),
+        sign=-1,
+    ),
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Cells:
+    """Numbers of groups of road users in an array of any shape: how many there are, the number itself (NaN where
+    there are none), its standard error where frames were sampled, the change against a baseline and its error.
+
+    Both rigs meet the same road users, so the error of the change is that of the differences, object by object.
+    """
+
+    objects: Counts
+    value: Doubles
+    se: Doubles
+    change: Doubles
+    change_se: Doubles
+
+
+@dataclass(frozen=True)
+class Table:
+    """`cells` (len(WHO), 1 + rings): the first column holds all distances, the others the rings between edges_m."""
+
+    quantity: Quantity
+    edges_m: tuple[float, ...]
+    cells: Cells
+
+
+@dataclass(frozen=True)
+class Rose:
+    """`cells` (rings, SECTORS) of one of `WHO`."""
+
+    quantity: Quantity
+    who: str
+    edges_m: tuple[float, ...]
+    cells: Cells

@@ -1,0 +1,123 @@
+"""What a rig gets onto road users as tables: one number per class and ring of distance, or per ring and sector."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.targets.quantities import EVERYBODY, SECTORS, WHO, Cells, Quantity, Rose, Table
+from riglens.core.targets.scores import TargetScores, ring_edges_m
+from riglens.core.targets.traffic import Traffic
+
+Doubles = NDArray[np.float64]
+Counts = NDArray[np.int64]
+
+
+def table_of(traffic: Traffic, now: TargetScores, before: TargetScores, quantity: Quantity) -> Table:
+    """Tabulate a quantity by class and ring, with changes against what a baseline gets in the same frames."""
+    edges_m, ring, cls = ring_edges_m(traffic.within_m), _ring(traffic, now), traffic.cls[now.objects.box]
+    rings = len(edges_m) - 1
+    parts = []
+    for number in range(len(WHO)):
+        chosen = np.ones(len(cls), np.bool_) if number == 0 else cls == number - 1
+        everywhere = _cells(traffic, now, before, quantity, chosen, np.zeros(len(cls), np.int64), 1)
+        parts.append(_beside(everywhere, _cells(traffic, now, before, quantity, chosen, ring, rings)))
+    return Table(quantity, edges_m, _stacked(parts))
+
+
+def rose_of(traffic: Traffic, now: TargetScores, before: TargetScores, quantity: Quantity, who: str) -> Rose:
+    """Tabulate a quantity of one of `WHO` by ring and sector."""
+    edges_m, box = ring_edges_m(traffic.within_m), now.objects.box
+    chosen = np.ones(len(box), np.bool_) if who == EVERYBODY else traffic.cls[box] == CLASSES.index(who)
+    rings = len(edges_m) - 1
+    group = _ring(traffic, now) * SECTORS + _sector(traffic.centre_m[box])
+    flat = _cells(traffic, now, before, quantity, chosen, group, rings * SECTORS)
+    cells = Cells(*(part.reshape(rings, SECTORS) for part in _parts(flat)))
+    return Rose(quantity, who, edges_m, cells)
+
+
+def _ring(traffic: Traffic, scores: TargetScores) -> Counts:
+    edges_m = ring_edges_m(traffic.within_m)
+    inner = np.searchsorted(edges_m, traffic.distance_m[scores.objects.box], side="right") - 1
+    return np.minimum(inner, len(edges_m) - 2)  # the end of the last ring belongs to it
+
+
+def _sector(centre_m: Doubles) -> Counts:
+    turn = np.arctan2(centre_m[:, 1], centre_m[:, 0]) / (2.0 * math.pi / SECTORS)
+    return np.floor(turn + 0.5).astype(np.int64) % SECTORS
+
+
+def _cells(
+    traffic: Traffic,
+    now: TargetScores,
+    before: TargetScores,
+    quantity: Quantity,
+    chosen: NDArray[np.bool_],
+    group: Counts,
+    groups: int,
+) -> Cells:
+    """Numbers of the chosen road users by group (k,), (groups,)."""
+    group = group[chosen]
+    frame = traffic.frame_of_box[now.objects.box[chosen]]
+    mine = quantity.of(now.objects, now.settings)[chosen]
+    theirs = quantity.of(before.objects, before.settings)[chosen]
+    objects = np.bincount(group, minlength=groups)
+    if quantity.is_median:
+        value, none = _medians(mine, group, groups), np.zeros(groups)
+        return Cells(objects, value, none, value - _medians(theirs, group, groups), none)
+    sampled = _Sample(group, groups, frame, now.frames_used, now.frames)
+    return Cells(objects, *sampled.means(mine), *sampled.means(mine - theirs))
+
+
+@dataclass(frozen=True)
+class _Sample:
+    """Road users by group (k,) and sampled frame (k,): `used` of all `frames`."""
+
+    group: Counts
+    groups: int
+    frame: Counts
+    used: int
+    frames: int
+
+    def means(self, values: Doubles) -> tuple[Doubles, Doubles]:
+        """Means of values (k,) by group, and their standard errors as in `riglens.core.targets.scores`."""
+        count = np.bincount(self.group, minlength=self.groups).astype(np.float64)
+        count[count == 0.0] = math.nan
+        mean = np.bincount(self.group, values, self.groups) / count
+        if self.used == self.frames or self.used < 2:
+            return mean, np.zeros(self.groups)
+        place = self.frame * self.groups + self.group
+        misses = np.bincount(place, values - mean[self.group], self.used * self.groups)
+        spread = (misses.reshape(self.used, self.groups) ** 2).sum(axis=0) / (self.used - 1)
+        se = np.sqrt(spread * (1.0 - self.used / self.frames) * self.used) / count
+        return mean, np.nan_to_num(se, nan=0.0)
+
+
+def _medians(values: Doubles, group: Counts, groups: int) -> Doubles:
+    """Medians of values (k,) by group, NaN where there are none."""
+    ordered = values[np.lexsort((values, group))]
+    ends = np.cumsum(np.bincount(group, minlength=groups))
+    starts = ends - np.bincount(group, minlength=groups)
+    found = np.full(groups, math.nan)
+    some = ends > starts
+    low, high = (starts + ends - 1)[some] // 2, (starts + ends)[some] // 2
+    found[some] = (ordered[low] + ordered[high]) / 2.0
+    return found
+
+
+def _parts(cells: Cells) -> tuple[NDArray[Any], ...]:
+    return cells.objects, cells.value, cells.se, cells.change, cells.change_se
+
+
+def _beside(one: Cells, other: Cells) -> Cells:
+    joined = [np.concatenate(pair) for pair in zip(_parts(one), _parts(other), strict=True)]
+    return Cells(*joined)
+
+
+def _stacked(rows: list[Cells]) -> Cells:
+    return Cells(*(np.stack(parts) for parts in zip(*map(_parts, rows), strict=True)))

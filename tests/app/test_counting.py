@@ -1,0 +1,122 @@
+"""Counts on road users come from a thread of their own: a sample at once, all frames when nothing newer is asked."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import Qt
+from pytestqt.qtbot import QtBot
+
+from riglens.app.background.counting import (
+    FIRST_FRAMES,
+    NO_BOXES,
+    CountAnswer,
+    Counter,
+    CountRequest,
+)
+from riglens.app.evaluation.options import SceneOptions
+from riglens.app.evaluation.requests import LoadedScene
+from riglens.app.evaluation.scoring import load_scene
+from riglens.core.rig.model import Rig
+from riglens.core.scene.boxes import BoxSource
+from riglens.core.scene.readers import open_boxes
+from riglens.core.targets.engine import TargetEngine
+from riglens.core.targets.settings import USUAL
+from riglens.core.targets.traffic import read_traffic
+from tests.app.window_bench import RIG, scene_options
+from tests.waiting import TIMEOUT_S
+
+FRAMES = 3 * FIRST_FRAMES
+ROW = "a,{frame},car,{x},0.0,0.8,4.0,1.8,1.6,0.0\n"
+
+
+def many_frames(folder: Path) -> Path:
+    path = folder / "many.csv"
+    rows = [ROW.format(frame=frame, x=8.0 + frame % 7) for frame in range(FRAMES)]
+    path.write_text("seq,frame,cls,x,y,z,length,width,height,yaw\n" + "".join(rows))
+    return path
+
+
+@pytest.fixture
+def scene(tmp_path: Path) -> LoadedScene:
+    return load_scene(scene_options(tmp_path, boxes=many_frames(tmp_path)), lambda _: None)
+
+
+@pytest.fixture
+def counter(qtbot: QtBot) -> Iterator[Counter]:
+    made = Counter(close_s=TIMEOUT_S)
+    yield made
+    made.close()
+
+
+def answers_to(counter: Counter, request: CountRequest) -> list[CountAnswer]:
+    found = list[CountAnswer]()
+    counter.counted.connect(found.append, Qt.ConnectionType.DirectConnection)
+    counter.ask(request)
+    assert counter.wait_until_idle(TIMEOUT_S)
+    return found
+
+
+def ask_for(scene: LoadedScene, rig: Rig = RIG, is_preview: bool = False, revision: int = 0) -> CountRequest:
+    return CountRequest(revision, rig, RIG, USUAL, scene, is_preview)
+
+
+def source(scene: LoadedScene) -> BoxSource:
+    assert scene.options.boxes is not None
+    return open_boxes([scene.options.boxes])
+
+
+def test_at_rest_samples_grow_until_all_frames_are_in(counter: Counter, scene: LoadedScene) -> None:
+    found = answers_to(counter, ask_for(scene))
+    assert [answer.scores.frames_used for answer in found] == [FIRST_FRAMES, FRAMES]
+    assert [answer.is_whole for answer in found] == [False, True]
+
+
+def test_the_last_answer_is_that_of_the_engine_over_all_frames(counter: Counter, scene: LoadedScene) -> None:
+    last = answers_to(counter, ask_for(scene))[-1].scores
+    whole = TargetEngine(read_traffic(source(scene)), threads=1).evaluate(RIG)
+    assert last.classes == whole.classes
+
+
+def test_a_preview_gets_one_sample(counter: Counter, scene: LoadedScene) -> None:
+    found = answers_to(counter, ask_for(scene, is_preview=True))
+    assert [answer.scores.frames_used for answer in found] == [FIRST_FRAMES]
+
+
+def test_the_baseline_is_counted_in_the_same_frames(counter: Counter, scene: LoadedScene) -> None:
+    rig = RIG.model_copy(update={"sensors": RIG.sensors[:1]})
+    for answer in answers_to(counter, ask_for(scene, rig)):
+        assert answer.baseline.rig == RIG and answer.scores.rig == rig
+        assert (answer.baseline.objects.box == answer.scores.objects.box).all()
+
+
+def test_slow_sensors_get_smaller_samples_and_quick_ones_larger(qtbot: QtBot, scene: LoadedScene) -> None:
+    for budget_ms, larger in ((0.0, False), (1e9, True)):
+        counter = Counter(budget_ms=budget_ms, close_s=TIMEOUT_S)
+        try:
+            answers_to(counter, ask_for(scene, is_preview=True))
+            again = answers_to(counter, ask_for(scene, is_preview=True))[-1].scores.frames_used
+            assert (again > FIRST_FRAMES) == larger and again != FIRST_FRAMES
+        finally:
+            counter.close()
+
+
+def test_a_stored_pog_has_nobody_to_count(counter: Counter, scene: LoadedScene, tmp_path: Path) -> None:
+    stored = LoadedScene(SceneOptions(pog=tmp_path / "x.npz"), scene.field, scene.heatmaps)
+    said = list[str]()
+    counter.unavailable.connect(said.append, Qt.ConnectionType.DirectConnection)
+    counter.ask(ask_for(stored))
+    assert counter.wait_until_idle(TIMEOUT_S)
+    assert said == [NO_BOXES]
+
+
+def test_unsound_boxes_are_told_in_one_line(counter: Counter, scene: LoadedScene) -> None:
+    assert scene.options.boxes is not None
+    scene.options.boxes.write_text("seq,frame,cls,x,y,z,length,width,height,yaw\na,0,car,far,0,1,4,2,2,0\n")
+    said = list[str]()
+    counter.unavailable.connect(said.append, Qt.ConnectionType.DirectConnection)
+    counter.ask(ask_for(scene))
+    assert counter.wait_until_idle(TIMEOUT_S)
+    assert len(said) == 1 and "many.csv" in said[0] and "far" in said[0]

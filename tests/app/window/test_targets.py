@@ -1,0 +1,121 @@
+"""The Targets panel follows the rig: asked after the scores, greyed until answered, never shown for an older rig."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from pytestqt.qtbot import QtBot
+
+from riglens.app.background.counting import CountAnswer, CountRequest
+from riglens.app.window.features.follow import Follow
+from riglens.app.window.features.targets import Targets
+from riglens.core.rig.model import Rig
+from riglens.core.targets.engine import TargetEngine
+from tests.app.window.desk import Desk, open_desk
+from tests.core.targets.cases import random_traffic
+
+TRAFFIC = random_traffic(np.random.default_rng(5), 6)
+ENGINE = TargetEngine(TRAFFIC, threads=1)
+
+
+@pytest.fixture
+def desk(qtbot: QtBot) -> Desk:
+    made = open_desk(qtbot)
+    made.workbench.answers.ask()
+    return made
+
+
+@pytest.fixture
+def targets(desk: Desk) -> Targets:
+    Follow(desk.workbench)  # takes moves of the mouse to the document
+    return Targets(desk.workbench)
+
+
+def answer(request: CountRequest, frames: int | None = None) -> CountAnswer:
+    scores = ENGINE.evaluate(request.rig, request.settings, frames)
+    baseline = ENGINE.evaluate(request.baseline_rig, request.settings, frames)
+    return CountAnswer(request, TRAFFIC, scores, baseline)
+
+
+def start(desk: Desk) -> CountRequest:
+    desk.load()
+    desk.answer()
+    return desk.counter.requests[-1]
+
+
+def test_nothing_is_counted_before_the_first_scores(desk: Desk, targets: Targets) -> None:
+    desk.load()
+    assert not desk.counter.requests
+    desk.answer()
+    assert len(desk.counter.requests) == 1
+
+
+def test_scores_of_the_same_rig_ask_for_nothing_new(desk: Desk, targets: Targets) -> None:
+    start(desk)
+    desk.answer(0.7)
+    assert len(desk.counter.requests) == 1
+
+
+def test_a_drag_asks_for_previews_and_its_end_for_all_frames(desk: Desk, targets: Targets) -> None:
+    start(desk)
+    desk.drag("roof", (0.3, 0.0, 2.0))
+    assert [request.is_preview for request in desk.counter.requests] == [False, True, False]
+    assert desk.counter.requests[-1].rig == desk.document.rig
+
+
+def test_an_answer_to_the_last_request_is_current_when_it_is_of_all_frames(
+    desk: Desk, targets: Targets
+) -> None:
+    request = start(desk)
+    targets._take(answer(request, 3))
+    assert targets.answer is not None and not targets.is_current
+    targets._take(answer(request))
+    assert targets.is_current
+
+
+def test_an_answer_to_an_earlier_rig_is_not_shown_after_a_later_one(desk: Desk, targets: Targets) -> None:
+    first = start(desk)
+    desk.drag("roof", (0.3, 0.0, 2.0))
+    later = desk.counter.requests[-1]
+    assert later is not first
+    targets._take(answer(later))
+    targets._take(answer(first))
+    assert targets.answer is not None and targets.answer.request is later
+
+
+def test_an_answer_from_other_traffic_is_dropped(desk: Desk, targets: Targets) -> None:
+    request = start(desk)
+    desk.load()
+    targets._take(answer(request))
+    assert targets.answer is None
+
+
+def test_another_threshold_is_asked_for_and_kept(desk: Desk, targets: Targets) -> None:
+    start(desk)
+    targets.panel._points.setValue(12)
+    assert desk.counter.requests[-1].settings.min_points == 12
+    targets.panel.choose("visible")
+    targets.keep(desk.workbench.kept)
+    assert desk.workbench.kept.read("targets/min_points", "") == "12"
+    assert desk.workbench.kept.read("targets/quantity", "") == "visible"
+
+
+@pytest.mark.parametrize("kept", ["", "-3", "0", "12x", "99999"])
+def test_a_threshold_that_makes_no_sense_is_not_taken_up(desk: Desk, targets: Targets, kept: str) -> None:
+    before = desk.session.targets
+    desk.workbench.kept.write("targets/min_points", kept)
+    targets.restore(desk.workbench.kept)
+    assert desk.session.targets == before
+
+
+def test_a_problem_is_told_in_the_panel(desk: Desk, targets: Targets) -> None:
+    start(desk)
+    targets._on_problem("no boxes")
+    assert targets.panel._note.text() == "no boxes" and targets.answer is None
+
+
+def test_a_pinned_baseline_is_asked_for(desk: Desk, targets: Targets) -> None:
+    start(desk)
+    pinned = Rig(name="pinned", sensors=desk.document.rig.sensors[:1])
+    desk.session.pin(pinned)
+    assert desk.counter.requests[-1].baseline_rig == pinned

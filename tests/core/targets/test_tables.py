@@ -1,0 +1,106 @@
+"""Tables of targets: the numbers of the scores, cut by ring and sector, with changes road user by road user."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from riglens.core.rig.model import Rig
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.targets.engine import TargetEngine
+from riglens.core.targets.quantities import QUANTITIES, SECTORS, WHO, Quantity
+from riglens.core.targets.scores import TargetScores
+from riglens.core.targets.settings import EXACT, USUAL
+from riglens.core.targets.tables import rose_of, table_of
+from riglens.core.targets.traffic import Traffic
+from tests.core.builders import lidar, rig_of, spinning
+from tests.core.targets.cases import random_rig, random_traffic, traffic
+
+RNG = np.random.default_rng(7)
+TRAFFIC = random_traffic(RNG, 40)
+NOW, BEFORE = random_rig(RNG), random_rig(RNG)
+ROWS = {
+    "on_target": "on_target", "lidar": "share_n", "points": "median_points", "visible": "visible",
+    "camera": "share_25px", "height": "median_height_px", "both": "both", "neither": "neither",
+}  # fmt: skip
+
+
+def quantity(key: str) -> Quantity:
+    return next(one for one in QUANTITIES if one.key == key)
+
+
+def scores(rig: Rig, frames: int | None = None, among: Traffic = TRAFFIC) -> TargetScores:
+    return TargetEngine(among, threads=1).evaluate(rig, USUAL, frames)
+
+
+@pytest.mark.parametrize("key", list(ROWS))
+@pytest.mark.parametrize("frames", [None, 11])
+def test_a_table_holds_the_numbers_of_the_scores(key: str, frames: int | None) -> None:
+    now = scores(NOW, frames)
+    table = table_of(TRAFFIC, now, now, quantity(key))
+    for number, name in enumerate(CLASSES, start=1):
+        of_class = now.classes[name]
+        for place, row in enumerate((of_class.total, *of_class.rings)):
+            told = getattr(row, ROWS[key])
+            value, se = (told.value, told.se) if hasattr(told, "se") else (told, 0.0)
+            assert table.cells.objects[number, place] == row.objects
+            if row.objects:
+                assert table.cells.value[number, place] == pytest.approx(value, rel=1e-12, abs=1e-15)
+                assert table.cells.se[number, place] == pytest.approx(se, rel=1e-9, abs=1e-15)
+            else:
+                assert math.isnan(table.cells.value[number, place])
+
+
+def test_everybody_is_the_mean_over_all_road_users() -> None:
+    now = scores(NOW)
+    cells = table_of(TRAFFIC, now, now, quantity("on_target")).cells
+    assert cells.objects[0, 0] == len(now.objects.box)
+    assert cells.value[0, 0] == pytest.approx(now.objects.on_target.mean())
+
+
+def test_changes_are_counted_road_user_by_road_user() -> None:
+    now, before = scores(NOW, 9), scores(BEFORE, 9)
+    differences = now.objects.on_target - before.objects.on_target
+    cells = table_of(TRAFFIC, now, before, quantity("on_target")).cells
+    assert cells.change[0, 0] == pytest.approx(differences.mean())
+    same = table_of(TRAFFIC, now, now, quantity("on_target")).cells
+    assert not np.nan_to_num(same.change).any() and not same.change_se.any()
+    assert same.se[0, 0] > 0.0, "a sample still has an error of its own"
+
+
+def test_a_median_of_an_even_number_lies_between_the_middle_two() -> None:
+    boxes = [(0, 0, (x, 0.0, 1.0), (1.0, 1.0, 1.0), 0.0) for x in (5.0, 15.0)]
+    among = traffic(boxes)
+    rays = lidar((0.0, 0.0, 1.0))  # one ray: the near box has one point, the far one none
+    found = TargetEngine(among, threads=1).evaluate(rig_of(rays), EXACT)
+    assert table_of(among, found, found, quantity("points")).cells.value[0, 0] == 0.5
+
+
+def test_sectors_are_centred_on_the_axes_and_count_to_the_left() -> None:
+    places = [(10.0, 0.0), (0.0, 10.0), (-10.0, 0.0), (0.0, -10.0), (10.0, -0.1)]
+    boxes = [(0, 1, (x, y, 1.0), (1.0, 1.0, 1.0), 0.0) for x, y in places]
+    among = traffic(boxes)
+    found = TargetEngine(among, threads=1).evaluate(rig_of(spinning((0.0, 0.0, 1.0))), EXACT)
+    rose = rose_of(among, found, found, quantity("on_target"), "bicycle")
+    assert {sector: n for sector, n in enumerate(rose.cells.objects.sum(axis=0).tolist()) if n} == {
+        0: 2, 3: 1, 6: 1, 9: 1,
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("who", WHO)
+def test_a_rose_holds_everybody_of_the_rings_once(who: str) -> None:
+    now = scores(NOW)
+    rose = rose_of(TRAFFIC, now, now, quantity("lidar"), who)
+    table = table_of(TRAFFIC, now, now, quantity("lidar"))
+    assert rose.cells.objects.shape[1] == SECTORS
+    assert rose.cells.objects.sum(axis=1).tolist() == table.cells.objects[WHO.index(who), 1:].tolist()
+
+
+def test_nobody_makes_an_empty_table() -> None:
+    among = traffic([])
+    found = TargetEngine(among, threads=1).evaluate(NOW, USUAL)
+    for each in QUANTITIES:
+        cells = table_of(among, found, found, each).cells
+        assert not cells.objects.any() and np.isnan(cells.value).all()

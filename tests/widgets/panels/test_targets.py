@@ -1,0 +1,151 @@
+"""The Targets panel: numbers with error and change, a rose by direction, and what both say in words."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPointF, Qt
+from pytestqt.qtbot import QtBot
+
+from riglens.core.rig.model import Rig
+from riglens.core.targets.engine import TargetEngine
+from riglens.core.targets.quantities import QUANTITIES, WHO
+from riglens.core.targets.scores import TargetScores
+from riglens.core.targets.settings import USUAL
+from riglens.core.targets.tables import table_of
+from riglens.widgets.panels.style import tones
+from riglens.widgets.panels.targets.panel import TargetsPanel
+from riglens.widgets.panels.targets.table import CHANGE, CHANGE_COLOUR, SUB_TEXT
+from riglens.widgets.panels.targets.text import change_text, error_text, value_text
+from tests.core.builders import rig_of, spinning
+from tests.core.targets.cases import random_traffic
+
+TRAFFIC = random_traffic(np.random.default_rng(3), 30)
+NOW, BEFORE = rig_of(spinning((0.0, 0.0, 1.9))), rig_of(spinning((0.0, 0.0, 0.6)))
+ON_TARGET, MEDIAN, MISSED = QUANTITIES[0], QUANTITIES[2], QUANTITIES[-1]
+
+
+def counts(rig: Rig, frames: int | None = None) -> TargetScores:
+    return TargetEngine(TRAFFIC, threads=1).evaluate(rig, USUAL, frames)
+
+
+@pytest.fixture
+def panel(qtbot: QtBot) -> TargetsPanel:
+    made = TargetsPanel(USUAL)
+    qtbot.addWidget(made)
+    made.resize(1000, 230)
+    made.show()
+    return made
+
+
+def show(panel: TargetsPanel, frames: int | None = None) -> None:
+    panel.show_counts(TRAFFIC, counts(NOW, frames), counts(BEFORE, frames), "low")
+
+
+def item(panel: TargetsPanel, who: str, column: int):
+    found = panel.table.item(WHO.index(who), column)
+    assert found is not None
+    return found
+
+
+def test_a_cell_shows_value_error_and_change(panel: TargetsPanel) -> None:
+    show(panel, 12)
+    cells = table_of(TRAFFIC, counts(NOW, 12), counts(BEFORE, 12), ON_TARGET).cells
+    shown = item(panel, "car", 0)
+    assert shown.text() == value_text(ON_TARGET, float(cells.value[1, 0]))
+    assert shown.data(SUB_TEXT) == error_text(ON_TARGET, float(cells.se[1, 0])) != ""
+    assert shown.data(CHANGE) == change_text(ON_TARGET, float(cells.change[1, 0])) != ""
+    assert "low" in shown.toolTip() and "±" in shown.toolTip()
+
+
+def test_all_frames_have_no_error(panel: TargetsPanel) -> None:
+    show(panel)
+    assert item(panel, "car", 0).data(SUB_TEXT) == ""
+    assert "all 30 frames" in panel._note.text()
+
+
+def test_a_sample_says_so(panel: TargetsPanel) -> None:
+    show(panel, 12)
+    assert "sample of 12 of 30 frames" in panel._note.text()
+
+
+def test_fewer_missed_is_better(panel: TargetsPanel) -> None:
+    panel.choose("neither")
+    show(panel)
+    for who in WHO:
+        shown = item(panel, who, 0)
+        if shown.data(CHANGE).startswith("−"):
+            assert shown.data(CHANGE_COLOUR) == tones().more
+        elif shown.data(CHANGE).startswith("+"):
+            assert shown.data(CHANGE_COLOUR) == tones().less
+
+
+def test_numbers_out_of_date_are_grey(panel: TargetsPanel) -> None:
+    show(panel)
+    panel.set_stale()
+    assert item(panel, "all", 0).foreground().color().name() == tones().muted
+
+
+def test_another_number_of_points_is_wanted_once(panel: TargetsPanel, qtbot: QtBot) -> None:
+    with qtbot.waitSignal(panel.settings_wanted) as told:
+        panel._points.setValue(9)
+    assert told.args[0].min_points == 9
+
+
+def test_a_problem_stands_in_the_place_of_the_note(panel: TargetsPanel) -> None:
+    panel.show_problem("No boxes")
+    assert panel._note.text() == "No boxes"
+
+
+def test_the_rose_follows_the_row_and_tells_where_a_wedge_is(panel: TargetsPanel) -> None:
+    show(panel)
+    panel.table.setCurrentCell(WHO.index("pedestrian"), 0)
+    rose = panel.rose
+    ahead = rose._centre() - QPointF(0.0, rose._radius(3) - 1.0)
+    left = rose._centre() - QPointF(rose._radius(3) - 1.0, 0.0)
+    assert rose.text_at(ahead).startswith("Pedestrians, ahead, 20–30 m")
+    assert rose.text_at(left).startswith("Pedestrians, left, 20–30 m")
+    assert rose.text_at(QPointF(1.0, 1.0)) == ""
+
+
+def test_the_rose_is_drawn_and_greyed(panel: TargetsPanel) -> None:
+    show(panel)
+    before = panel.rose.grab().toImage()
+    panel.rose.grey()
+    assert panel.rose.grab().toImage() != before
+
+
+def test_the_text_for_the_clipboard_holds_every_digit(panel: TargetsPanel) -> None:
+    show(panel)
+    lines = [line.split("\t") for line in panel.table.as_text().splitlines()]
+    assert len(lines) == 1 + len(WHO) and len(set(map(len, lines))) == 1
+    cells = table_of(TRAFFIC, counts(NOW), counts(BEFORE), ON_TARGET).cells
+    assert float(lines[1][1]) == cells.value[0, 0] and int(lines[1][4]) == cells.objects[0, 0]
+
+
+@pytest.mark.parametrize(
+    ("quantity", "value", "text"),
+    [(ON_TARGET, 0.5, "50.0 %"), (ON_TARGET, float("nan"), "–"), (MEDIAN, 12.0, "12 pts")],
+)
+def test_values_have_units(quantity, value: float, text: str) -> None:
+    assert value_text(quantity, value) == text
+
+
+@pytest.mark.parametrize(
+    ("change", "text"), [(0.0, ""), (0.0001, "<0.1"), (0.123, "+12.3"), (-0.123, "−12.3")]
+)
+def test_changes_are_signed_points(change: float, text: str) -> None:
+    assert change_text(MISSED, change) == text
+
+
+def test_every_quantity_says_which_way_is_better() -> None:
+    for quantity in QUANTITIES:
+        assert quantity.tip.endswith("Less is better." if quantity.sign < 0 else "More is better.")
+
+
+def test_every_choice_can_be_made(panel: TargetsPanel) -> None:
+    show(panel)
+    for number, quantity in enumerate(QUANTITIES):
+        assert panel._quantity.itemData(number, Qt.ItemDataRole.ToolTipRole) == quantity.tip
+        panel.choose(quantity.key)
+        assert panel.quantity is quantity and panel.table.as_text().startswith(f"class\t{quantity.title}")

@@ -1,0 +1,141 @@
+"""The Targets panel: what the rig gets onto road users, by class, distance and direction."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QSpinBox, QVBoxLayout, QWidget
+
+from riglens.core.targets.quantities import QUANTITIES, Quantity
+from riglens.core.targets.settings import TargetSettings
+from riglens.widgets.panels.fields.form import ChoiceBox
+from riglens.widgets.panels.style import MARGIN, SPACING, as_panel
+from riglens.widgets.panels.targets.rose import RoseView
+from riglens.widgets.panels.targets.table import TargetTable
+
+if TYPE_CHECKING:  # made by the thread that counts, which loads the compiler
+    from riglens.core.targets.scores import TargetScores
+    from riglens.core.targets.traffic import Traffic
+
+MOST_POINTS = 1000
+WAITING = "Counting road users…"
+POINTS_TIP = (
+    "A road user with at least so many LiDAR points counts as detected. Our choice is 5: Waymo calls objects "
+    "with fewer hard (LEVEL_2), nuScenes scores objects from 1 point up."
+)
+
+
+class TargetsPanel(QWidget):
+    """Shows counts of one rig beside those of the baseline. Numbers that are out of date are greyed."""
+
+    settings_wanted = Signal(object)
+    """The TargetSettings that the user wants."""
+
+    def __init__(self, settings: TargetSettings, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        as_panel(self)
+        self._settings = settings
+        self._shown: tuple[Traffic, TargetScores, TargetScores, str] | None = None
+        self.table, self.rose = TargetTable(), RoseView()
+        self._quantity, self._points, self._note = ChoiceBox(), QSpinBox(), QLabel(WAITING)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(0)
+        body = QHBoxLayout()
+        body.setSpacing(0)
+        body.addWidget(self.table, 1)
+        body.addWidget(self.rose)
+        layout.addLayout(body, 1)
+        layout.addLayout(self._controls())
+        self.table.currentCellChanged.connect(lambda *_: self._show_rose())
+
+    def _controls(self) -> QHBoxLayout:
+        self._quantity.setObjectName("target_quantity")
+        for number, quantity in enumerate(QUANTITIES):
+            self._quantity.addItem(quantity.title, quantity.key)
+            self._quantity.setItemData(number, quantity.tip, Qt.ItemDataRole.ToolTipRole)
+        self._quantity.currentIndexChanged.connect(lambda _: self._show())
+        self._points.setObjectName("min_points")
+        self._points.setRange(1, MOST_POINTS)
+        self._points.setValue(self._settings.min_points)
+        self._points.setSuffix(" points")
+        self._points.setPrefix("≥ ")
+        self._points.setKeyboardTracking(False)
+        self._points.setToolTip(POINTS_TIP)
+        self._points.valueChanged.connect(self._on_points)
+        self._note.setObjectName("hint")
+        self._note.setTextFormat(Qt.TextFormat.PlainText)
+        self._note.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        row = QHBoxLayout()
+        row.setContentsMargins(MARGIN, 5, MARGIN, 6)
+        row.setSpacing(SPACING)
+        for widget in (QLabel("Show"), self._quantity, QLabel("Detected from"), self._points):
+            row.addWidget(widget)
+        row.addSpacing(SPACING)
+        row.addWidget(self._note, 1)
+        return row
+
+    @property
+    def quantity(self) -> Quantity:
+        """What is shown."""
+        return QUANTITIES[self._quantity.currentIndex()]
+
+    def choose(self, key: str) -> None:
+        """Show another quantity, by its key; nothing happens for a key that there is not."""
+        self._quantity.setCurrentIndex(max(self._quantity.findData(key), 0))
+
+    def show_settings(self, settings: TargetSettings) -> None:
+        """Show settings that were chosen elsewhere."""
+        self._settings = settings
+        self._points.blockSignals(True)
+        self._points.setValue(settings.min_points)
+        self._points.blockSignals(False)
+
+    def show_counts(self, traffic: Traffic, now: TargetScores, before: TargetScores, baseline: str) -> None:
+        """Show counts beside those of the baseline, which is called `baseline`; both from the same frames."""
+        self._shown = (traffic, now, before, baseline)
+        self._show()
+
+    def show_problem(self, reason: str) -> None:
+        """Say why there are no counts."""
+        self._shown = None
+        self.set_stale()
+        self._note.setText(reason)
+        self._note.setToolTip(reason)
+
+    def set_stale(self) -> None:
+        """Grey the numbers: newer ones are on their way."""
+        self.table.grey()
+        self.rose.grey()
+
+    def _show(self) -> None:
+        if self._shown is None:
+            return
+        from riglens.core.targets.tables import table_of  # loads the compiler: not while the window opens
+
+        traffic, now, before, baseline = self._shown
+        self.table.show_table(table_of(traffic, now, before, self.quantity), baseline)
+        self._show_rose()
+        self._note.setText(_note(now))
+        self._note.setToolTip(self.quantity.tip)
+
+    def _show_rose(self) -> None:
+        if self._shown is not None:
+            from riglens.core.targets.tables import rose_of  # as above
+
+            traffic, now, before, baseline = self._shown
+            self.rose.show_rose(rose_of(traffic, now, before, self.quantity, self.table.who), baseline)
+
+    def _on_points(self, number: int) -> None:
+        self._settings = replace(self._settings, min_points=number)
+        self.settings_wanted.emit(self._settings)
+
+
+def _note(scores: TargetScores) -> str:
+    """Of how many road users, how many frames, and how sure."""
+    users = f"{len(scores.objects.box):,} road users within {scores.within_m:g} m"
+    if scores.frames_used == scores.frames:
+        return f"{users}, all {scores.frames:,} frames"
+    return f"{users}, sample of {scores.frames_used:,} of {scores.frames:,} frames, ± standard error"

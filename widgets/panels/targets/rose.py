@@ -1,0 +1,160 @@
+"""The rose: a quantity by sector and ring around the car, seen from above, with the front upwards."""
+
+from __future__ import annotations
+
+import math
+
+from PySide6.QtCore import QEvent, QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QHelpEvent, QPainter, QPainterPath, QPaintEvent, QPen
+from PySide6.QtWidgets import QToolTip, QWidget
+
+from riglens.core.targets.quantities import SECTORS, Rose
+from riglens.widgets.panels.style import plain_tip, tones
+from riglens.widgets.panels.targets.table import TITLES
+from riglens.widgets.panels.targets.text import tip_text
+
+SIDE_PX, LEAST_PX, MARGIN_PX = 212, 120, 16
+WORDS = (
+    "ahead", "ahead, left", "left, ahead", "left", "left, behind", "behind, left",
+    "behind", "behind, right", "right, behind", "right", "right, ahead", "ahead, right",
+)  # fmt: skip
+"""Sectors by number, counted to the left."""
+_CAR = (0.5, 0.22)
+"""Length and width of the car in the middle, as parts of the first ring."""
+
+
+class RoseView(QWidget):
+    """Draws one `Rose`: the stronger the colour, the more of the quantity; empty where nobody was."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._rose: Rose | None = None
+        self._baseline = ""
+        self._is_stale = False
+        self.setMinimumHeight(LEAST_PX)
+        self.setFixedWidth(SIDE_PX)
+        self.setAccessibleName("Targets by sector and ring")
+
+    def show_rose(self, rose: Rose, baseline: str) -> None:
+        """Show the numbers, and in tooltips what they change against."""
+        self._rose, self._baseline, self._is_stale = rose, baseline, False
+        self.update()
+
+    def grey(self) -> None:
+        """Show that the numbers are out of date."""
+        self._is_stale = True
+        self.update()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Draw wedges from the middle outwards, the car, and the distances of the rings."""
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        if self._rose is None:
+            return
+        rings = len(self._rose.edges_m) - 1
+        largest = self._largest()
+        for ring in range(rings):
+            for sector in range(SECTORS):
+                self._draw_wedge(painter, ring, sector, largest)
+        self._draw_car(painter)
+        self._draw_distances(painter)
+
+    def _largest(self) -> float:
+        """The largest value that there is."""
+        assert self._rose is not None
+        values = self._rose.cells.value
+        found = [float(value) for value in values.ravel() if not math.isnan(value)]
+        return max(found, default=1.0) or 1.0
+
+    def _draw_wedge(self, painter: QPainter, ring: int, sector: int, largest: float) -> None:
+        assert self._rose is not None
+        cells = self._rose.cells
+        painter.setPen(QPen(QColor(tones().border), 1.0))
+        if not cells.objects[ring, sector]:
+            painter.setBrush(Qt.BrushStyle.NoBrush)
+        else:
+            colour = QColor(tones().muted if self._is_stale else tones().accent)
+            colour.setAlphaF(0.06 + 0.84 * self._strength(float(cells.value[ring, sector]), largest))
+            painter.setBrush(colour)
+        painter.drawPath(self._wedge(ring, sector))
+
+    def _strength(self, value: float, largest: float) -> float:
+        """How strong the colour of a value is, 0 to 1: shares as they are, points and pixels by their logarithm."""
+        assert self._rose is not None
+        if self._rose.quantity.unit == "share":
+            return min(1.0, max(0.0, value))
+        return math.log1p(value) / math.log1p(largest)
+
+    def _wedge(self, ring: int, sector: int) -> QPainterPath:
+        """The outline of a wedge; Qt counts degrees from the right, to the left."""
+        inner, outer = self._radius(ring), self._radius(ring + 1)
+        start, step = 90.0 + (sector - 0.5) * 360.0 / SECTORS, 360.0 / SECTORS
+        centre, path = QPointF(self._centre()), QPainterPath()
+        path.arcMoveTo(_square(centre, outer), start)
+        path.arcTo(_square(centre, outer), start, step)
+        if inner > 0.0:
+            path.arcTo(_square(centre, inner), start + step, -step)
+        else:
+            path.lineTo(centre)
+        path.closeSubpath()
+        return path
+
+    def _draw_car(self, painter: QPainter) -> None:
+        length, width = (part * self._radius(1) * 1.5 for part in _CAR)
+        body = QRectF(0.0, 0.0, width * 1.6, length)
+        body.moveCenter(QPointF(self._centre()))
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(QColor(tones().text))
+        painter.drawRoundedRect(body, 2.0, 2.0)
+
+    def _draw_distances(self, painter: QPainter) -> None:
+        """Name the outermost ring and the one in the middle, beside the sector to the right."""
+        assert self._rose is not None
+        font = painter.font()
+        font.setPointSizeF(font.pointSizeF() * 0.8)
+        painter.setFont(font)
+        painter.setPen(QColor(tones().muted))
+        edges, rings = self._rose.edges_m, len(self._rose.edges_m) - 1
+        centre, radius = self._centre(), self._radius(rings)
+        room = QRectF(
+            centre.x() + 0.55 * radius, centre.y() + 0.86 * radius, 0.5 * radius + MARGIN_PX, MARGIN_PX
+        )
+        painter.drawText(room, Qt.AlignmentFlag.AlignRight, f"{edges[-1]:g} m")
+        front = QRectF(centre.x() - radius, centre.y() - radius - MARGIN_PX, 2 * radius, MARGIN_PX)
+        painter.drawText(front, Qt.AlignmentFlag.AlignCenter, "front")
+
+    def event(self, event: QEvent) -> bool:
+        """Say in a tooltip what a wedge holds."""
+        if isinstance(event, QHelpEvent):
+            text = self.text_at(QPointF(event.pos()))
+            QToolTip.showText(event.globalPos(), plain_tip(text), self)
+            return True
+        return bool(super().event(event))
+
+    def text_at(self, place: QPointF) -> str:
+        """Describe the wedge at a place of the widget, empty where there is none."""
+        if self._rose is None:
+            return ""
+        away = place - self._centre()
+        distance = math.hypot(away.x(), away.y())
+        rings = len(self._rose.edges_m) - 1
+        ring = next((ring for ring in range(rings) if distance < self._radius(ring + 1)), None)
+        if ring is None:
+            return ""
+        turn = math.atan2(-away.x(), -away.y()) / (2.0 * math.pi / SECTORS)
+        sector, edges = math.floor(turn + 0.5) % SECTORS, self._rose.edges_m
+        where = f"{TITLES[self._rose.who]}, {WORDS[sector]}, {edges[ring]:g}–{edges[ring + 1]:g} m"
+        return tip_text(self._rose.quantity, where, self._rose.cells, (ring, sector), self._baseline)
+
+    def _centre(self) -> QPointF:
+        return QPointF(self.width() / 2.0, self.height() / 2.0 + 2.0)
+
+    def _radius(self, edge: int) -> float:
+        """Radius of an edge between rings: in proportion to its distance."""
+        assert self._rose is not None
+        room = min(self.width(), self.height()) / 2.0 - MARGIN_PX
+        return room * self._rose.edges_m[edge] / self._rose.edges_m[-1]
+
+
+def _square(centre: QPointF, radius: float) -> QRectF:
+    return QRectF(centre.x() - radius, centre.y() - radius, 2.0 * radius, 2.0 * radius)

@@ -1,0 +1,61 @@
+"""How counts on road users read: shares in percent, points and pixels as numbers, errors and changes beside them."""
+
+from __future__ import annotations
+
+import math
+
+from riglens.core.targets.quantities import Cells, Quantity
+from riglens.widgets.panels.scores.text import MINUS, NONE
+
+UNITS = {"share": "%", "points": "points", "px": "px"}
+CHANGE_UNITS = {"share": "pp", "points": "points", "px": "px"}
+
+
+def value_text(quantity: Quantity, value: float) -> str:
+    """Return a number with its unit, a dash where there is none."""
+    if math.isnan(value):
+        return NONE
+    return f"{100.0 * value:.1f} %" if quantity.unit == "share" else f"{value:.0f} {_short(quantity)}"
+
+
+def error_text(quantity: Quantity, se: float) -> str:
+    """Return a standard error as "±0.3", empty where all frames were used."""
+    if se == 0.0 or math.isnan(se):
+        return ""
+    return f"±{max(100.0 * se, 0.05):.1f}" if quantity.unit == "share" else f"±{se:.1f}"
+
+
+def change_text(quantity: Quantity, change: float) -> str:
+    """Return a signed change, empty where nothing changed."""
+    if math.isnan(change) or change == 0.0:
+        return ""
+    size = abs(change) * (100.0 if quantity.unit == "share" else 1.0)
+    if size < 0.05:
+        return "<0.1"
+    return ("+" if change > 0.0 else MINUS) + f"{size:.1f}"
+
+
+def is_better(quantity: Quantity, change: float) -> bool:
+    """Return whether a change that is not zero is one to the better."""
+    return change * quantity.sign > 0.0
+
+
+def tip_text(quantity: Quantity, where: str, cells: Cells, place: tuple[int, int], baseline: str) -> str:
+    """Describe one cell in full: where, what, of how many, how sure, and against what it changed."""
+    objects, value, se = int(cells.objects[place]), float(cells.value[place]), float(cells.se[place])
+    if not objects:
+        return f"{where}: no road users in these frames"
+    unit, scale = UNITS[quantity.unit], 100.0 if quantity.unit == "share" else 1.0
+    sure = f" ± {scale * se:.2g} (standard error of a sample of frames)" if se else ""
+    lines = [f"{where}: {scale * value:.4g}{sure} {unit}", f"{quantity.title} of {objects:,} road users"]
+    change, change_se = float(cells.change[place]), float(cells.change_se[place])
+    if change:
+        sure = f" ± {scale * change_se:.2g}" if change_se else ""
+        better = "better" if is_better(quantity, change) else "worse"
+        told = CHANGE_UNITS[quantity.unit]
+        lines.append(f"{scale * change:+.3g}{sure} {told} against {baseline}: {better}")
+    return "\n".join(lines)
+
+
+def _short(quantity: Quantity) -> str:
+    return {"points": "pts", "px": "px"}.get(quantity.unit, "%")
