@@ -69,7 +69,7 @@ def follow_dock(action: QAction, dock: QDockWidget) -> None:
     """
 
     def toggle() -> None:
-        is_behind = dock.widget().visibleRegion().isEmpty()
+        is_behind = not is_in_sight(dock)
         dock.setVisible(is_behind)
         if is_behind:
             dock.raise_()
@@ -116,7 +116,9 @@ class DockTitles:
 # ---------------------------------------------------------------------- in sight
 def is_in_sight(dock: QDockWidget) -> bool:
     """Whether anybody sees a dock. One behind other tabs is not hidden for Qt, which puts it out of view."""
-    return not dock.widget().visibleRegion().isEmpty()
+    around = dock.parentWidget()
+    is_within = around is None or dock.isWindow() or around.rect().intersects(dock.geometry())
+    return dock.isVisible() and is_within
 
 
 def focus_next_in_sight(step: Callable[[], bool]) -> bool:

@@ -9,6 +9,7 @@ from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QLabel, QLineEdit, QToolButton, QWidget
 from pytestqt.qtbot import QtBot
 
+from riglens.app.window.docks import is_in_sight
 from riglens.app.window.settings import Settings
 from riglens.core.geometry import Pose
 from riglens.core.rig.edits import without
@@ -457,7 +458,8 @@ def test_a_panel_among_tabs_is_named_by_its_tab_alone_and_gets_its_title_back_wh
     bench.qtbot.waitUntil(lambda: scores.titleBarWidget() is not None, timeout=TIMEOUT_MS)
     assert compare.titleBarWidget() is not None
     assert tree.titleBarWidget() is None
-    compare.toggleViewAction().trigger()
+    for beside in (compare, bench.workbench.docks["Targets"]):
+        beside.toggleViewAction().trigger()
     bench.qtbot.waitUntil(lambda: scores.titleBarWidget() is None, timeout=TIMEOUT_MS)
     compare.toggleViewAction().trigger()
     bench.qtbot.waitUntil(lambda: scores.titleBarWidget() is not None, timeout=TIMEOUT_MS)
@@ -495,3 +497,12 @@ def test_a_sensor_that_looks_where_the_data_hold_no_boxes_is_told_not_scored_as_
         bench.workbench.docks.bring_up("Map")
         bench.settle()
         assert NO_BOXES in picture.readout()
+
+
+def test_the_first_press_brings_a_panel_to_the_front_and_the_next_one_puts_it_away(bench: Bench) -> None:
+    for title in ("Targets", "Compare", "Scene", "Map"):
+        dock = bench.workbench.docks[title]
+        bench.act(f"dock_{title}")
+        assert is_in_sight(dock), f"{title} was behind another tab"
+        bench.act(f"dock_{title}")
+        assert dock.isHidden(), f"{title} was in front"
