@@ -123,6 +123,8 @@ class Mounting:
 
 _OTHER_NAMES = {
     "pandarqt": "hesai-qt64",
+    "pandargt": "hesai-pandargt",
+    "osdome": "ouster-osdome-128",
     "rsm1": "robosense-m1",
     "robosensem1": "robosense-m1",
     "bpearl": "robosense-bpearl",

@@ -30,7 +30,10 @@ IMAGE = (1920, 1080)
 BODY_R_LIDAR: Matrix = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 """From the Pandar64 (x left, y backwards, z up) to x forward, y left, z up."""
 
-_MODELS = {"main_pandar64": "Hesai Pandar64", "front_gt": "Hesai PandarGT"}
+FRONT_GT = "front_gt"
+GT_R_BODY: Matrix = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+"""From x forward, y left to the PandarGT's x right, y forward: its transform's y axis is what points ahead."""
+_MODELS = {"main_pandar64": "Hesai Pandar64", FRONT_GT: "Hesai PandarGT"}
 
 
 def recognises(source: Source) -> bool:
@@ -75,6 +78,9 @@ def _add(name: str, value: Value, mounting: Mounting) -> None:
     root_SE3_sensor = se3(BODY_R_LIDAR, (0.0, 0.0, 0.0)) @ inverse(sensor_SE3_lidar)
     intrinsic = value.get("intrinsic")
     if intrinsic is None:
+        if name == FRONT_GT:
+            root_SE3_sensor = root_SE3_sensor @ se3(GT_R_BODY, (0.0, 0.0, 0.0))
+            mounting.notes.converted("its own x right and y forward to x forward and y left", name)
         mounting.add_lidar(name, root_SE3_sensor, said=_MODELS.get(name))
         return
     mounting.notes.approximated("image size not in the file: 1920 x 1080 pixels", name)

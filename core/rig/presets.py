@@ -1,11 +1,13 @@
-"""The rigs of the paper and its published configuration by name: "W+T", "Narrow+Pyramid-roll", "Center"."""
+"""Built-in rigs by name: those of the paper ("W+T", "Narrow+Pyramid-roll", "Center"), and cars of public data sets."""
 
 from __future__ import annotations
 
 import difflib
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
+from riglens.assets import asset_path
 from riglens.core.errors import InputError
 from riglens.core.geometry import Vec3
 from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
@@ -116,15 +118,24 @@ PAPER_CAMERA_GROUPS = tuple(group.name for group in CAMERA_GROUPS)
 
 @dataclass(frozen=True)
 class Preset:
-    """A built-in rig: its name, one line about it and the groups of sensors it has."""
+    """A built-in rig: its name, one line about it, and the groups of sensors it has or the file it is in."""
 
     name: str
     description: str
     cameras: CameraGroup | None = None
     lidars: LidarGroup | None = None
+    file: str = ""
+
+    @property
+    def title(self) -> str:
+        """Return the name in words, with the short name where that is another: "Wide + Trapezoid (W+T)"."""
+        words = " + ".join(group.name for group in (self.cameras, self.lidars) if group)
+        return f"{words} ({self.name})" if words not in ("", self.name) else self.name
 
     def rig(self) -> Rig:
-        """Return the rig, on the default vehicle: cameras first, then LiDARs."""
+        """Return the rig: that of the file, or one on the default vehicle, cameras first, then LiDARs."""
+        if self.file:
+            return _rig_in(self.file)
         cameras = self.cameras.sensors() if self.cameras else ()
         lidars = self.lidars.sensors() if self.lidars else ()
         return Rig(name=self.name, sensors=(*cameras, *lidars))
@@ -138,7 +149,24 @@ def _all_presets() -> tuple[Preset, ...]:
     ]
     lidar_only = [Preset(g.name, f"4 LiDARs {g.name} alone ({g.origin})", lidars=g) for g in LIDAR_GROUPS]
     camera_only = [Preset(g.name, f"6 cameras {g.name} alone ({g.origin})", cameras=g) for g in CAMERA_GROUPS]
-    return (*rigs, *lidar_only, *camera_only)
+    return (*rigs, *lidar_only, *camera_only, *CARS)
+
+
+CARS = (
+    Preset("nuScenes car", "6 cameras + 1 LiDAR, a Renault Zoe of nuScenes", file="nuscenes.yaml"),
+    Preset("KITTI car", "4 cameras + 1 LiDAR, the VW Passat of KITTI", file="kitti.yaml"),
+    Preset("PandaSet car", "6 cameras + 2 LiDARs, a Chrysler Pacifica of PandaSet", file="pandaset.yaml"),
+    Preset("Argoverse 2 car", "9 cameras + 2 LiDARs, a Ford Fusion of Argoverse 2", file="argoverse2.yaml"),
+)
+"""Cars as their public calibrations describe them; the files name their sources."""
+
+
+@lru_cache(maxsize=len(CARS))
+def _rig_in(file: str) -> Rig:
+    # imported late: the paper's rigs need no YAML, and reading it brings the sensor library
+    from riglens.core.rig.yaml.file import loads
+
+    return loads(asset_path("rigs", file).read_text(encoding="utf-8"), file).rig
 
 
 def _pair(cameras: CameraGroup, lidars: LidarGroup) -> Preset:

@@ -86,8 +86,8 @@ class Compare(Feature):
     def _add_menu(self) -> QMenu:
         menu = QMenu(self.panel)
         presets = menu.addMenu("Preset")
-        for name in PRESETS:
-            add_entry(presets, name, partial(self.add_presets, (name,)))
+        for name, found in PRESETS.items():
+            add_entry(presets, found.title, partial(self.add_presets, (name,)))
         for key in ("compare_paper", "compare_file", "snapshot"):
             menu.addAction(self.actions[key])
         return menu

@@ -53,8 +53,8 @@ class Files(Feature):
 
     def _preset_menu(self) -> QMenu:
         menu = QMenu("New from preset", self.bench.window)
-        for name in PRESETS:
-            add_entry(menu, name, partial(self.open_preset, name))
+        for name, found in PRESETS.items():
+            add_entry(menu, found.title, partial(self.open_preset, name))
         return menu
 
     def open(self) -> None:

@@ -74,8 +74,8 @@ class Baseline(Feature):
 
     def _preset_menu(self) -> QMenu:
         menu = QMenu("Baseline from preset", self.bench.window)
-        for name in PRESETS:
-            add_entry(menu, name, partial(self._pin_preset, name))
+        for name, found in PRESETS.items():
+            add_entry(menu, found.title, partial(self._pin_preset, name))
         return menu
 
     def _pin_preset(self, name: str) -> None:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
-from typing import cast
+from typing import TypeGuard, cast
 
 from pydantic import BaseModel
 
-from riglens.core.rig.library import LENS_MATRIX, supplied_fields
+from riglens.core.rig.library import BUNDLED, LENS_MATRIX, default_library, supplied_fields
 from riglens.core.rig.model import MeshPlacement, Rig, Sensor, Vehicle
 from riglens.core.rig.yaml.nodes import Plain, scalar_value
 
@@ -46,16 +46,23 @@ def plain(value: object) -> Plain:
 def written_fields(sensor: Sensor) -> dict[str, Plain]:
     """Return the fields of a sensor that a new file holds, in the order in which they are written.
 
-    What the library model supplies is written as well, so that the file keeps its meaning on its own; options
-    at their defaults are left out.
+    Left out are options at their defaults, and what a bundled library model supplies. Of a model of the user's own
+    everything is written, so that the file keeps its figures where that library is not.
     """
     fields, defaults, implied = plain_fields(sensor), _default_fields(sensor), implied_fields(sensor)
+    supplied = default_library().entry(sensor.model).fields if _is_bundled(sensor.model) else {}
     silent = [
         key
-        for key in _OPTIONS
-        if key in fields and same_value(fields[key], defaults[key]) and same_value(fields[key], implied[key])
+        for key in (*_OPTIONS, *supplied)
+        if key in fields
+        and same_value(fields[key], implied[key])
+        and (key in supplied or same_value(fields[key], defaults[key]))
     ]
     return {key: fields[key] for key in FIELD_ORDER if key in fields and key not in silent}
+
+
+def _is_bundled(model: str | None) -> TypeGuard[str]:
+    return model is not None and default_library().origins.get(model) == BUNDLED
 
 
 def vehicle_fields(vehicle: Vehicle) -> dict[str, Plain]:

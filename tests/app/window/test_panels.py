@@ -446,7 +446,7 @@ def test_a_preset_is_pinned_from_the_menu_of_the_button(bench: Bench) -> None:
     assert menu is not None
     presets = next(entry for entry in menu.actions() if entry.text() == "Baseline from preset").menu()
     assert presets is not None
-    next(entry for entry in presets.actions() if entry.text() == "W+C").trigger()  # type: ignore[attr-defined]
+    next(entry for entry in presets.actions() if entry.text() == "Wide + Center (W+C)").trigger()  # type: ignore[attr-defined]
     bench.settle()
     assert preset("W+C").name in bench.panels.scores.note
 

@@ -16,7 +16,7 @@ from riglens.core.rig.library import (
     sensor_from_model,
     user_library_files,
 )
-from riglens.core.rig.model import Camera, EvenAngles, Lidar
+from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
 from riglens.core.rig.yaml.file import dumps, loads
 
 ENTRIES = default_library().entries()
@@ -241,6 +241,27 @@ sensors:
     moved = file.rig.with_sensor("b", file.rig.sensor("b").with_pose(Pose((0.5, 0.0, 1.5))))
     assert file.updated(moved).text == text.replace("[0, 0, 1.5]", "[0.5, 0, 1.5]")
     assert loads(dumps(moved)).rig == moved
+
+
+def test_a_new_file_refers_to_bundled_models_unless_a_sensor_differs() -> None:
+    pose = Pose((1.0, 0.0, 2.0))
+    rig = Rig(sensors=tuple(sensor_from_model(entry.name, entry.name, pose) for entry in ENTRIES[:60]))
+    text = dumps(rig)
+    assert loads(text).rig == rig
+    assert "elevations_deg" not in text and "azimuth_offsets_deg" not in text and "fx" not in text
+    assert len(text) < 170 * len(rig.sensors)
+    short = rig.sensors[4].replace(range_m=(0.0, 30.0))
+    line = dumps(Rig(sensors=(short,)))
+    assert "range_m: [0.0, 30.0]" in line and "elevations_deg" not in line
+    assert loads(line).rig.sensors == (short,)
+
+
+def test_a_new_file_holds_every_figure_of_a_model_of_ones_own(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("RIGLENS_LIBRARY", str(own_library(tmp_path, OWN)))
+    text = dumps(Rig(sensors=(sensor_from_model("my-lidar", "a", Pose()),)))
+    assert "elevations_deg: [-10.0, 0.0, 5.5]" in text and "azimuth_offsets_deg" in text
 
 
 OWN = """\

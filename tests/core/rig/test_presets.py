@@ -4,9 +4,10 @@ import math
 
 import pytest
 
+from riglens.assets import asset_path
 from riglens.core.errors import InputError
 from riglens.core.rig.model import Camera, Lidar
-from riglens.core.rig.presets import PAPER_RIGS, PRESETS, preset
+from riglens.core.rig.presets import PAPER_RIGS, PRESETS, find_preset, preset
 from riglens.core.rig.yaml.file import dumps, loads
 
 LIDARS = {
@@ -28,7 +29,7 @@ CAMERAS = {
 
 def test_the_eight_rigs_of_the_paper_come_first() -> None:
     assert PAPER_RIGS == ("W+C", "W+P", "W+L", "W+T", "N+C", "N+P", "N+L", "N+T")
-    assert tuple(PRESETS)[:8] == PAPER_RIGS and len(PRESETS) == 26
+    assert tuple(PRESETS)[:8] == PAPER_RIGS and len(PRESETS) == 30
 
 
 @pytest.mark.parametrize("letter", LIDARS)
@@ -100,3 +101,37 @@ def test_an_unknown_preset_is_refused_with_the_nearest_ones() -> None:
         InputError, match=r"preset: found 'W\+X'; did you mean .*W\+T.*accepted are W\+C, W\+P"
     ):
         preset("W+X")
+
+
+def test_presets_are_named_in_words() -> None:
+    assert PRESETS["W+T"].title == "Wide + Trapezoid (W+T)"
+    assert PRESETS["N+PR"].title == "Narrow + Pyramid-roll (N+PR)"
+    assert PRESETS["Center"].title == "Center" and PRESETS["KITTI car"].title == "KITTI car"
+
+
+@pytest.mark.parametrize(
+    ("name", "cameras", "lidars", "ahead", "up"),
+    [
+        ("nuScenes car", 6, 1, "CAM_FRONT", "LIDAR_TOP"),
+        ("kitti CAR", 4, 1, "cam2", "velodyne"),
+        ("pandaset car", 6, 2, "front_camera", "main_pandar64"),
+        ("Argoverse 2 car", 9, 2, "ring_front_center", "up_lidar"),
+    ],
+)
+def test_real_cars_name_library_models_and_stand_as_published(
+    name: str, cameras: int, lidars: int, ahead: str, up: str
+) -> None:
+    rig = preset(name)
+    assert (len(rig.cameras()), len(rig.lidars())) == (cameras, lidars)
+    assert all(sensor.model for sensor in rig.sensors)
+    front, top = rig.sensor(ahead), rig.sensor(up)
+    assert abs(front.rpy_deg[2]) < 2.0 and top.position[2] > 1.7
+    half_m = rig.vehicle.length / 2
+    assert all(abs(s.position[0]) < half_m and 0.5 < s.position[2] < 2.6 for s in rig.sensors)
+    text = asset_path("rigs", PRESETS[rig.name].file).read_text(encoding="utf-8")
+    assert text.startswith("# ") and "elevations_deg" not in text and len(text) < 2500
+    assert loads(dumps(rig)).rig == rig and len(dumps(rig)) < 2500
+
+
+def test_a_folder_called_after_a_data_set_is_no_preset() -> None:
+    assert [find_preset(name) for name in ("nuscenes", "kitti", "pandaset", "argoverse2")] == [None] * 4
