@@ -71,14 +71,22 @@ def atomic_write(
     Everything goes to a temporary file in the same folder, is flushed to the disk and renamed when the
     block ends. On any exception, Ctrl-C included, the temporary file is removed and the old file stays; those
     of runs that were killed are removed by the next write into the folder.
-    Text is UTF-8 with line ends as written. Devices and pipes (/dev/null) are written directly; a symbolic
-    link keeps pointing where it did. Raise InputError (one line) when the target cannot be written.
+    Text is UTF-8 with line ends as written. Devices and pipes (/dev/null, /dev/stdout) are written directly; a
+    symbolic link keeps pointing where it did. Raise InputError (one line) when the target cannot be written.
     """
     require_writable(path)
-    target = Path(os.path.realpath(path))
-    if target.exists() and not target.is_file():
-        return _open(target, mode)
-    return _replace_when_done(target, path, mode)
+    if is_stream(path):
+        return _open(Path(path), mode)
+    return _replace_when_done(Path(os.path.realpath(path)), path, mode)
+
+
+def is_stream(path: str | os.PathLike[str]) -> bool:
+    """Return whether this is a device, pipe or socket: nothing can stand beside it or take its place."""
+    try:
+        mode = os.stat(path).st_mode  # /dev/fd/3 leads to a pipe, but to no path
+    except OSError:
+        return False
+    return not (stat.S_ISREG(mode) or stat.S_ISDIR(mode))
 
 
 def require_writable(path: str | os.PathLike[str], reads: Iterable[str | os.PathLike[str]] = ()) -> None:
@@ -87,7 +95,7 @@ def require_writable(path: str | os.PathLike[str], reads: Iterable[str | os.Path
     Call this before long work whose result goes there.
     """
     try:
-        problem = _problem(Path(os.path.realpath(path)))
+        problem = "" if is_stream(path) else _problem(Path(os.path.realpath(path)))
     except OSError as error:
         problem = str(error.strerror)
     if problem:
@@ -234,6 +242,10 @@ def _problem(target: Path) -> str:
         return "this is a folder, accepted is the name of a file"
     if target.exists() and not os.access(target, os.W_OK):
         return "the file is write-protected"
+    with contextlib.suppress(FileNotFoundError):
+        os.lstat(_temporary(target))  # whose name, or whole path, is longer
+    if not os.access(target.parent, os.W_OK | os.X_OK):
+        return f"{os.strerror(errno.EACCES)} in {_shown(target.parent)}"
     return ""
 
 

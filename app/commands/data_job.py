@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
 import os
 import sys
+import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
@@ -20,10 +22,10 @@ from rich.text import Text
 
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.scenario import boxes_of, grid_of, remarks_on
-from riglens.app.terminal.console import note, progress_bar, results
+from riglens.app.terminal.console import is_standard_output, note, progress_bar, results
 from riglens.app.terminal.scores import data_line
 from riglens.core.errors import InputError
-from riglens.core.files import atomic_write, require_writable
+from riglens.core.files import atomic_write, is_stream, require_writable
 from riglens.core.geometry import Vec3
 from riglens.core.rig.model import FORMAT_VERSION
 from riglens.core.scene.boxes import CLASSES, Progress
@@ -42,6 +44,8 @@ GROUND_IS_RIGHT_M = 0.2
 """Bottoms of labelled boxes are rarely nearer to the road than that; the ROI starts at z = 0."""
 
 SHOWN_UNMAPPED = 20
+LONGEST_NAME_BYTES = 240
+"""File systems allow 255, some with encryption 143, which `require_writable` finds out."""
 
 
 # ---------------------------------------------------------------- riglens pog
@@ -59,16 +63,30 @@ def build_pog_file(
     grid = grid_of(options)
     # workers elsewhere have another working folder
     source = boxes_of(options, [path.resolve() for path in paths] if dask else paths)
-    plan = PartsPlan.of(source, grid, out.with_name(f"{out.name}.parts"))
-    with progress_bar("Building the POG") as progress:
-        if len(plan.groups) == 1 and dask is None:
-            pog = build_pog(source, grid, progress)
-        else:
-            pog = _in_parts(plan, grid, workers, dask, progress)
-    pog = replace(pog, data=replace(pog.data, source=together(paths)))
-    save_pog(pog, out)
-    plan.store.clear()
+    with _parts_folder(out) as folder:
+        plan = PartsPlan.of(source, grid, folder)
+        with progress_bar("Building the POG") as progress:
+            if len(plan.groups) == 1 and dask is None:
+                pog = build_pog(source, grid, progress)
+            else:
+                pog = _in_parts(plan, grid, workers, dask, progress)
+        pog = replace(pog, data=replace(pog.data, source=together(paths)))
+        save_pog(pog, out)
+        plan.store.clear()
     _print_pog(pog, out)
+
+
+@contextmanager
+def _parts_folder(out: Path) -> Iterator[Path]:
+    """Where finished parts are kept: beside the output, in a name that fits; nothing can stand beside a pipe."""
+    if is_stream(out):
+        with tempfile.TemporaryDirectory(prefix="riglens-") as folder:
+            yield Path(folder) / "parts"
+        return
+    name = os.fsencode(out.name)
+    if len(name) > LONGEST_NAME_BYTES:
+        name = name[:200] + hashlib.sha256(name).hexdigest()[:16].encode()
+    yield out.with_name(os.fsdecode(name) + ".parts")
 
 
 def _in_parts(
@@ -110,7 +128,7 @@ def _fitting(grid: VoxelGrid) -> int:
 def _print_pog(pog: Pog, out: Path) -> None:
     for line in remarks_on(pog.data):
         note(line)
-    console = results()
+    console = results(out)
     console.print(data_line(pog.data, pog.data.short_source), soft_wrap=True, markup=False)
     console.print(
         f"{out}: {pog.index.count:,} occupied voxels of {pog.grid.voxel_m:g} m", soft_wrap=True, markup=False
@@ -122,6 +140,8 @@ def _print_pog(pog: Pog, out: Path) -> None:
 
 def describe(options: SceneOptions, paths: Sequence[Path], json_target: str | None) -> None:
     """Print what the data hold, also written to a JSON file; with "-" as JSON alone."""
+    if json_target is not None and is_standard_output(json_target):
+        json_target = "-"
     if json_target not in (None, "-"):
         require_writable(json_target, paths)
     source = boxes_of(options, paths)

@@ -50,7 +50,7 @@ def presets(name: str | None, out: Path | None) -> None:
         return
     with atomic_write(out, "w") as stream:
         stream.write(text)
-    results().print(f"{out}: preset {name}", soft_wrap=True, markup=False)
+    results(out).print(f"{out}: preset {name}", soft_wrap=True, markup=False)
 
 
 def _counts(rig: Rig) -> tuple[int, int]:
@@ -107,7 +107,7 @@ def convert(job: Conversion) -> None:
             file.write("\n".join(texts).encode("utf-8"))
     count = len(rig.sensors)
     line = f"{job.target}: {count} sensor{'' if count == 1 else 's'} as {target_format.title}"
-    results().print(line, soft_wrap=True, markup=False)
+    results(job.target).print(line, soft_wrap=True, markup=False)
 
 
 def _read_rig(job: Conversion) -> tuple[Rig, Report | None]:

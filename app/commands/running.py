@@ -17,6 +17,7 @@ DONE, FAILED, BAD_INPUT = 0, 1, 2
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit code. Bad input gives one line on standard error."""
+    _open_missing_streams()
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")
@@ -63,6 +64,20 @@ def _say(message: str, code: int) -> int:
     """Print one line on standard error and pass the exit code on."""
     print(f"riglens: {visible(' '.join(message.split()))}", file=sys.stderr)
     return code
+
+
+def _open_missing_streams() -> None:
+    """Let what would go to a stream that was closed before the start go nowhere (`riglens ... >&-`).
+
+    Otherwise the first file that is opened would take the stream's place, and what libraries print would land in it.
+    """
+    for number in (0, 1, 2):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # the lowest number that is free
+    sys.stdout = sys.stdout or os.fdopen(os.dup(1), "w")
+    sys.stderr = sys.stderr or os.fdopen(os.dup(2), "w")
 
 
 def _forget_stdout() -> None:

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 
 from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.evaluation.scenario import settings_of
-from riglens.app.terminal.console import note
+from riglens.app.terminal.console import is_standard_output, note
 from riglens.app.terminal.scores import (
     load_with_progress,
     print_scores,
@@ -22,6 +22,8 @@ from riglens.core.sensing.rays import missing_ray_count
 
 def evaluate(names: Sequence[str], scene: SceneOptions, score: ScoreOptions, json_target: str | None) -> None:
     """Print the scores of some rigs as a table, also written to a JSON file; with "-" as JSON alone."""
+    if json_target is not None and is_standard_output(json_target):
+        json_target = "-"
     rigs = [rig_called(name) for name in names]
     if json_target not in (None, "-"):
         require_writable(json_target, (*names, *scene.files))

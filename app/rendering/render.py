@@ -25,7 +25,7 @@ from riglens.app.terminal.scores import load_with_progress, print_scores, rig_ca
 from riglens.core.engine import evaluation_json
 from riglens.core.engine.engine import Engine, Evaluation
 from riglens.core.errors import InputError
-from riglens.core.files import atomic_write, require_writable
+from riglens.core.files import atomic_write, is_stream, require_writable
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.file import dumps
@@ -69,7 +69,7 @@ class RenderRequest:
     rays: RayLook = DEFAULT_RAYS
 
     def __post_init__(self) -> None:
-        if self.out.suffix.lower() != ".png":
+        if self.out.suffix.lower() != ".png" and not is_stream(self.out):
             raise InputError(f"--out: found {self.out}, accepted is a file name ending in .png")
         if not 1 <= self.scale <= MAX_SCALE:
             raise InputError(f"--scale: found {self.scale}, accepted is a whole number from 1 to {MAX_SCALE}")
@@ -124,7 +124,7 @@ def render(name: str, scene: SceneOptions, picture: RenderRequest) -> None:
     pog, field = load_with_progress(scene.for_rigs([rig], ScoreOptions()))
     score_and_draw(rig, pog, field, picture, body, baseline)
     width, height = (side * picture.scale for side in picture.size_px)
-    results().print(f"{picture.out}: {width} x {height} pixels", soft_wrap=True, markup=False)
+    results(picture.out).print(f"{picture.out}: {width} x {height} pixels", soft_wrap=True, markup=False)
 
 
 def score_and_draw(

@@ -37,8 +37,8 @@ def study(scene: SceneOptions, score: ScoreOptions, csv_target: Path | None) -> 
         table = table1(Engine(field, score.threads), settings_of(score), progress)
     if csv_target is not None:
         write_text(csv_target, table1_csv(table))
-    console = results()
-    print_scene(field, score)
+    console = results(csv_target)
+    print_scene(field, score, console)
     console.print(figures_table(table))
     console.print(orders_table(table))
     for line in verdict(table):

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 from rich.console import Console, ConsoleOptions, ConsoleRenderable, RenderableType, RenderHook, RenderResult
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 from rich.segment import Segment
 from rich.text import Text
 
+from riglens.core.files import is_stream
 from riglens.core.formats.report import Report
 from riglens.core.shown_text import visible, visible_lines
 
@@ -18,9 +21,22 @@ PIPE_WIDTH = 120
 """Columns when standard output is a file or a pipe: wide enough that no number is cut off."""
 
 
-def results() -> Console:
-    """Return the console for results; in a pipe its width does not depend on the terminal."""
+def results(beside: str | Path | None = None) -> Console:
+    """Return the console for results; in a pipe its width does not depend on the terminal.
+
+    beside: a file that the command writes; where that is standard output itself, the words go to standard error.
+    """
+    if beside is not None and is_standard_output(beside):
+        return remarks()
     return _console(width=None if sys.stdout.isatty() else PIPE_WIDTH)
+
+
+def is_standard_output(path: str | Path) -> bool:
+    """Return whether a file is the pipe or device that standard output goes to, such as /dev/stdout."""
+    try:
+        return is_stream(path) and os.path.samestat(os.stat(path), os.fstat(sys.stdout.fileno()))
+    except (OSError, ValueError):
+        return False
 
 
 def remarks() -> Console:

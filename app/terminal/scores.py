@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from rich import box
+from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
@@ -67,16 +68,16 @@ def score_rigs(
     return evaluations
 
 
-def print_scene(field: EntropyField, score: ScoreOptions) -> None:
-    """Print what was scored and how, on standard output."""
+def print_scene(field: EntropyField, score: ScoreOptions, console: Console) -> None:
+    """Print what was scored and how."""
     for line in scene_lines(field, settings_of(score), field.data.short_source):
-        results().print(line, soft_wrap=True)
+        console.print(line, soft_wrap=True)
 
 
 def print_scores(evaluations: Sequence[Evaluation], field: EntropyField, score: ScoreOptions) -> None:
     """Print the scores and what they were computed on, on standard output."""
     console = results()
-    print_scene(field, score)
+    print_scene(field, score, console)
     console.print(score_table(evaluations))
     console.print(EXPLANATION[score.reading], soft_wrap=True)
 

@@ -2,6 +2,7 @@
 
 import errno
 import os
+import shutil
 import signal
 import stat
 import subprocess
@@ -13,7 +14,7 @@ import pytest
 
 from riglens.core import files
 from riglens.core.errors import InputError
-from riglens.core.files import atomic_folder, atomic_write
+from riglens.core.files import atomic_folder, atomic_write, require_writable
 
 
 def test_bytes_and_text_appear_under_the_name_asked_for(tmp_path: Path) -> None:
@@ -117,6 +118,39 @@ def test_devices_are_written_and_not_replaced() -> None:
     with atomic_write("/dev/null") as stream:
         stream.write(b"x")
     assert not Path("/dev/null").is_file()
+
+
+def test_a_pipe_that_has_no_name_is_written(tmp_path: Path) -> None:
+    reading, writing = os.pipe()
+    with atomic_write(f"/dev/fd/{writing}") as stream:
+        stream.write(b"x")
+    os.close(writing)
+    with os.fdopen(reading, "rb") as end:
+        assert end.read() == b"x"
+
+
+def test_a_path_too_long_for_the_temporary_file_is_found_before_the_work(tmp_path: Path) -> None:
+    deep = tmp_path
+    while len(os.fsencode(deep)) < 4040 - 200:
+        deep /= "d" * 100
+    deep.mkdir(parents=True)
+    last = deep / ("d" * (4080 - len(os.fsencode(deep))))
+    last.mkdir()
+    with pytest.raises(InputError, match="File name too long"):
+        require_writable(last / "a.npz")
+    require_writable(deep / "a.npz")
+    shutil.rmtree(tmp_path / ("d" * 100))
+
+
+def test_a_folder_that_may_not_be_written_is_found_before_the_work(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def no_access(path: Path, mode: int) -> bool:  # also where the tests run as root
+        return path != tmp_path
+
+    monkeypatch.setattr(os, "access", no_access)
+    with pytest.raises(InputError, match=r"new\.npz: cannot be written: Permission denied in "):
+        require_writable(tmp_path / "new.npz")
 
 
 def test_a_folder_appears_whole_and_is_replaced_whole(tmp_path: Path) -> None:
