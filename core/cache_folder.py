@@ -29,6 +29,13 @@ def keep(path: Path, write: Callable[[Path], object]) -> None:
 
 
 @lru_cache(maxsize=8)
+def tell_damaged(folder: Path, what: str) -> None:
+    """Note that a file of the cache was damaged and is made again; once for each folder."""
+    shown = str(folder) if str(folder).isprintable() else repr(str(folder))
+    logging.getLogger("riglens").warning("note: damaged %s in %s are made again", what, shown)
+
+
+@lru_cache(maxsize=8)
 def _tell(folder: Path, reason: str) -> None:
     """Warn on standard error, unless the program that uses RigLens handles its log; the same is not said twice."""
     shown = str(folder) if str(folder).isprintable() else repr(str(folder))

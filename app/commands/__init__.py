@@ -4,6 +4,16 @@ Only light modules are imported here, so that `riglens --help` answers at once a
 nothing never loads Qt or VTK; each command imports its own job when it runs.
 """
 
-from riglens.app.commands.running import main
+import sys
+from collections.abc import Sequence
 
-__all__ = ["main"]
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line; returns the exit code. Ctrl-C ends also the loading of the program in one line."""
+    try:
+        from riglens.app.commands import running
+    except KeyboardInterrupt:
+        if sys.stderr is not None:
+            sys.stderr.write("riglens: interrupted; no file was changed\n")
+        return 130
+    return running.main(arguments)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -58,12 +59,17 @@ def insistent_interrupt(
 ) -> Iterator[None]:
     """Have Ctrl-C or SIGTERM interrupt the main thread again and again until the exception arrives here.
 
-    The compiler calls back into Python while it makes a kernel, and what is raised there is lost.
+    The compiler calls back into Python while it makes a kernel, and what is raised there, or in a destructor, is lost.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
     timers: list[Alarm] = []
+    told = sys.unraisablehook
+
+    def tell(lost: sys.UnraisableHookArgs) -> None:
+        if not issubclass(lost.exc_type, KeyboardInterrupt):  # that one comes again
+            told(lost)
 
     def interrupt(number: int, frame: FrameType | None) -> None:
         timer = timer_of(AGAIN_S, lambda: os.kill(os.getpid(), signal.SIGINT))
@@ -73,6 +79,7 @@ def insistent_interrupt(
         raise KeyboardInterrupt
 
     try:
+        sys.unraisablehook = tell
         with _heard_by(interrupt):
             yield
     except Exception as error:
@@ -80,6 +87,7 @@ def insistent_interrupt(
             raise KeyboardInterrupt from error
         raise
     finally:
+        sys.unraisablehook = told
         for timer in timers:
             timer.cancel()
 

@@ -25,7 +25,7 @@ import numba
 from numba.core.compiler import CompileResult
 from numba.core.serialize import dumps
 
-from riglens.core.cache_folder import cache_folder
+from riglens.core.cache_folder import cache_folder, tell_damaged
 
 PREFIX = "riglens-kernels-"
 OLD_S = 14 * 24 * 3600.0
@@ -68,13 +68,18 @@ class KernelFolder:
         yield self.sources / "__pycache__"
 
     def read(self, name: str) -> bytes | None:
-        """The content of a file; None when it is absent or damaged."""
+        """The content of a file; None when it is absent, or damaged, which is noted: it is compiled again."""
+        if self.path is None:
+            return None
         try:
-            stored = (self.path / name).read_bytes() if self.path else b""
+            stored = (self.path / name).read_bytes()
         except OSError:
             return None
         content = stored[CHECKSUM_BYTES:]
-        return content if stored[:CHECKSUM_BYTES] == hashlib.sha256(content).digest() else None
+        if stored[:CHECKSUM_BYTES] == hashlib.sha256(content).digest():
+            return content
+        tell_damaged(self.path, "compiled kernels")
+        return None
 
     def write(self, name: str, content: bytes) -> None:
         """Put a file in place in one step; where that fails, the next process compiles again."""

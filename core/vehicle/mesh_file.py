@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import io
 import os
+import stat
 import subprocess
 import sys
 import time
@@ -14,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from riglens.core.errors import InputError
+from riglens.core.rig.yaml.nodes import shortened
 from riglens.core.vehicle.mesh import BodyMesh
 
 MAX_BYTES = 200_000_000
@@ -49,12 +51,12 @@ def read_mesh(path: Path, still_wanted: Callable[[], object] = lambda: None) -> 
         accepted = "sedan, suv, van, truck or the path of a mesh file: " + ", ".join(SUFFIXES)
         raise InputError(f"vehicle.body: found '{path.name}', accepted is {accepted}")
     try:
-        size = path.stat().st_size if path.is_file() else -1
-    except OSError:
-        size = -1
-    if size < 0:
-        raise InputError(f"{where}: no such file")
-    if size > MAX_BYTES:
+        status = path.stat()
+    except (OSError, ValueError) as error:
+        raise InputError(f"{where}: no such file") from error
+    if not stat.S_ISREG(status.st_mode):
+        raise InputError(f"{where}: this is no file that could be read to its end")
+    if status.st_size > MAX_BYTES:
         raise InputError(f"{where}: larger than {MAX_BYTES / 1e6:g} MB")
     return _unpacked(_parsed_elsewhere(path, where, still_wanted), where)
 
@@ -80,8 +82,11 @@ def _parsed_elsewhere(path: Path, where: str, still_wanted: Callable[[], object]
             process.communicate()
     if process.returncode == 0:
         return packed
-    said = complaint.decode("utf-8", "replace").strip().splitlines()
-    raise InputError(f"{where}: {said[-1] if said and process.returncode == 2 else 'cannot be read'}")
+    said = complaint.decode("utf-8", "replace").strip().splitlines() or ["nothing was said"]
+    if process.returncode == 2:
+        raise InputError(f"{where}: {said[-1]}")
+    how = f"signal {-process.returncode}" if process.returncode < 0 else shortened(said[-1], 160)
+    raise InputError(f"{where}: cannot be read: the process that read it ended with {how}")
 
 
 def _unpacked(packed: bytes, where: str) -> BodyMesh:
@@ -92,4 +97,6 @@ def _unpacked(packed: bytes, where: str) -> BodyMesh:
                 arrays.get("colours"),
             )  # fmt: skip
     except Exception as error:  # the other process ended in the middle of its answer
-        raise InputError(f"{where}: cannot be read") from error
+        raise InputError(
+            f"{where}: cannot be read: half an answer came from the process that read it"
+        ) from error

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from trimesh.resolvers import Resolver
 
 from riglens.core.errors import InputError
+from riglens.core.rig.yaml.nodes import shortened
 
 MAX_BYTES = 200_000_000
 MAX_TRIANGLES = 500_000
@@ -95,24 +96,35 @@ def parse_mesh(path: Path) -> Arrays:
     suffix = path.suffix.lower()
     try:
         with path.open("rb") as file:
-            scene = trimesh.load_scene(file, file_type=suffix[1:], resolver=resolver, allow_remote=False)
-        parts = _parts(scene)
+            scene = trimesh.load_scene(
+                file, file_type=suffix[1:], resolver=resolver, allow_remote=False, process=False
+            )
+        if resolver.refused:
+            raise InputError(resolver.refused)
+        parts = _parts(scene, merges=suffix not in _GLTF)
+        if not parts:
+            raise InputError("contains no triangles")
+        return _joined(parts, upright=suffix in _GLTF)
     except InputError:
         raise
     except MemoryError as error:
         raise InputError("needs more memory than a car body may take") from error
     except Exception as error:  # a parser fed with damaged bytes raises a dozen kinds of error
-        raise InputError(resolver.refused or f"not a readable {suffix} file") from error
-    if resolver.refused:
-        raise InputError(resolver.refused)
-    if not parts:
-        raise InputError("contains no triangles")
-    return _joined(parts, upright=suffix in _GLTF)
+        why = shortened(f"{type(error).__name__}: {error}", 160)
+        raise InputError(resolver.refused or f"not a readable {suffix} file ({why})") from error
 
 
-def _parts(scene: Any) -> list[tuple[Any, NDArray[np.float64]]]:
-    """Every mesh of the scene with its place in it, (4, 4); instances count as often as they are drawn."""
+def _parts(scene: Any, merges: bool) -> list[tuple[Any, NDArray[np.float64]]]:
+    """Every mesh of the scene with its place in it, (4, 4); instances count as often as they are drawn.
+
+    merges: whether vertices of the same place become one, as formats need that write a vertex for each triangle.
+    """
     parts, triangles = [], 0
+    for name, mesh in scene.geometry.items():
+        if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces):
+            _check_indices(mesh, str(name))
+            if merges:
+                mesh.process()
     for node in scene.graph.nodes_geometry:
         place, name = scene.graph[node]
         mesh = scene.geometry[name]
@@ -122,6 +134,16 @@ def _parts(scene: Any) -> list[tuple[Any, NDArray[np.float64]]]:
                 raise InputError(f"has more than {MAX_TRIANGLES:,} triangles, please simplify it first")
             parts.append((mesh, np.asarray(place, dtype=np.float64)))
     return parts
+
+
+def _check_indices(mesh: Any, name: str) -> None:
+    """Raise InputError when a triangle names a vertex that is not there; numpy counts negative ones from the end."""
+    faces, count = np.asarray(mesh.faces), len(mesh.vertices)
+    wrong = np.argwhere((faces < 0) | (faces >= count))
+    if len(wrong):
+        row, corner = wrong[0]
+        where = f"mesh '{shortened(name, 40)}': triangle {row + 1} of {len(faces):,}"
+        raise InputError(f"{where} names vertex {faces[row, corner]}, accepted are 0 to {count - 1}")
 
 
 def _joined(parts: list[tuple[Any, NDArray[np.float64]]], upright: bool) -> Arrays:

@@ -13,6 +13,7 @@ from typing import Any
 import numba
 import pytest
 
+from riglens.core.cache_folder import tell_damaged
 from riglens.core.kernels.compiled import OLD_S, PREFIX, SOURCES, KernelCache, KernelFolder, digest_of
 from tests.waiting import TIMEOUT_S
 
@@ -119,8 +120,10 @@ def test_nothing_is_made_before_a_kernel_is_needed(user_cache: Path) -> None:
     assert folder.read("kernel.nbc") is None
 
 
-def test_a_damaged_file_is_compiled_anew(user_cache: Path) -> None:
+def test_a_damaged_file_is_compiled_anew(user_cache: Path, caplog: pytest.LogCaptureFixture) -> None:
+    tell_damaged.cache_clear()
     folder = KernelFolder()
+    assert folder.read("absent.nbc") is None
     folder.write("kernel.nbc", b"machine code")
     assert folder.read("kernel.nbc") == b"machine code"
     assert folder.path is not None
@@ -131,6 +134,7 @@ def test_a_damaged_file_is_compiled_anew(user_cache: Path) -> None:
         assert folder.read("kernel.nbc") is None
     folder.write("kernel.nbc", b"machine code")
     assert folder.read("kernel.nbc") == b"machine code"
+    assert caplog.messages == [f"note: damaged compiled kernels in {folder.path} are made again"]
 
 
 def test_folders_of_other_sources_go_when_nobody_has_used_them_for_long(user_cache: Path) -> None:

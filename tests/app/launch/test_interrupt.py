@@ -16,6 +16,7 @@ from PySide6.QtGui import QCloseEvent
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
+from riglens.app import commands
 from riglens.app.launch.interrupt import insistent_interrupt, quit_on_interrupt
 from riglens.core.files import atomic_write
 from tests.waiting import TIMEOUT_MS, TIMEOUT_S, poll
@@ -84,6 +85,36 @@ def test_a_failure_after_a_swallowed_interruption_is_an_interruption():
             signal.raise_signal(signal.SIGINT)
         except KeyboardInterrupt:
             raise RuntimeError("half done") from None
+
+
+def test_an_interruption_that_python_drops_is_not_reported_and_other_failures_are(capsys):
+    class Dying:
+        def __init__(self, die: Callable[[], object]) -> None:
+            self.die = die
+
+        def __del__(self) -> None:
+            self.die()
+
+    before, timers = sys.unraisablehook, Timers()
+    with insistent_interrupt(timers):
+        Dying(lambda: signal.raise_signal(signal.SIGINT))
+        assert [timer.is_running for timer in timers] == [True]  # it comes again
+        said = capsys.readouterr().err
+    assert said == "" and sys.unraisablehook is before
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+def test_ctrl_c_while_the_commands_are_loaded_is_one_line(monkeypatch, capsys):
+    class Interrupted:
+        def find_spec(self, name: str, *_: object) -> None:
+            if name == "riglens.app.commands.running":
+                raise KeyboardInterrupt
+
+    monkeypatch.setattr(sys, "meta_path", [Interrupted(), *sys.meta_path])
+    monkeypatch.delitem(sys.modules, "riglens.app.commands.running", raising=False)
+    monkeypatch.delattr(commands, "running", raising=False)
+    assert commands.main([]) == 130
+    assert capsys.readouterr() == ("", "riglens: interrupted; no file was changed\n")
 
 
 # ---------------------------------------------------------------- the window

@@ -2,7 +2,10 @@
 
 import base64
 import json
+import os
 import struct
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -37,9 +40,9 @@ PLY = (
 HUGE = [{"componentType": 5126, "count": 10**12, "type": "VEC3"}]
 
 
-def gltf(uri: str | None = None, **extra: object) -> str:
+def gltf(uri: str | None = None, faces: np.ndarray = FACES, **extra: object) -> str:
     """A tetrahedron as glTF; its buffer is inside the file unless `uri` names another place."""
-    content = CORNERS.tobytes() + FACES.tobytes()
+    content = CORNERS.tobytes() + faces.tobytes()
     inside = "data:application/octet-stream;base64," + base64.b64encode(content).decode()
     tree = {
         "asset": {"version": "2.0"},
@@ -171,6 +174,47 @@ def test_damaged_files_give_one_line(tmp_path, name, content, said):
     assert "\n" not in str(caught.value)
 
 
+def damaged(index: int) -> np.ndarray:
+    faces = FACES.copy()
+    faces[2, 1] = index
+    return faces
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "said"),
+    [
+        ("a.gltf", gltf(faces=damaged(9)), "triangle 3 of 4 names vertex 9, accepted are 0 to 3"),
+        ("a.ply", PLY.replace("3 1 2 3", "3 1 9 3"), "triangle 3 of 4 names vertex 9, accepted are 0 to 3"),
+        ("a.ply", PLY.replace("3 1 2 3", "3 1 -1 3"), "triangle 3 of 4 names vertex -1, accepted are 0 to 3"),
+        ("a.obj", OBJ + "f 1 2 99\n", "not a readable .obj file (IndexError: index 98 is out of bounds"),
+        ("a.obj", OBJ + "f a b c\n", "not a readable .obj file (ValueError: "),
+        ("a.gltf", gltf("nowhere.bin"), "not a readable .gltf file (FileNotFoundError: nowhere.bin)"),
+    ],
+)  # fmt: skip
+def test_a_damaged_mesh_says_why(tmp_path, name, content, said):
+    path = written(tmp_path, name, content)
+    with pytest.raises(InputError) as caught:
+        read_mesh(path)
+    line = str(caught.value)
+    assert line.startswith(f"vehicle.body: {path}: ") and said in line
+    assert line.isprintable() and len(line) < 400
+
+
+def test_a_parser_that_crashes_is_told_with_its_signal(tmp_path, monkeypatch):
+    crash = [sys.executable, "-c", "import os, signal; os.kill(os.getpid(), signal.SIGKILL)"]
+    real = subprocess.Popen
+    monkeypatch.setattr(subprocess, "Popen", lambda command, **how: real(crash, **how))
+    with pytest.raises(InputError, match=r"cannot be read: the process that read it ended with signal 9"):
+        read_mesh(written(tmp_path, "a.obj", OBJ))
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
+def test_a_pipe_is_no_mesh(tmp_path):
+    os.mkfifo(tmp_path / "a.glb")
+    with pytest.raises(InputError, match=r"a\.glb: this is no file that could be read to its end"):
+        read_mesh(tmp_path / "a.glb")
+
+
 def test_more_triangles_than_can_be_drawn_are_refused(tmp_path, monkeypatch):
     monkeypatch.setattr("riglens.core.vehicle.mesh_parse.MAX_TRIANGLES", 3)
     with pytest.raises(InputError, match="more than 3 triangles, please simplify"):
@@ -181,7 +225,9 @@ def test_reading_happens_elsewhere_and_gives_the_arrays_back(tmp_path):
     asked = []
     mesh = read_mesh(written(tmp_path, "a.ply", PLY), lambda: asked.append(1))
     assert mesh.points.dtype == np.float32 and mesh.triangles.shape == (4, 3) and mesh.colours is not None
-    with pytest.raises(InputError, match=r"^vehicle\.body: .*bad\.glb: not a readable \.glb file$"):
+    with pytest.raises(
+        InputError, match=r"^vehicle\.body: .*bad\.glb: not a readable \.glb file \(NotImplementedError: "
+    ):
         read_mesh(written(tmp_path, "bad.glb", b"glTF" + bytes(40)))
 
 
