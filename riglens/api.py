@@ -9,6 +9,7 @@ y left, z up, origin on the ground under the centre of the body (ISO 8855). What
 from __future__ import annotations
 
 import os
+import re
 import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -72,13 +73,13 @@ __all__ = [
 StrPath = str | os.PathLike[str]
 ClassName = Literal["car", "bicycle", "pedestrian"]
 _ARGUMENTS = {
+    "--ground auto": "find_ground",
     "--boxes": "boxes",
     "--voxel": "voxel_m",
     "--roi": "roi_m",
     "--origin": "origin_m",
     "--frames": "frames",
     "--classes": "classes",
-    "--ground auto": "find_ground",
     "--ground": "find_ground",
     "--pog": "pog",
     "--lambda": "camera_weight",
@@ -95,6 +96,8 @@ _ARGUMENTS = {
     "--seed": "seed",
 }
 """Options of the command line, which messages name, and the arguments here."""
+_OPTION = re.compile("|".join(rf"(?<![^\s(])(?:{name})(?=$|[\s:,;?)]|\.(?:\s|$))" for name in _ARGUMENTS))
+"""An option as a word of its own, not as a piece of a path such as /data/--out/a.csv."""
 
 
 class RigLensWarning(UserWarning):
@@ -151,7 +154,7 @@ def convert(
     rig, report = _read(source, source_format)
     if not isinstance(source, Rig):
         require_apart(target, (source,))
-    with _argument_names():
+    with _argument_names(target):
         exported = write_rig(rig, target, target_format)
     _warn_of_losses(report)
     _warn_of_losses(exported.report)
@@ -245,7 +248,7 @@ def load_scene(
     POGs of box data are kept in the user's cache folder, so that the next call for the same data is quick. Boxes that
     do not count are told as a `RigLensWarning`. Raises InputError on bad data or arguments that disagree.
     """
-    with _argument_names():
+    with _argument_names(boxes, pog, *(classes or {})):
         options = SceneOptions(
             boxes=_path(boxes),
             origin_m=origin_m,
@@ -459,7 +462,7 @@ def render(
     from riglens.app.rendering.render import RenderRequest, body_of, score_and_draw
     from riglens.core.files import require_writable
 
-    with _argument_names():
+    with _argument_names(out):
         picture = RenderRequest(
             Path(out), view, size_px, scale, class_name, heatmap, transparent=transparent, title=title,
             scores=scores, theme=theme, baseline=baseline.name if baseline else None,
@@ -471,12 +474,15 @@ def render(
 
 
 @contextmanager
-def _argument_names() -> Iterator[None]:
-    """Have an InputError of the block name arguments where it names options of the command line."""
+def _argument_names(*given: object) -> Iterator[None]:
+    """Have an InputError of the block name arguments where it names options of the command line.
+
+    What the user has `given`, such as the name of a file, stays as it is.
+    """
     try:
         yield
     except InputError as error:
-        text = str(error)
-        for option, argument in _ARGUMENTS.items():
-            text = text.replace(option, argument)
+        kept = sorted({str(value) for value in given if value is not None and "--" in str(value)}, key=len)
+        named = re.compile("|".join([*map(re.escape, reversed(kept)), _OPTION.pattern]))
+        text = named.sub(lambda found: found[0] if found[0] in kept else _ARGUMENTS[found[0]], str(error))
         raise InputError(text) from error

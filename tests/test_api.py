@@ -47,6 +47,23 @@ def moved(rig: rl.Rig, z_m: float) -> rl.Rig:
     return rig.with_sensor(lidar.name, lidar.with_pose(rl.Pose((x_m, y_m, z_m), lidar.rpy_deg)))
 
 
+@pytest.mark.parametrize("place", ["--out/b.csv", "a --boxes/b.csv", "--voxel", "a (--roi)"])
+def test_messages_name_arguments_and_leave_paths_as_they_are(tmp_path: Path, place: str) -> None:
+    path = tmp_path / place
+    for source in (path, str(path)):
+        with pytest.raises(rl.InputError) as caught:
+            rl.load_scene(source)
+        assert str(path) in str(caught.value)
+
+
+def test_messages_name_arguments_in_place_of_options(boxes: Path, tmp_path: Path) -> None:
+    with pytest.raises(rl.InputError, match=r"^threads: found 0, accepted"):
+        rl.score(rl.open_rig("W+T"), rl.load_scene(boxes, 0.5, roi_m=ROI_M), threads=0)
+    with pytest.raises(rl.InputError) as caught, api._argument_names("/x --roi y", None):
+        raise rl.InputError("--voxel 0.3: /x --roi y was built with 0.1 (--ground auto). Leave --voxel.")
+    assert str(caught.value) == "voxel_m 0.3: /x --roi y was built with 0.1 (find_ground). Leave voxel_m."
+
+
 def test_importing_loads_nothing_heavy_and_every_name_is_there_when_asked_for() -> None:
     code = (
         "import sys; import riglens as rl;"

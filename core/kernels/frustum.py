@@ -139,6 +139,8 @@ def _outline_in_row(points: np.ndarray, v: float) -> tuple[float, float]:
                 share = min(max(v0 / (v0 - v1), 0.0), 1.0)
                 u = u0 + share * (u1 - u0)
                 low, high = min(low, u), max(high, u)
+    if low > high:
+        return 1.0, 0.0
     slant = SLACK + 1e-9 * (abs(low) + abs(high))
     return low - slant, high + slant
 

@@ -114,10 +114,25 @@ def test_permissions_and_links_stay(tmp_path: Path) -> None:
     assert real.stat().st_mode & 0o777 == 0o640
 
 
+@pytest.mark.skipif(not hasattr(os, "openpty"), reason="this system has no such devices")
 def test_devices_are_written_and_not_replaced() -> None:
-    with atomic_write("/dev/null") as stream:
+    """A terminal of the test's own: nothing can be put in its place, whatever is wrong (/dev/null could go)."""
+    reading, writing = os.openpty()
+    with atomic_write(os.ttyname(writing)) as stream:
         stream.write(b"x")
-    assert not Path("/dev/null").is_file()
+    assert os.read(reading, 10) == b"x"
+    os.close(reading)
+    os.close(writing)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
+def test_a_pipe_in_a_folder_is_written_and_not_replaced(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    end = os.open(tmp_path / "pipe", os.O_RDWR)
+    with atomic_write(tmp_path / "pipe") as stream:
+        stream.write(b"x")
+    assert (tmp_path / "pipe").is_fifo() and os.read(end, 10) == b"x"
+    os.close(end)
 
 
 def test_a_pipe_that_has_no_name_is_written(tmp_path: Path) -> None:

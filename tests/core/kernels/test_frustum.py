@@ -184,6 +184,13 @@ def test_an_outline_is_never_too_narrow() -> None:
     assert kernel._outline_in_row(corners, 3.0 + 5e-7)[0] < 1.0  # a row that touches it but for rounding
 
 
+@pytest.mark.parametrize("v", [-5.0, 0.5, 3.5, 1e6])
+def test_a_row_that_misses_an_outline_holds_nothing_of_it(v: float) -> None:
+    corners = np.array([[1.0 + 2.0 * (k >> 1 & 1), 1.0 + 2.0 * (k >> 2)] for k in range(8)])
+    low, high = kernel._outline_in_row(corners, v)
+    assert math.ceil(low) > math.floor(high)
+
+
 def test_corners_outside_of_one_border_mean_that_no_ray_hits() -> None:
     f, corners = frustum_of(24), np.empty((8, 3))
     assert kernel._corners(f, (1, 1, 1), corners)
