@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -11,19 +13,128 @@ from numpy.typing import NDArray
 from riglens.core.geometry import Pose, rpy_deg_from_rotation
 
 Vector = NDArray[np.float64]
+Body = tuple[Literal["lidar", "camera"], Vector]
+"""Kind of a sensor, and the lowest and highest corner (2, 3) of its body in its own frame, metres."""
 _STEEP = math.sin(math.radians(50.0))
 _FLAT = 0.2
 
 
-def placed_on(point_m: Vector, normal: Vector, kind: Literal["lidar", "camera"], box_m: Vector) -> Pose:
+@dataclass(frozen=True)
+class PlacingRules:
+    """How a place on the car is taken from where somebody points.
+
+    With a `grid_m` the coordinates along the surface end on its multiples, and nearer than `centre_m` to the middle
+    plane on y = 0. `upright` keeps LiDARs level and ahead, cameras level. `below_rails` looks through narrow things on
+    the roof, such as rails and bars.
+    """
+
+    grid_m: float | None = None
+    centre_m: float = 0.0
+    upright: bool = False
+    below_rails: bool = False
+
+
+FREE = PlacingRules()
+Hit = tuple[Vector, Vector]
+"""Where a ray meets the car: a point (3,) in metres, and the unit normal there (3,), outwards."""
+Cast = Callable[[Vector, Vector], Hit | None]
+"""What a ray meets first, from an origin (3,) along a unit direction (3,)."""
+_OFF_M = 0.3
+_MISSED_M = 0.002
+_ROUNDS = 6
+_DECIMALS = 9
+_RAIL_WIDTH_M, _RAIL_STEP_M = 0.16, 0.02
+_RAIL_HEIGHT_M = (0.012, 0.25)
+_ROOF = 0.7
+
+
+def placed(cast: Cast, ray: tuple[Vector, Vector], body: Body, rules: PlacingRules = FREE) -> Pose | None:
+    """The pose of a sensor with a `body` where a view ray meets the car, by these rules; None beside the car."""
+    hit = cast(*ray)
+    if hit is None:
+        return None
+    if rules.below_rails:
+        hit = _below_rail(hit, cast)
+    pose = placed_on(*hit, *body, upright=rules.upright)
+    return pose if rules.grid_m is None else _on_grid(pose, hit, cast, body, rules)
+
+
+def _on_grid(free: Pose, hit: Hit, cast: Cast, body: Body, rules: PlacingRules) -> Pose:
+    """The pose nearby whose coordinates along the surface are round; `free` where the surface ends before it.
+
+    Across the surface the sensor still touches it: the ray is shifted until the sensor, not the point, is on the grid.
+    """
+    assert rules.grid_m is not None
+    axis = int(np.argmax(np.abs(hit[1])))
+    along = [other for other in range(3) if other != axis]
+    wanted_m = np.array(free.position_m)
+    wanted_m[along] = np.round(wanted_m[along] / rules.grid_m) * rules.grid_m
+    if axis != 1 and abs(free.position_m[1]) <= rules.centre_m:
+        wanted_m[1] = 0.0
+    outwards = np.zeros(3)
+    outwards[axis] = np.copysign(1.0, hit[1][axis])
+    pose, (point_m, _) = free, hit
+    for _ in range(_ROUNDS):
+        start_m = point_m + (wanted_m - pose.position_m) * (outwards == 0.0) + _OFF_M * outwards
+        found = cast(start_m, -outwards)
+        if found is None:
+            return free
+        found = _below_rail(found, cast) if rules.below_rails else found
+        point_m, pose = found[0], placed_on(*found, *body, upright=rules.upright)
+    if np.abs(np.subtract(pose.position_m, wanted_m)[along]).max() > _MISSED_M:
+        return free
+    x, y, z = (
+        round(float(wanted_m[place]), _DECIMALS) + 0.0 if place in along else value
+        for place, value in enumerate(pose.position_m)
+    )
+    return Pose((x, y, z), pose.rpy_deg)
+
+
+def _below_rail(hit: Hit, cast: Cast) -> Hit:
+    """The roof under a narrow thing that was hit; the hit itself when nothing lies lower on both sides of it."""
+    for axis in (1, 0):
+        sides = [_beside(hit[0], axis, sign, cast) for sign in (1.0, -1.0)]
+        roofs = [side for side in sides if side is not None and side[1][2] > _ROOF]
+        if all(side is not None for side in sides) and roofs:
+            point_m = np.array(hit[0])
+            point_m[2] = float(np.mean([roof[0][2] for roof in roofs]))
+            normal = np.sum([roof[1] for roof in roofs], axis=0)
+            return point_m, normal / np.linalg.norm(normal)
+    return hit
+
+
+def _beside(point_m: Vector, axis: int, sign: float, cast: Cast) -> Hit | None:
+    """The first place beside a point that lies lower by as much as a rail is high; None when there is none nearby."""
+    low_m, high_m = _RAIL_HEIGHT_M
+    for step in range(1, round(_RAIL_WIDTH_M / _RAIL_STEP_M) + 1):
+        start_m = np.array(point_m)
+        start_m[2] += _OFF_M
+        start_m[axis] += sign * step * _RAIL_STEP_M
+        found = cast(start_m, np.array([0.0, 0.0, -1.0]))
+        drop_m = high_m + 1.0 if found is None else float(point_m[2] - found[0][2])
+        if drop_m >= low_m:
+            return found if drop_m <= high_m and found is not None else _OFF_ROOF
+    return None
+
+
+_OFF_ROOF: Hit = (np.full(3, np.nan), np.array([0.0, 0.0, -1.0]))
+"""Stands for the side of a rail at the edge of the roof: lower, but no roof."""
+
+
+def placed_on(
+    point_m: Vector, normal: Vector, kind: Literal["lidar", "camera"], box_m: Vector, upright: bool = False
+) -> Pose:
     """The pose of a sensor whose body touches a surface at a point with unit normal (3,), from outside.
 
     A LiDAR's up axis is the normal, and it looks ahead as far as the surface lets it. A camera looks along the
     normal with a level horizon; on a roof, a bonnet or a windscreen, where the normal rises by more than
     50 degrees, it stands level instead and looks the way the surface falls, ahead on a flat one.
-    `box_m` (2, 3) are the lowest and highest corner of the body in the sensor's frame.
+    `box_m` (2, 3) are the lowest and highest corner of the body in the sensor's frame. An `upright` sensor is level: a
+    LiDAR looks ahead, a camera away from the surface.
     """
     angles = _lidar_rpy_deg(normal) if kind == "lidar" else _camera_rpy_deg(normal)
+    if upright:
+        angles = (0.0, 0.0, 0.0 if kind == "lidar" else angles[2])
     roll, pitch, yaw = (round(angle, 2) + 0.0 for angle in angles)
     turned = Pose((0.0, 0.0, 0.0), (roll, pitch, yaw))
     corners = np.stack(np.meshgrid(*np.asarray(box_m).T), axis=-1).reshape(-1, 3) @ turned.rotation().T

@@ -117,6 +117,11 @@ class ViewController:
         """Whether a mouse button is held in the view."""
         return self._button != "none"
 
+    @property
+    def snaps(self) -> bool:
+        """Whether a drag or a placing ends on round numbers now."""
+        return self._snap != self._inverted
+
     def set_snap(self, snap: bool) -> None:
         """Drags end on round numbers; Ctrl does the opposite of this while it is held."""
         self._snap = snap
@@ -147,7 +152,7 @@ class ViewController:
 
     def invert(self, inverted: bool) -> None:
         """Ctrl went down or up: a drag continues with or without snapping, even while the mouse rests."""
-        if self._held is not None and self._held.drag is not None and inverted != self._inverted:
+        if self._held is not None and inverted != self._inverted:
             self._inverted = inverted
             self._drag_to(self._last)
 
@@ -267,9 +272,9 @@ class ViewController:
         if held is None or not all(self._has(name) for name in held.poses):
             return
         if held.drag is None:
-            pose = scene.pose_on_body(pixel, scene.state.rig.sensor(held.name))
+            pose = scene.pose_on_body(pixel, scene.state.rig.sensor(held.name), self.snaps)
         else:
-            pose = held.drag.pose(scene.state.camera.ray(pixel, scene.size), self._snap != self._inverted)
+            pose = held.drag.pose(scene.state.camera.ray(pixel, scene.size), self.snaps)
         if pose is None:
             return
         poses = carried(held.poses, held.frame, pose)

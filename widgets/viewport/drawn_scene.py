@@ -15,11 +15,11 @@ import pyvista as pv
 from riglens.core.geometry import Pose
 from riglens.core.rig.groups import Poses
 from riglens.core.rig.model import Camera, Lidar
-from riglens.core.vehicle.placing import placed_on
+from riglens.core.vehicle.placing import FREE, PlacingRules, placed
 from riglens.widgets.car.layer import BodyLayer
-from riglens.widgets.drawing.camera import WIDEST_M, OrbitCamera, Pixel, Size, framed, view_camera
+from riglens.widgets.drawing.camera import WIDEST_M, OrbitCamera, Pixel, Size, ViewRay, framed, view_camera
 from riglens.widgets.drawing.stage import Stage
-from riglens.widgets.gizmo.drag import Handle
+from riglens.widgets.gizmo.drag import SNAP_M, Handle
 from riglens.widgets.gizmo.handles import GizmoActors
 from riglens.widgets.heatmap.layer import HeatmapLayer
 from riglens.widgets.sensors.bodies import sensor_body
@@ -38,6 +38,8 @@ _BODIES = {"rig", "hidden", "selected", "also_selected", "palette"}
 _FANS = {"rig", "hidden", "selected", "palette"}
 _ALL_FANS = {"grid", "ray_look", "palette"}
 _LEGEND = {"heatmap", "heat_look", "show_legend", "palette"}
+_CENTRE_PX = 8.0
+"""So near to the middle plane a sensor that snaps is put on it."""
 
 
 class DrawnScene:
@@ -56,6 +58,7 @@ class DrawnScene:
         self._gizmo = GizmoActors(stage.overlay, palette)
         self._rig.set_line_width(pixel_ratio)
         self._has_car = False
+        self._placing = FREE
         self._update(ALL_FIELDS, self._state)
 
     @property
@@ -209,11 +212,23 @@ class DrawnScene:
         """What is where in the picture."""
         return UnderMouse(self._state, self.size, self._pixel_ratio)
 
-    def pose_on_body(self, pixel: Pixel, sensor: Lidar | Camera) -> Pose | None:
-        """The pose of a sensor that sits on the car under a pixel; None beside the car."""
+    def set_placing(self, upright: bool, below_rails: bool) -> None:
+        """Say how sensors are put on the car: level, and through narrow things on the roof."""
+        self._placing = PlacingRules(upright=upright, below_rails=below_rails)
+
+    def pose_on_body(self, pixel: Pixel, sensor: Lidar | Camera, snap: bool = False) -> Pose | None:
+        """The pose of a sensor that sits on the car under a pixel, on round places with `snap`; None beside the car."""
         self._bring_car()
-        hit = self._body.hit(self._state.camera.ray(pixel, self.size))
-        return None if hit is None else placed_on(*hit, sensor.kind, sensor_body(sensor).box_m())
+        rules, ray = self._placing, self._state.camera.ray(pixel, self.size)
+        hit = self._body.hit(ray)
+        if snap and hit is not None:
+            pixel_m = self._state.camera.metres_per_pixel(hit[0], self.size) * self._pixel_ratio
+            rules = replace(rules, grid_m=SNAP_M, centre_m=_CENTRE_PX * pixel_m)
+        body = (sensor.kind, sensor_body(sensor).box_m())
+        return placed(
+            lambda origin_m, direction: self._body.hit(ViewRay(origin_m, direction)),
+            (ray.origin_m, ray.direction), body, rules,
+        )  # fmt: skip
 
     def prepare(self) -> None:
         """Bring camera, heatmap and gizmo up to date for the next frame."""

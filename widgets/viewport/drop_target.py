@@ -34,12 +34,17 @@ class DropTarget(View):
         """Draw once, soon."""
         raise NotImplementedError
 
+    @property
+    def snaps(self) -> bool:
+        """Whether what is put on the car goes to round places."""
+        raise NotImplementedError
+
     def place_at(self, pixel: Pixel, model: str) -> Pose | None:
         """Where a sensor of a library model would sit on the car under a pixel; None beside the car.
 
         Pixels are those of the screen, from the upper left of the view. InputError for an unknown model.
         """
-        return self._scene.pose_on_body(pixel, sensor_from_model(model, model, Pose()))
+        return self._scene.pose_on_body(pixel, sensor_from_model(model, model, Pose()), self.snaps)
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
         """A model of the library may be dropped here; files are left to the window."""
@@ -65,9 +70,9 @@ class DropTarget(View):
             self.model_dropped.emit(sensor.name, pose)
 
     def _pose_of_drop(self, position: QPointF) -> Pose | None:
-        return (
-            None if self._dropped is None else self._scene.pose_on_body(self._pixel(position), self._dropped)
-        )
+        if self._dropped is None:
+            return None
+        return self._scene.pose_on_body(self._pixel(position), self._dropped, self.snaps)
 
     def _show_drop(self, pose: Pose | None) -> None:
         sensor = self._dropped

@@ -103,6 +103,11 @@ class View(QWidget):
         raise NotImplementedError
 
     @abstractmethod
+    def set_placing(self, upright: bool, below_rails: bool) -> None:
+        """Say how sensors are put on the car: level, and through narrow things on the roof."""
+        raise NotImplementedError
+
+    @abstractmethod
     def begin_placing(self) -> bool:
         """Make the selected sensor follow the mouse over the car until a click; False when none is selected."""
         raise NotImplementedError

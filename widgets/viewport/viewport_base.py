@@ -100,6 +100,15 @@ class ViewportBase(DropTarget):
         """Make drags end on round numbers: 0.05 m and 5 degrees."""
         self._controller.set_snap(snap)
 
+    @property
+    def snaps(self) -> bool:
+        """Whether what is put on the car goes to round places."""
+        return self._controller.snaps
+
+    def set_placing(self, upright: bool, below_rails: bool) -> None:
+        """Say how sensors are put on the car: level, and through narrow things on the roof."""
+        self._scene.set_placing(upright, below_rails)
+
     def cancel_drag(self) -> bool:
         """Give up the drag or the placing in progress; False when there is none."""
         return self._controller.cancel()

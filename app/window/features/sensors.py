@@ -27,7 +27,8 @@ from riglens.widgets.panels.sensors.library import LibraryList
 LOW_PX = 640
 """In a window lower than this the library has no room below the list of sensors."""
 GAP_M = 0.15
-HINT = "Click on the car to put {name} there; Esc leaves it where it was."
+HINT = "Click on the car to put {name} there, with Ctrl on the grid and the middle line; Esc leaves it where it was."
+RULES = ("place_upright", "place_below_rails")
 IN_PLACE = "Copies of mirror pairs are linked and stand where the originals are: drag them away."
 LOCKED_KEY = "sensors/locked"
 MOST_FILES = 100
@@ -209,11 +210,19 @@ class Placing(Feature):
             "place", "Place on body", "Have the selected sensor follow the mouse over the car until a click",
             "P", "place", "sensor/place", "place", is_checkable=True,
         ),
+        Spec(
+            "place_upright", "Keep upright", "Sensors put on the car stand level, whatever the surface is",
+            menu="sensor/place", is_checkable=True,
+        ),
+        Spec(
+            "place_below_rails", "Ignore roof rails", "Sensors are put on the roof under rails, bars and aerials",
+            menu="sensor/place", is_checkable=True,
+        ),
     )  # fmt: skip
 
     def __init__(self, bench: Workbench) -> None:
         super().__init__(bench)
-        self.bind(place=self.place)
+        self.bind(place=self.place, place_upright=self._set_rules, place_below_rails=self._set_rules)
         self.viewport.placing_changed.connect(self._show)
         self.viewport.model_dropped.connect(bench.guarded(self.add))
         self.viewport.nudged.connect(bench.guarded(self.document.move))
@@ -226,6 +235,19 @@ class Placing(Feature):
             self.viewport.cancel_drag()
         elif self.document.selected is None or not self.viewport.begin_placing():
             action.setChecked(False)
+
+    def restore(self, settings: Settings) -> None:
+        for key in RULES:
+            self.actions[key].setChecked(settings.read(f"placing/{key}", False))
+        self._set_rules()
+
+    def keep(self, settings: Settings) -> None:
+        for key in RULES:
+            settings.write(f"placing/{key}", self.actions[key].isChecked())
+
+    def _set_rules(self) -> None:
+        """Have the view put sensors on the car as is ticked."""
+        self.viewport.set_placing(*(self.actions[key].isChecked() for key in RULES))
 
     def add(self, model: str, pose: Pose) -> None:
         """Add a sensor of a library model at a pose and select it."""

@@ -9,6 +9,7 @@ from PySide6.QtCore import QPoint
 from PySide6.QtWidgets import QApplication, QMenu
 from pytestqt.qtbot import QtBot
 
+from riglens.app.window.settings import Settings
 from riglens.core.geometry import Pose
 from riglens.core.rig.edits import linked
 from tests.app.window.desk import FullDesk, full_desk
@@ -131,3 +132,16 @@ def test_a_right_click_on_nothing_opens_the_menu_of_the_view_and_keeps_the_selec
     )
     assert len(bench.document.selection) == 3
     menu.close()
+
+
+def test_how_sensors_are_put_on_the_car_is_chosen_and_kept(qtbot: QtBot) -> None:
+    kept = Settings()
+    with full_desk(qtbot, kept=kept) as bench:
+        assert ("placing", False, False) in bench.viewport.told
+        bench.act("place_upright")
+        assert bench.viewport.told[-1] == ("placing", True, False)
+        bench.act("place_below_rails")
+        assert bench.viewport.told[-1] == ("placing", True, True)
+        bench.features.placing.keep(kept)
+    with full_desk(qtbot, kept=kept) as bench:
+        assert ("placing", True, True) in bench.viewport.told

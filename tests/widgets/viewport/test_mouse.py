@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QApplication, QToolTip
 
 from riglens.core.rig.edits import linked
 from riglens.core.rig.model import Rig
+from riglens.core.vehicle.profiles import reference_vehicle
 from riglens.widgets.gizmo.drag import Handle, along_axis_m, gizmo_axes
 from riglens.widgets.viewport.drop_target import MODEL_MIME
 from tests.widgets.mouse import hover
@@ -423,6 +424,57 @@ def test_escape_leaves_placing_and_puts_the_sensor_back(view):
     QTest.keyClick(view._canvas, Qt.Key.Key_Escape)
     assert heard.story()[-2:] == ["placing_changed", "drag_cancelled"]
     assert view.state.rig.sensor("roof") == LIDAR
+
+
+def place(view, position_m, key=NO_KEY) -> None:
+    """Point at a place of the car and click, with a key held."""
+    assert view.begin_placing()
+    point = to_point(view, pixel_at(view, position_m))
+    if key == CTRL:
+        QTest.keyPress(view._canvas, Qt.Key.Key_Control)
+    hover(view._canvas, point)
+    QTest.mouseMove(view._canvas, point)
+    view._controller.move((float(point.x()), float(point.y())), key == CTRL)
+    QTest.mouseClick(view._canvas, LEFT, key, point)
+    if key == CTRL:
+        QTest.keyRelease(view._canvas, Qt.Key.Key_Control)
+
+
+def test_placing_snaps_to_the_grid_and_the_middle_line_and_ctrl_inverts_it(view):
+    heard = listen(view)
+    view.set_snap(True)
+    place(view, (-0.512, 0.021, 1.45))
+    x_m, y_m, _ = heard.pose().position_m
+    assert y_m == 0.0 and x_m == round(round(x_m / 0.05) * 0.05, 9)
+    view.set_snap(False)
+    place(view, (-0.512, 0.321, 1.45), CTRL)
+    x_m, y_m, _ = heard.pose().position_m
+    assert all(value == round(round(value / 0.05) * 0.05, 9) for value in (x_m, y_m)) and y_m != 0.0
+    place(view, (-0.512, 0.321, 1.45))
+    assert heard.pose().position_m[:2] != (x_m, y_m)
+
+
+def test_placing_can_keep_sensors_upright(view):
+    heard = listen(view)
+    slope = (1.5, -0.2, 0.85)
+    place(view, slope)
+    assert abs(heard.pose().rpy_deg[1]) > 3.0
+    view.set_placing(upright=True, below_rails=False)
+    place(view, slope)
+    assert heard.pose().rpy_deg == (0.0, 0.0, 0.0)
+
+
+def test_placing_can_ignore_the_rails_on_the_roof_and_so_does_a_drop(view):
+    change(view, vehicle=reference_vehicle("suv"))
+    view.set_view("top")
+    settle(view)
+    rail = tuple(pixel_at(view, (-1.0, 0.5875, 1.78)))
+    on_rail = view.place_at(rail, "generic-16")
+    view.set_placing(upright=False, below_rails=True)
+    on_roof = view.place_at(rail, "generic-16")
+    assert abs(on_rail.rpy_deg[0]) > 30.0  # the rail is round
+    assert abs(on_roof.rpy_deg[0]) < 20.0 and abs(on_roof.position_m[1] - 0.5875) < 0.06
+    assert on_roof.position_m[2] < 1.80
 
 
 def test_a_click_beside_the_car_places_nothing_and_placing_goes_on(view):
