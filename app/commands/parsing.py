@@ -8,6 +8,7 @@ from difflib import get_close_matches
 
 from cyclopts import App, CycloptsError, Parameter, UnusedCliTokensError
 
+from riglens.app.commands.card import card
 from riglens.app.commands.data import data, pog
 from riglens.app.commands.picture import render
 from riglens.app.commands.rigs import convert, library, presets
@@ -33,6 +34,7 @@ app.default(window)
 app.command(study)
 app.command(evaluate, sort_key=1)
 app.command(targets, sort_key=2)
+app.command(card, sort_key=2)
 app.command(pog, sort_key=2)
 app.command(data, sort_key=3)
 app.command(render, sort_key=4)

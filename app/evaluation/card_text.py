@@ -1,0 +1,33 @@
+"""How the figures of a card are said, in the terminal and in the window alike."""
+
+from __future__ import annotations
+
+import math
+
+from riglens.core.targets.card import Reach
+
+HEADINGS = {0.0: "end on", 90.0: "side on"}
+_NAMES = {0: "ahead", 90: "left", 180: "behind", -90: "right"}
+
+
+def bearing_text(bearing_deg: float) -> str:
+    """A direction from the car: its name, or degrees to the left."""
+    turned = math.remainder(bearing_deg, 360.0)
+    named = _NAMES.get(round(turned)) if turned == round(turned) else None
+    return named or ("behind" if turned == -180.0 else f"{turned:g}°")
+
+
+def reach_text(reach: Reach, to_m: float) -> str:
+    """Least, median and most, once where they are the same; > the farthest distance that was tried."""
+    if reach.most_m == 0.0:
+        return "never"
+    values = [reach.least_m, reach.median_m, reach.most_m]
+    texts = [f">{to_m:g}" if math.isinf(value) else f"{value:.0f}" for value in values]
+    return texts[0] if len(set(texts)) == 1 else "-".join(texts)
+
+
+def stop_text(speed_kmh: float | None) -> str:
+    """A speed with its unit; empty where the car does not drive towards the road user."""
+    if speed_kmh is None:
+        return ""
+    return "any speed tried" if math.isinf(speed_kmh) else f"{speed_kmh:.0f} km/h"

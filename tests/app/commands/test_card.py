@@ -1,0 +1,46 @@
+"""`riglens card`: distances as a table, CSV, chart and JSON."""
+
+import csv
+import json
+
+import pytest
+
+FEW = ("--directions", "2", "--to", "12")
+
+
+def test_a_card_as_json_csv_and_chart(riglens, tmp_path):
+    files = [tmp_path / name for name in ("card.csv", "card.png", "card.svg", "card.json")]
+    table, png, svg, text = files
+    result = riglens("card", "Center", *FEW, "--csv", table, "--chart", png, "--json", text)
+    assert result.code == 0
+    assert "first distance in metres with too little" in result.out and "stops within (m)" in result.out
+    assert ">12" in result.out and "never" in result.out  # LiDARs see that far, and there is no camera
+    document = json.loads(text.read_text())
+    assert (document["body"], document["min_points"], document["to_m"]) == ("ignored", 5, 12.0)
+    rows = document["rigs"][0]["rows"]
+    assert {(row["class"], row["heading_deg"]) for row in rows} == {
+        ("car", 0.0), ("car", 90.0), ("bicycle", 0.0), ("bicycle", 90.0), ("pedestrian", 0.0),
+    }  # fmt: skip
+    assert {row["bearing_deg"] for row in rows} == {0.0, 180.0}
+    assert all("stops_from_kmh" in row["lidar"] for row in rows if row["bearing_deg"] == 0.0)
+    with open(table, encoding="utf-8", newline="") as stream:
+        lines = list(csv.DictReader(stream))
+    assert len(lines) == 2 * len(rows) and lines[0]["kind"] == "lidar" and lines[0]["threshold"] == "5"
+    assert png.read_bytes().startswith(b"\x89PNG")
+    assert riglens("card", "Center", *FEW, "--chart", svg, "--json", "-").out == text.read_text()
+    assert b"pedestrian" in svg.read_bytes() or svg.read_bytes().startswith(b"<?xml")
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("--to", "1"), "--to: found 1, accepted is a number from"),
+        (("--deceleration", "0"), "--deceleration: found 0"),
+        (("--directions", "0"), "--directions: found 0, accepted is a number from 1 to 72"),
+        (("--min-points", "0"), "--min-points: found 0"),
+        (("--chart", "card.bmp"), "--chart card.bmp: found another ending, accepted are .png and .svg"),
+    ],
+)
+def test_bad_words_are_told_in_one_line(riglens, words, message):
+    result = riglens("card", "Center", *words)
+    assert result.code == 2 and message in result.err
