@@ -37,10 +37,15 @@ def test_copies_stand_behind_the_others_under_names_of_their_own(names: set[str]
         assert grown.sensor(copy).position == (x, y + 0.2, z)
 
 
-def test_the_copy_of_a_mirror_pair_is_no_pair_and_half_a_pair_stands_alone() -> None:
+def test_the_copy_of_a_mirror_pair_is_a_pair_in_place_and_half_a_pair_stands_alone() -> None:
     pair = linked(RIG, "CAM_FRONT_LEFT", "CAM_FRONT_RIGHT")
     grown, copies = duplicated(pair, {"CAM_FRONT_LEFT", "CAM_FRONT_RIGHT"}, 0.2)
-    assert [grown.sensor(name).mirror_of for name in copies] == [None, None]
+    assert [grown.sensor(name).mirror_of for name in copies] == [None, copies[0]]
+    assert [grown.sensor(name).position for name in copies] == [
+        pair.sensor(name).position for name in ("CAM_FRONT_LEFT", "CAM_FRONT_RIGHT")
+    ]
+    _, (alone,) = duplicated(pair, {"CAM_FRONT_RIGHT"}, 0.2)
+    assert duplicated(pair, {"CAM_FRONT_RIGHT"}, 0.2)[0].sensor(alone).mirror_of is None
     assert without(pair, {"CAM_FRONT_LEFT"}).sensor("CAM_FRONT_RIGHT").mirror_of is None
 
 
