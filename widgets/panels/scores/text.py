@@ -15,10 +15,14 @@ SIGN_NOTE = (
     "that the sensors reach), as the paper writes it.<br>So S-MS <b>falls</b> as coverage "
     "grows: without sensors it is 0. The paper argues the other way round, that covering more is better; "
     "both are true of the published system. Read S-MS together with <b>seen</b>, the share of the scene's "
-    "uncertainty that any sensor looks at, which grows with coverage."
+    "uncertainty that any sensor looks at, which grows with coverage.<br>The order of rigs by S-MS depends on voxels "
+    "and ray lattices (stability study): do not trust a small lead."
 )
 NOTHING_NOTE = "No boxes of this class: there is nothing to see"
-SEEN_NOTE = "Share of the class's entropy H(Ω) that any enabled sensor looks at"
+SEEN_NOTE = (
+    "Share of the class's entropy H(Ω) that any enabled sensor looks at; more is better.\n"
+    "Traffic blocks no ray here: what stands behind it is told by on target, in the panel Targets"
+)
 
 
 @dataclass(frozen=True)
