@@ -27,7 +27,7 @@ from riglens.core.files import require_apart
 from riglens.core.formats.opening import open_rig as open_any_rig
 from riglens.core.geometry import Pose, Vec3
 from riglens.core.metric.entropy import EntropyField
-from riglens.core.metric.scores import DEFAULT_LAMBDA, Method, Reading
+from riglens.core.metric.scores import DEFAULT_LAMBDA, Body, Method, Reading
 from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig, Vehicle
 from riglens.core.rig.presets import PRESETS
 from riglens.core.rig.yaml.file import load_rig, new_rig_file
@@ -37,6 +37,8 @@ from riglens.core.scene.pog import Pog
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.settings import Phase, TargetSettings
 from riglens.core.targets.traffic import WITHIN_M, Traffic
+from riglens.core.vehicle.mesh import BodyMesh
+from riglens.core.vehicle.mesh_file import mesh_path, read_mesh
 from riglens.results import ClassResult, RigResult, TargetResult
 
 if TYPE_CHECKING:
@@ -280,6 +282,8 @@ def score(
     reading: Reading = "covered",
     camera_weight: float = DEFAULT_LAMBDA,
     threads: int | None = None,
+    body: Body | None = None,
+    mesh_folder: StrPath = ".",
 ) -> RigResult:
     """Score a rig on a scene, from scratch; for many rigs use `scene.engine()`.
 
@@ -295,13 +299,26 @@ def score(
         Weight λ of the cameras in S-MS.
     threads
         Threads to use, all processors by default. The scores do not depend on it.
+    body
+        Whether rays pass through the car's own body ("ignored", as in the paper) or end at it ("blocks"). By default
+        the built-in rigs are scored as in the paper, and others with the car solid.
+    mesh_folder
+        The folder from which a car body in a mesh file is named; that of the rig file, as a rule.
 
-    Raises InputError when a number is out of its range.
+    Raises InputError when a number is out of its range, or when the mesh of a body that blocks cannot be read.
     """
     with _argument_names():
-        options = ScoreOptions(method, reading, camera_weight, threads)
-    (found,) = evaluate_from_scratch(scene.field, [rig], settings_of(options), threads)
+        options = ScoreOptions(method, reading, camera_weight, threads, body).for_rigs([rig])
+    mesh = _mesh_of(rig, options, mesh_folder)
+    (found,) = evaluate_from_scratch(scene.field, [rig], settings_of(options), threads, meshes=[mesh])
     return RigResult(scene.field, found)
+
+
+def _mesh_of(rig: Rig, options: ScoreOptions, folder: StrPath) -> BodyMesh | None:
+    """The mesh of a body that blocks, where a file holds it."""
+    if options.body != "blocks" or not rig.vehicle.has_mesh_file:
+        return None
+    return read_mesh(mesh_path(rig.vehicle.body, Path(folder)))
 
 
 class SceneEngine:
@@ -314,6 +331,7 @@ class SceneEngine:
         with _argument_names():
             ScoreOptions(threads=threads)
         self._engine: Engine | None = Engine(scene.field, threads)
+        self._meshes: dict[tuple[str, Path], BodyMesh] = {}
 
     def __enter__(self) -> Self:
         return self
@@ -330,13 +348,19 @@ class SceneEngine:
         method: Method = "exact",
         reading: Reading = "covered",
         camera_weight: float = DEFAULT_LAMBDA,
+        body: Body | None = None,
+        mesh_folder: StrPath = ".",
     ) -> RigResult:
         """Score a rig; arguments as for `score`. Raises RuntimeError after the `with` block."""
         if self._engine is None:
             raise RuntimeError("this engine was closed at the end of its with block")
         with _argument_names():
-            options = ScoreOptions(method, reading, camera_weight)
-        found = self._engine.evaluate(rig, settings_of(options), with_seen=False)
+            options = ScoreOptions(method, reading, camera_weight, None, body).for_rigs([rig])
+        vehicle, folder = rig.vehicle, Path(mesh_folder)
+        if options.body == "blocks" and vehicle.has_mesh_file and (vehicle.body, folder) not in self._meshes:
+            self._meshes[vehicle.body, folder] = read_mesh(mesh_path(vehicle.body, folder))
+        mesh = self._meshes.get((vehicle.body, folder))
+        found = self._engine.evaluate(rig, settings_of(options), with_seen=False, mesh=mesh)
         return RigResult(self._engine.field, found)
 
 
@@ -433,6 +457,7 @@ def render(
     title: bool = False,
     scores: bool = False,
     mesh_folder: StrPath = ".",
+    body: Body | None = None,
 ) -> None:
     """Draw a rig, its rays and the heatmap of a class into a PNG file; it takes no display.
 
@@ -459,7 +484,7 @@ def render(
     Raises InputError when a value is not accepted or the file cannot be written.
     """
     from riglens.app.launch.display import prepare_drawing
-    from riglens.app.rendering.render import RenderRequest, body_of, score_and_draw
+    from riglens.app.rendering.render import RenderRequest, body_of, drawn_score, score_and_draw
     from riglens.core.files import require_writable
 
     with _argument_names(out):
@@ -469,8 +494,9 @@ def render(
         )  # fmt: skip
     require_writable(out)
     prepare_drawing()
-    body = body_of(rig, Path(mesh_folder), lambda line: warnings.warn(line, RigLensWarning, stacklevel=4))
-    score_and_draw(rig, scene.pog, scene.field, picture, body, baseline)
+    mesh = body_of(rig, Path(mesh_folder), lambda line: warnings.warn(line, RigLensWarning, stacklevel=4))
+    settings = settings_of(drawn_score(rig, mesh, body))
+    score_and_draw(rig, scene.pog, scene.field, picture, mesh, baseline, settings)
 
 
 @contextmanager

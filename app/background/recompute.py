@@ -184,6 +184,8 @@ class Recompute(QObject):
         assert self._scoring is not None  # there is no evaluation before there is a scene
         try:
             self._answer(self._scoring, request)
+        except InputError as error:
+            self.failed.emit(str(error))
         except Exception as error:
             self.failed.emit(unexpected(_HERE, error))
 
@@ -211,7 +213,8 @@ class Recompute(QObject):
         try:
             found = scoring.aside(request.rig, request.settings, lambda: self._wishes.gives_way(request))
         except Exception as error:
-            self.failed.emit(unexpected(_HERE, error))
+            told = isinstance(error, InputError)
+            self.failed.emit(str(error) if told else unexpected(_HERE, error))
             found = None
             self.forget_aside(request.group)
         if found is not None and self._wishes.take_aside(request):

@@ -14,6 +14,7 @@ from riglens.core.errors import InputError
 
 SCENE = Group("Scene: boxes and grid", sort_key=10)
 SCORE = Group("Score", sort_key=20)
+BODY = Parameter(name="--body", group=SCORE, metavar="NAME", show_default=False)
 MAX_DIGITS = 40
 BUILD = Group("Build", sort_key=30)
 
@@ -129,10 +130,12 @@ class ScoreArguments:
     """Weight of the cameras in S-MS."""
     threads: Annotated[Whole, Parameter(group=SCORE)] = None
     """Threads to use (all cores). The scores do not depend on it."""
+    body: Annotated[Literal["ignored", "blocks"] | None, BODY] = None
+    """Whether rays pass through the car's own body (the built-in rigs, as in the paper) or end at it (all others)."""
 
     def options(self) -> ScoreOptions:
         """Return the same as checked options."""
-        return ScoreOptions(self.method, self.reading, self.camera_weight, self.threads)
+        return ScoreOptions(self.method, self.reading, self.camera_weight, self.threads, self.body)
 
 
 @Parameter(name="*")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
-from riglens.app.commands.options import LibraryArguments, Out, Rig, SceneArguments, whole_number
+from riglens.app.commands.options import BODY, LibraryArguments, Out, Rig, SceneArguments, whole_number
 from riglens.widgets.sensors.ray_look import DEFAULT_RAYS, RayLook
 
 if TYPE_CHECKING:
@@ -86,6 +86,7 @@ def render(
     out: Out,
     look: PictureArguments = PictureArguments(),
     scene: SceneArguments = SceneArguments(),
+    body: Annotated[Literal["ignored", "blocks"] | None, BODY] = None,
     libraries: LibraryArguments = LibraryArguments(),
 ) -> None:
     """Draw a rig, its rays and the heatmap of a class into a PNG file, without a display.
@@ -96,9 +97,11 @@ def render(
         Rig file or preset name.
     out
         The picture (.png).
+    body
+        Whether rays pass through the car's own body (the built-in rigs, as in the paper) or end at it (all others).
     """
     libraries.use()
     options = scene.options()
     from riglens.app.rendering import render as drawing
 
-    drawing.render(rig, options, look.picture(out))
+    drawing.render(rig, options, look.picture(out), body)

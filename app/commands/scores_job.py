@@ -10,6 +10,7 @@ from riglens.app.evaluation.scenario import settings_of
 from riglens.app.terminal.console import is_standard_output, note
 from riglens.app.terminal.scores import (
     load_with_progress,
+    meshes_called,
     print_scores,
     rig_called,
     score_rigs,
@@ -25,12 +26,14 @@ def evaluate(names: Sequence[str], scene: SceneOptions, score: ScoreOptions, jso
     if json_target is not None and is_standard_output(json_target):
         json_target = "-"
     rigs = [rig_called(name) for name in names]
+    score = score.for_rigs(rigs)
+    meshes = meshes_called(names, rigs, score)
     if json_target not in (None, "-"):
         require_writable(json_target, (*names, *scene.files))
     for line in (line for rig in rigs for line in missing_rays(rig)):
         note(line)
     _, field = load_with_progress(scene.for_rigs(rigs, score))
-    evaluations = score_rigs(rigs, field, score)
+    evaluations = score_rigs(rigs, field, score, meshes=meshes)
     document = evaluation_document(field, settings_of(score), evaluations)
     if json_target == "-":
         sys.stdout.write(to_text(document))

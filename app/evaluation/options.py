@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from riglens.core.errors import InputError
-from riglens.core.metric.scores import MAX_LAMBDA
+from riglens.core.metric.scores import MAX_LAMBDA, Body
 
 if TYPE_CHECKING:  # the model of rigs takes its time, and `riglens --help` needs none
     from riglens.core.rig.model import Rig
@@ -34,6 +34,14 @@ HEAT_TITLES: dict[HeatMode, str] = {
 """What the heatmap can show: the modes by their keys, and what they are called."""
 
 
+def usual_body(rigs: Iterable[Rig]) -> Body:
+    """The built-in rigs of the paper are scored as in the paper, through the car; others with the car solid, and
+    both together, too: figures side by side are of one kind."""
+    from riglens.core.rig.presets import is_preset
+
+    return "ignored" if all(is_preset(rig) for rig in rigs) else "blocks"
+
+
 @dataclass(frozen=True)
 class ScoreOptions:
     """How the score is computed; checked here so that a typing error costs no evaluation."""
@@ -42,6 +50,12 @@ class ScoreOptions:
     reading: Literal["covered", "residual", "hits"] = "covered"
     camera_weight: float = 0.1
     threads: int | None = None
+    body: Body | None = None
+    """None: as suits the rigs, see `for_rigs`."""
+
+    def for_rigs(self, rigs: Iterable[Rig]) -> ScoreOptions:
+        """The same with the body that suits the rigs, unless it is said already."""
+        return self if self.body is not None else replace(self, body=usual_body(rigs))
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.camera_weight <= MAX_LAMBDA:

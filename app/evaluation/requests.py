@@ -17,6 +17,7 @@ if TYPE_CHECKING:  # made by the background thread, which loads what computes th
     from riglens.core.metric.entropy import EntropyField
     from riglens.core.metric.voxel import Voxel, VoxelFacts
     from riglens.core.study.voxel_choice import VoxelChoice
+    from riglens.core.vehicle.mesh import BodyMesh
     from riglens.core.view.outlook import Gap
     from riglens.core.view.top_view import SeenBy, TopView
     from riglens.widgets.heatmap.scale import HeatmapData
@@ -44,7 +45,8 @@ class LoadedScene:
 
 @dataclass(frozen=True)
 class EvaluationRequest:
-    """Everything one evaluation depends on; `baseline_rig` is what the changes are counted from, `voxel` is picked."""
+    """Everything one evaluation depends on; `baseline_rig` is what the changes are counted from, `voxel` is picked,
+    `mesh` is the vehicle's body where a file holds it."""
 
     revision: int
     rig: Rig
@@ -55,6 +57,7 @@ class EvaluationRequest:
     is_preview: bool = False
     map_by: SeenBy | None = None
     voxel: Voxel | None = None
+    mesh: BodyMesh | None = None
 
     def asks_same(self, other: EvaluationRequest) -> bool:
         """Whether the answer to both is the same, whatever revision they belong to."""

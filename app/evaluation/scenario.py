@@ -34,8 +34,8 @@ class Scenario:
 
 
 def settings_of(options: ScoreOptions) -> MetricSettings:
-    """The metric's settings as the core takes them."""
-    return MetricSettings(options.method, options.reading, options.camera_weight)
+    """The metric's settings as the core takes them; where nothing is said about the body, it is ignored."""
+    return MetricSettings(options.method, options.reading, options.camera_weight, options.body or "ignored")
 
 
 def grid_of(options: SceneOptions) -> VoxelGrid:
@@ -139,9 +139,12 @@ def _try(field: EntropyField, auto: AutoVoxel, report: Progress) -> Tried:
         return False
 
     engine = Engine(field, auto.score.threads)
+    settings = settings_of(auto.score)
+    if any(rig.vehicle.has_mesh_file for rig in auto.rigs):  # its mesh is not read for this
+        settings = replace(settings, body="ignored")
     scores = []
     for rig in auto.rigs:
-        evaluation = engine.evaluate_unless(is_stale, rig, settings_of(auto.score))
+        evaluation = engine.evaluate_unless(is_stale, rig, settings)
         assert evaluation is not None  # `report` raises instead
         scores.append((rig.name, evaluation.scores))
     return Tried(field.grid.voxel_m, tuple(scores))

@@ -30,6 +30,7 @@ from riglens.core.rig.model import Rig, Sensor
 from riglens.core.scene.boxes import CLASSES, Progress
 from riglens.core.scene.columns import Words
 from riglens.core.scene.pog import Pog, coarse_pog
+from riglens.core.vehicle.mesh import BodyMesh
 from riglens.core.view.display import DisplayGrid
 from riglens.core.view.outlook import widest_gap
 from riglens.core.view.top_view import TopView
@@ -77,15 +78,18 @@ class Scoring:
         self._aside: Engine | None = None
         self._was_slow = False
         self._known: tuple[MetricSettings, Scores, Scores] | None = None
+        self._meshes: dict[str, BodyMesh] = {}
 
     # ------------------------------------------------------------------ exact
     def exact(self, request: EvaluationRequest, is_stale: IsStale) -> Result | None:
         """The exact answer; None when `is_stale` said so half-way."""
+        self._keep_mesh(request)
         evaluation = self._engine.evaluate_unless(
             is_stale,
             request.rig,
             request.settings,
             with_seen=needs_seen(request.heat) or request.map_by is not None,
+            mesh=self._mesh_of(request.rig),
         )
         if evaluation is None:
             return None
@@ -100,6 +104,14 @@ class Scoring:
         )
         top_view = self._top_view(request, evaluation)
         return Result(request, self.scene, evaluation, baseline.scores, heatmap, top_view, picked)
+
+    def _keep_mesh(self, request: EvaluationRequest) -> None:
+        """Remember the mesh of a body: the baseline and rigs beside it stand on the same car, as a rule."""
+        if request.mesh is not None:
+            self._meshes[request.rig.vehicle.body] = request.mesh
+
+    def _mesh_of(self, rig: Rig) -> BodyMesh | None:
+        return self._meshes.get(rig.vehicle.body)
 
     def _top_view(self, request: EvaluationRequest, evaluation: Evaluation) -> TopView | None:
         if request.map_by is None:
@@ -128,7 +140,7 @@ class Scoring:
         if known is None or not is_known or (wants_seen and not known.seen.size):
             found = evaluation
             if request.rig != rig:
-                found = self._engine.evaluate(rig, settings, with_seen=wants_seen)
+                found = self._engine.evaluate(rig, settings, wants_seen, self._mesh_of(rig))
                 self._costs.note(rig, found.elapsed_ms)
             known = _Baseline(rig, settings, found.scores, seen_words(found) if wants_seen else NO_WORDS)
             self._baseline = known
@@ -141,7 +153,7 @@ class Scoring:
         """
         if self._aside is None:
             self._aside = Engine(self.scene.field, self._threads)
-        return self._aside.evaluate_unless(is_stale, rig, settings, with_seen=False)
+        return self._aside.evaluate_unless(is_stale, rig, settings, False, self._mesh_of(rig))
 
     # ------------------------------------------------------------------ coarse
     def is_slow(self, request: EvaluationRequest) -> bool:
@@ -158,6 +170,7 @@ class Scoring:
 
     def approximate(self, request: EvaluationRequest, is_stale: IsStale) -> Approximation | None:
         """A coarse answer; None when there is nothing to estimate it from, or when it was given up."""
+        self._keep_mesh(request)
         if self._known is None or not _same_sets(self._known[0], request.settings):
             return None
         found = self._evaluate_coarse(request.rig, request.settings, is_stale)
@@ -183,7 +196,7 @@ class Scoring:
         if self._coarse is None:
             self._coarse = Engine(self.scene.coarse, self._threads)
         covered = replace(settings, reading="covered")  # an estimate needs only what is seen
-        found = self._coarse.evaluate_unless(is_stale, rig, covered, with_seen=False)
+        found = self._coarse.evaluate_unless(is_stale, rig, covered, False, self._mesh_of(rig))
         if found is not None:
             self._coarse_costs.note(rig, found.elapsed_ms)
         return found
@@ -201,7 +214,7 @@ class Scoring:
 
 def _same_sets(one: MetricSettings, other: MetricSettings) -> bool:
     """Whether both settings see the same voxels; reading and weight only add them up in other ways."""
-    return one.method == other.method
+    return (one.method, one.body) == (other.method, other.body)
 
 
 class VoxelReporter:

@@ -27,6 +27,7 @@ from riglens.core.engine.engine import Engine, Evaluation
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_write, is_stream, require_writable
 from riglens.core.metric.entropy import EntropyField
+from riglens.core.metric.scores import PAPER_SETTINGS, Body, MetricSettings
 from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.file import dumps
 from riglens.core.scene.pog import Pog
@@ -114,15 +115,16 @@ def parse_size(text: str) -> tuple[int, int]:
     return int(match[1]), int(match[2])
 
 
-def render(name: str, scene: SceneOptions, picture: RenderRequest) -> None:
+def render(name: str, scene: SceneOptions, picture: RenderRequest, body: Body | None = None) -> None:
     """Score a rig on a scene and draw both."""
     prepare_drawing()
     require_writable(picture.out)
     rig = rig_called(name)
     baseline = rig_called(picture.baseline) if picture.baseline is not None else None
-    body = body_of(rig, Path(name).parent)
-    pog, field = load_with_progress(scene.for_rigs([rig], ScoreOptions()))
-    score_and_draw(rig, pog, field, picture, body, baseline)
+    mesh = body_of(rig, Path(name).parent)
+    score = drawn_score(rig, mesh, body)
+    pog, field = load_with_progress(scene.for_rigs([rig], score))
+    score_and_draw(rig, pog, field, picture, mesh, baseline, settings_of(score))
     width, height = (side * picture.scale for side in picture.size_px)
     results(picture.out).print(f"{picture.out}: {width} x {height} pixels", soft_wrap=True, markup=False)
 
@@ -132,18 +134,26 @@ def score_and_draw(
     pog: Pog,
     field: EntropyField,
     picture: RenderRequest,
-    body: BodyMesh | None = None,
+    mesh: BodyMesh | None = None,
     baseline: Rig | None = None,
+    settings: MetricSettings = PAPER_SETTINGS,
 ) -> None:
     """Evaluate a rig, and the baseline of a heatmap of changes, and draw it; call `prepare_drawing` before."""
     with progress_bar("Casting rays"):
         engine = Engine(field)
-        evaluation = engine.evaluate(rig)
+        evaluation = engine.evaluate(rig, settings, mesh=mesh)
         marks = marks_for(picture.heat, engine, evaluation)
         if baseline is not None:
-            before = engine.evaluate(baseline)
+            has_same_mesh = baseline.vehicle.body == rig.vehicle.body
+            before = engine.evaluate(baseline, settings, mesh=mesh if has_same_mesh else None)
             marks = replace(marks, baseline=seen_words(before), baseline_name=before.rig.name)
-    draw(pog, field, evaluation, marks, picture, body)
+    draw(pog, field, evaluation, marks, picture, mesh)
+
+
+def drawn_score(rig: Rig, mesh: BodyMesh | None, body: Body | None) -> ScoreOptions:
+    """How a picture is scored: where a box stands in for the car, it is ignored unless it is said to block."""
+    is_missing = rig.vehicle.has_mesh_file and mesh is None
+    return ScoreOptions(body="ignored" if is_missing and body is None else body).for_rigs([rig])
 
 
 def body_of(rig: Rig, folder: Path, tell: Callable[[str], object] = note) -> BodyMesh | None:
@@ -206,20 +216,20 @@ def draw(
 def score_without_window(rig: Rig, folder: Path, scene: SceneOptions, score: ScoreOptions) -> None:
     """Score a rig of a folder, print the scores, and write a screenshot, the rig as YAML and the scores as JSON."""
     prepare_drawing()
-    body = body_of(rig, folder)
+    score, mesh = score.for_rigs([rig]), body_of(rig, folder)
     pog, field = load_with_progress(scene.for_rigs([rig], score))
     screenshot, rig_file, scores = OUT / "screenshot.png", OUT / "rig.yaml", OUT / "scores.json"
     _make_folder(OUT)
     for path in (screenshot, rig_file, scores):
         require_writable(path)
-    evaluations = score_rigs([rig], field, score, with_seen=True)
+    evaluations = score_rigs([rig], field, score, with_seen=True, meshes=[mesh])
     print_scores(evaluations, field, score)
     document = evaluation_json.evaluation_document(field, settings_of(score), evaluations)
     with atomic_write(scores, "w") as stream:
         stream.write(evaluation_json.to_text(document))
     with atomic_write(rig_file, "w") as stream:
         stream.write(dumps(rig))
-    draw(pog, field, evaluations[0], marks_of(evaluations[0]), RenderRequest(screenshot), body)
+    draw(pog, field, evaluations[0], marks_of(evaluations[0]), RenderRequest(screenshot), mesh)
     results().print(f"Written: {screenshot}, {rig_file}, {scores}", soft_wrap=True)
 
 

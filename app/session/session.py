@@ -6,21 +6,22 @@ No widgets here. Panels show a session and send it what the user wants; features
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Signal
 
-from riglens.app.evaluation.options import HeatMode
+from riglens.app.evaluation.options import HeatMode, usual_body
 from riglens.app.evaluation.requests import EvaluationRequest, LoadedScene
 from riglens.app.session.document import Document
-from riglens.core.metric.scores import MetricSettings
+from riglens.core.metric.scores import Body, MetricSettings
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.targets.settings import TargetSettings
 
 if TYPE_CHECKING:  # loaded with the first scene
     from riglens.core.metric.voxel import Voxel
+    from riglens.core.vehicle.mesh import BodyMesh
     from riglens.core.view.top_view import SeenBy
 
 
@@ -41,7 +42,7 @@ class Session(QObject):
     asked_changed = Signal()
     """`request` may differ from the one before; sent after the signal that says what changed."""
     settings_changed = Signal()
-    """Method, reading or camera weight of the metric."""
+    """Method, reading, camera weight of the metric, or whether the car's body blocks."""
     targets_changed = Signal()
     """How points on road users are counted."""
     heat_changed = Signal()
@@ -52,7 +53,7 @@ class Session(QObject):
     scene_changed = Signal(object)
     """A LoadedScene took the place of the one before; scores on it follow."""
 
-    def __init__(self, document: Document, settings: MetricSettings) -> None:
+    def __init__(self, document: Document, settings: MetricSettings, body: Body | None = None) -> None:
         super().__init__()
         self.document = document
         self._settings = settings
@@ -63,14 +64,42 @@ class Session(QObject):
         self._voxel: Voxel | None = None
         self._map_source: SeenBy | None = None
         self._scene: LoadedScene | None = None
+        self._body: Body | None = body
+        self._mesh: tuple[str, BodyMesh] | None = None
+        self._usual_body = usual_body([document.saved_rig])
+        document.file_changed.connect(self._suit_body)
         document.rig_changed.connect(self.asked_changed)
         document.file_changed.connect(self._tell_baseline)
 
     # ------------------------------------------------------------------ what it is
     @property
     def settings(self) -> MetricSettings:
-        """Method, reading and camera weight of the metric."""
-        return self._settings
+        """Method, reading and camera weight of the metric, and what the body does."""
+        return replace(self._settings, body=self.body)
+
+    @property
+    def body(self) -> Body:
+        """Whether the car's body blocks: as was said, else as suits the rig that was opened or saved last.
+
+        A body in a mesh file is ignored as long as the file has not been read.
+        """
+        wanted = self.body_wanted
+        return wanted if wanted == "ignored" or not self._is_mesh_missing else "ignored"
+
+    @property
+    def body_wanted(self) -> Body:
+        """The same, whether or not the mesh is there."""
+        return self._usual_body if self._body is None else self._body
+
+    @property
+    def _is_mesh_missing(self) -> bool:
+        return self.document.rig.vehicle.has_mesh_file and self.mesh is None
+
+    @property
+    def mesh(self) -> BodyMesh | None:
+        """The mesh of the vehicle's body, where a file holds it and has been read."""
+        vehicle = self.document.rig.vehicle
+        return self._mesh[1] if self._mesh is not None and self._mesh[0] == vehicle.body else None
 
     @property
     def targets(self) -> TargetSettings:
@@ -111,13 +140,36 @@ class Session(QObject):
         """Make the request for everything that is asked now."""
         document, heat = self.document, self._heat
         return EvaluationRequest(
-            document.revision, document.rig, self.baseline, self._settings, heat.mode, heat.class_name,
-            document.is_dragging, self._map_source, self._voxel,
+            document.revision, document.rig, self.baseline, self.settings, heat.mode, heat.class_name,
+            document.is_dragging, self._map_source, self._voxel, self.mesh,
         )  # fmt: skip
 
     # ------------------------------------------------------------------ what the user wants
+    def set_body(self, body: Body | None) -> None:
+        """Have the car's body ignored, or have it block; None for what suits the rig."""
+        before, self._body = self.body, body
+        self._tell_body(before)
+
+    def take_mesh(self, body: str, mesh: BodyMesh | None) -> None:
+        """Take the mesh of the vehicle's body `body`, None when there is none, or none that can be read."""
+        before, known = self.body, self.mesh
+        self._mesh = None if mesh is None else (body, mesh)
+        self._tell_body(before)
+        if self.mesh is not known:
+            self.asked_changed.emit()
+
+    def _suit_body(self) -> None:
+        before, self._usual_body = self.body, usual_body([self.document.saved_rig])
+        self._tell_body(before)
+
+    def _tell_body(self, before: Body) -> None:
+        if self.body != before:
+            self.settings_changed.emit()
+            self.asked_changed.emit()
+
     def set_settings(self, settings: MetricSettings) -> None:
-        """Score by another method, reading or camera weight."""
+        """Score by another method, reading or camera weight; whether the body blocks is not changed by it."""
+        settings = replace(settings, body=self._settings.body)
         if settings != self._settings:
             self._settings = settings
             self.settings_changed.emit()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from pathlib import Path
 
 from rich import box
 from rich.console import Console
@@ -18,17 +19,25 @@ from riglens.core.engine.engine import Evaluation, evaluate_from_scratch
 from riglens.core.engine.warm_up import WARM_UP
 from riglens.core.formats.opening import open_rig
 from riglens.core.metric.entropy import EntropyField
-from riglens.core.metric.scores import MetricSettings, Reading
+from riglens.core.metric.scores import Body, MetricSettings, Reading
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES, DataReport
 from riglens.core.scene.pog import Pog
 from riglens.core.shown_text import visible
+from riglens.core.vehicle.mesh import BodyMesh
+from riglens.core.vehicle.mesh_file import mesh_path, read_mesh
 
 EXPLANATION: dict[Reading, str] = {
     "covered": "S-MIG = minus the entropy that is seen, so S-MS falls as a rig sees more; "
     "'seen' says how much, in % of H(Ω).",
     "residual": "S-MIG = minus the entropy left unseen, so S-MS rises towards 0 as a rig sees more.",
     "hits": "S-MIG counts a voxel once per ray through it; 'seen' still counts every voxel once.",
+}
+
+
+BODY_TEXTS: dict[Body, str] = {
+    "ignored": "ignored: rays pass through the car, as in the paper (--body blocks ends them there)",
+    "blocks": "blocks: rays end at the car (--body ignored lets them through, as in the paper)",
 }
 
 
@@ -52,14 +61,39 @@ def load_with_progress(options: SceneOptions) -> tuple[Pog, EntropyField]:
     return found.pog, found.field
 
 
+def mesh_called(name: str, rig: Rig) -> BodyMesh | None:
+    """Read the mesh of a rig's vehicle, if a file holds its body, seen from the folder of the rig's file.
+
+    InputError when it cannot be read.
+    """
+    vehicle = rig.vehicle
+    return read_mesh(mesh_path(vehicle.body, Path(name).parent)) if vehicle.has_mesh_file else None
+
+
+def meshes_called(names: Sequence[str], rigs: Sequence[Rig], options: ScoreOptions) -> list[BodyMesh | None]:
+    """The mesh of each rig where bodies block; None for all where they are ignored."""
+    if options.body != "blocks":
+        return [None] * len(rigs)
+    return [mesh_called(name, rig) for name, rig in zip(names, rigs, strict=True)]
+
+
 def score_rigs(
-    rigs: Sequence[Rig], field: EntropyField, options: ScoreOptions, with_seen: bool = False
+    rigs: Sequence[Rig],
+    field: EntropyField,
+    options: ScoreOptions,
+    with_seen: bool = False,
+    meshes: Sequence[BodyMesh | None] | None = None,
 ) -> list[Evaluation]:
     """Evaluate the rigs in the order given, each from scratch so that their times can be compared."""
     evaluations = []
     with progress_bar("Casting rays") as progress:
         found = evaluate_from_scratch(
-            field, [WARM_UP, *rigs], settings_of(options), options.threads, with_seen
+            field,
+            [WARM_UP, *rigs],
+            settings_of(options),
+            options.threads,
+            with_seen,
+            [None, *(meshes or [None] * len(rigs))],
         )
         next(found)
         for evaluation in found:
@@ -86,7 +120,7 @@ def print_scores(evaluations: Sequence[Evaluation], field: EntropyField, score: 
 
 
 def scene_lines(field: EntropyField, settings: MetricSettings, source: str) -> Iterable[Text]:
-    """What was scored, in three lines: grid, data, metric."""
+    """What was scored, in four lines: grid, data, metric, body."""
     nx, ny, nz = field.grid.shape
     length, width, height = field.grid.roi_m
     yield _line(
@@ -100,6 +134,7 @@ def scene_lines(field: EntropyField, settings: MetricSettings, source: str) -> I
         f"{settings.method} traversal, reading {settings.reading}, λ = {settings.camera_weight:g}: "
         f"S-MS = λ · S-MIG(camera) + S-MIG(LiDAR)",
     )
+    yield _line("Body", BODY_TEXTS[settings.body])
 
 
 def data_line(data: DataReport, source: str) -> str:

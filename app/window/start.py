@@ -49,6 +49,7 @@ def open_window(rig: str, scene: SceneOptions, score: ScoreOptions) -> int:
     viewport.shown.connect(recompute.begin, Qt.ConnectionType.SingleShotConnection)
     QTimer.singleShot(LONGEST_WAIT_MS, recompute, recompute.begin)
     window = MainWindow(document, viewport, recompute, Counter(), scene, settings, kept=kept)
+    window.session.set_body(score.body)
     grace = Grace()
     with quit_on_interrupt(app) as interrupt, failures_told(window.bench.report_error, state_folder()):
         window.bench.closing.connect(

@@ -24,8 +24,10 @@ from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Method
 from riglens.core.rig.model import Camera, Sensor
 from riglens.core.scene.columns import Words, words_per_column
+from riglens.core.sensing.body_ends import barrier_ends
 from riglens.core.sensing.rational_walk import walk_rational
 from riglens.core.sensing.rays import Lattice, lattice, sensor_rays
+from riglens.core.vehicle.solid import Barrier
 
 RAYS_PER_CHUNK = 1 << 15
 PLANES_PER_CHUNK = 512
@@ -66,14 +68,22 @@ class Caster:
         self._shape = np.array(field.grid.shape, np.int64)
 
     def mark(
-        self, sensor: Sensor, method: Method, window: Window, marks: Words, is_stale: IsStale = never_stale
+        self,
+        sensor: Sensor,
+        method: Method,
+        window: Window,
+        marks: Words,
+        is_stale: IsStale = never_stale,
+        barrier: Barrier | None = None,
     ) -> bool:
         """Set the bits of the voxels traversed, of all informative ones and possibly of others (paper, eq. 10).
 
-        `window` is that of the sensor; marks uint64 (words,). Returns False when abandoned half-way; some bits are then
-        set.
+        `window` is that of the sensor; marks uint64 (words,); rays end at the barrier. Returns False when abandoned
+        half-way; some bits are then set.
         """
-        rays = self._rays(sensor, method)
+        rays = self._rays(sensor, method, barrier)
+        if rays.ends.size:
+            return self._mark_rays(rays, marks, is_stale)
         if method == "exact" and is_upright(rays.rotation) and is_plain(rays):
             return self._mark_fan(rays, window, marks, is_stale)
         frustum = make_frustum(sensor, rays) if method == "exact" and isinstance(sensor, Camera) else None
@@ -144,9 +154,15 @@ class Caster:
         cast.add_marks(spare, marks, self.workers)
         return True
 
-    def hits(self, sensor: Sensor, method: Method, is_stale: IsStale = never_stale) -> tuple[int, ...] | None:
+    def hits(
+        self,
+        sensor: Sensor,
+        method: Method,
+        is_stale: IsStale = never_stale,
+        barrier: Barrier | None = None,
+    ) -> tuple[int, ...] | None:
         """Sum over rays over their voxels of h in fixed point, per class; None when abandoned."""
-        rays, entropies = self._rays(sensor, method), self._field.entropies
+        rays, entropies = self._rays(sensor, method, barrier), self._field.entropies
         totals = [0, 0, 0]
         for start, end in _chunks(rays):
             if is_stale():
@@ -167,7 +183,8 @@ class Caster:
         run = int(runs.first[word]) + (int(runs.starts[word]) & upto).bit_count() - 1
         return [int(h) for h in self._field.palette_q[runs.codes[run], :3]]
 
-    def _rays(self, sensor: Sensor, method: Method) -> Cast:
+    def _rays(self, sensor: Sensor, method: Method, barrier: Barrier | None = None) -> Cast:
+        """All rays of a sensor in grid units, cut off where they meet the barrier."""
         grid, table = self._field.grid, lattice(sensor)
         reach = np.array([min(limit / grid.voxel_m, FARTHEST) for limit in sensor.range_m])
         box = self._field.index.bounds
@@ -186,15 +203,25 @@ class Caster:
             box,
             self._shape,
             method == "bresenham",
+            self._ends(sensor, barrier),
         )
+
+    def _ends(self, sensor: Sensor, barrier: Barrier | None) -> NDArray[np.float64]:
+        """Where each ray meets the barrier, in grid units; empty where none does."""
+        if barrier is None:
+            return np.zeros(0)
+        ends = barrier_ends(sensor, barrier, self.workers)
+        return ends / self._field.grid.voxel_m if np.isfinite(ends).any() else np.zeros(0)
 
     def _walk_irregular(self, rays: Cast, numbers: NDArray[np.int64]) -> Iterator[tuple[int, np.uint64]]:
         """Word and bit of every voxel of the rays that the kernels left out."""
         grid = self._field.grid
         depth = words_per_column(grid)
         origin = (float(rays.origin[0]), float(rays.origin[1]), float(rays.origin[2]))
-        near, far = float(rays.reach[0]), float(rays.reach[1])
-        for x, y, z in Lattice(rays.kind, rays.rows, rays.planes).directions(numbers):
+        near, reach = float(rays.reach[0]), float(rays.reach[1])
+        directions = Lattice(rays.kind, rays.rows, rays.planes).directions(numbers)
+        for ray, (x, y, z) in zip(numbers, directions, strict=True):
+            far = min(reach, float(rays.ends[ray])) if rays.ends.size else reach
             dx, dy, dz = (float((row[0] * x + row[1] * y) + row[2] * z) for row in rays.rotation)
             for ix, iy, iz in walk_rational(origin, (dx, dy, dz), near, far, [int(b) for b in rays.box]):
                 yield (ix * grid.shape[1] + iy) * depth + iz // 64, np.uint64(1 << (iz % 64))

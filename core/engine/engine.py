@@ -11,6 +11,8 @@ import time
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import reduce
+from itertools import repeat
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +25,9 @@ from riglens.core.metric.scores import PAPER_SETTINGS, Method, MetricSettings, S
 from riglens.core.metric.scoring import KINDS, score
 from riglens.core.rig.model import Rig, Sensor, rays_of
 from riglens.core.scene.columns import Words
+from riglens.core.sensing.body_ends import housing_radius_m
+from riglens.core.vehicle.mesh import BodyMesh
+from riglens.core.vehicle.solid import Barrier, CarBody, Solid
 
 SPARE_SLOTS = 2
 
@@ -41,17 +46,30 @@ class Evaluation:
     threads: int
 
 
+_Wanted = tuple[int, Method, str | None]
+"""Identity of a sensor, method, fingerprint of the body: what a shape is looked up by."""
+
+
+class _Shape(NamedTuple):
+    """What decides the rays of a sensor: how they are walked, the sensor without name and switch, and what stops them:
+    the fingerprint of the car's body and how far from the sensor it begins to count, None where it is ignored."""
+
+    method: Method
+    sensor: Sensor
+    stop: tuple[str, float] | None
+
+
 @dataclass(frozen=True)
 class _Held:
-    """A sensor whose contribution is in a slot; `shape` is what decides its rays, without name and switch."""
+    """A sensor whose contribution is in a slot."""
 
-    shape: tuple[Method, Sensor]
+    shape: _Shape
     slot: int
     window: Window
 
     @property
     def kind(self) -> int:
-        return KINDS.index(self.shape[1].kind)
+        return KINDS.index(self.shape.sensor.kind)
 
 
 @dataclass
@@ -64,8 +82,9 @@ class _State:
     held: list[_Held] = field(default_factory=list)
 
 
-def _cast_shape(sensor: Sensor, method: Method) -> tuple[Method, Sensor]:
-    return method, rays_of(sensor)
+def _cast_shape(sensor: Sensor, method: Method, solid: Solid | None) -> _Shape:
+    stop = None if solid is None else (solid.fingerprint, housing_radius_m(sensor))
+    return _Shape(method, rays_of(sensor), stop)
 
 
 def _rows(window: Window, kind: int, workers: int) -> NDArray[np.int64]:
@@ -93,14 +112,23 @@ class Engine:
         self._caster = Caster(field, jit.use_threads(threads))
         words = field.index.words.size
         self._state = _State(np.zeros((0, words), np.uint64), np.zeros((2, words), np.uint64))
-        self._shapes: dict[tuple[int, Method], tuple[Sensor, tuple[Method, Sensor]]] = {}
-        self._hits: dict[tuple[Method, Sensor], tuple[int, ...]] = {}
+        self._shapes: dict[_Wanted, tuple[Sensor, _Shape]] = {}
+        self._solid: Solid | None = None
+        self._hits: dict[_Shape, tuple[int, ...]] = {}
 
     def evaluate(
-        self, rig: Rig, settings: MetricSettings = PAPER_SETTINGS, with_seen: bool = True
+        self,
+        rig: Rig,
+        settings: MetricSettings = PAPER_SETTINGS,
+        with_seen: bool = True,
+        mesh: BodyMesh | None = None,
     ) -> Evaluation:
-        """Score a rig; the evaluation holds the seen voxels if they are asked for."""
-        evaluation = self.evaluate_unless(never_stale, rig, settings, with_seen)
+        """Score a rig; the evaluation holds the seen voxels if they are asked for.
+
+        `mesh` is that of the vehicle's file, if it has one: without it such a body cannot block, which raises
+        InputError.
+        """
+        evaluation = self.evaluate_unless(never_stale, rig, settings, with_seen, mesh)
         assert evaluation is not None
         return evaluation
 
@@ -110,6 +138,7 @@ class Engine:
         rig: Rig,
         settings: MetricSettings = PAPER_SETTINGS,
         with_seen: bool = True,
+        mesh: BodyMesh | None = None,
     ) -> Evaluation | None:
         """As `evaluate`, but None as soon as `is_stale`, which is asked every few milliseconds, returns True.
 
@@ -118,6 +147,7 @@ class Engine:
         """
         started = time.perf_counter()
         threads = jit.use_threads(self._caster.workers)
+        self._solid = CarBody(rig.vehicle, mesh).solid() if settings.body == "blocks" else None
         wanted = self._shapes_of(rig, settings.method)
         if not self._hold(wanted, is_stale):
             return None
@@ -140,25 +170,33 @@ class Engine:
 
         It is a view of the engine's own memory: read it at once, never write to it, never keep it.
         """
-        shape = _cast_shape(sensor, method)
+        shape = _cast_shape(sensor, method, self._solid)
         held = next((held for held in self._state.held if held.shape == shape), None)
         return self._state.stack[held.slot] if held is not None and self._for_edits else None
 
-    def _shapes_of(self, rig: Rig, method: Method) -> list[tuple[Method, Sensor]]:
+    def _barrier(self, shape: _Shape) -> Barrier | None:
+        """What stops the rays of a shape that was made for the body of now."""
+        if self._solid is None or shape.stop is None:
+            return None
+        return self._solid.barrier(shape.sensor.kind, shape.stop[1])
+
+    def _shapes_of(self, rig: Rig, method: Method) -> list[_Shape]:
         """What decides the rays of each enabled sensor; the same objects as last time for the same sensors."""
         known, self._shapes = self._shapes, {}
+        stop = None if self._solid is None else self._solid.fingerprint
         for sensor in rig.sensors:
             if sensor.enabled:
-                found = known.get((id(sensor), method))
-                self._shapes[id(sensor), method] = found or (sensor, _cast_shape(sensor, method))
+                found = known.get((id(sensor), method, stop))
+                shape = found or (sensor, _cast_shape(sensor, method, self._solid))
+                self._shapes[id(sensor), method, stop] = shape
         return [shape for _, shape in self._shapes.values()]
 
-    def _hold(self, wanted: list[tuple[Method, Sensor]], is_stale: IsStale) -> bool:
+    def _hold(self, wanted: list[_Shape], is_stale: IsStale) -> bool:
         """Cast and let go until exactly the wanted sensors are held; False when abandoned."""
         if not self._for_edits:
             self._forget()
         leaving = list(self._state.held)
-        arriving: list[tuple[Method, Sensor]] = []
+        arriving: list[_Shape] = []
         by_identity = {id(held.shape): held for held in leaving}
         for shape in wanted:
             match = by_identity.get(id(shape)) or next((h for h in leaving if h.shape == shape), None)
@@ -181,17 +219,20 @@ class Engine:
         for array in (state.stack, state.union, state.sums_q):
             array[:] = 0
 
-    def _cast(self, arriving: list[tuple[Method, Sensor]], is_stale: IsStale) -> list[_Held] | None:
+    def _cast(self, arriving: list[_Shape], is_stale: IsStale) -> list[_Held] | None:
         """Cast sensors into free slots; when this is abandoned or interrupted the slots are empty again."""
         self._reserve(len(arriving))
         stack, arrived, done = self._state.stack, [], False
         free = self._free_slots()
         try:
             for shape in arriving:
-                slot = next(free) if self._for_edits else KINDS.index(shape[1].kind)
-                held = _Held(shape, slot, self._caster.window(shape[1]))
+                slot = next(free) if self._for_edits else KINDS.index(shape.sensor.kind)
+                held = _Held(shape, slot, self._caster.window(shape.sensor))
                 arrived.append(held)
-                if not self._caster.mark(shape[1], shape[0], held.window, stack[held.slot], is_stale):
+                marks = stack[held.slot]
+                if not self._caster.mark(
+                    shape.sensor, shape.method, held.window, marks, is_stale, self._barrier(shape)
+                ):
                     return None
             done = True
         finally:
@@ -237,17 +278,17 @@ class Engine:
         used = {held.slot for held in self._state.held}
         return (slot for slot in range(len(self._state.stack)) if slot not in used)
 
-    def _hit_sums(self, wanted: list[tuple[Method, Sensor]], is_stale: IsStale) -> NDArray[np.object_] | None:
+    def _hit_sums(self, wanted: list[_Shape], is_stale: IsStale) -> NDArray[np.object_] | None:
         """Sums with multiplicity per kind and class as Python integers, (2, 3); None when abandoned."""
         self._hits = {shape: sums for shape, sums in self._hits.items() if shape in wanted}
         totals = np.zeros((2, 3), dtype=object)
-        for method, sensor in wanted:
-            if (method, sensor) not in self._hits:
-                sums = self._caster.hits(sensor, method, is_stale)
+        for shape in wanted:
+            if shape not in self._hits:
+                sums = self._caster.hits(shape.sensor, shape.method, is_stale, self._barrier(shape))
                 if sums is None:
                     return None
-                self._hits[method, sensor] = sums
-            totals[KINDS.index(sensor.kind)] += np.array(self._hits[method, sensor], dtype=object)
+                self._hits[shape] = sums
+            totals[KINDS.index(shape.sensor.kind)] += np.array(self._hits[shape], dtype=object)
         return totals
 
 
@@ -257,10 +298,12 @@ def evaluate_from_scratch(
     settings: MetricSettings,
     threads: int | None = None,
     with_seen: bool = False,
+    meshes: Iterable[BodyMesh | None] = repeat(None),
 ) -> Iterator[Evaluation]:
     """Evaluate rigs one after another, each from scratch: nothing is carried over but memory.
 
-    The evaluations hold the seen voxels only if they are asked for."""
+    The evaluations hold the seen voxels only if they are asked for. `meshes` are those of the rigs' bodies, None for
+    one without a file."""
     engine = Engine(field, threads, for_edits=False)
-    for rig in rigs:
-        yield engine.evaluate(rig, settings, with_seen)
+    for rig, mesh in zip(rigs, meshes, strict=False):
+        yield engine.evaluate(rig, settings, with_seen, mesh)

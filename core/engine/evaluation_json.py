@@ -37,6 +37,7 @@ def evaluation_document(
         "method": settings.method,
         "reading": settings.reading,
         "lambda": settings.camera_weight,
+        "body": settings.body,
         "rigs": [_rig(evaluation) for evaluation in evaluations],
     }
 

@@ -20,7 +20,8 @@ BLOCK = 64
 
 class Cast(NamedTuple):
     """Rays to walk: lattice tables of any kind (see `riglens.core.kernels.lattice`), origin (3,) in grid units,
-    rotation (3, 3), reach (2,) in grid units, box (6,) cells to stay in, shape (3,) of the grid, and the method."""
+    rotation (3, 3), reach (2,) in grid units, box (6,) cells to stay in, shape (3,) of the grid, the method, and
+    ends (rays,), where each ray is cut off, in grid units; empty where none is."""
 
     kind: int
     rows: np.ndarray
@@ -31,6 +32,7 @@ class Cast(NamedTuple):
     box: np.ndarray
     shape: np.ndarray
     bresenham: bool
+    ends: np.ndarray
 
 
 @inlined
@@ -44,9 +46,9 @@ def _passes(g: float, d: float, low: float, high: float, t_in: float, t_out: flo
 
 
 @inlined
-def _misses(rays: Cast, g: Vector, d: Vector) -> bool:
+def _misses(rays: Cast, g: Vector, d: Vector, far: float) -> bool:
     """Whether a ray certainly meets nothing in the box: much quicker to say than to clip it exactly."""
-    t_in, t_out = rays.reach[0], rays.reach[1]
+    t_in, t_out = rays.reach[0], far
     for axis in range(3):
         low, high = float(rays.box[2 * axis]), float(rays.box[2 * axis + 1])
         t_in, t_out = _passes(g[axis], d[axis], low, high, t_in, t_out)
@@ -59,9 +61,10 @@ def _walk(rays: Cast, ray: int, runs: np.ndarray) -> int:
     planes = rays.planes.shape[0]
     d = rotated(rays.rotation, direction(rays.kind, rays.rows[ray // planes], rays.planes[ray % planes]))
     g = (rays.origin[0], rays.origin[1], rays.origin[2])
-    if _misses(rays, g, d):
+    far = min(rays.reach[1], rays.ends[ray]) if rays.ends.size > 0 else rays.reach[1]
+    if far <= rays.reach[0] or _misses(rays, g, d, far):
         return 0
-    whole = Ray(g, d, rays.reach[0], rays.reach[1])
+    whole = Ray(g, d, rays.reach[0], far)
     if rays.bresenham:
         return walk_bresenham(whole, rays.box, rays.shape[1], runs)
     return walk_exact(whole, rays.box, rays.shape[1], runs)

@@ -7,19 +7,23 @@ from typing import Literal
 
 Reading = Literal["covered", "residual", "hits"]
 Method = Literal["exact", "bresenham"]
+Body = Literal["ignored", "blocks"]
+"""Whether rays pass through the car's own body, as in the paper, or end at it."""
 READINGS: tuple[Reading, ...] = ("covered", "residual", "hits")
 METHODS: tuple[Method, ...] = ("exact", "bresenham")
+BODIES: tuple[Body, ...] = ("ignored", "blocks")
 DEFAULT_LAMBDA = 0.1
 MAX_LAMBDA = 1e6
 
 
 @dataclass(frozen=True)
 class MetricSettings:
-    """How the score is computed: traversal method, reading of S-MIG and the camera weight lambda."""
+    """How the score is computed: traversal method, reading of S-MIG, the camera weight lambda, the car's body."""
 
     method: Method = "exact"
     reading: Reading = "covered"
     camera_weight: float = DEFAULT_LAMBDA
+    body: Body = "ignored"
 
 
 PAPER_SETTINGS = MetricSettings()

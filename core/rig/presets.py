@@ -219,3 +219,8 @@ def _spellings() -> dict[str, str]:
         if found.cameras and found.lidars:
             spellings[_plain(f"{found.cameras.name}+{found.lidars.name}")] = name
     return spellings
+
+
+def is_preset(rig: Rig) -> bool:
+    """Return whether a rig is one of the built-in ones, unchanged."""
+    return rig.name in PRESETS and rig == preset(rig.name)

@@ -59,6 +59,7 @@ def rays_in_metres(sensor: Sensor) -> Cast:
         np.zeros(6, np.int64),
         np.zeros(3, np.int64),
         False,
+        np.zeros(0),
     )
 
 
@@ -68,13 +69,17 @@ def body_ends(sensor: Sensor, solid: Solid, workers: int = 1) -> NDArray[np.floa
     Rays as in `lattice(sensor).directions()`: row by row, of a listed sensor those that exist. Range limits play no
     part. With one worker any thread may call it, with more only the one that owns the parallel kernels.
     """
+    return barrier_ends(sensor, barrier_of(sensor, solid), workers)
+
+
+def barrier_ends(sensor: Sensor, barrier: Barrier, workers: int = 1) -> NDArray[np.float64]:
+    """As `body_ends`, for what stops the sensor's rays."""
     from riglens.core.kernels import solid as kernel  # the compiler
 
     rays = rays_in_metres(sensor)
     ends = np.full(len(rays.rows) * len(rays.planes), np.inf)
-    if not solid.count:
+    if not len(barrier.stops):
         return ends
-    barrier = barrier_of(sensor, solid)
     if workers == 1:
         kernel.ends_by_tree(rays, *barrier, ends)
     else:

@@ -167,11 +167,11 @@ class SlowEngine:
     def __init__(self, field: Any, threads: int | None) -> None:
         self._engine = app_engine(field, threads)
 
-    def evaluate(self, rig: Any, settings: Any, with_seen: bool = True) -> Any:
+    def evaluate(self, rig: Any, settings: Any, with_seen: bool = True, mesh: Any = None) -> Any:
         return self.evaluate_unless(lambda: False, rig, settings, with_seen)
 
     def evaluate_unless(
-        self, is_stale: Callable[[], bool], rig: Any, settings: Any, with_seen: bool = True
+        self, is_stale: Callable[[], bool], rig: Any, settings: Any, with_seen: bool = True, mesh: Any = None
     ) -> Any:
         if self.gates:
             self.gates.pop(0).pass_through()

@@ -67,6 +67,7 @@ class Car(Feature):
     def _show(self, vehicle: Vehicle) -> None:
         mesh = self.mesh
         self.viewport.show_state(replace(self.viewport.state, vehicle=vehicle, body_mesh=mesh))
+        self.session.take_mesh(vehicle.body, mesh)
         said = STAND_IN if mesh is None else size_text(mesh_size_m(mesh, vehicle.mesh))
         self.bench.panels.inspector.set_mesh_size(said, can_fit=mesh is not None)
 

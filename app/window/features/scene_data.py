@@ -70,7 +70,9 @@ class SceneData(Feature):
     def load(self, options: SceneOptions) -> None:
         """Load other box data in the background; an automatic voxel edge goes by the rig as it is now."""
         settings, recompute = self.session.settings, self.bench.recompute
-        score = ScoreOptions(settings.method, settings.reading, settings.camera_weight, recompute.threads)
+        score = ScoreOptions(
+            settings.method, settings.reading, settings.camera_weight, recompute.threads, settings.body
+        )  # fmt: skip
         self._options = options.for_rigs([self.document.rig], score)
         self._strip.begin()
         recompute.load(self._options)

@@ -15,13 +15,14 @@ def test_the_json_holds_every_key_of_the_promise(riglens, boxes):
     result = riglens("evaluate", "W+T", "Center", "--boxes", boxes, *SMALL_GRID, "--json", "-")
     assert result.code == 0
     document = json.loads(result.out)
-    assert list(document) == ["riglens", "grid", "data", "method", "reading", "lambda", "rigs"]
+    assert list(document) == ["riglens", "grid", "data", "method", "reading", "lambda", "body", "rigs"]
     assert document["riglens"] == 1
     assert document["grid"]["shape"] == [40, 40, 8]
     assert document["grid"]["origin_m"] == [-10, -10, 0]
     assert document["data"]["frames"] == 3
     assert document["data"]["boxes"] == {"car": 2, "bicycle": 1, "pedestrian": 1}
     assert len(document["data"]["sha256"]) == 64
+    assert document["body"] == "ignored"  # as in the paper, whose rigs these are
     wide, center = document["rigs"]
     assert (wide["name"], center["name"]) == ("W+T", "Center")
     assert len(wide["sha256"]) == 64
@@ -282,3 +283,52 @@ def test_kitti_tracking_labels_are_read_through_their_calibration(riglens, share
     assert result.code == 0, result.err
     assert "frames" in result.out
     assert "belong to no class" in result.err
+
+
+LOW = """riglens: 1
+name: low
+vehicle: {body: BODY}
+sensors:
+  - {name: a, kind: lidar, position: [0.0, 0.0, 1.0], elevations_deg: {from: -25, to: 25, count: 16}}
+"""
+
+
+def seen(result):
+    assert result.code == 0, result.err
+    document = json.loads(result.out)
+    return document["body"], [rig["classes"]["car"]["any"]["seen"] for rig in document["rigs"]]
+
+
+def test_rays_end_at_the_car_unless_the_rig_is_one_of_the_papers_or_it_is_said_otherwise(
+    riglens, boxes, tmp_path
+):
+    rig = tmp_path / "low.yaml"
+    rig.write_text(LOW.replace("BODY", "sedan"))
+    scene = ("--boxes", boxes, *SMALL_GRID, "--json", "-")
+    usual, blocks, ignored = (
+        seen(riglens("evaluate", rig, *scene, *options))
+        for options in ((), ("--body", "blocks"), ("--body", "ignored"))
+    )
+    assert usual == blocks and usual[0] == "blocks" and ignored[0] == "ignored"
+    assert usual[1][0] < 0.5 * ignored[1][0]
+    assert seen(riglens("evaluate", "W+T", *scene))[0] == "ignored"
+    assert seen(riglens("evaluate", "W+T", *scene, "--body", "blocks"))[0] == "blocks"
+    mixed = seen(riglens("evaluate", "W+T", rig, *scene))
+    assert mixed[0] == "blocks" and mixed[1][1] == usual[1][0], "figures side by side are of one kind"
+
+
+def test_the_table_says_what_the_body_does(riglens, boxes, tmp_path):
+    for options, said in (((), "ignored"), (("--body", "blocks"), "blocks")):
+        out = riglens("evaluate", "W+T", "--boxes", boxes, *SMALL_GRID, *options).out
+        assert next(line for line in out.splitlines() if line.startswith("Body")).split()[1] == f"{said}:"
+
+
+def test_a_body_whose_mesh_is_missing_or_broken_is_one_line_and_no_score(riglens, boxes, tmp_path):
+    rig = tmp_path / "low.yaml"
+    rig.write_text(LOW.replace("BODY", "car.glb"))
+    for _ in ("missing", "broken"):
+        result = riglens("evaluate", rig, "--boxes", boxes, *SMALL_GRID)
+        assert result.code == 2 and not result.out
+        assert "vehicle.body" in result.err and len(result.err.strip().splitlines()) == 1
+        assert riglens("evaluate", rig, "--boxes", boxes, *SMALL_GRID, "--body", "ignored").code == 0
+        (tmp_path / "car.glb").write_bytes(b"no mesh")

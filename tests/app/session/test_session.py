@@ -6,6 +6,7 @@ import ast
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
 
@@ -14,7 +15,10 @@ from riglens.app.session.document import Document
 from riglens.app.session.session import HeatChoice, Session
 from riglens.core.geometry import Pose
 from riglens.core.metric.scores import MetricSettings
+from riglens.core.rig.model import Vehicle
+from riglens.core.rig.presets import preset
 from riglens.core.scene.grid import VoxelGrid
+from riglens.core.vehicle.mesh import BodyMesh
 from tests.app.window.desk import FakeRecompute, loaded, open_desk
 from tests.app.window_bench import LIDAR, RIG
 
@@ -81,7 +85,9 @@ def test_the_request_is_what_was_set(session: Session) -> None:
     request = session.request()
     assert request.rig is session.document.rig and request.revision == session.document.revision
     assert request.rig.sensor("roof").pose == POSE and request.is_preview
-    assert request.baseline_rig is OTHER and request.settings == MetricSettings("exact", "hits", 0.2)
+    assert request.baseline_rig is OTHER and request.settings == MetricSettings(
+        "exact", "hits", 0.2, "blocks"
+    )
     assert (request.heat, request.heat_class) == ("unseen", "pedestrian")
     assert (request.voxel, request.map_by) == ((4, 5, 6), "camera")
 
@@ -174,3 +180,30 @@ def test_the_session_imports_no_widgets() -> None:
     }
     assert "PySide6.QtCore" in imported
     assert not {"PySide6.QtWidgets", "PySide6.QtGui"} & imported
+
+
+def test_the_body_blocks_unless_the_rig_is_one_of_the_papers_or_it_is_said_otherwise() -> None:
+    session = Session(Document(preset("W+T")), MetricSettings())
+    told: list[str] = []
+    session.settings_changed.connect(lambda: told.append(session.body))
+    assert session.settings.body == "ignored"
+    session.document.apply(session.document.rig.replace(name="edited"))
+    assert session.body == "ignored", "an edit does not switch what is counted"
+    session.set_body("blocks")
+    assert session.request().settings.body == "blocks"
+    session.set_settings(MetricSettings("exact", "hits", 0.2))
+    assert session.settings == MetricSettings("exact", "hits", 0.2, "blocks")
+    session.set_body(None)
+    assert told == ["blocks", "blocks", "ignored"]
+    assert Session(Document(RIG), MetricSettings()).body == "blocks"
+
+
+def test_a_body_in_a_file_is_ignored_until_its_mesh_has_been_read() -> None:
+    session = Session(Document(RIG.replace(vehicle=Vehicle(body="car.glb"))), MetricSettings())
+    assert (session.body_wanted, session.body) == ("blocks", "ignored")
+    points = np.zeros((3, 3), np.float32)
+    mesh = BodyMesh(points, points, np.array([[0, 1, 2]], np.int32))
+    session.take_mesh("other.glb", mesh)
+    assert session.body == "ignored" and session.request().mesh is None
+    session.take_mesh("car.glb", mesh)
+    assert session.body == "blocks" and session.request().mesh is mesh

@@ -118,10 +118,12 @@ class TimedEngine:
         self._engine, self._is_exact = Engine(field, threads), field.grid.voxel_m == FINE_M
         self._last: Any = None
 
-    def evaluate(self, rig: Any, settings: Any, with_seen: bool = True) -> Any:
+    def evaluate(self, rig: Any, settings: Any, with_seen: bool = True, mesh: Any = None) -> Any:
         return self.evaluate_unless(lambda: False, rig, settings, with_seen)
 
-    def evaluate_unless(self, is_stale: Any, rig: Any, settings: Any, with_seen: bool = True) -> Any:
+    def evaluate_unless(
+        self, is_stale: Any, rig: Any, settings: Any, with_seen: bool = True, mesh: Any = None
+    ) -> Any:
         if self._is_exact and self.gate is not None:
             self.reached.set()
             assert self.gate.wait(TIMEOUT_MS / 1000)

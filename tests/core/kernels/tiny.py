@@ -62,7 +62,8 @@ def rays_in_planes(
     """A ray (heading x, heading y, slope) for each slope and heading; distances are those along the heading."""
     rows = np.array([(1.0, slope) for slope in slopes])
     return Cast(
-        LIDAR, rows, np.array(headings), np.array(origin), np.eye(3), np.array(reach), BOX, SHAPE, False
+        LIDAR, rows, np.array(headings), np.array(origin), np.eye(3), np.array(reach), BOX, SHAPE, False,
+        np.zeros(0),
     )  # fmt: skip
 
 
