@@ -57,6 +57,8 @@ class PictureArguments:
     """How many times as many rays, 0.125 to 8 (1)."""
     transparent: bool = False
     """No background."""
+    ground: Annotated[bool, Parameter(negative="--no-ground")] = True
+    """The ground with its grid and metres."""
     legend: Annotated[bool, Parameter(negative="--no-legend")] = True
     """The colour bar."""
     title: bool = False
@@ -75,7 +77,7 @@ class PictureArguments:
             transparent=self.transparent, legend=self.legend, title=self.title, scores=self.scores,
             theme=self.theme, threshold=self.threshold, log=self.log, opacity=self.opacity,
             slice_m=self.slice_m, baseline=self.baseline,
-            rays=RayLook(self.rays, self.ray_opacity, self.ray_density),
+            rays=RayLook(self.rays, self.ray_opacity, self.ray_density), ground=self.ground,
         )  # fmt: skip
 
 

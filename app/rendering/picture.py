@@ -34,19 +34,26 @@ class Findings:
     scores: Scores
     settings: MetricSettings
     field: EntropyField
+    is_changed: bool = False
+    """Whether the rig differs from the file of its name."""
+
+    @property
+    def title(self) -> str:
+        """The rig's name, and that it is not as saved under it."""
+        return f"{self.rig.name} (changed)" if self.is_changed else self.rig.name
 
 
 def with_words(state: SceneState, words: PictureWords, found: Findings | None) -> SceneState:
-    """The state as a picture shows it: with legend, name and scores as chosen, without handles to drag."""
+    """The state as a picture shows it: with legend, name and scores as chosen, without handles or selection."""
     caption = Caption()
     if found is not None:
         caption = Caption(
-            title=found.rig.name if words.title else "",
+            title=found.title if words.title else "",
             subtitle=subtitle(found) if words.title else "",
             table=score_rows(found.scores) if words.scores else (),
             note=score_note(found.settings) if words.scores else "",
         )
-    return replace(state, show_legend=words.legend, caption=caption, show_gizmo=False)
+    return replace(state, show_legend=words.legend, caption=caption, show_gizmo=False, show_selection=False)
 
 
 def subtitle(found: Findings) -> str:

@@ -68,6 +68,7 @@ class RenderRequest:
     slice_m: tuple[float, float] | None = None
     baseline: str | None = None
     rays: RayLook = DEFAULT_RAYS
+    ground: bool = True
 
     def __post_init__(self) -> None:
         if self.out.suffix.lower() != ".png" and not is_stream(self.out):
@@ -201,7 +202,7 @@ def draw(
         rig = evaluation.rig
         state = SceneState(
             vehicle=rig.vehicle, body_mesh=body, rig=rig, grid=field.grid, heatmap=cells, heat_look=look,
-            ray_look=picture.rays, palette=palette(picture.theme == "dark"),
+            ray_look=picture.rays, palette=palette(picture.theme == "dark"), show_ground=picture.ground,
         )  # fmt: skip
         words = PictureWords(picture.legend, picture.title, picture.scores)
         state = with_words(state, words, Findings(rig, evaluation.scores, evaluation.settings, field))

@@ -37,6 +37,7 @@ class PictureChoice:
     legend: bool = True
     title: bool = False
     scores: bool = False
+    ground: bool = True
 
 
 class Preview(QWidget):
@@ -101,6 +102,7 @@ class PictureDialog(QDialog):
         self.scores = self._box("Scores", "The table of scores, in the lower corner", False)
         self.light = self._box("Light background", "For reports on white paper", light)
         self.transparent = self._box("Transparent background", "The page shows through", False)
+        self.ground = self._box("Ground", "The plane with its grid and metres", True)
         self.save, self.copy = QPushButton("Save…"), QPushButton("Copy")
         self.save.setDefault(True)
         self.save.clicked.connect(self.save_wanted)
@@ -130,7 +132,7 @@ class PictureDialog(QDialog):
         for row, (caption, field) in enumerate(rows):
             fields.addWidget(QLabel(caption), row, 0)
             fields.addWidget(field, row, 1)
-        for box in (self.legend, self.title, self.scores, self.light, self.transparent):
+        for box in (self.legend, self.title, self.scores, self.ground, self.light, self.transparent):
             fields.addWidget(box, fields.rowCount(), 0, 1, 2)
         fields.addWidget(self._note, fields.rowCount(), 0, 1, 2)
         fields.setRowStretch(fields.rowCount(), 1)
@@ -156,7 +158,7 @@ class PictureDialog(QDialog):
         return PictureChoice(
             (self.width_px.value(), self.height_px.value()), self.scale.currentIndex() + 1,
             self.transparent.isChecked(), self.light.isChecked(), self.legend.isChecked(),
-            self.title.isChecked(), self.scores.isChecked(),
+            self.title.isChecked(), self.scores.isChecked(), self.ground.isChecked(),
         )  # fmt: skip
 
     def set_words_possible(self, possible: bool) -> None:

@@ -34,8 +34,8 @@ from riglens.widgets.viewport.words_layer import WordsLayer
 # What each part of the scene is made from, by the names of SceneState's fields.
 _CAR = {"vehicle", "body_mesh"}
 _GROUND = {"grid", "palette"}
-_BODIES = {"rig", "hidden", "selected", "also_selected", "palette"}
-_FANS = {"rig", "hidden", "selected", "palette"}
+_BODIES = {"rig", "hidden", "selected", "also_selected", "show_selection", "palette"}
+_FANS = {"rig", "hidden", "selected", "show_selection", "palette"}
 _ALL_FANS = {"grid", "ray_look", "palette"}
 _LEGEND = {"heatmap", "heat_look", "show_legend", "palette"}
 _CENTRE_PX = 8.0
@@ -99,6 +99,8 @@ class DrawnScene:
         if changed & _GROUND:
             self._ground.set_grid(state.grid, palette)
             self._roi.set_grid(state.grid, palette)
+        if changed & _GROUND or "show_ground" in changed:
+            self._ground.set_shown(state.show_ground)
         if changed & _BODIES:
             self._rig.show_bodies(state, self._hovered)
         if changed & (_FANS | _ALL_FANS):

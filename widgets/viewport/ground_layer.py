@@ -22,6 +22,9 @@ _LEAST_LETTER_M, _MOST_LETTER_M, _LETTER_STEP = 0.45, 2.2, 1.25
 _LETTER_PX = 9.0
 """Labels grow in steps as the view goes away, as long as there is room for them between two lines."""
 _WIDE_LINE = 0.6
+_AXES = {"x": 2.9, "y": 1.6}
+"""Length in metres from the origin under the middle of the car: a little beyond the body of a common car."""
+_AXIS_WIDTH_M, _AXIS_M, _AXIS_LETTER_M = 0.03, 0.006, 0.3
 _PLANE_M, _LINE_M, _LABEL_M = -0.08, -0.03, -0.015
 """Heights of plane, lines and labels: far enough apart to hide one another correctly. VTK's own offsets for
 coplanar things are one switch for all actors and make each of them rewrite its depths."""
@@ -65,6 +68,11 @@ class GroundLayer:
         for actor in self._triad:
             self._triad_renderer.AddActor(actor)
 
+    def set_shown(self, shown: bool) -> None:
+        """Show ground and axes, or leave them out."""
+        for actor in (*self._actors, *self._triad):
+            actor.visibility = shown
+
     def set_quick(self, quick: bool) -> None:
         """Fainter lines while something moves: the ground is then drawn smaller and stretched, its lines are wide."""
         self._quick = quick
@@ -104,7 +112,10 @@ class _Labels:
         anchors = [np.zeros((0, 3))]
         for text, x, y in _label_places(half_x, half_y):
             letters = pv.Text3D(text, depth=0.0)
-            letters.points = letters.points - [letters.bounds[0], letters.bounds[2], 0.0]
+            left, right, low, high = letters.bounds[:4]
+            start_x, start_y = right if x > half_x else left, high if y > half_y else low
+            letters.points = letters.points - [start_x, start_y, 0.0]
+            x, y = x - 0.4 * (x > half_x), y - 0.4 * (y > half_y)  # the last ones end before their line
             self.mesh = self.mesh.append_polydata(pv.PolyData(letters.points, letters.faces))
             anchors.append(np.tile([x, y, _LABEL_M], (letters.n_points, 1)))
         self._anchors, self._letters = np.concatenate(anchors), np.array(self.mesh.points)
@@ -129,18 +140,23 @@ def _label_places(half_x: float, half_y: float) -> Iterator[tuple[str, float, fl
 
 
 def _triad(palette: Palette) -> list[pv.Actor]:
-    """Axes of the vehicle frame at its origin, on the ground: x red, y green, z blue."""
-    actors = []
-    for axis, length in enumerate((3.4, 2.0, 2.0)):
-        direction = np.eye(3)[axis]
-        shaft = pv.Cylinder(
-            center=direction * length / 2, direction=direction, radius=0.012, height=length, resolution=8
+    """Axes of the vehicle frame, flat on the ground, with their letters: nothing to take hold of, unlike a gizmo."""
+    actors, above = [], np.array([0.0, 0.0, _AXIS_M])
+    for axis, (letter, length_m) in enumerate(_AXES.items()):
+        along = np.eye(3)[axis]
+        across = np.eye(3)[1 - axis] * _AXIS_WIDTH_M / 2
+        corners = np.array([-across, across, length_m * along + across, length_m * along - across])
+        bar = pv.PolyData(corners + above, [4, 0, 1, 2, 3])
+        name = pv.Text3D(letter, depth=0.0)
+        name.points = _AXIS_LETTER_M * (np.asarray(name.points) - name.center)
+        name.points = np.asarray(name.points) + (length_m + _AXIS_LETTER_M) * along + above
+        actors.append(
+            plain_actor(
+                bar.append_polydata(pv.PolyData(name.points, name.faces)),
+                color=palette.axes[axis],
+                lighting=False,
+            )
         )
-        tip = pv.Cone(
-            center=direction * length, direction=direction, height=0.16, radius=0.045, resolution=16
-        )
-        actor = plain_actor(shaft.append_polydata(tip), color=palette.axes[axis], lighting=False)
-        actors.append(actor)
     return actors
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pyvista as pv
 from vtkmodules.vtkRenderingCore import vtkRenderer
@@ -55,7 +57,10 @@ class RigLayer:
         """Rebuild the rays, fewer while something moves; those of sensors that are not selected only with `others`."""
         casting, look = state.casting, state.ray_look
         selected = next((sensor for sensor in casting if sensor.name == state.selected), None)
-        self._rays.set_selected(selected, state.grid, state.palette, look.of_selected(quick))
+        palette = state.palette
+        if selected is not None and not state.show_selection:
+            palette = replace(palette, selected=palette.kinds[selected.kind])
+        self._rays.set_selected(selected, state.grid, palette, look.of_selected(quick))
         if others:
             rest = [sensor for sensor in casting if sensor is not selected]
             self._rays.set_others(rest, state.grid, state.palette, look.of_others(len(rest), quick))

@@ -49,7 +49,8 @@ class SceneState:
 
     The sensor named `selected` is shown with its rays and handles, those `also_selected` in the same colour, the
     `hidden` ones not at all. Those in `fixed` cannot be dragged: they get no handles. Without a `body_mesh` the
-    vehicle's parametric body is drawn, or a plain box where its body is a mesh file.
+    vehicle's parametric body is drawn, or a plain box where its body is a mesh file. Without
+    `show_selection` the selected sensor has the colour of its kind, but still the rays of a selected one.
     """
 
     vehicle: Vehicle = field(default_factory=Vehicle)
@@ -69,6 +70,8 @@ class SceneState:
     gizmo_mode: GizmoMode = "both"
     gizmo_space: Space = "local"
     show_gizmo: bool = True
+    show_ground: bool = True
+    show_selection: bool = True
     ray_look: RayLook = DEFAULT_RAYS
     palette: Palette = DARK
 
@@ -83,7 +86,7 @@ class SceneState:
 
     def is_selected(self, name: str) -> bool:
         """Whether a sensor is selected, alone or with others."""
-        return name == self.selected or name in self.also_selected
+        return self.show_selection and (name == self.selected or name in self.also_selected)
 
     @property
     def selected_sensor(self) -> Lidar | Camera | None:

@@ -53,8 +53,9 @@ class Picture(Feature):
         self._found = None
         if result is not None and is_known:
             self._found = Findings(
-                self._state.rig, result.evaluation.scores, result.request.settings, result.scene.field
-            )
+                self._state.rig, result.evaluation.scores, result.request.settings, result.scene.field,
+                self.document.is_modified,
+            )  # fmt: skip
         dialog = PictureDialog(
             self.viewport.picture_size,
             (MIN_SIDE_PX, MAX_SIDE_PX),
@@ -84,7 +85,7 @@ class Picture(Feature):
         if self.dialog is None:
             return
         choice = self.dialog.choice
-        state = replace(self._state, palette=palette(not choice.light))
+        state = replace(self._state, palette=palette(not choice.light), show_ground=choice.ground)
         words = PictureWords(choice.legend, choice.title, choice.scores)
         state = with_words(state, words, self._found)
         job = PictureJob(state, choice.size_px, scale, choice.transparent, purpose)

@@ -149,3 +149,21 @@ def test_words_of_a_picture_are_those_of_the_rig_and_its_scores(bench):
     assert caption.table[1][-1] == f"{100 * seen:.2f} %"
     bare = with_words(SceneState(), PictureWords(legend=False), found)
     assert not bare.show_legend and not bare.caption.title and not bare.caption.table
+
+
+def test_a_picture_of_a_changed_rig_says_so_shows_no_selection_and_has_a_ground_by_choice(bench, monkeypatch):
+    maker = with_stand_in(bench, monkeypatch)
+    bench.document.select("roof")
+    dialog = opened_dialog(bench)
+    dialog.title.setChecked(True)
+    last = maker.jobs[-1].state
+    assert (last.caption.title, last.show_ground, last.show_selection) == ("small", True, False)
+    assert not last.is_selected("roof") and bench.viewport.state.is_selected("roof")
+    dialog.ground.setChecked(False)
+    assert not maker.jobs[-1].state.show_ground
+    dialog.reject()
+    bench.document.replace_sensor("roof", bench.document.rig.sensor("roof").replace(position=(0.0, 0.0, 2.5)))
+    bench.settle()
+    dialog = opened_dialog(bench)
+    dialog.title.setChecked(True)
+    assert maker.jobs[-1].state.caption.title == "small (changed)"

@@ -5,9 +5,15 @@ import math
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from PySide6.QtGui import QFontMetrics
+from pytestqt.qtbot import QtBot
 
+from riglens.core.metric.scores import ClassScores, KindScore, MetricSettings, Scores
+from riglens.core.scene.boxes import CLASSES
 from riglens.widgets.panels.fields.quantity import full_number, parse_number, short_number
+from riglens.widgets.panels.scores.table import ScoreTable
 from riglens.widgets.panels.scores.text import COLUMNS, change_text, kilo_text, share_text
+from riglens.widgets.panels.style import tones
 
 S_MS, SEEN = COLUMNS[2], COLUMNS[3]
 
@@ -45,7 +51,7 @@ def test_entropies_are_in_thousands_of_nat_with_two_decimals(nat: float, text: s
 
 @pytest.mark.parametrize(
     ("change", "text"),
-    [(0.0, "–"), (14_290.0, "+14.29"), (-730.0, "−0.73"), (1e-6, "+<0.01"), (-1e-6, "−<0.01")],
+    [(0.0, "–"), (14_290.0, "+14.29 ↑"), (-730.0, "−0.73 ↓"), (1e-6, "+<0.01 ↑"), (-1e-6, "−<0.01 ↓")],
 )
 def test_a_change_carries_its_sign_and_never_looks_like_none(change: float, text: str) -> None:
     assert change_text(change, S_MS) == text
@@ -54,3 +60,30 @@ def test_a_change_carries_its_sign_and_never_looks_like_none(change: float, text
 def test_shares_are_in_percent_and_their_changes_in_percentage_points() -> None:
     assert share_text(0.76361) == "76.36 %"
     assert change_text(-0.0035, SEEN) == "−0.35 pp"
+
+
+def test_no_column_of_changes_cuts_its_longest_number(qtbot: QtBot) -> None:
+    table = ScoreTable()
+    qtbot.addWidget(table)
+    wide = QFontMetrics(table.font()).horizontalAdvance
+    for place in (2, 4, 6, 8):
+        assert table.columnWidth(place) >= wide("+100.00 pp") + 8 and table.columnWidth(place) >= wide(
+            "−1000.00 ↓"
+        )
+
+
+def test_the_direction_of_s_ms_is_an_arrow_and_only_seen_has_a_colour(qtbot: QtBot) -> None:
+    def scores(nat: float, seen: float) -> Scores:
+        kind = KindScore(nat, seen)
+        found = ClassScores(1000.0, kind, kind, seen, 1.1 * nat)
+        return Scores(dict.fromkeys(CLASSES, found), {"camera": 1, "lidar": 1, "any": 1})
+
+    table = ScoreTable()
+    qtbot.addWidget(table)
+    table.show_scores(
+        scores(-500.0, 0.4), scores(-400.0, 0.5), MetricSettings()
+    )  # more reached twice, less seen
+    change, seen = table.cell("car", "s_ms change"), table.cell("car", "seen change")
+    assert change.text() == "−0.11 ↓" and seen.text() == "−10.00 pp"
+    assert change.foreground().color().name() == tones().text
+    assert seen.foreground().color().name() == tones().less

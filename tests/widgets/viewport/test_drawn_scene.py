@@ -31,7 +31,7 @@ HEAT = HeatmapData(
 )
 LAYERS = {
     "_body": ("set_vehicle",),
-    "_ground": ("set_grid",),
+    "_ground": ("set_grid", "set_shown"),
     "_roi": ("set_grid",),
     "_rig": ("show_bodies", "show_fans"),
     "_heatmap": ("set_data", "set_look"),
@@ -80,9 +80,14 @@ CHANGES: list[tuple[dict[str, Any], set[str]]] = [
     ({"gizmo_mode": "move"}, set()),
     ({"gizmo_space": "world"}, set()),
     ({"show_gizmo": False}, set()),
+    ({"show_ground": False}, {"ground.set_shown"}),
+    ({"show_selection": False}, {"rig.show_bodies", "rig.show_fans of the selected sensor"}),
     ({"fixed": frozenset({"roof"})}, set()),
     ({"vehicle": Vehicle(length=5.0)}, {"body.set_vehicle"}),
-    ({"grid": VoxelGrid(0.5, (10.0, 10.0, 4.0))}, {"ground.set_grid", "roi.set_grid", "rig.show_fans"}),
+    (
+        {"grid": VoxelGrid(0.5, (10.0, 10.0, 4.0))},
+        {"ground.set_grid", "ground.set_shown", "roi.set_grid", "rig.show_fans"},
+    ),
     ({"rig": MOVED}, {"rig.show_bodies", "rig.show_fans of the selected sensor"}),
     ({"rig": OTHER_MOVED}, {"rig.show_bodies", "rig.show_fans"}),
     ({"selected": "other"}, {"rig.show_bodies", "rig.show_fans"}),
@@ -97,8 +102,8 @@ CHANGES: list[tuple[dict[str, Any], set[str]]] = [
     (
         {"palette": palette(False)},
         {
-            "body.set_vehicle", "ground.set_grid", "roi.set_grid", "rig.show_bodies", "rig.show_fans",
-            "words.show_legend", "words.show_caption", "marker.set_marker", "gizmo.set_palette",
+            "body.set_vehicle", "ground.set_grid", "ground.set_shown", "roi.set_grid", "rig.show_bodies",
+            "rig.show_fans", "words.show_legend", "words.show_caption", "marker.set_marker", "gizmo.set_palette",
         },
     ),
 ]  # fmt: skip

@@ -271,7 +271,7 @@ class CompareModel(QAbstractTableModel):
         if self._shown == "values":
             bar = {BAR_SHARE: self._bar_share(column, figure), BAR_COLOUR: CLASS_COLOURS[column.class_name]}
             return bar.get(role)
-        if role == _ROLE.ForegroundRole and figure:
+        if role == _ROLE.ForegroundRole and figure and column.score.is_share:
             more = looks_at_more(figure, column.score, self._reading)
             return QBrush(QColor(tones().more if more else tones().less))
         return None

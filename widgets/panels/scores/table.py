@@ -5,7 +5,16 @@ from __future__ import annotations
 import math
 
 from PySide6.QtCore import QModelIndex, QPersistentModelIndex, QPointF, QRectF, Qt
-from PySide6.QtGui import QBrush, QColor, QGuiApplication, QPainter, QPen, QPolygonF, QResizeEvent
+from PySide6.QtGui import (
+    QBrush,
+    QColor,
+    QFontMetrics,
+    QGuiApplication,
+    QPainter,
+    QPen,
+    QPolygonF,
+    QResizeEvent,
+)
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QHeaderView,
@@ -93,6 +102,7 @@ ROW_PX = 26
 FULL_PX = CLASS_PX + len(COLUMNS) * (MIN_VALUE_PX + CHANGE_PX) + TRAIL_PX
 TRAIL = 1 + 2 * len(COLUMNS)
 ESTIMATE_NOTE = "Estimated on larger voxels; the exact number follows as soon as the mouse rests"
+LONGEST_CHANGES, _CELL_MARGIN_PX = ("−100.00 pp", "−1000.00 ↓"), 8
 CHANGE_TIP = "Change against the baseline: the pinned rig, or else the rig as it was last saved or opened"
 TRAIL_TIP = "S-MS after each of the last edits, the largest value at the top"
 
@@ -127,7 +137,7 @@ class ScoreTable(QTableWidget):
             is_value = place % 2 == 1 and place != TRAIL
             mode = QHeaderView.ResizeMode.Stretch if is_value else QHeaderView.ResizeMode.Fixed
             header.setSectionResizeMode(place, mode)
-            header.resizeSection(place, {0: CLASS_PX, TRAIL: TRAIL_PX}.get(place, CHANGE_PX))
+            header.resizeSection(place, {0: CLASS_PX, TRAIL: TRAIL_PX}.get(place, self._change_px()))
         titles: list[tuple[str, str]] = [("Class", "")]
         for column in COLUMNS:
             titles += [(column.title, column.tip), ("change", CHANGE_TIP)]
@@ -138,6 +148,11 @@ class ScoreTable(QTableWidget):
             side = Qt.AlignmentFlag.AlignRight if place else Qt.AlignmentFlag.AlignLeft
             item.setTextAlignment(side | Qt.AlignmentFlag.AlignVCenter)
             self.setHorizontalHeaderItem(place, item)
+
+    def _change_px(self) -> int:
+        """Return the width of a column of changes: room for the longest that there can be."""
+        wide = QFontMetrics(self.font()).horizontalAdvance
+        return max(CHANGE_PX, max(map(wide, LONGEST_CHANGES)) + 2 * _CELL_MARGIN_PX)
 
     def _fill_row(self, row: int, name: str) -> None:
         title = QTableWidgetItem(swatch(CLASS_COLOURS[name]), name)
@@ -237,7 +252,8 @@ class ScoreTable(QTableWidget):
         _set_italic(item, False)
         item.setData(Qt.ItemDataRole.UserRole, change)
         more = looks_at_more(change, column, settings.reading)
-        colour = tones().muted if change == 0 else tones().more if more else tones().less
+        told = (tones().more if more else tones().less) if column.is_share else tones().text
+        colour = tones().muted if change == 0 else told
         item.setForeground(QBrush(QColor(colour)))
         meaning = "the same as" if change == 0 else "looks at more than" if more else "looks at less than"
         item.setToolTip(plain_tip(f"{exact_text(column, change)}: {meaning} {self._baseline}"))

@@ -93,12 +93,16 @@ def share_text(share: float) -> str:
 
 
 def change_text(change: float, column: Column) -> str:
-    """Return a signed change; a change too small for two decimals says so, none at all is a dash."""
+    """Return a signed change; a change too small for two decimals says so, none at all is a dash.
+
+    Where the number goes is an arrow for S-MS and S-MIG, whose sign does not say whether more is seen.
+    """
     if change == 0.0:
         return NONE
     size, unit = (abs(change) * 100, " pp") if column.is_share else (abs(change) / 1000, "")
     digits = f"{size:.2f}" if size >= 0.005 else "<0.01"
-    return _signed(digits, change, plus="+") + unit
+    arrow = "" if column.is_share else " ↑" if change > 0.0 else " ↓"
+    return _signed(digits, change, plus="+") + unit + arrow
 
 
 def looks_at_more(change: float, column: Column, reading: Reading) -> bool:

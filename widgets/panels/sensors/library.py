@@ -4,8 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from PySide6.QtCore import QByteArray, QMimeData, QSize, Qt, Signal
-from PySide6.QtGui import QBrush, QColor, QKeyEvent, QPainter, QPaintEvent
+from PySide6.QtCore import QByteArray, QMimeData, QPoint, QSize, Qt, Signal
+from PySide6.QtGui import (
+    QBrush,
+    QColor,
+    QDrag,
+    QFont,
+    QFontMetrics,
+    QKeyEvent,
+    QPainter,
+    QPaintEvent,
+    QPixmap,
+)
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QHeaderView,
@@ -28,6 +38,7 @@ MODEL_MIME = "application/x-riglens-model"
 """MIME type of a dragged model; the data are its name in UTF-8."""
 _MODEL = Qt.ItemDataRole.UserRole
 _WORDS = Qt.ItemDataRole.UserRole.value + 1
+_GHOST_OFF_PX = 18
 _NOTHING = "No model matches all of these words"
 _KINDS = (("lidar", "LiDARs"), ("camera", "Cameras"))
 
@@ -179,6 +190,16 @@ class _Models(QTreeWidget):
             return
         super().keyPressEvent(event)
 
+    def startDrag(self, actions: Qt.DropAction) -> None:
+        """Drag the name of a model beside the mouse, where it does not cover the place that it is dropped on."""
+        drag, row = QDrag(self), self.currentItem()
+        if row is None or not row.flags() & Qt.ItemFlag.ItemIsDragEnabled:
+            return
+        drag.setMimeData(self.mimeData(self.selectedItems()))
+        drag.setPixmap(_tag(row.text(0), self.font()))
+        drag.setHotSpot(QPoint(-_GHOST_OFF_PX, -_GHOST_OFF_PX))
+        drag.exec(Qt.DropAction.CopyAction)
+
     def mimeTypes(self) -> list[str]:
         """Offer only the MIME type that the 3D view understands."""
         return [MODEL_MIME]
@@ -191,6 +212,21 @@ class _Models(QTreeWidget):
             data.setData(MODEL_MIME, QByteArray(models[0].encode("utf-8")))
             data.setText(models[0])
         return data
+
+
+def _tag(text: str, font: QFont) -> QPixmap:
+    """A small plate with a name."""
+    size = QFontMetrics(font).size(Qt.TextFlag.TextSingleLine, text) + QSize(12, 6)
+    plate = QPixmap(size)
+    plate.fill(QColor(tones().panel))
+    painter = QPainter(plate)
+    painter.setFont(font)
+    painter.setPen(QColor(tones().border))
+    painter.drawRect(plate.rect().adjusted(0, 0, -1, -1))
+    painter.setPen(QColor(tones().text))
+    painter.drawText(plate.rect(), Qt.AlignmentFlag.AlignCenter, text)
+    painter.end()
+    return plate
 
 
 def _children(item: QTreeWidgetItem) -> list[QTreeWidgetItem]:
