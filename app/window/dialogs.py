@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from html import escape
+from itertools import count
 from pathlib import Path
 from typing import Literal
 
@@ -82,8 +83,11 @@ class Dialogs:
         return "discard" if answer == button.Discard else "cancel"
 
     def view_name(self, parent: QWidget, known: Sequence[str]) -> str | None:
-        """The name under which a view is to be kept: a new one, or one that is known."""
-        name, is_given = QInputDialog.getItem(parent, "Save view", "Name of this view", list(known), -1, True)
+        """The name under which a view is to be kept: a new one is suggested, known ones can be chosen."""
+        new = next(name for number in count(1) if (name := f"View {number}") not in known)
+        name, is_given = QInputDialog.getItem(
+            parent, "Save view", "Name of this view", [new, *known], 0, True
+        )
         return name if is_given else None
 
     def show_sheet(self, parent: QWidget, title: str, groups: Sequence[Group]) -> None:

@@ -169,7 +169,7 @@ class ViewController:
             self._let_go(pixel)
         elif is_click and button == "left":
             self._click(pixel, adding)
-        elif is_click and gesture == "zoom":
+        elif is_click and gesture == "zoom" and self._held is None:
             self._listener.on_menu_wanted(self._scene.under_mouse.sensor(pixel), pixel)
         elif gesture == "box":
             self._listener.on_boxing(None)

@@ -11,7 +11,7 @@ from pytestqt.qtbot import QtBot
 
 from riglens.app.window.settings import Settings
 from riglens.core.geometry import Pose
-from riglens.core.rig.edits import linked
+from riglens.core.rig.edits import linked, mirrored_pose
 from tests.app.window.desk import FullDesk, full_desk
 from tests.app.window_bench import CAMERA, LIDAR, RIG
 
@@ -53,6 +53,24 @@ def test_a_drag_of_a_group_is_one_step_for_all(bench: FullDesk) -> None:
     assert bench.document.undo_label == "move 3 sensors"
     bench.act("undo")
     assert bench.document.rig == THREE and bench.document.undo_label is None
+
+
+def test_a_pair_in_a_dragged_group_stays_symmetric(bench: FullDesk) -> None:
+    bench.document.apply(linked(THREE, "back", "front"))
+    pair = bench.document.rig
+    names = ("front", "back")
+    bench.viewport.drag_started.emit(names)
+    moved = {name: pair.sensor(name).pose for name in names}
+    shifted = {
+        name: Pose((x + 0.3, y + 0.1, z), pose.rpy_deg)
+        for name, pose in moved.items()
+        for x, y, z in [pose.position_m]
+    }
+    bench.viewport.drag_moved.emit(shifted)
+    bench.viewport.drag_finished.emit()
+    back, front = (bench.document.rig.sensor(name) for name in ("back", "front"))
+    assert back.pose == shifted["back"] and front.pose == mirrored_pose(back.pose)
+    assert bench.viewport.state.rig == bench.document.rig
 
 
 def test_one_locked_sensor_holds_the_whole_group_and_says_so(bench: FullDesk) -> None:

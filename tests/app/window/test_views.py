@@ -9,8 +9,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from PySide6.QtCore import QTimer
+from PySide6.QtWidgets import QApplication, QInputDialog
 from pytestqt.qtbot import QtBot
 
+from riglens.app.window.dialogs import Dialogs
 from riglens.app.window.features.views import LONGEST_NAME, MOST_SAVED, SAVED_KEY
 from riglens.app.window.settings import Settings
 from riglens.widgets.drawing.camera import OrbitCamera, ViewRay
@@ -145,3 +148,19 @@ def test_a_click_means_a_voxel_of_the_kind_that_is_drawn(
     assert len(asked) == 1 and (asked[0] is None) == (meant is None)
     if meant is not None:
         assert [int(word) for word in asked[0]] == [word % 2**64 for word in meant]
+
+
+@pytest.mark.parametrize(("known", "new"), [([], "View 1"), (["View 1", "a"], "View 2")])
+def test_the_question_for_a_name_suggests_a_new_one(bench: FullDesk, known: list[str], new: str) -> None:
+    suggested: list[str] = []
+
+    def answer() -> None:
+        dialog = QApplication.activeModalWidget()
+        assert isinstance(dialog, QInputDialog)
+        suggested.append(dialog.textValue())
+        dialog.setTextValue("low")
+        dialog.accept()
+
+    QTimer.singleShot(0, answer)
+    assert Dialogs().view_name(bench.workbench.window, known) == "low"
+    assert suggested == [new]

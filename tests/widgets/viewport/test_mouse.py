@@ -266,6 +266,14 @@ def test_the_partner_of_what_is_selected_stands_out_and_a_line_leads_to_it(view)
         assert (after[y - 6 : y + 6, x - 6 : x + 6] != before[y - 6 : y + 6, x - 6 : x + 6]).any()
 
 
+def test_a_right_click_while_a_sensor_is_being_placed_asks_for_nothing(view):
+    view.begin_placing()
+    heard = listen(view)
+    QTest.mouseClick(view._canvas, RIGHT, NO_KEY, QPoint(15, 15))
+    assert "menu_wanted" not in heard.story() and view._controller.is_placing
+    assert view.cancel_drag()
+
+
 BOTH = {"selected": "roof", "also_selected": frozenset({"front"})}
 
 
