@@ -3,6 +3,7 @@
 #   make run      open the window (without a display: scores in the terminal, files under out/)
 #   make test     the whole test suite, headless
 #   make slow     the tests that take minutes
+#   make fuzz     broken input for everything that reads (FUZZ="--count 1000000 --seed 2"), crashes kept in out/fuzz
 #   make stress   the test suite on a computer with four times more work than processors
 #   make bench    speed and memory against yardsticks, into out/bench.json (BENCH="--quick --only edit")
 #   make check    format, lint, types, import contracts
@@ -14,7 +15,7 @@ PYTHON := .venv/bin/python
 WHOLE_SUITE := -m "not slow" -n logical --maxprocesses 4 --dist worksteal
 TEST_HELPERS = $(shell find tests -name "*.py" ! -name "test_*.py")
 .DEFAULT_GOAL := help
-.PHONY: help setup setup-dev run test slow stress bench check format clean
+.PHONY: help setup setup-dev run test slow fuzz stress bench check format clean
 
 help:
 	@sed -n 's/^#   make/  make/p' Makefile
@@ -36,6 +37,9 @@ stress: setup-dev
 
 slow: setup-dev
 	@$(PYTHON) -m pytest -m slow
+
+fuzz: setup-dev
+	@QT_QPA_PLATFORM=offscreen $(PYTHON) -m tests.fuzz $(FUZZ)
 
 bench: setup-dev
 	@$(PYTHON) -m pytest tests/bench/bench_*.py -q --benchmark-quiet $(BENCH)

@@ -1,0 +1,364 @@
+"""Broken input of every kind, as many as one likes: `make fuzz`, or `python -m tests.fuzz --count 1000000`.
+
+Each target breaks something valid and hands it in: rigs of all formats, box data, POGs, meshes, caches, autosave,
+clipboard, command line. What comes out must be a result or an InputError of one printable line, within LONGEST_S;
+anything else is a crash, whose input is kept in a folder. Each crash that is found becomes a test of its own.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import io
+import os
+import random
+import signal
+import sys
+import tempfile
+import time
+import traceback
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from riglens.app.session import autosave
+from riglens.assets import asset_path
+from riglens.core import cache_folder
+from riglens.core.errors import InputError
+from riglens.core.formats.exchange import read_rig
+from riglens.core.kernels.compiled import KernelFolder
+from riglens.core.rig import library
+from riglens.core.rig.pose_text import parse_pose
+from riglens.core.rig.presets import preset
+from riglens.core.rig.yaml.file import dumps
+from riglens.core.scene.grid import VoxelGrid
+from riglens.core.scene.pog import build_pog
+from riglens.core.scene.pog_store import load_pog, save_pog
+from riglens.core.scene.readers import open_boxes
+from riglens.core.vehicle.mesh_parse import MAX_MEMORY_BYTES, parse_mesh
+from tests.core.broken_files import SOURCES, csv_file, mutated
+from tests.core.formats.cases import SMALL, write_files
+from tests.core.formats.mutations import mutated as mutated_text
+
+LONGEST_S = 20
+"""Far above the limits of every reader, on a busy computer too."""
+LONGEST_LINE = 2000
+Attempt = Callable[[random.Random], None]
+
+
+@dataclass(frozen=True)
+class Target:
+    """Something that takes input: `attempt` hands broken input in; `files` are those that it breaks."""
+
+    name: str
+    attempt: Attempt
+    files: tuple[Path, ...] = ()
+
+
+@dataclass(frozen=True)
+class Crash:
+    """What came out in place of a result or a line, and the input as (name, content)."""
+
+    target: str
+    number: int
+    what: str
+    inputs: tuple[tuple[str, bytes], ...]
+
+
+# ---------------------------------------------------------------- targets
+
+
+def targets(folder: Path) -> list[Target]:
+    """All targets; their files are made in a folder of the fuzzer's own."""
+    made = [*_formats(folder / "rigs"), *_boxes(folder / "boxes"), *_meshes(folder / "meshes")]
+    return [
+        *made,
+        _pog(folder / "pog"),
+        *_caches(folder / "caches"),
+        *_texts(),
+        _autosave(folder / "autosave"),
+    ]
+
+
+def _of_files(name: str, read: Callable[[], object], *files: Path, is_text: bool = False) -> Target:
+    """Breaks one of some files at a time, reads, and puts the file in order again."""
+    sound = {file: file.read_bytes() for file in files}
+
+    def attempt(chance: random.Random) -> None:
+        file = chance.choice(files)
+        if is_text:
+            file.write_bytes(mutated_text(sound[file], chance))
+        else:
+            file.write_bytes(mutated(sound[file], np.random.default_rng(chance.getrandbits(64))))
+        read()
+        file.write_bytes(sound[file])
+
+    return Target(name, attempt, files)
+
+
+def _formats(folder: Path) -> Iterator[Target]:
+    cases = {**SMALL, "riglens": {"rig.yaml": dumps(preset("W+T"))}}
+    for case, files in cases.items():
+        place = write_files(folder / case, files)
+        path = place / next(iter(files)) if len(files) == 1 else place
+        paths = [place / name for name in files]
+        yield _of_files(f"rig {case}", lambda path=path: read_rig(path), *paths, is_text=True)  # type: ignore[misc]
+
+
+def _boxes(folder: Path) -> Iterator[Target]:
+    for source in SOURCES:
+        place = folder / source.__name__
+        place.mkdir(parents=True)
+        sound = source(place)
+
+        def read(path: Path = sound.path) -> None:
+            for _ in open_boxes(path).batches():
+                pass
+
+        yield _of_files(f"boxes {source.__name__}", read, *sound.files)
+
+
+def _pog(folder: Path) -> Target:
+    folder.mkdir(parents=True)
+    path = folder / "a.npz"
+    save_pog(build_pog(open_boxes(csv_file(folder).path), VoxelGrid(1.0, (20.0, 20.0, 4.0))), path)
+    return _of_files("POG", lambda: load_pog(path), path)
+
+
+def _meshes(folder: Path) -> Iterator[Target]:
+    import trimesh  # the reader of meshes brings it
+
+    folder.mkdir(parents=True)
+    for ending in ("glb", "obj", "ply", "stl"):
+        path = folder / f"a.{ending}"
+        trimesh.creation.box((4.0, 2.0, 1.5)).export(path)
+        yield _of_files(f"mesh {ending}", lambda path=path: parse_mesh(path), path)  # type: ignore[misc]
+
+
+LIBRARY = """made-up-16:
+  kind: lidar
+  title: Made up 16
+  maker: Nobody
+  source: words of a test, which are made up
+  elevations_deg: {from: -15, to: 15, count: 16}
+  range_m: [0.5, 100]
+"""
+
+
+def _caches(folder: Path) -> Iterator[Target]:
+    own = folder / "library.yaml"
+    folder.mkdir(parents=True)
+    own.write_text(LIBRARY)
+    kept = cache_folder.cache_folder() / library.NAME
+    bundled = asset_path("library.yaml")
+    library.stored_entries(bundled)
+    yield _of_files("cache of the library", lambda: library.stored_entries(bundled), kept)
+    yield _of_files("library of the user", lambda: library.read_entries(own, own.name), own, is_text=True)
+    kernels = KernelFolder()
+    kernels.write("fuzz.nbc", b"machine code" * 20)
+    if kernels.path is not None:
+        yield _of_files("cache of a kernel", lambda: kernels.read("fuzz.nbc"), kernels.path / "fuzz.nbc")
+
+
+def _autosave(folder: Path) -> Target:
+    folder.mkdir(parents=True)
+    rig = preset("W+T")
+    autosave.AutosaveFile(folder).write(autosave.Unsaved(rig, rig, None))
+    (path,) = folder.glob(f"*{autosave.SUFFIX}")
+    return _of_files("autosave", lambda: autosave.orphans(folder), path, is_text=True)
+
+
+POSES = (
+    "1 2 3 0 0 90",
+    "x: 1, y: 2, z: 3, roll: 0, pitch: 0, yaw: 90",
+    "[1, 0, 0, 1, 0, 1, 0, 2, 0, 0, 1, 3, 0, 0, 0, 1]",
+)
+WORDS = (
+    *(
+        "evaluate",
+        "pog",
+        "data",
+        "render",
+        "presets",
+        "convert",
+        "library",
+        "study",
+        "table1",
+        "W+T",
+        "nosuch.csv",
+    ),
+    *(
+        "--boxes",
+        "--voxel",
+        "--roi",
+        "--frames",
+        "--lambda",
+        "--threads",
+        "--origin",
+        "--classes",
+        "--ground",
+        "auto",
+    ),
+    *(
+        "--pog",
+        "--out",
+        "--json",
+        "--to",
+        "--from",
+        "--help",
+        "--reading",
+        "hits",
+        "0.5",
+        "1e309",
+        "nan",
+        "-1",
+        "--",
+    ),
+    *(
+        "car=bus",
+        "\x1b[2J",
+        "=1",
+        "a" * 300,
+        "../x",
+        "9" * 50,
+        "",
+        "-",
+        "--frames=0",
+        "/dev/fd/99",
+        "~nobody/x",
+    ),
+)
+
+
+def _texts() -> Iterator[Target]:
+    from riglens.app.window.features.edits import sensors_in
+
+    copied = dumps(preset("W+T")).encode()
+
+    def paste(chance: random.Random) -> None:
+        sensors_in(mutated_text(copied, chance).decode("utf-8", "replace"))
+
+    def paste_pose(chance: random.Random) -> None:
+        parse_pose(mutated_text(chance.choice(POSES).encode(), chance).decode("utf-8", "replace"))
+
+    yield Target("clipboard: sensors", paste)
+    yield Target("clipboard: a pose", paste_pose)
+    yield Target("command line", _command)
+
+
+def _command(chance: random.Random) -> None:
+    """Random words; nothing that they say can be found, so that no work begins."""
+    from riglens.app.commands import main
+
+    words = [chance.choice(WORDS) for _ in range(chance.randint(2, 7))]
+    said = io.StringIO()
+    with contextlib.redirect_stderr(said), contextlib.redirect_stdout(io.StringIO()):
+        code = main([*words, "--nosuch"])
+    lines = said.getvalue().splitlines()
+    if code == 2 and len(lines) == 1:
+        raise InputError(lines[0])
+    if code != 0 or "Traceback" in said.getvalue():
+        raise AssertionError(f"{words} gave code {code} and {said.getvalue()[:300]!r}")
+
+
+# ---------------------------------------------------------------- running
+
+
+def outcome(target: Target, chance: random.Random) -> str:
+    """Hand one broken input in; "read", "refused", or what is wrong."""
+    try:
+        with _time_limit():
+            target.attempt(chance)
+    except InputError as error:
+        line = str(error)
+        return (
+            "refused" if line and line.isprintable() and len(line) <= LONGEST_LINE else f"said {line[:300]!r}"
+        )
+    except BaseException as error:
+        if isinstance(error, KeyboardInterrupt):
+            raise
+        return "".join(traceback.format_exception(error)[-4:])
+    return "read"
+
+
+@contextmanager
+def _time_limit() -> Iterator[None]:
+    """Raise TimeoutError in a block that takes too long, where the system has alarms."""
+
+    def end(number: int, frame: object) -> None:
+        raise TimeoutError(f"took more than {LONGEST_S} s")
+
+    if not hasattr(signal, "SIGALRM"):
+        yield
+        return
+    before = signal.signal(signal.SIGALRM, end)
+    signal.alarm(LONGEST_S)
+    try:
+        yield
+    finally:
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def run(count: int, seed: int, seconds: float = float("inf")) -> tuple[Counter[str], list[Crash]]:
+    """Hand in `count` inputs, to all targets in turn; what came out, by target, and the crashes."""
+    found, crashes, ends_s = Counter[str](), list[Crash](), time.monotonic() + seconds
+    with tempfile.TemporaryDirectory(prefix="riglens-fuzz-") as folder, _own_cache(Path(folder) / "cache"):
+        every = targets(Path(folder))
+        for number in range(count):
+            if time.monotonic() > ends_s:
+                break
+            target, chance = every[number % len(every)], random.Random(f"{seed} {number}")
+            sound = [file.read_bytes() for file in target.files]
+            said = outcome(target, chance)
+            if said not in ("read", "refused"):
+                inputs = tuple((file.name, file.read_bytes()) for file in target.files)
+                crashes.append(Crash(target.name, number, said, inputs))
+            found[f"{target.name}: {said if said in ('read', 'refused') else 'CRASH'}"] += 1
+            for file, content in zip(target.files, sound, strict=True):
+                file.write_bytes(content)
+    return found, crashes
+
+
+@contextmanager
+def _own_cache(folder: Path) -> Iterator[None]:
+    before = {name: os.environ.get(name) for name in ("RIGLENS_CACHE_DIR", "NUMBA_CACHE_DIR")}
+    os.environ["RIGLENS_CACHE_DIR"] = str(folder)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            os.environ.pop(name, None) if value is None else os.environ.update({name: value})
+
+
+def main() -> int:
+    """Fuzz as the command line says; exit code 1 when something crashed."""
+    words = argparse.ArgumentParser(prog="python -m tests.fuzz", description=__doc__)
+    words.add_argument("--count", type=int, default=100_000)
+    words.add_argument("--seed", type=int, default=1)
+    words.add_argument("--seconds", type=float, default=float("inf"))
+    words.add_argument("--keep", type=Path, default=Path("out/fuzz"), help="where inputs that crash are kept")
+    said = words.parse_args()
+    if sys.platform != "win32":
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_AS, (MAX_MEMORY_BYTES, MAX_MEMORY_BYTES))
+    found, crashes = run(said.count, said.seed, said.seconds)
+    for line, times in sorted(found.items()):
+        print(f"{times:9,}  {line}")
+    print(f"{found.total():9,}  inputs, {len(crashes)} crashes")
+    for crash in crashes:
+        place = said.keep / f"{said.seed}-{crash.number}"
+        place.mkdir(parents=True, exist_ok=True)
+        for name, content in crash.inputs:
+            (place / name).write_bytes(content)
+        print(f"\n{crash.target}, input {crash.number}, kept in {place}:\n{crash.what}", file=sys.stderr)
+    return 1 if crashes else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,22 @@
+"""Every target of the fuzzer reads or refuses broken input; `make fuzz` hands in far more of it."""
+
+import pytest
+
+from tests.fuzz import Target, outcome, run
+
+
+@pytest.mark.parametrize(("count", "seed"), [(300, 1), pytest.param(20_000, 2, marks=pytest.mark.slow)])
+def test_broken_input_is_read_or_refused_in_one_line(count: int, seed: int) -> None:
+    found, crashes = run(count, seed)
+    assert [(crash.target, crash.number, crash.what) for crash in crashes] == []
+    assert found.total() == count
+    names = {line.rpartition(":")[0] for line in found}
+    assert {"POG", "autosave", "command line", "clipboard: sensors", "mesh glb"} <= names
+    assert sum(times for line, times in found.items() if line.endswith("refused")) > count // 4
+
+
+def test_the_fuzzer_notices_what_crashes() -> None:
+    def crash(_: object) -> None:
+        raise ZeroDivisionError("here")
+
+    assert "ZeroDivisionError: here" in outcome(Target("x", crash), None)  # type: ignore[arg-type]
