@@ -1,0 +1,232 @@
+"""Cases that no other test held when small mistakes were made on purpose (see `mutations.py`), room by room."""
+
+from __future__ import annotations
+
+import io
+import os
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from riglens.core import files
+from riglens.core.errors import InputError
+from riglens.core.files import atomic_folder
+from riglens.core.formats.frames import FrameTree
+from riglens.core.formats.source import Source
+from riglens.core.geometry import rotation_from_rpy_deg, rpy_deg_near
+from riglens.core.rig.history import History, Marks
+from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt, Rig
+from riglens.core.rig.pose_text import parse_pose
+from riglens.core.rig.presets import preset
+from riglens.core.rig.yaml.file import dumps, same_rig
+from riglens.core.scene import pog_checks
+from riglens.core.scene.boxes import BoxBatch, FrameLabels, rotations_from_quaternions, rotations_from_yaw
+from riglens.core.scene.grid import VoxelGrid
+from riglens.core.scene.pog import build_pog
+from riglens.core.scene.pog_store import read_pog, write_pog
+from riglens.core.scene.readers import frames
+from riglens.core.scene.readers.classes import ClassTable
+from riglens.core.scene.readers.common import end_of_frame, first_bad_box
+from riglens.core.scene.readers.frames import FrameCounter, WholeFrames
+from riglens.core.scene.readers.parquet_pages import _Compact
+from riglens.core.sensing.lens import distorted
+from riglens.core.sensing.rays import lattice, missing_ray_count
+from tests.core.builders import camera, rig_of
+from tests.core.test_pog_store import BOXES, GRID
+
+RANDOM = np.random.default_rng(17)
+
+
+# ---------------------------------------------------------------- geometry, files
+
+
+def test_angles_that_are_as_before_keep_their_bits_and_others_do_not() -> None:
+    before = (10.0, -20.0, 180.0)
+    assert rpy_deg_near(rotation_from_rpy_deg((10.0, -20.0, -180.0)), before) == before
+    for change in (-1e-11, 1e-11):
+        assert (
+            rpy_deg_near(rotation_from_rpy_deg((10.0 + change, -20.0 - change, 180.0 + change)), before)
+            == before
+        )
+    roll, pitch, yaw = rpy_deg_near(rotation_from_rpy_deg((10.000001, -20.0, 179.0)), before)
+    assert (roll != 10.0, pitch, yaw) == (True, -20.0, pytest.approx(179.0))
+
+
+def test_an_old_folder_comes_back_when_the_new_one_cannot_take_its_place(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    target, rename = tmp_path / "kit", os.rename
+    atomic_folder(target, {"a.yaml": b"old"})
+    monkeypatch.setattr(files, "_exchanged", lambda one, other: False)
+
+    def failing(one: Path, other: Path) -> None:
+        if Path(other) == target and Path(one).suffix == ".tmp":
+            raise OSError("no")
+        rename(one, other)
+
+    monkeypatch.setattr(os, "rename", failing)
+    with pytest.raises(InputError):
+        atomic_folder(target, {"a.yaml": b"new"})
+    assert (target / "a.yaml").read_bytes() == b"old" and os.listdir(tmp_path) == ["kit"]
+
+
+# ---------------------------------------------------------------- scene
+
+
+def test_the_least_voxel_edge_is_stated() -> None:
+    assert VoxelGrid(1e-4, (1e-3, 1e-3, 1e-3)).shape == (10, 10, 10)
+    for edge in (9e-5, 1e-320):
+        with pytest.raises(
+            InputError, match=r"accepted is a positive edge length in metres, 0\.0001 to 1000"
+        ):
+            VoxelGrid(edge, (1e-3, 1e-3, 1e-3))
+
+
+def test_rotations_are_those_of_scipy_whatever_the_length_of_the_quaternion() -> None:
+    yaw = RANDOM.uniform(-4.0, 4.0, 20)
+    assert np.allclose(
+        rotations_from_yaw(yaw), Rotation.from_euler("z", yaw[:, None]).as_matrix(), atol=1e-12
+    )
+    wxyz = RANDOM.normal(size=(20, 4)) * RANDOM.uniform(0.1, 9.0, (20, 1))
+    expected = Rotation.from_quat(wxyz[:, [1, 2, 3, 0]]).as_matrix()
+    assert np.allclose(rotations_from_quaternions(wxyz), expected, atol=1e-12)
+
+
+def test_joined_labels_name_the_frames_of_both() -> None:
+    one = FrameLabels(("a", "b"), np.array([0, 1]), np.array([5, 7]))
+    other = FrameLabels(("c",), np.array([0]), np.array([9]))
+    assert [one.joined(other).of(frame) for frame in range(3)] == [("a", 5), ("b", 7), ("c", 9)]
+
+
+def test_a_pog_larger_than_the_free_memory_is_refused_before_it_is_taken(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    stored = io.BytesIO()
+    write_pog(build_pog(BOXES, GRID), stored)
+    monkeypatch.setattr(pog_checks.psutil, "virtual_memory", lambda: SimpleNamespace(available=100))
+    with pytest.raises(ValueError, match=r"words: needs .* GB of memory"):
+        read_pog(stored)
+
+
+def test_a_box_is_bad_on_either_side_of_the_car() -> None:
+    size = np.ones((2, 3))
+    for x_m in (-2e6, 2e6):
+        found = first_bad_box(np.array([[0.0, 0.0, 0.0], [x_m, 0.0, 0.0]]), size)
+        assert found is not None and (found.row, found.column, found.value) == (1, 0, x_m)
+
+
+def test_equal_frames_of_two_sequences_are_two_frames() -> None:
+    codes, frame = np.array([0, 0, 1, 1], np.intp), np.array([0, 0, 0, 1])
+    assert FrameCounter().number(["a", "b"], codes, frame).tolist() == [0, 0, 1, 2]
+
+
+def test_boxes_of_one_frame_are_counted_across_pieces(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(frames, "MAX_BOXES_PER_FRAME", 3)
+    none = np.zeros((2, 3))
+    piece = BoxBatch(np.zeros(2, np.int64), np.zeros(2, np.uint8), none, none, np.zeros((2, 3, 3)))
+    whole = WholeFrames(Path("a.csv"))
+    assert list(whole.push(piece, 0)) == []
+    with pytest.raises(InputError, match=r"a\.csv: more than 3 boxes in one frame"):
+        list(whole.push(piece, 0))
+
+
+def test_a_piece_of_a_table_ends_behind_the_last_row_of_a_frame() -> None:
+    sorted_frames = np.array([0, 0, 1, 1, 1, 2])
+    assert [end_of_frame(sorted_frames, end) for end in (1, 2, 3, 5, 6, 9)] == [2, 2, 5, 5, 6, 6]
+
+
+def test_a_class_that_there_is_not_is_refused() -> None:
+    with pytest.raises(InputError, match="class of 'dog': found 'animal', accepted is one of"):
+        ClassTable({}, {"dog": "animal"})
+
+
+def test_numbers_of_page_headers_have_signs() -> None:
+    assert _Compact(b"\x15\x09\x15\x0a\x00").struct() == ({1: -5, 2: 5}, 5)
+
+
+# ---------------------------------------------------------------- rig, formats
+
+
+def test_marks_alone_are_a_step() -> None:
+    history = History(preset("W+T"))
+    assert history.apply("hide", history.rig, marks=Marks(hidden=frozenset({"x"})))
+    assert not history.apply("hide", history.rig, marks=Marks(hidden=frozenset({"x"})))
+    assert history.undo() and history.marks == Marks()
+
+
+def test_zeros_of_different_sign_are_different_rigs() -> None:
+    zero = camera((0.0, 0.0, 1.0))
+    assert not same_rig(rig_of(zero), rig_of(zero.replace(position=(-0.0, 0.0, 1.0))))
+
+
+@pytest.mark.parametrize("name", ["yes", "No", "off", "y"])
+def test_a_name_that_older_yaml_takes_for_a_choice_is_quoted(name: str) -> None:
+    assert f'name: "{name}"\n' in dumps(Rig(name=name))
+
+
+def test_no_two_sensors_have_one_name() -> None:
+    with pytest.raises(ValueError, match=r"sensor name '.*' is used twice"):
+        Rig(sensors=(camera((0.0, 0.0, 1.0)), camera((0.0, 0.0, 2.0))))
+
+
+def test_sensors_that_are_off_are_not_listed() -> None:
+    rig = preset("W+T")
+    off = rig.replace(sensors=tuple(sensor.replace(enabled=False) for sensor in rig.sensors))
+    assert len(rig.lidars()) + len(rig.cameras()) == len(rig.sensors) and off.lidars() == off.cameras() == ()
+
+
+def test_the_narrowest_field_of_view_is_stated() -> None:
+    with pytest.raises(ValueError, match=r"greater than or equal to 0\.001"):
+        Camera(name="C", position=(0.0, 0.0, 1.0), hfov_deg=0.0009)
+
+
+@pytest.mark.parametrize("text", ["-1e8 0 0 0 0 0", "0 0 -1e8 0 0 0", "0 0 1 0 0 -1e7"])
+def test_a_pose_far_behind_is_too_far_as_well(text: str) -> None:
+    with pytest.raises(InputError, match="too large"):
+        parse_pose(text)
+
+
+def test_a_text_with_a_nul_is_told_as_no_text(tmp_path: Path) -> None:
+    (tmp_path / "a.json").write_bytes(b'{"a": "\0"}')
+    with pytest.raises(InputError, match=r"a\.json: not a text file; accepted is text in UTF-8"):
+        _ = Source(tmp_path / "a.json").json
+
+
+def test_a_frame_has_one_parent_and_is_not_its_own() -> None:
+    tree = FrameTree("a.yaml")
+    tree.add("base", "kit", np.eye(4))
+    for parent, child in (("other", "kit"), ("mast", "mast")):
+        with pytest.raises(InputError, match=f"a.yaml: frame '{child}' has two parents"):
+            tree.add(parent, child, np.eye(4))
+
+
+# ---------------------------------------------------------------- sensing
+
+
+def test_nothing_behind_a_distorted_pinhole_is_imaged() -> None:
+    plane = distorted(BrownConrady(k1=0.1), np.array([[0.1, 0.1, 1.0], [0.1, 0.1, -1.0]]))
+    assert np.isfinite(plane).all(axis=1).tolist() == [True, False]
+
+
+def test_nothing_beyond_the_fold_of_a_fisheye_is_imaged() -> None:
+    lens = KannalaBrandt(k1=-0.2)  # 1 - 0.6 t^2 = 0 at t = 1.29
+    angle = np.array([1.2, 1.4])
+    plane = distorted(lens, np.stack([np.sin(angle), np.zeros(2), np.cos(angle)], axis=1))
+    assert np.isfinite(plane).all(axis=1).tolist() == [True, False]
+
+
+def test_nothing_that_tangential_terms_turn_over_is_imaged() -> None:
+    plane = distorted(BrownConrady(p1=0.5), np.array([[0.0, -0.1, 1.0], [0.0, -0.5, 1.0]]))
+    assert np.isfinite(plane).all(axis=1).tolist() == [True, False]
+
+
+def test_rays_that_a_lens_does_not_have_are_not_cast() -> None:
+    matrix = {"fx": 800.0, "fy": 800.0, "cx": 800.0, "cy": 450.0}
+    wide = Camera(
+        name="C", position=(0.0, 0.0, 1.0), cast=(32, 18), distortion=BrownConrady(k1=-0.5), **matrix
+    )
+    rows = lattice(wide).rows
+    assert np.isfinite(rows).all() and 0 < missing_ray_count(wide) == wide.ray_count - len(rows)
