@@ -68,6 +68,7 @@ HOUSE = (
                 Room("car", "body as drawn"),
                 Room("heatmap", "cells, legend"),
                 Room("sensors", "bodies, rays"),
+                Room("traffic", "a frame's road users"),
                 Room("gizmo", "handles, drags"),
             ),
             (Room("drawing", "camera, stage, letters: what all of them draw with"),),

@@ -5,13 +5,13 @@ Its kernels are serial, so that it may work beside the thread that computes the 
 
 from __future__ import annotations
 
-import threading
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Signal
 
-from riglens.app.background.inbox import LatestInbox, unexpected
+from riglens.app.background.inbox import unexpected
+from riglens.app.background.worker import CLOSE_S, LatestThread, Unwanted
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.requests import LoadedScene
 from riglens.core.errors import InputError
@@ -28,8 +28,6 @@ BUDGET_MS = 16.0
 """A sample that is counted while the mouse moves takes about so long."""
 FEWEST_FRAMES, FIRST_FRAMES, GROWTH = 16, 32, 4
 """Frames of the smallest and of the first sample; by how much samples grow at rest until all frames are in."""
-CLOSE_S = 1.0
-"""How long closing waits for the thread: compiling a kernel cannot be given up."""
 
 
 @dataclass(frozen=True)
@@ -75,10 +73,6 @@ class _Data:
     baseline: TargetEngine
 
 
-class _Unwanted(Exception):
-    """Raised where nobody wants the answer any more."""
-
-
 class Counter(QObject):
     """Owner of the thread, which starts with the first request; every method is called by the interface thread."""
 
@@ -91,46 +85,39 @@ class Counter(QObject):
         self, parent: QObject | None = None, budget_ms: float = BUDGET_MS, close_s: float = CLOSE_S
     ) -> None:
         super().__init__(parent)
-        self._inbox = LatestInbox[CountRequest]()
-        self._budget_ms, self._close_s = budget_ms, close_s
-        self._thread: threading.Thread | None = None
+        self._thread = LatestThread[CountRequest]("counting", self._answer, close_s)
+        self._budget_ms = budget_ms
         self._data: _Data | None = None
         self._frames = FIRST_FRAMES
 
     def ask(self, request: CountRequest) -> None:
         """Ask for counts; takes the place of a request that still waits."""
-        self._inbox.put(request)
-        if self._thread is None:
-            self._thread = threading.Thread(target=self._run, name="counting", daemon=True)
-            self._thread.start()
+        self._thread.ask(request)
 
     def close(self) -> None:
-        """End the thread; one that does not end in `close_s` is left to itself."""
-        self._inbox.close()
-        if self._thread is not None:
-            self._thread.join(self._close_s)
+        """End the thread, or leave it to itself when it takes too long."""
+        self._thread.close()
 
     def wait_until_idle(self, timeout_s: float = 60.0) -> bool:
         """Block until nothing waits or runs; False on timeout. Answers may still be queued as Qt events."""
-        return self._inbox.wait_until_idle(timeout_s)
+        return self._thread.wait_until_idle(timeout_s)
 
     # ------------------------------------------------------------------ the thread
-    def _run(self) -> None:
-        while (request := self._inbox.next_work()) is not None:
-            try:
-                self._answer(request)
-            except _Unwanted:
-                continue
-            except InputError as error:
-                self._say(str(error))
-            except Exception as error:
-                self._say(unexpected("counting of road users", error))
+    def _answer(self, request: CountRequest) -> None:
+        try:
+            self._count(request)
+        except InputError as error:
+            self._say(str(error))
+        except Unwanted:
+            raise
+        except Exception as error:
+            self._say(unexpected("counting of road users", error))
 
     def _say(self, reason: str) -> None:
-        if not self._inbox.is_closing():  # nobody hears it any more, and the signals may be gone
+        if not self._thread.inbox.is_closing():  # nobody hears it any more, and the signals may be gone
             self.unavailable.emit(reason)
 
-    def _answer(self, request: CountRequest) -> None:
+    def _count(self, request: CountRequest) -> None:
         """A sample at once; unless the mouse still moves, larger and larger ones until all frames are in."""
         if request.scene.options.pog is not None:
             self._say(NO_BOXES)
@@ -145,13 +132,13 @@ class Counter(QObject):
     def _tell(self, data: _Data, request: CountRequest, frames: int) -> None:
         """Count in so many frames, and tell; the first sample is never given up, so that a drag shows numbers."""
         is_first = frames <= self._frames
-        is_stale = self._inbox.is_closing if is_first else self._inbox.is_stale
+        is_stale = self._thread.inbox.is_closing if is_first else self._thread.inbox.is_stale
         scores = data.engine.evaluate_unless(is_stale, request.rig, request.settings, frames)
         baseline = scores
         if request.baseline_rig != request.rig and scores is not None:
             baseline = data.baseline.evaluate_unless(is_stale, request.baseline_rig, request.settings, frames)
-        if scores is None or baseline is None or self._inbox.is_closing():
-            raise _Unwanted
+        if scores is None or baseline is None or self._thread.inbox.is_closing():
+            raise Unwanted
         if is_first and request.is_preview:
             self._adapt(scores.elapsed_ms, data.traffic.frames)
         self.counted.emit(CountAnswer(request, data.traffic, scores, baseline))
@@ -167,16 +154,15 @@ class Counter(QObject):
         """The road users of a data set, read once; an automatic voxel edge has no part in them."""
         if self._data is None or self._data.options is not options:
             # loads the compiler: not while the window opens
-            from riglens.app.evaluation.scenario import source_of
+            from riglens.app.evaluation.traffic import load_traffic
             from riglens.core.targets.engine import TargetEngine
-            from riglens.core.targets.traffic import read_traffic
+            from riglens.core.targets.traffic import WITHIN_M
 
             self._data = None
-            traffic = read_traffic(source_of(options), progress=self._stop_if_closing)
+            traffic = load_traffic(options, WITHIN_M, self._stop_if_closing)
             engine, baseline = (TargetEngine(traffic, is_serial=True) for _ in range(2))
             self._data = _Data(options, traffic, engine, baseline)
         return self._data
 
     def _stop_if_closing(self, _fraction: float) -> None:
-        if self._inbox.is_closing():
-            raise _Unwanted
+        self._thread.stop_if_closing()

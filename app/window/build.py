@@ -15,6 +15,7 @@ from riglens.app.window.features.drop import Drop
 from riglens.app.window.features.edits import Clipboard, Edits, Mirror
 from riglens.app.window.features.files import Exchange, Files, Recent
 from riglens.app.window.features.follow import Follow
+from riglens.app.window.features.frame import FrameView
 from riglens.app.window.features.heat import Heat, RaysShown
 from riglens.app.window.features.help import Help
 from riglens.app.window.features.maps import Map, SensorView
@@ -60,6 +61,7 @@ class Features(NamedTuple):
     scores: ScoresShown
     marginals: Marginals
     targets: Targets
+    frame: FrameView
     compare: Compare
     units: Units
     car: Car
@@ -111,7 +113,8 @@ def build_features(bench: Workbench) -> Features:
         baseline=Baseline(bench, exchange),
         scores=ScoresShown(bench),
         marginals=Marginals(bench),
-        targets=Targets(bench),
+        targets=(targets := Targets(bench)),
+        frame=FrameView(bench, targets),
         compare=Compare(bench, files, exchange),
         units=Units(bench),
         car=(car := Car(bench)),

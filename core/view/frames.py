@@ -38,6 +38,11 @@ class FrameBoxes:
         """A frame without boxes."""
         return cls(np.zeros(0, np.uint8), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 3, 3)))
 
+    def only(self, number: int) -> FrameBoxes:
+        """One of the boxes, as if it stood alone."""
+        one = slice(number, number + 1)
+        return FrameBoxes(self.cls[one], self.centre_m[one], self.size_m[one], self.rotation[one])
+
 
 class FrameStore:
     """Frames of a source by number. The source is streamed as far as the frame asked for, and only once.

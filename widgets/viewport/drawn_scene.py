@@ -24,6 +24,7 @@ from riglens.widgets.gizmo.handles import GizmoActors
 from riglens.widgets.heatmap.layer import HeatmapLayer
 from riglens.widgets.sensors.bodies import sensor_body
 from riglens.widgets.theme import DARK, Palette
+from riglens.widgets.traffic.layer import TrafficLayer
 from riglens.widgets.viewport.ground_layer import GroundLayer, RoiLayer
 from riglens.widgets.viewport.marker_layer import MarkerLayer
 from riglens.widgets.viewport.rig_layer import RigLayer
@@ -54,6 +55,8 @@ class DrawnScene:
         self._ground, self._roi = GroundLayer(stage.backdrop, stage.main), RoiLayer(stage.main)
         self._body, self._rig = BodyLayer(stage.main, stage.backdrop), RigLayer(stage.main)
         self._heatmap = HeatmapLayer(stage.cells, stage.backdrop)
+        self._traffic = TrafficLayer(stage.main)
+        self._traffic.set_pixel_ratio(pixel_ratio)
         self._marker, self._words = MarkerLayer(stage.overlay), WordsLayer(stage.overlay)
         self._gizmo = GizmoActors(stage.overlay, palette)
         self._rig.set_line_width(pixel_ratio)
@@ -81,6 +84,7 @@ class DrawnScene:
         if pixel_ratio != self._pixel_ratio:
             self._pixel_ratio = pixel_ratio
             self._rig.set_line_width(pixel_ratio)
+            self._traffic.set_pixel_ratio(pixel_ratio)
 
     def show(self, state: SceneState) -> None:
         """Show a state; only layers that differ from the state shown before are rebuilt."""
@@ -114,6 +118,8 @@ class DrawnScene:
             self._words.show_legend(state)
         if changed & {"caption", "palette"}:
             self._words.show_caption(state)
+        if changed & {"traffic", "palette"}:
+            self._traffic.set_frame(state.traffic, palette)
         if changed & {"marker", "palette"}:
             self._marker.set_marker(state.marker, palette)
 

@@ -15,6 +15,7 @@ from riglens.widgets.gizmo.drag import GizmoMode, Space
 from riglens.widgets.heatmap.scale import DEFAULT_LOOK, HeatLook, HeatmapData
 from riglens.widgets.sensors.ray_look import DEFAULT_RAYS, RayLook
 from riglens.widgets.theme import DARK, Palette
+from riglens.widgets.traffic.frame import ShownFrame
 
 _NEAR_M = 50.0
 
@@ -66,6 +67,7 @@ class SceneState:
     show_legend: bool = True
     caption: Caption = NO_CAPTION
     marker: Marker | None = None
+    traffic: ShownFrame | None = None
     camera: OrbitCamera = field(default_factory=OrbitCamera)
     gizmo_mode: GizmoMode = "both"
     gizmo_space: Space = "local"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from PySide6.QtCore import Qt
+from PySide6.QtCore import Qt, Signal
 
 from riglens.app.background.counting import CountAnswer, CountRequest
 from riglens.app.window.feature import Feature
@@ -17,6 +17,9 @@ LAST_SAVED = "the rig as last saved"
 
 class Targets(Feature):
     """Asks for counts after every change of rig, baseline, settings or traffic, and shows what comes back."""
+
+    counted = Signal()
+    """There is another answer, or none any more."""
 
     def __init__(self, bench: Workbench) -> None:
         super().__init__(bench)
@@ -84,6 +87,7 @@ class Targets(Feature):
             return
         self.answer = answer
         self._show()
+        self.counted.emit()
 
     def _show(self) -> None:
         if self.answer is not None:
@@ -97,3 +101,4 @@ class Targets(Feature):
     def _on_problem(self, reason: str) -> None:
         self.answer = None
         self.panel.show_problem(reason)
+        self.counted.emit()

@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QSpinBox, QVBoxLayout, QWidget
+from PySide6.QtCore import QSignalBlocker, Qt, Signal
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QSpinBox, QToolButton, QVBoxLayout, QWidget
 
 from riglens.core.targets.quantities import QUANTITIES, Quantity
 from riglens.core.targets.settings import TargetSettings
 from riglens.widgets.panels.fields.form import ChoiceBox
-from riglens.widgets.panels.style import MARGIN, SPACING, as_panel
+from riglens.widgets.panels.style import MARGIN, SPACING, as_panel, plain_tip
 from riglens.widgets.panels.targets.rose import RoseView
 from riglens.widgets.panels.targets.table import TargetTable
 
@@ -19,6 +19,11 @@ if TYPE_CHECKING:  # made by the thread that counts, which loads the compiler
     from riglens.core.targets.scores import TargetScores
     from riglens.core.targets.traffic import Traffic
 
+FRAME_TIP = (
+    "Show one frame in the 3D view: road users coloured by the LiDAR points on them (red none, orange too few, light "
+    "and dark green enough and many), what stands around in grey, and where the rays of the LiDARs end. Plain boxes, "
+    "azimuths as listed, the car's body solid."
+)
 MOST_POINTS = 1000
 WAITING = "Counting road users…"
 POINTS_TIP = (
@@ -32,6 +37,10 @@ class TargetsPanel(QWidget):
 
     settings_wanted = Signal(object)
     """The TargetSettings that the user wants."""
+    frame_wanted = Signal(object)
+    """The number of the frame to show in the 3D view, None for none."""
+    next_missed_wanted = Signal()
+    """Show the next road user that the rig misses."""
 
     def __init__(self, settings: TargetSettings, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -74,8 +83,54 @@ class TargetsPanel(QWidget):
         for widget in (QLabel("Show"), self._quantity, QLabel("Detected from"), self._points):
             row.addWidget(widget)
         row.addSpacing(SPACING)
+        for control in self._frame_controls():
+            row.addWidget(control)
+        row.addSpacing(SPACING)
         row.addWidget(self._note, 1)
         return row
+
+    def _frame_controls(self) -> tuple[QWidget, ...]:
+        """Choice of the frame in the 3D view; off until there is one."""
+        self._frame_on, self._frame, self._next = QToolButton(), QSpinBox(), QToolButton()
+        self._frame_on.setObjectName("frame_on")
+        self._frame_on.setText("Frame")
+        self._frame_on.setCheckable(True)
+        self._frame_on.setToolTip(FRAME_TIP)
+        self._frame.setObjectName("frame_number")
+        self._frame.setKeyboardTracking(False)
+        self._frame.setToolTip("Number of the frame in the data, from 0")
+        self._next.setObjectName("next_missed")
+        self._next.setText("Next missed")
+        self._next.setToolTip(
+            "Show the next road user that neither LiDARs nor cameras detect, the nearest first"
+        )
+        self._frame_on.toggled.connect(lambda _: self._tell_frame())
+        self._frame.valueChanged.connect(lambda _: self._tell_frame())
+        self._next.clicked.connect(lambda _: self.next_missed_wanted.emit())
+        self.set_frames(0)
+        return self._frame_on, self._frame, self._next
+
+    def set_frames(self, count: int) -> None:
+        """Say how many frames there are to choose from."""
+        for widget in (self._frame_on, self._frame, self._next):
+            widget.setEnabled(count > 0)
+        with QSignalBlocker(self._frame):
+            self._frame.setRange(0, max(count - 1, 0))
+
+    def show_frame(self, number: int | None) -> None:
+        """Show which frame the 3D view shows, without asking for it."""
+        with QSignalBlocker(self._frame), QSignalBlocker(self._frame_on):
+            self._frame_on.setChecked(number is not None)
+            if number is not None:
+                self._frame.setValue(number)
+
+    def _tell_frame(self) -> None:
+        self.frame_wanted.emit(self._frame.value() if self._frame_on.isChecked() else None)
+
+    def say(self, text: str) -> None:
+        """Say something about what is shown in the place of the note."""
+        self._note.setText(text)
+        self._note.setToolTip(plain_tip(text))
 
     @property
     def quantity(self) -> Quantity:

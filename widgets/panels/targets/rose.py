@@ -23,6 +23,11 @@ _CAR = (0.5, 0.22)
 """Length and width of the car in the middle, as parts of the first ring."""
 
 
+def bearing_word(bearing_rad: float) -> str:
+    """Return the sector of a direction, counted from ahead to the left, in words."""
+    return WORDS[math.floor(bearing_rad / (2.0 * math.pi / SECTORS) + 0.5) % SECTORS]
+
+
 class RoseView(QWidget):
     """Draws one `Rose`: the stronger the colour, the more of the quantity; empty where nobody was."""
 

@@ -1,0 +1,119 @@
+"""One frame of the traffic as the rig meets it, for the 3D view; made by a thread of its own with serial kernels."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from PySide6.QtCore import QObject, Signal
+
+from riglens.app.background.inbox import unexpected
+from riglens.app.background.worker import CLOSE_S, LatestThread, Unwanted
+from riglens.core.errors import InputError
+from riglens.core.rig.model import Rig
+from riglens.core.vehicle.solid import CarBody
+from riglens.core.view.frames import FrameBoxes
+
+if TYPE_CHECKING:  # made by the thread, which loads the compiler
+    from riglens.core.targets.traffic import Traffic
+    from riglens.core.view.frame_scene import FrameScene, Missed
+
+COARSE_RAYS, ALL_RAYS = 60_000, 400_000
+"""Rays that are cast while the mouse moves, and at rest."""
+
+
+@dataclass(frozen=True, eq=False)
+class FrameRequest:
+    """Which frame to show: its place in the traffic. `explain`: the box whose few points are to be explained."""
+
+    rig: Rig
+    traffic: Traffic
+    place: int
+    body: CarBody
+    min_points: int
+    explain: int | None = None
+    is_preview: bool = False
+
+    def asks_same(self, other: FrameRequest) -> bool:
+        """Whether the answer to both is the same."""
+        return self.traffic is other.traffic and self._rest == other._rest
+
+    @property
+    def _rest(self) -> tuple[object, ...]:
+        return self.rig, self.place, self.body, self.min_points, self.explain, self.is_preview
+
+
+@dataclass(frozen=True)
+class FrameAnswer:
+    """The answer to one request."""
+
+    request: FrameRequest
+    scene: FrameScene
+    missed: Missed | None = None
+
+
+def boxes_of(traffic: Traffic, place: int) -> FrameBoxes:
+    """The boxes of the frame at a place of the traffic, as they stand there."""
+    part = slice(int(traffic.starts[place]), int(traffic.starts[place + 1]))
+    return FrameBoxes(
+        traffic.cls[part],
+        np.ascontiguousarray(traffic.centre_m[part]),
+        np.ascontiguousarray(traffic.size_m[part]),
+        np.ascontiguousarray(traffic.rotation[part]),
+    )
+
+
+class FrameCaster(QObject):
+    """Owner of the thread, which starts with the first request; every method is called by the interface thread."""
+
+    made = Signal(object)
+    """A FrameAnswer."""
+    failed = Signal(str)
+
+    def __init__(self, parent: QObject | None = None, close_s: float = CLOSE_S) -> None:
+        super().__init__(parent)
+        self._thread = LatestThread[FrameRequest]("frames", self._answer, close_s)
+
+    def ask(self, request: FrameRequest) -> None:
+        """Ask for a frame; takes the place of a request that still waits."""
+        self._thread.ask(request)
+
+    def close(self) -> None:
+        """End the thread, or leave it to itself when it takes too long."""
+        self._thread.close()
+
+    def wait_until_idle(self, timeout_s: float = 60.0) -> bool:
+        """Block until nothing waits or runs; False on timeout. Answers may still be queued as Qt events."""
+        return self._thread.wait_until_idle(timeout_s)
+
+    # ------------------------------------------------------------------ the thread
+    def _answer(self, request: FrameRequest) -> None:
+        try:
+            found = self._cast(request)
+        except InputError as error:
+            self._fail(str(error))
+        except Unwanted:
+            raise
+        except Exception as error:
+            self._fail(unexpected("frame view", error))
+        else:
+            self._thread.stop_if_closing()
+            self.made.emit(found)
+
+    def _cast(self, request: FrameRequest) -> FrameAnswer:
+        from riglens.core.view.frame_scene import frame_scene, why_missed  # loads the compiler
+
+        boxes, body = boxes_of(request.traffic, request.place), request.body.solid()
+        self._thread.stop_if_closing()
+        most = COARSE_RAYS if request.is_preview else ALL_RAYS
+        frame = int(request.traffic.frame[request.place])
+        scene = frame_scene(request.rig, frame, boxes, body, most)
+        missed = None
+        if request.explain is not None and not request.is_preview:
+            missed = why_missed(request.rig, boxes, request.explain, body, request.min_points)
+        return FrameAnswer(request, scene, missed)
+
+    def _fail(self, reason: str) -> None:
+        if not self._thread.inbox.is_closing():  # nobody hears it any more, and the signals may be gone
+            self.failed.emit(reason)

@@ -1,0 +1,58 @@
+"""A thread that answers the latest wish and nothing else, started with the first one."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import Generic, TypeVar
+
+from riglens.app.background.inbox import LatestInbox
+
+Wish = TypeVar("Wish")
+CLOSE_S = 1.0
+"""How long closing waits for the thread: compiling a kernel cannot be given up."""
+
+
+class Unwanted(Exception):
+    """Raised by an answer in the making that nobody wants any more."""
+
+
+class LatestThread(Generic[Wish]):
+    """Calls `answer` with each wish that no newer one has taken the place of, in a thread of that name.
+
+    `answer` handles its own errors, and may raise `Unwanted`. Every method is called by the interface thread.
+    """
+
+    def __init__(self, name: str, answer: Callable[[Wish], None], close_s: float = CLOSE_S) -> None:
+        self.inbox = LatestInbox[Wish]()
+        self._name, self._answer, self._close_s = name, answer, close_s
+        self._thread: threading.Thread | None = None
+
+    def ask(self, wish: Wish) -> None:
+        """Want this; it takes the place of a wish that still waits."""
+        self.inbox.put(wish)
+        if self._thread is None:
+            self._thread = threading.Thread(target=self._run, name=self._name, daemon=True)
+            self._thread.start()
+
+    def close(self) -> None:
+        """End the thread; one that does not end in `close_s` is left to itself."""
+        self.inbox.close()
+        if self._thread is not None:
+            self._thread.join(self._close_s)
+
+    def wait_until_idle(self, timeout_s: float = 60.0) -> bool:
+        """Block until nothing waits or runs; False on timeout. Answers may still be queued as Qt events."""
+        return self.inbox.wait_until_idle(timeout_s)
+
+    def stop_if_closing(self) -> None:
+        """Raise `Unwanted` when everything ends."""
+        if self.inbox.is_closing():
+            raise Unwanted
+
+    def _run(self) -> None:
+        while (wish := self.inbox.next_work()) is not None:
+            try:
+                self._answer(wish)
+            except Unwanted:
+                continue

@@ -1,0 +1,216 @@
+"""One frame of the traffic in the 3D view, following every drag; and road users that the rig misses, one by one."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from PySide6.QtCore import Qt
+
+from riglens.app.background.counting import CountAnswer
+from riglens.app.background.frames import FrameAnswer, FrameCaster, FrameRequest
+from riglens.app.window.actions import Spec
+from riglens.app.window.feature import Feature
+from riglens.app.window.features.targets import Targets
+from riglens.app.window.workbench import Workbench
+from riglens.core.kernels.codes import BODY, GROUND
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.targets.settings import HEIGHT_PX
+from riglens.core.vehicle.solid import CarBody
+from riglens.widgets.panels.targets.rose import bearing_word
+from riglens.widgets.traffic.frame import ShownFrame
+
+if TYPE_CHECKING:
+    from riglens.core.targets.traffic import Traffic
+    from riglens.core.view.frame_scene import FrameScene, Missed
+
+NOBODY = "The rig misses nobody in the frames counted so far"
+
+
+class _Shown(NamedTuple):
+    """What the view shows: the frame's place in the traffic, and the number of a box there that is explained."""
+
+    place: int
+    explain: int | None
+
+
+class FrameView(Feature):
+    """Shows nothing until a frame is chosen in the Targets panel, and costs nothing until then."""
+
+    specs = (
+        Spec(
+            "show_frame", "Show a frame of the traffic", "Road users of one frame, coloured by LiDAR points on them",
+            "Shift+T", menu="scene/frames", is_checkable=True,
+        ),
+        Spec(
+            "next_missed", "Next missed road user", "Fly to the next road user that neither LiDARs nor cameras detect",
+            "Ctrl+J", menu="scene/frames",
+        ),
+    )  # fmt: skip
+
+    def __init__(self, bench: Workbench, targets: Targets, caster: FrameCaster | None = None) -> None:
+        super().__init__(bench)
+        self._targets, self.caster = targets, caster or FrameCaster(self)
+        self._shown: _Shown | None = None
+        self._last: FrameRequest | None = None
+        self._asked: FrameRequest | None = None
+        """The last request until it is answered."""
+        self._missed: tuple[CountAnswer, list[int], int] | None = None
+        panel = targets.panel
+        panel.frame_wanted.connect(self._choose)
+        panel.next_missed_wanted.connect(self.show_next_missed)
+        self.bind(show_frame=self._toggle, next_missed=self.show_next_missed)
+        queued = Qt.ConnectionType.QueuedConnection
+        self.caster.made.connect(self._take, queued)
+        self.caster.failed.connect(bench.report_error, queued)
+        targets.counted.connect(self._on_counts)
+        self.session.scene_changed.connect(lambda _: self._choose(None))
+        bench.closing.connect(self.caster.close)
+        self._on_counts()
+
+    @property
+    def is_current(self) -> bool:
+        """Whether the view shows what was asked last."""
+        return self._asked is None
+
+    @property
+    def _traffic(self) -> Traffic | None:
+        answer = self._targets.answer
+        return None if answer is None else answer.traffic
+
+    def _on_counts(self) -> None:
+        traffic = self._traffic
+        self._targets.panel.set_frames(0 if traffic is None else traffic.frames)
+        for key in ("show_frame", "next_missed"):
+            self.actions[key].setEnabled(traffic is not None)
+
+    # ------------------------------------------------------------------ choosing
+    def _toggle(self) -> None:
+        self._choose(0 if self._shown is None else None)
+
+    def _choose(self, frame: int | None) -> None:
+        """Show a frame by its number in the data, or none."""
+        traffic = self._traffic
+        if frame is None or traffic is None:
+            self._show(None)
+        else:
+            self._show(_Shown(int(np.flatnonzero(traffic.frame == frame)[0]), None))
+
+    def _follow(self, is_on: bool) -> None:
+        """Follow edits while a frame is shown."""
+        document = self.document
+        for changed in (document.rig_changed, document.rig_settled, document.vehicle_changed):
+            if is_on:
+                changed.connect(self._ask)
+            else:
+                changed.disconnect(self._ask)
+
+    def _show(self, shown: _Shown | None) -> None:
+        if (shown is None) != (self._shown is None):
+            self._follow(shown is not None)
+        self._shown, self._last, self._asked = shown, None, None
+        traffic = self._traffic
+        frame = None if shown is None or traffic is None else int(traffic.frame[shown.place])
+        self._targets.panel.show_frame(frame)
+        self.actions["show_frame"].setChecked(shown is not None)
+        if shown is None and self.viewport.state.traffic is not None:
+            self.viewport.show_state(replace(self.viewport.state, traffic=None))
+        self._ask()
+
+    def show_next_missed(self) -> None:
+        """Show the next road user that the rig misses, the nearest first, and say why."""
+        answer = self._targets.answer
+        if answer is None:
+            return
+        if self._missed is None or self._missed[0] is not answer:
+            self._missed = (answer, missed_objects(answer), -1)
+        _, objects, last = self._missed
+        if not objects:
+            self._targets.panel.say(NOBODY)
+            return
+        now = (last + 1) % len(objects)
+        self._missed = (answer, objects, now)
+        self._fly_to(answer.traffic, objects[now])
+
+    def _fly_to(self, traffic: Traffic, box: int) -> None:
+        place = int(traffic.frame_of_box[box])
+        self._show(_Shown(place, box - int(traffic.starts[place])))
+        x_m, y_m, _ = traffic.centre_m[box].tolist()
+        self.viewport.look_at(x_m, y_m)
+
+    # ------------------------------------------------------------------ asking and showing
+    def _ask(self) -> None:
+        """Ask for the chosen frame with the rig as it is now."""
+        traffic, shown = self._traffic, self._shown
+        if shown is None or traffic is None:
+            return
+        state, document = self.viewport.state, self.document
+        body = CarBody(state.vehicle, state.body_mesh)
+        request = FrameRequest(
+            document.rig, traffic, shown.place, body, self.session.targets.min_points, shown.explain,
+            document.is_dragging,
+        )  # fmt: skip
+        if self._last is None or not request.asks_same(self._last):
+            self._last = self._asked = request
+            self.caster.ask(request)
+
+    def _take(self, answer: FrameAnswer) -> None:
+        """Show an answer; one to an earlier pose too, until the next is there."""
+        request, shown = answer.request, self._shown
+        if shown is None or (request.place, request.explain) != shown or request.traffic is not self._traffic:
+            return
+        if request is self._asked:
+            self._asked = None
+        frame = shown_frame(answer.scene, request.min_points, request.explain)
+        self.viewport.show_state(replace(self.viewport.state, traffic=frame))
+        if answer.missed is not None and request.explain is not None:
+            self._targets.panel.say(missed_text(answer.scene, request.explain, answer.missed))
+
+
+def missed_objects(answer: CountAnswer) -> list[int]:
+    """Places in the traffic of the road users that nothing detects, the nearest first."""
+    objects, traffic = answer.scores.objects, answer.traffic
+    seen = (objects.all_points >= answer.scores.settings.min_points) | (objects.height_px >= HEIGHT_PX)
+    boxes = objects.box[~seen]
+    return [int(box) for box in boxes[np.argsort(traffic.distance_m[boxes], kind="stable")]]
+
+
+def shown_frame(scene: FrameScene, enough: int, pointed_out: int | None) -> ShownFrame:
+    """What the 3D view draws of a frame."""
+    boxes = scene.boxes
+    return ShownFrame(
+        boxes.cls, boxes.centre_m, boxes.size_m, boxes.rotation, scene.points, scene.places_m, scene.box >= 0,
+        enough, pointed_out,
+    )  # fmt: skip
+
+
+def missed_text(scene: FrameScene, number: int, missed: Missed) -> str:
+    """Say who is missed, where, and why."""
+    who = f"Missed: {_name(scene, number)}"
+    if missed.verdict == "no LiDARs":
+        return f"{who}: no LiDAR is switched on"
+    if missed.verdict == "out of range":
+        return f"{who}: out of range of every LiDAR"
+    points = f"{missed.points} of {missed.alone} rays reach it"
+    if missed.verdict == "hidden":
+        return f"{who}: {points}, behind {_obstacle(scene, missed.by)}"
+    if missed.verdict == "between beams":
+        return f"{who}: between beams, {missed.alone} rays would meet it with nothing in the way"
+    return f"{who}: {points} here, fewer where the spin phase is drawn"
+
+
+def _obstacle(scene: FrameScene, by: int | None) -> str:
+    if by == BODY:
+        return "the own car's body"
+    return "the ground" if by == GROUND or by is None else _name(scene, by)
+
+
+def _name(scene: FrameScene, number: int) -> str:
+    """A box in words: class, distance and direction."""
+    boxes = scene.boxes
+    x_m, y_m, _ = boxes.centre_m[number].tolist()
+    cls = int(boxes.cls[number])
+    name = CLASSES[cls] if cls < len(CLASSES) else "what stands there"
+    return f"{name}, {math.hypot(x_m, y_m):.0f} m {bearing_word(math.atan2(y_m, x_m))}"

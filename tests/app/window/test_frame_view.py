@@ -1,0 +1,202 @@
+"""A frame in the 3D view: chosen in the Targets panel, following edits, and flying to who is missed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from pytestqt.qtbot import QtBot
+
+from riglens.app.background.counting import CountAnswer
+from riglens.app.background.frames import FrameAnswer, FrameCaster, FrameRequest, boxes_of
+from riglens.app.window.features.follow import Follow
+from riglens.app.window.features.frame import NOBODY, FrameView, missed_objects, missed_text
+from riglens.app.window.features.targets import Targets
+from riglens.core.kernels.codes import BODY, GROUND
+from riglens.core.rig.model import Rig
+from riglens.core.targets.engine import TargetEngine
+from riglens.core.vehicle.solid import Solid
+from riglens.core.view.frame_scene import FrameScene, Missed, frame_scene
+from tests.app.window.desk import Desk, open_desk
+from tests.core.targets.cases import traffic
+from tests.waiting import TIMEOUT_MS, TIMEOUT_S
+
+PLACES = [(0, 12.0), (0, 30.0), (1, 20.0), (2, -55.0)]
+TRAFFIC = traffic([(frame, 0, (x, 4.0, 0.8), (4.0, 1.8, 1.6), 0.0) for frame, x in PLACES], frames=4)
+NO_BODY = Solid.of(np.zeros((0, 3, 3)))
+
+
+class FakeCaster(FrameCaster):
+    """Takes note of what it is asked, and answers when a test says so."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.requests: list[FrameRequest] = []
+
+    def ask(self, request: FrameRequest) -> None:
+        self.requests.append(request)
+
+    def answer(self, missed: Missed | None = None) -> None:
+        request = self.requests[-1]
+        frame = int(request.traffic.frame[request.place])
+        scene = frame_scene(request.rig, frame, boxes_of(request.traffic, request.place), NO_BODY)
+        self.made.emit(FrameAnswer(request, scene, missed))
+
+
+class Stand:
+    """A desk with counts on it, and the frame view."""
+
+    def __init__(self, qtbot: QtBot) -> None:
+        self.desk: Desk = open_desk(qtbot)
+        self.qtbot = qtbot
+        Follow(self.desk.workbench)
+        self.targets, self.caster = Targets(self.desk.workbench), FakeCaster()
+        self.view = FrameView(self.desk.workbench, self.targets, self.caster)
+        self.desk.workbench.answers.ask()
+        self.desk.load()
+        self.desk.answer()
+
+    def count(self) -> CountAnswer:
+        request = self.desk.counter.requests[-1]
+        found = TargetEngine(TRAFFIC, threads=1).evaluate(request.rig, request.settings)
+        answer = CountAnswer(request, TRAFFIC, found, found)
+        self.targets._take(answer)
+        return answer
+
+    def settle(self) -> None:
+        self.qtbot.waitUntil(lambda: self.view.is_current, timeout=TIMEOUT_MS)
+
+    @property
+    def shown(self):
+        return self.desk.viewport.state.traffic
+
+
+@pytest.fixture
+def stand(qtbot: QtBot) -> Iterator[Stand]:
+    made = Stand(qtbot)
+    yield made
+    made.desk.workbench.closing.emit()
+
+
+def test_nothing_can_be_chosen_before_there_are_counts(stand: Stand) -> None:
+    assert not stand.desk.is_enabled("show_frame") and not stand.targets.panel._frame.isEnabled()
+    stand.count()
+    assert stand.desk.is_enabled("show_frame") and stand.targets.panel._frame.maximum() == 3
+
+
+def test_a_chosen_frame_is_shown_with_its_boxes_and_points(stand: Stand) -> None:
+    stand.count()
+    stand.targets.panel.frame_wanted.emit(0)
+    stand.caster.answer()
+    stand.settle()
+    assert stand.shown is not None and stand.shown.centre_m[:, 0].tolist() == [12.0, 30.0]
+    assert stand.shown.points.sum() == np.count_nonzero(stand.shown.on_box)
+
+
+def test_the_frame_follows_a_drag_and_rests_at_its_end(stand: Stand) -> None:
+    stand.count()
+    stand.view._choose(0)
+    stand.desk.drag("roof", (0.3, 0.0, 2.0))
+    assert [request.is_preview for request in stand.caster.requests][-2:] == [True, False]
+    assert stand.caster.requests[-1].rig == stand.desk.document.rig
+
+
+def test_a_frame_that_is_not_shown_costs_nothing(stand: Stand) -> None:
+    stand.count()
+    stand.view._choose(0)
+    stand.view._choose(None)
+    asked = len(stand.caster.requests)
+    stand.desk.drag("roof", (0.3, 0.0, 2.0))
+    assert len(stand.caster.requests) == asked and stand.shown is None
+
+
+def test_an_answer_for_another_frame_is_not_shown(stand: Stand) -> None:
+    stand.count()
+    stand.view._choose(0)
+    first = stand.caster.requests[-1]
+    stand.view._choose(1)
+    stand.view._take(FrameAnswer(first, frame_scene(Rig(), 0, boxes_of(TRAFFIC, first.place), NO_BODY)))
+    assert stand.shown is None
+
+
+def test_the_action_turns_the_frame_on_and_off(stand: Stand) -> None:
+    stand.count()
+    stand.desk.act("show_frame")
+    assert stand.caster.requests and stand.targets.panel._frame_on.isChecked()
+    stand.desk.act("show_frame")
+    assert not stand.targets.panel._frame_on.isChecked()
+
+
+def test_other_traffic_ends_the_frame(stand: Stand) -> None:
+    stand.count()
+    stand.view._choose(0)
+    stand.caster.answer()
+    stand.settle()
+    stand.desk.load()
+    assert stand.shown is None and not stand.targets.panel._frame_on.isChecked()
+
+
+def test_who_is_missed_comes_nearest_first_and_round_again(stand: Stand) -> None:
+    everybody = Rig(name="blind", sensors=())
+    stand.desk.document.apply(everybody, "blind")
+    answer = stand.count()
+    nearest = sorted(TRAFFIC.distance_m.tolist())
+    assert [TRAFFIC.distance_m[box] for box in missed_objects(answer)] == nearest
+    for turn in range(len(PLACES) + 1):
+        stand.view.show_next_missed()
+        request = stand.caster.requests[-1]
+        assert request.explain is not None
+        box = int(TRAFFIC.starts[request.place]) + request.explain
+        assert TRAFFIC.distance_m[box] == nearest[turn % len(PLACES)]
+    x_m, y_m, _ = TRAFFIC.centre_m[box].tolist()
+    assert stand.desk.viewport.told[-1] == ("look", x_m, y_m)
+
+
+def test_why_somebody_is_missed_stands_in_the_panel(stand: Stand) -> None:
+    stand.desk.document.apply(Rig(name="blind", sensors=()), "blind")
+    stand.count()
+    stand.view.show_next_missed()
+    stand.caster.answer(Missed("no LiDARs", 0, 0))
+    stand.settle()
+    assert stand.targets.panel._note.text().endswith("no LiDAR is switched on")
+    assert stand.shown is not None and stand.shown.pointed_out == stand.caster.requests[-1].explain
+
+
+def test_a_rig_that_misses_nobody_is_told_so(stand: Stand, monkeypatch: pytest.MonkeyPatch) -> None:
+    stand.count()
+    monkeypatch.setattr("riglens.app.window.features.frame.missed_objects", lambda _: [])
+    stand.view.show_next_missed()
+    assert stand.targets.panel._note.text() == NOBODY
+
+
+SCENE = FrameScene(
+    0, boxes_of(TRAFFIC, int(np.flatnonzero(TRAFFIC.frame == 0)[0])), np.zeros(2, np.int64),
+    np.zeros((0, 3), np.float32), np.zeros(0, np.int32),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("missed", "end"),
+    [
+        (Missed("out of range", 0, 0), "out of range of every LiDAR"),
+        (Missed("hidden", 1, 9, 0), "1 of 9 rays reach it, behind car, 13 m ahead, left"),
+        (Missed("hidden", 0, 9, BODY), "behind the own car's body"),
+        (Missed("hidden", 0, 9, GROUND), "behind the ground"),
+        (Missed("between beams", 0, 2), "between beams, 2 rays would meet it with nothing in the way"),
+    ],
+)
+def test_reasons_are_whole_sentences(missed: Missed, end: str) -> None:
+    text = missed_text(SCENE, 1, missed)
+    assert text.startswith("Missed: car, 30 m ahead: ") and text.endswith(end)
+
+
+def test_the_thread_answers_the_latest_frame_and_ends(qtbot: QtBot) -> None:
+    from riglens.core.vehicle.solid import CarBody
+    from tests.app.window_bench import RIG
+
+    caster = FrameCaster(close_s=TIMEOUT_S)
+    with qtbot.waitSignal(caster.made, timeout=TIMEOUT_MS) as told:
+        caster.ask(FrameRequest(RIG, TRAFFIC, 0, CarBody(), 5, explain=0))
+    assert told.args[0].missed is not None and told.args[0].scene.frame == int(TRAFFIC.frame[0])
+    caster.close()

@@ -1,0 +1,43 @@
+"""What the 3D view shows of one frame, as plain arrays, and in which colours. No graphics."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+MISSED_COLOUR, FEW_COLOUR, ENOUGH_COLOUR, MANY_COLOUR = "#dc2626", "#f59e0b", "#7fd6cb", "#149c8d"
+"""Of a road user without any point, with too few, with enough, and with many times as many."""
+STANDING_COLOUR = "#8a94a3"
+"""Of what stands around and is no road user."""
+MANY_TIMES = 10
+
+
+@dataclass(frozen=True, eq=False)
+class ShownFrame:
+    """Boxes of one frame, n of them, in the vehicle frame, and the points of the LiDARs. Equal only to itself.
+
+    cls (n,): index into CLASSES, more for what is no road user; centre_m, size_m (n, 3); rotation (n, 3, 3); points
+    (n,): LiDAR points on each; places_m (p, 3): where rays end; on_box (p,): whether on a box. `pointed_out` is the
+    number of one box, None for none; from `enough` points on a road user counts as detected.
+    """
+
+    cls: NDArray[np.uint8]
+    centre_m: NDArray[np.float64]
+    size_m: NDArray[np.float64]
+    rotation: NDArray[np.float64]
+    points: NDArray[np.int64]
+    places_m: NDArray[np.float32]
+    on_box: NDArray[np.bool_]
+    enough: int
+    pointed_out: int | None = None
+
+
+def colour_of(points: int, enough: int) -> str:
+    """Return the colour of a road user with so many points."""
+    if points == 0:
+        return MISSED_COLOUR
+    if points < enough:
+        return FEW_COLOUR
+    return ENOUGH_COLOUR if points < MANY_TIMES * enough else MANY_COLOUR
