@@ -152,6 +152,7 @@ def duration_text(seconds: float) -> str:
 PATIENCE_MS = 500
 """Work that finishes sooner is not worth a bar that flashes up."""
 STEPS = 1000
+LEAST_BAR_PX = 40
 
 
 class ProgressStrip(QWidget):
@@ -174,7 +175,8 @@ class ProgressStrip(QWidget):
 
     def _build(self) -> None:
         self.bar.setRange(0, STEPS)
-        self.bar.setFixedWidth(190)
+        self.bar.setMinimumWidth(LEAST_BAR_PX)  # several strips share the status bar of a small window
+        self.bar.setMaximumWidth(190)
         self.left.setFont(numbers_font(self.font()))
         self.left.setMinimumWidth(64)
         self.cancel.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
