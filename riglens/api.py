@@ -36,6 +36,7 @@ from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.pog import Pog
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.settings import Phase, TargetSettings
+from riglens.core.targets.shapes import Shape
 from riglens.core.targets.traffic import WITHIN_M, Traffic
 from riglens.core.vehicle.mesh import BodyMesh
 from riglens.core.vehicle.mesh_file import mesh_path, read_mesh
@@ -407,6 +408,8 @@ def targets(
     rig: Rig,
     traffic: Traffic,
     *,
+    shape: Shape = "class",
+    range_law: bool = True,
     phase: Phase = "random",
     seed: int = 0,
     min_points: int = 5,
@@ -419,6 +422,10 @@ def targets(
     ----------
     rig, traffic
         What to count for, and the road users: made by `load_traffic`.
+    shape
+        "class": cars have glass and a gap below, cyclists and pedestrians are slim; "box": plain boxes.
+    range_law
+        Whether rays of LiDARs that come from far, or meet a face at a slant, may get lost.
     phase, seed
         "random" turns each LiDAR in each frame by a part of its azimuth step, drawn by the seed; "0" does not.
     min_points
@@ -432,7 +439,7 @@ def targets(
     """
     with _argument_names():
         ScoreOptions(threads=threads)
-        settings = TargetSettings(phase, seed, min_points)
+        settings = TargetSettings(shape, range_law, phase, seed, min_points)
         if sample is not None and sample < 1:
             raise InputError(f"--sample: found {sample}, accepted is a whole number of frames from 1 up")
     return TargetResult(traffic, TargetEngine(traffic, threads).evaluate(rig, settings, sample))

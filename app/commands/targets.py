@@ -32,6 +32,8 @@ def targets(
     surroundings: Annotated[Literal["ignored", "block"] | None, Parameter(group=SCENE)] = None,
     occluders: Annotated[tuple[Path, Path] | None, _TwoFiles] = None,
     sample: Annotated[int | None, _Number] = None,
+    shape: Annotated[Literal["class", "box"], Parameter(group=COUNT)] = "class",
+    range_law: Annotated[Literal["on", "off"], Parameter(group=COUNT)] = "on",
     phase: Annotated[Literal["random", "0"], Parameter(group=COUNT)] = "random",
     seed: Annotated[int, _Number] = 0,
     min_points: Annotated[int, _Number] = 5,
@@ -56,6 +58,10 @@ def targets(
         What stands around your own --boxes, and where the car is in each frame; it blocks.
     sample
         Use so many frames, drawn fairly, and say with ± how far that may be off (all frames).
+    shape
+        class: cars have glass and a gap below, cyclists and pedestrians are slim; box: plain boxes.
+    range_law
+        on: rays of LiDARs that come from far, or meet a face at a slant, may get lost.
     phase
         random turns each LiDAR in each frame by a part of its azimuth step; 0 casts azimuths as listed.
     seed
@@ -78,5 +84,5 @@ def targets(
     from riglens.app.commands import targets_job
     from riglens.core.targets.settings import TargetSettings
 
-    settings = TargetSettings(phase, seed, min_points)
+    settings = TargetSettings(shape, range_law == "on", phase, seed, min_points)
     targets_job.targets(rigs, scene, targets_job.Counting(settings, within, sample, threads), objects, json)

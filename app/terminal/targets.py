@@ -36,10 +36,10 @@ def heading(traffic: Traffic, scores: TargetScores) -> Iterator[Text]:
     source = visible(traffic.data.short_source)
     yield _line("Data", f"{source}: {frames}; road users within {traffic.within_m:g} m: {objects}")
     around = "block" if traffic.surroundings_sha256 else "ignored"
+    shape = "plain boxes" if settings.shape == "box" else "class shapes"
+    law = "range law" if settings.range_law else "no range law"
     phase = f"random (seed {settings.seed})" if settings.phase == "random" else "as listed"
-    yield _line(
-        "Count", f"body ignored, plain boxes, no range law, spin phase {phase}, surroundings {around}"
-    )
+    yield _line("Count", f"body ignored, {shape}, {law}, spin phase {phase}, surroundings {around}")
 
 
 def explanation(scores: TargetScores) -> Iterable[str]:

@@ -15,7 +15,7 @@ import numpy as np
 from riglens.core.kernels.jit import lean, lean_inlined
 from riglens.core.kernels.lattice import Direction
 from riglens.core.kernels.shapes import is_inside, turned_into
-from riglens.core.kernels.windows import TURN, Window, corners_of, window_of_image, window_of_turn
+from riglens.core.kernels.windows import NOWHERE, TURN, Window, corners_of, window_of_image, window_of_turn
 
 _TINY = 1e-300
 """Stands for no distance at all between the sensor and the plane of a face, by which numbers are divided."""
@@ -23,13 +23,25 @@ _TINY = 1e-300
 
 class Traffic(NamedTuple):
     """Boxes of all frames, in the vehicle frame: those of frame f are starts[f]..starts[f + 1] (frames + 1,);
-    centres, halves (n, 3) metres, rotations (n, 3, 3) box to vehicle frame; counts (n,) bool: those that count."""
+    centres, halves (n, 3) metres, rotations (n, 3, 3) box to vehicle frame; counts (n,) bool: those that count;
+    cls (n,): their classes.
+
+    Each box is made of parts, boxes within it: those of box b are part_starts[b]..part_starts[b + 1] (n + 1,); box_of
+    (m,) is the box of a part; offsets, part_halves (m, 3) in metres and in the axes of the box; is_glass (m,): whether
+    it gives LiDARs no return.
+    """
 
     starts: np.ndarray
     centres: np.ndarray
     halves: np.ndarray
     rotations: np.ndarray
     counts: np.ndarray
+    cls: np.ndarray
+    part_starts: np.ndarray
+    box_of: np.ndarray
+    offsets: np.ndarray
+    part_halves: np.ndarray
+    is_glass: np.ndarray
 
 
 class Beams(NamedTuple):
@@ -42,7 +54,9 @@ class Beams(NamedTuple):
     azimuths (LiDAR) or places on the image plane; origin (3,); rotation (3, 3) sensor to vehicle frame; reach (2,)
     metres. row_at, column_at: where rows (slopes, or z on the image plane) and columns lie, rising, and row_of,
     column_of: their numbers; shift (rows,) or (0,): what is added to the columns of a row, radians in [0, 2 pi).
-    ends (rays,) or (0,): where the car's own body stops a ray by its number, metres. blocks (b, 7): cones around
+    ends (rays,) or (0,): where the car's own body stops a ray by its number, metres. law (0,) or (4,): range in
+    metres at which half of the rays return from a face that looks at the sensor, for the three classes, and the
+    relative width of the logistic; none: all rays return. blocks (b, 7): cones around
     runs of slots of a lattice that has no straight rows (axis, cosine and sine of the half angle, first slot,
     number), none for the others. field: cosine and sine of the half angle of a cone around x that holds all rays.
     least: what comes nearer to the plane x = 0 of a camera than this, in metres, is in no image.
@@ -64,6 +78,7 @@ class Beams(NamedTuple):
     column_of: np.ndarray
     shift: np.ndarray
     ends: np.ndarray
+    law: np.ndarray
     blocks: np.ndarray
     field: np.ndarray
     least: float
@@ -74,6 +89,8 @@ class Faces(NamedTuple):
     / t = least of 1 / near and a[k] enter[k] + rest[k], and leaves at the greatest of 1 / far, a[k] leave[k], a[k]
     other[k]."""
 
+    box: int
+    part: int
     turn: np.ndarray
     enter: np.ndarray
     rest: np.ndarray
@@ -88,6 +105,7 @@ class Canvas(NamedTuple):
 
     inverse: np.ndarray
     owner: np.ndarray
+    last: np.ndarray
     spans: np.ndarray
     run: np.ndarray
 
@@ -125,13 +143,11 @@ def _set_faces(start: Direction, half: np.ndarray, faces: Faces) -> None:
 
 
 @lean_inlined
-def _meet_run(
-    beams: Beams, faces: Faces, row: int, column: int, number: int, box: int, canvas: Canvas
-) -> int:
+def _meet_run(beams: Beams, faces: Faces, row: int, column: int, number: int, canvas: Canvas) -> int:
     """Let a run of slots of a row meet a box; how many rays enter it."""
     if number <= 0:
         return 0
-    turn, enter, rest, leave, other = faces
+    turn, enter, rest, leave, other = faces.turn, faces.enter, faces.rest, faces.leave, faces.other
     f, g = beams.scale[row, 0], beams.scale[row, 1]
     p0, q0, r0 = turn[0, 0] * f, turn[0, 1] * f, turn[0, 2] * g
     p1, q1, r1 = turn[1, 0] * f, turn[1, 1] * f, turn[1, 2] * g
@@ -151,11 +167,14 @@ def _meet_run(
         leaves = _more(_more(a2 * l2, a2 * o2), _more(leaves, least))
         run[i] = enters if enters > leaves else 0.0
     entered, slot, inverse, owner = 0, np.uint64(row * beams.columns + column), canvas.inverse, canvas.owner
+    box, part, before = faces.box, faces.part, canvas.last
     for i in range(np.uint64(number)):
         if run[i] > 0.0:
-            entered += 1
+            if before[slot + i] != box:
+                before[slot + i] = box
+                entered += 1
             if run[i] > inverse[slot + i]:
-                inverse[slot + i], owner[slot + i] = run[i], box
+                inverse[slot + i], owner[slot + i] = run[i], part
     canvas.spans[row, 0] = min(canvas.spans[row, 0], column)
     canvas.spans[row, 1] = max(canvas.spans[row, 1], column + number)
     return entered
@@ -182,7 +201,7 @@ def _columns_between(beams: Beams, left: float, width: float) -> tuple[int, int,
 
 
 @lean
-def _meet_rows(beams: Beams, faces: Faces, window: Window, box: int, canvas: Canvas) -> int:
+def _meet_rows(beams: Beams, faces: Faces, window: Window, canvas: Canvas) -> int:
     """Offer a box to all rays in its window; how many of them enter it."""
     entered, row_at, shift = 0, beams.row_at, beams.shift
     start, end, again = _columns_between(beams, window.left, window.width)
@@ -192,15 +211,13 @@ def _meet_rows(beams: Beams, faces: Faces, window: Window, box: int, canvas: Can
         if shift.size > 0:
             left = window.left - shift[row]
             start, end, again = _columns_between(beams, left + TURN if left < 0.0 else left, window.width)
-        entered += _meet_run(beams, faces, row, start, end - start, box, canvas)
-        entered += _meet_run(beams, faces, row, 0, again, box, canvas)
+        entered += _meet_run(beams, faces, row, start, end - start, canvas)
+        entered += _meet_run(beams, faces, row, 0, again, canvas)
     return entered
 
 
 @lean
-def _meet_blocks(
-    beams: Beams, faces: Faces, centre: np.ndarray, half: np.ndarray, box: int, canvas: Canvas
-) -> int:
+def _meet_blocks(beams: Beams, faces: Faces, centre: np.ndarray, half: np.ndarray, canvas: Canvas) -> int:
     """As `_meet_rows` for a lattice without straight rows and columns: block by block of its directions."""
     entered = 0
     far, sine, cosine = _cone_of(centre, half)
@@ -210,7 +227,7 @@ def _meet_blocks(
             continue
         slot = int(cone[5])
         row, column = slot // beams.columns, slot % beams.columns
-        entered += _meet_run(beams, faces, row, column, int(cone[6]), box, canvas)
+        entered += _meet_run(beams, faces, row, column, int(cone[6]), canvas)
     return entered
 
 
@@ -306,11 +323,18 @@ def meet_frame(
         far, sine, cosine = _cone_of(centre, half)
         if _is_apart(1.0, 0.0, 0.0, beams.field[0], beams.field[1], centre, far, sine, cosine):
             continue
-        _set_faces(start, half, faces)
-        if beams.blocks.shape[0] > 0:
-            alone[box] = _meet_blocks(beams, faces, centre, half, box, canvas)
-            continue
         corners_of(centre, faces.turn, half, corners)
-        window = window_of_turn(corners) if beams.turns else window_of_image(corners, beams.least)
-        if window.width >= 0.0:
-            alone[box] = _meet_rows(beams, faces, window, box, canvas)
+        window = NOWHERE
+        if beams.blocks.shape[0] == 0:
+            window = window_of_turn(corners) if beams.turns else window_of_image(corners, beams.least)
+            if window.width < 0.0:
+                continue
+        for part in range(traffic.part_starts[box], traffic.part_starts[box + 1]):
+            offset = traffic.offsets[part]
+            place = (start[0] - offset[0], start[1] - offset[1], start[2] - offset[2])
+            _set_faces(place, traffic.part_halves[part], faces)
+            own = Faces(box, part, faces.turn, faces.enter, faces.rest, faces.leave, faces.other)
+            if beams.blocks.shape[0] > 0:
+                alone[box] += _meet_blocks(beams, own, centre, half, canvas)
+            else:
+                alone[box] += _meet_rows(beams, own, window, canvas)

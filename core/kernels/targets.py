@@ -21,6 +21,7 @@ from riglens.core.kernels.nearest import (
     start_of,
     turned,
 )
+from riglens.core.kernels.phases import mixed, unit
 
 RAYS, ALONE, FIRST_ROW, LAST_ROW, CELLS = 0, 1, 2, 3, 4
 """Columns of what is found on an object: rays that enter it first, rays that would if it stood alone, first and last
@@ -34,18 +35,24 @@ _HALF_CELLS, _BITS = 1 << 20, 21
 
 
 @lean
-def _count_rays(beams: Beams, first: int, canvas: Canvas, found: np.ndarray, ends: np.ndarray) -> None:
+def _count_rays(
+    traffic: Traffic, beams: Beams, first: int, canvas: Canvas, found: np.ndarray, ends: np.ndarray
+) -> None:
     """Count the rays that enter each object first, and their rows, in found (n, COLUMNS) and ends (objects of the
     frame,).
 
-    Rays that the car's own body stops are taken from the canvas.
+    Rays that the car's own body stops, and those of a LiDAR that enter glass, are taken from the canvas.
     """
     inverse, owner, spans = canvas.inverse, canvas.owner, canvas.spans
     for place in range(spans.shape[0]):
         row, base, before = beams.row_of[place], place * beams.columns, -1
         for slot in range(base + spans[place, 0], base + spans[place, 1]):
-            box = owner[slot]
-            if box < 0:
+            part = owner[slot]
+            if part < 0:
+                continue
+            box = traffic.box_of[part]
+            if beams.turns and traffic.is_glass[part]:
+                owner[slot] = -1
                 continue
             if beams.ends.size > 0 and _is_stopped(beams, row, slot, inverse[slot]):
                 owner[slot] = -1
@@ -67,14 +74,17 @@ def _is_stopped(beams: Beams, row: int, slot: int, inverse: float) -> bool:
 
 
 @lean
-def _by_object(beams: Beams, first: int, canvas: Canvas, ends: np.ndarray, ordered: np.ndarray) -> None:
+def _by_object(
+    traffic: Traffic, beams: Beams, first: int, canvas: Canvas, ends: np.ndarray, ordered: np.ndarray
+) -> None:
     """Put the rays in the order of their objects: ordered (rays, 2) takes places of row and column; `ends`, where the
     rays of object first + k begin, takes where they end."""
     for place in range(canvas.spans.shape[0]):
         base = place * beams.columns
         for column in range(canvas.spans[place, 0], canvas.spans[place, 1]):
-            k = canvas.owner[base + column] - first
-            if k >= 0:
+            part = canvas.owner[base + column]
+            if part >= 0:
+                k = traffic.box_of[part] - first
                 ordered[ends[k], 0], ordered[ends[k], 1] = place, column
                 ends[k] += 1
 
@@ -111,24 +121,51 @@ def table_mask(keys: int) -> int:
     return size - 1
 
 
+@lean_inlined
+def _returns(
+    traffic: Traffic, beams: Beams, part: int, start: Direction, along: Direction, t: float, chance: float
+) -> bool:
+    """Whether a ray comes back from a part that it enters at t metres, against a chance in [0, 1)."""
+    offset, half = traffic.offsets[part], traffic.part_halves[part]
+    last, square = -np.inf, 1.0
+    for axis in range(3):
+        s = abs(start[axis] - offset[axis]) - half[axis]
+        if s > 0.0:  # the face entered is the one that is reached last
+            at = s / abs(along[axis])
+            if at > last:
+                last, square = at, abs(along[axis])
+    limit = beams.law[traffic.cls[traffic.box_of[part]]] * np.sqrt(square)
+    return bool(chance < 1.0 / (1.0 + np.exp((t / limit - 1.0) / beams.law[3])))
+
+
 @lean
 def _note_cells(
     traffic: Traffic, beams: Beams, rotation: np.ndarray, box: int, rays: np.ndarray, canvas: Canvas,
-    turn: np.ndarray, table: np.ndarray, cells: np.ndarray,
-) -> int:  # fmt: skip
-    """Put the distinct cells into which rays (k, 2) come on an object into `cells`; how many."""
-    number, start = 0, start_of(traffic, beams, box)
+    turn: np.ndarray, key: np.uint64, table: np.ndarray, cells: np.ndarray,
+) -> tuple[int, int]:  # fmt: skip
+    """Put the distinct cells into which rays (k, 2) come on an object into `cells`; how many rays return, and cells.
+
+    key: of the draws of the sensor in this frame, where it has a range law.
+    """
+    points, number, start = 0, 0, start_of(traffic, beams, box)
     set_turn(traffic, rotation, box, turn)
     mask = table_mask(rays.shape[0])
     table[: mask + 1] = -1
     for k in range(rays.shape[0]):
         row, column = rays[k, 0], rays[k, 1]
-        along = turned(turn, local_direction(beams, row, column))
-        key = cell_key(start, along, 1.0 / canvas.inverse[row * beams.columns + column])
-        if is_new(key, table, mask):
-            cells[number] = key
+        slot = row * beams.columns + column
+        along, t = turned(turn, local_direction(beams, row, column)), 1.0 / canvas.inverse[slot]
+        if beams.law.size > 0:
+            ray = beams.row_of[row] * beams.columns + beams.column_of[column]
+            chance = unit(mixed(key, np.uint64(ray)))
+            if not _returns(traffic, beams, canvas.owner[slot], start, along, t, chance):
+                continue
+        points += 1
+        cell = cell_key(start, along, t)
+        if is_new(cell, table, mask):
+            cells[number] = cell
             number += 1
-    return number
+    return points, number
 
 
 @lean
@@ -143,31 +180,31 @@ def _wipe(columns: int, canvas: Canvas) -> None:
 
 @kernel
 def _cast_frame(
-    traffic: Traffic, beams: Beams, frame: int, phase: float, canvas: Canvas, ordered: np.ndarray,
+    traffic: Traffic, beams: Beams, frame: int, phase: float, key: np.uint64, canvas: Canvas, ordered: np.ndarray,
     table: np.ndarray, found: np.ndarray, cells: np.ndarray,
 ) -> int:  # fmt: skip
     """One frame: fills found of its objects and cells; returns the number of the latter. The canvas of a worker is
     left empty, as it was found."""
     first, end = traffic.starts[frame], traffic.starts[frame + 1]
     rotation = spun(beams.rotation, phase)
-    faces = Faces(np.empty((3, 3)), np.empty(3), np.empty(3), np.empty(3), np.empty(3))
+    faces = Faces(0, 0, np.empty((3, 3)), np.empty(3), np.empty(3), np.empty(3), np.empty(3))
     meet_frame(traffic, beams, frame, rotation, faces, np.empty((8, 3)), np.empty(3), canvas, found[:, ALONE])
     ends = np.zeros(end - first, np.int64)
     found[first:end, FIRST_ROW] = -1
     found[first:end, LAST_ROW] = -1
-    _count_rays(beams, first, canvas, found, ends)
+    _count_rays(traffic, beams, first, canvas, found, ends)
     found[first:end, RAYS] = ends
     number = 0
     if beams.turns:
         ends[:] = np.cumsum(ends) - ends
-        _by_object(beams, first, canvas, ends, ordered)
+        _by_object(traffic, beams, first, canvas, ends, ordered)
         for box in range(first, end):
-            if found[box, RAYS] > 0:
+            if found[box, RAYS] > 0 and traffic.counts[box]:
                 rays = ordered[ends[box - first] - found[box, RAYS] : ends[box - first]]
-                own = _note_cells(
-                    traffic, beams, rotation, box, rays, canvas, faces.turn, table, cells[number:]
+                points, own = _note_cells(
+                    traffic, beams, rotation, box, rays, canvas, faces.turn, key, table, cells[number:]
                 )
-                found[box, CELLS] = own
+                found[box, RAYS], found[box, CELLS] = points, own
                 number += own
     _wipe(beams.columns, canvas)
     return number
@@ -188,41 +225,52 @@ def spun(rotation: np.ndarray, phase: float) -> np.ndarray:
 
 @parallel_kernel
 def cast_frames(
-    traffic: Traffic, beams: Beams, first: int, end: int, phases: np.ndarray, inverse: np.ndarray,
-    owner: np.ndarray, spans: np.ndarray, ordered: np.ndarray, runs: np.ndarray, tables: np.ndarray,
+    traffic: Traffic, beams: Beams, first: int, end: int, phases: np.ndarray, keys: np.ndarray,
+    inverse: np.ndarray, owner: np.ndarray, last: np.ndarray, spans: np.ndarray, ordered: np.ndarray,
+    runs: np.ndarray, tables: np.ndarray,
     found: np.ndarray, cells: np.ndarray, filled: np.ndarray,
 ) -> None:  # fmt: skip
     """Cast a sensor in frames first..end-1, dealt to as many workers as the scratch has rows.
 
-    phases (frames,) radians. Scratch (workers, rays): inverse 0, owner -1; spans (workers, rows, 2) columns and 0;
-    ordered (workers, rays, 2), runs (workers, columns), tables (workers, k). Takes found int32 (n, COLUMNS) of all
-    objects, zero before; cells int64 (end - first, rays) and filled (end - first,): the cells entered, object by
-    object in each frame, and how many.
+    phases (frames,) radians; keys uint64 (frames,) of the draws. Scratch (workers, rays): inverse 0, owner and last -1;
+    spans (workers, rows, 2) columns and 0; ordered (workers, rays, 2), runs (workers, columns), tables (workers, k).
+    Takes found int32 (n, COLUMNS) of all objects, zero before; cells int64 (end - first, rays) and filled (end -
+    first,): the cells entered, object by object in each frame, and how many.
     """
     workers = inverse.shape[0]
     for worker in numba.prange(workers):
-        canvas = Canvas(inverse[worker], owner[worker], spans[worker], runs[worker])
+        canvas = Canvas(inverse[worker], owner[worker], last[worker], spans[worker], runs[worker])
         begin = (
             first + (end - first) * worker // workers
         )  # a worker's frames lie together, and so do its objects
         for frame in range(begin, first + (end - first) * (worker + 1) // workers):
             filled[frame - first] = _cast_frame(
-                traffic, beams, frame, phases[frame], canvas, ordered[worker], tables[worker], found,
+                traffic, beams, frame, phases[frame], keys[frame], canvas, ordered[worker], tables[worker], found,
                 cells[frame - first],
             )  # fmt: skip
 
 
 @kernel
 def cast_frames_serial(
-    traffic: Traffic, beams: Beams, first: int, end: int, phases: np.ndarray, inverse: np.ndarray,
-    owner: np.ndarray, spans: np.ndarray, ordered: np.ndarray, runs: np.ndarray, tables: np.ndarray,
+    traffic: Traffic, beams: Beams, first: int, end: int, phases: np.ndarray, keys: np.ndarray,
+    inverse: np.ndarray, owner: np.ndarray, last: np.ndarray, spans: np.ndarray, ordered: np.ndarray,
+    runs: np.ndarray, tables: np.ndarray,
     found: np.ndarray, cells: np.ndarray, filled: np.ndarray,
 ) -> None:  # fmt: skip
     """As `cast_frames`, with the first worker's scratch alone, for any thread."""
-    canvas = Canvas(inverse[0], owner[0], spans[0], runs[0])
+    canvas = Canvas(inverse[0], owner[0], last[0], spans[0], runs[0])
     for frame in range(first, end):
         filled[frame - first] = _cast_frame(
-            traffic, beams, frame, phases[frame], canvas, ordered[0], tables[0], found, cells[frame - first]
+            traffic,
+            beams,
+            frame,
+            phases[frame],
+            keys[frame],
+            canvas,
+            ordered[0],
+            tables[0],
+            found,
+            cells[frame - first],
         )
 
 

@@ -19,11 +19,12 @@ _BLOCK_RAYS = 16
 _CLOSEST_M = 1e-3
 """What comes nearer to a camera than this and stands partly behind it may be cut."""
 _NOWHERE = {"position": (0.0, 0.0, 0.0), "rpy_deg": (0.0, 0.0, 0.0)}
-_NO_ENDS, _NO_BLOCKS = np.zeros(0), np.zeros((0, 7))
+_NOTHING, _NO_BLOCKS = np.zeros(0), np.zeros((0, 7))
 
 
-def beams_of(sensor: Sensor, ends_m: Doubles | None = None) -> Beams:
-    """The rays of a sensor for the kernels; ends_m (rays,): where the car's own body stops each of them, inf: nowhere.
+def beams_of(sensor: Sensor, law: Doubles = _NOTHING, ends_m: Doubles = _NOTHING) -> Beams:
+    """The rays of a sensor for the kernels; law as in `riglens.core.kernels.nearest.Beams`; ends_m (rays,): where the
+    car's own body stops each of them, inf: nowhere. Without them all rays return, and nothing stops them.
 
     Rays are numbered row * columns + column over the whole lattice, missing ones of a lens included.
     """
@@ -31,7 +32,8 @@ def beams_of(sensor: Sensor, ends_m: Doubles | None = None) -> Beams:
     return table._replace(
         origin=np.array(sensor.position, np.float64),
         rotation=sensor.pose.rotation(),
-        ends=_NO_ENDS if ends_m is None else ends_m,
+        law=law,
+        ends=ends_m,
     )
 
 
@@ -108,7 +110,7 @@ def _beams(sensor: Sensor, row_at: Doubles, row_of: Ids, column_at: Doubles, col
     return Beams(
         False, column_of.size, 0, none, none, none, np.ones((0, 2)), np.zeros(3), np.eye(3),
         np.array(sensor.range_m, np.float64), row_at, row_of, column_at, column_of,
-        none, _NO_ENDS, _NO_BLOCKS, np.array([-1.0, 0.0]), 0.0,
+        none, none, none, _NO_BLOCKS, np.array([-1.0, 0.0]), 0.0,
     )  # fmt: skip
 
 

@@ -14,7 +14,9 @@ from riglens.core.kernels.nearest import Traffic as Boxes
 from riglens.core.rig.model import Lidar, Sensor
 from riglens.core.targets.beams import azimuth_step_rad, beams_of
 from riglens.core.targets.draws import mixed, sensor_key, units
+from riglens.core.targets.range_law import law_of
 from riglens.core.targets.settings import TargetSettings
+from riglens.core.targets.shapes import Shape, parts_of
 from riglens.core.targets.traffic import Traffic
 
 Ids = NDArray[np.int64]
@@ -28,6 +30,7 @@ class _Scratch(NamedTuple):
 
     inverse: NDArray[np.float64]
     owner: NDArray[np.int32]
+    last: NDArray[np.int32]
     spans: NDArray[np.int32]
     ordered: NDArray[np.int32]
     runs: NDArray[np.float64]
@@ -73,16 +76,27 @@ class TargetCaster:
 
     def __init__(self, traffic: Traffic, workers: int = 1, is_serial: bool = False) -> None:
         self._traffic, self._workers, self._is_serial = traffic, 1 if is_serial else workers, is_serial
-        self._boxes = Boxes(
-            traffic.starts, traffic.centre_m, traffic.size_m / 2.0, traffic.rotation, traffic.counts
-        )
+        self._boxes: dict[Shape, Boxes] = {}
+
+    def _boxes_of(self, shape: Shape) -> Boxes:
+        """The boxes for the kernels, and what they are made of."""
+        if shape not in self._boxes:
+            traffic = self._traffic
+            parts = parts_of(shape, traffic.cls, traffic.size_m)
+            self._boxes[shape] = Boxes(
+                traffic.starts, traffic.centre_m, traffic.size_m / 2.0, traffic.rotation, traffic.counts,
+                traffic.cls, *parts,
+            )  # fmt: skip
+        return self._boxes[shape]
 
     def cast(
         self, sensor: Sensor, settings: TargetSettings, first: int, end: int, is_stale: IsStale
     ) -> Contribution | None:
         """What a sensor gets in frames first..end-1; None as soon as `is_stale` says so."""
         traffic = self._traffic
-        beams, rays = beams_of(sensor), sensor.ray_count
+        beams, rays = beams_of(sensor, law_of(sensor, settings)), sensor.ray_count
+        keys = mixed(sensor_key(settings.seed, f"returns of {sensor.name}"), traffic.frame)
+        boxes = self._boxes_of(settings.shape)
         phases = phases_rad(sensor, settings, traffic.frame)
         found = np.zeros((len(traffic.cls), kernel.COLUMNS), np.int32)
         scratch, cells = _scratch(self._workers, rays, beams.columns), [np.zeros(0, np.int64)]
@@ -96,7 +110,7 @@ class TargetCaster:
             if is_stale():
                 return None
             until = min(start + at_once, end)
-            cast(self._boxes, beams, start, until, phases, *scratch, found, buffer, filled)
+            cast(boxes, beams, start, until, phases, keys, *scratch, found, buffer, filled)
             cells += [buffer[k, : filled[k]].copy() for k in range(until - start)]
         mine = found[traffic.starts[first] : traffic.starts[end]]
         cell_starts = np.concatenate([[0], np.cumsum(mine[:, kernel.CELLS], dtype=np.int64)])
@@ -106,6 +120,7 @@ class TargetCaster:
 def _scratch(workers: int, rays: int, columns: int) -> _Scratch:
     return _Scratch(
         np.zeros((workers, rays)),
+        np.full((workers, rays), -1, np.int32),
         np.full((workers, rays), -1, np.int32),
         np.tile(np.array([columns, 0], np.int32), (workers, rays // columns, 1)),
         np.empty((workers, rays, 2), np.int32),

@@ -101,8 +101,8 @@ class TargetEngine:
 def _shape_of(sensor: Sensor, settings: TargetSettings) -> _Shape:
     """What decides a contribution: the rays, and the name of a LiDAR whose draws depend on it; thresholds do not."""
     rays = rays_of(sensor)
-    if isinstance(sensor, Lidar) and settings.phase == "random":
-        rays = rays.model_copy(update={"name": sensor.name})
+    if isinstance(sensor, Lidar) and (settings.phase == "random" or settings.range_law):
+        rays = rays.model_copy(update={"name": sensor.name, "model": sensor.model})
     return rays, replace(settings, min_points=1)
 
 

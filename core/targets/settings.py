@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Literal
 
 from riglens.core.errors import InputError
+from riglens.core.targets.shapes import Shape
 
 Phase = Literal["random", "0"]
 CELLS_SCALE = 5.0
@@ -18,10 +18,14 @@ HEIGHT_PX = 25
 
 @dataclass(frozen=True)
 class TargetSettings:
-    """phase: `random` turns each LiDAR in each frame by a part of its azimuth step, drawn by `seed`, its name and the
-    frame; `0` casts the azimuths as they are listed. min_points: an object with so many points of LiDARs is detectable.
+    """shape: plain boxes, or what road users of a class are made of. range_law: whether far and oblique rays of LiDARs
+    get lost. phase: `random` turns each LiDAR in each frame by a part of its azimuth step, drawn by `seed`, its name
+    and the frame; `0` casts the azimuths as they are listed. min_points: an object with so many points of LiDARs is
+    detectable.
     """
 
+    shape: Shape = "class"
+    range_law: bool = True
     phase: Phase = "random"
     seed: int = 0
     min_points: int = 5
@@ -36,8 +40,8 @@ class TargetSettings:
         """The settings as plain data, by the names of the JSON."""
         return {
             "body": "ignored",
-            "shape": "box",
-            "range_law": False,
+            "shape": self.shape,
+            "range_law": self.range_law,
             "phase": self.phase,
             "seed": self.seed,
             "min_points": self.min_points,
@@ -45,10 +49,5 @@ class TargetSettings:
 
 
 USUAL = TargetSettings()
-EXACT = TargetSettings(phase="0")
+EXACT = TargetSettings(shape="box", range_law=False, phase="0")
 """Rays as listed against plain boxes: what brute force can check ray by ray."""
-
-
-def detected(cells: float) -> float:
-    """What an object with so many cells adds to `on_target`."""
-    return 1.0 - math.exp(-cells / CELLS_SCALE)

@@ -9,6 +9,7 @@ from riglens.core.rig.model import Lidar, Rig, Sensor
 from riglens.core.sensing.rays import local_directions
 from riglens.core.targets.contribution import phases_rad
 from riglens.core.targets.settings import EXACT, TargetSettings
+from riglens.core.targets.shapes import Parts, parts_of
 from riglens.core.targets.traffic import Traffic
 
 Doubles = NDArray[np.float64]
@@ -37,14 +38,21 @@ def count(traffic: Traffic, rig: Rig, settings: TargetSettings = EXACT, frames: 
         for column, sensor in enumerate(sensors):
             phase = phases_rad(sensor, settings, traffic.frame[frame : frame + 1])[0]
             directions = _directions(sensor, float(phase))
-            entry, start, along = _entries(traffic, slice(first, end), sensor, directions)
-            alone[first:end, column] = np.isfinite(entry).sum(axis=0)
-            hit = np.flatnonzero(np.isfinite(entry).any(axis=1))
-            owner = entry[hit].argmin(axis=1) if end > first else np.zeros(0, np.int64)
-            for ray, box in zip(hit, owner, strict=True):
+            parts = parts_of(settings.shape, traffic.cls[first:end], traffic.size_m[first:end])
+            entry, start, along = _entries(traffic, slice(first, end), parts, sensor, directions)
+            in_box = np.zeros((len(entry), end - first), bool)
+            for one, box in enumerate(parts.box.tolist()):
+                in_box[:, box] |= np.isfinite(entry[:, one])
+            alone[first:end, column] = in_box.sum(axis=0)
+            hit = np.flatnonzero(in_box.any(axis=1))
+            part = entry[hit].argmin(axis=1) if end > first else np.zeros(0, np.int64)
+            if isinstance(sensor, Lidar):
+                hit, part = hit[~parts.is_glass[part]], part[~parts.is_glass[part]]
+            owner = parts.box[part]
+            for ray, box, one in zip(hit, owner, part, strict=True):
                 rays[first + box, column] += 1
                 if isinstance(sensor, Lidar):
-                    inside = start[box] + (entry[ray, box] + INSIDE_M) * along[ray, box]
+                    inside = start[box] + (entry[ray, one] + INSIDE_M) * along[ray, box]
                     i, j, k = np.floor(inside / CELL_M).astype(int).tolist()
                     cells[first + box].add((i, j, k))
             columns = sensor.azimuths().size if isinstance(sensor, Lidar) else sensor.cast[0]
@@ -68,24 +76,26 @@ def _directions(sensor: Sensor, phase: float) -> Doubles:
 
 
 def _entries(
-    traffic: Traffic, boxes: slice, sensor: Sensor, directions: Doubles
+    traffic: Traffic, boxes: slice, parts: Parts, sensor: Sensor, directions: Doubles
 ) -> tuple[Doubles, Doubles, Doubles]:
-    """Where each ray enters each box, (rays, m), inf: nowhere; the sensor in the axes of the boxes (m, 3), and the rays
-    (rays, m, 3)."""
+    """Where each ray enters each part, (rays, parts), inf: nowhere; the sensor in the axes of the boxes (m, 3), and the
+    rays (rays, m, 3)."""
     turn, half = traffic.rotation[boxes], traffic.size_m[boxes] / 2.0
     back = -(traffic.centre_m[boxes] - np.array(sensor.position))
     start = np.stack([_into(turn, back, axis) for axis in range(3)], axis=1)
     along = np.stack([_into(turn[None], directions[:, None], axis) for axis in range(3)], axis=2)
+    from_part, part_along = start[parts.box] - parts.offset_m, along[:, parts.box]
+    part_half = parts.half_m
     with np.errstate(all="ignore"):
-        a, b = (-half - start) / along, (half - start) / along
-    between = np.abs(start) < half
-    flat = along == 0.0
+        a, b = (-part_half - from_part) / part_along, (part_half - from_part) / part_along
+    between = np.abs(from_part) < part_half
+    flat = part_along == 0.0
     first = np.where(flat, np.where(between, -np.inf, np.inf), np.minimum(a, b))
     last = np.where(flat, np.where(between, np.inf, -np.inf), np.maximum(a, b))
     enters = np.maximum(first.max(axis=2), sensor.range_m[0])
     leaves = np.minimum(last.min(axis=2), sensor.range_m[1])
-    own = (np.abs(start) <= half).all(axis=1)
-    return np.where((enters < leaves) & ~own, enters, np.inf), start, along
+    own: NDArray[np.bool_] = np.all(np.abs(start) <= half, axis=1)
+    return np.where((enters < leaves) & ~own[parts.box], enters, np.inf), start, along
 
 
 def _into(turn: Doubles, v: Doubles, axis: int) -> Doubles:

@@ -40,7 +40,15 @@ def test_random_rigs_in_random_frames(seed):
 @pytest.mark.parametrize("seed", range(3))
 def test_random_phases_shift_the_rays_of_the_oracle_as_well(seed):
     rng = np.random.default_rng(100 + seed)
-    check(random_traffic(rng, 4), random_rig(rng, 5), TargetSettings(seed=seed))
+    settings = TargetSettings(shape="box", range_law=False, seed=seed)
+    check(random_traffic(rng, 4), random_rig(rng, 5), settings)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_road_users_of_several_parts(seed):
+    rng = np.random.default_rng(300 + seed)
+    settings = TargetSettings(shape="class", range_law=False, seed=seed)
+    check(random_traffic(rng, 4), random_rig(rng, 5), settings)
 
 
 @pytest.mark.slow

@@ -1,15 +1,20 @@
 """Cases small enough for a pencil."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from riglens.core.errors import InputError
+from riglens.core.geometry import Pose
+from riglens.core.rig.library import sensor_from_model
 from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
 from riglens.core.targets.engine import TargetEngine
+from riglens.core.targets.range_law import REFLECTIVITY, WIDTH, anchors_of, law_of, range_for
 from riglens.core.targets.scores import TargetScores
 from riglens.core.targets.settings import EXACT, TargetSettings
+from riglens.core.targets.shapes import parts_of
 from tests.core.builders import camera, lidar, rig_of, spinning
 from tests.core.targets.cases import Box, traffic
 
@@ -120,7 +125,7 @@ def test_native_pixels_height_and_visible_share_of_a_camera():
 def test_rings_and_thresholds():
     boxes = [box(10.0), box(9.0, frame=1), box(30.0, frame=2), box(60.0, frame=3)]
     scores = count(
-        boxes, lidar((0.0, 0.0, 1.0), azimuths=[0.0, 0.5, -0.5]), settings=TargetSettings("0", min_points=3)
+        boxes, lidar((0.0, 0.0, 1.0), azimuths=[0.0, 0.5, -0.5]), settings=replace(EXACT, min_points=3)
     )
     rings = scores.classes["car"].rings
     assert [ring.objects for ring in rings] == [1, 1, 0, 1, 0, 1]
@@ -163,3 +168,60 @@ def test_a_single_azimuth_has_no_phase_and_a_sector_shifts_by_less_than_a_step()
     phases = phases_rad(sector, TargetSettings(), frames)
     assert phases.min() >= 0.0 and phases.max() < math.radians(2.0)
     assert np.histogram(phases, 4, (0.0, math.radians(2.0)))[0].min() > 200
+
+
+GLASS_AT = 1.45 * 0.8
+"""Height of the side windows of a car 1.45 m tall."""
+
+
+def test_glass_of_a_car_returns_nothing_but_hides_and_a_ray_passes_below():
+    car = (0, CAR, (10.0, 0.0, 0.725), (4.5, 1.8, 1.45), 0.0)
+    behind = (0, PEDESTRIAN, (20.0, 0.0, 0.9), (0.7, 0.7, 1.8), 0.0)
+    rays = [lidar((0.0, 0.0, z)) for z in (0.1, 0.5, GLASS_AT, 1.7)]
+    found = count([car, behind], *rays, settings=replace(EXACT, shape="class")).objects
+    assert found.points.tolist() == [[0, 1, 0, 0], [1, 0, 0, 1]]
+    view = camera((0.0, 0.0, GLASS_AT), cast=(1, 1), hfov_deg=1.0).replace(image=(1, 1))
+    seen = count([car, behind], view, settings=replace(EXACT, shape="class")).objects
+    assert seen.pixels[:, 0].tolist() == [1.0, 0.0]
+
+
+def test_parts_stand_in_their_boxes_and_boxes_of_no_class_are_whole():
+    rng = np.random.default_rng(0)
+    cls, size = rng.integers(0, 4, 500).astype(np.uint8), rng.uniform(0.3, 4.0, (500, 3))
+    parts = parts_of("class", cls, size)
+    assert (np.abs(parts.offset_m) + parts.half_m <= size[parts.box] / 2.0 + 1e-12).all()
+    other = np.flatnonzero(cls == 3)
+    assert (np.diff(parts.starts)[other] == 1).all()
+    np.testing.assert_array_equal(parts.half_m[parts.starts[other]], size[other] / 2.0)
+
+
+def test_the_range_law_takes_half_of_the_rays_at_its_range_and_fewer_at_a_slant():
+    """A large wall at the range of its class: half of the rays that meet it squarely come back."""
+    rays = lidar(
+        (0.0, 0.0, 0.0),
+        elevations=np.linspace(-2, 2, 60),
+        azimuths=np.linspace(-2, 2, 60),
+        range_m=(0.0, 100.0),
+    )
+    reach = 100.0 * math.sqrt(REFLECTIVITY[CAR] / 0.8)
+    law = replace(EXACT, range_law=True)
+    shares = []
+    for distance, yaw in ((0.5 * reach, 0.0), (reach, 0.0), (reach, math.radians(60.0)), (2.2 * reach, 0.0)):
+        wall = (0, CAR, (distance + 0.005, 0.0, 0.0), (0.01, 60.0, 60.0), yaw)
+        found = TargetEngine(traffic([wall]).within(1e3)).evaluate(rig_of(rays), law).objects
+        shares.append(found.all_points[0] / found.points_alone[0])
+    assert shares[0] == pytest.approx(1.0 / (1.0 + math.exp(-0.5 / WIDTH)), abs=0.03)
+    assert shares[1] == pytest.approx(0.5, abs=0.04) and shares[3] < 0.03
+    slant = 1.0 / (1.0 + math.exp((1.0 / math.sqrt(0.5) - 1.0) / WIDTH))
+    assert shares[2] == pytest.approx(slant, abs=0.04)
+
+
+def test_where_ranges_come_from():
+    gen1 = sensor_from_model("ouster-os1-64", "L", Pose())
+    assert anchors_of(gen1) == ((0.1, 40.0), (0.8, 120.0))
+    assert range_for(0.1, anchors_of(gen1)) == 40.0
+    assert range_for(0.2, anchors_of(gen1)) == pytest.approx(40.0 * math.sqrt(2.0))
+    assert range_for(0.4, anchors_of(gen1)) == pytest.approx(120.0 * math.sqrt(0.5))
+    assert anchors_of(lidar(range_m=(0.0, 90.0))) == ((0.8, 90.0),)
+    assert anchors_of(lidar()) == () and law_of(lidar(), TargetSettings()).size == 0
+    assert law_of(camera((0.0, 0.0, 1.0)), TargetSettings()).size == 0

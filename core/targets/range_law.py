@@ -1,0 +1,55 @@
+"""How far a LiDAR sees what: which of its rays come back from a surface.
+
+A diffuse surface of reflectivity rho that looks at the sensor is seen up to R(rho) = R_ref sqrt(rho / rho_ref), for
+the power that returns falls with the square of the distance; of one that is turned away by an angle the cosine of it
+returns. A ray comes back with a probability that falls around R like a logistic.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from riglens.core.errors import InputError
+from riglens.core.rig.library import default_library
+from riglens.core.rig.model import Lidar, Sensor
+from riglens.core.targets.settings import TargetSettings
+
+NOMINAL_REFLECTIVITY = 0.8
+"""To what the maximum range of a sensor refers where its maker's anchors are not known: our choice."""
+WIDTH = 0.25
+"""Of the logistic, relative to R; fitted, see docs/study-targets.md."""
+REFLECTIVITY = (0.15, 0.15, 0.22)
+"""Of car, bicycle and pedestrian; fitted, see docs/study-targets.md."""
+_NONE = np.zeros(0)
+
+
+def law_of(sensor: Sensor, settings: TargetSettings) -> NDArray[np.float64]:
+    """R for the three classes in metres and the relative width, (4,), for the kernels; (0,) where all rays return:
+    without the law, for cameras, and for a LiDAR that states no range."""
+    if not settings.range_law or not isinstance(sensor, Lidar):
+        return _NONE
+    anchors = anchors_of(sensor)
+    if not anchors:
+        return _NONE
+    return np.array([*(range_for(rho, anchors) for rho in REFLECTIVITY), WIDTH])
+
+
+def anchors_of(lidar: Lidar) -> tuple[tuple[float, float], ...]:
+    """Pairs of reflectivity and range in metres: those of its model, else its maximum range at 80 %; none where that is
+    infinite."""
+    try:
+        stated = default_library().entry(lidar.model).range_anchors() if lidar.model is not None else ()
+    except InputError:
+        stated = ()
+    if stated or math.isinf(lidar.range_m[1]):
+        return stated
+    return ((NOMINAL_REFLECTIVITY, lidar.range_m[1]),)
+
+
+def range_for(reflectivity: float, anchors: tuple[tuple[float, float], ...]) -> float:
+    """R in metres from the anchor whose reflectivity is nearest by ratio."""
+    share, metres = min(anchors, key=lambda anchor: abs(math.log(anchor[0] / reflectivity)))
+    return metres * math.sqrt(reflectivity / share)

@@ -1,0 +1,85 @@
+"""What road users are made of: parts within their boxes, so that rays pass where there is nothing.
+
+All figures are our choice, in shares of the box; the fitted ones are told in docs/study-targets.md.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Shape = Literal["box", "class"]
+Doubles = NDArray[np.float64]
+TALL_M = 2.0
+"""Motor vehicles from this height on are vans, trucks and buses: a body without a cabin above it."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """A box within the unit box: from and to along each axis, -1 to 1; x forward, y left, z up."""
+
+    x: tuple[float, float]
+    y: tuple[float, float]
+    z: tuple[float, float]
+    is_glass: bool = False
+
+
+WHOLE = (Part((-1.0, 1.0), (-1.0, 1.0), (-1.0, 1.0)),)
+LOW_CAR = (
+    Part((-0.97, 0.97), (-0.93, 0.93), (-0.72, 0.22)),
+    Part((-0.75, 0.45), (-0.80, 0.80), (0.22, 0.88), is_glass=True),
+    Part((-0.60, 0.25), (-0.75, 0.75), (0.88, 1.00)),
+)
+TALL_CAR = (Part((-0.98, 0.98), (-0.95, 0.95), (-0.75, 1.0)),)
+CYCLIST = (
+    Part((-0.75, 0.75), (-0.13, 0.13), (-0.80, -0.10)),
+    Part((-0.22, 0.18), (-0.36, 0.36), (-0.10, 0.90)),
+)
+PEDESTRIAN = (Part((-0.30, 0.30), (-0.31, 0.31), (-0.90, 0.93)),)
+SHAPES = (WHOLE, LOW_CAR, TALL_CAR, CYCLIST, PEDESTRIAN)
+
+
+class Parts(NamedTuple):
+    """Parts of n boxes, m in all: starts (n + 1,), box (m,), offset and half size (m, 3) in metres, is_glass (m,)."""
+
+    starts: NDArray[np.int64]
+    box: NDArray[np.int32]
+    offset_m: Doubles
+    half_m: Doubles
+    is_glass: NDArray[np.bool_]
+
+
+def parts_of(shape: Shape, cls: NDArray[np.uint8], size_m: Doubles) -> Parts:
+    """Parts of boxes of classes (n,), as in Traffic, and sizes (n, 3) in metres."""
+    kind = np.zeros(len(cls), np.int64)
+    if shape == "class":
+        kind = np.array([1, 3, 4, 0])[cls]  # what is no road user is what it is
+        kind[(cls == 0) & (size_m[:, 2] >= TALL_M)] = 2
+    number = np.array([len(parts) for parts in SHAPES])[kind]
+    starts = np.concatenate([[0], np.cumsum(number)])
+    box = np.repeat(np.arange(len(cls)), number)
+    place = np.arange(len(box)) - starts[box]
+    bounds, glass = _tables()
+    low, high = bounds[kind[box], place, :, 0], bounds[kind[box], place, :, 1]
+    half = size_m[box] / 2.0
+    return Parts(
+        starts,
+        box.astype(np.int32),
+        (low + high) / 2.0 * half,
+        (high - low) / 2.0 * half,
+        glass[kind[box], place],
+    )
+
+
+def _tables() -> tuple[Doubles, NDArray[np.bool_]]:
+    """Bounds (shapes, parts, 3, 2) and which parts are glass (shapes, parts)."""
+    most = max(len(parts) for parts in SHAPES)
+    bounds, glass = np.zeros((len(SHAPES), most, 3, 2)), np.zeros((len(SHAPES), most), np.bool_)
+    for number, parts in enumerate(SHAPES):
+        for place, part in enumerate(parts):
+            bounds[number, place] = part.x, part.y, part.z
+            glass[number, place] = part.is_glass
+    return bounds, glass
