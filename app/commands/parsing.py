@@ -14,6 +14,7 @@ from riglens.app.commands.picture import render
 from riglens.app.commands.rigs import convert, library, presets
 from riglens.app.commands.scores import evaluate, window
 from riglens.app.commands.studies import accuracy, stability, table1
+from riglens.app.commands.studies import targets as study_targets
 from riglens.app.commands.targets import targets
 from riglens.core.errors import InputError
 from riglens.version import installed_version
@@ -43,6 +44,7 @@ app.command(convert, sort_key=5)
 app.command(library, sort_key=7)
 for command in (table1, accuracy, stability):
     study.command(command)
+study.command(study_targets, name="targets")
 
 
 def run(tokens: Sequence[str]) -> object:

@@ -7,8 +7,18 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from riglens.app.commands.options import SCORE, LibraryArguments, Rig, SceneArguments, ScoreArguments, Whole
-from riglens.app.evaluation.options import DEFAULT_RIG, ScoreOptions
+from riglens.app.commands.options import (
+    SCORE,
+    BoxArguments,
+    LibraryArguments,
+    Rig,
+    SceneArguments,
+    ScoreArguments,
+    Whole,
+    whole_number,
+)
+from riglens.app.evaluation.options import DEFAULT_RIG, SceneOptions, ScoreOptions
+from riglens.core.errors import InputError
 
 
 def table1(
@@ -61,6 +71,49 @@ def accuracy(
     from riglens.app.studies import accuracy as study_accuracy
 
     study_accuracy.study(rig, options, metric, out, quick)
+
+
+def targets(
+    boxes: Annotated[Path, Parameter(name="BOXES")],
+    /,
+    *,
+    rig: Annotated[str | None, Parameter(name="--rig", metavar="RIG")] = None,
+    rigs: Annotated[Path | None, Parameter(metavar="FILE.json")] = None,
+    how: BoxArguments = BoxArguments(),
+    model: Annotated[str, Parameter(metavar="NAME")] = "velodyne-hdl-32e",
+    azimuths: Annotated[int, Parameter(converter=whole_number, metavar="N")] = 1085,
+    libraries: LibraryArguments = LibraryArguments(),
+    threads: Annotated[Whole, Parameter(group=SCORE)] = None,
+    out: Annotated[Path, Parameter(metavar="DIR")] = Path("out"),
+) -> None:
+    """Predicted against true points on the road users of a recording: ranks, ratios, chart and CSV.
+
+    Parameters
+    ----------
+    boxes
+        Table with a column num_lidar_pts, or annotations.feather of an Argoverse 2 log (num_interior_pts).
+    rig
+        The rig that recorded all of it, in the vehicle frame.
+    rigs
+        Or a rig per sequence, as nuScenes has them: {sequence: {sensor: {translation, rotation_wxyz}}}.
+    model
+        With --rigs: model of the LiDARs in the library.
+    azimuths
+        With --rigs: azimuths of a turn.
+    threads
+        Threads to use (all cores).
+    out
+        Folder for targets.csv, targets-objects.csv and targets.png.
+    """
+    libraries.use()
+    ScoreOptions(threads=threads)
+    scene = SceneOptions(boxes, how.origin, how.frames, how.classes, find_ground=how.ground == "auto")
+    if azimuths < 1:
+        raise InputError(f"--azimuths: found {azimuths}, accepted is a whole number from 1 up")
+    from riglens.app.studies import targets as study_targets
+    from riglens.core.study.true_points import Recorder
+
+    study_targets.study(scene, rig, rigs, Recorder(model, azimuths), threads, out)
 
 
 def stability(

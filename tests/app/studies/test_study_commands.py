@@ -197,3 +197,36 @@ def test_bad_input_is_refused_before_anything_is_tried(riglens, boxes, tmp_path)
     assert "EDITS" in riglens(*common, "--edits", "1.5", "--out", tmp_path).refused().upper()
     assert "--threads" in riglens(*common, "--threads", "0", "--out", tmp_path).refused()
     assert "--lambda" in riglens(*common, "--lambda", "-1", "--out", tmp_path).refused()
+
+
+TRUE_POINTS = """seq,frame,cls,x,y,z,length,width,height,yaw,num_lidar_pts
+a,0,car,10,0,0.8,4.5,1.9,1.6,0,50
+a,0,car,25,6,0.8,4.5,1.9,1.6,0,9
+a,1,pedestrian,6,4,0.9,0.6,0.6,1.8,0,20
+"""
+
+
+def test_the_targets_study_writes_tables_and_a_chart(riglens, tmp_path):
+    (tmp_path / "boxes.csv").write_text(TRUE_POINTS)
+    out = tmp_path / "study"
+    result = riglens("study", "targets", tmp_path / "boxes.csv", "--rig", "Center", "--out", out)
+    assert result.code == 0, result.err
+    assert "class shapes, range law: Spearman" in result.out and "car, 2" in result.out
+    lines = (out / "targets-objects.csv").read_text().splitlines()
+    assert lines[0] == 'seq,cls,distance_m,true,plain boxes,class shapes,"class shapes, range law"'
+    assert sorted(line.split(",")[3] for line in lines[1:]) == ["20", "50", "9"]
+    assert (
+        (out / "targets.csv")
+        .read_text()
+        .startswith("sequence,variant,class,from_m,to_m,spearman,median_ratio,n")
+    )
+    assert (out / "targets.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_targets_study_refuses_what_does_not_fit(riglens, tmp_path):
+    boxes = tmp_path / "boxes.csv"
+    boxes.write_text(TRUE_POINTS)
+    assert "accepted is one of the two" in riglens("study", "targets", boxes, "--out", tmp_path).refused()
+    (tmp_path / "rigs.json").write_text('{"b": {}}')
+    words = ("study", "targets", boxes, "--rigs", tmp_path / "rigs.json", "--out", tmp_path)
+    assert "no rig for sequence 'a'" in riglens(*words).refused()

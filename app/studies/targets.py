@@ -1,0 +1,189 @@
+"""`riglens study targets`: predicted against true points on the road users of a recording."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+from rich import box
+from rich.table import Table
+from rich.text import Text
+
+from riglens.app.evaluation.options import SceneOptions
+from riglens.app.evaluation.scenario import remarks_on
+from riglens.app.evaluation.traffic import load_traffic
+from riglens.app.studies.files import csv_text, require_folder, write_text
+from riglens.app.terminal.console import note, progress_bar, results
+from riglens.core.errors import InputError
+from riglens.core.files import atomic_write
+from riglens.core.formats.opening import open_rig
+from riglens.core.rig.model import Rig
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.scene.readers import parse_class_map
+from riglens.core.shown_text import visible
+from riglens.core.study.target_counts import (
+    FEWEST,
+    GOOD_RANK,
+    GOOD_RATIO,
+    RINGS_M,
+    VARIANTS,
+    Pairs,
+    class_masks,
+    predict,
+)
+from riglens.core.study.true_points import Recorder, rigs_by_sequence, true_points
+
+NAMES = ("targets.csv", "targets-objects.csv", "targets.png")
+COLOURS = {"car": "#1f5fa8", "bicycle": "#c2410c", "pedestrian": "#3f7d3a"}
+
+
+def study(
+    scene: SceneOptions,
+    rig: str | None,
+    rigs: Path | None,
+    recorder: Recorder,
+    threads: int | None,
+    out: Path,
+) -> None:
+    """Print how predictions agree with a recording; write the tables and a chart."""
+    assert scene.boxes is not None
+    if (rig is None) == (rigs is None):
+        raise InputError("--rig and --rigs: accepted is one of the two")
+    require_folder(out, NAMES)
+    placed = rigs_by_sequence(rigs, recorder) if rigs is not None else open_rig(str(rig)).rig
+    with progress_bar("Reading boxes") as progress:
+        traffic = load_traffic(scene, 60.0, progress)
+    true = true_points(scene.boxes, parse_class_map(scene.classes))
+    if len(true) != len(traffic.row):
+        raise InputError(f"{scene.boxes}: found {len(true)} points for {len(traffic.row)} boxes")
+    labels = traffic.data.labels
+    _check_rigs(placed, labels.names if labels is not None else ("all",))
+    for line in remarks_on(traffic.data):
+        note(line)
+    pairs = predict(traffic, true, placed, threads)
+    write_text(out / NAMES[0], csv_text(list(summary(pairs))))
+    write_text(out / NAMES[1], csv_text(list(objects(pairs))))
+    with atomic_write(out / NAMES[2]) as stream:
+        stream.write(chart(pairs))
+    console = results()
+    for number in (*range(len(pairs.sequences)), None) if len(pairs.sequences) > 1 else (None,):
+        name = "all together" if number is None else visible(pairs.sequences[number])
+        console.print(Text(name, "bold"), soft_wrap=True)
+        console.print(table(pairs, number))
+    console.print(verdict(pairs), soft_wrap=True)
+    console.print(f"{out}: {', '.join(NAMES)}", soft_wrap=True)
+
+
+def _check_rigs(rigs: Mapping[str, Rig] | Rig, sequences: tuple[str, ...]) -> None:
+    for name in sequences if not isinstance(rigs, Rig) else ():
+        if name not in rigs:
+            raise InputError(f"--rigs: found no rig for sequence '{visible(name)}' of the boxes")
+
+
+def summary(pairs: Pairs) -> Iterator[dict[str, object]]:
+    """Rank correlation per class, and median ratio per class and ring: one line each, per sequence and variant."""
+    for number in (*range(len(pairs.sequences)), None):
+        sequence = "all" if number is None else pairs.sequences[number]
+        for variant in VARIANTS:
+            for name, mask in class_masks(pairs).items():
+                chosen = mask & pairs.of_sequence(number)
+                line = {"sequence": sequence, "variant": variant, "class": name, "from_m": 0, "to_m": 60}
+                yield line | _figures(pairs, variant, chosen)
+                for ring in RINGS_M if name in CLASSES else ():
+                    inside = chosen & pairs.ring(CLASSES.index(name), ring)
+                    yield line | {"from_m": ring[0], "to_m": ring[1]} | _figures(pairs, variant, inside)
+
+
+def _figures(pairs: Pairs, variant: str, chosen: NDArray[np.bool_]) -> dict[str, object]:
+    ratio, count = pairs.ratio(variant, chosen)
+    rank = pairs.rank(variant, chosen)
+    return {
+        "spearman": "" if rank is None else rank,
+        "median_ratio": "" if ratio is None else ratio,
+        "n": count,
+    }
+
+
+def objects(pairs: Pairs) -> Iterator[dict[str, object]]:
+    """One line per road user: true and predicted points."""
+    for place in range(len(pairs.cls)):
+        yield {
+            "seq": pairs.sequences[pairs.sequence[place]],
+            "cls": CLASSES[pairs.cls[place]],
+            "distance_m": round(float(pairs.distance_m[place]), 3),
+            "true": int(pairs.true[place]),
+        } | {variant: int(points[place]) for variant, points in pairs.predicted.items()}
+
+
+def table(pairs: Pairs, number: int | None) -> Table:
+    """Variants as rows, one section per class."""
+    shown = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    shown.add_column("predicted / true points", no_wrap=True)
+    shown.add_column("Spearman", justify="right")
+    for low, high in RINGS_M:
+        shown.add_column(f"{low:g}-{high:g} m", justify="right", no_wrap=True)
+    for name, mask in class_masks(pairs).items():
+        chosen = mask & pairs.of_sequence(number)
+        shown.add_row(Text(f"{name}, {int(chosen.sum()):,}", "bold"))
+        for variant in VARIANTS:
+            rank = pairs.rank(variant, chosen)
+            cells = [_ratio(pairs, variant, chosen, name, ring) for ring in RINGS_M if name in CLASSES]
+            shown.add_row(f"  {variant}", "–" if rank is None else f"{rank:.3f}", *cells)
+        shown.add_section()
+    return shown
+
+
+def _ratio(
+    pairs: Pairs, variant: str, chosen: NDArray[np.bool_], name: str, ring: tuple[float, float]
+) -> str:
+    ratio, count = pairs.ratio(variant, chosen & pairs.ring(CLASSES.index(name), ring))
+    return f"– ({count})" if ratio is None else f"{ratio:.2f} ({count})"
+
+
+def verdict(pairs: Pairs) -> str:
+    """What was reached of what is wanted, by the way that `riglens targets` predicts."""
+    variant = list(VARIANTS)[-1]
+    rank = pairs.rank(variant, pairs.of_sequence(None))
+    good = total = 0
+    for number in range(len(pairs.sequences)):
+        for cls in range(len(CLASSES)):
+            for ring in RINGS_M:
+                ratio, count = pairs.ratio(variant, pairs.of_sequence(number) & pairs.ring(cls, ring))
+                if ratio is not None and count >= FEWEST:
+                    total += 1
+                    good += GOOD_RATIO[0] <= ratio <= GOOD_RATIO[1]
+    said = "–" if rank is None else f"{rank:.3f}"
+    return (
+        f"{variant}: Spearman {said} over all (wanted: {GOOD_RANK:g}); the median ratio lies in "
+        f"{GOOD_RATIO[0]:g} to {GOOD_RATIO[1]:g} in {good} of {total} classes and rings with {FEWEST} objects or more."
+    )
+
+
+def chart(pairs: Pairs) -> bytes:
+    """Predicted against true points, one panel per way to predict, as PNG."""
+    figure = Figure(figsize=(13.0, 4.6), layout="constrained")
+    FigureCanvasAgg(figure)
+    for axes, variant in zip(figure.subplots(1, len(VARIANTS), sharey=True), VARIANTS, strict=True):
+        for number, name in enumerate(CLASSES):
+            mine = (pairs.cls == number) & ((pairs.true > 0) | (pairs.predicted[variant] > 0))
+            axes.plot(
+                pairs.true[mine] + 0.5, pairs.predicted[variant][mine] + 0.5, ".", ms=3.5, alpha=0.45,
+                mew=0, color=COLOURS[name], label=name,
+            )  # fmt: skip
+        top = 2.0 * max(pairs.true.max(initial=1), pairs.predicted[variant].max(initial=1))
+        axes.plot([0.5, top], [0.5, top], color="#222222", lw=0.8)
+        axes.set(xscale="log", yscale="log", xlabel="true points + 0.5", title=variant)
+        rank = pairs.rank(variant, pairs.of_sequence(None))
+        axes.text(
+            0.03, 0.95, "" if rank is None else f"Spearman {rank:.3f}", transform=axes.transAxes, va="top"
+        )
+    figure.axes[0].set_ylabel("predicted points + 0.5")
+    figure.axes[-1].legend(loc="lower right", markerscale=3)
+    stream = io.BytesIO()
+    figure.savefig(stream, format="png", dpi=130)
+    return stream.getvalue()
