@@ -14,15 +14,17 @@ from numpy.typing import NDArray
 
 from riglens.core.engine.fans import farthest, is_plain, is_upright, make_fan, make_profile, share_rows
 from riglens.core.engine.frustums import make_frustum
+from riglens.core.engine.sheets import Sheets, make_sheets
 from riglens.core.kernels import cast
 from riglens.core.kernels.cast import Cast
 from riglens.core.kernels.fan import mark_fan, work_by_row
 from riglens.core.kernels.frustum import Frustum, mark_frustum
 from riglens.core.kernels.planes import Space
+from riglens.core.kernels.sheet import mark_sheets
 from riglens.core.kernels.walk import FARTHEST
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Method
-from riglens.core.rig.model import Camera, Sensor
+from riglens.core.rig.model import Camera, Lidar, Sensor
 from riglens.core.scene.columns import Words, words_per_column
 from riglens.core.sensing.body_ends import barrier_ends
 from riglens.core.sensing.rational_walk import walk_rational
@@ -86,6 +88,10 @@ class Caster:
             return self._mark_rays(rays, marks, is_stale)
         if method == "exact" and is_upright(rays.rotation) and is_plain(rays):
             return self._mark_fan(rays, window, marks, is_stale)
+        if method == "exact" and isinstance(sensor, Lidar):
+            sheets = make_sheets(sensor, rays)
+            if sheets is not None:
+                return self._mark_sheets(sheets, marks, is_stale)
         frustum = make_frustum(sensor, rays) if method == "exact" and isinstance(sensor, Camera) else None
         if frustum is None:
             return self._mark_rays(rays, marks, is_stale)
@@ -140,6 +146,26 @@ class Caster:
             return True
         beyond = np.array([frustum.depth_limit - 1.0, FARTHEST])
         return self._mark_rays(rays._replace(reach=beyond), marks, is_stale)
+
+    def _mark_sheets(self, sheets: Sheets, marks: Words, is_stale: IsStale) -> bool:
+        """Near tiles by core and sheets; steep beams, and what lies beyond the tiles, ray by ray."""
+        box = sheets.spinner.box
+        for start in range(int(box[0]), int(box[1]), ROWS_PER_CHUNK):
+            if is_stale():
+                return False
+            end = min(start + ROWS_PER_CHUNK, int(box[1]))
+            mark_sheets(
+                sheets.spinner,
+                sheets.beams,
+                sheets.shells,
+                sheets.radius,
+                start,
+                end,
+                self._field.index.words,
+                self.workers,
+                marks,
+            )
+        return all(self._mark_rays(rays, marks, is_stale) for rays in sheets.rest)
 
     def _mark_rays(self, rays: Cast, marks: Words, is_stale: IsStale) -> bool:
         """Ray by ray; every worker but the first marks a set of its own, and these are added at the end."""

@@ -94,11 +94,12 @@ def is_plain(rays: Cast) -> bool:
     return bool(
         near
         and (endless or rays.kind == LIDAR)
-        and _is_tame(rays.rows, rays.planes, rays.rotation, rays.origin)
+        and is_tame(rays.rows, rays.planes, rays.rotation, rays.origin)
     )
 
 
-def _is_tame(*tables: NDArray[np.float64]) -> bool:
+def is_tame(*tables: NDArray[np.float64]) -> bool:
+    """Whether no number of some tables is so small or large that a ray could need rational arithmetic."""
     sizes = np.concatenate([np.abs(table).ravel() for table in tables])
     sizes = sizes[sizes > 0.0]
     return bool(sizes.size == 0 or (sizes.min() >= TAMEST and sizes.max() <= WILDEST))

@@ -9,13 +9,21 @@ from riglens.core.rig.model import Camera, Lidar, Rig
 WARM_UP = Rig(
     sensors=(
         Lidar(name="lidar", position=(0.0, 0.0, 2.0), elevations_deg=(0.0,), azimuths_deg=(0.0,)),
+        Lidar(
+            name="close",
+            position=(0.0, 0.0, 2.0),
+            rpy_deg=(0.0, 5.0, 0.0),
+            elevations_deg=(0.0,),
+            azimuths_deg=(0.0, 0.1),
+        ),
         Camera(name="camera", position=(0.0, 0.0, 2.0), hfov_deg=90.0, cast=(1, 1)),
         Camera(
             name="tilted", position=(0.0, 0.0, 2.0), rpy_deg=(0.0, 5.0, 0.0), hfov_deg=90.0, cast=(64, 64)
         ),
     )
 )
-"""Few rays: upright sensors, and a tilted camera dense enough for voxel walking and too sparse for it alone."""
+"""Few rays: upright sensors, a tilted LiDAR whose rays are close, and a tilted camera dense enough for voxel walking
+and too sparse for it alone."""
 
 
 def warm_up(field: EntropyField, threads: int | None = None) -> None:

@@ -26,7 +26,9 @@ before, engine = compiled(), Engine(field, 2)
 rig = preset("W+T")
 tilt = lambda sensor: sensor.replace(rpy_deg=(3.0, -4.0, sensor.rpy_deg[2]))
 near = lambda sensor: sensor.replace(range_m=(0.5, 8.0))
-for change in (tilt, near, lambda sensor: sensor):
+azimuths = tuple(0.2 * turn for turn in range(40))
+close = lambda sensor: tilt(sensor.replace(azimuths_deg=azimuths) if sensor.kind == "lidar" else sensor)
+for change in (tilt, near, close, lambda sensor: sensor):
     engine.evaluate(rig.model_copy(update={"sensors": tuple(change(sensor) for sensor in rig.sensors)}))
 print([name for name, count in compiled().items() if count != before[name]])
 """

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from riglens.core.engine import fans, frustums
-from riglens.core.kernels import fan, frustum, predicates, profile, ties, walk
+from riglens.core.engine import fans, frustums, sheets
+from riglens.core.kernels import cones, fan, frustum, predicates, profile, sheet, ties, walk
 
 REPOSITORY = Path(__file__).resolve().parents[3]
 ROOMS = ("kernels", "engine", "sensing")
@@ -26,6 +26,7 @@ NO_TOLERANCES = {
     ("approximate", "HALF_DIAGONAL"),
     ("approximate", "LEAST_RADIUS"),
     ("approximate", "TURN"),
+    ("cones", "A_TURN"),
 }
 """Constants of nature, of doubles, and stand-ins for zero."""
 
@@ -112,6 +113,20 @@ def test_a_voxel_lies_between_its_two_balls() -> None:
     assert frustum.BALL + frustum.SLACK < 0.5
     assert math.sqrt(3.0) / 2.0 < frustum.SPHERE < 1.0
     assert frustums.SHORTEST_DEPTH > 1.0 + frustum.SPHERE
+
+
+def test_balls_columns_and_tiles_have_room_for_rounding() -> None:
+    assert frustum.BALL + cones.SLACK < 0.5
+    assert math.sqrt(3.0) / 2.0 < cones.SPHERE
+    assert math.sqrt(0.5) < cones.HALF_COLUMN
+    assert sheet.TILE * math.sqrt(0.5) < sheet.HALF_TILE
+    assert sheets.NEARLY_ONE > cones.SPHERE + cones.SLACK
+
+
+def test_a_cone_has_one_height_and_its_times_are_known() -> None:
+    assert sheets.STEEPEST_DEG < 90.0
+    assert 3.0 * U * cones.LONGEST < cones.CLEAR / 2.0
+    assert cones.ROUND > 0.5 and sheet.ROUND_TIP > cones.ROUND
 
 
 @pytest.mark.parametrize(

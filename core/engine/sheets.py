@@ -1,0 +1,179 @@
+"""When a LiDAR can be cast by core and sheets, and the cones that describe it."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from riglens.core.engine.fans import is_tame
+from riglens.core.kernels.cast import Cast
+from riglens.core.kernels.codes import LISTED
+from riglens.core.kernels.cones import A_TURN, FINDER, HALF_COLUMN, SLACK, Beams, Spinner
+from riglens.core.kernels.fan import FARTHEST_ORIGIN
+from riglens.core.kernels.frustum import BALL
+from riglens.core.kernels.sheet import Shells
+from riglens.core.rig.model import Lidar
+
+STEEPEST_DEG = 65.0
+"""Beams that rise or fall by more in some direction are walked ray by ray: their way through the grid is short."""
+SHORTEST_RADIUS = 80.0
+"""Voxels: where rays drift apart so soon, walking them is quicker."""
+WIDEST_OFFSET = 0.5
+"""Radians between the azimuth offsets of a sector's beams, so that what all of them cover is a sector too."""
+FEWEST_GAPS = 2
+NEARLY_ONE = 0.88
+"""Voxels: more than from any point of a voxel to its centre."""
+SMALLEST_CORE = 4.0
+"""Voxels: smaller cores are not worth looking for."""
+
+
+class Sheets(NamedTuple):
+    """A LiDAR for `riglens.core.kernels.sheet`: its cones and cores, as far as the radius in plan; `rest` are the
+    casts of rays that are walked: those of steep beams, and those that go beyond."""
+
+    spinner: Spinner
+    beams: Beams
+    shells: Shells
+    radius: float
+    rest: list[Cast]
+
+
+def make_sheets(lidar: Lidar, rays: Cast, shortest: float = SHORTEST_RADIUS) -> Sheets | None:
+    """The cones of a LiDAR in grid units; None where walking its rays is simpler, or quicker because they drift apart
+    within the `shortest` radius in voxels."""
+    near = max(np.abs(rays.origin).max(), rays.box.max()) <= FARTHEST_ORIGIN
+    if not near or not is_tame(rays.rows, rays.planes, rays.rotation, rays.origin):
+        return None
+    spinner = _spinner(lidar, rays)
+    beams = _beams(lidar, spinner, _upper(rays))
+    heights = rays.box[4:] - rays.origin[2]
+    squared = (2.0 * BALL / spinner.step) ** 2 - float(np.abs(heights).max()) ** 2
+    radius = float(np.sqrt(max(squared, 0.0)))
+    offsets = beams.offset
+    if radius < shortest or (spinner.is_sector and np.ptp(offsets) > WIDEST_OFFSET):
+        return None
+    return Sheets(spinner, beams, _shells(beams, spinner.step), radius, _rest(spinner, beams, rays, radius))
+
+
+def _spinner(lidar: Lidar, rays: Cast) -> Spinner:
+    azimuths, turns, step, is_sector = _azimuths(np.radians(lidar.azimuths()))
+    axis = rays.rotation[:, 2] * _upper(rays)
+    return Spinner(
+        rays.kind, rays.rows, rays.planes, rays.origin, rays.rotation, rays.reach, rays.box, rays.shape, axis,
+        azimuths, turns, step, is_sector,
+    )  # fmt: skip
+
+
+def _upper(rays: Cast) -> float:
+    """1 where the upper end of the sensor's axis points up, -1 where it is upside down."""
+    return -1.0 if rays.rotation[2, 2] < 0.0 else 1.0
+
+
+def _azimuths(
+    azimuth: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.int64], float, bool]:
+    """Azimuths in ascending order from behind their widest gap, their numbers, the widest other gap, and whether they
+    leave out a sector: whether the widest gap is much wider than that."""
+    order = np.argsort(azimuth % A_TURN, kind="stable")
+    sorted_ = (azimuth % A_TURN)[order]
+    gaps = np.append(np.diff(sorted_), sorted_[0] + A_TURN - sorted_[-1])
+    first = (int(np.argmax(gaps)) + 1) % len(gaps)
+    ordered = np.concatenate([sorted_[first:], sorted_[:first] + A_TURN])
+    others = np.sort(gaps)[:-1]
+    inner = float(others[-1]) if others.size else 0.0
+    is_sector = bool(gaps.max() > 1.5 * inner)
+    step = inner if is_sector else float(gaps.max())
+    return ordered, np.roll(order, -first), max(step, 1e-9), is_sector
+
+
+def _beams(lidar: Lidar, spinner: Spinner, upper: float) -> Beams:
+    """The cones in ascending order; see `riglens.core.kernels.cones`."""
+    axis, elevation = spinner.axis, upper * np.radians(lidar.elevations())
+    order = np.argsort(elevation, kind="stable")
+    elevation = elevation[order]
+    sine, cosine = np.sin(elevation), np.cos(elevation)
+    lean = float(np.arctan2(np.hypot(axis[0], axis[1]), axis[2]))
+    steepest = np.abs(elevation) + lean
+    flat = steepest <= np.radians(STEEPEST_DEG)
+    opening = np.where(flat, axis[2] ** 2 - sine**2, 1.0)
+    offsets = np.radians(np.array(lidar.azimuth_offsets_deg or np.zeros(lidar.beam_count)))[order]
+    first, last = spinner.azimuths[0] + offsets, spinner.azimuths[-1] + offsets
+    return Beams(
+        elevation,
+        sine,
+        cosine,
+        np.where(flat, -axis[2] / opening, 0.0),
+        np.where(flat, sine / opening, 0.0),
+        np.where(flat, opening, 0.0),
+        np.where(flat, np.tan(np.minimum(steepest, 1.5)), 0.0),
+        np.where(flat, np.abs(sine) * cosine**2 / opening**1.5, np.inf),
+        order,
+        offsets,
+        np.stack([np.cos(first), np.sin(first), np.cos(last), np.sin(last)], axis=1),
+        np.searchsorted(sine, np.arange(FINDER) * (2.0 / FINDER) - 1.0),
+    )
+
+
+def _shells(beams: Beams, step: float) -> Shells:
+    """Cores between beams that are no farther apart than some of the gaps between them."""
+    gaps = np.diff(beams.elevation)
+    is_flat = np.isfinite(beams.bend)
+    gaps = np.where(is_flat[1:] & is_flat[:-1], gaps, np.inf)
+    finite = gaps[np.isfinite(gaps)]
+    cores: dict[tuple[int, int], float] = {}
+    for gap in np.quantile(finite, (0.5, 0.9, 1.0), method="higher") * 1.001 + 1e-9 if finite.size else ():
+        reach = _core_radius(float(gap), step)
+        for run in _runs(gaps <= gap) if reach >= SMALLEST_CORE else ():
+            if run[1] - run[0] >= max(FEWEST_GAPS, len(gaps) // 8):
+                cores.setdefault(run, reach)
+    low, high = np.array(list(cores), np.int64).reshape(-1, 2).T
+    radius = np.array(list(cores.values()))
+    inside = np.minimum(
+        beams.elevation - beams.elevation[low][:, None], beams.elevation[high][:, None] - beams.elevation
+    )
+    with np.errstate(divide="ignore"):
+        since = np.where(inside > 0.0, NEARLY_ONE / np.sin(np.clip(inside, 0.0, 1.5)), np.inf)
+    return Shells(
+        np.ascontiguousarray(low), np.ascontiguousarray(high), radius**2, since, radius - NEARLY_ONE
+    )
+
+
+def _core_radius(gap: float, step: float) -> float:
+    """How far from the sensor every place between two beams is within BALL of a ray, in voxels."""
+    chord = 0.5 * float(np.hypot(0.5 * gap, 0.5 * step))
+    angle = 2.0 * np.arcsin(min(chord, 1.0))
+    return float(BALL / np.sin(angle)) if angle < 1.0 else 0.0
+
+
+def _runs(close: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """First and last beam of each run of gaps that are close enough."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], close, [False]]).astype(np.int8)))
+    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def _rest(spinner: Spinner, beams: Beams, rays: Cast, radius: float) -> list[Cast]:
+    """Rays to be walked: all of steep beams, and of the others what is beyond the tiles within a radius."""
+    begin = radius - 2.0 * HALF_COLUMN - SLACK
+    rest = []
+    steep = ~np.isfinite(beams.bend)
+    if steep.any():
+        rest.append(_only(rays, np.sort(beams.number[steep]), spinner.azimuths.size))
+    low, high = rays.box[4:] - rays.origin[2]
+    lean = float(np.arctan2(np.hypot(spinner.axis[0], spinner.axis[1]), spinner.axis[2]))
+    lowest, highest = np.sin(beams.elevation - lean) * begin, np.sin(beams.elevation + lean) * begin
+    goes_on = ~steep & (lowest <= max(high, 0.0) + 1.0) & (highest >= min(low, 0.0) - 1.0)
+    corners = np.abs(rays.box[:4].reshape(2, 2) - rays.origin[:2, None]).max(axis=1)
+    if goes_on.any() and np.hypot(*corners) >= begin and rays.reach[1] > begin:
+        beyond = np.array([max(begin, rays.reach[0]), rays.reach[1]])
+        further = _only(rays, np.sort(beams.number[goes_on]), spinner.azimuths.size)
+        rest.append(further._replace(reach=beyond))
+    return rest
+
+
+def _only(rays: Cast, beams: NDArray[np.int64], turns: int) -> Cast:
+    """The rays of some beams."""
+    if rays.kind != LISTED:
+        return rays._replace(rows=np.ascontiguousarray(rays.rows[beams]))
+    return rays._replace(rows=np.ascontiguousarray(rays.rows.reshape(-1, turns, 3)[beams].reshape(-1, 3)))

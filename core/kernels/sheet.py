@@ -1,0 +1,396 @@
+"""Spinning LiDARs in any pose: whether any ray hits a voxel, tile by tile of the grid.
+
+Three things are certain without a look at a single ray. Between beams that are close together, and near enough, a
+voxel is hit whose centre lies between them: the *core*. Beyond it each beam is a *sheet*, a cone that has a height over
+every column; where the rays of a beam are closer than a voxel, one of them passes through a column near its middle, so
+the level in which the sheet is there is hit. And a level that no sheet comes near is missed. What remains is tested ray
+by ray: voxels that a sheet only grazes, those around the sensor, and those at the borders of sector and range. Tiles
+in which rays are too far apart are left to the ray walk.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numba
+import numpy as np
+
+from riglens.core.kernels.bits import FULL_WORD, lowest_bit
+from riglens.core.kernels.cones import HALF_COLUMN, SLACK, Beams, Spinner, any_ray_hits, height
+from riglens.core.kernels.jit import inlined, kernel, parallel_kernel
+from riglens.core.kernels.walk import FARTHEST
+
+TILE = 16
+"""Columns along each edge of a tile."""
+HALF_TILE = 11.4
+"""A little more than half the diagonal of a tile."""
+ROUND_TIP = 6.0
+"""Voxels in plan from the sensor within which sheets turn too much: everything there is tested."""
+MISSES, MIXED, COVERS = 0, 1, 2
+"""Whether a beam has rays all over a tile: nowhere, perhaps, everywhere."""
+
+
+class Shells(NamedTuple):
+    """Cores by number: the beams low and high (shells,) between which neighbours are close, and the squared radius of
+    each; since (shells, beams): from which distance on, and until (shells,) which, all that a beam meets is in it."""
+
+    low: np.ndarray
+    high: np.ndarray
+    squared: np.ndarray
+    since: np.ndarray
+    until: np.ndarray
+
+
+class TileWork(NamedTuple):
+    """Work space of one worker: heights (TILE + 1, TILE + 1) of a sheet at the corners of columns; meets, hits int32
+    (2, TILE²): from, to of the levels that it meets and of those that it hits for certain; asked, sure uint64 (words
+    per column, TILE²): all of these levels; has_rays, is_full uint64 (TILE²): all bits where a sheet may have rays,
+    and where it has them all over the column."""
+
+    heights: np.ndarray
+    meets: np.ndarray
+    hits: np.ndarray
+    asked: np.ndarray
+    sure: np.ndarray
+    has_rays: np.ndarray
+    is_full: np.ndarray
+
+
+class Tile(NamedTuple):
+    """A tile: first column ix, iy; place x, y of that corner seen from the sensor; nearest, farthest in plan; tall: the
+    largest height in the box, seen from the sensor; low, high: heights of the box seen from the sensor."""
+
+    ix: int
+    iy: int
+    x: float
+    y: float
+    nearest: float
+    farthest: float
+    low: float
+    high: float
+
+
+@inlined
+def _tile(s: Spinner, ix: int, iy: int) -> Tile:
+    """The tile that begins at a column."""
+    x, y = ix - s.origin[0], iy - s.origin[1]
+    near_x, near_y = max(max(x, -x - TILE), 0.0), max(max(y, -y - TILE), 0.0)
+    far_x, far_y = max(abs(x), abs(x + TILE)), max(abs(y), abs(y + TILE))
+    return Tile(
+        ix, iy, x, y, np.hypot(near_x, near_y), np.hypot(far_x, far_y),
+        s.box[4] - s.origin[2], s.box[5] - s.origin[2],
+    )  # fmt: skip
+
+
+@inlined
+def _reaches(tile: Tile) -> float:
+    """The longest way from the sensor to a point of the tile in the box."""
+    return float(np.hypot(tile.farthest, max(abs(tile.low), abs(tile.high))))
+
+
+@inlined
+def _sides(s: Spinner, sides: np.ndarray, x: float, y: float, z: float) -> tuple[float, float]:
+    """How far a place is past the plane through the first azimuth of a sector, and before that through the last."""
+    r = s.rotation
+    u = r[0, 0] * x + r[1, 0] * y + r[2, 0] * z
+    v = r[0, 1] * x + r[1, 1] * y + r[2, 1] * z
+    return sides[0] * v - sides[1] * u, sides[3] * u - sides[2] * v
+
+
+@inlined
+def _in_sector(s: Spinner, sides: np.ndarray, x: float, y: float, z: float, room: float) -> int:
+    """Whether all, none or maybe some of the points within `room` of a place are in the sector of a beam."""
+    if not s.is_sector:
+        return COVERS
+    past, before = _sides(s, sides, x, y, z)
+    narrow = s.azimuths[-1] - s.azimuths[0] <= np.pi
+    inside = min(past, before) if narrow else max(past, before)
+    return COVERS if inside > room else MISSES if inside < -room else MIXED
+
+
+@inlined
+def _in_reach(s: Spinner, nearest: float, farthest: float) -> int:
+    """Whether all, none or some of the distances are within the range of the rays."""
+    if nearest > s.reach[0] + SLACK and farthest < s.reach[1] - SLACK:
+        return COVERS
+    return MISSES if nearest > s.reach[1] + SLACK or farthest < s.reach[0] - SLACK else MIXED
+
+
+@inlined
+def _mask(low: int | np.int32, high: int | np.int32, part: int) -> np.uint64:
+    """Bits low..high of the word `part` of a column; none where low > high."""
+    first, last = int(low) - 64 * part, int(high) - 64 * part
+    shown = (first <= last) & (first < 64) & (last >= 0)
+    mask = (FULL_WORD << np.uint64(min(max(first, 0), 63))) & (
+        FULL_WORD >> np.uint64(63 - min(max(last, 0), 63))
+    )
+    return mask if shown else np.uint64(0)
+
+
+@inlined
+def _add_levels(levels: np.ndarray, bits: np.ndarray) -> None:
+    """Add levels from, to (2, columns) to the bits (words per column, columns)."""
+    for part in range(bits.shape[0]):
+        for place in range(TILE * TILE):
+            bits[part, place] |= _mask(levels[0, place], levels[1, place], part)
+
+
+@inlined
+def _level(height: float) -> np.int32:
+    """The level of a height, as a number that fits into 32 bits."""
+    return np.int32(np.floor(min(max(height, -1e6), 1e6)))
+
+
+@kernel
+def _mark_core(s: Spinner, beams: Beams, shells: Shells, tile: Tile, work: TileWork) -> None:
+    """Set the bits of all voxels of a tile whose centre is in a core."""
+    axis, levels = s.axis, work.hits
+    for shell in range(shells.low.size):
+        low, high, squared = shells.low[shell], shells.high[shell], shells.squared[shell]
+        if tile.nearest * tile.nearest >= squared:
+            continue
+        fall_low, rise_low, open_low = beams.fall[low], beams.rise[low], beams.open[low]
+        fall_high, rise_high, open_high = beams.fall[high], beams.rise[high], beams.open[high]
+        for i in range(TILE):
+            x = tile.x + i + 0.5
+            for j in range(TILE):
+                y = tile.y + j + 0.5
+                flat, q = x * x + y * y, axis[0] * x + axis[1] * y
+                tall = np.sqrt(max(squared - flat, 0.0))
+                bottom = fall_low * q + rise_low * np.sqrt(q * q + open_low * flat)
+                top = fall_high * q + rise_high * np.sqrt(q * q + open_high * flat)
+                bottom, top = max(max(bottom, -tall), tile.low), min(min(top, tall), tile.high)
+                levels[0, i * TILE + j] = _level(bottom + (SLACK + 0.5 + s.origin[2]))
+                levels[1, i * TILE + j] = _level(top + (s.origin[2] - SLACK - 0.5))
+        _add_levels(levels, work.sure)
+
+
+@inlined
+def _drop(
+    s: Spinner, beams: Beams, tile: Tile, beam: int, place: tuple[float, float, float], inset: float
+) -> float:
+    """By how much a sheet falls at most, in the tile around a place on it, on the way from the corner of a column to
+    where the ray next to it, at most `inset` away, is certainly in the column; and from there to that ray.
+
+    The way to that ray is a chord about the axis: along the azimuth, and no steeper than the axis leans.
+    """
+    x, y, z = place
+    axis, r = s.axis, s.rotation
+    q = axis[0] * x + axis[1] * y
+    root = np.sqrt(q * q + beams.open[beam] * (x * x + y * y))
+    along_x = abs(beams.fall[beam] * axis[0] + beams.rise[beam] * (q * axis[0] + beams.open[beam] * x) / root)
+    along_y = abs(beams.fall[beam] * axis[1] + beams.rise[beam] * (q * axis[1] + beams.open[beam] * y) / root)
+    turn = beams.bend[beam] * HALF_TILE / tile.nearest
+    u = r[0, 0] * x + r[1, 0] * y + r[2, 0] * z
+    v = r[0, 1] * x + r[1, 1] * y + r[2, 1] * z
+    flat = np.sqrt(u * u + v * v)
+    around = HALF_TILE * np.sqrt(1.0 + beams.slope[beam] ** 2)
+    spread = 1.05 * around / (tile.nearest * beams.cosine[beam]) + s.step
+    beside_x = min(abs(u * r[0, 1] - v * r[0, 0]) / flat + spread, 1.0)
+    beside_y = min(abs(u * r[1, 1] - v * r[1, 0]) / flat + spread, 1.0)
+    lean = np.sqrt(axis[0] * axis[0] + axis[1] * axis[1])
+    climb = min(abs(u * r[2, 1] - v * r[2, 0]) / flat + spread * lean, lean)
+    return float(inset * (beside_x * (along_x + turn) + beside_y * (along_y + turn) + climb) + SLACK)
+
+
+@inlined
+def _levels(
+    s: Spinner, beams: Beams, tile: Tile, beam: int, inset: float, drop: float, work: TileWork
+) -> None:
+    """Levels that a sheet meets in each column of a tile, and of these the ones that are hit for certain.
+
+    A sheet that is in one level is hit where rays are closer than a column. Of several levels, those are hit in which
+    it remains after `drop` from its highest corner, or up to as much above the lowest.
+    """
+    axis, heights, meets, hits = s.axis, work.heights, work.meets, work.hits
+    fall, rise, opening = beams.fall[beam], beams.rise[beam], beams.open[beam]
+    for i in range(TILE + 1):
+        x = tile.x + i
+        for j in range(TILE + 1):
+            y = tile.y + j
+            q = axis[0] * x + axis[1] * y
+            heights[i, j] = s.origin[2] + fall * q + rise * np.sqrt(q * q + opening * (x * x + y * y))
+    room = 0.25 * beams.bend[beam] / tile.nearest + SLACK
+    close = inset < 0.5
+    can = close and inset * np.sqrt(axis[0] * axis[0] + axis[1] * axis[1]) < 0.5 - SLACK
+    for i in range(TILE):
+        for j in range(TILE):
+            a, b, c, d = heights[i, j], heights[i, j + 1], heights[i + 1, j], heights[i + 1, j + 1]
+            low, high = min(min(a, b), min(c, d)), max(max(a, b), max(c, d))
+            place = i * TILE + j
+            first, last = _level(low - room), _level(high + room)
+            one = close and first == last
+            meets[0, place], meets[1, place] = first, last
+            hits[0, place] = first if one else _level(low + drop) if can else np.int32(1)
+            hits[1, place] = last if one else _level(high - drop) if can else np.int32(0)
+
+
+@kernel
+def _add_border(s: Spinner, beams: Beams, tile: Tile, beam: int, work: TileWork) -> None:
+    """Add the levels of a sheet that ends in the tile, at the border of sector or range, column by column."""
+    heights, has_rays, is_full = work.heights, work.has_rays, work.is_full
+    room = HALF_COLUMN * np.sqrt(1.0 + beams.slope[beam] ** 2) + 0.5 * beams.bend[beam] / tile.nearest + SLACK
+    sides, begin, end = beams.sides[beam], s.reach[0], s.reach[1]
+    narrow = s.azimuths[-1] - s.azimuths[0] <= np.pi
+    for i in range(TILE):
+        x = tile.x + i + 0.5
+        for j in range(TILE):
+            y = tile.y + j + 0.5
+            total = heights[i, j] + heights[i, j + 1] + heights[i + 1, j] + heights[i + 1, j + 1]
+            z = 0.25 * total - s.origin[2]
+            distance = np.sqrt(x * x + y * y + z * z)
+            past, before = _sides(s, sides, x, y, z)
+            inside = min(past, before) if narrow else max(past, before)
+            if not s.is_sector:
+                inside = FARTHEST
+            inside = min(inside, min(distance - begin, end - distance))
+            has_rays[i * TILE + j] = FULL_WORD if inside >= -room else np.uint64(0)
+            is_full[i * TILE + j] = FULL_WORD if inside > room else np.uint64(0)
+    for part in range(work.sure.shape[0]):
+        for place in range(TILE * TILE):
+            met = _mask(work.meets[0, place], work.meets[1, place], part)
+            hit = _mask(work.hits[0, place], work.hits[1, place], part)
+            work.asked[part, place] |= met & has_rays[place]
+            work.sure[part, place] |= hit & is_full[place]
+
+
+@kernel
+def _forget_far(tile: Tile, radius: float, work: TileWork) -> None:
+    """Leave the columns that are not within the radius to the ray walk."""
+    for place in range(TILE * TILE):
+        x, y = tile.x + place // TILE + 0.5, tile.y + place % TILE + 0.5
+        if np.sqrt(x * x + y * y) > radius - HALF_COLUMN:
+            work.sure[:, place], work.asked[:, place] = 0, 0
+
+
+@inlined
+def _is_in_core(shells: Shells, beam: int, nearest: float, farthest: float) -> bool:
+    """Whether all that a beam meets between two distances is in a core."""
+    for shell in range(shells.low.size):
+        if nearest >= shells.since[shell, beam] and farthest <= shells.until[shell]:
+            return True
+    return False
+
+
+@kernel
+def _add_beams(
+    s: Spinner, beams: Beams, shells: Shells, tile: Tile, radius: float, has_core: bool, work: TileWork
+) -> None:
+    """Add the sheets of all beams that meet a tile in the box, as far as the radius."""
+    axis = s.axis
+    x, y, farthest = tile.x + 0.5 * TILE, tile.y + 0.5 * TILE, _reaches(tile)
+    longest = np.hypot(min(tile.farthest, radius), max(abs(tile.low), abs(tile.high)))
+    for beam in range(beams.elevation.size):
+        if not np.isfinite(beams.bend[beam]):
+            continue
+        z = height(axis, beams, beam, x, y)
+        spread = HALF_TILE * beams.slope[beam] + SLACK
+        if z - spread > tile.high or z + spread < tile.low:
+            continue
+        if has_core and _is_in_core(shells, beam, tile.nearest, farthest):
+            continue
+        around = HALF_TILE * np.sqrt(1.0 + beams.slope[beam] ** 2) + SLACK
+        distance = np.sqrt(x * x + y * y + z * z)
+        reach = _in_reach(s, distance - around, distance + around)
+        sector = _in_sector(s, beams.sides[beam], x, y, z, around)
+        if reach == MISSES or sector == MISSES:
+            continue
+        inset = 0.5 * longest * beams.cosine[beam] * s.step + SLACK
+        _levels(s, beams, tile, beam, inset, _drop(s, beams, tile, beam, (x, y, z), inset), work)
+        if reach == COVERS and sector == COVERS:
+            _add_levels(work.hits, work.sure)
+            _add_levels(work.meets, work.asked)
+        else:
+            _add_border(s, beams, tile, beam, work)
+
+
+@inlined
+def _core_holds(s: Spinner, beams: Beams, tile: Tile) -> bool:
+    """Whether a whole tile is so well inside sector and range that a core may be marked there."""
+    begins = s.reach[0] > 0.0 and tile.nearest < s.reach[0] + 1.0
+    if begins or _reaches(tile) > s.reach[1] - 1.0:
+        return False
+    if not s.is_sector:
+        return True
+    x, y = tile.x + 0.5 * TILE, tile.y + 0.5 * TILE
+    narrow = s.azimuths[-1] - s.azimuths[0] <= np.pi
+    for beam in (np.argmin(beams.offset), np.argmax(beams.offset)):
+        past_low, before_low = _sides(s, beams.sides[beam], x, y, tile.low)
+        past_high, before_high = _sides(s, beams.sides[beam], x, y, tile.high)
+        past, before = min(past_low, past_high), min(before_low, before_high)
+        if (min(past, before) if narrow else max(past, before)) <= HALF_TILE:
+            return False
+    return True
+
+
+@kernel
+def _mark_tile(
+    s: Spinner,
+    beams: Beams,
+    shells: Shells,
+    tile: Tile,
+    radius: float,
+    keep: np.ndarray,
+    marks: np.ndarray,
+    work: TileWork,
+) -> None:
+    """Mark the voxels of one tile that a ray traverses, as far as the radius."""
+    ny, depth = s.shape[1], (s.shape[2] + 63) // 64
+    work.sure[:], work.asked[:] = 0, 0
+    has_core = _core_holds(s, beams, tile)
+    if has_core:
+        _mark_core(s, beams, shells, tile, work)
+    if tile.nearest < ROUND_TIP:
+        work.asked[:] = FULL_WORD
+    else:
+        _add_beams(s, beams, shells, tile, radius, has_core, work)
+    if tile.farthest > radius:
+        _forget_far(tile, radius, work)
+    for i in range(min(TILE, s.box[1] - tile.ix)):
+        for j in range(min(TILE, s.box[3] - tile.iy)):
+            for part in range(depth):
+                word = ((tile.ix + i) * ny + tile.iy + j) * depth + part
+                sure = work.sure[part, i * TILE + j] & _mask(s.box[4], s.box[5] - 1, part)
+                open_ = work.asked[part, i * TILE + j] & ~sure & keep[word] & ~marks[word]
+                while open_ != 0:
+                    level = lowest_bit(open_)
+                    bit = np.uint64(1) << level
+                    open_ ^= bit
+                    if any_ray_hits(s, beams, (tile.ix + i, tile.iy + j, 64 * part + int(np.int64(level)))):
+                        sure |= bit
+                marks[word] |= sure
+
+
+@parallel_kernel
+def mark_sheets(
+    s: Spinner,
+    beams: Beams,
+    shells: Shells,
+    radius: float,
+    first_row: int,
+    end_row: int,
+    keep: np.ndarray,
+    workers: int,
+    marks: np.ndarray,
+) -> None:
+    """Mark the voxels of the rows first_row..end_row-1 along x, a whole number of tiles, that a ray traverses, as far
+    as the tiles lie within a radius in plan.
+
+    keep uint64 (words,): voxels worth a test; marks uint64 (words,): every row of the grid is marked by one worker.
+    """
+    depth = (s.shape[2] + 63) // 64
+    for worker in numba.prange(workers):
+        work = TileWork(
+            np.empty((TILE + 1, TILE + 1)),
+            np.empty((2, TILE * TILE), np.int32),
+            np.empty((2, TILE * TILE), np.int32),
+            np.empty((depth, TILE * TILE), np.uint64),
+            np.empty((depth, TILE * TILE), np.uint64),
+            np.empty(TILE * TILE, np.uint64),
+            np.empty(TILE * TILE, np.uint64),
+        )
+        for ix in range(first_row + worker * TILE, end_row, workers * TILE):
+            for iy in range(s.box[2], s.box[3], TILE):
+                tile = _tile(s, ix, iy)
+                if tile.nearest < radius:
+                    _mark_tile(s, beams, shells, tile, radius, keep, marks, work)
