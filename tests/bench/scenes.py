@@ -200,6 +200,10 @@ class _Witness(Caster):
         self.ways.append("voxels")
         return super()._mark_frustum(*arguments)
 
+    def _mark_sheets(self, *arguments: Any) -> bool:
+        self.ways.append("sheets")
+        return super()._mark_sheets(*arguments)
+
     def _mark_rays(self, *arguments: Any) -> bool:
         self.ways.append("rays")
         return super()._mark_rays(*arguments)
