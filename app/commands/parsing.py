@@ -8,6 +8,7 @@ from difflib import get_close_matches
 
 from cyclopts import App, CycloptsError, Parameter, UnusedCliTokensError
 
+from riglens.app.commands.audit import audit
 from riglens.app.commands.card import card
 from riglens.app.commands.data import data, pog
 from riglens.app.commands.picture import render
@@ -35,6 +36,7 @@ app.default(window)
 app.command(study)
 app.command(evaluate, sort_key=1)
 app.command(targets, sort_key=2)
+app.command(audit, sort_key=2)
 app.command(card, sort_key=2)
 app.command(pog, sort_key=2)
 app.command(data, sort_key=3)

@@ -97,6 +97,11 @@ class Caster:
             return self._mark_rays(rays, marks, is_stale)
         return self._mark_frustum(frustum, rays, window, marks, is_stale)
 
+    @property
+    def field(self) -> EntropyField:
+        """What sensors are cast against."""
+        return self._field
+
     def window(self, sensor: Sensor) -> Window:
         """Return where a sensor can mark: for a camera, only ahead of it along the axes on which all its corner rays
         (all its rays, where the lens has distortion) point the same way."""
@@ -175,7 +180,7 @@ class Caster:
                 return False
             irregular = np.zeros(end - start, np.bool_)
             cast.mark_rays(rays, start, end, marks, spare, irregular)
-            for word, bit in self._walk_irregular(rays, start + np.flatnonzero(irregular)):
+            for word, bit in self.walk_irregular(rays, start + np.flatnonzero(irregular)):
                 marks[word] |= bit
         cast.add_marks(spare, marks, self.workers)
         return True
@@ -196,7 +201,7 @@ class Caster:
             irregular = np.zeros(end - start, np.bool_)
             sums = cast.sum_hits(rays, start, end, self.workers, entropies, irregular)
             totals = [total + int(part) for total, part in zip(totals, sums, strict=True)]
-            for word, bit in self._walk_irregular(rays, start + np.flatnonzero(irregular)):
+            for word, bit in self.walk_irregular(rays, start + np.flatnonzero(irregular)):
                 totals = [t + h for t, h in zip(totals, self._entropy_at(word, bit), strict=True)]
         return tuple(totals)
 
@@ -232,6 +237,10 @@ class Caster:
             self._ends(sensor, barrier),
         )
 
+    def rays(self, sensor: Sensor, method: Method, barrier: Barrier | None = None) -> Cast:
+        """All rays of a sensor in grid units, cut off where they meet the barrier."""
+        return self._rays(sensor, method, barrier)
+
     def _ends(self, sensor: Sensor, barrier: Barrier | None) -> NDArray[np.float64]:
         """Where each ray meets the barrier, in grid units; empty where none does."""
         if barrier is None:
@@ -239,7 +248,7 @@ class Caster:
         ends = barrier_ends(sensor, barrier, self.workers)
         return ends / self._field.grid.voxel_m if np.isfinite(ends).any() else np.zeros(0)
 
-    def _walk_irregular(self, rays: Cast, numbers: NDArray[np.int64]) -> Iterator[tuple[int, np.uint64]]:
+    def walk_irregular(self, rays: Cast, numbers: NDArray[np.int64]) -> Iterator[tuple[int, np.uint64]]:
         """Word and bit of every voxel of the rays that the kernels left out."""
         grid = self._field.grid
         depth = words_per_column(grid)

@@ -1,0 +1,218 @@
+"""Where the rays of each sensor go: into the car, past the region, into the ground, or to what they are there for.
+
+Every ray counts once, in the first of these that fits, so the shares of a sensor add up to one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from riglens.core.engine.caster import Caster
+from riglens.core.engine.engine import Engine
+from riglens.core.kernels import jit
+from riglens.core.kernels.cast import Cast
+from riglens.core.kernels.walk import IRREGULAR, Ray, walk_exact
+from riglens.core.metric.entropy import EntropyField
+from riglens.core.metric.scores import Body, MetricSettings, Scores
+from riglens.core.rig.model import FORMAT_VERSION, Rig, Sensor
+from riglens.core.rig.yaml.file import rig_sha256
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.scene.columns import Words, words_per_column
+from riglens.core.sensing.body_ends import barrier_of
+from riglens.core.sensing.rays import Lattice, rotate
+from riglens.core.vehicle.mesh import BodyMesh
+from riglens.core.vehicle.solid import Barrier, CarBody
+from riglens.core.vehicle.standing import Stand, stand
+
+FATES = ("hits_car", "never_enters", "ground", "meets_nothing", "seen_by_others", "brings_new")
+"""What becomes of a ray, in the order in which it is shown."""
+FULL = np.uint64(0xFFFFFFFFFFFFFFFF)
+CAR, OUTSIDE, GROUND, NOTHING, SHARED, NEW = range(len(FATES))
+
+
+@dataclass(frozen=True)
+class SensorAudit:
+    """Where the rays of one sensor go.
+
+    `counts` are rays by the names in FATES; `lost_nat` is the entropy by class that the sensor on its own would see but
+    for the car's body, and `lost_share` the same as a share of H(Omega).
+    """
+
+    name: str
+    kind: str
+    counts: Mapping[str, int]
+    lost_nat: Mapping[str, float]
+    lost_share: Mapping[str, float]
+    stand: Stand
+
+    @property
+    def rays(self) -> int:
+        """Number of rays cast."""
+        return sum(self.counts.values())
+
+    @property
+    def shares(self) -> dict[str, float]:
+        """The counts as shares of all rays; they add up to one."""
+        return {name: count / max(1, self.rays) for name, count in self.counts.items()}
+
+
+@dataclass(frozen=True)
+class RigAudit:
+    """Where the rays of a rig's enabled sensors go; `body` says whether the car was in their way."""
+
+    rig: Rig
+    body: Body
+    sensors: tuple[SensorAudit, ...]
+
+
+def audit(
+    field: EntropyField,
+    rig: Rig,
+    body: Body = "blocks",
+    mesh: BodyMesh | None = None,
+    threads: int | None = None,
+) -> RigAudit:
+    """Follow every ray of the rig's enabled sensors through the region.
+
+    A ray that meets the car counts for the car, wherever. Of the others, one that meets voxels which no other sensor
+    of the rig sees brings something new; one that meets informative voxels, but only such, sees what others see; one
+    that meets none ends at the ground, or leaves the region by its sides or top, or never enters it. `mesh` is that of
+    the vehicle's file, if it has one; InputError where it is needed and missing.
+    """
+    settings = MetricSettings(body=body)
+    solid = CarBody(rig.vehicle, mesh).solid()
+    workers = jit.use_threads(threads)
+    engine = Engine(field, threads)
+    engine.evaluate(rig, settings, False, mesh)
+    enabled = [sensor for sensor in rig.sensors if sensor.enabled]
+    marks = [np.array(engine.marks_of(sensor, "exact")) & field.index.words for sensor in enabled]
+    once, twice = _seen_once_and_twice(field, marks)
+    caster = Caster(field, workers)
+    audits = []
+    for sensor, own in zip(enabled, marks, strict=True):
+        barrier = barrier_of(sensor, solid) if body == "blocks" else None
+        fates = _fates(caster, sensor, barrier, twice | (once & ~own))
+        counts = {name: int(np.count_nonzero(fates == code)) for code, name in enumerate(FATES)}
+        lost = _lost(engine, rig, sensor, mesh)
+        audits.append(SensorAudit(sensor.name, sensor.kind, counts, *lost, stand(sensor.position, solid)))
+    return RigAudit(rig, body, tuple(audits))
+
+
+def _seen_once_and_twice(field: EntropyField, marks: list[Words]) -> tuple[Words, Words]:
+    """Voxels that one sensor or more sees, and two or more."""
+    once, twice = np.zeros_like(field.index.words), np.zeros_like(field.index.words)
+    for own in marks:
+        twice |= once & own
+        once |= own
+    return once, twice
+
+
+def _fates(caster: Caster, sensor: Sensor, barrier: Barrier | None, others: Words) -> NDArray[np.int64]:
+    """What becomes of each ray of a sensor, when `others` is what the other sensors see."""
+    field = caster.field
+    nx, ny, nz = field.grid.shape
+    rays = caster.rays(sensor, "exact", barrier)._replace(box=np.array([0, nx, 0, ny, 0, nz], np.int64))
+    directions = rotate(rays.rotation, Lattice(rays.kind, rays.rows, rays.planes).directions())
+    fates, runs = np.full(len(directions), OUTSIDE), np.empty((nx + ny + nz + 3, 3), np.int32)
+    for number, d in enumerate(directions):
+        if rays.ends.size and rays.ends[number] < rays.reach[1]:
+            fates[number] = CAR
+            continue
+        words, masks = _met(caster, rays, number, d, runs)
+        if len(words):
+            fates[number] = _meets(masks & field.index.words[words], others[words])
+            if fates[number] == NOTHING and _ends_at_ground(rays, d):
+                fates[number] = GROUND
+    return fates
+
+
+def _met(
+    caster: Caster, rays: Cast, number: int, d: NDArray[np.float64], runs: NDArray[np.int32]
+) -> tuple[NDArray[np.int64], Words]:
+    """Words that a ray meets, and the levels that it meets in each."""
+    g = (float(rays.origin[0]), float(rays.origin[1]), float(rays.origin[2]))
+    ray = Ray(g, (float(d[0]), float(d[1]), float(d[2])), float(rays.reach[0]), float(rays.reach[1]))
+    count = walk_exact(ray, rays.box, int(rays.shape[1]), runs)
+    if count == IRREGULAR:
+        pairs = list(caster.walk_irregular(rays, np.array([number])))
+        return np.array([word for word, _ in pairs], np.int64), np.array([bit for _, bit in pairs], np.uint64)
+    depth = words_per_column(caster.field.grid)
+    column, low, high = runs[:count].astype(np.int64).T
+    words, masks = [], []
+    for part in range(depth):
+        first, last = np.maximum(low - 64 * part, 0), np.minimum(high - 64 * part, 63)
+        here = first <= last
+        words.append(column[here] * depth + part)
+        masks.append((FULL << first[here].astype(np.uint64)) & (FULL >> (63 - last[here]).astype(np.uint64)))
+    return np.concatenate(words), np.concatenate(masks)
+
+
+def _meets(informative: Words, others: Words) -> int:
+    """What a ray meets, by the informative voxels it meets and those that others see, word by word."""
+    if not informative.any():
+        return NOTHING
+    return NEW if (informative & ~others).any() else SHARED
+
+
+def _ends_at_ground(rays: Cast, d: NDArray[np.float64]) -> bool:
+    """Whether a ray passes the floor of the region, within its sides and its range."""
+    if d[2] >= 0.0 or rays.origin[2] < 0.0:
+        return False
+    t = rays.origin[2] / -d[2]
+    x, y = rays.origin[0] + t * d[0], rays.origin[1] + t * d[1]
+    return bool(0.0 <= x < rays.shape[0] and 0.0 <= y < rays.shape[1] and t <= rays.reach[1])
+
+
+def audit_document(found: RigAudit) -> dict[str, Any]:
+    """The audit as plain data, as `riglens audit --json` writes it: shares as fractions, entropies in nat."""
+    return {
+        "riglens": FORMAT_VERSION,
+        "body": found.body,
+        "rig": {"name": found.rig.name, "sha256": rig_sha256(found.rig)},
+        "sensors": [_sensor_document(sensor) for sensor in found.sensors],
+    }
+
+
+def _sensor_document(found: SensorAudit) -> dict[str, Any]:
+    place = found.stand
+    return {
+        "name": found.name,
+        "kind": found.kind,
+        "rays": found.rays,
+        "shares": found.shares,
+        "lost_to_body": {
+            name: {"nat": found.lost_nat[name], "share": found.lost_share[name]} for name in CLASSES
+        },
+        "place": {
+            "inside": place.inside,
+            "below_ground": place.below_ground,
+            "gap_m": place.gap_m if np.isfinite(place.gap_m) else None,
+            "drop_m": place.drop_m,
+            "problem": place.problem,
+        },
+    }
+
+
+def _lost(
+    engine: Engine, rig: Rig, sensor: Sensor, mesh: BodyMesh | None
+) -> tuple[dict[str, float], dict[str, float]]:
+    """What the body takes from a sensor on its own, in nat by class and as a share of H(Omega)."""
+    alone = rig.model_copy(update={"sensors": (sensor,)})
+    free, cut = (
+        engine.evaluate(alone, replace(MetricSettings(), body=body), False, mesh).scores
+        for body in ("ignored", "blocks")
+    )
+    lost = {name: _seen_nat(free, name, sensor) - _seen_nat(cut, name, sensor) for name in CLASSES}
+    totals = {name: free.classes[name].h_total for name in CLASSES}
+    return lost, {name: lost[name] / totals[name] if totals[name] else 0.0 for name in CLASSES}
+
+
+def _seen_nat(scores: Scores, cls: str, sensor: Sensor) -> float:
+    """The entropy that a sensor on its own sees: minus its S-MIG in the reading `covered`."""
+    found = scores.classes[cls]
+    return -(found.camera if sensor.kind == "camera" else found.lidar).s_mig
