@@ -415,6 +415,8 @@ def targets(
     min_points: int = 5,
     sample: int | None = None,
     threads: int | None = None,
+    body: Body | None = None,
+    mesh_folder: StrPath = ".",
 ) -> TargetResult:
     """Count the points and pixels that a rig gets onto road users, behind the traffic before them.
 
@@ -434,15 +436,21 @@ def targets(
         Number of frames to use, drawn fairly; all by default.
     threads
         Threads to use, all processors by default. The counts do not depend on it.
+    body
+        Whether rays pass through the car's own body ("ignored", as in the paper) or end at it ("blocks"). By default
+        "ignored" for the built-in rigs of the paper and "blocks" for all others.
+    mesh_folder
+        The folder from which a car body in a mesh file is named; that of the rig file, as a rule.
 
-    Raises InputError when a number is out of its range.
+    Raises InputError when a number is out of its range, or when the mesh of a body that blocks cannot be read.
     """
     with _argument_names():
-        ScoreOptions(threads=threads)
-        settings = TargetSettings(shape, range_law, phase, seed, min_points)
+        options = ScoreOptions(threads=threads, body=body).for_rigs([rig])
+        settings = TargetSettings(shape, range_law, phase, seed, min_points, options.body or "ignored")
         if sample is not None and sample < 1:
             raise InputError(f"--sample: found {sample}, accepted is a whole number of frames from 1 up")
-    return TargetResult(traffic, TargetEngine(traffic, threads).evaluate(rig, settings, sample))
+    mesh = _mesh_of(rig, options, mesh_folder)
+    return TargetResult(traffic, TargetEngine(traffic, threads).evaluate(rig, settings, sample, mesh))
 
 
 # ---------------------------------------------------------------- pictures

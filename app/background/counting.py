@@ -22,6 +22,7 @@ if TYPE_CHECKING:  # made by the thread, which loads the compiler
     from riglens.core.targets.engine import TargetEngine
     from riglens.core.targets.scores import TargetScores
     from riglens.core.targets.traffic import Traffic
+    from riglens.core.vehicle.mesh import BodyMesh
 
 NO_BOXES = "A stored POG holds no road users: load the box data set to count what sensors get onto them."
 BUDGET_MS = 16.0
@@ -32,7 +33,7 @@ FEWEST_FRAMES, FIRST_FRAMES, GROWTH = 16, 32, 4
 
 @dataclass(frozen=True)
 class CountRequest:
-    """What to count; `baseline_rig` is what changes are counted from."""
+    """What to count; `baseline_rig` is what changes are counted from, `mesh` the vehicle's body of a file."""
 
     revision: int
     rig: Rig
@@ -40,12 +41,19 @@ class CountRequest:
     settings: TargetSettings
     scene: LoadedScene
     is_preview: bool = False
+    mesh: BodyMesh | None = None
 
     def asks_same(self, other: CountRequest) -> bool:
         """Whether the answer to both is the same, whatever revision they belong to."""
-        return self.scene is other.scene and (self.rig, self.baseline_rig, self.settings) == (
+        same_data = self.scene is other.scene and self.mesh is other.mesh
+        return same_data and (self.rig, self.baseline_rig, self.settings) == (
             other.rig, other.baseline_rig, other.settings,
         )  # fmt: skip
+
+    @property
+    def baseline_mesh(self) -> BodyMesh | None:
+        """The baseline's body, where it is the same file; another one has not been read."""
+        return self.mesh if self.baseline_rig.vehicle.body == self.rig.vehicle.body else None
 
 
 @dataclass(frozen=True)
@@ -133,10 +141,12 @@ class Counter(QObject):
         """Count in so many frames, and tell; the first sample is never given up, so that a drag shows numbers."""
         is_first = frames <= self._frames
         is_stale = self._thread.inbox.is_closing if is_first else self._thread.inbox.is_stale
-        scores = data.engine.evaluate_unless(is_stale, request.rig, request.settings, frames)
+        settings, mesh = request.settings, request.mesh
+        scores = data.engine.evaluate_unless(is_stale, request.rig, settings, frames, mesh)
         baseline = scores
         if request.baseline_rig != request.rig and scores is not None:
-            baseline = data.baseline.evaluate_unless(is_stale, request.baseline_rig, request.settings, frames)
+            rig, mesh = request.baseline_rig, request.baseline_mesh
+            baseline = data.baseline.evaluate_unless(is_stale, rig, settings, frames, mesh)
         if scores is None or baseline is None or self._thread.inbox.is_closing():
             raise Unwanted
         if is_first and request.is_preview:

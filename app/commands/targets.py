@@ -9,6 +9,7 @@ from typing import Annotated, Literal
 from cyclopts import Group, Parameter
 
 from riglens.app.commands.options import (
+    BODY,
     SCENE,
     SCORE,
     BoxArguments,
@@ -36,6 +37,7 @@ def targets(
     range_law: Annotated[Literal["on", "off"], Parameter(group=COUNT)] = "on",
     phase: Annotated[Literal["random", "0"], Parameter(group=COUNT)] = "random",
     seed: Annotated[int, _Number] = 0,
+    body: Annotated[Literal["ignored", "blocks"] | None, BODY] = None,
     min_points: Annotated[int, _Number] = 5,
     threads: Annotated[Whole, Parameter(group=SCORE)] = None,
     libraries: LibraryArguments = LibraryArguments(),
@@ -66,6 +68,8 @@ def targets(
         random turns each LiDAR in each frame by a part of its azimuth step; 0 casts azimuths as listed.
     seed
         What the random draws follow from.
+    body
+        Whether rays pass through the car's own body (the built-in rigs, as in the paper) or end at it (all others).
     min_points
         A road user with so many LiDAR points counts as detectable.
     threads
@@ -80,9 +84,9 @@ def targets(
     scene = SceneOptions(boxes, how.origin, how.frames, how.classes, find_ground=how.ground == "auto")
     blocks = surroundings == "block" or (surroundings is None and occluders is not None)
     scene = replace(scene, surroundings=blocks, occluders=occluders)
-    ScoreOptions(threads=threads)
     from riglens.app.commands import targets_job
     from riglens.core.targets.settings import TargetSettings
 
     settings = TargetSettings(shape, range_law == "on", phase, seed, min_points)
-    targets_job.targets(rigs, scene, targets_job.Counting(settings, within, sample, threads), objects, json)
+    score = ScoreOptions(threads=threads, body=body)
+    targets_job.targets(rigs, scene, targets_job.Counting(settings, within, sample, score), objects, json)

@@ -5,15 +5,15 @@ from __future__ import annotations
 import csv
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from riglens.app.commands.scores_job import missing_rays
-from riglens.app.evaluation.options import SceneOptions
+from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.evaluation.scenario import remarks_on
 from riglens.app.evaluation.traffic import load_traffic
 from riglens.app.terminal.console import note, progress_bar
-from riglens.app.terminal.scores import rig_called
+from riglens.app.terminal.scores import meshes_called, rig_called
 from riglens.app.terminal.targets import print_targets
 from riglens.core.engine.evaluation_json import to_text
 from riglens.core.errors import InputError
@@ -26,20 +26,27 @@ from riglens.core.targets.scores import TargetScores
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.targets_json import targets_document
 from riglens.core.targets.traffic import Traffic
+from riglens.core.vehicle.mesh import BodyMesh
 
 
 @dataclass(frozen=True)
 class Counting:
-    """How to count: settings, up to which distance, in how many frames (None: all), with how many threads."""
+    """How to count: settings, up to which distance, in how many frames (None: all); `score` says threads and body."""
 
     settings: TargetSettings
     within_m: float
     sample: int | None
-    threads: int | None
+    score: ScoreOptions
 
     def __post_init__(self) -> None:
         if self.sample is not None and self.sample < 1:
             raise InputError(f"--sample: found {self.sample}, accepted is a whole number of frames from 1 up")
+
+    def for_rigs(self, rigs: Sequence[Rig]) -> Counting:
+        """The same with the body that suits the rigs, unless it is said already."""
+        score = self.score.for_rigs(rigs)
+        body = "ignored" if score.body is None else score.body
+        return replace(self, score=score, settings=replace(self.settings, body=body))
 
 
 def targets(
@@ -47,6 +54,8 @@ def targets(
 ) -> None:
     """Print what some rigs get as a table, also written to files; with "-" as JSON alone."""
     rigs = [rig_called(name) for name in names]
+    counting = counting.for_rigs(rigs)
+    meshes = meshes_called(names, rigs, counting.score)
     reads: tuple[str | Path, ...] = (*names, *scene.files)
     if json not in (None, "-"):
         require_writable(json, reads)
@@ -56,7 +65,7 @@ def targets(
     for line in (line for rig in rigs for line in missing_rays(rig)):
         note(line)
     traffic = _load(scene, counting)
-    scores = _count(rigs, traffic, counting)
+    scores = _count(rigs, meshes, traffic, counting)
     if objects is not None:
         write_objects(objects, object_table(traffic, scores[0]))
     text = to_text(targets_document(traffic, scores))
@@ -84,14 +93,17 @@ def _load(scene: SceneOptions, counting: Counting) -> Traffic:
     return traffic
 
 
-def _count(rigs: Sequence[Rig], traffic: Traffic, counting: Counting) -> list[TargetScores]:
+def _count(
+    rigs: Sequence[Rig], meshes: Sequence[BodyMesh | None], traffic: Traffic, counting: Counting
+) -> list[TargetScores]:
     """Each rig from scratch, so that their times can be compared."""
     scores = []
-    warm_up(counting.threads)
+    threads = counting.score.threads
+    warm_up(threads)
     with progress_bar("Casting rays") as progress:
-        for number, rig in enumerate(rigs, 1):
-            engine = TargetEngine(traffic, counting.threads)
-            scores.append(engine.evaluate(rig, counting.settings, counting.sample))
+        for number, (rig, mesh) in enumerate(zip(rigs, meshes, strict=True), 1):
+            engine = TargetEngine(traffic, threads)
+            scores.append(engine.evaluate(rig, counting.settings, counting.sample, mesh))
             progress(number / len(rigs))
     return scores
 

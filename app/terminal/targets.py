@@ -39,7 +39,7 @@ def heading(traffic: Traffic, scores: TargetScores) -> Iterator[Text]:
     shape = "plain boxes" if settings.shape == "box" else "class shapes"
     law = "range law" if settings.range_law else "no range law"
     phase = f"random (seed {settings.seed})" if settings.phase == "random" else "as listed"
-    yield _line("Count", f"body ignored, {shape}, {law}, spin phase {phase}, surroundings {around}")
+    yield _line("Count", f"body {settings.body}, {shape}, {law}, spin phase {phase}, surroundings {around}")
 
 
 def explanation(scores: TargetScores) -> Iterable[str]:

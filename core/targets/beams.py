@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 from riglens.core.kernels.nearest import Beams
 from riglens.core.kernels.windows import TURN
 from riglens.core.rig.model import Camera, EvenAngles, Lidar, Sensor, rays_of
+from riglens.core.sensing.body_ends import barrier_ends
 from riglens.core.sensing.rays import is_listed, lattice, local_directions
+from riglens.core.vehicle.solid import Barrier
 
 Doubles = NDArray[np.float64]
 Ids = NDArray[np.int64]
@@ -20,6 +22,8 @@ _CLOSEST_M = 1e-3
 """What comes nearer to a camera than this and stands partly behind it may be cut."""
 _NOWHERE = {"position": (0.0, 0.0, 0.0), "rpy_deg": (0.0, 0.0, 0.0)}
 _NOTHING, _NO_BLOCKS = np.zeros(0), np.zeros((0, 7))
+NOT_STOPPED = _NOTHING
+"""Ends of rays that nothing of the car stops."""
 
 
 def beams_of(sensor: Sensor, law: Doubles = _NOTHING, ends_m: Doubles = _NOTHING) -> Beams:
@@ -35,6 +39,22 @@ def beams_of(sensor: Sensor, law: Doubles = _NOTHING, ends_m: Doubles = _NOTHING
         law=law,
         ends=ends_m,
     )
+
+
+def stops_of(sensor: Sensor, barrier: Barrier, workers: int = 1) -> Doubles:
+    """Where the car's own body stops each ray of the whole lattice (rays,), metres, inf: nowhere; (0,) if none is.
+
+    Azimuths as they are listed: a ray that is turned by a spin phase, by less than an azimuth step, ends where its
+    listed one does.
+    """
+    found = barrier_ends(sensor, barrier, workers)
+    if not np.isfinite(found).any():
+        return NOT_STOPPED
+    if len(found) == sensor.ray_count:
+        return found
+    every = np.full(sensor.ray_count, np.inf)
+    every[~np.isnan(local_directions(sensor, np.arange(sensor.ray_count))[:, 0])] = found
+    return every
 
 
 def azimuth_step_rad(lidar: Lidar) -> float:

@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 from riglens.core.kernels import targets as kernel
 from riglens.core.kernels.nearest import Traffic as Boxes
 from riglens.core.rig.model import Lidar, Sensor
-from riglens.core.targets.beams import azimuth_step_rad, beams_of
+from riglens.core.targets.beams import NOT_STOPPED, azimuth_step_rad, beams_of, stops_of
 from riglens.core.targets.draws import mixed, sensor_key, units
 from riglens.core.targets.range_law import law_of
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.shapes import Shape, parts_of
 from riglens.core.targets.traffic import Traffic
+from riglens.core.vehicle.solid import Barrier
 
 Ids = NDArray[np.int64]
 IsStale = Callable[[], bool]
@@ -90,11 +91,18 @@ class TargetCaster:
         return self._boxes[shape]
 
     def cast(
-        self, sensor: Sensor, settings: TargetSettings, first: int, end: int, is_stale: IsStale
+        self,
+        sensor: Sensor,
+        settings: TargetSettings,
+        barrier: Barrier | None,
+        frames: tuple[int, int],
+        is_stale: IsStale,
     ) -> Contribution | None:
-        """What a sensor gets in frames first..end-1; None as soon as `is_stale` says so."""
-        traffic = self._traffic
-        beams, rays = beams_of(sensor, law_of(sensor, settings)), sensor.ray_count
+        """What a sensor gets in frames first..end-1 behind what of the car stops its rays; None as soon as `is_stale`
+        says so."""
+        traffic, (first, end) = self._traffic, frames
+        ends_m = NOT_STOPPED if barrier is None else stops_of(sensor, barrier, self._workers)
+        beams, rays = beams_of(sensor, law_of(sensor, settings), ends_m), sensor.ray_count
         keys = mixed(sensor_key(settings.seed, f"returns of {sensor.name}"), traffic.frame)
         boxes = self._boxes_of(settings.shape)
         phases = phases_rad(sensor, settings, traffic.frame)

@@ -15,12 +15,16 @@ import numpy as np
 from riglens.core.kernels import jit
 from riglens.core.rig.model import Camera, Lidar, Rig, Sensor, rays_of
 from riglens.core.scene.boxes import CLASSES, DataReport
+from riglens.core.sensing.body_ends import housing_radius_m
 from riglens.core.targets.contribution import NOTHING, Contribution, IsStale, TargetCaster
 from riglens.core.targets.scores import Groups, TargetScores, scores_of
 from riglens.core.targets.settings import USUAL, TargetSettings
 from riglens.core.targets.traffic import Traffic, traffic_of
+from riglens.core.vehicle.mesh import BodyMesh
+from riglens.core.vehicle.solid import CarBody, Solid
 
-_Shape = tuple[Sensor, TargetSettings]
+_Shape = tuple[Sensor, TargetSettings, tuple[str, float] | None]
+"""What decides a contribution: rays, settings, and the body: its fingerprint, and from what distance on it counts."""
 
 
 def never_stale() -> bool:
@@ -48,9 +52,18 @@ class TargetEngine:
         """What rigs are evaluated in."""
         return self._traffic
 
-    def evaluate(self, rig: Rig, settings: TargetSettings = USUAL, frames: int | None = None) -> TargetScores:
-        """Count for a rig in the first `frames` frames of the sampling order, in all of them without."""
-        found = self.evaluate_unless(never_stale, rig, settings, frames)
+    def evaluate(
+        self,
+        rig: Rig,
+        settings: TargetSettings = USUAL,
+        frames: int | None = None,
+        mesh: BodyMesh | None = None,
+    ) -> TargetScores:
+        """Count for a rig in the first `frames` frames of the sampling order, in all of them without.
+
+        `mesh` is that of the vehicle's file, if it has one: without it such a body cannot block: an InputError.
+        """
+        found = self.evaluate_unless(never_stale, rig, settings, frames, mesh)
         assert found is not None
         return found
 
@@ -60,6 +73,7 @@ class TargetEngine:
         rig: Rig,
         settings: TargetSettings = USUAL,
         frames: int | None = None,
+        mesh: BodyMesh | None = None,
     ) -> TargetScores | None:
         """As `evaluate`, but None as soon as `is_stale`, which is asked every few milliseconds, returns True.
 
@@ -69,11 +83,12 @@ class TargetEngine:
         if not self._is_serial:
             jit.use_threads(self._workers)
         used = self._traffic.frames if frames is None else max(0, min(frames, self._traffic.frames))
-        wanted = {sensor.name: _shape_of(sensor, settings) for sensor in rig.sensors if sensor.enabled}
+        solid = CarBody(rig.vehicle, mesh).solid() if settings.body == "blocks" else None
+        wanted = {sensor.name: _shape_of(sensor, settings, solid) for sensor in rig.sensors if sensor.enabled}
         shown = self._shown | set(wanted.values())
         self._held = {shape: held for shape, held in self._held.items() if shape in shown}
         for shape in wanted.values():
-            if not self._extend(shape, used, is_stale):
+            if not self._extend(shape, solid, used, is_stale):
                 return None
         self._shown = set(wanted.values())
         self._held = {shape: self._held[shape] for shape in self._shown}
@@ -87,23 +102,26 @@ class TargetEngine:
             self._groups = Groups(self._traffic, frames)
         return self._groups
 
-    def _extend(self, shape: _Shape, frames: int, is_stale: IsStale) -> bool:
+    def _extend(self, shape: _Shape, solid: Solid | None, frames: int, is_stale: IsStale) -> bool:
         """Cast a sensor in the frames that it lacks of the first `frames`; False when abandoned."""
         held = self._held.get(shape, NOTHING)
         if held.frames < frames or shape not in self._held:
-            more = self._caster.cast(shape[0], shape[1], held.frames, frames, is_stale)
+            sensor, settings, stop = shape
+            barrier = None if solid is None or stop is None else solid.barrier(sensor.kind, stop[1])
+            more = self._caster.cast(sensor, settings, barrier, (held.frames, frames), is_stale)
             if more is None:
                 return False
             self._held[shape] = held.joined(more) if held.frames else more
         return True
 
 
-def _shape_of(sensor: Sensor, settings: TargetSettings) -> _Shape:
+def _shape_of(sensor: Sensor, settings: TargetSettings, solid: Solid | None) -> _Shape:
     """What decides a contribution: the rays, and the name of a LiDAR whose draws depend on it; thresholds do not."""
+    stop = None if solid is None else (solid.fingerprint, housing_radius_m(sensor))
     rays = rays_of(sensor)
     if isinstance(sensor, Lidar) and (settings.phase == "random" or settings.range_law):
         rays = rays.model_copy(update={"name": sensor.name, "model": sensor.model})
-    return rays, replace(settings, min_points=1)
+    return rays, replace(settings, min_points=1), stop
 
 
 def warm_up(threads: int | None = None) -> None:

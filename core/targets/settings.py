@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from riglens.core.errors import InputError
+from riglens.core.metric.scores import Body
 from riglens.core.targets.shapes import Shape
 
 Phase = Literal["random", "0"]
@@ -21,7 +22,7 @@ class TargetSettings:
     """shape: plain boxes, or what road users of a class are made of. range_law: whether far and oblique rays of LiDARs
     get lost. phase: `random` turns each LiDAR in each frame by a part of its azimuth step, drawn by `seed`, its name
     and the frame; `0` casts the azimuths as they are listed. min_points: an object with so many points of LiDARs is
-    detectable.
+    detectable. body: whether rays end at the car's own body.
     """
 
     shape: Shape = "class"
@@ -29,6 +30,7 @@ class TargetSettings:
     phase: Phase = "random"
     seed: int = 0
     min_points: int = 5
+    body: Body = "ignored"
 
     def __post_init__(self) -> None:
         if not 0 <= self.seed < 1 << 63:
@@ -39,7 +41,7 @@ class TargetSettings:
     def as_dict(self) -> dict[str, object]:
         """The settings as plain data, by the names of the JSON."""
         return {
-            "body": "ignored",
+            "body": self.body,
             "shape": self.shape,
             "range_law": self.range_law,
             "phase": self.phase,

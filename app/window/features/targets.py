@@ -35,6 +35,7 @@ class Targets(Feature):
         self.counter.unavailable.connect(self._on_problem, queued)
         self.panel.settings_wanted.connect(self.session.set_targets)
         self.session.targets_changed.connect(self._on_settings)
+        self.session.settings_changed.connect(self._ask)
         for changed in (self.document.rig_changed, self.document.rig_settled, self.session.baseline_changed):
             changed.connect(self._ask)
         bench.answers.answered.connect(lambda _: self._ask())
@@ -67,9 +68,10 @@ class Targets(Feature):
         session, document, first = self.session, self.document, self.bench.answers.result
         if session.scene is None or first is None or first.scene is not session.scene:
             return  # scores come first: both would compile at once
+        settings = replace(session.targets, body=session.body)
         request = CountRequest(
-            document.revision, document.rig, session.baseline, session.targets, session.scene,
-            document.is_dragging,
+            document.revision, document.rig, session.baseline, settings, session.scene, document.is_dragging,
+            session.mesh,
         )  # fmt: skip
         asked = self._asked
         if asked is not None and asked.asks_same(request) and asked.is_preview == request.is_preview:

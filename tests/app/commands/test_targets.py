@@ -143,3 +143,18 @@ def test_surroundings_that_are_not_there_are_told(riglens, boxes, words, message
 def test_occluders_belong_to_boxes(riglens):
     result = riglens("targets", "Center", "--occluders", "a.csv", "b.csv")
     assert result.code == 2 and "name the data set with --boxes" in result.err
+
+
+def test_presets_are_counted_through_the_body_and_other_rigs_past_it(riglens, boxes, tmp_path):
+    own = tmp_path / "own.yaml"
+    assert riglens("presets", "W+T", "--out", own).code == 0
+    own.write_text(own.read_text().replace("W+T", "mine", 1))
+    for arguments, body in (
+        (["W+T"], "ignored"),
+        ([own], "blocks"),
+        (["W+T", "--body", "blocks"], "blocks"),
+        ([own, "--body", "ignored"], "ignored"),
+    ):
+        result = riglens("targets", *arguments, "--boxes", boxes, "--json", "-")
+        assert result.code == 0 and json.loads(result.out)["body"] == body, arguments
+    assert "body blocks" in riglens("targets", own, "--boxes", boxes).out

@@ -6,11 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.rig.model import Lidar, Rig, Sensor
+from riglens.core.sensing.body_ends import body_ends
 from riglens.core.sensing.rays import local_directions
 from riglens.core.targets.contribution import phases_rad
 from riglens.core.targets.settings import EXACT, TargetSettings
 from riglens.core.targets.shapes import Parts, parts_of
 from riglens.core.targets.traffic import Traffic
+from riglens.core.vehicle.solid import Solid
 
 Doubles = NDArray[np.float64]
 CELL_M, INSIDE_M = 0.2, 0.001
@@ -27,8 +29,14 @@ class OnBoxes:
     cells: NDArray[np.int64]
 
 
-def count(traffic: Traffic, rig: Rig, settings: TargetSettings = EXACT, frames: int | None = None) -> OnBoxes:
-    """What the enabled sensors of a rig get onto the boxes of the first frames."""
+def count(
+    traffic: Traffic,
+    rig: Rig,
+    settings: TargetSettings = EXACT,
+    frames: int | None = None,
+    solid: Solid | None = None,
+) -> OnBoxes:
+    """What the enabled sensors of a rig get onto the boxes of the first frames, past a solid if there is one."""
     sensors = [sensor for sensor in rig.sensors if sensor.enabled]
     number = len(traffic.cls)
     rays, alone, rows = (np.zeros((number, len(sensors)), np.int64) for _ in range(3))
@@ -44,7 +52,8 @@ def count(traffic: Traffic, rig: Rig, settings: TargetSettings = EXACT, frames: 
             for one, box in enumerate(parts.box.tolist()):
                 in_box[:, box] |= np.isfinite(entry[:, one])
             alone[first:end, column] = in_box.sum(axis=0)
-            hit = np.flatnonzero(in_box.any(axis=1))
+            free = _ends(sensor, solid) > entry.min(axis=1, initial=np.inf)
+            hit = np.flatnonzero(in_box.any(axis=1) & free)
             part = entry[hit].argmin(axis=1) if end > first else np.zeros(0, np.int64)
             if isinstance(sensor, Lidar):
                 hit, part = hit[~parts.is_glass[part]], part[~parts.is_glass[part]]
@@ -60,6 +69,15 @@ def count(traffic: Traffic, rig: Rig, settings: TargetSettings = EXACT, frames: 
                 row = hit[owner == box] // columns
                 rows[first + box, column] = row.max() - row.min() + 1
     return OnBoxes(rays, alone, rows, np.array([len(found) for found in cells], np.int64))
+
+
+def _ends(sensor: Sensor, solid: Solid | None) -> Doubles:
+    """Where a solid stops each ray of the whole lattice, (rays,); inf: nowhere."""
+    ends = np.full(sensor.ray_count, np.inf)
+    if solid is not None:
+        exists = ~np.isnan(local_directions(sensor, np.arange(sensor.ray_count))[:, 0])
+        ends[exists] = body_ends(sensor, solid)
+    return ends
 
 
 def _directions(sensor: Sensor, phase: float) -> Doubles:
