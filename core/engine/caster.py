@@ -1,7 +1,8 @@
 """Casting one sensor: from its description to the set of informative voxels its rays traverse.
 
 Three ways lead to the same set. Fans walk all rays of a vertical plane together and serve upright sensors. Cameras
-that roll or pitch are cast by walking the voxels near them. Everything else is walked ray by ray.
+that roll or pitch are cast by walking the voxels near them. Everything else is walked ray by ray. Of a sensor whose
+rays end at the car's body the first two serve what is free in rectangles (see `riglens.core.engine.patches`).
 """
 
 from __future__ import annotations
@@ -13,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.engine.fans import farthest, is_plain, is_upright, make_fan, make_profile, share_rows
-from riglens.core.engine.frustums import make_frustum
+from riglens.core.engine.frustums import make_frustum, part_of_frustum
+from riglens.core.engine.patches import cut_up, part_of
 from riglens.core.engine.sheets import Sheets, make_sheets
 from riglens.core.kernels import cast
 from riglens.core.kernels.cast import Cast
@@ -85,7 +87,7 @@ class Caster:
         """
         rays = self._rays(sensor, method, barrier)
         if rays.ends.size:
-            return self._mark_rays(rays, marks, is_stale)
+            return self._mark_cut(sensor, rays, window, marks, is_stale)
         if method == "exact" and is_upright(rays.rotation) and is_plain(rays):
             return self._mark_fan(rays, window, marks, is_stale)
         if method == "exact" and isinstance(sensor, Lidar):
@@ -121,6 +123,24 @@ class Caster:
                     sides[2 * axis + 1] = min(cell + 2, (nx, ny)[axis])
         depth = words_per_column(self._field.grid)
         return Window(sides[0], sides[1], sides[2] * depth, sides[3] * depth)
+
+    def _mark_cut(self, sensor: Sensor, rays: Cast, window: Window, marks: Words, is_stale: IsStale) -> bool:
+        """Rays of which some end at the body: what is free in rectangles the fast ways, all others ray by ray."""
+        by_fan = not rays.bresenham and is_upright(rays.rotation) and is_plain(rays)
+        by_voxels = not rays.bresenham and not by_fan and isinstance(sensor, Camera)
+        frustum = make_frustum(sensor, rays) if by_voxels and isinstance(sensor, Camera) else None
+        if not by_fan and frustum is None:
+            return self._mark_rays(rays, marks, is_stale)
+        patches, others = cut_up(rays)
+        for patch in patches:
+            part = part_of(rays, patch)
+            if frustum is None:
+                is_done = self._mark_fan(part, window, marks, is_stale)
+            else:
+                is_done = self._mark_frustum(part_of_frustum(frustum, patch), part, window, marks, is_stale)
+            if not is_done:
+                return False
+        return self._mark_each(others, marks, is_stale)
 
     def _mark_fan(self, rays: Cast, window: Window, marks: Words, is_stale: IsStale) -> bool:
         fan = make_fan(Lattice(rays.kind, rays.rows, rays.planes), rays)
@@ -173,9 +193,12 @@ class Caster:
         return all(self._mark_rays(rays, marks, is_stale) for rays in sheets.rest)
 
     def _mark_rays(self, rays: Cast, marks: Words, is_stale: IsStale) -> bool:
+        return self._mark_each([rays], marks, is_stale)
+
+    def _mark_each(self, casts: list[Cast], marks: Words, is_stale: IsStale) -> bool:
         """Ray by ray; every worker but the first marks a set of its own, and these are added at the end."""
         spare = np.zeros((self.workers - 1, marks.size), np.uint64)
-        for start, end in _chunks(rays):
+        for rays, start, end in ((each, *chunk) for each in casts for chunk in _chunks(each)):
             if is_stale():
                 return False
             irregular = np.zeros(end - start, np.bool_)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from riglens.core.engine.caster import Caster
 from riglens.core.engine.engine import Engine, Evaluation, evaluate_from_scratch
+from riglens.core.engine.patches import Patch, cut_up, free_patches, largest_rectangle, patches_between
 from riglens.core.errors import InputError
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import METHODS, READINGS, MetricSettings
@@ -286,3 +287,82 @@ def test_a_car_that_hides_nothing_from_a_sensor_costs_it_nothing() -> None:
     sensor = spinning((0.0, 0.0, 1.0))
     away = Solid.of(plate(40.0, half_m=0.1, axis=2))
     assert caster._rays(sensor, "exact", barrier_of(sensor, away)).ends.size == 0
+
+
+def assert_cut_well(free: Mask) -> list[Patch]:
+    """Free patches hold free rays only; with the rest they hold each ray of the lattice once."""
+    rows, planes = free.shape
+    found = free_patches(free)
+    held = np.zeros(free.shape, np.int64)
+    for patch in found:
+        assert 0 <= patch.first_row < patch.end_row <= rows
+        assert 0 <= patch.first_plane < patch.end_plane <= planes
+        assert free[patch.first_row : patch.end_row, patch.first_plane : patch.end_plane].all()
+    for patch in (*found, *patches_between(found, rows, planes)):
+        held[patch.first_row : patch.end_row, patch.first_plane : patch.end_plane] += 1
+    assert (held == 1).all()
+    return found
+
+
+@settings(max_examples=80)
+@given(seed=seeds, rows=st.integers(1, 80), planes=st.integers(1, 150))
+def test_free_patches_are_free_and_the_rest_is_all_else(seed: int, rows: int, planes: int) -> None:
+    rng = np.random.default_rng(seed)
+    free = np.ones((rows, planes), np.bool_)
+    for _ in range(int(rng.integers(0, 8))):
+        row, plane = int(rng.integers(rows)), int(rng.integers(planes))
+        free[row : row + int(rng.integers(1, 40)), plane : plane + int(rng.integers(1, 60))] = False
+    assert_cut_well(free)
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 90), (90, 1), (30, 40), (200, 300)])
+def test_lattices_all_free_all_blocked_and_chequered(shape: tuple[int, int]) -> None:
+    rows, planes = shape
+    assert [patch.ray_count for patch in assert_cut_well(np.ones(shape, np.bool_))] == [rows * planes]
+    assert assert_cut_well(np.zeros(shape, np.bool_)) == []
+    assert_cut_well(np.indices(shape).sum(axis=0) % 2 == 0)
+
+
+@given(seed=seeds, rows=st.integers(1, 9), columns=st.integers(1, 9))
+def test_no_free_rectangle_is_larger_than_the_largest(seed: int, rows: int, columns: int) -> None:
+    rng = np.random.default_rng(seed)
+    free = rng.random((rows, columns)) < rng.choice([0.3, 0.7, 0.95])
+    free[rng.integers(rows), rng.integers(columns)] = True
+    found = largest_rectangle(free)
+    assert free[found.first_row : found.end_row, found.first_plane : found.end_plane].all()
+    assert found.ray_count == max(
+        Patch(a, b, c, d).ray_count
+        for a in range(rows)
+        for b in range(a + 1, rows + 1)
+        for c in range(columns)
+        for d in range(c + 1, columns + 1)
+        if free[a:b, c:d].all()
+    )
+
+
+ROOF_EDGE: list[Sensor] = [
+    camera((0.01, 0.12, 1.53), rpy, cast, 80.0)
+    for rpy, cast in (
+        ((0.0, 0.0, 5.0), (800, 450)),
+        ((0.0, 3.0, 5.0), (1600, 900)),
+        ((4.0, 8.0, 5.0), (800, 450)),
+    )
+] + [spinning((0.01, 0.12, 1.62), rpy, 32, 720) for rpy in ((0.0, 0.0, 5.0), (1.0, 3.0, 5.0))]
+
+
+@pytest.mark.parametrize("sensor", ROOF_EDGE, ids=["upright", "pitched", "rolled", "lidar", "tilted-lidar"])
+def test_dense_sensors_on_the_car_see_what_single_rays_see(sensor: Sensor) -> None:
+    """Sensors just above a sedan's roof, which takes a part of their rays and leaves others free."""
+    field = random_field(grid_of(60, 60, 20, 0.4), np.random.default_rng(3), share=0.4)
+    solid, window = CarBody(Vehicle(), None).solid(), Caster(field).window(sensor)
+    barrier, found = barrier_of(sensor, solid), []
+    for workers in (1, 2):
+        caster, marks = Caster(field, workers), np.zeros_like(field.index.words)
+        assert caster.mark(sensor, "exact", window, marks, barrier=barrier)
+        found.append(marks & field.index.words)
+    rays, single = caster._rays(sensor, "exact", barrier), np.zeros_like(field.index.words)
+    patches, others = cut_up(rays)
+    assert 0.1 < sum(patch.ray_count for patch in patches) / sensor.ray_count < 1.0 and others
+    caster._mark_rays(rays, single, lambda: False)
+    np.testing.assert_array_equal(found[0], single & field.index.words)
+    np.testing.assert_array_equal(found[1], found[0])
