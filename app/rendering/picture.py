@@ -77,7 +77,7 @@ def score_rows(scores: Scores) -> tuple[tuple[str, ...], ...]:
 
 def score_note(settings: MetricSettings) -> str:
     """What the columns of the table are."""
-    weight = f"S-MS = {settings.camera_weight:g} · S-MIG camera + S-MIG LiDAR"
+    weight = f"Body {settings.body}. S-MS = {settings.camera_weight:g} · S-MIG camera + S-MIG LiDAR"
     if settings.reading != "covered":
         return f"{weight}, reading {settings.reading}"
     return f"{weight}. {SIGN}"

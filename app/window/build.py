@@ -9,7 +9,7 @@ from PySide6.QtCore import Qt
 from riglens.app.window.features.appearance import Layout, Theme, Units
 from riglens.app.window.features.arrange import Arrange, ViewMenu
 from riglens.app.window.features.autosave import Autosave
-from riglens.app.window.features.car import Car
+from riglens.app.window.features.car import Car, SolidCar
 from riglens.app.window.features.compare import Compare
 from riglens.app.window.features.drop import Drop
 from riglens.app.window.features.edits import Clipboard, Edits, Mirror
@@ -65,6 +65,7 @@ class Features(NamedTuple):
     compare: Compare
     units: Units
     car: Car
+    solid_car: SolidCar
     autosave: Autosave
     drop: Drop
     theme: Theme
@@ -118,6 +119,7 @@ def build_features(bench: Workbench) -> Features:
         compare=Compare(bench, files, exchange),
         units=Units(bench),
         car=(car := Car(bench)),
+        solid_car=SolidCar(bench),
         autosave=Autosave(bench, files),
         drop=Drop(bench, files, scene_data, car),
         theme=Theme(bench, follow),

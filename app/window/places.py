@@ -10,7 +10,7 @@ MENUS = {
     "edit": ("&Edit", "history | clipboard | sensor"),
     "view": ("&View", "looks | gizmo | shown | docks | window"),
     "sensor": ("&Sensor", "add | edit | place"),
-    "scene": ("S&cene", "boxes | frames"),
+    "scene": ("S&cene", "boxes | body | frames"),
     "study": ("S&tudy", "rigs | reports"),
     "help": ("&Help", "texts"),
 }

@@ -7,6 +7,7 @@ from PySide6.QtWidgets import QStatusBar, QWidget
 
 from riglens.app.background.tasks import Task
 from riglens.app.evaluation.requests import Approximation, LoadedScene, Result
+from riglens.core.metric.scores import Body
 from riglens.widgets.panels.messages import ProgressStrip
 from riglens.widgets.panels.scrolled import ElidedLabel
 from riglens.widgets.panels.style import plain_tip
@@ -23,6 +24,13 @@ ONE_WAY_NOTE = (
 )
 
 
+BODY_NOTES: dict[Body, str] = {
+    "blocks": "Rays end where they meet the car's own body",
+    "ignored": "Rays pass through the car's own body, as in the paper",
+}
+MESH_NOTE = ": the file of its mesh could not be read, so there is nothing to end at"
+
+
 class StatusBar(QStatusBar):
     """State on the left, scene on the right, and a strip per piece of long work between them."""
 
@@ -31,12 +39,14 @@ class StatusBar(QStatusBar):
         self.setSizeGripEnabled(False)
         self.state, self.time, self.scene = ElidedLabel(UPDATING), ElidedLabel(), ElidedLabel()
         self.scene.setTextFormat(Qt.TextFormat.PlainText)
+        self.body = ElidedLabel()
         self._is_coarse = False
         self._waiting = UPDATING
         self._last: Result | None = None
         self.state.setMinimumWidth(80)
         self.addWidget(self.state)
         self.addWidget(self.time)
+        self.addPermanentWidget(self.body)
         self.addPermanentWidget(self.scene)
         self.messageChanged.connect(self._make_room)
 
@@ -88,6 +98,11 @@ class StatusBar(QStatusBar):
         elif self._is_coarse or _is_edit(self._last, result):
             self.time.setText(f"last edit {duration_text(evaluation.elapsed_ms)}")
         self._last, self._is_coarse = result, False
+
+    def show_body(self, body: Body, is_mesh_missing: bool) -> None:
+        """Say whether rays end at the car's own body."""
+        self.body.setText(f"body {body}" + (" (no mesh)" if is_mesh_missing else ""))
+        self.body.setToolTip(BODY_NOTES[body] + (MESH_NOTE if is_mesh_missing else ""))
 
     def show_scene(self, scene: LoadedScene) -> None:
         """Say what the scores are computed on."""

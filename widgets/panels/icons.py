@@ -48,6 +48,8 @@ _BODIES = {
     '<path d="M14 10a4.2 4.2 0 0 0-6 0l-3 3a4.2 4.2 0 0 0 6 6l1.2-1.2"/>',
     "place": '<path d="M3 19c4-4 14-4 18 0"/><path d="M12 3v9M9 9.5l3 3 3-3"/><circle cx="12" cy="15.7" r="0.6"/>',
     "snap": '<path d="M6 4v8a6 6 0 0 0 12 0V4h-4v8a2 2 0 0 1-4 0V4zM6 8h4M14 8h4"/>',
+    "car": '<path d="M3 16v-3l2.5-1L8 7.5h7L18.5 12l2.5 1v3h-2M8 16h7M3 16h2"/><circle cx="6.5" cy="16.5" r="1.6"/>'
+    '<circle cx="17" cy="16.5" r="1.6"/>',
     "bars": '<path d="M4 20h16M6.5 17v-6M12 17V5M17.5 17V9"/>',
     "export": '<path d="M4 13v7h16v-7"/><path d="M12 15V4M8 8l4-4 4 4"/>',
     "close": '<path d="M6 6l12 12M18 6L6 18"/>',

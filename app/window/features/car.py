@@ -7,6 +7,7 @@ from functools import partial
 from pathlib import Path
 
 from riglens.app.background.tasks import Task
+from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
 from riglens.app.window.workbench import Workbench
 from riglens.core.rig.model import Vehicle
@@ -135,3 +136,32 @@ class Car(Feature):
             self._follow()
             return
         self.bench.guarded(self.document.apply)(rig.replace(vehicle=vehicle), "another body")
+
+
+class SolidCar(Feature):
+    """Whether rays end at the car's own body: a switch, and what it is now in the status bar."""
+
+    specs = (
+        Spec(
+            "solid_car", "Solid car",
+            "Rays end at the car's own body; off, they pass through it, as in the paper's scores", "B", "car",
+            "scene/body", "heat", is_checkable=True,
+        ),
+    )  # fmt: skip
+
+    def __init__(self, bench: Workbench) -> None:
+        super().__init__(bench)
+        self.bind(solid_car=self._switch)
+        self.session.settings_changed.connect(self._show)
+        self.document.file_changed.connect(self._show)
+        self.document.vehicle_changed.connect(self._show)
+        self._show()
+
+    def _switch(self) -> None:
+        self.session.set_body("ignored" if self.session.body_wanted == "blocks" else "blocks")
+        self._show()
+
+    def _show(self) -> None:
+        session = self.session
+        self.actions["solid_car"].setChecked(session.body_wanted == "blocks")
+        self.bench.status.show_body(session.body, is_mesh_missing=session.body != session.body_wanted)
