@@ -12,8 +12,6 @@ from collections.abc import Collection
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
-import pyarrow.parquet as parquet
-
 from riglens.core.errors import InputError
 
 MAX_ROWS = 1_000_000_000
@@ -29,6 +27,9 @@ _DICTIONARY_PAGE = 2
 _DETAILS = {0: (5, 2), _DICTIONARY_PAGE: (7, 2), 3: (8, 4)}
 """By kind of page: the field that describes it, and the field in there that tells its encoding."""
 _DELTA_BYTE_ARRAY = 7
+_BYTE_ARRAY = 6
+"""Number of the physical type of texts."""
+_DEEPEST = 16
 _DICTIONARY_READABLE = {0, 2, 3, 4, 8}
 """PLAIN, PLAIN_DICTIONARY, RLE, BIT_PACKED (of levels), RLE_DICTIONARY."""
 
@@ -52,25 +53,20 @@ def require_footer(path: Path, file: BinaryIO) -> None:
         raise InputError(f"{path}: a footer of {length} bytes, accepted are at most {MAX_FOOTER_BYTES}")
 
 
-def dictionary_columns(
-    path: Path, file: BinaryIO, metadata: parquet.FileMetaData, needed: Collection[str]
-) -> list[str]:
+def dictionary_columns(path: Path, file: BinaryIO, needed: Collection[str]) -> list[str]:
     """Return the columns of text that can be read as dictionaries, without repeating a text for each of its rows.
 
     Raise InputError when the rows are too many, or a page of a `needed` column expands too far.
     """
-    rows = max(metadata.num_rows, sum(metadata.row_group(i).num_rows for i in range(metadata.num_row_groups)))
+    rows, chunks = _footer(path, file)
     if rows > MAX_ROWS:
         raise InputError(f"{path}: {rows} rows, accepted are at most {MAX_ROWS}")
     by_name: dict[str, list[Page]] = {}
     texts = set()
-    for group in range(metadata.num_row_groups):
-        for index in range(metadata.num_columns):
-            column = metadata.row_group(group).column(index)
-            name = column.path_in_schema
-            if name in needed:
-                by_name.setdefault(name, []).extend(_pages(path, file, column))
-                texts |= {name} if column.physical_type == "BYTE_ARRAY" else set()
+    for chunk in chunks:
+        if chunk.name in needed:
+            by_name.setdefault(chunk.name, []).extend(_pages(path, file, chunk))
+            texts |= {chunk.name} if chunk.is_text else set()
     readable = []
     for name, pages in by_name.items():
         _require_small(path, name, pages)
@@ -100,13 +96,54 @@ def _require_unrepeated(path: Path, name: str, pages: list[Page]) -> None:
         )
 
 
-def _pages(path: Path, file: BinaryIO, column: parquet.ColumnChunkMetaData) -> list[Page]:
+class Chunk(NamedTuple):
+    """Where the pages of one column of one row group are, as the footer says."""
+
+    name: str
+    is_text: bool
+    values: int
+    stored_bytes: int
+    data_at: int
+    dictionary_at: int
+
+
+def _footer(path: Path, file: BinaryIO) -> tuple[int, list[Chunk]]:
+    """Return the number of rows, and all column chunks.
+
+    Arrow's own accessors of a damaged footer end the process: they let an exception of C++ out.
+    """
+    size = file.seek(0, os.SEEK_END)
+    file.seek(max(0, size - 8))
+    length = int.from_bytes(file.read(8)[:4], "little")
+    file.seek(max(0, size - 8 - length))
+    try:
+        described, _ = _Compact(file.read(length)).struct()
+        groups = described.get(4, [])
+        rows = max(described[3], sum(group[3] for group in groups))
+        return rows, [_chunk(column[3]) for group in groups for column in group[1]]
+    except (IndexError, KeyError, TypeError, ValueError, AttributeError) as error:
+        raise InputError(f"{path}: damaged Parquet file (its footer)") from error
+
+
+def _chunk(described: dict[int, Any]) -> Chunk:
+    """Return what the fields of a ColumnMetaData say; raise KeyError, TypeError or ValueError for nonsense."""
+    name = ".".join(part.decode("utf-8") for part in described[3])
+    numbers = [described[number] for number in (1, 5, 7, 9)]
+    kind, values, stored_bytes, data_at = (_whole(number) for number in numbers)
+    return Chunk(name, kind == _BYTE_ARRAY, values, stored_bytes, data_at, _whole(described.get(11, 0)))
+
+
+def _whole(value: Any) -> int:
+    if not isinstance(value, int):
+        raise TypeError(value)
+    return value
+
+
+def _pages(path: Path, file: BinaryIO, chunk: Chunk) -> list[Page]:
     """Return the pages of one column chunk, found as Arrow finds them."""
-    at, dictionary = column.data_page_offset, column.dictionary_page_offset
-    if column.has_dictionary_page and dictionary is not None and 0 < dictionary < at:
-        at = dictionary
+    at = chunk.dictionary_at if 0 < chunk.dictionary_at < chunk.data_at else chunk.data_at
     pages: list[Page] = []
-    end = at + column.total_compressed_size if column.num_values > 0 else 0
+    end = at + chunk.stored_bytes if chunk.values > 0 else 0
     while 0 <= at < end:
         page = _page(path, file, at)
         if page is None:
@@ -152,7 +189,7 @@ def _described(fields: dict[int, Any], size: int) -> Page | None:
 
 
 class _Compact:
-    """Reads structs of Thrift's compact protocol, as far as page headers use it; raise IndexError past the end."""
+    """Reads structs of Thrift's compact protocol, as far as Parquet uses it; raise IndexError past the end."""
 
     def __init__(self, data: bytes) -> None:
         self._data, self._at = data, 0
@@ -174,12 +211,25 @@ class _Compact:
         if kind in (4, 5, 6):
             return self._signed()
         if kind == 7:
-            return self._skip(8)
+            return self._bytes(8)
         if kind == 8:
-            return self._skip(self._varint())
-        if kind == 12 and depth < 8:
+            return self._bytes(self._varint())
+        if kind in (9, 10) and depth < _DEEPEST:
+            return self._list(depth + 1)
+        if kind == 12 and depth < _DEEPEST:
             return self.struct(depth + 1)[0]
-        raise TypeError("a kind of field that page headers do not have")
+        raise TypeError("a kind of field that Parquet does not have")
+
+    def _list(self, depth: int) -> list[Any]:
+        """Return the values of a list, of which each takes a byte at least."""
+        header = self._byte()
+        count, kind = header >> 4, header & 15
+        count = self._varint() if count == 15 else count
+        if count > len(self._data) - self._at:
+            raise IndexError(count)
+        if kind in (1, 2):
+            return [self._byte() == 1 for _ in range(count)]
+        return [self._value(kind, depth) for _ in range(count)]
 
     def _byte(self) -> int:
         value = self._data[self._at]
@@ -201,7 +251,8 @@ class _Compact:
         value = self._varint()
         return (value >> 1) ^ -(value & 1)
 
-    def _skip(self, count: int) -> None:
-        self._at += count
+    def _bytes(self, count: int) -> bytes:
+        begin, self._at = self._at, self._at + count
         if self._at > len(self._data):
             raise IndexError(count)
+        return self._data[begin : self._at]

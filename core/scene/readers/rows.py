@@ -196,11 +196,11 @@ def _parquet_file(path: Path, needed: Sequence[str] = ()) -> Iterator[parquet.Pa
         with open_regular(path, "a Parquet table") as raw:
             require_footer(path, raw)
             how = {"buffer_size": _PARQUET_BUFFER_BYTES, "pre_buffer": False}
-            with parquet.ParquetFile(path, **how) as file:
-                if not needed:
+            if not needed:
+                with parquet.ParquetFile(path, **how) as file:
                     yield file
-                    return
-                names = dictionary_columns(path, raw, file.metadata, needed)
+                return
+            names = dictionary_columns(path, raw, needed)
             with parquet.ParquetFile(path, read_dictionary=names, **how) as file:
                 yield file
     except (pa.ArrowException, MemoryError, UnicodeDecodeError) as error:
