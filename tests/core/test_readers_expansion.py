@@ -1,5 +1,6 @@
 """Parquet and Feather files of some kilobytes that expand to gigabytes are refused before they do."""
 
+import contextlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -13,7 +14,8 @@ import pyarrow.parquet
 import pytest
 
 from riglens.core.errors import InputError
-from riglens.core.scene.readers import argoverse, open_boxes, parquet_pages, table
+from riglens.core.scene.readers import argoverse, open_boxes, parquet_pages
+from riglens.core.scene.readers import rows as row_readers
 from riglens.core.scene.readers.feather_sizes import MAGIC_BYTES, feather_sizes
 from tests.core.argoverse_log import random_columns, write_log
 from tests.core.broken_files import CSV
@@ -120,7 +122,9 @@ def test_more_rows_than_any_data_set_has_are_refused(tmp_path: Path, monkeypatch
     assert "5000 rows, accepted are at most 4999" in refused(path)
     monkeypatch.setattr(parquet_pages, "MAX_ROWS", 5000)
     assert len(list(open_boxes(path).batches())) == 1
-    monkeypatch.setattr(table, "MAX_ROWS", 4999)  # where the description at the end says fewer than there are
+    monkeypatch.setattr(
+        row_readers, "MAX_ROWS", 4999
+    )  # where the description at the end says fewer than there are
     assert "more than 4999 rows" in refused(path)
 
 
@@ -136,14 +140,32 @@ def test_pages_are_found_as_arrow_finds_them(tmp_path: Path) -> None:
         tmp_path, many(5000, cls="car"), row_group_size=1000, data_page_size=100, write_batch_size=100
     )
     metadata = pa.parquet.read_metadata(path)
+    columns = [
+        metadata.row_group(group).column(index) for group in range(5) for index in range(metadata.num_columns)
+    ]
     with path.open("rb") as file:
-        for group in range(5):
-            for index in range(metadata.num_columns):
-                column = metadata.row_group(group).column(index)
-                pages = parquet_pages._pages(path, file, column)
-                full = sum(page.header_bytes + page.full_bytes for page in pages)
-                assert full == column.total_uncompressed_size
-                assert len(pages) > 2 or column.path_in_schema != "x"
+        number, chunks = parquet_pages._footer(path, file)
+        assert number == 5000
+        for column, chunk in zip(columns, chunks, strict=True):
+            pages = parquet_pages._pages(path, file, chunk)
+            full = sum(page.header_bytes + page.full_bytes for page in pages)
+            assert full == column.total_uncompressed_size
+            assert chunk.name == column.path_in_schema
+            assert chunk.is_text == (column.physical_type == "BYTE_ARRAY")
+            assert len(pages) > 2 or chunk.name != "x"
+
+
+def test_a_damaged_footer_is_refused_where_arrow_would_end_the_process(tmp_path: Path) -> None:
+    """Every byte of the footer changed in turn; a child would not come back from an abort, so this process is it."""
+    path = write(tmp_path, many(20))
+    sound = path.read_bytes()
+    length = int.from_bytes(sound[-8:-4], "little")
+    for place in range(len(sound) - 8 - length, len(sound) - 8):
+        damaged = bytearray(sound)
+        damaged[place] ^= 0x55
+        path.write_bytes(bytes(damaged))
+        with contextlib.suppress(InputError), path.open("rb") as file:
+            parquet_pages._footer(path, file)
 
 
 def log_of(rows: int, folder: Path, compression: str = "zstd", **columns: object) -> Path:

@@ -12,6 +12,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QDockWidget, QWidget
 from pytestqt.qtbot import QtBot
 
+from riglens.app.window.docks import is_in_sight
 from tests.app.window_bench import Bench, open_bench
 from tests.waiting import wait_for
 
@@ -73,8 +74,6 @@ def test_fields_of_the_inspector_follow_each_other_as_they_are_read(bench: Bench
 
 def test_tab_does_not_end_in_a_table(bench: Bench) -> None:
     bench.act("snapshot")
-    wait_for(
-        lambda: not bench.workbench.docks["Compare"].widget().visibleRegion().isEmpty()
-    )  # it comes to the front
+    wait_for(lambda: is_in_sight(bench.workbench.docks["Compare"]))  # it comes to the front
     found = walked(bench.panels.tree, Qt.Key.Key_Tab)
     assert "Compare" in {dock.objectName() for w in found if (dock := dock_of(w)) is not None}

@@ -16,6 +16,7 @@ from riglens.widgets.drawing.camera import OrbitCamera
 from riglens.widgets.heatmap.scale import HeatLook, HeatmapData
 from riglens.widgets.sensors.ray_look import RayLook
 from riglens.widgets.theme import palette
+from riglens.widgets.traffic.frame import ShownFrame
 from riglens.widgets.viewport.drawn_scene import DrawnScene
 from riglens.widgets.viewport.scene_state import ALL_FIELDS, Caption, Marker, SceneState
 
@@ -37,6 +38,7 @@ LAYERS = {
     "_heatmap": ("set_data", "set_look"),
     "_words": ("show_legend", "show_caption"),
     "_marker": ("set_marker",),
+    "_traffic": ("set_frame",),
     "_gizmo": ("set_palette",),
 }
 
@@ -72,6 +74,10 @@ def told(scene: DrawnScene, monkeypatch: pytest.MonkeyPatch) -> list[str]:
     return told
 
 
+FRAME = ShownFrame(
+    np.zeros(1, np.uint8), np.zeros((1, 3)), np.ones((1, 3)), np.eye(3)[None], np.array([3]),
+    np.zeros((1, 3), np.float32), np.array([True]), 5,
+)  # fmt: skip
 MOVED = Rig(sensors=(LIDAR.replace(position=(0.0, 0.0, 2.0)), OTHER))
 OTHER_MOVED = Rig(sensors=(LIDAR, OTHER.replace(position=(0.0, 0.0, 2.0))))
 CHANGES: list[tuple[dict[str, Any], set[str]]] = [
@@ -99,11 +105,13 @@ CHANGES: list[tuple[dict[str, Any], set[str]]] = [
     ({"show_legend": False}, {"words.show_legend"}),
     ({"caption": Caption("A rig")}, {"words.show_caption"}),
     ({"marker": Marker((1.0, 2.0, 0.5), 0.2)}, {"marker.set_marker"}),
+    ({"traffic": FRAME}, {"traffic.set_frame"}),
     (
         {"palette": palette(False)},
         {
             "body.set_vehicle", "ground.set_grid", "ground.set_shown", "roi.set_grid", "rig.show_bodies",
             "rig.show_fans", "words.show_legend", "words.show_caption", "marker.set_marker", "gizmo.set_palette",
+            "traffic.set_frame",
         },
     ),
 ]  # fmt: skip
