@@ -50,7 +50,7 @@ def with_words(state: SceneState, words: PictureWords, found: Findings | None) -
         caption = Caption(
             title=found.title if words.title else "",
             subtitle=subtitle(found) if words.title else "",
-            table=score_rows(found.scores) if words.scores else (),
+            table=score_rows(found.scores, found.settings) if words.scores else (),
             note=score_note(found.settings) if words.scores else "",
         )
     return replace(state, show_legend=words.legend, caption=caption, show_gizmo=False, show_selection=False)
@@ -64,10 +64,10 @@ def subtitle(found: Findings) -> str:
     return f"{sensors} · δ = {found.field.grid.voxel_m:g} m · {data}"
 
 
-def score_rows(scores: Scores) -> tuple[tuple[str, ...], ...]:
-    """The scores as rows of text with a head, entropies in 10³ nat."""
+def score_rows(scores: Scores, settings: MetricSettings) -> tuple[tuple[str, ...], ...]:
+    """The scores as rows of text with a head that says what the car's body does, entropies in 10³ nat."""
     digits = min(3, max(decimals(found.h_total) for found in scores.classes.values()))
-    rows: list[tuple[str, ...]] = [HEAD]
+    rows: list[tuple[str, ...]] = [(f"{HEAD[0]}, body {settings.body}", *HEAD[1:])]
     for name, found in scores.classes.items():
         entropies = (found.camera.s_mig, found.lidar.s_mig, found.s_ms)
         texts = (thousands(entropy, digits).replace("-", "−") for entropy in entropies)
@@ -77,7 +77,7 @@ def score_rows(scores: Scores) -> tuple[tuple[str, ...], ...]:
 
 def score_note(settings: MetricSettings) -> str:
     """What the columns of the table are."""
-    weight = f"Body {settings.body}. S-MS = {settings.camera_weight:g} · S-MIG camera + S-MIG LiDAR"
+    weight = f"S-MS = {settings.camera_weight:g} · S-MIG camera + S-MIG LiDAR"
     if settings.reading != "covered":
         return f"{weight}, reading {settings.reading}"
     return f"{weight}. {SIGN}"
