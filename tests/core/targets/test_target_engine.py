@@ -51,9 +51,9 @@ def test_edits_in_any_order_give_the_bits_of_an_evaluation_from_scratch(world):
 def test_only_the_moved_sensor_is_cast_and_a_sample_goes_on_where_it_ended(world, monkeypatch):
     cast, calls = contribution.TargetCaster.cast, []
 
-    def noted(self, sensor, settings, first, end, is_stale):
-        calls.append((sensor.position[2], first, end))
-        return cast(self, sensor, settings, first, end, is_stale)
+    def noted(self, sensor, settings, barrier, frames, is_stale):
+        calls.append((sensor.position[2], *frames))
+        return cast(self, sensor, settings, barrier, frames, is_stale)
 
     monkeypatch.setattr(contribution.TargetCaster, "cast", noted)
     engine = TargetEngine(world)
