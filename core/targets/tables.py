@@ -20,13 +20,14 @@ Counts = NDArray[np.int64]
 
 def table_of(traffic: Traffic, now: TargetScores, before: TargetScores, quantity: Quantity) -> Table:
     """Tabulate a quantity by class and ring, with changes against what a baseline gets in the same frames."""
+    figures = _Figures.of(traffic, now, before, quantity)
     edges_m, ring, cls = ring_edges_m(traffic.within_m), _ring(traffic, now), traffic.cls[now.objects.box]
-    rings = len(edges_m) - 1
+    everywhere = np.zeros(len(cls), np.int64)
     parts = []
     for number in range(len(WHO)):
         chosen = np.ones(len(cls), np.bool_) if number == 0 else cls == number - 1
-        everywhere = _cells(traffic, now, before, quantity, chosen, np.zeros(len(cls), np.int64), 1)
-        parts.append(_beside(everywhere, _cells(traffic, now, before, quantity, chosen, ring, rings)))
+        rings = figures.cells(chosen, ring, len(edges_m) - 1)
+        parts.append(_beside(figures.cells(chosen, everywhere, 1), rings))
     return Table(quantity, edges_m, _stacked(parts))
 
 
@@ -36,7 +37,7 @@ def rose_of(traffic: Traffic, now: TargetScores, before: TargetScores, quantity:
     chosen = np.ones(len(box), np.bool_) if who == EVERYBODY else traffic.cls[box] == CLASSES.index(who)
     rings = len(edges_m) - 1
     group = _ring(traffic, now) * SECTORS + _sector(traffic.centre_m[box])
-    flat = _cells(traffic, now, before, quantity, chosen, group, rings * SECTORS)
+    flat = _Figures.of(traffic, now, before, quantity).cells(chosen, group, rings * SECTORS)
     cells = Cells(*(part.reshape(rings, SECTORS) for part in _parts(flat)))
     return Rose(quantity, who, edges_m, cells)
 
@@ -52,26 +53,37 @@ def _sector(centre_m: Doubles) -> Counts:
     return np.floor(turn + 0.5).astype(np.int64) % SECTORS
 
 
-def _cells(
-    traffic: Traffic,
-    now: TargetScores,
-    before: TargetScores,
-    quantity: Quantity,
-    chosen: NDArray[np.bool_],
-    group: Counts,
-    groups: int,
-) -> Cells:
-    """Numbers of the chosen road users by group (k,), (groups,)."""
-    group = group[chosen]
-    frame = traffic.frame_of_box[now.objects.box[chosen]]
-    mine = quantity.of(now.objects, now.settings)[chosen]
-    theirs = quantity.of(before.objects, before.settings)[chosen]
-    objects = np.bincount(group, minlength=groups)
-    if quantity.is_median:
-        value, none = _medians(mine, group, groups), np.zeros(groups)
-        return Cells(objects, value, none, value - _medians(theirs, group, groups), none)
-    sampled = _Sample(group, groups, frame, now.frames_used, now.frames)
-    return Cells(objects, *sampled.means(mine), *sampled.means(mine - theirs))
+@dataclass(frozen=True)
+class _Figures:
+    """One number per road user (k,), of the rig and of the baseline, each reckoned once for all cells of a table."""
+
+    quantity: Quantity
+    mine: Doubles
+    theirs: Doubles
+    frame: Counts
+    used: int
+    frames: int
+
+    @classmethod
+    def of(cls, traffic: Traffic, now: TargetScores, before: TargetScores, quantity: Quantity) -> _Figures:
+        return cls(
+            quantity,
+            quantity.of(now.objects, now.settings),
+            quantity.of(before.objects, before.settings),
+            traffic.frame_of_box[now.objects.box],
+            now.frames_used,
+            now.frames,
+        )
+
+    def cells(self, chosen: NDArray[np.bool_], group: Counts, groups: int) -> Cells:
+        """Numbers of the chosen road users by group (k,), (groups,)."""
+        group, mine, theirs = group[chosen], self.mine[chosen], self.theirs[chosen]
+        objects = np.bincount(group, minlength=groups)
+        if self.quantity.is_median:
+            value, none = _medians(mine, group, groups), np.zeros(groups)
+            return Cells(objects, value, none, value - _medians(theirs, group, groups), none)
+        sampled = _Sample(group, groups, self.frame[chosen], self.used, self.frames)
+        return Cells(objects, *sampled.means(mine), *sampled.means(mine - theirs))
 
 
 @dataclass(frozen=True)
