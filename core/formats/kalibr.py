@@ -78,13 +78,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
     for name, pose in _poses(chain, notes).items():
         mounting.add_camera(name, from_optical(pose), **_lens(chain[name], name, notes))
     notes.converted("cameras from optical axes and inverse transforms")
-    x, y, z = mounting.origin_m
-    if options.origin_m is None:
-        notes.approximated(
-            f"where the origin is on the vehicle is not in the file: {x:g} {y:g} {z:g} m", option="--origin"
-        )
-    if options.vehicle is None:
-        notes.approximated("vehicle not in the file: a sedan", option="--vehicle")
+    mounting.tell_assumed(options)
     return Imported(mounting.rig(source.name), notes.report(TITLE))
 
 

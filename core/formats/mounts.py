@@ -77,6 +77,17 @@ class Mounting:
         cast = (min(DEFAULT_CAST[0], width_px), min(DEFAULT_CAST[1], height_px))
         self._add(Camera, name, root_SE3_sensor, cast=cast, **fields)
 
+    def tell_assumed(self, options: ReadOptions) -> None:
+        """Tell what a file with nothing but sensors leaves open, where the options do not say it either."""
+        if options.origin_m is None:
+            x, y, z = self.origin_m
+            self.notes.approximated(
+                f"where the origin is on the vehicle is not in the file: {x:g} {y:g} {z:g} m",
+                option="--origin",
+            )
+        if options.vehicle is None:
+            self.notes.approximated("vehicle not in the file: a sedan", option="--vehicle")
+
     def rig(self, name: str, may_be_empty: bool = False) -> Rig:
         """Return the rig of all sensors so far; raise InputError when there is none and that is not allowed."""
         if not self.sensors and not may_be_empty:

@@ -65,13 +65,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
     else:
         _add_chain(source, mounting)
     notes.converted("cameras from optical axes")
-    x, y, z = mounting.origin_m
-    if options.origin_m is None:
-        notes.approximated(
-            f"where the origin is on the vehicle is not in the file: {x:g} {y:g} {z:g} m", option="--origin"
-        )
-    if options.vehicle is None:
-        notes.approximated("vehicle not in the file: a sedan", option="--vehicle")
+    mounting.tell_assumed(options)
     return Imported(mounting.rig(source.name), notes.report(TITLE))
 
 
