@@ -5,12 +5,12 @@ Its kernels are serial, so that it may work beside the thread that computes the 
 
 from __future__ import annotations
 
-import threading
 from dataclasses import dataclass
 
 from PySide6.QtCore import QObject, Signal
 
-from riglens.app.background.inbox import LatestInbox, unexpected
+from riglens.app.background.inbox import unexpected
+from riglens.app.background.worker import CLOSE_S, LatestThread, Unwanted
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.requests import LoadedScene
 from riglens.core.errors import InputError
@@ -21,8 +21,6 @@ from riglens.core.view.frames import FrameBoxes, FrameStore
 from riglens.core.view.range_image import RangeImage, range_image
 
 NO_BOXES = "A stored POG holds no boxes of single frames: load the box data set to see its traffic here."
-CLOSE_S = 1.0
-"""How long closing waits for the thread: compiling a kernel or reading one large block cannot be given up."""
 TOO_MANY = "Of this data set only the first {count:,} frames can be shown here: it has very many boxes."
 
 
@@ -50,10 +48,6 @@ class SensorPicture:
     note: str
 
 
-class _Stale(Exception):
-    """Raised where nobody wants the picture any more."""
-
-
 class Pictures(QObject):
     """Owner of the thread, which starts with the first request; every method is called by the interface thread."""
 
@@ -63,56 +57,43 @@ class Pictures(QObject):
 
     def __init__(self, parent: QObject | None = None, close_s: float = CLOSE_S) -> None:
         super().__init__(parent)
-        self._inbox = LatestInbox[PictureRequest]()
-        self._close_s = close_s
-        self._thread: threading.Thread | None = None
+        self._thread = LatestThread[PictureRequest]("pictures", self._answer, close_s, self._close_frames)
         self._frames: tuple[SceneOptions, FrameStore] | None = None
 
     def ask(self, request: PictureRequest) -> None:
         """Ask for a picture; takes the place of a request that still waits."""
-        self._inbox.put(request)
-        if self._thread is None:
-            self._thread = threading.Thread(target=self._run, name="pictures", daemon=True)
-            self._thread.start()
+        self._thread.ask(request)
 
     def close(self) -> None:
-        """End the thread, which gives back what it holds; one that does not end in `close_s` is left to itself."""
-        self._inbox.close()
-        if self._thread is not None:
-            self._thread.join(self._close_s)
+        """End the thread, which gives back what it holds."""
+        self._thread.close()
 
     def wait_until_idle(self, timeout_s: float = 60.0) -> bool:
         """Block until nothing waits or runs; False on timeout. Answers may still be queued as Qt events."""
-        return self._inbox.wait_until_idle(timeout_s)
+        return self._thread.wait_until_idle(timeout_s)
 
     # ------------------------------------------------------------------ the thread
-    def _run(self) -> None:
-        while (request := self._inbox.next_work()) is not None:
-            self._answer(request)
-        if self._frames is not None:
-            self._frames[1].close()
-
     def _answer(self, request: PictureRequest) -> None:
         try:
             picture = self._picture(request)
-            self._stop_if_closing()
-        except _Stale:
-            return
+            self._thread.stop_if_closing()
         except InputError as error:
             self._fail(str(error))
+        except Unwanted:
+            raise
         except Exception as error:
             self._fail(unexpected("sensor view", error))
         else:
             self.made.emit(picture)
 
     def _fail(self, reason: str) -> None:
-        if not self._inbox.is_closing():  # nobody hears it any more, and the signals may be gone
+        if not self._thread.inbox.is_closing():  # nobody hears it any more, and the signals may be gone
             self.failed.emit(reason)
 
     def _picture(self, request: PictureRequest) -> SensorPicture:
         boxes, note = self._boxes(request)
         solid, sensor = request.body.solid(), request.sensor
-        self._stop_if_closing()
+        self._thread.stop_if_closing()
         if isinstance(sensor, Camera):
             grid = request.scene.field.grid
             return SensorPicture(request, camera_picture(sensor, grid, boxes, solid), note)
@@ -124,24 +105,23 @@ class Pictures(QObject):
         if options.pog is not None:
             return FrameBoxes.none(), NO_BOXES
         store = self._store_of(options)
-        boxes = store.boxes(request.frame, self._inbox.is_stale)
+        boxes = store.boxes(request.frame, self._thread.inbox.is_stale)
         if boxes is None:
-            raise _Stale
+            raise Unwanted
         is_missing = store.is_full and request.frame >= store.frames_read
         return boxes, TOO_MANY.format(count=store.frames_read) if is_missing else ""
 
     def _store_of(self, options: SceneOptions) -> FrameStore:
         """The frames of a data set; an automatic voxel edge has no part in them."""
         if self._frames is None or self._frames[0] is not options:
-            if self._frames is not None:
-                self._frames[1].close()
-                self._frames = None
+            self._close_frames()
             # loads the compiler: not while the window opens
             from riglens.app.evaluation.scenario import source_of
 
             self._frames = (options, FrameStore(source_of(options)))
         return self._frames[1]
 
-    def _stop_if_closing(self) -> None:
-        if self._inbox.is_closing():
-            raise _Stale
+    def _close_frames(self) -> None:
+        if self._frames is not None:
+            self._frames[1].close()
+            self._frames = None

@@ -20,12 +20,19 @@ class Unwanted(Exception):
 class LatestThread(Generic[Wish]):
     """Calls `answer` with each wish that no newer one has taken the place of, in a thread of that name.
 
-    `answer` handles its own errors, and may raise `Unwanted`. Every method is called by the interface thread.
+    `answer` handles its own errors, and may raise `Unwanted`. `at_end` gives back what the thread holds, in the thread
+    itself. Every method is called by the interface thread.
     """
 
-    def __init__(self, name: str, answer: Callable[[Wish], None], close_s: float = CLOSE_S) -> None:
+    def __init__(
+        self,
+        name: str,
+        answer: Callable[[Wish], None],
+        close_s: float = CLOSE_S,
+        at_end: Callable[[], None] = lambda: None,
+    ) -> None:
         self.inbox = LatestInbox[Wish]()
-        self._name, self._answer, self._close_s = name, answer, close_s
+        self._name, self._answer, self._close_s, self._at_end = name, answer, close_s, at_end
         self._thread: threading.Thread | None = None
 
     def ask(self, wish: Wish) -> None:
@@ -38,12 +45,27 @@ class LatestThread(Generic[Wish]):
     def close(self) -> None:
         """End the thread; one that does not end in `close_s` is left to itself."""
         self.inbox.close()
-        if self._thread is not None:
-            self._thread.join(self._close_s)
+        self.wait_until_ended(self._close_s)
 
     def wait_until_idle(self, timeout_s: float = 60.0) -> bool:
         """Block until nothing waits or runs; False on timeout. Answers may still be queued as Qt events."""
         return self.inbox.wait_until_idle(timeout_s)
+
+    @property
+    def is_started(self) -> bool:
+        """Whether anything was asked yet."""
+        return self._thread is not None
+
+    @property
+    def is_alive(self) -> bool:
+        """Whether the thread runs."""
+        return self._thread is not None and self._thread.is_alive()
+
+    def wait_until_ended(self, timeout_s: float) -> bool:
+        """Block until the thread that was told to end is gone; False on timeout."""
+        if self._thread is not None:
+            self._thread.join(timeout_s)
+        return not self.is_alive
 
     def stop_if_closing(self) -> None:
         """Raise `Unwanted` when everything ends."""
@@ -56,3 +78,4 @@ class LatestThread(Generic[Wish]):
                 self._answer(wish)
             except Unwanted:
                 continue
+        self._at_end()

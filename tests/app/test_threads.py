@@ -93,7 +93,7 @@ def test_everything_in_the_window_calls_parallel_kernels_on_one_thread(
         rows = bench.features.compare
         qtbot.waitUntil(lambda: all(row.scores for row in rows.rows), timeout=TIMEOUT_MS)
         assert bench.features.map._top is not None
-        assert bench.features.sensor_view.pictures._thread is not None
+        assert bench.features.sensor_view.pictures._thread.is_started
     assert callers == {"parallel": {"recompute"}, "serial": {"pictures", "counting"}}
 
 
@@ -111,8 +111,8 @@ def test_closing_ends_a_picture_of_a_very_fine_car_early(
 
     def slow_solid(body: CarBody) -> Solid:
         begun.set()
-        with pictures._inbox.lock:
-            assert pictures._inbox.lock.wait_for(lambda: pictures._inbox._closing, TIMEOUT_S)
+        with pictures._thread.inbox.lock:
+            assert pictures._thread.inbox.lock.wait_for(lambda: pictures._thread.inbox._closing, TIMEOUT_S)
         return Solid.of(np.zeros((0, 3, 3)))
 
     monkeypatch.setattr(CarBody, "solid", slow_solid)
@@ -121,7 +121,7 @@ def test_closing_ends_a_picture_of_a_very_fine_car_early(
     pictures.ask(request_for(tmp_path))
     assert begun.wait(TIMEOUT_S)
     pictures.close()
-    assert pictures._thread is not None and not pictures._thread.is_alive()
+    assert pictures._thread.is_started and not pictures._thread.is_alive
     assert not drawn  # given up before the picture itself was begun
 
 
@@ -140,9 +140,9 @@ def test_closing_does_not_wait_for_a_picture_that_cannot_be_given_up(
     pictures.ask(request_for(tmp_path))
     assert begun.wait(TIMEOUT_S)
     pictures.close()
-    assert pictures._thread is not None and pictures._thread.is_alive()
+    assert pictures._thread.is_alive
     may_end.set()
-    pictures._thread.join()
+    assert pictures._thread.wait_until_ended(TIMEOUT_S)
     assert not made
 
 

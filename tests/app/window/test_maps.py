@@ -71,7 +71,7 @@ def test_out_of_sight_no_map_is_made(bench: Bench) -> None:
     bench.settle()
     result = bench.workbench.answers.result
     assert result is not None and result.top_view is None
-    assert bench.features.sensor_view.pictures._thread is None
+    assert not bench.features.sensor_view.pictures._thread.is_started
 
 
 def test_a_panel_pulled_out_of_the_window_is_in_sight(bench: Bench) -> None:
