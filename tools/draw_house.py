@@ -85,6 +85,7 @@ HOUSE = (
                 Room("targets", "points on road users"),
                 Room("view", "one sensor, one frame"),
                 Room("formats", "rigs of other programs"),
+                Room("detect", "a small detector, AP"),
             ),
             (Room("metric", "entropy, S-MIG, S-MS, seen"), Room("sensing", "rays and lenses")),
             (Room("scene", "grid, boxes, POG"), Room("vehicle", "meshes of bodies")),

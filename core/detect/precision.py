@@ -1,0 +1,178 @@
+"""Average precision as nuScenes defines it: matched by distance of centres, without torch.
+
+Source: Caesar et al., nuScenes: A multimodal dataset for autonomous driving, CVPR 2020, section 3.1, and the devkit
+1.2.0 (nuscenes/eval/detection, configuration detection_cvpr_2019), whose choices in corner cases these are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+Doubles = NDArray[np.float64]
+Ids = NDArray[np.int64]
+Flags = NDArray[np.bool_]
+
+MATCH_M = (0.5, 1.0, 2.0, 4.0)
+"""A detection is right when the nearest object that no better one took is closer than this, metres on the ground."""
+MIN_RECALL = MIN_PRECISION = 0.1
+RECALLS = np.linspace(0.0, 1.0, 101)
+_FIRST_RECALL = round(100 * MIN_RECALL) + 1
+_REPLICAS_AT_ONCE = 200
+
+
+class Truth(NamedTuple):
+    """Objects of all frames, n: frame (n,), cls (n,) index into CLASSES, centre_m (n, 2) x and y; points (n,) that
+    LiDARs get onto each."""
+
+    frame: Ids
+    cls: NDArray[np.uint8]
+    centre_m: Doubles
+    points: Ids
+
+    def where(self, chosen: Flags) -> Truth:
+        """Some of the objects."""
+        return Truth(self.frame[chosen], self.cls[chosen], self.centre_m[chosen], self.points[chosen])
+
+
+class Detections(NamedTuple):
+    """What a detector found in all frames, m: frame (m,), cls (m,), centre_m (m, 2) x and y, score (m,)."""
+
+    frame: Ids
+    cls: NDArray[np.uint8]
+    centre_m: Doubles
+    score: Doubles
+
+
+@dataclass(frozen=True)
+class Matched:
+    """Detections of one class, the best score first, m of them, and which are right.
+
+    group (m,): of the frame of each (its sequence); right (len(MATCH_M), m); objects (groups,): how many objects of the
+    class each group has.
+    """
+
+    group: Ids
+    right: Flags
+    objects: Ids
+
+    @classmethod
+    def of(cls, truth: Truth, found: Detections, number: int, group_of_frame: Ids) -> Self:
+        """Match the detections of class `number` frame by frame; group_of_frame (frames,): groups from 0."""
+        mine, own = np.flatnonzero(found.cls == number), np.flatnonzero(truth.cls == number)
+        # equal scores: the later one first, as in the devkit
+        order = mine[np.lexsort((np.arange(len(mine)), found.score[mine]))[::-1]]
+        groups = int(group_of_frame.max(initial=-1)) + 1
+        objects = np.bincount(group_of_frame[truth.frame[own]], minlength=groups)
+        near = _near(truth, own, found, order)
+        right = np.array([_matches(near, within_m) for within_m in MATCH_M], np.bool_)
+        return cls(group_of_frame[found.frame[order]], right.reshape(len(MATCH_M), len(order)), objects)
+
+    def precision(self, weights: Doubles | None = None) -> Doubles:
+        """Return average precision, 0 to 1, mean over MATCH_M: (replicas,) for weights (groups, replicas).
+
+        A group of weight 2 counts as if its frames were there twice, a group of weight 0 as if they were not. Without
+        weights one value, the devkit's. NaN where no object is left (the devkit says 0).
+        """
+        if weights is None:
+            weights = np.ones((len(self.objects), 1))
+        parts = np.arange(_REPLICAS_AT_ONCE, weights.shape[1], _REPLICAS_AT_ONCE)
+        found = [
+            np.mean([curve.precision(part) for curve in self._curves], axis=0)
+            for part in np.split(weights, parts, axis=1)
+        ]
+        return np.concatenate(found)
+
+    @cached_property
+    def _curves(self) -> list[_Curve]:
+        return [_Curve.of(self.group, right, self.objects) for right in self.right]
+
+
+def average_precision(truth: Truth, found: Detections, classes: Sequence[int], frames: int) -> Doubles:
+    """Average precision of each class, (classes,), NaN for a class without objects; frames are numbered below `frames`.
+
+    Equal to the devkit's `calc_ap` over the four distances. Raise ValueError for a score that is not finite.
+    """
+    if not np.isfinite(found.score).all():
+        raise ValueError("scores of detections: accepted are finite numbers")
+    one = np.zeros(frames, np.int64)
+    return np.concatenate([Matched.of(truth, found, number, one).precision() for number in classes])
+
+
+_Near = list[list[tuple[float, int]]]
+
+
+def _near(truth: Truth, own: Ids, found: Detections, order: Ids) -> _Near:
+    """Of each detection the objects of its frame that are near enough for the widest match, the nearest first."""
+    by_frame: dict[int, list[int]] = {}
+    for place in own.tolist():
+        by_frame.setdefault(int(truth.frame[place]), []).append(place)
+    near: _Near = []
+    for detection in order.tolist():
+        places = by_frame.get(int(found.frame[detection]), [])
+        apart = truth.centre_m[places] - found.centre_m[detection]
+        distance_m = np.sqrt(np.square(apart).sum(axis=1))
+        pairs = zip(distance_m.tolist(), places, strict=True)
+        near.append(sorted(pair for pair in pairs if pair[0] < MATCH_M[-1]))
+    return near
+
+
+def _matches(near: _Near, within_m: float) -> list[bool]:
+    """Each detection, the best first, takes the nearest object that is left, if it is close enough."""
+    taken: set[int] = set()
+    right = []
+    for candidates in near:
+        best = next((pair for pair in candidates if pair[1] not in taken), None)
+        right.append(best is not None and best[0] < within_m)
+        if best is not None and best[0] < within_m:
+            taken.add(best[1])
+    return right
+
+
+class _Curve(NamedTuple):
+    """What precision over recall is made of, at the k right detections: how many right ones (k, groups) there are up to
+    each of them, and how many wrong ones (k + 1, groups) before each and in all; objects (groups,)."""
+
+    right: Doubles
+    wrong: Doubles
+    objects: Ids
+
+    @classmethod
+    def of(cls, group: Ids, right: Flags, objects: Ids) -> Self:
+        places = np.flatnonzero(right)
+        hits = np.zeros((len(places), len(objects)))
+        hits[np.arange(len(places)), group[places]] = 1.0
+        wrong = np.zeros((len(places) + 1, len(objects)))
+        np.add.at(wrong, (np.searchsorted(places, np.flatnonzero(~right)), group[~right]), 1.0)
+        return cls(hits.cumsum(axis=0), wrong.cumsum(axis=0), objects)
+
+    def precision(self, weights: Doubles) -> Doubles:
+        """Average precision (replicas,) for weights (groups, replicas)."""
+        right, wrong, objects = self.right @ weights, self.wrong @ weights, self.objects @ weights
+        return np.array(
+            [_area(*columns) for columns in zip(right.T, wrong.T, objects.tolist(), strict=True)], np.float64
+        )
+
+
+def _area(right: Doubles, wrong: Doubles, objects: float) -> float:
+    """Mean over recalls above the least of the precision above the least, 0 to 1; right (k,), wrong (k + 1,).
+
+    Between two right detections recall does not grow: the points at the first and the last of them are all that
+    linear interpolation over recall can meet.
+    """
+    if objects == 0.0:
+        return float("nan")
+    if not right.size or right[-1] == 0.0:
+        return 0.0
+    hits = np.concatenate([[0.0], np.repeat(right, 2)])
+    missed = np.concatenate([wrong[:1], np.repeat(wrong[1:], 2)])
+    missed[1::2] = wrong[:-1]
+    there = hits + missed > 0.0
+    recall, precision = hits[there] / objects, hits[there] / (hits[there] + missed[there])
+    over = np.interp(RECALLS, recall, precision, right=0.0)[_FIRST_RECALL:] - MIN_PRECISION
+    return float(np.mean(np.maximum(over, 0.0))) / (1.0 - MIN_PRECISION)
