@@ -6,7 +6,7 @@ Its kernels are serial, so that it may work beside the thread that computes the 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 from PySide6.QtCore import QObject, Signal
 
@@ -16,6 +16,7 @@ from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.requests import LoadedScene
 from riglens.core.errors import InputError
 from riglens.core.rig.model import Rig
+from riglens.core.targets.quantities import ON_TARGET, Cells
 from riglens.core.targets.settings import TargetSettings
 
 if TYPE_CHECKING:  # made by the thread, which loads the compiler
@@ -58,12 +59,25 @@ class CountRequest:
 
 @dataclass(frozen=True)
 class CountAnswer:
-    """The answer to one request, from `scores.frames_used` frames; more may follow. Both rigs met the same frames."""
+    """The answer to one request, from `scores.frames_used` frames; more may follow. Both rigs met the same frames.
+
+    `on_target` is that over all distances, in cells (len(WHO),).
+    """
 
     request: CountRequest
     traffic: Traffic
     scores: TargetScores
     baseline: TargetScores
+    on_target: Cells
+
+    @classmethod
+    def of(
+        cls, request: CountRequest, traffic: Traffic, scores: TargetScores, baseline: TargetScores
+    ) -> Self:
+        """The answer of a rig's and the baseline's scores."""
+        from riglens.core.targets.tables import totals_of  # the thread has loaded the compiler
+
+        return cls(request, traffic, scores, baseline, totals_of(traffic, scores, baseline, ON_TARGET))
 
     @property
     def is_whole(self) -> bool:
@@ -151,7 +165,7 @@ class Counter(QObject):
             raise Unwanted
         if is_first and request.is_preview:
             self._adapt(scores.elapsed_ms, data.traffic.frames)
-        self.counted.emit(CountAnswer(request, data.traffic, scores, baseline))
+        self.counted.emit(CountAnswer.of(request, data.traffic, scores, baseline))
 
     def _adapt(self, elapsed_ms: float, frames: int) -> None:
         """Choose the next sample so that it takes about the budget."""

@@ -49,12 +49,13 @@ def _by_camera(objects: ObjectCounts) -> NDArray[np.bool_]:
     return np.asarray(objects.height_px >= HEIGHT_PX)
 
 
+ON_TARGET = Quantity(
+    "on_target", "On target",
+    "Mean of 1 - exp(-cells / 5), with the cells of 0.2 m on a road user that LiDARs hit. More is better.",
+    "share", lambda objects, _: objects.on_target,
+)  # fmt: skip
 QUANTITIES = (
-    Quantity(
-        "on_target", "On target",
-        "Mean of 1 - exp(-cells / 5), with the cells of 0.2 m on a road user that LiDARs hit. More is better.",
-        "share", lambda objects, _: objects.on_target,
-    ),
+    ON_TARGET,
     Quantity(
         "lidar", "By LiDARs", "Share of road users with at least so many points of LiDARs. More is better.",
         "share", lambda objects, settings: _by_lidar(objects, settings).astype(np.float64),

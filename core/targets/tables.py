@@ -31,6 +31,15 @@ def table_of(traffic: Traffic, now: TargetScores, before: TargetScores, quantity
     return Table(quantity, edges_m, _stacked(parts))
 
 
+def totals_of(traffic: Traffic, now: TargetScores, before: TargetScores, quantity: Quantity) -> Cells:
+    """Return a quantity over all distances, in cells (len(WHO),), with changes as in `table_of`."""
+    figures, cls = _Figures.of(traffic, now, before, quantity), traffic.cls[now.objects.box]
+    everywhere = np.zeros(len(cls), np.int64)
+    chosen = (np.ones(len(cls), np.bool_), *(cls == number for number in range(len(CLASSES))))
+    rows = [figures.cells(who, everywhere, 1) for who in chosen]
+    return Cells(*(np.concatenate(parts) for parts in zip(*map(_parts, rows), strict=True)))
+
+
 def rose_of(traffic: Traffic, now: TargetScores, before: TargetScores, quantity: Quantity, who: str) -> Rose:
     """Tabulate a quantity of one of `WHO` by ring and sector."""
     edges_m, box = ring_edges_m(traffic.within_m), now.objects.box

@@ -21,6 +21,7 @@ from riglens.core.view.outlook import looks_into
 from riglens.widgets.maps.map_items import NO_BOXES
 from riglens.widgets.panels.inspector.marginal_view import NOT_COUNTED, WAITING
 from riglens.widgets.panels.menus import add_entry
+from riglens.widgets.panels.scores.text import FIGURES_HELP, FIGURES_TITLE
 
 
 class Baseline(Feature):
@@ -94,6 +95,9 @@ class ScoresShown(Feature):
         self.answers.answered.connect(self._show)
         self.answers.approximated.connect(self._show_approximation)
         self.panel.settings_wanted.connect(self.session.set_settings)
+        self.panel.help_wanted.connect(
+            lambda: bench.dialogs.show_text(bench.window, FIGURES_TITLE, FIGURES_HELP)
+        )
         self.session.settings_changed.connect(lambda: self.panel.show_settings(self.session.settings))
         self.session.scene_changed.connect(lambda _: self.panel.set_stale())
         bench.theme_changed.connect(self._show_again)

@@ -1,4 +1,4 @@
-"""What the rig gets onto road users, in a panel of its own; it follows a drag in samples, and at rest counts all."""
+"""What the rig gets onto road users, in a panel and beside the scores: during a drag in samples, at rest all."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ class Targets(Feature):
         if asked is not None and asked.asks_same(request) and asked.is_preview == request.is_preview:
             return
         self._asked = request
-        self.panel.set_stale()
+        self._grey()
         self.counter.ask(request)
 
     def _take(self, answer: CountAnswer) -> None:
@@ -97,10 +97,16 @@ class Targets(Feature):
             baseline = LAST_SAVED if pinned is None else pinned.name
             answer = self.answer
             self.panel.show_counts(answer.traffic, answer.scores, answer.baseline, baseline)
+            self.bench.panels.scores.show_on_target(answer.on_target)
             if answer.request is not self._asked:
-                self.panel.set_stale()
+                self._grey()
+
+    def _grey(self) -> None:
+        self.panel.set_stale()
+        self.bench.panels.scores.grey_on_target()
 
     def _on_problem(self, reason: str) -> None:
         self.answer = None
         self.panel.show_problem(reason)
+        self.bench.panels.scores.forget_on_target(reason)
         self.counted.emit()

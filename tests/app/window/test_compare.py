@@ -249,7 +249,7 @@ def test_bars_follow_the_order_the_class_and_the_differences_of_the_table(bench:
     panel = compare(bench).panel
     panel.table.sortByColumn(0, Qt.SortOrder.AscendingOrder)
     assert [found.score.key for found in (c.score for c in chart.charts())] == [c.key for c in COLUMNS]
-    bars = chart.charts()[2].bars
+    bars = chart.charts()[1].bars
     assert [bar.row.name for bar in bars] == panel.names() == ["W+T", "small"]
     here, other = (bench.fresh_scores(rig).classes["pedestrian"].s_ms for rig in (RIG, preset("W+T")))
     assert [bar.figure for bar in bars] == [other - here, 0.0]

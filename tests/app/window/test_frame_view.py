@@ -60,7 +60,7 @@ class Stand:
     def count(self) -> CountAnswer:
         request = self.desk.counter.requests[-1]
         found = TargetEngine(TRAFFIC, threads=1).evaluate(request.rig, request.settings)
-        answer = CountAnswer(request, TRAFFIC, found, found)
+        answer = CountAnswer.of(request, TRAFFIC, found, found)
         self.targets._take(answer)
         return answer
 

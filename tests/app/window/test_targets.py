@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from PySide6.QtWidgets import QToolButton
 from pytestqt.qtbot import QtBot
 
 from riglens.app.background.counting import CountAnswer, CountRequest
 from riglens.app.window.features.follow import Follow
+from riglens.app.window.features.scores import ScoresShown
 from riglens.app.window.features.targets import Targets
 from riglens.core.rig.model import Rig
 from riglens.core.targets.engine import TargetEngine
+from riglens.widgets.panels.scores.text import FIGURES_HELP, sampled_text
+from riglens.widgets.panels.style import tones
 from tests.app.window.desk import Desk, open_desk
 from tests.core.targets.cases import random_traffic
 
@@ -34,7 +38,7 @@ def targets(desk: Desk) -> Targets:
 def answer(request: CountRequest, frames: int | None = None) -> CountAnswer:
     scores = ENGINE.evaluate(request.rig, request.settings, frames)
     baseline = ENGINE.evaluate(request.baseline_rig, request.settings, frames)
-    return CountAnswer(request, TRAFFIC, scores, baseline)
+    return CountAnswer.of(request, TRAFFIC, scores, baseline)
 
 
 def start(desk: Desk) -> CountRequest:
@@ -119,3 +123,28 @@ def test_a_pinned_baseline_is_asked_for(desk: Desk, targets: Targets) -> None:
     pinned = Rig(name="pinned", sensors=desk.document.rig.sensors[:1])
     desk.session.pin(pinned)
     assert desk.counter.requests[-1].baseline_rig == pinned
+
+
+def test_the_score_table_shows_what_is_on_target_and_greys_it_with_the_next_move(
+    desk: Desk, targets: Targets
+) -> None:
+    request, scores = start(desk), desk.panels.scores
+    assert scores.text_of("car", "on_target") == "–"
+    targets._take(answer(request))
+    shown = scores.text_of("car", "on_target")
+    assert shown == sampled_text(float(targets.answer.on_target.value[1]), 0.0)  # type: ignore[union-attr]
+    cell = scores._table.cell("car", "on_target")
+    assert cell.foreground().color().name() == tones().text
+    desk.drag("roof", (0.3, 0.0, 2.0))
+    assert scores.text_of("car", "on_target") == shown
+    assert cell.foreground().color().name() == tones().muted
+    targets._on_problem("no boxes")
+    assert scores.text_of("car", "on_target") == "–" and "no boxes" in cell.toolTip()
+
+
+def test_help_on_the_three_figures_is_a_click_away(desk: Desk, qtbot: QtBot) -> None:
+    ScoresShown(desk.workbench)
+    button = desk.panels.scores.findChild(QToolButton, "figures_help")
+    assert button is not None
+    button.click()
+    assert desk.dialogs.shown == [FIGURES_HELP]

@@ -12,10 +12,10 @@ from riglens.core.metric.scores import ClassScores, KindScore, MetricSettings, S
 from riglens.core.scene.boxes import CLASSES
 from riglens.widgets.panels.fields.quantity import full_number, parse_number, short_number
 from riglens.widgets.panels.scores.table import ScoreTable
-from riglens.widgets.panels.scores.text import COLUMNS, change_text, kilo_text, share_text
+from riglens.widgets.panels.scores.text import change_text, column_of, kilo_text, share_text
 from riglens.widgets.panels.style import tones
 
-S_MS, SEEN = COLUMNS[2], COLUMNS[3]
+S_MS, SEEN = column_of("s_ms"), column_of("seen")
 
 
 @given(st.floats(allow_nan=False))
@@ -66,7 +66,7 @@ def test_no_column_of_changes_cuts_its_longest_number(qtbot: QtBot) -> None:
     table = ScoreTable()
     qtbot.addWidget(table)
     wide = QFontMetrics(table.font()).horizontalAdvance
-    for place in (2, 4, 6, 8):
+    for place in (2, 4, 6, 8, 10):
         assert table.columnWidth(place) >= wide("+100.00 pp") + 8 and table.columnWidth(place) >= wide(
             "−1000.00 ↓"
         )

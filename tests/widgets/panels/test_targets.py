@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from PySide6.QtCore import QPointF, Qt
 from pytestqt.qtbot import QtBot
 
+from riglens.core.metric.scores import MetricSettings
 from riglens.core.rig.model import Rig
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.quantities import QUANTITIES, WHO
 from riglens.core.targets.scores import TargetScores
 from riglens.core.targets.settings import USUAL
-from riglens.core.targets.tables import table_of
+from riglens.core.targets.tables import table_of, totals_of
+from riglens.widgets.panels.scores.panel import ScoresPanel
+from riglens.widgets.panels.scores.table import SHOWN, ScoreTable
+from riglens.widgets.panels.scores.text import THREE_FIGURES, sampled_text
 from riglens.widgets.panels.style import tones
 from riglens.widgets.panels.targets.panel import TargetsPanel
 from riglens.widgets.panels.targets.table import CHANGE, CHANGE_COLOUR, SUB_TEXT
@@ -149,3 +155,66 @@ def test_every_choice_can_be_made(panel: TargetsPanel) -> None:
         assert panel._quantity.itemData(number, Qt.ItemDataRole.ToolTipRole) == quantity.tip
         panel.choose(quantity.key)
         assert panel.quantity is quantity and panel.table.as_text().startswith(f"class\t{quantity.title}")
+
+
+@pytest.fixture
+def scores(qtbot: QtBot) -> ScoresPanel:
+    made = ScoresPanel(MetricSettings())
+    qtbot.addWidget(made)
+    made.resize(1400, 230)
+    made.show()
+    return made
+
+
+def test_the_score_table_shows_on_target_with_error_and_change(scores: ScoresPanel) -> None:
+    cells = totals_of(TRAFFIC, counts(NOW, 12), counts(BEFORE, 12), ON_TARGET)
+    scores.show_on_target(cells)
+    row = WHO.index("car")
+    assert scores.text_of("car", "on_target") == sampled_text(cells.value[row], cells.se[row])
+    assert "±" in scores.text_of("car", "on_target") and "±" in scores.text_of("car", "on_target change")
+    scores.show_on_target(totals_of(TRAFFIC, counts(NOW), counts(NOW), ON_TARGET))
+    assert "±" not in scores.text_of("car", "on_target") and scores.text_of("car", "on_target change") == "–"
+
+
+def test_totals_are_the_first_column_of_the_table() -> None:
+    now, before = counts(NOW, 12), counts(BEFORE, 12)
+    totals = totals_of(TRAFFIC, now, before, ON_TARGET)
+    whole = table_of(TRAFFIC, now, before, ON_TARGET).cells
+    assert np.array_equal(totals.value, whole.value[:, 0]) and np.array_equal(totals.se, whole.se[:, 0])
+    assert np.array_equal(totals.change, whole.change[:, 0])
+
+
+def test_on_target_seen_and_s_ms_stand_first_and_stay_in_narrow_tables(scores: ScoresPanel) -> None:
+    table = scores.findChild(ScoreTable)
+    assert table is not None
+    assert [column.key for column in SHOWN[:3]] == ["on_target", "seen", "s_ms"]
+    for width, is_hidden in ((1400, False), (700, True)):
+        scores.resize(width, 230)
+        assert [table.isColumnHidden(place) for place in range(1, 7)] == [False] * 6
+        assert [table.isColumnHidden(place) for place in range(7, 11)] == [is_hidden] * 4
+
+
+def test_scores_and_road_users_are_greyed_apart(scores: ScoresPanel) -> None:
+    scores.show_on_target(totals_of(TRAFFIC, counts(NOW), counts(BEFORE), ON_TARGET))
+    table = scores.findChild(ScoreTable)
+    assert table is not None
+    cell = table.cell("car", "on_target")
+    table.grey()
+    assert cell.foreground().color().name() == tones().text
+    scores.grey_on_target()
+    assert cell.foreground().color().name() == tones().muted
+
+
+def test_without_road_users_there_is_no_number_and_nothing_to_copy(scores: ScoresPanel) -> None:
+    scores.show_on_target(totals_of(TRAFFIC, counts(NOW), counts(BEFORE), ON_TARGET))
+    assert scores.as_text().splitlines()[1].split("\t")[1:4] != [""] * 3
+    scores.forget_on_target("no boxes")
+    assert scores.text_of("car", "on_target") == "–"
+    assert scores.as_text().splitlines()[1].split("\t")[1:4] == [""] * 3
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/metric.md"])
+def test_the_pages_say_the_same_of_the_three_figures_as_the_panel(page: str) -> None:
+    found = " ".join((Path(__file__).parents[3] / page).read_text("utf-8").split())
+    for name, said in THREE_FIGURES:
+        assert f"**{name}** {said}" in found

@@ -20,7 +20,7 @@ from riglens.widgets.panels.item_views import BAR_COLOUR, BAR_SHARE
 from riglens.widgets.panels.scores.text import (
     COLUMNS,
     NONE,
-    Column,
+    MetricColumn,
     change_text,
     column_of,
     exact_text,
@@ -69,7 +69,7 @@ class ScoreColumn:
     """One number per rig: a score of a class."""
 
     class_name: str
-    score: Column
+    score: MetricColumn
     title: str
 
     @property

@@ -9,11 +9,12 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QMenu, QSizePolicy, QToolButton, QVBoxLayout, QWidget
 
 from riglens.core.metric.scores import MAX_LAMBDA, READINGS, MetricSettings, Scores
+from riglens.core.targets.quantities import Cells
 from riglens.widgets.panels.fields.edits import NumberEdit
 from riglens.widgets.panels.fields.form import ChoiceBox
 from riglens.widgets.panels.icons import icon
 from riglens.widgets.panels.scores.table import LAST_SAVED, ScoreTable
-from riglens.widgets.panels.scores.text import SIGN_NOTE
+from riglens.widgets.panels.scores.text import FIGURES_HELP, FIGURES_TITLE, NOT_COUNTED_NOTE, SIGN_NOTE
 from riglens.widgets.panels.style import MARGIN, SPACING, as_panel
 
 READING_NOTES = {
@@ -28,6 +29,8 @@ class ScoresPanel(QWidget):
 
     settings_wanted = Signal(object)
     """The MetricSettings that the user wants."""
+    help_wanted = Signal()
+    """What do the figures answer, and when does each mislead?"""
     pin_wanted = Signal(bool)
     """Whether the current rig is to be the baseline; False for the last saved rig."""
 
@@ -39,6 +42,7 @@ class ScoresPanel(QWidget):
         self._is_estimate = False
         self._baseline = LAST_SAVED
         self._table = ScoreTable()
+        self._table.forget_on_target(NOT_COUNTED_NOTE)
         self._weight = NumberEdit(0.05)
         self._reading = ChoiceBox()
         layout = QVBoxLayout(self)
@@ -71,6 +75,7 @@ class ScoresPanel(QWidget):
             row.addWidget(widget)
         row.addSpacing(SPACING)
         row.addWidget(self._note, 1)
+        row.addWidget(self._help_button())
         self._weight.setToolTip("Weight of the cameras in S-MS, 0.1 in the paper")
         self._show_note()
         return row
@@ -85,6 +90,14 @@ class ScoresPanel(QWidget):
         self._pin.setToolTip("Make the current rig the baseline of all changes; press again to release it")
         self._pin.clicked.connect(self.pin_wanted)
         return self._pin
+
+    def _help_button(self) -> QToolButton:
+        button = QToolButton()
+        button.setObjectName("figures_help")
+        button.setText("Which figure?")
+        button.setToolTip(f"<b>{FIGURES_TITLE}</b>{FIGURES_HELP}")
+        button.clicked.connect(lambda _: self.help_wanted.emit())
+        return button
 
     def set_pin_menu(self, menu: QMenu) -> None:
         """Set the menu of other baselines, behind the button's arrow."""
@@ -110,6 +123,18 @@ class ScoresPanel(QWidget):
         """Show up-to-date scores and their change against those of the baseline."""
         self._is_stale = self._is_estimate = False
         self._table.show_scores(scores, baseline, self._settings)
+
+    def show_on_target(self, cells: Cells) -> None:
+        """Show up-to-date numbers on road users and their change, in cells (len(WHO),)."""
+        self._table.show_on_target(cells)
+
+    def grey_on_target(self) -> None:
+        """Grey the numbers on road users: newer ones are on their way."""
+        self._table.grey_on_target()
+
+    def forget_on_target(self, reason: str) -> None:
+        """Show no numbers on road users, and why."""
+        self._table.forget_on_target(reason)
 
     def add_to_trail(self, scores: Scores) -> None:
         """Lengthen the sparklines of S-MS by one edit."""
@@ -145,7 +170,7 @@ class ScoresPanel(QWidget):
         return self._is_estimate
 
     def text_of(self, class_name: str, column: str) -> str:
-        """Return what a cell shows; `column` is a key of COLUMNS, or a key followed by " change"."""
+        """Return what a cell shows; `column` is a key of a figure, or a key followed by " change"."""
         return self._table.cell(class_name, column).text()
 
     def as_text(self) -> str:
@@ -170,7 +195,10 @@ class ScoresPanel(QWidget):
     def _show_note(self) -> None:
         falls = self._settings.reading != "residual"
         way = "S-MS falls as coverage grows" if falls else "S-MS rises as coverage grows"
-        self._note.setText(f"10³ nat · change against {self._baseline} · {way}")
+        shares = "on target and seen: more is better"
+        self._note.setText(
+            f"change against {self._baseline} · {shares} · S-MS, 10³ nat: {way.removeprefix('S-MS ')}"
+        )
         self._note.setToolTip(SIGN_NOTE)
 
     @property

@@ -26,21 +26,27 @@ from PySide6.QtWidgets import (
 
 from riglens.core.metric.scores import MetricSettings, Scores
 from riglens.core.scene.boxes import CLASSES
+from riglens.core.targets.quantities import ON_TARGET as ON_TARGET_QUANTITY
+from riglens.core.targets.quantities import WHO, Cells
 from riglens.widgets.panels.icons import swatch
 from riglens.widgets.panels.item_views import OwnKeys, StandardKey
 from riglens.widgets.panels.scores.text import (
     COLUMNS,
     NONE,
     NOTHING_NOTE,
-    Column,
+    ON_TARGET,
+    MetricColumn,
     change_text,
     exact_text,
     kilo_text,
     looks_at_more,
     rough_text,
+    sampled_change_text,
+    sampled_text,
     value_text,
 )
 from riglens.widgets.panels.style import numbers_font, plain_tip, tones
+from riglens.widgets.panels.targets.text import tip_text
 from riglens.widgets.theme import CLASS_COLOURS
 
 MAX_TRAIL = 40
@@ -97,12 +103,17 @@ class Sparkline(QStyledItemDelegate):
 ABOUT, FOLLOWS = "≈ ", "…"
 LAST_SAVED = "the rig as last saved"
 CLASS_PX, MIN_VALUE_PX, CHANGE_PX, TRAIL_PX = 112, 88, 88, 76
-NARROW_PX = 1000
+NARROW_PX = 1400
 ROW_PX = 26
-FULL_PX = CLASS_PX + len(COLUMNS) * (MIN_VALUE_PX + CHANGE_PX) + TRAIL_PX
-TRAIL = 1 + 2 * len(COLUMNS)
+SHOWN = (ON_TARGET, *COLUMNS)
+"""The figures of a class from left to right; each is followed by its change."""
+GIVES_WAY = ("camera", "lidar")
+"""Figures that S-MS is made of: they give way where there is no room for all."""
+FULL_PX = CLASS_PX + len(SHOWN) * (MIN_VALUE_PX + CHANGE_PX)
+TRAIL = 1 + 2 * len(SHOWN)
+STANDARD_ERROR = Qt.ItemDataRole.UserRole.value + 3
 ESTIMATE_NOTE = "Estimated on larger voxels; the exact number follows as soon as the mouse rests"
-LONGEST_CHANGES, _CELL_MARGIN_PX = ("−100.00 pp", "−1000.00 ↓"), 8
+LONGEST_CHANGES, _CELL_MARGIN_PX = ("−100.00 pp", "−10.0 ±10.0 pp", "−1000.00 ↓"), 8
 CHANGE_TIP = "Change against the baseline: the pinned rig, or else the rig as it was last saved or opened"
 TRAIL_TIP = "S-MS after each of the last edits, the largest value at the top"
 
@@ -111,7 +122,7 @@ class ScoreTable(QTableWidget):
     """Class, then value and change for every column, and the course of S-MS over the last edits."""
 
     def __init__(self) -> None:
-        super().__init__(len(CLASSES), 2 + 2 * len(COLUMNS))
+        super().__init__(len(CLASSES), 2 + 2 * len(SHOWN))
         OwnKeys(self, {StandardKey.Copy: self._copy})
         self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
         self.setSelectionMode(QAbstractItemView.SelectionMode.ContiguousSelection)
@@ -139,7 +150,7 @@ class ScoreTable(QTableWidget):
             header.setSectionResizeMode(place, mode)
             header.resizeSection(place, {0: CLASS_PX, TRAIL: TRAIL_PX}.get(place, self._change_px()))
         titles: list[tuple[str, str]] = [("Class", "")]
-        for column in COLUMNS:
+        for column in SHOWN:
             titles += [(column.title, column.tip), ("change", CHANGE_TIP)]
         titles.append(("last edits", TRAIL_TIP))
         for place, (title, tip) in enumerate(titles):
@@ -171,7 +182,7 @@ class ScoreTable(QTableWidget):
     def cell(self, class_name: str, column: str) -> QTableWidgetItem:
         """Return the item of a class and a column key, followed by " change" for its change."""
         key, _, is_change = column.partition(" ")
-        place = 1 + 2 * [c.key for c in COLUMNS].index(key) + (1 if is_change else 0)
+        place = _place_of(key) + (1 if is_change else 0)
         item = self.item(CLASSES.index(class_name), place)
         assert item is not None
         return item
@@ -238,7 +249,40 @@ class ScoreTable(QTableWidget):
         item.setForeground(QBrush(QColor(tones().muted)))
         _set_italic(item, True)
 
-    def _show_value(self, item: QTableWidgetItem, column: Column, value: float, has_boxes: bool) -> None:
+    def show_on_target(self, cells: Cells) -> None:
+        """Show what is on target by class and its change against the baseline, ± where frames were sampled."""
+        for name in CLASSES:
+            row = WHO.index(name)
+            value, se, change = (float(part[row]) for part in (cells.value, cells.se, cells.change))
+            tip = plain_tip(tip_text(ON_TARGET_QUANTITY, name, cells, row, self._baseline))
+            self._show_sampled(self.cell(name, "on_target"), sampled_text(value, se), value, se, tip)
+            change_se = float(cells.change_se[row])
+            told = self.cell(name, "on_target change")
+            self._show_sampled(told, sampled_change_text(change, change_se), change, change_se, tip)
+            if change:
+                told.setForeground(QBrush(QColor(tones().more if change > 0.0 else tones().less)))
+
+    def _show_sampled(self, item: QTableWidgetItem, text: str, value: float, se: float, tip: str) -> None:
+        is_none = math.isnan(value)
+        item.setText(text)
+        item.setData(Qt.ItemDataRole.UserRole, None if is_none else value)
+        item.setData(STANDARD_ERROR, None if is_none else se)
+        item.setForeground(QBrush(QColor(tones().muted if is_none else tones().text)))
+        item.setToolTip(tip)
+
+    def forget_on_target(self, reason: str) -> None:
+        """Show no number on road users, and why."""
+        for name in CLASSES:
+            for key in ("on_target", "on_target change"):
+                self._show_sampled(self.cell(name, key), NONE, math.nan, math.nan, plain_tip(reason))
+
+    def grey_on_target(self) -> None:
+        """Show what is on target in the muted colour."""
+        self._grey(range(1, 3))
+
+    def _show_value(
+        self, item: QTableWidgetItem, column: MetricColumn, value: float, has_boxes: bool
+    ) -> None:
         item.setText(value_text(column, value))
         _set_italic(item, False)
         item.setToolTip(exact_text(column, value) if has_boxes else NOTHING_NOTE)
@@ -246,7 +290,7 @@ class ScoreTable(QTableWidget):
         item.setForeground(QBrush(QColor(tones().text if has_boxes else tones().muted)))
 
     def _show_change(
-        self, item: QTableWidgetItem, column: Column, change: float, settings: MetricSettings
+        self, item: QTableWidgetItem, column: MetricColumn, change: float, settings: MetricSettings
     ) -> None:
         item.setText(change_text(change, column))
         _set_italic(item, False)
@@ -259,17 +303,20 @@ class ScoreTable(QTableWidget):
         item.setToolTip(plain_tip(f"{exact_text(column, change)}: {meaning} {self._baseline}"))
 
     def grey(self) -> None:
-        """Show every number in the muted colour."""
+        """Show every score in the muted colour; what is on target is counted, and greyed, by itself."""
+        self._grey(range(3, TRAIL))
+
+    def _grey(self, places: range) -> None:
         muted = QBrush(QColor(tones().muted))
         for row in range(self.rowCount()):
-            for place in range(1, TRAIL):
+            for place in places:
                 item = self.item(row, place)
                 if item is not None:
                     item.setForeground(muted)
 
     def as_text(self) -> str:
         """Return titles and exact values, with tabs between columns."""
-        titles = ["class"]
+        titles = ["class", "On target (fraction)", "standard error", "change (fraction)"]
         for column in COLUMNS:
             unit = "fraction" if column.is_share else "nat"
             titles += [f"{column.title} ({unit})", f"change ({unit})"]
@@ -278,21 +325,31 @@ class ScoreTable(QTableWidget):
             values = [
                 self.model().index(row, place).data(Qt.ItemDataRole.UserRole) for place in range(1, TRAIL)
             ]
+            values.insert(1, self.model().index(row, 1).data(STANDARD_ERROR))
             lines.append("\t".join([name, *("" if value is None else repr(value) for value in values)]))
         return "\n".join(lines) + "\n"
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Shorten titles where there is no room for long ones; the sparklines give way to numbers."""
+        """Shorten titles where there is no room; sparklines, then S-MIG, give way to the three figures."""
         super().resizeEvent(event)
-        self.setColumnHidden(TRAIL, event.size().width() < FULL_PX)
-        is_narrow = event.size().width() < NARROW_PX
-        for number, column in enumerate(COLUMNS):
-            item = self.horizontalHeaderItem(1 + 2 * number)
+        width = event.size().width()
+        self.setColumnHidden(TRAIL, width < FULL_PX + TRAIL_PX)
+        for key in GIVES_WAY:
+            for place in (_place_of(key), _place_of(key) + 1):
+                self.setColumnHidden(place, width < FULL_PX)
+        is_narrow = width < NARROW_PX
+        for column in SHOWN:
+            item = self.horizontalHeaderItem(_place_of(column.key))
             assert item is not None
             item.setText(column.short if is_narrow else column.title)
 
     def _copy(self) -> None:
         QGuiApplication.clipboard().setText(self.as_text())
+
+
+def _place_of(key: str) -> int:
+    """The column of the value of a figure."""
+    return 1 + 2 * [column.key for column in SHOWN].index(key)
 
 
 def _set_italic(item: QTableWidgetItem, italic: bool) -> None:

@@ -1,10 +1,13 @@
-"""How scores read: columns of a class's scores, and their values as text with signs that need no colour."""
+"""How scores read: columns of a class's scores, and their values as text with signs that need no colour.
+
+Three figures stand first, in the order in which to look at them: on target, seen, S-MS.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from riglens.core.metric.scores import ClassScores, Reading
 
@@ -18,7 +21,34 @@ SIGN_NOTE = (
     "uncertainty that any sensor looks at, which grows with coverage.<br>The order of rigs by S-MS depends on voxels "
     "and ray lattices (stability study): do not trust a small lead."
 )
+THREE_FIGURES = (
+    (
+        "On target",
+        "says how many distinct spots of each road user in the data the LiDARs really hit, behind traffic and "
+        "a solid car's body; it misleads where data lack what the recording car did not see, and leaves out cameras.",
+    ),
+    (
+        "Seen",
+        "says at which share of the places where traffic is uncertain any ray looks; it misleads where something "
+        "stands in the way, since traffic blocks no ray in it, and near 100 %, where further sensors hardly change it.",
+    ),
+    (
+        "S-MS",
+        "says how much of that uncertainty the rays meet by the paper's formula, so as to compare with the paper; it "
+        "misleads as a mark, since it falls as a rig sees more, and its order of rigs changes with voxels and rays.",
+    ),
+)
+"""What each figure answers and when it misleads, one sentence each; README and docs/metric.md say the same."""
+FIGURES_TITLE = "Three figures, three questions"
+FIGURES_HELP = "".join(f"<p><b>{name}</b> {said}</p>" for name, said in THREE_FIGURES)
 NOTHING_NOTE = "No boxes of this class: there is nothing to see"
+NOT_COUNTED_NOTE = "Road users are being counted"
+ON_TARGET_NOTE = (
+    "Mean over the road users of the class of 1 - exp(-cells / 5), with the cells of 0.2 m on each that LiDARs hit, of "
+    "all of them together; more is better.\n"
+    "Behind the traffic before it. While you drag it is estimated from a sample of frames, ± standard error; by "
+    "distance and direction in the panel Targets"
+)
 SEEN_NOTE = (
     "Share of the class's entropy H(Ω) that any enabled sensor looks at; more is better.\n"
     "Traffic blocks no ray here: what stands behind it is told by on target, in the panel Targets"
@@ -27,43 +57,51 @@ SEEN_NOTE = (
 
 @dataclass(frozen=True)
 class Column:
-    """One number per class: its titles, its value, its text form, and the sign of its change as coverage grows.
-
-    The value is NaN where there is nothing to take a share of.
-    """
+    """One number per class: its titles and its form; of shares, more is better."""
 
     key: str
     title: str
     short: str
     tip: str
-    value: Callable[[ClassScores], float]
     is_share: bool = False
 
 
+@dataclass(frozen=True)
+class MetricColumn(Column):
+    """One of the scores of a class; NaN where there is nothing to take a share of."""
+
+    value: Callable[[ClassScores], float] = field(kw_only=True)
+
+
+ON_TARGET = Column("on_target", "On target", "On target", ON_TARGET_NOTE, is_share=True)
 COLUMNS = (
-    Column(
-        "camera",
-        "Cameras S-MIG",
-        "S-MIG cam.",
-        "S-MIG of all enabled cameras together",
-        lambda c: c.camera.s_mig,
-    ),
-    Column(
-        "lidar", "LiDARs S-MIG", "S-MIG LiD.", "S-MIG of all enabled LiDARs together", lambda c: c.lidar.s_mig
-    ),
-    Column("s_ms", "S-MS", "S-MS", SIGN_NOTE, lambda c: c.s_ms),
-    Column(
+    MetricColumn(
         "seen",
         "Seen by any",
         "Seen",
         SEEN_NOTE,
-        lambda c: c.any_seen if c.h_total > 0.0 else math.nan,
         is_share=True,
+        value=lambda c: c.any_seen if c.h_total > 0.0 else math.nan,
+    ),
+    MetricColumn("s_ms", "S-MS", "S-MS", SIGN_NOTE, value=lambda c: c.s_ms),
+    MetricColumn(
+        "camera",
+        "Cameras S-MIG",
+        "S-MIG cam.",
+        "S-MIG of all enabled cameras together",
+        value=lambda c: c.camera.s_mig,
+    ),
+    MetricColumn(
+        "lidar",
+        "LiDARs S-MIG",
+        "S-MIG LiD.",
+        "S-MIG of all enabled LiDARs together",
+        value=lambda c: c.lidar.s_mig,
     ),
 )
 
 
-def column_of(key: str) -> Column:
+def column_of(key: str) -> MetricColumn:
     """Return the column of that key."""
     return next(column for column in COLUMNS if column.key == key)
 
@@ -80,6 +118,25 @@ def value_text(column: Column, value: float) -> str:
     if math.isnan(value):
         return NONE
     return share_text(value) if column.is_share else kilo_text(value)
+
+
+def sampled_text(share: float, se: float) -> str:
+    """Return a fraction as percent, with one decimal and its standard error where it was estimated."""
+    if math.isnan(share) or se == 0.0:
+        return NONE if math.isnan(share) else share_text(share)
+    return f"{100 * share:.1f} ±{error_digits(se)} %"
+
+
+def sampled_change_text(change: float, se: float) -> str:
+    """Return a signed change of a fraction, with its standard error where it was estimated."""
+    if math.isnan(change) or se == 0.0:
+        return NONE if math.isnan(change) else change_text(change, ON_TARGET)
+    return _signed(f"{abs(100 * change):.1f}", change, plus="+") + f" ±{error_digits(se)} pp"
+
+
+def error_digits(se: float) -> str:
+    """Return the standard error of a fraction in percent with one decimal, never as none."""
+    return f"{max(100 * se, 0.05):.1f}"
 
 
 def kilo_text(value_nat: float) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from riglens.core.targets.quantities import Cells, Quantity
-from riglens.widgets.panels.scores.text import MINUS, NONE
+from riglens.widgets.panels.scores.text import MINUS, NONE, error_digits
 
 UNITS = {"share": "%", "points": "points", "px": "px"}
 CHANGE_UNITS = {"share": "pp", "points": "points", "px": "px"}
@@ -22,7 +22,7 @@ def error_text(quantity: Quantity, se: float) -> str:
     """Return a standard error as "±0.3", empty where all frames were used."""
     if se == 0.0 or math.isnan(se):
         return ""
-    return f"±{max(100.0 * se, 0.05):.1f}" if quantity.unit == "share" else f"±{se:.1f}"
+    return f"±{error_digits(se)}" if quantity.unit == "share" else f"±{se:.1f}"
 
 
 def change_text(quantity: Quantity, change: float) -> str:
@@ -40,7 +40,9 @@ def is_better(quantity: Quantity, change: float) -> bool:
     return change * quantity.sign > 0.0
 
 
-def tip_text(quantity: Quantity, where: str, cells: Cells, place: tuple[int, int], baseline: str) -> str:
+def tip_text(
+    quantity: Quantity, where: str, cells: Cells, place: int | tuple[int, int], baseline: str
+) -> str:
     """Describe one cell in full: where, what, of how many, how sure, and against what it changed."""
     objects, value, se = int(cells.objects[place]), float(cells.value[place]), float(cells.se[place])
     if not objects:
