@@ -9,7 +9,7 @@ from itertools import pairwise
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from riglens.core.kernels import targets as kernel
 from riglens.core.rig.model import Camera, Rig
@@ -141,21 +141,27 @@ class Groups:
         return values[self._order]
 
     def mean(self, values: Doubles, part: slice) -> Estimate:
-        """Mean of a part of sorted values, and its standard error.
-
-        Objects of a frame are not independent, so frames are what was drawn: a ratio of two totals over frames,
-        linearised (Cochran, Sampling Techniques, 1977, chapter 6), with the correction for a finite number of frames.
-        """
+        """Mean of a part of sorted values, and its standard error."""
         mine = values[part]
         if not mine.size:
             return Estimate()
         mean = float(mine.sum() / mine.size)
-        if self.frames == self.of_frames or self.frames < 2:
-            return Estimate(mean, 0.0)
         misses = np.bincount(self._frame[part], mine - mean, self.frames)
-        spread = float(misses @ misses) / (self.frames - 1)
-        share = self.frames * (1.0 - self.frames / self.of_frames)
-        return Estimate(mean, float(np.sqrt(spread * share)) / mine.size)
+        return Estimate(mean, float(standard_error(misses, mine.size, self.of_frames)))
+
+
+def standard_error(misses: NDArray[Any], objects: ArrayLike, of_frames: int) -> Doubles:
+    """Return the standard errors of means over objects (...) of sampled frames: 0 where all frames were used.
+
+    misses (sampled frames, ...): what the values of a frame's objects miss the mean by, added up. Objects of a frame
+    are not independent, so frames are what was drawn: a ratio of two totals over frames, linearised (Cochran,
+    Sampling Techniques, 1977, chapter 6), with the correction for a finite number of frames.
+    """
+    used = len(misses)
+    if used == of_frames or used < 2:
+        return np.zeros(misses.shape[1:])
+    spread = (misses**2).sum(axis=0) / (used - 1)
+    return np.asarray(np.sqrt(spread * (1.0 - used / of_frames) * used) / objects)
 
 
 def scores_of(

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.targets.quantities import EVERYBODY, SECTORS, WHO, Cells, Quantity, Rose, Table
-from riglens.core.targets.scores import TargetScores, ring_edges_m
+from riglens.core.targets.scores import TargetScores, ring_edges_m, standard_error
 from riglens.core.targets.traffic import Traffic
 
 Doubles = NDArray[np.float64]
@@ -106,16 +106,13 @@ class _Sample:
     frames: int
 
     def means(self, values: Doubles) -> tuple[Doubles, Doubles]:
-        """Means of values (k,) by group, and their standard errors as in `riglens.core.targets.scores`."""
+        """Means of values (k,) by group, and their standard errors."""
         count = np.bincount(self.group, minlength=self.groups).astype(np.float64)
         count[count == 0.0] = math.nan
         mean = np.bincount(self.group, values, self.groups) / count
-        if self.used == self.frames or self.used < 2:
-            return mean, np.zeros(self.groups)
         place = self.frame * self.groups + self.group
         misses = np.bincount(place, values - mean[self.group], self.used * self.groups)
-        spread = (misses.reshape(self.used, self.groups) ** 2).sum(axis=0) / (self.used - 1)
-        se = np.sqrt(spread * (1.0 - self.used / self.frames) * self.used) / count
+        se = standard_error(misses.reshape(self.used, self.groups), count, self.frames)
         return mean, np.nan_to_num(se, nan=0.0)
 
 
