@@ -3,6 +3,7 @@
 #   make run      open the window (without a display: scores in the terminal, files under out/)
 #   make test     the whole test suite, headless
 #   make slow     the tests that take minutes
+#   make test-detect  what needs PyTorch, with its CPU build (190 MB to fetch, 700 MB in .venv)
 #   make fuzz     broken input for everything that reads (FUZZ="--count 1000000 --seed 2"), crashes kept in out/fuzz
 #   make stress   the test suite on a computer with four times more work than processors
 #   make bench    speed and memory against yardsticks, into out/bench.json (BENCH="--quick --only edit")
@@ -15,7 +16,7 @@ PYTHON := .venv/bin/python
 WHOLE_SUITE := -m "not slow" -n logical --maxprocesses 4 --dist worksteal
 TEST_HELPERS = $(shell find tests -name "*.py" ! -name "test_*.py")
 .DEFAULT_GOAL := help
-.PHONY: help setup setup-dev run test slow fuzz stress bench check format clean
+.PHONY: help setup setup-dev run test test-detect slow fuzz stress bench check format clean
 
 help:
 	@sed -n 's/^#   make/  make/p' Makefile
@@ -31,6 +32,10 @@ run: setup
 
 test: setup-dev
 	@$(PYTHON) -m pytest $(WHOLE_SUITE)
+
+test-detect: setup-dev
+	@$(PYTHON) -c "import torch" 2>/dev/null || $(PYTHON) tools/install_torch.py
+	@$(PYTHON) -m pytest tests/core/detect
 
 stress: setup-dev
 	@$(PYTHON) tools/beside_spinners.py $(PYTHON) -m pytest $(WHOLE_SUITE)

@@ -1,0 +1,310 @@
+"""The detector: a small U-Net over pillars that marks the centres of road users. The one module that knows PyTorch.
+
+PyTorch is an extra; it is imported when it is needed, and `require_torch` says what to install. Training on the CPU
+is the same to the last bit for the same seed, samples and machine: one thread, deterministic algorithms, and no draw
+but from the seed.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from riglens.core.detect.pillars import ACROSS_X, ACROSS_Y, FEATURES, Region, Sample, Samples, wanted
+from riglens.core.detect.precision import Detections
+from riglens.core.errors import InputError
+from riglens.core.scene.boxes import CLASSES
+
+Device = Literal["cpu", "cuda"]
+State = dict[str, NDArray[Any]]
+"""All that training goes on from: weights, running means, moments of the optimiser, and how far it is."""
+
+WIDTHS = (16, 32, 64)
+_ANSWERS = len(CLASSES) + 2
+_MOST_PER_CLASS, _LEAST_SCORE = 50, 0.02
+_APART_CELLS = (5, 3, 3)
+"""A peak is the highest of so many cells of the answer across, of car, bicycle and pedestrian."""
+
+
+@dataclass(frozen=True)
+class Training:
+    """How to train: passes over the samples, samples per step, highest learning rate, and the seed of all draws."""
+
+    epochs: int = 12
+    batch: int = 8
+    rate: float = 4e-3
+    seed: int = 0
+
+
+@dataclass(frozen=True)
+class Machine:
+    """What it is computed on: never mixed in one comparison. bf16: whether products are taken in 16 bits."""
+
+    device: Device
+    bf16: bool
+    torch: str
+
+
+def require_torch() -> Any:
+    """Return the module torch; raise InputError that says what to install where it is missing."""
+    try:
+        import torch
+    except ImportError:
+        raise InputError(
+            "training a detector needs PyTorch; install it with: pip install 'riglens[detect]' "
+            "(without a GPU: pip install torch --index-url https://download.pytorch.org/whl/cpu)"
+        ) from None
+    return torch
+
+
+def machine(device: Device | None = None) -> Machine:
+    """What there is: CUDA where it is and not refused; products in 16 bits where the processor has them."""
+    torch = require_torch()
+    found = device or ("cuda" if torch.cuda.is_available() else "cpu")
+    if found == "cuda" and not torch.cuda.is_available():
+        raise InputError("--device: found cuda, accepted is cpu: PyTorch finds no CUDA here")
+    has_bf16 = getattr(torch.cpu, "_is_avx512_bf16_supported", lambda: False)  # not promised by PyTorch
+    return Machine(found, found == "cpu" and bool(has_bf16()), str(torch.__version__))
+
+
+def use_one_thread() -> None:
+    """Make this process compute with one thread and the same way each time; for a process of its own."""
+    os.environ.setdefault("CUBLAS_WORKSPACE_CONFIG", ":4096:8")
+    torch = require_torch()
+    torch.set_num_threads(1)
+    torch.use_deterministic_algorithms(True)
+
+
+def weight_count() -> int:
+    """How many weights the net has."""
+    return sum(weight.numel() for weight in _net(0).parameters())
+
+
+def train(
+    sets: Sequence[Samples],
+    region: Region,
+    training: Training,
+    on: Machine,
+    state: State | None = None,
+    after_epoch: Callable[[State], None] | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> State:
+    """Train one net on all samples of all sets and return it; `state`: where an interrupted training goes on.
+
+    after_epoch is given the state after each pass; progress the share done, and may raise to cancel.
+    """
+    run = _Run(sets, region, training, on)
+    if state is not None:
+        run.restore(state)
+    while run.epoch < training.epochs:
+        run.pass_over(progress)
+        if after_epoch is not None:
+            after_epoch(run.state())
+    return run.state()
+
+
+def detect(state: Mapping[str, NDArray[Any]], samples: Samples, region: Region, on: Machine) -> Detections:
+    """What a trained net finds in all samples, frames numbered by their place among them."""
+    torch = require_torch()
+    net = _net(0)
+    weights = net.state_dict()
+    net.load_state_dict({name: torch.from_numpy(state[f"net.{name}"].copy()) for name in weights})
+    net.to(on.device, memory_format=torch.channels_last).eval()
+    found, at_once = [], 16
+    with torch.no_grad():
+        for start in range(0, len(samples), at_once):
+            part = [samples[place] for place in range(start, min(start + at_once, len(samples)))]
+            answer = _answer(net, _images(part, region).to(on.device), on)
+            found.append(_peaks(answer, region, start))
+    empty = Detections(np.zeros(0, np.int64), np.zeros(0, np.uint8), np.zeros((0, 2)), np.zeros(0))
+    frame, cls, centre_m, score = (np.concatenate(column) for column in zip(empty, *found, strict=True))
+    return Detections(frame, cls, centre_m, score)
+
+
+class _Run:
+    """A training under way."""
+
+    def __init__(self, sets: Sequence[Samples], region: Region, training: Training, on: Machine) -> None:
+        self.torch = torch = require_torch()
+        self.sets, self.region, self.training, self.on = sets, region, training, on
+        self.net = _net(training.seed).to(on.device, memory_format=torch.channels_last)
+        self.optimiser = torch.optim.AdamW(self.net.parameters(), lr=training.rate, weight_decay=0.01)
+        self.items = np.array([(s, i) for s, one in enumerate(sets) for i in range(len(one))]).reshape(-1, 2)
+        self.epoch = 0
+
+    def pass_over(self, progress: Callable[[float], None] | None) -> None:
+        """One epoch: every sample once, in an order and mirrored as its own draws say."""
+        rng = np.random.default_rng((self.training.seed, self.epoch))
+        order = self.items[rng.permutation(len(self.items))]
+        mirrors = rng.integers(0, 4, len(order))
+        steps = range(0, len(order), self.training.batch)
+        self.net.train()
+        for number, start in enumerate(steps):
+            chosen = slice(start, start + self.training.batch)
+            done = (self.epoch + number / len(steps)) / self.training.epochs
+            self._step([self.sets[s][i] for s, i in order[chosen].tolist()], mirrors[chosen].tolist(), done)
+            if progress is not None:
+                progress((self.epoch + (number + 1) / len(steps)) / self.training.epochs)
+        self.epoch += 1
+
+    def _step(self, samples: list[Sample], mirrors: list[int], done: float) -> None:
+        for group in self.optimiser.param_groups:
+            group["lr"] = self.training.rate * _rate(done)
+        turned = [
+            _mirrored(sample, mirror, self.region) for sample, mirror in zip(samples, mirrors, strict=True)
+        ]
+        images = _images(turned, self.region).to(self.on.device)
+        loss = _loss(_answer(self.net, images, self.on), turned, self.region)
+        self.optimiser.zero_grad()
+        loss.backward()
+        self.torch.nn.utils.clip_grad_norm_(self.net.parameters(), 10.0)
+        self.optimiser.step()
+
+    def state(self) -> State:
+        """All that is needed to go on, as arrays."""
+        state: State = {"epoch": np.array(self.epoch)}
+        for name, value in self.net.state_dict().items():
+            state[f"net.{name}"] = value.cpu().numpy().copy()
+        for number, moments in self.optimiser.state_dict()["state"].items():
+            for name, value in moments.items():
+                state[f"optimiser.{number}.{name}"] = value.cpu().numpy().copy()
+        return state
+
+    def restore(self, state: State) -> None:
+        """Go on from a state of `state`."""
+        tensor = self.torch.from_numpy
+        self.epoch = int(state["epoch"])
+        self.net.load_state_dict(
+            {name: tensor(state[f"net.{name}"].copy()) for name in self.net.state_dict()}
+        )
+        held: dict[int, dict[str, Any]] = {}
+        for key, value in state.items():
+            kind, _, rest = key.partition(".")
+            if kind == "optimiser":
+                number, _, name = rest.partition(".")
+                held.setdefault(int(number), {})[name] = tensor(value.copy())
+        self.optimiser.load_state_dict(self.optimiser.state_dict() | {"state": held})
+
+
+def _rate(done: float) -> float:
+    """Share of the highest learning rate: up over the first tenth, then down along a cosine."""
+    if done < 0.1:
+        return 0.1 + 9.0 * done
+    return float(0.5 + 0.5 * np.cos(np.pi * (done - 0.1) / 0.9)) + 1e-3
+
+
+def _net(seed: int) -> Any:
+    """A new net; its first weights are drawn from the seed."""
+    torch = require_torch()
+    nn = torch.nn
+    with torch.random.fork_rng(devices=[]):
+        torch.manual_seed(seed)
+        a, b, c = WIDTHS
+        net = nn.ModuleDict(
+            {
+                "near": nn.Sequential(*_block(nn, FEATURES, a, 2), *_block(nn, a, a)),
+                "wide": nn.Sequential(*_block(nn, a, b, 2), *_block(nn, b, b)),
+                "far": nn.Sequential(*_block(nn, b, c, 2), *_block(nn, c, c), *_block(nn, c, c)),
+                "up_wide": nn.ConvTranspose2d(c, b, 2, 2),
+                "join_wide": nn.Sequential(*_block(nn, 2 * b, b)),
+                "up_near": nn.ConvTranspose2d(b, a, 2, 2),
+                "join_near": nn.Sequential(*_block(nn, 2 * a, b)),
+                "head": nn.Conv2d(b, _ANSWERS, 1),
+            }
+        )
+        nn.init.constant_(net["head"].bias[: len(CLASSES)], -4.0)  # almost no cell is a centre
+    return net
+
+
+def _block(nn: Any, into: int, out: int, stride: int = 1) -> tuple[Any, ...]:
+    return nn.Conv2d(into, out, 3, stride, 1, bias=False), nn.BatchNorm2d(out), nn.ReLU(inplace=True)
+
+
+def _answer(net: Any, images: Any, on: Machine) -> Any:
+    """What the net says to images (n, FEATURES, x, y): (n, classes and two places, x / 2, y / 2), single precision."""
+    torch = require_torch()
+    with torch.autocast(on.device, torch.bfloat16, enabled=on.bf16):
+        near = net["near"](images)
+        wide = net["wide"](near)
+        wide = net["join_wide"](torch.cat([net["up_wide"](net["far"](wide)), wide], 1))
+        near = net["join_near"](torch.cat([net["up_near"](wide), near], 1))
+        return net["head"](near).float()
+
+
+def _images(samples: Sequence[Sample], region: Region) -> Any:
+    """Samples as images, channels last in memory."""
+    torch = require_torch()
+    rows, columns = region.shape
+    images = np.zeros((len(samples), rows * columns, FEATURES), np.float32)
+    for image, sample in zip(images, samples, strict=True):
+        image[sample.cell] = sample.features
+    return torch.from_numpy(images.reshape(len(samples), rows, columns, FEATURES)).permute(0, 3, 1, 2)
+
+
+def _mirrored(sample: Sample, mirror: int, region: Region) -> Sample:
+    """The sample with x (bit 1) and y (bit 0) mirrored."""
+    if not mirror:
+        return sample
+    rows, columns = region.shape
+    row, column = np.divmod(sample.cell, columns)
+    features, centre_m = sample.features.copy(), sample.centre_m.copy()
+    if mirror & 2:
+        row, features[:, ACROSS_X], centre_m[:, 0] = (
+            rows - 1 - row, -features[:, ACROSS_X], np.nextafter(-centre_m[:, 0], -np.inf)
+        )  # fmt: skip
+    if mirror & 1:
+        column, features[:, ACROSS_Y], centre_m[:, 1] = (
+            columns - 1 - column, -features[:, ACROSS_Y], np.nextafter(-centre_m[:, 1], -np.inf)
+        )  # fmt: skip
+    return sample._replace(cell=row * columns + column, features=features, centre_m=centre_m)
+
+
+def _loss(answer: Any, samples: Sequence[Sample], region: Region) -> Any:
+    """Focal loss on peaks and absolute error of places, as in CenterNet (Zhou et al., Objects as Points, 2019)."""
+    torch = require_torch()
+    parts = [wanted(sample, region) for sample in samples]
+    peaks = torch.from_numpy(np.stack([part[0] for part in parts])).to(answer.device)
+    said = torch.clamp(torch.sigmoid(answer[:, : len(CLASSES)]), 1e-4, 1.0 - 1e-4)
+    centre = peaks == 1.0
+    right = torch.where(centre, torch.log(said) * (1.0 - said) ** 2, 0.0)
+    wrong = torch.where(centre, 0.0, torch.log(1.0 - said) * said**2 * (1.0 - peaks) ** 4)
+    loss = -(right.sum() + wrong.sum()) / max(1, int(centre.sum()))
+    places = torch.from_numpy(np.concatenate([part[1] for part in parts])).to(answer.device)
+    if not len(places):
+        return loss
+    cells = [place * peaks[0, 0].numel() + part[2] for place, part in enumerate(parts)]
+    where = torch.from_numpy(np.concatenate(cells)).to(answer.device)
+    told = answer[:, len(CLASSES) :].permute(0, 2, 3, 1).reshape(-1, 2)[where]
+    return loss + 2.0 * (told - places).abs().mean()
+
+
+def _peaks(answer: Any, region: Region, first_frame: int) -> tuple[NDArray[Any], ...]:
+    """Frame, class, centre and score of the highest peaks of each class in each frame."""
+    torch = require_torch()
+    scores, columns = torch.sigmoid(answer[:, : len(CLASSES)]), answer.shape[3]
+    places = answer[:, len(CLASSES) :].reshape(len(answer), 2, -1)
+    found = []
+    for cls, apart in enumerate(_APART_CELLS):
+        mine = scores[:, cls]
+        highest = torch.nn.functional.max_pool2d(mine[:, None], apart, 1, apart // 2)[:, 0]
+        peaks = torch.where(mine == highest, mine, 0.0).reshape(len(answer), -1)
+        score, cell = peaks.topk(min(_MOST_PER_CLASS, peaks.shape[1]), dim=1)
+        frame, rank = torch.nonzero(score > _LEAST_SCORE, as_tuple=True)
+        cell, score = cell[frame, rank], score[frame, rank]
+        corner = torch.stack([cell // columns, cell % columns], dim=1)
+        centre = (corner + places[frame, :, cell]).double().cpu().numpy() * (2.0 * region.cell_m)
+        centre -= np.array([region.length_m, region.width_m]) / 2
+        found.append(
+            (
+                frame.cpu().numpy() + first_frame,
+                np.full(len(frame), cls, np.uint8),
+                centre,
+                score.double().cpu().numpy(),
+            )
+        )
+    return tuple(np.concatenate(column) for column in zip(*found, strict=True))

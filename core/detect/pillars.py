@@ -1,0 +1,163 @@
+"""From a sweep to what the detector sees of it: figures per occupied column of the ground; what it shall find.
+
+No torch here: samples are packed as plain arrays, which files hold and processes share.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import NamedTuple, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from riglens.core.scene.boxes import CLASSES
+
+Doubles = NDArray[np.float64]
+Ids = NDArray[np.int64]
+
+SLICES_M = (0.2, 0.6, 1.1, 1.7, 3.0)
+"""Heights between which points of a column are counted apart."""
+FEATURES = 7 + len(SLICES_M) - 1
+ACROSS_X, ACROSS_Y = 5, 6
+"""The features that change their sign in a mirror."""
+_HIGHEST_M = 4.0
+_RADIUS_CELLS = (1.6, 1.0, 0.8)
+"""Width of the peaks that the net learns, of car, bicycle and pedestrian, cells of the answer."""
+
+
+@dataclass(frozen=True)
+class Region:
+    """The ground that is looked at: centred on the car, cells of `cell_m`; the net answers on cells twice as wide."""
+
+    length_m: float = 60.0
+    width_m: float = 40.0
+    cell_m: float = 0.25
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Cells along x and along y."""
+        return round(self.length_m / self.cell_m), round(self.width_m / self.cell_m)
+
+    def holds(self, centre_m: Doubles) -> NDArray[np.bool_]:
+        """Which of centres (n, 2) lie in the region, lower ends included."""
+        half = np.array([self.length_m, self.width_m]) / 2
+        return np.asarray(((centre_m >= -half) & (centre_m < half)).all(axis=1))
+
+    def places(self, centre_m: Doubles) -> Doubles:
+        """Positions (n, 2) in cells from the region's lower corner."""
+        half = np.array([self.length_m, self.width_m]) / 2
+        return np.asarray((centre_m + half) / self.cell_m)
+
+
+class Sample(NamedTuple):
+    """A frame as the net sees it: cell (k,) occupied cells, row by row of x; features (k, FEATURES); and its objects in
+    the region: cls (n,), centre_m (n, 2), points (n,) of LiDARs on each."""
+
+    cell: NDArray[np.int32]
+    features: NDArray[np.float16]
+    cls: NDArray[np.uint8]
+    centre_m: Doubles
+    points: Ids
+
+
+def pillars(
+    points_m: NDArray[np.float32], intensity: NDArray[np.float32], region: Region
+) -> tuple[NDArray[np.int32], NDArray[np.float16]]:
+    """Occupied cells (k,) and their figures (k, FEATURES) of a sweep's points (n, 3) and intensities (n,), 0 to 255.
+
+    The figures: log of the count; highest, lowest and mean height; mean intensity; mean place within the cell across x
+    and y; logs of the counts between SLICES_M. Points above 4 m are left out.
+    """
+    points = points_m.astype(np.float64)
+    inside = region.holds(points[:, :2]) & (points[:, 2] < _HIGHEST_M)
+    points, bright = points[inside], intensity[inside].astype(np.float64)
+    place = region.places(points[:, :2])
+    corner = np.floor(place).astype(np.int64)
+    number = corner[:, 0] * region.shape[1] + corner[:, 1]
+    order = np.argsort(number, kind="stable")
+    cell, start = np.unique(number[order], return_index=True)
+    if not cell.size:
+        return cell.astype(np.int32), np.zeros((0, FEATURES), np.float16)
+    z, within = points[order, 2], (place - corner)[order] - 0.5
+    count = np.diff(np.append(start, len(order))).astype(np.float64)
+    slices = [(z >= low) & (z < high) for low, high in pairwise(SLICES_M)]
+    sums = np.stack([z, bright[order] / 255.0, *within.T, *slices], axis=1)
+    totals = np.add.reduceat(sums, start, axis=0)
+    features = [
+        np.log1p(count) / 4.0,
+        np.maximum.reduceat(z, start) / 2.0,
+        np.minimum.reduceat(z, start) / 2.0,
+        totals[:, 0] / count / 2.0,
+        *(totals[:, 1:4] / count[:, None]).T,
+        *(np.log1p(totals[:, 4:]) / 3.0).T,
+    ]
+    return cell.astype(np.int32), np.stack(features, axis=1).astype(np.float16)
+
+
+def wanted(sample: Sample, region: Region) -> tuple[NDArray[np.float32], NDArray[np.float32], Ids]:
+    """What the net shall answer: peaks (classes, a, b) with 1 at each object that has a point; for the p cells with an
+    object where within its cell it stands, (p, 2), 0 to 1; and these cells (p,).
+
+    Of two objects of any class in one cell the later one says where it stands.
+    """
+    rows, columns = (cells // 2 for cells in region.shape)
+    peaks = np.zeros((len(CLASSES), rows, columns), np.float32)
+    hit = sample.points > 0
+    place = region.places(sample.centre_m[hit]) / 2.0
+    corner = np.floor(place).astype(np.int64)
+    for cls, (row, column) in zip(sample.cls[hit].tolist(), corner.tolist(), strict=True):
+        reach, width = int(np.ceil(3 * _RADIUS_CELLS[cls])), _RADIUS_CELLS[cls]
+        rows_there = np.arange(max(0, row - reach), min(rows, row + reach + 1))
+        columns_there = np.arange(max(0, column - reach), min(columns, column + reach + 1))
+        apart = np.square(rows_there - row)[:, None] + np.square(columns_there - column)
+        there = peaks[cls, rows_there[0] : rows_there[-1] + 1, columns_there[0] : columns_there[-1] + 1]
+        np.maximum(there, np.exp(-apart / (2.0 * width**2)), out=there, casting="same_kind")
+    number = corner[:, 0] * columns + corner[:, 1]
+    cells, last = np.unique(number[::-1], return_index=True)
+    return peaks, (place - corner)[::-1][last].astype(np.float32), cells
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Many samples in a row, as arrays: starts (f + 1,) of their cells, object_starts (f + 1,) of their objects, frame
+    (f,): which frame of the data each is."""
+
+    frame: Ids
+    starts: Ids
+    cell: NDArray[np.int32]
+    features: NDArray[np.float16]
+    object_starts: Ids
+    cls: NDArray[np.uint8]
+    centre_m: Doubles
+    points: Ids
+
+    @classmethod
+    def of(cls, frames: Iterable[int], samples: Iterator[Sample]) -> Self:
+        """Pack samples, one for each of the frames."""
+        held = list(samples)
+        ends = np.cumsum([0, *(len(one.cell) for one in held)])
+        object_ends = np.cumsum([0, *(len(one.cls) for one in held)])
+        nothing = Sample(
+            np.zeros(0, np.int32), np.zeros((0, FEATURES), np.float16), np.zeros(0, np.uint8), np.zeros((0, 2)),
+            np.zeros(0, np.int64),
+        )  # fmt: skip
+        columns = [np.concatenate(parts) for parts in zip(nothing, *held, strict=True)]
+        cell, features, kinds, centre_m, points = columns
+        return cls(np.array(list(frames)), ends, cell, features, object_ends, kinds, centre_m, points)
+
+    def __len__(self) -> int:
+        return len(self.frame)
+
+    def __getitem__(self, place: int) -> Sample:
+        cells = slice(*self.starts[place : place + 2])
+        objects = slice(*self.object_starts[place : place + 2])
+        return Sample(
+            self.cell[cells],
+            self.features[cells],
+            self.cls[objects],
+            self.centre_m[objects],
+            self.points[objects],
+        )
