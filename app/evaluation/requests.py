@@ -16,6 +16,7 @@ if TYPE_CHECKING:  # made by the background thread, which loads what computes th
     from riglens.core.engine.sight import Sight
     from riglens.core.metric.entropy import EntropyField
     from riglens.core.metric.voxel import Voxel, VoxelFacts
+    from riglens.core.scene.columns import Words
     from riglens.core.study.voxel_choice import VoxelChoice
     from riglens.core.vehicle.mesh import BodyMesh
     from riglens.core.view.outlook import Gap
@@ -79,7 +80,10 @@ class PickedVoxel:
 
 @dataclass(frozen=True)
 class Result:
-    """The exact answer to one request: scores now and of the baseline, heatmap and map to draw, the picked voxel."""
+    """The exact answer to one request: scores now and of the baseline, heatmap and map to draw, the picked voxel.
+
+    `baseline_seen` are words of the voxels that the baseline sees, where the heatmap shows changes.
+    """
 
     request: EvaluationRequest
     scene: LoadedScene
@@ -88,6 +92,7 @@ class Result:
     heatmap: HeatmapData | None
     top_view: TopView | None = None
     picked: PickedVoxel | None = None
+    baseline_seen: Words | None = None
 
 
 @dataclass(frozen=True)

@@ -103,7 +103,9 @@ class Scoring:
             replace(marks, baseline=baseline.seen, baseline_name=baseline.rig.name),
         )
         top_view = self._top_view(request, evaluation)
-        return Result(request, self.scene, evaluation, baseline.scores, heatmap, top_view, picked)
+        return Result(
+            request, self.scene, evaluation, baseline.scores, heatmap, top_view, picked, baseline.seen
+        )
 
     def _keep_mesh(self, request: EvaluationRequest) -> None:
         """Remember the mesh of a body: the baseline and rigs beside it stand on the same car, as a rule."""

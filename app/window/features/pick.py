@@ -78,16 +78,23 @@ class Pick(Feature):
         )
         ray = (cell.ray.origin_m, cell.ray.direction)
         pog = scene.heatmaps.display.pog
-        self.session.pick(voxel_in_cell(pog, cls, cell.centre_m, cell.cell_m, ray, self._meant()))
+        self.session.pick(voxel_in_cell(pog, cls, cell.centre_m, cell.cell_m, ray, self._meant(cell)))
 
-    def _meant(self) -> Words | None:
-        """The voxels that a click on the heatmap as it is drawn may mean; None when any may be meant."""
-        if self._drawn is None or self._drawn.request.heat not in ("seen", "unseen"):
+    def _meant(self, cell: PickedCell) -> Words | None:
+        """The voxels that a click on a cell as it is drawn may mean; None when any may be meant."""
+        drawn = self._drawn
+        if drawn is None or drawn.request.heat not in ("seen", "unseen", "change"):
             return None
         from riglens.app.evaluation.heatmap import seen_words
 
-        seen = seen_words(self._drawn.evaluation)
-        return seen if self._drawn.request.heat == "seen" else ~seen
+        seen = seen_words(drawn.evaluation)
+        if drawn.request.heat != "change":
+            return seen if drawn.request.heat == "seen" else ~seen
+        assert drawn.heatmap is not None and drawn.baseline_seen is not None
+        is_lost = (
+            drawn.heatmap.values[cell.row] < 0
+        )  # what outweighs in the cell, and has given it its colour
+        return ~seen & drawn.baseline_seen if is_lost else seen & ~drawn.baseline_seen
 
     def _show_voxel(self) -> None:
         """Point the voxel out; what is known about it comes with the next answer."""

@@ -18,6 +18,7 @@ from riglens.app.window.features.views import LONGEST_NAME, MOST_SAVED, SAVED_KE
 from riglens.app.window.settings import Settings
 from riglens.widgets.drawing.camera import OrbitCamera, ViewRay
 from riglens.widgets.heatmap.pick import PickedCell
+from riglens.widgets.heatmap.scale import HeatmapData
 from tests.app.window.desk import FullDesk, full_desk
 from tests.app.window_bench import CAMERA, LIDAR, RIG
 
@@ -128,10 +129,10 @@ def test_frame_all_has_nothing_to_say_when_all_are_near(bench: FullDesk) -> None
     assert bench.workbench.status.currentMessage() == ""
 
 
-@pytest.mark.parametrize(("mode", "meant"), [("unseen", [~1, ~2]), ("seen", [1, 2]), ("entropy", None)])
-def test_a_click_means_a_voxel_of_the_kind_that_is_drawn(
-    bench: FullDesk, monkeypatch: pytest.MonkeyPatch, mode: str, meant: list[int] | None
-) -> None:
+def click_means(
+    bench: FullDesk, monkeypatch: pytest.MonkeyPatch, mode: str, **fields: Any
+) -> list[int] | None:
+    """Words of the voxels that a click on the first cell may mean, None for any; voxels 0 and 65 are seen."""
     asked: list[Any] = []
     monkeypatch.setattr("riglens.core.metric.voxel.voxel_in_cell", lambda *given: asked.append(given[-1]))
     bench.load()
@@ -141,13 +142,34 @@ def test_a_click_means_a_voxel_of_the_kind_that_is_drawn(
     known = {
         name: getattr(result.evaluation, name) for name in ("scores", "settings", "threads", "elapsed_ms")
     }
-    bench.workbench.answers.take(replace(result, evaluation=SimpleNamespace(**known, **seen)))
+    evaluation: Any = SimpleNamespace(**known, **seen)
+    bench.workbench.answers.take(replace(result, evaluation=evaluation, **fields))
     centre = np.array([0.25, 0.25, 0.75])
     down = ViewRay(centre + np.array([0.0, 0.0, 9.0]), np.array([0.0, 0.0, -1.0]))
     bench.viewport.cell_picked.emit(PickedCell(0, centre, 0.5, down))
-    assert len(asked) == 1 and (asked[0] is None) == (meant is None)
-    if meant is not None:
-        assert [int(word) for word in asked[0]] == [word % 2**64 for word in meant]
+    (words,) = asked
+    return None if words is None else [int(word) for word in words]
+
+
+@pytest.mark.parametrize(("mode", "meant"), [("unseen", [~1, ~2]), ("seen", [1, 2]), ("entropy", None)])
+def test_a_click_means_a_voxel_of_the_kind_that_is_drawn(
+    bench: FullDesk, monkeypatch: pytest.MonkeyPatch, mode: str, meant: list[int] | None
+) -> None:
+    wanted = meant if meant is None else [word % 2**64 for word in meant]
+    assert click_means(bench, monkeypatch, mode) == wanted
+
+
+@pytest.mark.parametrize(("net", "meant"), [(3.0, [1, 0]), (-3.0, [0, 4])])
+def test_a_click_on_a_change_means_a_voxel_that_is_gained_or_lost_as_its_cell_is(
+    bench: FullDesk, monkeypatch: pytest.MonkeyPatch, net: float, meant: list[int]
+) -> None:
+    cells = HeatmapData(
+        np.array([[0.25, 0.25, 0.75]], np.float32), 0.5, np.array([net], np.float32), "Gained and lost", "nat",
+        0.0, 5.0, scale="change",
+    )  # fmt: skip
+    before = np.array([0, 6], np.uint64)  # voxel 65 was seen before, too, and 66 no longer is
+    found = click_means(bench, monkeypatch, "change", heatmap=cells, baseline_seen=before)
+    assert found == meant
 
 
 @pytest.mark.parametrize(("known", "new"), [([], "View 1"), (["View 1", "a"], "View 2")])
