@@ -80,6 +80,7 @@ HOUSE = (
         "#fff8e1",
         (
             (Room("study", "measuring methods, rigs and grids"),),
+            (Room("simulate", "sweeps, with clutter, ground and noise"),),
             (
                 Room("engine", "edits, exact to the last bit", 4),
                 Room("targets", "points on road users"),

@@ -54,7 +54,7 @@ def _count_rays(
             if beams.turns and traffic.is_glass[part]:
                 owner[slot] = -1
                 continue
-            if beams.ends.size > 0 and _is_stopped(beams, row, slot, inverse[slot]):
+            if beams.ends.size > 0 and is_stopped(beams, row, slot, inverse[slot]):
                 owner[slot] = -1
                 continue
             ends[box - first] += 1
@@ -65,7 +65,7 @@ def _count_rays(
 
 
 @lean_inlined
-def _is_stopped(beams: Beams, row: int, slot: int, inverse: float) -> bool:
+def is_stopped(beams: Beams, row: int, slot: int, inverse: float) -> bool:
     """Whether the car's own body stops a ray before it gets where it went."""
     column = slot % beams.columns
     x, y, z = local_direction(beams, slot // beams.columns, column)
@@ -122,20 +122,26 @@ def table_mask(keys: int) -> int:
 
 
 @lean_inlined
-def _returns(
-    traffic: Traffic, beams: Beams, part: int, start: Direction, along: Direction, t: float, chance: float
-) -> bool:
-    """Whether a ray comes back from a part that it enters at t metres, against a chance in [0, 1)."""
+def cosine_of(traffic: Traffic, part: int, start: Direction, along: Direction) -> float:
+    """Cosine of the angle between a ray, in the axes of an object, and the normal of the face by which it enters a
+    part; 1 for a ray that starts inside."""
     offset, half = traffic.offsets[part], traffic.part_halves[part]
-    last, square = -np.inf, 1.0
+    last, cosine = -np.inf, 1.0
     for axis in range(3):
         s = abs(start[axis] - offset[axis]) - half[axis]
         if s > 0.0:  # the face entered is the one that is reached last
             at = s / abs(along[axis])
             if at > last:
-                last, square = at, abs(along[axis])
-    limit = beams.law[traffic.cls[traffic.box_of[part]]] * np.sqrt(square)
-    return bool(chance < 1.0 / (1.0 + np.exp((t / limit - 1.0) / beams.law[3])))
+                last, cosine = at, abs(along[axis])
+    return float(cosine)
+
+
+@lean_inlined
+def is_returned(t: float, half_m: float, width: float, cosine: float, chance: float) -> bool:
+    """Whether a ray comes back from a face at t metres, against a chance in [0, 1); half_m: where half of them would
+    from one that looks at the sensor; width: of the logistic, relative to that."""
+    limit = half_m * np.sqrt(cosine)
+    return bool(chance < 1.0 / (1.0 + np.exp((t / limit - 1.0) / width)))
 
 
 @lean
@@ -158,7 +164,8 @@ def _note_cells(
         if beams.law.size > 0:
             ray = beams.row_of[row] * beams.columns + beams.column_of[column]
             chance = unit(mixed(key, np.uint64(ray)))
-            if not _returns(traffic, beams, canvas.owner[slot], start, along, t, chance):
+            cosine = cosine_of(traffic, canvas.owner[slot], start, along)
+            if not is_returned(t, beams.law[traffic.cls[box]], beams.law[3], cosine, chance):
                 continue
         points += 1
         cell = cell_key(start, along, t)
@@ -169,7 +176,7 @@ def _note_cells(
 
 
 @lean
-def _wipe(columns: int, canvas: Canvas) -> None:
+def wipe(columns: int, canvas: Canvas) -> None:
     """Leave the canvas empty."""
     for place in range(canvas.spans.shape[0]):
         base = place * columns
@@ -206,7 +213,7 @@ def _cast_frame(
                 )
                 found[box, RAYS], found[box, CELLS] = points, own
                 number += own
-    _wipe(beams.columns, canvas)
+    wipe(beams.columns, canvas)
     return number
 
 

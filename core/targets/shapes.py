@@ -5,7 +5,9 @@ All figures are our choice, in shares of the box; the fitted ones are told in do
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -58,11 +60,16 @@ def parts_of(shape: Shape, cls: NDArray[np.uint8], size_m: Doubles) -> Parts:
     if shape == "class":
         kind = np.array([1, 3, 4, 0])[cls]  # what is no road user is what it is
         kind[(cls == 0) & (size_m[:, 2] >= TALL_M)] = 2
-    number = np.array([len(parts) for parts in SHAPES])[kind]
+    return parts_by_kind(SHAPES, kind, size_m)
+
+
+def parts_by_kind(shapes: Sequence[tuple[Part, ...]], kind: NDArray[np.int64], size_m: Doubles) -> Parts:
+    """Parts of boxes of kinds (n,), places in `shapes`, and sizes (n, 3) in metres."""
+    number = np.array([len(parts) for parts in shapes])[kind]
     starts = np.concatenate([[0], np.cumsum(number)])
-    box = np.repeat(np.arange(len(cls)), number)
+    box = np.repeat(np.arange(len(kind)), number)
     place = np.arange(len(box)) - starts[box]
-    bounds, glass = _tables()
+    bounds, glass = _tables(tuple(shapes))
     low, high = bounds[kind[box], place, :, 0], bounds[kind[box], place, :, 1]
     half = size_m[box] / 2.0
     return Parts(
@@ -74,11 +81,12 @@ def parts_of(shape: Shape, cls: NDArray[np.uint8], size_m: Doubles) -> Parts:
     )
 
 
-def _tables() -> tuple[Doubles, NDArray[np.bool_]]:
+@lru_cache(maxsize=8)
+def _tables(shapes: tuple[tuple[Part, ...], ...]) -> tuple[Doubles, NDArray[np.bool_]]:
     """Bounds (shapes, parts, 3, 2) and which parts are glass (shapes, parts)."""
-    most = max(len(parts) for parts in SHAPES)
-    bounds, glass = np.zeros((len(SHAPES), most, 3, 2)), np.zeros((len(SHAPES), most), np.bool_)
-    for number, parts in enumerate(SHAPES):
+    most = max(len(parts) for parts in shapes)
+    bounds, glass = np.zeros((len(shapes), most, 3, 2)), np.zeros((len(shapes), most), np.bool_)
+    for number, parts in enumerate(shapes):
         for place, part in enumerate(parts):
             bounds[number, place] = part.x, part.y, part.z
             glass[number, place] = part.is_glass

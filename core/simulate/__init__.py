@@ -1,0 +1,1 @@
+"""Simulated sweeps, pictures and labels of a rig in traffic."""

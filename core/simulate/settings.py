@@ -1,0 +1,74 @@
+"""What is assumed when a rig's sweeps are simulated."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+from riglens.core.errors import InputError
+from riglens.core.metric.scores import Body
+from riglens.core.targets.settings import Phase, TargetSettings
+from riglens.core.targets.shapes import Shape
+
+GroundKind = Literal["uneven", "flat", "none"]
+MOST_CLUTTER = 2000
+MOST_NOISE_M = 10.0
+
+
+@dataclass(frozen=True)
+class SimulationSettings:
+    """How sweeps come about; all numbers are our choice.
+
+    seed, shape, range_law, phase, body: as in `riglens.core.targets.settings.TargetSettings`, with the same draws.
+    noise_m: standard deviation of a range, metres. dropout: share of returns that get lost, whatever they are on.
+    clutter: bushes, bins, poles, walls... that stand in a frame within 60 m, on average before those that would stand
+    in a road user are left out; the same for every rig. ground: with waves of a few centimetres, flat, or none.
+    """
+
+    seed: int = 0
+    shape: Shape = "class"
+    range_law: bool = True
+    phase: Phase = "random"
+    noise_m: float = 0.02
+    dropout: float = 0.05
+    clutter: int = 60
+    ground: GroundKind = "uneven"
+    body: Body = "ignored"
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.seed < 1 << 63:
+            raise InputError(f"--seed: found {self.seed}, accepted is a whole number from 0 up to 2^63 - 1")
+        if not 0.0 <= self.noise_m <= MOST_NOISE_M:
+            raise InputError(
+                f"--noise: found {self.noise_m:g}, accepted are metres from 0 to {MOST_NOISE_M:g}"
+            )
+        if not 0.0 <= self.dropout < 1.0 or math.isnan(self.dropout):
+            raise InputError(f"--dropout: found {self.dropout:g}, accepted is a share from 0 up to below 1")
+        if not 0 <= self.clutter <= MOST_CLUTTER:
+            raise InputError(
+                f"--clutter: found {self.clutter}, accepted is a whole number from 0 to {MOST_CLUTTER}"
+            )
+
+    def targets(self) -> TargetSettings:
+        """The same for the counting of points on road users."""
+        return TargetSettings(self.shape, self.range_law, self.phase, self.seed, body=self.body)
+
+    def as_dict(self) -> dict[str, object]:
+        """The settings as plain data."""
+        return {
+            "seed": self.seed,
+            "shape": self.shape,
+            "range_law": self.range_law,
+            "phase": self.phase,
+            "noise_m": self.noise_m,
+            "dropout": self.dropout,
+            "clutter": self.clutter,
+            "ground": self.ground,
+            "body": self.body,
+        }
+
+
+USUAL_SIMULATION = SimulationSettings()
+BARE = SimulationSettings(noise_m=0.0, dropout=0.0, clutter=0, ground="none")
+"""Nothing but road users: as many points on them as the targets engine counts."""

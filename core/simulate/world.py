@@ -1,0 +1,161 @@
+"""Everything that stands in one frame, the same for every rig: road users, what was given around them, clutter, ground.
+
+Draws depend on the seed and the number of the frame alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from riglens.core.kernels.nearest import Traffic as Boxes
+from riglens.core.kernels.sweeps import Looks, Surface
+from riglens.core.simulate.clutter import KINDS, Clutter, Footprints, scattered
+from riglens.core.simulate.settings import SimulationSettings
+from riglens.core.targets.shapes import Parts, Shape, parts_by_kind, parts_of
+from riglens.core.targets.traffic import NO_CLASS, Traffic
+
+Doubles = NDArray[np.float64]
+WAVES_M = ((6.0, 12.0), (12.0, 25.0), (25.0, 50.0))
+"""Shortest and longest of each wave of the ground; our choice, as the heights."""
+WAVE_HEIGHT_M = (0.01, 0.04)
+BRIGHT, ROAD_BRIGHT = (10.0, 130.0), 25.0
+"""Intensity at a right angle, drawn for each thing from the same range: it tells nothing of its class."""
+NEAR_M, FEWEST = 60.0, 3
+"""The ground lies at the median of the bottoms of road users so near, where there are so many."""
+
+
+@dataclass(frozen=True)
+class TrueBoxes:
+    """Road users of a frame, n of them, in the order of the data: cls (n,) uint8 index into CLASSES; centre_m, size_m
+    (n, 3) metres, vehicle frame; rotation (n, 3, 3) box to vehicle frame; row (n,) place in the data."""
+
+    cls: NDArray[np.uint8]
+    centre_m: Doubles
+    size_m: Doubles
+    rotation: Doubles
+    row: NDArray[np.int64]
+
+    @property
+    def yaw_rad(self) -> Doubles:
+        """Where they look, (n,), positive to the left."""
+        return np.arctan2(self.rotation[:, 1, 0], self.rotation[:, 0, 0])
+
+    @property
+    def distance_m(self) -> Doubles:
+        """Distance (n,) from the vehicle frame's origin to each centre along the ground."""
+        return np.hypot(self.centre_m[:, 0], self.centre_m[:, 1])
+
+
+class World(NamedTuple):
+    """A frame for the kernels: `boxes`, road users first; what they are like; the ground; `kind` (n,) of each box
+    beyond the road users: place in KINDS, -1 for what was given."""
+
+    boxes: Boxes
+    looks: Looks
+    surface: Surface
+    kind: NDArray[np.int64]
+
+
+class Worlds:
+    """The frames of traffic, by their number in the data, as a seed and settings make them."""
+
+    def __init__(self, traffic: Traffic, settings: SimulationSettings) -> None:
+        self.traffic, self.settings = traffic, settings
+        self._place = np.argsort(traffic.frame, kind="stable")
+
+    @property
+    def frames(self) -> int:
+        """Number of frames."""
+        return self.traffic.frames
+
+    def truth(self, frame: int) -> TrueBoxes:
+        """The road users of a frame."""
+        _, users = self._places(frame)
+        t = self.traffic
+        return TrueBoxes(t.cls[users], t.centre_m[users], t.size_m[users], t.rotation[users], t.row[users])
+
+    def world(self, frame: int) -> World:
+        """All of a frame."""
+        given, users = self._places(frame)
+        rng = np.random.default_rng([self.settings.seed, frame])
+        surface = _surface(rng, self.settings, self._height(users))
+        clutter = scattered(rng, self.settings.clutter, self._footprints(users))
+        stands = _standing(clutter, surface)
+        t, number = self.traffic, given.stop - given.start + len(clutter.kind)
+        parts, soft = _parts(self.settings.shape, t.cls[given], t.size_m[given], clutter)
+        boxes = Boxes(
+            np.array([0, number]),
+            np.concatenate([t.centre_m[given], stands]),
+            np.concatenate([t.size_m[given], clutter.size_m]) / 2.0,
+            np.concatenate([t.rotation[given], clutter.rotation()]),
+            np.ones(number, np.bool_),
+            np.concatenate([t.cls[given], np.full(len(clutter.kind), NO_CLASS, np.uint8)]),
+            *parts,
+        )
+        bright = rng.uniform(*BRIGHT, number)
+        kind = np.concatenate([np.full(given.stop - users.stop, -1), clutter.kind])
+        return World(boxes, Looks(users.stop - users.start, soft, bright, ROAD_BRIGHT), surface, kind)
+
+    def _places(self, frame: int) -> tuple[slice, slice]:
+        """Where a frame's boxes are, and where the road users are that stand first among them."""
+        if not 0 <= frame < self.frames:
+            raise IndexError(f"frame {frame} of {self.frames}")
+        place = self._place[frame]
+        first, end = int(self.traffic.starts[place]), int(self.traffic.starts[place + 1])
+        users = first + int(np.count_nonzero(self.traffic.cls[first:end] != NO_CLASS))
+        return slice(first, end), slice(first, users)
+
+    def _height(self, users: slice) -> float:
+        """Where the ground lies on average, metres."""
+        t = self.traffic
+        near = t.distance_m[users] <= NEAR_M
+        if np.count_nonzero(near) < FEWEST:
+            return 0.0
+        return float(np.median(t.centre_m[users][near, 2] - t.size_m[users][near, 2] / 2.0))
+
+    def _footprints(self, users: slice) -> Footprints:
+        t = self.traffic
+        ahead = t.rotation[users][:, :2, 0]
+        length = np.maximum(np.hypot(ahead[:, 0], ahead[:, 1]), 1e-9)[:, None]
+        return Footprints(t.centre_m[users][:, :2], t.size_m[users][:, :2] / 2.0, ahead / length)
+
+
+def _surface(rng: np.random.Generator, settings: SimulationSettings, height_m: float) -> Surface:
+    """The ground of a frame; the draws are the same for every kind of ground."""
+    count = len(WAVES_M)
+    lengths_m = rng.uniform(*np.array(WAVES_M).T)
+    amplitude_m, bearing, phase = rng.uniform(*WAVE_HEIGHT_M, count), rng.random(count), rng.random(count)
+    turn = 2.0 * np.pi * bearing
+    along = 2.0 * np.pi / lengths_m
+    waves = np.stack([amplitude_m, along * np.cos(turn), along * np.sin(turn), 2.0 * np.pi * phase], axis=1)
+    return Surface(settings.ground != "none", height_m, waves if settings.ground == "uneven" else waves[:0])
+
+
+def _standing(clutter: Clutter, surface: Surface) -> Doubles:
+    """Centres (n, 3) of things that stand on the ground."""
+    x, y = clutter.foot_m.T
+    waves = surface.waves[:, :, None]
+    bump = (waves[:, 0] * np.sin(waves[:, 1] * x + waves[:, 2] * y + waves[:, 3])).sum(axis=0)
+    return np.column_stack([x, y, surface.height + bump + clutter.size_m[:, 2] / 2.0])
+
+
+def _parts(shape: Shape, cls: NDArray[np.uint8], size_m: Doubles, clutter: Clutter) -> tuple[Parts, Doubles]:
+    """Parts of boxes and, after them, of clutter; how deep rays get into each part."""
+    given, more = parts_of(shape, cls, size_m), parts_by_kind(_MADE_OF, clutter.kind, clutter.size_m)
+    joined = Parts(
+        np.concatenate([given.starts, given.starts[-1] + more.starts[1:]]),
+        np.concatenate([given.box, (len(cls) + more.box).astype(np.int32)]),
+        np.concatenate([given.offset_m, more.offset_m]),
+        np.concatenate([given.half_m, more.half_m]),
+        np.concatenate([given.is_glass, more.is_glass]),
+    )
+    soft = np.concatenate([np.zeros(len(given.box)), _SOFT[clutter.kind][more.box]])
+    return joined, soft
+
+
+_MADE_OF = tuple(kind.parts for kind in KINDS)
+_SOFT = np.array([kind.soft_m for kind in KINDS])
