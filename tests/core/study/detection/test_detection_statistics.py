@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from riglens.core.detect.precision import MATCH_M, Matched
-from riglens.core.study.detection_statistics import COLUMNS, MEAN, Precisions, precisions
+from riglens.core.study.detection.statistics import COLUMNS, MEAN, Precisions, precisions
 
 
 def matched(

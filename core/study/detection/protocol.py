@@ -1,0 +1,176 @@
+"""What is done in a study of detection: which frames, how many seeds, how long is trained, on which sweeps."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from riglens.core.detect.net import Training
+from riglens.core.detect.pillars import Region
+from riglens.core.errors import InputError
+from riglens.core.geometry import Pose
+from riglens.core.rig.library import sensor_from_model
+from riglens.core.rig.model import Rig
+from riglens.core.rig.presets import preset
+from riglens.core.rig.yaml.file import rig_sha256
+from riglens.core.scene.boxes import DataReport
+from riglens.core.simulate.settings import SimulationSettings
+
+Mode = Literal["shared", "per-rig"]
+Ids = NDArray[np.int64]
+
+WORDING = "simulated LiDAR, small detector trained here: compares rigs, does not predict the AP of your stack"
+LEAST_FRAMES, LEAST_SEQUENCES = 20, 4
+TRAIN_SHARE = 0.6
+MOST_SEEDS, MOST_EPOCHS = 100, 1000
+_VERSION = 1
+"""Counts up when pieces of before must not be used again."""
+
+
+@dataclass(frozen=True)
+class Protocol:
+    """mode: one net for all rigs and the reference rigs, or one for each rig as in the paper. train_frames: of each
+    rig, a draw of its own from the sequences for training; test_frames: the same for all rigs, spread evenly over the
+    other sequences. Seeds are of the training: first weights, order, mirroring; sweeps are the same for all of them.
+    """
+
+    mode: Mode = "shared"
+    seeds: int = 3
+    epochs: int = 12
+    train_frames: int = 300
+    test_frames: int = 500
+    region: Region = field(default_factory=Region)
+    simulation: SimulationSettings = field(default_factory=SimulationSettings)
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.seeds <= MOST_SEEDS:
+            raise InputError(
+                f"--seeds: found {self.seeds}, accepted is a whole number from 1 to {MOST_SEEDS}"
+            )
+
+    def quick(self) -> Protocol:
+        """A look, not a measurement: one seed, a third of the passes, half of the frames."""
+        return replace(
+            self, seeds=1, epochs=4, train_frames=self.train_frames // 2, test_frames=self.test_frames // 2
+        )
+
+    def per_rig(self) -> Protocol:
+        """A net for each rig, which sees as many frames as it can get."""
+        return replace(self, mode="per-rig", train_frames=5 * self.train_frames)
+
+    def training(self, seed: int) -> Training:
+        """How the net of a seed is trained."""
+        return Training(epochs=self.epochs, seed=seed)
+
+    def as_dict(self) -> dict[str, object]:
+        """The protocol as plain data."""
+        plain = {
+            "mode": self.mode,
+            "seeds": self.seeds,
+            "epochs": self.epochs,
+            "train_frames": self.train_frames,
+        }
+        plain |= {"test_frames": self.test_frames}
+        return plain | {"region": asdict(self.region), "simulation": self.simulation.as_dict()}
+
+
+@dataclass(frozen=True)
+class Split:
+    """Frames for training (a,) and for the test (b,), numbered over the data; sequence (b,) of each test frame,
+    numbered among the test sequences, whose names are `sequences`."""
+
+    train: Ids
+    test: Ids
+    sequence: Ids
+    sequences: tuple[str, ...]
+
+
+def split(data: DataReport, protocol: Protocol) -> Split:
+    """Whole sequences go to training or test, drawn by seed 0; raise InputError where there are too few."""
+    labels = data.labels
+    frames = 0 if labels is None else len(labels.sequence)
+    of_frame = np.zeros(0, np.int64) if labels is None else labels.sequence
+    there = np.unique(of_frame)
+    if labels is None or frames < LEAST_FRAMES or len(there) < LEAST_SEQUENCES:
+        raise InputError(
+            f"{data.source}: found {data.frames} frames in {max(1, len(there))} sequences, accepted are "
+            f"{LEAST_FRAMES} or more in {LEAST_SEQUENCES} or more named sequences: half of them are kept for the test"
+        )
+    drawn = np.random.default_rng(0).permutation(there)
+    count = min(len(there) - 2, round(TRAIN_SHARE * len(there)))
+    test_sequences = np.sort(drawn[count:])
+    train = np.flatnonzero(np.isin(of_frame, drawn[:count]))
+    pool = np.flatnonzero(np.isin(of_frame, test_sequences))
+    test = pool[
+        np.unique(np.linspace(0, len(pool) - 1, min(protocol.test_frames, len(pool))).round().astype(int))
+    ]
+    sequence = np.searchsorted(test_sequences, of_frame[test])
+    return Split(train, test, sequence, tuple(labels.names[number] for number in test_sequences))
+
+
+@dataclass(frozen=True)
+class Entrant:
+    """A rig of the study: its LiDARs alone, under the name that is shown."""
+
+    name: str
+    rig: Rig
+
+    @property
+    def key(self) -> str:
+        """What decides its sweeps."""
+        return rig_sha256(self.rig.model_copy(update={"name": "rig"}))
+
+    @property
+    def rays(self) -> int:
+        """Rays of a frame."""
+        return sum(lidar.ray_count for lidar in self.rig.lidars())
+
+
+def entrants(rigs: Sequence[Rig]) -> tuple[Entrant, ...]:
+    """The rigs as they take part, with cameras and switched-off sensors left out; names are made unique.
+
+    Raise InputError for a rig without LiDARs.
+    """
+    found: list[Entrant] = []
+    for rig in rigs:
+        if not rig.lidars():
+            raise InputError(
+                f"rig '{rig.name}': found no LiDAR that is on, accepted are rigs with LiDARs: "
+                "what cameras see is told by `riglens targets`"
+            )
+        taken = sum(one.name == rig.name or one.name.startswith(f"{rig.name} (") for one in found)
+        name = f"{rig.name} ({taken + 1})" if taken else rig.name
+        found.append(Entrant(name, rig.model_copy(update={"name": name, "sensors": rig.lidars()})))
+    return tuple(found)
+
+
+def references() -> tuple[Entrant, ...]:
+    """Four rigs that always train along, so that few compared rigs still make a net that knows many."""
+    roof = Pose((0.0, 0.0, 1.9), (0.0, 0.0, 0.0))
+    alone = [
+        Rig(name=f"reference {model}", sensors=(sensor_from_model(model, "LIDAR_TOP", roof),))
+        for model in ("velodyne-vlp-16", "velodyne-vlp-32c")
+    ]
+    groups = [
+        preset(name).model_copy(update={"name": f"reference {name}"}) for name in ("Trapezoid", "Center")
+    ]
+    return entrants([*alone, *groups])
+
+
+def train_frames(entrant: Entrant, of: Split, protocol: Protocol) -> Ids:
+    """The frames that a rig trains on, in order: a draw that the rig itself decides."""
+    seed = int(entrant.key[:16], 16)
+    count = min(protocol.train_frames, len(of.train))
+    return np.sort(np.random.default_rng(seed).choice(of.train, count, replace=False))
+
+
+def key_of(**parts: object) -> str:
+    """A name for a piece that is another one as soon as any of the parts is."""
+    plain = json.dumps({"version": _VERSION} | parts, sort_keys=True, default=str)
+    return hashlib.sha256(plain.encode()).hexdigest()[:20]

@@ -1,0 +1,89 @@
+"""The rigs of the study that is published in docs/study-detection.md: drawn by a stated seed before it ran."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from riglens.core.geometry import Pose, Vec3
+from riglens.core.rig.library import default_library, sensor_from_model
+from riglens.core.rig.model import Lidar, Rig
+from riglens.core.rig.presets import CARS, LIDAR_GROUPS, preset
+from riglens.core.simulate.settings import SimulationSettings
+from riglens.core.study.detection.protocol import Protocol
+
+SEED = 20261122
+"""Of all draws of rigs: the day on which they were drawn."""
+FOUR_16_RAYS = 4 * 16 * 360
+ROOF_M: Vec3 = (0.0, 0.0, 1.9)
+LIBRARY_RIGS, RANDOM_RIGS = 5, 8
+_RAYS = (10_000, 300_000)
+LADDER = ("1 x 16 low in front", "1 x 16 on the roof", "2 x 16 on the roof", "Trapezoid", "velodyne-vlp-32c")
+"""What must come out in this order if anything does: each clearly better than the one before."""
+
+PROTOCOL = Protocol(
+    seeds=5, epochs=6, train_frames=200, test_frames=500, simulation=SimulationSettings(clutter=120)
+)
+
+
+def published_rigs() -> tuple[Rig, ...]:
+    """The rigs: LiDAR groups of the paper and its code, cars of data sets, LiDARs of the library alone on the roof,
+    plain steps from poor to good, and four LiDARs at random."""
+    rng = np.random.default_rng(SEED)
+    groups = [preset(group.name) for group in LIDAR_GROUPS]
+    cars = [preset(car.name) for car in CARS]
+    models = ["velodyne-vlp-32c", *_library_draw(rng)]
+    alone = [_rig(model, (model, ROOF_M)) for model in models]
+    drawn = [_random_rig(number, rng) for number in range(1, RANDOM_RIGS + 1)]
+    return (*groups, *cars, *alone, *_steps(), *drawn)
+
+
+def _steps() -> list[Rig]:
+    corners = [(2.2, 0.9, 0.6), (2.2, -0.9, 0.6), (-2.2, 0.9, 0.6), (-2.2, -0.9, 0.6)]
+    return [
+        _rig("1 x 16 low in front", ("generic-16", (2.3, 0.0, 0.6))),
+        _rig("1 x 16 on the roof", ("generic-16", ROOF_M)),
+        _rig("2 x 16 on the roof", ("generic-16", (0.0, 0.5, 1.9)), ("generic-16", (0.0, -0.5, 1.9))),
+        _rig("4 low corners", *(("generic-16", corner) for corner in corners)),
+    ]
+
+
+def _library_draw(rng: np.random.Generator) -> list[str]:
+    """Turning LiDARs of the bundled library, without those that are rigs already."""
+    names = []
+    for entry in default_library().entries("lidar"):
+        sensor = entry.sensor("LIDAR", Pose())
+        assert isinstance(sensor, Lidar)
+        turn = sensor.azimuths()
+        if np.ptp(turn) > 350.0 and _RAYS[0] <= sensor.ray_count <= _RAYS[1]:
+            names.append(entry.name)
+    names = [name for name in names if name not in ("velodyne-vlp-32c", "generic-16")]
+    return [str(name) for name in rng.choice(names, LIBRARY_RIGS, replace=False)]
+
+
+def _random_rig(number: int, rng: np.random.Generator) -> Rig:
+    """Four generic LiDARs of 16 beams, each on the roof (two of three) or at a corner, tilted up to 10 degrees."""
+    sensors = []
+    for place in range(1, 5):
+        on_roof = rng.random() < 2 / 3
+        low, high = ((-1.2, -0.7, 1.6), (0.6, 0.7, 2.6)) if on_roof else ((2.0, 0.7, 0.5), (2.3, 0.95, 1.0))
+        x, y, z = rng.uniform(low, high)
+        ahead, left = (1.0, 1.0) if on_roof else rng.choice([-1.0, 1.0], 2)
+        roll, pitch = rng.uniform(-10.0, 10.0, 2)
+        rounded = [round(float(value), 2) for value in (x * ahead, y * left, z, roll, pitch)]
+        pose = Pose((rounded[0], rounded[1], rounded[2]), (rounded[3], rounded[4], 0.0))
+        sensors.append(sensor_from_model("generic-16", f"LIDAR_{place}", pose))
+    return Rig(name=f"random {number}", sensors=tuple(sensors))
+
+
+def _rig(name: str, *lidars: tuple[str, Vec3]) -> Rig:
+    names = ["LIDAR_TOP"] if len(lidars) == 1 else [f"LIDAR_{number}" for number in range(1, len(lidars) + 1)]
+    sensors = [
+        sensor_from_model(model, at, Pose(position))
+        for at, (model, position) in zip(names, lidars, strict=True)
+    ]
+    return Rig(name=name, sensors=tuple(sensors))
+
+
+def equal_rays(rays: list[int]) -> list[int]:
+    """The places of the rigs that cast as many rays as the paper's."""
+    return [place for place, count in enumerate(rays) if count == FOUR_16_RAYS]

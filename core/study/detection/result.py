@@ -1,0 +1,91 @@
+"""What came out of a study: average precision, what predicted it, and which rigs differ."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from riglens.core.study.detection.pieces import Pieces, Study
+from riglens.core.study.detection.published import equal_rays
+from riglens.core.study.detection.statistics import COLUMNS, Precisions, precisions
+from riglens.core.study.detection.surrogates import SURROGATES, Surrogates
+from riglens.core.study.ranks import STATISTICS, RankCorrelation, Statistic, rank_correlation
+
+Doubles = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Finding:
+    """How far the order of rigs by a surrogate is that by average precision of a column."""
+
+    among: str
+    surrogate: str
+    column: str
+    kind: Statistic
+    rigs: int
+    found: RankCorrelation | None
+
+
+@dataclass(frozen=True)
+class Result:
+    """every: precision over all objects; hit: over those with a LiDAR point, as the devkit counts, which gives each rig
+    a test of its own."""
+
+    study: Study
+    every: Precisions
+    hit: Precisions
+    surrogates: Surrogates
+
+    def groups(self) -> dict[str, list[int]]:
+        """Which rigs are looked at together: all of them, and those with the rays of the paper's rigs."""
+        rays = [one.rays for one in self.study.compared]
+        every = {"all rigs": list(range(len(rays)))}
+        same = equal_rays(rays)
+        return every | ({"equal ray count": same} if 0 < len(same) < len(rays) else {})
+
+    def findings(self) -> list[Finding]:
+        """All rank correlations, group by group and class by class."""
+        return [
+            Finding(among, name, column, kind, len(places), self._correlation(kind, name, column, places))
+            for among, places in self.groups().items()
+            for column in COLUMNS
+            for name in SURROGATES
+            for kind in STATISTICS
+        ]
+
+    def _correlation(
+        self, kind: Statistic, name: str, column: str, places: list[int]
+    ) -> RankCorrelation | None:
+        value, replicas = self._precision(column, places)
+        if not (np.isfinite(value).all() and np.isfinite(replicas).all()):
+            return None
+        return rank_correlation(kind, self.surrogates.of(name, column)[places], value, replicas)
+
+    def _precision(self, column: str, places: list[int]) -> tuple[Doubles, Doubles]:
+        at = COLUMNS.index(column)
+        return self.every.value[places, at], self.every.replicas[:, places, at]
+
+
+def finished_seeds(pieces: Pieces) -> int:
+    """How many seeds, from the first on, are complete: every rig judged."""
+    nets = pieces.study.nets
+    for seed in range(pieces.study.protocol.seeds):
+        mine = [net for net in nets if net.seed == seed]
+        if not all(pieces.has_found(net, one) for net in mine for one in net.judges):
+            return seed
+    return pieces.study.protocol.seeds
+
+
+def assemble(pieces: Pieces, seeds: int) -> tuple[Precisions, Precisions]:
+    """Average precision over all objects and over those hit, from the first seeds, which must be complete."""
+    rigs = [one.name for one in pieces.study.compared]
+    nets = [net for net in pieces.study.nets if net.seed < seeds]
+    found = []
+    for hit_only in (False, True):
+        matched = {
+            (one.name, net.seed): pieces.matched(net, one, hit_only) for net in nets for one in net.judges
+        }
+        found.append(precisions(rigs, matched, seeds))
+    return found[0], found[1]

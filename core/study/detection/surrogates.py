@@ -1,0 +1,75 @@
+"""Figures that a rig has before anything is trained, and that may predict how well is detected with it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from riglens.core.engine.engine import Engine
+from riglens.core.metric.scores import PAPER_SETTINGS, Reading
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.study.detection.protocol import Entrant
+from riglens.core.study.detection.statistics import COLUMNS
+from riglens.core.targets.engine import TargetEngine
+from riglens.core.targets.settings import TargetSettings
+
+Doubles = NDArray[np.float64]
+
+SURROGATES = {
+    "s_ms": "S-MS as the paper has it, nats: lower where more is seen",
+    "residual": "S-MS, reading residual, nats: higher where more is seen",
+    "hits": "S-MS, reading hits, nats: lower where more rays meet entropy",
+    "seen": "share of the entropy seen, 0 to 1",
+    "on_target": "mean over road users of 1 - exp(-cells/5), 0 to 1",
+    "share_5": "share of road users with 5 LiDAR points or more, 0 to 1",
+}
+"""What is compared with average precision, by name; as RigLens shows them, of the LiDARs alone."""
+_READINGS: dict[str, Reading] = {"s_ms": "covered", "residual": "residual", "hits": "hits"}
+LOWER_IS_MORE = ("s_ms", "hits")
+"""Where a lower figure says that more is seen."""
+
+
+@dataclass(frozen=True)
+class Surrogates:
+    """values: by name (rigs, COLUMNS); the last column is the mean over classes."""
+
+    values: Mapping[str, Doubles]
+
+    def of(self, name: str, column: str) -> Doubles:
+        """One figure of all rigs, (rigs,)."""
+        return self.values[name][:, COLUMNS.index(column)]
+
+
+def surrogates(
+    rigs: Sequence[Entrant],
+    engine: Engine,
+    targets: TargetEngine,
+    settings: TargetSettings,
+    tell: Callable[[float], None],
+) -> Surrogates:
+    """Score the rigs in all ways; the car's body as `settings` says."""
+    values = {name: np.zeros((len(rigs), len(COLUMNS))) for name in SURROGATES}
+    for place, entrant in enumerate(rigs):
+        for name, by_class in _of(entrant, engine, targets, settings).items():
+            values[name][place] = np.array([*by_class, np.mean(by_class)])
+        tell((place + 1) / len(rigs))
+    return Surrogates(values)
+
+
+def _of(
+    entrant: Entrant, engine: Engine, targets: TargetEngine, settings: TargetSettings
+) -> dict[str, list[float]]:
+    found: dict[str, list[float]] = {}
+    for name, reading in _READINGS.items():
+        metric = replace(PAPER_SETTINGS, reading=reading, body=settings.body)
+        classes = engine.evaluate(entrant.rig, metric).scores.classes
+        found[name] = [classes[cls].s_ms for cls in CLASSES]
+        if name == "s_ms":
+            found["seen"] = [classes[cls].any_seen for cls in CLASSES]
+    totals = [targets.evaluate(entrant.rig, settings).classes[cls].total for cls in CLASSES]
+    found["on_target"] = [row.on_target.value for row in totals]
+    found["share_5"] = [row.share_5.value for row in totals]
+    return found
