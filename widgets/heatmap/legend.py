@@ -39,6 +39,7 @@ class LegendLayer:
         self._ticks: tuple[Tick, ...] = ()
         self._data: HeatmapData | None = None
         self._placed: object = None
+        self._says: object = None
         for prop in self._props():
             prop.SetPickable(False)
             prop.SetVisibility(False)
@@ -58,7 +59,11 @@ class LegendLayer:
 
     def set_data(self, data: HeatmapData | None, look: HeatLook, palette: Palette) -> None:
         """Label the bar for a heatmap, or hide it."""
-        self._data, self._placed = data, None
+        self._data = data
+        says = None if data is None else _says(data, look, palette)
+        if says is not None and says == self._says:
+            return  # the values of a drag change, what the legend says of them seldom
+        self._says, self._placed = says, None
         for prop in self._props():
             prop.SetVisibility(data is not None)
         if data is None:
@@ -121,6 +126,12 @@ class LegendLayer:
         self._marks.GetProperty().SetColor(*rgb(palette.text))
         for text in self._texts():
             text.GetTextProperty().SetColor(*rgb(palette.text))
+
+
+def _says(data: HeatmapData, look: HeatLook, palette: Palette) -> object:
+    """All that a legend is made from."""
+    words = data.title, data.unit, data.note if len(data.values) else NO_CELLS, data.scale, slice_text(look)
+    return *words, bar_ticks(data, look), bar_colours(data, look, palette.background).tobytes(), palette
 
 
 def slice_text(look: HeatLook) -> str:

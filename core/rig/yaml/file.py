@@ -97,7 +97,7 @@ def _hashed_fields(rig: Rig) -> dict[str, Plain]:
 
 def same_rig(one: Rig, other: Rig) -> bool:
     """Return whether two rigs are the same to the last bit."""
-    return same_value(plain_fields(one), plain_fields(other))
+    return same_value(one, other)
 
 
 def _require_readable(text: str, size_bytes: int, where: str) -> None:

@@ -144,7 +144,12 @@ def _escaped(character: str) -> str:
 
 
 def same_value(one: object, other: object) -> bool:
-    """Return whether two plain values are the same to the last bit: -0.0 is not 0.0, and 25 is the number 25.0."""
+    """Return whether two plain values, or parts of rigs, are the same to the last bit.
+
+    -0.0 is not 0.0, and 25 is the number 25.0. What two rigs share is not looked at: a drag changes one sensor of many.
+    """
+    if one is other:
+        return True
     if isinstance(one, bool) or isinstance(other, bool) or isinstance(one, str) or isinstance(other, str):
         return type(one) is type(other) and bool(one == other)
     if isinstance(one, (int, float)) and isinstance(other, (int, float)):
@@ -153,7 +158,9 @@ def same_value(one: object, other: object) -> bool:
         return len(one) == len(other) and all(map(same_value, one, other))
     if isinstance(one, Mapping) and isinstance(other, Mapping):
         return one.keys() == other.keys() and all(same_value(one[key], other[key]) for key in one)
-    return one is None and other is None
+    if isinstance(one, BaseModel) and type(one) is type(other):
+        return all(same_value(getattr(one, name), getattr(other, name)) for name in type(one).model_fields)
+    return False
 
 
 def line_end(text: str, position: int) -> int:
