@@ -79,7 +79,10 @@ HOUSE = (
         ("the model and", "the mathematics"),
         "#fff8e1",
         (
-            (Room("study", "measuring methods, rigs and grids"),),
+            (
+                Room("study", "measuring methods, rigs and grids"),
+                Room("review", "blind zones, redundancy, tolerance, mounts"),
+            ),
             (Room("simulate", "sweeps, with clutter, ground and noise"),),
             (
                 Room("engine", "edits, exact to the last bit", 4),

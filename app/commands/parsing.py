@@ -9,6 +9,7 @@ from difflib import get_close_matches
 from cyclopts import App, CycloptsError, Parameter, UnusedCliTokensError
 
 from riglens.app.commands.audit import audit
+from riglens.app.commands.blind import blind
 from riglens.app.commands.card import card
 from riglens.app.commands.data import data, pog
 from riglens.app.commands.picture import render
@@ -37,6 +38,7 @@ app.command(study)
 app.command(evaluate, sort_key=1)
 app.command(targets, sort_key=2)
 app.command(audit, sort_key=2)
+app.command(blind, sort_key=2)
 app.command(card, sort_key=2)
 app.command(pog, sort_key=2)
 app.command(data, sort_key=3)

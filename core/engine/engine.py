@@ -8,7 +8,7 @@ the scores after any sequence of edits are the bits of an evaluation from scratc
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import reduce
 from itertools import repeat
@@ -173,6 +173,13 @@ class Engine:
         shape = _cast_shape(sensor, method, self._solid)
         held = next((held for held in self._state.held if held.shape == shape), None)
         return self._state.stack[held.slot] if held is not None and self._for_edits else None
+
+    def stack_of(self, sensors: Sequence[Sensor], method: Method) -> tuple[Words, NDArray[np.int64]]:
+        """Return all sets of voxels held, uint64 (rows, words), and the row (n,) of each sensor of the rig evaluated
+        last. As for `marks_of`: a view, of all informative voxels and possibly others. KeyError: not held."""
+        rows = {held.shape: held.slot for held in self._state.held} if self._for_edits else {}
+        slots = [rows[_cast_shape(sensor, method, self._solid)] for sensor in sensors]
+        return self._state.stack, np.array(slots, np.int64)
 
     def _barrier(self, shape: _Shape) -> Barrier | None:
         """What stops the rays of a shape that was made for the body of now."""

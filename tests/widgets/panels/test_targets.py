@@ -54,6 +54,14 @@ def item(panel: TargetsPanel, who: str, column: int):
     return found
 
 
+def test_a_panel_out_of_sight_makes_its_table_when_it_is_looked_at(panel: TargetsPanel) -> None:
+    panel.hide()
+    show(panel)
+    assert panel.table.item(0, 0) is None
+    panel.show()
+    assert item(panel, "car", 0).text()
+
+
 def test_a_cell_shows_value_error_and_change(panel: TargetsPanel) -> None:
     show(panel, 12)
     cells = table_of(TRAFFIC, counts(NOW, 12), counts(BEFORE, 12), ON_TARGET).cells

@@ -81,7 +81,7 @@ class ValueEdit(QLineEdit, Generic[Value]):
 
     def set_value(self, value: Value | None) -> None:
         """Show a value that comes from outside; keep what the user is typing."""
-        if value == self._value and not self._mixed and (self._is_touched() or self._is_marked()):
+        if value == self._value and not self._mixed:
             return
         self._value, self._mixed = value, ()
         self.setPlaceholderText("")

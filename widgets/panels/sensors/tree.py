@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
+from itertools import zip_longest
 
 from PySide6.QtCore import QEvent, QItemSelectionModel, QModelIndex, QPersistentModelIndex, QSize, Qt, Signal
 from PySide6.QtGui import QBrush, QColor, QMouseEvent, QPainter, QPaintEvent, QResizeEvent
@@ -10,7 +11,7 @@ from PySide6.QtWidgets import QAbstractItemView, QMenu, QTreeWidget, QTreeWidget
 
 from riglens.core.metric.scores import Scores
 from riglens.core.rig.edits import partner_of
-from riglens.core.rig.model import Rig
+from riglens.core.rig.model import Rig, Sensor
 from riglens.widgets.panels.icons import icon
 from riglens.widgets.panels.inspector.marginal_view import loss_tip, lost_share
 from riglens.widgets.panels.item_views import give_context_menu
@@ -42,12 +43,25 @@ NO_BOXES_TIP = "Next to no boxes there in these data: what it is worth cannot be
 KINDS = (("lidar", "LiDARs"), ("camera", "Cameras"))
 
 
+_Line = tuple[Sensor, RowState]
+"""What a row shows."""
+
+
+def _look_alike(line: _Line, before: _Line | None) -> bool:
+    """Whether two lines differ in nothing but where the sensor is, which no row shows: a drag repaints none."""
+    if before is None:
+        return False
+    (sensor, state), (old, old_state) = line, before
+    return state == old_state and type(sensor) is type(old) and old.with_pose(sensor.pose) == sensor
+
+
 class SensorList(QTreeWidget):
     """Shows a rig, and which of its sensors are selected, hidden and locked; not interactive by itself."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._shown: tuple[object, ...] = ()
+        self._lines: list[_Line] = []
         self._kinds: list[str] = []
         self._has_links = False
         self._rows: list[QTreeWidgetItem] = []
@@ -137,16 +151,19 @@ class SensorList(QTreeWidget):
     def _show_rows(self, rig: Rig) -> None:
         kinds: list[str] = [sensor.kind for sensor in rig.sensors]
         if kinds != self._kinds:
-            self._kinds = kinds
+            self._kinds, self._lines = kinds, []
             self._rows = self._build_rows(kinds)
         self._items = {sensor.name: row for sensor, row in zip(rig.sensors, self._rows, strict=True)}
-        for sensor in rig.sensors:
-            state = RowState(
-                sensor.name in self._hidden, sensor.name in self._locked, partner_of(rig, sensor.name)
-            )
-            show_sensor(self._items[sensor.name], sensor, state)
+        lines = [(sensor, self._state_of(rig, sensor.name)) for sensor in rig.sensors]
+        for row, line, before in zip_longest(self._rows, lines, self._lines):
+            if not _look_alike(line, before):
+                show_sensor(row, *line)
+        self._lines = lines
         self._has_links = any(sensor.mirror_of is not None for sensor in rig.sensors)
         self._fit_names()
+
+    def _state_of(self, rig: Rig, name: str) -> RowState:
+        return RowState(name in self._hidden, name in self._locked, partner_of(rig, name))
 
     def _build_rows(self, kinds: list[str]) -> list[QTreeWidgetItem]:
         """Make empty rows under their group, in the order of the rig's sensors."""

@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
+from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QSpinBox, QToolButton, QVBoxLayout, QWidget
 
 from riglens.core.targets.quantities import QUANTITIES, Quantity
@@ -47,6 +48,7 @@ class TargetsPanel(QWidget):
         as_panel(self)
         self._settings = settings
         self._shown: tuple[Traffic, TargetScores, TargetScores, str] | None = None
+        self._is_stale = self._is_behind = False
         self.table, self.rose = TargetTable(), RoseView()
         self._quantity, self._points, self._note = ChoiceBox(), QSpinBox(), QLabel(WAITING)
         layout = QVBoxLayout(self)
@@ -150,8 +152,14 @@ class TargetsPanel(QWidget):
 
     def show_counts(self, traffic: Traffic, now: TargetScores, before: TargetScores, baseline: str) -> None:
         """Show counts beside those of the baseline, which is called `baseline`; both from the same frames."""
-        self._shown = (traffic, now, before, baseline)
+        self._shown, self._is_stale = (traffic, now, before, baseline), False
         self._show()
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Come into sight with the latest counts: while nobody looked, no table was made."""
+        super().showEvent(event)
+        if self._is_behind:
+            self._show()
 
     def show_problem(self, reason: str) -> None:
         """Say why there are no counts."""
@@ -162,11 +170,13 @@ class TargetsPanel(QWidget):
 
     def set_stale(self) -> None:
         """Grey the numbers: newer ones are on their way."""
+        self._is_stale = True
         self.table.grey()
         self.rose.grey()
 
     def _show(self) -> None:
-        if self._shown is None:
+        self._is_behind = self._shown is not None and not self.isVisible()
+        if self._shown is None or self._is_behind:
             return
         from riglens.core.targets.tables import table_of  # loads the compiler: not while the window opens
 
@@ -175,9 +185,11 @@ class TargetsPanel(QWidget):
         self._show_rose()
         self._note.setText(_note(now))
         self._note.setToolTip(self.quantity.tip)
+        if self._is_stale:
+            self.set_stale()
 
     def _show_rose(self) -> None:
-        if self._shown is not None:
+        if self._shown is not None and not self._is_behind:
             from riglens.core.targets.tables import rose_of  # as above
 
             traffic, now, before, baseline = self._shown

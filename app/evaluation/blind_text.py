@@ -1,0 +1,12 @@
+"""Words on blind zones that the terminal, charts and the window share."""
+
+from __future__ import annotations
+
+from riglens.core.review.blind import By, Hole
+
+WHO: dict[By, str] = {"any": "sensors", "camera": "cameras", "lidar": "LiDARs"}
+
+
+def hole_text(hole: Hole | None) -> str:
+    """Area of a patch, and how near to the car it comes."""
+    return "none" if hole is None else f"{hole.area_m2:.1f} m², {hole.nearest_m:.1f} m off"

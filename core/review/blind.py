@@ -1,0 +1,227 @@
+"""Blind zones: how low the sensors look into each column beside the car, and where an object stands unseen.
+
+A sensor sees an object of a height and width that stands somewhere if one of its rays certainly passes through it: the
+lowest voxel that the sensor traverses in a column within the object's width lies wholly below the object's top.
+Traffic plays no part. L_k is the height from which on k sensors see such an object.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from riglens.core.engine.engine import Engine
+from riglens.core.errors import InputError
+from riglens.core.kernels import jit, review
+from riglens.core.kernels.palette import Runs
+from riglens.core.metric.entropy import EntropyField
+from riglens.core.metric.scores import Body, MetricSettings
+from riglens.core.metric.scoring import KINDS
+from riglens.core.review.outline import BANDS_M, SECTORS, Outline, sector_of
+from riglens.core.rig.model import Rig, Vehicle
+from riglens.core.scene.boxes import DataReport
+from riglens.core.scene.columns import VoxelIndex, empty_words, words_per_column
+from riglens.core.scene.grid import DEFAULT_VOXEL_M, VoxelGrid
+from riglens.core.vehicle.mesh import BodyMesh
+
+By = Literal["any", "camera", "lidar"]
+BY: tuple[By, ...] = ("any", "camera", "lidar")
+HEIGHTS_M = (0.15, 0.30, 0.80, 1.15, 1.80)
+"""Heights of objects that areas are told for: a kerb or a child's toy, a crawling child, the test cylinder of UN R158
+and FMVSS 111, a child of six years, an adult. Which heights: our choice."""
+WIDTH_M = 0.30
+"""Width of such an object: that of the test cylinder of UN R158 and FMVSS 111."""
+HEIGHT_M = 2.0
+"""How far up columns are looked at."""
+NONE = np.iinfo(np.uint16).max
+Levels = NDArray[np.uint16]
+Flags = NDArray[np.bool_]
+_EPSILON_M = 1e-9
+
+
+@dataclass(frozen=True)
+class BlindSettings:
+    """voxel_m: edge of the voxels; width_m: of the objects, 0 for single columns; body: whether the car blocks rays;
+    within_m: how far from the car's outline."""
+
+    voxel_m: float = DEFAULT_VOXEL_M
+    width_m: float = WIDTH_M
+    body: Body = "blocks"
+    within_m: float = BANDS_M[-1]
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.width_m <= 5.0:
+            raise InputError(f"--width: found {self.width_m:g}, accepted are metres, 0 to 5")
+        if not BANDS_M[1] <= self.within_m <= 100.0:
+            raise InputError(f"--within: found {self.within_m:g}, accepted are metres, 1 to 100")
+
+    @property
+    def bands_m(self) -> tuple[float, ...]:
+        """Where the bands begin, and where the last one ends."""
+        return (*(edge for edge in BANDS_M if edge < self.within_m), self.within_m)
+
+
+def grid_around(outline: Outline, settings: BlindSettings) -> VoxelGrid:
+    """The voxels around a car as far as blind zones are looked for; InputError for an edge that is too fine."""
+    far = np.abs([outline.rear_m, outline.front_m, outline.right_m, outline.left_m]) + settings.within_m
+    step = 2.0 * settings.voxel_m
+    length, width = (step * math.ceil(float(side.max()) * 2.0 / step) for side in (far[:2], far[2:]))
+    height = settings.voxel_m * max(1, round(HEIGHT_M / settings.voxel_m))
+    grid = VoxelGrid(settings.voxel_m, (length, width, height))
+    grid.require_memory(2.0, "blind zones")
+    return grid
+
+
+def whole_field(grid: VoxelGrid) -> EntropyField:
+    """A field in which every voxel of the grid counts, and all count the same."""
+    words, depth, levels = empty_words(grid), words_per_column(grid), grid.shape[2]
+    for part in range(depth):
+        words[part::depth] = np.uint64((1 << min(64, levels - 64 * part)) - 1)
+    starts = np.ones(words.size, np.uint64)
+    runs = Runs(starts, np.arange(words.size + 1, dtype=np.uint32), np.zeros(words.size, np.uint16))
+    index = VoxelIndex.of(grid, words)
+    data = DataReport("every voxel", 1, {})
+    return EntropyField(grid, index, runs, np.ones((1, 4), np.uint32), data, (index.count,) * 3)
+
+
+@dataclass(frozen=True)
+class Ground:
+    """What counts beside a car: places of the columns' centres along both axes, their sector and band (nx, ny), and
+    whether they count: beside the outline and within the last band."""
+
+    outline: Outline
+    x_m: NDArray[np.float64]
+    y_m: NDArray[np.float64]
+    distance_m: NDArray[np.float64]
+    sector: NDArray[np.uint8]
+    band: NDArray[np.int64]
+    counts: Flags
+
+    @classmethod
+    def of(cls, grid: VoxelGrid, outline: Outline, bands_m: tuple[float, ...]) -> Ground:
+        """The ground of a grid around an outline."""
+        x, y = np.meshgrid(grid.centres_m(0), grid.centres_m(1), indexing="ij")
+        distance = np.round(outline.distance_m(x, y), 9)
+        band = np.searchsorted(np.array(bands_m), distance, side="left") - 1
+        counts = (distance > _EPSILON_M) & (distance <= bands_m[-1])
+        return cls(outline, grid.centres_m(0), grid.centres_m(1), distance, sector_of(x, y), band, counts)
+
+
+@dataclass(frozen=True)
+class Hole:
+    """The largest connected patch of ground where an object stands unseen: its area, where its middle lies, and how
+    near to the car it comes."""
+
+    area_m2: float
+    x_m: float
+    y_m: float
+    nearest_m: float
+
+
+@dataclass(frozen=True)
+class BlindMap:
+    """How low each column is looked into: levels uint16 (3, 2, nx, ny) for BY and k = 1, 2; NONE where nobody looks."""
+
+    rig: Rig
+    settings: BlindSettings
+    grid: VoxelGrid
+    ground: Ground
+    levels: Levels
+
+    def lowest_m(self, by: By = "any", k: int = 1) -> NDArray[np.float64]:
+        """L_k (nx, ny): the height in metres from which on k sensors see an object; inf: none below the region's top.
+
+        It is the top of the lowest voxel, so never less than what rays truly need, and up to an edge more.
+        """
+        levels = self.levels[BY.index(by), k - 1]
+        return np.where(levels == NONE, np.inf, (levels + 1.0) * self.grid.voxel_m)
+
+    def unseen(self, height_m: float, by: By = "any", k: int = 1) -> Flags:
+        """Where (nx, ny) an object of that height stands, by its middle, without k sensors that see it."""
+        return np.asarray(self.ground.counts & (self.lowest_m(by, k) > height_m + _EPSILON_M))
+
+    @property
+    def column_m2(self) -> float:
+        """Area of a column."""
+        return self.grid.voxel_m**2
+
+    def area_m2(self, height_m: float, by: By = "any", k: int = 1) -> NDArray[np.float64]:
+        """Area in m² by sector and band (8, bands) where an object of that height stands unseen; less is better."""
+        return self._by_place(self.unseen(height_m, by, k))
+
+    def ground_m2(self) -> NDArray[np.float64]:
+        """Area in m² of all ground that counts, by sector and band (8, bands)."""
+        return self._by_place(self.ground.counts)
+
+    def _by_place(self, flags: Flags) -> NDArray[np.float64]:
+        bands = len(self.settings.bands_m) - 1
+        place = self.ground.sector[flags].astype(np.int64) * bands + self.ground.band[flags]
+        columns = np.bincount(place, minlength=len(SECTORS) * bands).reshape(-1, bands)
+        return np.asarray(columns * self.column_m2, np.float64)
+
+    def largest_hole(self, height_m: float, by: By = "any", k: int = 1) -> Hole | None:
+        """The largest patch where an object of that height stands unseen, connected by sides; None without any."""
+        labels, count = ndimage.label(self.unseen(height_m, by, k))
+        if not count:
+            return None
+        sizes = np.bincount(labels.ravel())[1:]
+        ix, iy = np.nonzero(labels == int(np.argmax(sizes)) + 1)
+        ground = self.ground
+        return Hole(
+            float(sizes.max() * self.column_m2),
+            float(ground.x_m[ix].mean()),
+            float(ground.y_m[iy].mean()),
+            float(ground.distance_m[ix, iy].min()),
+        )
+
+
+class BlindEngine:
+    """Finds the blind zones of rigs on one vehicle, and casts only what changed since the rig before.
+
+    Call it from the thread that owns the parallel kernels."""
+
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        settings: BlindSettings,
+        mesh: BodyMesh | None = None,
+        threads: int | None = None,
+    ) -> None:
+        self.settings, self._mesh, self._workers = settings, mesh, jit.use_threads(threads)
+        outline = Outline.of(vehicle, mesh)
+        self.grid = grid_around(outline, settings)
+        self.ground = Ground.of(self.grid, outline, settings.bands_m)
+        self._engine = Engine(whole_field(self.grid), threads)
+        self._offsets = _disc(settings.width_m / settings.voxel_m / 2.0)
+
+    def evaluate(self, rig: Rig) -> BlindMap:
+        """How low the rig's enabled sensors look around the car."""
+        self._engine.evaluate(rig, MetricSettings(body=self.settings.body), False, self._mesh)
+        return self.lowest(rig)
+
+    def lowest(self, rig: Rig) -> BlindMap:
+        """The map of the rig that was evaluated last: all but the casting of rays."""
+        sensors = [sensor for sensor in rig.sensors if sensor.enabled]
+        stack, slots = self._engine.stack_of(sensors, "exact")
+        nx, ny, _ = self.grid.shape
+        kinds = np.array([KINDS.index(sensor.kind) for sensor in sensors], np.int64)
+        lowest = np.empty((len(sensors), nx * ny), np.uint16)
+        keep, depth = self._engine.field.index.words, words_per_column(self.grid)
+        jit.use_threads(self._workers)
+        review.lowest_levels(stack, slots, keep, depth, NONE, self._workers, lowest)
+        both = np.empty((len(BY), 2, nx, ny), np.uint16)
+        review.two_lowest(lowest.reshape(-1, nx, ny), kinds, self._offsets, NONE, self._workers, both)
+        return BlindMap(rig, self.settings, self.grid, self.ground, both)
+
+
+def _disc(radius: float) -> NDArray[np.int64]:
+    """Steps (m, 2) to the columns whose centres are within a radius, in columns, of a column's centre."""
+    reach = np.arange(-math.floor(radius), math.floor(radius) + 1)
+    x, y = np.meshgrid(reach, reach, indexing="ij")
+    inside = np.hypot(x, y) <= radius + 1e-9
+    return np.stack([x[inside], y[inside]], axis=1).astype(np.int64)

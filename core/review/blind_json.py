@@ -1,0 +1,109 @@
+"""Blind zones as plain data, as `riglens blind --json` writes them: areas in m², lengths in m, shares as fractions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from riglens.core.review.blind import BY, HEIGHTS_M, BlindMap, By, Hole
+from riglens.core.review.outline import SECTORS
+from riglens.core.review.profiles import ONLY_GEOMETRY
+from riglens.core.review.verdicts import ObjectVerdict, ProfileVerdict
+from riglens.core.rig.model import FORMAT_VERSION
+from riglens.core.rig.yaml.file import rig_sha256
+
+SHARE_WITHIN_M = 10.0
+"""The distance within which the IIHS tells how much of the ground a driver sees (news of 26 June 2025); from what
+height on ground counts as seen is our choice: the lowest of HEIGHTS_M."""
+
+
+def share_seen(found: BlindMap, by: By = "any", k: int = 1) -> float:
+    """Share of the ground within 10 m of the car on which an object of the least height is seen; more is better."""
+    near = found.ground.counts & (found.ground.distance_m <= SHARE_WITHIN_M)
+    unseen = found.unseen(HEIGHTS_M[0], by, k) & near
+    return 1.0 - float(unseen.sum()) / max(1, int(near.sum()))
+
+
+def blind_document(found: BlindMap, profiles: Sequence[ProfileVerdict]) -> dict[str, Any]:
+    """The blind zones of a rig and what it makes of profiles."""
+    settings = found.settings
+    return {
+        "riglens": FORMAT_VERSION,
+        "body": settings.body,
+        "rig": {"name": found.rig.name, "sha256": rig_sha256(found.rig)},
+        "settings": {
+            "voxel_m": settings.voxel_m,
+            "width_m": settings.width_m,
+            "within_m": settings.within_m,
+            "bands_m": list(settings.bands_m),
+            "sectors": list(SECTORS),
+            "heights_m": list(HEIGHTS_M),
+        },
+        "ground_m2": _rounded(found.ground_m2()),
+        "zones": [_zone(found, by, k) for by in BY for k in (1, 2)],
+        "note": ONLY_GEOMETRY,
+        "profiles": [_profile(verdict) for verdict in profiles],
+    }
+
+
+def _zone(found: BlindMap, by: By, k: int) -> dict[str, Any]:
+    return {
+        "by": by,
+        "sensors": k,
+        "share_seen_10m": share_seen(found, by, k),
+        "heights": [
+            {
+                "height_m": height,
+                "unseen_m2": float(np.round(found.area_m2(height, by, k).sum(), 9)),
+                "by_sector_and_band_m2": _rounded(found.area_m2(height, by, k)),
+                "largest_hole": _hole(found.largest_hole(height, by, k)),
+            }
+            for height in HEIGHTS_M
+        ],
+    }
+
+
+def _rounded(table: np.ndarray[Any, Any]) -> list[list[float]]:
+    """Areas are whole numbers of columns: what sums of doubles add to that is cut off."""
+    rows: list[list[float]] = np.round(table, 9).tolist()
+    return rows
+
+
+def _hole(hole: Hole | None) -> dict[str, float] | None:
+    if hole is None:
+        return None
+    area = round(hole.area_m2, 9)
+    return {"area_m2": area, "x_m": hole.x_m, "y_m": hole.y_m, "nearest_m": hole.nearest_m}
+
+
+def _profile(verdict: ProfileVerdict) -> dict[str, Any]:
+    profile = verdict.profile
+    return {
+        "name": profile.name,
+        "title": profile.title,
+        "source": profile.source,
+        "by": profile.by,
+        "rays": profile.rays,
+        "share": profile.share,
+        "passes": verdict.passes,
+        "seen": len(verdict.objects) - len(verdict.failed),
+        "objects": [_object(one) for one in verdict.objects],
+    }
+
+
+def _object(one: ObjectVerdict) -> dict[str, Any]:
+    target = one.target
+    return {
+        "name": target.name,
+        "x_m": target.x_m,
+        "y_m": target.y_m,
+        "diameter_m": 2.0 * target.radius_m,
+        "height_m": target.height_m,
+        "seen": one.is_seen,
+        "rays": one.rays,
+        "share": one.share,
+        "rays_by_sensor": one.rays_by_sensor,
+        "share_by_sensor": one.share_by_sensor,
+    }

@@ -1,0 +1,60 @@
+"""The car seen from above, as regulations measure from it: its outermost points, sectors and bands of distance."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from riglens.core.rig.model import Vehicle
+from riglens.core.vehicle.mesh import BodyMesh
+
+Doubles = NDArray[np.float64]
+SECTORS = ("front", "front-left", "left", "rear-left", "rear", "rear-right", "right", "front-right")
+"""Sectors of 45 degrees around the origin of the vehicle frame, the first one centred on straight ahead."""
+BANDS_M = (0.0, 1.0, 2.0, 5.0, 10.0, 20.0)
+"""Where bands of distance from the car's outline begin, and where the last one ends: our choice."""
+
+
+@dataclass(frozen=True)
+class Outline:
+    """The rectangle around the car, metres in the vehicle frame. Door mirrors of the built-in bodies stick out of it,
+    as they do in a registration document."""
+
+    rear_m: float
+    front_m: float
+    right_m: float
+    left_m: float
+
+    @classmethod
+    def of(cls, vehicle: Vehicle, mesh: BodyMesh | None = None) -> Outline:
+        """The outline of a vehicle: length by width around the origin, or what the mesh of a file spans."""
+        if mesh is None:
+            half_length, half_width = vehicle.length / 2, vehicle.width / 2
+            return cls(-half_length, half_length, -half_width, half_width)
+        points = mesh.placed(vehicle.mesh).points
+        low, high = points.min(axis=0), points.max(axis=0)
+        return cls(float(low[0]), float(high[0]), float(low[1]), float(high[1]))
+
+    @property
+    def length_m(self) -> float:
+        """From rear to front."""
+        return self.front_m - self.rear_m
+
+    @property
+    def width_m(self) -> float:
+        """From right to left."""
+        return self.left_m - self.right_m
+
+    def distance_m(self, x_m: Doubles, y_m: Doubles) -> Doubles:
+        """Distance along the ground to the rectangle, 0 within it."""
+        dx = np.maximum(np.maximum(self.rear_m - x_m, x_m - self.front_m), 0.0)
+        dy = np.maximum(np.maximum(self.right_m - y_m, y_m - self.left_m), 0.0)
+        return np.hypot(dx, dy)
+
+
+def sector_of(x_m: Doubles, y_m: Doubles) -> NDArray[np.uint8]:
+    """Place in SECTORS of points of the vehicle frame."""
+    turn = np.degrees(np.arctan2(y_m, x_m)) / 45.0
+    return np.asarray(np.floor(turn + 0.5) % len(SECTORS), np.uint8)

@@ -1,0 +1,191 @@
+"""Which objects of a profile a rig sees: exact rays against upright cylinders, never voxels.
+
+Each object stands alone; the car's own body is in the way where it blocks. Two things are told for every sensor: how
+many of its rays meet the object, and which share of the surface that faces it lies in its view, between the sensor and
+which nothing of the car stands. The share does not depend on how densely a sensor looks.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from riglens.core.metric.scores import Body
+from riglens.core.review.outline import Outline
+from riglens.core.review.profiles import Profile, Target, targets_of
+from riglens.core.rig.model import Camera, Lidar, Rig, Sensor
+from riglens.core.sensing.body_ends import barrier_ends, barrier_of, rays_in_metres
+from riglens.core.sensing.camera import project_px
+from riglens.core.vehicle.mesh import BodyMesh
+from riglens.core.vehicle.solid import Barrier, CarBody
+
+Doubles = NDArray[np.float64]
+_AROUND, _UP, _RINGS = 24, 16, 3
+"""Points on the side of a cylinder, around and upwards, and rings of points on its top."""
+_OFF_M = 1e-3
+"""How far before a point a ray must be free: what the car touches there is not in the way."""
+
+
+@dataclass(frozen=True)
+class ObjectVerdict:
+    """Whether an object is seen: `rays` of the sensors that count, the best `share`, and both by sensor."""
+
+    target: Target
+    is_seen: bool
+    rays: int
+    share: float
+    rays_by_sensor: dict[str, int]
+    share_by_sensor: dict[str, float]
+
+
+@dataclass(frozen=True)
+class ProfileVerdict:
+    """Every object of a profile; the profile holds where all are seen."""
+
+    profile: Profile
+    objects: tuple[ObjectVerdict, ...]
+
+    @property
+    def failed(self) -> tuple[ObjectVerdict, ...]:
+        """The objects that are not seen."""
+        return tuple(one for one in self.objects if not one.is_seen)
+
+    @property
+    def passes(self) -> bool:
+        """Whether all objects are seen."""
+        return not self.failed
+
+
+class Onlooker:
+    """Where the rays of a rig's enabled sensors end; keeps what sensors that stay have found of each object."""
+
+    def __init__(self, rig: Rig, body: Body, mesh: BodyMesh | None = None, workers: int = 1) -> None:
+        self._outline = Outline.of(rig.vehicle, mesh)
+        solid = CarBody(rig.vehicle, mesh).solid() if body == "blocks" else None
+        self._sensors = [sensor for sensor in rig.sensors if sensor.enabled]
+        self._barriers = {s.name: None if solid is None else barrier_of(s, solid) for s in self._sensors}
+        self._ends = {s.name: _ends(s, self._barriers[s.name], workers) for s in self._sensors}
+
+    def verdict(self, profile: Profile) -> ProfileVerdict:
+        """Which objects of a profile the rig sees."""
+        targets = targets_of(profile, self._outline)
+        sensors = [s for s in self._sensors if profile.by in ("any", s.kind)]
+        rays = {s.name: ray_counts(s, targets, self._ends[s.name])[:, 0] for s in sensors}
+        shares = {s.name: [surface_share(s, t, self._barriers[s.name]) for t in targets] for s in sensors}
+        objects = []
+        for place, target in enumerate(targets):
+            own = {name: int(counts[place]) for name, counts in rays.items()}
+            parts = {name: found[place] for name, found in shares.items()}
+            total, best = sum(own.values()), max(parts.values(), default=0.0)
+            is_seen = total >= profile.rays and best >= profile.share
+            objects.append(ObjectVerdict(target, is_seen, total, best, own, parts))
+        return ProfileVerdict(profile, tuple(objects))
+
+
+def verdicts(
+    rig: Rig, profiles: Sequence[Profile], body: Body, mesh: BodyMesh | None = None, workers: int = 1
+) -> tuple[ProfileVerdict, ...]:
+    """What a rig makes of profiles; with more than one worker only the thread of the parallel kernels may call it."""
+    onlooker = Onlooker(rig, body, mesh, workers)
+    return tuple(onlooker.verdict(profile) for profile in profiles)
+
+
+def _ends(sensor: Sensor, barrier: Barrier | None, workers: int) -> Doubles:
+    """Where the car stops each ray (rays,), metres; empty where it stops none."""
+    found = np.zeros(0) if barrier is None else barrier_ends(sensor, barrier, workers)
+    return found if np.isfinite(found).any() else np.zeros(0)
+
+
+def ray_counts(sensor: Sensor, targets: Sequence[Target], ends_m: Doubles) -> NDArray[np.int64]:
+    """Rays of a sensor that meet each object (m, 2): before the car stops them, and if it did not."""
+    from riglens.core.kernels.review import count_on_cylinders  # the compiler
+
+    counts = np.zeros((len(targets), 2), np.int64)
+    if targets:
+        rays = rays_in_metres(sensor)._replace(ends=ends_m)
+        cylinders = np.array([target.cylinder for target in targets])
+        count_on_cylinders(rays, cylinders, _cones(np.array(sensor.position), cylinders), counts)
+    return counts
+
+
+def _cones(origin: Doubles, cylinders: Doubles) -> Doubles:
+    """Cones (m, 4) from a sensor around the balls that cylinders fit in; the whole sphere where it is in the ball."""
+    x, y, radius, bottom, top = cylinders.T
+    middle = np.stack([x, y, (bottom + top) / 2], axis=1) - origin
+    distance = np.maximum(np.linalg.norm(middle, axis=1), 1e-12)
+    sine = np.hypot(radius, (top - bottom) / 2) * (1.0 + 1e-9) / distance
+    cosine = np.where(sine < 1.0, np.sqrt(np.maximum(0.0, 1.0 - sine * sine)) - 1e-9, -2.0)
+    return np.column_stack([middle / distance[:, None], cosine])
+
+
+def surface_share(sensor: Sensor, target: Target, barrier: Barrier | None) -> float:
+    """Share of the surface facing a sensor that is in its view with nothing of the car before it, by even points."""
+    points, weights = _facing(np.array(sensor.position, np.float64), target)
+    total = float(weights.sum())
+    if not total:
+        return 0.0
+    ahead = points - np.array(sensor.position)
+    distance = np.linalg.norm(ahead, axis=1)
+    seen = in_view(sensor, ahead @ sensor.pose.rotation(), distance)
+    if barrier is not None and seen.any():
+        from riglens.core.kernels.solid import meet_listed  # the compiler
+
+        most = distance[seen] - _OFF_M
+        way = np.ascontiguousarray(ahead[seen] / distance[seen, None])
+        met = meet_listed(
+            np.array(sensor.position, np.float64), way, barrier.tree, barrier.stops, most, barrier.start_m
+        )
+        seen[seen] = ~np.isfinite(met[0])
+    return float(weights[seen].sum()) / total
+
+
+def in_view(sensor: Sensor, local_m: Doubles, distance_m: Doubles) -> NDArray[np.bool_]:
+    """Whether points (n, 3) in the sensor frame lie in its image, or between its outermost beams, and in its range."""
+    near, far = sensor.range_m
+    ranged = (distance_m > near) & (distance_m <= far)
+    if isinstance(sensor, Camera):
+        pixels = project_px(sensor, local_m)
+        width, height = sensor.image
+        with np.errstate(invalid="ignore"):
+            inside = (
+                (pixels[:, 0] >= 0) & (pixels[:, 0] <= width) & (pixels[:, 1] >= 0) & (pixels[:, 1] <= height)
+            )
+        return np.asarray(ranged & inside)
+    return np.asarray(ranged & _between_beams(sensor, local_m, distance_m))
+
+
+def _between_beams(lidar: Lidar, local_m: Doubles, distance_m: Doubles) -> NDArray[np.bool_]:
+    elevations, azimuths = lidar.elevations(), np.sort(lidar.azimuths())
+    up = np.degrees(np.arcsin(np.clip(local_m[:, 2] / np.maximum(distance_m, 1e-12), -1.0, 1.0)))
+    within = (up >= elevations.min()) & (up <= elevations.max())
+    step = float(np.diff(azimuths).max()) if azimuths.size > 1 else 0.0
+    if azimuths[-1] - azimuths[0] + step >= 360.0 - 1e-9:
+        return np.asarray(within)
+    turn = np.degrees(np.arctan2(local_m[:, 1], local_m[:, 0]))
+    behind_first = (turn - azimuths[0]) % 360.0
+    return np.asarray(within & (behind_first <= azimuths[-1] - azimuths[0]))
+
+
+def _facing(origin: Doubles, target: Target) -> tuple[Doubles, Doubles]:
+    """Even points on the surface of a cylinder that face a place, (n, 3), and the area that each stands for (n,)."""
+    x, y, radius, bottom, top = target.cylinder
+    turn = (np.arange(_AROUND) + 0.5) * 2.0 * math.pi / _AROUND
+    up = bottom + (np.arange(_UP) + 0.5) * (top - bottom) / _UP
+    around = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    side = np.array([[x + radius * c, y + radius * s, z] for c, s in around for z in up])
+    normal = np.repeat(around, _UP, axis=0)
+    faces = ((origin[:2] - side[:, :2]) * normal).sum(axis=1) > 0.0
+    points, weights = (
+        side[faces],
+        np.full(faces.sum(), 2.0 * math.pi * radius / _AROUND * (top - bottom) / _UP),
+    )
+    if origin[2] <= top:
+        return points, weights
+    rings = (np.arange(_RINGS) + 0.5) * radius / _RINGS
+    lid = np.array([[x + r * c, y + r * s, top] for r in rings for c, s in around])
+    areas = np.repeat(2.0 * math.pi * rings * (radius / _RINGS) / _AROUND, _AROUND)
+    return np.concatenate([points, lid]), np.concatenate([weights, areas])

@@ -1,0 +1,144 @@
+"""Blind zones: closed forms of rings and shadows, and a plain search through every voxel."""
+
+import numpy as np
+import pytest
+
+from riglens.core.engine.engine import Engine
+from riglens.core.errors import InputError
+from riglens.core.metric.scores import MetricSettings
+from riglens.core.review.blind import BY, BlindEngine, BlindMap, BlindSettings, whole_field
+from riglens.core.review.outline import SECTORS, Outline, sector_of
+from riglens.core.rig.model import Rig, Vehicle
+from riglens.core.scene.columns import unpack
+from riglens.core.scene.grid import VoxelGrid
+from tests.core.review.scenes import BOX_FILE, box_mesh, camera, dense_lidar, random_rig
+
+SINGLE = BlindSettings(width_m=0.0, body="ignored", within_m=10.0)
+
+
+def along_x(found: BlindMap) -> tuple[np.ndarray, np.ndarray]:
+    """Places ahead of the car beside the middle plane, and L_1 there."""
+    row = int(np.argmin(np.abs(found.ground.y_m)))
+    ahead = found.ground.counts[:, row] & (found.ground.x_m > 0.0)
+    return found.ground.x_m[ahead], found.lowest_m()[ahead, row]
+
+
+def test_a_beam_meets_the_ground_at_height_over_tangent_and_rises_towards_the_car() -> None:
+    h, down = 1.5, np.radians(10.0)
+    beam = dense_lidar(h, turns=3600).replace(elevations_deg=(-10.0,))
+    rig = Rig(vehicle=Vehicle(length=2.0, width=2.0), sensors=(beam,))
+    found = BlindEngine(rig.vehicle, SINGLE).evaluate(rig)
+    x, lowest = along_x(found)
+    ring = h / np.tan(down)
+    z = h - x * np.tan(down)
+    edge = found.grid.voxel_m
+    on_way = (x > 1.2) & (x < ring - edge)
+    assert np.all(lowest[on_way] >= z[on_way] - edge * np.tan(down))  # never told lower than the beam is
+    assert np.all(lowest[on_way] <= z[on_way] + 2.0 * edge)
+    assert np.all(np.isinf(lowest[x > ring + edge])) and ring == pytest.approx(8.507, abs=1e-3)
+
+
+def test_the_roof_edge_throws_a_shadow_of_the_known_length() -> None:
+    h_s, h_roof, dx = 2.0, 1.5, 2.0
+    rig = Rig(vehicle=BOX_FILE, sensors=(dense_lidar(h_s),))
+    settings = BlindSettings(width_m=0.0, within_m=8.0)
+    found = BlindEngine(rig.vehicle, settings, box_mesh()).evaluate(rig)
+    x, lowest = along_x(found)
+    shadow = h_s * dx / (h_s - h_roof)
+    assert shadow == 8.0
+    over_roof = np.maximum(h_s - x * (h_s - h_roof) / dx, 0.0)
+    assert np.all(lowest >= over_roof - 1e-9)
+    assert np.all(lowest[x > 2.3] <= over_roof[x > 2.3] + 2.0 * found.grid.voxel_m)
+    free = BlindEngine(rig.vehicle, BlindSettings(width_m=0.0, within_m=8.0, body="ignored"), box_mesh())
+    assert np.all(along_x(free.evaluate(rig))[1] <= 0.1 + 1e-9)
+
+
+@pytest.mark.parametrize(("voxel_m", "width_m"), [(0.5, 0.0), (0.25, 0.6), (0.02, 0.1)])
+def test_l_k_is_what_a_search_through_all_voxels_finds(voxel_m: float, width_m: float) -> None:
+    rng = np.random.default_rng(7)
+    rig = random_rig(rng).replace(vehicle=Vehicle(length=0.5, width=0.5, height=0.5))
+    settings = BlindSettings(voxel_m, width_m, "ignored", within_m=1.0 if voxel_m < 0.1 else 6.0)
+    engine = BlindEngine(rig.vehicle, settings)
+    found = engine.evaluate(rig)
+    nx, ny, nz = found.grid.shape
+    assert nz == round(2.0 / voxel_m) and (nz > 64) == (voxel_m == 0.02)
+    inside = Engine(whole_field(found.grid))
+    inside.evaluate(rig, MetricSettings(), False)
+    for by in BY:
+        lows = []
+        for sensor in rig.sensors:
+            if by in ("any", sensor.kind):
+                seen = unpack(found.grid, np.array(inside.marks_of(sensor, "exact")))
+                lowest = np.where(seen.any(axis=2), seen.argmax(axis=2) + 1.0, np.inf) * voxel_m
+                lows.append(widened(lowest, width_m / 2.0 / voxel_m))
+        ordered = np.sort(np.stack(lows), axis=0)
+        for k in (1, 2):
+            np.testing.assert_allclose(found.lowest_m(by, k), ordered[k - 1])
+    for h in (0.3, 1.0):
+        where = found.unseen(h)
+        assert found.area_m2(h).sum() == pytest.approx(where.sum() * voxel_m**2)
+    assert (nx, ny) == found.ground.counts.shape
+
+
+def widened(lowest: np.ndarray, radius: float) -> np.ndarray:
+    """The lowest of all columns whose centres lie within a radius, column by column."""
+    nx, ny = lowest.shape
+    best = lowest.copy()
+    for ix in range(nx):
+        for iy in range(ny):
+            reach = int(radius) + 1
+            for jx in range(max(0, ix - reach), min(nx, ix + reach + 1)):
+                for jy in range(max(0, iy - reach), min(ny, iy + reach + 1)):
+                    if np.hypot(jx - ix, jy - iy) <= radius + 1e-9:
+                        best[ix, iy] = min(best[ix, iy], lowest[jx, jy])
+    return best
+
+
+def test_any_number_of_threads_and_any_way_to_a_rig_gives_the_same_map() -> None:
+    rig = random_rig(np.random.default_rng(1), 5)
+    settings = BlindSettings(0.25, within_m=5.0)
+    first = BlindEngine(rig.vehicle, settings, threads=1).evaluate(rig)
+    moved = BlindEngine(rig.vehicle, settings, threads=2)
+    moved.evaluate(rig.with_sensor("s0", rig.sensors[0].replace(position=(1.0, 1.0, 2.0))))
+    assert np.array_equal(first.levels, moved.evaluate(rig).levels)
+    off = rig.with_sensor("s1", rig.sensors[1].replace(enabled=False))
+    fewer = rig.replace(sensors=tuple(s for s in rig.sensors if s.name != "s1"))
+    assert np.array_equal(
+        moved.evaluate(off).levels, BlindEngine(rig.vehicle, settings).evaluate(fewer).levels
+    )
+
+
+def test_sectors_and_bands_share_out_the_ground_beside_the_car_and_a_rig_without_sensors_sees_none() -> None:
+    vehicle = Vehicle(length=4.6, width=1.9)
+    empty = BlindEngine(vehicle, BlindSettings(0.1, within_m=5.0)).evaluate(Rig(vehicle=vehicle))
+    around = (4.6 + 1.9) * 2 * 5.0 + np.pi * 25.0
+    assert empty.ground_m2().sum() == pytest.approx(around, rel=0.01)
+    assert np.array_equal(empty.area_m2(1.8), empty.ground_m2())
+    hole = empty.largest_hole(0.3)
+    assert hole is not None and hole.area_m2 == pytest.approx(around, rel=0.01) and hole.nearest_m < 0.1
+    places = sector_of(
+        np.array([9.0, 9.0, 0.0, -9.0, -9.0, -9.0, 0.0, 9.0]), np.array([0, 9, 9, 9, 0, -9, -9, -9.0])
+    )
+    assert [SECTORS[place] for place in places] == list(SECTORS)
+
+
+def test_the_largest_hole_is_the_larger_of_two() -> None:
+    rig = Rig(
+        vehicle=Vehicle(length=2.0, width=2.0),
+        sensors=(camera((1.0, 0.0, 1.0)), camera((-1.0, 0.0, 1.0), 180.0)),
+    )
+    found = BlindEngine(rig.vehicle, BlindSettings(0.1, 0.3, "ignored", 5.0)).evaluate(rig)
+    hole = found.largest_hole(1.15)
+    areas = found.area_m2(1.15)
+    assert hole is not None and 0.0 < hole.area_m2 <= areas.sum() and found.largest_hole(2.5) is not None
+    left, right = areas[SECTORS.index("left")].sum(), areas[SECTORS.index("right")].sum()
+    assert left == pytest.approx(right, rel=0.05) and areas[SECTORS.index("front")].sum() < 0.5 * left
+
+
+def test_the_outline_of_a_mesh_is_what_it_spans_and_grids_hold_whole_voxels() -> None:
+    assert Outline.of(BOX_FILE, box_mesh(5.0, 3.0)) == Outline(-2.5, 2.5, -1.5, 1.5)
+    grid = BlindEngine(BOX_FILE, BlindSettings(0.3), box_mesh()).grid
+    assert isinstance(grid, VoxelGrid) and grid.roi_m[0] >= 44.0
+    for wrong in ({"width_m": -1.0}, {"within_m": 0.5}, {"width_m": float("nan")}):
+        with pytest.raises(InputError, match="accepted are metres"):
+            BlindSettings(**wrong)

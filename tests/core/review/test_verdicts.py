@@ -1,0 +1,156 @@
+"""Objects beside the car: rays counted one by one, shares by hand, profiles as files."""
+
+import numpy as np
+import pytest
+
+from riglens.core.errors import InputError
+from riglens.core.review.outline import Outline
+from riglens.core.review.profiles import Profile, Shape, Target, bundled_profiles, read_profiles, targets_of
+from riglens.core.review.verdicts import Onlooker, ray_counts, surface_share, verdicts
+from riglens.core.rig.model import Lidar, Rig, Sensor
+from riglens.core.sensing.body_ends import barrier_of
+from riglens.core.sensing.rays import sensor_rays
+from riglens.core.vehicle.solid import CarBody
+from tests.core.review.scenes import BOX_FILE, box_mesh, camera, dense_lidar, random_rig
+from tests.core.vehicle.solids import brute_force
+
+
+def stays_in(
+    origin: np.ndarray, d: np.ndarray, target: Target, near: float, far: float
+) -> tuple[float, float]:
+    """Where a ray is inside of a cylinder, from its nearest approach to the axis and half the chord."""
+    flat = np.hypot(d[0], d[1])
+    away = np.array([target.x_m, target.y_m]) - origin[:2]
+    along, aside = (away @ d[:2]) / flat, (away[0] * d[1] - away[1] * d[0]) / flat
+    if abs(aside) >= target.radius_m:
+        return np.inf, -np.inf
+    chord = np.sqrt(target.radius_m**2 - aside**2)
+    t = sorted(((0.0 - origin[2]) / d[2], (target.height_m - origin[2]) / d[2]))
+    return max(near, (along - chord) / flat, t[0]), min(far, (along + chord) / flat, t[1])
+
+
+def counted(sensor: Sensor, target: Target, ends: np.ndarray) -> tuple[int, int]:
+    """Rays that get there before they end, and rays that would if nothing ended them."""
+    rays = sensor_rays(sensor)
+    free = total = 0
+    for d, end in zip(rays.directions, ends, strict=True):
+        near, far = stays_in(np.array(sensor.position), d, target, *sensor.range_m)
+        total += near < far
+        free += near < far and near < end
+    return free, total
+
+
+def test_rays_on_objects_are_those_of_a_search_through_all_rays_and_triangles() -> None:
+    rng = np.random.default_rng(5)
+    solid = CarBody(BOX_FILE, box_mesh()).solid()
+    blocked = 0
+    for sensor in random_rig(rng, 6).sensors:
+        ranged = sensor.replace(range_m=(0.3, 6.0))
+        barrier = barrier_of(ranged, solid)
+        corners = solid.triangles_m
+        ends, _ = brute_force(
+            np.array(ranged.position), sensor_rays(ranged).directions, corners, barrier.start_m
+        )
+        for _ in range(8):
+            x, y, r, h = rng.uniform([-6.0, -6.0, 0.05, 0.2], [6.0, 6.0, 0.6, 2.0]).tolist()
+            target = Target("o", x, y, r, h)
+            found = ray_counts(ranged, [target], ends)[0].tolist()
+            assert found == list(counted(ranged, target, ends))
+            blocked += found[1] - found[0]
+    assert blocked > 0
+
+
+def test_a_sensor_in_an_object_meets_it_with_every_ray_and_one_out_of_range_with_none() -> None:
+    lidar = dense_lidar(1.0, 10, 20)
+    around = Target("a", 0.0, 0.0, 0.5, 2.0)
+    assert ray_counts(lidar, [around], np.zeros(0))[0, 0] == lidar.ray_count
+    near = lidar.replace(range_m=(0.0, 2.0))
+    assert ray_counts(near, [Target("b", 5.0, 0.0, 0.5, 2.0)], np.zeros(0))[0, 0] == 0
+
+
+def test_the_share_in_view_is_that_of_the_surface() -> None:
+    whole, half = Target("a", 4.0, 0.0, 0.2, 1.0), Target("b", 0.0, 6.0, 0.2, 2.0)
+    ahead = camera((0.0, 0.0, 0.5))
+    assert surface_share(ahead, whole, None) == 1.0 and surface_share(ahead, half, None) == 0.0
+    level = Lidar(name="a", position=(0.0, 0.0, 1.0), elevations_deg=(-30.0, 0.0))
+    assert (
+        surface_share(level, half, None) == 0.5
+    )  # the lower half, which reaches down to the ground within 30 deg
+    quarter = level.replace(azimuths_deg=(-45.0, 0.0, 45.0))
+    assert surface_share(quarter, half, None) == 0.0
+    far = ahead.replace(range_m=(0.0, 2.0))
+    assert surface_share(far, whole, None) == 0.0
+    behind = camera((0.0, 0.0, 1.0))  # inside the box of sheet metal
+    barrier = barrier_of(behind, CarBody(BOX_FILE, box_mesh()).solid())
+    assert surface_share(behind, whole, barrier) == 0.0 and surface_share(behind, whole, None) == 1.0
+
+
+def test_objects_stand_where_their_profile_says_from_the_outermost_points() -> None:
+    outline = Outline(-2.0, 3.0, -1.0, 1.5)
+    by_name = {profile.name: profile for profile in bundled_profiles()}
+    places = {t.name: (t.x_m, t.y_m) for t in targets_of(by_name["fmvss-111-far"], outline)}
+    assert places["B"] == pytest.approx((-8.1, 0.0)) and places["E"] == pytest.approx((-5.05, -1.52))
+    turn = targets_of(by_name["german-turn-assist"], outline)
+    xs, ys = {round(t.x_m, 6) for t in turn}, {round(t.y_m, 6) for t in turn}
+    assert (min(xs), max(xs), min(ys), max(ys)) == (-3.0, 3.0, -3.5, -1.9)
+    assert max(np.diff(sorted(xs))) <= 0.8 and len(turn) == len(xs) * len(ys)
+    rear = targets_of(by_name["un-r158-detection"], outline)
+    assert {round(t.x_m, 6) for t in rear} == {-3.0, -2.6, -2.2} and max(t.y_m for t in rear) == 1.5
+
+
+def test_every_profile_names_its_source_and_judges_by_its_own_numbers() -> None:
+    profiles = bundled_profiles()
+    assert len(profiles) >= 7 and all(len(profile.source) > 20 for profile in profiles)
+    rig = Rig(vehicle=BOX_FILE, sensors=(dense_lidar(3.0), camera((-2.0, 0.0, 1.6), 180.0, 20.0)))
+    onlooker = Onlooker(rig, "blocks", box_mesh())
+    for verdict in verdicts(rig, profiles, "blocks", box_mesh()):
+        assert verdict == onlooker.verdict(verdict.profile)
+        for one in verdict.objects:
+            assert one.is_seen == (one.rays >= verdict.profile.rays and one.share >= verdict.profile.share)
+            assert one.rays == sum(one.rays_by_sensor.values())
+            kinds = {rig.sensor(name).kind for name in one.rays_by_sensor}
+            assert verdict.profile.by == "any" or kinds == {verdict.profile.by}
+        assert verdict.passes == all(one.is_seen for one in verdict.objects)
+    nobody = verdicts(Rig(vehicle=BOX_FILE), profiles, "ignored", box_mesh())
+    assert not any(verdict.passes for verdict in nobody)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("profiles: []", "1: riglens_profiles: "),
+        ("riglens_profiles: 2\nprofiles: []", "1: riglens_profiles: found 2"),
+        (
+            "riglens_profiles: 1\nprofiles:\n  - {name: a, title: b, source: c, object: {height: 0.8}}",
+            "diameter",
+        ),
+        (
+            "riglens_profiles: 1\nprofiles:\n  - {name: a, title: b, source: c, object: {height: 1, diameter: 1},\n"
+            "     at: [{ahead: 1, behind: 2, y: 0}]}",
+            "4: profiles[0].at[0]",
+        ),
+        ("riglens_profiles: 1\nprofiles: &a []", "anchors"),
+        ("- 1", "found no mapping"),
+    ],
+)
+def test_a_wrong_file_is_refused_with_line_and_field(tmp_path, text: str, said: str) -> None:
+    path = tmp_path / "mine.yaml"
+    path.write_text(text)
+    with pytest.raises(InputError) as caught:
+        read_profiles(path)
+    assert "mine.yaml" in str(caught.value) and said in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_a_field_of_too_many_objects_is_refused() -> None:
+    with pytest.raises(InputError, match="at most 2000"):
+        targets_of(
+            Profile(
+                name="a",
+                title="t",
+                source="s",
+                object=Shape(height=1.0, diameter=1.0),
+                field={"ahead": (0.0, 100.0), "across": "width"},  # type: ignore[arg-type]
+                spacing=0.02,
+            ),
+            Outline(-2.0, 2.0, -1.0, 1.0),
+        )

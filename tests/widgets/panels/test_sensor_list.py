@@ -1,0 +1,61 @@
+"""The list of sensors: what a change of the rig repaints."""
+
+from __future__ import annotations
+
+import pytest
+from pytestqt.qtbot import QtBot
+
+from riglens.core.geometry import Pose
+from riglens.core.rig.model import Rig
+from riglens.core.rig.presets import preset
+from riglens.widgets.panels.sensors import tree as trees
+from riglens.widgets.panels.sensors.tree import SensorTree
+
+NOTHING: frozenset[str] = frozenset()
+
+
+@pytest.fixture
+def shown(qtbot: QtBot, monkeypatch: pytest.MonkeyPatch) -> tuple[SensorTree, list[str]]:
+    """A list of W+T, and the names of the rows that are painted anew from now on."""
+    made, painted = SensorTree(), list[str]()
+    qtbot.addWidget(made)
+    made.set_rig(preset("W+T"), NOTHING, ())
+    paint = trees.show_sensor
+    monkeypatch.setattr(
+        trees,
+        "show_sensor",
+        lambda row, sensor, state: (painted.append(sensor.name), paint(row, sensor, state)),
+    )
+    return made, painted
+
+
+def moved(rig: Rig, name: str) -> Rig:
+    return rig.with_sensor(name, rig.sensor(name).with_pose(Pose((0.5, 0.1, 1.8), (0.0, 2.0, 5.0))))
+
+
+def test_a_drag_repaints_no_row(shown: tuple[SensorTree, list[str]]) -> None:
+    tree, painted = shown
+    tree.set_rig(moved(preset("W+T"), "LIDAR_1"), NOTHING, ("LIDAR_1",))
+    assert painted == []
+    assert tree.chosen == ("LIDAR_1",)
+
+
+def test_what_changed_is_repainted_and_nothing_else(shown: tuple[SensorTree, list[str]]) -> None:
+    tree, painted = shown
+    rig = preset("W+T")
+    off = rig.with_sensor("LIDAR_2", rig.sensor("LIDAR_2").replace(enabled=False))
+    tree.set_rig(off, NOTHING, ())
+    tree.set_rig(off, frozenset({"CAM_BACK"}), ())
+    tree.set_rig(off, frozenset({"CAM_BACK"}), (), frozenset({"LIDAR_3"}))
+    assert painted == ["LIDAR_2", "CAM_BACK", "LIDAR_3"]
+
+
+def test_sensors_that_change_places_are_all_repainted(shown: tuple[SensorTree, list[str]]) -> None:
+    tree, painted = shown
+    rig = preset("W+T")
+    names = [sensor.name for sensor in rig.sensors]
+    tree.set_rig(rig.replace(sensors=rig.sensors[1:]), NOTHING, ())
+    assert painted == names[1:]
+    tree.set_rig(rig, NOTHING, ())
+    assert painted == names[1:] + names
+    assert [tree.item_of(name).text(0) for name in names] == names
