@@ -19,6 +19,9 @@ from riglens.core.engine.evaluation_json import evaluation_document, to_text
 from riglens.core.files import atomic_write, require_writable
 from riglens.core.rig.model import Rig
 from riglens.core.sensing.rays import missing_ray_count
+from riglens.core.vehicle.mesh import BodyMesh
+from riglens.core.vehicle.solid import CarBody
+from riglens.core.vehicle.standing import problems_in_short, stands_of
 
 
 def evaluate(names: Sequence[str], scene: SceneOptions, score: ScoreOptions, json_target: str | None) -> None:
@@ -32,6 +35,8 @@ def evaluate(names: Sequence[str], scene: SceneOptions, score: ScoreOptions, jso
         require_writable(json_target, (*names, *scene.files))
     for line in (line for rig in rigs for line in missing_rays(rig)):
         note(line)
+    for line in wrong_places(rigs, meshes):
+        note(line)
     _, field = load_with_progress(scene.for_rigs(rigs, score))
     evaluations = score_rigs(rigs, field, score, meshes=meshes)
     document = evaluation_document(field, settings_of(score), evaluations)
@@ -42,6 +47,14 @@ def evaluate(names: Sequence[str], scene: SceneOptions, score: ScoreOptions, jso
         with atomic_write(json_target, "w") as stream:
             stream.write(to_text(document))
     print_scores(evaluations, field, score)
+
+
+def wrong_places(rigs: Sequence[Rig], meshes: Sequence[BodyMesh | None]) -> Iterator[str]:
+    """One line for each thing that is wrong with where sensors of a rig stand; nothing of a body that was not read."""
+    for rig, mesh in zip(rigs, meshes, strict=True):
+        if mesh is not None or not rig.vehicle.has_mesh_file:
+            for line in problems_in_short(stands_of(rig, CarBody(rig.vehicle, mesh))):
+                yield f"{rig.name}: {line}"
 
 
 def missing_rays(rig: Rig) -> Iterator[str]:

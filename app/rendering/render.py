@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from riglens.app.evaluation.heatmap import Heatmaps, VoxelMarks, marks_for, marks_of, seen_words
 from riglens.app.evaluation.options import (
@@ -33,8 +33,13 @@ from riglens.core.rig.yaml.file import dumps
 from riglens.core.scene.pog import Pog
 from riglens.core.vehicle.mesh import BodyMesh, mesh_size_m, size_remark
 from riglens.core.vehicle.mesh_file import mesh_path, read_mesh
+from riglens.core.vehicle.solid import CarBody
+from riglens.core.vehicle.standing import stands_of
 from riglens.core.view.display import DisplayGrid
 from riglens.widgets.sensors.ray_look import DEFAULT_RAYS, LEAST_DENSITY, MOST_DENSITY, RayLook
+
+if TYPE_CHECKING:  # what draws is loaded with the first picture
+    from riglens.widgets.viewport.masts import Mast
 
 OUT = Path("out")
 """Where the files of a run without a window go."""
@@ -202,13 +207,22 @@ def draw(
         rig = evaluation.rig
         state = SceneState(
             vehicle=rig.vehicle, body_mesh=body, rig=rig, grid=field.grid, heatmap=cells, heat_look=look,
-            ray_look=picture.rays, palette=palette(picture.theme == "dark"), show_ground=picture.ground,
+            ray_look=picture.rays, masts=_masts(rig, body), palette=palette(picture.theme == "dark"),
+            show_ground=picture.ground,
         )  # fmt: skip
         words = PictureWords(picture.legend, picture.title, picture.scores)
         state = with_words(state, words, Findings(rig, evaluation.scores, evaluation.settings, field))
         render_still(
             state, picture.size_px, picture.scale, picture.out, picture.transparent, view=picture.view
         )
+
+
+def _masts(rig: Rig, body: BodyMesh | None) -> tuple[Mast, ...]:
+    """What is drawn of sensors that are not on the car's surface; nothing where a box stands in for the car."""
+    from riglens.widgets.viewport.masts import masts_of
+
+    is_missing = rig.vehicle.has_mesh_file and body is None
+    return () if is_missing else masts_of(stands_of(rig, CarBody(rig.vehicle, body)))
 
 
 # ---------------------------------------------------------------- instead of the window

@@ -24,6 +24,7 @@ from riglens.app.window.features.picture import Picture
 from riglens.app.window.features.scene_data import SceneData
 from riglens.app.window.features.scores import Baseline, Marginals, ScoresShown
 from riglens.app.window.features.sensors import LibraryPanel, Locks, Placing, Sensors
+from riglens.app.window.features.standing import Standing
 from riglens.app.window.features.targets import Targets
 from riglens.app.window.features.views import SavedViews, Views
 from riglens.app.window.workbench import Workbench
@@ -62,6 +63,7 @@ class Features(NamedTuple):
     marginals: Marginals
     targets: Targets
     frame: FrameView
+    standing: Standing
     compare: Compare
     units: Units
     car: Car
@@ -116,6 +118,7 @@ def build_features(bench: Workbench) -> Features:
         marginals=Marginals(bench),
         targets=(targets := Targets(bench)),
         frame=FrameView(bench, targets),
+        standing=Standing(bench),
         compare=Compare(bench, files, exchange),
         units=Units(bench),
         car=(car := Car(bench)),

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.geometry import Vec3
-from riglens.core.vehicle.solid import Solid
+from riglens.core.rig.model import Rig
+from riglens.core.vehicle.solid import CarBody, Solid
 
 FAR_M = 0.1
 """A sensor farther than this from every surface needs something to stand on: our choice."""
@@ -21,13 +24,15 @@ Points = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Stand:
-    """How a sensor stands: `gap_m` to the nearest surface, inf without a body; `drop_m` straight down to the body,
-    None where it is not over it."""
+    """How a sensor at `place_m` stands: `gap_m` to the nearest surface, inf without a body, at `nearest_m`; `drop_m`
+    straight down to the body, None where it is not over it."""
 
     inside: bool
     below_ground: bool
     gap_m: float
     drop_m: float | None
+    place_m: Vec3
+    nearest_m: Vec3 | None = None
 
     @property
     def is_far(self) -> bool:
@@ -47,6 +52,40 @@ class Stand:
             return f"{self.drop_m:.2f} m above the body: needs a bracket"
         return f"{self.gap_m:.2f} m off the body: needs a bracket"
 
+    @property
+    def foot_m(self) -> Vec3:
+        """Where a line from the sensor meets what it should stand on: the ground, the body below it, or beside it."""
+        x_m, y_m, z_m = self.place_m
+        if self.below_ground:
+            return x_m, y_m, 0.0
+        if self.drop_m is not None and not self.inside:
+            return x_m, y_m, z_m - self.drop_m
+        return self.place_m if self.nearest_m is None else self.nearest_m
+
+    @property
+    def height(self) -> str:
+        """What is wrong with the place, as short as can be."""
+        if self.below_ground:
+            return f"{-self.place_m[2]:.2f} m deep"
+        if self.inside:
+            return "inside"
+        return f"{self.gap_m if self.drop_m is None else self.drop_m:.2f} m"
+
+
+def problems_in_short(stands: Mapping[str, Stand]) -> list[str]:
+    """One line for each thing that is wrong with places, with the names of all sensors of which it is true."""
+    named: dict[str, list[str]] = {}
+    for name, found in stands.items():
+        if found.problem:
+            named.setdefault(found.problem, []).append(name)
+    return [f"{', '.join(names)}: {problem}" for problem, names in named.items()]
+
+
+def stands_of(rig: Rig, body: CarBody) -> dict[str, Stand]:
+    """How each sensor of a rig stands, by name; InputError where the mesh of a file is needed and not there."""
+    solid = body.solid()
+    return {sensor.name: stand(sensor.position, solid) for sensor in rig.sensors}
+
 
 def stand(position_m: Vec3, solid: Solid) -> Stand:
     """How a sensor at a place stands by the body.
@@ -58,8 +97,11 @@ def stand(position_m: Vec3, solid: Solid) -> Stand:
     place = np.array(position_m, np.float64)
     below = float(place[2]) < 0.0
     if not solid.count:
-        return Stand(False, below, float("inf"), None)
-    return Stand(_is_inside(place, solid), below, _gap_m(place, solid.triangles_m), _drop_m(place, solid))
+        return Stand(False, below, float("inf"), None, position_m)
+    nearest = _nearest(place, solid)
+    gap_m = float(np.linalg.norm(nearest - place))
+    x_m, y_m, z_m = nearest.tolist()
+    return Stand(_is_inside(place, solid), below, gap_m, _drop_m(place, solid), position_m, (x_m, y_m, z_m))
 
 
 def _is_inside(place: Points, solid: Solid) -> bool:
@@ -92,30 +134,39 @@ def _even_directions(count: int) -> Points:
     return np.stack([flat * np.cos(turn), flat * np.sin(turn), z], axis=1)
 
 
-def _gap_m(place: Points, triangles: Points) -> float:
-    """Distance to the nearest of the triangles (t, 3, 3).
+def _nearest(place: Points, solid: Solid) -> Points:
+    """The point of the surface (3,) nearest to a place.
 
-    Only those whose box is nearer than the nearest corner of all can be.
+    Only triangles whose box is nearer than the nearest first corner of all can have it.
     """
-    nearest = float(np.linalg.norm(triangles - place, axis=2).min())
-    outside = np.maximum(triangles.min(axis=1) - place, place - triangles.max(axis=1))
-    near = np.linalg.norm(np.maximum(outside, 0.0), axis=1) <= nearest
-    return min(nearest, float(_distances(place, triangles[near]).min()))
+    triangles, (low, high) = solid.triangles_m, _boxes(solid)
+    corner = triangles[:, 0] - place
+    most = float(np.einsum("ij,ij->i", corner, corner).min())
+    outside = np.maximum(np.maximum(low - place, place - high), 0.0)
+    points = _nearest_of_each(place, triangles[np.einsum("ij,ij->i", outside, outside) <= most])
+    return np.asarray(points[np.linalg.norm(points - place, axis=1).argmin()])
 
 
-def _distances(place: Points, triangles: Points) -> Points:
-    """Distance of a point to each triangle (k,): to its plane where the foot is within it, else to its sides."""
+@lru_cache(maxsize=2)
+def _boxes(solid: Solid) -> tuple[Points, Points]:
+    """Lowest and highest corners (t, 3) of the boxes around triangles; solids are equal only to themselves."""
+    return solid.triangles_m.min(axis=1), solid.triangles_m.max(axis=1)
+
+
+def _nearest_of_each(place: Points, triangles: Points) -> Points:
+    """The point of each triangle (k, 3) nearest to a place: its foot where that is within, else one on its sides."""
     a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]
     normal = np.cross(b - a, c - a)
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    height = ((place - a) * normal).sum(axis=1)
-    foot = place - height[:, None] * normal
+    foot = place - ((place - a) * normal).sum(axis=1)[:, None] * normal
     within = np.ones(len(triangles), np.bool_)
-    to_sides = np.full(len(triangles), np.inf)
+    nearest, away = foot.copy(), np.full(len(triangles), np.inf)
     for start, end in ((a, b), (b, c), (c, a)):
         side = end - start
         within &= (np.cross(side, foot - start) * normal).sum(axis=1) >= 0.0
         share = ((place - start) * side).sum(axis=1) / (side * side).sum(axis=1)
-        nearest = start + np.clip(share, 0.0, 1.0)[:, None] * side
-        to_sides = np.minimum(to_sides, np.linalg.norm(place - nearest, axis=1))
-    return np.where(within, np.abs(height), to_sides)
+        point = start + np.clip(share, 0.0, 1.0)[:, None] * side
+        this = np.linalg.norm(place - point, axis=1)
+        nearest = np.where((this < away)[:, None], point, nearest)
+        away = np.minimum(away, this)
+    return np.asarray(np.where(within[:, None], foot, nearest))

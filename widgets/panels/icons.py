@@ -46,6 +46,7 @@ _BODIES = {
     "mirror": '<path d="M12 3v18" stroke-dasharray="2 3"/><path d="M9 7v10H3zM15 7v10h6z"/>',
     "link": '<path d="M10 14a4.2 4.2 0 0 0 6 0l3-3a4.2 4.2 0 0 0-6-6l-1.2 1.2"/>'
     '<path d="M14 10a4.2 4.2 0 0 0-6 0l-3 3a4.2 4.2 0 0 0 6 6l1.2-1.2"/>',
+    "alert": '<path d="M12 4L2.8 20h18.4z"/><path d="M12 10v5M12 17.6v0.1"/>',
     "place": '<path d="M3 19c4-4 14-4 18 0"/><path d="M12 3v9M9 9.5l3 3 3-3"/><circle cx="12" cy="15.7" r="0.6"/>',
     "snap": '<path d="M6 4v8a6 6 0 0 0 12 0V4h-4v8a2 2 0 0 1-4 0V4zM6 8h4M14 8h4"/>',
     "car": '<path d="M3 16v-3l2.5-1L8 7.5h7L18.5 12l2.5 1v3h-2M8 16h7M3 16h2"/><circle cx="6.5" cy="16.5" r="1.6"/>'

@@ -105,6 +105,7 @@ QWidget#panel {{ background: {t.panel}; }}
 QLabel#heading {{ color: {t.muted}; font-weight: 600; padding-top: 6px; }}
 QLabel#hint {{ color: {t.muted}; }}
 QLabel#problem {{ color: {t.error}; }}
+QLabel#warning {{ color: {t.less}; }}
 """
 
 _BUTTONS = """

@@ -16,6 +16,7 @@ from riglens.widgets.heatmap.scale import DEFAULT_LOOK, HeatLook, HeatmapData
 from riglens.widgets.sensors.ray_look import DEFAULT_RAYS, RayLook
 from riglens.widgets.theme import DARK, Palette
 from riglens.widgets.traffic.frame import ShownFrame
+from riglens.widgets.viewport.masts import Mast
 
 _NEAR_M = 50.0
 
@@ -67,6 +68,7 @@ class SceneState:
     show_legend: bool = True
     caption: Caption = NO_CAPTION
     marker: Marker | None = None
+    masts: tuple[Mast, ...] = ()
     traffic: ShownFrame | None = None
     camera: OrbitCamera = field(default_factory=OrbitCamera)
     gizmo_mode: GizmoMode = "both"

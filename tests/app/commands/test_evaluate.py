@@ -63,7 +63,34 @@ def test_a_rig_without_sensors_or_a_class_without_boxes_gives_zeros_not_nan(rigl
 def test_standard_output_is_json_alone_and_notes_go_to_standard_error(riglens, boxes):
     result = riglens("evaluate", "W+T", "--boxes", boxes, *SMALL_GRID, "--json", "-")
     json.loads(result.out)
-    assert result.err == "note: 1 box belongs to no class and does not count: shopping_cart 1\n"
+    *places, boxes_note = result.err.splitlines()
+    assert boxes_note == "note: 1 box belongs to no class and does not count: shopping_cart 1"
+    assert all(line.startswith("note: W+T: ") and "needs a bracket" in line for line in places)
+
+
+def test_sensors_that_are_not_on_the_cars_surface_are_noted_and_leave_the_json_as_it_is(
+    riglens, boxes, tmp_path
+):
+    rig = "riglens: 1\nname: three\nsensors:\n"
+    for name, place in (("high", "[0, 0, 2.2]"), ("roof", "[0.1, 0, 1.5]"), ("seat", "[0, 0, 0.9]")):
+        rig += f"  - {{name: {name}, kind: camera, position: {place}, image: [64, 48], cast: [8, 6], hfov_deg: 60}}\n"
+    (tmp_path / "three.yaml").write_text(rig)
+    result = riglens("evaluate", tmp_path / "three.yaml", "--boxes", boxes, *SMALL_GRID, "--json", "-")
+    notes = [line for line in result.err.splitlines() if "three: " in line]
+    assert [line.split(":")[2] for line in notes] == [" high", " seat"]
+    assert notes[0].endswith("m above the body: needs a bracket") and notes[1].endswith("inside the body")
+    assert "bracket" not in result.out
+
+
+def test_nothing_is_said_of_places_on_a_body_that_is_not_read(riglens, boxes, tmp_path):
+    rig = "riglens: 1\nname: one\nvehicle: {body: car.ply}\nsensors:\n"
+    rig += (
+        "  - {name: high, kind: camera, position: [0, 0, 2.2], image: [64, 48], cast: [8, 6], hfov_deg: 60}\n"
+    )
+    (tmp_path / "one.yaml").write_text(rig)
+    options = ("--boxes", boxes, *SMALL_GRID, "--body", "ignored")
+    result = riglens("evaluate", tmp_path / "one.yaml", *options)
+    assert result.code == 0 and "high" not in result.err
 
 
 def test_a_json_file_is_written_beside_the_table(riglens, boxes, tmp_path):
@@ -255,7 +282,7 @@ SKETCH = {"C": -187.9, "P": -183.0, "L": -134.7, "T": -134.2, "W": -670.7, "N": 
 def test_the_bundled_scenario_is_the_default_and_has_all_classes(riglens):
     result = riglens("evaluate", "W+T", "--voxel", "0.2", "--json", "-")
     document = json.loads(result.out)
-    assert result.err == ""
+    assert all(line.endswith("needs a bracket") for line in result.err.splitlines())
     assert document["data"]["source"] == "bundled scenario town"
     assert document["data"]["frames"] >= 2000
     for scores in document["rigs"][0]["classes"].values():

@@ -17,6 +17,7 @@ ALWAYS = {
     "Follow._follow": "view, list and inspector show the pose",
     "Marginals._on_rig": "losses of the rig before are void",
     "Targets._ask": "points on road users are asked for",
+    "Standing._ask": "how high sensors float is asked for",
 }
 """What a move of the mouse wakes, and why."""
 IN_SIGHT = {"Map._follow_rig", "SensorView._ask"}

@@ -9,7 +9,7 @@ from riglens.core.rig.model import PARAMETRIC_BODIES, Vehicle
 from riglens.core.rig.presets import preset
 from riglens.core.vehicle.profiles import reference_vehicle
 from riglens.core.vehicle.solid import CarBody, Solid
-from riglens.core.vehicle.standing import stand
+from riglens.core.vehicle.standing import problems_in_short, stand
 from tests.core.vehicle.solids import box, plate
 
 ROOM = Solid.of(box((-2.0, -1.0, 0.3), (2.0, 1.0, 1.5)))
@@ -90,3 +90,45 @@ def test_another_car_changes_where_a_sensor_stands() -> None:
     place = (-0.4, 0.2, 1.6)
     assert not stand(place, CarBody(Vehicle()).solid()).inside
     assert stand(place, CarBody(Vehicle(body="van", height=2.3)).solid()).inside
+
+
+def distances_m(place: np.ndarray, triangles: np.ndarray) -> float:
+    """The least distance to a fine net of points on each triangle."""
+    steps = np.linspace(0.0, 1.0, 41)
+    u, v = (part.ravel() for part in np.meshgrid(steps, steps))
+    weights = np.stack([(1 - u), u * (1 - v), u * v], axis=1)
+    return float(np.linalg.norm(weights @ triangles - place, axis=2).min())
+
+
+@given(st.floats(-4.0, 4.0), st.floats(-3.0, 3.0), st.floats(0.1, 3.0))
+def test_the_nearest_place_is_on_the_surface_and_nothing_is_nearer(x: float, y: float, z: float) -> None:
+    found = stand((x, y, z), ROOM)
+    place, nearest = np.array((x, y, z)), np.array(found.nearest_m)
+    assert found.gap_m == pytest.approx(np.linalg.norm(nearest - place))
+    assert distances_m(nearest, ROOM.triangles_m) <= 0.06  # the net's mesh
+    assert found.gap_m <= distances_m(place, ROOM.triangles_m) + 1e-9
+
+
+@pytest.mark.parametrize(
+    ("place", "foot_m", "height"),
+    [
+        ((0.0, 0.0, 1.8), (0.0, 0.0, 1.5), "0.30 m"),
+        ((3.0, 0.2, 0.9), (2.0, 0.2, 0.9), "1.00 m"),
+        ((0.5, 0.0, -0.2), (0.5, 0.0, 0.0), "0.20 m deep"),
+        ((1.8, 0.0, 0.9), (2.0, 0.0, 0.9), "inside"),
+    ],
+)
+def test_a_line_to_where_it_should_stand(
+    place: tuple[float, float, float], foot_m: tuple[float, float, float], height: str
+) -> None:
+    found = stand(place, ROOM)
+    assert found.foot_m == pytest.approx(foot_m) and found.height == height
+
+
+def test_what_is_wrong_is_said_once_for_all_sensors_of_which_it_is_true() -> None:
+    stands = {
+        name: stand((x, 0.0, 1.8 if x < 2 else 1.55), ROOM)
+        for name, x in (("a", 0.0), ("b", 1.0), ("c", 2.0))
+    }
+    assert problems_in_short({"c": stand((0.0, 0.0, 1.5), ROOM)}) == []
+    assert problems_in_short(stands)[0] == "a, b: 0.30 m above the body: needs a bracket"

@@ -18,6 +18,7 @@ from riglens.widgets.sensors.ray_look import RayLook
 from riglens.widgets.theme import palette
 from riglens.widgets.traffic.frame import ShownFrame
 from riglens.widgets.viewport.drawn_scene import DrawnScene
+from riglens.widgets.viewport.masts import Mast
 from riglens.widgets.viewport.scene_state import ALL_FIELDS, Caption, Marker, SceneState
 
 LIDAR = Lidar(
@@ -37,6 +38,7 @@ LAYERS = {
     "_rig": ("show_bodies", "show_fans"),
     "_heatmap": ("set_data", "set_look"),
     "_words": ("show_legend", "show_caption"),
+    "_masts": ("show",),
     "_marker": ("set_marker",),
     "_traffic": ("set_frame",),
     "_gizmo": ("set_palette",),
@@ -87,31 +89,32 @@ CHANGES: list[tuple[dict[str, Any], set[str]]] = [
     ({"gizmo_space": "world"}, set()),
     ({"show_gizmo": False}, set()),
     ({"show_ground": False}, {"ground.set_shown"}),
-    ({"show_selection": False}, {"rig.show_bodies", "rig.show_fans of the selected sensor"}),
+    ({"show_selection": False}, {"masts.show", "rig.show_bodies", "rig.show_fans of the selected sensor"}),
     ({"fixed": frozenset({"roof"})}, set()),
     ({"vehicle": Vehicle(length=5.0)}, {"body.set_vehicle"}),
     (
         {"grid": VoxelGrid(0.5, (10.0, 10.0, 4.0))},
         {"ground.set_grid", "ground.set_shown", "roi.set_grid", "rig.show_fans"},
     ),
-    ({"rig": MOVED}, {"rig.show_bodies", "rig.show_fans of the selected sensor"}),
-    ({"rig": OTHER_MOVED}, {"rig.show_bodies", "rig.show_fans"}),
-    ({"selected": "other"}, {"rig.show_bodies", "rig.show_fans"}),
-    ({"also_selected": frozenset({"other"})}, {"rig.show_bodies"}),
-    ({"hidden": frozenset({"other"})}, {"rig.show_bodies", "rig.show_fans"}),
+    ({"rig": MOVED}, {"masts.show", "rig.show_bodies", "rig.show_fans of the selected sensor"}),
+    ({"rig": OTHER_MOVED}, {"masts.show", "rig.show_bodies", "rig.show_fans"}),
+    ({"selected": "other"}, {"masts.show", "rig.show_bodies", "rig.show_fans"}),
+    ({"also_selected": frozenset({"other"})}, {"masts.show", "rig.show_bodies"}),
+    ({"hidden": frozenset({"other"})}, {"masts.show", "rig.show_bodies", "rig.show_fans"}),
     ({"ray_look": RayLook(shown=False)}, {"rig.show_fans"}),
     ({"heatmap": HEAT}, {"heatmap.set_data", "words.show_legend"}),
     ({"heat_look": HeatLook(log=True)}, {"heatmap.set_look", "words.show_legend"}),
     ({"show_legend": False}, {"words.show_legend"}),
     ({"caption": Caption("A rig")}, {"words.show_caption"}),
     ({"marker": Marker((1.0, 2.0, 0.5), 0.2)}, {"marker.set_marker"}),
+    ({"masts": (Mast("roof", (0.2, 0.5, 1.45), "0.75 m", "in full"),)}, {"masts.show"}),
     ({"traffic": FRAME}, {"traffic.set_frame"}),
     (
         {"palette": palette(False)},
         {
             "body.set_vehicle", "ground.set_grid", "ground.set_shown", "roi.set_grid", "rig.show_bodies",
             "rig.show_fans", "words.show_legend", "words.show_caption", "marker.set_marker", "gizmo.set_palette",
-            "traffic.set_frame",
+            "traffic.set_frame", "masts.show",
         },
     ),
 ]  # fmt: skip

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping
 from pathlib import PurePath
 from typing import Any
 
@@ -13,13 +14,16 @@ from riglens.core.metric.scores import Scores
 from riglens.core.rig.edits import partner_of
 from riglens.core.rig.model import Lidar, Rig, Vehicle
 from riglens.core.vehicle.profiles import PROFILES, reference_vehicle
+from riglens.core.vehicle.standing import Stand
 from riglens.widgets.panels.fields.edits import NumberEdit, TextEdit
 from riglens.widgets.panels.fields.form import ChoiceBox, Form
 from riglens.widgets.panels.fields.quantity import DEGREES, METRES, NO_UNIT, Unit
 from riglens.widgets.panels.inspector.sensor_forms import CameraForm, LidarForm, SensorForm
-from riglens.widgets.panels.scrolled import scrolled
+from riglens.widgets.panels.scrolled import breakable, scrolled
 from riglens.widgets.panels.style import plain_tip
 
+_NAMED = 3
+"""Up to so many sensors are named, of more it is said how many they are."""
 _SIZES = ("length", "width", "height", "rear_axle_x")
 _TRIPLES: tuple[tuple[str, str, tuple[str, str, str], float, Unit, str], ...] = (
     ("rpy_deg", "Mesh turned", ("mesh_roll", "mesh_pitch", "mesh_yaw"), 5.0, DEGREES, "roll, pitch, yaw"),
@@ -110,6 +114,7 @@ class Inspector(QStackedWidget):
         self._loss_of: str | None = None
         self._saved: Rig | None = None
         self._locked: frozenset[str] = frozenset()
+        self._problems: Mapping[str, str] = {}
         self._units: tuple[Unit, ...] = (METRES, DEGREES)
         for form in (self._rig_form, self._lidar_form, self._camera_form):
             self.addWidget(_in_dock(form))
@@ -185,6 +190,19 @@ class Inspector(QStackedWidget):
         for form in self._sensor_forms:
             form.marginal.set_stale(True)
 
+    def show_stands(self, stands: Mapping[str, Stand]) -> None:
+        """Say how sensors stand where something is wrong with that, by name."""
+        self._problems = {name: found.problem for name, found in stands.items() if found.problem}
+        self._rig_form.show_stands(stands)
+        self._show_places()
+
+    def _show_places(self) -> None:
+        lines = [(name, self._problems[name]) for name in self._shown if name in self._problems]
+        is_alone = len(self._shown) == 1
+        text = "\n".join(problem if is_alone else f"{name}: {problem}" for name, problem in lines)
+        for form in self._sensor_forms:
+            form.show_place(text)
+
     def set_rig(self, rig: Rig, selection: tuple[str, ...]) -> None:
         """Show the selected sensors on the form of the last of them, or the rig."""
         form: Form = self._rig_form
@@ -204,6 +222,7 @@ class Inspector(QStackedWidget):
         self._shown = selection
         self.setCurrentIndex([self._rig_form, self._lidar_form, self._camera_form].index(form))
         form.show_several(subjects)
+        self._show_places()
         self.set_locked(self._locked)
 
     def _saved_poses(self, names: tuple[str, ...]) -> dict[str, Pose]:
@@ -237,7 +256,24 @@ class RigForm(Form):
         self._summary.setWordWrap(True)
         self._summary.setTextFormat(Qt.TextFormat.PlainText)
         self.add_wide(self._summary)
+        self._places = QLabel()
+        self._places.setObjectName("warning")
+        self._places.setWordWrap(True)
+        self._places.setTextFormat(Qt.TextFormat.PlainText)
+        self.add_wide(self._places)
+        self.show_stands({})
         self.close_form()
+
+    def show_stands(self, stands: Mapping[str, Stand]) -> None:
+        """Say which sensors are not on the car's surface."""
+        text = places_text(stands)
+        self._places.setText(breakable(text))
+        self._places.setVisible(bool(text))
+
+    @property
+    def places(self) -> str:
+        """What is said about places, empty when nothing is wrong."""
+        return "" if self._places.isHidden() else self._places.text()
 
     def _add_body(self) -> None:
         body = self._body = ChoiceBox()
@@ -283,6 +319,25 @@ class RigForm(Form):
             if subject.sensors
             else "No sensors yet. Add one in the toolbar, or drag a model from the library onto the car."
         )
+
+
+def places_text(stands: Mapping[str, Stand]) -> str:
+    """Describe in a line each which sensors are off the body, inside it or in the ground; empty when none is."""
+    gaps_m = {name: found.gap_m for name, found in stands.items() if found.is_far}
+    lines = []
+    if gaps_m:
+        low, high = f"{min(gaps_m.values()):.2f}", f"{max(gaps_m.values()):.2f}"
+        away = f"{low} m" if low == high else f"{low} to {high} m"
+        lines.append(f"{_who(gaps_m)}: {away} off the body, to be held by brackets")
+    for words, is_so in (("inside the body", True), ("below the ground", False)):
+        names = [n for n, found in stands.items() if (found.inside if is_so else found.below_ground)]
+        if names:
+            lines.append(f"{_who(names)}: {words}")
+    return "\n".join(lines)
+
+
+def _who(names: Collection[str]) -> str:
+    return ", ".join(names) if len(names) <= _NAMED else f"{len(names)} sensors"
 
 
 def _counted(number: int, thing: str) -> str:

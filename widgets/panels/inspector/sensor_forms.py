@@ -13,6 +13,7 @@ from PySide6.QtWidgets import QCheckBox, QComboBox, QLabel, QWidget
 from riglens.core.geometry import Pose
 from riglens.core.rig.library import default_library
 from riglens.core.rig.model import Camera, Lidar, Sensor
+from riglens.core.vehicle.standing import FAR_M
 from riglens.widgets.panels.fields.edits import IntegerEdit, NumberEdit, TextEdit, ValueEdit
 from riglens.widgets.panels.fields.form import ChoiceBox, Form, read_field, read_item, write_field, write_item
 from riglens.widgets.panels.fields.quantity import DEGREES, METRES, PIXELS, Unit
@@ -27,6 +28,10 @@ STEP_M, STEP_DEG = 0.05, 1.0
 POSE_TIP = (
     "x forward, y left, z up from the ground under the middle of the car; "
     "positive pitch looks down, positive yaw turns left"
+)
+PLACE_TIP = (
+    f"A sensor more than {FAR_M:g} m off every surface of the car needs something to stand on (our choice); one inside "
+    "the body sees only through what the switch Solid car lets it"
 )
 _NO_MODEL, MODIFIED = "none", ", modified"
 _DERIVED = {
@@ -154,6 +159,23 @@ class SensorForm(Form):
             angles.append(about)
         for before, after in pairwise([*positions, *angles]):
             self.setTabOrder(before, after)  # the position as a whole, then the rotation
+        self._place = QLabel()
+        self._place.setObjectName("warning")
+        self._place.setWordWrap(True)
+        self._place.setTextFormat(Qt.TextFormat.PlainText)
+        self._place.setToolTip(PLACE_TIP)
+        self.add_wide(self._place)
+        self.show_place("")
+
+    def show_place(self, problem: str) -> None:
+        """Say what is wrong with the place of the sensor, nothing when it is empty."""
+        self._place.setText(breakable(problem))
+        self._place.setVisible(bool(problem))
+
+    @property
+    def place(self) -> str:
+        """What is said to be wrong with the place."""
+        return self._place.text()
 
     def _take_poses(self, posed: Callable[[str, Pose], Pose]) -> None:
         """Take other poses as one change."""

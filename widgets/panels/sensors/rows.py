@@ -7,10 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import Qt
-from PySide6.QtGui import QBrush, QColor, QIcon
+from PySide6.QtCore import QModelIndex, QPersistentModelIndex, QRect, Qt
+from PySide6.QtGui import QBrush, QColor, QIcon, QPainter
 from PySide6.QtWidgets import (
     QHeaderView,
+    QStyle,
+    QStyledItemDelegate,
+    QStyleOptionViewItem,
     QTreeWidget,
     QTreeWidgetItem,
 )
@@ -89,9 +92,12 @@ def _pixel_deg(focal_px: float) -> float:
 
 
 MODIFIED = "*"
+SIGN_PX = 18
+"""Room for the warning sign."""
 NAME, TYPE, LOSS, LOCK, EYE = range(5)
 TITLES = ("Sensor", "Type", "Loss", "", "")
 SENSOR_NAME = Qt.ItemDataRole.UserRole
+PROBLEM = Qt.ItemDataRole.UserRole.value + 3
 WIDTHS_PX = {TYPE: 50, LOSS: 48, LOCK: 22, EYE: 24}
 _FIXED_FLAGS = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
 _EDIT_FLAGS = _FIXED_FLAGS | Qt.ItemFlag.ItemIsEditable | Qt.ItemFlag.ItemIsUserCheckable
@@ -104,6 +110,33 @@ TIPS = (
 )
 
 
+class NameDelegate(QStyledItemDelegate):
+    """Draws a name, and behind it a warning sign where something is wrong with the sensor's place."""
+
+    def paint(
+        self,
+        painter: QPainter,
+        option: QStyleOptionViewItem,
+        index: QModelIndex | QPersistentModelIndex,
+    ) -> None:
+        """Draw name and sign."""
+        if not index.data(PROBLEM):
+            super().paint(painter, option, index)
+            return
+        told = QStyleOptionViewItem(option)
+        rect = QRect(option.rect)
+        told.rect = rect.adjusted(0, 0, -SIGN_PX, 0)
+        super().paint(painter, told, index)
+        side = SIGN_PX - 4
+        place = QRect(rect.right() - SIGN_PX, rect.center().y() - side // 2, side, side)
+        is_selected = bool(option.state & QStyle.StateFlag.State_Selected)
+        if is_selected:
+            rest = QRect(rect.right() - SIGN_PX + 1, rect.top(), SIGN_PX, rect.height())
+            painter.fillRect(rest, option.palette.highlight())
+        mode = QIcon.Mode.Selected if is_selected else QIcon.Mode.Normal
+        icon("alert", tones().less).paint(painter, place, Qt.AlignmentFlag.AlignCenter, mode)
+
+
 @dataclass(frozen=True)
 class RowState:
     """What is shown of a sensor beside its fields."""
@@ -112,12 +145,15 @@ class RowState:
     is_locked: bool = False
     partner: str | None = None
     """The other sensor of its mirror pair."""
+    problem: str = ""
+    """What is wrong with its place."""
 
 
 def set_up_columns(tree: QTreeWidget) -> None:
     """Set titles, widths and delegates; only the name column grows with the list."""
     tree.setColumnCount(len(TITLES))
     tree.setHeaderLabels(list(TITLES))
+    tree.setItemDelegateForColumn(NAME, NameDelegate(tree))
     tree.setItemDelegateForColumn(LOSS, BarDelegate(tree))
     head = tree.headerItem()
     for column, tip in enumerate(TIPS):
@@ -185,8 +221,11 @@ def show_sensor(row: QTreeWidgetItem, sensor: Sensor, state: RowState) -> None:
     row.setIcon(EYE, icon("eye-off", tones().muted) if state.is_hidden else icon("eye"))
     row.setIcon(NAME, icon("link", LINKED_COLOUR) if state.partner is not None else QIcon())
     pair = f"\n{pair_note(state.partner)}" if state.partner is not None else ""
+    row.setData(NAME, PROBLEM, state.problem)
+    place = f"\n{state.problem[:1].upper()}{state.problem[1:]}" if state.problem else ""
     row.setToolTip(
-        NAME, plain_tip(f"{sensor.name}, {short_type(sensor)}{pair}\n{model_note(sensor)}\n\n{TIPS[NAME]}")
+        NAME,
+        plain_tip(f"{sensor.name}, {short_type(sensor)}{place}{pair}\n{model_note(sensor)}\n\n{TIPS[NAME]}"),
     )
     row.setToolTip(TYPE, plain_tip(model_note(sensor)))
     row.setToolTip(LOCK, "Locked: it cannot be moved, edited or deleted" if state.is_locked else TIPS[LOCK])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import partial
 from itertools import zip_longest
 
@@ -23,6 +24,7 @@ from riglens.widgets.panels.sensors.rows import (
     LOSS,
     NAME,
     SENSOR_NAME,
+    SIGN_PX,
     TYPE,
     WIDTHS_PX,
     RowState,
@@ -70,6 +72,7 @@ class SensorList(QTreeWidget):
         self._locked: frozenset[str] = frozenset()
         self._enabled: frozenset[str] = frozenset()
         self._selection: Names = ()
+        self._rig, self._problems = Rig(), dict[str, str]()
         set_up_columns(self)
         self.setIndentation(6)
         self.setRootIsDecorated(False)
@@ -92,9 +95,18 @@ class SensorList(QTreeWidget):
                 self._kinds = []  # other colours: rebuild every row
             self._shown, self._hidden, self._locked = shown, hidden, locked
             self._enabled = frozenset(sensor.name for sensor in rig.sensors if sensor.enabled)
+            self._rig = rig
             self._show_rows(rig)
         self._show_selection(selection)
         self.blockSignals(False)
+
+    def show_problems(self, problems: Mapping[str, str]) -> None:
+        """Mark the sensors whose places are wrong, and say in their tooltips what is."""
+        if problems != self._problems:
+            self._problems = dict(problems)
+            self.blockSignals(True)
+            self._show_rows(self._rig)
+            self.blockSignals(False)
 
     def _show_selection(self, selection: Names) -> None:
         """Select these rows and no others."""
@@ -163,7 +175,8 @@ class SensorList(QTreeWidget):
         self._fit_names()
 
     def _state_of(self, rig: Rig, name: str) -> RowState:
-        return RowState(name in self._hidden, name in self._locked, partner_of(rig, name))
+        problem = self._problems.get(name, "")
+        return RowState(name in self._hidden, name in self._locked, partner_of(rig, name), problem)
 
     def _build_rows(self, kinds: list[str]) -> list[QTreeWidgetItem]:
         """Make empty rows under their group, in the order of the rig's sensors."""
@@ -207,6 +220,8 @@ class SensorList(QTreeWidget):
         longest = max((self.fontMetrics().horizontalAdvance(name) for name in self._items), default=0)
         if self._has_links:
             longest += self.iconSize().width() + LINK_GAP_PX
+        if self._problems:
+            longest += SIGN_PX
         needed = longest + TICK_PX + 2 * self.indentation() + _NAME_MARGIN_PX + sum(WIDTHS_PX.values())
         self.setColumnHidden(TYPE, needed > self.viewport().width())
 

@@ -1,0 +1,88 @@
+"""Where sensors stand by the car's body, found by a thread of its own with serial kernels."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from PySide6.QtCore import QObject, Signal
+
+from riglens.app.background.inbox import unexpected
+from riglens.app.background.worker import CLOSE_S, LatestThread, Unwanted
+from riglens.core.errors import InputError
+from riglens.core.geometry import Vec3
+from riglens.core.vehicle.solid import CarBody
+from riglens.core.vehicle.standing import Stand, stand
+
+
+@dataclass(frozen=True)
+class StandRequest:
+    """A body, and sensors by name with their places, metres."""
+
+    body: CarBody
+    places_m: tuple[tuple[str, Vec3], ...]
+
+
+@dataclass(frozen=True)
+class StandAnswer:
+    """The answer to one request: how each sensor stands, by name."""
+
+    request: StandRequest
+    stands: Mapping[str, Stand]
+
+
+class StandFinder(QObject):
+    """Owner of the thread, which starts with the first request; every method is called by the interface thread.
+
+    What was found is kept as long as body and place are asked for, so a drag costs the moved sensor only.
+    """
+
+    found = Signal(object)
+    """A StandAnswer."""
+    failed = Signal(str)
+
+    def __init__(self, parent: QObject | None = None, close_s: float = CLOSE_S) -> None:
+        super().__init__(parent)
+        self._thread = LatestThread[StandRequest]("standing", self._answer, close_s)
+        self._body: CarBody | None = None
+        self._known: dict[Vec3, Stand] = {}
+
+    def ask(self, request: StandRequest) -> None:
+        """Ask how sensors stand; takes the place of a request that still waits."""
+        self._thread.ask(request)
+
+    def close(self) -> None:
+        """End the thread, or leave it to itself when it takes too long."""
+        self._thread.close()
+
+    def wait_until_idle(self, timeout_s: float = 60.0) -> bool:
+        """Block until nothing waits or runs; False on timeout. Answers may still be queued as Qt events."""
+        return self._thread.wait_until_idle(timeout_s)
+
+    # ------------------------------------------------------------------ the thread
+    def _answer(self, request: StandRequest) -> None:
+        try:
+            stands = self._find(request)
+        except InputError as error:
+            self._fail(str(error))
+        except Unwanted:
+            raise
+        except Exception as error:
+            self._fail(unexpected("places of sensors", error))
+        else:
+            self._thread.stop_if_closing()
+            self.found.emit(StandAnswer(request, stands))
+
+    def _find(self, request: StandRequest) -> dict[str, Stand]:
+        if request.body != self._body:
+            self._body, self._known = request.body, {}
+        solid, known = request.body.solid(), {}
+        for _, place_m in request.places_m:
+            self._thread.stop_if_closing()
+            known[place_m] = self._known.get(place_m) or stand(place_m, solid)
+        self._known = known
+        return {name: known[place_m] for name, place_m in request.places_m}
+
+    def _fail(self, reason: str) -> None:
+        if not self._thread.inbox.is_closing():  # nobody hears it any more, and the signals may be gone
+            self.failed.emit(reason)

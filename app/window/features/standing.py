@@ -1,0 +1,58 @@
+"""Sensors off the body, inside it or in the ground are marked in the list, the view and the inspector."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from PySide6.QtCore import Qt
+
+from riglens.app.background.standing import StandAnswer, StandFinder, StandRequest
+from riglens.app.window.feature import Feature
+from riglens.app.window.workbench import Workbench
+from riglens.core.vehicle.solid import CarBody
+from riglens.core.vehicle.standing import Stand
+from riglens.widgets.viewport.masts import masts_of
+
+
+class Standing(Feature):
+    """Asks after every move, once there are scores: both would compile at once. Of a body not read nothing is said."""
+
+    def __init__(self, bench: Workbench, finder: StandFinder | None = None) -> None:
+        super().__init__(bench)
+        self.finder = finder or StandFinder(self)
+        self._asked: StandRequest | None = None
+        queued = Qt.ConnectionType.QueuedConnection
+        self.finder.found.connect(self._take, queued)
+        self.finder.failed.connect(bench.report_error, queued)
+        self.session.asked_changed.connect(self._ask)
+        bench.answers.answered.connect(lambda _: self._ask())
+        bench.closing.connect(self.finder.close)
+
+    def _ask(self) -> None:
+        """Ask how the sensors of the rig stand now; nothing happens when that was asked already."""
+        rig, mesh = self.document.rig, self.session.mesh
+        if self.bench.answers.result is None:
+            return
+        if rig.vehicle.has_mesh_file and mesh is None:
+            self._asked = None
+            self._show({})
+            return
+        places_m = tuple((sensor.name, sensor.position) for sensor in rig.sensors)
+        request = StandRequest(CarBody(rig.vehicle, mesh), places_m)
+        if request != self._asked:
+            self._asked = request
+            self.finder.ask(request)
+
+    def _take(self, answer: StandAnswer) -> None:
+        """Show an answer; one to an earlier pose too, until the next is there."""
+        if self._asked is not None and answer.request.body == self._asked.body:
+            self._show(answer.stands)
+
+    def _show(self, stands: Mapping[str, Stand]) -> None:
+        problems = {name: found.problem for name, found in stands.items() if found.problem}
+        self.bench.panels.tree.show_problems(problems)
+        self.bench.panels.inspector.show_stands(stands)
+        masts = masts_of(stands)
+        if masts != self.viewport.state.masts:
+            self.viewport.show_state(replace(self.viewport.state, masts=masts))

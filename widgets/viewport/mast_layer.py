@@ -1,0 +1,146 @@
+"""Draws masts: thin lines from sensors to where they should stand, with a foot on the skin and the height."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+import pyvista as pv
+from numpy.typing import NDArray
+from vtkmodules.vtkRenderingCore import vtkRenderer, vtkTextActor
+
+from riglens.widgets.drawing.actors import line_mesh, plain_actor
+from riglens.widgets.drawing.camera import OrbitCamera, Size
+from riglens.widgets.drawing.label import place_text, set_words, text_actor
+from riglens.widgets.theme import Palette, rgb
+from riglens.widgets.viewport.masts import Mast
+from riglens.widgets.viewport.scene_state import SceneState
+
+MAST_COLOUR, EDGE_COLOUR = "#f8fafc", "#101418"
+_WIDTHS_PX = (4.0, 1.8)
+_FOOT_M, _CORNERS = 0.035, 16
+_FONT_PX, _BESIDE_PX = 12, 7
+_LETTER, _HIGH = 0.64, 1.7
+"""Width of a letter and height of a label, in font sizes: near enough to keep labels apart."""
+MOST_LABELS = 24
+_ALONG = (0.5, 0.2, 0.8)
+"""Where along its mast, from the sensor, a label may stand."""
+Points = NDArray[np.float64]
+Rectangle = tuple[float, float, float, float]
+
+
+class MastLayer:
+    """Lines with a dark edge in the scene, those of buried sensors over it; labels that would meet give way."""
+
+    def __init__(self, main: vtkRenderer, overlay: vtkRenderer) -> None:
+        self._overlay = overlay
+        colours = (EDGE_COLOUR, MAST_COLOUR)
+        self._free = tuple(plain_actor(pv.PolyData(), color=c, lighting=False) for c in colours)
+        self._buried = tuple(plain_actor(pv.PolyData(), color=c, lighting=False) for c in colours)
+        for renderer, actors in ((main, self._free), (overlay, self._buried)):
+            for actor in actors:
+                actor.visibility = False
+                renderer.AddActor(actor)
+        self._labels: list[vtkTextActor] = []
+        self._shown: list[tuple[Mast, Points, bool]] = []
+
+    def show(self, state: SceneState) -> None:
+        """Draw the masts of the sensors that are shown, from where these are now."""
+        places = {sensor.name: sensor.position for sensor in state.shown}
+        self._shown = [
+            (mast, np.array([places[mast.name], mast.foot_m]), state.is_selected(mast.name))
+            for mast in state.masts
+            if mast.name in places
+        ]
+        for actors, is_buried in ((self._free, False), (self._buried, True)):
+            ends = [ends for mast, ends, _ in self._shown if mast.is_buried == is_buried]
+            for actor in actors:
+                actor.visibility = bool(ends)
+                if ends:
+                    actor.mapper.SetInputData(_lines(np.stack(ends)))
+        self._colour_labels(state.palette)
+
+    def arrange(self, camera: OrbitCamera, size: Size, pixel_ratio: float) -> None:
+        """Put labels beside masts: that of the selected sensor in full, then of the longest, while there is room."""
+        for actors in (self._free, self._buried):
+            for actor, width_px in zip(actors, _WIDTHS_PX, strict=True):
+                actor.prop.line_width = width_px * pixel_ratio
+        wanted = [] if size[0] < 2 else _placed(self._shown, camera, size, _FONT_PX * pixel_ratio)
+        while len(self._labels) < len(wanted):
+            self._add_label()
+        for number, label in enumerate(self._labels):
+            label.SetVisibility(number < len(wanted))
+            if number < len(wanted):
+                words, (left, low, _, high) = wanted[number]
+                set_words(label, f" {words} ")
+                place_text(label, left, low + 0.28 * (high - low), _FONT_PX * pixel_ratio)
+
+    @property
+    def label_texts(self) -> list[str]:
+        """What the labels in sight say."""
+        return [label.GetInput().strip() for label in self._labels if label.GetVisibility()]
+
+    def _add_label(self) -> None:
+        label = text_actor()
+        label.SetPickable(False)
+        self._overlay.AddViewProp(label)
+        self._labels.append(label)
+        self._colour_label(label)
+
+    def _colour_labels(self, palette: Palette) -> None:
+        self._palette = palette
+        for label in self._labels:
+            self._colour_label(label)
+
+    def _colour_label(self, label: vtkTextActor) -> None:
+        style = label.GetTextProperty()
+        style.SetColor(*rgb(self._palette.text))
+        style.SetBackgroundColor(*rgb(self._palette.background))
+        style.SetBackgroundOpacity(0.85)
+
+
+def _placed(
+    shown: list[tuple[Mast, Points, bool]], camera: OrbitCamera, size: Size, font_px: float
+) -> list[tuple[str, Rectangle]]:
+    """Words and rectangles (left, low, right, high), pixels from the lower left, none over another."""
+    order = sorted(shown, key=lambda item: (not item[2], -float(np.linalg.norm(item[1][0] - item[1][1]))))
+    found: list[tuple[str, Rectangle]] = []
+    for mast, ends, is_selected in order[:MOST_LABELS]:
+        places = camera.project(np.stack([ends[0] + share * (ends[1] - ends[0]) for share in _ALONG]), size)
+        rooms = (
+            (words, room)
+            for words in ((mast.full, mast.short) if is_selected else (mast.short,))
+            for room in _rooms(words, places, size, font_px)
+        )
+        free = (item for item in rooms if not any(_meet(item[1], other) for _, other in found))
+        found += [item for item in (next(free, None),) if item is not None]
+    return found
+
+
+def _rooms(words: str, places: Points, size: Size, font_px: float) -> Iterator[Rectangle]:
+    """Where in the view a label may stand: right or left of places (n, 3) along its mast."""
+    wide, high, beside = (
+        (len(words) + 2) * _LETTER * font_px,
+        _HIGH * font_px,
+        _BESIDE_PX * font_px / _FONT_PX,
+    )
+    for x, y, depth in places.tolist():
+        for left in (x + beside, x - beside - wide):
+            low = size[1] - y - high / 2
+            if depth > 0.0 and left >= 0.0 and left + wide <= size[0] and 0.0 <= low <= size[1] - high:
+                yield left, low, left + wide, low + high
+
+
+def _meet(one: Rectangle, other: Rectangle) -> bool:
+    return one[0] < other[2] and other[0] < one[2] and one[1] < other[3] and other[1] < one[3]
+
+
+def _lines(ends: Points) -> pv.PolyData:
+    """Lines (n, 2, 3) with a flat ring around the second end of each."""
+    turn = 2.0 * math.pi * np.arange(_CORNERS + 1) / _CORNERS
+    ring = _FOOT_M * np.stack([np.cos(turn), np.sin(turn), np.zeros_like(turn)], axis=1)
+    corners = ends[:, 1, None, :] + ring
+    starts = np.concatenate([ends[:, 0], corners[:, :-1].reshape(-1, 3)])
+    stops = np.concatenate([ends[:, 1], corners[:, 1:].reshape(-1, 3)])
+    return line_mesh(starts, stops)
