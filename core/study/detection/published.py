@@ -21,7 +21,7 @@ LADDER = ("1 x 16 low in front", "1 x 16 on the roof", "2 x 16 on the roof", "Tr
 """What must come out in this order if anything does: each clearly better than the one before."""
 
 PROTOCOL = Protocol(
-    seeds=5, epochs=6, train_frames=200, test_frames=500, simulation=SimulationSettings(clutter=120)
+    seeds=5, epochs=4, train_frames=200, test_frames=500, simulation=SimulationSettings(clutter=120)
 )
 
 
