@@ -35,7 +35,7 @@ test: setup-dev
 
 test-detect: setup-dev
 	@$(PYTHON) -c "import torch" 2>/dev/null || $(PYTHON) tools/install_torch.py
-	@$(PYTHON) -m pytest tests/core/detect
+	@$(PYTHON) -m pytest tests/core/detect tests/core/study/detection tests/app/studies/test_detection.py
 
 stress: setup-dev
 	@$(PYTHON) tools/beside_spinners.py $(PYTHON) -m pytest $(WHOLE_SUITE)

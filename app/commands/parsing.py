@@ -15,7 +15,7 @@ from riglens.app.commands.data import data, pog
 from riglens.app.commands.picture import render
 from riglens.app.commands.rigs import convert, library, presets
 from riglens.app.commands.scores import evaluate, window
-from riglens.app.commands.studies import accuracy, stability, table1
+from riglens.app.commands.studies import accuracy, detection, stability, table1
 from riglens.app.commands.studies import targets as study_targets
 from riglens.app.commands.targets import targets
 from riglens.core.errors import InputError
@@ -46,7 +46,7 @@ app.command(render, sort_key=4)
 app.command(presets, sort_key=5)
 app.command(convert, sort_key=5)
 app.command(library, sort_key=7)
-for command in (table1, accuracy, stability):
+for command in (table1, accuracy, stability, detection):
     study.command(command)
 study.command(study_targets, name="targets")
 

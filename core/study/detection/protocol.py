@@ -28,6 +28,8 @@ Ids = NDArray[np.int64]
 WORDING = "simulated LiDAR, small detector trained here: compares rigs, does not predict the AP of your stack"
 LEAST_FRAMES, LEAST_SEQUENCES = 20, 4
 TRAIN_SHARE = 0.6
+CLUTTER = 120
+"""Things in a frame that are no road users: so many that pedestrians are hard to tell even for the best rigs."""
 MOST_SEEDS, MOST_EPOCHS = 100, 1000
 _VERSION = 1
 """Counts up when pieces of before must not be used again."""
@@ -46,7 +48,7 @@ class Protocol:
     train_frames: int = 300
     test_frames: int = 500
     region: Region = field(default_factory=Region)
-    simulation: SimulationSettings = field(default_factory=SimulationSettings)
+    simulation: SimulationSettings = field(default_factory=lambda: SimulationSettings(clutter=CLUTTER))
 
     def __post_init__(self) -> None:
         if not 1 <= self.seeds <= MOST_SEEDS:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,7 +46,8 @@ class Result:
         same = equal_rays(rays)
         return every | ({"equal ray count": same} if 0 < len(same) < len(rays) else {})
 
-    def findings(self) -> list[Finding]:
+    @cached_property
+    def ranks(self) -> list[Finding]:
         """All rank correlations, group by group and class by class."""
         return [
             Finding(among, name, column, kind, len(places), self._correlation(kind, name, column, places))

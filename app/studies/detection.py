@@ -1,0 +1,230 @@
+"""`riglens study detection`: sweeps of rigs, a small detector trained on them, and which score predicts it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from rich import box
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from riglens.app.evaluation.options import SceneOptions, usual_body
+from riglens.app.evaluation.scenario import load_scenario, remarks_on
+from riglens.app.evaluation.traffic import load_traffic
+from riglens.app.studies.detection_chart import chart, correlation, pair_chart
+from riglens.app.studies.detection_files import as_json, pair_lines, rank_lines, rig_lines, seed_lines
+from riglens.app.studies.files import csv_text, require_folder, write_text
+from riglens.app.terminal.console import note, progress_bar, results
+from riglens.core.detect.net import Device, machine
+from riglens.core.engine.engine import Engine
+from riglens.core.errors import InputError
+from riglens.core.files import atomic_write
+from riglens.core.formats.opening import open_rig
+from riglens.core.metric.scores import Body
+from riglens.core.rig.model import Rig
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.shown_text import visible
+from riglens.core.study.detection.pieces import Pieces, Study
+from riglens.core.study.detection.protocol import WORDING, Protocol, entrants
+from riglens.core.study.detection.published import PROTOCOL, published_rigs
+from riglens.core.study.detection.result import Result, assemble
+from riglens.core.study.detection.run import Told, run
+from riglens.core.study.detection.statistics import COLUMNS, LEAST_DIFFERENCE, MEAN, Estimate
+from riglens.core.study.detection.surrogates import surrogates
+from riglens.core.study.ranks import FEWEST_RIGS
+from riglens.core.targets.engine import TargetEngine
+from riglens.core.targets.settings import TargetSettings
+from riglens.core.targets.traffic import WITHIN_M, Traffic
+
+NAMES = (
+    "detection.csv", "detection-seeds.csv", "detection-ranks.csv", "detection-pairs.csv", "detection.json",
+    "detection.png", "detection-pairs.png",
+)  # fmt: skip
+PIECES = "pieces"
+MOST_WORKERS = 256
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How much is done, and on what: None for seeds is what the protocol has."""
+
+    quick: bool = False
+    per_rig: bool = False
+    published: bool = False
+    seeds: int | None = None
+    workers: int = 1
+    device: Device | None = None
+    body: Body | None = None
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.workers <= MOST_WORKERS:
+            raise InputError(
+                f"--workers: found {self.workers}, accepted is a whole number from 1 to {MOST_WORKERS}"
+            )
+
+    def protocol(self, rigs: Sequence[Rig]) -> Protocol:
+        """The protocol for these rigs; raise InputError for seeds that are none."""
+        protocol = PROTOCOL if self.published else Protocol()
+        if not self.published:
+            body = self.body or usual_body(rigs)
+            protocol = replace(protocol, simulation=replace(protocol.simulation, body=body))
+        protocol = protocol.per_rig() if self.per_rig else protocol
+        protocol = protocol.quick() if self.quick else protocol
+        return replace(protocol, seeds=self.seeds) if self.seeds is not None else protocol
+
+
+def study(rigs: Sequence[str], scene: SceneOptions, plan: Plan, out: Path) -> None:
+    """Run what is not done yet of a study, print what came out, and write tables and charts."""
+    if plan.published == bool(rigs):
+        raise InputError("RIG: accepted are rigs to compare, or --published for those of the published study")
+    on = machine(plan.device)
+    opened = published_rigs() if plan.published else tuple(open_rig(name).rig for name in rigs)
+    compared = entrants(opened)
+    require_folder(out, NAMES)
+    with progress_bar("Reading boxes") as progress:
+        traffic = load_traffic(scene, WITHIN_M, progress)
+    for line in remarks_on(traffic.data):
+        note(line)
+    asked = Study(compared, plan.protocol(opened), traffic, on)
+    pieces = _made(asked, out / PIECES, plan.workers)
+    result = evaluated(pieces, asked.protocol.seeds, scene)
+    write(result, out)
+    _say(result, results())
+    results().print(f"{out}: {', '.join(NAMES)}", soft_wrap=True)
+
+
+def _made(asked: Study, folder: Path, workers: int) -> Pieces:
+    _ = asked.split  # says in one line what the data lack, before anything takes time
+    try:
+        with progress_bar("Detection") as progress:
+
+            def tell(told: Told) -> None:
+                progress(told.share)
+                if told.finished is not None:
+                    note(f"done: {told.finished.title} ({told.done} of {told.pieces})")
+
+            return run(asked, folder, workers, tell)
+    except KeyboardInterrupt:
+        note(f"what is done is kept in {folder}: the same command goes on from there")
+        raise
+
+
+def evaluated(pieces: Pieces, seeds: int, scene: SceneOptions) -> Result:
+    """What came out of the first seeds, with the scores of the rigs beside it."""
+    asked = pieces.study
+    every, hit = assemble(pieces, seeds)
+    with progress_bar("Scores of the rigs") as progress:
+        engine = Engine(load_scenario(replace(scene, surroundings=False)).field)
+        counts = TargetEngine(_open_ground(asked.traffic, scene))
+        settings = TargetSettings(body=asked.protocol.simulation.body)
+        return Result(asked, every, hit, surrogates(asked.compared, engine, counts, settings, progress))
+
+
+def _open_ground(traffic: Traffic, scene: SceneOptions) -> Traffic:
+    """The road users as `riglens targets` counts them unless told otherwise: without what stands around."""
+    if not scene.surroundings:
+        return traffic
+    return load_traffic(replace(scene, surroundings=False, occluders=None), WITHIN_M)
+
+
+def write(result: Result, out: Path) -> None:
+    """Write tables, JSON and charts into a folder."""
+    texts = {
+        NAMES[0]: csv_text(list(rig_lines(result))),
+        NAMES[1]: csv_text(list(seed_lines(result))),
+        NAMES[2]: csv_text(list(rank_lines(result))),
+        NAMES[4]: json.dumps(as_json(result), indent=1) + "\n",
+    }
+    pairs = list(pair_lines(result))
+    texts[NAMES[3]] = csv_text(pairs) if pairs else "rig,other,class,difference\n"
+    for name, text in texts.items():
+        write_text(out / name, text)
+    for name, picture in ((NAMES[5], chart(result)), (NAMES[6], pair_chart(result))):
+        with atomic_write(out / name) as stream:
+            stream.write(picture)
+
+
+def _say(result: Result, console: Console) -> None:
+    every = result.every
+    console.print(_precision_table(result))
+    for name in CLASSES:
+        if np.isnan(every.value[:, COLUMNS.index(name)]).any():
+            console.print(f"{name}: the test frames hold none in the region; it has no AP and no part in mAP")
+    spread = every.seed_spread(MEAN)
+    said = (
+        "one seed: how far seeds differ is not known" if spread is None else f"SD between seeds {spread:.1f}"
+    )
+    console.print(
+        f"mAP in percent with 95 % intervals over {every.sequences} test sequences and seeds; {said}."
+    )
+    console.print(_pairs_text(result), soft_wrap=True)
+    console.print(_rank_table(result) if len(every.rigs) >= FEWEST_RIGS else _too_few(len(every.rigs)))
+    console.print(Text(f"{WORDING}.", "bold"), soft_wrap=True)
+
+
+def _precision_table(result: Result) -> Table:
+    every = result.every
+    shown = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    shown.add_column("rig")
+    for title in (
+        "rays",
+        *(f"AP {name}" for name in CLASSES),
+        "mAP",
+        "mAP on hit",
+        "S-MS",
+        "seen",
+        "on target",
+    ):
+        shown.add_column(title, justify="right", no_wrap=True)
+    for place in np.argsort(-every.value[:, -1], kind="stable").tolist():
+        cells = [_interval(every.estimate(place, name)) for name in COLUMNS]
+        hit = result.hit.value[place, -1]
+        scores = result.surrogates
+        shown.add_row(
+            visible(every.rigs[place]), f"{result.study.compared[place].rays:,}", *cells, f"{hit:.1f}",
+            f"{scores.of('s_ms', MEAN)[place]:,.0f}", f"{100 * scores.of('seen', MEAN)[place]:.1f} %",
+            f"{scores.of('on_target', MEAN)[place]:.3f}",
+        )  # fmt: skip
+    return shown
+
+
+def _interval(found: Estimate) -> str:
+    return "–" if np.isnan(found.value) else f"{found.value:.1f} [{found.low:.1f}, {found.high:.1f}]"
+
+
+def _pairs_text(result: Result) -> str:
+    count, resolved = 0, 0
+    for one in range(len(result.every.rigs)):
+        for other in range(one):
+            count += 1
+            resolved += result.every.verdict(one, other, MEAN) != "not resolved"
+    if not count:
+        return "One rig alone: there is nothing to compare it with."
+    return (
+        f"By mAP {resolved} of {count} pairs are resolved: the interval of the difference leaves 0 out, and the "
+        f"difference is {LEAST_DIFFERENCE[MEAN]:g} points or more (bicycle {LEAST_DIFFERENCE['bicycle']:g})."
+    )
+
+
+def _rank_table(result: Result) -> Table:
+    shown = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    shown.add_column("Spearman with AP")
+    for column in COLUMNS:
+        shown.add_column("mAP" if column == MEAN else column, justify="right", no_wrap=True)
+    for among, places in result.groups().items():
+        shown.add_row(Text(f"{among}, {len(places)}", "bold"))
+        mine = [one for one in result.ranks if one.among == among and one.kind == "spearman"]
+        for name in dict.fromkeys(one.surrogate for one in mine):
+            found = [one.found for one in mine if one.surrogate == name]  # in the order of COLUMNS
+            shown.add_row(f"  {name}", *("–" if one is None else correlation(one) for one in found))
+        shown.add_section()
+    return shown
+
+
+def _too_few(rigs: int) -> str:
+    return f"Rank correlations need {FEWEST_RIGS} rigs or more; there are {rigs}."

@@ -1,0 +1,140 @@
+"""Charts of the study of detection: precision over what is known before, as in the paper's Fig. 5; and all pairs."""
+
+from __future__ import annotations
+
+import io
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import TwoSlopeNorm
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from riglens.core.shown_text import visible
+from riglens.core.study.detection.protocol import WORDING
+from riglens.core.study.detection.result import Result
+from riglens.core.study.detection.statistics import COLUMNS, MEAN
+from riglens.core.study.ranks import RankCorrelation
+
+Doubles = NDArray[np.float64]
+SHOWN = {"s_ms": "S-MS, nats", "seen": "seen", "on_target": "on target"}
+INK, SAME, OTHER = "#222222", "#c2410c", "#1f5fa8"
+MOST_NAMES, MOST_CELLS_WITH_NUMBERS = 12, 16
+
+
+def chart(result: Result) -> bytes:
+    """Average precision over S-MS, seen and on target, one row per class, with 95 % intervals."""
+    rows = [column for column in COLUMNS if np.isfinite(result.every.value[:, COLUMNS.index(column)]).all()]
+    figure = Figure(figsize=(11.0, 0.9 + 2.7 * max(1, len(rows))), layout="constrained")
+    FigureCanvasAgg(figure)
+    groups = result.groups()
+    same = set(groups.get("equal ray count", []))
+    for grid, column in zip(
+        figure.subplots(max(1, len(rows)), len(SHOWN), squeeze=False), rows, strict=False
+    ):
+        for axes, (name, title) in zip(grid, SHOWN.items(), strict=True):
+            _panel(axes, result, name, column, same)
+            axes.set_xlabel(title)
+        grid[0].set_ylabel("mAP, %" if column == MEAN else f"AP {column}, %")
+    if same:
+        handles, labels = figure.axes[0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside upper right", ncols=2, frameon=False)
+    figure.suptitle(f"{_seeds(result)}; bars: 95 % intervals\n{WORDING}", fontsize=9.5, x=0.01, ha="left")
+    return _picture(figure)
+
+
+def _panel(axes: Axes, result: Result, name: str, column: str, same: set[int]) -> None:
+    x, at = result.surrogates.of(name, column), COLUMNS.index(column)
+    y = result.every.value[:, at]
+    found = [result.every.estimate(place, column) for place in range(len(y))]
+    bars = np.array([[one.value - one.low, one.high - one.value] for one in found]).T
+    for chosen, colour, label in (
+        ([p for p in range(len(y)) if p not in same], OTHER, "other rigs"),
+        (sorted(same), SAME, "23,040 rays per frame"),
+    ):
+        if chosen:
+            axes.errorbar(
+                x[chosen], y[chosen], yerr=np.maximum(bars[:, chosen], 0.0), fmt="o", ms=4.5, lw=0, elinewidth=1.0,
+                capsize=2, color=colour, label=label,
+            )  # fmt: skip
+    if len(y) <= MOST_NAMES:
+        _name_points(axes, result.every.rigs, x, y)
+    axes.set_title(_rank_text(result, name, column), fontsize=8.5, loc="left")
+    axes.margins(x=0.14, y=0.1)
+    axes.grid(color="#e5e7eb", lw=0.6)
+    axes.set_axisbelow(True)
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)
+
+
+def _name_points(axes: Axes, rigs: tuple[str, ...], x: Doubles, y: Doubles) -> None:
+    for rank, place in enumerate(np.argsort(y).tolist()):  # in turns on both sides: neighbours rarely collide
+        offset, side = ((5, 3), "left") if rank % 2 else ((-5, -9), "right")
+        axes.annotate(
+            visible(rigs[place])[:24],
+            (x[place], y[place]),
+            offset,
+            textcoords="offset points",
+            fontsize=7,
+            ha=side,
+        )
+
+
+def _rank_text(result: Result, name: str, column: str) -> str:
+    words = []
+    for group in result.groups():
+        found = next(
+            one.found
+            for one in result.ranks
+            if (one.among, one.surrogate, one.column, one.kind) == (group, name, column, "spearman")
+        )
+        if found is not None:
+            words.append(f"Spearman, {group} {correlation(found)}")
+    return "\n".join(words)
+
+
+def correlation(found: RankCorrelation) -> str:
+    """A correlation with its interval, as a reader sees it."""
+    return f"{found.value:.2f} [{found.low:.2f}, {found.high:.2f}]".replace("-", "−")
+
+
+def pair_chart(result: Result, column: str = MEAN) -> bytes:
+    """Differences of all pairs, the best rig first; grey where a difference is not resolved."""
+    order = np.argsort(-result.every.value[:, COLUMNS.index(column)], kind="stable").tolist()
+    count = len(order)
+    values = np.full((count, count), np.nan)
+    for row, one in enumerate(order):
+        for place, other in enumerate(order):
+            if one != other and result.every.verdict(one, other, column) != "not resolved":
+                values[row, place] = result.every.difference(one, other, column).value
+    side = 3.2 + 0.28 * count
+    figure = Figure(figsize=(side + 1.0, side), layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.subplots()
+    most = float(np.nanmax(np.abs(values), initial=1.0))
+    axes.set_facecolor("#e2e4e8")
+    image = axes.imshow(values, cmap="RdBu", norm=TwoSlopeNorm(0.0, -most, most))
+    names = [visible(result.every.rigs[place])[:32] for place in order]
+    axes.set_xticks(range(count), names, rotation=90, fontsize=8)
+    axes.set_yticks(range(count), names, fontsize=8)
+    if count <= MOST_CELLS_WITH_NUMBERS:
+        for row, place in np.argwhere(np.isfinite(values)).tolist():
+            dark = abs(values[row, place]) > 0.6 * most
+            text = f"{values[row, place]:+.1f}".replace("-", "−")
+            axes.text(place, row, text, ha="center", va="center", fontsize=7, color="white" if dark else INK)
+    what = "mAP" if column == MEAN else f"AP {column}"
+    axes.set_title(f"{what}: row minus column, points; grey: not resolved\n{_seeds(result)}", fontsize=10)
+    figure.colorbar(image, ax=axes, shrink=0.7, label="percentage points")
+    return _picture(figure)
+
+
+def _seeds(result: Result) -> str:
+    every = result.every
+    return f"{every.seeds} seed{'s' * (every.seeds > 1)}, {every.sequences} test sequences"
+
+
+def _picture(figure: Figure) -> bytes:
+    stream = io.BytesIO()
+    figure.savefig(stream, format="png", dpi=130)
+    return stream.getvalue()

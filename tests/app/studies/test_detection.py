@@ -1,0 +1,162 @@
+"""`riglens study detection`: tables, charts and words of a made-up result, and what cannot be done."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from riglens.app.studies import detection
+from riglens.app.studies.detection_chart import chart, correlation, pair_chart
+from riglens.app.studies.detection_files import as_json, pair_lines, rank_lines, rig_lines, seed_lines
+from riglens.app.studies.files import csv_text
+from riglens.core.rig.model import Rig
+from riglens.core.rig.presets import preset
+from riglens.core.study.detection.pieces import Study
+from riglens.core.study.detection.protocol import WORDING, entrants
+from riglens.core.study.detection.result import Result
+from riglens.core.study.detection.statistics import COLUMNS, Precisions
+from riglens.core.study.detection.surrogates import SURROGATES, Surrogates
+from riglens.core.study.ranks import RankCorrelation
+from tests.core.study.detection.small import NOWHERE, PROTOCOL, rig, traffic
+
+SCALE = {"s_ms": -1000.0, "residual": 1000.0, "hits": -1e6}
+
+
+def made_up(rigs: int = 7, seeds: int = 3, missing: str = "") -> Result:
+    """Rigs that are the better the later; `missing`: a class without objects."""
+    rng = np.random.default_rng(0)
+    named: list[Rig] = [rig(f"rig {number}", beams=number + 2) for number in range(rigs)]
+    if rigs > 5:
+        named[:5] = [preset(name) for name in ("Center", "Pyramid", "Line", "Trapezoid", "Square")]
+    better = np.cumsum([40.0, 1.0, *[9.0] * rigs])[:rigs][:, None] + np.array([5.0, -10.0, 0.0, -1.5])
+    by_seed = better[:, None] + rng.normal(0, 0.5, (rigs, seeds, 4))
+    replicas = better + rng.normal(0, 1.5, (300, 1, 4)) + rng.normal(0, 0.8, (300, rigs, 4))
+    if missing:
+        by_seed[..., COLUMNS.index(missing)] = replicas[..., COLUMNS.index(missing)] = np.nan
+    names = tuple(one.name for one in named)
+    every = Precisions(names, seeds, 12, by_seed.mean(axis=1), by_seed, replicas)
+    share = better / 100 + rng.normal(0, 0.02, better.shape)
+    values = {name: share * SCALE.get(name, 1.0) for name in SURROGATES}
+    return Result(Study(entrants(named), PROTOCOL, traffic(), NOWHERE), every, every, Surrogates(values))
+
+
+def rows(lines: object) -> list[dict[str, str]]:
+    return list(csv.DictReader(io.StringIO(csv_text(list(lines)))))  # type: ignore[call-overload]
+
+
+def test_tables_hold_every_rig_class_pair_and_surrogate() -> None:
+    result = made_up()
+    per_rig, pairs, ranks = rows(rig_lines(result)), rows(pair_lines(result)), rows(rank_lines(result))
+    assert [(row["rig"], row["class"]) for row in per_rig] == [
+        (name, column) for name in result.every.rigs for column in COLUMNS
+    ]
+    assert set(SURROGATES) < set(per_rig[0])
+    for row in per_rig:
+        assert float(row["ap_low"]) < float(row["ap"]) < float(row["ap_high"])
+    assert len(pairs) == 21 * 4 and {row["verdict"] for row in pairs} == {"worse", "not resolved"}
+    assert len(ranks) == 2 * 4 * 6 * 2
+    assert {row["among"]: int(row["rigs"]) for row in ranks} == {"all rigs": 7, "equal ray count": 5}
+    assert len(rows(seed_lines(result))) == 7 * 3
+
+
+def test_the_json_is_plain_and_says_what_it_is() -> None:
+    found = json.loads(json.dumps(as_json(made_up()), allow_nan=False))
+    assert found["wording"] == WORDING and found["seeds"] == 3 and len(found["rigs"]) == 7
+    assert found["machine"]["device"] == "cpu" and found["protocol"]["epochs"] == PROTOCOL.epochs
+    assert len(found["rigs"][0]["ap_by_seed"]["car"]) == 3
+
+
+def test_few_rigs_have_no_rank_correlation() -> None:
+    result = made_up(rigs=4)
+    assert {row["value"] for row in rows(rank_lines(result))} == {""}
+    assert [one.found for one in result.ranks] == [None] * len(result.ranks)
+
+
+def test_a_class_without_objects_is_empty_in_the_tables_and_has_no_row_in_the_chart(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    result = made_up(missing="bicycle")
+    assert {row["ap"] for row in rows(rig_lines(result)) if row["class"] == "bicycle"} == {""}
+    json.dumps(as_json(result), allow_nan=False)
+    assert chart(result).startswith(b"\x89PNG")
+    detection._say(result, detection.results())
+    said = capsys.readouterr().out
+    assert "bicycle: the test frames hold none" in said and WORDING in said
+
+
+def test_one_rig_is_shown_without_comparison(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    result = made_up(rigs=1)
+    detection.write(result, tmp_path)
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(detection.NAMES)
+    detection._say(result, detection.results())
+    said = capsys.readouterr().out
+    assert "nothing to compare" in said and "Rank correlations need 5 rigs or more; there are 1." in said
+
+
+def test_charts_are_the_same_each_time() -> None:
+    result = made_up()
+    assert chart(result) == chart(result) and pair_chart(result) == pair_chart(result)
+
+
+def test_a_correlation_is_written_with_its_interval() -> None:
+    assert correlation(RankCorrelation(-0.5, -0.812, 0.104, 0.1, True)) == "−0.50 [−0.81, 0.10]"
+
+
+# ---------------------------------------------------------------- what cannot be done
+
+
+def refused(riglens: object, *words: object) -> str:
+    result = riglens("study", "detection", *words)  # type: ignore[operator]
+    assert result.code == 2
+    lines = result.err.strip().splitlines()
+    assert len(lines) == 1, lines
+    return str(lines[0])
+
+
+def test_without_pytorch_one_line_says_what_to_install(
+    riglens: object, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "torch", None)
+    assert "pip install 'riglens[detect]'" in refused(riglens, "Trapezoid")
+
+
+@pytest.fixture
+def some_machine(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As if PyTorch were there: what is refused here is so before it is needed."""
+    monkeypatch.setattr(detection, "machine", lambda device: NOWHERE)
+
+
+@pytest.mark.usefixtures("some_machine")
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ((), "accepted are rigs to compare, or --published"),
+        (("Trapezoid", "--published"), "accepted are rigs to compare, or --published"),
+        (("Wide",), "rig 'Wide': found no LiDAR that is on"),
+        (("Trapezoid", "--workers", "0"), "--workers: found 0"),
+        (("Trapezoid", "--seeds", "0"), "--seeds: found 0"),
+        (("no-such-rig",), "no-such-rig"),
+    ],
+)
+def test_bad_words_are_one_line(riglens: object, tmp_path: Path, words: tuple[str, ...], said: str) -> None:
+    assert said in refused(riglens, *words, "--out", tmp_path)
+
+
+@pytest.mark.usefixtures("some_machine")
+@pytest.mark.parametrize(("sequences", "frames"), [(1, 3), (1, 40)])
+def test_three_frames_or_one_sequence_are_one_line(
+    riglens: object, tmp_path: Path, sequences: int, frames: int
+) -> None:
+    table = tmp_path / "boxes.csv"
+    lines = ["seq,frame,cls,x,y,z,length,width,height,yaw"]
+    lines += [f"s{s},{f},{cls},5,5,0.8,4,2,1.6,0" for s in range(sequences) for f in range(frames)
+              for cls in ("car", "bicycle", "pedestrian")]  # fmt: skip
+    table.write_text("\n".join(lines))
+    said = refused(riglens, "Trapezoid", "--boxes", table, "--out", tmp_path / "out")
+    assert f"found {frames} frames in {sequences} sequences" in said

@@ -1,0 +1,141 @@
+"""A whole study of seconds, with PyTorch: resumed after any stop it ends with the same figures."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from riglens.core.detect.net import machine
+from riglens.core.study.detection.pieces import Pieces, Study
+from riglens.core.study.detection.protocol import entrants
+from riglens.core.study.detection.result import assemble, finished_seeds
+from riglens.core.study.detection.run import Told, jobs, run
+from tests.core.study.detection.small import PROTOCOL, rig, traffic
+
+pytest.importorskip("torch", reason="make test-detect")
+REPOSITORY = Path(__file__).resolve().parents[4]
+KILLED = """
+import sys
+from pathlib import Path
+from tests.core.study.detection.test_run import run, small_study
+
+if __name__ == "__main__":
+    run(small_study(), Path(sys.argv[1]), 2, lambda told: print(told.done, flush=True))
+"""
+
+
+def small_study() -> Study:
+    return Study(entrants([rig("a"), rig("b", beams=3)]), PROTOCOL, traffic(), machine("cpu"))
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> tuple[Pieces, list[Told]]:
+    told: list[Told] = []
+    return run(small_study(), tmp_path_factory.mktemp("whole"), 2, told.append), told
+
+
+def figures(pieces: Pieces) -> list[bytes]:
+    seeds = pieces.study.protocol.seeds
+    return [array.tobytes() for one in assemble(pieces, seeds) for array in (one.by_seed, one.replicas)]
+
+
+def test_it_makes_every_piece_and_tells_of_it(whole: tuple[Pieces, list[Told]]) -> None:
+    pieces, told = whole
+    every = jobs(pieces.study)
+    assert len(every) == 6 + 2 + 4  # sweeps with four references, nets, what they find
+    finished = [one.finished.title for one in told if one.finished is not None]
+    assert sorted(finished) == sorted(one.title for one in every)
+    assert told[0].share == 0.0 and told[-1].share == pytest.approx(1.0) and told[-1].done == len(every)
+    assert all(one.share <= other.share + 1e-9 for one, other in pairwise(told))
+    assert finished_seeds(pieces) == 2
+    held = pieces.samples(pieces.study.compared[0], "test")
+    assert held.frame.tolist() == pieces.study.split.test.tolist() and held.points.sum() > 0
+
+
+def test_nothing_is_made_twice(whole: tuple[Pieces, list[Told]]) -> None:
+    pieces, _ = whole
+    before = {path: path.stat().st_mtime_ns for path in pieces.folder.iterdir()}
+    told: list[Told] = []
+    run(small_study(), pieces.folder, 2, told.append)
+    assert len(told) == 1 and told[0].share == pytest.approx(1.0)
+    assert {path: path.stat().st_mtime_ns for path in pieces.folder.iterdir()} == before
+
+
+@pytest.mark.parametrize("after", [1, 7])
+def test_killed_at_some_moment_and_resumed_it_ends_with_the_same_figures(
+    whole: tuple[Pieces, list[Told]], after: int, tmp_path: Path
+) -> None:
+    script = tmp_path / "killed.py"
+    script.write_text(KILLED)
+    environment = os.environ | {"PYTHONPATH": str(REPOSITORY), "RIGLENS_TEST_MARK": str(tmp_path)}
+    command = [sys.executable, str(script), str(tmp_path / "pieces")]
+    with subprocess.Popen(
+        command, env=environment, stdout=subprocess.PIPE, text=True, cwd=REPOSITORY
+    ) as process:
+        assert process.stdout is not None
+        for line in process.stdout:
+            if int(line) >= after:
+                break
+        assert marked(str(tmp_path))
+        process.send_signal(signal.SIGKILL)
+    end = time.monotonic() + 60
+    while marked(str(tmp_path)) and time.monotonic() < end:  # its processes end when they see it
+        time.sleep(0.1)
+    assert not marked(str(tmp_path))
+    pieces = run(small_study(), tmp_path / "pieces", 1, lambda told: None)
+    assert figures(pieces) == figures(whole[0])
+
+
+def test_cancelled_it_keeps_what_is_done_and_leaves_no_process(tmp_path: Path) -> None:
+    def enough(told: Told) -> None:
+        if told.done >= 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run(small_study(), tmp_path, 2, enough)
+    assert len([path for path in tmp_path.iterdir() if path.name.startswith("sweeps")]) >= 2
+    assert not multiprocessing.active_children()
+    assert not [path for path in tmp_path.iterdir() if path.name.startswith("found")]
+
+
+def test_a_net_for_each_rig(tmp_path: Path) -> None:
+    own = replace(small_study(), protocol=replace(PROTOCOL, mode="per-rig", seeds=1))
+    pieces = run(own, tmp_path, 2, lambda told: None)
+    every, hit = assemble(pieces, 1)
+    assert every.value.shape == hit.value.shape == (2, 4)
+    assert np.isfinite(every.value).all() and (hit.value >= every.value - 1e-9).all()
+
+
+def test_seeds_count_once_every_rig_is_judged(whole: tuple[Pieces, list[Told]], tmp_path: Path) -> None:
+    pieces, _ = whole
+    half = tmp_path / "half"
+    half.mkdir()
+    for path in pieces.folder.iterdir():
+        if not path.name.startswith(("found-1", "net-1")):
+            (half / path.name).write_bytes(path.read_bytes())
+    assert finished_seeds(Pieces(pieces.study, half)) == 1
+    assert assemble(Pieces(pieces.study, half), 1)[0].by_seed == pytest.approx(
+        assemble(pieces, 2)[0].by_seed[:, :1]
+    )
+
+
+def marked(mark: str) -> list[str]:
+    """Processes whose environment holds the mark."""
+    found = []
+    for folder in Path("/proc").glob("[0-9]*"):
+        try:
+            if f"RIGLENS_TEST_MARK={mark}".encode() in (folder / "environ").read_bytes():
+                found.append(folder.name)
+        except OSError:
+            continue
+    return found
