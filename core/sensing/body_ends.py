@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
 from riglens.core.kernels.cast import Cast
+from riglens.core.kernels.screen import Screen
 from riglens.core.rig.library import Cylinder, default_library
 from riglens.core.rig.model import Sensor
 from riglens.core.sensing.rays import lattice
+from riglens.core.sensing.screens import screen_of
 from riglens.core.vehicle.solid import Barrier, Solid
 
 USUAL_RADIUS_M = {"lidar": 0.105, "camera": 0.05}
 """Radius of the housing of a sensor whose model is not known, or has no size in the library: our choice."""
+NO_VOID = np.array([1.0, 1.0, 1.0, -1.0, -1.0, -1.0])
+"""No place in which it makes no difference where a ray ends."""
 
 
 def housing_radius_m(sensor: Sensor) -> float:
@@ -63,6 +68,16 @@ def rays_in_metres(sensor: Sensor) -> Cast:
     )
 
 
+class Shadow(NamedTuple):
+    """Rays of a sensor that end at the car, by number: which of them (rays,), as row and plane of the lattice say; of
+    some, `cut` (k,), in rising order, at which distance in metres (k,). All others are over before anything that
+    counts."""
+
+    is_stopped: NDArray[np.bool_]
+    cut: NDArray[np.int64]
+    cut_m: NDArray[np.float64]
+
+
 def body_ends(sensor: Sensor, solid: Solid, workers: int = 1) -> NDArray[np.float64]:
     """Distance in metres (rays,) at which each ray first meets the solid beyond the housing, inf where it is free.
 
@@ -74,14 +89,65 @@ def body_ends(sensor: Sensor, solid: Solid, workers: int = 1) -> NDArray[np.floa
 
 def barrier_ends(sensor: Sensor, barrier: Barrier, workers: int = 1) -> NDArray[np.float64]:
     """As `body_ends`, for what stops the sensor's rays."""
+    shadow = barrier_shadow(sensor, barrier, NO_VOID, workers)
+    ends = np.full(shadow.is_stopped.size, np.inf)
+    ends[shadow.cut] = shadow.cut_m
+    return ends
+
+
+def barrier_shadow(sensor: Sensor, barrier: Barrier, void: NDArray[np.float64], workers: int = 1) -> Shadow:
+    """Which rays of a sensor end at a barrier, and where those do that meet it outside of the void only.
+
+    void (6,): low and high corner of a box in metres that holds the sensor, or `NO_VOID`.
+    """
+    rays = rays_in_metres(sensor)
+    if not len(barrier.stops):
+        return _no_shadow(len(rays.rows) * len(rays.planes))
+    screen = screen_of(sensor)
+    if screen is None:
+        return _by_tree(rays, barrier, void, workers)
+    return _by_triangle(rays, screen, barrier, void, workers)
+
+
+def _no_shadow(rays: int) -> Shadow:
+    return Shadow(np.zeros(rays, np.bool_), np.zeros(0, np.int64), np.zeros(0))
+
+
+def _by_triangle(
+    rays: Cast, screen: Screen, barrier: Barrier, void: NDArray[np.float64], workers: int
+) -> Shadow:
+    """Triangle by triangle, each offered to the rays that can meet it."""
+    from riglens.core.kernels import shadow as kernel  # the compiler
+
+    rows, columns = len(screen.row_of), len(screen.column_of)
+    at = np.zeros((rows, columns))
+    has_end, is_over = np.zeros((2, rows, (columns + 63) // 64), np.uint64)
+    kernel.find_ends(rays, screen, *barrier, void, workers, at, has_end, is_over)
+    stopped, cut = has_end | is_over, has_end & ~is_over
+    is_stopped = np.zeros((rows, columns), np.bool_)
+    if not stopped.any():
+        return _no_shadow(is_stopped.size)
+    is_stopped[screen.row_of[:, None], screen.column_of] = _unpacked(stopped, columns)
+    row, column = np.nonzero(_unpacked(cut, columns)) if cut.any() else np.zeros((2, 0), np.int64)
+    number = screen.row_of[row] * columns + screen.column_of[column]
+    order = np.argsort(number)
+    return Shadow(is_stopped.ravel(), number[order], at[row, column][order])
+
+
+def _unpacked(words: NDArray[np.uint64], columns: int) -> NDArray[np.bool_]:
+    """The bits (rows, columns) of words (rows, n)."""
+    bits = np.unpackbits(words.view(np.uint8), axis=1, count=columns, bitorder="little")
+    return bits.view(np.bool_)
+
+
+def _by_tree(rays: Cast, barrier: Barrier, void: NDArray[np.float64], workers: int) -> Shadow:
+    """Ray by ray through the tree: for lattices without rows and columns."""
     from riglens.core.kernels import solid as kernel  # the compiler
 
-    rays = rays_in_metres(sensor)
     ends = np.full(len(rays.rows) * len(rays.planes), np.inf)
-    if not len(barrier.stops):
-        return ends
     if workers == 1:
         kernel.ends_by_tree(rays, *barrier, ends)
     else:
         kernel.ends_by_tree_parallel(rays, *barrier, workers, ends)
-    return ends
+    cut = np.flatnonzero(np.isfinite(ends))
+    return Shadow(np.isfinite(ends), cut, ends[cut])

@@ -89,7 +89,7 @@ def camera_lattice(camera: Camera) -> Lattice:
 def lattice(sensor: Sensor) -> Lattice:
     """The ray lattice of a sensor in its own frame."""
     if is_listed(sensor):
-        return _listed(rays_of(sensor).model_copy(update=_NOWHERE))
+        return _listed(rays_of(sensor).model_copy(update=NOWHERE))
     return lidar_lattice(sensor) if isinstance(sensor, Lidar) else camera_lattice(sensor)
 
 
@@ -100,7 +100,7 @@ def is_listed(sensor: Sensor) -> bool:
     return sensor.azimuth_offsets_deg is not None
 
 
-_NOWHERE = {"position": (0.0, 0.0, 0.0), "rpy_deg": (0.0, 0.0, 0.0), "range_m": (0.0, math.inf)}
+NOWHERE = {"position": (0.0, 0.0, 0.0), "rpy_deg": (0.0, 0.0, 0.0), "range_m": (0.0, math.inf)}
 """What decides where the rays are, but none of their directions in the sensor frame."""
 
 

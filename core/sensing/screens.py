@@ -1,0 +1,59 @@
+"""The rays of a sensor by rows and columns, for kernels that look for the few of them that can pass a place."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from riglens.core.kernels.screen import A_TURN, Screen
+from riglens.core.rig.model import Camera, Lidar, Sensor, rays_of
+from riglens.core.sensing.rays import NOWHERE, camera_lattice, is_listed
+
+Doubles = NDArray[np.float64]
+_PLACES = 8192
+"""Places that a finder knows: about as many as the rows and columns of any sensor."""
+
+
+def screen_of(sensor: Sensor) -> Screen | None:
+    """The rows and columns of a sensor's lattice; None for a lens with distortion, which has none."""
+    if isinstance(sensor, Camera) and is_listed(sensor):
+        return None
+    return _screen(rays_of(sensor).model_copy(update=NOWHERE))
+
+
+@lru_cache(maxsize=64)
+def _screen(sensor: Sensor) -> Screen:
+    """The screen of a sensor without its place: the same one through a whole drag."""
+    return _of_lidar(sensor) if isinstance(sensor, Lidar) else _of_camera(sensor)
+
+
+def _of_lidar(lidar: Lidar) -> Screen:
+    elevation, azimuth = np.radians(lidar.elevations()), np.radians(lidar.azimuths()) % A_TURN
+    row_of, column_of = np.argsort(np.sin(elevation), kind="stable"), np.argsort(azimuth, kind="stable")
+    rows, row_scale = _finder(np.sin(elevation)[row_of], -1.0, 1.0)
+    columns, column_scale = _finder(azimuth[column_of], 0.0, A_TURN)
+    offsets = lidar.azimuth_offsets_deg
+    shift = np.zeros(0) if offsets is None else np.radians(np.array(offsets))[row_of] % A_TURN
+    return Screen(
+        False, rows, columns, row_scale, column_scale, row_of, column_of, shift, np.tan(elevation)[row_of], 1.0
+    )  # fmt: skip
+
+
+def _of_camera(camera: Camera) -> Screen:
+    table = camera_lattice(camera)
+    z, y = table.rows[:, 0], table.planes[:, 0]
+    rows, row_scale = _finder(-z, float(-z[0]), float(-z[-1]))
+    columns, column_scale = _finder(-y, float(-y[0]), float(-y[-1]))
+    longest = float(np.sqrt(1.0 + np.abs(z).max() ** 2 + np.abs(y).max() ** 2))
+    return Screen(
+        True, rows, columns, row_scale, column_scale, np.arange(len(z)), np.arange(len(y)), np.zeros(0), z, longest
+    )  # fmt: skip
+
+
+def _finder(places: Doubles, low: float, high: float) -> tuple[NDArray[np.int64], Doubles]:
+    """How many of some rising places, all from low to high, are before low + k / pace, and (low, pace)."""
+    pace = _PLACES / (high - low) if high > low else 1.0
+    known = np.searchsorted(places, low + np.arange(_PLACES + 1) / pace)
+    return np.append(known, len(places)), np.array([low, pace])

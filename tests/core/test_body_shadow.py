@@ -1,0 +1,126 @@
+"""Triangles offered to rays find the very ends that every ray finds in the tree, for any sensor, pose and body."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from riglens.assets import asset_path
+from riglens.core.geometry import Pose
+from riglens.core.kernels.jit import use_threads
+from riglens.core.kernels.solid import ends_by_tree
+from riglens.core.rig.library import load_library
+from riglens.core.rig.model import Camera, EvenAngles, Lidar, Sensor
+from riglens.core.sensing.body_ends import (
+    NO_VOID,
+    barrier_ends,
+    barrier_of,
+    barrier_shadow,
+    rays_in_metres,
+)
+from riglens.core.sensing.rays import sensor_rays
+from riglens.core.vehicle.profiles import reference_vehicle
+from riglens.core.vehicle.solid import Barrier, CarBody, Solid
+from tests.core.vehicle.solids import box, soup
+
+LIBRARY = load_library(asset_path("library.yaml"))
+MODELS = [entry.name for kind in ("lidar", "camera") for entry in LIBRARY.entries(kind)]
+
+
+def by_tree(sensor: Sensor, barrier: Barrier) -> np.ndarray:
+    rays = rays_in_metres(sensor)
+    ends = np.full(len(rays.rows) * len(rays.planes), np.inf)
+    ends_by_tree(rays, *barrier, ends)
+    return ends
+
+
+def random_sensor(rng: np.random.Generator, spread_m: float) -> Sensor:
+    """A LiDAR with or without offsets, or a camera, anywhere, turned anyhow."""
+    tilt = rng.choice([0.0, 10.0, 90.0])
+    rpy = (rng.uniform(-tilt, tilt), rng.uniform(-tilt, tilt), rng.uniform(-180, 180))
+    position = tuple(np.round(rng.uniform(-spread_m, spread_m, 3), int(rng.choice([1, 12]))))
+    if rng.random() < 0.3:
+        width = rng.choice([20.0, 70.0, 150.0])
+        cast = (int(rng.integers(1, 150)), int(rng.integers(1, 90)))
+        return Camera(name="a", position=position, rpy_deg=rpy, hfov_deg=width, cast=cast)  # type: ignore[arg-type]
+    beams = int(rng.integers(1, 40))
+    elevations = tuple(np.round(rng.uniform(-90, 90, beams), int(rng.choice([0, 9]))))
+    first, width = float(rng.uniform(-180, 0)), float(rng.choice([40.0, 360.0]))
+    turn = EvenAngles(from_=first, to=first + width, count=int(rng.integers(1, 300)))
+    offsets = tuple(rng.uniform(-20, 20, beams)) if rng.random() < 0.4 else None
+    return Lidar(
+        name="a", position=position, rpy_deg=rpy, elevations_deg=elevations, azimuths_deg=turn,  # type: ignore[arg-type]
+        azimuth_offsets_deg=offsets,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_any_lattice_ends_at_random_triangles_where_single_rays_do(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    solid = soup(seed, int(rng.integers(1, 60)), size_m=float(rng.choice([0.01, 0.3, 3.0])))
+    for _ in range(6):
+        sensor = random_sensor(rng, spread_m=float(rng.choice([0.5, 3.0])))
+        barrier = barrier_of(sensor, solid)
+        np.testing.assert_array_equal(barrier_ends(sensor, barrier), by_tree(sensor, barrier))
+
+
+def test_rays_along_the_faces_and_edges_of_a_box_end_where_single_rays_do() -> None:
+    """Sensors in the plane of faces and on edges and corners, with beams along them."""
+    solid = Solid.of(box((-1.0, -1.0, 0.0), (1.0, 1.0, 1.0)))
+    turn = EvenAngles(from_=-180.0, to=180.0, count=72)
+    beams = EvenAngles(from_=-90.0, to=90.0, count=25)
+    for x in (-2.0, -1.0, 0.0, 1.0):
+        for z in (0.0, 0.5, 1.0, 1.5):
+            sensor = Lidar(name="a", position=(x, -1.0, z), elevations_deg=beams, azimuths_deg=turn)
+            barrier = barrier_of(sensor, solid)
+            np.testing.assert_array_equal(barrier_ends(sensor, barrier), by_tree(sensor, barrier))
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_every_model_of_the_library_ends_at_a_car_where_single_rays_do(model: str) -> None:
+    """Above the roof, at a corner, and inside, tilted."""
+    entry, body = LIBRARY.entry(model), ("sedan", "suv", "van")[MODELS.index(model) % 3]
+    vehicle = reference_vehicle(body)
+    solid, half = CarBody(vehicle).solid(), (vehicle.length / 2, vehicle.width / 2)
+    for place in ((0.1, 0.0, vehicle.height + 0.12), (half[0] - 0.3, half[1] + 0.05, 0.9), (0.2, 0.1, 1.3)):
+        sensor = entry.sensor("a", Pose(position_m=place, rpy_deg=(2.0, 6.0, 40.0)))
+        if isinstance(sensor, Camera):
+            sensor = sensor.replace(cast=(240, 150))
+        barrier = barrier_of(sensor, solid)
+        ends = barrier_ends(sensor, barrier)
+        np.testing.assert_array_equal(ends, by_tree(sensor, barrier))
+    assert np.isfinite(ends).any()
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_rays_that_end_in_the_void_are_over_and_all_others_keep_their_ends(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    solid = soup(seed, 200, size_m=0.4)
+    sensor = random_sensor(rng, spread_m=1.0)
+    low, high = (
+        np.array(sensor.position) - rng.uniform(0.2, 2, 3),
+        np.array(sensor.position) + rng.uniform(0.2, 2, 3),
+    )
+    barrier = barrier_of(sensor, solid)
+    ends = by_tree(sensor, barrier)
+    shadow = barrier_shadow(sensor, barrier, np.concatenate([low, high]))
+    np.testing.assert_array_equal(shadow.is_stopped, np.isfinite(ends))
+    np.testing.assert_array_equal(shadow.cut_m, ends[shadow.cut])
+    stopped, directions = np.flatnonzero(np.isfinite(ends)), sensor_rays(sensor).directions
+    places = np.array(sensor.position) + ends[stopped, None] * directions[stopped]
+    outside = ((places < low - 1e-9) | (places > high + 1e-9)).any(axis=1)
+    inside = ((places > low + 1e-9) & (places < high - 1e-9)).all(axis=1)
+    assert np.isin(stopped[outside], shadow.cut).all() and not np.isin(stopped[inside], shadow.cut).any()
+
+
+def test_any_number_of_workers_finds_the_same_shadow() -> None:
+    use_threads(3)
+    solid = CarBody(reference_vehicle("sedan")).solid()
+    for model in ("velodyne-vls-128", "hesai-xt32"):
+        sensor = LIBRARY.entry(model).sensor("a", Pose(position_m=(1.9, 0.9, 0.9), rpy_deg=(1.0, 2.0, 3.0)))
+        barrier = barrier_of(sensor, solid)
+        for void in (NO_VOID, np.array([-2.0, -1.0, 0.0, 2.0, 1.0, 2.0])):
+            alone = barrier_shadow(sensor, barrier, void)
+            for workers in (2, 3):
+                for mine, its in zip(barrier_shadow(sensor, barrier, void, workers), alone, strict=True):
+                    np.testing.assert_array_equal(mine, its)
