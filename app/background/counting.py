@@ -16,11 +16,13 @@ from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.requests import LoadedScene
 from riglens.core.errors import InputError
 from riglens.core.rig.model import Rig
+from riglens.core.scene.boxes import CLASSES
 from riglens.core.targets.quantities import ON_TARGET, Cells
 from riglens.core.targets.settings import TargetSettings
 
 if TYPE_CHECKING:  # made by the thread, which loads the compiler
     from riglens.core.targets.engine import TargetEngine
+    from riglens.core.targets.ground import GroundView
     from riglens.core.targets.scores import TargetScores
     from riglens.core.targets.traffic import Traffic
     from riglens.core.vehicle.mesh import BodyMesh
@@ -61,7 +63,8 @@ class CountRequest:
 class CountAnswer:
     """The answer to one request, from `scores.frames_used` frames; more may follow. Both rigs met the same frames.
 
-    `on_target` is that over all distances, in cells (len(WHO),).
+    `on_target` is that over all distances, in cells (len(WHO),); `ground` what is over the ground by class, once all
+    frames were used.
     """
 
     request: CountRequest
@@ -69,15 +72,20 @@ class CountAnswer:
     scores: TargetScores
     baseline: TargetScores
     on_target: Cells
+    ground: tuple[GroundView, ...] = ()
 
     @classmethod
     def of(
         cls, request: CountRequest, traffic: Traffic, scores: TargetScores, baseline: TargetScores
     ) -> Self:
         """The answer of a rig's and the baseline's scores."""
-        from riglens.core.targets.tables import totals_of  # the thread has loaded the compiler
+        from riglens.core.targets.ground import ground_view  # the thread has loaded the compiler
+        from riglens.core.targets.tables import totals_of
 
-        return cls(request, traffic, scores, baseline, totals_of(traffic, scores, baseline, ON_TARGET))
+        is_whole = scores.frames_used == scores.frames
+        ground = tuple(ground_view(traffic, scores, name) for name in CLASSES) if is_whole else ()
+        on_target = totals_of(traffic, scores, baseline, ON_TARGET)
+        return cls(request, traffic, scores, baseline, on_target, ground)
 
     @property
     def is_whole(self) -> bool:

@@ -31,7 +31,10 @@ HEAT_TITLES: dict[HeatMode, str] = {
     "sensors": "Sensors that see it",
     "change": "Gained and lost",
 }
-"""What the heatmap can show: the modes by their keys, and what they are called."""
+"""What the heatmap can show of voxels: the modes by their keys, and what they are called."""
+TargetHeatMode = Literal["on_target", "missed"]
+TARGET_HEAT_TITLES: dict[TargetHeatMode, str] = {"on_target": "On target", "missed": "Missed road users"}
+"""What it can show of road users, in the window."""
 
 
 def usual_body(rigs: Iterable[Rig]) -> Body:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Signal
 
-from riglens.app.evaluation.options import HeatMode, usual_body
+from riglens.app.evaluation.options import HEAT_TITLES, HeatMode, TargetHeatMode, usual_body
 from riglens.app.evaluation.requests import EvaluationRequest, LoadedScene
 from riglens.app.session.document import Document
 from riglens.core.metric.scores import Body, MetricSettings
@@ -29,7 +29,7 @@ if TYPE_CHECKING:  # loaded with the first scene
 class HeatChoice:
     """What the heatmap shows, and of which class of traffic; the map from above is of that class, too."""
 
-    mode: HeatMode = "probability"
+    mode: HeatMode | TargetHeatMode = "probability"
     class_name: str = CLASSES[0]
 
 
@@ -139,8 +139,9 @@ class Session(QObject):
     def request(self) -> EvaluationRequest:
         """Make the request for everything that is asked now."""
         document, heat = self.document, self._heat
+        mode: HeatMode = heat.mode if heat.mode in HEAT_TITLES else "off"
         return EvaluationRequest(
-            document.revision, document.rig, self.baseline, self.settings, heat.mode, heat.class_name,
+            document.revision, document.rig, self.baseline, self.settings, mode, heat.class_name,
             document.is_dragging, self._map_source, self._voxel, self.mesh,
         )  # fmt: skip
 

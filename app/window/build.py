@@ -25,6 +25,7 @@ from riglens.app.window.features.scene_data import SceneData
 from riglens.app.window.features.scores import Baseline, Marginals, ScoresShown
 from riglens.app.window.features.sensors import LibraryPanel, Locks, Placing, Sensors
 from riglens.app.window.features.standing import Standing
+from riglens.app.window.features.target_maps import TargetMaps
 from riglens.app.window.features.targets import Targets
 from riglens.app.window.features.views import SavedViews, Views
 from riglens.app.window.workbench import Workbench
@@ -63,6 +64,7 @@ class Features(NamedTuple):
     marginals: Marginals
     targets: Targets
     frame: FrameView
+    target_maps: TargetMaps
     standing: Standing
     compare: Compare
     units: Units
@@ -111,13 +113,14 @@ def build_features(bench: Workbench) -> Features:
         pick=Pick(bench),
         picture=Picture(bench),
         scene_data=(scene_data := SceneData(bench)),
-        map=Map(bench),
+        map=(map_ := Map(bench)),
         sensor_view=SensorView(bench),
         baseline=Baseline(bench, exchange),
         scores=ScoresShown(bench),
         marginals=Marginals(bench),
         targets=(targets := Targets(bench)),
         frame=FrameView(bench, targets),
+        target_maps=TargetMaps(bench, heat, targets, map_),
         standing=Standing(bench),
         compare=Compare(bench, files, exchange),
         units=Units(bench),

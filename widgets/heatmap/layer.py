@@ -178,7 +178,7 @@ class HeatmapLayer:
         shown = np.flatnonzero(places > self._look.threshold)
         self._is_empty = not len(shown)
         rgba = np.empty((len(places), 4), np.uint8)
-        rgba[:, :3] = colours(data.scale)[colour_rows(data.scale, values, places)]
+        rgba[:, :3] = colours(data.scale)[colour_rows(data.scale, values, places, data.vmax)]
         rgba[:, 3] = alphas(places, self._look.opacity)
         cells.write(rgba, shown[np.argsort((places[shown] * 255).astype(np.uint8), kind="stable")])
         self._mapper.SetInputData(cells.mesh)

@@ -35,7 +35,7 @@ class DetailLevel:
     def merged(self, data: HeatmapData) -> tuple[Values, Values | None]:
         """Values and weights of the cells: the largest of a block, of changes by size; of steps the most frequent."""
         weights = data.weights if data.weights is None else self.largest(data.weights)
-        if self.first is None or data.scale == "ramp":
+        if self.first is None or data.scale in ("ramp", "level"):
             return self.largest(data.values), weights
         if data.scale == "change":
             most, least = self.largest(data.values), -self.largest(-data.values)

@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 
 from riglens.widgets.theme import mix, rgb
 
-Scale = Literal["ramp", "steps", "change"]
-"""ramp: from low to high; steps: a few named values; change: from lost through nothing to gained."""
+Scale = Literal["ramp", "level", "steps", "change"]
+"""ramp: from low to high, which is also from clear to opaque; level: from low to high, as opaque as weights say; steps:
+a few named values; change: from lost through nothing to gained."""
 Values = NDArray[np.float32]
-COLOUR_MAP = "inferno"
+COLOUR_MAP, LEVEL_MAP = "inferno", "viridis"
 STEP_COLOURS = ("#d7301f", "#fdae61", "#9fd4ea", "#2c7bb6")
 LOST_COLOUR, NONE_COLOUR, GAINED_COLOUR = "#e5383b", "#9aa3ad", "#2f7df6"
 LOG_DECADES = 3
@@ -50,7 +51,8 @@ class HeatmapData:
 
     Pass the same `centres_m` array again when only the values change: then nothing else is recomputed.
     `note` says which grid is shown (e.g. "cells of 0.4 m, sum of 4³ voxels"). With `steps` the values are places
-    in `labels`, and `weights` (m,) from 0 to 1 decide how opaque a cell is; with `change` they are signed.
+    in `labels`, and with `level` they begin with 0; `weights` (m,) from 0 to 1 then decide how opaque a cell is. With
+    `change` they are signed.
     """
 
     centres_m: Values
@@ -85,6 +87,8 @@ def colours(scale: Scale = "ramp") -> NDArray[np.uint8]:
             for end in (LOST_COLOUR, GAINED_COLOUR)
         ]
         table = np.array(halves[0][::-1] + halves[1])
+    elif scale == "level":
+        table = matplotlib.colormaps[LEVEL_MAP](np.linspace(0.0, 1.0, LEVELS))[:, :3]
     else:
         table = matplotlib.colormaps[COLOUR_MAP](np.linspace(0.12, 1.0, LEVELS))[:, :3]
     return np.asarray(np.round(table * 255), dtype=np.uint8)
@@ -95,7 +99,7 @@ def strength(data: HeatmapData, values: Values, weights: Values | None, log: boo
 
     Opacity, threshold and drawing order depend on it.
     """
-    if data.scale == "steps":
+    if data.scale in ("steps", "level"):
         return on_scale(np.ones(len(values), np.float32) if weights is None else weights, log)
     sizes = np.abs(values) if data.scale == "change" else values - _zero(data)
     return on_scale(np.asarray(sizes / max(data.vmax - _zero(data), 1e-30), np.float32), log)
@@ -117,8 +121,10 @@ def _zero(data: HeatmapData) -> float:
     return 0.0 if data.scale == "change" else data.vmin
 
 
-def colour_rows(scale: Scale, values: Values, strengths: Values) -> NDArray[np.int64]:
-    """Row of `colours` per cell."""
+def colour_rows(scale: Scale, values: Values, strengths: Values, vmax: float = 1.0) -> NDArray[np.int64]:
+    """Row of `colours` per cell; `vmax` is the end of a scale of levels, which begins with 0."""
+    if scale == "level":
+        return np.asarray(np.clip(values / vmax, 0.0, 1.0) * (LEVELS - 1), dtype=np.int64)
     if scale == "steps":
         return np.clip(values, 0, len(STEP_COLOURS) - 1).astype(np.int64)
     if scale == "change":
@@ -149,6 +155,8 @@ def bar_colours(data: HeatmapData, look: HeatLook, paper: str) -> NDArray[np.flo
     table = colours(data.scale) / 255.0
     if data.scale == "steps":
         return np.asarray(table[: len(data.labels)])
+    if data.scale == "level":
+        return np.asarray(table)
     places = np.linspace(0.0, 1.0, len(table))
     sizes = np.abs(2.0 * places - 1.0) if data.scale == "change" else places
     return np.where((sizes > look.threshold)[:, None], table, np.array(rgb(paper)))
@@ -162,9 +170,10 @@ def bar_ticks(data: HeatmapData, look: HeatLook) -> tuple[Tick, ...]:
         count = max(1, len(data.labels))
         return tuple(Tick((place + 0.5) / count, label) for place, label in enumerate(data.labels))
     zero, span = _zero(data), max(data.vmax - _zero(data), 1e-30)
-    values = tick_values(zero, data.vmax, look.log)
-    places = on_scale((np.array(values, np.float32) - np.float32(zero)) / np.float32(span), look.log).tolist()
-    if data.scale == "ramp":
+    log = look.log and data.scale != "level"
+    values = tick_values(zero, data.vmax, log)
+    places = on_scale((np.array(values, np.float32) - np.float32(zero)) / np.float32(span), log).tolist()
+    if data.scale in ("ramp", "level"):
         return tuple(Tick(place, number_text(value)) for place, value in zip(places, values, strict=True))
     end, text = places[-1] / 2, number_text(values[-1])
     return Tick(0.5 - end, f"−{text} lost"), Tick(0.5, "0"), Tick(0.5 + end, f"+{text} gained")
@@ -193,6 +202,7 @@ def number_text(value: float) -> str:
 
 def value_text(data: HeatmapData, place: float, log: bool) -> str:
     """The value at a place of the scale with its unit, for the threshold."""
-    value = off_scale(place, log) * (1.0 if data.scale == "steps" else data.vmax)
-    unit = "of the largest h" if data.scale == "steps" else data.unit
+    is_weight = data.scale in ("steps", "level")
+    value = off_scale(place, log) * (1.0 if is_weight else data.vmax)
+    unit = ("of the largest h" if data.scale == "steps" else "of full weight") if is_weight else data.unit
     return f"{value:.2g} {unit}".strip()

@@ -10,12 +10,14 @@ from riglens.widgets.maps.map_view import MapView
 from riglens.widgets.panels.style import MARGIN, SPACING, as_panel
 
 SEEN_BY: dict[SeenBy, str] = {"any": "any sensor", "lidar": "LiDARs", "camera": "cameras"}
+ON_ROAD_USERS = {"on_target": "on target", "missed": "missed road users"}
 
 
 class MapPanel(QWidget):
     """A row of choices over the map."""
 
-    seen_by_chosen = Signal(str)
+    shown_chosen = Signal()
+    """The map is to show something else."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -25,9 +27,12 @@ class MapPanel(QWidget):
         self.title.setToolTip("The class of traffic is chosen in the toolbar")
         self.choice = QComboBox()
         for key, text in SEEN_BY.items():
-            self.choice.addItem(text, key)
-        self.choice.setToolTip("Which sensors' coverage the map shows")
-        self.choice.activated.connect(lambda _: self.seen_by_chosen.emit(self.seen_by))
+            self.choice.addItem(f"seen by {text}", key)
+        self.choice.insertSeparator(self.choice.count())
+        for mode, text in ON_ROAD_USERS.items():
+            self.choice.addItem(text, mode)
+        self.choice.setToolTip("Which sensors' coverage the map shows, or what LiDARs get onto road users")
+        self.choice.activated.connect(lambda _: self.shown_chosen.emit())
         fit = QToolButton()
         fit.setText("Fit")
         fit.setToolTip("Show the whole region of interest")
@@ -47,11 +52,17 @@ class MapPanel(QWidget):
         self.set_class("")
 
     @property
-    def seen_by(self) -> SeenBy:
-        """Which sensors' coverage the map shows."""
-        found: SeenBy = self.choice.currentData()
+    def seen_by(self) -> SeenBy | None:
+        """Which sensors' coverage the map shows, None while it shows road users."""
+        found: SeenBy | None = None if self.target_mode else self.choice.currentData()
         return found
+
+    @property
+    def target_mode(self) -> str:
+        """What the map shows of road users, a key of ON_ROAD_USERS; empty while it shows coverage."""
+        found = str(self.choice.currentData())
+        return found if found in ON_ROAD_USERS else ""
 
     def set_class(self, name: str) -> None:
         """Say which class of traffic the map is about."""
-        self.title.setText(f"{name.capitalize()}, seen by" if name else "Seen by")
+        self.title.setText(f"{name.capitalize()}," if name else "")

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QImage, QMouseEvent, QPainter, QPaintEvent, QResizeEvent, QWheelEvent
 from PySide6.QtWidgets import QWidget
@@ -13,6 +15,7 @@ from riglens.core.rig.model import Rig, Sensor
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.view.outlook import Gap
 from riglens.core.view.top_view import BLIND, EMPTY, LEAST, MOST, TopView
+from riglens.widgets.maps.ground_items import draw_ground_legend, ground_colours, ground_text, summary_of
 from riglens.widgets.maps.map_items import (
     BLIND_COLOUR,
     NO_BOXES,
@@ -29,6 +32,9 @@ from riglens.widgets.maps.map_items import (
 )
 from riglens.widgets.maps.paint import SHARE_MAP, argb, colours, draw_message, image_of, small_font
 from riglens.widgets.panels.style import tones
+
+if TYPE_CHECKING:  # made by the thread that counts, which loads the compiler
+    from riglens.core.targets.ground import GroundView
 
 _WORDS_PX = 30.0
 _LEGEND_PX = 30.0 + _WORDS_PX
@@ -49,6 +55,7 @@ class MapPicture(QWidget):
         self._grid = VoxelGrid()
         self._top: TopView | None = None
         self._image: QImage | None = None
+        self._ground: tuple[GroundView, str] | None = None
         self._message = ""
         self._gap: Gap | None = None
         self._view: PlaneView | None = None
@@ -63,6 +70,7 @@ class MapPicture(QWidget):
     def set_grid(self, grid: VoxelGrid) -> None:
         """Show the whole of another region of interest; the old cells are removed."""
         self._grid, self._top, self._image, self._view = grid, None, None, None
+        self._ground = None
         self.update()
 
     def set_gap(self, gap: Gap | None) -> None:
@@ -73,6 +81,11 @@ class MapPicture(QWidget):
     def set_top_view(self, top: TopView | None) -> None:
         """Show other cells, or none."""
         self._top, self._image = top, None
+        self.update()
+
+    def set_ground(self, ground: GroundView | None, mode: str) -> None:
+        """Show road users over the ground in place of what is seen: "on_target" or "missed"; None for what is seen."""
+        self._ground, self._image = None if ground is None else (ground, mode), None
         self.update()
 
     def set_message(self, text: str) -> None:
@@ -110,6 +123,8 @@ class MapPicture(QWidget):
         place = f"x {x:.1f}  y {y:.1f} m"
         if sensor is not None:
             return " · ".join([sensor.name, *self._state_of(sensor), place])
+        if self._ground is not None:
+            return f"{place} · {ground_text(*self._ground, (x, y))}"
         cell = self._top.cell_at(x, y) if self._top is not None else None
         if self._top is None or cell is None:
             return f"{place} · outside the ROI" if self._top is not None else place
@@ -120,7 +135,9 @@ class MapPicture(QWidget):
 
     def _summary(self) -> str:
         said = []
-        if self._top is not None and not self._top.is_empty:
+        if self._ground is not None:
+            said.append(summary_of(*self._ground))
+        elif self._top is not None and not self._top.is_empty:
             share = 100 * self._top.blind_share()
             said.append(f"{share:.1f} % of the area with {MANY[self._top.class_name]} is blind")
         outside = [sensor.name for sensor in self._shown() if self._is_outside(sensor)]
@@ -162,26 +179,37 @@ class MapPicture(QWidget):
         painter.end()
 
     def _draw_cells(self, painter: QPainter, view: PlaneView) -> None:
-        top = self._top
-        if top is None:
+        shown = self._top if self._ground is None else self._ground[0]
+        if shown is None:
             return
         if self._image is None:
-            self._image = image_of(_cell_colours()[top.levels[::-1, ::-1]])
-        nx, ny = top.levels.shape
-        x, y = top.origin_m
-        target = view.rectangle((x, x + nx * top.cell_m), (y, y + ny * top.cell_m))
-        shrinks = top.cell_m * view.scale * self.devicePixelRatioF() < 1.0
+            self._image = image_of(self._colours()[::-1, ::-1])
+        ny, nx = self._image.width(), self._image.height()
+        x, y = shown.origin_m
+        target = view.rectangle((x, x + nx * shown.cell_m), (y, y + ny * shown.cell_m))
+        shrinks = shown.cell_m * view.scale * self.devicePixelRatioF() < 1.0
         painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, shrinks)
         painter.setClipRect(roi_rectangle(view, self._grid), Qt.ClipOperation.IntersectClip)
         painter.drawImage(target, self._image)
         painter.setClipRect(view.area)
+
+    def _colours(self) -> NDArray[np.uint32]:
+        """The colour of each cell (nx, ny), 0xAARRGGBB."""
+        if self._ground is not None:
+            return ground_colours(*self._ground)
+        assert self._top is not None
+        return np.asarray(_cell_colours()[self._top.levels])
 
     def _draw_footer(self, painter: QPainter) -> None:
         look, top = tones(), self.height() - _LEGEND_PX
         painter.fillRect(QRectF(0.0, top, self.width(), _LEGEND_PX), QColor(look.panel))
         painter.setPen(QColor(look.border))
         painter.drawLine(QPointF(0.0, top), QPointF(self.width(), top))
-        draw_legend(painter, QRectF(8.0, top + 5.0, self.width() - 16.0, 22.0), look)
+        room = QRectF(8.0, top + 5.0, self.width() - 16.0, 22.0)
+        if self._ground is None:
+            draw_legend(painter, room, look)
+        else:
+            draw_ground_legend(painter, room, *self._ground, look)
         box = QRectF(8.0, top + 28.0, self.width() - 16.0, _WORDS_PX)
         painter.setPen(QColor(look.muted))
         painter.drawText(box, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignTop, AXES)

@@ -10,7 +10,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QMenu, QToolButton, QWidget, QWidgetAction
 
-from riglens.app.evaluation.options import HEAT_TITLES, HeatMode
+from riglens.app.evaluation.options import HEAT_TITLES, TARGET_HEAT_TITLES, HeatMode
 from riglens.app.evaluation.requests import Result
 from riglens.app.window.actions import Choice, Spec, menu_button
 from riglens.app.window.feature import Feature
@@ -23,6 +23,11 @@ from riglens.widgets.panels.look_panels import HeatPanel, RaysPanel
 from riglens.widgets.sensors.ray_look import LEAST_DENSITY, MOST_DENSITY, RayLook
 from riglens.widgets.theme import CLASS_COLOURS
 
+TITLES: dict[str, str] = {
+    str(mode): title for mode, title in (*HEAT_TITLES.items(), *TARGET_HEAT_TITLES.items())
+}
+"""What the heatmap can show: voxels, or what the rig gets onto road users."""
+
 
 class Heat(Feature):
     """Two choices and a panel of sliders in the toolbar; what they choose is the session's."""
@@ -30,7 +35,7 @@ class Heat(Feature):
     specs = (
         *(
             Spec(f"heat_{mode}", title, f"Heatmap: {title}", f"Alt+{place}", menu="view", group="heat")
-            for place, (mode, title) in enumerate(HEAT_TITLES.items())
+            for place, (mode, title) in enumerate(TITLES.items())
         ),
         *(
             Spec(f"class_{name}", name, f"Heatmap and map: {name}", menu="view", group="class")
@@ -44,7 +49,7 @@ class Heat(Feature):
 
     def __init__(self, bench: Workbench) -> None:
         super().__init__(bench)
-        modes = {str(mode): self.actions[f"heat_{mode}"] for mode in HEAT_TITLES}
+        modes = {mode: self.actions[f"heat_{mode}"] for mode in TITLES}
         classes = {name: self.actions[f"class_{name}"] for name in CLASSES}
         for name, action in classes.items():
             action.setIcon(swatch(CLASS_COLOURS[name]))
@@ -66,7 +71,7 @@ class Heat(Feature):
         self.session.heat_changed.connect(self._show)
         bench.answers.answered.connect(self._show_result)
         self._show()
-        self._modes.keep_room(HEAT_TITLES.values())
+        self._modes.keep_room(TITLES.values())
         self._classes.keep_room(CLASSES)
 
     def add_look(self, panel: QWidget) -> None:
@@ -87,7 +92,7 @@ class Heat(Feature):
         self.set_class(CLASSES[(shown + 1) % len(CLASSES)])
 
     def set_mode(self, mode: str) -> None:
-        """Choose what the heatmap shows: a key of HEAT_TITLES."""
+        """Choose what the heatmap shows: a key of TITLES."""
         self.session.set_heat(replace(self.session.heat, mode=cast(HeatMode, mode)))
 
     def set_class(self, name: str) -> None:
@@ -98,7 +103,7 @@ class Heat(Feature):
         heat = self.session.heat
         mode: str = settings.read("heat/mode", str(heat.mode))
         name = settings.read("heat/class", heat.class_name)
-        self.set_mode(mode if mode in HEAT_TITLES else heat.mode)
+        self.set_mode(mode if mode in TITLES else heat.mode)
         self.set_class(name if name in CLASSES else heat.class_name)
         look = look_of(settings.read("heat/look", {}))
         if look is not None:
@@ -114,14 +119,17 @@ class Heat(Feature):
         self.viewport.show_state(replace(self.viewport.state, heat_look=look))
 
     def _show_result(self, result: Result) -> None:
-        self.viewport.show_state(replace(self.viewport.state, heatmap=result.heatmap))
+        is_of_voxels = self.session.heat.mode in HEAT_TITLES
+        if is_of_voxels:
+            self.viewport.show_state(replace(self.viewport.state, heatmap=result.heatmap))
         display = result.scene.heatmaps.display
         self.panel.set_layers(display.cell_m, result.scene.field.grid.roi_m[2])
-        self.panel.set_data(result.heatmap)
+        if is_of_voxels:
+            self.panel.set_data(result.heatmap)
 
     def _show(self) -> None:
         heat = self.session.heat
-        self._modes.show_choice(heat.mode, "Heatmap off" if heat.mode == "off" else HEAT_TITLES[heat.mode])
+        self._modes.show_choice(heat.mode, "Heatmap off" if heat.mode == "off" else TITLES[heat.mode])
         self._classes.show_choice(heat.class_name, heat.class_name, with_icon=True)
 
 

@@ -41,7 +41,7 @@ class Map(Feature):
         )
         self.in_sight = InSight(self.dock)
         self.in_sight.changed.connect(lambda _: self._tell_source())
-        self.panel.seen_by_chosen.connect(lambda _: self._tell_source())
+        self.panel.shown_chosen.connect(self._tell_source)
         self.panel.map.sensor_clicked.connect(self.document.select)
         self.panel.map.place_clicked.connect(self.viewport.look_at)
         self.in_sight.follow(
@@ -56,6 +56,7 @@ class Map(Feature):
     def _tell_source(self) -> None:
         """Say what the session has to know for the map: nothing while nobody looks at it."""
         self.session.look_at_map(self.panel.seen_by if self.in_sight else None)
+        self._show_top()
 
     def _follow_rig(self) -> None:
         document = self.document
@@ -70,9 +71,14 @@ class Map(Feature):
         top = result.top_view
         if top is not None:
             self._top = top
-            self.panel.map.set_top_view(top)
-            self.panel.map.set_message(remark(top, result.request.rig))
+            self._show_top()
         self.panel.set_class(self.session.heat.class_name)
+
+    def _show_top(self) -> None:
+        """Show what is seen, unless the map shows road users."""
+        if self._top is not None and not self.panel.target_mode:
+            self.panel.map.set_top_view(self._top)
+            self.panel.map.set_message(remark(self._top, self.document.rig))
 
     def _on_load_ended(self, problem: str) -> None:
         if problem and self._top is None:

@@ -102,7 +102,7 @@ def test_the_map_shows_the_class_and_the_sensors_that_are_chosen(bench: Bench) -
     shown_map(bench)
     bench.features.heat.set_class("pedestrian")
     assert shown_map(bench).class_name == "pedestrian"
-    assert panel.title.text() == "Pedestrian, seen by"
+    assert panel.title.text() == "Pedestrian,"
     for place, seen_by in ((1, "lidar"), (2, "camera")):
         panel.choice.setCurrentIndex(place)
         panel.choice.activated.emit(place)

@@ -1,0 +1,74 @@
+"""What a rig gets onto road users, over the ground: how well LiDARs hit those near each cell, and who is missed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.targets.scores import TargetScores
+from riglens.core.targets.traffic import Traffic
+
+CELL_M, NEAR_M = 1.0, 2.0
+"""Edge of a cell, and how far from its centre the centres of the cells lie whose road users are near it: our choice."""
+
+
+@dataclass(frozen=True, eq=False)
+class GroundView:
+    """Cells of `cell_m` metres over the ground, index (ix, iy); `origin_m` is their lower corner. Equal only to itself.
+
+    objects (nx, ny): road users of the class near each cell, in all frames counted; on_target (nx, ny): mean of theirs,
+    NaN where there are none; missed (nx, ny): those with fewer than `min_points` points of all LiDARs.
+    """
+
+    class_name: str
+    cell_m: float
+    near_m: float
+    min_points: int
+    frames: int
+    origin_m: tuple[float, float]
+    objects: NDArray[np.int64]
+    on_target: NDArray[np.float64]
+    missed: NDArray[np.int64]
+
+    def cell_at(self, x_m: float, y_m: float) -> tuple[int, int] | None:
+        """The cell that holds a point, None beside all of them."""
+        ix, iy = (
+            int(np.floor((at - low) / self.cell_m)) for at, low in zip((x_m, y_m), self.origin_m, strict=True)
+        )
+        inside = 0 <= ix < self.objects.shape[0] and 0 <= iy < self.objects.shape[1]
+        return (ix, iy) if inside else None
+
+
+def ground_view(traffic: Traffic, scores: TargetScores, class_name: str) -> GroundView:
+    """Spread what a rig gets onto the road users of a class over the ground."""
+    objects = scores.objects
+    mine = traffic.cls[objects.box] == CLASSES.index(class_name)
+    half = int(np.ceil(scores.within_m / CELL_M))
+    cell = np.floor(traffic.centre_m[objects.box[mine], :2] / CELL_M).astype(np.int64) + half
+    place = np.clip(cell, 0, 2 * half - 1) @ (2 * half, 1)
+    is_missed = objects.all_points[mine] < scores.settings.min_points
+    counts, missed, sums = (
+        _near(np.bincount(place, weights, (2 * half) ** 2).reshape(2 * half, 2 * half))
+        for weights in (None, is_missed, objects.on_target[mine])
+    )
+    mean = np.divide(sums, counts, out=np.full(counts.shape, np.nan), where=counts > 0)
+    return GroundView(
+        class_name, CELL_M, NEAR_M, scores.settings.min_points, scores.frames_used, (-half * CELL_M, -half * CELL_M),
+        counts.astype(np.int64), mean, missed.astype(np.int64),
+    )  # fmt: skip
+
+
+def _near(cells: NDArray[Any]) -> NDArray[np.float64]:
+    """Sums over all cells whose centres lie within NEAR_M, always in the same order."""
+    reach = int(NEAR_M / CELL_M)
+    wide, found = np.pad(cells.astype(np.float64), reach), np.zeros(cells.shape)
+    nx, ny = cells.shape
+    for dx in range(-reach, reach + 1):
+        for dy in range(-reach, reach + 1):
+            if (dx * dx + dy * dy) * CELL_M**2 <= NEAR_M**2:
+                found += wide[reach + dx : reach + dx + nx, reach + dy : reach + dy + ny]
+    return found

@@ -1,0 +1,109 @@
+"""Heatmap and map show what the rig gets onto road users, of all frames, and say so while an edit is counted."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from PySide6.QtWidgets import QComboBox
+from pytestqt.qtbot import QtBot
+
+from riglens.app.window.features.target_maps import COUNTING
+from riglens.widgets.heatmap.scale import bar_ticks
+from riglens.widgets.maps.ground_items import ground_text, summary_of
+from tests.app.window.desk import FullDesk, full_desk
+from tests.app.window.test_targets import answer
+from tests.app.window_bench import choose_item
+
+
+@pytest.fixture
+def desk(qtbot: QtBot) -> Iterator[FullDesk]:
+    with full_desk(qtbot) as made:
+        made.load()
+        made.answer()
+        yield made
+
+
+def count(desk: FullDesk, frames: int | None = None) -> None:
+    desk.features.targets._take(answer(desk.counter.requests[-1], frames))
+
+
+def test_voxels_are_asked_for_only_while_the_heatmap_shows_them(desk: FullDesk) -> None:
+    desk.features.heat.set_mode("on_target")
+    assert desk.recompute.requests[-1].heat == "off" and desk.session.heat.mode == "on_target"
+    desk.features.heat.set_mode("seen")
+    assert desk.recompute.requests[-1].heat == "seen"
+
+
+@pytest.mark.parametrize(
+    ("mode", "unit", "way"), [("on_target", "%", "more"), ("missed", "road users", "less")]
+)
+def test_the_heatmap_is_that_of_all_frames_with_unit_and_direction(
+    desk: FullDesk, mode: str, unit: str, way: str
+) -> None:
+    desk.features.heat.set_mode(mode)
+    assert desk.viewport.state.heatmap is None
+    count(desk, 3)
+    assert desk.viewport.state.heatmap is None
+    count(desk)
+    data = desk.viewport.state.heatmap
+    ground = desk.features.targets.answer.ground[0]
+    assert data.unit == unit and data.note.startswith(f"{way} is better") and data.title.endswith(", car")
+    assert len(data.values) == np.count_nonzero(ground.objects)
+    wanted = 100.0 * ground.on_target if mode == "on_target" else ground.missed
+    assert np.allclose(data.values, wanted[ground.objects > 0])
+    assert bar_ticks(data, desk.viewport.state.heat_look)[0].text == "0"
+    desk.features.heat.set_class("pedestrian")
+    assert desk.viewport.state.heatmap.title.endswith(", pedestrian")
+
+
+def test_a_new_score_leaves_the_heatmap_of_road_users(desk: FullDesk) -> None:
+    desk.features.heat.set_mode("on_target")
+    count(desk)
+    before = desk.viewport.state.heatmap
+    desk.answer(0.7)
+    assert before is not None and desk.viewport.state.heatmap is before
+
+
+def test_while_an_edit_is_counted_the_legend_says_so(desk: FullDesk) -> None:
+    desk.features.heat.set_mode("on_target")
+    count(desk)
+    assert "counting anew" not in desk.viewport.state.heatmap.note
+    desk.drag("roof", (0.3, 0.0, 2.0))
+    count(desk, 3)
+    assert "counting anew" in desk.viewport.state.heatmap.note
+    count(desk)
+    assert "counting anew" not in desk.viewport.state.heatmap.note
+
+
+def test_other_traffic_takes_it_away(desk: FullDesk) -> None:
+    desk.features.heat.set_mode("missed")
+    count(desk)
+    desk.load()
+    assert desk.viewport.state.heatmap is None
+
+
+def test_the_map_shows_road_users_and_goes_back(desk: FullDesk) -> None:
+    panel = desk.features.map.panel
+    combo = panel.findChild(QComboBox)
+    assert combo is not None
+    choose_item(combo, "on target")
+    assert panel.map.message == COUNTING and panel.seen_by is None
+    count(desk)
+    ground = desk.features.targets.answer.ground[0]
+    assert panel.map.message == "" and panel.map._ground == (ground, "on_target")
+    assert panel.map.readout() == summary_of(ground, "on_target")
+    choose_item(combo, "seen by any sensor")
+    assert panel.map._ground is None and panel.seen_by == "any"
+
+
+def test_a_place_of_the_map_is_told_in_words(desk: FullDesk) -> None:
+    count(desk)
+    ground = desk.features.targets.answer.ground[0]
+    ix, iy = (int(i) for i in np.argwhere(ground.objects > 0)[0])
+    place_m = (ground.origin_m[0] + ix + 0.5, ground.origin_m[1] + iy + 0.5)
+    number = int(ground.objects[ix, iy])
+    assert f"% on target, mean of {number:,} within 2 m" in ground_text(ground, "on_target", place_m)
+    assert "have fewer than 5 points" in ground_text(ground, "missed", place_m)
+    assert ground_text(ground, "missed", (900.0, 0.0)) == "no car within 2 m"
