@@ -13,7 +13,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.engine.fans import farthest, is_plain, is_upright, make_fan, make_profile, share_rows
+from riglens.core.engine.fans import (
+    farthest,
+    is_plain,
+    is_upright,
+    make_fan,
+    make_profile,
+    may_stride,
+    share_rows,
+)
 from riglens.core.engine.frustums import make_frustum, part_of_frustum
 from riglens.core.engine.patches import cut_up, part_of
 from riglens.core.engine.sheets import Sheets, make_sheets
@@ -23,6 +31,7 @@ from riglens.core.kernels.fan import mark_fan, work_by_row
 from riglens.core.kernels.frustum import Frustum, mark_frustum
 from riglens.core.kernels.planes import Space
 from riglens.core.kernels.sheet import mark_sheets
+from riglens.core.kernels.strides import mark_strides
 from riglens.core.kernels.walk import FARTHEST
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Method
@@ -201,9 +210,12 @@ class Caster:
         for rays, start, end in ((each, *chunk) for each in casts for chunk in _chunks(each)):
             if is_stale():
                 return False
-            irregular = np.zeros(end - start, np.bool_)
-            cast.mark_rays(rays, start, end, marks, spare, irregular)
-            for word, bit in self.walk_irregular(rays, start + np.flatnonzero(irregular)):
+            left = np.ones(end - start, np.bool_)
+            if may_stride(rays):
+                mark_strides(rays, start, end, marks, spare, left)
+            if left.any():
+                cast.mark_rays(rays, start, end, marks, spare, left)
+            for word, bit in self.walk_irregular(rays, start + np.flatnonzero(left)):
                 marks[word] |= bit
         cast.add_marks(spare, marks, self.workers)
         return True

@@ -89,13 +89,22 @@ def is_plain(rays: Cast) -> bool:
     arithmetic."""
     if rays.kind == LISTED:
         return False
-    near = max(np.abs(rays.origin).max(), rays.box.max()) <= FARTHEST_ORIGIN
     endless = rays.reach[0] == 0.0 and rays.reach[1] > farthest(rays) + 1.0
     return bool(
-        near
+        is_near(rays)
         and (endless or rays.kind == LIDAR)
         and is_tame(rays.rows, rays.planes, rays.rotation, rays.origin)
     )
+
+
+def is_near(rays: Cast) -> bool:
+    """Whether places are small enough for tolerances in voxels."""
+    return bool(max(np.abs(rays.origin).max(), rays.box.max()) <= FARTHEST_ORIGIN)
+
+
+def may_stride(rays: Cast) -> bool:
+    """Whether rays may be walked in strides."""
+    return is_near(rays) and not rays.bresenham
 
 
 def is_tame(*tables: NDArray[np.float64]) -> bool:

@@ -7,11 +7,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.engine.fans import is_tame
+from riglens.core.engine.fans import is_near, is_tame
 from riglens.core.kernels.cast import Cast
 from riglens.core.kernels.codes import LISTED
 from riglens.core.kernels.cones import A_TURN, FINDER, HALF_COLUMN, SLACK, Beams, Spinner
-from riglens.core.kernels.fan import FARTHEST_ORIGIN
 from riglens.core.kernels.frustum import BALL
 from riglens.core.kernels.sheet import Shells
 from riglens.core.rig.model import Lidar
@@ -43,8 +42,7 @@ class Sheets(NamedTuple):
 def make_sheets(lidar: Lidar, rays: Cast, shortest: float = SHORTEST_RADIUS) -> Sheets | None:
     """The cones of a LiDAR in grid units; None where walking its rays is simpler, or quicker because they drift apart
     within the `shortest` radius in voxels."""
-    near = max(np.abs(rays.origin).max(), rays.box.max()) <= FARTHEST_ORIGIN
-    if not near or not is_tame(rays.rows, rays.planes, rays.rotation, rays.origin):
+    if not is_near(rays) or not is_tame(rays.rows, rays.planes, rays.rotation, rays.origin):
         return None
     spinner = _spinner(lidar, rays)
     beams = _beams(lidar, spinner, _upper(rays))

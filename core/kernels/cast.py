@@ -83,10 +83,10 @@ def _mark_runs(runs: np.ndarray, count: int, depth: int, marks: np.ndarray) -> N
 
 @parallel_kernel
 def mark_rays(
-    rays: Cast, first: int, end: int, marks: np.ndarray, spare: np.ndarray, irregular: np.ndarray
+    rays: Cast, first: int, end: int, marks: np.ndarray, spare: np.ndarray, left: np.ndarray
 ) -> None:
-    """Mark what the rays first..end-1 traverse in marks uint64 (words,) and spare (workers - 1, words), one set for
-    each worker. irregular bool (end - first,): set for the rays that are left to the rational walk.
+    """Mark what some of the rays first..end-1 traverse in marks uint64 (words,) and spare (workers - 1, words), one set
+    for each worker. left bool (end - first,): the rays to walk; remains set for those left to the rational walk.
     """
     workers = spare.shape[0] + 1
     blocks = (end - first + BLOCK - 1) // BLOCK
@@ -96,9 +96,10 @@ def mark_rays(
         runs = np.empty((rays.shape[0] + rays.shape[1] + rays.shape[2] + 3, 3), np.int32)
         for block in range(worker, blocks, workers):
             for ray in range(first + block * BLOCK, min(first + (block + 1) * BLOCK, end)):
-                count = _walk(rays, ray, runs)
-                irregular[ray - first] = count < 0
-                _mark_runs(runs, count, depth, own)
+                if left[ray - first]:
+                    count = _walk(rays, ray, runs)
+                    left[ray - first] = count < 0
+                    _mark_runs(runs, count, depth, own)
 
 
 @parallel_kernel

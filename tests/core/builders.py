@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from riglens.core.engine.caster import Caster
 from riglens.core.engine.engine import Engine, Evaluation
+from riglens.core.kernels.cast import mark_rays
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Method, MetricSettings
 from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
@@ -79,9 +80,13 @@ def seen_by(field: EntropyField, *sensors: Lidar | Camera, method: Method = "exa
 
 
 def seen_ray_by_ray(field: EntropyField, sensor: Lidar | Camera) -> Mask:
-    """Informative voxels that a sensor traverses, found without any way of casting rays together."""
+    """Informative voxels that a sensor traverses, found by the exact walk alone."""
     caster, marks = Caster(field), np.zeros_like(field.index.words)
-    caster._mark_rays(caster._rays(sensor, "exact"), marks, lambda: False)
+    rays, spare = caster.rays(sensor, "exact"), np.zeros((0, marks.size), np.uint64)
+    left = np.ones(len(rays.rows) * len(rays.planes), np.bool_)
+    mark_rays(rays, 0, left.size, marks, spare, left)
+    for word, bit in caster.walk_irregular(rays, np.flatnonzero(left)):
+        marks[word] |= bit
     return unpack(field.grid, marks & field.index.words)
 
 

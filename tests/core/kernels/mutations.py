@@ -13,6 +13,7 @@ TESTS = {
     f"{KERNELS}/palette.py": ("test_palette",),
     f"{KERNELS}/predicates.py": ("test_predicates",),
     f"{KERNELS}/walk.py": ("test_walk",),
+    f"{KERNELS}/strides.py": ("test_strides", "test_tolerances"),
     f"{KERNELS}/profile.py": ("test_profile",),
     f"{KERNELS}/ties.py": ("test_ties",),
     f"{KERNELS}/fan.py": ("test_fan",),
@@ -48,6 +49,21 @@ def _of(file: str, *pairs: tuple[str, str]) -> list[Mutation]:
 
 
 MUTATIONS = [
+    *_of(
+        f"{KERNELS}/strides.py",
+        ("min(a, b) > span.begin else", "max(a, b) > span.begin else"),
+        ("if axis.low <= axis.g < axis.high", "if axis.low <= axis.g <= axis.high"),
+        ("CLOSE < place - cell < 1.0 - CLOSE", "CLOSE < place - cell < 1.0"),
+        ("if axis.d < 0.0 and cell == axis.g", "if cell == axis.g"),
+        ("((fixed + _CLOSE) & _FRACTION) <= 2 * _CLOSE", "((fixed + _CLOSE) & _FRACTION) <= _CLOSE"),
+        ("t = (max(cells[0], cells[1]) - minor.g)", "t = (min(cells[0], cells[1]) - minor.g)"),
+        ("if between == OPEN:", "if between < OPEN:"),
+        ("at + (1 if ahead > 0 else 0)", "at + (0 if ahead > 0 else 1)"),
+        ("_fixed(level.d / abs(major.d))", "_fixed(level.d / major.d)"),
+        ("here += ahead * major.words", "here += major.words"),
+        ("return span.begin > span.end + CLOSE", "return True"),
+        ("(cell, end_cell), (height, end_height)", "(cell, cell), (height, end_height)"),
+    ),
     *_of(
         f"{KERNELS}/bits.py",
         ("return np.int64(popcount(starts ^ later)) - 1", "return np.int64(popcount(starts ^ later))"),

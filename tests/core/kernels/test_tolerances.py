@@ -18,8 +18,8 @@ ROOMS = ("kernels", "engine", "sensing")
 ROW = re.compile(r"^\| `(\w+)\.(\w+)` \| ([^|]+) \|", re.MULTILINE)
 NAME = re.compile(r"`([a-z_]+)\.(\w+)`")
 U = predicates.UNIT_ROUNDOFF
-OTHER_MATTERS = ("compiled", "nearest", "phases", "sight", "shapes", "targets", "windows")
-"""Modules about files, pictures, and points on road users: none decides about voxels."""
+OTHER_MATTERS = ("compiled", "nearest", "phases", "sight", "shapes", "sweeps", "targets", "windows")
+"""Modules about files, pictures, simulated sweeps, and points on road users: none decides about voxels."""
 NO_TOLERANCES = {
     ("predicates", "UNIT_ROUNDOFF"),
     ("predicates", "_SPLITTER"),
