@@ -13,6 +13,7 @@ from riglens.app.commands.blind import blind
 from riglens.app.commands.card import card
 from riglens.app.commands.data import data, pog
 from riglens.app.commands.picture import render
+from riglens.app.commands.redundancy import redundancy
 from riglens.app.commands.rigs import convert, library, presets
 from riglens.app.commands.scores import evaluate, window
 from riglens.app.commands.studies import accuracy, detection, stability, table1
@@ -40,6 +41,7 @@ app.command(targets, sort_key=2)
 app.command(audit, sort_key=2)
 app.command(blind, sort_key=2)
 app.command(card, sort_key=2)
+app.command(redundancy, sort_key=2)
 app.command(pog, sort_key=2)
 app.command(data, sort_key=3)
 app.command(render, sort_key=4)

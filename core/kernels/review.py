@@ -12,16 +12,16 @@ import numpy as np
 
 from riglens.core.kernels.bits import first_run, lowest_bit, popcount
 from riglens.core.kernels.cast import Cast
-from riglens.core.kernels.jit import inlined, kernel, parallel_kernel
+from riglens.core.kernels.jit import inlined, kernel, lean, lean_inlined, parallel_kernel
 from riglens.core.kernels.lattice import direction, rotated
 from riglens.core.kernels.palette import Entropies
 from riglens.core.kernels.predicates import Vector
 
-AT_LEAST_1, AT_LEAST_2, AT_LEAST_3, TWO_KINDS, ALL = range(5)
-"""Rows of the sums of what is covered: by one sensor or more, two, three, by cameras and LiDARs, and everything."""
-LEVELS = 5
-QUANTITIES = 4
-"""Columns of all sums: the entropies of three classes in units of 2^-32 nat, then the number of voxels."""
+AT_LEAST_3, TWO_KINDS = range(2)
+"""Rows of the sums of what is covered: by three sensors or more, by cameras and LiDARs."""
+COLUMNS = 4
+"""Columns of all sums: the entropies of three classes in units of 2^-32 nat, and one that stays 0, because four numbers
+are added at once."""
 
 
 @parallel_kernel
@@ -52,7 +52,7 @@ def lowest_levels(
                 lowest[i, column] = found
 
 
-@inlined
+@lean_inlined
 def _sink(row: np.ndarray, first: np.ndarray, second: np.ndarray) -> None:
     """Put the levels of a row among the two lowest of each of its columns; without a branch, many columns at once."""
     for i in range(np.uint64(row.size)):
@@ -61,7 +61,7 @@ def _sink(row: np.ndarray, first: np.ndarray, second: np.ndarray) -> None:
         first[i] = min(best, level)
 
 
-@inlined
+@lean_inlined
 def _around(levels: np.ndarray, ix: int, offsets: np.ndarray, row: np.ndarray) -> None:
     """Lower each column of a row (ny,) to the lowest level (nx, ny) around it."""
     nx, ny = levels.shape
@@ -95,39 +95,138 @@ def two_lowest(
                 _sink(row, both[1 + kinds[i], 0, ix], both[1 + kinds[i], 1, ix])
 
 
-@inlined
+@lean_inlined
+def _weigh(count: np.uint64, palette_q: np.ndarray, code: np.uint64, sums: np.ndarray) -> None:
+    """Add to sums int64 (4,) the entropies of some voxels of one code."""
+    h0, h1 = np.uint64(palette_q[code, 0]), np.uint64(palette_q[code, 1])
+    h2, h3 = np.uint64(palette_q[code, 2]), np.uint64(palette_q[code, 3])
+    sums[0] += np.int64(count * h0)
+    sums[1] += np.int64(count * h1)
+    sums[2] += np.int64(count * h2)
+    sums[3] += np.int64(count * h3)
+
+
+@lean_inlined
 def _add(voxels: np.uint64, word: int, entropies: Entropies, sums: np.ndarray) -> None:
-    """Add to sums (4,) the entropies of some voxels of a word, and their number; run by run."""
+    """Add to sums (4,) the entropies of some voxels of a word, run by run."""
     starts, first = entropies.starts[word], np.int64(entropies.first[word])
     left = voxels
     while left != 0:
         run, within = first_run(left, starts)
-        code = entropies.codes[first + run]
-        count = np.int64(popcount(within))
-        for c in range(QUANTITIES - 1):
-            sums[c] += count * np.int64(entropies.palette_q[code, c])
-        sums[QUANTITIES - 1] += count
+        code = np.uint64(entropies.codes[np.uint64(first + run)])
+        _weigh(popcount(within), entropies.palette_q, code, sums)
         left ^= within
 
 
-@inlined
-def _add_levels(masks: np.ndarray, word: int, entropies: Entropies, sums: np.ndarray) -> None:
-    """Add to sums (5, 4) what lies in each of the masks uint64 (5,), the last of which holds the others."""
-    starts, first = entropies.starts[word], np.int64(entropies.first[word])
-    left = masks[ALL]
-    while left != 0:
-        run, within = first_run(left, starts)
-        code = entropies.codes[first + run]
-        h0 = np.int64(entropies.palette_q[code, 0])
-        h1 = np.int64(entropies.palette_q[code, 1])
-        h2 = np.int64(entropies.palette_q[code, 2])
-        for level in range(LEVELS):
-            count = np.int64(popcount(masks[level] & within))
-            sums[level, 0] += count * h0
-            sums[level, 1] += count * h1
-            sums[level, 2] += count * h2
-            sums[level, 3] += count
-        left ^= within
+@kernel
+def total_by_sector(sectors: np.ndarray, depth: int, entropies: Entropies, sums: np.ndarray) -> None:
+    """Add up all entropies by the sector of their column: sums int64 (s, 4)."""
+    for word in range(sectors.size * depth):
+        _add(entropies.keep[word], word, entropies, sums[sectors[word // depth]])
+
+
+@lean_inlined
+def _add_alone(
+    own: np.ndarray, alone: np.uint64, word: int, entropies: Entropies, singles: np.ndarray
+) -> None:
+    """Add to singles (n, 4) what each sensor alone sees, of words own (n,), where one does."""
+    for i in range(own.size):
+        if own[i] & alone != 0:
+            _add(own[i] & alone, word, entropies, singles[i])
+
+
+@lean_inlined
+def _add_two(own: np.ndarray, two: np.uint64, word: int, entropies: Entropies, pairs: np.ndarray) -> None:
+    """Add to pairs (n, n, 4) what exactly two sensors see, where two do."""
+    for i in range(own.size):
+        first = own[i] & two
+        if first != 0:
+            for j in range(i + 1, own.size):
+                if first & own[j] != 0:
+                    _add(first & own[j], word, entropies, pairs[i, j])
+
+
+@lean_inlined
+def _add_groups(
+    own: np.ndarray, members: np.ndarray, word: int, entropies: Entropies, groups: np.ndarray
+) -> None:
+    """Add to groups (g, 4) what only members of each group see."""
+    for g in range(members.shape[0]):
+        inside, outside = np.uint64(0), np.uint64(0)
+        for i in range(own.size):
+            if members[g, i]:
+                inside |= own[i]
+            else:
+                outside |= own[i]
+        if inside & ~outside != 0:
+            _add(inside & ~outside, word, entropies, groups[g])
+
+
+@lean_inlined
+def _tally_word(
+    word: int,
+    stack: np.ndarray,
+    slots: np.ndarray,
+    kinds: np.ndarray,
+    members: np.ndarray,
+    entropies: Entropies,
+    own: np.ndarray,
+    levels: np.ndarray,
+    singles: np.ndarray,
+    pairs: np.ndarray,
+    groups: np.ndarray,
+) -> None:
+    """As `tally_losses`, of one word; own uint64 (n,) is room to work in, the sums are those of its sector."""
+    keep = entropies.keep[word]
+    once, twice, thrice = np.uint64(0), np.uint64(0), np.uint64(0)
+    seen0, seen1 = np.uint64(0), np.uint64(0)
+    for i in range(slots.size):
+        bits = stack[slots[i], word] & keep
+        own[i] = bits
+        thrice |= twice & bits
+        twice |= once & bits
+        once |= bits
+        if kinds[i] == 0:
+            seen0 |= bits
+        else:
+            seen1 |= bits
+    if once == 0:
+        return
+    if thrice != 0:
+        _add(thrice, word, entropies, levels[AT_LEAST_3])
+    if seen0 & seen1 != 0:
+        _add(seen0 & seen1, word, entropies, levels[TWO_KINDS])
+    if once & ~twice != 0:
+        _add_alone(own, once & ~twice, word, entropies, singles)
+    if twice & ~thrice != 0:
+        _add_two(own, twice & ~thrice, word, entropies, pairs)
+    _add_groups(own, members, word, entropies, groups)
+
+
+@lean
+def _tally_columns(
+    columns: tuple[int, int],
+    stack: np.ndarray,
+    slots: np.ndarray,
+    kinds: np.ndarray,
+    members: np.ndarray,
+    sectors: np.ndarray,
+    depth: int,
+    entropies: Entropies,
+    own: np.ndarray,
+    levels: np.ndarray,
+    singles: np.ndarray,
+    pairs: np.ndarray,
+    groups: np.ndarray,
+) -> None:
+    """As `tally_losses`, of the columns from the first to the second number, for one worker."""
+    for column in range(columns[0], columns[1]):
+        sector = np.int64(sectors[column])
+        for word in range(column * depth, (column + 1) * depth):
+            _tally_word(
+                word, stack, slots, kinds, members, entropies, own, levels[sector], singles[sector], pairs[sector],
+                groups[sector],
+            )  # fmt: skip
 
 
 @parallel_kernel
@@ -147,57 +246,18 @@ def tally_losses(
     """Add up what sensors cover together, and what nobody else covers of each sensor, pair and group.
 
     stack uint64 (rows, words), slots (n,) of the sensors, kinds (n,) 0 or 1; members bool (g, n): who fails
-    together; sectors uint8 (columns,) of which there are s. Written, one row for each worker: levels int64 (w, s, 5,
-    4); singles (w, n, s, 4): voxels that a sensor alone covers; pairs (w, n, n, s, 4): voxels that exactly these two
-    cover, first < second; groups (w, g, s, 4): voxels that only members of the group cover.
+    together; sectors uint8 (columns,) of which there are s. Written, one row for each worker: levels int64 (w, s, 2,
+    4); singles (w, s, n, 4): voxels that a sensor alone covers; pairs (w, s, n, n, 4): voxels that exactly these two
+    cover, first < second; groups (w, s, g, 4): voxels that only members of the group cover.
     """
-    workers, columns, count = levels.shape[0], sectors.size, slots.size
+    workers, columns = levels.shape[0], sectors.size
     for worker in numba.prange(workers):
-        masks, own = np.zeros(LEVELS, np.uint64), np.zeros(count, np.uint64)
-        for column in range(columns * worker // workers, columns * (worker + 1) // workers):
-            sector = np.int64(sectors[column])
-            for word in range(column * depth, (column + 1) * depth):
-                keep = entropies.keep[word]
-                if keep == 0:
-                    continue
-                once, twice, thrice = np.uint64(0), np.uint64(0), np.uint64(0)
-                seen0, seen1 = np.uint64(0), np.uint64(0)
-                for i in range(count):
-                    bits = stack[slots[i], word] & keep
-                    own[i] = bits
-                    thrice |= twice & bits
-                    twice |= once & bits
-                    once |= bits
-                    if kinds[i] == 0:
-                        seen0 |= bits
-                    else:
-                        seen1 |= bits
-                masks[AT_LEAST_1], masks[AT_LEAST_2], masks[AT_LEAST_3] = once, twice, thrice
-                masks[TWO_KINDS], masks[ALL] = seen0 & seen1, keep
-                _add_levels(masks, word, entropies, levels[worker, sector])
-                alone, two = once & ~twice, twice & ~thrice
-                if alone != 0:
-                    for i in range(count):
-                        if own[i] & alone != 0:
-                            _add(own[i] & alone, word, entropies, singles[worker, i, sector])
-                if two != 0:
-                    for i in range(count):
-                        first = own[i] & two
-                        if first != 0:
-                            for j in range(i + 1, count):
-                                if first & own[j] != 0:
-                                    _add(first & own[j], word, entropies, pairs[worker, i, j, sector])
-                if once == 0:
-                    continue
-                for g in range(members.shape[0]):
-                    inside, outside = np.uint64(0), np.uint64(0)
-                    for i in range(count):
-                        if members[g, i]:
-                            inside |= own[i]
-                        else:
-                            outside |= own[i]
-                    if inside & ~outside != 0:
-                        _add(inside & ~outside, word, entropies, groups[worker, g, sector])
+        part = (columns * worker // workers, columns * (worker + 1) // workers)
+        own = np.zeros(slots.size, np.uint64)
+        _tally_columns(
+            part, stack, slots, kinds, members, sectors, depth, entropies, own, levels[worker], singles[worker],
+            pairs[worker], groups[worker],
+        )  # fmt: skip
 
 
 @inlined

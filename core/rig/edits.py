@@ -140,9 +140,10 @@ def _agrees(sensor: Sensor, old: Sensor | None) -> bool:
 
 
 def _image(sensor: Sensor, own: Sensor) -> Sensor:
-    """Return the mirror image of a sensor, with name and pair of `own`."""
+    """Return the mirror image of a sensor, with name, pair and failing groups of `own`."""
     image = sensor.with_pose(mirrored_pose(sensor.pose))
-    return image.model_copy(update={"name": own.name, "mirror_of": own.mirror_of})
+    kept = {"name": own.name, "mirror_of": own.mirror_of, "fails_with": own.fails_with}
+    return image.model_copy(update=kept)
 
 
 def _follower(sensor: Sensor, leader: str | None) -> Sensor:

@@ -123,7 +123,7 @@ FIGURES = {
 _ABOUT = tuple(name for name in Entry.model_fields if name not in ("name", "fields"))
 _WORDS = ("kind", "title", "source", "maker", "note", "unverified")
 _ANGLES = ("elevations_deg", "azimuths_deg", "azimuth_offsets_deg")
-_OWN = ("name", "model", "position", "rpy_deg", "enabled", "mirror_of")
+_OWN = ("name", "model", "position", "rpy_deg", "enabled", "mirror_of", "fails_with")
 """Fields of a sensor on a car that a model never has."""
 
 

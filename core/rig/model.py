@@ -62,6 +62,8 @@ COEFFICIENTS = ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
 FORMAT_VERSION = 1
 PARAMETRIC_BODIES = ("sedan", "suv", "van", "truck")
 MAX_SENSORS = 255
+MAX_GROUPS = 16
+"""Of a sensor: brackets, control units, cables, windows with which it fails."""
 MAX_RAYS_PER_SENSOR = 1 << 26
 MAX_LISTED_RAYS = 1 << 23
 """Rays that do not form a table of rows and columns (lens distortion, azimuth offsets) are stored one by one."""
@@ -118,6 +120,7 @@ class _Mounted(Frozen):
     range_m: tuple[Annotated[float, Field(ge=0.0)], Annotated[float, Field(gt=0.0)]] = (0.0, math.inf)
     enabled: bool = True
     mirror_of: Name | None = None
+    fails_with: Annotated[tuple[Name, ...], Field(min_length=1, max_length=MAX_GROUPS)] | None = None
 
     @model_validator(mode="after")
     def _range_rises(self) -> Self:
@@ -255,8 +258,9 @@ _S = TypeVar("_S", bound=_Mounted)
 
 
 def rays_of(sensor: _S) -> _S:
-    """Return the sensor without what decides none of its rays: name, model, mirror pair, and whether it is on."""
-    return sensor.model_copy(update={"name": "", "model": None, "enabled": True, "mirror_of": None})
+    """Return the sensor without what decides none of its rays: name, model, pair, groups, and whether it is on."""
+    none = {"name": "", "model": None, "enabled": True, "mirror_of": None, "fails_with": None}
+    return sensor.model_copy(update=none)
 
 
 class MeshPlacement(Frozen):

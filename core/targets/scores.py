@@ -28,8 +28,8 @@ class ObjectCounts:
 
     box (k,): their places in the traffic; points (k, lidars) rays that reach them first, pixels (k, cameras) native
     pixels that show them, of the enabled sensors by name; points_alone and pixels_alone (k,): of all of them together
-    if nothing stood before; cells (k,): distinct cells of 0.2 m that LiDARs hit; height_px (k,): rows of native pixels
-    from the first to the last that shows it, of the camera that shows it tallest.
+    if nothing stood before; cells (k,): distinct cells of 0.2 m that LiDARs hit; heights_px (k, cameras): rows of
+    native pixels from the first to the last that shows it.
     """
 
     box: Counts
@@ -40,7 +40,12 @@ class ObjectCounts:
     points_alone: Counts
     pixels_alone: Doubles
     cells: Counts
-    height_px: Doubles
+    heights_px: Doubles
+
+    @cached_property
+    def height_px(self) -> Doubles:
+        """Height in the camera that shows it tallest, (k,)."""
+        return np.asarray(self.heights_px.max(axis=1, initial=0.0))
 
     @cached_property
     def all_points(self) -> Counts:
@@ -196,7 +201,7 @@ def _objects(groups: Groups, rig: Rig, by_sensor: Mapping[str, Contribution], wo
         _column(of_lidars, kernel.ALONE, box).sum(axis=1),
         (_column(of_cameras, kernel.ALONE, box) * area).sum(axis=1),
         _cells(of_lidars, groups.end, workers)[box],
-        heights.max(axis=1, initial=0.0),
+        heights,
     )
 
 

@@ -65,6 +65,7 @@ ACCEPTED = {
     "sensors[].range_m": "[min, max] in metres with 0 <= min < max; max may be .inf",
     "sensors[].enabled": "true or false",
     "sensors[].mirror_of": "the name of another sensor of the same kind",
+    "sensors[].fails_with": "a list of 1 to 16 names of what the sensor fails with",
     "sensors[].elevations_deg": _ANGLES.format("-90 to 90"),
     "sensors[].elevations_deg.from": _ANGLE,
     "sensors[].elevations_deg.to": _ANGLE,

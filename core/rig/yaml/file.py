@@ -16,7 +16,7 @@ from riglens.core.rig.yaml.edit import edited_text
 from riglens.core.rig.yaml.nodes import MAX_BYTES, MAX_VALUES, Plain, parse_yaml, read_text, shown_path
 from riglens.core.rig.yaml.text import plain_fields, rig_text, same_value, vehicle_fields
 
-LATER_FIELDS = ("mirror_of", "azimuth_offsets_deg", "distortion")
+LATER_FIELDS = ("mirror_of", "fails_with", "azimuth_offsets_deg", "distortion")
 _BOM = "\ufeff"
 
 

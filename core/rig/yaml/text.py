@@ -16,14 +16,14 @@ from riglens.core.rig.yaml.nodes import Plain, scalar_value
 _PLAIN = re.compile(r"[A-Za-z_]([A-Za-z0-9_+./ -]*[A-Za-z0-9_+./-])?")
 _OLD_YAML_BOOLS = frozenset(("y", "n", "yes", "no", "on", "off"))
 _OPTIONS = (
-    *("model", "azimuth_offsets_deg", "range_m", "enabled", "mirror_of"),
+    *("model", "azimuth_offsets_deg", "range_m", "enabled", "mirror_of", "fails_with"),
     *("hfov_deg", "fx", "fy", "cx", "cy", "distortion"),
 )
 _LENS = ("image", "hfov_deg", "fx", "fy", "cx", "cy", "distortion", "cast")
 FIELD_ORDER = (
     *("name", "kind", "model", "position", "rpy_deg", "elevations_deg", "azimuths_deg"),
     "azimuth_offsets_deg",
-    *(*_LENS, "range_m", "enabled", "mirror_of"),
+    *(*_LENS, "range_m", "enabled", "mirror_of", "fails_with"),
 )
 """The order in which the fields of a sensor are written."""
 

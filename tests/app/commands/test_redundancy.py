@@ -1,0 +1,47 @@
+"""`riglens redundancy`: what failures cost, as the scores of rigs without the sensors say."""
+
+import json
+
+import pytest
+
+from tests.app.conftest import SMALL_GRID
+
+
+def test_the_json_agrees_with_the_scores_of_rigs_without_the_sensors(riglens, boxes, tmp_path):
+    whole, less = tmp_path / "rig.yaml", tmp_path / "less.yaml"
+    assert riglens("presets", "Wide", "--out", whole).code == 0
+    text = whole.read_text()
+    first = text.index("  - name: CAM_FRONT_LEFT")
+    second = text.index("  - name:", first + 5)
+    less.write_text(text[:first] + text[second:])
+    whole.write_text(text.replace("    kind: camera", "    kind: camera\n    fails_with: [ecu]"))
+    found = riglens("redundancy", whole, "--boxes", boxes, *SMALL_GRID, "--json", "-")
+    assert found.code == 0, found.err
+    document = json.loads(found.out)
+    assert document["note"].startswith("a count of views, no evidence")
+    scores = [
+        json.loads(riglens("evaluate", rig, "--boxes", boxes, *SMALL_GRID, "--json", "-").out)["rigs"][0][
+            "classes"
+        ]
+        for rig in (whole, less)
+    ]
+    lost = next(f for f in document["voxels"]["failures"] if f["name"] == "CAM_FRONT_LEFT")["lost"]
+    for name in ("car", "bicycle", "pedestrian"):
+        seen = [found[name]["any"]["seen"] for found in scores]
+        assert lost[name] == pytest.approx(seen[0] - seen[1], abs=1e-15)
+        assert document["voxels"]["classes"][name]["covered"]["1"] == seen[0]
+    group = next(f for f in document["voxels"]["failures"] if f["what"] == "group")
+    assert group["name"] == "ecu" and len(group["sensors"]) == 6
+    assert group["lost"]["car"] == document["voxels"]["classes"]["car"]["covered"]["1"]
+
+
+def test_the_table_names_what_it_is_not_and_a_stored_grid_has_no_road_users(riglens, boxes, tmp_path):
+    pog = tmp_path / "a.npz"
+    assert riglens("pog", boxes, "--out", pog, *SMALL_GRID).code == 0
+    found = riglens("redundancy", "Center", "--pog", pog)
+    assert found.code == 0 and "(ASIL)" in found.out and "road users are not counted" in found.err
+    assert "worst 5 pairs" in found.out and "road users, in %" not in found.out
+    with_users = riglens("redundancy", "Center", "--boxes", boxes, *SMALL_GRID)
+    assert "road users, in %" in with_users.out
+    without = riglens("redundancy", "Center", "--boxes", boxes, *SMALL_GRID, "--no-road-users")
+    assert "road users, in %" not in without.out
