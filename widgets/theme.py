@@ -16,6 +16,9 @@ RIG_COLOURS = (
 """For things side by side that have no colour of their own; distinguishable on light and on dark."""
 
 
+_SELECTED_SHARE = 0.5
+
+
 @dataclass(frozen=True)
 class Palette:
     """Colours of the 3D view as `#rrggbb`; sensor kinds, classes and axes look the same in both themes."""
@@ -32,6 +35,13 @@ class Palette:
     classes: dict[str, str] = field(default_factory=lambda: dict(CLASS_COLOURS))
     axes: tuple[str, str, str] = AXIS_COLOURS
     selected: str = SELECTED_COLOUR
+    rays: dict[str, str] = field(default_factory=lambda: dict(KIND_COLOURS))
+    seam: str = "#000000"
+    """Below rays: dark or light as the ground is, so that only what is between hides it."""
+
+    def selected_rays(self, kind: str) -> str:
+        """The colour of the selected sensor's rays: its kind's, on the way to that of what is selected."""
+        return mix(self.rays[kind], self.selected, _SELECTED_SHARE)
 
 
 DARK = Palette(
@@ -43,6 +53,8 @@ DARK = Palette(
     text="#c3ccd8",
     roi="#8b98a9",
     paint="#c9d1da",
+    rays={"lidar": "#3fe0cb", "camera": "#ff9a52"},
+    seam="#12151a",
 )
 LIGHT = Palette(
     background="#f3f5f8",
@@ -53,6 +65,8 @@ LIGHT = Palette(
     text="#4a5563",
     roi="#6b7786",
     paint="#8fa3b8",
+    rays={"lidar": "#0c7f74", "camera": "#c2500a"},
+    seam="#ffffff",
 )
 
 

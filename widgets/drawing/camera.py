@@ -30,6 +30,9 @@ _FIT_BOX = (np.array([0.02, 0.03]), np.array([0.98, 0.87]))
 _MIN_DISTANCE_M, _MAX_DISTANCE_M = 0.3, 2000.0
 
 
+_LEVEL_DEG, _STEEP_DEG = 4.0, 18.0
+
+
 @dataclass(frozen=True)
 class ViewRay:
     """A half-line: origin (3,) in metres and unit direction (3,), vehicle frame."""
@@ -100,6 +103,12 @@ class OrbitCamera:
         return np.stack(
             [size[0] / 2 + offset @ right * scale, size[1] / 2 - offset @ up * scale, depth], axis=1
         )
+
+    @property
+    def from_the_side(self) -> float:
+        """How much everything in the ROI stands behind one another, from 0, seen steeply, to 1, seen level."""
+        share = (_STEEP_DEG - abs(self.elevation_deg)) / (_STEEP_DEG - _LEVEL_DEG)
+        return min(1.0, max(0.0, share))
 
     def orbited(self, dx_px: float, dy_px: float, size: Size) -> OrbitCamera:
         """Return the camera turned about the focal point by a mouse movement; a full window height is half a turn."""

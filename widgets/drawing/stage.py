@@ -1,9 +1,9 @@
-"""What a scene is drawn on: four renderers on top of each other in one window, seen through one camera.
+"""What a scene is drawn on: renderers on top of each other in one window, seen through one camera.
 
-`backdrop` has what lies behind everything else: background and ground, and while something moves the heatmap. These
-are large areas, which take most of a frame's time without a graphics card, so in motion they are drawn at a fraction
-of their size and stretched. `main` has car, sensors and rays; `cells` the heatmap at rest, among them by their depths;
-`overlay` what is never hidden.
+`backdrop` has what lies behind everything else: background and ground. `haze` is the heatmap while something moves: a
+large area, which takes most of a frame's time without a graphics card, so it is drawn at a fraction of its size and
+stretched over the backdrop. `main` has car and sensors; `cells` the heatmap at rest, among them by their depths; `rays`
+what the heatmap does not hide but the car does; `overlay` what is never hidden.
 """
 
 from __future__ import annotations
@@ -14,15 +14,27 @@ from typing import cast
 import pyvista as pv
 from vtkmodules.vtkCommonCore import VTK_UNSIGNED_CHAR, vtkCommand
 from vtkmodules.vtkRenderingCore import vtkProp, vtkRenderer, vtkRenderWindow
-from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLFramebufferObject, vtkOpenGLRenderWindow
+from vtkmodules.vtkRenderingOpenGL2 import (
+    vtkOpenGLFramebufferObject,
+    vtkOpenGLRenderWindow,
+    vtkTextureObject,
+)
 
 from riglens.widgets.drawing.camera import OrbitCamera, Size
 from riglens.widgets.drawing.lights import set_lights
 
 COARSE = 3
-"""How many pixels of the window a pixel of the coarse backdrop stands for, along each side."""
+"""How many pixels of the window a pixel of the haze stands for, along each side."""
 _GL_READ_FRAMEBUFFER, _GL_DRAW_FRAMEBUFFER = 0x8CA8, 0x8CA9
-_GL_COLOR_BUFFER_BIT, _GL_NEAREST, _GL_LINEAR, _GL_SCISSOR_TEST = 0x4000, 0x2600, 0x2601, 0x0C11
+_GL_COLOR_BUFFER_BIT, _GL_NEAREST = 0x4000, 0x2600
+_GL_SCISSOR_TEST, _GL_DEPTH_TEST, _GL_BLEND, _GL_ONE, _GL_ONE_MINUS_SRC_ALPHA = (
+    0x0C11,
+    0x0B71,
+    0x0BE2,
+    1,
+    0x0303,
+)
+_USUAL_BLENDING = (0x0302, _GL_ONE_MINUS_SRC_ALPHA, _GL_ONE, _GL_ONE_MINUS_SRC_ALPHA)
 
 
 class Stage:
@@ -30,18 +42,24 @@ class Stage:
 
     def __init__(self, plotter: pv.BasePlotter) -> None:
         self._plotter = plotter
-        self._copy = vtkOpenGLFramebufferObject()
+        self._below, self._haze_drawn = vtkOpenGLFramebufferObject(), vtkOpenGLFramebufferObject()
         self._coarse_size: Size | None = None
+        self._wanted_backdrop: object = None
+        self._kept_backdrop: object = None
         self._last_size: Size = (1, 1)
         self.backdrop = plotter.renderer
         self.backdrop.SetUseOIT(False)  # cells are sorted already; weighted blending would cost another pass
         self.backdrop.camera_set = True
-        self.main, self.cells, self.overlay = (self._renderer_above() for _ in range(3))
+        self.haze, self.main, self.cells, self.rays, self.overlay = (self._renderer_above() for _ in range(5))
         self.cells.PreserveDepthBufferOn()
+        self.rays.PreserveDepthBufferOn()
         self.overlay.GetCullers().RemoveAllItems()
         set_lights(self.main)
-        stretch = weakref.WeakMethod(self._stretch)
-        self.main.AddObserver(vtkCommand.StartEvent, lambda *_: (call := stretch()) and call())
+        self.haze.SetPreserveColorBuffer(False)
+        self.haze.SetBackgroundAlpha(0.0)
+        for event, step in ((vtkCommand.StartEvent, self._make_room), (vtkCommand.EndEvent, self._stretch)):
+            weak = weakref.WeakMethod(step)
+            self.haze.AddObserver(event, lambda *_, weak=weak: (call := weak()) and call())
 
     def _renderer_above(self) -> vtkRenderer:
         """Add a renderer that is drawn over the earlier ones."""
@@ -65,8 +83,8 @@ class Stage:
         return self._last_size
 
     @property
-    def backdrop_size(self) -> Size:
-        """Width and height in pixels at which the backdrop is drawn."""
+    def haze_size(self) -> Size:
+        """Width and height in pixels at which the haze is drawn."""
         return self._coarse_size or self.size
 
     def set_smooth(self, smooth: bool) -> None:
@@ -79,12 +97,19 @@ class Stage:
         self.overlay.SetUseFXAA(smooth and is_last)
         self.main.SetUseFXAA(smooth and not is_last)
 
-    def set_coarse(self, coarse: bool) -> None:
-        """Draw the backdrop of the next frames at a fraction of its size, or in full."""
+    def set_coarse(self, coarse: bool, backdrop: object) -> None:
+        """Draw the haze in the next frames, at a fraction of their size, or leave it out.
+
+        `backdrop` is whatever the look of the backdrop depends on: as long as it is equal, haze is laid over the same
+        picture of it, which is not drawn again.
+        """
         width, height = self.size
         self._coarse_size = (-(-width // COARSE), -(-height // COARSE)) if coarse else None
-        part = self.backdrop_size
-        self.backdrop.SetViewport(0.0, 0.0, part[0] / width, part[1] / height)
+        part = self.haze_size
+        self.haze.SetViewport(0.0, 0.0, part[0] / width, part[1] / height)
+        self.haze.SetDraw(coarse)
+        self._wanted_backdrop = (backdrop, self.size)
+        self.backdrop.SetDraw(not coarse or self._kept_backdrop != self._wanted_backdrop)
 
     def set_camera(self, orbit: OrbitCamera, reach_m: float) -> None:
         """Look through a camera at everything nearer than its focal point plus `reach_m`."""
@@ -97,42 +122,74 @@ class Stage:
         camera.SetParallelScale(orbit.half_height_m())
         near_m = -reach_m if orbit.parallel else max(0.05, 0.02 * orbit.distance_m)
         camera.SetClippingRange(near_m, orbit.distance_m + reach_m)
-        for renderer in (self.main, self.cells, self.overlay):
+        for renderer in (self.haze, self.main, self.cells, self.rays, self.overlay):
             renderer.SetActiveCamera(camera)
 
     def draw(self, *chosen: vtkRenderer) -> None:
-        """Draw only these renderers, over what is already in the window."""
-        renderers = (self.backdrop, self.main, self.cells, self.overlay)
+        """Draw only these renderers, over what is already in the window; there is no haze in such pictures."""
+        renderers = (self.backdrop, self.haze, self.main, self.cells, self.rays, self.overlay)
         for renderer in renderers:
             renderer.SetDraw(renderer in chosen)
         window = render_window(self._plotter)
         window.Render()
         window.WaitForCompletion()
         for renderer in renderers:
-            renderer.DrawOn()
+            renderer.SetDraw(renderer is not self.haze)
 
-    def _stretch(self) -> None:
-        """Before the main renderer draws: spread a coarse backdrop, drawn in the lower left, over the window."""
+    def _make_room(self) -> None:
+        """Before the haze is drawn in the lower left: keep the backdrop, if it has been drawn."""
         if self._coarse_size is None:
             return
-        window = opengl_window(self.main)
-        state, frame, copy = window.GetState(), window.GetRenderFramebuffer(), self._copy
-        part, whole = (0, 0, *self._coarse_size), (0, 0, *self.size)
+        window = opengl_window(self.haze)
+        frame, whole = window.GetRenderFramebuffer(), (0, 0, *self.size)
+        window.GetState().PushFramebufferBindings()
+        for kept, size in ((self._below, self.size), (self._haze_drawn, self._coarse_size)):
+            kept.SetContext(window)
+            kept.GetLastSize(known := [0, 0])
+            if tuple(known) != size:
+                kept.PopulateFramebuffer(*size, True, 1, VTK_UNSIGNED_CHAR, False, 0, 0)
+        if self.backdrop.GetDraw():
+            self._copy(frame, self._below, whole)
+            self._kept_backdrop = self._wanted_backdrop
+        window.GetState().PopFramebufferBindings()
+
+    def _stretch(self) -> None:
+        """After it: take the haze out of its corner, bring back the backdrop, and spread the haze over it."""
+        if self._coarse_size is None:
+            return
+        window = opengl_window(self.haze)
+        state, frame, corner = window.GetState(), window.GetRenderFramebuffer(), (0, 0, *self._coarse_size)
         state.PushFramebufferBindings()
-        copy.SetContext(window)
-        if tuple(copy.GetLastSize()) != self._coarse_size:
-            copy.PopulateFramebuffer(*self._coarse_size, True, 1, VTK_UNSIGNED_CHAR, False, 0, 0)
-        state.vtkglDisable(_GL_SCISSOR_TEST)
-        for source, target, rectangle, how in (
-            (frame, copy, part, _GL_NEAREST),
-            (copy, frame, whole, _GL_LINEAR),
-        ):
-            source.Bind(_GL_READ_FRAMEBUFFER)
-            source.ActivateReadBuffer(0)
-            target.Bind(_GL_DRAW_FRAMEBUFFER)
-            target.ActivateDrawBuffer(0)
-            state.vtkglBlitFramebuffer(*part, *rectangle, _GL_COLOR_BUFFER_BIT, how)
+        self._copy(frame, self._haze_drawn, corner)
+        self._copy(self._below, frame, (0, 0, *self.size))
+        haze = self._haze_drawn.GetColorAttachmentAsTextureObject(0)
+        haze.SetMinificationFilter(vtkTextureObject.Linear)
+        haze.SetMagnificationFilter(vtkTextureObject.Linear)
+        state.vtkglDisable(_GL_DEPTH_TEST)
+        state.vtkglEnable(_GL_BLEND)
+        state.vtkglBlendFunc(
+            _GL_ONE, _GL_ONE_MINUS_SRC_ALPHA
+        )  # its colours have been multiplied by their opacity
+        source, target = [n - 1 for n in self._coarse_size], [n - 1 for n in self.size]
+        haze.CopyToFrameBuffer(0, 0, *source, 0, 0, *target, *self.size, None, None)  # type: ignore[call-overload]
+        state.vtkglBlendFuncSeparate(*_USUAL_BLENDING)
+        state.vtkglEnable(_GL_DEPTH_TEST)
         state.PopFramebufferBindings()
+
+    def _copy(
+        self,
+        source: vtkOpenGLFramebufferObject,
+        target: vtkOpenGLFramebufferObject,
+        pixels: tuple[int, int, int, int],
+    ) -> None:
+        """Copy a rectangle of pixels."""
+        state = opengl_window(self.haze).GetState()
+        state.vtkglDisable(_GL_SCISSOR_TEST)
+        source.Bind(_GL_READ_FRAMEBUFFER)
+        source.ActivateReadBuffer(0)
+        target.Bind(_GL_DRAW_FRAMEBUFFER)
+        target.ActivateDrawBuffer(0)
+        state.vtkglBlitFramebuffer(*pixels, *pixels, _GL_COLOR_BUFFER_BIT, _GL_NEAREST)
 
 
 def render_window(plotter: pv.BasePlotter) -> vtkRenderWindow:

@@ -21,6 +21,7 @@ from riglens.widgets.drawing.camera import OrbitCamera, Size
 from riglens.widgets.heatmap.levels import (
     SMALLEST_PX,
     DetailLevel,
+    RowsBehind,
     cell_scale_px,
     coarse_level,
     full_level,
@@ -61,7 +62,10 @@ _FADE_CODE = f"""
   float beside = length(toCell - along * normalize(toCar)) * length(toCar) / max(along, 1e-6);
   float before = 1.0 - smoothstep(length(toCar) + {CLEAR_BEFORE[0]}, length(toCar) + {CLEAR_BEFORE[1]}, along);
   vertexColorVSOutput.a *= 1.0 - 0.99 * before * (1.0 - smoothstep({CLEAR_BESIDE[0]}, {CLEAR_BESIDE[1]}, beside));
+  vertexColorVSOutput.a = max(0.0, vertexColorVSOutput.a * thinned - tooFaint);
 """
+_TOO_FAINT = 0.006
+"""Cells so much fainter lose their colour in rounding, but not their shade: seen level they are left out."""
 
 
 class _Cells:
@@ -81,6 +85,7 @@ class _Cells:
         self._order = vtkCellArray()
         self.mesh.SetPolys(self._order)
         self.order = np.zeros(0, np.int64)
+        self.rows_behind = RowsBehind(level)
 
     def write(self, rgba: NDArray[np.uint8], order: NDArray[np.int64]) -> None:
         """Colours (n, 4) of all cells, and the numbers (k,) of those that are drawn, the last on top."""
@@ -147,10 +152,10 @@ class HeatmapLayer:
         if self._data is None:
             return
         cells = self._cells_of(self._data, quick)
-        self._aim(cells.level.cell_m, camera, size, quick)
         if self._drawn is not cells:
             self._drawn = cells
             self._paint(cells, self._data)
+        self._aim(cells, camera, size, quick)
         self._actor.SetVisibility(not self._is_empty and not quick)
         self._actor_behind.SetVisibility(not self._is_empty and quick)
 
@@ -179,15 +184,20 @@ class HeatmapLayer:
         self._is_empty = not len(shown)
         rgba = np.empty((len(places), 4), np.uint8)
         rgba[:, :3] = colours(data.scale)[colour_rows(data.scale, values, places, data.vmax)]
-        rgba[:, 3] = alphas(places, self._look.opacity)
+        rgba[:, 3] = alphas(places, self._look.opacity, data.scale, cells.level.cell_m / data.cell_m)
+        cells.rows_behind.count(shown, places[shown])
         cells.write(rgba, shown[np.argsort((places[shown] * 255).astype(np.uint8), kind="stable")])
         self._mapper.SetInputData(cells.mesh)
 
-    def _aim(self, cell_m: float, camera: OrbitCamera, size: Size, behind: bool) -> None:
+    def _aim(self, cells: _Cells, camera: OrbitCamera, size: Size, behind: bool) -> None:
         """Tell the shader how large a cell is and where the eye is. Parallel views are seen from far away."""
         values = dict(zip(("eyeX", "eyeY", "eyeZ"), eye_m(camera), strict=True))
-        values |= {"cellScale": cell_scale_px(cell_m, camera, size), "inFront": behind}
+        values |= {"cellScale": cell_scale_px(cells.level.cell_m, camera, size), "inFront": behind}
         values |= {"widthPx": size[0], "heightPx": size[1]}
+        values |= {
+            "thinned": cells.rows_behind.thinned(camera),
+            "tooFaint": _TOO_FAINT * camera.from_the_side,
+        }
         actor = self._actor_behind if behind else self._actor
         uniforms = actor.GetShaderProperty().GetVertexCustomUniforms()
         for name, value in values.items():

@@ -40,6 +40,7 @@ class LegendLayer:
         self._data: HeatmapData | None = None
         self._placed: object = None
         self._says: object = None
+        self._top_px = 0.0
         for prop in self._props():
             prop.SetPickable(False)
             prop.SetVisibility(False)
@@ -56,6 +57,11 @@ class LegendLayer:
     def texts(self) -> tuple[str, ...]:
         """What the legend says now: title, note, slice, numbers; nothing when it is hidden."""
         return tuple(text.GetInput() for text in self._texts() if text.GetVisibility() and text.GetInput())
+
+    @property
+    def top_px(self) -> float:
+        """Where it ends, in pixels from below; 0 when it is hidden."""
+        return self._top_px if self._data is not None else 0.0
 
     def set_data(self, data: HeatmapData | None, look: HeatLook, palette: Palette) -> None:
         """Label the bar for a heatmap, or hide it."""
@@ -94,6 +100,7 @@ class LegendLayer:
         unit, lines = unit_px(size, pixel_ratio, crowded), 2 if self._slice.GetInput() else 1
         height_px = _FOOT_PX + _BAR_PX + lines * _LINE_PX + _HEAD_PX
         left, low = size[0] - (_MARGIN_PX + _WIDTH_PX) * unit, _MARGIN_PX * unit
+        self._top_px = low + height_px * unit
         self._plate.cover(left, low, _WIDTH_PX * unit, height_px * unit)
         x, y, width = left + _INSET_PX * unit, low + _FOOT_PX * unit, (_WIDTH_PX - 2 * _INSET_PX) * unit
         self._bar.cover(x, y, width, _BAR_PX * unit)

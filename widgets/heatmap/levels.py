@@ -72,6 +72,40 @@ def _blocks(level: DetailLevel, factor: int) -> DetailLevel:
     return DetailLevel(centres, edge_m, level.rows[order], first)
 
 
+LEVEL_LAYERS, _THINNEST = 1.5, 0.06
+"""Seen level, all rows of cells are together as opaque as so many layers; no cell becomes fainter than the second."""
+
+
+class RowsBehind:
+    """How many cells stand behind one another along x and along y, as they are where most of what is drawn is."""
+
+    def __init__(self, level: DetailLevel) -> None:
+        self._columns = [_columns(level, axis) for axis in (0, 1)]
+        self._deep = [1.0, 1.0]
+
+    def count(self, shown: NDArray[np.int64], strengths: Values) -> None:
+        """Count the cells drawn (k,), by their numbers, each as much as it is strong (k,), 0 to 1."""
+        for axis, columns in enumerate(self._columns):
+            sums = np.bincount(columns[shown], strengths)
+            self._deep[axis] = float(sums @ sums) / max(1e-12, float(sums.sum()))
+
+    def thinned(self, camera: OrbitCamera) -> float:
+        """By how much cells are drawn fainter for this camera, 0 to 1: seen level, so that they are no wall."""
+        along_x = math.cos(math.radians(camera.azimuth_deg)) ** 2
+        deep = along_x * self._deep[0] + (1.0 - along_x) * self._deep[1]
+        thinnest = min(1.0, max(_THINNEST, LEVEL_LAYERS / max(1e-12, deep)))
+        return 1.0 - (1.0 - thinnest) * camera.from_the_side
+
+
+def _columns(level: DetailLevel, axis: int) -> NDArray[np.int64]:
+    """The number of the column along an axis that each cell is in, (n,)."""
+    if not len(level.centres_m):
+        return np.zeros(0, np.int64)
+    low = level.centres_m.min(axis=0)
+    places = np.rint((level.centres_m - low) / level.cell_m).astype(np.int64)
+    return np.asarray(places[:, 1 - axis] * (int(places[:, 2].max()) + 1) + places[:, 2])
+
+
 SLANTED = 1.25
 """Squares that face the eye are this much larger than a cell, or gaps would show at a slant."""
 SMALLEST_PX = 1.0

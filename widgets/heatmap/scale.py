@@ -23,8 +23,8 @@ LOST_COLOUR, NONE_COLOUR, GAINED_COLOUR = "#e5383b", "#9aa3ad", "#2f7df6"
 LOG_DECADES = 3
 """How many powers of ten a logarithmic scale covers, down from the largest value."""
 LEVELS = 256
-_FAINTEST = 0.02
-_STEEPNESS = 1.6
+_AMONG_OTHERS, _ALONE = (0.02, 1.6, 1.0), (0.15, 0.8, 2.0)
+"""Of the weakest cells the share of the strongest ones' opacity, how steeply it grows, and how many layers it has."""
 _MOST_TICKS = 6
 
 
@@ -83,7 +83,7 @@ def colours(scale: Scale = "ramp") -> NDArray[np.uint8]:
         table = np.array([rgb(colour) for colour in STEP_COLOURS])
     elif scale == "change":
         halves = [
-            [rgb(mix(NONE_COLOUR, end, min(1.0, 0.25 + 0.75 * share))) for share in np.linspace(0, 1, 128)]
+            [rgb(mix(NONE_COLOUR, end, min(1.0, 0.4 + 0.75 * share))) for share in np.linspace(0, 1, 128)]
             for end in (LOST_COLOUR, GAINED_COLOUR)
         ]
         table = np.array(halves[0][::-1] + halves[1])
@@ -133,10 +133,18 @@ def colour_rows(scale: Scale, values: Values, strengths: Values, vmax: float = 1
     return np.asarray(strengths * (LEVELS - 1), dtype=np.int64)
 
 
-def alphas(strengths: Values, opacity: float) -> NDArray[np.uint8]:
-    """Opacity of cells, 0 to 255: it grows with the strength up to `opacity`."""
-    steps = np.linspace(0.0, 1.0, LEVELS) ** _STEEPNESS
-    table = np.round(255 * opacity * (_FAINTEST + (1.0 - _FAINTEST) * steps)).astype(np.uint8)
+def alphas(
+    strengths: Values, opacity: float, scale: Scale = "ramp", cells_deep: float = 1.0
+) -> NDArray[np.uint8]:
+    """Opacity of cells, 0 to 255: it grows with the strength up to `opacity`.
+
+    Changes are few and stand alone: they are more opaque, small ones too. Larger cells stand for `cells_deep` of the
+    usual ones behind one another, and hide as much as all of them.
+    """
+    faintest, steepness, layers = _ALONE if scale == "change" else _AMONG_OTHERS
+    steps = np.linspace(0.0, 1.0, LEVELS) ** steepness
+    shares = 1.0 - (1.0 - opacity * (faintest + (1.0 - faintest) * steps)) ** (layers * cells_deep)
+    table = np.round(255 * shares).astype(np.uint8)
     result: NDArray[np.uint8] = table[(strengths * (LEVELS - 1)).astype(np.int64)]
     return result
 

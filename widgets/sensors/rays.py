@@ -6,6 +6,8 @@ lines.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
@@ -15,10 +17,19 @@ from riglens.core.rig.model import Camera, Lidar
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.sensing.rays import clip_to_roi, sensor_rays
 from riglens.widgets.drawing.actors import line_mesh, rgba_actor
+from riglens.widgets.drawing.camera import OrbitCamera, Size
 from riglens.widgets.sensors.ray_look import Strokes
-from riglens.widgets.theme import Palette, mix, rgb
+from riglens.widgets.theme import Palette, rgb
 
 _NEAR_SHARE = 0.12
+_EDGES, _RINGS = 5.0, 2.6
+"""By how much edges of a camera's view and rings of a LiDAR's beams are more opaque than rays."""
+_WIDTHS_PX, _SEAM_PX = (1.0, 1.6), 2.0
+"""Edges of all other sensors, and of the selected one; and by how much a seam is wider."""
+_NEAR_PIXEL_M = 0.016
+"""Where a pixel is larger than this, rays crowd."""
+_THINNEST = 0.45
+"""Share of their opacity that rays have when they are seen level."""
 _Index = NDArray[np.int64]
 Points = NDArray[np.float64]
 
@@ -53,10 +64,17 @@ def frame_rows(camera: Camera) -> _Index:
     return np.array([0, columns - 1, rows * columns - 1, (rows - 1) * columns])
 
 
-def fan_mesh(
+class Fan(NamedTuple):
+    """Lines with an `rgba` array: some rays, and what is drawn bolder over them, rings of beams or edges of a view."""
+
+    rays: pv.PolyData
+    edges: pv.PolyData
+
+
+def fan_of(
     sensor: Lidar | Camera, grid: VoxelGrid, strokes: Strokes, colour: str, framed: bool = False
-) -> pv.PolyData:
-    """Line segments of a sensor's fan inside the ROI with an `rgba` point array.
+) -> Fan:
+    """The rays of a sensor inside the ROI.
 
     Rays are faint at the sensor, where they crowd, and strongest where they leave the ROI; there LiDAR beams
     are joined to rings, and a camera's corner rays are drawn stronger to show the frustum. `framed` adds a frame
@@ -66,8 +84,8 @@ def fan_mesh(
     alpha = strokes.opacity
     fan = _tinted(starts, ends, colour, _NEAR_SHARE * alpha, alpha)
     if isinstance(sensor, Camera):
-        return _joined([fan, _frustum(sensor, grid, colour, min(1.0, 3.0 * alpha), framed)])
-    return _joined([fan, _beam_rings(sensor, ends, row, colour, min(1.0, 2.6 * alpha))])
+        return Fan(fan, _frustum(sensor, grid, colour, min(1.0, _EDGES * alpha), framed))
+    return Fan(fan, _beam_rings(sensor, ends, row, colour, min(1.0, _RINGS * alpha)))
 
 
 def _beam_rings(lidar: Lidar, ends: Points, row: _Index, colour: str, alpha: float) -> pv.PolyData:
@@ -101,7 +119,7 @@ def _frustum(camera: Camera, grid: VoxelGrid, colour: str, alpha: float, framed:
     A fisheye that has no ray in a corner, or one that looks sideways, has no such frame.
     """
     starts, ends, _ = _segments(camera, grid, frame_rows(camera))
-    edges = _tinted(starts, ends, colour, alpha, 0.5 * alpha)
+    edges = _tinted(starts, ends, colour, alpha, 0.7 * alpha)
     if not framed or not len(starts):
         return edges
     rays = sensor_rays(camera, frame_rows(camera))
@@ -136,40 +154,77 @@ def _joined(meshes: list[pv.PolyData]) -> pv.PolyData:
 
 
 class RaysLayer:
-    """The fans of a scene: one actor for the selected sensor, one for all others."""
+    """The fans of a scene: those of all others below that of the selected sensor.
+
+    Edges have a wider seam below them, which keeps them legible on a heatmap of any colour; on the ground, whose
+    colour it has, it is not seen.
+    """
 
     def __init__(self, renderer: vtkRenderer) -> None:
-        self._actors = [rgba_actor(pv.PolyData(), "rgba") for _ in range(2)]
-        for actor in self._actors:
-            actor.force_translucent = True
-            actor.visibility = False
-            actor.prop.line_width = 1.0
-            renderer.AddActor(actor)
+        self._others, self._selected = (_FanLines(renderer, width_px) for width_px in _WIDTHS_PX)
 
     def set_line_width(self, width_px: float) -> None:
         """Width of the lines, for pictures of higher resolution."""
-        for actor in self._actors:
-            actor.prop.line_width = width_px
+        for fan in (self._others, self._selected):
+            fan.set_width(width_px)
+
+    def arrange(self, camera: OrbitCamera, size: Size, pixel_ratio: float) -> None:
+        """Draw fainter rays where they crowd: from far away, and where a camera sees all of them side on."""
+        pixel_m = pixel_ratio * camera.metres_per_pixel(np.array(camera.focal_m), size)
+        level = 1.0 - (1.0 - _THINNEST) * camera.from_the_side
+        for fan in (self._others, self._selected):
+            fan.set_opacity(level * min(1.0, (_NEAR_PIXEL_M / pixel_m) ** 0.5), level)
 
     def set_selected(
         self, sensor: Lidar | Camera | None, grid: VoxelGrid, palette: Palette, strokes: Strokes
     ) -> None:
         """Draw the fan of the selected sensor, or none."""
-        if sensor is None:
-            self._show(0, pv.PolyData())
-            return
-        colour = mix(palette.kinds[sensor.kind], palette.selected, 0.25)
-        self._show(0, fan_mesh(sensor, grid, strokes, colour, framed=True))
+        fan = Fan(pv.PolyData(), pv.PolyData())
+        if sensor is not None:
+            fan = fan_of(sensor, grid, strokes, palette.selected_rays(sensor.kind), framed=True)
+        self._selected.show(fan, palette.seam)
 
     def set_others(
         self, sensors: list[Lidar | Camera], grid: VoxelGrid, palette: Palette, strokes: Strokes
     ) -> None:
         """Draw the fans of the sensors that are not selected."""
-        fans = [fan_mesh(sensor, grid, strokes, palette.kinds[sensor.kind]) for sensor in sensors]
-        self._show(1, _joined(fans))
+        fans = [fan_of(sensor, grid, strokes, palette.rays[sensor.kind]) for sensor in sensors]
+        rays, edges = (_joined([fan[part] for fan in fans]) for part in (0, 1))
+        self._others.show(Fan(rays, edges), palette.seam)
 
-    def _show(self, which: int, mesh: pv.PolyData) -> None:
-        actor = self._actors[which]
-        actor.visibility = mesh.n_points > 0
-        if mesh.n_points:
-            actor.mapper.SetInputData(mesh)
+
+class _FanLines:
+    """Three actors: rays, and over them the seams of edges and the edges."""
+
+    def __init__(self, renderer: vtkRenderer, width_px: float) -> None:
+        self._width_px = width_px
+        self.rays, self.seams, self.edges = (
+            rgba_actor(pv.PolyData(), name) for name in ("rgba", "seam", "rgba")
+        )
+        for actor in (self.rays, self.seams, self.edges):
+            actor.force_translucent = True
+            actor.visibility = False
+            renderer.AddActor(actor)
+        self.set_width(1.0)
+
+    def set_width(self, width_px: float) -> None:
+        """Width of a ray; the others are so much wider."""
+        widths = (1.0, self._width_px + _SEAM_PX, self._width_px)
+        for actor, share in zip((self.rays, self.seams, self.edges), widths, strict=True):
+            actor.prop.line_width = share * width_px
+
+    def set_opacity(self, rays: float, edges: float) -> None:
+        """Draw them fainter, 0 to 1."""
+        for actor, share in ((self.rays, rays), (self.seams, edges), (self.edges, edges)):
+            actor.prop.opacity = share
+
+    def show(self, fan: Fan, seam: str) -> None:
+        """Draw a fan; what is empty is left out."""
+        if fan.edges.n_points:
+            below = np.array(fan.edges["rgba"])
+            below[:, :3] = np.array(rgb(seam)) * 255
+            fan.edges["seam"] = below
+        for actor, mesh in ((self.rays, fan.rays), (self.seams, fan.edges), (self.edges, fan.edges)):
+            actor.visibility = mesh.n_points > 0
+            if mesh.n_points:
+                actor.mapper.SetInputData(mesh)

@@ -41,6 +41,8 @@ _MASTS = {*_BODIES, "masts"}
 _FANS = {"rig", "hidden", "selected", "show_selection", "palette"}
 _ALL_FANS = {"grid", "ray_look", "palette"}
 _LEGEND = {"heatmap", "heat_look", "show_legend", "palette"}
+_BACKDROP = ("camera", "grid", "palette", "show_ground", "vehicle")
+_KEY = {"rig", "hidden", "selected", "show_selection", "show_legend", "ray_look", "palette"}
 _CENTRE_PX = 8.0
 """So near to the middle plane a sensor that snaps is put on it."""
 
@@ -55,8 +57,8 @@ class DrawnScene:
         self._quick = self._smooth = False
         self._stage = stage = Stage(plotter)
         self._ground, self._roi = GroundLayer(stage.backdrop, stage.main), RoiLayer(stage.main)
-        self._body, self._rig = BodyLayer(stage.main, stage.backdrop), RigLayer(stage.main)
-        self._heatmap = HeatmapLayer(stage.cells, stage.backdrop)
+        self._body, self._rig = BodyLayer(stage.main, stage.backdrop), RigLayer(stage.main, stage.rays)
+        self._heatmap = HeatmapLayer(stage.cells, stage.haze)
         self._traffic = TrafficLayer(stage.main)
         self._traffic.set_pixel_ratio(pixel_ratio)
         self._masts = MastLayer(stage.main, stage.overlay)
@@ -121,6 +123,8 @@ class DrawnScene:
             self._heatmap.set_data(state.heatmap)
         if changed & _LEGEND:
             self._words.show_legend(state)
+        if changed & _KEY:
+            self._words.show_key(state)
         if changed & {"caption", "palette"}:
             self._words.show_caption(state)
         if changed & {"traffic", "palette"}:
@@ -158,6 +162,11 @@ class DrawnScene:
     def mast_texts(self) -> list[str]:
         """What is said beside sensors that stand on nothing."""
         return self._masts.label_texts
+
+    @property
+    def key_texts(self) -> tuple[str, ...]:
+        """What the key of the rays says."""
+        return self._words.key_texts
 
     def set_view(self, name: str, wide: bool = False) -> None:
         """Look from "iso", "top", "front", "left", "rear", "right" (else InputError); `wide`: iso over all the ROI."""
@@ -201,7 +210,6 @@ class DrawnScene:
         if quick != self._quick:
             self._quick = quick
             self._body.set_quick(quick)
-            self._ground.set_quick(quick)
             self._rig.show_fans(self._state, self._quick)
 
     @property
@@ -253,10 +261,13 @@ class DrawnScene:
         """Bring camera, heatmap and gizmo up to date for the next frame."""
         self._bring_car()
         state = self._state
-        self._stage.set_coarse(self._quick)
+        self._stage.set_coarse(
+            self._quick, [getattr(state, name) for name in _BACKDROP] + [self._pixel_ratio]
+        )
         self._stage.set_camera(state.camera, 2.0 * float(np.linalg.norm(state.grid.roi_m)) + 20.0)
         self._ground.arrange(state.camera, self.size, self._pixel_ratio)
-        self._heatmap.arrange(state.camera, self._stage.backdrop_size, self._quick)
+        self._heatmap.arrange(state.camera, self._stage.haze_size, self._quick)
+        self._rig.arrange(state.camera, self.size, self._pixel_ratio)
         self._words.arrange(state, self._heatmap.drawn_cell_m, self.size, self._pixel_ratio)
         self._marker.arrange(state.camera, self.size, self._pixel_ratio)
         self._masts.arrange(state.camera, self.size, self._pixel_ratio)
@@ -277,4 +288,4 @@ class DrawnScene:
         for _ in self._heatmap.parts(self._state.camera, self.size):
             stage.draw(stage.cells)
             yield
-        stage.draw(stage.overlay)
+        stage.draw(stage.rays, stage.overlay)

@@ -21,7 +21,6 @@ _STEP_M = 10.0
 _LEAST_LETTER_M, _MOST_LETTER_M, _LETTER_STEP = 0.45, 2.2, 1.25
 _LETTER_PX = 9.0
 """Labels grow in steps as the view goes away, as long as there is room for them between two lines."""
-_WIDE_LINE = 0.6
 _AXES = {"x": 2.9, "y": 1.6}
 """Length in metres from the origin under the middle of the car: a little beyond the body of a common car."""
 _AXIS_WIDTH_M, _AXIS_M, _AXIS_LETTER_M = 0.03, 0.006, 0.3
@@ -37,10 +36,7 @@ class GroundLayer:
         self._renderer, self._triad_renderer = renderer, triad_renderer
         self._actors: list[pv.Actor] = []
         self._triad: list[pv.Actor] = []
-        self._lines: dict[pv.Actor, str] = {}
         self._labels = _Labels(0.0, 0.0)
-        self._ground_colour = ""
-        self._quick = False
 
     def set_grid(self, grid: VoxelGrid, palette: Palette) -> None:
         """Draw the ground for a ROI: grid lines reach the next 10 m beyond it."""
@@ -50,18 +46,13 @@ class GroundLayer:
             self._triad_renderer.RemoveActor(actor)
         half_x, half_y = (_STEP_M * math.ceil(length / 2 / _STEP_M) for length in grid.roi_m[:2])
         fine, strong = _grid_lines(half_x, half_y)
-        self._lines = {
-            plain_actor(fine, lighting=False): palette.grid_line,
-            plain_actor(strong, lighting=False): palette.grid_line_strong,
-        }
-        self._ground_colour = palette.ground
         self._labels = _Labels(half_x, half_y)
         self._actors = [
             plain_actor(_plane(half_x, half_y), color=palette.ground, lighting=False),
-            *self._lines,
+            plain_actor(fine, color=palette.grid_line, lighting=False),
+            plain_actor(strong, color=palette.grid_line_strong, lighting=False),
             plain_actor(self._labels.mesh, color=mix(palette.text, palette.ground, 0.35), lighting=False),
         ]
-        self.set_quick(self._quick)
         for actor in self._actors:
             self._renderer.AddActor(actor)
         self._triad = _triad(palette)
@@ -72,12 +63,6 @@ class GroundLayer:
         """Show ground and axes, or leave them out."""
         for actor in (*self._actors, *self._triad):
             actor.visibility = shown
-
-    def set_quick(self, quick: bool) -> None:
-        """Fainter lines while something moves: the ground is then drawn smaller and stretched, its lines are wide."""
-        self._quick = quick
-        for actor, colour in self._lines.items():
-            actor.prop.color = mix(colour, self._ground_colour, _WIDE_LINE) if quick else colour
 
     def arrange(self, camera: OrbitCamera, size: Size, pixel_ratio: float) -> None:
         """Keep the labels legible in a view of this size in pixels."""

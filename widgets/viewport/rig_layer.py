@@ -11,6 +11,7 @@ from vtkmodules.vtkRenderingCore import vtkRenderer
 from riglens.core.geometry import Pose
 from riglens.core.rig.model import Camera, Lidar
 from riglens.widgets.drawing.actors import mapper_of
+from riglens.widgets.drawing.camera import OrbitCamera, Size
 from riglens.widgets.gizmo.drag import Handle
 from riglens.widgets.sensors.bodies import Mark, SensorLayer
 from riglens.widgets.sensors.rays import RaysLayer
@@ -23,8 +24,8 @@ _LINK_PX = 1.5
 class RigLayer:
     """Bodies and fans of all sensors that are not hidden; the selected one has the dense fan."""
 
-    def __init__(self, renderer: vtkRenderer) -> None:
-        self._sensors, self._rays = SensorLayer(renderer), RaysLayer(renderer)
+    def __init__(self, renderer: vtkRenderer, rays: vtkRenderer) -> None:
+        self._sensors, self._rays = SensorLayer(renderer), RaysLayer(rays)
         self._links = pv.Actor(mapper=mapper_of(pv.Line()))
         self._links.prop.color, self._links.prop.lighting = rgb(LINKED_COLOUR), False
         self._links.visibility = False
@@ -64,6 +65,10 @@ class RigLayer:
         if others:
             rest = [sensor for sensor in casting if sensor is not selected]
             self._rays.set_others(rest, state.grid, state.palette, look.of_others(len(rest), quick))
+
+    def arrange(self, camera: OrbitCamera, size: Size, pixel_ratio: float) -> None:
+        """Fit the rays to where they are looked at from."""
+        self._rays.arrange(camera, size, pixel_ratio)
 
     def set_pose(self, name: str, pose: Pose) -> None:
         """Move the body of a shown sensor."""

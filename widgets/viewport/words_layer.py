@@ -7,6 +7,7 @@ from vtkmodules.vtkRenderingCore import vtkActor2D, vtkRenderer, vtkTextActor
 from riglens.widgets.drawing.camera import Pixel, Size
 from riglens.widgets.drawing.label import Plate, place_text, set_words, text_actor, text_width_px, unit_px
 from riglens.widgets.heatmap.legend import LegendLayer
+from riglens.widgets.sensors.ray_key import RayKeyLayer, entries_of
 from riglens.widgets.theme import Palette, mix, rgb
 from riglens.widgets.viewport.scene_state import NO_CAPTION, Caption, SceneState
 
@@ -159,6 +160,7 @@ class WordsLayer:
             CaptionLayer(overlay),
             EchoLayer(overlay),
         )
+        self._key = RayKeyLayer(overlay)
         self._echo_at: tuple[str, Pixel] = ("", (0.0, 0.0))
 
     @property
@@ -166,10 +168,21 @@ class WordsLayer:
         """What the legend of the heatmap says."""
         return self._legend.texts
 
+    @property
+    def key_texts(self) -> tuple[str, ...]:
+        """What the key of the rays says."""
+        return self._key.texts
+
     def show_legend(self, state: SceneState) -> None:
         """Label the heatmap of a state, or hide the legend."""
         shown = state.heatmap if state.show_legend else None
         self._legend.set_data(shown, state.heat_look, state.palette)
+
+    def show_key(self, state: SceneState) -> None:
+        """Say which rays are whose, or nothing where no rays are drawn."""
+        casting = state.casting if state.show_legend else []
+        chosen = state.selected_sensor if state.show_selection else None
+        self._key.set_entries(entries_of(casting, chosen, state.palette), state.palette)
 
     def show_caption(self, state: SceneState) -> None:
         """Say what the picture of a state is called, and its scores."""
@@ -183,5 +196,6 @@ class WordsLayer:
         """Fit everything to a view of this size, and say which cells of the heatmap are drawn."""
         self._legend.set_drawn(drawn_cell_m)
         self._legend.place(size, pixel_ratio, crowded=bool(state.caption.table))
+        self._key.place(size, pixel_ratio, self._legend.top_px, crowded=bool(state.caption.table))
         self._caption.place(size, pixel_ratio)
         self._echo.show(*self._echo_at, size, pixel_ratio, state.palette)

@@ -9,7 +9,7 @@ from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
 
 from riglens.widgets.drawing.camera import OrbitCamera
 from riglens.widgets.drawing.stage import render_window
-from riglens.widgets.heatmap.levels import in_parts
+from riglens.widgets.heatmap.levels import LEVEL_LAYERS, RowsBehind, full_level, in_parts
 from riglens.widgets.viewport.drawn_scene import DrawnScene
 from tests.widgets.drawing.test_stage import STATE, plotter  # noqa: F401
 
@@ -76,3 +76,35 @@ def test_a_picture_that_was_given_up_leaves_nothing_in_the_next_one(plotter, mon
     drawing.close()
     window.Render()
     assert np.array_equal(pixels(scene, window), whole)
+
+
+def rows_behind(deep: int) -> RowsBehind:
+    """A wall of strong cells along x, so many cells deep along y."""
+    x, y, z = np.meshgrid(np.arange(50), np.arange(deep), np.arange(5), indexing="ij")
+    centres = (np.stack([x, y, z], axis=-1).reshape(-1, 3) * 0.4 + 0.2).astype(np.float32)
+    behind = RowsBehind(full_level(centres, 0.4))
+    behind.count(np.arange(len(centres)), np.ones(len(centres), np.float32))
+    return behind
+
+
+LEFT, FRONT, STEEP = (
+    OrbitCamera(azimuth_deg=azimuth, elevation_deg=high) for azimuth, high in ((90, 0), (0, 0), (90, 30))
+)
+
+
+def test_cells_seen_level_are_as_faint_as_many_are_behind_one_another() -> None:
+    thick = rows_behind(12)
+    assert thick.thinned(LEFT) == pytest.approx(LEVEL_LAYERS / 12)
+    assert thick.thinned(FRONT) < thick.thinned(LEFT) < thick.thinned(STEEP) == 1.0
+
+
+def test_a_single_layer_is_seen_from_its_side_as_it_is_from_above() -> None:
+    assert rows_behind(1).thinned(LEFT) == 1.0
+
+
+def test_nothing_drawn_is_not_thinned_and_few_strong_cells_count_more_than_many_weak_ones() -> None:
+    thick = rows_behind(12)
+    thick.count(np.zeros(0, np.int64), np.zeros(0, np.float32))
+    assert thick.thinned(LEFT) == 1.0
+    thick.count(np.arange(50 * 12 * 5), np.full(50 * 12 * 5, 0.05, np.float32))
+    assert thick.thinned(LEFT) == 1.0

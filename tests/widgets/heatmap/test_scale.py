@@ -45,6 +45,18 @@ def test_higher_values_are_brighter_and_more_opaque():
     assert (np.diff(opacity) >= 0).all() and opacity[-1] == 128
 
 
+def test_changes_are_nearly_opaque_at_their_limit_and_small_ones_are_seen():
+    strengths = np.array([0.05, 1.0], np.float32)
+    (small, limit), (usual, _) = (alphas(strengths, 0.5, scale).astype(int) for scale in ("change", "ramp"))
+    assert limit >= 0.7 * 255 and small > 4 * usual and small >= 0.15 * 255
+
+
+def test_a_cell_that_stands_for_two_hides_as_much_as_both():
+    strengths = np.linspace(0, 1, 256, dtype=np.float32)
+    one, both = (alphas(strengths, 0.5, cells_deep=deep) / 255 for deep in (1.0, 2.0))
+    assert np.abs(1.0 - (1.0 - one) ** 2 - both).max() < 0.01
+
+
 def test_gains_and_losses_have_a_colour_each_and_are_as_strong_as_they_are_large():
     shown = data([-1.0, -0.25, 0.0, 0.25, 1.0], scale="change")
     assert strength(shown, shown.values, None, log=False).tolist() == [1.0, 0.25, 0.0, 0.25, 1.0]

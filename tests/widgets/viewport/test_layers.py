@@ -19,7 +19,7 @@ from riglens.widgets.sensors.ray_look import (
     RayLook,
     Strokes,
 )
-from riglens.widgets.sensors.rays import RaysLayer, fan_mesh, fan_rows
+from riglens.widgets.sensors.rays import RaysLayer, fan_of, fan_rows
 from riglens.widgets.theme import DARK, LIGHT, mix, rgb
 from riglens.widgets.viewport.ground_layer import GroundLayer
 
@@ -45,7 +45,7 @@ def test_a_fan_is_made_of_rays_of_the_metric_and_stays_small(sensor, most):
     rows = fan_rows(sensor, most)
     assert len(np.unique(rows)) == len(rows) and rows.min() >= 0 and rows.max() < sensor.ray_count
     assert 1 <= len(rows) <= 1.3 * most
-    assert fan_mesh(sensor, GRID, Strokes(most, 0.3), "#ff0000").n_cells <= 2.8 * most
+    assert lines_of(sensor, Strokes(most, 0.3)) <= 2.8 * most
 
 
 @pytest.mark.parametrize("sensor", [LIDAR, CAMERA])
@@ -54,7 +54,7 @@ def test_every_drawn_ray_ends_where_the_metric_says_it_leaves_the_roi(sensor):
     rays = sensor_rays(sensor, rows)
     t0, t1 = clip_to_roi(GRID, rays)
     ends = np.array(rays.origin_m) + t1[:, None] * rays.directions
-    drawn = np.asarray(fan_mesh(sensor, GRID, Strokes(200, 0.3), "#ff0000").points)[1 : 2 * len(rows) : 2]
+    drawn = np.asarray(fan_of(sensor, GRID, Strokes(200, 0.3), "#ff0000").rays.points)[1 : 2 * len(rows) : 2]
     assert (t1 > t0).all()
     assert np.allclose(drawn, ends, atol=1e-4)
 
@@ -72,7 +72,7 @@ def test_a_camera_fan_reaches_all_four_corners_of_the_image():
 
 def test_a_sensor_outside_the_roi_that_looks_away_draws_nothing():
     away = CAMERA.replace(position=(100.0, 0.0, 1.8), rpy_deg=(0.0, 0.0, 0.0))
-    assert fan_mesh(away, GRID, Strokes(150, 0.3), "#ff0000").n_points == 0
+    assert lines_of(away, Strokes(150, 0.3)) == 0
 
 
 def test_a_coarse_heatmap_has_few_cells_and_loses_no_peak():
@@ -109,6 +109,11 @@ def test_colours_mix_evenly():
     assert mix("#102030", "#ffffff", 0.0) == "#102030"
 
 
+def lines_of(sensor, strokes: Strokes) -> int:
+    """How many lines a fan has."""
+    return sum(mesh.n_cells for mesh in fan_of(sensor, GRID, strokes, "#ff0000"))
+
+
 @pytest.fixture
 def layer() -> Iterator[RaysLayer]:
     plotter = pv.Plotter(off_screen=True, window_size=[64, 64], lighting="none")
@@ -121,8 +126,10 @@ def drawn(layer: RaysLayer, look: RayLook, quick: bool = False) -> tuple[list[in
     others = [CAMERA, MANY_BEAMS] * 5
     layer.set_selected(LIDAR, GRID, DARK, look.of_selected(quick))
     layer.set_others(others, GRID, DARK, look.of_others(len(others), quick))
-    meshes = [pv.wrap(actor.mapper.GetInput()) for actor in layer._actors]
-    return [mesh.n_lines for mesh in meshes], [int(mesh["rgba"][:, 3].max()) for mesh in meshes]
+    drawn = [(fan.rays, fan.edges) for fan in (layer._selected, layer._others)]
+    meshes = [[pv.wrap(actor.mapper.GetInput()) for actor in fan] for fan in drawn]
+    lines = [sum(mesh.n_lines for mesh in fan) for fan in meshes]
+    return lines, [max(int(mesh["rgba"][:, 3].max()) for mesh in fan) for fan in meshes]
 
 
 @pytest.mark.parametrize("density", [1.0, 8.0])
@@ -149,7 +156,7 @@ def test_the_densest_fan_too_is_made_of_rays_of_the_metric(sensor):
     strokes = RayLook(density=MOST_DENSITY).of_selected()
     rows = fan_rows(sensor, strokes.lines)
     assert len(np.unique(rows)) == len(rows) and rows.max() < sensor.ray_count
-    assert fan_mesh(sensor, GRID, strokes, "#ff0000").n_cells <= 2.8 * strokes.lines
+    assert lines_of(sensor, strokes) <= 2.8 * strokes.lines
 
 
 def test_a_thin_fan_keeps_its_lowest_and_highest_beam_and_the_corners_of_the_image():

@@ -1,15 +1,18 @@
 """Pictures made without a window: what must be seen is seen, at any size."""
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
 import pytest
+import pyvista as pv
 
-from riglens.core.rig.model import EvenAngles, Lidar, Rig
+from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
 from riglens.widgets.drawing.camera import OrbitCamera
-from riglens.widgets.heatmap.scale import HeatmapData
+from riglens.widgets.heatmap.scale import HeatLook, HeatmapData
 from riglens.widgets.sensors.ray_look import RayLook
-from riglens.widgets.theme import LIGHT
+from riglens.widgets.theme import DARK, LIGHT, rgb
+from riglens.widgets.viewport.drawn_scene import DrawnScene
 from riglens.widgets.viewport.scene_state import SceneState
 from riglens.widgets.viewport.still import render_still
 
@@ -81,6 +84,49 @@ def test_a_switched_off_sensor_is_drawn_without_rays():
         camera=camera, rig=off, selected="roof", show_gizmo=False, ray_look=RayLook(shown=False)
     )
     assert np.array_equal(picture(rays), picture(no_rays))
+
+
+@pytest.mark.parametrize("kind", ["lidar", "camera"])
+@pytest.mark.parametrize("selected", [True, False])
+def test_rays_are_seen_through_a_heatmap_but_not_through_the_car(kind, selected):
+    """Every ray here passes behind the nearer wall of cells."""
+    camera = Camera(
+        name="roof", position=(0.0, 0.0, 2.0), hfov_deg=100.0, cast=(64, 36), rpy_deg=(0.0, 0.0, -90.0)
+    )
+    above = OrbitCamera((0.0, -6.0, 1.0), 20.0, -90.0, 25.0)
+    dense = replace(wall(-9.0), values=np.ones(len(wall(0.0).values), np.float32))
+    state = SceneState(
+        rig=Rig(sensors=(LIDAR if kind == "lidar" else camera,)), camera=above, heatmap=dense, show_gizmo=False,
+        heat_look=HeatLook(opacity=1.0),
+        selected="roof" if selected else None, show_legend=False,
+    )  # fmt: skip
+    without = replace(state, ray_look=RayLook(shown=False))
+    hidden_by_cells = np.abs(picture(without) - picture(replace(without, heatmap=None))).max(axis=2) > 40
+    rays = np.abs(picture(state) - picture(without)).max(axis=2) > 30
+    assert (rays & hidden_by_cells).sum() > 0.003 * hidden_by_cells.sum()
+
+
+def test_the_rays_of_kinds_and_of_the_selected_sensor_have_their_own_colours_and_a_key():
+    for theme in (DARK, LIGHT):
+        colours = [*theme.rays.values(), *(theme.selected_rays(kind) for kind in theme.rays)]
+        apart = [np.abs(np.subtract(rgb(a), rgb(b))).max() for a, b in itertools.combinations(colours, 2)]
+        assert min(apart) > 0.1
+    camera = Camera(name="front", position=(1.0, 0.0, 1.4), hfov_deg=80.0, cast=(64, 36))
+    both = Rig(sensors=(LIDAR, camera))
+    cases = {
+        ("LiDAR", "camera"): SceneState(rig=both),
+        ("camera", "selected LiDAR"): SceneState(rig=both, selected="roof"),
+        ("LiDAR",): SceneState(rig=RIG),
+        (): SceneState(rig=both, ray_look=RayLook(shown=False)),
+    }
+    plotter = pv.Plotter(off_screen=True, window_size=[64, 64], lighting="none")
+    scene = DrawnScene(plotter)
+    for words, state in cases.items():
+        scene.show(state)
+        assert scene.key_texts == words
+    scene.show(replace(SceneState(rig=both), show_legend=False))
+    assert scene.key_texts == ()
+    plotter.close()
 
 
 def test_a_picture_twice_as_large_shows_the_same():

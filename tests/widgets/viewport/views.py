@@ -168,7 +168,7 @@ class Frames:
 
     def note(self) -> None:
         scene = self.view._scene
-        coarse = "coarse" if scene._stage.backdrop_size != scene.size else "full"
+        coarse = "coarse" if scene._stage.haze_size != scene.size else "full"
         self.looks.append(coarse + (" smooth" if scene.is_smooth else ""))
 
 

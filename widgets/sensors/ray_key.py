@@ -1,0 +1,111 @@
+"""Which rays are whose: a stroke of each colour and weight that is drawn, with a word, above the heatmap's legend."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import pyvista as pv
+from vtkmodules.vtkRenderingCore import vtkActor2D, vtkRenderer, vtkTextActor
+
+from riglens.core.rig.model import Camera, Lidar
+from riglens.widgets.drawing.camera import Size
+from riglens.widgets.drawing.label import (
+    Plate,
+    flat_actor,
+    place_text,
+    set_words,
+    text_actor,
+    text_width_px,
+    unit_px,
+)
+from riglens.widgets.theme import Palette, rgb
+
+KIND_WORDS = {"lidar": "LiDAR", "camera": "camera"}
+_MARGIN_PX, _INSET_PX, _HIGH_PX, _BASE_PX = 12, 10, 22, 7
+_STROKE_PX, _GAP_PX, _NEXT_PX, _FONT_PX = 18, 6, 14, 11
+_THIN_PX, _THICK_PX = 1.5, 3.0
+
+
+class KeyEntry(NamedTuple):
+    """A colour of rays, whose they are, and whether they are bolder than others."""
+
+    words: str
+    colour: str
+    is_bold: bool = False
+
+
+def entries_of(
+    casting: list[Lidar | Camera], selected: Lidar | Camera | None, palette: Palette
+) -> list[KeyEntry]:
+    """The colours in which the rays of some sensors are drawn, of which one may be selected."""
+    kinds = {sensor.kind for sensor in casting if sensor is not selected}
+    found = [KeyEntry(words, palette.rays[kind]) for kind, words in KIND_WORDS.items() if kind in kinds]
+    if selected is not None and selected in casting:
+        found.append(
+            KeyEntry(f"selected {KIND_WORDS[selected.kind]}", palette.selected_rays(selected.kind), True)
+        )
+    return found
+
+
+class RayKeyLayer:
+    """The strokes and words on a plate in the lower right corner, above what is there already."""
+
+    def __init__(self, renderer: vtkRenderer) -> None:
+        self._renderer = renderer
+        self._plate = Plate()
+        self._entries: list[tuple[KeyEntry, vtkTextActor, vtkActor2D, pv.PolyData]] = []
+        self._shown: object = None
+        self._placed: object = None
+        self._plate.actor.SetVisibility(False)
+        self._add(self._plate.actor)
+
+    def _add(self, prop: vtkActor2D) -> None:
+        prop.SetPickable(False)
+        self._renderer.AddViewProp(prop)
+
+    @property
+    def texts(self) -> tuple[str, ...]:
+        """What it says now."""
+        return tuple(entry.words for entry, *_ in self._entries)
+
+    def set_entries(self, entries: list[KeyEntry], palette: Palette) -> None:
+        """Say something else, or nothing."""
+        if self._shown == (entries, palette.background, palette.text):
+            return
+        self._shown = entries, palette.background, palette.text
+        for _, text, stroke, _ in self._entries:
+            self._renderer.RemoveViewProp(text)
+            self._renderer.RemoveViewProp(stroke)
+        self._entries, self._placed = [], None
+        self._plate.actor.SetVisibility(bool(entries))
+        self._plate.set_colour(palette.background)
+        for entry in entries:
+            mesh = pv.PolyData(np.zeros((2, 3)), lines=[2, 0, 1])
+            text, stroke = text_actor(), flat_actor(mesh)
+            set_words(text, entry.words)
+            text.GetTextProperty().SetColor(*rgb(palette.text))
+            stroke.GetProperty().SetColor(*rgb(entry.colour))
+            self._add(text)
+            self._add(stroke)
+            self._entries.append((entry, text, stroke, mesh))
+
+    def place(self, size: Size, pixel_ratio: float, above_px: float, crowded: bool = False) -> None:
+        """Keep it in the corner of a view of this size in pixels, above so many that are taken."""
+        if not self._entries or self._placed == (size, pixel_ratio, above_px, crowded):
+            return
+        self._placed = size, pixel_ratio, above_px, crowded
+        unit = unit_px(size, pixel_ratio, crowded)
+        low, right = above_px + _MARGIN_PX * unit / (2 if above_px else 1), size[0] - _MARGIN_PX * unit
+        x = right - _INSET_PX * unit
+        for entry, text, stroke, mesh in reversed(self._entries):
+            place_text(text, 0.0, low + _BASE_PX * unit, _FONT_PX * unit)
+            x -= text_width_px(text)
+            text.SetPosition(round(x), round(low + _BASE_PX * unit))
+            x -= _GAP_PX * unit
+            y = low + _HIGH_PX * unit / 2
+            mesh.points = np.array([(x - _STROKE_PX * unit, y, 0.0), (x, y, 0.0)])
+            stroke.GetProperty().SetLineWidth((_THICK_PX if entry.is_bold else _THIN_PX) * unit)
+            x -= (_STROKE_PX + _NEXT_PX) * unit
+        left = x + (_NEXT_PX - _INSET_PX) * unit
+        self._plate.cover(left, low, right - left, _HIGH_PX * unit)
