@@ -4,6 +4,7 @@
 #   make test     the whole test suite, headless
 #   make slow     the tests that take minutes
 #   make test-detect  what needs PyTorch, with its CPU build (190 MB to fetch, 700 MB in .venv)
+#   make test-devkit  simulated data sets in nuScenes' own development kit (100 MB to fetch, into build/devkit)
 #   make fuzz     broken input for everything that reads (FUZZ="--count 1000000 --seed 2"), crashes kept in out/fuzz
 #   make stress   the test suite on a computer with four times more work than processors
 #   make bench    speed and memory against yardsticks, into out/bench.json (BENCH="--quick --only edit")
@@ -16,7 +17,7 @@ PYTHON := .venv/bin/python
 WHOLE_SUITE := -m "not slow" -n logical --maxprocesses 4 --dist worksteal
 TEST_HELPERS = $(shell find tests -name "*.py" ! -name "test_*.py")
 .DEFAULT_GOAL := help
-.PHONY: help setup setup-dev run test test-detect slow fuzz stress bench check format clean
+.PHONY: help setup setup-dev run test test-detect test-devkit slow fuzz stress bench check format clean
 
 help:
 	@sed -n 's/^#   make/  make/p' Makefile
@@ -36,6 +37,14 @@ test: setup-dev
 test-detect: setup-dev
 	@$(PYTHON) -c "import torch" 2>/dev/null || $(PYTHON) tools/install_torch.py
 	@$(PYTHON) -m pytest tests/core/detect tests/core/study/detection tests/app/studies/test_detection.py
+
+# The kit asks for numpy 1: it is laid beside the packages, without what it asks for.
+DEVKIT := nuscenes-devkit==1.2.0 pyquaternion==0.9.9 cachetools shapely descartes opencv-python-headless scikit-learn \
+	narwhals joblib threadpoolctl tqdm fire termcolor pycocotools parameterized
+
+test-devkit: setup-dev
+	@test -d build/devkit/nuscenes || $(PYTHON) -m pip install --quiet --no-deps --target build/devkit $(DEVKIT)
+	@PYTHONPATH=build/devkit $(PYTHON) -m pytest tests/core/simulate/test_devkit.py tests/core/detect/test_precision.py
 
 stress: setup-dev
 	@$(PYTHON) tools/beside_spinners.py $(PYTHON) -m pytest $(WHOLE_SUITE)

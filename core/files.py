@@ -136,6 +136,35 @@ def atomic_folder(path: str | os.PathLike[str], files: Mapping[str, bytes]) -> N
     _sync_folder(target.parent)
 
 
+def write_files(folder: str | os.PathLike[str], files: Mapping[str, bytes]) -> None:
+    """Write files by their paths in a folder, whose own folders are made; each appears at once and complete.
+
+    What killed runs left in these folders is removed. InputError when something cannot be written.
+    """
+    root = Path(folder)
+    made = {(root / name).parent for name in files}
+    place = root
+    try:
+        for parent in sorted(made):
+            parent.mkdir(parents=True, exist_ok=True)
+            _remove_leftovers(parent)
+        for name, content in files.items():
+            place = root / name
+            temporary = _temporary(place)
+            try:
+                with temporary.open("xb") as stream:
+                    stream.write(content)
+                    stream.flush()
+                    os.fsync(stream.fileno())
+                os.replace(temporary, place)
+            finally:
+                temporary.unlink(missing_ok=True)
+    except OSError as error:
+        raise InputError(f"{_shown(place)}: cannot be written: {error.strerror}") from error
+    for parent in sorted(made):
+        _sync_folder(parent)
+
+
 def _require_replaceable(target: Path, path: str | os.PathLike[str], files: Mapping[str, bytes]) -> None:
     problem = "" if target.parent.is_dir() else f"no such folder: {_shown(target.parent)}"
     if not problem and target.is_dir():

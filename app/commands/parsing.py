@@ -16,6 +16,7 @@ from riglens.app.commands.picture import render
 from riglens.app.commands.redundancy import redundancy
 from riglens.app.commands.rigs import convert, library, presets
 from riglens.app.commands.scores import evaluate, window
+from riglens.app.commands.simulate import simulate
 from riglens.app.commands.studies import accuracy, detection, stability, table1
 from riglens.app.commands.studies import targets as study_targets
 from riglens.app.commands.targets import targets
@@ -44,6 +45,7 @@ app.command(card, sort_key=2)
 app.command(redundancy, sort_key=2)
 app.command(pog, sort_key=2)
 app.command(data, sort_key=3)
+app.command(simulate, sort_key=4)
 app.command(render, sort_key=4)
 app.command(presets, sort_key=5)
 app.command(convert, sort_key=5)

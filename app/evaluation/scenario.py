@@ -181,8 +181,8 @@ def _stored_pog(options: SceneOptions, path: Path) -> Pog:
     return pog
 
 
-def remarks_on(data: DataReport) -> list[str]:
-    """What a user has to know about the data: boxes that do not count, classes without any box."""
+def left_out(data: DataReport) -> list[str]:
+    """How the data were read, and which boxes do not count."""
     lines = list(data.notes)
     if data.unmapped:
         most = data.unmapped.most_common(SHOWN_UNMAPPED)
@@ -191,6 +191,12 @@ def remarks_on(data: DataReport) -> list[str]:
         count = sum(data.unmapped.values())
         ending = "box belongs to no class and does" if count == 1 else "boxes belong to no class and do"
         lines.append(f"{count:,} {ending} not count: {names}{more}")
+    return lines
+
+
+def remarks_on(data: DataReport) -> list[str]:
+    """What a user has to know about the data: boxes that do not count, classes without any box."""
+    lines = left_out(data)
     if data.frames == 1:
         lines.append(
             "one frame only: each voxel is surely free or surely not, which has no entropy; all scores are 0"

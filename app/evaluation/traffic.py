@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from dataclasses import replace
+
+import numpy as np
 
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.scenario import BUNDLED_NAME, source_of
 from riglens.core.errors import InputError
 from riglens.core.geometry import Vec3
 from riglens.core.scene.boxes import Progress
-from riglens.core.scene.occluders import Occluders
+from riglens.core.scene.occluders import FrameName, MapPose, Occluders
 from riglens.core.scene.readers import bundled_occluders
 from riglens.core.targets.traffic import Traffic, read_traffic
 
@@ -17,12 +21,29 @@ from riglens.core.targets.traffic import Traffic, read_traffic
 def load_traffic(options: SceneOptions, within_m: float, progress: Progress | None = None) -> Traffic:
     """All boxes of the data set that was asked for; InputError on bad input."""
     source = source_of(options)
-    found = read_traffic(source, within_m, progress, occluders=_occluders(options, source.origin_m))
+    found = read_traffic(source, within_m, progress, occluders=occluders_of(options, source.origin_m))
     name = BUNDLED_NAME if options.boxes is None else str(options.boxes)
     return replace(found, data=replace(found.data, source=name))
 
 
-def _occluders(options: SceneOptions, origin_m: Vec3 | None) -> Occluders | None:
+def car_poses(options: SceneOptions) -> Mapping[FrameName, MapPose]:
+    """Where the vehicle frame is in each frame, by the tables of what stands around; none where there are none."""
+    if options.boxes is not None and options.occluders is None:
+        return {}
+    found = occluders_of(replace(options, surroundings=True), source_of(options).origin_m)
+    assert found is not None
+    return {name: _of_vehicle(pose, found.origin_m) for name, pose in found.poses.items()}
+
+
+def _of_vehicle(pose: MapPose, origin_m: Vec3) -> MapPose:
+    """The pose of the vehicle frame from that of the boxes' frame, whose origin lies there in the vehicle frame."""
+    x, y, z = origin_m
+    cos, sin = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
+    place = np.array(pose.position_m) - [cos * x - sin * y, sin * x + cos * y, z]
+    return replace(pose, position_m=(float(place[0]), float(place[1]), float(place[2])))
+
+
+def occluders_of(options: SceneOptions, origin_m: Vec3 | None) -> Occluders | None:
     """What stands around, where it is asked for; InputError where it is not known."""
     if options.occluders is not None:
         if options.boxes is None:

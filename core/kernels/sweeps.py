@@ -70,12 +70,13 @@ class Chances(NamedTuple):
 
 class Returns(NamedTuple):
     """Where the points go, (rays,) each: place (rays, 3) in the vehicle frame, intensity, row of the lattice, what it
-    is on; and range in metres."""
+    is on; and reached (users,): rays that meet each road user first, whether or not they come back."""
 
     points: np.ndarray
     intensity: np.ndarray
     ring: np.ndarray
     what: np.ndarray
+    reached: np.ndarray
 
 
 @lean_inlined
@@ -119,7 +120,7 @@ def bell(key: np.uint64) -> float:
 
 
 @lean
-def _set_frames(
+def set_frames(
     traffic: Traffic, beams: Beams, rotation: np.ndarray, turns: np.ndarray, starts: np.ndarray
 ) -> None:
     """The axes of every box: turns (n, 3, 3) from the sensor's, starts (n, 3) the sensor in them."""
@@ -163,9 +164,10 @@ def _note_returns(
             inverse = canvas.inverse[slot]
             if part < 0:
                 inverse = _ground_seen(surface, beams, d)
-            if inverse == 0.0 or (part >= 0 and traffic.is_glass[part]):
+            if inverse == 0.0 or (beams.ends.size > 0 and is_stopped(beams, row, slot, inverse)):
                 continue
-            if beams.ends.size > 0 and is_stopped(beams, row, slot, inverse):
+            if part >= 0 and traffic.is_glass[part]:
+                to.reached[traffic.box_of[part]] += traffic.box_of[part] < looks.users
                 continue
             t = 1.0 / inverse
             deep, cosine, bright, half_m, what = 0.0, -d[2], looks.road, 0.0, GROUND
@@ -173,7 +175,10 @@ def _note_returns(
                 box = traffic.box_of[part]
                 along, s = turned(turns[box], local), starts[box]
                 cosine = cosine_of(traffic, part, (s[0], s[1], s[2]), along)
-                deep, bright, what = looks.soft[part], looks.bright[box], box if box < looks.users else STATIC
+                deep, bright, what = looks.soft[part], looks.bright[box], STATIC
+                if box < looks.users:
+                    what = box
+                    to.reached[box] += 1
                 half_m = law[traffic.cls[box]] if law.size > 0 else 0.0
             elif law.size > 0:
                 cosine, half_m = max(cosine, ROUGH), law[4]
@@ -189,20 +194,21 @@ def _note_returns(
 @kernel
 def cast_sweep(
     traffic: Traffic, looks: Looks, surface: Surface, beams: Beams, phase: float, draws: Chances, canvas: Canvas,
-    to: Returns,
+    alone: np.ndarray, to: Returns,
 ) -> int:  # fmt: skip
     """One sweep of a LiDAR in the only frame of `traffic`, its azimuths shifted by a phase in radians.
 
-    Returns the number of points, which stand first in `to`. The canvas is left empty, as it was found.
+    Returns the number of points, which stand first in `to`. Adds to alone (boxes,) the rays that would meet each box
+    if it stood there alone. The canvas is left empty, as it was found.
     """
     boxes = traffic.centres.shape[0]
     rotation = spun(beams.rotation, phase)
     faces = Faces(0, 0, np.empty((3, 3)), np.empty(3), np.empty(3), np.empty(3), np.empty(3))
-    alone = np.zeros(boxes, np.int64)
     meet_frame(traffic, beams, 0, rotation, faces, np.empty((8, 3)), np.empty(3), canvas, alone)
     turns, starts = np.empty((boxes, 3, 3)), np.empty((boxes, 3))
-    _set_frames(traffic, beams, rotation, turns, starts)
+    set_frames(traffic, beams, rotation, turns, starts)
     count = _note_returns(traffic, looks, surface, beams, rotation, draws, canvas, turns, starts, to)
+    canvas.last[:] = -1
     wipe(beams.columns, canvas)
     return count
 

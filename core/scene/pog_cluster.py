@@ -59,9 +59,16 @@ class ClusterWorkers:
 
     def submit(self, group: BoxCollection, grid: VoxelGrid) -> Future[bytes]:
         """Begin to build one group on some worker; `wait` says when the result is there."""
+        return self._begin(_build, group, grid)
+
+    def call(self, work: Callable[..., bytes], *arguments: object) -> Future[bytes]:
+        """Begin to call a function on some worker; its errors of input come back as InputError."""
+        return self._begin(_called, work, *arguments)
+
+    def _begin(self, work: Callable[..., bytes], *arguments: object) -> Future[bytes]:
         future = Future[bytes]()
         try:
-            self._tasks[future] = self._client.submit(_build, group, grid, pure=False)
+            self._tasks[future] = self._client.submit(work, *arguments, pure=False)
         except Exception as error:  # the client has closed itself, which is told in a dozen ways
             raise self._lost(f"takes no more work ({type(error).__name__})") from error
         return future
@@ -198,19 +205,22 @@ def _count_workers(client: Any, address: str, limits: Limits) -> int:
 
 
 def _build(group: BoxCollection, grid: VoxelGrid) -> bytes:
-    """What a worker runs. Errors that the user can mend come back as text: Dask would pickle an exception.
+    """What a worker runs for a group.
 
     The content hash of the data is taken anew, so that a worker with other files under the same paths is noticed.
     """
     group.forget_hashes()
+    return _called(group_file, group, grid, advice="use larger voxels or a smaller ROI")
+
+
+def _called(work: Callable[..., bytes], *arguments: object, advice: str = "give its workers more") -> bytes:
+    """What a worker runs. Errors that the user can mend come back as text: Dask would pickle an exception."""
     try:
-        return _BUILT + group_file(group, grid)
+        return _BUILT + work(*arguments)
     except (InputError, OSError) as error:
         return _REFUSED + f"{socket.gethostname()}: {error}".encode()
     except MemoryError:
-        return (
-            _REFUSED + f"{socket.gethostname()}: out of memory; use larger voxels or a smaller ROI".encode()
-        )
+        return _REFUSED + f"{socket.gethostname()}: out of memory; {advice}".encode()
 
 
 def _within(limit_s: float, call: Callable[[], Result]) -> Result:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import threading
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass
 from io import BytesIO
@@ -50,8 +50,12 @@ class OwnProcess:
 
     def submit(self, group: BoxCollection, grid: VoxelGrid) -> Future[bytes]:
         """Build now."""
+        return self.call(group_file, group, grid)
+
+    def call(self, work: Callable[..., bytes], *arguments: object) -> Future[bytes]:
+        """Call a function now."""
         done: Future[bytes] = Future()
-        done.set_result(group_file(group, grid))
+        done.set_result(work(*arguments))
         return done
 
     def wait(self, waiting: Collection[Future[bytes]]) -> Collection[Future[bytes]]:

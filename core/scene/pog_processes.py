@@ -7,7 +7,7 @@ import multiprocessing.connection
 import os
 import signal
 import threading
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor
 from concurrent.futures import wait as wait_for
 from concurrent.futures.process import BrokenProcessPool
@@ -29,8 +29,12 @@ class WorkerProcesses:
 
     def submit(self, group: BoxCollection, grid: VoxelGrid) -> Future[bytes]:
         """Begin to build one group as soon as a process is free."""
+        return self.call(group_file, group, grid, self._threads)
+
+    def call(self, work: Callable[..., bytes], *arguments: object) -> Future[bytes]:
+        """Begin to call a function as soon as a process is free."""
         with _ctrl_c_waits():
-            return self._pool.submit(group_file, group, grid, self._threads)
+            return self._pool.submit(work, *arguments)
 
     def wait(self, waiting: Collection[Future[bytes]]) -> Collection[Future[bytes]]:
         """Wait for one of the futures at least, and return those that are done."""

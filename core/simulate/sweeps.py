@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -12,16 +12,15 @@ from riglens.core.kernels import sweeps as kernel
 from riglens.core.kernels.nearest import Beams, Canvas
 from riglens.core.kernels.sweeps import GROUND, STATIC
 from riglens.core.rig.model import Lidar, Rig
-from riglens.core.sensing.body_ends import barrier_of
+from riglens.core.simulate.own_body import OwnBody, own_body, stopped_m
 from riglens.core.simulate.settings import USUAL_SIMULATION, SimulationSettings
 from riglens.core.simulate.world import TrueBoxes, World, Worlds
-from riglens.core.targets.beams import NOT_STOPPED, beams_of, stops_of
+from riglens.core.targets.beams import NOT_STOPPED, beams_of
 from riglens.core.targets.contribution import phases_rad
 from riglens.core.targets.draws import mixed, sensor_key
 from riglens.core.targets.range_law import REFLECTIVITY, WIDTH, anchors_of, range_for
 from riglens.core.targets.traffic import Traffic
 from riglens.core.vehicle.mesh import BodyMesh
-from riglens.core.vehicle.solid import CarBody, Solid
 
 __all__ = ["GROUND", "STATIC", "Simulator", "Sweep", "points_inside"]
 
@@ -35,7 +34,8 @@ class Sweep:
 
     points_m (N, 3) float32 in the vehicle frame; intensity (N,) float32, 0 to 255, which tells nothing of a class; ring
     (N,) int16 the beam as the rig lists it; sensor (N,) int16 place among `rig.lidars()`; object (N,) int32 place among
-    the road users of the frame, GROUND, or STATIC for what stands around.
+    the road users of the frame, GROUND, or STATIC for what stands around. Of each road user (n,): rays of all LiDARs
+    that reach it, whether or not they come back, and those that would if nothing else stood there.
     """
 
     points_m: NDArray[np.float32]
@@ -43,6 +43,8 @@ class Sweep:
     ring: NDArray[np.int16]
     sensor: NDArray[np.int16]
     object: NDArray[np.int32]
+    reached: NDArray[np.int64]
+    alone: NDArray[np.int64]
 
     def hits(self, objects: int) -> NDArray[np.int64]:
         """Points that came back from each of so many road users, wherever noise put them."""
@@ -51,18 +53,23 @@ class Sweep:
     def of(self, sensor: int) -> Sweep:
         """The points of one LiDAR."""
         mine = self.sensor == sensor
-        return Sweep(
-            self.points_m[mine], self.intensity[mine], self.ring[mine], self.sensor[mine], self.object[mine]
+        return replace(
+            self,
+            points_m=self.points_m[mine],
+            intensity=self.intensity[mine],
+            ring=self.ring[mine],
+            sensor=self.sensor[mine],
+            object=self.object[mine],
         )
 
 
 class _Source(NamedTuple):
-    """A LiDAR ready to be cast: its rays; by frame the shift of its azimuths in radians (frames,) and the keys (3,
-    frames) of the draws: returns, noise, losses; the range law, see `riglens.core.kernels.sweeps.Chances`."""
+    """A LiDAR ready to be cast: its rays, keys of its draws (returns, noise, losses), and the range law, see
+    `riglens.core.kernels.sweeps.Chances`."""
 
+    lidar: Lidar
     beams: Beams
-    phases: NDArray[np.float64]
-    keys: NDArray[np.uint64]
+    keys: tuple[int, int, int]
     law: NDArray[np.float64]
 
 
@@ -81,16 +88,17 @@ class Simulator:
     ) -> None:
         self.worlds = traffic if isinstance(traffic, Worlds) else Worlds(traffic, settings)
         self.settings = self.worlds.settings
-        solid = CarBody(rig.vehicle, mesh).solid() if self.settings.body == "blocks" else None
-        self._sources = [self._source(lidar, solid) for lidar in rig.lidars()]
+        body = own_body(rig.vehicle, mesh) if self.settings.body == "blocks" else None
+        self._sources = [_source(lidar, body, self.settings) for lidar in rig.lidars()]
         rays = max((lidar.ray_count for lidar in rig.lidars()), default=0)
-        self._returns = kernel.Returns(
+        self._columns = (
             np.empty((rays, 3), np.float32),
             np.empty(rays, np.float32),
             np.empty(rays, np.int16),
             np.empty(rays, np.int32),
         )
-        self._canvases = {(beams.row_of.size, beams.columns): _canvas(beams) for beams, *_ in self._sources}
+        beams = [source.beams for source in self._sources]
+        self._canvases = {(one.row_of.size, one.columns): canvas_for(one) for one in beams}
 
     @property
     def frames(self) -> int:
@@ -104,43 +112,37 @@ class Simulator:
     def sweep(self, frame: int) -> Sweep:
         """What the LiDARs measure in a frame."""
         world = self.worlds.world(frame)
-        parts = [self._cast(number, frame, world) for number in range(len(self._sources))]
-        if not parts:
-            none = np.zeros(0, np.int16)
-            return Sweep(
-                np.zeros((0, 3), np.float32), np.zeros(0, np.float32), none, none, np.zeros(0, np.int32)
-            )
-        return Sweep(
-            np.concatenate([part.points_m for part in parts]),
-            np.concatenate([part.intensity for part in parts]),
-            np.concatenate([part.ring for part in parts]),
-            np.concatenate([part.sensor for part in parts]),
-            np.concatenate([part.object for part in parts]),
-        )
+        users, boxes = world.looks.users, len(world.boxes.centres)
+        reached, alone = np.zeros(users, np.int64), np.zeros(boxes, np.int64)
+        empty = tuple(column[:0] for column in self._columns)
+        sensor, parts = [np.zeros(0, np.int16)], [empty]
+        for number, source in enumerate(self._sources):
+            count = self._cast(source, frame, world, alone, kernel.Returns(*self._columns, reached))
+            parts.append(tuple(column[:count].copy() for column in self._columns))
+            sensor.append(np.full(count, number, np.int16))
+        points_m, intensity, ring, what = (np.concatenate(columns) for columns in zip(*parts, strict=True))
+        return Sweep(points_m, intensity, ring, np.concatenate(sensor), what, reached, alone[:users])
 
-    def _cast(self, number: int, frame: int, world: World) -> Sweep:
-        source, settings, to = self._sources[number], self.settings, self._returns
-        returns, noise, losses = source.keys[:, frame]
+    def _cast(
+        self, source: _Source, frame: int, world: World, alone: NDArray[np.int64], to: kernel.Returns
+    ) -> int:
+        settings, now = self.settings, np.array([frame])
+        returns, noise, losses = (mixed(key, now)[0] for key in source.keys)
         draws = kernel.Chances(returns, noise, losses, settings.noise_m, settings.dropout, source.law)
-        canvas = self._canvases[source.beams.row_of.size, source.beams.columns]
-        count = kernel.cast_sweep(
-            world.boxes, world.looks, world.surface, source.beams, source.phases[frame], draws, canvas, to
-        )
-        return Sweep(
-            to.points[:count].copy(),
-            to.intensity[:count].copy(),
-            to.ring[:count].copy(),
-            np.full(count, number, np.int16),
-            to.what[:count].copy(),
+        phase = phases_rad(source.lidar, settings.targets(), now)[0]
+        beams = source.beams
+        canvas = self._canvases[beams.row_of.size, beams.columns]
+        return kernel.cast_sweep(
+            world.boxes, world.looks, world.surface, beams, phase, draws, canvas, alone, to
         )
 
-    def _source(self, lidar: Lidar, solid: Solid | None) -> _Source:
-        frames, settings = np.arange(self.worlds.frames), self.settings
-        ends_m = NOT_STOPPED if solid is None else stops_of(lidar, barrier_of(lidar, solid))
-        names = ("returns", "noise", "losses")
-        keys = [mixed(sensor_key(settings.seed, f"{name} of {lidar.name}"), frames) for name in names]
-        phases = phases_rad(lidar, settings.targets(), frames)
-        return _Source(beams_of(lidar, ends_m=ends_m), phases, np.stack(keys), _law(lidar, settings))
+
+def _source(lidar: Lidar, body: OwnBody | None, settings: SimulationSettings) -> _Source:
+    ends_m = NOT_STOPPED if body is None else stopped_m(lidar, body)
+    returns, noise, losses = (
+        sensor_key(settings.seed, f"{name} of {lidar.name}") for name in ("returns", "noise", "losses")
+    )
+    return _Source(lidar, beams_of(lidar, ends_m=ends_m), (returns, noise, losses), _law(lidar, settings))
 
 
 def points_inside(truth: TrueBoxes, points_m: NDArray[np.float32]) -> NDArray[np.int64]:
@@ -150,7 +152,8 @@ def points_inside(truth: TrueBoxes, points_m: NDArray[np.float32]) -> NDArray[np
     return counts
 
 
-def _canvas(beams: Beams) -> Canvas:
+def canvas_for(beams: Beams) -> Canvas:
+    """An empty canvas for the rays of a sensor."""
     rows, columns = beams.row_of.size, beams.columns
     return Canvas(
         np.zeros(rows * columns),

@@ -65,7 +65,7 @@ class Worlds:
 
     def __init__(self, traffic: Traffic, settings: SimulationSettings) -> None:
         self.traffic, self.settings = traffic, settings
-        self._place = np.argsort(traffic.frame, kind="stable")
+        self._place = {number: place for place, number in enumerate(traffic.frame.tolist())}
 
     @property
     def frames(self) -> int:
@@ -102,8 +102,8 @@ class Worlds:
 
     def _places(self, frame: int) -> tuple[slice, slice]:
         """Where a frame's boxes are, and where the road users are that stand first among them."""
-        if not 0 <= frame < self.frames:
-            raise IndexError(f"frame {frame} of {self.frames}")
+        if frame not in self._place:
+            raise IndexError(f"no frame {frame} among {self.frames}")
         place = self._place[frame]
         first, end = int(self.traffic.starts[place]), int(self.traffic.starts[place + 1])
         users = first + int(np.count_nonzero(self.traffic.cls[first:end] != NO_CLASS))

@@ -36,13 +36,13 @@ def sweep(rig: Rig, worlds: Worlds, frame: int, solid: Solid | None = None) -> E
 def _of(lidar: Lidar, worlds: Worlds, frame: int, solid: Solid | None) -> Expected:
     settings, world = worlds.settings, worlds.world(frame)
     origin, d = np.array(lidar.position), _directions(lidar, settings, frame)
-    entry, cosine = _entries(world, origin, d, lidar.range_m)
+    entry, cosine = entries(world, origin, d, lidar.range_m)
     part = entry.argmin(axis=1) if entry.shape[1] else np.zeros(len(d), int)
     t = entry[np.arange(len(d)), part] if entry.shape[1] else np.full(len(d), np.inf)
     met = np.isfinite(t)
     box = world.boxes.box_of[part] if entry.shape[1] else part
     what = np.where(met, np.where(box < world.looks.users, box, STATIC), GROUND)
-    ground = _ground(world, origin, d)
+    ground = ground_m(world, origin, d)
     t = np.where(
         met, t, np.where((ground >= lidar.range_m[0]) & (ground <= lidar.range_m[1]), ground, np.inf)
     )
@@ -70,7 +70,7 @@ def _of(lidar: Lidar, worlds: Worlds, frame: int, solid: Solid | None) -> Expect
     return Expected(points, rays // lidar.azimuths().size, what[rays])
 
 
-def _ground(world: World, origin: Doubles, d: Doubles) -> Doubles:
+def ground_m(world: World, origin: Doubles, d: Doubles) -> Doubles:
     """Where rays meet the ground: the plane, then twice the plane at the height of the ground there."""
     above = origin[2] - world.surface.height
     if not world.surface.exists or above <= 0.0:
@@ -115,7 +115,7 @@ def _directions(lidar: Lidar, settings: SimulationSettings, frame: int) -> Doubl
     return np.asarray(local_directions(lidar, np.arange(lidar.ray_count)) @ (lidar.pose.rotation() @ turn).T)
 
 
-def _entries(
+def entries(
     world: World, origin: Doubles, d: Doubles, range_m: tuple[float, float]
 ) -> tuple[Doubles, Doubles]:
     """Where each ray enters each part (rays, parts), inf: nowhere, and the cosine at the face."""

@@ -70,10 +70,13 @@ def test_points_on_road_users_are_those_that_the_targets_engine_counts(law: bool
         Simulator(rig, world, settings),
         TargetEngine(world).evaluate(rig, settings.targets()).objects,
     )
-    points = np.zeros(len(world.cls), np.int64)
+    points, alone = np.zeros((2, len(world.cls)), np.int64)
     for frame in range(world.frames):
         truth = simulator.truth(frame)
-        points[truth.row] = simulator.sweep(frame).hits(len(truth.cls))
+        sweep = simulator.sweep(frame)
+        points[truth.row], alone[truth.row] = sweep.hits(len(truth.cls)), sweep.alone
+        assert (sweep.alone >= sweep.reached).all() and (sweep.reached >= sweep.hits(len(truth.cls))).all()
+    np.testing.assert_array_equal(alone[world.row[counted.box]], counted.points_alone)
     np.testing.assert_array_equal(points[world.row[counted.box]], counted.all_points)
     assert points.sum() > 200
 

@@ -1,0 +1,103 @@
+"""The channels of a data set: what each sensor is called in it, where it stands, and which way its axes point.
+
+nuScenes' customs: the ego frame lies on the ground under the middle of the rear axle; a camera's x points to the right
+in the picture, y down and z ahead; LIDAR_TOP's x points to the right of the car and y ahead.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from riglens.core.rig.model import Camera, Rig, Sensor
+
+Doubles = NDArray[np.float64]
+MERGED = "LIDAR_TOP"
+_OPTICAL = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
+"""Axes of a nuScenes camera (columns) in those of a camera here: x ahead, y to the left, z up."""
+_RIGHT_AHEAD = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+
+
+@dataclass(frozen=True, eq=False)
+class Channel:
+    """A source of files: place_m (3,) and rotation (3, 3) of its frame in the ego frame; intrinsic (3, 3) in pixels for
+    cameras; `sensor`: its place among the rig's LiDARs or cameras, None for all LiDARs together."""
+
+    name: str
+    modality: Literal["lidar", "camera"]
+    place_m: Doubles
+    rotation: Doubles
+    sensor: int | None = None
+    intrinsic: Doubles | None = None
+    size_px: tuple[int, int] = (0, 0)
+
+    @property
+    def ending(self) -> str:
+        """How its file names end."""
+        return ".jpg" if self.modality == "camera" else ".pcd.bin"
+
+    def to_sensor(self, ego_m: Doubles) -> Doubles:
+        """Points (n, 3) of the ego frame in the frame of the channel."""
+        return np.asarray((ego_m - self.place_m) @ self.rotation)
+
+    def to_ego(self, sensor_m: Doubles) -> Doubles:
+        """Points (n, 3) of the frame of the channel in the ego frame."""
+        return np.asarray(sensor_m @ self.rotation.T + self.place_m)
+
+
+def ego_origin_m(rig: Rig) -> Doubles:
+    """Where the ego frame's origin lies in the vehicle frame (3,)."""
+    return np.array([rig.vehicle.rear_axle_x, 0.0, 0.0])
+
+
+def channels_of(rig: Rig, with_cameras: bool = True) -> list[Channel]:
+    """All LiDARs together, then each on its own where there are several, then the cameras."""
+    origin_m, taken = ego_origin_m(rig), {MERGED}
+    lidars, found = rig.lidars(), list[Channel]()
+    if lidars:
+        middle_m = np.mean([lidar.position for lidar in lidars], axis=0) - origin_m
+        found.append(Channel(MERGED, "lidar", middle_m, _RIGHT_AHEAD))
+    if len(lidars) > 1:
+        for number, lidar in enumerate(lidars):
+            place_m = np.array(lidar.position) - origin_m
+            found.append(Channel(_name(lidar, taken), "lidar", place_m, lidar.pose.rotation(), number))
+    for number, camera in enumerate(rig.cameras() if with_cameras else ()):
+        found.append(_camera(camera, number, _name(camera, taken), origin_m))
+    return found
+
+
+def _camera(camera: Camera, number: int, name: str, origin_m: Doubles) -> Channel:
+    fx_px, fy_px, cx_px, cy_px = camera.intrinsics_px()
+    return Channel(
+        name,
+        "camera",
+        np.array(camera.position) - origin_m,
+        camera.pose.rotation() @ _OPTICAL,
+        number,
+        np.array([[fx_px, 0.0, cx_px], [0.0, fy_px, cy_px], [0.0, 0.0, 1.0]]),
+        camera.image,
+    )
+
+
+def _name(sensor: Sensor, taken: set[str]) -> str:
+    """A name of its own of capital letters, figures and _, that begins with LIDAR_ or CAM_."""
+    kind = "CAM" if isinstance(sensor, Camera) else "LIDAR"
+    words = re.sub(r"[^A-Z0-9]+", "_", sensor.name.upper()).strip("_")[:60] or "ONE"
+    name = words if words.startswith(f"{kind}_") else f"{kind}_{words}"
+    number, free = 2, name
+    while free in taken:
+        number, free = number + 1, f"{name}_{number}"
+    taken.add(free)
+    return free
+
+
+def quaternions(rotation: Doubles) -> Doubles:
+    """Quaternions (n, 4), w, x, y, z, of rotations (n, 3, 3)."""
+    from scipy.spatial.transform import Rotation
+
+    xyzw = Rotation.from_matrix(rotation).as_quat(canonical=True)
+    return np.asarray(xyzw[:, [3, 0, 1, 2]])

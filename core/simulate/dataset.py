@@ -1,0 +1,351 @@
+"""A simulated data set on the disk: planned, simulated unit by unit, resumed when interrupted, finished with tables.
+
+While it is being made, the folder holds what is planned (riglens.json) and, in .riglens, notes of the pieces whose
+files are complete. When the tables are written, .riglens goes.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import shutil
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from concurrent.futures import Future
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import islice
+from pathlib import Path
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from riglens.core.errors import InputError
+from riglens.core.files import atomic_write, write_files
+from riglens.core.rig.model import Rig
+from riglens.core.rig.yaml.file import rig_sha256
+from riglens.core.scene.boxes import CLASSES, Progress
+from riglens.core.shown_text import visible
+from riglens.core.simulate.channels import Channel, channels_of
+from riglens.core.simulate.pictures import LABELS
+from riglens.core.simulate.settings import SimulationSettings
+from riglens.core.simulate.tables import MAP_FILE, EgoPose, Record, Scene, Tables
+from riglens.core.simulate.units import Extras, Notes, Unit, part_of, simulate_unit, unpacked
+from riglens.core.simulate.world import Worlds
+from riglens.core.targets.traffic import Traffic
+from riglens.core.vehicle.mesh import BodyMesh
+
+VERSION = "v1.0-trainval"
+"""Folder of the tables: programs that read nuScenes know this name."""
+PLAN, WORK = "riglens.json", ".riglens"
+UNIT_FRAMES = 20
+TABLE_BYTES, TABLE_BYTES_2D = 1400, 700
+"""What tables hold of a road user, and of one in a picture, about."""
+SPARE = 1.1
+"""So many times the estimate has to be free."""
+
+
+class Workers(Protocol):
+    """Where units are simulated; `ahead` is how many to hand in before waiting for the first result."""
+
+    ahead: int
+
+    def call(self, work: Any, *arguments: object) -> Future[bytes]:
+        """Begin to call a function."""
+
+    def wait(self, waiting: Collection[Future[bytes]]) -> Collection[Future[bytes]]:
+        """Wait for one of the futures at least, and return those that are done."""
+
+
+class Piece(NamedTuple):
+    """Frames of one scene, and what their files are called."""
+
+    frames: tuple[int, ...]
+    stems: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Dataset:
+    """What is to be made: a rig in scenes of traffic; `poses` of the car by frame, where they are known."""
+
+    rig: Rig
+    mesh: BodyMesh | None
+    settings: SimulationSettings
+    extras: Extras
+    traffic: Traffic
+    scenes: Sequence[Scene]
+    poses: Mapping[int, EgoPose] = field(default_factory=dict)
+
+    @cached_property
+    def channels(self) -> list[Channel]:
+        """Where files come from; InputError for a rig without sensors."""
+        return require_channels(self.rig, self.extras)
+
+    @property
+    def frames(self) -> int:
+        """Number of frames."""
+        return sum(len(scene.frames) for scene in self.scenes)
+
+    @cached_property
+    def pieces(self) -> list[Piece]:
+        """The pieces in which it is made."""
+        return [
+            Piece(
+                scene.frames[first : first + UNIT_FRAMES],
+                tuple(scene.stem(place) for place in scene.places[first : first + UNIT_FRAMES]),
+            )
+            for scene in self.scenes
+            for first in range(0, len(scene.frames), UNIT_FRAMES)
+        ]
+
+    @cached_property
+    def _place_of(self) -> NDArray[np.int64]:
+        return np.argsort(self.traffic.frame, kind="stable")
+
+    def unit(self, piece: Piece) -> Unit:
+        """A piece with all that is needed to simulate it."""
+        traffic = part_of(self.traffic, piece.frames, self._place_of[list(piece.frames)])
+        return Unit(self.rig, self.mesh, self.settings, self.extras, traffic, *piece)
+
+    @cached_property
+    def plan(self) -> dict[str, Any]:
+        """What the folder is made of, for riglens.json."""
+        data, splits = self.traffic.data, self._tables({}).splits()
+        return {
+            "riglens": 1,
+            "simulated": {
+                **self.settings.as_dict(),
+                **{"pictures": self.extras.pictures, "points": self.extras.points},
+            },
+            "rig": {"name": self.rig.name, "sha256": rig_sha256(self.rig), "body_mesh": _digest(self.mesh)},
+            "data": {
+                "source": data.short_source,
+                "sha256": data.sha256,
+                "surroundings_sha256": self.traffic.surroundings_sha256,
+                "frames": self.frames,
+                "frames_sha256": hashlib.sha256(
+                    repr([scene.frames for scene in self.scenes]).encode()
+                ).hexdigest(),
+                "poses": bool(self.poses),
+            },
+            "channels": [channel.name for channel in self.channels],
+            "labels": list(LABELS),
+            "depth": "centimetres along the axis of the camera, 0: none",
+            "classes": list(CLASSES),
+            "splits": {name: len(scenes) for name, scenes in splits.items()},
+        }
+
+    def _tables(self, notes: Mapping[int, Notes]) -> Tables:
+        worlds = Worlds(self.traffic, self.settings)
+        key = f"{self.rig.name} {self.settings.seed}"
+        return Tables(key, self.rig, self.channels, self.scenes, worlds, self.poses, notes)
+
+
+def require_channels(rig: Rig, extras: Extras) -> list[Channel]:
+    """Where the files of a rig come from; InputError for one without sensors."""
+    found = channels_of(rig, extras.pictures)
+    if not found:
+        more = " while no pictures are drawn" if rig.cameras() else ""
+        raise InputError(
+            f"rig {visible(rig.name)}: found no enabled LiDAR{more}, accepted is a rig with LiDARs, or with cameras "
+            "and --pictures on"
+        )
+    return found
+
+
+def _digest(mesh: BodyMesh | None) -> str:
+    return (
+        "" if mesh is None else hashlib.sha256(mesh.points.tobytes() + mesh.triangles.tobytes()).hexdigest()
+    )
+
+
+def scenes_of(traffic: Traffic, every: int = 1, most: int | None = None) -> list[Scene]:
+    """Sequences of the data, the first `most` of them with one in `every` frames."""
+    labels = traffic.data.labels
+    if labels is None:
+        groups = {0: list(range(traffic.frames))}
+        names: Sequence[str] = ("all",)
+    else:
+        groups, names = dict[int, list[int]](), labels.names
+        for frame, sequence in enumerate(labels.sequence.tolist()):
+            groups.setdefault(sequence, []).append(frame)
+    found = []
+    for number, (sequence, frames) in enumerate(islice(groups.items(), most)):
+        name = "".join(sign if sign.isascii() and sign.isalnum() else "-" for sign in names[sequence])[-40:]
+        places = range(0, len(frames), every)
+        found.append(
+            Scene(number, f"sim-{number:04d}-{name}", tuple(frames[place] for place in places), tuple(places))
+        )
+    return found
+
+
+# ---------------------------------------------------------------- room on the disk
+
+
+def bytes_needed(dataset: Dataset, pieces: Sequence[Piece]) -> int:
+    """Estimate what pieces and the tables take: three frames are simulated, and stand for the others."""
+    frames = [frame for piece in pieces for frame in piece.frames]
+    if not frames:
+        return 0
+    tried = sorted({frames[0], frames[len(frames) // 2], frames[-1]})
+    one = [len(simulate_unit(dataset.unit(Piece((frame,), ("s__{}__0",))))) for frame in tried]
+    users = int(np.count_nonzero(dataset.traffic.cls < len(CLASSES))) / max(1, dataset.traffic.frames)
+    tables = users * (TABLE_BYTES + TABLE_BYTES_2D * bool(dataset.rig.cameras() and dataset.extras.pictures))
+    return int(sum(one) / len(one) * len(frames) + tables * dataset.frames)
+
+
+def require_room(needed: int, folder: Path) -> None:
+    """Raise InputError when the disk of a folder, which may not be there yet, has not so much room."""
+    place = folder.absolute()
+    while not place.exists():
+        place = place.parent
+    free = shutil.disk_usage(place).free
+    if needed * SPARE > free:
+        raise InputError(
+            f"--out {folder}: needs about {_size(needed * SPARE)}, found {_size(free)} free; accepted are "
+            "fewer frames (--every, --sequences), --pictures off, or another disk"
+        )
+
+
+def _size(count: float) -> str:
+    return f"{count / 1e9:,.1f} GB" if count >= 1e9 else f"{count / 1e6:,.1f} MB"
+
+
+# ---------------------------------------------------------------- the folder
+
+
+def require_own(path: Path) -> bool:
+    """Whether a folder holds a data set; InputError when it is a file, or holds something else."""
+    if path.exists() and not path.is_dir():
+        raise InputError(f"--out {path}: this is a file, accepted is the name of a folder")
+    held = sorted(entry.name for entry in path.iterdir()) if path.exists() else []
+    if held and PLAN not in held:
+        raise InputError(f"--out {path}: the folder holds {held[0]!r}; accepted is a new or an empty one")
+    return bool(held)
+
+
+class DatasetFolder:
+    """The folder of a data set; InputError when it holds something else, or another data set."""
+
+    def __init__(self, path: Path, dataset: Dataset) -> None:
+        self.path, self._dataset = path, dataset
+        self._text = json.dumps(dataset.plan, indent=1) + "\n"
+        self._check()
+
+    def _check(self) -> None:
+        if require_own(self.path) and self._said() != self._text:
+            raise InputError(
+                f"--out {self.path}: the folder holds another data set ({self._difference()}); accepted is a new "
+                "folder, or the command it was made with"
+            )
+
+    def _said(self) -> str:
+        try:
+            return (self.path / PLAN).read_bytes()[: 1 << 20].decode("utf-8", "replace")
+        except OSError as error:
+            raise InputError(f"{self.path / PLAN}: cannot be read ({error.strerror})") from error
+
+    def _difference(self) -> str:
+        """Name the first thing in which the plans differ."""
+        try:
+            there, here = json.loads(self._said()), json.loads(self._text)
+            for group in ("rig", "simulated", "data"):
+                for name, value in here[group].items():
+                    if there[group].get(name) != value:
+                        return f"{group} {name}"
+        except (ValueError, KeyError, TypeError, AttributeError):
+            return f"its {PLAN} cannot be read"
+        return "channels"
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether all is there."""
+        return (
+            (self.path / PLAN).exists() and not (self.path / WORK).exists() and (self.path / VERSION).exists()
+        )
+
+    def begin(self) -> None:
+        """Make the folder, where it is not there yet."""
+        try:
+            (self.path / WORK).mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise InputError(f"--out {self.path}: cannot be made a folder ({error.strerror})") from error
+        with atomic_write(self.path / PLAN, "w") as stream:
+            stream.write(self._text)
+
+    def missing(self) -> list[int]:
+        """Places of the pieces that are not complete."""
+        return [place for place in range(len(self._dataset.pieces)) if self._notes(place) is None]
+
+    def _file(self, place: int) -> Path:
+        return self.path / WORK / f"unit-{place:06d}.json"
+
+    def _notes(self, place: int) -> list[Notes] | None:
+        piece = self._dataset.pieces[place]
+        try:
+            notes = json.loads(self._file(place).read_text(encoding="utf-8"))
+            return notes if tuple(note["frame"] for note in notes) == piece.frames else None
+        except (OSError, ValueError, KeyError, TypeError):
+            return None
+
+    def keep(self, place: int, content: bytes) -> None:
+        """Write the files of a piece, then that it is complete."""
+        files, notes = unpacked(content, self._dataset.unit(self._dataset.pieces[place]))
+        write_files(self.path, files)
+        with atomic_write(self._file(place), "w") as stream:
+            json.dump(notes, stream, separators=(",", ":"))
+
+    def finish(self) -> int:
+        """Write the tables, and forget how far the work had come; how many points there are."""
+        notes = dict[int, Notes]()
+        for place in range(len(self._dataset.pieces)):
+            notes |= {note["frame"]: note for note in self._notes(place) or ()}
+        tables = self._dataset._tables(notes)
+        write_files(self.path, {MAP_FILE: _plain_map()})
+        folder = self.path / VERSION
+        folder.mkdir(exist_ok=True)
+        for name, records in tables.all():
+            with atomic_write(folder / f"{name}.json", "w") as stream:
+                for text in _json_array(records):
+                    stream.write(text)
+        with atomic_write(folder / "splits.json", "w") as stream:
+            json.dump(tables.splits(), stream, indent=1)
+        shutil.rmtree(self.path / WORK)
+        return sum(note["points"] for note in notes.values())
+
+
+def _json_array(records: Iterator[Record]) -> Iterator[str]:
+    """The text of a list of records, one a line."""
+    before = "[\n"
+    for record in records:
+        yield before + json.dumps(record)
+        before = ",\n"
+    yield "[]\n" if before == "[\n" else "\n]\n"
+
+
+def _plain_map() -> bytes:
+    """A map on which everything is road: nobody knows better."""
+    from io import BytesIO
+
+    from PIL import Image
+
+    stream = BytesIO()
+    Image.new("L", (2000, 2000), 255).save(stream, format="PNG")
+    return stream.getvalue()
+
+
+def simulate_pieces(
+    folder: DatasetFolder, dataset: Dataset, places: Sequence[int], workers: Workers, progress: Progress
+) -> None:
+    """Simulate pieces and keep them as they come, with never more than `ahead` handed in, so that memory stays flat."""
+    waiting, rest, done = dict[Future[bytes], int](), iter(places), 0
+    while True:
+        for place in islice(rest, workers.ahead - len(waiting)):
+            waiting[workers.call(simulate_unit, dataset.unit(dataset.pieces[place]))] = place
+        if not waiting:
+            return
+        over = sorted(workers.wait(waiting), key=lambda one: (one.exception() is not None, waiting[one]))
+        for future in over:
+            folder.keep(waiting.pop(future), future.result())
+            done += 1
+            progress(done / len(places))

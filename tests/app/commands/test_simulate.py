@@ -1,0 +1,125 @@
+"""`riglens simulate`: data sets of several rigs, what it says, and one line for what it cannot do."""
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+
+
+@pytest.fixture
+def small_rig(tmp_path: Path) -> Path:
+    path = tmp_path / "small.yaml"
+    path.write_text(
+        "riglens: 1\nname: small\nsensors:\n"
+        "  - {name: roof, kind: lidar, position: [0.0, 0.0, 2.0], elevations_deg: {from: -20, to: 2, count: 8},\n"
+        "     azimuths_deg: {from: -180, to: 180, count: 180}}\n"
+        "  - {name: front, kind: camera, position: [1.0, 0.0, 1.6], image: [80, 60], hfov_deg: 90, cast: [40, 30]}\n"
+    )
+    return path
+
+
+def files(folder: Path) -> list[str]:
+    return sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
+
+
+def table(folder: Path, name: str) -> list[dict[str, object]]:
+    found = json.loads((folder / "v1.0-trainval" / f"{name}.json").read_text())
+    assert isinstance(found, list)
+    return found
+
+
+def test_a_data_set_of_own_boxes(riglens, boxes, tmp_path, small_rig):
+    out = tmp_path / "set"
+    result = riglens(
+        "simulate", small_rig, "--boxes", boxes, "--out", out, "--points", "parquet", "--workers", "1"
+    )
+    assert result.code == 0
+    assert "3 frames" in result.out and "channels LIDAR_TOP, CAM_FRONT" in result.out
+    assert "1 sequence only" in result.err and "riglens_val" in result.err
+    assert len(table(out, "sample")) == 3 and len(table(out, "sample_annotation")) == 4
+    assert sum(name.startswith("samples/") for name in files(out)) == 6
+    assert sum(name.endswith(".parquet") for name in files(out)) == 3
+    again = riglens("simulate", small_rig, "--boxes", boxes, "--out", out, "--points", "parquet")
+    assert again.code == 0 and "complete already" in again.out
+
+
+def test_several_rigs_get_folders_of_their_names(riglens, boxes, tmp_path, small_rig):
+    words = ("--boxes", boxes, "--pictures", "off", "--workers", "1", "--every", "2")
+    assert riglens("simulate", small_rig, "Center", *words, "--out", tmp_path / "sets").code == 0
+    assert sorted(path.name for path in (tmp_path / "sets").iterdir()) == ["Center", "small"]
+    assert not any("CAM" in name for name in files(tmp_path / "sets"))
+    assert len(table(tmp_path / "sets" / "Center", "sensor")) == 5
+    twice = riglens("simulate", small_rig, small_rig, *words, "--out", tmp_path / "twice")
+    assert twice.code == 2 and "two rigs named small" in twice.err
+
+
+def test_a_class_without_objects_and_frames_without_boxes(riglens, tmp_path, small_rig):
+    cars = tmp_path / "cars.csv"
+    cars.write_text("seq,frame,cls,x,y,z,length,width,height,yaw\na,0,car,8,0,0.8,4,1.8,1.6,0\n")
+    words = ("--boxes", cars, "--frames", "2", "--workers", "1")
+    result = riglens("simulate", small_rig, *words, "--out", tmp_path / "set")
+    assert result.code == 0
+    assert "no boxes of class bicycle, pedestrian" in result.err
+    assert "1 frame without boxes" in result.err
+    assert len(table(tmp_path / "set", "sample")) == 1
+
+
+def test_the_bundled_town_knows_where_the_car_is(riglens, tmp_path, small_rig):
+    words = ("--every", "40", "--sequences", "5", "--pictures", "off", "--workers", "1")
+    assert riglens("simulate", small_rig, *words, "--out", tmp_path / "set").code == 0
+    places = {tuple(pose["translation"]) for pose in table(tmp_path / "set", "ego_pose")}
+    assert len(places) == len(table(tmp_path / "set", "sample")) > 5
+    splits = json.loads((tmp_path / "set" / "v1.0-trainval" / "splits.json").read_text())
+    assert [len(splits[name]) for name in ("riglens_train", "riglens_val")] == [4, 1]
+
+
+def one_line(result, *parts):
+    lines = [line for line in result.err.strip().splitlines() if not line.startswith("note: ")]
+    assert result.code == 2 and len(lines) == 1, result.err
+    for part in parts:
+        assert part in result.err
+
+
+@pytest.mark.parametrize(
+    ("words", "part"),
+    [
+        (("--every", "0"), "--every: found 0"),
+        (("--sequences", "0"), "--sequences: found 0"),
+        (("--clutter", "-1"), "--clutter: found -1"),
+        (("--noise", "-1"), "--noise: found -1"),
+        (("--noise", "nan"), "--noise: found nan"),
+        (("--dropout", "1"), "--dropout: found 1"),
+        (("--seed", "-3"), "--seed: found -3"),
+        (("--workers", "0"), "--workers: found 0"),
+        (("--workers", "2", "--dask", "tcp://h:1"), "--workers and --dask"),
+        (("--surroundings", "block"), "--surroundings block"),
+    ],
+)
+def test_what_makes_no_sense_is_one_line_and_leaves_nothing(riglens, boxes, tmp_path, small_rig, words, part):
+    out = tmp_path / "set"
+    one_line(riglens("simulate", small_rig, "--boxes", boxes, "--out", out, *words), part)
+    assert not out.exists()
+
+
+def test_no_room_is_one_line_and_leaves_nothing(riglens, boxes, tmp_path, small_rig, monkeypatch):
+    usage = shutil.disk_usage(tmp_path)._replace(free=1000)
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: usage)
+    out = tmp_path / "set"
+    one_line(riglens("simulate", small_rig, "--boxes", boxes, "--out", out), "needs about", "0.0 MB free")
+    assert not out.exists()
+
+
+def test_rigs_that_measure_nothing(riglens, boxes, tmp_path):
+    nothing = tmp_path / "nothing.yaml"
+    nothing.write_text("riglens: 1\nname: bare\nsensors: []\n")
+    one_line(riglens("simulate", nothing, "--boxes", boxes, "--out", tmp_path / "set"), "no enabled LiDAR")
+    words = ("--boxes", boxes, "--out", tmp_path / "set", "--pictures", "off")
+    one_line(riglens("simulate", "Wide", *words), "no enabled LiDAR while no pictures are drawn")
+
+
+def test_another_folder_is_left_alone(riglens, boxes, tmp_path, small_rig):
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "thesis.tex").write_text("x")
+    result = riglens("simulate", small_rig, "--boxes", boxes, "--out", tmp_path / "mine")
+    one_line(result, "the folder holds 'thesis.tex'")
