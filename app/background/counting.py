@@ -5,19 +5,20 @@ Its kernels are serial, so that it may work beside the thread that computes the 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Self
 
 from PySide6.QtCore import QObject, Signal
 
-from riglens.app.background.inbox import unexpected
+from riglens.app.background.inbox import AsideInbox, unexpected
 from riglens.app.background.worker import CLOSE_S, LatestThread, Unwanted
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.requests import LoadedScene
 from riglens.core.errors import InputError
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
-from riglens.core.targets.quantities import ON_TARGET, Cells
+from riglens.core.targets.quantities import ON_TARGET, Cells, Figures, figures_of
 from riglens.core.targets.settings import TargetSettings
 
 if TYPE_CHECKING:  # made by the thread, which loads the compiler
@@ -93,14 +94,40 @@ class CountAnswer:
         return self.scores.frames_used == self.scores.frames
 
 
+@dataclass(frozen=True)
+class SideCount:
+    """One more rig to count, in all frames, when nobody waits for the one being edited.
+
+    `group` says who asks and `name` which of its rigs this is. `is_variant`: it has the sensors of the rig that was
+    counted last, some of them switched off.
+    """
+
+    group: str
+    name: str
+    rig: Rig
+    settings: TargetSettings
+    scene: LoadedScene
+    mesh: BodyMesh | None = None
+    is_variant: bool = False
+
+
+@dataclass(frozen=True)
+class SideCounted:
+    """The figures of one such rig, None where it cannot be counted."""
+
+    request: SideCount
+    figures: Figures | None
+
+
 @dataclass
 class _Data:
-    """Road users of one data set, with an engine for the rig and one for the baseline."""
+    """Road users of one data set, with an engine for the rig, one for the baseline and one for other rigs."""
 
     options: SceneOptions
     traffic: Traffic
     engine: TargetEngine
     baseline: TargetEngine
+    aside: TargetEngine
 
 
 class Counter(QObject):
@@ -108,6 +135,8 @@ class Counter(QObject):
 
     counted = Signal(object)
     """A CountAnswer."""
+    counted_aside = Signal(object)
+    """A SideCounted."""
     unavailable = Signal(str)
     """There is nothing to count, and why."""
 
@@ -115,7 +144,10 @@ class Counter(QObject):
         self, parent: QObject | None = None, budget_ms: float = BUDGET_MS, close_s: float = CLOSE_S
     ) -> None:
         super().__init__(parent)
-        self._thread = LatestThread[CountRequest]("counting", self._answer, close_s)
+        self._inbox = AsideInbox[CountRequest | SideCount]()
+        self._thread = LatestThread[CountRequest | SideCount](
+            "counting", self._answer, close_s, inbox=self._inbox
+        )
         self._budget_ms = budget_ms
         self._data: _Data | None = None
         self._frames = FIRST_FRAMES
@@ -123,6 +155,15 @@ class Counter(QObject):
     def ask(self, request: CountRequest) -> None:
         """Ask for counts; takes the place of a request that still waits."""
         self._thread.ask(request)
+
+    def ask_aside(self, requests: Sequence[SideCount]) -> None:
+        """Have more rigs counted when no request waits, in this order, each answered by `counted_aside`."""
+        self._inbox.put_aside(requests)
+        self._thread.start()
+
+    def forget_aside(self, group: str) -> None:
+        """Drop what a group asked for and has no answer yet; an answer may still be on its way."""
+        self._inbox.drop_aside(lambda wish: isinstance(wish, SideCount) and wish.group == group)
 
     def close(self) -> None:
         """End the thread, or leave it to itself when it takes too long."""
@@ -133,7 +174,10 @@ class Counter(QObject):
         return self._thread.wait_until_idle(timeout_s)
 
     # ------------------------------------------------------------------ the thread
-    def _answer(self, request: CountRequest) -> None:
+    def _answer(self, request: CountRequest | SideCount) -> None:
+        if isinstance(request, SideCount):
+            self._answer_aside(request)
+            return
         try:
             self._count(request)
         except InputError as error:
@@ -142,6 +186,32 @@ class Counter(QObject):
             raise
         except Exception as error:
             self._say(unexpected("counting of road users", error))
+
+    def _answer_aside(self, request: SideCount) -> None:
+        """Count one more rig, or give way and leave it in the queue."""
+        try:
+            figures = self._figures(request)
+        except Unwanted:
+            raise
+        except InputError:
+            figures = None
+        except Exception as error:
+            unexpected("counting of road users", error)
+            figures = None
+        if self._inbox.done_aside(request) and not self._inbox.is_closing():
+            self.counted_aside.emit(SideCounted(request, figures))
+
+    def _figures(self, request: SideCount) -> Figures | None:
+        if request.scene.options.pog is not None:
+            return None
+        data = self._data_of(request.scene.options)
+        engine = data.engine if request.is_variant else data.aside
+        scores = engine.evaluate_unless(
+            lambda: self._inbox.gives_way(request), request.rig, request.settings, None, request.mesh
+        )
+        if scores is None:
+            raise Unwanted
+        return figures_of(scores)
 
     def _say(self, reason: str) -> None:
         if not self._thread.inbox.is_closing():  # nobody hears it any more, and the signals may be gone
@@ -162,7 +232,7 @@ class Counter(QObject):
     def _tell(self, data: _Data, request: CountRequest, frames: int) -> None:
         """Count in so many frames, and tell; the first sample is never given up, so that a drag shows numbers."""
         is_first = frames <= self._frames
-        is_stale = self._thread.inbox.is_closing if is_first else self._thread.inbox.is_stale
+        is_stale = self._thread.inbox.is_closing if is_first else self._inbox.is_stale
         settings, mesh = request.settings, request.mesh
         scores = data.engine.evaluate_unless(is_stale, request.rig, settings, frames, mesh)
         baseline = scores
@@ -192,8 +262,8 @@ class Counter(QObject):
 
             self._data = None
             traffic = load_traffic(options, WITHIN_M, self._stop_if_closing)
-            engine, baseline = (TargetEngine(traffic, is_serial=True) for _ in range(2))
-            self._data = _Data(options, traffic, engine, baseline)
+            engine, baseline, aside = (TargetEngine(traffic, is_serial=True) for _ in range(3))
+            self._data = _Data(options, traffic, engine, baseline, aside)
         return self._data
 
     def _stop_if_closing(self, _fraction: float) -> None:

@@ -11,6 +11,7 @@ import threading
 import time
 import traceback
 from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
 from typing import Generic, Protocol, TypeVar
 
 Wish = TypeVar("Wish")
@@ -163,6 +164,45 @@ class LatestInbox(Inbox[Wish]):
 
     def _is_idle(self) -> bool:
         return self._latest.is_idle
+
+
+class AsideInbox(LatestInbox[Wish]):
+    """Work, too, for the time in which no latest wish waits: in the order of asking, until it is done or dropped."""
+
+    def __init__(self, clock: Clock = SYSTEM_CLOCK) -> None:
+        super().__init__(clock)
+        self._aside: list[Wish] = []
+
+    def put_aside(self, wishes: Sequence[Wish]) -> None:
+        """Want these, too, when there is time."""
+        with self.lock:
+            self._aside.extend(wishes)
+            self.lock.notify_all()
+
+    def drop_aside(self, is_unwanted: Callable[[Wish], bool]) -> None:
+        """Want some of them no more."""
+        with self.lock:
+            self._aside = [wish for wish in self._aside if not is_unwanted(wish)]
+            self.lock.notify_all()
+
+    def done_aside(self, wish: Wish) -> bool:
+        """A wish is done; whether it is still wanted."""
+        with self.lock:
+            before = len(self._aside)
+            self._aside = [other for other in self._aside if other is not wish]
+            return len(self._aside) < before
+
+    def gives_way(self, wish: Wish) -> bool:
+        """Whether a wish aside has to wait for a latest one, or is not wanted any more."""
+        with self.lock:
+            is_wanted = any(other is wish for other in self._aside)
+            return self._closing or self._latest.waiting is not None or not is_wanted
+
+    def _take(self) -> Wish | None:
+        return self._latest.take() or (self._aside[0] if self._aside else None)
+
+    def _is_idle(self) -> bool:
+        return super()._is_idle() and not self._aside
 
 
 def unexpected(where: str, error: Exception) -> str:

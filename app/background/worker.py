@@ -30,14 +30,19 @@ class LatestThread(Generic[Wish]):
         answer: Callable[[Wish], None],
         close_s: float = CLOSE_S,
         at_end: Callable[[], None] = lambda: None,
+        inbox: LatestInbox[Wish] | None = None,
     ) -> None:
-        self.inbox = LatestInbox[Wish]()
+        self.inbox = LatestInbox[Wish]() if inbox is None else inbox
         self._name, self._answer, self._close_s, self._at_end = name, answer, close_s, at_end
         self._thread: threading.Thread | None = None
 
     def ask(self, wish: Wish) -> None:
         """Want this; it takes the place of a wish that still waits."""
         self.inbox.put(wish)
+        self.start()
+
+    def start(self) -> None:
+        """Start the thread unless it runs."""
         if self._thread is None:
             self._thread = threading.Thread(target=self._run, name=self._name, daemon=True)
             self._thread.start()

@@ -19,10 +19,11 @@ from riglens.app.window.features.frame import FrameView
 from riglens.app.window.features.heat import Heat, RaysShown
 from riglens.app.window.features.help import Help
 from riglens.app.window.features.maps import Map, SensorView
+from riglens.app.window.features.marginals import Marginals
 from riglens.app.window.features.pick import Pick
 from riglens.app.window.features.picture import Picture
 from riglens.app.window.features.scene_data import SceneData
-from riglens.app.window.features.scores import Baseline, Marginals, ScoresShown
+from riglens.app.window.features.scores import Baseline, ScoresShown
 from riglens.app.window.features.sensors import LibraryPanel, Locks, Placing, Sensors
 from riglens.app.window.features.standing import Standing
 from riglens.app.window.features.target_maps import TargetMaps
@@ -61,8 +62,8 @@ class Features(NamedTuple):
     sensor_view: SensorView
     baseline: Baseline
     scores: ScoresShown
-    marginals: Marginals
     targets: Targets
+    marginals: Marginals
     frame: FrameView
     target_maps: TargetMaps
     standing: Standing
@@ -117,8 +118,8 @@ def build_features(bench: Workbench) -> Features:
         sensor_view=SensorView(bench),
         baseline=Baseline(bench, exchange),
         scores=ScoresShown(bench),
-        marginals=Marginals(bench),
         targets=(targets := Targets(bench)),
+        marginals=Marginals(bench, targets),
         frame=FrameView(bench, targets),
         target_maps=TargetMaps(bench, heat, targets, map_),
         standing=Standing(bench),

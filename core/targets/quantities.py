@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
@@ -13,7 +14,7 @@ from riglens.core.scene.boxes import CLASSES
 from riglens.core.targets.settings import HEIGHT_PX, TargetSettings
 
 if TYPE_CHECKING:  # loads the compiler, which a window that opens does not need
-    from riglens.core.targets.scores import ObjectCounts
+    from riglens.core.targets.scores import ObjectCounts, TargetScores
 
 Doubles = NDArray[np.float64]
 Counts = NDArray[np.int64]
@@ -91,6 +92,31 @@ QUANTITIES = (
         sign=-1,
     ),
 )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class ClassFigures:
+    """What a rig gets onto all road users of a class: how many there are, their mean on target, and the share of them
+    with at least `min_points` points of LiDARs; NaN where there are none."""
+
+    objects: int
+    on_target: float
+    detected: float
+
+
+Figures = Mapping[str, ClassFigures]
+"""By class."""
+
+
+def figures_of(scores: TargetScores) -> dict[str, ClassFigures]:
+    """Return the figures of all classes."""
+    found = {}
+    for name, table in scores.classes.items():
+        row = table.total
+        some = row.objects > 0
+        on_target, detected = (row.on_target.value, row.share_n.value) if some else (math.nan, math.nan)
+        found[name] = ClassFigures(row.objects, on_target, detected)
+    return found
 
 
 @dataclass(frozen=True)

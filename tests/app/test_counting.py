@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -15,7 +17,10 @@ from riglens.app.background.counting import (
     CountAnswer,
     Counter,
     CountRequest,
+    SideCount,
+    SideCounted,
 )
+from riglens.app.background.inbox import AsideInbox
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.requests import LoadedScene
 from riglens.app.evaluation.scoring import load_scene
@@ -23,6 +28,7 @@ from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import BoxSource
 from riglens.core.scene.readers import open_boxes
 from riglens.core.targets.engine import TargetEngine
+from riglens.core.targets.quantities import figures_of
 from riglens.core.targets.settings import USUAL
 from riglens.core.targets.traffic import read_traffic
 from tests.app.window_bench import RIG, scene_options
@@ -120,3 +126,54 @@ def test_unsound_boxes_are_told_in_one_line(counter: Counter, scene: LoadedScene
     counter.ask(ask_for(scene))
     assert counter.wait_until_idle(TIMEOUT_S)
     assert len(said) == 1 and "many.csv" in said[0] and "far" in said[0]
+
+
+def asides_of(counter: Counter, requests: list[SideCount]) -> list[SideCounted]:
+    found = list[SideCounted]()
+    counter.counted_aside.connect(found.append, Qt.ConnectionType.DirectConnection)
+    counter.ask_aside(requests)
+    assert counter.wait_until_idle(TIMEOUT_S)
+    return found
+
+
+def test_rigs_aside_are_counted_in_all_frames_in_the_order_of_asking(
+    counter: Counter, scene: LoadedScene
+) -> None:
+    rigs = [RIG.model_copy(update={"sensors": RIG.sensors[:count]}) for count in (0, 1, 2)]
+    requests = [SideCount("a", str(k), rig, USUAL, scene, None, k == 1) for k, rig in enumerate(rigs)]
+    found = asides_of(counter, requests)
+    assert [answer.request for answer in found] == requests
+    for answer, rig in zip(found, rigs, strict=True):
+        whole = TargetEngine(read_traffic(source(scene)), threads=1).evaluate(rig)
+        assert answer.figures is not None
+        assert answer.figures["car"] == figures_of(whole)["car"]
+        assert answer.figures["car"].on_target == whole.classes["car"].total.on_target.value
+
+
+def test_a_class_without_road_users_has_no_figures(counter: Counter, scene: LoadedScene) -> None:
+    (found,) = asides_of(counter, [SideCount("a", "b", RIG, USUAL, scene)])
+    assert found.figures is not None
+    assert found.figures["bicycle"].objects == 0 and math.isnan(found.figures["bicycle"].on_target)
+
+
+def test_a_rig_that_cannot_be_counted_is_answered_without_figures(
+    counter: Counter, scene: LoadedScene
+) -> None:
+    unread = RIG.replace(vehicle=RIG.vehicle.replace(body="car.ply"))
+    (found,) = asides_of(counter, [SideCount("a", "b", unread, replace(USUAL, body="blocks"), scene)])
+    assert found.figures is None
+
+
+def test_what_is_forgotten_is_not_answered_and_latest_wishes_go_first() -> None:
+    inbox = AsideInbox[str]()
+    inbox.put_aside(["aside 1", "aside 2", "other"])
+    inbox.put("latest")
+    assert inbox.next_work() == "latest"
+    assert inbox.next_work() == "aside 1"
+    assert not inbox.gives_way("aside 1")
+    inbox.put("newer")
+    assert inbox.gives_way("aside 1")
+    assert inbox.next_work() == "newer"
+    assert inbox.next_work() == "aside 1" and inbox.done_aside("aside 1")
+    inbox.drop_aside(lambda wish: wish.startswith("aside"))
+    assert inbox.next_work() == "other" and not inbox.done_aside("aside 2")

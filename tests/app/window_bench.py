@@ -13,7 +13,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QComboBox, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
 
-from riglens.app.background.counting import Counter, CountRequest
+from riglens.app.background.counting import Counter, CountRequest, SideCount
 from riglens.app.background.recompute import Recompute
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.requests import FRAME_MS, LoadedScene
@@ -66,9 +66,16 @@ class FakeCounter(Counter):
     def __init__(self) -> None:
         super().__init__()
         self.requests: list[CountRequest] = []
+        self.aside: list[SideCount] = []
 
     def ask(self, request: CountRequest) -> None:
         self.requests.append(request)
+
+    def ask_aside(self, requests: Sequence[SideCount]) -> None:
+        self.aside.extend(requests)
+
+    def forget_aside(self, group: str) -> None:
+        self.aside = [request for request in self.aside if request.group != group]
 
 
 class FakeViewport(View):

@@ -23,10 +23,12 @@ from riglens.app.window.features.files import Exchange, Files, Recent
 from riglens.app.window.features.follow import Follow
 from riglens.app.window.features.heat import Heat, RaysShown
 from riglens.app.window.features.maps import Map
+from riglens.app.window.features.marginals import Marginals
 from riglens.app.window.features.pick import Pick
 from riglens.app.window.features.scene_data import SceneData
-from riglens.app.window.features.scores import Baseline, Marginals, ScoresShown
+from riglens.app.window.features.scores import Baseline, ScoresShown
 from riglens.app.window.features.sensors import LOCKED_KEY, Locks, Placing, Sensors
+from riglens.app.window.features.targets import Targets
 from riglens.app.window.features.views import Views
 from riglens.app.window.settings import Settings
 from riglens.core.geometry import Pose
@@ -143,7 +145,7 @@ def test_an_edit_lengthens_the_trail_and_a_drag_only_at_its_end(desk: Desk) -> N
 
 
 def test_the_rig_without_each_sensor_is_asked_for_once_an_edit_is_over(desk: Desk) -> None:
-    marginals = Marginals(asking(desk).workbench)
+    marginals = Marginals(asking(desk).workbench, Targets(desk.workbench))
     result = desk.answer(0.5)
     assert [request.name for request in desk.recompute.aside] == ["roof", "front"]
     roof = desk.recompute.aside[0]
@@ -207,11 +209,11 @@ def test_the_map_asks_only_while_somebody_looks(desk: Desk) -> None:
     map_ = Map(desk.workbench)
     told: list[Any] = []
     desk.session.map_source_changed.connect(lambda: told.append(desk.session.map_source))
-    map_.panel.seen_by_chosen.emit("any")
+    map_.panel.shown_chosen.emit()
     assert told == []
     _set_in_sight(map_, True)
     map_.panel.choice.setCurrentIndex(1)
-    map_.panel.seen_by_chosen.emit("lidar")
+    map_.panel.shown_chosen.emit()
     _set_in_sight(map_, False)
     assert told == ["any", "lidar", None]
 

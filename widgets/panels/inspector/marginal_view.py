@@ -1,4 +1,4 @@
-"""What the rig loses without one sensor, per class: change of S-MS and of what is seen."""
+"""What the rig loses without one sensor, per class: change of what is on target, detected and seen, and of S-MS."""
 
 from __future__ import annotations
 
@@ -6,43 +6,18 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor, QPalette
 from PySide6.QtWidgets import QGridLayout, QLabel, QWidget
 
-from riglens.core.metric.scores import ClassScores, Scores
 from riglens.core.scene.boxes import CLASSES
-from riglens.widgets.panels.scores.text import NONE, change_text, column_of, exact_text
+from riglens.core.targets.settings import USUAL
+from riglens.widgets.panels.scores.text import NONE
+from riglens.widgets.panels.sensors.losses import COLUMNS, Known, class_change, titles
 from riglens.widgets.panels.style import SPACING, numbers_font, tones
 
 WAITING, NOT_COUNTED = "computed when the program is idle", "it does not count, so nothing is lost"
+UNITS = "percentage points of road users and of H(Ω), 10³ nat"
 NOTE = (
-    "Exact scores of the rig without this sensor, minus those of the rig as it is.\n"
-    "What another sensor sees as well is not lost."
+    "Exact figures of the rig without this sensor, minus those of the rig as it is.\n"
+    "What another sensor sees or hits as well is not lost."
 )
-_SHOWN = ("s_ms", "seen")
-
-
-def seen_entropy_nat(scores: Scores, class_name: str) -> float:
-    """Return the entropy of a class, in nat, that any sensor sees."""
-    found = scores.classes[class_name]
-    return found.any_seen * found.h_total
-
-
-def lost_share(now: Scores, without: Scores) -> float:
-    """Return the share of the entropy of all classes, 0 to 1, that is seen now but not without the sensor."""
-    total = sum(scores.h_total for scores in now.classes.values())
-    lost = sum(seen_entropy_nat(now, name) - seen_entropy_nat(without, name) for name in now.classes)
-    return lost / total if total else 0.0
-
-
-def loss_tip(now: Scores, without: Scores) -> str:
-    """Describe the loss per class, in `seen` and in S-MS."""
-    lines = ["Without it, exactly:"]
-    for name in CLASSES:
-        parts = []
-        for key in ("seen", "s_ms"):
-            column = column_of(key)
-            change = column.value(without.classes[name]) - column.value(now.classes[name])
-            parts.append(f"{column.title} {change_text(change, column)}")
-        lines.append(f"{name}: {', '.join(parts)}")
-    return "\n".join(lines)
 
 
 class MarginalView(QWidget):
@@ -54,38 +29,34 @@ class MarginalView(QWidget):
         grid.setContentsMargins(0, 0, 0, 0)
         grid.setHorizontalSpacing(SPACING)
         grid.setVerticalSpacing(2)
-        grid.setColumnMinimumWidth(0, 70)
-        for place in (1, 2, 3):
+        grid.setColumnMinimumWidth(0, 64)
+        self._titles = [_label(title, muted=True) for title in titles(USUAL.min_points)]
+        for place, title in enumerate(self._titles, 1):
             grid.setColumnStretch(place, 1)
-        for place, title in enumerate(("S-MS", "seen", "seen, nat"), 1):
-            grid.addWidget(_label(title, muted=True), 0, place)
+            grid.addWidget(title, 0, place)
         self._cells: dict[tuple[str, str], QLabel] = {}
         for row, name in enumerate(CLASSES, 1):
             grid.addWidget(QLabel(name), row, 0)
-            for place, key in enumerate((*_SHOWN, "nat"), 1):
+            for place, key in enumerate(COLUMNS, 1):
                 self._cells[name, key] = _label(NONE)
                 grid.addWidget(self._cells[name, key], row, place)
         self._note = QLabel(WAITING)
         self._note.setObjectName("hint")
         self._note.setTextFormat(Qt.TextFormat.PlainText)
-        grid.addWidget(self._note, len(CLASSES) + 1, 0, 1, 4)
+        self._note.setWordWrap(True)
+        grid.addWidget(self._note, len(CLASSES) + 1, 0, 1, 1 + len(COLUMNS))
         self.setToolTip(NOTE)
 
-    def show_loss(self, now: Scores, without: Scores) -> None:
-        """Show exact scores of the rig with and without the sensor."""
-        for name in CLASSES:
-            with_it, without_it = now.classes[name], without.classes[name]
-            for key in _SHOWN:
-                column = column_of(key)
-                change = column.value(without_it) - column.value(with_it)
-                self._show(name, key, change_text(change, column), exact_text(column, change))
-            self._show_nat(name, with_it, without_it)
-        self._note.setText("10³ nat and percentage points of H(Ω)")
+    def show_loss(self, now: Known, without: Known) -> None:
+        """Show what is known of the rig with and without the sensor."""
+        for title, text in zip(self._titles, titles(now.min_points), strict=True):
+            title.setText(text)
+        for (name, key), cell in self._cells.items():
+            text, exact = class_change(key, name, now, without)
+            cell.setText(text)
+            cell.setToolTip(exact)
+        self._note.setText(UNITS)
         self.set_stale(False)
-
-    def _show_nat(self, name: str, with_it: ClassScores, without_it: ClassScores) -> None:
-        nat = without_it.any_seen * without_it.h_total - with_it.any_seen * with_it.h_total
-        self._show(name, "nat", change_text(nat, column_of("s_ms")), f"{nat!r} nat")
 
     def show_none(self, reason: str) -> None:
         """Show no numbers, and say why."""
@@ -101,7 +72,7 @@ class MarginalView(QWidget):
             _colour(cell, tones().muted if stale else tones().text)
 
     def text_of(self, class_name: str, key: str) -> str:
-        """Return what stands in a cell; `key` is "s_ms", "seen" or "nat"."""
+        """Return what stands in a cell; `key` is one of COLUMNS."""
         return self._cells[class_name, key].text()
 
     @property
@@ -109,14 +80,11 @@ class MarginalView(QWidget):
         """The line under the table."""
         return self._note.text()
 
-    def _show(self, name: str, key: str, text: str, exact: str) -> None:
-        self._cells[name, key].setText(text)
-        self._cells[name, key].setToolTip(exact)
-
 
 def _label(text: str, muted: bool = False) -> QLabel:
     label = QLabel(text)
     label.setFont(numbers_font(label.font()))
+    label.setTextFormat(Qt.TextFormat.PlainText)
     label.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
     if muted:
         label.setObjectName("hint")

@@ -10,7 +10,6 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QComboBox, QLabel, QPushButton, QScrollArea, QStackedWidget, QWidget
 
 from riglens.core.geometry import Pose
-from riglens.core.metric.scores import Scores
 from riglens.core.rig.edits import partner_of
 from riglens.core.rig.model import Lidar, Rig, Vehicle
 from riglens.core.vehicle.profiles import PROFILES, reference_vehicle
@@ -20,6 +19,7 @@ from riglens.widgets.panels.fields.form import ChoiceBox, Form
 from riglens.widgets.panels.fields.quantity import DEGREES, METRES, NO_UNIT, Unit
 from riglens.widgets.panels.inspector.sensor_forms import CameraForm, LidarForm, SensorForm
 from riglens.widgets.panels.scrolled import breakable, scrolled
+from riglens.widgets.panels.sensors.losses import Known
 from riglens.widgets.panels.style import plain_tip
 
 _NAMED = 3
@@ -173,8 +173,8 @@ class Inspector(QStackedWidget):
         """The sensor whose loss is shown, greyed or not; None when there is none."""
         return self._loss_of
 
-    def show_loss(self, now: Scores, without: Scores) -> None:
-        """Show exact scores with and without the current sensor."""
+    def show_loss(self, now: Known, without: Known) -> None:
+        """Show exact figures with and without the current sensor."""
         self._loss_of = self._shown[-1] if self._shown else None
         for form in self._sensor_forms:
             form.marginal.show_loss(now, without)

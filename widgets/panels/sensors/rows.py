@@ -23,6 +23,7 @@ from riglens.core.rig.model import Camera, EvenAngles, Lidar, Sensor
 from riglens.core.sensing.camera import field_of_view_deg
 from riglens.widgets.panels.icons import icon
 from riglens.widgets.panels.item_views import BAR_COLOUR, BAR_SHARE, BarDelegate
+from riglens.widgets.panels.sensors.losses import MEASURES, Loss
 from riglens.widgets.panels.style import numbers_font, plain_tip, tones
 from riglens.widgets.theme import LINKED_COLOUR
 
@@ -95,16 +96,17 @@ MODIFIED = "*"
 SIGN_PX = 18
 """Room for the warning sign."""
 NAME, TYPE, LOSS, LOCK, EYE = range(5)
-TITLES = ("Sensor", "Type", "Loss", "", "")
+TITLES = ("Sensor", "Type", "Loss ▾", "", "")
 SENSOR_NAME = Qt.ItemDataRole.UserRole
 PROBLEM = Qt.ItemDataRole.UserRole.value + 3
-WIDTHS_PX = {TYPE: 50, LOSS: 48, LOCK: 22, EYE: 24}
+WIDTHS_PX = {TYPE: 50, LOSS: 58, LOCK: 22, EYE: 24}
 _FIXED_FLAGS = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
 _EDIT_FLAGS = _FIXED_FLAGS | Qt.ItemFlag.ItemIsEditable | Qt.ItemFlag.ItemIsUserCheckable
+CHOICE_TIP = "A click chooses the measure: on target, seen or S-MS"
 TIPS = (
     "Tick: counts in the scores. F2 or double click: rename. Ctrl and Shift select several.",
     "Channels of a LiDAR, horizontal field of view of a camera; * is not as the library has the model",
-    "What the rig no longer sees without this sensor, in percentage points of H(Ω) of all classes together",
+    f"Loss in {MEASURES['seen'][0]}: {MEASURES['seen'][1]}\n{CHOICE_TIP}",
     "Lock: it cannot be moved, edited or deleted",
     "Eye: shown in the view or not; it counts in the scores either way",
 )
@@ -236,17 +238,17 @@ def show_sensor(row: QTreeWidgetItem, sensor: Sensor, state: RowState) -> None:
     row.setForeground(NAME, QBrush(QColor(bright)))
     row.setForeground(TYPE, QBrush(QColor(tones().muted)))
     if not sensor.enabled:
-        show_loss(row, None, 0.0, "It does not count, so nothing is lost without it")
+        show_loss(row, Loss(None, "", "It does not count, so nothing is lost without it"), 0.0)
 
 
-def show_loss(row: QTreeWidgetItem, share: float | None, largest: float, tip: str) -> None:
-    """Show the share of the entropy that is lost without the sensor; None removes bar and number."""
-    row.setText(LOSS, "" if share is None else f"{100 * share:.2f}")
+def show_loss(row: QTreeWidgetItem, loss: Loss, largest: float) -> None:
+    """Show what is lost without the sensor, with a bar beside the largest loss."""
+    row.setText(LOSS, loss.text)
     row.setTextAlignment(LOSS, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
     row.setFont(LOSS, numbers_font(row.font(LOSS)))
-    row.setData(LOSS, BAR_SHARE, None if share is None or largest <= 0.0 else share / largest)
+    row.setData(LOSS, BAR_SHARE, None if loss.size is None or largest <= 0.0 else loss.size / largest)
     row.setData(LOSS, BAR_COLOUR, None)
-    row.setToolTip(LOSS, plain_tip(tip))
+    row.setToolTip(LOSS, plain_tip(loss.tip))
     row.setForeground(LOSS, QBrush(QColor(tones().text)))
 
 

@@ -6,19 +6,27 @@ from collections.abc import Mapping
 from functools import partial
 from itertools import zip_longest
 
-from PySide6.QtCore import QEvent, QItemSelectionModel, QModelIndex, QPersistentModelIndex, QSize, Qt, Signal
+from PySide6.QtCore import (
+    QEvent,
+    QItemSelectionModel,
+    QModelIndex,
+    QPersistentModelIndex,
+    QPoint,
+    QSize,
+    Qt,
+    Signal,
+)
 from PySide6.QtGui import QBrush, QColor, QMouseEvent, QPainter, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import QAbstractItemView, QMenu, QTreeWidget, QTreeWidgetItem, QWidget
 
-from riglens.core.metric.scores import Scores
 from riglens.core.rig.edits import partner_of
 from riglens.core.rig.model import Rig, Sensor
 from riglens.widgets.panels.icons import icon
-from riglens.widgets.panels.inspector.marginal_view import loss_tip, lost_share
-from riglens.widgets.panels.item_views import give_context_menu
+from riglens.widgets.panels.item_views import BAR_SHARE, give_context_menu
 from riglens.widgets.panels.menus import add_entry
-from riglens.widgets.panels.scores.text import NONE
+from riglens.widgets.panels.sensors.losses import MEASURES, Loss, Measure
 from riglens.widgets.panels.sensors.rows import (
+    CHOICE_TIP,
     EYE,
     LOCK,
     LOSS,
@@ -134,23 +142,22 @@ class SensorList(QTreeWidget):
         return name if isinstance(name, str) else None
 
     # ------------------------------------------------------------------ what a sensor is worth
-    def show_losses(
-        self, now: Scores, without: dict[str, Scores], elsewhere: frozenset[str] = frozenset()
-    ) -> None:
-        """Show exact scores of the rig, and of the rig without each of the sensors computed so far.
-
-        The sensors that look `elsewhere`, where the data hold no boxes, have no loss that these data could tell.
-        """
-        shares = {name: lost_share(now, scores) for name, scores in without.items() if name in self._items}
-        largest = max(shares.values(), default=0.0)
+    def show_losses(self, losses: Mapping[str, Loss]) -> None:
+        """Show what the rig loses without each of the sensors computed so far; bars are beside the largest loss."""
+        largest = max((loss.size for loss in losses.values() if loss.size is not None), default=0.0)
         self.blockSignals(True)
-        for name, share in shares.items():
-            if name in elsewhere:
-                show_loss(self._items[name], None, largest, NO_BOXES_TIP)
-                self._items[name].setText(LOSS, NONE)
-                continue
-            show_loss(self._items[name], share, largest, loss_tip(now, without[name]))
+        for name, loss in losses.items():
+            if name in self._items:
+                show_loss(self._items[name], loss, largest)
         self.blockSignals(False)
+
+    def show_measure(self, measure: Measure) -> None:
+        """Say in which measure losses are."""
+        title, tip = MEASURES[measure]
+        self.headerItem().setToolTip(LOSS, f"Loss in {title}: {tip}\n{CHOICE_TIP}")
+        for row in self._rows:
+            row.setText(LOSS, "")
+            row.setData(LOSS, BAR_SHARE, None)
 
     def set_losses_stale(self) -> None:
         """Grey the losses: they belong to an earlier rig."""
@@ -238,6 +245,8 @@ class SensorTree(SensorList):
     renamed = Signal(str, str)
     refused = Signal(str)
     """A name that cannot be given, with the reason."""
+    measure_menu_wanted = Signal(QPoint)
+    """The measures of losses are wanted at a place of the screen."""
     menu_wanted = Signal(object)
     """A QMenu for the selected sensors, to be filled with more before it opens."""
 
@@ -248,6 +257,12 @@ class SensorTree(SensorList):
             QAbstractItemView.EditTrigger.DoubleClicked | QAbstractItemView.EditTrigger.EditKeyPressed
         )
         give_context_menu(self, self.context_menu)
+        header = self.header()
+        header.setSectionsClickable(True)
+        header.setHighlightSections(False)
+        header.sectionClicked.connect(self._on_title)
+        header.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
+        header.customContextMenuRequested.connect(lambda _: self._on_title(LOSS))
         self.itemChanged.connect(self._on_changed)
         self.itemClicked.connect(self._on_clicked)
         self.itemDoubleClicked.connect(self._on_clicked)
@@ -326,6 +341,13 @@ class SensorTree(SensorList):
         ordered = sorted(chosen, key=lambda name: (name == newest, before.get(name, len(before))))
         self._selection = tuple(ordered)
         self.selected.emit(self._selection)
+
+    def _on_title(self, column: int) -> None:
+        """A click on the title of the losses offers the measures, under it."""
+        if column == LOSS:
+            header = self.header()
+            left = header.sectionViewportPosition(LOSS)
+            self.measure_menu_wanted.emit(header.mapToGlobal(QPoint(left, header.height())))
 
     # ------------------------------------------------------------------ context menu
     def context_menu(self) -> QMenu:

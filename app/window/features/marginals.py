@@ -1,0 +1,254 @@
+"""What the rig loses without each sensor: scores, and what it gets onto road users; in the list and the inspector."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtGui import QActionGroup
+from PySide6.QtWidgets import QMenu
+
+from riglens.app.background.counting import CountAnswer, SideCount, SideCounted
+from riglens.app.background.side_jobs import SideAnswer, SideRequest
+from riglens.app.evaluation.requests import Result
+from riglens.app.window.feature import Feature
+from riglens.app.window.features.targets import Targets
+from riglens.app.window.settings import Settings
+from riglens.app.window.workbench import Workbench
+from riglens.core.metric.scores import Scores
+from riglens.core.rig.edits import with_enabled
+from riglens.core.rig.model import Rig
+from riglens.core.targets.quantities import Figures, figures_of
+from riglens.core.view.outlook import looks_into
+from riglens.widgets.maps.map_items import NO_BOXES
+from riglens.widgets.panels.inspector.marginal_view import NOT_COUNTED, WAITING
+from riglens.widgets.panels.menus import add_entry
+from riglens.widgets.panels.scores.text import NONE
+from riglens.widgets.panels.sensors.losses import MEASURES, Known, Loss, Measure, loss_of
+from riglens.widgets.panels.sensors.tree import NO_BOXES_TIP
+
+GROUP = "marginal"
+
+
+class Marginals(Feature):
+    """Asks for the rig without each sensor after every exact answer, and forgets it with the next edit.
+
+    `losses` are the scores without a sensor that are known by now, of the rig in `result`; `figures` what such rigs
+    get onto road users, of the rig in `answer`. `measure` is what the list shows.
+    """
+
+    def __init__(self, bench: Workbench, targets: Targets) -> None:
+        super().__init__(bench)
+        self.answers, self._targets = bench.answers, targets
+        self.result: Result | None = None
+        self.losses: dict[str, Scores] = {}
+        self.answer: CountAnswer | None = None
+        self.figures: dict[str, Figures] = {}
+        self._now: Figures | None = None
+        self.measure: Measure = "seen"
+        queued = Qt.ConnectionType.QueuedConnection
+        bench.recompute.side_answered.connect(self._take, queued)
+        bench.counter.counted_aside.connect(self._take_count, queued)
+        self.answers.answered.connect(lambda _: self._start())
+        targets.counted.connect(self._start_count)
+        self.session.scene_changed.connect(lambda _: self._forget())
+        self.session.settings_changed.connect(self._drop_if_changed)
+        bench.theme_changed.connect(lambda _: self._show_all())
+        self.document.rig_changed.connect(self._on_rig)
+        self.document.selection_changed.connect(self._show_selected)
+        bench.panels.tree.measure_menu_wanted.connect(self._open_menu)
+        self._show_selected()
+
+    def _on_rig(self) -> None:
+        """Give up what was known before an edit, and ask anew once it is over."""
+        self._drop_if_changed()
+        self._start()
+        self._show_selected()
+
+    # ------------------------------------------------------------------ asking
+    def _start(self) -> None:
+        """Ask for everything anew once an edit is over and scored, unless it is known."""
+        result = self.answers.result
+        if result is None or self.document.is_dragging or not self.answers.is_current:
+            return
+        if self._knows(result):
+            return
+        request = result.request
+        self._forget_scores()
+        self.result = result
+        self.bench.recompute.ask_aside(
+            [
+                SideRequest(GROUP, name, with_enabled(request.rig, (name,), False), request.settings)
+                for name in self._names(request.rig)
+            ]
+        )
+
+    def _start_count(self) -> None:
+        """Ask for what the rig without each sensor gets onto road users, once all frames are counted."""
+        answer = self._targets.answer
+        if answer is None or not self._targets.is_current or self.document.is_dragging:
+            return
+        if self.answer is not None and self.answer.request.asks_same(answer.request):
+            return
+        self._forget_figures()
+        self.answer, self._now = answer, figures_of(answer.scores)
+        asked = answer.request
+        self.bench.counter.ask_aside(
+            [
+                SideCount(
+                    GROUP, name, with_enabled(asked.rig, (name,), False), asked.settings, asked.scene, asked.mesh, True
+                )
+                for name in self._names(asked.rig)
+            ]
+        )  # fmt: skip
+        self._show_all()
+
+    def _names(self, rig: Rig) -> list[str]:
+        """The sensors that count, the selected one first."""
+        names = [sensor.name for sensor in rig.sensors if sensor.enabled]
+        return sorted(names, key=lambda name: name != self.document.selected)
+
+    def _knows(self, result: Result) -> bool:
+        known = self.result
+        return (
+            known is not None
+            and known.scene is result.scene
+            and known.request.settings == result.request.settings
+            and _same_sensors(known.request.rig, result.request.rig)
+        )
+
+    def _drop_if_changed(self) -> None:
+        """Give up what belongs to another rig or to other settings."""
+        rig = self.document.rig
+        if self.result is not None and (
+            not _same_sensors(self.result.request.rig, rig)
+            or self.result.request.settings != self.session.settings
+        ):
+            self._forget_scores()
+        if self.answer is not None and (
+            not _same_sensors(self.answer.request.rig, rig)
+            or self.answer.request.settings.body != self.session.body
+        ):
+            self._forget_figures()
+
+    def _forget(self) -> None:
+        self._forget_scores()
+        self._forget_figures()
+
+    def _forget_scores(self) -> None:
+        self.bench.recompute.forget_aside(GROUP)
+        self.result, self.losses = None, {}
+        self._grey()
+
+    def _forget_figures(self) -> None:
+        self.bench.counter.forget_aside(GROUP)
+        self.answer, self._now, self.figures = None, None, {}
+        self._grey()
+
+    def _grey(self) -> None:
+        self.bench.panels.tree.set_losses_stale()
+        self.bench.panels.inspector.set_loss_stale()
+
+    # ------------------------------------------------------------------ answers
+    def _take(self, answer: SideAnswer) -> None:
+        request, result = answer.request, self.result
+        if request.group != GROUP or result is None or answer.scene is not result.scene:
+            return
+        is_present = request.settings == result.request.settings
+        if not is_present or request.rig != with_enabled(result.request.rig, (request.name,), False):
+            return
+        self.losses[request.name] = answer.scores
+        self._show_all()
+
+    def _take_count(self, found: SideCounted) -> None:
+        request, answer = found.request, self.answer
+        if request.group != GROUP or answer is None or found.figures is None:
+            return
+        asked = answer.request
+        if request.scene is not asked.scene or request.settings != asked.settings:
+            return
+        if request.rig == with_enabled(asked.rig, (request.name,), False):
+            self.figures[request.name] = found.figures
+            self._show_all()
+
+    # ------------------------------------------------------------------ showing
+    def _known_now(self) -> Known:
+        scores = None if self.result is None else self.result.evaluation.scores
+        settings = self.session.targets if self.answer is None else self.answer.request.settings
+        return Known(scores, self._now, settings.min_points)
+
+    def _known_without(self, name: str) -> Known:
+        return Known(self.losses.get(name), self.figures.get(name))
+
+    def _show_all(self) -> None:
+        """Show what is known in the list, and of the selected sensor in the inspector."""
+        now, elsewhere, found = self._known_now(), self._looking_elsewhere(), dict[str, Loss]()
+        for name in self.losses.keys() | self.figures.keys():
+            loss = loss_of(self.measure, now, self._known_without(name))
+            if loss is not None:
+                found[name] = Loss(None, NONE, NO_BOXES_TIP) if name in elsewhere else loss
+        self.bench.panels.tree.show_losses(found)
+        self._show_selected()
+
+    def _looking_elsewhere(self) -> frozenset[str]:
+        """The sensors that look where the data hold no boxes: what they are worth cannot be told from these."""
+        gap = self.result.scene.gap if self.result is not None else None
+        if self.result is None or gap is None:
+            return frozenset()
+        return frozenset(s.name for s in self.result.request.rig.sensors if looks_into(s, gap))
+
+    def _show_selected(self) -> None:
+        """Show the loss of the selected sensor in the inspector, or why there is none."""
+        name, inspector = self.document.selected, self.bench.panels.inspector
+        if name is None:
+            return
+        if not self.document.rig.sensor(name).enabled:
+            inspector.show_no_loss(NOT_COUNTED)
+        elif name in self._looking_elsewhere():
+            inspector.show_no_loss(NO_BOXES)
+        elif name in self.losses or name in self.figures:
+            inspector.show_loss(self._known_now(), self._known_without(name))
+        elif name != self._greyed():
+            inspector.show_no_loss(WAITING)
+
+    def _greyed(self) -> str | None:
+        """The sensor whose numbers of an earlier rig are still shown, greyed."""
+        return self.bench.panels.inspector.loss_of
+
+    # ------------------------------------------------------------------ the choice of the measure
+    def choose(self, measure: str) -> None:
+        """Show losses in another measure; nothing happens for one that there is not."""
+        if measure in MEASURES:
+            self.measure = measure
+            self.bench.panels.tree.show_measure(self.measure)
+            self._show_all()
+
+    def measure_menu(self) -> QMenu:
+        """Return a menu of the measures."""
+        menu = QMenu(self.bench.panels.tree)
+        group = QActionGroup(menu)
+        for measure, (title, tip) in MEASURES.items():
+            action = add_entry(menu, f"Loss in {title}", partial(self.choose, measure))
+            action.setCheckable(True)
+            action.setChecked(measure == self.measure)
+            action.setToolTip(tip)
+            group.addAction(action)
+        menu.setToolTipsVisible(True)
+        return menu
+
+    def _open_menu(self, place: QPoint) -> None:
+        menu = self.measure_menu()
+        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        menu.popup(place)
+
+    def restore(self, settings: Settings) -> None:
+        """Take up the measure of an earlier session."""
+        self.choose(settings.read("list/loss", self.measure))
+
+    def keep(self, settings: Settings) -> None:
+        """Write which measure the list shows."""
+        settings.write("list/loss", self.measure)
+
+
+def _same_sensors(one: Rig, other: Rig) -> bool:
+    return one is other or one.sensors == other.sensors

@@ -1,0 +1,123 @@
+"""The rig without each sensor is counted, too: in the list by choice, and in the inspector."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtTest import QTest
+from pytestqt.qtbot import QtBot
+
+from riglens.app.background.counting import SideCount, SideCounted
+from riglens.app.background.side_jobs import SideAnswer
+from riglens.app.window.features.marginals import Marginals
+from riglens.core.targets.quantities import figures_of
+from riglens.widgets.panels.sensors.losses import Known, changed
+from riglens.widgets.panels.sensors.rows import LOSS
+from tests.app.window.desk import FullDesk, full_desk, scores
+from tests.app.window.test_targets import ENGINE, answer
+
+
+@pytest.fixture
+def desk(qtbot: QtBot) -> Iterator[FullDesk]:
+    with full_desk(qtbot) as made:
+        made.load()
+        made.answer()
+        yield made
+
+
+def count(desk: FullDesk, frames: int | None = None) -> None:
+    desk.features.targets._take(answer(desk.counter.requests[-1], frames))
+
+
+def counted(request: SideCount) -> SideCounted:
+    return SideCounted(request, figures_of(ENGINE.evaluate(request.rig, request.settings)))
+
+
+def marginals(desk: FullDesk) -> Marginals:
+    return desk.features.marginals
+
+
+def asked(desk: FullDesk) -> list[SideCount]:
+    return [request for request in desk.counter.aside if request.group == "marginal"]
+
+
+def test_the_rig_without_each_sensor_is_counted_once_all_frames_are(desk: FullDesk) -> None:
+    count(desk, 3)
+    assert asked(desk) == []
+    count(desk)
+    assert [request.name for request in asked(desk)] == ["roof", "front"]
+    roof = asked(desk)[0]
+    assert [sensor.enabled for sensor in roof.rig.sensors] == [False, True] and roof.is_variant
+    count(desk)
+    assert len(asked(desk)) == 2
+    desk.document.begin_drag(("roof",))
+    desk.document.preview({"roof": desk.document.rig.sensor("front").pose})
+    assert asked(desk) == [] and marginals(desk).figures == {}
+
+
+def test_the_list_shows_the_loss_in_the_measure_that_is_chosen(desk: FullDesk) -> None:
+    count(desk)
+    roof = asked(desk)[0]
+    marginals(desk)._take_count(counted(roof))
+    row = desk.panels.tree.item_of("roof")
+    assert row.text(LOSS) == ""  # seen is not known yet
+    marginals(desk).choose("on_target")
+    now = Known(None, figures_of(desk.features.targets.answer.scores))
+    lost = changed("on_target", now, Known(None, counted(roof).figures))
+    assert lost is not None and lost < 0 and row.text(LOSS) == f"{-100 * lost:.2f}"
+    assert "On target" in desk.panels.tree.headerItem().toolTip(LOSS) and "car: On target" in row.toolTip(
+        LOSS
+    )
+    request, result = desk.recompute.aside[0], marginals(desk).result
+    marginals(desk)._take(SideAnswer(request, result.scene, scores(0.25), 1.0))
+    marginals(desk).choose("seen")
+    assert row.text(LOSS) == "25.00"
+    marginals(desk).choose("s_ms")
+    assert row.text(LOSS) == "0.08↑"
+    marginals(desk).keep(desk.workbench.kept)
+    assert desk.workbench.kept.read("list/loss", "") == "s_ms"
+
+
+def test_the_inspector_shows_road_users_before_scores_are_there(desk: FullDesk) -> None:
+    desk.document.select("roof")
+    count(desk)
+    marginals(desk)._take_count(counted(asked(desk)[0]))
+    view = desk.panels.inspector.form.marginal  # type: ignore[attr-defined]
+    assert view.text_of("car", "on_target").startswith("−")
+    assert "road users, now" in view._cells["car", "detected"].toolTip()
+    assert view.text_of("car", "seen") == "…"
+    assert [title.text() for title in view._titles] == ["On target", "≥ 5 points", "Seen", "S-MS"]
+
+
+def test_what_belongs_to_another_rig_is_not_shown(desk: FullDesk) -> None:
+    count(desk)
+    old = counted(asked(desk)[0])
+    desk.drag("roof", (0.3, 0.0, 2.0))
+    count(desk)
+    marginals(desk)._take_count(old)
+    assert marginals(desk).figures == {}
+
+
+def test_a_click_on_the_title_of_the_losses_offers_the_measures(desk: FullDesk) -> None:
+    places: list[QPoint] = []
+    tree = desk.panels.tree
+    tree.measure_menu_wanted.disconnect()
+    tree.measure_menu_wanted.connect(places.append)
+    tree.resize(340, 300)
+    tree.show()
+    header = tree.header()
+    for column in (0, LOSS):
+        x = header.sectionViewportPosition(column) + header.sectionSize(column) // 2
+        QTest.mouseClick(header.viewport(), Qt.MouseButton.LeftButton, pos=QPoint(x, header.height() // 2))
+    assert len(places) == 1
+    menu = marginals(desk).measure_menu()
+    assert [action.text() for action in menu.actions()] == [
+        "Loss in On target",
+        "Loss in Seen",
+        "Loss in S-MS",
+    ]
+    assert [action.isChecked() for action in menu.actions()] == [False, True, False]
+    menu.actions()[0].trigger()
+    assert marginals(desk).measure == "on_target"

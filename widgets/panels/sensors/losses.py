@@ -1,0 +1,135 @@
+"""What the rig loses without one sensor, in each of the three figures; numbers, words and directions."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+from riglens.core.metric.scores import Scores
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.targets.quantities import Figures
+from riglens.core.targets.settings import USUAL
+from riglens.widgets.panels.scores.text import NONE, ON_TARGET, change_text, column_of, share_text
+
+Measure = Literal["on_target", "seen", "s_ms"]
+MEASURES: dict[Measure, tuple[str, str]] = {
+    "on_target": (
+        "On target",
+        "What the mean on target of all road users together loses without this sensor, in percentage points",
+    ),
+    "seen": (
+        "Seen",
+        "What the rig no longer sees without this sensor, in percentage points of H(Ω) of all classes together",
+    ),
+    "s_ms": (
+        "S-MS",
+        "By how much S-MS of all classes together changes without this sensor, in 10³ nat; the arrow says which way",
+    ),
+}
+"""Titles of the measures, and what each says."""
+FOLLOWS = "…"
+
+
+@dataclass(frozen=True)
+class Known:
+    """What is known of a rig by now: its scores, and what it gets onto road users."""
+
+    scores: Scores | None = None
+    figures: Figures | None = None
+    min_points: int = USUAL.min_points
+
+
+@dataclass(frozen=True)
+class Loss:
+    """What the list shows of one sensor: the length of its bar, None for no bar, and words."""
+
+    size: float | None
+    text: str
+    tip: str
+
+
+def loss_of(measure: Measure, now: Known, without: Known) -> Loss | None:
+    """Return the loss without a sensor in a measure; None while it is not known."""
+    change = changed(measure, now, without)
+    if change is None:
+        return None
+    tip = "\n".join(["Without it, exactly:", *(_class_line(name, now, without) for name in CLASSES)])
+    if math.isnan(change):
+        return Loss(None, NONE, tip)
+    if measure == "s_ms":
+        return Loss(
+            abs(change), f"{abs(change) / 1000:.2f}{'↑' if change > 0 else '↓' if change else ''}", tip
+        )
+    return Loss(max(-change, 0.0), f"{-100 * change:.2f}".replace("-0.00", "0.00"), tip)
+
+
+def changed(measure: Measure, now: Known, without: Known) -> float | None:
+    """Return the change without a sensor, of all classes together: a fraction, or nat; None while it is not known."""
+    if measure == "on_target":
+        if now.figures is None or without.figures is None:
+            return None
+        objects = sum(found.objects for found in now.figures.values())
+        total = sum(
+            found.objects * (without.figures[name].on_target - found.on_target)
+            for name, found in now.figures.items()
+            if found.objects
+        )
+        return total / objects if objects else math.nan
+    if now.scores is None or without.scores is None:
+        return None
+    if measure == "seen":
+        return -lost_share(now.scores, without.scores)
+    classes = without.scores.classes
+    return sum(classes[name].s_ms - found.s_ms for name, found in now.scores.classes.items())
+
+
+def seen_entropy_nat(scores: Scores, class_name: str) -> float:
+    """Return the entropy of a class, in nat, that any sensor sees."""
+    found = scores.classes[class_name]
+    return found.any_seen * found.h_total
+
+
+def lost_share(now: Scores, without: Scores) -> float:
+    """Return the share of the entropy of all classes, 0 to 1, that is seen now but not without the sensor."""
+    total = sum(scores.h_total for scores in now.classes.values())
+    lost = sum(seen_entropy_nat(now, name) - seen_entropy_nat(without, name) for name in now.classes)
+    return lost / total if total else 0.0
+
+
+COLUMNS = ("on_target", "detected", "seen", "s_ms")
+
+
+def titles(min_points: int) -> tuple[str, ...]:
+    """Return the titles of COLUMNS."""
+    return "On target", f"≥ {min_points} points", "Seen", "S-MS"
+
+
+def class_change(key: str, class_name: str, now: Known, without: Known) -> tuple[str, str]:
+    """Return the change of one of COLUMNS in a class without the sensor, in short and exactly."""
+    if key in ("on_target", "detected"):
+        if now.figures is None or without.figures is None:
+            return FOLLOWS, ""
+        one, other = now.figures[class_name], without.figures[class_name]
+        change = getattr(other, key) - getattr(one, key)
+        if math.isnan(change):
+            return NONE, "no road users of this class"
+        exact = f"{change!r} of {one.objects:,} road users, now {share_text(getattr(one, key))}"
+        return change_text(change, ON_TARGET), exact
+    if now.scores is None or without.scores is None:
+        return FOLLOWS, ""
+    column, mine, theirs = column_of(key), now.scores.classes[class_name], without.scores.classes[class_name]
+    change = column.value(theirs) - column.value(mine)
+    if math.isnan(change):
+        return NONE, "no boxes of this class"
+    if key == "s_ms":
+        return change_text(change, column), f"{change!r} nat"
+    nat = seen_entropy_nat(without.scores, class_name) - seen_entropy_nat(now.scores, class_name)
+    return change_text(change, column), f"{change!r} of H(Ω), {nat!r} nat"
+
+
+def _class_line(name: str, now: Known, without: Known) -> str:
+    parts = zip(COLUMNS, titles(now.min_points), strict=True)
+    return f"{name}: " + ", ".join(
+        f"{title} {class_change(key, name, now, without)[0]}" for key, title in parts
+    )
