@@ -21,6 +21,7 @@ from riglens.core.errors import InputError
 
 SWEEPS = Group("Sweeps", sort_key=20)
 FILES = Group("Files", sort_key=25)
+CARLA = Group("CARLA", sort_key=40)
 _TwoFiles = Parameter(group=SCENE, metavar="OCCLUDERS POSES", show_default=False)
 _Number = Parameter(converter=whole_number, group=SWEEPS, metavar="N")
 _Switch = Parameter(group=SWEEPS)
@@ -34,7 +35,7 @@ def simulate(
     how: BoxArguments = BoxArguments(),
     surroundings: Annotated[Literal["ignored", "block"] | None, Parameter(group=SCENE)] = None,
     occluders: Annotated[tuple[Path, Path] | None, _TwoFiles] = None,
-    every: Annotated[int, Parameter(converter=whole_number, group=SCENE, metavar="N")] = 1,
+    every: Annotated[Whole, Parameter(group=SCENE)] = None,
     sequences: Annotated[Whole, Parameter(group=SCENE)] = None,
     clutter: Annotated[int, _Number] = 60,
     road: Annotated[Literal["uneven", "flat", "none"], _Switch] = "uneven",
@@ -49,6 +50,7 @@ def simulate(
     points: Annotated[Literal["parquet"] | None, Parameter(group=FILES)] = None,
     workers: Annotated[Whole, Parameter(group=BUILD)] = None,
     dask: Annotated[str | None, Parameter(group=BUILD, metavar="ADDRESS")] = None,
+    carla: Annotated[str | None, Parameter(group=CARLA, metavar="HOST:PORT")] = None,
     libraries: LibraryArguments = LibraryArguments(),
 ) -> None:
     """Simulate what rigs measure in traffic, as data sets in nuScenes' format.
@@ -70,7 +72,7 @@ def simulate(
     occluders
         What stands around your own --boxes, and where the car is in each frame.
     every
-        Simulate one in so many frames of each sequence.
+        Simulate one in so many frames of each sequence (1).
     sequences
         Only so many sequences, the first of the data (all).
     clutter
@@ -99,8 +101,25 @@ def simulate(
         Processes that simulate at the same time (as many as cores).
     dask
         Simulate on the Dask cluster whose scheduler listens there, such as tcp://10.0.0.1:8786.
+    carla
+        Collect from the CARLA simulator that listens there instead: --frames N (200), one in --every N ticks of 0.05 s.
     """
     libraries.use()
+    if carla is not None:
+        for name, said in {
+            "--boxes": boxes,
+            "--occluders": occluders,
+            "--dask": dask,
+            "--workers": workers,
+        }.items():
+            if said is not None:
+                raise InputError(f"{name} and --carla: the simulator has its own traffic; leave {name} out")
+        from riglens.app.commands import carla_job
+
+        carla_job.collect(
+            rigs, out, carla_job.Asked(carla, how.frames, every, noise, dropout, pictures == "on")
+        )
+        return
     if occluders is None and surroundings == "block" and boxes is not None:
         raise InputError(
             "--surroundings block: found no table of what stands there; give it with --occluders"
@@ -114,6 +133,6 @@ def simulate(
 
     settings = SimulationSettings(seed, shape, range_law == "on", phase, noise, dropout, clutter, road)
     extras = Extras(pictures == "on", points is not None)
-    frames = simulate_job.Frames(every, sequences)
+    frames = simulate_job.Frames(1 if every is None else every, sequences)
     asked = simulate_job.Asked(scene, frames, settings, extras, ScoreOptions(body=body))
     simulate_job.simulate(rigs, out, asked, simulate_job.Where(workers, dask))

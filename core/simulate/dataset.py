@@ -300,18 +300,22 @@ class DatasetFolder:
         notes = dict[int, Notes]()
         for place in range(len(self._dataset.pieces)):
             notes |= {note["frame"]: note for note in self._notes(place) or ()}
-        tables = self._dataset._tables(notes)
-        write_files(self.path, {MAP_FILE: _plain_map()})
-        folder = self.path / VERSION
-        folder.mkdir(exist_ok=True)
-        for name, records in tables.all():
-            with atomic_write(folder / f"{name}.json", "w") as stream:
-                for text in _json_array(records):
-                    stream.write(text)
-        with atomic_write(folder / "splits.json", "w") as stream:
-            json.dump(tables.splits(), stream, indent=1)
+        write_tables(self.path, self._dataset._tables(notes))
         shutil.rmtree(self.path / WORK)
         return sum(note["points"] for note in notes.values())
+
+
+def write_tables(path: Path, tables: Tables) -> None:
+    """Write the tables of a data set, its splits and its map."""
+    write_files(path, {MAP_FILE: _plain_map()})
+    folder = path / VERSION
+    folder.mkdir(exist_ok=True)
+    for name, records in tables.all():
+        with atomic_write(folder / f"{name}.json", "w") as stream:
+            for text in _json_array(records):
+                stream.write(text)
+    with atomic_write(folder / "splits.json", "w") as stream:
+        json.dump(tables.splits(), stream, indent=1)
 
 
 def _json_array(records: Iterator[Record]) -> Iterator[str]:

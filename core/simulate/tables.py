@@ -8,6 +8,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -43,12 +44,13 @@ VAL_EVERY = 5
 @dataclass(frozen=True)
 class Scene:
     """A sequence: its number and name in the data, and the frames of it that are simulated, in order of time; of each
-    its place in the sequence."""
+    its place in the sequence; and the time between two places, seconds."""
 
     number: int
     name: str
     frames: tuple[int, ...]
     places: tuple[int, ...]
+    step_s: float = SAMPLE_S
 
     @property
     def is_val(self) -> bool:
@@ -57,7 +59,7 @@ class Scene:
 
     def time_us(self, place: int) -> int:
         """Time stamp of a frame by its place in the sequence."""
-        return _START_US + self.number * 100_000_000_000 + int(place * SAMPLE_S * 1e6)
+        return _START_US + self.number * 100_000_000_000 + round(place * self.step_s * 1e6)
 
     def stem(self, place: int) -> str:
         """What the files of a frame are called; `{}` stands for the channel."""
@@ -241,18 +243,49 @@ class Tables:
         for _, frame, _, _, _ in self._moments():
             yield frame, self._worlds.truth(frame), self._notes[frame]
 
+    @cached_property
+    def _chains(self) -> list[list[tuple[int, int]]]:
+        """Frames and places of each road user that is followed; one of each where nobody says who is who."""
+        followed, found = dict[object, list[tuple[int, int]]](), list[list[tuple[int, int]]]()
+        for scene, frame, _, _, _ in self._moments():
+            notes = self._notes[frame]
+            for user, _ in enumerate(notes["inside"]):
+                if "track" not in notes:
+                    found.append([(frame, user)])
+                    continue
+                key = (scene.number, notes["track"][user])
+                if key not in followed:
+                    followed[key] = []
+                    found.append(followed[key])
+                followed[key].append((frame, user))
+        return found
+
+    @cached_property
+    def _chain_of(self) -> dict[tuple[int, int], tuple[int, int]]:
+        """Of each annotation its chain, and its place in it."""
+        return {one: (number, k) for number, chain in enumerate(self._chains) for k, one in enumerate(chain)}
+
     def _instances(self) -> Iterator[Record]:
-        """One for each annotation: box data do not say who is who from frame to frame."""
-        for frame, truth, _ in self._users():
-            for user, cls in enumerate(truth.cls.tolist()):
-                token = self.token("annotation", frame, user)
-                yield {
-                    "token": self.token("instance", frame, user),
-                    "category_token": self.token("category", cls),
-                    "nbr_annotations": 1,
-                    "first_annotation_token": token,
-                    "last_annotation_token": token,
-                }
+        classes = {frame: truth.cls for frame, truth, _ in self._users()}
+        for chain in self._chains:
+            frame, user = chain[0]
+            yield {
+                "token": self.token("instance", *chain[0]),
+                "category_token": self.token("category", int(classes[frame][user])),
+                "nbr_annotations": len(chain),
+                "first_annotation_token": self.token("annotation", *chain[0]),
+                "last_annotation_token": self.token("annotation", *chain[-1]),
+            }
+
+    def _followed(self, frame: int, user: int) -> dict[str, str]:
+        """Tokens of the instance of an annotation, and of those before and after it."""
+        number, k = self._chain_of[frame, user]
+        chain = self._chains[number]
+        return {
+            "instance_token": self.token("instance", *chain[0]),
+            "prev": self.token("annotation", *chain[k - 1]) if k > 0 else "",
+            "next": self.token("annotation", *chain[k + 1]) if k + 1 < len(chain) else "",
+        }
 
     def _annotations(self) -> Iterator[Record]:
         for frame, truth, notes in self._users():
@@ -266,14 +299,12 @@ class Tables:
                 yield {
                     "token": self.token("annotation", frame, user),
                     "sample_token": self.token("sample", frame),
-                    "instance_token": self.token("instance", frame, user),
+                    **self._followed(frame, user),
                     "visibility_token": visibility_bin(notes["visible"][user]),
                     "attribute_tokens": [],
                     "translation": centre[user].tolist(),
                     "size": [width, length, height],
                     "rotation": turns[user].tolist(),
-                    "prev": "",
-                    "next": "",
                     "num_lidar_pts": notes["inside"][user],
                     "num_radar_pts": 0,
                     "riglens_hits": notes["hits"][user],
@@ -292,7 +323,7 @@ class Tables:
                     yield {
                         "sample_data_token": self.token("data", frame, one.name),
                         "sample_annotation_token": self.token("annotation", frame, user),
-                        "instance_token": self.token("instance", frame, user),
+                        **self._followed(frame, user),
                         "category_name": names[int(truth.cls[user])],
                         "attribute_tokens": [],
                         "visibility_token": visibility_bin(notes["visible"][user]),
@@ -300,8 +331,6 @@ class Tables:
                         "filename": f"samples/{one.name}/{stems[frame].format(one.name)}{one.ending}",
                         "num_lidar_pts": notes["inside"][user],
                         "num_radar_pts": 0,
-                        "prev": "",
-                        "next": "",
                         "riglens_pixels": pixels,
                         "riglens_pixels_unhidden": alone,
                     }

@@ -88,9 +88,9 @@ def simulate_unit(unit: Unit) -> bytes:
             pictures = [cameras.picture(number, frame) for number in range(len(unit.rig.cameras()))]
             merged = np.zeros((0, 5), np.float32)
             for channel in channels:
-                name = _name(stem, channel.name, channel.ending)
+                name = file_name(stem, channel.name, channel.ending)
                 if channel.modality == "lidar":
-                    records = _records(sweep, channel, unit.rig)
+                    records = records_of(sweep, channel, unit.rig)
                     merged = records if channel.sensor is None else merged
                     _put(archive, name, records.tobytes())
                 else:
@@ -98,7 +98,9 @@ def simulate_unit(unit: Unit) -> bytes:
                     _put_picture(archive, stem, channel, pictures[channel.sensor], truth)
             if unit.extras.points:
                 _put(archive, _points_name(stem), _parquet(sweep, truth, unit.rig))
-            notes.append(_notes(frame, truth, sweep, _inside(truth, merged, channels, unit.rig), pictures))
+            notes.append(
+                _notes(frame, truth, sweep, counted_inside(truth, merged, channels, unit.rig), pictures)
+            )
         _put(archive, NOTES, json.dumps(notes, separators=(",", ":")).encode())
     return stream.getvalue()
 
@@ -120,7 +122,8 @@ def unpacked(content: bytes, unit: Unit) -> tuple[dict[str, bytes], list[dict[st
 # ---------------------------------------------------------------- files of a frame
 
 
-def _name(stem: str, channel: str, ending: str, folder: str = "samples") -> str:
+def file_name(stem: str, channel: str, ending: str, folder: str = "samples") -> str:
+    """The path of a file of a channel in the data set."""
     return f"{folder}/{channel}/{stem.format(channel)}{ending}"
 
 
@@ -129,10 +132,10 @@ def _points_name(stem: str) -> str:
 
 
 def _names(stem: str, channels: list[Channel], extras: Extras) -> list[str]:
-    names = [_name(stem, channel.name, channel.ending) for channel in channels]
+    names = [file_name(stem, channel.name, channel.ending) for channel in channels]
     for channel in channels:
         if channel.modality == "camera":
-            names += [_name(stem, channel.name, ".png", folder) for folder in ("labels", "depth")]
+            names += [file_name(stem, channel.name, ".png", folder) for folder in ("labels", "depth")]
     return [*names, _points_name(stem)] if extras.points else names
 
 
@@ -140,7 +143,7 @@ def _put(archive: zipfile.ZipFile, name: str, content: bytes) -> None:
     archive.writestr(zipfile.ZipInfo(name), content)
 
 
-def _records(sweep: Sweep, channel: Channel, rig: Rig) -> NDArray[np.float32]:
+def records_of(sweep: Sweep, channel: Channel, rig: Rig) -> NDArray[np.float32]:
     """x, y, z, intensity, ring (n, 5) in the frame of a channel; of all LiDARs, rings are numbered on through them."""
     ring = sweep.ring.astype(np.float32)
     if channel.sensor is None:
@@ -153,7 +156,7 @@ def _records(sweep: Sweep, channel: Channel, rig: Rig) -> NDArray[np.float32]:
     return np.column_stack([places, sweep.intensity, ring]).astype(np.float32)
 
 
-def _inside(
+def counted_inside(
     truth: TrueBoxes, records: NDArray[np.float32], channels: list[Channel], rig: Rig
 ) -> NDArray[np.int64]:
     """Points (n,) in each road user's box, of those in the file."""
@@ -170,13 +173,14 @@ def _put_picture(
     """The picture, the class of each pixel and its depth along the camera's axis in centimetres."""
     depth = np.where(np.isfinite(picture.depth_m), picture.depth_m * DEPTH_PER_M + 0.5, 0.0)
     depth = np.where((depth > 0.0) & (depth < 65536.0), depth, 0.0).astype(np.uint16)  # fisheyes see behind
-    _put(archive, _name(stem, channel.name, ".jpg"), _encoded(picture.rgb, "JPEG", quality=JPEG_QUALITY))
+    _put(archive, file_name(stem, channel.name, ".jpg"), encoded(picture.rgb, "JPEG", quality=JPEG_QUALITY))
     labels = class_labels(picture.what, truth.cls)
-    _put(archive, _name(stem, channel.name, ".png", "labels"), _encoded(labels, "PNG"))
-    _put(archive, _name(stem, channel.name, ".png", "depth"), _encoded(depth, "PNG"))
+    _put(archive, file_name(stem, channel.name, ".png", "labels"), encoded(labels, "PNG"))
+    _put(archive, file_name(stem, channel.name, ".png", "depth"), encoded(depth, "PNG"))
 
 
-def _encoded(pixels: NDArray[Any], form: str, **options: int) -> bytes:
+def encoded(pixels: NDArray[Any], form: str, **options: int) -> bytes:
+    """Pixels as the bytes of a picture file."""
     from PIL import Image
 
     stream = BytesIO()

@@ -2,9 +2,12 @@
 
 import json
 import shutil
+import sys
 from pathlib import Path
 
 import pytest
+
+from tests.core.simulate import carla_stand_in
 
 
 @pytest.fixture
@@ -123,3 +126,46 @@ def test_another_folder_is_left_alone(riglens, boxes, tmp_path, small_rig):
     (tmp_path / "mine" / "thesis.tex").write_text("x")
     result = riglens("simulate", small_rig, "--boxes", boxes, "--out", tmp_path / "mine")
     one_line(result, "the folder holds 'thesis.tex'")
+
+
+# ---------------------------------------------------------------- --carla
+
+
+def test_a_data_set_from_carla(riglens, tmp_path, small_rig, monkeypatch):
+    monkeypatch.setitem(sys.modules, "carla", carla_stand_in.module(carla_stand_in.town()))
+    words = ("--carla", "localhost:2000", "--frames", "2", "--out", tmp_path / "set")
+    result = riglens("simulate", small_rig, *words)
+    assert result.code == 0 and "2 frames of Town10HD" in result.out
+    assert len(table(tmp_path / "set", "sample_annotation")) == 6
+    times = [one["timestamp"] for one in table(tmp_path / "set", "sample")]
+    assert times[1] - times[0] == 500_000
+    boxes = tmp_path / "set" / "boxes.csv"
+    assert (
+        riglens("simulate", small_rig, "--boxes", boxes, "--out", tmp_path / "again", "--workers", "1").code
+        == 0
+    )
+    one_line(riglens("simulate", small_rig, *words), "the folder holds a data set")
+
+
+@pytest.mark.parametrize(
+    ("words", "part"),
+    [
+        (("--carla", "nowhere"), "accepted is HOST:PORT"),
+        (("--carla", "h:1", "--frames", "0"), "--frames: found 0"),
+        (("--carla", "h:1", "--every", "0"), "--every: found 0"),
+        (("--carla", "h:1", "--dask", "tcp://h:1"), "--dask and --carla"),
+        (("--carla", "h:1", "--noise", "-1"), "--noise: found -1"),
+    ],
+)
+def test_what_makes_no_sense_with_carla_is_one_line(riglens, tmp_path, small_rig, monkeypatch, words, part):
+    monkeypatch.setitem(sys.modules, "carla", carla_stand_in.module(carla_stand_in.town()))
+    one_line(riglens("simulate", small_rig, *words, "--out", tmp_path / "set"), part)
+    assert not (tmp_path / "set").exists()
+
+
+def test_carla_takes_one_rig_and_needs_its_package(riglens, boxes, tmp_path, small_rig, monkeypatch):
+    words = ("--out", tmp_path / "set", "--carla", "localhost:2000")
+    one_line(riglens("simulate", small_rig, "Center", *words), "found 2 rigs, accepted is one")
+    one_line(riglens("simulate", small_rig, *words, "--boxes", boxes), "--boxes and --carla")
+    monkeypatch.setitem(sys.modules, "carla", None)
+    one_line(riglens("simulate", small_rig, *words), "pip install 'riglens[carla]'")

@@ -1,0 +1,280 @@
+"""What a session with CARLA measures, as a data set of the same files as a simulated one, and as tables of boxes.
+
+The boxes and poses of the car are also written as tables that other commands read with --boxes and --occluders.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from riglens.core.errors import InputError
+from riglens.core.files import atomic_write, write_files
+from riglens.core.rig.model import Lidar, Rig
+from riglens.core.rig.yaml.file import rig_sha256
+from riglens.core.scene.boxes import CLASSES, DataReport, FrameLabels, Progress
+from riglens.core.simulate.carla_session import STEP_S, Session, Tick, mirrored
+from riglens.core.simulate.channels import Channel, channels_of
+from riglens.core.simulate.dataset import PLAN, require_channels, write_tables
+from riglens.core.simulate.pictures import LABELS
+from riglens.core.simulate.settings import SimulationSettings
+from riglens.core.simulate.sweeps import GROUND, Sweep
+from riglens.core.simulate.tables import EgoPose, Scene, Tables
+from riglens.core.simulate.units import (
+    DEPTH_PER_M,
+    JPEG_QUALITY,
+    Extras,
+    Notes,
+    counted_inside,
+    encoded,
+    file_name,
+    records_of,
+)
+from riglens.core.simulate.world import TrueBoxes, Worlds
+from riglens.core.targets.traffic import Traffic, traffic_of
+
+WITHIN_M = 120.0
+"""Road users farther away are left out."""
+BOX_COLUMNS = ("seq", "frame", "cls", "x", "y", "z", "length", "width", "height", "yaw")
+POSE_COLUMNS = ("seq", "frame", "map", "x", "y", "z", "yaw")
+_TAGS = {
+    "car": (14, 15, 16),
+    "bicycle": (13, 18, 19),
+    "pedestrian": (12,),
+    "ground": (1, 2, 10, 24, 25),
+    "sky": (11,),
+    "none": (0,),
+}
+"""CARLA's tags (CityObjectLabel from version 0.9.14 on) that are not static; riders belong to their bicycle."""
+_FARTHEST_M = 1000.0
+"""Where CARLA's depth ends."""
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What to collect: frames, one in `every` ticks."""
+
+    frames: int = 200
+    every: int = 10
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.frames <= 1_000_000:
+            raise InputError(f"--frames: found {self.frames}, accepted is a whole number from 1 to 1,000,000")
+        if self.every < 1:
+            raise InputError(f"--every: found {self.every}, accepted is a whole number from 1 up")
+
+
+@dataclass
+class Collection:
+    """The frames collected so far, whose files are complete; `sequence` is what they are called."""
+
+    rig: Rig
+    settings: SimulationSettings
+    extras: Extras
+    folder: Path
+    sequence: str
+    every: int
+    ticks: list[Tick] = field(default_factory=list)
+    notes: dict[int, Notes] = field(default_factory=dict)
+
+    @property
+    def scene(self) -> Scene:
+        """All frames as one scene."""
+        frames = tuple(range(len(self.ticks)))
+        return Scene(0, f"sim-0000-{self.sequence}", frames, frames, self.every * STEP_S)
+
+    def add(self, tick: Tick) -> None:
+        """Write the files of a tick, and remember its boxes."""
+        number = len(self.ticks)
+        stem, channels = self.scene.stem(number), require_channels(self.rig, self.extras)
+        truth, sweep = true_boxes(tick), sweep_of(tick, self.rig)
+        files, merged = dict[str, bytes](), np.zeros((0, 5), np.float32)
+        for channel in channels:
+            if channel.modality == "lidar":
+                records = records_of(sweep, channel, self.rig)
+                merged = records if channel.sensor is None else merged
+                files[file_name(stem, channel.name, channel.ending)] = records.tobytes()
+            else:
+                files |= _pictures(tick, stem, channel, self.rig)
+        write_files(self.folder, files)
+        inside = counted_inside(truth, merged, channels, self.rig).tolist()
+        self.ticks.append(Tick(tick.rotation, tick.place_m, tick.actors, {}))
+        self.notes[number] = {
+            "points": len(sweep.object),
+            "inside": inside,
+            "hits": inside,
+            "visible": [None] * len(inside),
+            "boxes_2d": [[] for _ in self.rig.cameras()],
+            "track": [actor.number for actor in _near(tick)],
+        }
+
+    def finish(self) -> None:
+        """Write the tables of the data set, and those of boxes and poses."""
+        traffic, scenes = self.traffic(), [self.scene]
+        poses = {number: _ego_pose(tick) for number, tick in enumerate(self.ticks)}
+        worlds, channels = Worlds(traffic, self.settings), channels_of(self.rig, self.extras.pictures)
+        tables = Tables(f"{self.rig.name} carla", self.rig, channels, scenes, worlds, poses, self.notes)
+        write_tables(self.folder, tables)
+        self._write_boxes(traffic)
+        with atomic_write(self.folder / PLAN, "w") as stream:
+            stream.write(json.dumps(self._plan(channels), indent=1) + "\n")
+
+    def traffic(self) -> Traffic:
+        """The road users of all frames."""
+        truths = [true_boxes(tick) for tick in self.ticks]
+        frames, numbers = len(truths), np.arange(len(truths))
+        cls = np.concatenate([np.zeros(0, np.uint8), *(truth.cls for truth in truths)])
+        counts = {name: int(np.count_nonzero(cls == k)) for k, name in enumerate(CLASSES)}
+        labels = FrameLabels((self.sequence,), np.zeros(frames, np.int64), numbers)
+        return traffic_of(
+            DataReport("CARLA", frames, counts, labels=labels),
+            np.repeat(numbers, [len(truth.cls) for truth in truths]),
+            cls,
+            np.concatenate([np.zeros((0, 3)), *(truth.centre_m for truth in truths)]),
+            np.concatenate([np.zeros((0, 3)), *(truth.size_m for truth in truths)]),
+            np.concatenate([np.zeros((0, 3, 3)), *(truth.rotation for truth in truths)]),
+        )
+
+    def _write_boxes(self, traffic: Traffic) -> None:
+        with atomic_write(self.folder / "boxes.csv", "w") as stream:
+            writer = csv.writer(stream, lineterminator="\n")
+            writer.writerow(BOX_COLUMNS)
+            for number, tick in enumerate(self.ticks):
+                truth = true_boxes(tick)
+                for user, cls in enumerate(truth.cls.tolist()):
+                    place, size = truth.centre_m[user].tolist(), truth.size_m[user].tolist()
+                    numbers = (f"{value:.4f}" for value in (*place, *size, truth.yaw_rad[user]))
+                    writer.writerow([self.sequence, number, CLASSES[cls], *numbers])
+        with atomic_write(self.folder / "poses.csv", "w") as stream:
+            writer = csv.writer(stream, lineterminator="\n")
+            writer.writerow(POSE_COLUMNS)
+            for number, tick in enumerate(self.ticks):
+                pose = _ego_pose(tick)
+                numbers = (f"{value:.5f}" for value in (*pose.place_m, pose.yaw_rad))
+                writer.writerow([self.sequence, number, self.sequence, *numbers])
+
+    def _plan(self, channels: list[Channel]) -> dict[str, Any]:
+        return {
+            "riglens": 1,
+            "carla": {
+                "town": self.sequence,
+                "frames": len(self.ticks),
+                "step_s": self.every * STEP_S,
+                "noise_m": self.settings.noise_m,
+                "dropout": self.settings.dropout,
+                "pictures": self.extras.pictures,
+            },
+            "rig": {"name": self.rig.name, "sha256": rig_sha256(self.rig)},
+            "channels": [channel.name for channel in channels],
+            "labels": list(LABELS),
+            "depth": "centimetres along the axis of the camera, 0: none",
+            "classes": list(CLASSES),
+        }
+
+
+def collect(session: Session, to: Collection, wanted: Wanted, progress: Progress) -> None:
+    """Collect frames until there are as many as wanted."""
+    while len(to.ticks) < wanted.frames:
+        for _ in range(wanted.every - 1):
+            session.tick()
+        to.add(session.tick())
+        progress(len(to.ticks) / wanted.frames)
+
+
+# ---------------------------------------------------------------- from a tick to what the files hold
+
+
+def _near(tick: Tick) -> list[Any]:
+    return [actor for actor in tick.actors if np.hypot(*(actor.centre_m - tick.place_m)[:2]) <= WITHIN_M]
+
+
+def true_boxes(tick: Tick) -> TrueBoxes:
+    """The road users around the car in the vehicle frame."""
+    actors = _near(tick)
+    centres = np.array([actor.centre_m for actor in actors]).reshape(-1, 3)
+    return TrueBoxes(
+        np.array([actor.cls for actor in actors], np.uint8),
+        (centres - tick.place_m) @ tick.rotation,
+        np.array([actor.size_m for actor in actors]).reshape(-1, 3),
+        tick.rotation.T @ np.array([actor.rotation for actor in actors]).reshape(-1, 3, 3),
+        np.arange(len(actors)),
+    )
+
+
+def sweep_of(tick: Tick, rig: Rig) -> Sweep:
+    """The points of all LiDARs in the vehicle frame; nobody says what they are on: all are GROUND."""
+    parts = [_points_of(lidar, tick.data[lidar.name]) for lidar in rig.lidars()]
+    counts = [len(points) for points, _, _ in parts]
+    empty = (np.zeros((0, 3)), np.zeros(0), np.zeros(0, np.int64))
+    points, bright, ring = (np.concatenate(columns) for columns in zip(empty, *parts, strict=True))
+    sensor = np.repeat(np.arange(len(parts)), counts).astype(np.int16)
+    nobody = np.zeros(0, np.int64)
+    return Sweep(
+        points.astype(np.float32),
+        bright.astype(np.float32),
+        ring.astype(np.int16),
+        sensor,
+        np.full(len(points), GROUND, np.int32),
+        nobody,
+        nobody,
+    )
+
+
+def _points_of(lidar: Lidar, sent: Any) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
+    """Places in the vehicle frame, intensities of 0 to 255, and beams as the rig lists them; CARLA sends channel by
+    channel, the highest beam first."""
+    records = np.frombuffer(sent.raw_data, np.float32).reshape(-1, 4).astype(np.float64)
+    places = mirrored(records[:, :3]) @ lidar.pose.rotation().T + np.array(lidar.position)
+    counts = [int(sent.get_point_count(channel)) for channel in range(lidar.beam_count)]
+    from_above = np.argsort(-lidar.elevations(), kind="stable")
+    ring = np.repeat(from_above, counts) if sum(counts) == len(records) else np.zeros(len(records), np.int64)
+    return places, 255.0 * records[:, 3], ring
+
+
+def _pictures(tick: Tick, stem: str, channel: Channel, rig: Rig) -> dict[str, bytes]:
+    """Picture, labels and depth of a camera."""
+    assert channel.sensor is not None
+    camera = rig.cameras()[channel.sensor]
+    bgra = {
+        kind: _pixels(tick.data[f"{camera.name} {kind}"])
+        for kind in ("rgb", "semantic_segmentation", "depth")
+    }
+    rgb = np.ascontiguousarray(bgra["rgb"][:, :, 2::-1])
+    return {
+        file_name(stem, channel.name, channel.ending): encoded(rgb, "JPEG", quality=JPEG_QUALITY),
+        file_name(stem, channel.name, ".png", "labels"): encoded(
+            labels_of(bgra["semantic_segmentation"]), "PNG"
+        ),
+        file_name(stem, channel.name, ".png", "depth"): encoded(depth_of(bgra["depth"]), "PNG"),
+    }
+
+
+def _pixels(sent: Any) -> NDArray[np.uint8]:
+    return np.frombuffer(sent.raw_data, np.uint8).reshape(sent.height, sent.width, 4)
+
+
+def labels_of(bgra: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Places in LABELS of CARLA's tags, which are in the red channel."""
+    table = np.full(256, LABELS.index("static"), np.uint8)
+    for name, tags in _TAGS.items():
+        table[list(tags)] = LABELS.index(name)
+    return np.asarray(table[bgra[:, :, 2]])
+
+
+def depth_of(bgra: NDArray[np.uint8]) -> NDArray[np.uint16]:
+    """Centimetres along the axis of the camera, 0 where there is nothing, of CARLA's depth in three channels."""
+    blue, green, red = (bgra[:, :, channel].astype(np.float64) for channel in (0, 1, 2))
+    metres = (red + 256.0 * green + 65536.0 * blue) / (256.0**3 - 1.0) * _FARTHEST_M
+    return np.where(metres < 655.0, metres * DEPTH_PER_M + 0.5, 0.0).astype(np.uint16)
+
+
+def _ego_pose(tick: Tick) -> EgoPose:
+    """Place and yaw of the car; that it leans with the road is in the boxes alone."""
+    x, y, z = tick.place_m.tolist()
+    return EgoPose((x, y, z), float(np.arctan2(tick.rotation[1, 0], tick.rotation[0, 0])))

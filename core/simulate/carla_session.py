@@ -1,0 +1,277 @@
+"""CARLA through its Python client: sensors of a rig on a car, one tick after the other, and who drives around.
+
+CARLA's axes are left-handed, x ahead, y to the RIGHT, z up, and its angles turn accordingly: everything that leaves
+this file is right-handed. The client's package is imported when a session is opened, and never before.
+"""
+
+from __future__ import annotations
+
+import queue
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from riglens.core.errors import InputError
+from riglens.core.formats.carla_lidar import rays_to_write
+from riglens.core.formats.lens_export import centred_pinhole, report_lens
+from riglens.core.formats.report import Notes
+from riglens.core.geometry import Pose
+from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
+
+Doubles = NDArray[np.float64]
+STEP_S = 0.05
+"""Time of a tick; LiDARs turn once in it."""
+ANSWER_S = 20.0
+"""How long the simulator may take to answer, and a sensor to send what belongs to a tick."""
+CAMERAS = ("rgb", "semantic_segmentation", "depth")
+EGO_ROLES = ("hero", "ego_vehicle", "ego")
+_ADDRESS = re.compile(r"(?P<host>[^\s:/]+):(?P<port>\d{1,5})")
+_MIRRORED = np.diag([1.0, -1.0, 1.0])
+
+
+@dataclass(frozen=True)
+class Address:
+    """Where the simulator listens."""
+
+    host: str
+    port: int
+
+    @classmethod
+    def of(cls, text: str) -> Address:
+        """Read HOST:PORT; InputError for anything else."""
+        match = _ADDRESS.fullmatch(text)
+        if match is None or not 0 < int(match["port"]) < 1 << 16:
+            raise InputError(f"--carla: found '{text}', accepted is HOST:PORT, such as localhost:2000")
+        return cls(match["host"], int(match["port"]))
+
+
+@dataclass(frozen=True)
+class Actor:
+    """A road user at a tick: number in the simulator, place in CLASSES, and its box in the world, right-handed."""
+
+    number: int
+    cls: int
+    centre_m: Doubles
+    size_m: Doubles
+    rotation: Doubles
+
+
+@dataclass(frozen=True)
+class Tick:
+    """What is there at a tick: pose of the car in the world, the other road users, what each sensor sent by its name,
+    cameras by name and kind."""
+
+    rotation: Doubles
+    place_m: Doubles
+    actors: tuple[Actor, ...]
+    data: dict[str, Any]
+
+
+def world_pose(transform: Any) -> tuple[Doubles, Doubles]:
+    """Rotation (3, 3) and place (3,) of a transform of CARLA in right-handed axes."""
+    matrix = np.array(transform.get_matrix(), np.float64)
+    return _MIRRORED @ matrix[:3, :3] @ _MIRRORED, _MIRRORED @ matrix[:3, 3]
+
+
+def mirrored(points: Doubles) -> Doubles:
+    """Points (n, 3) in left-handed axes in right-handed ones, and back."""
+    return np.asarray(points * np.array([1.0, -1.0, 1.0]))
+
+
+def castable(rig: Rig, notes: Notes) -> Rig:
+    """The rig as CARLA can have it: beams and azimuths evenly spaced, cameras as centred pinholes; `notes` says so."""
+    made: list[Lidar | Camera] = []
+    for sensor in rig.sensors:
+        if not sensor.enabled:
+            continue
+        if isinstance(sensor, Camera):
+            pinhole = centred_pinhole(sensor)
+            report_lens(sensor, pinhole, "a pinhole of one focal length in the middle of its image", notes)
+            made.append(pinhole)
+            continue
+        rays = rays_to_write(sensor, notes)
+        half_deg = rays.get("horizontal_fov", 360.0) / 2.0
+        beams = EvenAngles(from_=rays["lower_fov"], to=rays["upper_fov"], count=sensor.beam_count)
+        turn = EvenAngles(from_=-half_deg, to=half_deg, count=len(sensor.azimuths()))
+        made.append(
+            sensor.replace(
+                elevations_deg=beams,
+                azimuths_deg=turn,
+                azimuth_offsets_deg=None,
+                range_m=(0.0, rays["range"]),
+            )
+        )
+    return rig.replace(sensors=tuple(made))
+
+
+class Session:
+    """A car with sensors in CARLA's world; see `session`."""
+
+    def __init__(self, carla: Any, world: Any, ego: Any) -> None:
+        self._carla, self._world, self._ego = carla, world, ego
+        self._sensors, self._queues = list[Any](), dict[str, queue.Queue[Any]]()
+
+    @property
+    def map_name(self) -> str:
+        """Name of the town."""
+        return str(self._world.get_map().name).rsplit("/", 1)[-1]
+
+    def mount(self, rig: Rig, noise_m: float, dropout: float, with_cameras: bool) -> None:
+        """Put the sensors of a castable rig on the car."""
+        for lidar in rig.lidars():
+            rays = rays_to_write(lidar, Notes())
+            turns = 1.0 / STEP_S
+            fields = {
+                **rays,
+                "rotation_frequency": turns,
+                "points_per_second": round(lidar.ray_count * turns),
+                "noise_stddev": noise_m,
+                "dropoff_general_rate": dropout,
+            }
+            self._spawn(lidar.name, "sensor.lidar.ray_cast", fields, lidar.pose)
+        for camera in rig.cameras() if with_cameras else ():
+            width, height = camera.image
+            fields = {"image_size_x": width, "image_size_y": height, "fov": camera.hfov_deg or 90.0}
+            for kind in CAMERAS:
+                self._spawn(f"{camera.name} {kind}", f"sensor.camera.{kind}", fields, camera.pose)
+
+    def _spawn(self, name: str, kind: str, fields: dict[str, Any], pose: Pose) -> None:
+        blueprint = self._world.get_blueprint_library().find(kind)
+        for key, value in fields.items():
+            blueprint.set_attribute(key, f"{value:.10g}" if isinstance(value, float) else str(value))
+        (x, y, z), (roll, pitch, yaw) = pose.position_m, pose.rpy_deg
+        carla = self._carla
+        place = carla.Transform(
+            carla.Location(x=x, y=-y, z=z), carla.Rotation(roll=roll, pitch=-pitch, yaw=-yaw)
+        )
+        sensor = self._world.spawn_actor(blueprint, place, attach_to=self._ego)
+        self._sensors.append(sensor)
+        received = self._queues[name] = queue.Queue[Any]()
+        sensor.listen(received.put)
+
+    def tick(self) -> Tick:
+        """Let the world go on by STEP_S; what is there then. ChildProcessError when a sensor stays silent."""
+        number = self._world.tick()
+        data = {name: self._of_tick(name, number) for name in self._queues}
+        rotation, place_m = world_pose(self._ego.get_transform())
+        return Tick(rotation, place_m, tuple(self._actors()), data)
+
+    def _of_tick(self, name: str, number: int) -> Any:
+        while True:
+            try:
+                sent = self._queues[name].get(timeout=ANSWER_S)
+            except queue.Empty:
+                raise ChildProcessError(f"--carla: sensor {name} sent nothing for {ANSWER_S:g} s") from None
+            if sent.frame == number:
+                return sent
+
+    def _actors(self) -> Iterator[Actor]:
+        """Everybody else, whose box has a size: that of some two-wheelers in old versions has none."""
+        actors = self._world.get_actors()
+        for pattern in ("vehicle.*", "walker.pedestrian.*"):
+            for actor in actors.filter(pattern):
+                box = actor.bounding_box
+                size = 2.0 * np.array([box.extent.x, box.extent.y, box.extent.z])
+                if actor.id == self._ego.id or not (size > 0.0).all():
+                    continue
+                rotation, place_m = world_pose(actor.get_transform())
+                own, offset_m = world_pose(self._carla.Transform(box.location, box.rotation))
+                yield Actor(
+                    int(actor.id), _class_of(actor), place_m + rotation @ offset_m, size, rotation @ own
+                )
+
+    def close(self) -> None:
+        """Take the sensors off."""
+        for sensor in self._sensors:
+            with suppress(RuntimeError):
+                sensor.stop()
+                sensor.destroy()
+        self._sensors.clear()
+
+
+def _class_of(actor: Any) -> int:
+    """Place in CLASSES: walkers, two-wheelers, and all other vehicles."""
+    if str(actor.type_id).startswith("walker."):
+        return 2
+    return 1 if str(actor.attributes.get("number_of_wheels", "4")) == "2" else 0
+
+
+@contextmanager
+def session(address: Address) -> Iterator[Session]:
+    """A session with a simulator that waits for our ticks while the block runs, and then goes on as before.
+
+    The car is the one called hero or ego_vehicle, else a new one that drives by itself. InputError when the package is
+    missing, nobody answers, or there is no place for a car.
+    """
+    carla = _carla()
+    where = f"--carla {address.host}:{address.port}"
+    try:
+        client = carla.Client(address.host, address.port)
+        client.set_timeout(ANSWER_S)
+        world = client.get_world()
+    except RuntimeError as error:
+        raise InputError(f"{where}: no simulator answers ({' '.join(str(error).split())[:200]})") from error
+    before, now = world.get_settings(), world.get_settings()
+    now.synchronous_mode, now.fixed_delta_seconds = True, STEP_S
+    world.apply_settings(now)
+    made: Any = None
+    try:
+        ego = _ego_in(world)
+        if ego is None:
+            ego = made = _new_ego(world, where)
+        world.tick()  # a new car is where it belongs from the first tick on
+        opened = Session(carla, world, ego)
+        try:
+            yield opened
+        finally:
+            opened.close()
+    except RuntimeError as error:
+        raise ChildProcessError(f"{where}: {' '.join(str(error).split())[:200]}") from error
+    finally:
+        with suppress(RuntimeError):
+            if made is not None:
+                made.destroy()
+            world.apply_settings(before)
+
+
+def _ego_in(world: Any) -> Any:
+    """The car that others made for this."""
+    cars = {str(car.attributes.get("role_name", "")): car for car in world.get_actors().filter("vehicle.*")}
+    return next((cars[role] for role in EGO_ROLES if role in cars), None)
+
+
+def _new_ego(world: Any, where: str) -> Any:
+    library = world.get_blueprint_library()
+    cars = [one for one in library.filter("vehicle.*") if _wheels(one) == 4]
+    usual = [one for one in cars if one.id == "vehicle.tesla.model3"]
+    for blueprint in (usual or cars)[:1]:
+        blueprint.set_attribute("role_name", EGO_ROLES[0])
+        for place in world.get_map().get_spawn_points():
+            car = world.try_spawn_actor(blueprint, place)
+            if car is not None:
+                car.set_autopilot(True)
+                return car
+    raise InputError(
+        f"{where}: found no free place for a car, accepted is a town with one, or with a car named hero"
+    )
+
+
+def _wheels(blueprint: Any) -> int:
+    return (
+        int(blueprint.get_attribute("number_of_wheels")) if blueprint.has_attribute("number_of_wheels") else 4
+    )
+
+
+def _carla() -> Any:
+    try:
+        import carla
+    except ImportError as error:
+        raise InputError(
+            "--carla: needs CARLA's package carla; install it with: pip install 'riglens[carla]'"
+        ) from error
+    return carla
