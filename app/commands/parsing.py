@@ -11,6 +11,7 @@ from cyclopts import App, CycloptsError, Parameter, UnusedCliTokensError
 from riglens.app.commands.audit import audit
 from riglens.app.commands.blind import blind
 from riglens.app.commands.card import card
+from riglens.app.commands.check import check
 from riglens.app.commands.data import data, pog
 from riglens.app.commands.picture import render
 from riglens.app.commands.redundancy import redundancy
@@ -20,6 +21,7 @@ from riglens.app.commands.simulate import simulate
 from riglens.app.commands.studies import accuracy, detection, stability, table1
 from riglens.app.commands.studies import targets as study_targets
 from riglens.app.commands.targets import targets
+from riglens.app.commands.tolerance import tolerance
 from riglens.core.errors import InputError
 from riglens.version import installed_version
 
@@ -42,7 +44,9 @@ app.command(targets, sort_key=2)
 app.command(audit, sort_key=2)
 app.command(blind, sort_key=2)
 app.command(card, sort_key=2)
+app.command(check, sort_key=2)
 app.command(redundancy, sort_key=2)
+app.command(tolerance, sort_key=2)
 app.command(pog, sort_key=2)
 app.command(data, sort_key=3)
 app.command(simulate, sort_key=4)

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.engine.caster import Caster, IsStale, Window, never_stale
+from riglens.core.geometry import Pose
 from riglens.core.kernels import jit, settle
 from riglens.core.kernels.codes import ANY
 from riglens.core.metric.entropy import EntropyField
@@ -122,13 +123,14 @@ class Engine:
         settings: MetricSettings = PAPER_SETTINGS,
         with_seen: bool = True,
         mesh: BodyMesh | None = None,
+        stance: Pose = Pose(),
     ) -> Evaluation:
         """Score a rig; the evaluation holds the seen voxels if they are asked for.
 
         `mesh` is that of the vehicle's file, if it has one: without it such a body cannot block, which raises
-        InputError.
+        InputError. `stance`: how the car's body stands on the ground; the sensors are where the rig says.
         """
-        evaluation = self.evaluate_unless(never_stale, rig, settings, with_seen, mesh)
+        evaluation = self.evaluate_unless(never_stale, rig, settings, with_seen, mesh, stance)
         assert evaluation is not None
         return evaluation
 
@@ -139,6 +141,7 @@ class Engine:
         settings: MetricSettings = PAPER_SETTINGS,
         with_seen: bool = True,
         mesh: BodyMesh | None = None,
+        stance: Pose = Pose(),
     ) -> Evaluation | None:
         """As `evaluate`, but None as soon as `is_stale`, which is asked every few milliseconds, returns True.
 
@@ -147,7 +150,7 @@ class Engine:
         """
         started = time.perf_counter()
         threads = jit.use_threads(self._caster.workers)
-        self._solid = CarBody(rig.vehicle, mesh).solid() if settings.body == "blocks" else None
+        self._solid = CarBody(rig.vehicle, mesh, stance).solid() if settings.body == "blocks" else None
         wanted = self._shapes_of(rig, settings.method)
         if not self._hold(wanted, is_stale):
             return None

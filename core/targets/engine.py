@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from riglens.core.geometry import Pose
 from riglens.core.kernels import jit
 from riglens.core.rig.model import Camera, Lidar, Rig, Sensor, rays_of
 from riglens.core.scene.boxes import CLASSES, DataReport
@@ -58,12 +59,14 @@ class TargetEngine:
         settings: TargetSettings = USUAL,
         frames: int | None = None,
         mesh: BodyMesh | None = None,
+        stance: Pose = Pose(),
     ) -> TargetScores:
         """Count for a rig in the first `frames` frames of the sampling order, in all of them without.
 
         `mesh` is that of the vehicle's file, if it has one: without it such a body cannot block: an InputError.
+        `stance`: how the car's body stands on the ground; the sensors are where the rig says.
         """
-        found = self.evaluate_unless(never_stale, rig, settings, frames, mesh)
+        found = self.evaluate_unless(never_stale, rig, settings, frames, mesh, stance)
         assert found is not None
         return found
 
@@ -74,6 +77,7 @@ class TargetEngine:
         settings: TargetSettings = USUAL,
         frames: int | None = None,
         mesh: BodyMesh | None = None,
+        stance: Pose = Pose(),
     ) -> TargetScores | None:
         """As `evaluate`, but None as soon as `is_stale`, which is asked every few milliseconds, returns True.
 
@@ -83,7 +87,7 @@ class TargetEngine:
         if not self._is_serial:
             jit.use_threads(self._workers)
         used = self._traffic.frames if frames is None else max(0, min(frames, self._traffic.frames))
-        solid = CarBody(rig.vehicle, mesh).solid() if settings.body == "blocks" else None
+        solid = CarBody(rig.vehicle, mesh, stance).solid() if settings.body == "blocks" else None
         wanted = {sensor.name: _shape_of(sensor, settings, solid) for sensor in rig.sensors if sensor.enabled}
         shown = self._shown | set(wanted.values())
         self._held = {shape: held for shape, held in self._held.items() if shape in shown}

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
+from riglens.core.geometry import Pose
 from riglens.core.rig.model import Vehicle
 from riglens.core.vehicle.body import body_parts
 from riglens.core.vehicle.mesh import BodyMesh
@@ -29,16 +30,19 @@ Kind = Literal["lidar", "camera"]
 
 @dataclass(frozen=True)
 class CarBody:
-    """What the ego car's body is: a vehicle and, where a file holds its body, the mesh of that file."""
+    """What the ego car's body is: a vehicle and, where a file holds its body, the mesh of that file; `stance` is how
+    the car stands in the frame that its triangles are told in, where that is not its own."""
 
     vehicle: Vehicle = field(default_factory=Vehicle)
     mesh: BodyMesh | None = None
+    stance: Pose = Pose()
 
     def solid(self, through_glass: tuple[str, ...] = SEES_THROUGH_GLASS) -> Solid:
         """The solid of the body; InputError where the mesh of a file is needed and not there, or the body unknown."""
         if self.mesh is None and self.vehicle.has_mesh_file:
             raise InputError(f"vehicle.body: the mesh '{self.vehicle.body}' has not been read")
-        return _solid(self.vehicle, self.mesh, through_glass)
+        solid = _solid(self.vehicle, self.mesh, through_glass)
+        return solid if self.stance == Pose() else _standing(solid, self.stance)
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,6 +109,12 @@ def _tree(corners: NDArray[np.float64]) -> Tree:
     low, high = corners.min(axis=1), corners.max(axis=1)
     nodes = kernel.build_nodes(low, high, order, bounds, leaf, skip)
     return kernel.Tree(corners[order], order, bounds[:nodes].copy(), leaf[:nodes].copy(), skip[:nodes].copy())
+
+
+@lru_cache(maxsize=2)
+def _standing(solid: Solid, stance: Pose) -> Solid:
+    """The same solid, moved and turned."""
+    return Solid.of(stance.transform(solid.triangles_m), solid.materials, solid.through_glass)
 
 
 @lru_cache(maxsize=4)

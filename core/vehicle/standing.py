@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from riglens.core.geometry import Vec3
 from riglens.core.rig.model import Rig
-from riglens.core.vehicle.solid import CarBody, Solid
+from riglens.core.vehicle.solid import MATERIALS, CarBody, Solid
 
 FAR_M = 0.1
 """A sensor farther than this from every surface needs something to stand on: our choice."""
@@ -170,3 +170,14 @@ def _nearest_of_each(place: Points, triangles: Points) -> Points:
         nearest = np.where((this < away)[:, None], point, nearest)
         away = np.minimum(away, this)
     return np.asarray(np.where(within[:, None], foot, nearest))
+
+
+def materials_at(point_m: Vec3, solid: Solid, within_m: float = 1e-6) -> frozenset[str]:
+    """Names of what the surface is made of at a point of it: of several where parts meet there."""
+    place = np.array(point_m, np.float64)
+    low, high = _boxes(solid)
+    outside = np.maximum(np.maximum(low - place, place - high), 0.0)
+    near = np.flatnonzero((outside * outside).sum(axis=1) <= within_m * within_m)
+    feet = _nearest_of_each(place, solid.triangles_m[near])
+    there = near[np.linalg.norm(feet - place, axis=1) <= within_m]
+    return frozenset(MATERIALS[number] for number in solid.materials[there].tolist())

@@ -1,0 +1,247 @@
+"""Mounts: how high, how near to the skin and to each other, how far out, and on what of the car sensors stand."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from riglens.core.errors import InputError
+from riglens.core.review.outline import Outline
+from riglens.core.rig.library import Cylinder, default_library
+from riglens.core.rig.model import Frozen, Rig, Sensor
+from riglens.core.sensing.body_ends import USUAL_RADIUS_M
+from riglens.core.vehicle.mesh import BodyMesh
+from riglens.core.vehicle.solid import MATERIALS, CarBody
+from riglens.core.vehicle.standing import Stand, materials_at, stand
+
+Doubles = NDArray[np.float64]
+Limit = Annotated[float, Field(allow_inf_nan=False, ge=-100.0, le=100.0)]
+Share = Annotated[float, Field(allow_inf_nan=False, ge=-10.0, le=10.0)]
+Span = tuple[Share, Share]
+SIDES = ("front", "rear", "left", "right", "top")
+
+
+class Box(Frozen):
+    """Part of the car in shares of its length from the rear, its width from the right, its height from the ground."""
+
+    x: Span = (-10.0, 10.0)
+    y: Span = (-10.0, 10.0)
+    z: Span = (-10.0, 10.0)
+
+
+class KeepOut(Frozen):
+    """Where on the car nothing may stand: on a material, in boxes, or on a material within boxes."""
+
+    name: Annotated[str, Field(min_length=1, max_length=100)]
+    material: str | None = None
+    boxes: Annotated[tuple[Box, ...], Field(max_length=100)] = ()
+
+    @model_validator(mode="after")
+    def _known(self) -> Self:
+        if self.material is None and not self.boxes:
+            raise ValueError("give material, boxes or both")
+        if self.material is not None and self.material not in MATERIALS:
+            raise ValueError(f"material: found '{self.material}', accepted is one of {', '.join(MATERIALS)}")
+        return self
+
+
+_DOOR = {"x": (0.28, 0.72), "z": (0.2, 0.62)}
+USUAL_KEEP_OUT = (
+    KeepOut(name="glass", material="glass"),
+    KeepOut(name="head lamp", material="lamp"),
+    KeepOut(name="tail lamp", material="tail"),
+    KeepOut(name="number plate", material="plate"),
+    KeepOut(name="shut line", material="gap"),
+    KeepOut(name="door", boxes=(Box(y=(0.9, 1.1), **_DOOR), Box(y=(-0.1, 0.1), **_DOOR))),
+)
+"""Where sensors usually may not stand: our choice, as are the shares of a car's sides that are doors."""
+
+
+class Beyond(Frozen):
+    """How far housings may stick out of the car's outline and above its roof, metres."""
+
+    front: Limit | None = None
+    rear: Limit | None = None
+    left: Limit | None = None
+    right: Limit | None = None
+    top: Limit | None = None
+
+
+class MountLimits(Frozen):
+    """What is asked of every mount, metres; what is not said is not asked.
+
+    height_m: lowest and highest place over the ground; gap_m: how far from the skin at most; spacing_m: least distance
+    between two sensors' middles; within [width, length, height]_m: what the car with its sensors may measure.
+    """
+
+    height_m: tuple[Limit, Limit] | None = None
+    gap_m: Limit | None = None
+    spacing_m: Limit | None = None
+    beyond_m: Beyond = Beyond()
+    length_m: Limit | None = None
+    width_m: Limit | None = None
+    total_height_m: Limit | None = None
+    keep_out: Annotated[tuple[KeepOut, ...], Field(max_length=100)] | None = None
+
+
+@dataclass(frozen=True)
+class Mount:
+    """A sensor as it is mounted: over the ground, over the skin, its nearest neighbour, how far its housing sticks out
+    by SIDES (below 0: it does not), what it stands on, and in which zones it may not."""
+
+    name: str
+    height_m: float
+    stand: Stand
+    neighbour: str | None
+    neighbour_m: float
+    beyond_m: dict[str, float]
+    materials: frozenset[str]
+    zones: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Violation:
+    """One line: which sensor, what was found, what is accepted."""
+
+    sensor: str
+    text: str
+
+
+def mounts_of(
+    rig: Rig, mesh: BodyMesh | None = None, keep_out: tuple[KeepOut, ...] = USUAL_KEEP_OUT
+) -> tuple[Mount, ...]:
+    """The mounts of the rig's enabled sensors. A mesh of a file has no materials: only boxes keep out of it."""
+    solid, outline = CarBody(rig.vehicle, mesh).solid(), Outline.of(rig.vehicle, mesh)
+    sensors = [sensor for sensor in rig.sensors if sensor.enabled]
+    found = []
+    for sensor in sensors:
+        standing = stand(sensor.position, solid)
+        materials = frozenset[str]()
+        if mesh is None and standing.nearest_m is not None:
+            materials = materials_at(standing.nearest_m, solid)
+        where = standing.nearest_m or sensor.position
+        zones = tuple(zone.name for zone in keep_out if _is_in(zone, where, materials, rig, outline))
+        beyond = _beyond_m(sensor, rig, outline)
+        found.append(
+            Mount(
+                sensor.name,
+                sensor.position[2],
+                standing,
+                *_neighbour(sensor, sensors),
+                beyond,
+                materials,
+                zones,
+            )
+        )
+    return tuple(found)
+
+
+def _neighbour(sensor: Sensor, sensors: list[Sensor]) -> tuple[str | None, float]:
+    """The nearest other sensor, and how far apart their middles are."""
+    others = [other for other in sensors if other.name != sensor.name]
+    if not others:
+        return None, float("inf")
+    away = np.linalg.norm(np.array([other.position for other in others]) - sensor.position, axis=1)
+    nearest = int(np.argmin(away))
+    return others[nearest].name, float(away[nearest])
+
+
+def housing_corners_m(sensor: Sensor) -> Doubles:
+    """Corners (8, 3) of the box around a sensor's housing in the vehicle frame: that of its library model, or one of
+    the usual size of its kind."""
+    half = _half_size_m(sensor)
+    signs = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)], np.float64)
+    return np.asarray((signs * half) @ sensor.pose.rotation().T + np.array(sensor.position))
+
+
+def _half_size_m(sensor: Sensor) -> Doubles:
+    body = None
+    if sensor.model is not None:
+        try:
+            body = default_library().entry(sensor.model).body_m
+        except InputError:
+            body = None
+    if body is None:
+        return np.full(3, USUAL_RADIUS_M[sensor.kind] / np.sqrt(3.0))
+    if isinstance(body, Cylinder):
+        return np.array([body.diameter, body.diameter, body.height]) / 2
+    return np.array([body.length, body.width, body.height]) / 2
+
+
+def _beyond_m(sensor: Sensor, rig: Rig, outline: Outline) -> dict[str, float]:
+    low, high = housing_corners_m(sensor).min(axis=0), housing_corners_m(sensor).max(axis=0)
+    return {
+        "front": float(high[0]) - outline.front_m,
+        "rear": outline.rear_m - float(low[0]),
+        "left": float(high[1]) - outline.left_m,
+        "right": outline.right_m - float(low[1]),
+        "top": float(high[2]) - rig.vehicle.height,
+    }
+
+
+def _is_in(
+    zone: KeepOut, at_m: tuple[float, float, float], materials: frozenset[str], rig: Rig, outline: Outline
+) -> bool:
+    """Whether a sensor that stands on the skin at a place is in a zone."""
+    if zone.material is not None and zone.material not in materials:
+        return False
+    shares = (
+        (at_m[0] - outline.rear_m) / outline.length_m,
+        (at_m[1] - outline.right_m) / outline.width_m,
+        at_m[2] / rig.vehicle.height,
+    )
+    inside = [
+        all(a <= share <= b for share, (a, b) in zip(shares, (box.x, box.y, box.z), strict=True))
+        for box in zone.boxes
+    ]
+    return any(inside) if zone.boxes else True
+
+
+def violations(rig: Rig, limits: MountLimits, mesh: BodyMesh | None = None) -> tuple[Violation, ...]:
+    """What is wrong with the mounts of a rig, one line each, in the order of its sensors."""
+    keep_out = USUAL_KEEP_OUT if limits.keep_out is None else limits.keep_out
+    mounts = mounts_of(rig, mesh, keep_out)
+    found = [Violation(mount.name, text) for mount in mounts for text in _complaints(mount, limits)]
+    return (*found, *_size_complaints(rig, mounts, limits, mesh))
+
+
+def _complaints(mount: Mount, limits: MountLimits) -> list[str]:
+    lines = []
+    if limits.height_m is not None and not limits.height_m[0] <= mount.height_m <= limits.height_m[1]:
+        low, high = limits.height_m
+        lines.append(f"{mount.height_m:.3f} m over the ground; accepted are {low:g} to {high:g} m")
+    if mount.stand.inside or mount.stand.below_ground:
+        lines.append(mount.stand.problem)
+    elif limits.gap_m is not None and mount.stand.gap_m > limits.gap_m:
+        lines.append(f"{mount.stand.gap_m:.3f} m over the skin; accepted are at most {limits.gap_m:g} m")
+    if limits.spacing_m is not None and mount.neighbour_m < limits.spacing_m:
+        lines.append(
+            f"{mount.neighbour_m:.3f} m from {mount.neighbour}; accepted are at least {limits.spacing_m:g} m"
+        )
+    for side in SIDES:
+        most = getattr(limits.beyond_m, side)
+        if most is not None and mount.beyond_m[side] > most:
+            lines.append(f"sticks out {mount.beyond_m[side]:.3f} m ({side}); accepted are at most {most:g} m")
+    return [*lines, *(f"stands where nothing may: {zone}" for zone in mount.zones)]
+
+
+def _size_complaints(
+    rig: Rig, mounts: tuple[Mount, ...], limits: MountLimits, mesh: BodyMesh | None
+) -> list[Violation]:
+    """What the car measures with its sensors, where that is more than accepted."""
+    outline = Outline.of(rig.vehicle, mesh)
+    out = {side: max([0.0, *(mount.beyond_m[side] for mount in mounts)]) for side in SIDES}
+    sizes = (
+        ("long", outline.length_m + out["front"] + out["rear"], limits.length_m),
+        ("wide", outline.width_m + out["left"] + out["right"], limits.width_m),
+        ("high", rig.vehicle.height + out["top"], limits.total_height_m),
+    )
+    return [
+        Violation("car", f"{size:.3f} m {word} with its sensors; accepted are at most {most:g} m")
+        for word, size, most in sizes
+        if most is not None and size > most
+    ]

@@ -1,0 +1,257 @@
+"""Tolerance: what small errors of mounts and a car that pitches make of a rig's figures.
+
+Errors of a profile are drawn evenly within its limits, by a scrambled Sobol sequence, so that two rigs with the same
+sensors meet the same errors. Beside the spread stands that of errors which nobody could avoid, the noise floor: what
+remains there is the lattice of rays and voxels, not the mounts.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from riglens.core.errors import InputError
+from riglens.core.geometry import Pose, rpy_deg_from_rotation
+from riglens.core.rig.model import Frozen, Rig, Sensor
+from riglens.core.scene.boxes import Progress
+
+Doubles = NDArray[np.float64]
+Figures = Mapping[str, float]
+Measure = Callable[[Rig, Pose], Figures]
+"""Figures by name of a rig whose car stands as a pose says, in the frame of the traffic; of each, more is better."""
+AXES = ("x", "y", "z", "roll", "pitch", "yaw")
+MAX_DRAWS = 4096
+Millimetres = Annotated[float, Field(allow_inf_nan=False, ge=0.0, le=1000.0)]
+Tilt = Annotated[float, Field(allow_inf_nan=False, ge=0.0, le=30.0)]
+
+
+class ToleranceProfile(Frozen):
+    """Limits of errors, each plus or minus: of every sensor on its own, of every bracket with all that it carries, of
+    the car on its wheels. A bracket is the first name in `fails_with` of its sensors; it turns about their middle."""
+
+    name: Annotated[str, Field(min_length=1, max_length=60)]
+    source: Annotated[str, Field(min_length=1, max_length=500)]
+    position_mm: Millimetres = 0.0
+    angle_deg: Tilt = 0.0
+    bracket_position_mm: Millimetres = 0.0
+    bracket_angle_deg: Tilt = 0.0
+    car_roll_deg: Tilt = 0.0
+    car_pitch_deg: Tilt = 0.0
+    car_heave_mm: Millimetres = 0.0
+
+
+OUR_CHOICE = "our choice"
+PROFILES = (
+    ToleranceProfile(name="assembly", source=OUR_CHOICE, position_mm=3.0, angle_deg=0.1),
+    ToleranceProfile(name="service", source=OUR_CHOICE, position_mm=5.0, angle_deg=0.3),
+    ToleranceProfile(
+        name="brackets",
+        source=OUR_CHOICE,
+        position_mm=1.0,
+        angle_deg=0.05,
+        bracket_position_mm=3.0,
+        bracket_angle_deg=0.1,
+    ),
+    ToleranceProfile(name="ride", source=OUR_CHOICE, car_pitch_deg=0.5, car_roll_deg=0.5, car_heave_mm=20.0),
+    ToleranceProfile(name="load", source=OUR_CHOICE, car_pitch_deg=1.5, car_heave_mm=60.0),
+)
+"""What ships with the program; a file of requirements may hold others."""
+NOISE_FLOOR = ToleranceProfile(name="noise floor", source=OUR_CHOICE, position_mm=1.0, angle_deg=0.01)
+
+
+def profile_called(name: str) -> ToleranceProfile:
+    """The profile of that name that ships with the program; InputError when there is none."""
+    for profile in PROFILES:
+        if profile.name == name:
+            return profile
+    known = ", ".join(profile.name for profile in PROFILES)
+    raise InputError(f"tolerance profile: found '{name}', accepted is one of {known}")
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Of one figure: as designed, median, 5 and 95 percent of the draws, the least, and in which draw that was."""
+
+    nominal: float
+    median: float
+    p05: float
+    p95: float
+    worst: float
+    worst_draw: int
+    values: tuple[float, ...] = field(repr=False)
+
+    @classmethod
+    def of(cls, nominal: float, values: Sequence[float]) -> Spread:
+        """The spread of some draws, of which there is at least one."""
+        low, middle, high = np.quantile(values, [0.05, 0.5, 0.95]).tolist()
+        worst = int(np.argmin(values))
+        return cls(nominal, middle, low, high, float(values[worst]), worst, tuple(values))
+
+    def below(self, limit: float) -> tuple[float, float]:
+        """Share of the draws below a limit, and its standard error as of independent draws; less is better."""
+        share = float(np.mean(np.array(self.values) < limit))
+        return share, math.sqrt(share * (1.0 - share) / len(self.values))
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """What an error of one sensor at the profile's limit changes, by central differences: half the difference between
+    plus and minus, by figure."""
+
+    sensor: str
+    axis: str
+    limit: float
+    effect: Figures
+
+
+@dataclass(frozen=True)
+class ToleranceResult:
+    """What a profile makes of a rig: the spread of each figure, that of the noise floor, and sensitivities."""
+
+    rig: Rig
+    profile: ToleranceProfile
+    draws: int
+    seed: int
+    spreads: Mapping[str, Spread]
+    floor: Mapping[str, Spread]
+    sensitivities: tuple[Sensitivity, ...]
+
+
+def errors_count(rig: Rig) -> int:
+    """How many errors are drawn for a rig: six of each sensor and bracket, three of the car."""
+    return 6 * (len(rig.sensors) + len(brackets_of(rig))) + 3
+
+
+def brackets_of(rig: Rig) -> dict[str, tuple[str, ...]]:
+    """Names of brackets and the sensors that each carries."""
+    brackets: dict[str, list[str]] = {}
+    for sensor in rig.sensors:
+        if sensor.fails_with:
+            brackets.setdefault(sensor.fails_with[0], []).append(sensor.name)
+    return {name: tuple(members) for name, members in brackets.items()}
+
+
+def unit_draws(count: int, errors: int, seed: int) -> Doubles:
+    """Draws (count, errors) in [-1, 1): a scrambled Sobol sequence."""
+    from scipy.stats import qmc  # slow to load
+
+    if not 1 <= count <= MAX_DRAWS:
+        raise InputError(f"--draws: found {count}, accepted is a whole number, 1 to {MAX_DRAWS}")
+    sampler = qmc.Sobol(errors, scramble=True, rng=np.random.default_rng(seed))
+    whole = sampler.random_base2(max(0, math.ceil(math.log2(count))))  # balanced in powers of two only
+    return np.asarray(2.0 * whole[:count] - 1.0)
+
+
+def disturbed(rig: Rig, profile: ToleranceProfile, errors: Doubles) -> tuple[Rig, Pose]:
+    """A rig with errors (n,) in units of the profile's limits, and how its car stands then."""
+    own = _limits(profile.position_mm, profile.angle_deg)
+    shared = _limits(profile.bracket_position_mm, profile.bracket_angle_deg)
+    count, brackets = len(rig.sensors), brackets_of(rig)
+    each = errors[: 6 * count].reshape(-1, 6) * own
+    joint = errors[6 * count : -3].reshape(-1, 6) * shared
+    sensors = {s.name: _moved(s, error, s.position) for s, error in zip(rig.sensors, each, strict=True)}
+    for members, error in zip(brackets.values(), joint, strict=True):
+        middle = np.mean([rig.sensor(name).position for name in members], axis=0)
+        for name in members:
+            sensors[name] = _moved(sensors[name], error, middle)
+    limits = (profile.car_roll_deg, profile.car_pitch_deg, profile.car_heave_mm / 1e3)
+    roll, pitch, heave = (float(e) * limit for e, limit in zip(errors[-3:], limits, strict=True))
+    stance = Pose((0.0, 0.0, heave), (roll, pitch, 0.0))
+    return rig.model_copy(update={"sensors": tuple(sensors.values())}), stance
+
+
+def _limits(position_mm: float, angle_deg: float) -> Doubles:
+    return np.array([position_mm / 1e3] * 3 + [angle_deg] * 3)
+
+
+def _moved(sensor: Sensor, error: Doubles, about_m: Sequence[float] | Doubles) -> Sensor:
+    """A sensor shifted by metres and turned by degrees about axes of the vehicle through a place; itself without."""
+    if not error.any():
+        return sensor
+    turn = Pose((0.0, 0.0, 0.0), (float(error[3]), float(error[4]), float(error[5]))).rotation()
+    middle = np.asarray(about_m, np.float64)
+    x, y, z = (middle + turn @ (np.array(sensor.position) - middle) + error[:3]).tolist()
+    return sensor.with_pose(Pose((x, y, z), rpy_deg_from_rotation(turn @ sensor.pose.rotation())))
+
+
+def standing(rig: Rig, stance: Pose) -> Rig:
+    """The rig in the frame of the traffic when its car stands as `stance` says."""
+    if stance == Pose():
+        return rig
+    sensors = tuple(sensor.with_pose(stance.compose(sensor.pose)) for sensor in rig.sensors)
+    return rig.model_copy(update={"sensors": sensors})
+
+
+def tolerance(
+    rig: Rig,
+    profile: ToleranceProfile,
+    measure: Measure,
+    draws: int = 256,
+    seed: int = 0,
+    with_sensitivities: bool = True,
+    progress: Progress | None = None,
+) -> ToleranceResult:
+    """Draw errors and measure the rig with each of them; the same seed gives the same draws."""
+    units = unit_draws(draws, errors_count(rig), seed)
+    few = max(1, draws // 4)
+    axes = [axis for axis in _axes(rig, profile) if with_sensitivities]
+    steps = 1 + draws + few + 2 * len(axes)
+    done = iter(range(1, steps + 1))
+
+    def measured(how: ToleranceProfile, errors: Doubles) -> Figures:
+        figures = measure(*disturbed(rig, how, errors))
+        if progress is not None:
+            progress(next(done) / steps)
+        return figures
+
+    nominal = measured(profile, np.zeros(errors_count(rig)))
+    found = [measured(profile, errors) for errors in units]
+    floor = [measured(NOISE_FLOOR, errors) for errors in units[:few]]
+    sensitivities = tuple(_sensitivity(rig, profile, measured, *axis) for axis in axes)
+    return ToleranceResult(
+        rig, profile, draws, seed, _spreads(nominal, found), _spreads(nominal, floor), sensitivities
+    )
+
+
+def _spreads(nominal: Figures, found: Sequence[Figures]) -> dict[str, Spread]:
+    return {name: Spread.of(value, [one[name] for one in found]) for name, value in nominal.items()}
+
+
+def _axes(rig: Rig, profile: ToleranceProfile) -> Iterator[tuple[str, str, int, float]]:
+    """Sensors, axes, the place of each error among all, and its limit in mm or degrees, where there is any."""
+    limits = [profile.position_mm] * 3 + [profile.angle_deg] * 3
+    for number, sensor in enumerate(rig.sensors):
+        for axis, (name, limit) in enumerate(zip(AXES, limits, strict=True)):
+            if limit and sensor.enabled:
+                yield sensor.name, name, 6 * number + axis, limit
+    limits = [profile.car_roll_deg, profile.car_pitch_deg, profile.car_heave_mm]
+    for axis, (name, limit) in enumerate(zip(("roll", "pitch", "z"), limits, strict=True)):
+        if limit:
+            yield "car", name, errors_count(rig) - 3 + axis, limit
+
+
+def _sensitivity(
+    rig: Rig,
+    profile: ToleranceProfile,
+    measured: Callable[[ToleranceProfile, Doubles], Figures],
+    sensor: str,
+    axis: str,
+    place: int,
+    limit: float,
+) -> Sensitivity:
+    error = np.zeros(errors_count(rig))
+    error[place] = 1.0
+    more, less = measured(profile, error), measured(profile, -error)
+    return Sensitivity(sensor, axis, limit, {name: (more[name] - less[name]) / 2.0 for name in more})
+
+
+def first_order_sd(result: ToleranceResult, name: str) -> float:
+    """Standard deviation of a figure as its sensitivities predict it: errors drawn evenly within plus or minus 1 have a
+    variance of a third. Errors of brackets are not among the sensitivities."""
+    return math.sqrt(sum(one.effect[name] ** 2 for one in result.sensitivities) / 3.0)

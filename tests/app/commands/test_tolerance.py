@@ -1,0 +1,41 @@
+"""`riglens tolerance`: a table for people, JSON for programs, the same draws for the same seed."""
+
+import json
+
+import pytest
+
+from tests.app.conftest import SMALL_GRID
+
+FEW = ("--draws", "4", "--sample", "2", "--no-sensitivities")
+
+
+def test_the_json_holds_what_the_table_shows_and_a_seed_repeats_it(riglens, boxes):
+    scene = ("--boxes", boxes, *SMALL_GRID)
+    found = riglens("tolerance", "Center", *scene, *FEW, "--json", "-")
+    assert found.code == 0, found.err
+    document = json.loads(found.out)
+    assert found.out == riglens("tolerance", "Center", *scene, *FEW, "--json", "-").out
+    assert document["profile"]["source"] == "our choice" and document["draws"] == 4
+    scores = json.loads(riglens("evaluate", "Center", *scene, "--json", "-").out)["rigs"][0]["classes"]
+    for name in ("car", "bicycle", "pedestrian"):
+        spread = document["figures"][f"seen {name}"]
+        assert spread["nominal"] == scores[name]["any"]["seen"]
+        assert spread["worst"] <= spread["p05"] <= spread["median"] <= spread["p95"]
+    table = riglens("tolerance", "Center", *scene, *FEW).out
+    assert (
+        "noise floor" in table
+        and "our choice" in table
+        and f"{100 * document['figures']['seen car']['worst']:.2f}" in table
+    )
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("--profile", "magic"), "accepted is one of assembly"),
+        (("--draws", "0"), "--draws: found 0"),
+        (("--seed", "-1"), "--seed: found -1"),
+    ],
+)
+def test_bad_input_is_told_in_one_line(riglens, arguments, said):
+    assert said in riglens("tolerance", "Center", *arguments).refused()

@@ -1,0 +1,119 @@
+"""Mounts: distances that a pencil gives, zones of the built-in bodies, one line per violation."""
+
+import numpy as np
+import pytest
+
+from riglens.core.review.mounts import (
+    SIDES,
+    USUAL_KEEP_OUT,
+    Beyond,
+    Box,
+    KeepOut,
+    MountLimits,
+    mounts_of,
+    violations,
+)
+from riglens.core.rig.model import Camera, Rig, Vehicle
+from riglens.core.vehicle.body import body_parts
+from tests.core.review.scenes import BOX_FILE, box_mesh, camera, dense_lidar
+
+SEDAN = Vehicle()
+
+
+def on_material(material: str) -> tuple[float, float, float]:
+    """A place just outside of the middle of the largest triangle of a material."""
+    part = next(part for part in body_parts(SEDAN) if part.material == material)
+    corners = part.surface.points[part.surface.triangles].astype(np.float64)
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    size = np.linalg.norm(normal, axis=1)
+    bare = (material != "glass") | (
+        corners[:, :, 2].mean(axis=1) > 1.15
+    )  # below, the body stands before the glass
+    largest = int(np.argmax(size * bare))
+    middle, out = corners[largest].mean(axis=0), normal[largest] / size[largest]
+    out *= np.sign(out @ (middle - [0.0, 0.0, 0.7]))
+    x, y, z = (middle + 0.003 * out).tolist()
+    return x, y, z
+
+
+def test_distances_over_a_box_are_those_of_a_pencil() -> None:
+    roof = dense_lidar(1.8)
+    side = camera((0.0, 1.3, 1.0), 90.0)
+    rig = Rig(vehicle=BOX_FILE, sensors=(roof, side, camera((9.0, 0.0, 1.0), 5.0).replace(enabled=False)))
+    top, left = mounts_of(rig, box_mesh())
+    assert (top.height_m, top.stand.gap_m) == pytest.approx((1.8, 0.3))
+    assert left.stand.gap_m == pytest.approx(0.3) and left.neighbour == roof.name
+    assert left.neighbour_m == pytest.approx(np.hypot(1.3, 0.8))
+    half = 0.05 / np.sqrt(3.0)
+    assert left.beyond_m["left"] == pytest.approx(0.3 + half) and left.beyond_m["top"] == pytest.approx(
+        half - 0.5
+    )
+    assert tuple(left.beyond_m) == SIDES and left.materials == frozenset()
+    alone = mounts_of(Rig(vehicle=BOX_FILE, sensors=(roof,)), box_mesh())[0]
+    assert alone.neighbour is None and alone.neighbour_m == np.inf
+
+
+def test_every_limit_that_is_broken_gives_one_line_that_says_by_how_much() -> None:
+    rig = Rig(
+        vehicle=BOX_FILE, sensors=(dense_lidar(1.8), camera((0.0, 1.3, 1.0), 90.0), camera((0.0, 0.0, 0.7)))
+    )
+    limits = MountLimits(
+        height_m=(0.8, 1.5),
+        gap_m=0.2,
+        spacing_m=1.2,
+        beyond_m=Beyond(left=0.1, front=0.0),
+        width_m=2.1,
+        length_m=4.0,
+        total_height_m=1.6,
+    )
+    lines = [(v.sensor, v.text) for v in violations(rig, limits, box_mesh())]
+    texts = [text for _, text in lines]
+    assert ("lidar 0", "1.800 m over the ground; accepted are 0.8 to 1.5 m") in lines
+    assert ("lidar 0", "0.300 m over the skin; accepted are at most 0.2 m") in lines
+    assert ("camera 90", "sticks out 0.329 m (left); accepted are at most 0.1 m") in lines
+    assert ("camera 0", "inside the body") in lines and (
+        "camera 0",
+        "0.700 m over the ground; accepted are 0.8 to 1.5 m",
+    ) in lines
+    assert any("from camera 0; accepted are at least 1.2 m" in text for text in texts)
+    assert [text for name, text in lines if name == "car"] == [
+        "2.329 m wide with its sensors; accepted are at most 2.1 m",
+        "1.861 m high with its sensors; accepted are at most 1.6 m",
+    ]
+    assert violations(rig, MountLimits(keep_out=()), box_mesh()) == violations(rig, MountLimits(), box_mesh())
+
+
+@pytest.mark.parametrize(
+    ("material", "zone"),
+    [("glass", "glass"), ("lamp", "head lamp"), ("tail", "tail lamp"), ("plate", "number plate")],
+)
+def test_a_sensor_on_glass_lamps_and_plates_stands_where_nothing_may(material: str, zone: str) -> None:
+    rig = Rig(vehicle=SEDAN, sensors=(camera(on_material(material)),))
+    (mount,) = mounts_of(rig)
+    assert material in mount.materials and zone in mount.zones
+    assert f"stands where nothing may: {zone}" in [v.text for v in violations(rig, MountLimits())]
+    assert mounts_of(rig, keep_out=())[0].zones == ()
+
+
+def test_a_door_is_kept_clear_and_a_roof_is_not() -> None:
+    def at(x: float, y: float, z: float) -> Camera:
+        return camera((x, y, z))
+
+    door = mounts_of(Rig(vehicle=SEDAN, sensors=(at(0.1, 0.96, 0.6),)))[0]
+    mirrored = mounts_of(Rig(vehicle=SEDAN, sensors=(at(0.1, -0.96, 0.6),)))[0]
+    assert "door" in door.zones and door.zones == mirrored.zones
+    roof = mounts_of(Rig(vehicle=SEDAN, sensors=(at(-0.3, 0.0, 1.46),)))[0]
+    assert roof.zones == () and roof.materials <= {"paint", "panel"}
+    own = KeepOut(name="hood", boxes=(Box(x=(0.75, 1.0)),))
+    assert mounts_of(Rig(vehicle=SEDAN, sensors=(at(1.9, 0.0, 0.95),)), keep_out=(own,))[0].zones == ("hood",)
+    with pytest.raises(ValueError, match="accepted is one of paint"):
+        KeepOut(name="a", material="wood")
+    with pytest.raises(ValueError, match="give material, boxes or both"):
+        KeepOut(name="a")
+    assert {zone.name for zone in USUAL_KEEP_OUT} >= {
+        "glass",
+        "door",
+        "head lamp",
+        "tail lamp",
+        "number plate",
+    }

@@ -1,0 +1,160 @@
+"""Tolerances: nothing comes of nothing, small errors add up as their derivatives say, a car moves with its sensors."""
+
+import math
+
+import numpy as np
+import pytest
+
+from riglens.core.engine.engine import Engine
+from riglens.core.errors import InputError
+from riglens.core.geometry import Pose
+from riglens.core.metric.scores import MetricSettings
+from riglens.core.review.measures import Measures
+from riglens.core.review.tolerance import (
+    PROFILES,
+    ToleranceProfile,
+    disturbed,
+    errors_count,
+    first_order_sd,
+    profile_called,
+    standing,
+    tolerance,
+    unit_draws,
+)
+from riglens.core.rig.model import Rig, Vehicle
+from riglens.core.scene.grid import VoxelGrid
+from riglens.core.vehicle.solid import CarBody
+from tests.core.builders import random_field
+from tests.core.review.scenes import BOX_FILE, box_mesh, random_rig
+from tests.core.review.test_redundancy import some_traffic
+
+SMALL = VoxelGrid(0.5, (20.0, 16.0, 4.0))
+
+
+def ring_m(rig: Rig, stance: Pose) -> dict[str, float]:
+    """Where the optical axes of the sensors, which look down, meet the ground: smooth in every error."""
+    total = 0.0
+    for sensor in standing(rig, stance).sensors:
+        ahead = sensor.pose.rotation()[:, 0]
+        total += sensor.position[0] - sensor.position[2] * ahead[0] / ahead[2]
+    return {"ring": total}
+
+
+def looking_down() -> Rig:
+    rig = random_rig(np.random.default_rng(3), 4)
+    sensors = [
+        s.replace(rpy_deg=(0.0, 30.0, 5.0 * n), position=(0.3 * n, 0.1, 1.8))
+        for n, s in enumerate(rig.sensors)
+    ]
+    return rig.replace(sensors=tuple(sensors))
+
+
+def test_without_tolerance_there_is_no_spread_and_the_rig_is_the_very_same() -> None:
+    rig = looking_down()
+    nothing = ToleranceProfile(name="none", source="a test")
+    for errors in unit_draws(4, errors_count(rig), 1):
+        assert disturbed(rig, nothing, errors) == (rig, Pose())
+    field = random_field(SMALL, np.random.default_rng(0))
+    found = tolerance(rig, nothing, Measures(field, None), 8)
+    for spread in found.spreads.values():
+        assert {spread.nominal, spread.median, spread.p05, spread.p95, spread.worst} == {spread.nominal}
+    assert found.sensitivities == ()
+
+
+def test_small_errors_spread_as_first_order_says() -> None:
+    rig = looking_down()
+    for profile in (
+        profile_called("assembly"),
+        ToleranceProfile(name="r", source="t", car_pitch_deg=0.2, car_heave_mm=5.0),
+    ):
+        found = tolerance(rig, profile, ring_m, 512, seed=2)
+        spread = float(np.std(found.spreads["ring"].values))
+        assert spread == pytest.approx(first_order_sd(found, "ring"), rel=0.1) and spread > 0.0
+    pitch = next(one for one in found.sensitivities if one.axis == "pitch")
+    step = math.radians(0.2)
+    per_rad = sum(s.position[2] / math.sin(math.radians(30.0)) ** 2 for s in rig.sensors)
+    assert abs(pitch.effect["ring"]) == pytest.approx(per_rad * step, rel=0.35)
+    heave = next(one for one in found.sensitivities if one.axis == "z")
+    assert heave.effect["ring"] == pytest.approx(
+        sum(0.005 * math.cos(math.radians(5.0 * n)) / math.tan(math.radians(30.0)) for n in range(4)),
+        rel=1e-6,
+    )
+
+
+def test_draws_are_balanced_the_same_for_a_seed_and_within_their_limits() -> None:
+    one, again, other = unit_draws(64, 12, 5), unit_draws(64, 12, 5), unit_draws(64, 12, 6)
+    assert np.array_equal(one, again) and not np.array_equal(one, other)
+    assert one.min() >= -1.0 and one.max() < 1.0
+    counts = np.stack([np.histogram(column, 8, (-1.0, 1.0))[0] for column in one.T])
+    assert np.all(counts == 8)
+    rig, profile = looking_down(), profile_called("service")
+    for errors in unit_draws(16, errors_count(rig), 0):
+        moved, stance = disturbed(rig, profile, errors)
+        assert stance == Pose()
+        for sensor, was in zip(moved.sensors, rig.sensors, strict=True):
+            assert np.abs(np.subtract(sensor.position, was.position)).max() <= 0.005 + 1e-12
+            turn = sensor.pose.rotation() @ was.pose.rotation().T
+            assert (
+                math.degrees(math.acos(min(1.0, (np.trace(turn) - 1.0) / 2.0))) <= 0.3 * math.sqrt(3.0) + 1e-6
+            )
+    for wrong in (0, 5000):
+        with pytest.raises(InputError, match="--draws"):
+            unit_draws(wrong, 3, 0)
+    with pytest.raises(InputError, match="accepted is one of assembly"):
+        profile_called("nothing")
+
+
+def test_sensors_of_a_bracket_move_together() -> None:
+    rig = looking_down()
+    names = ("bar", "bar", None, "post")
+    sensors = [
+        s.replace(fails_with=(n, "ecu") if n else None) for s, n in zip(rig.sensors, names, strict=True)
+    ]
+    rig = rig.replace(sensors=tuple(sensors))
+    profile = ToleranceProfile(name="b", source="t", bracket_position_mm=20.0, bracket_angle_deg=2.0)
+    errors = unit_draws(3, errors_count(rig), 0)[2]
+    moved, _ = disturbed(rig, profile, errors)
+    before, after = (np.array([s.position for s in r.sensors]) for r in (rig, moved))
+    assert np.linalg.norm(after[1] - after[0]) == pytest.approx(
+        np.linalg.norm(before[1] - before[0]), abs=1e-12
+    )
+    turns = [a.pose.rotation() @ b.pose.rotation().T for a, b in zip(moved.sensors, rig.sensors, strict=True)]
+    np.testing.assert_allclose(turns[0], turns[1], atol=1e-12)
+    assert moved.sensors[2] == rig.sensors[2] and not np.allclose(turns[3], turns[0])
+
+
+def test_a_pitching_car_takes_body_and_sensors_along_and_leaves_the_traffic() -> None:
+    rng = np.random.default_rng(8)
+    field, traffic = random_field(SMALL, rng), some_traffic(rng)
+    rig = random_rig(rng, 4).replace(vehicle=Vehicle(length=3.0, width=1.6, height=1.2))
+    stance = Pose((0.0, 0.0, 0.1), (2.0, 3.0, 0.0))
+    moved = standing(rig, stance)
+    for sensor, was in zip(moved.sensors, rig.sensors, strict=True):
+        np.testing.assert_allclose(sensor.position, stance.transform(was.position), atol=1e-12)
+    mesh = box_mesh()
+    solid, turned = (CarBody(BOX_FILE, mesh, how).solid() for how in (Pose(), stance))
+    np.testing.assert_allclose(turned.triangles_m, stance.transform(solid.triangles_m), atol=1e-9)
+    assert turned.fingerprint != solid.fingerprint
+    blocked = MetricSettings(body="blocks")
+    with_body = Measures(field, traffic, blocked)(rig, stance)
+    free = Measures(field, traffic, MetricSettings())(rig, stance)
+    assert all(with_body[name] <= free[name] for name in free)
+    assert any(with_body[name] < free[name] for name in free)
+    engine = Engine(field)
+    there = engine.evaluate(moved, blocked, False, stance=stance).scores.classes["car"].any_seen
+    assert there == with_body["seen car"]
+    assert engine.evaluate(moved, blocked, False).scores.classes["car"].any_seen != there
+
+
+def test_the_worst_draw_can_be_drawn_again_and_the_share_below_a_limit_has_its_error() -> None:
+    rig = looking_down()
+    profile = profile_called("assembly")
+    found = tolerance(rig, profile, ring_m, 100, seed=3, with_sensitivities=False)
+    spread = found.spreads["ring"]
+    errors = unit_draws(100, errors_count(rig), 3)[spread.worst_draw]
+    assert ring_m(*disturbed(rig, profile, errors))["ring"] == spread.worst == min(spread.values)
+    share, error = spread.below(spread.median)
+    assert share == 0.5 and error == pytest.approx(0.05)
+    assert spread.below(spread.worst)[0] == 0.0 and spread.below(math.inf) == (1.0, 0.0)
+    assert found.sensitivities == () and len(spread.values) == 100
+    assert all(profile.source for profile in PROFILES)
