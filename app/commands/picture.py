@@ -55,6 +55,8 @@ class PictureArguments:
     """Opacity of the rays, 0 to 1 (0.2)."""
     ray_density: Annotated[float, Parameter(metavar="FACTOR")] = DEFAULT_RAYS.density
     """How many times as many rays, 0.125 to 8 (1)."""
+    fill: Annotated[Literal["none", "ground", "frusta"], Parameter(metavar="NAME")] = "none"
+    """Fill what each sensor looks at: its footprint on open ground, or the outside of its field of view."""
     transparent: bool = False
     """No background."""
     ground: Annotated[bool, Parameter(negative="--no-ground")] = True
@@ -77,7 +79,7 @@ class PictureArguments:
             transparent=self.transparent, legend=self.legend, title=self.title, scores=self.scores,
             theme=self.theme, threshold=self.threshold, log=self.log, opacity=self.opacity,
             slice_m=self.slice_m, baseline=self.baseline,
-            rays=RayLook(self.rays, self.ray_opacity, self.ray_density), ground=self.ground,
+            rays=RayLook(self.rays, self.ray_opacity, self.ray_density, self.fill), ground=self.ground,
         )  # fmt: skip
 
 

@@ -180,7 +180,7 @@ def _complaint(error: ValidationError, name: str, line: int, node: Mapping, wher
     message = str(first["ctx"]["error"]) if first["type"] == "value_error" else first["msg"]
     value = node.get(field.partition(".")[0] or message.split()[0])
     where_in_file = f"{where}:{value.line if value is not None else line}: {shortened(name)}"
-    return f"{where_in_file}: {field}: {message}" if field else f"{where_in_file}: {message}"
+    return f"{where_in_file}: {shortened(field)}: {message}" if field else f"{where_in_file}: {message}"
 
 
 def _check_about(entry: Entry, place: str) -> None:

@@ -259,6 +259,7 @@ def _mirrors(profile: BodyProfile, vehicle: Vehicle) -> Painted:
     painted = [(material, arm.placed(arm.points * scale)) for material, arm in arms]
     for side in (1.0, -1.0):
         housing = superellipsoid(profile.mirror_radii_m, 0.6)
-        points = (housing.points + np.array(profile.mirror_m) * [1.0, side, 1.0]) * scale
-        painted.append(("paint", housing.placed(points)))
+        points = housing.points + np.array(profile.mirror_m) * [1.0, side, 1.0]
+        for material, part in _paint(housing.placed(points), profile.mirror_decals):
+            painted.append((material, part.placed(part.points * scale)))
     return painted

@@ -94,3 +94,4 @@ class BodyProfile:
     cabin_bow_m: float = 0.10
     blocks: tuple[RoundedBlock, ...] = ()
     mirror_arms: tuple[RoundedBlock, ...] = ()
+    mirror_decals: tuple[Decal, ...] = ()

@@ -45,3 +45,10 @@ def test_a_formula_becomes_text(formula: str) -> None:
 @pytest.mark.parametrize("value", ["W+T", "", "-1.25", "-inf", "+1e-9", -3, None, 0.5])
 def test_names_and_numbers_stay(value: object) -> None:
     assert spreadsheet_cell(value) == value
+
+
+@pytest.mark.parametrize("unseen", ["\ufeff", "\u200b", "\xad", "\u2060", "\u200f"])
+def test_what_has_no_width_is_written_out(unseen: str) -> None:
+    """A library with such a mark in a field's name was refused in a line that seemed to name the right field."""
+    shown = visible(f"r{unseen}ange_m")
+    assert shown.isprintable() and shown.isascii()

@@ -181,10 +181,11 @@ _PER_OCTAVE = 2
 
 
 class RaysPanel(LookPanel):
-    """A check box and two sliders for a RayLook."""
+    """A check box and two sliders for a RayLook; what is filled is kept as it was set."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__("Rays", parent)
+        self._fill = DEFAULT_RAYS.fill
         self.shown = self.add_box("Show rays", "Rays of all sensors that are switched on")
         self.opacity = self.add_slider(
             "Opacity",
@@ -207,6 +208,7 @@ class RaysPanel(LookPanel):
 
     def set_look(self, look: RayLook) -> None:
         """Set check box and sliders to a look, and signal it."""
+        self._fill = look.fill
         widgets = (self.shown, self.opacity, self.density)
         for widget in widgets:
             widget.blockSignals(True)
@@ -221,7 +223,7 @@ class RaysPanel(LookPanel):
     def look(self) -> RayLook:
         """The look that check box and sliders give."""
         density = 2.0 ** (self.density.value() / _PER_OCTAVE)
-        return RayLook(self.shown.isChecked(), self.opacity.value() / _PERCENT, density)
+        return RayLook(self.shown.isChecked(), self.opacity.value() / _PERCENT, density, self._fill)
 
     def _on_changed(self, _: object = None) -> None:
         look = self.look

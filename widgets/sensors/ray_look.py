@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 SELECTED_LINES, QUICK_LINES = 1150, 300
 OTHER_LINES, _ALL_OTHERS, _QUICK_OTHERS = 130, 1500, 400
@@ -10,6 +11,9 @@ _FEWEST_LINES = 24
 _OTHERS_SHARE = 0.6
 _BOLDER = 0.25
 LEAST_DENSITY, MOST_DENSITY = 0.125, 8.0
+
+Fill = Literal["none", "ground", "frusta"]
+"""What is filled beside the rays: nothing, footprints on the ground, or the outside of fields of view."""
 
 
 @dataclass(frozen=True)
@@ -26,12 +30,13 @@ class RayLook:
 
     `opacity`, 0 to 1, is that of the selected sensor's rays where they leave the ROI; those of the others are
     fainter. `density` multiplies the number of rays at rest. While something moves there are never more than at
-    density 1, but they are bolder.
+    density 1, but they are bolder. Surfaces that are filled have an opacity of their own, and need no rays.
     """
 
     shown: bool = True
     opacity: float = 0.2
     density: float = 1.0
+    fill: Fill = "none"
 
     def of_selected(self, quick: bool = False) -> Strokes:
         """The fan of the selected sensor."""

@@ -14,6 +14,7 @@ from riglens.widgets.drawing.actors import mapper_of
 from riglens.widgets.drawing.camera import OrbitCamera, Size
 from riglens.widgets.gizmo.drag import Handle
 from riglens.widgets.sensors.bodies import Mark, SensorLayer
+from riglens.widgets.sensors.fills import FillsLayer
 from riglens.widgets.sensors.rays import RaysLayer
 from riglens.widgets.theme import LINKED_COLOUR, Palette, rgb
 from riglens.widgets.viewport.scene_state import SceneState
@@ -25,7 +26,7 @@ class RigLayer:
     """Bodies and fans of all sensors that are not hidden; the selected one has the dense fan."""
 
     def __init__(self, renderer: vtkRenderer, rays: vtkRenderer) -> None:
-        self._sensors, self._rays = SensorLayer(renderer), RaysLayer(rays)
+        self._sensors, self._fills, self._rays = SensorLayer(renderer), FillsLayer(rays), RaysLayer(rays)
         self._links = pv.Actor(mapper=mapper_of(pv.Line()))
         self._links.prop.color, self._links.prop.lighting = rgb(LINKED_COLOUR), False
         self._links.visibility = False
@@ -56,15 +57,19 @@ class RigLayer:
 
     def show_fans(self, state: SceneState, quick: bool, others: bool = True) -> None:
         """Rebuild the rays, fewer while something moves; those of sensors that are not selected only with `others`."""
-        casting, look = state.casting, state.ray_look
-        selected = next((sensor for sensor in casting if sensor.name == state.selected), None)
+        look, grid, enabled = state.ray_look, state.grid, state.enabled
+        selected = next((sensor for sensor in enabled if sensor.name == state.selected), None)
+        rest = [sensor for sensor in enabled if sensor is not selected]
         palette = state.palette
         if selected is not None and not state.show_selection:
-            palette = replace(palette, selected=palette.kinds[selected.kind])
-        self._rays.set_selected(selected, state.grid, palette, look.of_selected(quick))
+            palette = replace(palette, selected=palette.rays[selected.kind])
+        strokes = look.of_selected(quick)
+        self._rays.set_selected(selected if look.shown else None, grid, palette, strokes)
+        self._fills.set_selected(selected, grid, palette, look.fill)
         if others:
-            rest = [sensor for sensor in casting if sensor is not selected]
-            self._rays.set_others(rest, state.grid, state.palette, look.of_others(len(rest), quick))
+            casting = rest if look.shown else []
+            self._rays.set_others(casting, grid, state.palette, look.of_others(len(casting), quick))
+            self._fills.set_others(rest, grid, state.palette, look.fill)
 
     def arrange(self, camera: OrbitCamera, size: Size, pixel_ratio: float) -> None:
         """Fit the rays to where they are looked at from."""

@@ -138,9 +138,9 @@ class SceneState:
         return tuple(sensor.name for sensor in self.shown if math.hypot(*sensor.position) > reach_m)
 
     @property
-    def casting(self) -> list[Lidar | Camera]:
-        """The sensors whose rays are drawn."""
-        return [sensor for sensor in self.shown if sensor.enabled] if self.ray_look.shown else []
+    def enabled(self) -> list[Lidar | Camera]:
+        """The sensors that are switched on, of those that are not hidden."""
+        return [sensor for sensor in self.shown if sensor.enabled]
 
     def other_fans_differ(self, after: SceneState) -> bool:
         """Whether the rays of any sensor beside the selected one are to be drawn anew to show another state."""

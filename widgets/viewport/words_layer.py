@@ -179,8 +179,9 @@ class WordsLayer:
         self._legend.set_data(shown, state.heat_look, state.palette)
 
     def show_key(self, state: SceneState) -> None:
-        """Say which rays are whose, or nothing where no rays are drawn."""
-        casting = state.casting if state.show_legend else []
+        """Say which rays are whose, or nothing where neither rays nor fields of view are drawn."""
+        look = state.ray_look
+        casting = state.enabled if state.show_legend and (look.shown or look.fill != "none") else []
         chosen = state.selected_sensor if state.show_selection else None
         self._key.set_entries(entries_of(casting, chosen, state.palette), state.palette)
 

@@ -20,7 +20,7 @@ from riglens.core.scene.boxes import CLASSES
 from riglens.widgets.heatmap.scale import HeatLook
 from riglens.widgets.panels.icons import swatch
 from riglens.widgets.panels.look_panels import HeatPanel, RaysPanel
-from riglens.widgets.sensors.ray_look import LEAST_DENSITY, MOST_DENSITY, RayLook
+from riglens.widgets.sensors.ray_look import LEAST_DENSITY, MOST_DENSITY, Fill, RayLook
 from riglens.widgets.theme import CLASS_COLOURS
 
 TITLES: dict[str, str] = {
@@ -150,20 +150,42 @@ def look_of(kept: dict[str, Any]) -> HeatLook | None:
     return HeatLook(shares[0], log is True, shares[1]) if len(shares) == 2 else None
 
 
+_OPEN = "as if there were no car and no traffic"
+FILLS: tuple[Fill, ...] = ("none", "ground", "frusta")
+
+
+def _fill(fill: Fill, text: str, tip: str) -> Spec:
+    return Spec(f"fill_{fill}", text, tip, menu="view", group="fill")
+
+
 class RaysShown(Feature):
-    """A switch in the View menu, and sliders below those of the heatmap."""
+    """A switch and a choice of fillings in the View menu, and sliders below those of the heatmap."""
 
     specs = (
         Spec("rays", "Rays", "Show the rays of the sensors", "R", menu="view/shown", is_checkable=True),
+        _fill("none", "Not filled", "Rays alone"),
+        _fill("ground", "Footprints on the ground", f"Fill the ground that is looked at, within range, {_OPEN}"),
+        _fill("frusta", "Frusta", f"Fill the outside of each field of view, {_OPEN}"),
     )  # fmt: skip
 
     def __init__(self, bench: Workbench, heat: Heat) -> None:
         super().__init__(bench)
         self.panel = RaysPanel()
         heat.add_look(self.panel)
-        self.bind(rays=lambda: self.panel.shown.setChecked(self.actions["rays"].isChecked()))
+        menu = QMenu("Fields of view", bench.window)
+        for fill in FILLS:
+            menu.addAction(self.actions[f"fill_{fill}"])
+        bench.places.add_to_menu("view/shown", menu)
+        self.bind(
+            rays=lambda: self.panel.shown.setChecked(self.actions["rays"].isChecked()),
+            **{f"fill_{fill}": partial(self.set_fill, fill) for fill in FILLS},
+        )
         self.panel.look_changed.connect(self._show)
         self._show(self.panel.look)
+
+    def set_fill(self, fill: Fill) -> None:
+        """Fill what sensors look at: footprints, frusta, or nothing."""
+        self.panel.set_look(replace(self.panel.look, fill=fill))
 
     def restore(self, settings: Settings) -> None:
         look = ray_look_of(settings.read("rays/look", {}))
@@ -175,6 +197,7 @@ class RaysShown(Feature):
 
     def _show(self, look: RayLook) -> None:
         self.actions["rays"].setChecked(look.shown)
+        self.actions[f"fill_{look.fill}"].setChecked(True)
         self.viewport.show_state(replace(self.viewport.state, ray_look=look))
 
 
@@ -185,4 +208,5 @@ def ray_look_of(kept: dict[str, Any]) -> RayLook | None:
         return None
     if not (isinstance(density, float) and LEAST_DENSITY <= density <= MOST_DENSITY):
         return None
-    return RayLook(kept.get("shown") is not False, opacity, density)
+    fill: Fill = next((fill for fill in FILLS if fill == kept.get("fill")), "none")
+    return RayLook(kept.get("shown") is not False, opacity, density, fill)

@@ -90,6 +90,29 @@ def test_rays_are_drawn_the_next_time_as_they_were_left(qtbot: QtBot, tmp_path: 
         assert not bench.workbench.actions["rays"].isChecked()
 
 
+def test_fields_of_view_are_filled_from_the_menu_without_rays_too_and_kept(
+    qtbot: QtBot, tmp_path: Path
+) -> None:
+    file = tmp_path / "window.ini"
+    with open_bench(qtbot, tmp_path, kept=Settings(file), wait=False) as bench:
+        for fill in ("ground", "frusta"):
+            bench.act(f"fill_{fill}")
+            assert bench.viewport.state.ray_look == RayLook(fill=fill)
+            assert [
+                key
+                for key in ("none", "ground", "frusta")
+                if bench.workbench.actions[f"fill_{key}"].isChecked()
+            ] == [fill]
+        bench.act("rays")
+        assert bench.viewport.state.ray_look == RayLook(shown=False, fill="frusta")
+    with open_bench(qtbot, tmp_path, kept=Settings(file), wait=False) as bench:
+        assert bench.viewport.state.ray_look == RayLook(shown=False, fill="frusta")
+        bench.features.rays.panel.reset()
+        assert (
+            bench.viewport.state.ray_look == DEFAULT_RAYS and bench.workbench.actions["fill_none"].isChecked()
+        )
+
+
 @pytest.mark.parametrize("kept", [{}, {"opacity": "x", "density": 1.0}, {"opacity": 0.5, "density": 1e9}])
 def test_a_look_that_was_not_kept_well_is_forgotten(kept: dict) -> None:
     assert ray_look_of(kept) is None

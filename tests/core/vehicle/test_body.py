@@ -103,3 +103,25 @@ def test_an_unknown_body_is_refused_in_one_line_that_names_the_known_ones():
 def test_every_body_that_a_rig_file_may_name_can_be_drawn():
     assert tuple(PROFILES) == PARAMETRIC_BODIES
     assert reference_vehicle("sedan") == Vehicle()
+
+
+def test_an_suv_has_mirrors_on_arms_a_windscreen_edge_and_a_bonnet_line_across():
+    vehicle = reference_vehicle("suv")
+    glass, trim, gaps = (points_of(vehicle, material) for material in ("glass", "trim", "gap"))
+    for side in (1.0, -1.0):
+        mirror = glass[(side * glass[:, 1] > 0.9) & (glass[:, 0] < 0.7) & (glass[:, 0] > 0.5)]
+        assert len(mirror) and mirror[:, 2].max() < 1.3
+        arm = trim[
+            (side * trim[:, 1] > 0.75) & (abs(trim[:, 0] - 0.675) < 0.06) & (abs(trim[:, 2] - 1.105) < 0.03)
+        ]
+        assert np.ptp(arm[:, 1]) > 0.15, "from inside the door to the mirror"
+    windscreen = glass[(glass[:, 0] > 0.3) & (np.abs(glass[:, 1]) < 0.2)]
+    above = trim[
+        (trim[:, 2] > windscreen[:, 2].max() - 1e-6) & (trim[:, 0] > 0.0) & (np.abs(trim[:, 1]) < 0.2)
+    ]
+    below = trim[
+        (trim[:, 0] > windscreen[:, 0].max() - 0.1) & (trim[:, 2] > 1.1) & (np.abs(trim[:, 1]) < 0.2)
+    ]
+    assert len(above) and len(below)
+    bonnet = gaps[(gaps[:, 0] > 2.1) & (gaps[:, 2] > 0.9)]
+    assert bonnet[:, 1].min() < -0.4 and bonnet[:, 1].max() > 0.4 and (np.abs(bonnet[:, 1]) < 0.05).any()

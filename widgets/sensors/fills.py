@@ -1,0 +1,154 @@
+"""What a sensor looks at, as surfaces: its footprint on open, flat ground, or the outside of its field of view.
+
+Both are geometry: fields of view and ranges, cut off at the ROI, as if there were no car and no traffic.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pyvista as pv
+from numpy.typing import NDArray
+from vtkmodules.vtkRenderingCore import vtkRenderer
+
+from riglens.core.rig.model import Camera, Lidar
+from riglens.core.scene.grid import VoxelGrid
+from riglens.core.sensing.rays import Rays, clip_to_roi, sensor_rays
+from riglens.widgets.drawing.actors import rgba_actor
+from riglens.widgets.sensors.ray_look import Fill
+from riglens.widgets.theme import Palette, rgb
+
+Points = NDArray[np.float64]
+Quads = NDArray[np.int64]
+_BEAMS, _TURNS, _ROWS, _COLUMNS = 24, 96, 19, 33
+"""At most so many beams and azimuths of a LiDAR, or rows and columns of an image, make the corners of a surface."""
+_ALL_ROUND_DEG = 300.0
+_GROUND_M = 0.012
+_OPACITY = {"ground": (0.06, 0.18), "frusta": (0.05, 0.12)}
+"""Of all other sensors, and of the selected one."""
+
+
+def fill_mesh(
+    sensor: Lidar | Camera, grid: VoxelGrid, fill: Fill, colour: str, opacity: float
+) -> pv.PolyData:
+    """The footprint ("ground") or the outside of the field of view ("frusta") with an `rgba` array; or nothing."""
+    nodes, is_closed = _nodes(sensor)
+    rays = sensor_rays(sensor, nodes.ravel())
+    points, quads = (
+        _footprint(rays, nodes.shape, grid)
+        if fill == "ground"
+        else _outside(rays, nodes.shape, grid, is_closed)
+    )
+    if not len(quads):
+        return pv.PolyData()
+    mesh = pv.PolyData(points, np.insert(quads, 0, quads.shape[1], axis=1).ravel())
+    rgba = np.append(np.array(rgb(colour)) * 255, 255 * opacity).astype(np.uint8)
+    mesh["rgba"] = np.tile(rgba, (len(points), 1))
+    return mesh
+
+
+def _nodes(sensor: Lidar | Camera) -> tuple[Quads, bool]:
+    """Ray numbers of a coarse lattice, (beams upwards, azimuths) or (rows, columns); if it goes round."""
+    if isinstance(sensor, Camera):
+        columns, rows = sensor.cast
+        down, across = _spread(rows, _ROWS), _spread(columns, _COLUMNS)
+        return down[:, None] * columns + across, False
+    upward, turns_deg = np.argsort(sensor.elevations(), kind="stable"), sensor.azimuths()
+    beams, turns = upward[_spread(len(upward), _BEAMS)], _spread(len(turns_deg), _TURNS)
+    goes_round = float(turns_deg[-1] - turns_deg[0]) > _ALL_ROUND_DEG
+    if goes_round:
+        turns = np.append(turns, turns[0])
+    return beams[:, None] * len(turns_deg) + turns, goes_round
+
+
+def _spread(count: int, most: int) -> Quads:
+    return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(np.int64))
+
+
+def _footprint(rays: Rays, shape: tuple[int, ...], grid: VoxelGrid) -> tuple[Points, Quads]:
+    """Corners on the ground, and those squares of neighbouring rays of which one at least reaches the ground."""
+    x_m, y_m, height_m = rays.origin_m
+    low, high = np.array(grid.origin_m), np.array(grid.origin_m) + np.array(grid.roi_m)
+    inside = low[0] < x_m < high[0] and low[1] < y_m < high[1]
+    reach_m = math.sqrt(max(0.0, rays.range_m[1] ** 2 - height_m**2))
+    if height_m <= 0.0 or not inside or reach_m == 0.0:
+        return np.zeros((0, 3)), np.zeros((0, 4), np.int64)
+    flat = np.hypot(rays.directions[:, 0], rays.directions[:, 1])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        along = rays.directions[:, :2] / flat[:, None]
+        walls_m = np.where(along > 0.0, high[:2] - (x_m, y_m), low[:2] - (x_m, y_m)) / along
+        ground_m = np.where(rays.directions[:, 2] < 0.0, -height_m * flat / rays.directions[:, 2], np.inf)
+    walls_m[along == 0.0] = np.inf
+    limit_m = np.minimum(reach_m, walls_m.min(axis=1))
+    out_m = np.minimum(ground_m, limit_m)
+    points = np.column_stack([(x_m, y_m) + out_m[:, None] * along, np.full(len(flat), _GROUND_M)])
+    return _kept(points, _squares(shape), np.asarray(ground_m < limit_m))
+
+
+def _outside(rays: Rays, shape: tuple[int, ...], grid: VoxelGrid, is_closed: bool) -> tuple[Points, Quads]:
+    """Triangles from the sensor along the lattice's edge, (lowest and highest beam if it goes round)."""
+    index = np.arange(shape[0] * shape[1]).reshape(shape)
+    edges = [index[0], index[-1]] if is_closed else [_once_round(index)]
+    t0, t1 = clip_to_roi(grid, rays)
+    ends = np.array(rays.origin_m) + t1[:, None] * rays.directions
+    points = np.vstack([ends, rays.origin_m])
+    pairs = np.concatenate([np.column_stack([edge[:-1], edge[1:]]) for edge in edges])
+    triangles = np.column_stack([np.full(len(pairs), len(ends)), pairs])
+    good = np.ones(len(points), np.bool_)
+    good[:-1] = (t1 > t0) & np.isfinite(ends).all(axis=1)
+    return np.nan_to_num(points), triangles[good[triangles].all(axis=1)]
+
+
+def _once_round(index: Quads) -> Quads:
+    return np.concatenate([index[0], index[1:, -1], index[-1, -2::-1], index[-2::-1, 0]])
+
+
+def _squares(shape: tuple[int, ...]) -> Quads:
+    """Corners (n, 4) of the squares between neighbouring rays."""
+    index = np.arange(shape[0] * shape[1]).reshape(shape)
+    corners = (index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:])
+    return np.stack([corner.ravel() for corner in corners], axis=1)
+
+
+def _kept(points: Points, squares: Quads, reaches: NDArray[np.bool_]) -> tuple[Points, Quads]:
+    exists = np.asarray(np.isfinite(points).all(axis=1))
+    return np.nan_to_num(points), squares[exists[squares].all(axis=1) & reaches[squares].any(axis=1)]
+
+
+class FillsLayer:
+    """The surfaces of all sensors that are switched on: those of the selected one stronger."""
+
+    def __init__(self, renderer: vtkRenderer) -> None:
+        self._actors = [rgba_actor(pv.PolyData(), "rgba") for _ in range(2)]
+        for actor in self._actors:
+            actor.force_translucent = True
+            actor.visibility = False
+            renderer.AddActor(actor)
+
+    def set_selected(
+        self, sensor: Lidar | Camera | None, grid: VoxelGrid, palette: Palette, fill: Fill
+    ) -> None:
+        """Fill what the selected sensor looks at, or nothing."""
+        shown = [] if sensor is None or fill == "none" else [sensor]
+        self._show(
+            1,
+            [fill_mesh(one, grid, fill, palette.selected_rays(one.kind), _OPACITY[fill][1]) for one in shown],
+        )
+
+    def set_others(
+        self, sensors: list[Lidar | Camera], grid: VoxelGrid, palette: Palette, fill: Fill
+    ) -> None:
+        """Fill what the other sensors look at."""
+        shown = [] if fill == "none" else sensors
+        self._show(
+            0, [fill_mesh(one, grid, fill, palette.rays[one.kind], _OPACITY[fill][0]) for one in shown]
+        )
+
+    def _show(self, which: int, meshes: list[pv.PolyData]) -> None:
+        full = [mesh for mesh in meshes if mesh.n_points]
+        self._actors[which].visibility = bool(full)
+        if full:
+            self._actors[which].mapper.SetInputData(
+                full[0].append_polydata(*full[1:]) if full[1:] else full[0]
+            )
