@@ -28,7 +28,7 @@ _CAMERA = re.compile(r"camera|optical|(^|[^a-z])cam([^a-z]|$)")
 _LIDAR = re.compile(
     r"lidar|laser|velodyne|vlp|hdl|vls|pandar|hesai|livox|ouster|(^|[^a-z])os[0-2]([^0-9]|$)|rslidar|robosense|"
     r"helios|bpearl|innoviz|luminar|innovusion|seyond|aeva|qt64|qt128|ot128|at128|xt[-_]?(16|32)|jt128|falcon|robin|"
-    r"mid[-_]?(40|70|360)|(^|[^a-z])rs[-_]?(m1|m2|16|32|80|128)([^0-9]|$)|scala|valeo|ibeo|cepton|blickfeld"
+    r"(^|[/_])scan(ner)?(_link|_frame)?$|mid[-_]?(40|70|360)|(^|[^a-z])rs[-_]?(m1|m2|16|32|80|128)([^0-9]|$)|scala|valeo|ibeo|cepton|blickfeld"
 )
 _ENDINGS = (
     "/camera_optical_link",

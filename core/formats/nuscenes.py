@@ -10,10 +10,13 @@ from __future__ import annotations
 
 import hashlib
 import json
+from dataclasses import dataclass
+from pathlib import Path
 
 from riglens.core.errors import InputError
 from riglens.core.formats.base import Exported, Format, Imported
 from riglens.core.formats.frames import (
+    Matrix,
     from_optical,
     rotation_from_wxyz,
     se3,
@@ -21,10 +24,12 @@ from riglens.core.formats.frames import (
     wxyz_from_rotation,
 )
 from riglens.core.formats.lens_export import report_lens, without_distortion
+from riglens.core.formats.lidar_points import Rings, rings_of, sweep_file
 from riglens.core.formats.mounts import (
     MAX_PIXELS,
     Mounting,
     ReadOptions,
+    find_lidar_model,
     rear_axle_on_ground,
     root_SE3_body,
     sensors_to_write,
@@ -70,13 +75,17 @@ def read(source: Source, options: ReadOptions) -> Imported:
     vehicle = options.vehicle_or(ZOE)
     origin_m = options.origin_m or rear_axle_on_ground(vehicle)
     mounting = Mounting(source.where, notes, vehicle, origin_m)
-    sizes = _image_sizes(source, [row.item("token").text() for row in rows])
+    recorded = _recorded(source, [row.item("token").text() for row in rows])
+    sizes = {token: _size(fields) for token, fields in recorded.items()}
     names = {
         channel for channel, kind in (_named(row, channels) for row in rows) if kind in ("camera", "lidar")
     }
     is_own = names <= OWN_CHANNELS and all(size in (None, IMAGE) for size in sizes.values())
+    roots = (source.folder.parent, source.folder)
     for row in rows:
-        _add(row, *_named(row, channels), sizes.get(row.item("token").text()), is_own, mounting)
+        fields = recorded.get(row.item("token").text(), {})
+        sweep = None if is_own else sweep_file(roots, fields.get("filename"))
+        _add(row, *_named(row, channels), _Recorded(_size(fields), is_own, sweep), mounting)
     _remark_on_frames(notes, origin_m, options)
     return Imported(mounting.rig(f"nuScenes {rows[0].item('token').text()[:8]}"), notes.report(TITLE))
 
@@ -92,19 +101,19 @@ def _named(row: Value, channels: dict[str, tuple[str, str]]) -> tuple[str, str]:
     return channels[row.item("sensor_token").text()]
 
 
-def _image_sizes(source: Source, tokens: list[str]) -> dict[str, tuple[int, int] | None]:
-    """Return width and height of the images by token of the calibrated sensor, from sample_data where it is there."""
+def _recorded(source: Source, tokens: list[str]) -> dict[str, dict[str, object]]:
+    """Return the first record of each calibrated sensor by its token, from sample_data where it is there."""
     path = table_file(source.folder, "sample_data")
     wanted = set(tokens)
-    sizes: dict[str, tuple[int, int] | None] = {}
+    found: dict[str, dict[str, object]] = {}
     for record in () if path is None else json_records(path, lambda _share: None):
         token = record.fields.get("calibrated_sensor_token")
         if isinstance(token, str) and token in wanted:
             wanted.remove(token)
-            sizes[token] = _size(record.fields)
+            found[token] = {key: record.fields.get(key) for key in ("width", "height", "filename")}
         if not wanted or record.number >= MAX_SCANNED:
             break
-    return sizes
+    return found
 
 
 def _size(fields: dict[str, object]) -> tuple[int, int] | None:
@@ -168,9 +177,16 @@ def _chosen(rigs: list[list[Value]], token: str | None, where: str) -> tuple[lis
     raise InputError(f"{where}: token: found '{shortened(token)}'; accepted is a token of calibrated_sensor")
 
 
-def _add(
-    row: Value, channel: str, modality: str, size: tuple[int, int] | None, is_own: bool, mounting: Mounting
-) -> None:
+@dataclass(frozen=True)
+class _Recorded:
+    """What recordings tell of a sensor: its images' size, if the car is that of nuScenes, a sweep of its points."""
+
+    size: tuple[int, int] | None
+    is_own: bool
+    sweep: Path | None
+
+
+def _add(row: Value, channel: str, modality: str, recorded: _Recorded, mounting: Mounting) -> None:
     if modality not in ("camera", "lidar"):
         mounting.notes.ignored(f"RigLens has no {shortened(modality, 30)}s", channel)
         return
@@ -178,15 +194,36 @@ def _add(
     wxyz = rotation.numbers(4, limit=2.0)
     pose = se3(rotation_from_wxyz(rotation, wxyz), row.item("translation").vector())
     if modality == "lidar":
-        mounting.add_lidar(channel, pose, said="Velodyne HDL-32E" if is_own else None)
+        if recorded.is_own:
+            mounting.add_lidar(channel, pose, said="Velodyne HDL-32E")
+        else:
+            _add_unknown_lidar(channel, pose, recorded.sweep, mounting)
         return
     k = row.item("camera_intrinsic").matrix(3, 3)
     if k[0, 1] != 0.0:
         mounting.notes.ignored("skew of the image axes", channel)
     lens = {"fx": float(k[0, 0]), "fy": float(k[1, 1]), "cx": float(k[0, 2]), "cy": float(k[1, 2])}
-    if size is None:
+    if recorded.size is None:
         mounting.notes.approximated("image size not in the tables: 1600 x 900 pixels", channel)
-    mounting.add_camera(channel, from_optical(pose), image=size or IMAGE, **lens)
+    mounting.add_camera(channel, from_optical(pose), image=recorded.size or IMAGE, **lens)
+
+
+def _add_unknown_lidar(channel: str, pose: Matrix, sweep: Path | None, mounting: Mounting) -> None:
+    """Add a LiDAR of another car: a model that its channel names, else beams from its points, else assumed ones."""
+    rings = None if sweep is None or find_lidar_model(channel) else rings_of(sweep)
+    if isinstance(rings, Rings):
+        beams = f"{len(rings.elevations_deg)} beams and their elevations"
+        mounting.notes.read(
+            f"{beams} are those of its points (one sweep, {rings.unmeasured} rings without)", channel
+        )
+        mounting.notes.approximated(
+            "azimuths and range not in the tables: those of a LiDAR of RigLens", channel
+        )
+        mounting.add_lidar(channel, pose, elevations_deg=rings.elevations_deg)
+        return
+    if isinstance(rings, str):
+        mounting.notes.approximated(f"the sweep of its points {rings}", channel)
+    mounting.add_lidar(channel, pose)
 
 
 def _remark_on_frames(notes: Notes, origin_m: Vec3, options: ReadOptions) -> None:

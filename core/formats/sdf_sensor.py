@@ -22,6 +22,34 @@ KINDS: dict[str, SensorKind] = {
     **dict.fromkeys(("ray", "gpu_ray", "lidar", "gpu_lidar"), "lidar"),
 }
 _MAX_SAMPLES = 100_000
+_PLUGINS: tuple[tuple[str, SensorKind], ...] = (
+    *((word, "camera") for word in ("camera", "kinect", "realsense", "prosilica")),
+    *(
+        (word, "lidar")
+        for word in ("laser", "lidar", "velodyne", "ouster", "livox", "ray_sensor", "hesai", "robosense")
+    ),
+)
+"""Words in the file names of Gazebo's plugins, as in libgazebo_ros_camera.so and libgazebo_ros_velodyne_laser.so."""
+
+
+def plugin_kind(holder: Element) -> SensorKind | None:
+    """Return what the plugins of a <gazebo> or <sensor> publish, None when their names do not say it."""
+    for plugin in holder.all("plugin"):
+        said = f"{plugin.attributes.get('filename', '')} {plugin.attributes.get('name', '')}".lower()
+        found = next((kind for word, kind in _PLUGINS if word in said), None)
+        if found is not None:
+            return found
+    return None
+
+
+def plugin_frame(holder: Element) -> str | None:
+    """Return the frame in which a plugin publishes."""
+    frames = (
+        plugin.first(tag)
+        for plugin in holder.all("plugin")
+        for tag in ("frameName", "frame_name", "frame_id")
+    )
+    return next((frame.text.strip() for frame in frames if frame is not None and frame.text.strip()), None)
 
 
 def numbers_in(element: Element, text: str, count: int) -> list[float]:

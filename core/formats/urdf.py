@@ -2,8 +2,9 @@
 
 Axes x forward, y left, z up; metres; rpy are radians about the fixed axes of the parent link. Links called
 ..._optical... have camera axes (x right, y down, z forward; REP-103). A URDF knows links, not sensors: what a
-link holds is told by <gazebo reference="link"><sensor>, else by its name. base_link may be anywhere on the
-vehicle (REP-105); here it is taken for the point on the ground under the rear axle unless --origin says else.
+link holds is told by <gazebo reference="link"><sensor> or <plugin>, else by its name or that of its mesh. base_link may
+be anywhere on the vehicle (REP-105); here it is taken for the point on the ground under the rear axle unless --origin
+says else.
 Source: ROS wiki "urdf/XML"; SDFormat specification, <sensor>.
 """
 
@@ -12,6 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import PurePosixPath
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
@@ -40,7 +42,15 @@ from riglens.core.formats.mounts import (
 )
 from riglens.core.formats.ray_export import report_uneven
 from riglens.core.formats.report import Notes
-from riglens.core.formats.sdf_sensor import EQUIDISTANT, KINDS, WIDE_ANGLE, add_sdf_sensor, numbers_in
+from riglens.core.formats.sdf_sensor import (
+    EQUIDISTANT,
+    KINDS,
+    WIDE_ANGLE,
+    add_sdf_sensor,
+    numbers_in,
+    plugin_frame,
+    plugin_kind,
+)
 from riglens.core.formats.source import Element, Source
 from riglens.core.geometry import Vec3
 from riglens.core.rig.model import Camera, KannalaBrandt, Lidar, Rig, Sensor, Vehicle
@@ -169,11 +179,15 @@ MAX_JOINTS = 2_000
 
 @dataclass(frozen=True)
 class _Found:
-    """A link that holds a sensor; `sensor` is Gazebo's element, None when only the name suggests it."""
+    """A link that holds a sensor; `sensor` is Gazebo's element; `is_told`: not only a name suggests it."""
 
     link: str
     kind: SensorKind
     sensor: Element | None = None
+    is_told: bool = False
+
+
+_WORDS = {"camera": "camera", "lidar": "LiDAR"}
 
 
 def recognises(source: Source) -> bool:
@@ -260,13 +274,18 @@ def _base(root: Element, tree: FrameTree) -> str:
 
 def _sensors(root: Element, tree: FrameTree, notes: Notes) -> list[_Found]:
     """Return Gazebo's sensors, then links told by their names; of a kind's links on one branch the outermost counts."""
-    found = [*_gazebo_sensors(root, notes)]
+    links = {link.attribute("name") for link in root.all("link")}
+    found = [*_gazebo_sensors(root, links, notes)]
     taken = {sensor.link for sensor in found}
     for link in root.all("link"):
         name = link.attribute("name")
         kind = kind_of(name)
         if kind is None and name not in (*BASES, *taken):
-            notes.ignored("link whose name suggests neither camera nor LiDAR", name)
+            kind = _kind_of_mesh(link)
+            if kind is not None:
+                notes.approximated(f"taken for a {_WORDS[kind]} by the name of its mesh", name)
+        if kind is None and name not in (*BASES, *taken):
+            notes.ignored("link whose name and mesh suggest neither camera nor LiDAR", name)
         elif kind is not None and name not in taken:
             found.append(_Found(name, kind))
     return _outermost(found, tree, notes)
@@ -275,28 +294,48 @@ def _sensors(root: Element, tree: FrameTree, notes: Notes) -> list[_Found]:
 def _outermost(found: list[_Found], tree: FrameTree, notes: Notes) -> list[_Found]:
     """Drop links that are the mount, or another axes frame, of a sensor of the same kind in the list."""
     above = {(sensor.kind, frame) for sensor in found for frame in tree.above(sensor.link)}
-    gazebo = {(sensor.kind, sensor.link) for sensor in found if sensor.sensor is not None}
+    gazebo = {(sensor.kind, sensor.link) for sensor in found if sensor.is_told}
     kept: list[_Found] = []
     for sensor in found:
         is_below = any((sensor.kind, frame) in gazebo for frame in tree.above(sensor.link))
-        if sensor.sensor is None and (is_below or (sensor.kind, sensor.link) in above):
+        if not sensor.is_told and (is_below or (sensor.kind, sensor.link) in above):
             notes.read("link belongs to the sensor on the same branch", sensor.link)
         else:
             kept.append(sensor)
     return kept
 
 
-def _gazebo_sensors(root: Element, notes: Notes) -> Iterator[_Found]:
+def _gazebo_sensors(root: Element, links: set[str], notes: Notes) -> Iterator[_Found]:
+    """Yield sensors by their type, or by the plugin that they, or <gazebo> alone, name."""
     for gazebo in root.all("gazebo"):
-        for sensor in gazebo.all("sensor"):
-            kind = KINDS.get(sensor.attributes.get("type", "").lower())
-            name = sensor.attributes.get("name", "?")
+        sensors = [*gazebo.all("sensor")]
+        for sensor in sensors or ([gazebo] if plugin_kind(gazebo) else []):
+            name, said = sensor.attributes.get("name", "?"), sensor.attributes.get("type", "")
+            kind = KINDS.get(said.lower()) or plugin_kind(sensor)
+            link = gazebo.attributes.get("reference") or plugin_frame(sensor) or plugin_frame(gazebo)
             if kind is None:
-                notes.ignored(
-                    f"Gazebo sensor of type '{shortened(sensor.attributes.get('type', ''), 30)}'", name
+                notes.ignored(f"Gazebo sensor of type '{shortened(said, 30)}'", name)
+            elif link is None or link not in links:
+                where = (
+                    "names no link"
+                    if link is None
+                    else f"is on the link '{shortened(link, 40)}', which is not there"
                 )
+                notes.ignored(f"Gazebo sensor that {where}", name)
             else:
-                yield _Found(gazebo.attribute("reference"), kind, sensor)
+                yield _Found(link, kind, sensor if sensor is not gazebo else None, is_told=True)
+
+
+def _kind_of_mesh(link: Element) -> SensorKind | None:
+    """Return the kind of sensor that the file of a link's shape names, as in velodyne_description/meshes/VLP16.dae."""
+    for part in ("visual", "collision"):
+        for shape in link.all(part):
+            mesh = shape.first("geometry", "mesh")
+            words = "" if mesh is None else PurePosixPath(mesh.attributes.get("filename", "")).stem
+            kind = kind_of(words) if words else None
+            if kind is not None:
+                return kind
+    return None
 
 
 def _add(found: _Found, base_SE3_link: Matrix, mounting: Mounting) -> None:

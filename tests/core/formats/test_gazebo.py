@@ -1,0 +1,55 @@
+"""What the links of a robot carry: by sensors and plugins of Gazebo, by frames of scans, by files of shapes."""
+
+import pytest
+
+from riglens.core.formats.base import Imported
+from tests.core.formats.cases import read_files
+from tests.core.formats.test_reports import has
+
+
+def robot(*parts: str) -> Imported:
+    """A robot with a mast, of which some parts say what it carries."""
+    links = "".join(f"<link name='{name}'/>" for name in ("base_link", "mast", "front_scan"))
+    joints = "".join(
+        f"<joint name='j{name}' type='fixed'><parent link='base_link'/><child link='{name}'/></joint>"
+        for name in ("mast", "front_scan")
+    )
+    return read_files({"rig.urdf": f"<robot name='r'>{links}{joints}{''.join(parts)}</robot>"})
+
+
+def test_frames_of_scans_are_lidars() -> None:
+    assert [(sensor.name, sensor.kind) for sensor in robot().rig.sensors] == [("front_scan", "lidar")]
+
+
+@pytest.mark.parametrize(
+    ("inside", "kind"),
+    [
+        ("<plugin name='p' filename='libgazebo_ros_velodyne_laser.so'/>", "lidar"),
+        ("<plugin name='camera_controller' filename='libx.so'/>", "camera"),
+        (
+            "<sensor name='s' type='custom'><plugin name='p' filename='libgazebo_ros_livox.so'/></sensor>",
+            "lidar",
+        ),
+        ("<sensor name='s' type='gpu_lidar'/>", "lidar"),
+        ("<sensor name='s' type='depth'/>", "camera"),
+        ("<plugin name='p' filename='libgazebo_ros_control.so'/>", None),
+    ],
+)
+def test_what_a_link_carries_is_told_by_sensors_and_plugins_of_gazebo(inside: str, kind: str | None) -> None:
+    sensors = robot(f"<gazebo reference='mast'>{inside}</gazebo>").rig.sensors
+    kinds = [sensor.kind for sensor in sensors if sensor.name != "front_scan"]
+    assert kinds == ([] if kind is None else [kind])
+
+
+def test_a_plugin_without_a_reference_is_on_the_frame_that_it_names() -> None:
+    plugin = "<gazebo><plugin name='p' filename='libgazebo_ros_laser.so'><frameName>{}</frameName></plugin></gazebo>"
+    assert {sensor.name for sensor in robot(plugin.format("mast")).rig.sensors} == {"mast", "front_scan"}
+    assert has(robot(plugin.format("nowhere")).report, "on the link 'nowhere', which is not there")
+
+
+def test_a_link_is_told_by_the_file_of_its_shape() -> None:
+    mesh = "<mesh filename='package://velodyne_description/meshes/VLP16_base.dae'/>"
+    joint = "<joint name='x' type='fixed'><parent link='mast'/><child link='thing'/></joint>"
+    read = robot(f"<link name='thing'><visual><geometry>{mesh}</geometry></visual></link>{joint}")
+    assert {sensor.name for sensor in read.rig.sensors} == {"thing", "front_scan"}
+    assert has(read.report, "taken for a LiDAR by the name of its mesh", "thing")
