@@ -123,7 +123,7 @@ def build_features(bench: Workbench) -> Features:
         frame=FrameView(bench, targets),
         target_maps=TargetMaps(bench, heat, targets, map_),
         standing=Standing(bench),
-        compare=Compare(bench, files, exchange),
+        compare=Compare(bench, files, exchange, targets),
         units=Units(bench),
         car=(car := Car(bench)),
         solid_car=SolidCar(bench),

@@ -17,8 +17,8 @@ from riglens.widgets.panels.fields.quantity import DEGREES, METRES, MILLIMETRES,
 from riglens.widgets.panels.style import apply_style, is_dark, shows_dark
 from riglens.widgets.theme import palette
 
-LEFT_PX, RIGHT_PX, BOTTOM_PX = 340, 320, 200
-SIDE_SHARE = 0.25
+LEFT_PX, RIGHT_PX, BOTTOM_PX = 332, 320, 200
+SIDE_SHARE = 0.26
 """The most of a small window that a panel beside the view takes at first."""
 FRAME = QSize(16, 44)
 """Room for the frame and the title bar that a desktop puts around a window; how large they are is known too late."""

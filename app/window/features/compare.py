@@ -10,18 +10,22 @@ from pathlib import Path
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QMenu
 
+from riglens.app.background.counting import CountAnswer, CountRequest, SideCount, SideCounted
 from riglens.app.background.side_jobs import SideAnswer, SideRequest
 from riglens.app.evaluation.requests import LoadedScene, Result
 from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.files import Exchange, Files, beside_rig
+from riglens.app.window.features.targets import Targets
 from riglens.app.window.settings import Settings
 from riglens.app.window.workbench import Workbench
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_write
-from riglens.core.metric.scores import MetricSettings
+from riglens.core.metric.scores import MetricSettings, Reading, Scores
 from riglens.core.rig.model import Rig
 from riglens.core.rig.presets import PAPER_RIGS, PRESETS, preset
+from riglens.core.targets.quantities import Figures, figures_of
+from riglens.core.targets.settings import TargetSettings
 from riglens.widgets.panels.compare.model import CompareRow, Origin
 from riglens.widgets.panels.compare.panel import ComparePanel
 from riglens.widgets.panels.menus import add_entry
@@ -50,15 +54,21 @@ class Compare(Feature):
         ),
     )  # fmt: skip
 
-    def __init__(self, bench: Workbench, files: Files, exchange: Exchange) -> None:
+    def __init__(self, bench: Workbench, files: Files, exchange: Exchange, targets: Targets) -> None:
         super().__init__(bench)
-        self._files, self._exchange = files, exchange
+        self._files, self._exchange, self._targets = files, exchange, targets
         self.panel = ComparePanel()
         self._rows: dict[str, CompareRow] = {}
         self._numbers = count(1)
+        self._own_figures: Figures | None = None
+        self._baseline_figures: Figures | None = None
+        self._baseline: tuple[Scores, Reading] | None = None
         self._scored_on: tuple[LoadedScene, MetricSettings] | None = None
+        self._counted: CountAnswer | None = None
+        """Of the rig being edited, in all frames: what else is counted is of the same traffic, in the same way."""
         self._given_up = False
         self._asked: set[str] = set()
+        self._asked_counts: set[str] = set()
         self.bind(
             snapshot=self.take_snapshot,
             compare_file=self._choose_file,
@@ -81,7 +91,10 @@ class Compare(Feature):
         panel.export_wanted.connect(self._export)
         bench.answers.answered.connect(self._on_result)
         self.session.scene_changed.connect(lambda _: self._drop_scores())
-        bench.recompute.side_answered.connect(self._take, Qt.ConnectionType.QueuedConnection)
+        queued = Qt.ConnectionType.QueuedConnection
+        bench.recompute.side_answered.connect(self._take, queued)
+        bench.counter.counted_aside.connect(self._take_count, queued)
+        self._targets.counted.connect(self._on_count)
 
     def _add_menu(self) -> QMenu:
         menu = QMenu(self.panel)
@@ -128,8 +141,8 @@ class Compare(Feature):
             return
         key = f"{origin}-{next(self._numbers)}"
         now = self._rows.get(CURRENT)
-        scores = now.scores if now is not None and now.rig is rig else None
-        self._rows[key] = CompareRow(key, name, origin, rig, where, scores)
+        known = (now.scores, now.figures) if now is not None and now.rig is rig else (None, None)
+        self._rows[key] = CompareRow(key, name, origin, rig, where, *known)
         self._given_up = False
         self.dock.show()
         self.dock.raise_()
@@ -166,20 +179,53 @@ class Compare(Feature):
             self._drop_scores()
             self._scored_on = scored_on
         rig = result.request.rig
-        now = CompareRow(CURRENT, rig.name, "current", rig, "", result.evaluation.scores)
+        figures = None if self._counted is None or self._counted.request.rig != rig else self._own_figures
+        now = CompareRow(CURRENT, rig.name, "current", rig, "", result.evaluation.scores, figures)
         self._rows = {CURRENT: now} | {key: row for key, row in self._rows.items() if key != CURRENT}
-        self.panel.set_baseline(result.baseline_scores, result.request.settings.reading)
+        self._baseline = (result.baseline_scores, result.request.settings.reading)
+        self._show_baseline()
         self._ask()
+
+    def _show_baseline(self) -> None:
+        if self._baseline is not None:
+            scores, reading = self._baseline
+            self.panel.set_baseline(scores, self._baseline_figures, reading)
+
+    def _on_count(self) -> None:
+        """Take what the rig being edited gets onto road users; another way of counting makes all others void."""
+        answer = self._targets.answer
+        if answer is None or not self._targets.is_current:
+            return
+        before, self._counted = self._counted, answer
+        now, request = self._rows.get(CURRENT), answer.request
+        if before is None or _way(before) != _way(answer):
+            self._drop_figures()
+        self._own_figures = figures_of(answer.scores)
+        self._baseline_figures = figures_of(answer.baseline)
+        if now is not None and now.rig == request.rig:
+            self._rows[CURRENT] = replace(now, figures=self._own_figures)
+        self._show_baseline()
+        self._ask()
+
+    def _drop_figures(self) -> None:
+        self._rows = {key: replace(row, figures=None) for key, row in self._rows.items()}
+        self.bench.counter.forget_aside(GROUP)
+        self._asked_counts.clear()
 
     def _drop_scores(self) -> None:
         self._scored_on = None
         self._rows = {key: replace(row, scores=None) for key, row in self._rows.items()}
+        if self._counted is not None and self._counted.request.scene is not self.session.scene:
+            self._counted, self._own_figures, self._baseline_figures = None, None, None
+            self._drop_figures()
         self._forget()
         self._show()
 
     def _forget(self) -> None:
         self.bench.recompute.forget_aside(GROUP)
         self._asked.clear()
+        self.bench.counter.forget_aside(GROUP)
+        self._asked_counts.clear()
 
     def _missing(self) -> list[CompareRow]:
         return [row for row in self._rows.values() if row.scores is None]
@@ -191,7 +237,37 @@ class Compare(Feature):
             new = [row for row in self._missing() if row.key not in self._asked]
             self._asked.update(row.key for row in new)
             self.bench.recompute.ask_aside([SideRequest(GROUP, row.key, row.rig, settings) for row in new])
+        if self._counted is not None and not self._given_up:
+            self._ask_counts(self._counted.request)
         self._show()
+
+    def _ask_counts(self, counted: CountRequest) -> None:
+        """Ask for what the other rigs get onto road users; a mesh that was not read is none of theirs."""
+        body = counted.rig.vehicle.body
+        new = [
+            row
+            for row in self._rows.values()
+            if row.figures is None and row.key != CURRENT and row.key not in self._asked_counts
+        ]
+        self._asked_counts.update(row.key for row in new)
+        self.bench.counter.ask_aside(
+            [
+                SideCount(
+                    GROUP, row.key, row.rig, counted.settings, counted.scene,
+                    counted.mesh if row.rig.vehicle.body == body else None,
+                )
+                for row in new
+            ]
+        )  # fmt: skip
+
+    def _take_count(self, found: SideCounted) -> None:
+        request, counted = found.request, self._counted
+        row = self._rows.get(request.name) if request.group == GROUP else None
+        if row is None or counted is None or row.rig is not request.rig:
+            return
+        if (request.scene, request.settings) == _way(counted):
+            self._rows[row.key] = replace(row, figures=found.figures or {})
+            self._show()
 
     def _take(self, answer: SideAnswer) -> None:
         request = answer.request
@@ -226,3 +302,8 @@ class Compare(Feature):
                 stream.write(self.panel.as_text(",").encode("utf-8"))
         except InputError as error:
             self.bench.report_error(str(error))
+
+
+def _way(answer: CountAnswer) -> tuple[LoadedScene, TargetSettings]:
+    """What figures side by side must have in common: the traffic, and how it is counted."""
+    return answer.request.scene, answer.request.settings

@@ -229,14 +229,16 @@ def show_bars(bench: Bench) -> CompareChart:
 def test_bars_are_as_long_as_the_figures_of_the_table(bench: Bench) -> None:
     compare(bench).add_presets(("W+T", "N+C"))
     wait_for_scores(bench)
-    charts = show_bars(bench).charts()
-    assert [chart.score.title for chart in charts][:2] == ["car S-MS", "car seen"]
+    on_target, *charts = show_bars(bench).charts()
+    assert on_target.bars == ()  # nobody counts here
+    charts = [chart for chart in charts if chart.score.score.key != "on_target"]
+    assert [chart.score.title for chart in charts][:2] == ["car seen", "car S-MS"]
     assert all([bar.row.name for bar in chart.bars] == ["small", "W+T", "N+C"] for chart in charts)
-    for bar in charts[0].bars:
+    for bar in charts[1].bars:
         assert bar.row.scores is not None
         assert bar.figure == bar.row.scores.classes["car"].s_ms <= 0.0
-        assert bar.area.top() == charts[0].zero_px  # what is below zero hangs down
-    lengths = [bar.area.height() / bar.figure for bar in charts[0].bars]
+        assert bar.area.top() == charts[1].zero_px  # what is below zero hangs down
+    lengths = [bar.area.height() / bar.figure for bar in charts[1].bars]
     assert lengths == pytest.approx([lengths[0]] * 3, rel=0.05)
 
 
@@ -248,8 +250,9 @@ def test_bars_follow_the_order_the_class_and_the_differences_of_the_table(bench:
     choose(bench, "compare_shown", "difference to the first")
     panel = compare(bench).panel
     panel.table.sortByColumn(0, Qt.SortOrder.AscendingOrder)
-    assert [found.score.key for found in (c.score for c in chart.charts())] == [c.key for c in COLUMNS]
-    bars = chart.charts()[1].bars
+    keys = [found.score.key for found in (c.score for c in chart.charts())]
+    assert keys == ["on_target", "detected", *(c.key for c in COLUMNS)]
+    bars = chart.charts()[3].bars
     assert [bar.row.name for bar in bars] == panel.names() == ["W+T", "small"]
     here, other = (bench.fresh_scores(rig).classes["pedestrian"].s_ms for rig in (RIG, preset("W+T")))
     assert [bar.figure for bar in bars] == [other - here, 0.0]

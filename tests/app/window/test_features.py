@@ -159,7 +159,7 @@ def test_the_rig_without_each_sensor_is_asked_for_once_an_edit_is_over(desk: Des
 
 def test_snapshots_are_scored_when_nobody_edits_and_can_be_pinned(desk: Desk) -> None:
     files = Files(asking(desk).workbench)
-    compare = Compare(desk.workbench, files, Exchange(desk.workbench, files))
+    compare = Compare(desk.workbench, files, Exchange(desk.workbench, files), Targets(desk.workbench))
     desk.answer(0.5)
     desk.act("snapshot")
     compare.add_presets(("Center",))

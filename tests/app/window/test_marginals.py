@@ -88,7 +88,7 @@ def test_the_inspector_shows_road_users_before_scores_are_there(desk: FullDesk) 
     assert view.text_of("car", "on_target").startswith("−")
     assert "road users, now" in view._cells["car", "detected"].toolTip()
     assert view.text_of("car", "seen") == "…"
-    assert [title.text() for title in view._titles] == ["On target", "≥ 5 points", "Seen", "S-MS"]
+    assert [title.text() for title in view._titles] == ["On target", "≥ 5 pts", "Seen", "S-MS"]
 
 
 def test_what_belongs_to_another_rig_is_not_shown(desk: FullDesk) -> None:

@@ -407,7 +407,7 @@ def test_the_loss_without_a_sensor_is_exact(bench: Bench) -> None:
     seen = next(column for column in COLUMNS if column.key == "seen")
     lost = found["roof"].classes["car"].any_seen - now.classes["car"].any_seen
     assert lost < 0
-    assert view.text_of("car", "seen") == change_text(lost, seen)
+    assert view.text_of("car", "seen") + " pp" == change_text(lost, seen)
     assert bench.panels.tree.item_of("front").text(LOSS) != ""
 
 

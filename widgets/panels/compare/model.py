@@ -16,13 +16,16 @@ from riglens.core.metric.scores import ClassScores, Reading, Scores
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.shown_text import spreadsheet_cell
+from riglens.core.targets.quantities import Figures
 from riglens.widgets.panels.item_views import BAR_COLOUR, BAR_SHARE
 from riglens.widgets.panels.scores.text import (
     COLUMNS,
+    DETECTED,
     NONE,
+    ON_TARGET,
+    Column,
     MetricColumn,
     change_text,
-    column_of,
     exact_text,
     looks_at_more,
     value_text,
@@ -38,13 +41,16 @@ ORIGIN_TITLES: dict[Origin, str] = {
     "file": "file",
 }
 ALL_CLASSES = "all classes"
-_SHORT_CLASSES = {"pedestrian": "ped."}
-_SHOWN_OF_ALL = {"s_ms": "S-MS", "seen": "seen"}
+_SHORT_CLASSES = {"pedestrian": "ped.", "bicycle": "bike"}
+_SHOWN_OF_ALL = {"on_target": "on target", "seen": "seen", "s_ms": "S-MS"}
 
 
 @dataclass(frozen=True)
 class CompareRow:
-    """One rig; `where` is its preset's name or its path, `scores` None until they are computed."""
+    """One rig; `where` is its preset's name or its path, `scores` and `figures` None until they are computed.
+
+    No `figures` of any class: they cannot be counted.
+    """
 
     key: str
     name: str
@@ -52,6 +58,7 @@ class CompareRow:
     rig: Rig
     where: str = ""
     scores: Scores | None = None
+    figures: Figures | None = None
 
     @property
     def title(self) -> str:
@@ -66,10 +73,10 @@ class CompareRow:
 
 @dataclass(frozen=True)
 class ScoreColumn:
-    """One number per rig: a score of a class."""
+    """One number per rig: a figure of a class."""
 
     class_name: str
-    score: MetricColumn
+    score: Column
     title: str
 
     @property
@@ -77,22 +84,29 @@ class ScoreColumn:
         """The title where space is short."""
         return self.title.replace(self.class_name, _SHORT_CLASSES.get(self.class_name, self.class_name))
 
-    def value(self, scores: Scores) -> float:
-        """Return the number, in nat or as a fraction."""
-        return self.score.value(scores.classes[self.class_name])
+    def value(self, scores: Scores | None, figures: Figures | None) -> float | None:
+        """Return the number, in nat or as a fraction; None while it is not known."""
+        if isinstance(self.score, MetricColumn):
+            return None if scores is None else self.score.value(scores.classes[self.class_name])
+        if not figures:
+            return None if figures is None else math.nan
+        found = figures[self.class_name]
+        return found.on_target if self.score is ON_TARGET else found.detected
 
 
 def columns_for(class_name: str) -> tuple[ScoreColumn, ...]:
-    """Return all scores of one class, or S-MS and `seen` of every class for ALL_CLASSES."""
+    """Return all figures of one class, or the three main ones of every class for ALL_CLASSES."""
+    known = {column.key: column for column in (ON_TARGET, DETECTED, *COLUMNS)}
     if class_name != ALL_CLASSES:
-        return tuple(ScoreColumn(class_name, column, column.title) for column in COLUMNS)
+        return tuple(ScoreColumn(class_name, column, column.title) for column in known.values())
     return tuple(
-        ScoreColumn(name, column_of(key), f"{name} {title}")
+        ScoreColumn(name, known[key], f"{name} {title}")
         for name in CLASSES
         for key, title in _SHOWN_OF_ALL.items()
     )
 
 
+_FIGURES = ("on target (fraction)", "detected (fraction)", "road users")
 _FIELDS: tuple[tuple[str, Callable[[ClassScores], float]], ...] = (
     ("H total (nat)", lambda c: c.h_total),
     ("camera S-MIG (nat)", lambda c: c.camera.s_mig),
@@ -108,19 +122,28 @@ def table_text(rows: Sequence[CompareRow], delimiter: str) -> str:
     """Return every number of every rig in full precision, whatever the window shows; one line per rig."""
     stream = io.StringIO()
     writer = csv.writer(stream, delimiter=delimiter, lineterminator="\n")
-    titles = [f"{name} {title}" for name in CLASSES for title, _ in _FIELDS]
+    titles = [f"{name} {title}" for name in CLASSES for title in (*_FIGURES, *(said for said, _ in _FIELDS))]
     writer.writerow(["rig", "origin", "where", "LiDARs", "cameras", *titles])
     for row in rows:
         counts = [len(row.rig.lidars()), len(row.rig.cameras())]
         said = map(spreadsheet_cell, (row.name, ORIGIN_TITLES[row.origin], row.where))
-        writer.writerow([*said, *counts, *_numbers(row.scores)])
+        writer.writerow([*said, *counts, *_numbers(row)])
     return stream.getvalue()
 
 
-def _numbers(scores: Scores | None) -> list[str]:
-    if scores is None:
-        return [""] * (len(CLASSES) * len(_FIELDS))
-    return [repr(read(scores.classes[name])) for name in CLASSES for _, read in _FIELDS]
+def _numbers(row: CompareRow) -> list[str]:
+    found: list[str] = []
+    for name in CLASSES:
+        if row.figures:
+            own = row.figures[name]
+            found += (
+                [repr(own.on_target), repr(own.detected), str(own.objects)] if own.objects else ["", "", "0"]
+            )
+        else:
+            found += [""] * len(_FIGURES)
+        scores = row.scores
+        found += [repr(read(scores.classes[name])) if scores is not None else "" for _, read in _FIELDS]
+    return found
 
 
 Index = QModelIndex | QPersistentModelIndex
@@ -144,7 +167,7 @@ class CompareModel(QAbstractTableModel):
         self._shown: Shown = "values"
         self._is_narrow = False
         self._reading: Reading = "covered"
-        self._baseline: Scores | None = None
+        self._baseline: tuple[Scores | None, Figures | None] = (None, None)
 
     # ------------------------------------------------------------------ what is shown
     def set_rows(self, rows: Sequence[CompareRow]) -> None:
@@ -175,9 +198,9 @@ class CompareModel(QAbstractTableModel):
             self._is_narrow = is_narrow
             self.headerDataChanged.emit(Qt.Orientation.Horizontal, FIRST_SCORE, self.columnCount() - 1)
 
-    def set_baseline(self, scores: Scores | None, reading: Reading) -> None:
-        """Set the scores of the baseline, and the reading, which decides what a smaller S-MS means."""
-        self._baseline, self._reading = scores, reading
+    def set_baseline(self, scores: Scores | None, figures: Figures | None, reading: Reading) -> None:
+        """Set what is known of the baseline, and the reading, which decides what a smaller S-MS means."""
+        self._baseline, self._reading = (scores, figures), reading
         self._numbers_changed()
 
     def _numbers_changed(self) -> None:
@@ -195,10 +218,10 @@ class CompareModel(QAbstractTableModel):
         return self._columns
 
     @property
-    def _reference(self) -> Scores | None:
-        """What differences count from; None while it is not known."""
+    def _reference(self) -> tuple[Scores | None, Figures | None]:
+        """What is known of the rig that differences count from."""
         if self._shown == "first":
-            return self._rows[0].scores if self._rows else None
+            return (self._rows[0].scores, self._rows[0].figures) if self._rows else (None, None)
         return self._baseline
 
     # ------------------------------------------------------------------ Qt's questions
@@ -245,12 +268,11 @@ class CompareModel(QAbstractTableModel):
 
     def figure(self, row: CompareRow, column: ScoreColumn) -> float | None:
         """Return what is shown of a rig: the value or the difference; None while unknown, NaN where there is none."""
-        if row.scores is None:
-            return None
-        value = column.value(row.scores)
-        if self._shown == "values" or math.isnan(value):
+        value = column.value(row.scores, row.figures)
+        if value is None or self._shown == "values" or math.isnan(value):
             return value
-        return None if self._reference is None else value - column.value(self._reference)
+        before = column.value(*self._reference)
+        return None if before is None else value - before
 
     def figure_text(self, column: ScoreColumn, figure: float) -> str:
         """Return a figure as the cells show it."""
@@ -280,7 +302,8 @@ class CompareModel(QAbstractTableModel):
         """Return the length of a value beside the largest of its column; shares are of the whole."""
         if column.score.is_share:
             return value
-        largest = max(abs(column.value(row.scores)) for row in self._rows if row.scores is not None)
+        values = [column.value(row.scores, row.figures) for row in self._rows]
+        largest = max(abs(value) for value in values if value is not None)
         return abs(value) / largest if largest else 0.0
 
 

@@ -23,6 +23,7 @@ from PySide6.QtWidgets import (
 
 from riglens.core.metric.scores import Reading, Scores
 from riglens.core.scene.boxes import CLASSES
+from riglens.core.targets.quantities import Figures
 from riglens.widgets.panels.compare.chart import CompareChart
 from riglens.widgets.panels.compare.model import (
     ALL_CLASSES,
@@ -44,7 +45,7 @@ from riglens.widgets.panels.style import MARGIN, SPACING, as_panel, numbers_font
 
 _NAME_PX, _SENSORS_PX, _SCORE_PX = 132, 84, 84
 _ROW_PX, _HIGHEST_ROW_PX = 24, 30
-_NARROW_PX = 1000
+_NARROW_PX = 1500
 
 
 class CompareTable(QTableView):
@@ -226,9 +227,9 @@ class ComparePanel(QWidget):
         """Show these rigs, in this order unless the table is sorted by a column."""
         self.model.set_rows(rows)
 
-    def set_baseline(self, scores: Scores | None, reading: Reading) -> None:
-        """Set the scores that differences to the baseline count from."""
-        self.model.set_baseline(scores, reading)
+    def set_baseline(self, scores: Scores | None, figures: Figures | None, reading: Reading) -> None:
+        """Set what differences to the baseline count from."""
+        self.model.set_baseline(scores, figures, reading)
 
     def show_progress(self, done: int, total: int, given_up: bool = False) -> None:
         """Show how many of the requested rigs are scored; nothing when all are."""

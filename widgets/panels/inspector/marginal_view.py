@@ -53,7 +53,7 @@ class MarginalView(QWidget):
             title.setText(text)
         for (name, key), cell in self._cells.items():
             text, exact = class_change(key, name, now, without)
-            cell.setText(text)
+            cell.setText(text.removesuffix(" pp"))
             cell.setToolTip(exact)
         self._note.setText(UNITS)
         self.set_stale(False)

@@ -74,6 +74,13 @@ class MetricColumn(Column):
 
 
 ON_TARGET = Column("on_target", "On target", "On target", ON_TARGET_NOTE, is_share=True)
+DETECTED = Column(
+    "detected",
+    "Detected",
+    "Detected",
+    "Share of the road users with at least as many LiDAR points as the panel Targets says; more is better",
+    is_share=True,
+)
 COLUMNS = (
     MetricColumn(
         "seen",

@@ -102,7 +102,7 @@ COLUMNS = ("on_target", "detected", "seen", "s_ms")
 
 def titles(min_points: int) -> tuple[str, ...]:
     """Return the titles of COLUMNS."""
-    return "On target", f"≥ {min_points} points", "Seen", "S-MS"
+    return "On target", f"≥ {min_points} pts", "Seen", "S-MS"
 
 
 def class_change(key: str, class_name: str, now: Known, without: Known) -> tuple[str, str]:

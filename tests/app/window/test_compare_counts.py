@@ -1,0 +1,100 @@
+"""Compare shows what rigs get onto road users, counted in the same frames and in the same way."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterator
+from dataclasses import replace
+
+import pytest
+from pytestqt.qtbot import QtBot
+
+from riglens.app.background.counting import SideCount, SideCounted
+from riglens.core.targets.quantities import figures_of
+from riglens.widgets.panels.scores.text import ON_TARGET, change_text, share_text
+from tests.app.window.desk import FullDesk, full_desk
+from tests.app.window.test_targets import ENGINE, answer
+
+
+@pytest.fixture
+def desk(qtbot: QtBot) -> Iterator[FullDesk]:
+    with full_desk(qtbot) as made:
+        made.load()
+        made.answer()
+        yield made
+
+
+def count(desk: FullDesk, frames: int | None = None) -> None:
+    desk.features.targets._take(answer(desk.counter.requests[-1], frames))
+
+
+def asked(desk: FullDesk) -> list[SideCount]:
+    return [request for request in desk.counter.aside if request.group == "compare"]
+
+
+def answered(desk: FullDesk, request: SideCount) -> float:
+    figures = figures_of(ENGINE.evaluate(request.rig, request.settings))
+    desk.features.compare._take_count(SideCounted(request, figures))
+    return figures["car"].on_target
+
+
+def shown(desk: FullDesk, name: str) -> str:
+    return desk.features.compare.panel.text_of(name, "car on target")
+
+
+def test_rigs_are_counted_once_the_rig_being_edited_is_and_show_it_first(desk: FullDesk) -> None:
+    compare = desk.features.compare
+    compare.add_presets(("W+C",))
+    assert asked(desk) == []
+    count(desk)
+    (request,) = asked(desk)
+    assert request.rig.name == "W+C" and not request.is_variant
+    assert shown(desk, "W+C") == "…"
+    value = answered(desk, request)
+    assert shown(desk, "W+C") == share_text(value)
+    assert shown(desk, desk.document.rig.name) == share_text(
+        figures_of(desk.features.targets.answer.scores)["car"].on_target
+    )
+    assert [column.score.key for column in compare.panel.model.columns[:3]] == ["on_target", "seen", "s_ms"]
+
+
+def test_differences_count_from_the_baseline(desk: FullDesk) -> None:
+    compare = desk.features.compare
+    compare.add_presets(("W+C",))
+    count(desk)
+    value = answered(desk, asked(desk)[0])
+    compare.panel.model.set_shown("baseline")
+    before = figures_of(desk.features.targets.answer.baseline)["car"].on_target
+    assert shown(desk, "W+C") == change_text(value - before, ON_TARGET)
+
+
+def test_another_way_of_counting_makes_all_void(desk: FullDesk) -> None:
+    compare = desk.features.compare
+    compare.add_presets(("W+C",))
+    count(desk)
+    old = asked(desk)[0]
+    answered(desk, old)
+    desk.session.set_targets(replace(desk.session.targets, min_points=9))
+    count(desk)
+    assert shown(desk, "W+C") == "…"
+    answered(desk, old)
+    assert shown(desk, "W+C") == "…"
+    assert asked(desk)[-1].settings.min_points == 9
+
+
+def test_a_rig_that_cannot_be_counted_shows_a_dash(desk: FullDesk) -> None:
+    desk.features.compare.add_presets(("W+C",))
+    count(desk)
+    desk.features.compare._take_count(SideCounted(asked(desk)[0], None))
+    assert shown(desk, "W+C") == "–"
+
+
+def test_every_figure_is_in_the_table_for_spreadsheets(desk: FullDesk) -> None:
+    desk.features.compare.add_presets(("W+C",))
+    count(desk)
+    value = answered(desk, asked(desk)[0])
+    table = list(csv.DictReader(io.StringIO(desk.features.compare.panel.as_text(","))))
+    assert float(table[1]["car on target (fraction)"]) == value
+    assert int(table[1]["car road users"]) == figures_of(desk.features.targets.answer.scores)["car"].objects
+    assert table[1]["car S-MS (nat)"] == ""
