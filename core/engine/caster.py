@@ -1,7 +1,8 @@
 """Casting one sensor: from its description to the set of informative voxels its rays traverse.
 
-Three ways lead to the same set. Fans walk all rays of a vertical plane together and serve upright sensors. Cameras
-that roll or pitch are cast by walking the voxels near them. Everything else is walked ray by ray. Of a sensor whose
+Several ways lead to the same set. Fans walk all rays of a vertical plane together and serve upright sensors. Cameras
+that roll or pitch, or whose lens has distortion, are cast by walking the voxels near them, LiDARs that do by core and
+sheets. Everything else is walked ray by ray. Of a sensor whose
 rays end at the car's body the first two serve what is free in rectangles (see `riglens.core.engine.patches`).
 """
 
@@ -23,12 +24,14 @@ from riglens.core.engine.fans import (
     share_rows,
 )
 from riglens.core.engine.frustums import make_frustum, part_of_frustum
+from riglens.core.engine.meshes import CameraMesh, make_mesh, outermost_directions
 from riglens.core.engine.patches import cut_up, part_of
 from riglens.core.engine.sheets import Sheets, make_sheets
 from riglens.core.kernels import cast
 from riglens.core.kernels.cast import Cast
 from riglens.core.kernels.fan import mark_fan, work_by_row
 from riglens.core.kernels.frustum import Frustum, mark_frustum
+from riglens.core.kernels.mesh import mark_mesh
 from riglens.core.kernels.planes import Space
 from riglens.core.kernels.sheet import mark_sheets
 from riglens.core.kernels.strides import mark_strides
@@ -103,10 +106,14 @@ class Caster:
             sheets = make_sheets(sensor, rays)
             if sheets is not None:
                 return self._mark_sheets(sheets, marks, is_stale)
-        frustum = make_frustum(sensor, rays) if method == "exact" and isinstance(sensor, Camera) else None
-        if frustum is None:
-            return self._mark_rays(rays, marks, is_stale)
-        return self._mark_frustum(frustum, rays, window, marks, is_stale)
+        if method == "exact" and isinstance(sensor, Camera):
+            frustum = make_frustum(sensor, rays)
+            if frustum is not None:
+                return self._mark_frustum(frustum, rays, window, marks, is_stale)
+            mesh = make_mesh(sensor, rays)
+            if mesh is not None:
+                return self._mark_mesh(mesh, rays, window, marks, is_stale)
+        return self._mark_rays(rays, marks, is_stale)
 
     @property
     def field(self) -> EntropyField:
@@ -121,9 +128,11 @@ class Caster:
         if isinstance(sensor, Camera):
             last_row, last_column = sensor.cast[1] - 1, sensor.cast[0] - 1
             corners = [row * sensor.cast[0] + column for row in (0, last_row) for column in (0, last_column)]
-            directions = sensor_rays(
-                sensor, np.array(corners) if sensor.distortion is None else None
-            ).directions
+            directions = (
+                sensor_rays(sensor, np.array(corners)).directions
+                if sensor.distortion is None
+                else outermost_directions(sensor)
+            )
             for axis, place in enumerate(self._field.grid.to_grid(sensor.position)[:2]):
                 cell = int(np.clip(np.floor(place), 0, (nx, ny)[axis] - 1))
                 if (directions[:, axis] > 0.0).all():
@@ -180,6 +189,21 @@ class Caster:
             return True
         beyond = np.array([frustum.depth_limit - 1.0, FARTHEST])
         return self._mark_rays(rays._replace(reach=beyond), marks, is_stale)
+
+    def _mark_mesh(
+        self, mesh: CameraMesh, rays: Cast, window: Window, marks: Words, is_stale: IsStale
+    ) -> bool:
+        """Near voxels by their place in the mesh of rays; what is beyond, and rays outside of the mesh, ray by ray."""
+        first, last = max(window.first_row, int(rays.box[0])), min(window.end_row, int(rays.box[1]))
+        for start in range(first, last, ROWS_PER_CHUNK):
+            if is_stale():
+                return False
+            end = min(start + ROWS_PER_CHUNK, last)
+            mark_mesh(mesh.view, mesh.bins, start, end, self._field.index.words, self.workers, marks)
+        rest = [rays._replace(rows=rays.rows[mesh.loose])] if mesh.loose.size else []
+        if mesh.view.limit <= farthest(rays):
+            rest.append(rays._replace(reach=np.array([mesh.view.limit - 1.0, FARTHEST])))
+        return self._mark_each(rest, marks, is_stale) if rest else True
 
     def _mark_sheets(self, sheets: Sheets, marks: Words, is_stale: IsStale) -> bool:
         """Near tiles by core and sheets; steep beams, and what lies beyond the tiles, ray by ray."""

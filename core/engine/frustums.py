@@ -24,7 +24,7 @@ def make_frustum(camera: Camera, rays: Cast) -> Frustum | None:
     sides = np.array([[cx, -fx, 0.0], [width - cx, fx, 0.0], [cy, 0.0, -fy], [height - cy, 0.0, fy]])
     widest = max(abs(cx) / fx, abs(width - cx) / fx, abs(cy) / fy, abs(height - cy) / fy)
     step_u, step_v = width / (columns * fx), height / (rows * fy)
-    depth_limit = BALL / (0.5 * float(np.hypot(step_u, step_v)))
+    depth_limit = BALL / _farthest_ray(rays.rotation, step_u, step_v)
     if not is_plain(rays) or widest > WIDEST_TANGENT or depth_limit < SHORTEST_DEPTH:
         return None
     image = np.array(
@@ -36,6 +36,13 @@ def make_frustum(camera: Camera, rays: Cast) -> Frustum | None:
         rays.rows, rays.planes, rays.origin, rays.rotation, rays.box, rays.shape, normals, image, depth_limit,
         np.ascontiguousarray(outline),
     )  # fmt: skip
+
+
+def _farthest_ray(rotation: NDArray[np.float64], step_u: float, step_v: float) -> float:
+    """How far, at the distance 1, a place in the image may be from the ray next to it, along the axis of the grid on
+    which it is most, or in all. A ray as far as that from the centre of a voxel is inside while both are below BALL."""
+    along_axes = float((np.abs(rotation[:, 1]) * step_u + np.abs(rotation[:, 2]) * step_v).max())
+    return 0.5 * min(along_axes, float(np.hypot(step_u, step_v)))
 
 
 def part_of_frustum(whole: Frustum, patch: Patch) -> Frustum:

@@ -138,7 +138,7 @@ def _go(major: Axis, minor: Axis, level: Axis, span: Span, marks: np.ndarray) ->
         z, dz = _fixed(level.g + t * level.d), _fixed(level.d / abs(major.d))
         word, bit = np.uint64(height >> 6), np.uint64(1) << np.uint64(height & 63)
         for _ in range(abs(end - at)):
-            if _is_close(y) or _is_close(z):
+            if _is_close(y) | _is_close(z):
                 return False
             next_cell, next_height = y >> BITS, z >> BITS
             if next_height == height:

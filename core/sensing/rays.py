@@ -34,12 +34,13 @@ class Lattice:
 
     rows (r, 2): a LiDAR's beams, a camera's image rows; planes (p, 2): azimuths or image columns. Lens distortion
     and azimuth offsets do not fit such tables: rows (n, 3) are then the directions themselves, of the rays that
-    exist (see `riglens.core.kernels.lattice`).
+    exist (see `riglens.core.kernels.lattice`): those at which `exists` (rays of the whole lattice,) is set.
     """
 
     kind: int
     rows: NDArray[np.float64]
     planes: NDArray[np.float64]
+    exists: NDArray[np.bool_] | None = None
 
     def directions(self, rays: Ids | None = None) -> NDArray[np.float64]:
         """Directions in the sensor frame of all rays, or of some by number, (n, 3)."""
@@ -109,9 +110,10 @@ def _listed(sensor: Sensor) -> Lattice:
     """The lattice of a listed sensor without its place: the same one through a whole drag."""
     parts = []
     for start in range(0, sensor.ray_count, _AT_ONCE):
-        found = local_directions(sensor, np.arange(start, min(start + _AT_ONCE, sensor.ray_count)))
-        parts.append(found[~np.isnan(found[:, 0])])
-    return Lattice(codes.LISTED, np.concatenate(parts), np.zeros((1, 2)))
+        parts.append(local_directions(sensor, np.arange(start, min(start + _AT_ONCE, sensor.ray_count))))
+    every = np.concatenate(parts)
+    exists = ~np.isnan(every[:, 0])
+    return Lattice(codes.LISTED, every[exists], np.zeros((1, 2)), exists)
 
 
 def local_directions(sensor: Sensor, rays: Ids) -> NDArray[np.float64]:

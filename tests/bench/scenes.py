@@ -200,6 +200,10 @@ class _Witness(Caster):
         self.ways.append("voxels")
         return super()._mark_frustum(*arguments)
 
+    def _mark_mesh(self, *arguments: Any) -> bool:
+        self.ways.append("mesh")
+        return super()._mark_mesh(*arguments)
+
     def _mark_sheets(self, *arguments: Any) -> bool:
         self.ways.append("sheets")
         return super()._mark_sheets(*arguments)

@@ -10,15 +10,25 @@ from pathlib import Path
 
 import pytest
 
-from riglens.core.engine import fans, frustums, sheets
-from riglens.core.kernels import cones, fan, frustum, predicates, profile, sheet, ties, walk
+from riglens.core.engine import fans, frustums, meshes, sheets
+from riglens.core.kernels import cones, fan, frustum, mesh, predicates, profile, sheet, ties, walk
 
 REPOSITORY = Path(__file__).resolve().parents[3]
 ROOMS = ("kernels", "engine", "sensing")
 ROW = re.compile(r"^\| `(\w+)\.(\w+)` \| ([^|]+) \|", re.MULTILINE)
 NAME = re.compile(r"`([a-z_]+)\.(\w+)`")
 U = predicates.UNIT_ROUNDOFF
-OTHER_MATTERS = ("compiled", "nearest", "phases", "sight", "shapes", "sweeps", "targets", "windows")
+OTHER_MATTERS = (
+    "compiled",
+    "nearest",
+    "phases",
+    "pictures",
+    "sight",
+    "shapes",
+    "sweeps",
+    "targets",
+    "windows",
+)
 """Modules about files, pictures, simulated sweeps, and points on road users: none decides about voxels."""
 NO_TOLERANCES = {
     ("predicates", "UNIT_ROUNDOFF"),
@@ -27,6 +37,7 @@ NO_TOLERANCES = {
     ("approximate", "LEAST_RADIUS"),
     ("approximate", "TURN"),
     ("cones", "A_TURN"),
+    ("screen", "A_TURN"),
 }
 """Constants of nature, of doubles, and stand-ins for zero."""
 
@@ -121,6 +132,14 @@ def test_balls_columns_and_tiles_have_room_for_rounding() -> None:
     assert math.sqrt(0.5) < cones.HALF_COLUMN
     assert sheet.TILE * math.sqrt(0.5) < sheet.HALF_TILE
     assert sheets.NEARLY_ONE > cones.SPHERE + cones.SLACK
+
+
+def test_what_a_ray_meets_away_from_the_camera_is_ahead_of_it() -> None:
+    assert mesh.TOUCHING / math.hypot(1.0, frustums.WIDEST_TANGENT) > mesh.AHEAD
+    half_columns_in_sectors = 1.02 * cones.HALF_COLUMN / mesh.NEAREST * 0.25 * mesh.SECTORS
+    assert 2.0 * half_columns_in_sectors + 2.0 < 2.0**mesh.WIDEST
+    assert math.asin(cones.HALF_COLUMN / mesh.NEAREST) < 1.02 * cones.HALF_COLUMN / mesh.NEAREST
+    assert frustum.SPHERE + math.sqrt(0.5) < meshes.ROOM
 
 
 def test_a_cone_has_one_height_and_its_times_are_known() -> None:

@@ -1,0 +1,216 @@
+"""When a camera with lens distortion can be cast by voxel walking, and the mesh of its rays."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from riglens.core.engine.fans import farthest, is_near, is_tame
+from riglens.core.engine.frustums import SHORTEST_DEPTH, WIDEST_TANGENT
+from riglens.core.kernels.cast import Cast
+from riglens.core.kernels.codes import LISTED
+from riglens.core.kernels.frustum import BALL
+from riglens.core.kernels.mesh import SECTORS, WIDEST, Bins, Mesh, lay_border
+from riglens.core.rig.model import Camera, rays_of
+from riglens.core.sensing.rays import NOWHERE, lattice, rotate
+
+RAYS_PER_BIN = 4
+"""Along each axis of the image, in the mean."""
+ROWS_AT_ONCE = 64
+OVERHEAD = 1e-6
+"""Directions of the border closer to the vertical have no bearing."""
+ROOM = 2.0
+"""Voxels around the outline of what is seen: more than a column takes."""
+Doubles = NDArray[np.float64]
+Ids = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class RayMesh:
+    """The rays of a camera joined to triangles, in its own frame: `border` (n, 2), edges with the mesh on their left,
+    as numbers of rays; `loose`, rays that belong to no triangle; `bins`: rays by place in the image.
+
+    A place in a triangle is no farther than `radius` from one of its corners, and from one no farther than steps (3,)
+    along each axis.
+    """
+
+    border: Ids
+    loose: Ids
+    radius: float
+    steps: Doubles
+    bins: Bins
+
+
+class CameraMesh(NamedTuple):
+    """A camera for `riglens.core.kernels.mesh`, and its rays outside of the mesh."""
+
+    view: Mesh
+    bins: Bins
+    loose: Ids
+
+
+def make_mesh(camera: Camera, rays: Cast) -> CameraMesh | None:
+    """The mesh of a distorted camera in grid units; None where walking its rays is simpler."""
+    endless = rays.reach[0] == 0.0 and rays.reach[1] > farthest(rays) + 1.0
+    if rays.kind != LISTED or not (endless and is_near(rays) and is_tame(rays.rotation, rays.origin)):
+        return None
+    joined = ray_mesh(rays_of(camera).model_copy(update=NOWHERE))
+    if joined is None:
+        return None
+    border = rotate(rays.rotation, rays.rows[joined.border.ravel()])
+    if np.hypot(border[:, 0], border[:, 1]).min() < OVERHEAD:
+        return None
+    inside, around = np.empty((SECTORS, 2)), np.empty((2, WIDEST, SECTORS))
+    lay_border(border.reshape(-1, 2, 3), inside, around)
+    for wide in range(1, WIDEST):
+        for gather, side in ((np.minimum, around[0]), (np.maximum, around[1])):
+            side[wide] = gather(side[wide - 1], np.roll(side[wide - 1], -(1 << (wide - 1))))
+    along_axes = float((np.abs(rays.rotation) @ joined.steps).max()) / np.sqrt(1.0 - joined.radius**2)
+    limit = BALL / min(joined.radius, along_axes)
+    reach = np.stack([border.min(axis=0), border.max(axis=0)], axis=1)
+    outline = _outline(rays.origin[:2], border, limit)
+    view = Mesh(
+        rays.rows, rays.origin, rays.rotation, rays.box, rays.shape, limit, inside, around, reach, outline
+    )
+    return CameraMesh(view, joined.bins, joined.loose)
+
+
+def outermost_directions(camera: Camera) -> Doubles:
+    """Directions (n, 3) in the vehicle frame between which all rays of a distorted camera lie."""
+    joined, local = ray_mesh(rays_of(camera).model_copy(update=NOWHERE)), lattice(camera).rows
+    if joined is not None:
+        local = local[np.concatenate([joined.border[:, 0], joined.loose])]
+    return rotate(camera.pose.rotation(), local)
+
+
+@lru_cache(maxsize=4)
+def ray_mesh(camera: Camera) -> RayMesh | None:
+    """The mesh of a camera without its place: the same one through a whole drag; None where rays drift apart, are too
+    far to the side, or do not form a surface."""
+    table = lattice(camera)
+    columns, rows = camera.cast
+    assert table.exists is not None
+    place = np.stack([table.rows[:, 1] / table.rows[:, 0], table.rows[:, 2] / table.rows[:, 0]], axis=1)
+    ahead = bool((table.rows[:, 0] > 0.0).all())
+    if min(rows, columns) < 2 or not ahead or np.hypot(*place.T).max() > WIDEST_TANGENT:
+        return None
+    exists = table.exists.reshape(rows, columns)
+    numbers = (np.cumsum(table.exists) - 1).reshape(rows, columns)
+    lower = exists[:-1, :-1] & exists[1:, :-1] & exists[1:, 1:]
+    upper = exists[:-1, :-1] & exists[1:, 1:] & exists[:-1, 1:]
+    widest = _widest(table.rows, numbers, lower, upper)
+    if widest is None or BALL / widest[0] < SHORTEST_DEPTH or not is_tame(table.rows):
+        return None
+    joined = np.zeros((rows, columns), np.bool_)
+    for triangles, corners in ((lower, _LOWER), (upper, _UPPER)):
+        for down, right in corners:
+            joined[down : rows - 1 + down, right : columns - 1 + right] |= triangles
+    loose = numbers[exists & ~joined]
+    return RayMesh(_border(numbers, lower, upper), loose, *widest, _bins(place, camera))
+
+
+_LOWER, _UPPER = ((0, 0), (1, 1), (1, 0)), ((1, 1), (0, 0), (0, 1))
+"""Corners of the two triangles between four rays, as steps down and to the right; from outside they turn left. From the
+last one it is one step of the lattice to each of the others."""
+
+
+def _triangles(
+    rows: Doubles, numbers: Ids, lower: NDArray[np.bool_], upper: NDArray[np.bool_]
+) -> Iterator[Doubles]:
+    """Corners of all triangles, (n, 3, 3), some rows at a time."""
+    for start in range(0, len(lower), ROWS_AT_ONCE):
+        part = slice(start, min(start + ROWS_AT_ONCE, len(lower)))
+        for wanted, corners in ((lower, _LOWER), (upper, _UPPER)):
+            at = [
+                numbers[part.start + down : part.stop + down, right : right + wanted.shape[1]]
+                for down, right in corners
+            ]
+            yield np.stack([rows[ids[wanted[part]]] for ids in at], axis=1)
+
+
+def _widest(
+    rows: Doubles, numbers: Ids, lower: NDArray[np.bool_], upper: NDArray[np.bool_]
+) -> tuple[float, Doubles] | None:
+    """`RayMesh.radius` and `RayMesh.steps`; None where a triangle is turned over, or there is none.
+
+    A place in a triangle is its last corner and shares of the two steps that begin there, together at most one. So it
+    is at most half of each step away from one of the corners.
+    """
+    radius, steps = 0.0, np.zeros(3)
+    for corners in _triangles(rows, numbers, lower, upper):
+        sides = np.stack([corners[:, k - 2] - corners[:, k - 1] for k in range(3)])
+        normal = np.cross(sides[2], -sides[1])
+        if not ((normal * corners[:, 0]).sum(axis=1) > 0.0).all():
+            return None
+        lengths = np.sort(np.sqrt((sides * sides).sum(axis=2)), axis=0)
+        around = lengths.prod(axis=0) / (2.0 * np.sqrt((normal * normal).sum(axis=1)))
+        is_obtuse = lengths[2] ** 2 >= lengths[0] ** 2 + lengths[1] ** 2
+        radius = max(radius, float(np.where(is_obtuse, 0.5 * lengths[2], around).max(initial=0.0)))
+        steps = np.maximum(steps, (0.5 * (np.abs(sides[0]) + np.abs(sides[1]))).max(axis=0, initial=0.0))
+    return (radius, steps) if radius > 0.0 else None
+
+
+def _border(numbers: Ids, lower: NDArray[np.bool_], upper: NDArray[np.bool_]) -> Ids:
+    """Edges of one triangle alone, (n, 2), in the direction in which they go round it."""
+    low, up = np.pad(lower, 1), np.pad(upper, 1)
+    beside_down, beside_right = numbers[1:, :], numbers[:, 1:]
+    edges = [
+        (numbers[:-1, :-1], numbers[1:, 1:], low[1:-1, 1:-1], up[1:-1, 1:-1]),
+        (numbers[:-1, :], beside_down, up[1:-1, :-1], low[1:-1, 1:]),
+        (numbers[:, :-1], beside_right, up[1:, 1:-1], low[:-1, 1:-1]),
+    ]
+    found = []
+    for start, end, along, against in edges:
+        found.append(np.stack([start[along & ~against], end[along & ~against]], axis=1))
+        found.append(np.stack([end[against & ~along], start[against & ~along]], axis=1))
+    return np.concatenate(found)
+
+
+def _bins(place: Doubles, camera: Camera) -> Bins:
+    """Rays by place in the image plane, (rays, 2)."""
+    count = np.array([max(size // RAYS_PER_BIN, 1) for size in camera.cast])
+    corner, far = place.min(axis=0), place.max(axis=0)
+    scale = count / np.maximum(far - corner, 1e-9)
+    at = np.minimum(np.floor((place - corner) * scale).astype(np.int64), count - 1)
+    number = at[:, 0] * count[1] + at[:, 1]
+    first = np.concatenate([[0], np.cumsum(np.bincount(number, minlength=int(count.prod())))])
+    return Bins(corner, scale, count, first, np.argsort(number, kind="stable").astype(np.int32))
+
+
+def _outline(origin: Doubles, border: Doubles, limit: float) -> Doubles:
+    """Corners in plan, in their order, of what holds all that is seen up to the limit."""
+    middle = border[:, :2].mean(axis=0)
+    ahead, across = border[:, :2] @ middle, border[:, :2] @ np.array([-middle[1], middle[0]])
+    angles = np.arctan2(across, ahead)
+    low, high = float(angles.min()), float(angles.max())
+    reach = limit + 2.0 * ROOM
+    if high - low > 2.5:
+        return np.asarray(origin + reach * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]))
+    steps = np.linspace(low, high, 9) + np.arctan2(middle[1], middle[0])
+    arc = (limit / np.cos((high - low) / 16.0)) * np.stack([np.cos(steps), np.sin(steps)], axis=1)
+    around = ROOM * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+    points = (np.concatenate([np.zeros((1, 2)), arc])[:, None] + around).reshape(-1, 2)
+    return np.ascontiguousarray(origin + _hull(points))
+
+
+def _hull(points: Doubles) -> Doubles:
+    """Corners of the convex hull of points (n, 2), in their order."""
+    ordered = sorted(map(tuple, points.tolist()))
+    sides: list[list[tuple[float, ...]]] = []
+    for way in (ordered, ordered[::-1]):
+        side: list[tuple[float, ...]] = []
+        for p in way:
+            while len(side) > 1 and _turns_right(side[-2], side[-1], p):
+                side.pop()
+            side.append(p)
+        sides.append(side[:-1])
+    return np.array(sides[0] + sides[1])
+
+
+def _turns_right(a: tuple[float, ...], b: tuple[float, ...], c: tuple[float, ...]) -> bool:
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) <= 0.0
