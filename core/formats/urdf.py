@@ -1,4 +1,4 @@
-"""ROS URDF: links on joints, expanded (no xacro), with the sensors of Gazebo where there are any.
+"""ROS URDF: links on joints, with xacro expanded, with the sensors of Gazebo where there are any.
 
 Axes x forward, y left, z up; metres; rpy are radians about the fixed axes of the parent link. Links called
 ..._optical... have camera axes (x right, y down, z forward; REP-103). A URDF knows links, not sensors: what a
@@ -18,7 +18,6 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from riglens.core.errors import InputError
 from riglens.core.formats.base import Exported, Format, Imported
 from riglens.core.formats.frames import (
     FrameTree,
@@ -52,6 +51,7 @@ from riglens.core.formats.sdf_sensor import (
     plugin_kind,
 )
 from riglens.core.formats.source import Element, Source
+from riglens.core.formats.xacro import expanded, is_xacro
 from riglens.core.geometry import Vec3
 from riglens.core.rig.model import Camera, KannalaBrandt, Lidar, Rig, Sensor, Vehicle
 from riglens.core.rig.yaml.nodes import shortened
@@ -199,9 +199,11 @@ def recognises(source: Source) -> bool:
 
 def read(source: Source, options: ReadOptions) -> Imported:
     """Return the sensors of a robot, chained to base_link."""
-    root = source.xml
-    _check(root, source)
-    notes = Notes()
+    root, notes = source.xml, Notes()
+    if root.tag != "robot":
+        raise root.error("accepted is <robot>")
+    if is_xacro(root):
+        root = expanded(source, notes)
     tree = _joints(root, notes)
     base = _base(root, tree)
     vehicle = options.vehicle_or(Vehicle())
@@ -213,21 +215,6 @@ def read(source: Source, options: ReadOptions) -> Imported:
         _add(found, inverse(tree.root_SE3(base)) @ tree.root_SE3(found.link), mounting)
     _remark(root, base, mounting, options)
     return Imported(mounting.rig(root.attributes.get("name", source.name)), notes.report(TITLE))
-
-
-def _check(root: Element, source: Source) -> None:
-    """Refuse what is not a URDF, or one that still contains macros."""
-    if root.tag != "robot":
-        raise root.error("accepted is <robot>")
-    if source.suffix == ".xacro" or any(_is_macro(element) for element in _walk(root)):
-        raise InputError(
-            f"{source.where}: this is xacro, not expanded URDF; expand it first: xacro {source.path.name} > rig.urdf"
-        )
-
-
-def _is_macro(element: Element) -> bool:
-    values = element.attributes.values()
-    return element.tag.startswith("xacro:") or any("${" in value or "$(" in value for value in values)
 
 
 def _walk(root: Element) -> Iterator[Element]:

@@ -170,10 +170,12 @@ def assert_nothing_is_lost(imported: Imported, frames: dict[str, Matrix]) -> Non
         assert is_kit or frame in left_out or any(frame.startswith(name) for name in names), frame
 
 
-def test_xacro_files_are_refused(shared_data: Path) -> None:
+def test_xacro_files_of_parts_are_read_or_refused_in_one_line(shared_data: Path) -> None:
+    """They are macros for other files, which give them their arguments: none of them is a rig by itself."""
     for path in real(shared_data, "rigs").rglob("*.xacro"):
-        with pytest.raises(InputError, match="this is xacro, not expanded URDF"):
+        with pytest.raises(InputError) as caught:
             read_rig(path)
+        assert str(path) in str(caught.value) and str(caught.value).isprintable()
 
 
 def test_the_carla_example_sees_ahead_and_looks_down_on_itself(shared_data: Path) -> None:

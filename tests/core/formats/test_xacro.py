@@ -1,0 +1,177 @@
+"""xacro is expanded as ROS does it, without running anything; what would do harm is refused in one line."""
+
+import math
+from pathlib import Path
+
+import pytest
+
+from riglens.core.errors import InputError
+from riglens.core.formats.exchange import read_rig
+from riglens.core.formats.xacro import FUNCTIONS, MAX_LETTERS
+from tests.core.formats.cases import read_files, write_files
+from tests.core.formats.test_reports import has
+
+HEAD = '<robot name="car" xmlns:xacro="http://ros.org/wiki/xacro"><link name="base_link"/>'
+MACROS = """<robot xmlns:xacro="http://ros.org/wiki/xacro">
+  <xacro:property name="height" value="1.5"/>
+  <xacro:macro name="mast" params="name parent:=base_link x yaw:=0 tall:=true *extra">
+    <link name="${name}"/>
+    <joint name="${name}_joint" type="fixed">
+      <parent link="${parent}"/><child link="${name}"/>
+      <xacro:if value="${tall and x > 0}"><origin xyz="${x} 0 ${height + 0.25}" rpy="0 0 ${radians(yaw)}"/></xacro:if>
+      <xacro:unless value="${tall and x > 0}"><origin xyz="${x} 0 ${height/2}"/></xacro:unless>
+    </joint>
+    <xacro:insert_block name="extra"/>
+  </xacro:macro>
+</robot>"""
+CAR = (
+    HEAD
+    + """
+  <xacro:arg name="prefix" default="front"/>
+  <xacro:include filename="$(find my_car)/urdf/parts/macros.xacro"/>
+  <xacro:property name="half" value="${wheelbase / 2}"/>
+  <xacro:property name="wheelbase" value="3.0"/>
+  <xacro:mast name="$(arg prefix)_lidar" x="${half}" yaw="90"><note/></xacro:mast>
+  <xacro:mast name="rear_camera" x="${-half}"><note/></xacro:mast>
+</robot>"""
+)
+
+
+def test_properties_macros_conditions_includes_and_sums_are_expanded(tmp_path: Path) -> None:
+    write_files(tmp_path / "urdf", {"car.xacro": CAR})
+    write_files(tmp_path / "urdf" / "parts", {"macros.xacro": MACROS})
+    read = read_rig(tmp_path / "urdf" / "car.xacro")
+    lidar, camera = read.rig.sensor("front_lidar"), read.rig.sensor("rear_camera")
+    axle = read.rig.vehicle.rear_axle_x
+    assert lidar.position == pytest.approx((axle + 1.5, 0.0, 1.75)) and lidar.rpy_deg[2] == pytest.approx(
+        90.0
+    )
+    assert camera.position == pytest.approx((axle - 1.5, 0.0, 0.75))
+    assert has(read.report, "read", "xacro, expanded here", "1 files included")
+
+
+LIDAR = (
+    '<link name="lidar"/><joint name="j" type="fixed"><parent link="base_link"/><child link="lidar"/></joint>'
+)
+
+
+def first(expression: str, before: str = "") -> float:
+    """What an expression is, as the place of a LiDAR ahead of base_link, metres."""
+    joint = '<joint name="j" type="fixed"><parent link="base_link"/><child link="lidar"/><origin xyz="{} 0 1"/></joint>'
+    text = HEAD + before + '<link name="lidar"/>' + joint.format(expression) + "</robot>"
+    read = read_files({"rig.xacro": text})
+    return read.rig.sensor("lidar").position[0] - read.rig.vehicle.rear_axle_x
+
+
+@pytest.mark.parametrize(
+    ("expression", "value"),
+    [
+        ("${1 + 2*3 - 4/8}", 6.5), ("${2**3 % 5}", 3.0), ("${-(7 // 2)}", -3.0), ("${pi/2}", math.pi / 2),
+        ("${sin(pi/6) + sqrt(4)}", 2.5), ("${max(1, 2.5, a)}", 4.0), ("${a if a > 3 else 0}", 4.0), ("1${0}.5", 10.5),
+        ("$(eval 3*2)", 6.0), ("${b}", 8.0), ("${'x' == name and 1 or 0}", 1.0), ("${int(2.9)}", 2.0),
+    ],
+)  # fmt: skip
+def test_expressions_are_arithmetic(expression: str, value: float) -> None:
+    known = "".join(
+        f'<xacro:property name="{name}" value="{said}"/>'
+        for name, said in (("a", "4"), ("b", "${2*a}"), ("name", "x"))
+    )
+    assert first(expression, known) == pytest.approx(value)
+
+
+@pytest.mark.parametrize(
+    "expression",
+    [
+        "${__import__('os').system('touch owned')}", "${open('/etc/passwd').read()}", "${().__class__.__mro__}",
+        "${(lambda: 1)()}", "${[x for x in (1, 2)]}", "${'a' * 10**9}", "${9**9**9**9}", "${1/0}", "${sqrt(-1)}",
+        "${" + "(" * 500 + "1" + ")" * 500 + "}", "${" + "+".join(["1"] * 300) + "}", "${f'{1}'}", "${1e300*1e300}",
+        "$(eval __import__('os').getcwd())", "$(env HOME)", "$(optenv HOME 1)", "$(arg nosuch)", "${nosuch}", "${}",
+        "${a.b}", "${a[0]}", "${sin}", "${sin(x=1)}", "${1 if}", "${int('9' * 10)}", "x" * (MAX_LETTERS + 1) + "${1}",
+        "${b''}", "${1j}", "${exec('1')}", "${print(1)}", "$(dirname)",
+    ],
+)  # fmt: skip
+def test_anything_else_is_refused_in_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, expression: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError) as caught:
+        first(expression, '<xacro:property name="a" value="4"/>')
+    line = str(caught.value)
+    assert "rig.xacro:1: <" in line and line.isprintable() and len(line) < 400
+    assert not (tmp_path / "owned").exists()
+
+
+MANY = "".join(f'<xacro:property name="p{n}" value="${{p{n - 1}}}${{p{n - 1}}}"/>' for n in range(1, 29))
+DOUBLING = "".join(
+    f'<xacro:macro name="m{n}" params=""><xacro:m{n - 1}/><xacro:m{n - 1}/></xacro:macro>'
+    for n in range(1, 25)
+)
+
+
+@pytest.mark.parametrize(
+    "inside",
+    [
+        '<xacro:property name="p" value="${p2}"/><xacro:property name="p2" value="${p}"/><link name="${p}"/>',
+        f'<xacro:property name="p0" value=""/>{MANY}<link name="${{p28}}"/>',
+        '<xacro:macro name="m" params=""><xacro:m/></xacro:macro><xacro:m/>',
+        f'<xacro:macro name="m0" params=""><link name="x"/></xacro:macro>{DOUBLING}<xacro:m24/>',
+        '<xacro:include filename="rig.xacro"/>',
+        '<xacro:if value="perhaps"><link name="x"/></xacro:if>',
+        '<xacro:macro name="m" params="a"/><xacro:m/>',
+    ],
+    ids=[
+        "loop",
+        "doubling texts",
+        "recursion",
+        "doubling macros",
+        "includes itself",
+        "no truth",
+        "no parameter",
+    ],
+)
+def test_bombs_and_loops_end_in_one_line(inside: str) -> None:
+    with pytest.raises(InputError) as caught:
+        read_files({"rig.xacro": f"{HEAD}{inside}</robot>"})
+    assert str(caught.value).isprintable() and len(str(caught.value)) < 400
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        "../secret.xacro",
+        "/etc/passwd",
+        "$(find x)/../../secret.xacro",
+        "link/secret.xacro",
+        "a&#9;b",
+        "",
+        ".",
+    ],
+)
+def test_files_outside_the_folder_are_not_included(tmp_path: Path, said: str) -> None:
+    write_files(tmp_path, {"secret.xacro": '<robot><link name="secret_lidar"/></robot>'})
+    text = f'{HEAD}{LIDAR}<xacro:include filename="{said}"/></robot>'
+    place = write_files(tmp_path / "rig", {"rig.xacro": text})
+    (place / "link").symlink_to(tmp_path)
+    read = read_rig(place / "rig.xacro")
+    assert [sensor.name for sensor in read.rig.sensors] == ["lidar"]
+    assert has(read.report, "ignored", "included file that is not in the rig's folder")
+
+
+def test_an_unknown_macro_is_told_and_the_rest_is_read() -> None:
+    read = read_files({"rig.xacro": f'{HEAD}{LIDAR}<xacro:nosuch x="1"/></robot>'})
+    assert has(read.report, "ignored", "macro that no file in the rig's folder defines", "nosuch")
+
+
+def test_no_function_takes_a_text_or_looks_outside() -> None:
+    assert not FUNCTIONS.keys() & {
+        "eval",
+        "exec",
+        "open",
+        "getattr",
+        "str",
+        "chr",
+        "pow",
+        "type",
+        "dir",
+        "vars",
+    }
