@@ -29,18 +29,23 @@ def table1(
     scene: SceneArguments = SceneArguments(),
     score: ScoreArguments = ScoreArguments(),
     csv: Annotated[Path | None, Parameter(metavar="FILE")] = None,
+    detection_csv: Annotated[Path | None, Parameter(metavar="FILE")] = None,
 ) -> None:
-    """The paper's Table I: its eight rigs scored here, beside the published figures, with their orders.
+    """The paper's Tables I and II: its eight rigs scored here, beside the published scores and detection.
+
+    Detection is compared with Place3D's published figures as well.
 
     Parameters
     ----------
     csv
-        Also write the table as CSV.
+        Also write Table I as CSV.
+    detection_csv
+        Also write published average precision and our figures as CSV.
     """
     options, metric = scene.options(), score.options()
     from riglens.app.studies import table1 as study_table1
 
-    study_table1.study(options, metric, csv)
+    study_table1.study(options, metric, csv, detection_csv)
 
 
 def accuracy(

@@ -1,4 +1,7 @@
-"""`riglens study table1`: score the paper's eight rigs, print them beside the published figures, write CSV."""
+"""`riglens study table1`: score the paper's eight rigs, print them beside the published figures, write CSV.
+
+Its second half, published detection against our figures, is in `table2`.
+"""
 
 from __future__ import annotations
 
@@ -12,6 +15,7 @@ from rich.text import Text
 from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.evaluation.scenario import settings_of
 from riglens.app.studies.files import csv_text, write_text
+from riglens.app.studies.table2 import compare_papers, print_papers, write_papers
 from riglens.app.terminal.console import progress_bar, results
 from riglens.app.terminal.figures import thousands
 from riglens.app.terminal.scores import load_with_progress, print_scene
@@ -28,13 +32,20 @@ MEASURE_TITLES: dict[Measure, str] = {
 }
 
 
-def study(scene: SceneOptions, score: ScoreOptions, csv_target: Path | None) -> None:
-    """Print the paper's Table I beside our figures, and say where the orders agree; also write it as CSV."""
-    if csv_target is not None:
-        require_writable(csv_target, scene.files)
+def study(
+    scene: SceneOptions, score: ScoreOptions, csv_target: Path | None, detection_csv: Path | None = None
+) -> None:
+    """Print the paper's Tables I and II beside our figures, and say where the orders agree; also write them as CSV."""
+    for target in (csv_target, detection_csv):
+        if target is not None:
+            require_writable(target, scene.files)
     _, field = load_with_progress(scene.for_rigs([preset(name) for name in PAPER_RIGS], score))
+    engine = Engine(field, score.threads)
     with progress_bar("Casting rays") as progress:
-        table = table1(Engine(field, score.threads), settings_of(score), progress)
+        table = table1(engine, settings_of(score), progress)
+    papers = compare_papers(engine, scene)
+    if detection_csv is not None:
+        write_papers(papers, detection_csv)
     if csv_target is not None:
         write_text(csv_target, table1_csv(table))
     console = results(csv_target)
@@ -43,6 +54,7 @@ def study(scene: SceneOptions, score: ScoreOptions, csv_target: Path | None) -> 
     console.print(orders_table(table))
     for line in verdict(table):
         console.print(line, soft_wrap=True)
+    print_papers(papers, console)
 
 
 def table1_csv(table: Table1) -> str:

@@ -59,6 +59,34 @@ def test_each_class_says_whether_its_orders_agree(riglens, boxes):
     assert f"{agree} of 9 orders" in orders
 
 
+def test_published_detection_stands_beside_our_figures(riglens, boxes, tmp_path):
+    target = tmp_path / "table2.csv"
+    result = riglens("study", "table1", "--boxes", boxes, *SMALL_GRID, "--detection-csv", target)
+    assert result.code == 0
+    lines = [line.split() for line in result.out.splitlines()]
+    assert next(line for line in lines if line[:2] == ["W+T", "83.5"])[:5] == [
+        "W+T",
+        "83.5",
+        "77.5",
+        "53.0",
+        "71.3",
+    ]
+    assert next(line for line in lines if line[:2] == ["Square", "50.0"])
+    assert "Line 49.6 < Trapezoid 50.9 < Pyramid 52.2 < Center 52.5" in result.out
+    rows = list(csv.DictReader(target.read_text().splitlines()))
+    assert len(rows) == (8 + 5) * 4 and {row["paper"] for row in rows} == {"ICRA, Table II", "Place3D"}
+    assert all(0.0 <= float(row["on_target"]) <= 1.0 for row in rows)
+
+
+def test_a_pog_has_no_road_users_to_count_points_on(riglens, boxes, tmp_path):
+    pog = tmp_path / "small.npz"
+    assert riglens("pog", boxes, "--out", pog, *SMALL_GRID).code == 0
+    result = riglens("study", "table1", "--pog", pog)
+    assert result.code == 0 and "on target and ≥ 5 points are left out" in result.err
+    ranks = next(line for line in result.out.splitlines() if line.strip().startswith("on target"))
+    assert ranks.split()[2:] == ["–"] * 4
+
+
 def test_it_fits_a_terminal_of_100_columns(riglens, boxes):
     lines = riglens("study", "table1", "--boxes", boxes, *SMALL_GRID).out.splitlines()
     assert max(len(line.rstrip()) for line in lines) <= 100

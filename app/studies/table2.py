@@ -1,0 +1,178 @@
+"""The second half of `riglens study table1`: published average precision against our figures of the same rigs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from rich import box
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from riglens.app.evaluation.options import SceneOptions
+from riglens.app.evaluation.traffic import load_traffic
+from riglens.app.studies.files import csv_text, write_text
+from riglens.app.terminal.console import note, progress_bar
+from riglens.app.terminal.figures import thousands
+from riglens.core.engine.engine import Engine
+from riglens.core.scene.boxes import CLASSES, DataReport
+from riglens.core.study.detection.statistics import COLUMNS, MEAN
+from riglens.core.study.detection.surrogates import SURROGATES, Surrogates, surrogates
+from riglens.core.study.ranks import RankCorrelation
+from riglens.core.study.table2 import Agreement, Paper, agreements, icra, place3d
+from riglens.core.targets.engine import TargetEngine
+from riglens.core.targets.settings import USUAL
+from riglens.core.targets.traffic import WITHIN_M, Traffic, traffic_of
+
+SAMPLE_FRAMES = 400
+"""Points on road users are counted in so many frames, drawn fairly: the order of rigs needs no more."""
+TITLES = {
+    "s_ms": "S-MS",
+    "residual": "S-MS residual",
+    "hits": "S-MS hits",
+    "seen": "seen",
+    "on_target": "on target",
+    "share_5": "≥ 5 pts",
+}
+SURE_P = 0.05
+_IN_NATS = ("s_ms", "residual", "hits")
+
+
+@dataclass(frozen=True)
+class Compared:
+    """A paper, our figures of its rigs, and how far they agree."""
+
+    paper: Paper
+    ours: Surrogates
+    agreements: list[Agreement]
+
+
+def compare_papers(engine: Engine, scene: SceneOptions) -> list[Compared]:
+    """Score the rigs of both papers in all ways."""
+    if scene.pog is not None:
+        note("a POG holds no single road users: on target and ≥ 5 points are left out")
+    targets = TargetEngine(_traffic(scene))
+    papers, found = (icra(), place3d()), list[Compared]()
+    total = sum(len(paper.rigs) for paper in papers)
+    with progress_bar("Comparing with published detection") as progress:
+        for paper in papers:
+            done = sum(len(one.paper.rigs) for one in found)
+
+            def tell(share: float, done: int = done, count: int = len(paper.rigs)) -> None:
+                progress((done + share * count) / total)
+
+            ours = surrogates(paper.rigs, engine, targets, USUAL, tell)
+            found.append(Compared(paper, ours, agreements(paper, ours)))
+    return found
+
+
+def _traffic(scene: SceneOptions) -> Traffic:
+    """A fair sample of frames; none of a POG."""
+    if scene.pog is not None:
+        nothing = np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 3, 3))
+        report = DataReport("a POG", 1, dict.fromkeys(CLASSES, 0))
+        return traffic_of(report, np.zeros(0, np.int64), np.zeros(0, np.uint8), *nothing)
+    traffic = load_traffic(scene, WITHIN_M)
+    end = int(traffic.starts[min(SAMPLE_FRAMES, traffic.frames)])
+    return replace(
+        traffic,
+        frame=traffic.frame[:SAMPLE_FRAMES],
+        starts=traffic.starts[: SAMPLE_FRAMES + 1],
+        row=traffic.row[:end],
+        cls=traffic.cls[:end],
+        centre_m=traffic.centre_m[:end],
+        size_m=traffic.size_m[:end],
+        rotation=traffic.rotation[:end],
+    )
+
+
+def print_papers(found: Sequence[Compared], console: Console) -> None:
+    """Figures and rank correlations of each paper, and what to make of them."""
+    for one in found:
+        console.print(figures_table(one))
+        console.print(ranks_table(one))
+    for line in verdict(found):
+        console.print(line, soft_wrap=True)
+
+
+def figures_table(one: Compared) -> Table:
+    """Rigs as rows: published percent by class, and our figures, mean over the classes."""
+    shown = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    shown.title, shown.title_justify = Text(f"{one.paper.name}: published AP, our figures", "bold"), "left"
+    shown.add_column("AP in %", no_wrap=True)
+    for column in COLUMNS:
+        shown.add_column(
+            f"paper\n{column.replace('pedestrian', 'pedestr.')}", justify="right", no_wrap=True, style="dim"
+        )
+    for name in SURROGATES:
+        head, title = (
+            ("10³ nat", TITLES[name].removeprefix("S-MS ")) if name in _IN_NATS else ("%", TITLES[name])
+        )
+        shown.add_column(f"{head}\n{title}", justify="right", no_wrap=True)
+    for place, rig in enumerate(one.paper.rigs):
+        published = [f"{one.paper.of(column).mean(axis=0)[place]:.1f}" for column in COLUMNS]
+        shown.add_row(rig.name, *published, *(_figure(one.ours, name, place) for name in SURROGATES))
+    return shown
+
+
+def _figure(ours: Surrogates, name: str, place: int) -> str:
+    value = float(ours.of(name, MEAN)[place])
+    return thousands(value, 2) if name in _IN_NATS else f"{100.0 * value:.1f}"
+
+
+def ranks_table(one: Compared) -> Table:
+    """Our figures as rows: Spearman's correlation with the published order by class, and its 95 % interval."""
+    shown = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    shown.add_column(f"{one.paper.name}\nρ (95 %)", no_wrap=True)
+    for column in COLUMNS:
+        shown.add_column(f"\n{column}", no_wrap=True)
+    by_key = {(it.surrogate, it.column): it.found for it in one.agreements}
+    for name in SURROGATES:
+        shown.add_row(Text(TITLES[name]), *(_rank(by_key[name, column]) for column in COLUMNS))
+    return shown
+
+
+def _rank(found: RankCorrelation | None) -> str:
+    if found is None:
+        return "–"
+    star = "*" if found.p < SURE_P else " "
+    return f"{found.value:+.2f}{star} ({found.low:+.1f}…{found.high:+.1f})".replace("-", "−")
+
+
+def verdict(found: Sequence[Compared]) -> Iterable[str]:
+    """What the numbers mean, and how far the papers agree with themselves and each other."""
+    yield "ρ is Spearman's; positive: rigs that see more detect better. The interval draws rigs and detectors;"
+    yield f"* p < {SURE_P:g} among all orders of the rigs, each figure for itself."
+    yield "Detectors of one paper agree on the order of rigs at τ, mean of pairs:"
+    for one in found:
+        agree = ", ".join(f"{column} {one.paper.detectors_agree(column):+.2f}" for column in COLUMNS)
+        yield f"  {one.paper.name}: {agree}".replace("-", "−")
+    yield "Mean car AP of the placements that both papers have:"
+    for one in found:
+        groups = one.paper.groups("car")
+        order = " < ".join(f"{name} {groups[name]:.1f}" for name in sorted(groups, key=groups.__getitem__))
+        yield f"  {one.paper.name}: {order}"
+    yield "Both were trained once, without error bars, on other poses and fields of view of the same names."
+
+
+def csv_lines(found: Sequence[Compared]) -> Iterator[dict[str, object]]:
+    """One line per paper, rig and class: published percent of each detector's mean, and our figures."""
+    for one in found:
+        for place, rig in enumerate(one.paper.rigs):
+            for column in COLUMNS:
+                of = one.paper.of(column)[:, place]
+                line: dict[str, object] = {"paper": one.paper.name, "rig": rig.name, "class": column}
+                line |= {
+                    "ap_percent": f"{of.mean():.4f}",
+                    "ap_least": f"{of.min():.2f}",
+                    "ap_most": f"{of.max():.2f}",
+                }
+                yield line | {name: repr(float(one.ours.of(name, column)[place])) for name in SURROGATES}
+
+
+def write_papers(found: Sequence[Compared], path: Path) -> None:
+    """Write the figures as CSV."""
+    write_text(path, csv_text(list(csv_lines(found))))
