@@ -32,20 +32,20 @@ from riglens.core.shown_text import visible
 from riglens.core.study.detection.pieces import Pieces, Study
 from riglens.core.study.detection.protocol import WORDING, Protocol, entrants
 from riglens.core.study.detection.published import PROTOCOL, published_rigs
-from riglens.core.study.detection.result import Result, assemble
+from riglens.core.study.detection.result import Result, assemble, finished_seeds
 from riglens.core.study.detection.run import Told, run
 from riglens.core.study.detection.statistics import COLUMNS, LEAST_DIFFERENCE, MEAN, Estimate
-from riglens.core.study.detection.surrogates import surrogates
+from riglens.core.study.detection.surrogates import Surrogates, surrogates
 from riglens.core.study.ranks import FEWEST_RIGS
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.settings import TargetSettings
-from riglens.core.targets.traffic import WITHIN_M, Traffic
+from riglens.core.targets.traffic import WITHIN_M
 
 NAMES = (
     "detection.csv", "detection-seeds.csv", "detection-ranks.csv", "detection-pairs.csv", "detection.json",
     "detection.png", "detection-pairs.png",
 )  # fmt: skip
-PIECES = "pieces"
+PIECES, MAP = "pieces", "mAP"
 MOST_WORKERS = 256
 
 
@@ -91,45 +91,44 @@ def study(rigs: Sequence[str], scene: SceneOptions, plan: Plan, out: Path) -> No
     for line in remarks_on(traffic.data):
         note(line)
     asked = Study(compared, plan.protocol(opened), traffic, on)
-    pieces = _made(asked, out / PIECES, plan.workers)
-    result = evaluated(pieces, asked.protocol.seeds, scene)
-    write(result, out)
+    _ = asked.split  # says in one line what the data lack, before anything takes time
+    try:
+        result = _result(asked, _surrogates(asked, scene), plan.workers, out)
+    except KeyboardInterrupt:
+        note(f"what is done is kept in {out / PIECES}: the same command goes on from there")
+        raise
     _say(result, results())
     results().print(f"{out}: {', '.join(NAMES)}", soft_wrap=True)
 
 
-def _made(asked: Study, folder: Path, workers: int) -> Pieces:
-    _ = asked.split  # says in one line what the data lack, before anything takes time
-    try:
-        with progress_bar("Detection") as progress:
+def _result(asked: Study, scores: Surrogates, workers: int, out: Path) -> Result:
+    """Make what is not there; tables and charts are written whenever one more seed is complete."""
+    pieces, shown = Pieces(asked, out / PIECES), 0
 
-            def tell(told: Told) -> None:
-                progress(told.share)
-                if told.finished is not None:
-                    note(f"done: {told.finished.title} ({told.done} of {told.pieces})")
+    def tell(told: Told) -> None:
+        nonlocal shown
+        progress(told.share)
+        if told.finished is None:
+            return
+        note(f"done: {told.finished.title} ({told.done} of {told.pieces})")
+        seeds = finished_seeds(pieces) if told.finished.kind == "found" else shown
+        if shown < seeds < asked.protocol.seeds:
+            shown = seeds
+            write(Result(asked, *assemble(pieces, seeds), scores), out)
 
-            return run(asked, folder, workers, tell)
-    except KeyboardInterrupt:
-        note(f"what is done is kept in {folder}: the same command goes on from there")
-        raise
+    with progress_bar("Detection") as progress:
+        run(asked, pieces.folder, workers, tell)
+    result = Result(asked, *assemble(pieces, asked.protocol.seeds), scores)
+    write(result, out)
+    return result
 
 
-def evaluated(pieces: Pieces, seeds: int, scene: SceneOptions) -> Result:
-    """What came out of the first seeds, with the scores of the rigs beside it."""
-    asked = pieces.study
-    every, hit = assemble(pieces, seeds)
+def _surrogates(asked: Study, scene: SceneOptions) -> Surrogates:
+    """The scores of the rigs; road users as `riglens targets` counts them unless told otherwise."""
     with progress_bar("Scores of the rigs") as progress:
-        engine = Engine(load_scenario(replace(scene, surroundings=False)).field)
-        counts = TargetEngine(_open_ground(asked.traffic, scene))
+        engine, counts = Engine(load_scenario(scene).field), TargetEngine(asked.traffic)
         settings = TargetSettings(body=asked.protocol.simulation.body)
-        return Result(asked, every, hit, surrogates(asked.compared, engine, counts, settings, progress))
-
-
-def _open_ground(traffic: Traffic, scene: SceneOptions) -> Traffic:
-    """The road users as `riglens targets` counts them unless told otherwise: without what stands around."""
-    if not scene.surroundings:
-        return traffic
-    return load_traffic(replace(scene, surroundings=False, occluders=None), WITHIN_M)
+        return surrogates(asked.compared, engine, counts, settings, progress)
 
 
 def write(result: Result, out: Path) -> None:
@@ -160,7 +159,8 @@ def _say(result: Result, console: Console) -> None:
         "one seed: how far seeds differ is not known" if spread is None else f"SD between seeds {spread:.1f}"
     )
     console.print(
-        f"mAP in percent with 95 % intervals over {every.sequences} test sequences and seeds; {said}."
+        f"On hit: mAP over road users with a LiDAR point alone. 95 % intervals over {every.sequences} test "
+        f"sequences and seeds; {said}."
     )
     console.print(_pairs_text(result), soft_wrap=True)
     console.print(_rank_table(result) if len(every.rigs) >= FEWEST_RIGS else _too_few(len(every.rigs)))
@@ -168,29 +168,28 @@ def _say(result: Result, console: Console) -> None:
 
 
 def _precision_table(result: Result) -> Table:
-    every = result.every
+    every, scores = result.every, result.surrogates
     shown = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    shown.add_column("rig")
-    for title in (
-        "rays",
-        *(f"AP {name}" for name in CLASSES),
-        "mAP",
-        "mAP on hit",
-        "S-MS",
-        "seen",
-        "on target",
-    ):
+    shown.add_column("AP in percent", no_wrap=True)
+    for title in ("rays", *CLASSES, MAP, "on hit", "S-MS", "seen", "on target"):
         shown.add_column(title, justify="right", no_wrap=True)
     for place in np.argsort(-every.value[:, -1], kind="stable").tolist():
-        cells = [_interval(every.estimate(place, name)) for name in COLUMNS]
-        hit = result.hit.value[place, -1]
-        scores = result.surrogates
+        by_class = [_value(every.value[place, number]) for number in range(len(CLASSES))]
         shown.add_row(
-            visible(every.rigs[place]), f"{result.study.compared[place].rays:,}", *cells, f"{hit:.1f}",
-            f"{scores.of('s_ms', MEAN)[place]:,.0f}", f"{100 * scores.of('seen', MEAN)[place]:.1f} %",
+            visible(every.rigs[place]),
+            f"{result.study.compared[place].rays:,}",
+            *by_class,
+            _interval(every.estimate(place, MEAN)),
+            _value(result.hit.value[place, -1]),
+            f"{scores.of('s_ms', MEAN)[place]:,.0f}",
+            f"{100 * scores.of('seen', MEAN)[place]:.1f} %",
             f"{scores.of('on_target', MEAN)[place]:.3f}",
-        )  # fmt: skip
+        )
     return shown
+
+
+def _value(found: float) -> str:
+    return "–" if np.isnan(found) else f"{found:.1f}"
 
 
 def _interval(found: Estimate) -> str:
@@ -215,7 +214,7 @@ def _rank_table(result: Result) -> Table:
     shown = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     shown.add_column("Spearman with AP")
     for column in COLUMNS:
-        shown.add_column("mAP" if column == MEAN else column, justify="right", no_wrap=True)
+        shown.add_column(MAP if column == MEAN else column, justify="right", no_wrap=True)
     for among, places in result.groups().items():
         shown.add_row(Text(f"{among}, {len(places)}", "bold"))
         mine = [one for one in result.ranks if one.among == among and one.kind == "spearman"]

@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import TwoSlopeNorm
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from riglens.core.shown_text import visible
@@ -62,6 +63,7 @@ def _panel(axes: Axes, result: Result, name: str, column: str, same: set[int]) -
         _name_points(axes, result.every.rigs, x, y)
     axes.set_title(_rank_text(result, name, column), fontsize=8.5, loc="left")
     axes.margins(x=0.14, y=0.1)
+    axes.xaxis.set_major_locator(MaxNLocator(4))
     axes.grid(color="#e5e7eb", lw=0.6)
     axes.set_axisbelow(True)
     for side in ("top", "right"):

@@ -11,6 +11,7 @@ from riglens.app.window.features.arrange import Arrange, ViewMenu
 from riglens.app.window.features.autosave import Autosave
 from riglens.app.window.features.car import Car, SolidCar
 from riglens.app.window.features.compare import Compare
+from riglens.app.window.features.detection import Detection
 from riglens.app.window.features.drop import Drop
 from riglens.app.window.features.edits import Clipboard, Edits, Mirror
 from riglens.app.window.features.files import Exchange, Files, Recent
@@ -68,6 +69,7 @@ class Features(NamedTuple):
     target_maps: TargetMaps
     standing: Standing
     compare: Compare
+    detection: Detection
     units: Units
     car: Car
     solid_car: SolidCar
@@ -123,7 +125,8 @@ def build_features(bench: Workbench) -> Features:
         frame=FrameView(bench, targets),
         target_maps=TargetMaps(bench, heat, targets, map_),
         standing=Standing(bench),
-        compare=Compare(bench, files, exchange, targets),
+        compare=(compare := Compare(bench, files, exchange, targets)),
+        detection=Detection(bench, compare),
         units=Units(bench),
         car=(car := Car(bench)),
         solid_car=SolidCar(bench),

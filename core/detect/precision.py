@@ -6,6 +6,7 @@ Source: Caesar et al., nuScenes: A multimodal dataset for autonomous driving, CV
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -21,8 +22,7 @@ Flags = NDArray[np.bool_]
 MATCH_M = (0.5, 1.0, 2.0, 4.0)
 """A detection is right when the nearest object that no better one took is closer than this, metres on the ground."""
 MIN_RECALL = MIN_PRECISION = 0.1
-RECALLS = np.linspace(0.0, 1.0, 101)
-_FIRST_RECALL = round(100 * MIN_RECALL) + 1
+_RECALLS = np.linspace(0.0, 1.0, 101)[round(100 * MIN_RECALL) + 1 :]
 _REPLICAS_AT_ONCE = 200
 
 
@@ -109,16 +109,14 @@ _Near = list[list[tuple[float, int]]]
 
 def _near(truth: Truth, own: Ids, found: Detections, order: Ids) -> _Near:
     """Of each detection the objects of its frame that are near enough for the widest match, the nearest first."""
-    by_frame: dict[int, list[int]] = {}
-    for place in own.tolist():
-        by_frame.setdefault(int(truth.frame[place]), []).append(place)
+    by_frame: dict[int, list[tuple[int, float, float]]] = {}
+    places = zip(truth.frame[own].tolist(), own.tolist(), *truth.centre_m[own].T.tolist(), strict=True)
+    for frame, place, x, y in places:
+        by_frame.setdefault(frame, []).append((place, x, y))
     near: _Near = []
-    for detection in order.tolist():
-        places = by_frame.get(int(found.frame[detection]), [])
-        apart = truth.centre_m[places] - found.centre_m[detection]
-        distance_m = np.sqrt(np.square(apart).sum(axis=1))
-        pairs = zip(distance_m.tolist(), places, strict=True)
-        near.append(sorted(pair for pair in pairs if pair[0] < MATCH_M[-1]))
+    for frame, x, y in zip(found.frame[order].tolist(), *found.centre_m[order].T.tolist(), strict=True):
+        apart = [(math.sqrt((x - a) ** 2 + (y - b) ** 2), place) for place, a, b in by_frame.get(frame, ())]
+        near.append(sorted(pair for pair in apart if pair[0] < MATCH_M[-1]))
     return near
 
 
@@ -162,17 +160,24 @@ class _Curve(NamedTuple):
 def _area(right: Doubles, wrong: Doubles, objects: float) -> float:
     """Mean over recalls above the least of the precision above the least, 0 to 1; right (k,), wrong (k + 1,).
 
-    Between two right detections recall does not grow: the points at the first and the last of them are all that
-    linear interpolation over recall can meet.
+    Between two right detections recall does not grow: linear interpolation over recall goes from the last detection
+    before the next right one to that one, and there is nothing beyond the last recall.
     """
     if objects == 0.0:
         return float("nan")
     if not right.size or right[-1] == 0.0:
         return 0.0
-    hits = np.concatenate([[0.0], np.repeat(right, 2)])
-    missed = np.concatenate([wrong[:1], np.repeat(wrong[1:], 2)])
-    missed[1::2] = wrong[:-1]
-    there = hits + missed > 0.0
-    recall, precision = hits[there] / objects, hits[there] / (hits[there] + missed[there])
-    over = np.interp(RECALLS, recall, precision, right=0.0)[_FIRST_RECALL:] - MIN_PRECISION
-    return float(np.mean(np.maximum(over, 0.0))) / (1.0 - MIN_PRECISION)
+    hits = np.concatenate([[0.0], right])
+    recall = hits / objects
+    last = np.searchsorted(recall, _RECALLS, side="right") - 1
+    following = np.minimum(last + 1, len(right))
+    start, end, missed = hits[last], hits[following], wrong[last]
+    seen = start + missed
+    high = end / (end + missed)
+    low = np.where(
+        seen > 0.0, start / np.where(seen > 0.0, seen, 1.0), high
+    )  # before any detection: as the first
+    width = np.where(last == following, 1.0, recall[following] - recall[last])
+    precision = low + (high - low) / width * (_RECALLS - recall[last])
+    precision = np.where(last < len(right), precision, np.where(recall[-1] == _RECALLS, low, 0.0))
+    return float(np.maximum(precision - MIN_PRECISION, 0.0).mean()) / (1.0 - MIN_PRECISION)

@@ -6,6 +6,7 @@ import hashlib
 import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -123,7 +124,7 @@ class Entrant:
     name: str
     rig: Rig
 
-    @property
+    @cached_property
     def key(self) -> str:
         """What decides its sweeps."""
         return rig_sha256(self.rig.model_copy(update={"name": "rig"}))

@@ -109,24 +109,26 @@ class _Todo:
         self.every = every
         self.made = {number for number, job in enumerate(every) if is_made(pieces, job)}
         self.waiting = [number for number in range(len(every)) if number not in self.made]
+        self._needs = {number: self._needed(every[number]) for number in self.waiting}
         self._total = sum(_WEIGHT[job.kind] for job in every)
 
     def ready(self) -> list[int]:
         """What can be begun now, taken off the waiting list."""
-        ready = [number for number in self.waiting if self._needed(self.every[number]) <= self.made]
+        ready = [number for number in self.waiting if self._needs[number] <= self.made]
         self.waiting = [number for number in self.waiting if number not in ready]
         return ready
 
     def _needed(self, job: Job) -> set[int]:
         if job.net is None:
             return set()
-        rigs = job.net.trains if job.rig is None else (job.rig,)
-        return {
-            number
-            for number, other in enumerate(self.every)
-            if (other.net is None and other.rig in rigs)
-            or (job.rig is not None and other.net == job.net and other.rig is None)
-        }
+        rigs = {one.key for one in (job.net.trains if job.rig is None else (job.rig,))}
+        needed = set()
+        for number, other in enumerate(self.every):
+            if other.net is None and other.rig is not None and other.rig.key in rigs:
+                needed.add(number)
+            if job.rig is not None and other.net is job.net and other.rig is None:
+                needed.add(number)
+        return needed
 
     def told(self, under_way: dict[int, float], finished: int | None = None) -> Told:
         """How far it is, with the shares done of what is under way."""

@@ -160,3 +160,28 @@ def test_three_frames_or_one_sequence_are_one_line(
     table.write_text("\n".join(lines))
     said = refused(riglens, "Trapezoid", "--boxes", table, "--out", tmp_path / "out")
     assert f"found {frames} frames in {sequences} sequences" in said
+
+
+@pytest.mark.slow
+def test_a_quick_study_from_words_to_files(riglens: object, tmp_path: Path) -> None:
+    pytest.importorskip("torch", reason="make test-detect")
+    rng = np.random.default_rng(0)
+    lines = ["seq,frame,cls,x,y,z,length,width,height,yaw"]
+    for sequence in range(6):
+        for frame in range(4):
+            for cls, size, z in (("car", "4.4,1.9,1.5", 0.75), ("pedestrian", "0.6,0.6,1.8", 0.9)):
+                x, y = rng.uniform(4, 12, 2) * rng.choice([-1, 1], 2)
+                lines.append(f"s{sequence},{frame},{cls},{x:.2f},{y:.2f},{z},{size},{rng.uniform(-3, 3):.2f}")
+    table, out = tmp_path / "boxes.csv", tmp_path / "out"
+    table.write_text("\n".join(lines))
+    words = ("study", "detection", "Trapezoid", "Line", "--quick", "--boxes", table, "--out", out)
+    first = riglens(*words)  # type: ignore[operator]
+    assert first.code == 0, first.err
+    assert {path.name for path in out.iterdir()} == {*detection.NAMES, "pieces"}
+    assert WORDING in first.out and "Rank correlations need 5 rigs" in first.out
+    assert "bicycle: the test frames hold none" in first.out
+    assert "done: net of seed 1" in first.err
+    texts = {path: path.read_bytes() for path in out.iterdir() if path.is_file()}
+    again = riglens(*words)  # type: ignore[operator]
+    assert again.code == 0 and "done:" not in again.err
+    assert {path: path.read_bytes() for path in texts} == texts

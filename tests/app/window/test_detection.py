@@ -1,0 +1,151 @@
+"""The study of detection in the window: which rigs it compares, progress, charts that fill, stop, and going on."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pytestqt.qtbot import QtBot
+
+from riglens.app.background.detection import CHART, PAIRS, DetectionJob, study
+from riglens.app.background.tasks import TaskCancelled
+from riglens.app.evaluation.options import SceneOptions
+from riglens.core.errors import InputError
+from riglens.core.rig.yaml.file import load_rig
+from riglens.widgets.panels.detection_dialog import DetectionDialog
+from riglens.widgets.viewport.still import png_of
+from tests.app.window_bench import RIG, Bench, open_bench
+from tests.waiting import TIMEOUT_MS
+
+SPEAKS = """
+import sys
+print("note: reading", file=sys.stderr)
+print("note: done: sweeps of small (1 of 4)", file=sys.stderr, flush=True)
+print("note: done: net of seed 1 (3 of 4)", file=sys.stderr, flush=True)
+"""
+REFUSES = "import sys; print('riglens: training a detector needs PyTorch', file=sys.stderr); sys.exit(2)"
+ENDLESS = SPEAKS + "import time\nwhile True: time.sleep(0.05)\n"
+
+
+@pytest.fixture
+def bench(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
+    with open_bench(qtbot, tmp_path) as opened:
+        opened.features.detection.folder = tmp_path / "detection"
+        yield opened
+
+
+def job(folder: Path, **changes: object) -> DetectionJob:
+    return DetectionJob((RIG,), SceneOptions(**changes), "ignored", folder)  # type: ignore[arg-type]
+
+
+def png(grey: int) -> bytes:
+    return png_of(np.full((2, 2, 3), grey, np.uint8))
+
+
+def opened(bench: Bench) -> DetectionDialog:
+    bench.act("detection")
+    dialog = bench.features.detection.dialog
+    assert dialog is not None
+    return dialog
+
+
+# ---------------------------------------------------------------- the process
+
+
+def test_it_tells_of_each_piece_and_of_the_share_done(tmp_path: Path) -> None:
+    shares: list[float] = []
+    heard: list[str] = []
+    assert study(job(tmp_path), shares.append, heard.append, SPEAKS) == tmp_path
+    assert heard == ["done: sweeps of small", "done: net of seed 1"]
+    assert shares[0] == 0.0 and shares[-1] == 0.75 and shares == sorted(shares)
+
+
+def test_what_the_command_refuses_is_the_error(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"^training a detector needs PyTorch$"):
+        study(job(tmp_path), lambda share: None, print, REFUSES)
+
+
+def test_cancelled_it_ends_the_process(tmp_path: Path) -> None:
+    def enough(share: float) -> None:
+        if share > 0.5:
+            raise TaskCancelled
+
+    with pytest.raises(TaskCancelled):
+        study(job(tmp_path), enough, lambda line: None, ENDLESS)  # would never return otherwise
+
+
+def test_the_words_name_rigs_and_data_as_the_command_knows_them(tmp_path: Path) -> None:
+    words = job(
+        tmp_path, boxes=Path("b.csv"), origin_m=(1.0, 0.0, 0.5), classes=("van=car",), find_ground=True
+    ).words()
+    assert words[:2] == ["study", "detection"] and load_rig(Path(words[2])).rig == RIG
+    said = " ".join(words[3:])
+    assert "--boxes b.csv" in said and "--origin 1.0 0.0 0.5" in said and "--classes van=car" in said
+    assert "--ground auto" in said and "--quick" in said and "--body ignored" in said
+    with pytest.raises(InputError, match="stored POG"):
+        job(tmp_path, pog=Path("p.npz")).words()
+
+
+# ---------------------------------------------------------------- the dialog
+
+
+def test_the_rig_and_those_kept_for_comparison_take_part_once(bench: Bench) -> None:
+    feature = bench.features.detection
+    assert [rig.name for rig in feature.rigs()] == ["small"]
+    bench.act("snapshot")
+    assert len(feature.rigs()) == 1
+    bench.features.compare.add_presets(("Trapezoid", "Wide"))
+    assert [rig.name for rig in feature.rigs()] == ["small", "Trapezoid"]
+    assert "small, Trapezoid" in opened(bench).rigs.text()
+
+
+def test_charts_fill_while_it_runs_and_it_can_be_stopped_and_started_again(bench: Bench) -> None:
+    feature, dialog = bench.features.detection, opened(bench)
+    go_on, jobs = threading.Event(), list[DetectionJob]()
+
+    def work(asked: DetectionJob, progress, hear) -> Path:
+        jobs.append(asked)
+        asked.folder.mkdir(exist_ok=True)
+        for name in (CHART, PAIRS):
+            (asked.folder / name).write_bytes(png(len(jobs)))
+        hear(f"done: seed {len(jobs)}")
+        progress(0.5)
+        while not go_on.wait(0.01):
+            progress(0.5)
+        return asked.folder
+
+    feature.work = work
+    dialog.start.click()
+    assert not dialog.start.isEnabled() and dialog.stop.isEnabled() and not dialog.quick.isEnabled()
+    bench.qtbot.waitUntil(lambda: dialog.state.text() == "done: seed 1", timeout=TIMEOUT_MS)
+    assert not dialog.chart.image.isNull() and not dialog.pairs.image.isNull()
+    bench.qtbot.waitUntil(lambda: dialog.bar.value() == 500, timeout=TIMEOUT_MS)
+    dialog.stop.click()
+    bench.qtbot.waitUntil(lambda: dialog.start.isEnabled(), timeout=TIMEOUT_MS)
+    assert "Start goes on" in dialog.state.text()
+    go_on.set()
+    dialog.start.click()
+    bench.qtbot.waitUntil(lambda: dialog.state.text() == "Done", timeout=TIMEOUT_MS)
+    bench.qtbot.waitUntil(lambda: dialog.start.isEnabled(), timeout=TIMEOUT_MS)
+    assert len(jobs) == 2 and jobs[0].folder == jobs[1].folder and jobs[0].quick
+
+
+def test_what_went_wrong_is_said_and_it_can_be_started_again(bench: Bench) -> None:
+    feature, dialog = bench.features.detection, opened(bench)
+
+    def work(asked: DetectionJob, progress, hear) -> Path:
+        raise InputError("training a detector needs PyTorch")
+
+    feature.work = work
+    dialog.start.click()
+    bench.qtbot.waitUntil(lambda: "needs PyTorch" in bench.window.bench.errors.message, timeout=TIMEOUT_MS)
+    bench.qtbot.waitUntil(lambda: dialog.start.isEnabled(), timeout=TIMEOUT_MS)
+
+
+def test_without_a_lidar_there_is_nothing_to_start(bench: Bench) -> None:
+    dialog = opened(bench)
+    bench.document.delete(("roof",))
+    assert not dialog.start.isEnabled() and "No rig with a LiDAR" in dialog.rigs.text()
