@@ -1,8 +1,12 @@
-"""One frame of the traffic as the rig meets it, for the 3D view; made by a thread of its own with serial kernels."""
+"""One frame of the traffic as the rig meets it, for the 3D view; made by a thread of its own with serial kernels.
+
+Road users have the points that the panel Targets counts on them, by the same settings; where rays end is a picture of
+the azimuths as listed against plain boxes.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,10 +16,13 @@ from riglens.app.background.inbox import unexpected
 from riglens.app.background.worker import CLOSE_S, LatestThread, Unwanted
 from riglens.core.errors import InputError
 from riglens.core.rig.model import Rig
-from riglens.core.vehicle.solid import CarBody
+from riglens.core.targets.settings import TargetSettings
+from riglens.core.vehicle.solid import CarBody, Solid
 from riglens.core.view.frames import FrameBoxes
 
 if TYPE_CHECKING:  # made by the thread, which loads the compiler
+    from riglens.core.targets.engine import TargetEngine
+    from riglens.core.targets.scores import ObjectCounts
     from riglens.core.targets.traffic import Traffic
     from riglens.core.view.frame_scene import FrameScene, Missed
 
@@ -25,13 +32,14 @@ COARSE_RAYS, ALL_RAYS = 60_000, 400_000
 
 @dataclass(frozen=True, eq=False)
 class FrameRequest:
-    """Which frame to show: its place in the traffic. `explain`: the box whose few points are to be explained."""
+    """Which frame to show: its place in the traffic. `body` is that of the rig's vehicle; the settings say whether it
+    blocks. `explain`: the box whose few points are to be explained."""
 
     rig: Rig
     traffic: Traffic
     place: int
     body: CarBody
-    min_points: int
+    settings: TargetSettings
     explain: int | None = None
     is_preview: bool = False
 
@@ -41,7 +49,7 @@ class FrameRequest:
 
     @property
     def _rest(self) -> tuple[object, ...]:
-        return self.rig, self.place, self.body, self.min_points, self.explain, self.is_preview
+        return self.rig, self.place, self.body, self.settings, self.explain, self.is_preview
 
 
 @dataclass(frozen=True)
@@ -64,6 +72,19 @@ def boxes_of(traffic: Traffic, place: int) -> FrameBoxes:
     )
 
 
+def _as_counted(found: Missed, counts: ObjectCounts, number: int, enough: int) -> Missed:
+    """The reason why a road user is missed, with the points that are counted on it."""
+    place = np.flatnonzero(counts.box == number)
+    if not len(place) or found.verdict in ("no LiDARs", "out of range"):
+        return found
+    points, alone = int(counts.all_points[place[0]]), int(counts.points_alone[place[0]])
+    if points >= enough:
+        return replace(found, verdict="few points", points=points, alone=alone)
+    return replace(
+        found, verdict="hidden" if alone >= enough else "between beams", points=points, alone=alone
+    )
+
+
 class FrameCaster(QObject):
     """Owner of the thread, which starts with the first request; every method is called by the interface thread."""
 
@@ -74,6 +95,7 @@ class FrameCaster(QObject):
     def __init__(self, parent: QObject | None = None, close_s: float = CLOSE_S) -> None:
         super().__init__(parent)
         self._thread = LatestThread[FrameRequest]("frames", self._answer, close_s)
+        self._counted: tuple[Traffic, int, TargetEngine] | None = None
 
     def ask(self, request: FrameRequest) -> None:
         """Ask for a frame; takes the place of a request that still waits."""
@@ -104,15 +126,30 @@ class FrameCaster(QObject):
     def _cast(self, request: FrameRequest) -> FrameAnswer:
         from riglens.core.view.frame_scene import frame_scene, why_missed  # loads the compiler
 
-        boxes, body = boxes_of(request.traffic, request.place), request.body.solid()
+        boxes, settings = boxes_of(request.traffic, request.place), request.settings
+        body = request.body.solid() if settings.body == "blocks" else Solid.of(np.zeros((0, 3, 3)))
         self._thread.stop_if_closing()
         most = COARSE_RAYS if request.is_preview else ALL_RAYS
         frame = int(request.traffic.frame[request.place])
         scene = frame_scene(request.rig, frame, boxes, body, most)
+        counts = self._counts(request)
+        points = scene.points.copy()
+        points[counts.box] = counts.all_points
         missed = None
         if request.explain is not None and not request.is_preview:
-            missed = why_missed(request.rig, boxes, request.explain, body, request.min_points)
-        return FrameAnswer(request, scene, missed)
+            found = why_missed(request.rig, boxes, request.explain, body, settings.min_points)
+            missed = _as_counted(found, counts, request.explain, settings.min_points)
+        return FrameAnswer(request, replace(scene, points=points), missed)
+
+    def _counts(self, request: FrameRequest) -> ObjectCounts:
+        """The points on all road users of the frame, as the panel Targets counts them."""
+        from riglens.core.targets.engine import TargetEngine
+
+        traffic, place = request.traffic, request.place
+        if self._counted is None or self._counted[0] is not traffic or self._counted[1] != place:
+            self._counted = traffic, place, TargetEngine(traffic.frame_alone(place), is_serial=True)
+        lidars = request.rig.replace(sensors=request.rig.lidars())
+        return self._counted[2].evaluate(lidars, request.settings, None, request.body.mesh).objects
 
     def _fail(self, reason: str) -> None:
         if not self._thread.inbox.is_closing():  # nobody hears it any more, and the signals may be gone

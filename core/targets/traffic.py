@@ -16,7 +16,7 @@ from riglens.core.targets.draws import shuffled
 
 Doubles = NDArray[np.float64]
 Ids = NDArray[np.int64]
-WITHIN_M = 60.0
+WITHIN_M, EVERYWHERE_M = 60.0, 1e6
 NO_CLASS = len(CLASSES)
 """Class of what is no road user."""
 MAX_BOXES = 10_000_000
@@ -65,6 +65,17 @@ class Traffic:
     def frame_of_box(self) -> Ids:
         """Place among `frame` of each box's frame, (n,)."""
         return np.repeat(np.arange(self.frames), np.diff(self.starts))
+
+    def frame_alone(self, place: int) -> Traffic:
+        """One frame by itself, by its place; all its road users count, however far they are."""
+        part = slice(int(self.starts[place]), int(self.starts[place + 1]))
+        columns = {
+            name: getattr(self, name)[part] for name in ("row", "cls", "centre_m", "size_m", "rotation")
+        }
+        starts = np.array([0, part.stop - part.start], np.int64)
+        return replace(
+            self, frame=self.frame[place : place + 1], starts=starts, within_m=EVERYWHERE_M, **columns
+        )
 
     def within(self, within_m: float) -> Traffic:
         """The same boxes, of which those within another distance count; raise InputError unless it is above 0."""

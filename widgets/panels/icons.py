@@ -53,6 +53,8 @@ _BODIES = {
     '<circle cx="17" cy="16.5" r="1.6"/>',
     "bars": '<path d="M4 20h16M6.5 17v-6M12 17V5M17.5 17V9"/>',
     "export": '<path d="M4 13v7h16v-7"/><path d="M12 15V4M8 8l4-4 4 4"/>',
+    "play": '<path d="M7 5l12 7-12 7z"/>',
+    "pause": '<path d="M8 5v14M16 5v14"/>',
     "close": '<path d="M6 6l12 12M18 6L6 18"/>',
 }
 

@@ -20,12 +20,15 @@ from riglens.core.scene.boxes import CLASSES
 from riglens.core.targets.settings import HEIGHT_PX
 from riglens.core.vehicle.solid import CarBody
 from riglens.widgets.panels.targets.rose import bearing_word
+from riglens.widgets.timers import Timers, single_shot
 from riglens.widgets.traffic.frame import ShownFrame
 
 if TYPE_CHECKING:
     from riglens.core.targets.traffic import Traffic
     from riglens.core.view.frame_scene import FrameScene, Missed
 
+FRAME_MS = 200
+"""How long each frame is shown while frames are played, at least."""
 NOBODY = "The rig misses nobody in the frames counted so far"
 
 
@@ -48,9 +51,19 @@ class FrameView(Feature):
             "next_missed", "Next missed road user", "Fly to the next road user that neither LiDARs nor cameras detect",
             "Ctrl+J", menu="scene/frames",
         ),
+        Spec(
+            "play_frames", "Play frames", "Show one frame of the traffic after the other", "Shift+J",
+            menu="scene/frames", is_checkable=True,
+        ),
     )  # fmt: skip
 
-    def __init__(self, bench: Workbench, targets: Targets, caster: FrameCaster | None = None) -> None:
+    def __init__(
+        self,
+        bench: Workbench,
+        targets: Targets,
+        caster: FrameCaster | None = None,
+        timers: Timers = single_shot,
+    ) -> None:
         super().__init__(bench)
         self._targets, self.caster = targets, caster or FrameCaster(self)
         self._shown: _Shown | None = None
@@ -61,7 +74,13 @@ class FrameView(Feature):
         panel = targets.panel
         panel.frame_wanted.connect(self._choose)
         panel.next_missed_wanted.connect(self.show_next_missed)
-        self.bind(show_frame=self._toggle, next_missed=self.show_next_missed)
+        panel.play_wanted.connect(self.play)
+        self._is_playing, self._next = False, timers(self, FRAME_MS, self._show_next)
+        self.bind(
+            show_frame=self._toggle,
+            next_missed=self.show_next_missed,
+            play_frames=lambda: self.play(not self._is_playing),
+        )
         queued = Qt.ConnectionType.QueuedConnection
         self.caster.made.connect(self._take, queued)
         self.caster.failed.connect(bench.report_error, queued)
@@ -83,7 +102,7 @@ class FrameView(Feature):
     def _on_counts(self) -> None:
         traffic = self._traffic
         self._targets.panel.set_frames(0 if traffic is None else traffic.frames)
-        for key in ("show_frame", "next_missed"):
+        for key in ("show_frame", "next_missed", "play_frames"):
             self.actions[key].setEnabled(traffic is not None)
 
     # ------------------------------------------------------------------ choosing
@@ -98,10 +117,34 @@ class FrameView(Feature):
         else:
             self._show(_Shown(int(np.flatnonzero(traffic.frame == frame)[0]), None))
 
+    def play(self, wanted: bool) -> None:
+        """Show one frame after the other, from the one shown on; or stop there."""
+        self._is_playing = wanted and self._traffic is not None
+        self._targets.panel.show_playing(self._is_playing)
+        self.actions["play_frames"].setChecked(self._is_playing)
+        if not self._is_playing:
+            self._next.stop()
+            return
+        if self._shown is None:
+            self._choose(0)
+        self._next.start()
+
+    def _show_next(self) -> None:
+        """Show the frame after the one shown, after the last the first; none is left out while one is being made."""
+        traffic, shown = self._traffic, self._shown
+        if not self._is_playing or traffic is None or shown is None:
+            return
+        if self.is_current:
+            self._choose((int(traffic.frame[shown.place]) + 1) % traffic.frames)
+        self._next.start()
+
     def _follow(self, is_on: bool) -> None:
         """Follow edits while a frame is shown."""
         document = self.document
-        for changed in (document.rig_changed, document.rig_settled, document.vehicle_changed):
+        for changed in (
+            document.rig_changed, document.rig_settled, document.vehicle_changed, self.session.targets_changed,
+            self.session.settings_changed,
+        ):  # fmt: skip
             if is_on:
                 changed.connect(self._ask)
             else:
@@ -115,6 +158,8 @@ class FrameView(Feature):
         frame = None if shown is None or traffic is None else int(traffic.frame[shown.place])
         self._targets.panel.show_frame(frame)
         self.actions["show_frame"].setChecked(shown is not None)
+        if shown is None and self._is_playing:
+            self.play(False)
         if shown is None and self.viewport.state.traffic is not None:
             self.viewport.show_state(replace(self.viewport.state, traffic=None))
         self._ask()
@@ -126,6 +171,7 @@ class FrameView(Feature):
             return
         if self._missed is None or self._missed[0] is not answer:
             self._missed = (answer, missed_objects(answer), -1)
+        self.play(False)
         _, objects, last = self._missed
         if not objects:
             self._targets.panel.say(NOBODY)
@@ -146,12 +192,12 @@ class FrameView(Feature):
         traffic, shown = self._traffic, self._shown
         if shown is None or traffic is None:
             return
-        state, document = self.viewport.state, self.document
-        body = CarBody(state.vehicle, state.body_mesh)
+        session, document = self.session, self.document
+        body = CarBody(document.rig.vehicle, session.mesh)
+        settings = replace(session.targets, body=session.body)
         request = FrameRequest(
-            document.rig, traffic, shown.place, body, self.session.targets.min_points, shown.explain,
-            document.is_dragging,
-        )  # fmt: skip
+            document.rig, traffic, shown.place, body, settings, shown.explain, document.is_dragging
+        )
         if self._last is None or not request.asks_same(self._last):
             self._last = self._asked = request
             self.caster.ask(request)
@@ -163,7 +209,7 @@ class FrameView(Feature):
             return
         if request is self._asked:
             self._asked = None
-        frame = shown_frame(answer.scene, request.min_points, request.explain)
+        frame = shown_frame(answer.scene, request.settings.min_points, request.explain)
         self.viewport.show_state(replace(self.viewport.state, traffic=frame))
         if answer.missed is not None and request.explain is not None:
             self._targets.panel.say(missed_text(answer.scene, request.explain, answer.missed))
@@ -193,18 +239,24 @@ def missed_text(scene: FrameScene, number: int, missed: Missed) -> str:
         return f"{who}: no LiDAR is switched on"
     if missed.verdict == "out of range":
         return f"{who}: out of range of every LiDAR"
-    points = f"{missed.points} of {missed.alone} rays reach it"
+    points = f"{missed.points} of {_points(missed.alone)} reach it"
     if missed.verdict == "hidden":
         return f"{who}: {points}, behind {_obstacle(scene, missed.by)}"
     if missed.verdict == "between beams":
-        return f"{who}: between beams, {missed.alone} rays would meet it with nothing in the way"
-    return f"{who}: {points} here, fewer where the spin phase is drawn"
+        return f"{who}: between beams, {_points(missed.alone)} even with nothing in the way"
+    return f"{who}: {points}"
+
+
+def _points(number: int) -> str:
+    return f"{number:,} point{'s' * (number != 1)}"
 
 
 def _obstacle(scene: FrameScene, by: int | None) -> str:
+    if by is None:
+        return "what stands before it"
     if by == BODY:
         return "the own car's body"
-    return "the ground" if by == GROUND or by is None else _name(scene, by)
+    return "the ground" if by == GROUND else _name(scene, by)
 
 
 def _name(scene: FrameScene, number: int) -> str:

@@ -11,15 +11,19 @@ from pytestqt.qtbot import QtBot
 from riglens.app.background.counting import CountAnswer
 from riglens.app.background.frames import FrameAnswer, FrameCaster, FrameRequest, boxes_of
 from riglens.app.window.features.follow import Follow
-from riglens.app.window.features.frame import NOBODY, FrameView, missed_objects, missed_text
+from riglens.app.window.features.frame import FRAME_MS, NOBODY, FrameView, missed_objects, missed_text
 from riglens.app.window.features.targets import Targets
 from riglens.core.kernels.codes import BODY, GROUND
+from riglens.core.metric.scores import Body
 from riglens.core.rig.model import Rig
 from riglens.core.targets.engine import TargetEngine
-from riglens.core.vehicle.solid import Solid
+from riglens.core.targets.settings import USUAL, TargetSettings
+from riglens.core.vehicle.solid import CarBody, Solid
 from riglens.core.view.frame_scene import FrameScene, Missed, frame_scene
 from tests.app.window.desk import Desk, open_desk
-from tests.core.targets.cases import traffic
+from tests.app.window_bench import RIG
+from tests.core.targets.cases import random_traffic, traffic
+from tests.hand_clock import HandTimers
 from tests.waiting import TIMEOUT_MS, TIMEOUT_S
 
 PLACES = [(0, 12.0), (0, 30.0), (1, 20.0), (2, -55.0)]
@@ -52,7 +56,8 @@ class Stand:
         self.qtbot = qtbot
         Follow(self.desk.workbench)
         self.targets, self.caster = Targets(self.desk.workbench), FakeCaster()
-        self.view = FrameView(self.desk.workbench, self.targets, self.caster)
+        self.timers = HandTimers()
+        self.view = FrameView(self.desk.workbench, self.targets, self.caster, self.timers)
         self.desk.workbench.answers.ask()
         self.desk.load()
         self.desk.answer()
@@ -180,10 +185,11 @@ SCENE = FrameScene(
     ("missed", "end"),
     [
         (Missed("out of range", 0, 0), "out of range of every LiDAR"),
-        (Missed("hidden", 1, 9, 0), "1 of 9 rays reach it, behind car, 13 m ahead, left"),
+        (Missed("hidden", 1, 9, 0), "1 of 9 points reach it, behind car, 13 m ahead, left"),
         (Missed("hidden", 0, 9, BODY), "behind the own car's body"),
+        (Missed("hidden", 0, 9, None), "0 of 9 points reach it, behind what stands before it"),
         (Missed("hidden", 0, 9, GROUND), "behind the ground"),
-        (Missed("between beams", 0, 2), "between beams, 2 rays would meet it with nothing in the way"),
+        (Missed("between beams", 0, 2), "between beams, 2 points even with nothing in the way"),
     ],
 )
 def test_reasons_are_whole_sentences(missed: Missed, end: str) -> None:
@@ -192,11 +198,81 @@ def test_reasons_are_whole_sentences(missed: Missed, end: str) -> None:
 
 
 def test_the_thread_answers_the_latest_frame_and_ends(qtbot: QtBot) -> None:
-    from riglens.core.vehicle.solid import CarBody
-    from tests.app.window_bench import RIG
-
     caster = FrameCaster(close_s=TIMEOUT_S)
     with qtbot.waitSignal(caster.made, timeout=TIMEOUT_MS) as told:
-        caster.ask(FrameRequest(RIG, TRAFFIC, 0, CarBody(), 5, explain=0))
+        caster.ask(FrameRequest(RIG, TRAFFIC, 0, CarBody(), USUAL, explain=0))
     assert told.args[0].missed is not None and told.args[0].scene.frame == int(TRAFFIC.frame[0])
     caster.close()
+
+
+@pytest.mark.parametrize("body", ["ignored", "blocks"])
+def test_every_road_user_of_a_frame_has_the_points_that_the_panel_counts(qtbot: QtBot, body: Body) -> None:
+    many = random_traffic(np.random.default_rng(7), 5)
+    settings, rig = TargetSettings(body=body), RIG
+    counted = TargetEngine(many, threads=1).evaluate(rig, settings).objects
+    caster = FrameCaster(close_s=TIMEOUT_S)
+    for place in range(many.frames):
+        with qtbot.waitSignal(caster.made, timeout=TIMEOUT_MS) as told:
+            caster.ask(
+                FrameRequest(rig, many, place, CarBody(rig.vehicle), settings, is_preview=place % 2 == 0)
+            )
+        first, end = int(many.starts[place]), int(many.starts[place + 1])
+        here = (counted.box >= first) & (counted.box < end)
+        points = told.args[0].scene.points
+        assert here.any()
+        assert np.array_equal(points[counted.box[here] - first], counted.all_points[here])
+    caster.close()
+
+
+def test_why_somebody_is_missed_is_told_in_the_points_of_the_panel(qtbot: QtBot) -> None:
+    many = random_traffic(np.random.default_rng(7), 5)
+    counted = TargetEngine(many, threads=1).evaluate(RIG).objects
+    caster = FrameCaster(close_s=TIMEOUT_S)
+    few = np.flatnonzero((counted.all_points < USUAL.min_points) & (counted.points_alone > 0))[:4]
+    assert len(few)
+    for k in few:
+        place = int(many.frame_of_box[counted.box[k]])
+        number = int(counted.box[k] - many.starts[place])
+        with qtbot.waitSignal(caster.made, timeout=TIMEOUT_MS) as told:
+            caster.ask(FrameRequest(RIG, many, place, CarBody(), USUAL, explain=number))
+        missed = told.args[0].missed
+        assert (missed.points, missed.alone) == (counted.all_points[k], counted.points_alone[k])
+        assert missed.verdict == ("hidden" if missed.alone >= USUAL.min_points else "between beams")
+    caster.close()
+
+
+def test_frames_play_one_after_the_other_and_wait_for_each(stand: Stand) -> None:
+    stand.count()
+    frames = lambda: [int(request.traffic.frame[request.place]) for request in stand.caster.requests]  # noqa: E731
+    stand.targets.panel._play.click()
+    assert frames() == [0] and stand.targets.panel._play.isChecked()
+    stand.timers.advance(FRAME_MS)
+    assert frames() == [0]  # still being made
+    for number in (1, 2, 3, 0):
+        stand.caster.answer()
+        stand.settle()
+        stand.timers.advance(FRAME_MS)
+        assert frames()[-1] == number
+    stand.desk.act("play_frames")
+    stand.caster.answer()
+    stand.settle()
+    stand.timers.advance(FRAME_MS)
+    assert frames()[-1] == 0 and not stand.targets.panel._play.isChecked()
+
+
+def test_nothing_plays_without_a_frame(stand: Stand) -> None:
+    stand.view.play(True)
+    assert not stand.caster.requests and not stand.targets.panel._play.isChecked()
+    stand.count()
+    stand.view.play(True)
+    stand.view._choose(None)
+    assert not stand.targets.panel._play.isChecked()
+    stand.timers.advance(FRAME_MS)
+    assert stand.shown is None and len(stand.caster.requests) == 1
+
+
+def test_a_frame_follows_how_points_are_counted(stand: Stand) -> None:
+    stand.count()
+    stand.view._choose(0)
+    stand.desk.session.set_targets(TargetSettings(min_points=9))
+    assert stand.caster.requests[-1].settings.min_points == 9

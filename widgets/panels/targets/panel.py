@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QSpinBox, QToolB
 from riglens.core.targets.quantities import QUANTITIES, Quantity
 from riglens.core.targets.settings import TargetSettings
 from riglens.widgets.panels.fields.form import ChoiceBox
+from riglens.widgets.panels.icons import icon
 from riglens.widgets.panels.style import MARGIN, SPACING, as_panel, plain_tip
 from riglens.widgets.panels.targets.rose import RoseView
 from riglens.widgets.panels.targets.table import TargetTable
@@ -22,8 +23,8 @@ if TYPE_CHECKING:  # made by the thread that counts, which loads the compiler
 
 FRAME_TIP = (
     "Show one frame in the 3D view: road users coloured by the LiDAR points on them (red none, orange too few, light "
-    "and dark green enough and many), what stands around in grey, and where the rays of the LiDARs end. Plain boxes, "
-    "azimuths as listed, the car's body solid."
+    "and dark green enough and many), what stands around in grey, and where the rays of the LiDARs end. Points are "
+    "those of the table: class shapes, range law, drawn spin phase. The dots are rays as listed, on plain boxes."
 )
 MOST_POINTS = 1000
 WAITING = "Counting road users…"
@@ -40,6 +41,8 @@ class TargetsPanel(QWidget):
     """The TargetSettings that the user wants."""
     frame_wanted = Signal(object)
     """The number of the frame to show in the 3D view, None for none."""
+    play_wanted = Signal(bool)
+    """Frames are to be shown one after the other, or not any more."""
     next_missed_wanted = Signal()
     """Show the next road user that the rig misses."""
 
@@ -94,6 +97,12 @@ class TargetsPanel(QWidget):
     def _frame_controls(self) -> tuple[QWidget, ...]:
         """Choice of the frame in the 3D view; off until there is one."""
         self._frame_on, self._frame, self._next = QToolButton(), QSpinBox(), QToolButton()
+        self._play = QToolButton()
+        self._play.setObjectName("play_frames")
+        self._play.setIcon(icon("play"))
+        self._play.setCheckable(True)
+        self._play.setToolTip("Play: one frame after the other")
+        self._play.toggled.connect(self.play_wanted)
         self._frame_on.setObjectName("frame_on")
         self._frame_on.setText("Frame")
         self._frame_on.setCheckable(True)
@@ -110,11 +119,11 @@ class TargetsPanel(QWidget):
         self._frame.valueChanged.connect(lambda _: self._tell_frame())
         self._next.clicked.connect(lambda _: self.next_missed_wanted.emit())
         self.set_frames(0)
-        return self._frame_on, self._frame, self._next
+        return self._frame_on, self._frame, self._play, self._next
 
     def set_frames(self, count: int) -> None:
         """Say how many frames there are to choose from."""
-        for widget in (self._frame_on, self._frame, self._next):
+        for widget in (self._frame_on, self._frame, self._play, self._next):
             widget.setEnabled(count > 0)
         with QSignalBlocker(self._frame):
             self._frame.setRange(0, max(count - 1, 0))
@@ -125,6 +134,12 @@ class TargetsPanel(QWidget):
             self._frame_on.setChecked(number is not None)
             if number is not None:
                 self._frame.setValue(number)
+
+    def show_playing(self, is_playing: bool) -> None:
+        """Show whether frames are being played, without asking for it."""
+        with QSignalBlocker(self._play):
+            self._play.setChecked(is_playing)
+        self._play.setIcon(icon("pause" if is_playing else "play"))
 
     def _tell_frame(self) -> None:
         self.frame_wanted.emit(self._frame.value() if self._frame_on.isChecked() else None)
