@@ -46,7 +46,7 @@ from tests.core.formats.mutations import mutated as mutated_text
 
 LONGEST_S = 20
 """Far above the limits of every reader, on a busy computer too."""
-LONGEST_LINE = 2000
+LONGEST_LINE = 500
 Attempt = Callable[[random.Random], None]
 
 
