@@ -3,6 +3,7 @@
 import io
 import os
 import pickle
+import stat
 import zipfile
 from dataclasses import replace
 from pathlib import Path
@@ -263,3 +264,17 @@ def test_the_cache_lies_where_the_environment_says_and_else_with_the_user(
     monkeypatch.delenv("RIGLENS_CACHE_DIR")
     monkeypatch.setenv("HOME", "/home/somebody")
     assert "riglens" in str(cache_folder())
+
+
+def test_a_pog_can_be_written_to_a_device_that_swallows_it_and_leaves_the_device(
+    tmp_path: Path, pog: Pog
+) -> None:
+    """`riglens pog --out /dev/null` failed; this is a device of the test's own, which could be replaced."""
+    null = tmp_path / "null"
+    try:
+        os.mknod(null, stat.S_IFCHR | 0o666, os.makedev(1, 3))
+        null.write_bytes(b"x")
+    except (OSError, AttributeError):
+        pytest.skip("only the system's administrator may make devices, and not everywhere")
+    save_pog(pog, null)
+    assert stat.S_ISCHR(null.stat().st_mode) and [path.name for path in tmp_path.iterdir()] == ["null"]

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import QByteArray, QSize, Qt
+from PySide6.QtCore import QByteArray, QPropertyAnimation, QSize, Qt
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
@@ -16,6 +16,7 @@ from riglens.app.window.settings import Settings
 from tests.app.window.desk import FullDesk, full_desk
 from tests.app.window_bench import open_bench
 from tests.hand_clock import HandTimers
+from tests.waiting import wait_for
 
 SMALL = QSize(960, 540)
 """A screen of 1920 x 1080 pixels with QT_SCALE_FACTOR=2."""
@@ -71,6 +72,19 @@ def test_a_resized_window_and_a_closed_dock_are_on_the_disk_too(
     after = on_disk(tmp_path)
     assert QByteArray() != after.read_bytes("window/geometry") != geometry
     assert after.read_bytes("window/state") != state
+
+
+def test_no_animation_of_a_dock_outlives_its_end(desk: FullDesk) -> None:
+    """They used to pile up while docks were shown, hidden and resized."""
+    window = desk.workbench.window
+    window.show()
+    docks = [desk.workbench.docks[name] for name in ("Scores", "Map", "Inspector", "Library", "Compare")]
+    for step in range(24):
+        dock = docks[step % len(docks)]
+        dock.setVisible(not dock.isVisible())
+        window.resize(900 + 10 * (step % 3), 700)
+        QApplication.processEvents()
+    wait_for(lambda: not window.findChildren(QPropertyAnimation))
 
 
 def test_what_is_as_it_was_is_not_written_again(desk: FullDesk, tmp_path: Path, timers: HandTimers) -> None:
