@@ -62,7 +62,7 @@ def find_macros(source: Source, notes: Notes) -> dict[str, str]:
     macros: dict[str, str] = {}
     for path in _xacro_files(source.folder):
         try:
-            calls = list(_calls(Source(path).xml))[:_MOST_CALLS]
+            calls = list(_calls(source.another(path).xml))[:_MOST_CALLS]
         except InputError:
             notes.ignored("xacro that cannot be read as XML", path.name)
             continue
@@ -111,7 +111,7 @@ def find_vehicle(source: Source, notes: Notes) -> Vehicle | None:
         found = [path for place in _INFO_PACKAGES for path in source.folder.glob(place + VEHICLE_INFO)]
     if len(found) > 1:
         notes.ignored(f"{len(found)} files of that name beside the kit: none is taken", VEHICLE_INFO)
-    return _vehicle(Source(found[0]), notes) if len(found) == 1 else None
+    return _vehicle(source.another(found[0]), notes) if len(found) == 1 else None
 
 
 def _vehicle(info: Source, notes: Notes) -> Vehicle | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import os
+import time
 from pathlib import Path
 
 from riglens.core.errors import InputError
@@ -25,6 +26,7 @@ from riglens.core.formats.pandaset import PANDASET
 from riglens.core.formats.riglens import RIGLENS
 from riglens.core.formats.source import Source
 from riglens.core.formats.urdf import URDF
+from riglens.core.reading_time import MAX_RIG_S, Clock, ReadingTime
 from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.nodes import shortened, shown_path
 
@@ -69,13 +71,18 @@ def may_be_foreign(path: Path) -> bool:
 
 
 def read_rig(
-    path: str | os.PathLike[str], name: str | None = None, options: ReadOptions | None = None
+    path: str | os.PathLike[str],
+    name: str | None = None,
+    options: ReadOptions | None = None,
+    clock: Clock = time.monotonic,
 ) -> Imported:
     """Return the rig in a file or folder and the report on it; the format is detected unless `name` gives it.
 
+    All its files together may take MAX_RIG_S by the `clock`.
+
     Raise InputError with file, field, what was found and what is accepted.
     """
-    source = Source(path)
+    source = Source(path, ReadingTime(shown_path(Path(path)), MAX_RIG_S, clock))
     format_ = detect(source) if name is None else format_called(name, READABLE)
     if not source.path.exists():
         raise InputError(f"{source.where}: no such file or folder")

@@ -93,7 +93,7 @@ def read(source: Source, options: ReadOptions) -> Imported:
 def _home(source: Source) -> Source | None:
     """Return the folder that holds both tables: the source itself, or one inside it."""
     found = version_folder(source.path, _TABLES)
-    return None if found is None else Source(found)
+    return None if found is None else source.another(found)
 
 
 def _named(row: Value, channels: dict[str, tuple[str, str]]) -> tuple[str, str]:
@@ -106,7 +106,7 @@ def _recorded(source: Source, tokens: list[str]) -> dict[str, dict[str, object]]
     path = table_file(source.folder, "sample_data")
     wanted = set(tokens)
     found: dict[str, dict[str, object]] = {}
-    for record in () if path is None else json_records(path, lambda _share: None):
+    for record in () if path is None else json_records(path, lambda _share: source.time.check()):
         token = record.fields.get("calibrated_sensor_token")
         if isinstance(token, str) and token in wanted:
             wanted.remove(token)

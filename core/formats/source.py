@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from riglens.core.errors import InputError
 from riglens.core.files import open_regular
 from riglens.core.geometry import Vec3
+from riglens.core.reading_time import MAX_RIG_S, ReadingTime
 from riglens.core.rig.yaml.nodes import parse_yaml, plain_value, shortened, shown_path
 
 MAX_METRES = 1e6
@@ -272,11 +273,15 @@ _OPENCV_MATRIX = re.compile(r"(:[ \t]+)!!opencv-matrix(?=[ \t\r]*(?:[{#]|$))", r
 
 
 class Source:
-    """What the user named: a file, read at most once, or a folder with files of known names."""
+    """What the user named: a file, read at most once, or a folder with files of known names.
 
-    def __init__(self, path: str | os.PathLike[str]) -> None:
+    All files of a rig share one limit of `time`.
+    """
+
+    def __init__(self, path: str | os.PathLike[str], time: ReadingTime | None = None) -> None:
         self.path = Path(path)
         self.where = shown_path(self.path)
+        self.time = time or ReadingTime(self.where, MAX_RIG_S)
         self.is_folder = self.path.is_dir()
         name = self.path.name.lower()
         self.suffix = Path(name.removesuffix(".gz")).suffix
@@ -297,7 +302,7 @@ class Source:
         """Return the first file of those names in the folder, None when there is none."""
         for name in names:
             if (self.folder / name).is_file():
-                return Source(self.folder / name)
+                return self.another(self.folder / name)
         return None
 
     def siblings(self, pattern: str, most: int = 64) -> list[Source]:
@@ -305,11 +310,16 @@ class Source:
         paths = sorted(path for path in self.folder.glob(pattern) if path.is_file())
         if len(paths) > most:
             raise InputError(f"{self.where}: {len(paths)} files {pattern}; accepted are at most {most}")
-        return [Source(path) for path in paths]
+        return [self.another(path) for path in paths]
+
+    def another(self, path: Path) -> Source:
+        """Return a file that belongs to this one, under the same limit of time."""
+        return Source(path, self.time)
 
     @cached_property
     def text(self) -> str:
         """The text of the file, UTF-8; raise InputError when it is missing, too large or not text."""
+        self.time.check()
         content = _content(self.path, self.where, self.is_packed, MAX_BYTES.get(self.suffix, MAX_TEXT_BYTES))
         if b"\0" in content:
             raise InputError(f"{self.where}: not a text file; accepted is text in UTF-8")

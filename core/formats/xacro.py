@@ -59,7 +59,7 @@ def is_xacro(root: Element) -> bool:
 
 def expanded(source: Source, notes: Notes) -> Element:
     """Return the document without macros and expressions; raise InputError when that takes what is not accepted."""
-    expander = _Expander(source.path.parent, notes)
+    expander = _Expander(source, notes)
     made = list(expander.expand(source.xml, _Scope(), 0))
     notes.read(f"xacro, expanded here: {expander.steps} elements, {expander.files} files included")
     return made[0]
@@ -98,8 +98,8 @@ class _Macro:
 class _Expander:
     """Walks through a document and counts what it makes."""
 
-    def __init__(self, folder: Path, notes: Notes) -> None:
-        self._folder, self._notes = folder.resolve(), notes
+    def __init__(self, source: Source, notes: Notes) -> None:
+        self._source, self._folder, self._notes = source, source.path.parent.resolve(), notes
         self._macros: dict[str, _Macro] = {}
         self._arguments: dict[str, str] = {}
         self.steps = self.files = self._texts = 0
@@ -108,6 +108,7 @@ class _Expander:
     def expand(self, element: Element, scope: _Scope, depth: int) -> Iterator[Element]:
         """Yield what an element becomes."""
         self.steps += 1
+        self._source.time.check()
         if self.steps > MAX_STEPS or depth > MAX_DEPTH:
             raise element.error(
                 f"xacro makes more than {MAX_STEPS} elements, or goes more than {MAX_DEPTH} deep; accepted is a rig"
@@ -206,7 +207,7 @@ class _Expander:
         self.files += 1
         if self.files > MAX_FILES:
             raise element.error(f"more than {MAX_FILES} files included; accepted are at most that many")
-        yield from self._all(Source(found).xml.children, scope, depth)
+        yield from self._all(self._source.another(found).xml.children, scope, depth)
 
     def _file(self, said: str) -> Path | None:
         """Return a file in the rig's folder or below it that the end of a path names."""

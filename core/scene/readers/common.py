@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
+import time
 from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -19,6 +20,7 @@ from numpy.typing import NDArray
 from riglens.core.errors import InputError
 from riglens.core.files import open_regular
 from riglens.core.geometry import Vec3
+from riglens.core.reading_time import MAX_BOXES_S, Clock, ReadingTime
 from riglens.core.scene.boxes import CLASSES, BoxBatch, DataReport, FrameLabels, Progress
 from riglens.core.scene.limits import MAX_FRAMES, one_line, require_few_names
 from riglens.core.scene.readers.classes import NO_BOX_CALLED, ClassTable
@@ -127,13 +129,20 @@ class FileBoxSource(ABC):
                 digest.update(b"\0" + name + b"\0" + file_digest(file))
         return digest.hexdigest()
 
-    def batches(self, progress: Progress | None = None) -> Iterator[BoxBatch]:
-        """Stream the boxes once, in the vehicle frame; raise InputError on bad input."""
-        tally = Tally(notes=list(self.options.notes))
+    def batches(self, progress: Progress | None = None, clock: Clock = time.monotonic) -> Iterator[BoxBatch]:
+        """Stream the boxes once, in the vehicle frame; raise InputError on bad input, or beyond MAX_BOXES_S."""
+        tally, taken = Tally(notes=list(self.options.notes)), ReadingTime(str(self.path), MAX_BOXES_S, clock)
+
+        def told(share: float) -> None:
+            taken.check()
+            (progress or _ignore_progress)(share)
+
         with readable(self.path):
-            for batch in self._read(tally, progress or _ignore_progress):
+            for batch in self._read(tally, told):
                 tally.boxes += np.bincount(batch.cls, minlength=len(CLASSES))
+                taken.pause()
                 yield replace(batch, centre_m=batch.centre_m + np.asarray(self.options.origin_m))
+                taken.go_on()
         self._report = self._finish(tally)
 
     def report(self) -> DataReport:
