@@ -15,6 +15,7 @@ from riglens.app.commands.check import check
 from riglens.app.commands.data import data, pog
 from riglens.app.commands.picture import render
 from riglens.app.commands.redundancy import redundancy
+from riglens.app.commands.report import report
 from riglens.app.commands.rigs import convert, library, presets
 from riglens.app.commands.scores import evaluate, window
 from riglens.app.commands.simulate import simulate
@@ -46,6 +47,7 @@ app.command(blind, sort_key=2)
 app.command(card, sort_key=2)
 app.command(check, sort_key=2)
 app.command(redundancy, sort_key=2)
+app.command(report, sort_key=2)
 app.command(tolerance, sort_key=2)
 app.command(pog, sort_key=2)
 app.command(data, sort_key=3)

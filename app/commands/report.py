@@ -1,0 +1,60 @@
+"""`riglens report`: one page with everything about rigs, and the check of an earlier one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Group, Parameter
+
+from riglens.app.commands.options import LibraryArguments, SceneArguments, ScoreArguments, whole_number
+from riglens.core.errors import InputError
+
+REPORT = Group("Report", sort_key=5)
+
+
+def report(
+    rigs: Annotated[tuple[str, ...], Parameter(name="RIG", negative=())] = (),
+    /,
+    *,
+    out: Annotated[Path | None, Parameter(group=REPORT, metavar="FILE.html|.pdf")] = None,
+    verify: Annotated[Path | None, Parameter(group=REPORT, metavar="FILE.html")] = None,
+    requirements: Annotated[Path | None, Parameter(group=REPORT, metavar="FILE")] = None,
+    draws: Annotated[int, Parameter(converter=whole_number, group=REPORT, metavar="N")] = 32,
+    seed: Annotated[int, Parameter(converter=whole_number, group=REPORT, metavar="N")] = 0,
+    scene: SceneArguments = SceneArguments(),
+    score: ScoreArguments = ScoreArguments(),
+    libraries: LibraryArguments = LibraryArguments(),
+) -> int:
+    """Write a page about one or more rigs that needs no network and no script, or check an earlier one.
+
+    Parameters
+    ----------
+    rigs
+        Rig files or preset names.
+    out
+        The page, or the same as a PDF.
+    verify
+        Make the figures of an earlier page again, and say what differs (exit code 1) .
+    requirements
+        A file of requirements, as for `riglens check`.
+    draws
+        Draws of the tolerance; 0 leaves it out.
+    seed
+        Of the draws.
+    """
+    libraries.use()
+    from riglens.app.commands import report_job
+
+    if (out is None) == (verify is None):
+        raise InputError("report: give either rigs with --out FILE.html, or --verify FILE.html")
+    if verify is not None:
+        if rigs:
+            raise InputError(f"report: found rigs with --verify {verify}; it brings its own")
+        return report_job.verify(verify, scene.options(), score.options())
+    assert out is not None
+    if not rigs:
+        raise InputError("report: found no rig; name one or more")
+    asked = report_job.Asked(out, requirements, draws, seed)
+    report_job.report(rigs, scene.options(), score.options(), asked)
+    return 0

@@ -1,0 +1,131 @@
+"""A page of a report as a PDF with its figures attached: the same texts, tables and pictures, printed by Qt on A4."""
+
+from __future__ import annotations
+
+import base64
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from PySide6.QtCore import QBuffer, QByteArray, QIODevice, QMarginsF, QRectF, QSizeF, QUrl
+from PySide6.QtGui import QImage, QPageLayout, QPageSize, QPainter, QPdfWriter, QTextDocument
+from PySide6.QtSvg import QSvgRenderer
+from PySide6.QtWidgets import QApplication
+
+DPI, MARGIN_MM = 150, 14.0
+WIDE_PX = 660
+"""Width of the text in the units of the layout, of which an inch has 96."""
+STYLE = """
+body { font-family: "DejaVu Sans", sans-serif; font-size: 8pt; color: #000; }
+h1 { font-size: 17pt; } h2 { font-size: 13pt; } h3 { font-size: 10pt; }
+td, th { padding: 1px 6px 1px 0; font-size: 7pt; } .quiet, caption, figcaption { color: #444; font-size: 7pt; }
+.short { white-space: nowrap; }
+.met { color: #14532b; } .not { color: #8c1d18; } code { font-family: "DejaVu Sans Mono", monospace; font-size: 6pt; }
+"""
+SVG_STYLE = (
+    "<style>.car{fill:#eee;stroke:#444}.grid{stroke:#bbb}.lidar{fill:#174a85}.camera{fill:#a8681a}"
+    ".view{fill:#c07a1e;fill-opacity:0.14}text{font:11px DejaVu Sans;fill:#000}</style>"
+)
+
+
+@dataclass
+class _Pictures:
+    """Pictures of a page by the names that take their places."""
+
+    images: dict[str, QImage] = field(default_factory=dict)
+
+    def svg(self, found: re.Match[str]) -> str:
+        text = found[0].replace(">", ">" + SVG_STYLE, 1)
+        renderer = QSvgRenderer(QByteArray(text.encode("utf-8")))
+        size = renderer.defaultSize()
+        image = QImage(size * 2, QImage.Format.Format_RGB32)
+        image.fill(0xFFFFFFFF)
+        painter = QPainter(image)
+        renderer.render(painter, QRectF(image.rect()))
+        painter.end()
+        return self._named(image, min(1.0, WIDE_PX / size.width()) * size.width())
+
+    def data(self, found: re.Match[str]) -> str:
+        image = QImage.fromData(QByteArray(base64.b64decode(found[1])))
+        return self._named(image, 0.8 * WIDE_PX)
+
+    def _named(self, image: QImage, width: float) -> str:
+        name = f"picture{len(self.images)}"
+        self.images[name] = image
+        return f'<img src="{name}" width="{round(width)}">'
+
+
+def pdf_of(page: str, title: str, attached: Mapping[str, bytes]) -> bytes:
+    """The PDF of a report's page; files are attached by name. Equal input gives equal bytes on the same system."""
+    app = QApplication.instance() or QApplication(["riglens", "-platform", "offscreen"])
+    assert app is not None
+    pictures = _Pictures()
+    text = re.sub(
+        r"<script.*?</script>|<style>.*?</style>|<figure data-view.*?</figure>", "", page, flags=re.S
+    )
+    text = re.sub(r"<svg.*?</svg>", pictures.svg, text, flags=re.S)
+    text = re.sub(r'<img [^>]*src="data:image/png;base64,([^"]*)">', pictures.data, text)
+    text = re.sub(r"<caption>(.*?)</caption>", r"<tr><td colspan=20><i>\1</i></td></tr>", text)
+    text = re.sub(r"<(/?)figure>", r"<\1p>", text).replace(" %</td>", "\u00a0%</td>")
+    document = QTextDocument()
+    for name, image in pictures.images.items():
+        document.addResource(QTextDocument.ResourceType.ImageResource, QUrl(name), image)
+    document.setDefaultStyleSheet(STYLE)
+    document.setHtml(text)
+    return _without_time(_printed(document, title, attached))
+
+
+def _printed(document: QTextDocument, title: str, attached: Mapping[str, bytes]) -> bytes:
+    buffer = QBuffer()
+    buffer.open(QIODevice.OpenModeFlag.WriteOnly)
+    writer = QPdfWriter(buffer)
+    writer.setResolution(DPI)
+    writer.setPageLayout(
+        QPageLayout(
+            QPageSize(QPageSize.PageSizeId.A4),
+            QPageLayout.Orientation.Portrait,
+            QMarginsF(MARGIN_MM, MARGIN_MM, MARGIN_MM, MARGIN_MM),
+            QPageLayout.Unit.Millimeter,
+        )
+    )
+    writer.setTitle(title)
+    writer.setCreator("RigLens")
+    for name, content in attached.items():
+        writer.addFileAttachment(name, QByteArray(content), _mime(name))
+    painter = QPainter(writer)
+    scale = DPI / 96.0
+    area = writer.pageLayout().paintRectPixels(DPI)
+    wide, high = area.width() / scale, area.height() / scale
+    document.documentLayout().setPaintDevice(QImage(1, 1, QImage.Format.Format_RGB32))
+    document.setPageSize(QSizeF(wide, high))
+    painter.scale(scale, scale)
+    for page in range(document.pageCount()):
+        if page:
+            writer.newPage()
+        painter.save()
+        painter.translate(0.0, -page * high)
+        document.drawContents(painter, QRectF(0.0, page * high, wide, high))
+        painter.restore()
+    painter.end()
+    buffer.close()
+    return bytes(buffer.data().data())
+
+
+def _mime(name: str) -> str:
+    return "application/json" if name.endswith(".json") else "text/yaml"
+
+
+def _without_time(content: bytes) -> bytes:
+    """The same file with the time of its making, and what is drawn by chance, set to zeros of the same length."""
+
+    def zeros(found: re.Match[bytes]) -> bytes:
+        return found[1] + re.sub(rb"[0-9a-fA-F]", b"0", found[2]) + found[3]
+
+    for pattern in (
+        rb"(/(?:CreationDate|ModDate) \(D:)([^)]*)(\))",
+        rb"(/ID \[ ?)(<[0-9a-fA-F]+> ?<[0-9a-fA-F]+>)( ?\])",
+        rb"(uuid:)([0-9a-fA-F-]{36})()",
+        rb"(xmp:(?:CreateDate|ModifyDate|MetadataDate)=.)([^\"]*)(.)",
+    ):
+        content = re.sub(pattern, zeros, content)
+    return content

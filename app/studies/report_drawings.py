@@ -1,0 +1,140 @@
+"""Drawings of a rig for a report: plans as SVG, which need no script, and what the view that turns draws."""
+
+from __future__ import annotations
+
+import base64
+import math
+from html import escape
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull
+
+from riglens.core.rig.model import Camera, Rig
+from riglens.core.sensing.body_ends import body_ends
+from riglens.core.sensing.camera import field_of_view_deg
+from riglens.core.sensing.rays import sensor_rays
+from riglens.core.shown_text import visible
+from riglens.core.vehicle.body import body_parts
+from riglens.core.vehicle.mesh import BodyMesh
+from riglens.core.vehicle.solid import CarBody
+
+Points = NDArray[np.float64]
+TONES = {
+    "paint": (0.62, 0.66, 0.70, 1.0), "glass": (0.20, 0.25, 0.30, 1.0), "tyre": (0.12, 0.12, 0.13, 1.0),
+    "lamp": (0.92, 0.92, 0.86, 1.0), "tail": (0.70, 0.16, 0.14, 1.0), "rim": (0.50, 0.52, 0.55, 1.0),
+}  # fmt: skip
+DARK = (0.22, 0.23, 0.25, 1.0)
+RAY_TONES = {"lidar": (0.16, 0.45, 0.85, 0.22), "camera": (0.80, 0.50, 0.10, 0.22)}
+RAYS_SHOWN, RAY_M = 150, 12.0
+_SCALE = 62.0
+MESH_CELLS = 160
+
+
+def plans(rig: Rig, mesh: BodyMesh | None) -> str:
+    """The car and its sensors from above and from the left, one picture beside the other."""
+    corners = np.concatenate(
+        [points[triangles].reshape(-1, 3) for _, points, triangles in _surfaces(rig, mesh)]
+    )
+    spots = np.array([sensor.position for sensor in rig.sensors]).reshape(-1, 3)
+    every = np.concatenate([corners, spots])
+    low, high = every.min(axis=0) - 0.9, every.max(axis=0) + 0.9
+    low[2] = -0.2
+    wide = float(high[1] - low[1]) * _SCALE, float(high[0] - low[0]) * _SCALE
+    tall = max(float(high[0] - low[0]), float(high[2] - low[2])) * _SCALE
+
+    def above(place: Points) -> Points:
+        return np.stack([high[1] - place[:, 1], high[0] - place[:, 0]], axis=1) * _SCALE
+
+    def beside(place: Points) -> Points:
+        across = np.stack([high[0] - place[:, 0], high[2] - place[:, 2]], axis=1) * _SCALE
+        return np.asarray(across + np.array([wide[0] + 40.0, 0.0]))
+
+    parts = [
+        f'<svg viewBox="0 0 {wide[0] + wide[1] + 40:.0f} {tall:.0f}" role="img" aria-label="Plans of the rig">'
+    ]
+    parts += [_wedge(sensor, above) for sensor in rig.cameras()]
+    ground = beside(np.array([[high[0], 0.0, 0.0], [low[0], 0.0, 0.0]]))
+    parts.append(
+        '<line class="grid" x1="{:.1f}" y1="{:.1f}" x2="{:.1f}" y2="{:.1f}"/>'.format(*ground.ravel())
+    )
+    for look in (above, beside):
+        flat = look(corners)
+        hull = flat[ConvexHull(flat).vertices]
+        parts.append(f'<polygon class="car" points="{_path(hull)}"/>')
+    for number, sensor in enumerate(rig.sensors, 1):
+        place = np.array([sensor.position])
+        for look in (above, beside):
+            x, y = look(place)[0].tolist()
+            title = f"<title>{escape(visible(sensor.name))}</title>"
+            parts.append(f'<circle class="{sensor.kind}" cx="{x:.1f}" cy="{y:.1f}" r="3.5">{title}</circle>')
+            parts.append(f'<text x="{x + 6:.1f}" y="{y + 4:.1f}">{number}</text>')
+    return "".join([*parts, "</svg>"])
+
+
+def _wedge(camera: Camera, above: Any) -> str:
+    """The horizontal field of view of a camera, to 1.5 m."""
+    wide = field_of_view_deg(camera)[0]
+    half = math.radians(min(wide if math.isfinite(wide) else 180.0, 358.0) / 2)
+    turns = np.linspace(-half, half, 24)
+    local = np.stack([np.cos(turns), np.sin(turns), np.zeros_like(turns)], axis=1)
+    arc = np.array(camera.position) + 1.5 * local @ camera.pose.rotation().T
+    points = above(np.concatenate([[camera.position], arc]))
+    return f'<polygon class="view" points="{_path(points)}"/>'
+
+
+def _path(points: Points) -> str:
+    return " ".join(f"{x:.1f},{y:.1f}" for x, y in points.tolist())
+
+
+def _surfaces(rig: Rig, mesh: BodyMesh | None) -> list[tuple[str, Points, NDArray[np.int64]]]:
+    """Materials, points and triangles of the car."""
+    if mesh is not None:
+        placed = mesh.coarse(MESH_CELLS).placed(rig.vehicle.mesh)
+        return [("paint", placed.points.astype(np.float64), placed.triangles.astype(np.int64))]
+    return [
+        (part.material, part.surface.points.astype(np.float64), part.surface.triangles.astype(np.int64))
+        for part in body_parts(rig.vehicle)
+    ]
+
+
+def view_data(rig: Rig, mesh: BodyMesh | None) -> dict[str, Any]:
+    """The car in 16 bits a coordinate, and some rays of each sensor up to the body, the ground or 12 m."""
+    surfaces = _surfaces(rig, mesh)
+    points = np.concatenate([points for _, points, _ in surfaces])
+    low, size = points.min(axis=0), np.maximum(np.ptp(points, axis=0), 1e-9)
+    steps = np.rint((points - low) / size * 65535.0).astype("<u2")
+    parts, first = [], 0
+    for material, own, triangles in surfaces:
+        tone = TONES.get(material, TONES["paint"] if material == "panel" else DARK)
+        parts.append({"tone": tone, "triangles": _text((triangles + first).astype("<u4"))})
+        first += len(own)
+    rays = [
+        {"tone": RAY_TONES[sensor.kind], "ends": _text(_ends(rig, mesh, number).astype("<f4"))}
+        for number, sensor in enumerate(rig.sensors)
+        if sensor.enabled
+    ]
+    away = 2.1 * float(max(rig.vehicle.length, 3.0))
+    return {
+        "low": np.round(low, 6).tolist(), "size": np.round(size, 6).tolist(), "away": away, "points": _text(steps),
+        "parts": parts, "rays": rays,
+    }  # fmt: skip
+
+
+def _ends(rig: Rig, mesh: BodyMesh | None, number: int) -> Points:
+    """Where some rays of a sensor begin and end, (2 n, 3)."""
+    sensor = rig.sensors[number]
+    every = sensor_rays(sensor).directions
+    stops = body_ends(sensor, CarBody(rig.vehicle, mesh).solid())
+    chosen = np.unique(np.linspace(0, len(every) - 1, RAYS_SHOWN).astype(np.int64))
+    ahead, origin = every[chosen], np.array(sensor.position)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ground = np.where(ahead[:, 2] < 0.0, -origin[2] / ahead[:, 2], np.inf)
+    reach = np.minimum(np.minimum(stops[chosen], RAY_M), np.maximum(ground, 0.0))
+    ends = origin + ahead * reach[:, None]
+    return np.stack([np.broadcast_to(origin, ends.shape), ends], axis=1).reshape(-1, 3)
+
+
+def _text(values: NDArray[Any]) -> str:
+    return base64.b64encode(np.ascontiguousarray(values).tobytes()).decode("ascii")

@@ -1,0 +1,189 @@
+"""What a report tells, as plain data: the documents of the commands, and all that is needed to make them again."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from riglens.app.evaluation.options import SceneOptions, ScoreOptions
+from riglens.app.evaluation.scenario import load_scenario, settings_of
+from riglens.app.evaluation.traffic import load_traffic
+from riglens.core.engine.engine import Engine, Evaluation
+from riglens.core.engine.evaluation_json import evaluation_document
+from riglens.core.kernels import jit
+from riglens.core.metric.entropy import EntropyField
+from riglens.core.review.blind import BlindEngine, BlindMap, BlindSettings
+from riglens.core.review.blind_json import blind_document
+from riglens.core.review.check_json import check_document
+from riglens.core.review.checking import Check, Subject
+from riglens.core.review.measures import Measures
+from riglens.core.review.profiles import bundled_profiles
+from riglens.core.review.redundancy import NO_EVIDENCE, target_coverage, voxel_coverage
+from riglens.core.review.redundancy_json import coverage_document
+from riglens.core.review.requirements import Requirements
+from riglens.core.review.tolerance import profile_called, tolerance
+from riglens.core.review.tolerance_json import tolerance_document
+from riglens.core.review.verdicts import verdicts
+from riglens.core.rig.model import FORMAT_VERSION, Rig
+from riglens.core.rig.yaml.file import dumps
+from riglens.core.scene.boxes import Progress
+from riglens.core.targets.engine import TargetEngine
+from riglens.core.targets.scores import TargetScores
+from riglens.core.targets.settings import TargetSettings
+from riglens.core.targets.targets_json import targets_document
+from riglens.core.targets.traffic import WITHIN_M, Traffic
+from riglens.core.vehicle.mesh import BodyMesh
+from riglens.version import installed_version
+
+SAMPLE_FRAMES = 50
+"""Frames in which tolerances count road users."""
+
+
+@dataclass(frozen=True)
+class ReportPlan:
+    """Of what a report is made: rigs with the meshes of their bodies, a scene, how scores are made, draws of the
+    tolerance (0: none) and their seed, requirements with their text, if there are any."""
+
+    rigs: tuple[Rig, ...]
+    meshes: tuple[BodyMesh | None, ...]
+    scene: SceneOptions
+    score: ScoreOptions
+    draws: int
+    seed: int
+    requirements: Requirements | None = None
+    requirements_text: str | None = None
+
+
+@dataclass(frozen=True)
+class Report:
+    """The figures, and the maps of blind zones that pictures are drawn from, rig by rig."""
+
+    figures: dict[str, Any]
+    maps: tuple[BlindMap, ...]
+
+
+def report_of(plan: ReportPlan, progress: Progress) -> Report:
+    """Make every figure of a report. For the thread of the parallel kernels."""
+    score = plan.score.for_rigs(plan.rigs)
+    settings = settings_of(score)
+    field = load_scenario(plan.scene.for_rigs(plan.rigs, score), lambda _: None).field
+    traffic = None if plan.scene.pog is not None else load_traffic(plan.scene, WITHIN_M)
+    evaluations, counted, parts, maps = [], [], [], []
+    for number, (rig, mesh) in enumerate(zip(plan.rigs, plan.meshes, strict=True)):
+        engine = Engine(field, score.threads)
+        evaluation = engine.evaluate(rig, settings, False, mesh)
+        evaluations.append(replace(evaluation, elapsed_ms=0.0))
+        counts = _counts(traffic, rig, mesh, score, settings.body)
+        if counts is not None:
+            counted.append(counts)
+        progress((number + 0.3) / len(plan.rigs))
+        blind = BlindSettings(body=settings.body)
+        found = BlindEngine(rig.vehicle, blind, mesh, score.threads).evaluate(rig)
+        maps.append(found)
+        parts.append(_parts(plan, rig, mesh, found, engine, field, traffic, counts, score))
+        progress((number + 1.0) / len(plan.rigs))
+    figures = _figures(plan, field, traffic, evaluations, counted, parts, score)
+    return Report(figures, tuple(maps))
+
+
+def _counts(
+    traffic: Traffic | None, rig: Rig, mesh: BodyMesh | None, score: ScoreOptions, body: Any
+) -> TargetScores | None:
+    if traffic is None:
+        return None
+    counts = TargetEngine(traffic, score.threads).evaluate(rig, TargetSettings(body=body), mesh=mesh)
+    return replace(counts, elapsed_ms=0.0)
+
+
+def _parts(
+    plan: ReportPlan,
+    rig: Rig,
+    mesh: BodyMesh | None,
+    found: BlindMap,
+    engine: Engine,
+    field: EntropyField,
+    traffic: Traffic | None,
+    counts: TargetScores | None,
+    score: ScoreOptions,
+) -> dict[str, Any]:
+    """What is told of one rig on its own."""
+    settings, threads = settings_of(score), score.threads
+    body, profiles = settings.body, bundled_profiles()
+    judged = verdicts(rig, profiles, body, mesh, jit.use_threads(threads))
+    voxels = voxel_coverage(engine, rig, settings.method, threads)
+    users = None
+    if traffic is not None and counts is not None:
+        users = target_coverage(traffic, rig, counts.objects, counts.settings.min_points)
+    spread = None
+    if plan.draws:
+        measure = Measures(field, traffic, settings, mesh, SAMPLE_FRAMES, threads)
+        drawn = tolerance(rig, profile_called("assembly"), measure, plan.draws, plan.seed, False)
+        spread = tolerance_document(drawn, body)
+    checked = None
+    if plan.requirements is not None:
+        subject = Subject(rig, body, mesh, field, traffic, profiles, threads)
+        checked = check_document(rig, body, Check(subject, plan.requirements).verdicts())
+    return {
+        "blind": blind_document(found, judged),
+        "redundancy": {
+            "note": NO_EVIDENCE,
+            "voxels": coverage_document(voxels, "nat"),
+            "road_users": None if users is None else coverage_document(users, "road users"),
+        },
+        "tolerance": spread,
+        "check": checked,
+    }
+
+
+def _figures(
+    plan: ReportPlan,
+    field: EntropyField,
+    traffic: Traffic | None,
+    evaluations: Sequence[Evaluation],
+    counted: Sequence[TargetScores],
+    parts: Sequence[dict[str, Any]],
+    score: ScoreOptions,
+) -> dict[str, Any]:
+    grid = field.grid
+    targets = targets_document(traffic, counted) if traffic is not None and counted else None
+    return {
+        "riglens_report": FORMAT_VERSION,
+        "version": installed_version(),
+        "inputs": {
+            "rigs": [dumps(rig) for rig in plan.rigs],
+            "voxel_m": grid.voxel_m,
+            "roi_m": list(grid.roi_m),
+            "method": score.method,
+            "reading": score.reading,
+            "lambda": score.camera_weight,
+            "body": score.body,
+            "draws": plan.draws,
+            "seed": plan.seed,
+            "boxes": None if plan.scene.boxes is None else plan.scene.boxes.name,
+            "requirements": plan.requirements_text,
+        },
+        "evaluation": evaluation_document(field, settings_of(score), evaluations),
+        "targets": targets,
+        "rigs": list(parts),
+    }
+
+
+def differences(attached: Any, again: Any, where: str = "") -> list[str]:
+    """Where two documents differ, one line each: the path, what is attached and what is found now."""
+    if isinstance(attached, dict) and isinstance(again, dict):
+        keys = list(dict.fromkeys([*attached, *again]))
+        parts = [
+            differences(attached.get(key), again.get(key), f"{where}.{key}" if where else str(key))
+            for key in keys
+        ]
+        return [line for part in parts for line in part]
+    if isinstance(attached, list) and isinstance(again, list) and len(attached) == len(again):
+        pairs = enumerate(zip(attached, again, strict=True))
+        return [line for n, (one, other) in pairs for line in differences(one, other, f"{where}[{n}]")]
+    return [] if attached == again else [f"{where}: attached {_short(attached)}, found {_short(again)}"]
+
+
+def _short(value: Any) -> str:
+    text = " ".join(repr(value).split())
+    return text if len(text) <= 80 else text[:77] + "..."
