@@ -108,6 +108,9 @@ class Approximation:
     elapsed_ms: float
 
 
+BEHIND_BODY = "behind the own car's body"
+
+
 def sight_text(found: Sight) -> str:
     """What a sensor makes of a voxel, in a few words."""
     if found.verdict == "outside" and found.miss_deg is not None:
@@ -115,7 +118,7 @@ def sight_text(found: Sight) -> str:
         return f"{place} field of view by {found.miss_deg:.1f}°"
     if found.verdict == "between" and found.miss_m is not None:
         return f"between rays, missed by {length_text(found.miss_m)}"
-    texts = {"sees": "sees it", "off": "switched off", "range": "out of range"}
+    texts = {"sees": "sees it", "off": "switched off", "range": "out of range", "body": BEHIND_BODY}
     return texts.get(found.verdict, "not seen")
 
 

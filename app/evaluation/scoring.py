@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -30,7 +31,9 @@ from riglens.core.rig.model import Rig, Sensor
 from riglens.core.scene.boxes import CLASSES, Progress
 from riglens.core.scene.columns import Words
 from riglens.core.scene.pog import Pog, coarse_pog
+from riglens.core.sensing.body_ends import barrier_of
 from riglens.core.vehicle.mesh import BodyMesh
+from riglens.core.vehicle.solid import CarBody, Solid
 from riglens.core.view.display import DisplayGrid
 from riglens.core.view.outlook import widest_gap
 from riglens.core.view.top_view import TopView
@@ -128,8 +131,10 @@ class Scoring:
         voxel = request.voxel
         if voxel is None or any(i >= n for i, n in zip(voxel, self.scene.field.grid.shape, strict=True)):
             return None
-        method = request.settings.method
-        return self._reporter.report(self._engine, request.rig, method, voxel, request.is_preview)
+        blocks = request.settings.body == "blocks"
+        solid = CarBody(request.rig.vehicle, self._mesh_of(request.rig)).solid() if blocks else None
+        asked = AskedVoxel(request.settings.method, voxel, solid, request.is_preview)
+        return self._reporter.report(self._engine, request.rig, asked)
 
     def _baseline_of(self, request: EvaluationRequest, evaluation: Evaluation) -> _Baseline:
         """Scores of the baseline under the same settings; computed once per baseline, settings and scene.
@@ -219,32 +224,43 @@ def _same_sets(one: MetricSettings, other: MetricSettings) -> bool:
     return (one.method, one.body) == (other.method, other.body)
 
 
+class AskedVoxel(NamedTuple):
+    """Which voxel, by which method, behind which body; `in_haste` leaves out new reasons."""
+
+    method: Method
+    voxel: Voxel
+    solid: Solid | None
+    in_haste: bool
+
+
 class VoxelReporter:
     """Looks at one voxel again and again while the rig changes; reasons are kept for sensors that stay."""
 
     def __init__(self, pog: Pog) -> None:
         self._pog = pog
-        self._kept: dict[tuple[Sensor, Voxel], Sight] = {}
+        self._kept: dict[tuple[Sensor, Voxel, Solid | None], Sight] = {}
 
-    def report(self, engine: Engine, rig: Rig, method: Method, voxel: Voxel, in_haste: bool) -> PickedVoxel:
-        """The voxel as the engine's last evaluation, of this rig, sees it; `in_haste` leaves out new reasons."""
+    def report(self, engine: Engine, rig: Rig, asked: AskedVoxel) -> PickedVoxel:
+        """The voxel as the engine's last evaluation, of this rig, sees it."""
+        voxel = asked.voxel
         facts = voxel_facts(self._pog, voxel)
         if not facts.is_informative:
             return PickedVoxel(facts, ())
         kept, self._kept = self._kept, {}
         sights = []
         for sensor in rig.sensors:
-            sees = sensor.enabled and bool(sees_voxel(engine, sensor, method, voxel))
-            found = kept.get((sensor, voxel))
+            sees = sensor.enabled and bool(sees_voxel(engine, sensor, asked.method, voxel))
+            found = kept.get((sensor, voxel, asked.solid))
             if found is None or (found.verdict == "sees") != sees:
-                found = self._look(sensor, facts, sees, in_haste)
+                found = self._look(sensor, facts, sees, asked)
             if found.verdict != "missed":
-                self._kept[sensor, voxel] = found
+                self._kept[sensor, voxel, asked.solid] = found
             sights.append(found)
         return PickedVoxel(facts, tuple(sights))
 
-    def _look(self, sensor: Sensor, facts: VoxelFacts, sees: bool, in_haste: bool) -> Sight:
-        if in_haste and sensor.enabled and not sees:
+    def _look(self, sensor: Sensor, facts: VoxelFacts, sees: bool, asked: AskedVoxel) -> Sight:
+        if asked.in_haste and sensor.enabled and not sees:
             away = np.array(facts.centre_m) - np.array(sensor.position)
             return Sight(sensor.name, "missed", float(np.linalg.norm(away)))
-        return sight(sensor, self._pog.grid, facts.voxel, sees)
+        barrier = None if asked.solid is None else barrier_of(sensor, asked.solid)
+        return sight(sensor, self._pog.grid, facts.voxel, sees, barrier)

@@ -56,16 +56,16 @@ class Features(NamedTuple):
     saved_views: SavedViews
     heat: Heat
     rays: RaysShown
-    pick: Pick
     picture: Picture
     scene_data: SceneData
     map: Map
-    sensor_view: SensorView
     baseline: Baseline
     scores: ScoresShown
     targets: Targets
     marginals: Marginals
     frame: FrameView
+    pick: Pick
+    sensor_view: SensorView
     target_maps: TargetMaps
     standing: Standing
     compare: Compare
@@ -113,16 +113,16 @@ def build_features(bench: Workbench) -> Features:
         saved_views=SavedViews(bench, views),
         heat=(heat := Heat(bench)),
         rays=RaysShown(bench, heat),
-        pick=Pick(bench),
         picture=Picture(bench),
         scene_data=(scene_data := SceneData(bench)),
         map=(map_ := Map(bench)),
-        sensor_view=SensorView(bench),
         baseline=Baseline(bench, exchange),
         scores=ScoresShown(bench),
         targets=(targets := Targets(bench)),
         marginals=Marginals(bench, targets),
-        frame=FrameView(bench, targets),
+        frame=(frame := FrameView(bench, targets)),
+        pick=Pick(bench, frame),
+        sensor_view=SensorView(bench, frame),
         target_maps=TargetMaps(bench, heat, targets, map_),
         standing=Standing(bench),
         compare=(compare := Compare(bench, files, exchange, targets)),

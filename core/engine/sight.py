@@ -1,8 +1,8 @@
 """Why a sensor does not see a voxel: from the very rays that it casts and the box of the voxel.
 
-Whether it sees the voxel is the engine's answer (`riglens.core.engine.inspect`). There is no occlusion in the metric,
-so a voxel is missed for one of four reasons: the sensor is off, the voxel is outside its field of view, it is out of
-range, or it lies between the rays.
+Whether it sees the voxel is the engine's answer (`riglens.core.engine.inspect`). Traffic hides nothing in the metric,
+so a voxel is missed for one of five reasons: the sensor is off, the voxel is outside its field of view, it is out of
+range, it lies between the rays, or the car's own body stands before it.
 """
 
 from __future__ import annotations
@@ -19,8 +19,9 @@ from riglens.core.metric.voxel import Voxel
 from riglens.core.rig.model import Camera, Lidar, Sensor
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.sensing.rays import sensor_rays
+from riglens.core.vehicle.solid import Barrier
 
-Verdict = Literal["sees", "off", "outside", "range", "between", "missed"]
+Verdict = Literal["sees", "off", "outside", "range", "between", "body", "missed"]
 """During a drag the reason is left out: then it is just "missed"."""
 Side = Literal["above", "below", "beside", ""]
 Points = NDArray[np.float64]
@@ -55,8 +56,8 @@ class _Nearest:
     angle_rad: float
 
 
-def sight(sensor: Sensor, grid: VoxelGrid, voxel: Voxel, sees: bool) -> Sight:
-    """The reason why a sensor does not see a voxel; `sees` is the engine's answer."""
+def sight(sensor: Sensor, grid: VoxelGrid, voxel: Voxel, sees: bool, barrier: Barrier | None = None) -> Sight:
+    """The reason why a sensor does not see a voxel; `sees` is the engine's answer, `barrier` what stops its rays."""
     edge = grid.voxel_m
     centre = np.array(grid.origin_m) + (np.array(voxel) + 0.5) * edge - np.array(sensor.position)
     distance_m = float(np.linalg.norm(centre))
@@ -66,6 +67,8 @@ def sight(sensor: Sensor, grid: VoxelGrid, voxel: Voxel, sees: bool) -> Sight:
         return Sight(sensor.name, "sees", distance_m)
     low, high = centre - edge / 2, centre + edge / 2
     nearest = _nearest_rays(sensor, centre, edge * math.sqrt(3.0) / 2)
+    if barrier is not None and _is_behind(sensor, nearest.directions, low, high, barrier):
+        return Sight(sensor.name, "body", distance_m)
     if _would_cross(sensor, nearest.directions, low, high):
         return Sight(sensor.name, "range", distance_m)
     side = _outside(sensor, centre, nearest.by_angle)
@@ -116,14 +119,35 @@ def _is_out_of_range(sensor: Sensor, low: Points, high: Points) -> bool:
 
 def _would_cross(sensor: Sensor, directions: Points, low: Points, high: Points) -> bool:
     """Whether rays run through the box, but none within the range."""
-    near, far = sensor.range_m
+    enter, leave = _passages(directions, low, high)
+    crosses = leave > enter
+    return bool(crosses.any() and not (crosses & _in_range(sensor, enter, leave)).any())
+
+
+def _is_behind(sensor: Sensor, directions: Points, low: Points, high: Points, barrier: Barrier) -> bool:
+    """Whether rays would run through the box within the range, and end at the car before they leave it."""
+    from riglens.core.kernels.solid import meet_listed
+
+    enter, leave = _passages(directions, low, high)
+    chosen = (leave > enter) & _in_range(sensor, enter, leave)
+    rays = np.ascontiguousarray(directions[chosen])
+    met = meet_listed(
+        np.array(sensor.position), rays, barrier.tree, barrier.stops, leave[chosen], barrier.start_m
+    )
+    return bool(np.isfinite(met[0]).any())
+
+
+def _passages(directions: Points, low: Points, high: Points) -> tuple[Points, Points]:
+    """Where rays (k, 3) from the sensor at zero enter and leave a box, metres; it is missed unless leave > enter."""
     with np.errstate(divide="ignore", invalid="ignore"):
         first, second = low / directions, high / directions
     enter = np.maximum(np.nanmax(np.minimum(first, second), axis=1), 0.0)
-    leave = np.nanmin(np.maximum(first, second), axis=1)
-    crosses = leave > enter
-    in_range = np.minimum(leave, far) > np.maximum(enter, near)
-    return bool(crosses.any() and not (crosses & in_range).any())
+    return enter, np.asarray(np.nanmin(np.maximum(first, second), axis=1))
+
+
+def _in_range(sensor: Sensor, enter: Points, leave: Points) -> NDArray[np.bool_]:
+    near, far = sensor.range_m
+    return np.asarray(np.minimum(leave, far) > np.maximum(enter, near))
 
 
 def _miss(directions: Points, low: Points, high: Points) -> float:

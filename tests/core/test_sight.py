@@ -12,8 +12,11 @@ from riglens.core.engine.inspect import sees_voxel
 from riglens.core.engine.sight import sight
 from riglens.core.rig.model import EvenAngles, Lidar
 from riglens.core.scene.grid import VoxelGrid
+from riglens.core.sensing.body_ends import barrier_of
 from riglens.core.sensing.rays import sensor_rays
+from riglens.core.vehicle.solid import Solid
 from tests.core.builders import camera, field_of, grid_of, lidar, random_sensor, rig_of, spinning
+from tests.core.vehicle.solids import box
 
 GRID = VoxelGrid(0.1, (20.0, 20.0, 4.0))
 
@@ -130,3 +133,16 @@ def test_many_rays_are_looked_through_in_parts():
     thin = sight(camera((0.0, 0.0, 2.0), cast=(100, 60)), GRID, voxel_at(GRID, (-6.0, 0.0, 2.0)), False)
     assert found.verdict == "outside"
     assert found.miss_deg == pytest.approx(thin.miss_deg, abs=1.0)
+
+
+def test_a_voxel_that_the_car_hides_is_behind_its_body_and_one_beside_it_is_not() -> None:
+    """A wall from x = 1 to the right: what rays would meet behind it is hidden, before it and beside it nothing is."""
+    wall = Solid.of(box((1.0, -3.0, 0.0), (1.2, 0.0, 3.0)))
+    roof = lidar((0.0, 0.0, 2.05), elevations=(0.0,), azimuths=np.arange(-180.0, 180.0))
+    verdicts = []
+    for azimuth_deg, away_m in ((-20.0, 3.0), (-20.0, 0.7), (20.0, 3.0)):
+        turn = np.radians(azimuth_deg)
+        voxel = voxel_at(GRID, (away_m * np.cos(turn), away_m * np.sin(turn), 2.05))
+        found = sight(roof, GRID, voxel, False, barrier_of(roof, wall))
+        verdicts.append(found.verdict == "body")
+    assert verdicts == [True, False, False]

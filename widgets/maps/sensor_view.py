@@ -116,6 +116,12 @@ class SensorViewPanel(QWidget):
         for widget in (self.frame, self.slider):
             widget.setEnabled(count > 1)
 
+    def choose_frame(self, number: int) -> None:
+        """Choose another frame without asking for its picture."""
+        with self._silent():
+            self.frame.setValue(number)
+            self.slider.setValue(self.frame.value())
+
     @property
     def chosen_frame(self) -> int:
         """The frame that is shown."""

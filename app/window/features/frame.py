@@ -7,7 +7,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from PySide6.QtCore import Qt
+from numpy.typing import NDArray
+from PySide6.QtCore import Qt, Signal
 
 from riglens.app.background.counting import CountAnswer
 from riglens.app.background.frames import FrameAnswer, FrameCaster, FrameRequest
@@ -56,6 +57,11 @@ class FrameView(Feature):
             menu="scene/frames", is_checkable=True,
         ),
     )  # fmt: skip
+
+    frame_chosen = Signal(int)
+    """Another frame is shown, by its number in the data."""
+    drawn = Signal()
+    """The view shows another frame, or the same with other points, or none any more."""
 
     def __init__(
         self,
@@ -162,6 +168,9 @@ class FrameView(Feature):
             self.play(False)
         if shown is None and self.viewport.state.traffic is not None:
             self.viewport.show_state(replace(self.viewport.state, traffic=None))
+            self.drawn.emit()
+        if frame is not None:
+            self.frame_chosen.emit(frame)
         self._ask()
 
     def show_next_missed(self) -> None:
@@ -211,6 +220,7 @@ class FrameView(Feature):
             self._asked = None
         frame = shown_frame(answer.scene, request.settings.min_points, request.explain)
         self.viewport.show_state(replace(self.viewport.state, traffic=frame))
+        self.drawn.emit()
         if answer.missed is not None and request.explain is not None:
             self._targets.panel.say(missed_text(answer.scene, request.explain, answer.missed))
 
@@ -260,9 +270,11 @@ def _obstacle(scene: FrameScene, by: int | None) -> str:
 
 
 def _name(scene: FrameScene, number: int) -> str:
+    return box_name(int(scene.boxes.cls[number]), scene.boxes.centre_m[number])
+
+
+def box_name(cls: int, centre_m: NDArray[np.float64]) -> str:
     """A box in words: class, distance and direction."""
-    boxes = scene.boxes
-    x_m, y_m, _ = boxes.centre_m[number].tolist()
-    cls = int(boxes.cls[number])
+    x_m, y_m, _ = centre_m.tolist()
     name = CLASSES[cls] if cls < len(CLASSES) else "what stands there"
     return f"{name}, {math.hypot(x_m, y_m):.0f} m {bearing_word(math.atan2(y_m, x_m))}"

@@ -10,6 +10,7 @@ from riglens.app.background.pictures import PictureRequest, Pictures, SensorPict
 from riglens.app.evaluation.requests import LoadedScene, Result
 from riglens.app.window.docks import InSight
 from riglens.app.window.feature import Feature
+from riglens.app.window.features.frame import FrameView
 from riglens.app.window.workbench import Workbench
 from riglens.core.rig.model import Rig
 from riglens.core.vehicle.solid import CarBody
@@ -98,7 +99,7 @@ def remark(top: TopView, rig: Rig) -> str:
 class SensorView(Feature):
     """A dock that follows selection, rig and scene; it costs nothing while it is out of sight."""
 
-    def __init__(self, bench: Workbench) -> None:
+    def __init__(self, bench: Workbench, frame: FrameView) -> None:
         super().__init__(bench)
         self.panel, self.pictures = SensorViewPanel(), Pictures(self)
         self._no_scene = LOADING
@@ -109,6 +110,7 @@ class SensorView(Feature):
         )
         self.in_sight = InSight(self.dock)
         self.panel.frame_chosen.connect(lambda _: self._ask())
+        frame.frame_chosen.connect(self._follow_frame)
         queued = Qt.ConnectionType.QueuedConnection
         self.pictures.made.connect(self._show, queued)
         self.pictures.failed.connect(self._on_failed, queued)
@@ -124,6 +126,11 @@ class SensorView(Feature):
     def is_current(self) -> bool:
         """Whether the picture shown is the one last asked for."""
         return self._is_answered
+
+    def _follow_frame(self, number: int) -> None:
+        """Show the frame that the 3D view shows."""
+        self.panel.choose_frame(number)
+        self._ask()
 
     def _on_scene(self, scene: LoadedScene) -> None:
         has_boxes = scene.options.pog is None

@@ -2,24 +2,34 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+import numpy as np
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QShortcut
 
 from riglens.app.evaluation.requests import PickedVoxel, Result, sight_text
 from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
+from riglens.app.window.features.frame import FrameView, box_name
 from riglens.app.window.workbench import Workbench
+from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
+from riglens.core.vehicle.solid import Solid
 from riglens.widgets.heatmap.pick import PickedCell
 from riglens.widgets.panels.scores.text import MINUS
 from riglens.widgets.panels.voxel_card import SensorLine, VoxelCard, VoxelText
+from riglens.widgets.traffic.frame import ShownFrame
 from riglens.widgets.viewport.scene_state import Marker
 
 if TYPE_CHECKING:
+    from riglens.core.engine.sight import Sight
     from riglens.core.scene.columns import Words
+
+
+NOBODY_BEFORE: Mapping[str, str] = {}
 
 
 class Pick(Feature):
@@ -34,7 +44,7 @@ class Pick(Feature):
 
     mouse = (("Alt and left button on the heatmap", "says who sees that voxel, and why others do not"),)
 
-    def __init__(self, bench: Workbench) -> None:
+    def __init__(self, bench: Workbench, frame: FrameView) -> None:
         super().__init__(bench)
         self.card = VoxelCard(self.viewport)
         self._drawn: Result | None = None
@@ -46,6 +56,7 @@ class Pick(Feature):
         self.viewport.escaped.connect(self._on_escape)
         self.session.voxel_changed.connect(self._show_voxel)
         bench.answers.answered.connect(self._on_result)
+        frame.drawn.connect(self._on_frame)
         bench.answers.approximated.connect(lambda _: self.card.set_stale())
         bench.theme_changed.connect(lambda _: self.card.show_again())
 
@@ -111,21 +122,64 @@ class Pick(Feature):
     def _on_result(self, result: Result) -> None:
         self._drawn = result
         if result.request.voxel == self.session.voxel:
-            self.card.show_voxel(voxel_text(result.picked) if result.picked is not None else None)
+            self._show_card(result.picked)
+
+    def _on_frame(self) -> None:
+        """Say it anew when a voxel is shown: other road users stand before it."""
+        drawn = self._drawn
+        if self.card.text is not None and drawn is not None and drawn.request.voxel == self.session.voxel:
+            self._show_card(drawn.picked)
+
+    def _show_card(self, picked: PickedVoxel | None) -> None:
+        traffic = self.viewport.state.traffic
+        hidden = {} if picked is None or traffic is None else hidden_from(picked, self._rig(), traffic)
+        self.card.show_voxel(None if picked is None else voxel_text(picked, hidden))
+
+    def _rig(self) -> Rig:
+        assert self._drawn is not None
+        return self._drawn.request.rig
 
 
-def voxel_text(picked: PickedVoxel) -> VoxelText:
-    """What the card says of a voxel."""
+def hidden_from(picked: PickedVoxel, rig: Rig, frame: ShownFrame) -> dict[str, str]:
+    """What stands between the centre of a voxel and each sensor that sees it, in the frame shown, in words by name."""
+    from riglens.core.view.frames import FrameBoxes
+    from riglens.core.view.hits import cast
+
+    boxes = FrameBoxes(frame.cls, frame.centre_m, frame.size_m, frame.rotation)
+    nothing, found = Solid.of(np.zeros((0, 3, 3))), dict[str, str]()
+    for name in picked.seen_by:
+        sensor = rig.sensor(name)
+        away = np.array(picked.facts.centre_m) - np.array(sensor.position)
+        far_m = float(np.linalg.norm(away))
+        barrier = nothing.barrier(sensor.kind, 0.0)
+        what = int(
+            cast(sensor.position, (away / far_m)[None], boxes, barrier, (0.0, far_m), has_ground=False).what[
+                0
+            ]
+        )
+        if what >= 0:
+            found[name] = box_name(int(frame.cls[what]), frame.centre_m[what])
+    return found
+
+
+def voxel_text(picked: PickedVoxel, hidden: Mapping[str, str] = NOBODY_BEFORE) -> VoxelText:
+    """What the card says of a voxel; `hidden` is what stands before it in the frame shown, by sensor."""
     x, y, z = picked.facts.centre_m
     classes = tuple(
         (name, f"{p:.4g}", f"{h:.4g}")
         for name, p, h in zip(CLASSES, picked.facts.p, picked.facts.h_nat, strict=True)
     )
     lines = tuple(
-        SensorLine(found.sensor, found.verdict == "sees", sight_text(found)) for found in picked.sights
+        SensorLine(found.sensor, found.verdict == "sees", _sight_text(found, hidden))
+        for found in picked.sights
     )
     summary = f"Seen by {len(picked.seen_by)} of {len(lines)} sensors"
     if not picked.facts.is_informative:
         summary = "No uncertainty here: whoever sees it, no score changes."
     place = f"x {x:.2f} · y {y:.2f} · z {z:.2f} m".replace("-", MINUS)
     return VoxelText(place, classes, summary, lines)
+
+
+def _sight_text(found: Sight, hidden: Mapping[str, str]) -> str:
+    before = hidden.get(found.sensor)
+    return sight_text(found) if before is None else f"sees it, in this frame behind {before}"

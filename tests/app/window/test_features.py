@@ -21,6 +21,7 @@ from riglens.app.window.features.compare import Compare
 from riglens.app.window.features.edits import Clipboard, Edits, Mirror
 from riglens.app.window.features.files import Exchange, Files, Recent
 from riglens.app.window.features.follow import Follow
+from riglens.app.window.features.frame import FrameView
 from riglens.app.window.features.heat import Heat, RaysShown
 from riglens.app.window.features.maps import Map
 from riglens.app.window.features.marginals import Marginals
@@ -182,7 +183,7 @@ def test_a_picked_voxel_is_marked_and_forgotten_with_escape(
     desk: Desk, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("riglens.core.metric.voxel.voxel_in_cell", lambda *_: (20, 20, 1))
-    Pick(desk.workbench)
+    Pick(desk.workbench, FrameView(desk.workbench, Targets(desk.workbench)))
     desk.viewport.cell_picked.emit(cell(0.25, 0.25, 0.75))
     assert desk.session.voxel is None  # there is no traffic yet
     desk.load()
@@ -194,7 +195,7 @@ def test_a_picked_voxel_is_marked_and_forgotten_with_escape(
 
 
 def test_the_first_escape_forgets_the_voxel_the_second_puts_the_tool_away(desk: Desk) -> None:
-    Pick(desk.workbench)
+    Pick(desk.workbench, FrameView(desk.workbench, Targets(desk.workbench)))
     desk.load()
     desk.act("pick")
     desk.session.pick((1, 1, 1))

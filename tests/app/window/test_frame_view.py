@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,17 +11,22 @@ from pytestqt.qtbot import QtBot
 
 from riglens.app.background.counting import CountAnswer
 from riglens.app.background.frames import FrameAnswer, FrameCaster, FrameRequest, boxes_of
+from riglens.app.evaluation.requests import PickedVoxel
 from riglens.app.window.features.follow import Follow
 from riglens.app.window.features.frame import FRAME_MS, NOBODY, FrameView, missed_objects, missed_text
+from riglens.app.window.features.pick import hidden_from, voxel_text
 from riglens.app.window.features.targets import Targets
+from riglens.core.engine.sight import Sight
 from riglens.core.kernels.codes import BODY, GROUND
 from riglens.core.metric.scores import Body
+from riglens.core.metric.voxel import VoxelFacts
 from riglens.core.rig.model import Rig
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.settings import USUAL, TargetSettings
 from riglens.core.vehicle.solid import CarBody, Solid
 from riglens.core.view.frame_scene import FrameScene, Missed, frame_scene
-from tests.app.window.desk import Desk, open_desk
+from riglens.widgets.traffic.frame import ShownFrame
+from tests.app.window.desk import Desk, full_desk, open_desk
 from tests.app.window_bench import RIG
 from tests.core.targets.cases import random_traffic, traffic
 from tests.hand_clock import HandTimers
@@ -276,3 +282,30 @@ def test_a_frame_follows_how_points_are_counted(stand: Stand) -> None:
     stand.view._choose(0)
     stand.desk.session.set_targets(TargetSettings(min_points=9))
     assert stand.caster.requests[-1].settings.min_points == 9
+
+
+def test_the_card_of_a_voxel_knows_who_stands_before_it(qtbot: QtBot) -> None:
+    with full_desk(qtbot) as desk:
+        frame, sensor = desk.features.frame, desk.document.rig.sensor("roof")
+        boxes = boxes_of(TRAFFIC, int(np.flatnonzero(TRAFFIC.frame == 0)[0]))
+        shown = ShownFrame(
+            boxes.cls, boxes.centre_m, boxes.size_m, boxes.rotation, np.zeros(2, np.int64),
+            np.zeros((0, 3), np.float32), np.zeros(0, np.bool_), 5,
+        )  # fmt: skip
+        behind = np.array(sensor.position) + 1.6 * (boxes.centre_m[0] - np.array(sensor.position))
+        facts = VoxelFacts((1, 2, 3), tuple(behind.tolist()), (0.1, 0.0, 0.0), (0.3, 0.0, 0.0))
+        picked = PickedVoxel(facts, (Sight("roof", "sees", 5.0), Sight("front", "off", 5.0)))
+        assert hidden_from(picked, desk.document.rig, shown) == {"roof": "car, 13 m ahead, left"}
+        near = replace(picked, facts=replace(facts, centre_m=(3.0, 0.5, 1.9)))
+        assert hidden_from(near, desk.document.rig, shown) == {}
+        text = voxel_text(picked, {"roof": "car, 13 m ahead, left"})
+        assert text.sensors[0].text == "sees it, in this frame behind car, 13 m ahead, left"
+        assert frame.is_current
+
+
+def test_sensor_views_show_the_frame_of_the_3d_view(qtbot: QtBot) -> None:
+    with full_desk(qtbot) as desk:
+        panel = desk.features.sensor_view.panel
+        panel.set_frames(4)
+        desk.features.frame.frame_chosen.emit(3)
+        assert panel.chosen_frame == 3 and panel.slider.value() == 3
