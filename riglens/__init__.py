@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from riglens.api import (
+        AuditResult,
         Camera,
         ClassResult,
         EvenAngles,
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
         TargetResult,
         Traffic,
         Vehicle,
+        audit,
         convert,
         load_scene,
         load_traffic,
@@ -45,6 +47,7 @@ if TYPE_CHECKING:
     __version__: str
 
 __all__ = [
+    "AuditResult",
     "Camera",
     "ClassResult",
     "EvenAngles",
@@ -60,6 +63,7 @@ __all__ = [
     "Traffic",
     "Vehicle",
     "__version__",
+    "audit",
     "convert",
     "load_scene",
     "load_traffic",

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Literal, Self
 from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.evaluation.scenario import load_scenario, remarks_on, settings_of
 from riglens.app.evaluation.traffic import load_traffic as load_boxes
+from riglens.core.engine.audit import audit as audit_rig
 from riglens.core.engine.engine import Engine, evaluate_from_scratch
 from riglens.core.errors import InputError
 from riglens.core.files import require_apart
@@ -40,7 +41,7 @@ from riglens.core.targets.shapes import Shape
 from riglens.core.targets.traffic import WITHIN_M, Traffic
 from riglens.core.vehicle.mesh import BodyMesh
 from riglens.core.vehicle.mesh_file import mesh_path, read_mesh
-from riglens.results import ClassResult, RigResult, TargetResult
+from riglens.results import AuditResult, ClassResult, RigResult, TargetResult
 
 if TYPE_CHECKING:
     from riglens.app.evaluation.options import HeatMode
@@ -48,6 +49,7 @@ if TYPE_CHECKING:
     from riglens.core.formats.report import Report
 
 __all__ = [
+    "AuditResult",
     "Camera",
     "ClassResult",
     "EvenAngles",
@@ -62,6 +64,7 @@ __all__ = [
     "TargetResult",
     "Traffic",
     "Vehicle",
+    "audit",
     "convert",
     "load_scene",
     "load_traffic",
@@ -313,6 +316,35 @@ def score(
     mesh = _mesh_of(rig, options, mesh_folder)
     (found,) = evaluate_from_scratch(scene.field, [rig], settings_of(options), threads, meshes=[mesh])
     return RigResult(scene.field, found)
+
+
+def audit(
+    rig: Rig,
+    scene: Scene,
+    *,
+    body: Body = "blocks",
+    threads: int | None = None,
+    mesh_folder: StrPath = ".",
+) -> AuditResult:
+    """Say where the rays of each enabled sensor go: into the car, past the region, to the ground, to something new.
+
+    Parameters
+    ----------
+    rig, scene
+        Whose rays to follow, and what is informative.
+    body
+        Whether rays end at the car's own body ("blocks") or pass through it ("ignored").
+    threads
+        Threads to use, all processors by default. The result does not depend on it.
+    mesh_folder
+        The folder from which a car body in a mesh file is named; that of the rig file, as a rule.
+
+    Raises InputError when a number is out of its range, or when the mesh of the body cannot be read.
+    """
+    with _argument_names():
+        ScoreOptions(threads=threads, body=body)
+    mesh = read_mesh(mesh_path(rig.vehicle.body, Path(mesh_folder))) if rig.vehicle.has_mesh_file else None
+    return AuditResult(audit_rig(scene.field, rig, body, mesh, threads))
 
 
 def _mesh_of(rig: Rig, options: ScoreOptions, folder: StrPath) -> BodyMesh | None:

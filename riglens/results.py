@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Self
 
+from riglens.core.engine.audit import RigAudit, SensorAudit, audit_document
 from riglens.core.engine.engine import Evaluation
 from riglens.core.engine.evaluation_json import evaluation_document
 from riglens.core.metric.entropy import EntropyField
@@ -128,3 +129,38 @@ class TargetResult(Mapping[str, ClassTargets]):
     def to_dict(self) -> dict[str, Any]:
         """The result as JSON-able data, field by field what `riglens targets RIG --json FILE` writes."""
         return targets_document(self._traffic, [self._scores])
+
+
+class AuditResult(Mapping[str, SensorAudit]):
+    """Where the rays of a rig's enabled sensors go, by sensor: `result["LIDAR_1"].shares["hits_car"]`.
+
+    Each has `rays`, `counts` and `shares` by what becomes of a ray (shares add up to one),
+    `lost_nat` and `lost_share` by class, the entropy that the car's body takes from the sensor on its own, and
+    `stand`, where the sensor sits on the car.
+    """
+
+    def __init__(self, audit: RigAudit) -> None:
+        self._audit = audit
+        self._sensors = {sensor.name: sensor for sensor in audit.sensors}
+
+    def __getitem__(self, sensor_name: str) -> SensorAudit:
+        return self._sensors[sensor_name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._sensors)
+
+    def __len__(self) -> int:
+        return len(self._sensors)
+
+    def __repr__(self) -> str:
+        shares = ", ".join(f"{name} {found.shares['hits_car']:.1%}" for name, found in self.items())
+        return f"<AuditResult of {self.rig.name}, rays that hit the car: {shares}>"
+
+    @property
+    def rig(self) -> Rig:
+        """The rig that was looked at."""
+        return self._audit.rig
+
+    def to_dict(self) -> dict[str, Any]:
+        """The result as JSON-able data, field by field what `riglens audit RIG --json FILE` writes."""
+        return audit_document(self._audit)

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import warnings
 from pathlib import Path
+from typing import Literal
 
 import matplotlib.image
 import pytest
@@ -137,6 +138,24 @@ def test_points_on_road_users_are_those_of_the_command_line(boxes: Path, tmp_pat
     assert found["car"].total.objects == 2 and "car on target" in repr(found)
     with pytest.raises(rl.InputError, match="sample: found 0"):
         rl.targets(rl.open_rig("W+T"), traffic, sample=0)
+
+
+@pytest.mark.parametrize("body", ["blocks", "ignored"])
+def test_an_audit_is_that_of_the_command_line(
+    body: Literal["blocks", "ignored"], boxes: Path, scene: rl.Scene, tmp_path: Path
+) -> None:
+    out = tmp_path / "audit.json"
+    grid = ["--voxel", "0.5", "--roi", *map(str, ROI_M)]
+    assert main(["audit", "N+P", "--boxes", str(boxes), *grid, "--body", body, "--json", str(out)]) == 0
+    found = rl.audit(rl.open_rig("N+P"), scene, body=body)
+    assert json.loads(json.dumps(found.to_dict())) == json.loads(out.read_text())
+    assert list(found) == [sensor.name for sensor in found.rig.sensors] and len(found) == len(
+        found.rig.sensors
+    )
+    assert all(sum(sensor.shares.values()) == pytest.approx(1.0) for sensor in found.values())
+    assert "rays that hit the car" in repr(found)
+    with pytest.raises(rl.InputError, match="threads"):
+        rl.audit(rl.open_rig("N+P"), scene, threads=0)
 
 
 def test_a_scene_says_what_it_holds(scene: rl.Scene) -> None:

@@ -46,6 +46,7 @@ def test_the_page_has_these_examples_all_run_here() -> None:
         "Convert a rig",
         "A Parquet table of 100 rigs",
         "Points on road users",
+        "Where the rays go",
         "A picture",
     ]
     assert len(EXAMPLES["Score a rig in five lines"].splitlines()) == 5
@@ -83,6 +84,14 @@ def test_points_on_road_users(output: tuple[Path, str]) -> None:
     lines = output[1].splitlines()
     assert [line.split(":")[0] for line in lines[::2]] == ["Trapezoid", "Center"]
     assert all("road users without a point" in line for line in lines[1::2])
+
+
+@example("Where the rays go")
+def test_an_audit(output: tuple[Path, str]) -> None:
+    *sensors, ignored, blocks = output[1].splitlines()
+    assert len(sensors) == len(rl.open_rig("W+T").sensors)
+    assert all("% into the car, " in line and line.endswith("% bring something new") for line in sensors)
+    assert float(ignored.removeprefix("ignored ")) >= float(blocks.removeprefix("blocks ")) > 0.5
 
 
 @example("A picture")

@@ -15,24 +15,30 @@ from numpy.typing import NDArray
 from riglens.core.engine.caster import Caster
 from riglens.core.engine.engine import Engine
 from riglens.core.kernels import jit
-from riglens.core.kernels.cast import Cast
-from riglens.core.kernels.walk import IRREGULAR, Ray, walk_exact
+from riglens.core.kernels.cast import Cast, ray_direction
+from riglens.core.kernels.fates import (
+    GROUND,
+    NEW,
+    NOTHING,
+    OPEN,
+    OUTSIDE,
+    SHARED,
+    ends_at_ground,
+    follow_rays,
+)
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Body, MetricSettings, Scores
 from riglens.core.rig.model import FORMAT_VERSION, Rig, Sensor
 from riglens.core.rig.yaml.file import rig_sha256
 from riglens.core.scene.boxes import CLASSES
-from riglens.core.scene.columns import Words, words_per_column
-from riglens.core.sensing.body_ends import barrier_of
-from riglens.core.sensing.rays import Lattice, rotate
+from riglens.core.scene.columns import Words
+from riglens.core.sensing.body_ends import barrier_ends, barrier_of
 from riglens.core.vehicle.mesh import BodyMesh
 from riglens.core.vehicle.solid import Barrier, CarBody
 from riglens.core.vehicle.standing import Stand, stand
 
 FATES = ("hits_car", "never_enters", "ground", "meets_nothing", "seen_by_others", "brings_new")
-"""What becomes of a ray, in the order in which it is shown."""
-FULL = np.uint64(0xFFFFFFFFFFFFFFFF)
-CAR, OUTSIDE, GROUND, NOTHING, SHARED, NEW = range(len(FATES))
+"""What becomes of a ray, in the order in which it is shown and by the numbers of `riglens.core.kernels.fates`."""
 
 
 @dataclass(frozen=True)
@@ -112,60 +118,27 @@ def _seen_once_and_twice(field: EntropyField, marks: list[Words]) -> tuple[Words
     return once, twice
 
 
-def _fates(caster: Caster, sensor: Sensor, barrier: Barrier | None, others: Words) -> NDArray[np.int64]:
+def _fates(caster: Caster, sensor: Sensor, barrier: Barrier | None, others: Words) -> NDArray[np.int8]:
     """What becomes of each ray of a sensor, when `others` is what the other sensors see."""
-    field = caster.field
-    nx, ny, nz = field.grid.shape
-    rays = caster.rays(sensor, "exact", barrier)._replace(box=np.array([0, nx, 0, ny, 0, nz], np.int64))
-    directions = rotate(rays.rotation, Lattice(rays.kind, rays.rows, rays.planes).directions())
-    fates, runs = np.full(len(directions), OUTSIDE), np.empty((nx + ny + nz + 3, 3), np.int32)
-    for number, d in enumerate(directions):
-        if rays.ends.size and rays.ends[number] < rays.reach[1]:
-            fates[number] = CAR
-            continue
-        words, masks = _met(caster, rays, number, d, runs)
-        if len(words):
-            fates[number] = _meets(masks & field.index.words[words], others[words])
-            if fates[number] == NOTHING and _ends_at_ground(rays, d):
-                fates[number] = GROUND
+    words, (nx, ny, nz) = caster.field.index.words, caster.field.grid.shape
+    rays = caster.rays(sensor, "exact")._replace(box=np.array([0, nx, 0, ny, 0, nz], np.int64))
+    if barrier is not None:
+        ends = barrier_ends(sensor, barrier, caster.workers) / caster.field.grid.voxel_m
+        rays = rays._replace(is_stopped=ends < rays.reach[1])
+    fates = np.empty(len(rays.rows) * len(rays.planes), np.int8)
+    follow_rays(rays, words, others, caster.workers, fates)
+    for number in np.flatnonzero(fates == OPEN):
+        fates[number] = _fate_in_fractions(caster, rays, int(number), others)
     return fates
 
 
-def _met(
-    caster: Caster, rays: Cast, number: int, d: NDArray[np.float64], runs: NDArray[np.int32]
-) -> tuple[NDArray[np.int64], Words]:
-    """Words that a ray meets, and the levels that it meets in each."""
-    g = (float(rays.origin[0]), float(rays.origin[1]), float(rays.origin[2]))
-    ray = Ray(g, (float(d[0]), float(d[1]), float(d[2])), float(rays.reach[0]), float(rays.reach[1]))
-    count = walk_exact(ray, rays.box, int(rays.shape[1]), runs)
-    if count == IRREGULAR:
-        pairs = list(caster.walk_irregular(rays, np.array([number])))
-        return np.array([word for word, _ in pairs], np.int64), np.array([bit for _, bit in pairs], np.uint64)
-    depth = words_per_column(caster.field.grid)
-    column, low, high = runs[:count].astype(np.int64).T
-    words, masks = [], []
-    for part in range(depth):
-        first, last = np.maximum(low - 64 * part, 0), np.minimum(high - 64 * part, 63)
-        here = first <= last
-        words.append(column[here] * depth + part)
-        masks.append((FULL << first[here].astype(np.uint64)) & (FULL >> (63 - last[here]).astype(np.uint64)))
-    return np.concatenate(words), np.concatenate(masks)
-
-
-def _meets(informative: Words, others: Words) -> int:
-    """What a ray meets, by the informative voxels it meets and those that others see, word by word."""
-    if not informative.any():
-        return NOTHING
-    return NEW if (informative & ~others).any() else SHARED
-
-
-def _ends_at_ground(rays: Cast, d: NDArray[np.float64]) -> bool:
-    """Whether a ray passes the floor of the region, within its sides and its range."""
-    if d[2] >= 0.0 or rays.origin[2] < 0.0:
-        return False
-    t = rays.origin[2] / -d[2]
-    x, y = rays.origin[0] + t * d[0], rays.origin[1] + t * d[1]
-    return bool(0.0 <= x < rays.shape[0] and 0.0 <= y < rays.shape[1] and t <= rays.reach[1])
+def _fate_in_fractions(caster: Caster, rays: Cast, number: int, others: Words) -> int:
+    """The same for a ray that the kernels leave open."""
+    met = list(caster.walk_irregular(rays, np.array([number])))
+    seen = [(word, bit) for word, bit in met if caster.field.index.words[word] & bit]
+    if seen:
+        return NEW if any(bit & ~others[word] for word, bit in seen) else SHARED
+    return (GROUND if ends_at_ground(rays, ray_direction(rays, number)) else NOTHING) if met else OUTSIDE
 
 
 def audit_document(found: RigAudit) -> dict[str, Any]:

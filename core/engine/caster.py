@@ -2,8 +2,9 @@
 
 Several ways lead to the same set. Fans walk all rays of a vertical plane together and serve upright sensors. Cameras
 that roll or pitch, or whose lens has distortion, are cast by walking the voxels near them, LiDARs that do by core and
-sheets. Everything else is walked ray by ray. Of a sensor whose
-rays end at the car's body the first two serve what is free in rectangles (see `riglens.core.engine.patches`).
+sheets. Everything else is walked ray by ray. Where rays end at the car's body, all leave out the rays that are stopped,
+but a lens with distortion, which is then walked ray by ray; those that meet something informative before they end are
+walked one by one (see `riglens.core.engine.blocking`).
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from riglens.core.engine.blocking import blocked
 from riglens.core.engine.fans import (
     farthest,
     is_plain,
@@ -23,9 +25,8 @@ from riglens.core.engine.fans import (
     may_stride,
     share_rows,
 )
-from riglens.core.engine.frustums import make_frustum, part_of_frustum
+from riglens.core.engine.frustums import make_frustum
 from riglens.core.engine.meshes import CameraMesh, make_mesh, outermost_directions
-from riglens.core.engine.patches import cut_up, part_of
 from riglens.core.engine.sheets import Sheets, make_sheets
 from riglens.core.kernels import cast
 from riglens.core.kernels.cast import Cast
@@ -40,7 +41,6 @@ from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Method
 from riglens.core.rig.model import Camera, Lidar, Sensor
 from riglens.core.scene.columns import Words, words_per_column
-from riglens.core.sensing.body_ends import barrier_ends
 from riglens.core.sensing.rational_walk import walk_rational
 from riglens.core.sensing.rays import Lattice, lattice, sensor_rays
 from riglens.core.vehicle.solid import Barrier
@@ -97,9 +97,14 @@ class Caster:
         `window` is that of the sensor; marks uint64 (words,); rays end at the barrier. Returns False when abandoned
         half-way; some bits are then set.
         """
-        rays = self._rays(sensor, method, barrier)
-        if rays.ends.size:
-            return self._mark_cut(sensor, rays, window, marks, is_stale)
+        free, *cut = self._casts(sensor, method, barrier)
+        done = self._mark_free(sensor, free, method, window, marks, is_stale)
+        return done and (not cut or self._mark_each(cut, marks, is_stale))
+
+    def _mark_free(
+        self, sensor: Sensor, rays: Cast, method: Method, window: Window, marks: Words, is_stale: IsStale
+    ) -> bool:
+        """Rays without ends of their own, in the quickest way that serves them."""
         if method == "exact" and is_upright(rays.rotation) and is_plain(rays):
             return self._mark_fan(rays, window, marks, is_stale)
         if method == "exact" and isinstance(sensor, Lidar):
@@ -110,7 +115,7 @@ class Caster:
             frustum = make_frustum(sensor, rays)
             if frustum is not None:
                 return self._mark_frustum(frustum, rays, window, marks, is_stale)
-            mesh = make_mesh(sensor, rays)
+            mesh = None if rays.is_stopped.size else make_mesh(sensor, rays)
             if mesh is not None:
                 return self._mark_mesh(mesh, rays, window, marks, is_stale)
         return self._mark_rays(rays, marks, is_stale)
@@ -142,26 +147,9 @@ class Caster:
         depth = words_per_column(self._field.grid)
         return Window(sides[0], sides[1], sides[2] * depth, sides[3] * depth)
 
-    def _mark_cut(self, sensor: Sensor, rays: Cast, window: Window, marks: Words, is_stale: IsStale) -> bool:
-        """Rays of which some end at the body: what is free in rectangles the fast ways, all others ray by ray."""
-        by_fan = not rays.bresenham and is_upright(rays.rotation) and is_plain(rays)
-        by_voxels = not rays.bresenham and not by_fan and isinstance(sensor, Camera)
-        frustum = make_frustum(sensor, rays) if by_voxels and isinstance(sensor, Camera) else None
-        if not by_fan and frustum is None:
-            return self._mark_rays(rays, marks, is_stale)
-        patches, others = cut_up(rays)
-        for patch in patches:
-            part = part_of(rays, patch)
-            if frustum is None:
-                is_done = self._mark_fan(part, window, marks, is_stale)
-            else:
-                is_done = self._mark_frustum(part_of_frustum(frustum, patch), part, window, marks, is_stale)
-            if not is_done:
-                return False
-        return self._mark_each(others, marks, is_stale)
-
     def _mark_fan(self, rays: Cast, window: Window, marks: Words, is_stale: IsStale) -> bool:
-        fan = make_fan(Lattice(rays.kind, rays.rows, rays.planes), rays)
+        near_is_empty = rays.is_stopped.size > 0 and self._is_empty_near(rays)
+        fan = make_fan(Lattice(rays.kind, rays.rows, rays.planes), rays, near_is_empty)
         profile = make_profile(fan, rays)
         if profile is None:
             return self._mark_rays(rays, marks, is_stale)
@@ -174,6 +162,14 @@ class Caster:
             end = min(start + PLANES_PER_CHUNK, planes)
             mark_fan(fan, space, profile, start, end, slabs, marks)
         return True
+
+    def _is_empty_near(self, rays: Cast) -> bool:
+        """Whether no voxel is informative in any column in which a ray may not have begun."""
+        room = rays.reach[0] + 1e-3
+        low = np.maximum(np.floor(rays.origin[:2] - room), 0.0).astype(np.int64)
+        high = np.minimum(np.ceil(rays.origin[:2] + room), self._shape[:2]).astype(np.int64)
+        words = self._field.index.words.reshape(*self._shape[:2], -1)
+        return not words[low[0] : max(high[0], 0), low[1] : max(high[1], 0)].any()
 
     def _mark_frustum(
         self, frustum: Frustum, rays: Cast, window: Window, marks: Words, is_stale: IsStale
@@ -231,7 +227,7 @@ class Caster:
     def _mark_each(self, casts: list[Cast], marks: Words, is_stale: IsStale) -> bool:
         """Ray by ray; every worker but the first marks a set of its own, and these are added at the end."""
         spare = np.zeros((self.workers - 1, marks.size), np.uint64)
-        for rays, start, end in ((each, *chunk) for each in casts for chunk in _chunks(each)):
+        for rays, start, end in _chunks_of(casts):
             if is_stale():
                 return False
             left = np.ones(end - start, np.bool_)
@@ -252,9 +248,8 @@ class Caster:
         barrier: Barrier | None = None,
     ) -> tuple[int, ...] | None:
         """Sum over rays over their voxels of h in fixed point, per class; None when abandoned."""
-        rays, entropies = self._rays(sensor, method, barrier), self._field.entropies
-        totals = [0, 0, 0]
-        for start, end in _chunks(rays):
+        entropies, totals = self._field.entropies, [0, 0, 0]
+        for rays, start, end in _chunks_of(self._casts(sensor, method, barrier)):
             if is_stale():
                 return None
             irregular = np.zeros(end - start, np.bool_)
@@ -273,8 +268,16 @@ class Caster:
         run = int(runs.first[word]) + (int(runs.starts[word]) & upto).bit_count() - 1
         return [int(h) for h in self._field.palette_q[runs.codes[run], :3]]
 
-    def _rays(self, sensor: Sensor, method: Method, barrier: Barrier | None = None) -> Cast:
-        """All rays of a sensor in grid units, cut off where they meet the barrier."""
+    def _casts(self, sensor: Sensor, method: Method, barrier: Barrier | None) -> list[Cast]:
+        """The rays of a sensor: those that no barrier stops and, where there are such, those that end at it."""
+        rays = self.rays(sensor, method)
+        if barrier is None:
+            return [rays]
+        free, cut = blocked(rays, self._field, sensor, method, barrier, self.workers)
+        return [free, cut] if cut.ends.size else [free]
+
+    def rays(self, sensor: Sensor, method: Method) -> Cast:
+        """All rays of a sensor in grid units, as if there were no car."""
         grid, table = self._field.grid, lattice(sensor)
         reach = np.array([min(limit / grid.voxel_m, FARTHEST) for limit in sensor.range_m])
         box = self._field.index.bounds
@@ -293,19 +296,8 @@ class Caster:
             box,
             self._shape,
             method == "bresenham",
-            self._ends(sensor, barrier),
+            np.zeros(0),
         )
-
-    def rays(self, sensor: Sensor, method: Method, barrier: Barrier | None = None) -> Cast:
-        """All rays of a sensor in grid units, cut off where they meet the barrier."""
-        return self._rays(sensor, method, barrier)
-
-    def _ends(self, sensor: Sensor, barrier: Barrier | None) -> NDArray[np.float64]:
-        """Where each ray meets the barrier, in grid units; empty where none does."""
-        if barrier is None:
-            return np.zeros(0)
-        ends = barrier_ends(sensor, barrier, self.workers)
-        return ends / self._field.grid.voxel_m if np.isfinite(ends).any() else np.zeros(0)
 
     def walk_irregular(self, rays: Cast, numbers: NDArray[np.int64]) -> Iterator[tuple[int, np.uint64]]:
         """Word and bit of every voxel of the rays that the kernels left out."""
@@ -321,8 +313,9 @@ class Caster:
                 yield (ix * grid.shape[1] + iy) * depth + iz // 64, np.uint64(1 << (iz % 64))
 
 
-def _chunks(rays: Cast) -> Iterator[tuple[int, int]]:
-    """First and end number of the rays, a chunk at a time."""
-    count = len(rays.rows) * len(rays.planes)
-    for start in range(0, count, RAYS_PER_CHUNK):
-        yield start, min(start + RAYS_PER_CHUNK, count)
+def _chunks_of(casts: list[Cast]) -> Iterator[tuple[Cast, int, int]]:
+    """Rays with first and end number, a chunk at a time."""
+    for rays in casts:
+        count = len(rays.rows) * len(rays.planes)
+        for start in range(0, count, RAYS_PER_CHUNK):
+            yield rays, start, min(start + RAYS_PER_CHUNK, count)

@@ -10,6 +10,7 @@ from riglens.core.kernels.codes import LIDAR, LISTED
 from riglens.core.kernels.fan import FARTHEST_ORIGIN, STEEPEST
 from riglens.core.kernels.planes import Fan
 from riglens.core.kernels.profile import Events, Profile, Slopes, find_stays, masks_of
+from riglens.core.kernels.spans import find_spans
 from riglens.core.sensing.rays import Lattice
 
 TAMEST, WILDEST = 2.0**-110, 2.0**110
@@ -32,8 +33,11 @@ def _plane_headings(lattice: Lattice) -> tuple[NDArray[np.float64], NDArray[np.f
     return np.stack([1.0 / length, y / length], axis=1), 1.0 / length
 
 
-def make_fan(lattice: Lattice, rays: Cast) -> Fan:
-    """The fan of a lattice turned about the vertical, with the ranges of the rays."""
+def make_fan(lattice: Lattice, rays: Cast, near_is_empty: bool = False) -> Fan:
+    """The fan of a lattice turned about the vertical, with the ranges of the rays.
+
+    near_is_empty: whether nothing counts that is so near to the sensor that some ray may not have begun there.
+    """
     headings, scales = _plane_headings(lattice)
     slopes = _row_slopes(lattice)
     order = np.argsort(slopes, kind="stable")
@@ -44,8 +48,19 @@ def make_fan(lattice: Lattice, rays: Cast) -> Fan:
     near, far = rays.reach[0] * forward, rays.reach[1] * forward
     return Fan(
         lattice.kind, lattice.rows, lattice.planes, turned, scales, slopes[row_of], near, far, rays.reach,
-        row_of, order[~flat],
+        row_of, order[~flat], rays.is_stopped, *_spans(rays, row_of),
+        (rays.reach[0] == 0.0 or near_is_empty) and rays.reach[1] > farthest(rays) + 1.0,
     )  # fmt: skip
+
+
+def _spans(rays: Cast, row_of: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int32]]:
+    """Runs of free rays of each plane, see `find_spans`; empty where none is stopped."""
+    if not rays.is_stopped.size:
+        return np.zeros(0, np.int64), np.zeros((0, 2), np.int32)
+    rows, planes = len(rays.rows), len(rays.planes)
+    starts = np.zeros(planes + 1, np.int64)
+    has_stops: NDArray[np.bool_] = np.logical_or.reduce(rays.is_stopped.reshape(rows, planes), axis=1)
+    return starts, find_spans(rays.is_stopped, has_stops, row_of, planes, starts)
 
 
 def make_profile(fan: Fan, rays: Cast) -> Profile | None:

@@ -6,9 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.engine.fans import is_plain
-from riglens.core.engine.patches import Patch
 from riglens.core.kernels.cast import Cast
-from riglens.core.kernels.frustum import BALL, SPHERE, Frustum
+from riglens.core.kernels.frustum import BALL, NO_TILES, SPHERE, TILE, Frustum, count_stopped
 from riglens.core.rig.model import Camera
 
 SHORTEST_DEPTH = 16.0
@@ -34,7 +33,7 @@ def make_frustum(camera: Camera, rays: Cast) -> Frustum | None:
     outline = (rays.origin + _corners(normals, depth_limit) @ rays.rotation.T)[:, :2]
     return Frustum(
         rays.rows, rays.planes, rays.origin, rays.rotation, rays.box, rays.shape, normals, image, depth_limit,
-        np.ascontiguousarray(outline),
+        np.ascontiguousarray(outline), rays.is_stopped, _stopped_before(rays),
     )  # fmt: skip
 
 
@@ -45,23 +44,14 @@ def _farthest_ray(rotation: NDArray[np.float64], step_u: float, step_v: float) -
     return 0.5 * min(along_axes, float(np.hypot(step_u, step_v)))
 
 
-def part_of_frustum(whole: Frustum, patch: Patch) -> Frustum:
-    """The frustum of a part of the image: its borders run half a step outside of its outermost rays."""
-    u0, u1, v0, v1 = whole.image
-    left, right = patch.first_plane - 0.5, patch.end_plane - 0.5
-    top, bottom = patch.first_row - 0.5, patch.end_row - 0.5
-    sides = np.array(
-        [[u0 - left, -u1, 0.0], [right - u0, u1, 0.0], [v0 - top, 0.0, -v1], [bottom - v0, 0.0, v1]]
-    )
-    normals = sides / np.linalg.norm(sides, axis=1, keepdims=True)
-    outline = (whole.origin + _corners(normals, whole.depth_limit) @ whole.rotation.T)[:, :2]
-    return whole._replace(
-        rows=whole.rows[patch.first_row : patch.end_row],
-        planes=whole.planes[patch.first_plane : patch.end_plane],
-        sides=normals,
-        image=whole.image - np.array([patch.first_plane, 0.0, patch.first_row, 0.0]),
-        outline=np.ascontiguousarray(outline),
-    )
+def _stopped_before(rays: Cast) -> NDArray[np.int64]:
+    """How many rays are stopped in tiles above and to the left, see `Frustum`."""
+    if not rays.is_stopped.size:
+        return NO_TILES
+    rows, columns = len(rays.rows), len(rays.planes)
+    before = np.zeros((-(-rows // TILE) + 1, -(-columns // TILE) + 1), np.int64)
+    count_stopped(rays.is_stopped.reshape(rows, columns), before)
+    return before
 
 
 def _corners(normals: NDArray[np.float64], depth_limit: float) -> NDArray[np.float64]:

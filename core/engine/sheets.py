@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from riglens.core.engine.fans import is_near, is_tame
 from riglens.core.kernels.cast import Cast
 from riglens.core.kernels.codes import LISTED
-from riglens.core.kernels.cones import A_TURN, FINDER, HALF_COLUMN, SLACK, Beams, Spinner
+from riglens.core.kernels.cones import A_TURN, FINDER, HALF_COLUMN, NO_BEAMS, SLACK, Beams, Spinner
+from riglens.core.kernels.cores import NEARLY_ONE, Shells
 from riglens.core.kernels.frustum import BALL
-from riglens.core.kernels.sheet import Shells
 from riglens.core.rig.model import Lidar
 
 STEEPEST_DEG = 65.0
@@ -22,8 +22,6 @@ SHORTEST_RADIUS = 80.0
 WIDEST_OFFSET = 0.5
 """Radians between the azimuth offsets of a sector's beams, so that what all of them cover is a sector too."""
 FEWEST_GAPS = 2
-NEARLY_ONE = 0.88
-"""Voxels: more than from any point of a voxel to its centre."""
 SMALLEST_CORE = 4.0
 """Voxels: smaller cores are not worth looking for."""
 
@@ -46,6 +44,7 @@ def make_sheets(lidar: Lidar, rays: Cast, shortest: float = SHORTEST_RADIUS) -> 
         return None
     spinner = _spinner(lidar, rays)
     beams = _beams(lidar, spinner, _upper(rays))
+    spinner = spinner._replace(stopped_before=_stopped_before(spinner, beams))
     heights = rays.box[4:] - rays.origin[2]
     squared = (2.0 * BALL / spinner.step) ** 2 - float(np.abs(heights).max()) ** 2
     radius = float(np.sqrt(max(squared, 0.0)))
@@ -60,8 +59,19 @@ def _spinner(lidar: Lidar, rays: Cast) -> Spinner:
     axis = rays.rotation[:, 2] * _upper(rays)
     return Spinner(
         rays.kind, rays.rows, rays.planes, rays.origin, rays.rotation, rays.reach, rays.box, rays.shape, axis,
-        azimuths, turns, step, is_sector,
+        azimuths, turns, step, is_sector, rays.is_stopped,
     )  # fmt: skip
+
+
+def _stopped_before(spinner: Spinner, beams: Beams) -> NDArray[np.int32]:
+    """How many of the first azimuths of each beam are stopped, see `Spinner`."""
+    if not spinner.is_stopped.size:
+        return NO_BEAMS
+    table: NDArray[np.bool_] = spinner.is_stopped.reshape(len(beams.number), spinner.azimuths.size)
+    before = np.zeros((len(beams.number), spinner.azimuths.size + 1), np.int32)
+    some = np.flatnonzero(np.logical_or.reduce(table, axis=1)[beams.number])
+    before[some, 1:] = np.cumsum(table[beams.number[some]][:, spinner.turns], axis=1)
+    return before
 
 
 def _upper(rays: Cast) -> float:
@@ -172,6 +182,8 @@ def _rest(spinner: Spinner, beams: Beams, rays: Cast, radius: float) -> list[Cas
 
 def _only(rays: Cast, beams: NDArray[np.int64], turns: int) -> Cast:
     """The rays of some beams."""
+    if rays.is_stopped.size:
+        rays = rays._replace(is_stopped=rays.is_stopped.reshape(-1, turns)[beams].ravel())
     if rays.kind != LISTED:
         return rays._replace(rows=np.ascontiguousarray(rays.rows[beams]))
     return rays._replace(rows=np.ascontiguousarray(rays.rows.reshape(-1, turns, 3)[beams].reshape(-1, 3)))

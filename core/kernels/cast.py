@@ -14,14 +14,16 @@ from riglens.core.kernels.palette import Entropies
 from riglens.core.kernels.predicates import Vector
 from riglens.core.kernels.walk import Ray, walk_bresenham, walk_exact
 
+NONE_STOPPED = np.zeros(0, np.bool_)
 BLOCK = 64
 """Rays that a worker walks in a row."""
 
 
 class Cast(NamedTuple):
     """Rays to walk: lattice tables of any kind (see `riglens.core.kernels.lattice`), origin (3,) in grid units,
-    rotation (3, 3), reach (2,) in grid units, box (6,) cells to stay in, shape (3,) of the grid, the method, and
-    ends (rays,), where each ray is cut off, in grid units; empty where none is."""
+    rotation (3, 3), reach (2,) in grid units, box (6,) cells to stay in, shape (3,) of the grid, the method, ends
+    (rays,), where each ray is cut off, in grid units, and is_stopped (rays,): rays that are not cast at all; both
+    empty where there are none."""
 
     kind: int
     rows: np.ndarray
@@ -33,6 +35,7 @@ class Cast(NamedTuple):
     shape: np.ndarray
     bresenham: bool
     ends: np.ndarray
+    is_stopped: np.ndarray = NONE_STOPPED
 
 
 @inlined
@@ -56,10 +59,18 @@ def _misses(rays: Cast, g: Vector, d: Vector, far: float) -> bool:
 
 
 @inlined
-def _walk(rays: Cast, ray: int, runs: np.ndarray) -> int:
-    """Runs of one ray; negative when it is left to the rational walk."""
+def ray_direction(rays: Cast, ray: int) -> Vector:
+    """Direction of a ray in the frame of the grid."""
     planes = rays.planes.shape[0]
-    d = rotated(rays.rotation, direction(rays.kind, rays.rows[ray // planes], rays.planes[ray % planes]))
+    return rotated(rays.rotation, direction(rays.kind, rays.rows[ray // planes], rays.planes[ray % planes]))
+
+
+@inlined
+def walk_ray(rays: Cast, ray: int, runs: np.ndarray) -> int:
+    """Runs of one ray, none if it is stopped; negative when it is left to the rational walk."""
+    if rays.is_stopped.size > 0 and rays.is_stopped[ray]:
+        return 0
+    d = ray_direction(rays, ray)
     g = (rays.origin[0], rays.origin[1], rays.origin[2])
     far = min(rays.reach[1], rays.ends[ray]) if rays.ends.size > 0 else rays.reach[1]
     if far <= rays.reach[0] or _misses(rays, g, d, far):
@@ -97,7 +108,7 @@ def mark_rays(
         for block in range(worker, blocks, workers):
             for ray in range(first + block * BLOCK, min(first + (block + 1) * BLOCK, end)):
                 if left[ray - first]:
-                    count = _walk(rays, ray, runs)
+                    count = walk_ray(rays, ray, runs)
                     left[ray - first] = count < 0
                     _mark_runs(runs, count, depth, own)
 
@@ -141,7 +152,7 @@ def sum_hits(
         runs = np.empty((rays.shape[0] + rays.shape[1] + rays.shape[2] + 3, 3), np.int32)
         for block in range(worker, blocks, workers):
             for ray in range(first + block * BLOCK, min(first + (block + 1) * BLOCK, end)):
-                count = _walk(rays, ray, runs)
+                count = walk_ray(rays, ray, runs)
                 irregular[ray - first] = count < 0
                 _sum_runs(runs, count, depth, entropies, partial[worker])
     total: np.ndarray = partial.sum(axis=0)

@@ -13,11 +13,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from riglens.core.kernels.cast import NONE_STOPPED
 from riglens.core.kernels.codes import LISTED
 from riglens.core.kernels.jit import inlined
 from riglens.core.kernels.lattice import direction, rotated
 from riglens.core.kernels.walk import Cell, Ray, hits_cell
 
+NO_BEAMS = np.zeros((0, 0), np.int32)
 SPHERE = 0.8661
 """A little more than the radius of a voxel's circumscribed ball."""
 SLACK = 1e-6
@@ -64,6 +66,8 @@ class Spinner(NamedTuple):
 
     azimuths (n,) in radians, ascending over at most one turn, and turns (n,): the number of each in the table; step:
     the widest gap between them; is_sector: whether they leave out what is behind the last and before the first.
+    is_stopped (rays,) as in `riglens.core.kernels.cast.Cast`; stopped_before (beams, n + 1): how many of the first
+    azimuths of a beam are stopped, in the order of beams and azimuths; both empty where none is.
     """
 
     kind: int
@@ -79,6 +83,8 @@ class Spinner(NamedTuple):
     turns: np.ndarray
     step: float
     is_sector: bool
+    is_stopped: np.ndarray = NONE_STOPPED
+    stopped_before: np.ndarray = NO_BEAMS
 
 
 @inlined
@@ -111,7 +117,10 @@ def _axis_times(g: float, pace: float, low: int, t_in: float, t_out: float) -> t
 
 @inlined
 def ray_hits(s: Spinner, row: int, turn: int, cell: Cell) -> bool:
-    """Whether the ray of a row of beams and a turn traverses a voxel: in doubles where they can tell, else exactly."""
+    """Whether the ray of a row of beams and a turn is cast and traverses a voxel: in doubles where they can tell, else
+    exactly."""
+    if s.is_stopped.size > 0 and s.is_stopped[row * s.azimuths.size + turn]:
+        return False
     if s.kind == LISTED:
         row, turn = row * s.azimuths.size + turn, 0
     d = rotated(s.rotation, direction(s.kind, s.rows[row], s.planes[turn]))
@@ -126,7 +135,7 @@ def ray_hits(s: Spinner, row: int, turn: int, cell: Cell) -> bool:
 
 
 @inlined
-def _azimuth(u: float, v: float) -> float:
+def azimuth_of(u: float, v: float) -> float:
     """atan2(v, u) but for BEARING, by a polynomial in half an octant (Hastings 1955): much quicker."""
     low, high = min(abs(u), abs(v)), max(abs(u), abs(v))
     t = low / high if high > 0.0 else 0.0
@@ -161,6 +170,47 @@ def _place(s: Spinner, past: float) -> int:
     while place < count and s.azimuths[place] - first < past:
         place += 1
     return place
+
+
+@inlined
+def _stopped_about(s: Spinner, beams: Beams, beam: int, azimuth: float, half: float) -> tuple[int, int]:
+    """How many rays a beam has about an azimuth, to either side of it, and how many of them are stopped."""
+    before, count = s.stopped_before[beam], s.azimuths.size
+    if half >= 0.5 * np.pi or before[count] == 0:
+        return count, int(before[count])
+    left = azimuth - half - beams.offset[beam] - s.azimuths[0]
+    left -= np.floor(left / A_TURN) * A_TURN
+    right = left + 2.0 * half
+    first, end = _place(s, left), _place(s, min(right, A_TURN))
+    rays, stopped = end - first, int(before[end] - before[first])
+    if right > A_TURN:
+        again = min(_place(s, right - A_TURN), first)
+        return rays + again, stopped + int(before[again])
+    return rays, stopped
+
+
+@inlined
+def _are_stopped(s: Spinner, beams: Beams, beam: int, azimuth: float, half: float) -> bool:
+    """Whether all rays of a beam about an azimuth are stopped."""
+    rays, stopped = _stopped_about(s, beams, beam, azimuth, half + BEARING)
+    return rays == stopped
+
+
+@inlined
+def stopped_among(
+    s: Spinner, beams: Beams, beam: int, place: tuple[float, float, float], around: float
+) -> tuple[int, int]:
+    """How many rays of a beam may pass a ball at a place on its cone, and how many of them are stopped."""
+    x, y, z = place
+    r = s.rotation
+    u = r[0, 0] * x + r[1, 0] * y + r[2, 0] * z
+    v = r[0, 1] * x + r[1, 1] * y + r[2, 1] * z
+    flat = np.sqrt(u * u + v * v)
+    if around >= 0.9 * flat:
+        return _stopped_about(s, beams, beam, 0.0, np.pi)
+    share = around / flat
+    half = share * (1.0 + 0.571 * share * share) + 2.0 * BEARING  # no less than the arc sine
+    return _stopped_about(s, beams, beam, azimuth_of(u, v), half)
 
 
 @inlined
@@ -231,9 +281,11 @@ def any_ray_hits(s: Spinner, beams: Beams, cell: Cell) -> bool:
         if not is_known:
             r = s.rotation
             u = r[0, 0] * x + r[1, 0] * y + r[2, 0] * z
-            azimuth = _azimuth(u, r[0, 1] * x + r[1, 1] * y + r[2, 1] * z)
+            azimuth = azimuth_of(u, r[0, 1] * x + r[1, 1] * y + r[2, 1] * z)
             is_known = True
         width = np.pi if narrow < 0.0 else _half_width(beams, beam, sine, cosine, narrow)
-        if width >= 0.0 and _beam_hits(s, beams, beam, azimuth, width + BEARING, cell):
+        if width < 0.0 or (s.is_stopped.size > 0 and _are_stopped(s, beams, beam, azimuth, width + BEARING)):
+            continue
+        if _beam_hits(s, beams, beam, azimuth, width + BEARING, cell):
             return True
     return False

@@ -21,6 +21,7 @@ import numpy as np
 from riglens.core.kernels.jit import inlined, kernel, parallel_kernel
 from riglens.core.kernels.planes import Fan, FanWork, Space, clip_side, walk_alone
 from riglens.core.kernels.profile import TOLERANCE, Profile
+from riglens.core.kernels.spans import is_limited, limit_levels
 from riglens.core.kernels.ties import Start, untie
 
 FARTHEST_ORIGIN = 5e3
@@ -111,9 +112,17 @@ def _place_events(course: Course, at: np.ndarray, stretch: float, places: np.nda
 
 @inlined
 def _mark_columns(
-    profile: Profile, first: int, end: int, start: int, count: int, work: FanWork, marks: np.ndarray
+    profile: Profile,
+    first: int,
+    end: int,
+    start: int,
+    count: int,
+    limited: bool,
+    work: FanWork,
+    marks: np.ndarray,
 ) -> None:
-    """Mark the levels of the profile in the columns crossed, from `start` on; the events first..end-1 happen there."""
+    """Mark the levels of the profile in the columns crossed, from `start` on; the events first..end-1 happen there.
+    limited: only those in work.allowed."""
     depth = profile.masks.shape[1]
     work.begins[:, :count], work.toggles[:, :count] = 0, 0
     for event in range(first, end):
@@ -124,6 +133,12 @@ def _mark_columns(
         work.begins[level >> 6, place] |= bit if change > 0 else np.uint64(0)
     for part in range(depth):
         levels, word = profile.masks[first, part], np.int64(start * depth + part)
+        if limited:
+            for i in range(count):
+                marks[word] |= (levels | work.begins[part, i]) & work.allowed[part, i]
+                levels ^= work.toggles[part, i]
+                word += np.int64(work.ways[i]) * depth
+            continue
         for i in range(count):
             marks[word] |= levels | work.begins[part, i]
             levels ^= work.toggles[part, i]
@@ -147,6 +162,9 @@ def _walk_plane(
     fan: Fan, space: Space, profile: Profile, plane: int, box: np.ndarray, work: FanWork, marks: np.ndarray
 ) -> bool:
     """Walk one plane through a box; False when it comes too close to a face or an edge to be decided here."""
+    limited = is_limited(fan, plane)
+    if limited and fan.span_starts[plane] == fan.span_starts[plane + 1]:
+        return True
     hx, hy, scale, at = fan.headings[plane, 0], fan.headings[plane, 1], fan.scales[plane], profile.at
     gx, gy, ny = space.origin[0], space.origin[1], space.shape[1]
     if min(abs(hx), abs(hy)) < STRAIGHTEST and not (_stays_between(gx, hx) or _stays_between(gy, hy)):
@@ -180,7 +198,10 @@ def _walk_plane(
         origin = Start(int(ix), int(iy), way_x, way_y, ox, oy, course.ax / scale, course.ay / scale, count)
         if not untie(fan, space, profile, (first, end), plane, origin, box, work, marks):
             return False
-    _mark_columns(profile, first, end, int(ix) * ny + int(iy), count, work, marks)
+    begin = int(ix) * ny + int(iy)
+    if limited and not limit_levels(fan, space, plane, begin, count, s_in, box, work):
+        return False
+    _mark_columns(profile, first, end, begin, count, limited, work, marks)
     return True
 
 
@@ -207,6 +228,8 @@ def mark_fan(
             np.empty((depth, crossed), np.uint64),
             np.empty((depth, crossed), np.uint64),
             np.empty((crossed, 3), np.int32),
+            np.empty((2, crossed), np.int32),
+            np.empty((depth, crossed), np.uint64),
         )
         box = space.box.copy()
         box[0], box[1] = max(box[0], slabs[worker, 0]), min(box[1], slabs[worker, 1])

@@ -17,9 +17,11 @@ import numba
 import numpy as np
 
 from riglens.core.kernels.bits import mark_levels
+from riglens.core.kernels.cast import NONE_STOPPED
 from riglens.core.kernels.codes import CAMERA
 from riglens.core.kernels.jit import inlined, kernel, parallel_kernel
 from riglens.core.kernels.lattice import direction, rotated
+from riglens.core.kernels.predicates import Vector
 from riglens.core.kernels.walk import FARTHEST, Cell, Ray, hits_cell
 
 BALL = 0.499
@@ -29,6 +31,10 @@ SPHERE = 0.8661
 NEAREST = 0.01
 """Corners closer to the camera's plane than this are not projected."""
 SLACK = 1e-6
+TILE = 8
+NONE, SOME, ALL = 0, 1, 2
+"""How many rays of a rectangle are stopped."""
+NO_TILES = np.zeros((0, 0), np.int64)
 
 
 class Frustum(NamedTuple):
@@ -38,6 +44,8 @@ class Frustum(NamedTuple):
     sides (4, 3): inward unit normals of the planes through the image borders; image (4,): u = (0) - (1) y / x and
     v = (2) - (3) z / x; depth_limit: the forward distance up to which a ray is within BALL of any point; outline
     (8, 2): corners, in x and y of the grid, of what holds the centres of all voxels that are marked or tested.
+    is_stopped (rays,) as in `riglens.core.kernels.cast.Cast`; stopped_before (m + 1, n + 1): how many are in tiles of
+    TILE x TILE rays above and to the left; both empty where none is.
     """
 
     rows: np.ndarray
@@ -50,6 +58,8 @@ class Frustum(NamedTuple):
     image: np.ndarray
     depth_limit: float
     outline: np.ndarray
+    is_stopped: np.ndarray = NONE_STOPPED
+    stopped_before: np.ndarray = NO_TILES
 
 
 class VoxelWork(NamedTuple):
@@ -95,9 +105,46 @@ def _levels_within(f: Frustum, x: float, y: float, z: float, room: float) -> tup
 
 @inlined
 def _hits(f: Frustum, u: int, v: int, cell: Cell) -> bool:
-    """Whether the ray (u, v) traverses a voxel, exactly."""
+    """Whether the ray (u, v) is cast and traverses a voxel, exactly."""
+    if f.is_stopped.size > 0 and f.is_stopped[v * f.planes.shape[0] + u]:
+        return False
     d = rotated(f.rotation, direction(CAMERA, f.rows[v], f.planes[u]))
     return hits_cell(Ray((f.origin[0], f.origin[1], f.origin[2]), d, 0.0, FARTHEST), cell)
+
+
+@kernel
+def count_stopped(is_stopped: np.ndarray, before: np.ndarray) -> None:
+    """Write `Frustum.stopped_before` of is_stopped (rows, columns); zeros before."""
+    rows, columns = is_stopped.shape
+    for v in range(rows):
+        for u in range(columns):
+            before[v // TILE + 1, u // TILE + 1] += is_stopped[v, u]
+    for i in range(1, before.shape[0]):
+        for j in range(1, before.shape[1]):
+            before[i, j] += before[i - 1, j] + before[i, j - 1] - before[i - 1, j - 1]
+
+
+@inlined
+def _stopped_within(f: Frustum, u0: float, u1: float, v0: float, v1: float) -> int:
+    """Whether none, some or all rays of the tiles around the rectangle u0..u1, v0..v1 of the lattice are stopped."""
+    if f.is_stopped.size == 0:
+        return NONE
+    rows, columns = f.rows.shape[0], f.planes.shape[0]
+    left, top = int(min(max(u0, 0.0), columns - 1.0)) // TILE, int(min(max(v0, 0.0), rows - 1.0)) // TILE
+    right = int(min(max(np.ceil(u1), 0.0), columns - 1.0)) // TILE + 1
+    bottom = int(min(max(np.ceil(v1), 0.0), rows - 1.0)) // TILE + 1
+    before = f.stopped_before
+    count = before[bottom, right] - before[top, right] - before[bottom, left] + before[top, left]
+    if count == 0:
+        return NONE
+    every = (min(bottom * TILE, rows) - top * TILE) * (min(right * TILE, columns) - left * TILE)
+    return ALL if count == every else SOME
+
+
+@inlined
+def _pixel(f: Frustum, x: float, y: float, z: float) -> tuple[float, float]:
+    """Place in the lattice of a point in the camera frame, before the camera."""
+    return f.image[0] - f.image[1] * y / x, f.image[2] - f.image[3] * z / x
 
 
 @kernel
@@ -179,6 +226,9 @@ def _any_hits(f: Frustum, cell: Cell, work: VoxelWork) -> bool:
     for corner in range(8):
         points[corner, 0] = f.image[0] - f.image[1] * corners[corner, 1] / corners[corner, 0]
         points[corner, 1] = f.image[2] - f.image[3] * corners[corner, 2] / corners[corner, 0]
+    u0, u1, v0, v1 = points[:, 0].min(), points[:, 0].max(), points[:, 1].min(), points[:, 1].max()
+    if _stopped_within(f, u0 - 1.0, u1 + 1.0, v0 - 1.0, v1 + 1.0) == ALL:
+        return False
     first_v = max(int(np.ceil(points[:, 1].min() - SLACK)), 0)
     last_v = min(int(np.floor(points[:, 1].max() + SLACK)), rows - 1)
     for v in range(first_v, last_v + 1):
@@ -187,6 +237,30 @@ def _any_hits(f: Frustum, cell: Cell, work: VoxelWork) -> bool:
         if _row_hits(f, v, first_u, last_u, cell):
             return True
     return False
+
+
+@inlined
+def _is_free(f: Frustum, start: Vector, step: Vector, first: int, last: int) -> bool:
+    """Whether no ray is stopped that is the nearest to the centre of a voxel at start + level step, in camera frame."""
+    x0, x1 = start[0] + first * step[0], start[0] + last * step[0]
+    if min(x0, x1) < 0.5:
+        return False
+    u0, v0 = _pixel(f, x0, start[1] + first * step[1], start[2] + first * step[2])
+    u1, v1 = _pixel(f, x1, start[1] + last * step[1], start[2] + last * step[2])
+    return (
+        _stopped_within(f, min(u0, u1) - 1.0, max(u0, u1) + 1.0, min(v0, v1) - 1.0, max(v0, v1) + 1.0) == NONE
+    )
+
+
+@inlined
+def _is_nearest_free(f: Frustum, centre: Vector) -> bool:
+    """Whether the ray nearest to a place in the view, in camera frame, is not stopped."""
+    if centre[0] < 0.5:
+        return False
+    columns, rows = f.planes.shape[0], f.rows.shape[0]
+    u, v = _pixel(f, centre[0], centre[1], centre[2])
+    column, row = int(min(max(np.rint(u), 0.0), columns - 1.0)), int(min(max(np.rint(v), 0.0), rows - 1.0))
+    return not f.is_stopped[row * columns + column]
 
 
 @kernel
@@ -203,16 +277,23 @@ def _mark_column(f: Frustum, ix: int, iy: int, keep: np.ndarray, marks: np.ndarr
         return
     low, high = _levels_within(f, x, y, z, 0.0)
     sure_first, sure_last = max(int(np.ceil(max(low, -1.0))), first), min(int(np.floor(min(high, 1e6))), last)
-    if sure_first <= sure_last:
+    is_sure = sure_first <= sure_last
+    ez = (f.rotation[2, 0], f.rotation[2, 1], f.rotation[2, 2])
+    if is_sure and f.is_stopped.size > 0:
+        is_sure = _is_free(f, (x, y, z), ez, sure_first, sure_last)
+    if is_sure:
         mark_levels(marks, base, sure_first, sure_last)
-    else:
-        sure_first, sure_last = last + 1, last
     for level in range(first, last + 1):
-        if sure_first <= level <= sure_last:
+        if is_sure and sure_first <= level <= sure_last:
             continue
         bit = np.uint64(1) << np.uint64(level & 63)
         word = base + (level >> 6)
-        if keep[word] & bit != 0 and _any_hits(f, (ix, iy, level), work):
+        if keep[word] & bit == 0:
+            continue
+        is_nearest_free = False
+        if not is_sure and f.is_stopped.size > 0 and sure_first <= level <= sure_last:
+            is_nearest_free = _is_nearest_free(f, (x + level * ez[0], y + level * ez[1], z + level * ez[2]))
+        if is_nearest_free or _any_hits(f, (ix, iy, level), work):
             marks[word] |= bit
 
 

@@ -18,7 +18,9 @@ class Fan(NamedTuple):
     headings (planes, 2) unit vectors in x and y of the vehicle; slopes (rays,), ascending, are dz by forward
     distance, which is scales (planes,) times the distance along the heading; near, far (rays,): forward distances
     at which they begin and end, reach (2,) the distances along the rays; row_of (rays,): table row of each slope;
-    steep (k,): other rows.
+    steep (k,): other rows. is_stopped as in `riglens.core.kernels.cast.Cast`; where some are, spans (k, 2) are the runs
+    of slopes that are not, first and last, those of a plane span_starts[plane]..span_starts[plane + 1]; has_bounds:
+    whether spans may be laid over planes (see `riglens.core.kernels.spans`).
     """
 
     kind: int
@@ -32,6 +34,10 @@ class Fan(NamedTuple):
     reach: np.ndarray
     row_of: np.ndarray
     steep: np.ndarray
+    is_stopped: np.ndarray
+    span_starts: np.ndarray
+    spans: np.ndarray
+    has_bounds: bool
 
 
 class Space(NamedTuple):
@@ -47,13 +53,17 @@ class Space(NamedTuple):
 class FanWork(NamedTuple):
     """Work space of one worker: way to the next column crossed, int32 (columns,); place of each event among the
     columns, int32 (events + 1,); what changes in a column, levels that begin there, and levels that begin or end,
-    uint64 (words per column, columns); runs of a ray walked alone, int32 (columns, 3)."""
+    uint64 (words per column, columns); runs of a ray walked alone, int32 (columns, 3); lowest and highest level that a
+    span reaches, int32 (2, columns), and the levels that all spans of a plane reach, uint64 (words per column,
+    columns)."""
 
     ways: np.ndarray
     places: np.ndarray
     begins: np.ndarray
     toggles: np.ndarray
     runs: np.ndarray
+    limits: np.ndarray
+    allowed: np.ndarray
 
 
 @inlined
@@ -68,7 +78,9 @@ def clip_side(g: float, h: float, low: int, high: int, s_in: float, s_out: float
 def walk_alone(
     fan: Fan, space: Space, plane: int, row: int, box: np.ndarray, marks: np.ndarray, runs: np.ndarray
 ) -> None:
-    """Walk one ray exactly through a box of cells, int64 (6,), and mark the voxels that it meets."""
+    """Walk one ray, unless it is stopped, exactly through a box of cells, int64 (6,), and mark the voxels it meets."""
+    if fan.is_stopped.size > 0 and fan.is_stopped[row * fan.planes.shape[0] + plane]:
+        return
     d = rotated(space.rotation, direction(fan.kind, fan.rows[row], fan.planes[plane]))
     g = (space.origin[0], space.origin[1], space.origin[2])
     depth = (space.shape[2] + 63) // 64

@@ -13,10 +13,10 @@ import numpy as np
 
 from riglens.core.kernels.bits import FULL_WORD
 from riglens.core.kernels.cast import Cast
+from riglens.core.kernels.cones import A_TURN, azimuth_of
 from riglens.core.kernels.jit import inlined
 from riglens.core.kernels.predicates import Vector
 
-A_TURN = 2.0 * np.pi
 BEARING = 4e-5
 """Radians: more than azimuths by a polynomial are off."""
 BLUR = 1e-9
@@ -68,15 +68,9 @@ def upto(finder: np.ndarray, scale: np.ndarray, place: float) -> int:
 
 @inlined
 def bearing(u: float, v: float) -> float:
-    """atan2(v, u) in [0, 2 pi) but for BEARING / 2, by a polynomial in half an octant (Hastings 1955)."""
-    low, high = min(abs(u), abs(v)), max(abs(u), abs(v))
-    t = low / high if high > 0.0 else 0.0
-    square = t * t
-    rest = 0.1801410 + square * (-0.0851330 + square * 0.0208351)
-    angle = t * (0.9998660 + square * (-0.3302995 + square * rest))
-    angle = angle if abs(v) <= abs(u) else 0.5 * np.pi - angle
-    angle = angle if u >= 0.0 else np.pi - angle
-    return angle if v >= 0.0 else A_TURN - angle
+    """atan2(v, u) in [0, 2 pi), but for half of BEARING."""
+    angle = azimuth_of(u, v)
+    return angle if angle >= 0.0 else angle + A_TURN
 
 
 @inlined

@@ -20,12 +20,12 @@ import numpy as np
 
 from riglens.core.kernels.cast import Cast
 from riglens.core.kernels.codes import LISTED
+from riglens.core.kernels.cones import A_TURN
 from riglens.core.kernels.face import DOUBT, Face, ball_around, between, face_of, size_of
 from riglens.core.kernels.jit import inlined, kernel, parallel_kernel
 from riglens.core.kernels.lattice import direction, rotated
 from riglens.core.kernels.predicates import Vector
 from riglens.core.kernels.screen import (
-    A_TURN,
     BEARING,
     BLUR,
     Screen,

@@ -10,82 +10,32 @@ in which rays are too far apart are left to the ray walk.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numba
 import numpy as np
 
 from riglens.core.kernels.bits import FULL_WORD, lowest_bit
-from riglens.core.kernels.cones import HALF_COLUMN, SLACK, Beams, Spinner, any_ray_hits, height
+from riglens.core.kernels.cones import HALF_COLUMN, SLACK, Beams, Spinner, any_ray_hits, height, stopped_among
+from riglens.core.kernels.cores import Shells, find_free, is_in_core, is_in_free_core, mark_core
 from riglens.core.kernels.jit import inlined, kernel, parallel_kernel
+from riglens.core.kernels.tiles import (
+    COVERS,
+    HALF_TILE,
+    MISSES,
+    MIXED,
+    TILE,
+    Tile,
+    TileWork,
+    add_levels,
+    find_wanted,
+    level_of,
+    mask_of,
+    reaches,
+    tile_at,
+)
 from riglens.core.kernels.walk import FARTHEST
 
-TILE = 16
-"""Columns along each edge of a tile."""
-HALF_TILE = 11.4
-"""A little more than half the diagonal of a tile."""
 ROUND_TIP = 6.0
 """Voxels in plan from the sensor within which sheets turn too much: everything there is tested."""
-MISSES, MIXED, COVERS = 0, 1, 2
-"""Whether a beam has rays all over a tile: nowhere, perhaps, everywhere."""
-
-
-class Shells(NamedTuple):
-    """Cores by number: the beams low and high (shells,) between which neighbours are close, and the squared radius of
-    each; since (shells, beams): from which distance on, and until (shells,) which, all that a beam meets is in it."""
-
-    low: np.ndarray
-    high: np.ndarray
-    squared: np.ndarray
-    since: np.ndarray
-    until: np.ndarray
-
-
-class TileWork(NamedTuple):
-    """Work space of one worker: heights (TILE + 1, TILE + 1) of a sheet at the corners of columns; meets, hits int32
-    (2, TILE²): from, to of the levels that it meets and of those that it hits for certain; asked, sure uint64 (words
-    per column, TILE²): all of these levels; has_rays, is_full uint64 (TILE²): all bits where a sheet may have rays,
-    and where it has them all over the column."""
-
-    heights: np.ndarray
-    meets: np.ndarray
-    hits: np.ndarray
-    asked: np.ndarray
-    sure: np.ndarray
-    has_rays: np.ndarray
-    is_full: np.ndarray
-
-
-class Tile(NamedTuple):
-    """A tile: first column ix, iy; place x, y of that corner seen from the sensor; nearest, farthest in plan; tall: the
-    largest height in the box, seen from the sensor; low, high: heights of the box seen from the sensor."""
-
-    ix: int
-    iy: int
-    x: float
-    y: float
-    nearest: float
-    farthest: float
-    low: float
-    high: float
-
-
-@inlined
-def _tile(s: Spinner, ix: int, iy: int) -> Tile:
-    """The tile that begins at a column."""
-    x, y = ix - s.origin[0], iy - s.origin[1]
-    near_x, near_y = max(max(x, -x - TILE), 0.0), max(max(y, -y - TILE), 0.0)
-    far_x, far_y = max(abs(x), abs(x + TILE)), max(abs(y), abs(y + TILE))
-    return Tile(
-        ix, iy, x, y, np.hypot(near_x, near_y), np.hypot(far_x, far_y),
-        s.box[4] - s.origin[2], s.box[5] - s.origin[2],
-    )  # fmt: skip
-
-
-@inlined
-def _reaches(tile: Tile) -> float:
-    """The longest way from the sensor to a point of the tile in the box."""
-    return float(np.hypot(tile.farthest, max(abs(tile.low), abs(tile.high))))
 
 
 @inlined
@@ -114,55 +64,6 @@ def _in_reach(s: Spinner, nearest: float, farthest: float) -> int:
     if nearest > s.reach[0] + SLACK and farthest < s.reach[1] - SLACK:
         return COVERS
     return MISSES if nearest > s.reach[1] + SLACK or farthest < s.reach[0] - SLACK else MIXED
-
-
-@inlined
-def _mask(low: int | np.int32, high: int | np.int32, part: int) -> np.uint64:
-    """Bits low..high of the word `part` of a column; none where low > high."""
-    first, last = int(low) - 64 * part, int(high) - 64 * part
-    shown = (first <= last) & (first < 64) & (last >= 0)
-    mask = (FULL_WORD << np.uint64(min(max(first, 0), 63))) & (
-        FULL_WORD >> np.uint64(63 - min(max(last, 0), 63))
-    )
-    return mask if shown else np.uint64(0)
-
-
-@inlined
-def _add_levels(levels: np.ndarray, bits: np.ndarray) -> None:
-    """Add levels from, to (2, columns) to the bits (words per column, columns)."""
-    for part in range(bits.shape[0]):
-        for place in range(TILE * TILE):
-            bits[part, place] |= _mask(levels[0, place], levels[1, place], part)
-
-
-@inlined
-def _level(height: float) -> np.int32:
-    """The level of a height, as a number that fits into 32 bits."""
-    return np.int32(np.floor(min(max(height, -1e6), 1e6)))
-
-
-@kernel
-def _mark_core(s: Spinner, beams: Beams, shells: Shells, tile: Tile, work: TileWork) -> None:
-    """Set the bits of all voxels of a tile whose centre is in a core."""
-    axis, levels = s.axis, work.hits
-    for shell in range(shells.low.size):
-        low, high, squared = shells.low[shell], shells.high[shell], shells.squared[shell]
-        if tile.nearest * tile.nearest >= squared:
-            continue
-        fall_low, rise_low, open_low = beams.fall[low], beams.rise[low], beams.open[low]
-        fall_high, rise_high, open_high = beams.fall[high], beams.rise[high], beams.open[high]
-        for i in range(TILE):
-            x = tile.x + i + 0.5
-            for j in range(TILE):
-                y = tile.y + j + 0.5
-                flat, q = x * x + y * y, axis[0] * x + axis[1] * y
-                tall = np.sqrt(max(squared - flat, 0.0))
-                bottom = fall_low * q + rise_low * np.sqrt(q * q + open_low * flat)
-                top = fall_high * q + rise_high * np.sqrt(q * q + open_high * flat)
-                bottom, top = max(max(bottom, -tall), tile.low), min(min(top, tall), tile.high)
-                levels[0, i * TILE + j] = _level(bottom + (SLACK + 0.5 + s.origin[2]))
-                levels[1, i * TILE + j] = _level(top + (s.origin[2] - SLACK - 0.5))
-        _add_levels(levels, work.sure)
 
 
 @inlined
@@ -218,20 +119,21 @@ def _levels(
             a, b, c, d = heights[i, j], heights[i, j + 1], heights[i + 1, j], heights[i + 1, j + 1]
             low, high = min(min(a, b), min(c, d)), max(max(a, b), max(c, d))
             place = i * TILE + j
-            first, last = _level(low - room), _level(high + room)
+            first, last = level_of(low - room), level_of(high + room)
             one = close and first == last
             meets[0, place], meets[1, place] = first, last
-            hits[0, place] = first if one else _level(low + drop) if can else np.int32(1)
-            hits[1, place] = last if one else _level(high - drop) if can else np.int32(0)
+            hits[0, place] = first if one else level_of(low + drop) if can else np.int32(1)
+            hits[1, place] = last if one else level_of(high - drop) if can else np.int32(0)
 
 
 @kernel
 def _add_border(s: Spinner, beams: Beams, tile: Tile, beam: int, work: TileWork) -> None:
-    """Add the levels of a sheet that ends in the tile, at the border of sector or range, column by column."""
+    """Add the levels of a sheet that ends in the tile, at the border of sector or range or where rays are stopped,
+    column by column."""
     heights, has_rays, is_full = work.heights, work.has_rays, work.is_full
     room = HALF_COLUMN * np.sqrt(1.0 + beams.slope[beam] ** 2) + 0.5 * beams.bend[beam] / tile.nearest + SLACK
     sides, begin, end = beams.sides[beam], s.reach[0], s.reach[1]
-    narrow = s.azimuths[-1] - s.azimuths[0] <= np.pi
+    narrow, all_free = s.azimuths[-1] - s.azimuths[0] <= np.pi, work.free[beam] == COVERS
     for i in range(TILE):
         x = tile.x + i + 0.5
         for j in range(TILE):
@@ -244,12 +146,16 @@ def _add_border(s: Spinner, beams: Beams, tile: Tile, beam: int, work: TileWork)
             if not s.is_sector:
                 inside = FARTHEST
             inside = min(inside, min(distance - begin, end - distance))
-            has_rays[i * TILE + j] = FULL_WORD if inside >= -room else np.uint64(0)
-            is_full[i * TILE + j] = FULL_WORD if inside > room else np.uint64(0)
+            some = every = True
+            if not all_free and work.is_wanted[i * TILE + j]:
+                rays, stopped = stopped_among(s, beams, beam, (x, y, z), room)
+                some, every = stopped < rays, stopped == 0
+            has_rays[i * TILE + j] = FULL_WORD if some and inside >= -room else np.uint64(0)
+            is_full[i * TILE + j] = FULL_WORD if every and inside > room else np.uint64(0)
     for part in range(work.sure.shape[0]):
         for place in range(TILE * TILE):
-            met = _mask(work.meets[0, place], work.meets[1, place], part)
-            hit = _mask(work.hits[0, place], work.hits[1, place], part)
+            met = mask_of(work.meets[0, place], work.meets[1, place], part)
+            hit = mask_of(work.hits[0, place], work.hits[1, place], part)
             work.asked[part, place] |= met & has_rays[place]
             work.sure[part, place] |= hit & is_full[place]
 
@@ -263,31 +169,33 @@ def _forget_far(tile: Tile, radius: float, work: TileWork) -> None:
             work.sure[:, place], work.asked[:, place] = 0, 0
 
 
-@inlined
-def _is_in_core(shells: Shells, beam: int, nearest: float, farthest: float) -> bool:
-    """Whether all that a beam meets between two distances is in a core."""
-    for shell in range(shells.low.size):
-        if nearest >= shells.since[shell, beam] and farthest <= shells.until[shell]:
-            return True
-    return False
-
-
 @kernel
 def _add_beams(
-    s: Spinner, beams: Beams, shells: Shells, tile: Tile, radius: float, has_core: bool, work: TileWork
+    s: Spinner,
+    beams: Beams,
+    shells: Shells,
+    tile: Tile,
+    radius: float,
+    has_core: bool,
+    all_free: bool,
+    work: TileWork,
 ) -> None:
     """Add the sheets of all beams that meet a tile in the box, as far as the radius."""
     axis = s.axis
-    x, y, farthest = tile.x + 0.5 * TILE, tile.y + 0.5 * TILE, _reaches(tile)
+    x, y, farthest = tile.x + 0.5 * TILE, tile.y + 0.5 * TILE, reaches(tile)
     longest = np.hypot(min(tile.farthest, radius), max(abs(tile.low), abs(tile.high)))
     for beam in range(beams.elevation.size):
-        if not np.isfinite(beams.bend[beam]):
+        if not np.isfinite(beams.bend[beam]) or work.free[beam] == MISSES:
             continue
         z = height(axis, beams, beam, x, y)
         spread = HALF_TILE * beams.slope[beam] + SLACK
         if z - spread > tile.high or z + spread < tile.low:
             continue
-        if has_core and _is_in_core(shells, beam, tile.nearest, farthest):
+        if has_core and all_free and is_in_core(shells, beam, tile.nearest, farthest):
+            continue
+        is_sure = work.free[beam] == COVERS
+        mixed = has_core and not all_free and is_sure
+        if mixed and is_in_free_core(beams, shells, beam, tile.nearest, farthest, work.free):
             continue
         around = HALF_TILE * np.sqrt(1.0 + beams.slope[beam] ** 2) + SLACK
         distance = np.sqrt(x * x + y * y + z * z)
@@ -297,9 +205,9 @@ def _add_beams(
             continue
         inset = 0.5 * longest * beams.cosine[beam] * s.step + SLACK
         _levels(s, beams, tile, beam, inset, _drop(s, beams, tile, beam, (x, y, z), inset), work)
-        if reach == COVERS and sector == COVERS:
-            _add_levels(work.hits, work.sure)
-            _add_levels(work.meets, work.asked)
+        if is_sure and reach == COVERS and sector == COVERS:
+            add_levels(work.hits, work.sure)
+            add_levels(work.meets, work.asked)
         else:
             _add_border(s, beams, tile, beam, work)
 
@@ -308,7 +216,7 @@ def _add_beams(
 def _core_holds(s: Spinner, beams: Beams, tile: Tile) -> bool:
     """Whether a whole tile is so well inside sector and range that a core may be marked there."""
     begins = s.reach[0] > 0.0 and tile.nearest < s.reach[0] + 1.0
-    if begins or _reaches(tile) > s.reach[1] - 1.0:
+    if begins or reaches(tile) > s.reach[1] - 1.0:
         return False
     if not s.is_sector:
         return True
@@ -337,20 +245,22 @@ def _mark_tile(
     """Mark the voxels of one tile that a ray traverses, as far as the radius."""
     ny, depth = s.shape[1], (s.shape[2] + 63) // 64
     work.sure[:], work.asked[:] = 0, 0
-    has_core = _core_holds(s, beams, tile)
+    if not find_wanted(s, tile, keep, work):
+        return
+    has_core, all_free = _core_holds(s, beams, tile), find_free(s, beams, tile, work)
     if has_core:
-        _mark_core(s, beams, shells, tile, work)
+        mark_core(s, beams, shells, tile, work)
     if tile.nearest < ROUND_TIP:
         work.asked[:] = FULL_WORD
     else:
-        _add_beams(s, beams, shells, tile, radius, has_core, work)
+        _add_beams(s, beams, shells, tile, radius, has_core, all_free, work)
     if tile.farthest > radius:
         _forget_far(tile, radius, work)
     for i in range(min(TILE, s.box[1] - tile.ix)):
         for j in range(min(TILE, s.box[3] - tile.iy)):
             for part in range(depth):
                 word = ((tile.ix + i) * ny + tile.iy + j) * depth + part
-                sure = work.sure[part, i * TILE + j] & _mask(s.box[4], s.box[5] - 1, part)
+                sure = work.sure[part, i * TILE + j] & mask_of(s.box[4], s.box[5] - 1, part)
                 open_ = work.asked[part, i * TILE + j] & ~sure & keep[word] & ~marks[word]
                 while open_ != 0:
                     level = lowest_bit(open_)
@@ -388,9 +298,11 @@ def mark_sheets(
             np.empty((depth, TILE * TILE), np.uint64),
             np.empty(TILE * TILE, np.uint64),
             np.empty(TILE * TILE, np.uint64),
+            np.empty(beams.elevation.size, np.int8),
+            np.empty(TILE * TILE, np.bool_),
         )
         for ix in range(first_row + worker * TILE, end_row, workers * TILE):
             for iy in range(s.box[2], s.box[3], TILE):
-                tile = _tile(s, ix, iy)
+                tile = tile_at(s, ix, iy)
                 if tile.nearest < radius:
                     _mark_tile(s, beams, shells, tile, radius, keep, marks, work)

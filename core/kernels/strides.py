@@ -195,6 +195,9 @@ def mark_strides(
         own = spare[worker - 1] if worker > 0 else marks
         for block in range(worker, blocks, workers):
             for ray in range(first + block * BLOCK, min(first + (block + 1) * BLOCK, end)):
+                if rays.is_stopped.size > 0 and rays.is_stopped[ray]:
+                    left[ray - first] = False
+                    continue
                 d = rotated(
                     rays.rotation, direction(rays.kind, rays.rows[ray // planes], rays.planes[ray % planes])
                 )

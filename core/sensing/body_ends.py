@@ -124,10 +124,13 @@ def _by_triangle(
     has_end, is_over = np.zeros((2, rows, (columns + 63) // 64), np.uint64)
     kernel.find_ends(rays, screen, *barrier, void, workers, at, has_end, is_over)
     stopped, cut = has_end | is_over, has_end & ~is_over
-    is_stopped = np.zeros((rows, columns), np.bool_)
-    if not stopped.any():
+    is_stopped, some = np.zeros((rows, columns), np.bool_), np.flatnonzero(stopped.any(axis=1))
+    if not some.size:
         return _no_shadow(is_stopped.size)
-    is_stopped[screen.row_of[:, None], screen.column_of] = _unpacked(stopped, columns)
+    if screen.is_camera:
+        is_stopped[some] = _unpacked(stopped[some], columns)
+    else:
+        is_stopped[screen.row_of[some][:, None], screen.column_of] = _unpacked(stopped[some], columns)
     row, column = np.nonzero(_unpacked(cut, columns)) if cut.any() else np.zeros((2, 0), np.int64)
     number = screen.row_of[row] * columns + screen.column_of[column]
     order = np.argsort(number)

@@ -3,11 +3,16 @@
 import numpy as np
 import pytest
 
-from riglens.core.engine.audit import FATES, audit
+from riglens.core.engine.audit import FATES, _fates, audit
+from riglens.core.engine.caster import Caster
 from riglens.core.engine.engine import Engine
+from riglens.core.kernels.jit import use_threads
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.rig.model import EvenAngles, Lidar, Rig, Vehicle
-from tests.core.builders import camera, field_of, grid_of, random_field, rig_of, spinning
+from riglens.core.sensing.body_ends import barrier_of
+from tests.core.audit_by_ray import fates_by_ray
+from tests.core.builders import camera, field_of, grid_of, random_field, random_sensor, rig_of, spinning
+from tests.core.vehicle.solids import soup
 
 GRID = grid_of(40, 40, 8, 0.5)
 LOW = Vehicle(length=3.0, width=1.5, height=1.2)
@@ -69,3 +74,26 @@ def test_what_two_sensors_both_see_is_new_with_neither_and_what_passes_by_never_
     found = audit(field_of(GRID), rig_of(ray, ray.replace(name="b"), away), "ignored").sensors
     fates = [next(fate for fate in FATES if sensor.counts[fate]) for sensor in found]
     assert fates == ["seen_by_others", "seen_by_others", "never_enters"]
+
+
+@pytest.mark.parametrize("seed", range(24))
+def test_every_ray_has_the_fate_that_python_gives_it_on_any_number_of_threads(seed: int) -> None:
+    """Sensors anywhere and turned anyhow, in and out of the grid, with ranges, one or two words to a column."""
+    use_threads(3)
+    rng = np.random.default_rng(seed)
+    field = random_field(grid_of(20, 15, (8, 70)[seed % 2], 0.5), rng, share=float(rng.choice([0.02, 0.3])))
+    sensor = random_sensor(field.grid, rng, rays=40)
+    others = field.index.words & rng.integers(0, 2**64, field.index.words.size, np.uint64)
+    barrier = barrier_of(sensor, soup(seed, 40)) if seed % 3 else None
+    expected = fates_by_ray(Caster(field), sensor, barrier, others)
+    for workers in (1, 3):
+        np.testing.assert_array_equal(_fates(Caster(field, workers), sensor, barrier, others), expected)
+
+
+def test_rays_that_kernels_leave_open_have_their_fates_too() -> None:
+    """Angles so small that only rational numbers can tell: along a beam, and down at the ground."""
+    field = field_of(GRID)
+    ray = Lidar(name="a", position=(0.1, 0.1, 2.0), elevations_deg=(1e-200, -60.0), azimuths_deg=(1e-200,))
+    nothing = np.zeros_like(field.index.words)
+    found = _fates(Caster(field), ray, None, nothing)
+    np.testing.assert_array_equal(found, fates_by_ray(Caster(field), ray, None, nothing))

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from riglens.core.engine.caster import Caster
 from riglens.core.engine.engine import Engine, Evaluation, evaluate_from_scratch
-from riglens.core.engine.patches import Patch, cut_up, free_patches, largest_rectangle, patches_between
 from riglens.core.errors import InputError
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import METHODS, READINGS, MetricSettings
@@ -84,7 +83,7 @@ def ray_by_ray(field: EntropyField, mesh: BodyMesh, sensor: Sensor) -> Mask:
     caster, marks = Caster(field), np.zeros_like(field.index.words)
     solid = CarBody(FILE, mesh).solid()
     ends = body_ends(sensor, solid) / field.grid.voxel_m
-    caster._mark_rays(caster._rays(sensor, "exact")._replace(ends=ends), marks, lambda: False)
+    caster._mark_rays(caster.rays(sensor, "exact")._replace(ends=ends), marks, lambda: False)
     return unpack(field.grid, marks & field.index.words)
 
 
@@ -282,62 +281,12 @@ def test_another_model_with_a_larger_housing_is_another_sensor() -> None:
 
 
 def test_a_car_that_hides_nothing_from_a_sensor_costs_it_nothing() -> None:
-    """Solids of which no ray meets anything leave the fast ways of casting alone."""
+    """Solids of which no ray meets anything leave the rays as they are."""
     caster = Caster(field_of(GRID))
     sensor = spinning((0.0, 0.0, 1.0))
     away = Solid.of(plate(40.0, half_m=0.1, axis=2))
-    assert caster._rays(sensor, "exact", barrier_of(sensor, away)).ends.size == 0
-
-
-def assert_cut_well(free: Mask) -> list[Patch]:
-    """Free patches hold free rays only; with the rest they hold each ray of the lattice once."""
-    rows, planes = free.shape
-    found = free_patches(free)
-    held = np.zeros(free.shape, np.int64)
-    for patch in found:
-        assert 0 <= patch.first_row < patch.end_row <= rows
-        assert 0 <= patch.first_plane < patch.end_plane <= planes
-        assert free[patch.first_row : patch.end_row, patch.first_plane : patch.end_plane].all()
-    for patch in (*found, *patches_between(found, rows, planes)):
-        held[patch.first_row : patch.end_row, patch.first_plane : patch.end_plane] += 1
-    assert (held == 1).all()
-    return found
-
-
-@settings(max_examples=80)
-@given(seed=seeds, rows=st.integers(1, 80), planes=st.integers(1, 150))
-def test_free_patches_are_free_and_the_rest_is_all_else(seed: int, rows: int, planes: int) -> None:
-    rng = np.random.default_rng(seed)
-    free = np.ones((rows, planes), np.bool_)
-    for _ in range(int(rng.integers(0, 8))):
-        row, plane = int(rng.integers(rows)), int(rng.integers(planes))
-        free[row : row + int(rng.integers(1, 40)), plane : plane + int(rng.integers(1, 60))] = False
-    assert_cut_well(free)
-
-
-@pytest.mark.parametrize("shape", [(1, 1), (1, 90), (90, 1), (30, 40), (200, 300)])
-def test_lattices_all_free_all_blocked_and_chequered(shape: tuple[int, int]) -> None:
-    rows, planes = shape
-    assert [patch.ray_count for patch in assert_cut_well(np.ones(shape, np.bool_))] == [rows * planes]
-    assert assert_cut_well(np.zeros(shape, np.bool_)) == []
-    assert_cut_well(np.indices(shape).sum(axis=0) % 2 == 0)
-
-
-@given(seed=seeds, rows=st.integers(1, 9), columns=st.integers(1, 9))
-def test_no_free_rectangle_is_larger_than_the_largest(seed: int, rows: int, columns: int) -> None:
-    rng = np.random.default_rng(seed)
-    free = rng.random((rows, columns)) < rng.choice([0.3, 0.7, 0.95])
-    free[rng.integers(rows), rng.integers(columns)] = True
-    found = largest_rectangle(free)
-    assert free[found.first_row : found.end_row, found.first_plane : found.end_plane].all()
-    assert found.ray_count == max(
-        Patch(a, b, c, d).ray_count
-        for a in range(rows)
-        for b in range(a + 1, rows + 1)
-        for c in range(columns)
-        for d in range(c + 1, columns + 1)
-        if free[a:b, c:d].all()
-    )
+    (free,) = caster._casts(sensor, "exact", barrier_of(sensor, away))
+    assert free.is_stopped.size == 0
 
 
 ROOF_EDGE: list[Sensor] = [
@@ -360,9 +309,9 @@ def test_dense_sensors_on_the_car_see_what_single_rays_see(sensor: Sensor) -> No
         caster, marks = Caster(field, workers), np.zeros_like(field.index.words)
         assert caster.mark(sensor, "exact", window, marks, barrier=barrier)
         found.append(marks & field.index.words)
-    rays, single = caster._rays(sensor, "exact", barrier), np.zeros_like(field.index.words)
-    patches, others = cut_up(rays)
-    assert 0.1 < sum(patch.ray_count for patch in patches) / sensor.ray_count < 1.0 and others
-    caster._mark_rays(rays, single, lambda: False)
+    ends = body_ends(sensor, solid) / field.grid.voxel_m
+    single = np.zeros_like(field.index.words)
+    caster._mark_rays(caster.rays(sensor, "exact")._replace(ends=ends), single, lambda: False)
+    assert 0.0 < np.isfinite(ends).mean() < 0.9
     np.testing.assert_array_equal(found[0], single & field.index.words)
     np.testing.assert_array_equal(found[1], found[0])

@@ -52,7 +52,7 @@ def test_parts_of_the_grid_follow_one_another_and_are_about_even(
 
 def _work(sensor: Lidar) -> NDArray[np.float64]:
     caster = Caster(field_of(GRID))
-    rays = caster._rays(sensor, "exact")
+    rays = caster.rays(sensor, "exact")
     fan = make_fan(Lattice(rays.kind, rays.rows, rays.planes), rays)
     profile = make_profile(fan, rays)
     assert profile is not None

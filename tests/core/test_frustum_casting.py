@@ -29,7 +29,7 @@ def tilted_camera(seed: int, cast: tuple[int, int], hfov_deg: float) -> Camera:
 
 def is_walked_by_voxels(sensor: Camera) -> bool:
     """Whether the short cut under test is the one taken."""
-    return make_frustum(sensor, Caster(FIELD)._rays(sensor, "exact")) is not None
+    return make_frustum(sensor, Caster(FIELD).rays(sensor, "exact")) is not None
 
 
 @settings(max_examples=12)

@@ -67,7 +67,7 @@ def test_the_engine_covers_the_voxels_of_every_ray(seed: int, make, is_upright: 
 @pytest.mark.parametrize("make", [staggered, bent])
 def test_no_short_cut_is_taken(make) -> None:
     sensor = make(np.random.default_rng(3), (0.0, 0.0, 30.0))
-    rays = Caster(FIELD)._rays(sensor, "exact")
+    rays = Caster(FIELD).rays(sensor, "exact")
     assert not is_plain(rays)
     if isinstance(sensor, Camera):
         assert make_frustum(sensor, rays) is None

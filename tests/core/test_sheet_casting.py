@@ -74,7 +74,7 @@ def differs(seed: int, rooms: tuple[tuple[float, tuple[float, float, float]], ..
     field = field_at(voxel_m, roi_m, float(rng.choice([1.0, 0.3])))
     sensor = any_lidar(rng, field.grid)
     caster, marks = Caster(field, int(rng.integers(1, 4))), np.zeros_like(field.index.words)
-    sheets = make_sheets(sensor, caster._rays(sensor, "exact"))
+    sheets = make_sheets(sensor, caster.rays(sensor, "exact"))
     if sheets is None:
         return ""
     caster._mark_sheets(sheets, marks, lambda: False)
@@ -97,9 +97,9 @@ def test_close_rays_in_any_pose_cover_what_the_oracle_says(seed: int) -> None:
         beams,
         azimuths,
     )
-    assert make_sheets(sensor, Caster(SMALL_FIELD)._rays(sensor, "exact")) is not None
+    assert make_sheets(sensor, Caster(SMALL_FIELD).rays(sensor, "exact")) is not None
     caster, marks = Caster(SMALL_FIELD), np.zeros_like(SMALL_FIELD.index.words)
-    sheets = make_sheets(sensor, caster._rays(sensor, "exact"))
+    sheets = make_sheets(sensor, caster.rays(sensor, "exact"))
     assert sheets is not None
     caster._mark_sheets(sheets, marks, lambda: False)
     assert np.array_equal(unpack(SMALL, marks), exact_cover(SMALL, [sensor]))
@@ -129,7 +129,7 @@ def test_a_model_of_the_library_is_cast_by_sheets(model: str, rpy_deg: tuple[flo
     entry = next(entry for entry in models() if entry.name == model)
     sensor = entry.sensor("L", Pose(position_m=(1.0, 0.2, 2.0), rpy_deg=rpy_deg))
     assert isinstance(sensor, Lidar)
-    assert make_sheets(sensor, Caster(field)._rays(sensor, "exact")) is not None
+    assert make_sheets(sensor, Caster(field).rays(sensor, "exact")) is not None
     seen = seen_by(field, sensor)
     assert seen.sum() > 1_000
     assert np.array_equal(seen, seen_ray_by_ray(field, sensor))

@@ -182,7 +182,7 @@ def test_a_camera_marks_nothing_outside_of_its_window(yaw_deg: float) -> None:
         window, marks = caster.window(sensor), np.zeros(16, np.uint64)
         caster.mark(sensor, "exact", window, marks)
         everywhere = np.zeros(16, np.uint64)
-        caster._mark_rays(caster._rays(sensor, "exact"), everywhere, lambda: False)
+        caster._mark_rays(caster.rays(sensor, "exact"), everywhere, lambda: False)
         assert np.array_equal(marks, everywhere)
         inside = everywhere.reshape(4, 4)[window[0] : window[1], window[2] : window[3]]
         assert np.count_nonzero(inside) == np.count_nonzero(everywhere)
@@ -192,7 +192,7 @@ def test_a_dense_camera_that_pitches_sees_what_its_rays_see() -> None:
     sensor = camera((-1.9, 0.1, 3.4), (0.0, 25.0, 10.0), (60, 60), 40.0)
     caster, marks, alone = Caster(FIELD), np.zeros(16, np.uint64), np.zeros(16, np.uint64)
     caster.mark(sensor, "exact", caster.window(sensor), marks)
-    caster._mark_rays(caster._rays(sensor, "exact"), alone, lambda: False)
+    caster._mark_rays(caster.rays(sensor, "exact"), alone, lambda: False)
     assert np.array_equal(marks, alone)
     assert 10 < sum(int(word).bit_count() for word in marks) < 40
 
@@ -202,11 +202,11 @@ def test_beyond_the_depth_limit_a_camera_that_pitches_sees_what_its_rays_see() -
     long = field_of(grid_of(28, 6, 6))
     sensor = camera((-13.9, 0.1, 3.4), (0.0, 3.0, 1.0), (8, 7), 20.0)
     caster, marks, alone = Caster(long), np.zeros(28 * 6, np.uint64), np.zeros(28 * 6, np.uint64)
-    frustum = make_frustum(sensor, caster._rays(sensor, "exact"))
+    frustum = make_frustum(sensor, caster.rays(sensor, "exact"))
     assert frustum is not None
     assert 18.0 < frustum.depth_limit < 20.0
     caster.mark(sensor, "exact", caster.window(sensor), marks)
-    caster._mark_rays(caster._rays(sensor, "exact"), alone, lambda: False)
+    caster._mark_rays(caster.rays(sensor, "exact"), alone, lambda: False)
     assert np.array_equal(marks, alone)
 
 

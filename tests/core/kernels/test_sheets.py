@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from riglens.core.engine import sheets as engine
 from riglens.core.engine.sheets import Sheets, make_sheets
-from riglens.core.kernels import cones, sheet
+from riglens.core.kernels import cones, sheet, tiles
 from riglens.core.kernels.cast import Cast
 from riglens.core.kernels.codes import LISTED
 from riglens.core.kernels.walk import Ray, hits_cell
@@ -22,6 +22,8 @@ from riglens.core.sensing.rays import lattice
 from tests.core.kernels.tiny import BOX, ENDLESS, SHAPE, SIDE, Voxel, no_voxels, voxels_of
 
 EVERYTHING = np.full(SIDE * SIDE, 0b1111, np.uint64)
+HIGH_UP = np.full(SIDE * SIDE, 1 << 63, np.uint64)
+"""Something worth a test in every column, but not where any beam is."""
 GRID = [(x, y, z) for x in range(SIDE) for y in range(SIDE) for z in range(SIDE)]
 BESIDE = (-9.3, 1.7, 2.2)
 SECTOR = tuple(range(-18, 19))
@@ -166,7 +168,7 @@ def test_a_core_ends_with_its_beams_and_its_radius(gap_deg: float) -> None:
         (-7.3, 2.0, 3.2), (0.0, 0.0, 0.0), np.arange(-12.0, -3.0, gap_deg), np.arange(-40.0, 40.0, gap_deg)
     )
     made, truth = sheets_of(sensor), hit(rays_of(sensor))
-    core = seen_by(made, no_voxels())
+    core = seen_by(made, HIGH_UP)
     assert truth < set(GRID)
     assert core <= truth
     assert seen_by(made) == truth
@@ -178,7 +180,7 @@ def test_a_core_ends_with_its_beams_and_its_radius(gap_deg: float) -> None:
 @pytest.mark.parametrize("part", [0, 1])
 def test_levels_become_bits_of_their_word(low: int, high: int, part: int) -> None:
     levels = {level - 64 * part for level in range(low, high + 1)} & set(range(64))
-    assert int(sheet._mask(low, high, part)) == sum(1 << level for level in levels)
+    assert int(tiles.mask_of(low, high, part)) == sum(1 << level for level in levels)
 
 
 def test_beams_that_are_as_steep_as_they_can_be_are_sheets_too() -> None:
@@ -197,13 +199,13 @@ def test_one_dense_beam_is_a_sheet_without_a_gap() -> None:
 
 
 def test_close_beams_have_a_core_without_a_test() -> None:
-    """Nothing is worth a test: what is marked is the core, all that lies well between the beams."""
+    """Nothing that a beam meets is worth a test: what is marked is the core, all that lies well between the beams."""
     sensor = lidar((-9.3, 2.0, 2.0), beams=np.arange(-8.0, 8.5, 0.5), azimuths=np.arange(-40.0, 40.0, 0.5))
     made = sheets_of(sensor)
     assert made.shells.squared[0] == pytest.approx(
         (0.499 / math.sin(math.hypot(0.25, 0.25) * math.pi / 180)) ** 2, rel=5e-3
     )
-    core = seen_by(made, no_voxels())
+    core = seen_by(made, HIGH_UP)
     assert {(x, y, z) for x, y, z in GRID if x > 2} <= core <= hit(rays_of(sensor))
 
 
@@ -232,7 +234,7 @@ def test_rays_that_reach_a_lower_or_higher_grid_only_far_away_go_on(
 
 
 def test_voxels_that_are_not_informative_are_not_tested() -> None:
-    assert seen_by(sheets_of(lidar(beams=(-40.0, 40.0))), no_voxels()) == set()
+    assert seen_by(sheets_of(lidar(beams=(-40.0, 40.0))), HIGH_UP) == set()
 
 
 def test_workers_mark_together_what_one_marks_alone() -> None:
@@ -270,7 +272,7 @@ def _bend(made: Sheets, beam: int, x: float, y: float, h: float = 1e-4) -> float
 def test_an_azimuth_is_known_well_enough_to_find_its_rays() -> None:
     for a in np.linspace(-math.pi, math.pi, 1001):
         u, v = math.cos(a), math.sin(a)
-        assert abs(cones._azimuth(3.0 * u, 3.0 * v) - math.atan2(v, u)) < cones.BEARING
+        assert abs(cones.azimuth_of(3.0 * u, 3.0 * v) - math.atan2(v, u)) < cones.BEARING
 
 
 @pytest.mark.parametrize("sine", [-1.0, -0.9, -0.5, -1e-9, 0.0, 0.1, 0.7, 1.0])

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from riglens.core.engine import fans, frustums, meshes, sheets
-from riglens.core.kernels import cones, fan, frustum, mesh, predicates, profile, sheet, ties, walk
+from riglens.core.kernels import cones, cores, fan, frustum, mesh, predicates, profile, sheet, ties, walk
 
 REPOSITORY = Path(__file__).resolve().parents[3]
 ROOMS = ("kernels", "engine", "sensing")
@@ -131,7 +131,7 @@ def test_balls_columns_and_tiles_have_room_for_rounding() -> None:
     assert math.sqrt(3.0) / 2.0 < cones.SPHERE
     assert math.sqrt(0.5) < cones.HALF_COLUMN
     assert sheet.TILE * math.sqrt(0.5) < sheet.HALF_TILE
-    assert sheets.NEARLY_ONE > cones.SPHERE + cones.SLACK
+    assert cores.NEARLY_ONE > cones.SPHERE + cones.SLACK
 
 
 def test_what_a_ray_meets_away_from_the_camera_is_ahead_of_it() -> None:

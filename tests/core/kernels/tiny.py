@@ -102,6 +102,8 @@ def room_for(profile: Profile) -> FanWork:
         np.empty((profile.masks.shape[1], crossed), np.uint64),
         np.empty((profile.masks.shape[1], crossed), np.uint64),
         np.empty((crossed, 3), np.int32),
+        np.empty((2, crossed), np.int32),
+        np.empty((profile.masks.shape[1], crossed), np.uint64),
     )
 
 
