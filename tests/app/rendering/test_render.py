@@ -58,13 +58,15 @@ def test_views_classes_and_rigs_give_different_pictures(riglens, boxes, tmp_path
         "no rays": picture("--no-rays"),
         "strong rays": picture("--ray-opacity", "0.6"),
         "many rays": picture("--ray-density", "4"),
+        "footprints": picture("--fill", "ground"),
+        "frusta": picture("--fill", "frusta"),
         "title": picture("--title"),
         "scores": picture("--scores"),
         "no sensors behind": picture(rig="Center"),
     }
     same = [name for name, other in others.items() if np.array_equal(first, other)]
     assert same == []
-    assert heat_share(first) > 0.02 and heat_share(others["no heatmap"]) == 0.0
+    assert heat_share(others["no rays"]) > 0.02 and heat_share(others["no heatmap"]) == 0.0
 
 
 def test_a_transparent_picture_has_no_background(riglens, boxes, tmp_path):
