@@ -10,6 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from riglens.core.metric.scores import ClassScores, Reading
+from riglens.core.study.evidence import EVIDENCE
 
 MINUS, NONE = "\u2212", "–"
 
@@ -41,6 +42,7 @@ THREE_FIGURES = (
 """What each figure answers and when it misleads, one sentence each; README and docs/metric.md say the same."""
 FIGURES_TITLE = "Three figures, three questions"
 FIGURES_HELP = "".join(f"<p><b>{name}</b> {said}</p>" for name, said in THREE_FIGURES)
+FIGURES_HELP += f"<p><b>Against a detector</b> {' '.join(EVIDENCE.values())}</p>"
 NOTHING_NOTE = "No boxes of this class: there is nothing to see"
 NOT_COUNTED_NOTE = "Road users are being counted"
 ON_TARGET_NOTE = (

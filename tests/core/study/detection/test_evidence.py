@@ -1,0 +1,59 @@
+"""The sentences about the published study say what its tables and its page say."""
+
+from __future__ import annotations
+
+import csv
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+
+from riglens.core.study.detection.published import PROTOCOL, published_rigs
+from riglens.core.study.evidence import EVIDENCE, PAGE
+
+DOCS = Path(__file__).resolve().parents[4] / "docs"
+
+
+def lines(name: str) -> list[dict[str, str]]:
+    with (DOCS / "data" / name).open(encoding="utf-8", newline="") as stream:
+        return list(csv.DictReader(stream))
+
+
+def told(among: str, name: str) -> str:
+    (found,) = (
+        row
+        for row in lines("detection-ranks.csv")
+        if (row["among"], row["surrogate"], row["class"], row["statistic"])
+        == (among, name, "mean", "spearman")
+    )
+    value, low, high = (float(found[key]) for key in ("value", "low", "high"))
+    return f"{value:.2f} [{low:.2f}, {high:.2f}]".replace("-", "−")
+
+
+@pytest.mark.parametrize("name", list(EVIDENCE))
+@pytest.mark.parametrize("among", ["all rigs", "equal ray count"])
+def test_a_sentence_has_the_figures_of_the_table_and_so_has_the_page(name: str, among: str) -> None:
+    figures = told(among, name)
+    assert figures in EVIDENCE[name]
+    assert figures in (DOCS / PAGE).read_text(encoding="utf-8")
+
+
+def test_the_tables_are_those_of_the_registered_rigs_and_seeds() -> None:
+    rigs = {row["rig"] for row in lines("detection.csv")}
+    assert rigs == {rig.name for rig in published_rigs()}
+    assert {int(row["seed"]) for row in lines("detection-seeds.csv")} == set(range(1, PROTOCOL.seeds + 1))
+    by_mean = {row["rig"]: float(row["ap"]) for row in lines("detection.csv") if row["class"] == "mean"}
+    ladder = [
+        "1 x 16 low in front",
+        "1 x 16 on the roof",
+        "2 x 16 on the roof",
+        "Trapezoid",
+        "velodyne-vlp-32c",
+    ]
+    assert all(by_mean[low] + 3.0 < by_mean[high] for low, high in pairwise(ladder))
+
+
+def test_the_metric_page_tells_the_same() -> None:
+    page = " ".join((DOCS / "metric.md").read_text(encoding="utf-8").split())
+    for sentence in EVIDENCE.values():
+        assert sentence in page
