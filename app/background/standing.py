@@ -1,34 +1,60 @@
-"""Where sensors stand by the car's body, found by a thread of its own with serial kernels."""
+"""Where sensors stand by the car's body, and which rays of one of them it stops; by a thread with serial kernels."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
 from riglens.app.background.inbox import unexpected
 from riglens.app.background.worker import CLOSE_S, LatestThread, Unwanted
 from riglens.core.errors import InputError
 from riglens.core.geometry import Vec3
+from riglens.core.rig.model import Sensor
+from riglens.core.sensing.rays import sensor_rays
 from riglens.core.vehicle.solid import CarBody
 from riglens.core.vehicle.standing import Stand, stand
+
+MOST_RAYS = 3000
+NONE_M = np.zeros((0, 3), np.float32)
 
 
 @dataclass(frozen=True)
 class StandRequest:
-    """A body, and sensors by name with their places, metres."""
+    """A body, sensors by name with their places, metres, and the sensor whose stopped rays are wanted, if any."""
 
     body: CarBody
     places_m: tuple[tuple[str, Vec3], ...]
+    stopped_of: Sensor | None = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class StandAnswer:
-    """The answer to one request: how each sensor stands, by name."""
+    """The answer to one request: how each sensor stands, by name, and where rays end at the body, (n, 3) metres."""
 
     request: StandRequest
     stands: Mapping[str, Stand]
+    ends_m: NDArray[np.float32]
+
+
+def stopped_rays(request: StandRequest) -> NDArray[np.float32]:
+    """Where rays of the wanted sensor end at the body, (n, 3): of evenly chosen ones, MOST_RAYS at most."""
+    sensor = request.stopped_of
+    if sensor is None:
+        return NONE_M
+    from riglens.core.kernels.solid import meet_listed  # loads the compiler, as does the next
+    from riglens.core.sensing.body_ends import barrier_of
+
+    rows = np.arange(0, sensor.ray_count, max(1, -(-sensor.ray_count // MOST_RAYS)))
+    directions = np.ascontiguousarray(sensor_rays(sensor, rows).directions)
+    barrier, place = barrier_of(sensor, request.body.solid()), np.array(sensor.position)
+    most = np.full(len(rows), sensor.range_m[1])
+    met_m = meet_listed(place, directions, barrier.tree, barrier.stops, most, barrier.start_m)[0]
+    stopped = np.isfinite(met_m)
+    return np.asarray(place + met_m[stopped, None] * directions[stopped], np.float32)
 
 
 class StandFinder(QObject):
@@ -62,7 +88,7 @@ class StandFinder(QObject):
     # ------------------------------------------------------------------ the thread
     def _answer(self, request: StandRequest) -> None:
         try:
-            stands = self._find(request)
+            answer = StandAnswer(request, self._find(request), stopped_rays(request))
         except InputError as error:
             self._fail(str(error))
         except Unwanted:
@@ -71,7 +97,7 @@ class StandFinder(QObject):
             self._fail(unexpected("places of sensors", error))
         else:
             self._thread.stop_if_closing()
-            self.found.emit(StandAnswer(request, stands))
+            self.found.emit(answer)
 
     def _find(self, request: StandRequest) -> dict[str, Stand]:
         if request.body != self._body:

@@ -27,7 +27,7 @@ from riglens.widgets.theme import DARK, Palette
 from riglens.widgets.traffic.layer import TrafficLayer
 from riglens.widgets.viewport.ground_layer import GroundLayer, RoiLayer
 from riglens.widgets.viewport.marker_layer import MarkerLayer
-from riglens.widgets.viewport.mast_layer import MastLayer
+from riglens.widgets.viewport.mast_layer import MastLayer, StubsLayer
 from riglens.widgets.viewport.rig_layer import RigLayer
 from riglens.widgets.viewport.scene_state import ALL_FIELDS, SceneState
 from riglens.widgets.viewport.under_mouse import UnderMouse
@@ -38,6 +38,7 @@ _CAR = {"vehicle", "body_mesh"}
 _GROUND = {"grid", "palette"}
 _BODIES = {"rig", "hidden", "selected", "also_selected", "show_selection", "palette"}
 _MASTS = {*_BODIES, "masts"}
+_STUBS = {"rig", "hidden", "ray_look", "stubs"}
 _FANS = {"rig", "hidden", "selected", "show_selection", "palette"}
 _ALL_FANS = {"grid", "ray_look", "palette"}
 _LEGEND = {"heatmap", "heat_look", "show_legend", "palette"}
@@ -61,7 +62,7 @@ class DrawnScene:
         self._heatmap = HeatmapLayer(stage.cells, stage.haze)
         self._traffic = TrafficLayer(stage.main)
         self._traffic.set_pixel_ratio(pixel_ratio)
-        self._masts = MastLayer(stage.main, stage.overlay)
+        self._masts, self._stubs = MastLayer(stage.main, stage.overlay), StubsLayer(stage.main)
         self._marker, self._words = MarkerLayer(stage.overlay), WordsLayer(stage.overlay)
         self._gizmo = GizmoActors(stage.overlay, palette)
         self._rig.set_line_width(pixel_ratio)
@@ -114,6 +115,8 @@ class DrawnScene:
             self._rig.show_bodies(state, self._hovered)
         if changed & _MASTS:
             self._masts.show(state)
+        if changed & _STUBS:
+            self._stubs.show(state)
         if changed & (_FANS | _ALL_FANS):
             all_fans = bool(changed & _ALL_FANS) or before.other_fans_differ(state)
             self._rig.show_fans(state, self._quick, others=all_fans)
@@ -149,6 +152,7 @@ class DrawnScene:
             self._rig.set_pose(name, pose)
         self._state = replace(self._state, rig=rig)
         self._masts.show(self._state)
+        self._stubs.show(self._state)
         self._rig.show_fans(
             self._state, self._quick, others=any(name != self._state.selected for name in poses)
         )
@@ -271,6 +275,7 @@ class DrawnScene:
         self._words.arrange(state, self._heatmap.drawn_cell_m, self.size, self._pixel_ratio)
         self._marker.arrange(state.camera, self.size, self._pixel_ratio)
         self._masts.arrange(state.camera, self.size, self._pixel_ratio)
+        self._stubs.set_line_width(self._pixel_ratio)
         lit = self._hovered if isinstance(self._hovered, Handle) else None
         self._gizmo.arrange(self.under_mouse.gizmo(), state.gizmo_mode, state.camera, lit)
         self._stage.set_smooth(self._smooth)

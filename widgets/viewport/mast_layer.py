@@ -30,6 +30,33 @@ Points = NDArray[np.float64]
 Rectangle = tuple[float, float, float, float]
 
 
+STUB_COLOUR = "#f43f5e"
+_STUB_PX, _STUB_OPACITY = 1.6, 0.75
+
+
+class StubsLayer:
+    """Rays of a sensor that end at the car, in a warning colour; gone as soon as the sensor is elsewhere."""
+
+    def __init__(self, main: vtkRenderer) -> None:
+        self._actor = plain_actor(pv.PolyData(), color=STUB_COLOUR, lighting=False, opacity=_STUB_OPACITY)
+        self._actor.visibility = False
+        main.AddActor(self._actor)
+
+    def show(self, state: SceneState) -> None:
+        """Draw the stubs of a state where they begin at the sensor as it stands now."""
+        stubs = state.stubs
+        places = {sensor.name: sensor.position for sensor in state.shown}
+        is_there = stubs is not None and places.get(stubs.name) == stubs.place_m
+        self._actor.visibility = is_there and state.ray_look.shown
+        if stubs is not None and is_there:
+            starts = np.broadcast_to(np.array(stubs.place_m, np.float32), stubs.ends_m.shape)
+            self._actor.mapper.SetInputData(line_mesh(starts, stubs.ends_m))
+
+    def set_line_width(self, pixel_ratio: float) -> None:
+        """Width of the lines, for dense screens and large pictures."""
+        self._actor.prop.line_width = _STUB_PX * pixel_ratio
+
+
 class MastLayer:
     """Lines with a dark edge in the scene, those of buried sensors over it; labels that would meet give way."""
 

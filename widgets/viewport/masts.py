@@ -1,9 +1,12 @@
-"""What the 3D view shows of sensors that stand on nothing: a line to where they should stand, and how far that is."""
+"""What the 3D view shows of sensors and the car's body: lines from those that stand on nothing, and rays that end."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
 
 from riglens.core.geometry import Vec3
 from riglens.core.vehicle.standing import Stand
@@ -21,6 +24,15 @@ class Mast:
     short: str
     full: str
     is_buried: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Stubs:
+    """Rays of a sensor at `place_m` that the car's own body stops, at ends_m (n, 3). Equal only to itself."""
+
+    name: str
+    place_m: Vec3
+    ends_m: NDArray[np.float32]
 
 
 def masts_of(stands: Mapping[str, Stand]) -> tuple[Mast, ...]:

@@ -16,7 +16,7 @@ from riglens.widgets.heatmap.scale import DEFAULT_LOOK, HeatLook, HeatmapData
 from riglens.widgets.sensors.ray_look import DEFAULT_RAYS, RayLook
 from riglens.widgets.theme import DARK, Palette
 from riglens.widgets.traffic.frame import ShownFrame
-from riglens.widgets.viewport.masts import Mast
+from riglens.widgets.viewport.masts import Mast, Stubs
 
 _NEAR_M = 50.0
 
@@ -69,6 +69,7 @@ class SceneState:
     caption: Caption = NO_CAPTION
     marker: Marker | None = None
     masts: tuple[Mast, ...] = ()
+    stubs: Stubs | None = None
     traffic: ShownFrame | None = None
     camera: OrbitCamera = field(default_factory=OrbitCamera)
     gizmo_mode: GizmoMode = "both"

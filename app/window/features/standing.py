@@ -1,4 +1,4 @@
-"""Sensors off the body, inside it or in the ground are marked in the list, the view and the inspector."""
+"""Sensors off the body, inside it or in the ground are marked, and rays of the selected one that the car stops."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ from PySide6.QtCore import Qt
 from riglens.app.background.standing import StandAnswer, StandFinder, StandRequest
 from riglens.app.window.feature import Feature
 from riglens.app.window.workbench import Workbench
+from riglens.core.rig.model import Sensor
 from riglens.core.vehicle.solid import CarBody
 from riglens.core.vehicle.standing import Stand
-from riglens.widgets.viewport.masts import masts_of
+from riglens.widgets.viewport.masts import Stubs, masts_of
 
 
 class Standing(Feature):
@@ -27,6 +28,8 @@ class Standing(Feature):
         self.finder.failed.connect(bench.report_error, queued)
         self.session.asked_changed.connect(self._ask)
         bench.answers.answered.connect(lambda _: self._ask())
+        self.document.selection_changed.connect(self._ask)
+        self.document.rig_settled.connect(self._ask)
         bench.closing.connect(self.finder.close)
 
     def _ask(self) -> None:
@@ -39,20 +42,40 @@ class Standing(Feature):
             self._show({})
             return
         places_m = tuple((sensor.name, sensor.position) for sensor in rig.sensors)
-        request = StandRequest(CarBody(rig.vehicle, mesh), places_m)
+        request = StandRequest(CarBody(rig.vehicle, mesh), places_m, self._stopped_of())
         if request != self._asked:
             self._asked = request
             self.finder.ask(request)
+
+    def _stopped_of(self) -> Sensor | None:
+        """The sensor whose stopped rays are shown: the selected one, at rest, while the car is solid."""
+        if self.session.body != "blocks" or self.document.is_dragging:
+            return None
+        found = self.document.selected_sensor()
+        return found if found is not None and found.enabled else None
 
     def _take(self, answer: StandAnswer) -> None:
         """Show an answer; one to an earlier pose too, until the next is there."""
         if self._asked is not None and answer.request.body == self._asked.body:
             self._show(answer.stands)
+            self._show_stopped(answer)
 
     def _show(self, stands: Mapping[str, Stand]) -> None:
         problems = {name: found.problem for name, found in stands.items() if found.problem}
         self.bench.panels.tree.show_problems(problems)
         self.bench.panels.inspector.show_stands(stands)
         masts = masts_of(stands)
+        if not stands:
+            self._show_stubs(None)
         if masts != self.viewport.state.masts:
             self.viewport.show_state(replace(self.viewport.state, masts=masts))
+
+    def _show_stopped(self, answer: StandAnswer) -> None:
+        """Show the stopped rays of the selected sensor, and none while it moves."""
+        sensor = answer.request.stopped_of
+        is_wanted = sensor is not None and sensor == self._stopped_of() and len(answer.ends_m)
+        self._show_stubs(Stubs(sensor.name, sensor.position, answer.ends_m) if sensor and is_wanted else None)
+
+    def _show_stubs(self, stubs: Stubs | None) -> None:
+        if stubs is not self.viewport.state.stubs:
+            self.viewport.show_state(replace(self.viewport.state, stubs=stubs))

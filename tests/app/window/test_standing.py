@@ -4,18 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+import numpy as np
 import pytest
 from PySide6.QtCore import QCoreApplication
 from pytestqt.qtbot import QtBot
 
-from riglens.app.background.standing import StandFinder, StandRequest
+from riglens.app.background.standing import StandFinder, StandRequest, stopped_rays
 from riglens.app.window.features.follow import Follow
 from riglens.app.window.features.standing import Standing
+from riglens.core.geometry import Pose
+from riglens.core.kernels.codes import BODY
 from riglens.core.rig.model import Rig
+from riglens.core.sensing.body_ends import barrier_of
+from riglens.core.sensing.rays import sensor_rays
 from riglens.core.vehicle.solid import CarBody
 from riglens.core.vehicle.standing import stand
+from riglens.core.view.frames import FrameBoxes
+from riglens.core.view.hits import cast
 from riglens.widgets.panels.sensors.rows import NAME, PROBLEM
 from tests.app.window.desk import Desk, open_desk
+from tests.app.window_bench import LIDAR, RIG
 from tests.waiting import TIMEOUT_S
 
 ON_ROOF, CABIN, GROUND = (0.1, 0.0, 1.5), (0.0, 0.0, 0.9), (3.0, 0.0, -0.2)
@@ -118,3 +126,46 @@ def test_only_what_moved_is_found_anew(standing: Standing, monkeypatch: pytest.M
         standing.finder.ask(StandRequest(body, (still, ("b", (x, 0.0, 2.0)))))
         settle(standing)
     assert found == [(0.0, 0.0, 2.0), (0.1, 0.0, 2.0), (0.2, 0.0, 2.0)]
+
+
+def test_rays_end_where_they_first_meet_the_car_and_beyond_the_housing() -> None:
+    sensor = LIDAR.replace(position=(0.0, 0.0, 1.6))
+    body = CarBody(RIG.vehicle)
+    barrier = barrier_of(sensor, body.solid())
+    hits = cast(
+        sensor.position,
+        sensor_rays(sensor).directions,
+        FrameBoxes.none(),
+        barrier,
+        (0.0, np.inf),
+        has_ground=False,
+    )
+    stopped = hits.what == BODY
+    wanted = np.array(sensor.position) + hits.range_m[stopped, None] * sensor_rays(sensor).directions[stopped]
+    found = stopped_rays(StandRequest(body, (), sensor))
+    assert len(found) == stopped.sum() > 10 and np.allclose(found, wanted, atol=1e-6)
+    assert len(stopped_rays(StandRequest(body, ()))) == 0
+
+
+def test_stopped_rays_of_the_selected_sensor_are_shown_at_rest_while_the_car_is_solid(
+    desk: Desk, standing: Standing
+) -> None:
+    start(desk, standing)
+    assert desk.viewport.state.stubs is None
+    desk.drag("roof", (0.0, 0.0, 1.6))
+    desk.document.select("roof")
+    settle(standing)
+    stubs = desk.viewport.state.stubs
+    assert (
+        stubs is not None and stubs.name == "roof" and stubs.place_m == (0.0, 0.0, 1.6) and len(stubs.ends_m)
+    )
+    desk.viewport.press("roof")
+    desk.viewport.drag_to("roof", Pose((0.0, 0.0, 1.7)))
+    settle(standing)
+    assert desk.viewport.state.stubs is None
+    desk.viewport.release("roof")
+    settle(standing)
+    assert desk.viewport.state.stubs is not None
+    desk.session.set_body("ignored")
+    settle(standing)
+    assert desk.viewport.state.stubs is None

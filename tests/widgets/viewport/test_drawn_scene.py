@@ -18,7 +18,7 @@ from riglens.widgets.sensors.ray_look import RayLook
 from riglens.widgets.theme import palette
 from riglens.widgets.traffic.frame import ShownFrame
 from riglens.widgets.viewport.drawn_scene import DrawnScene
-from riglens.widgets.viewport.masts import Mast
+from riglens.widgets.viewport.masts import Mast, Stubs
 from riglens.widgets.viewport.scene_state import ALL_FIELDS, Caption, Marker, SceneState
 
 LIDAR = Lidar(
@@ -39,6 +39,7 @@ LAYERS = {
     "_heatmap": ("set_data", "set_look"),
     "_words": ("show_legend", "show_caption"),
     "_masts": ("show",),
+    "_stubs": ("show",),
     "_marker": ("set_marker",),
     "_traffic": ("set_frame",),
     "_gizmo": ("set_palette",),
@@ -96,18 +97,19 @@ CHANGES: list[tuple[dict[str, Any], set[str]]] = [
         {"grid": VoxelGrid(0.5, (10.0, 10.0, 4.0))},
         {"ground.set_grid", "ground.set_shown", "roi.set_grid", "rig.show_fans"},
     ),
-    ({"rig": MOVED}, {"masts.show", "rig.show_bodies", "rig.show_fans of the selected sensor"}),
-    ({"rig": OTHER_MOVED}, {"masts.show", "rig.show_bodies", "rig.show_fans"}),
+    ({"rig": MOVED}, {"stubs.show", "masts.show", "rig.show_bodies", "rig.show_fans of the selected sensor"}),
+    ({"rig": OTHER_MOVED}, {"stubs.show", "masts.show", "rig.show_bodies", "rig.show_fans"}),
     ({"selected": "other"}, {"masts.show", "rig.show_bodies", "rig.show_fans"}),
     ({"also_selected": frozenset({"other"})}, {"masts.show", "rig.show_bodies"}),
-    ({"hidden": frozenset({"other"})}, {"masts.show", "rig.show_bodies", "rig.show_fans"}),
-    ({"ray_look": RayLook(shown=False)}, {"rig.show_fans"}),
+    ({"hidden": frozenset({"other"})}, {"stubs.show", "masts.show", "rig.show_bodies", "rig.show_fans"}),
+    ({"ray_look": RayLook(shown=False)}, {"stubs.show", "rig.show_fans"}),
     ({"heatmap": HEAT}, {"heatmap.set_data", "words.show_legend"}),
     ({"heat_look": HeatLook(log=True)}, {"heatmap.set_look", "words.show_legend"}),
     ({"show_legend": False}, {"words.show_legend"}),
     ({"caption": Caption("A rig")}, {"words.show_caption"}),
     ({"marker": Marker((1.0, 2.0, 0.5), 0.2)}, {"marker.set_marker"}),
     ({"masts": (Mast("roof", (0.2, 0.5, 1.45), "0.75 m", "in full"),)}, {"masts.show"}),
+    ({"stubs": Stubs("roof", (0.2, 0.5, 2.2), np.zeros((1, 3), np.float32))}, {"stubs.show"}),
     ({"traffic": FRAME}, {"traffic.set_frame"}),
     (
         {"palette": palette(False)},

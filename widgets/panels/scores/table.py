@@ -259,7 +259,7 @@ class ScoreTable(QTableWidget):
             change_se = float(cells.change_se[row])
             told = self.cell(name, "on_target change")
             self._show_sampled(told, sampled_change_text(change, change_se), change, change_se, tip)
-            if change:
+            if abs(change) > 2.0 * change_se:  # a change within its error is none to the better or the worse
                 told.setForeground(QBrush(QColor(tones().more if change > 0.0 else tones().less)))
 
     def _show_sampled(self, item: QTableWidgetItem, text: str, value: float, se: float, tip: str) -> None:
