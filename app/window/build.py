@@ -21,8 +21,10 @@ from riglens.app.window.features.heat import Heat, RaysShown
 from riglens.app.window.features.help import Help
 from riglens.app.window.features.maps import Map, SensorView
 from riglens.app.window.features.marginals import Marginals
+from riglens.app.window.features.objects import Objects
 from riglens.app.window.features.pick import Pick
 from riglens.app.window.features.picture import Picture
+from riglens.app.window.features.report import Report
 from riglens.app.window.features.scene_data import SceneData
 from riglens.app.window.features.scores import Baseline, ScoresShown
 from riglens.app.window.features.sensors import LibraryPanel, Locks, Placing, Sensors
@@ -70,6 +72,8 @@ class Features(NamedTuple):
     standing: Standing
     compare: Compare
     detection: Detection
+    objects: Objects
+    report: Report
     units: Units
     car: Car
     solid_car: SolidCar
@@ -127,6 +131,8 @@ def build_features(bench: Workbench) -> Features:
         standing=Standing(bench),
         compare=(compare := Compare(bench, files, exchange, targets)),
         detection=Detection(bench, compare),
+        objects=Objects(bench),
+        report=Report(bench, compare),
         units=Units(bench),
         car=(car := Car(bench)),
         solid_car=SolidCar(bench),

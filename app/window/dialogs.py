@@ -23,6 +23,7 @@ BOX_FILES = "Box tables (*.csv *.csv.gz *.parquet *.feather);;All files (*)"
 MESH_FILES = "Meshes (*.glb *.gltf *.obj *.stl *.ply);;All files (*)"
 PICTURES = "PNG pictures (*.png)"
 TABLES = "CSV tables (*.csv)"
+REPORTS = "Pages (*.html);;PDF (*.pdf)"
 Unsaved = Literal["save", "discard", "cancel"]
 
 
@@ -55,6 +56,11 @@ class Dialogs:
         """Where to save a table."""
         chosen = QFileDialog.getSaveFileName(parent, "Save the table", str(suggestion), TABLES)[0]
         return _with_suffix(_path(chosen), ".csv")
+
+    def save_report(self, parent: QWidget, suggestion: Path) -> Path | None:
+        """Where to write the report."""
+        chosen = QFileDialog.getSaveFileName(parent, "Write a report", str(suggestion), REPORTS)[0]
+        return _with_suffix(_path(chosen), ".html")
 
     def mesh_file(self, parent: QWidget, folder: Path | None) -> Path | None:
         """The mesh of the car's body."""

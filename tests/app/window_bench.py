@@ -183,6 +183,10 @@ class FakeDialogs(Dialogs):
         self.suggested = suggestion
         return self.path
 
+    def save_report(self, parent: QWidget, suggestion: Path) -> Path | None:
+        self.suggested = suggestion
+        return self.path
+
     def mesh_file(self, parent: QWidget, folder: Path | None) -> Path | None:
         return self.path
 
