@@ -79,6 +79,7 @@ def targets(folder: Path) -> list[Target]:
         *made,
         _pog(folder / "pog"),
         *_caches(folder / "caches"),
+        *_reviews(folder / "reviews"),
         *_texts(),
         _autosave(folder / "autosave"),
     ]
@@ -162,6 +163,44 @@ def _caches(folder: Path) -> Iterator[Target]:
     kernels.write("fuzz.nbc", b"machine code" * 20)
     if kernels.path is not None:
         yield _of_files("cache of a kernel", lambda: kernels.read("fuzz.nbc"), kernels.path / "fuzz.nbc")
+
+
+REQUIRED = """riglens_requirements: 1
+body: blocks
+seen: [{class: car, by: any, at_least: 0.5}]
+on_target: [{class: pedestrian, ring_m: [0, 20], figure: share_5, at_least: 0.9}]
+blind_areas: [{height_m: 0.8, sector: rear, within_m: 5, at_most_m2: 1.0}]
+losses: [{of: voxels, class: car, failure: group, name: bracket, at_most: 0.3}]
+covered: [{of: road_users, class: car, sensors: two kinds, at_least: 0.3}]
+tolerance: [{profile: own, class: car, limit: 0.49, draws: 64}]
+tolerance_profiles: [{name: own, source: a test, position_mm: 2, angle_deg: 0.05}]
+mounts: {height_m: [0.3, 2.2], beyond_m: {top: 0.4}, keep_out: [{name: hood, boxes: [{x: [0.75, 1.0]}]}]}
+"""
+PAGE = '<html><script type="application/json" id="figures">{"riglens_report":1,"inputs":{"rigs":[]}}</script></html>'
+
+
+def _reviews(folder: Path) -> Iterator[Target]:
+    from riglens.app.studies.report_page import attached_figures
+    from riglens.core.review.outline import Outline
+    from riglens.core.review.profiles import read_profiles, targets_of
+    from riglens.core.review.requirements import read_requirements
+
+    folder.mkdir(parents=True)
+    profiles, required, page = (folder / name for name in ("blind.yaml", "required.yaml", "report.html"))
+    profiles.write_bytes(asset_path("review", "blind.yaml").read_bytes())
+    required.write_text(REQUIRED)
+    page.write_text(PAGE)
+
+    def place_all() -> None:
+        for profile in read_profiles(profiles):
+            targets_of(profile, Outline(-2.3, 2.3, -0.9, 0.9))
+
+    def look_into() -> None:
+        attached_figures(page.read_text("utf-8", errors="replace"), page.name)
+
+    yield _of_files("blind zone profiles", place_all, profiles, is_text=True)
+    yield _of_files("requirements", lambda: read_requirements(required), required, is_text=True)
+    yield _of_files("report", look_into, page, is_text=True)
 
 
 def _autosave(folder: Path) -> Target:

@@ -19,6 +19,7 @@ from riglens.core.rig.yaml.nodes import (
     shortened,
     shown_path,
 )
+from riglens.core.rig.yaml.text import value_text
 
 M = TypeVar("M", bound=BaseModel)
 
@@ -43,10 +44,12 @@ def checked(text: str, model: type[M], accepted: str, where: str) -> M:
         path, node = _place(root, found["loc"])
         more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
         message = shortened(str(found["msg"]), 200)
-        value = "" if isinstance(found["input"], dict) else f"found {shortened(str(found['input']))}, "
+        value = "" if isinstance(found["input"], dict) else f"found {shortened(value_text(found['input']))}, "
         if found["type"] == "missing":
             value = ""
-        raise InputError(f"{where}:{node.line}: {path or 'file'}: {value}{message}{more}") from error
+        raise InputError(
+            f"{where}:{node.line}: {shortened(path) or 'file'}: {value}{message}{more}"
+        ) from error
 
 
 def _place(root: Node, location: tuple[str | int, ...]) -> tuple[str, Node]:
