@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from riglens.core.engine.caster import Caster
 from riglens.core.engine.engine import Engine, Evaluation, evaluate_from_scratch
+from riglens.core.engine.sheets import make_sheets
 from riglens.core.errors import InputError
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import METHODS, READINGS, MetricSettings
@@ -129,10 +130,45 @@ def test_every_way_of_casting_sees_what_single_rays_see(seed: int) -> None:
     assert_as_ray_by_ray(seed)
 
 
+def dense_lidar(rng: np.random.Generator) -> Lidar:
+    """A LiDAR with rays close enough for core and sheets: tilted, upside down, with offsets, a sector, a range."""
+    beams = int(rng.integers(2, 40))
+    turn = EvenAngles(from_=-180.0, to=180.0, count=int(rng.integers(520, 800)))
+    sector = EvenAngles(from_=-40.0, to=30.0, count=int(rng.integers(110, 200)))
+    offsets = tuple(rng.uniform(-3.0, 3.0, beams)) if rng.random() < 0.4 else None
+    low = float(rng.uniform(-40.0, 0.0))
+    return Lidar(
+        name="a",
+        position=tuple(np.round(rng.uniform([-4.0, -4.0, 0.5], [4.0, 4.0, 4.0]), int(rng.choice([1, 12])))),
+        rpy_deg=(
+            float(rng.choice([0.0, 180.0]) + rng.uniform(-9, 9)),
+            *map(float, rng.uniform([-9, -180], [9, 180])),
+        ),
+        elevations_deg=EvenAngles(from_=low, to=low + float(rng.uniform(2.0, 45.0)), count=beams),
+        azimuths_deg=turn if rng.random() < 0.6 else sector,
+        azimuth_offsets_deg=offsets,
+        range_m=(float(rng.choice([0.0, 0.5])), float(rng.choice([np.inf, 5.0]))),
+    )
+
+
+def assert_sheets_as_ray_by_ray(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    field, sensor = random_field(FINE, rng, share=float(rng.choice([0.1, 0.6]))), dense_lidar(rng)
+    assert make_sheets(sensor, Caster(field).rays(sensor, "exact")) is not None
+    mesh = soup_around(sensor, seed, int(rng.integers(1, 40)))
+    np.testing.assert_array_equal(seen_cut(field, mesh, sensor), ray_by_ray(field, mesh, sensor))
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_cores_and_sheets_see_what_single_rays_see(seed: int) -> None:
+    assert_sheets_as_ray_by_ray(seed)
+
+
 @pytest.mark.slow
 def test_thousands_of_sensors_see_what_their_single_rays_see() -> None:
     for seed in range(3000):
         assert_as_ray_by_ray(seed, (0.1, 0.5, 1.0)[seed % 3])
+        assert_sheets_as_ray_by_ray(seed)
 
 
 LISTED: list[Sensor] = [

@@ -10,6 +10,7 @@ import importlib, pkgutil
 import riglens.core.kernels
 from riglens.core.engine.engine import Engine
 from riglens.core.engine.warm_up import warm_up
+from riglens.core.metric.scores import MetricSettings
 from riglens.core.rig.presets import preset
 from tests.core.builders import field_of, grid_of
 
@@ -30,6 +31,10 @@ azimuths = tuple(0.2 * turn for turn in range(40))
 close = lambda sensor: tilt(sensor.replace(azimuths_deg=azimuths) if sensor.kind == "lidar" else sensor)
 for change in (tilt, near, close, lambda sensor: sensor):
     engine.evaluate(rig.model_copy(update={"sensors": tuple(change(sensor) for sensor in rig.sensors)}))
+low = lambda sensor: tilt(sensor.replace(position=(*sensor.position[:2], 1.5)))
+for change in (low, lambda sensor: low(sensor).replace(rpy_deg=sensor.rpy_deg)):
+    sensors = tuple(change(sensor) for sensor in rig.sensors)
+    engine.evaluate(rig.model_copy(update={"sensors": sensors}), MetricSettings(body="blocks"))
 print([name for name, count in compiled().items() if count != before[name]])
 """
 
