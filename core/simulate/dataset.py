@@ -219,6 +219,7 @@ def require_own(path: Path) -> bool:
     if path.exists() and not path.is_dir():
         raise InputError(f"--out {path}: this is a file, accepted is the name of a folder")
     held = sorted(entry.name for entry in path.iterdir()) if path.exists() else []
+    held = [name for name in held if not name.startswith(WORK)]  # ours, of a run killed at its very beginning
     if held and PLAN not in held:
         raise InputError(f"--out {path}: the folder holds {held[0]!r}; accepted is a new or an empty one")
     return bool(held)
@@ -267,11 +268,12 @@ class DatasetFolder:
     def begin(self) -> None:
         """Make the folder, where it is not there yet."""
         try:
-            (self.path / WORK).mkdir(parents=True, exist_ok=True)
+            self.path.mkdir(parents=True, exist_ok=True)
+            with atomic_write(self.path / PLAN, "w") as stream:
+                stream.write(self._text)
+            (self.path / WORK).mkdir(exist_ok=True)
         except OSError as error:
             raise InputError(f"--out {self.path}: cannot be made a folder ({error.strerror})") from error
-        with atomic_write(self.path / PLAN, "w") as stream:
-            stream.write(self._text)
 
     def missing(self) -> list[int]:
         """Places of the pieces that are not complete."""

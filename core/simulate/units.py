@@ -28,6 +28,8 @@ JPEG_QUALITY = 92
 DEPTH_PER_M = 100
 """Depth pictures hold centimetres, 0 where there is none and beyond 655.35 m."""
 NOTES = "notes.json"
+Notes = Mapping[str, Any]
+"""What is known of a frame's road users beyond their boxes, see `_notes`."""
 
 
 @dataclass(frozen=True)
@@ -189,7 +191,7 @@ def encoded(pixels: NDArray[Any], form: str, **options: int) -> bytes:
 
 
 @lru_cache(maxsize=64)
-def _text_type(names: tuple[str, ...]) -> Any:
+def _names_array(names: tuple[str, ...]) -> Any:
     import pyarrow as pa
 
     return pa.array(list(names), pa.string())
@@ -200,7 +202,7 @@ def _parquet(sweep: Sweep, truth: TrueBoxes, rig: Rig) -> bytes:
     import pyarrow as pa
     from pyarrow import parquet
 
-    lidars = _text_type(tuple(lidar.name for lidar in rig.lidars()))
+    lidars = _names_array(tuple(lidar.name for lidar in rig.lidars()))
     on = np.where(sweep.object >= 0, np.append(truth.cls, 0)[np.maximum(sweep.object, -1)], len(CLASSES))
     on = np.where(sweep.object < 0, len(CLASSES) + (sweep.object == -1), on).astype(np.int8)
     columns = {
@@ -211,7 +213,7 @@ def _parquet(sweep: Sweep, truth: TrueBoxes, rig: Rig) -> bytes:
         "ring": sweep.ring,
         "lidar": pa.DictionaryArray.from_arrays(pa.array(sweep.sensor), lidars),
         "object": sweep.object,
-        "on": pa.DictionaryArray.from_arrays(pa.array(on), _text_type((*CLASSES, "static", "ground"))),
+        "on": pa.DictionaryArray.from_arrays(pa.array(on), _names_array((*CLASSES, "static", "ground"))),
     }
     stream = BytesIO()
     parquet.write_table(pa.table(columns), stream)
@@ -247,6 +249,3 @@ def _notes(
         "visible": seen,
         "boxes_2d": boxes,
     }
-
-
-Notes = Mapping[str, Any]

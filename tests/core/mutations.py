@@ -52,6 +52,13 @@ TESTS = {
         "test_readers_expansion.py",
     ),
     "core/scene/readers/feather_sizes.py": ("test_readers_expansion.py",),
+    "core/simulate/channels.py": ("simulate/test_tables.py", "simulate/test_dataset.py"),
+    "core/simulate/clutter.py": ("simulate/test_sweeps.py",),
+    "core/simulate/dataset.py": ("simulate/test_dataset.py",),
+    "core/simulate/tables.py": ("simulate/test_tables.py",),
+    "core/simulate/units.py": ("simulate/test_tables.py", "simulate/test_dataset.py"),
+    "core/simulate/carla_session.py": ("simulate/test_carla.py",),
+    "core/simulate/carla_collection.py": ("simulate/test_carla.py",),
     "core/rig/edits.py": ("rig/test_mirror.py", "rig/test_many.py"),
     "core/rig/history.py": (SMALL, "rig/test_history.py", "rig/test_edit_names.py"),
     "core/rig/model.py": (
@@ -108,6 +115,51 @@ def _of(file: str, *pairs: tuple[str, str]) -> list[Mutation]:
 
 
 MUTATIONS = [
+    *_of(
+        "core/simulate/channels.py",
+        ("(ego_m - self.place_m) @ self.rotation)", "(ego_m - self.place_m) @ self.rotation.T)"),
+        ("np.mean([lidar.position for lidar in lidars], axis=0) - origin_m", "-origin_m"),
+        ("xyzw[:, [3, 0, 1, 2]]", "xyzw"),
+    ),
+    *_of(
+        "core/simulate/clutter.py",
+        ("result &= gap <= mine[..., axis]", "result |= gap <= mine[..., axis]"),
+        ("users.centre_m, np.zeros((1, 2))])", "users.centre_m, np.full((1, 2), 90.0)])"),
+    ),
+    *_of(
+        "core/simulate/dataset.py",
+        ("if needed * SPARE > free:", "if needed > free:"),
+        ("if tuple(note[\"frame\"] for note in notes) == piece.frames", "if True"),
+        ("if held and PLAN not in held:", "if False:"),
+        ("        shutil.rmtree(self.path / WORK)\n", ""),
+    ),
+    *_of(
+        "core/simulate/tables.py",
+        ("quaternions(rotation @ truth.rotation)", "quaternions(truth.rotation)"),
+        ('"size": [width, length, height]', '"size": [length, width, height]'),
+        ("ego_origin_m(self._rig)) @ rotation.T", "ego_origin_m(self._rig)) @ rotation"),
+    ),
+    *_of(
+        "core/simulate/units.py",
+        ("ring = ring + beams[sweep.sensor]", "ring = ring + 0.0 * beams[sweep.sensor]"),
+        ("if files.keys() != unit.file_names() or frames", "if frames"),
+        ("np.where(alone > 0, alone, sweep.alone)", "np.where(alone > 0, alone, 1)"),
+    ),
+    *_of(
+        "core/simulate/carla_session.py",
+        ("_MIRRORED = np.diag([1.0, -1.0, 1.0])", "_MIRRORED = np.diag([1.0, 1.0, 1.0])"),
+        ("carla.Location(x=x, y=-y, z=z)", "carla.Location(x=x, y=y, z=z)"),
+        ("pitch=-pitch, yaw=-yaw", "pitch=pitch, yaw=-yaw"),
+        ("            if sent.frame == number:\n                return sent", "            return sent"),
+        ("            world.apply_settings(before)", "            world.apply_settings(now)"),
+    ),
+    *_of(
+        "core/simulate/carla_collection.py",
+        ("mirrored(records[:, :3])", "records[:, :3]"),
+        ("from_above = np.argsort(-lidar.elevations()", "from_above = np.argsort(lidar.elevations()"),
+        ("(red + 256.0 * green + 65536.0 * blue)", "(blue + 256.0 * green + 65536.0 * red)"),
+        ("[:, :, 2::-1]", "[:, :, :3]"),
+    ),
     *_of(
         "core/geometry.py",
         ("[-sp, cp * sr, cp * cr]", "[sp, cp * sr, cp * cr]"),

@@ -109,6 +109,24 @@ def test_a_killed_run_goes_on_to_the_same_files(tmp_path: Path, whole: dict[str,
     assert content(path) == whole
 
 
+@pytest.mark.parametrize("notes", ["", "{", "[]", '[{"frame": 7}, {"frame": 8}]', '[{"points": 1}]', "7"])
+def test_notes_that_are_not_those_of_a_piece_count_for_nothing(tmp_path: Path, notes: str) -> None:
+    folder = DatasetFolder(tmp_path / "set", dataset())
+    folder.begin()
+    (tmp_path / "set" / ".riglens" / "unit-000000.json").write_text(notes)
+    assert folder.missing() == list(range(len(dataset().pieces)))
+
+
+def test_a_run_killed_before_anything_was_done_goes_on(tmp_path: Path, whole: dict[str, bytes]) -> None:
+    """Whichever of its first steps it had come to."""
+    (tmp_path / "set" / ".riglens").mkdir(parents=True)
+    (tmp_path / "set" / ".riglens.json.0123abcd-999999999-0123abcd-0123456789ab.tmp").write_text("{")
+    assert not DatasetFolder(tmp_path / "set", dataset()).is_complete
+    (tmp_path / "set" / ".riglens.json.0123abcd-999999999-0123abcd-0123456789ab.tmp").unlink()
+    make(tmp_path / "set", dataset())
+    assert content(tmp_path / "set") == whole
+
+
 @pytest.mark.parametrize(
     ("spoil", "message"),
     [

@@ -10,9 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from riglens.core.scene.readers import open_boxes
 from riglens.core.simulate.units import Notes
-from riglens.core.targets.traffic import read_traffic
 from tests.core.simulate.small import dataset, make
 
 pytestmark = pytest.mark.filterwarnings("default")
@@ -155,15 +153,3 @@ def _result(kit: Any, token: str) -> dict[str, Any]:
         "detection_score": 0.9,
         "attribute_name": "",
     }
-
-
-def test_our_own_reader_gives_the_boxes_back(folder: Path) -> None:
-    what = dataset()
-    again = read_traffic(open_boxes(folder / "v1.0-trainval"))
-    assert again.frames == what.traffic.frames
-    for frame in range(again.frames):
-        mine = np.flatnonzero(what.traffic.frame_of_box == np.flatnonzero(what.traffic.frame == frame)[0])
-        theirs = np.flatnonzero(again.frame_of_box == np.flatnonzero(again.frame == frame)[0])
-        np.testing.assert_array_equal(what.traffic.cls[mine], again.cls[theirs])
-        np.testing.assert_allclose(what.traffic.centre_m[mine], again.centre_m[theirs], atol=1e-9)
-        np.testing.assert_allclose(what.traffic.rotation[mine], again.rotation[theirs], atol=1e-9)

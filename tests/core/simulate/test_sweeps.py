@@ -7,6 +7,7 @@ import pytest
 
 from riglens.core.errors import InputError
 from riglens.core.rig.model import EvenAngles, Lidar, Rig
+from riglens.core.simulate.clutter import Footprints, overlaps
 from riglens.core.simulate.settings import BARE, USUAL_SIMULATION, SimulationSettings
 from riglens.core.simulate.sweeps import GROUND, STATIC, Simulator, Sweep, points_inside
 from riglens.core.simulate.world import Worlds
@@ -152,6 +153,49 @@ def test_no_clutter_stands_in_road_users_or_in_the_car() -> None:
                     assert not (np.abs(local) < boxes.halves[user, :2]).all(axis=1).any()
                     met += 1
     assert met > 1000
+
+
+def test_rectangles_overlap_where_a_fine_lattice_of_one_lies_in_the_other() -> None:
+    """And crossing, touching in a corner, side by side, as a pencil says."""
+    east, north = (1.0, 0.0), (0.0, 1.0)
+    long = Footprints(np.array([[0.0, 0.0]]), np.array([[5.0, 0.2]]), np.array([east]))
+    others = Footprints(
+        np.array([[0.0, 0.5], [0.0, 0.5], [0.0, 0.3], [5.1, 0.0], [6.0, 0.0]]),
+        np.array([[5.0, 0.2]] * 5),
+        np.array([east, north, east, north, north]),
+    )
+    assert overlaps(long, others).tolist() == [[False, True, True, True, False]]
+    rng = np.random.default_rng(2)
+    some, more = random_footprints(rng, 40), random_footprints(rng, 40)
+    found, lattice = (
+        overlaps(some, more),
+        np.stack(np.meshgrid(*[np.linspace(-1.0, 1.0, 61)] * 2), axis=-1).reshape(-1, 2),
+    )
+    for k in range(40):
+        places = local_to_ground(some, k, lattice * some.half_m[k])
+        for n in range(40):
+            offset, ahead = places - more.centre_m[n], more.ahead[n]
+            along, beside = offset @ ahead, offset @ np.array([-ahead[1], ahead[0]])
+            inside = ((np.abs(along) < more.half_m[n, 0]) & (np.abs(beside) < more.half_m[n, 1])).any()
+            assert found[k, n] or not inside
+            if found[k, n] and not inside:  # a sliver between two points of the lattice
+                assert not overlaps(shrunk(some, k), shrunk(more, n)).any()
+
+
+def random_footprints(rng: np.random.Generator, count: int) -> Footprints:
+    turn = rng.uniform(-np.pi, np.pi, count)
+    ahead = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    return Footprints(rng.uniform(-4.0, 4.0, (count, 2)), rng.uniform(0.3, 2.5, (count, 2)), ahead)
+
+
+def local_to_ground(some: Footprints, k: int, local: np.ndarray) -> np.ndarray:
+    ahead = some.ahead[k]
+    return np.asarray(some.centre_m[k] + local @ np.array([ahead, [-ahead[1], ahead[0]]]))
+
+
+def shrunk(some: Footprints, k: int) -> Footprints:
+    """One of them, smaller by more than the lattice is coarse: what it meets, the lattice meets."""
+    return Footprints(some.centre_m[[k]], some.half_m[[k]] - 0.2, some.ahead[[k]])
 
 
 def test_points_in_a_box_are_counted_by_where_they_are() -> None:
