@@ -4,8 +4,10 @@ import os
 import signal
 import subprocess
 import sys
+import zipfile
 from collections.abc import Callable
 from dataclasses import replace
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -180,10 +182,20 @@ def test_a_damaged_part_is_not_taken(damage: Callable[[bytes], bytes]) -> None:
 
 
 def test_the_part_of_other_frames_is_not_taken() -> None:
-    """So a worker cannot write a file that nobody asked for."""
     what = dataset()
     with pytest.raises(ChildProcessError, match="another part"):
         unpacked(simulate_unit(what.unit(what.pieces[0])), what.unit(what.pieces[1]))
+
+
+@pytest.mark.parametrize("name", ["../evil", "/tmp/evil", "samples/LIDAR_TOP/more.pcd.bin"])
+def test_a_file_that_nobody_asked_for_is_not_taken(name: str) -> None:
+    what = dataset()
+    unit = what.unit(what.pieces[0])
+    stream = BytesIO(simulate_unit(unit))
+    with zipfile.ZipFile(stream, "a") as archive:
+        archive.writestr(name, b"x")
+    with pytest.raises(ChildProcessError, match="another part"):
+        unpacked(stream.getvalue(), unit)
 
 
 def test_a_rig_without_sensors_and_one_of_cameras_alone(tmp_path: Path) -> None:
