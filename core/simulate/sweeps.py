@@ -74,7 +74,8 @@ class _Source(NamedTuple):
 
 
 class Simulator:
-    """Sweeps of a rig in traffic; frames by their number in the data. For one thread, which may be any.
+    """Sweeps of a rig in traffic; frames by their number in the data. For one thread, which may be any. Worlds, which
+    several rigs may share, bring their own settings.
 
     `mesh` is that of the vehicle's file, if it has one; without it such a body cannot block: an InputError.
     """

@@ -61,11 +61,13 @@ class World(NamedTuple):
 
 
 class Worlds:
-    """The frames of traffic, by their number in the data, as a seed and settings make them."""
+    """The frames of traffic, by their number in the data, as a seed and settings make them. For one thread: the last
+    frame is kept, for the LiDARs and all cameras of a rig ask for the same one."""
 
     def __init__(self, traffic: Traffic, settings: SimulationSettings) -> None:
         self.traffic, self.settings = traffic, settings
         self._place = {number: place for place, number in enumerate(traffic.frame.tolist())}
+        self._last: tuple[int, World] | None = None
 
     @property
     def frames(self) -> int:
@@ -79,7 +81,12 @@ class Worlds:
         return TrueBoxes(t.cls[users], t.centre_m[users], t.size_m[users], t.rotation[users], t.row[users])
 
     def world(self, frame: int) -> World:
-        """All of a frame."""
+        """All of a frame; nobody may write into it."""
+        if self._last is None or self._last[0] != frame:
+            self._last = frame, self._made(frame)
+        return self._last[1]
+
+    def _made(self, frame: int) -> World:
         given, users = self._places(frame)
         rng = np.random.default_rng([self.settings.seed, frame])
         surface = _surface(rng, self.settings, self._height(users))
