@@ -50,7 +50,8 @@ def _stopped_before(rays: Cast) -> NDArray[np.int64]:
         return NO_TILES
     rows, columns = len(rays.rows), len(rays.planes)
     before = np.zeros((-(-rows // TILE) + 1, -(-columns // TILE) + 1), np.int64)
-    count_stopped(rays.is_stopped.reshape(rows, columns), before)
+    table: NDArray[np.bool_] = rays.is_stopped.reshape(rows, columns)
+    count_stopped(table, np.logical_or.reduce(table, axis=1), before)
     return before
 
 

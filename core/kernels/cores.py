@@ -76,6 +76,13 @@ def _mark_between(
     add_levels(levels, work.sure)
 
 
+@inlined
+def free_among(s: Spinner, beams: Beams, beam: int, place: tuple[float, float, float], around: float) -> int:
+    """Whether all, some or none of the rays of a beam that may pass a ball at a place on its cone are cast."""
+    rays, stopped = stopped_among(s, beams, beam, place, around)
+    return COVERS if stopped == 0 else MISSES if stopped == rays else MIXED
+
+
 @kernel
 def find_free(s: Spinner, beams: Beams, tile: Tile, work: TileWork) -> bool:
     """Write whether the rays of each beam that pass a tile are cast; returns whether all of all beams are."""
@@ -91,10 +98,8 @@ def find_free(s: Spinner, beams: Beams, tile: Tile, work: TileWork) -> bool:
         if z - spread > tile.high or z + spread < tile.low:
             continue
         around = HALF_TILE * np.sqrt(1.0 + beams.slope[beam] ** 2) + SLACK
-        rays, stopped = stopped_among(s, beams, beam, (x, y, z), around)
-        if stopped > 0:
-            work.free[beam] = MISSES if stopped == rays else MIXED
-            all_free = False
+        work.free[beam] = free_among(s, beams, beam, (x, y, z), around)
+        all_free &= work.free[beam] == COVERS
     return all_free
 
 

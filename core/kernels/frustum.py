@@ -113,11 +113,11 @@ def _hits(f: Frustum, u: int, v: int, cell: Cell) -> bool:
 
 
 @kernel
-def count_stopped(is_stopped: np.ndarray, before: np.ndarray) -> None:
-    """Write `Frustum.stopped_before` of is_stopped (rows, columns); zeros before."""
+def count_stopped(is_stopped: np.ndarray, has_stops: np.ndarray, before: np.ndarray) -> None:
+    """Write `Frustum.stopped_before` of is_stopped (rows, columns), zeros before; has_stops (rows,): rows with any."""
     rows, columns = is_stopped.shape
     for v in range(rows):
-        for u in range(columns):
+        for u in range(columns if has_stops[v] else 0):
             before[v // TILE + 1, u // TILE + 1] += is_stopped[v, u]
     for i in range(1, before.shape[0]):
         for j in range(1, before.shape[1]):

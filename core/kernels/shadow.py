@@ -158,26 +158,31 @@ def _offer_row(rays: Cast, screen: Screen, face: Face, bar: Barring, row: int, e
     low, high = between(face, height, 3.0 * EDGE / DOUBT * room, True, -face.side, face.side)
     if low > high:
         return
+    finder, scale, back = screen.columns, screen.column_scale, 0.0
+    if screen.is_camera:
+        left, right = -high - BLUR * (1.0 + abs(high)), -low + BLUR * (1.0 + abs(low))
+    else:
+        left = _azimuth(screen, face, row, low) - 3.0 * BEARING
+        right = _azimuth(screen, face, row, high) + 3.0 * BEARING
+        back = np.floor(left / A_TURN) * A_TURN
+        left, right = left - back, right - back
+    outer = (before(finder, scale, left), upto(finder, scale, right))
+    is_one = screen.is_camera or right <= A_TURN
+    if is_one and has_all(ends.is_over[row], max(outer[0], bar.first), min(outer[1], bar.end)):
+        return
     low_in, high_in = 1.0, 0.0
     if face.is_void:
         low_in, high_in = between(face, height, 2.0 * room, False, low, high)
     if screen.is_camera:
-        finder, scale = screen.columns, screen.column_scale
-        left, right = -high - BLUR * (1.0 + abs(high)), -low + BLUR * (1.0 + abs(low))
-        inner = (
-            (upto(finder, scale, -high_in), before(finder, scale, -low_in)) if low_in < high_in else (0, 0)
-        )
-        outer = (before(finder, scale, left), upto(finder, scale, right))
+        inner = (0, 0)
+        if low_in < high_in:
+            inner = (upto(finder, scale, -high_in), before(finder, scale, -low_in))
         _offer_columns(rays, screen, face, bar, row, outer, inner, ends)
         return
-    left, right = (
-        _azimuth(screen, face, row, low) - 3.0 * BEARING,
-        _azimuth(screen, face, row, high) + 3.0 * BEARING,
-    )
     left_in, right_in = 1.0, 0.0
     if low_in < high_in:
-        left_in = _azimuth(screen, face, row, low_in) + 3.0 * BEARING
-        right_in = _azimuth(screen, face, row, high_in) - 3.0 * BEARING
+        left_in = _azimuth(screen, face, row, low_in) + 3.0 * BEARING - back
+        right_in = _azimuth(screen, face, row, high_in) - 3.0 * BEARING - back
     _offer_turn(rays, screen, face, bar, row, (left, right, left_in, right_in), ends)
 
 
@@ -185,9 +190,9 @@ def _offer_row(rays: Cast, screen: Screen, face: Face, bar: Barring, row: int, e
 def _offer_turn(
     rays: Cast, screen: Screen, face: Face, bar: Barring, row: int, turn: tuple[float, float, float, float], ends: Ends
 ) -> None:  # fmt: skip
-    """Offer a face to the azimuths turn[0]..turn[1] of a row, of which those between turn[2] and turn[3] are over."""
-    finder, scale = screen.columns, screen.column_scale
-    back = np.floor(turn[0] / A_TURN) * A_TURN
+    """Offer a face to the azimuths turn[0]..turn[1] of a row, the first within a turn, of which those between turn[2]
+    and turn[3] are over."""
+    finder, scale, back = screen.columns, screen.column_scale, 0.0
     while turn[1] - back >= 0.0:
         left, right, left_in, right_in = turn[0] - back, turn[1] - back, turn[2] - back, turn[3] - back
         inner = (0, 0)

@@ -14,11 +14,13 @@ import numba
 import numpy as np
 
 from riglens.core.kernels.bits import FULL_WORD, lowest_bit
-from riglens.core.kernels.cones import HALF_COLUMN, SLACK, Beams, Spinner, any_ray_hits, height, stopped_among
-from riglens.core.kernels.cores import Shells, find_free, is_in_core, is_in_free_core, mark_core
+from riglens.core.kernels.cones import HALF_COLUMN, SLACK, Beams, Spinner, any_ray_hits, height
+from riglens.core.kernels.cores import Shells, find_free, free_among, is_in_core, is_in_free_core, mark_core
 from riglens.core.kernels.jit import inlined, kernel, parallel_kernel
 from riglens.core.kernels.tiles import (
+    BLOCK,
     COVERS,
+    HALF_BLOCK,
     HALF_TILE,
     MISSES,
     MIXED,
@@ -126,6 +128,25 @@ def _levels(
             hits[1, place] = last if one else level_of(high - drop) if can else np.int32(0)
 
 
+@inlined
+def _find_free_blocks(s: Spinner, beams: Beams, tile: Tile, beam: int, work: TileWork) -> None:
+    """Write whether the rays of a beam that pass blocks of columns of a tile are cast; COVERS where none is wanted."""
+    around = HALF_BLOCK * np.sqrt(1.0 + beams.slope[beam] ** 2) + SLACK
+    for a in range(0, TILE, BLOCK):
+        for b in range(0, TILE, BLOCK):
+            wanted = False
+            for i in range(a, a + BLOCK):
+                for j in range(b, b + BLOCK):
+                    wanted |= work.is_wanted[i * TILE + j]
+            free = COVERS
+            if wanted:
+                middle_a, middle_b = a + BLOCK // 2, b + BLOCK // 2
+                z = work.heights[middle_a, middle_b] - s.origin[2]
+                place = (tile.x + middle_a, tile.y + middle_b, z)
+                free = free_among(s, beams, beam, place, around)
+            work.blocks[a // BLOCK * (TILE // BLOCK) + b // BLOCK] = free
+
+
 @kernel
 def _add_border(s: Spinner, beams: Beams, tile: Tile, beam: int, work: TileWork) -> None:
     """Add the levels of a sheet that ends in the tile, at the border of sector or range or where rays are stopped,
@@ -134,6 +155,8 @@ def _add_border(s: Spinner, beams: Beams, tile: Tile, beam: int, work: TileWork)
     room = HALF_COLUMN * np.sqrt(1.0 + beams.slope[beam] ** 2) + 0.5 * beams.bend[beam] / tile.nearest + SLACK
     sides, begin, end = beams.sides[beam], s.reach[0], s.reach[1]
     narrow, all_free = s.azimuths[-1] - s.azimuths[0] <= np.pi, work.free[beam] == COVERS
+    if not all_free:
+        _find_free_blocks(s, beams, tile, beam, work)
     for i in range(TILE):
         x = tile.x + i + 0.5
         for j in range(TILE):
@@ -146,10 +169,10 @@ def _add_border(s: Spinner, beams: Beams, tile: Tile, beam: int, work: TileWork)
             if not s.is_sector:
                 inside = FARTHEST
             inside = min(inside, min(distance - begin, end - distance))
-            some = every = True
-            if not all_free and work.is_wanted[i * TILE + j]:
-                rays, stopped = stopped_among(s, beams, beam, (x, y, z), room)
-                some, every = stopped < rays, stopped == 0
+            free = COVERS if all_free else work.blocks[i // BLOCK * (TILE // BLOCK) + j // BLOCK]
+            if free == MIXED and work.is_wanted[i * TILE + j]:
+                free = free_among(s, beams, beam, (x, y, z), room)
+            some, every = free != MISSES, free == COVERS
             has_rays[i * TILE + j] = FULL_WORD if some and inside >= -room else np.uint64(0)
             is_full[i * TILE + j] = FULL_WORD if every and inside > room else np.uint64(0)
     for part in range(work.sure.shape[0]):
@@ -300,6 +323,7 @@ def mark_sheets(
             np.empty(TILE * TILE, np.uint64),
             np.empty(beams.elevation.size, np.int8),
             np.empty(TILE * TILE, np.bool_),
+            np.empty((TILE // BLOCK) ** 2, np.int8),
         )
         for ix in range(first_row + worker * TILE, end_row, workers * TILE):
             for iy in range(s.box[2], s.box[3], TILE):

@@ -12,6 +12,9 @@ from riglens.core.kernels.jit import inlined
 
 TILE = 16
 """Columns along each edge of a tile."""
+BLOCK = 4
+HALF_BLOCK = 2.83
+"""A little more than half the diagonal of a block of BLOCK x BLOCK columns."""
 HALF_TILE = 11.4
 """A little more than half the diagonal of a tile."""
 MISSES, MIXED, COVERS = 0, 1, 2
@@ -23,7 +26,8 @@ class TileWork(NamedTuple):
     (2, TILE²): from, to of the levels that it meets and of those that it hits for certain; asked, sure uint64 (words
     per column, TILE²): all of these levels; has_rays, is_full uint64 (TILE²): all bits where a sheet may have rays,
     and where it has them all over the column; free int8 (beams,): whether all, some or none of the rays of a beam
-    that pass the tile are cast: COVERS, MIXED, MISSES; is_wanted bool (TILE²): columns with voxels worth a test."""
+    that pass the tile are cast: COVERS, MIXED, MISSES; is_wanted bool (TILE²): columns with voxels worth a test;
+    blocks int8: as `free`, of one beam, for blocks of BLOCK x BLOCK columns."""
 
     heights: np.ndarray
     meets: np.ndarray
@@ -34,6 +38,7 @@ class TileWork(NamedTuple):
     is_full: np.ndarray
     free: np.ndarray
     is_wanted: np.ndarray
+    blocks: np.ndarray
 
 
 class Tile(NamedTuple):

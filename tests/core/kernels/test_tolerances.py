@@ -131,6 +131,7 @@ def test_balls_columns_and_tiles_have_room_for_rounding() -> None:
     assert math.sqrt(3.0) / 2.0 < cones.SPHERE
     assert math.sqrt(0.5) < cones.HALF_COLUMN
     assert sheet.TILE * math.sqrt(0.5) < sheet.HALF_TILE
+    assert sheet.BLOCK * math.sqrt(0.5) < sheet.HALF_BLOCK
     assert cores.NEARLY_ONE > cones.SPHERE + cones.SLACK
 
 
