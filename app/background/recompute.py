@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QObject, Signal
 
 from riglens.app.background.inbox import SYSTEM_CLOCK, Clock, unexpected
-from riglens.app.background.side_jobs import SideAnswer, SideRequest
+from riglens.app.background.side_jobs import AuditAnswer, AuditRequest, SideAnswer, SideRequest
 from riglens.app.background.wishes import Wishes
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.requests import FRAME_MS, EvaluationRequest, LoadedScene
@@ -61,6 +61,8 @@ class Recompute(QObject):
     failed = Signal(str)
     side_answered = Signal(object)
     """A SideAnswer."""
+    audited = Signal(object)
+    """An AuditAnswer."""
 
     def __init__(
         self,
@@ -98,6 +100,10 @@ class Recompute(QObject):
         """Have rigs scored when nobody edits, in this order, each answered by `side_answered`."""
         self._wishes.ask_aside(requests)
 
+    def ask_audit(self, request: AuditRequest) -> None:
+        """Have the rays of a rig followed when nobody edits, answered by `audited`."""
+        self._wishes.ask_aside([request])
+
     def forget_aside(self, group: str) -> None:
         """Drop what a group asked for and has no answer yet; an answer may still be on its way."""
         self._wishes.forget_aside(group)
@@ -127,6 +133,8 @@ class Recompute(QObject):
         while (work := self._wishes.next_work()) is not None:
             if isinstance(work, SideRequest):
                 self._answer_aside(work)
+            elif isinstance(work, AuditRequest):
+                self._audit(work)
             elif isinstance(work, SceneOptions):
                 self._load(work)
             else:
@@ -219,3 +227,17 @@ class Recompute(QObject):
             self.forget_aside(request.group)
         if found is not None and self._wishes.take_aside(request):
             self.side_answered.emit(SideAnswer(request, scoring.scene, found.scores, found.elapsed_ms))
+
+    def _audit(self, request: AuditRequest) -> None:
+        """Follow the rays of a rig; that is not given up half-way, it takes a second or two."""
+        from riglens.core.engine.audit import audit
+
+        found = None
+        try:
+            field, body = request.scene.field, request.settings.body
+            found = audit(field, request.rig, body, request.mesh, self._threads)
+        except Exception as error:
+            told = isinstance(error, InputError)
+            self.failed.emit(str(error) if told else unexpected(_HERE, error))
+        if self._wishes.take_aside(request):
+            self.audited.emit(AuditAnswer(request, found))

@@ -4,10 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from riglens.app.evaluation.requests import LoadedScene
 from riglens.core.metric.scores import MetricSettings, Scores
 from riglens.core.rig.model import Rig
+
+if TYPE_CHECKING:  # made by the engine's thread, which loads the compiler
+    from riglens.core.engine.audit import RigAudit
+    from riglens.core.vehicle.mesh import BodyMesh
 
 SIDE_REST_S = 0.25
 """Side jobs begin when nothing was asked for so long, so that they never run between two moves of a drag."""
@@ -38,6 +43,33 @@ class SideAnswer:
     elapsed_ms: float
 
 
+@dataclass(frozen=True)
+class AuditRequest:
+    """A rig whose rays are to be followed on the scene; a newer one takes its place."""
+
+    rig: Rig
+    settings: MetricSettings
+    scene: LoadedScene
+    mesh: BodyMesh | None = None
+    group: str = "audit"
+
+    @property
+    def key(self) -> tuple[str, str]:
+        """What makes a newer request take the place of this one."""
+        return self.group, ""
+
+
+@dataclass(frozen=True)
+class AuditAnswer:
+    """Where the rays of the rig go; None where they could not be followed."""
+
+    request: AuditRequest
+    found: RigAudit | None
+
+
+SideJob = SideRequest | AuditRequest
+
+
 class SideQueue:
     """Requests in the order of asking, due when nothing was asked for `SIDE_REST_S` by the clock.
 
@@ -46,10 +78,10 @@ class SideQueue:
 
     def __init__(self, now_s: Callable[[], float]) -> None:
         self._now_s = now_s
-        self._waiting: dict[tuple[str, str], SideRequest] = {}
+        self._waiting: dict[tuple[str, str], SideJob] = {}
         self._asked_s = now_s()
 
-    def ask(self, request: SideRequest) -> None:
+    def ask(self, request: SideJob) -> None:
         """Add a request; one of the same key is dropped."""
         self._waiting.pop(request.key, None)
         self._waiting[request.key] = request
@@ -62,16 +94,16 @@ class SideQueue:
         """Somebody edits: start the rest anew."""
         self._asked_s = self._now_s()
 
-    def first_due(self) -> SideRequest | None:
+    def first_due(self) -> SideJob | None:
         """The request to answer now, None while there is none; it stays in the queue until `done`."""
         due_s = self.due_s()
         return next(iter(self._waiting.values())) if due_s is not None and due_s <= self._now_s() else None
 
-    def wants(self, request: SideRequest) -> bool:
+    def wants(self, request: SideJob) -> bool:
         """Whether this very request is still wanted."""
         return self._waiting.get(request.key) is request
 
-    def done(self, request: SideRequest) -> None:
+    def done(self, request: SideJob) -> None:
         """The request was answered."""
         if self.wants(request):
             del self._waiting[request.key]

@@ -8,11 +8,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from riglens.app.background.inbox import SYSTEM_CLOCK, Clock, Inbox, Latest
-from riglens.app.background.side_jobs import SideQueue, SideRequest
+from riglens.app.background.side_jobs import SideJob, SideQueue
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.requests import EvaluationRequest
 
-Work = SceneOptions | EvaluationRequest | SideRequest
+Work = SceneOptions | EvaluationRequest | SideJob
 
 
 class Wishes(Inbox[Work]):
@@ -48,7 +48,7 @@ class Wishes(Inbox[Work]):
             self._side.postpone()
             self.lock.notify_all()
 
-    def ask_aside(self, requests: Sequence[SideRequest]) -> None:
+    def ask_aside(self, requests: Sequence[SideJob]) -> None:
         """Want these rigs scored when nobody edits."""
         with self.lock:
             for request in requests:
@@ -110,7 +110,7 @@ class Wishes(Inbox[Work]):
         with self.lock:
             self._evaluations.finish()
 
-    def take_aside(self, request: SideRequest) -> bool:
+    def take_aside(self, request: SideJob) -> bool:
         """A side job is done; whether its answer is still wanted."""
         with self.lock:
             is_wanted = self._side.wants(request)
@@ -160,7 +160,7 @@ class Wishes(Inbox[Work]):
             wanted = self._evaluations.waiting
             return self._closing or (wanted is not None and not wanted.is_preview and not self.gave_up_last)
 
-    def gives_way(self, request: SideRequest) -> bool:
+    def gives_way(self, request: SideJob) -> bool:
         """Whether a side job has to let something more important go first, or is not wanted any more."""
         with self.lock:
             return self._closing or not self._is_idle() or not self._side.wants(request)

@@ -8,6 +8,7 @@ from PySide6.QtCore import Qt
 
 from riglens.app.window.features.appearance import Layout, Theme, Units
 from riglens.app.window.features.arrange import Arrange, ViewMenu
+from riglens.app.window.features.audit import Audit
 from riglens.app.window.features.autosave import Autosave
 from riglens.app.window.features.car import Car, SolidCar
 from riglens.app.window.features.compare import Compare
@@ -70,6 +71,7 @@ class Features(NamedTuple):
     sensor_view: SensorView
     target_maps: TargetMaps
     standing: Standing
+    audit: Audit
     compare: Compare
     detection: Detection
     objects: Objects
@@ -129,6 +131,7 @@ def build_features(bench: Workbench) -> Features:
         sensor_view=SensorView(bench, frame),
         target_maps=TargetMaps(bench, heat, targets, map_),
         standing=Standing(bench),
+        audit=Audit(bench),
         compare=(compare := Compare(bench, files, exchange, targets)),
         detection=Detection(bench, compare),
         objects=Objects(bench),

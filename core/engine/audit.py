@@ -75,6 +75,10 @@ class RigAudit:
     body: Body
     sensors: tuple[SensorAudit, ...]
 
+    def of(self, name: str) -> SensorAudit | None:
+        """Return the audit of one sensor, None when it has none."""
+        return next((found for found in self.sensors if found.name == name), None)
+
 
 def audit(
     field: EntropyField,

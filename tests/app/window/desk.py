@@ -15,7 +15,7 @@ from PySide6.QtWidgets import QMainWindow, QToolBar
 from pytestqt.qtbot import QtBot
 
 from riglens.app.background.recompute import Recompute
-from riglens.app.background.side_jobs import SideRequest
+from riglens.app.background.side_jobs import AuditRequest, SideRequest
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.requests import Approximation, EvaluationRequest, Result
 from riglens.app.session.document import Document
@@ -49,6 +49,7 @@ class FakeRecompute(Recompute):
         self.requests: list[EvaluationRequest] = []
         self.loads: list[SceneOptions] = []
         self.aside: list[SideRequest] = []
+        self.audits: list[AuditRequest] = []
 
     @property
     def threads(self) -> int | None:
@@ -59,6 +60,9 @@ class FakeRecompute(Recompute):
 
     def ask_aside(self, requests: Sequence[SideRequest]) -> None:
         self.aside.extend(requests)
+
+    def ask_audit(self, request: AuditRequest) -> None:
+        self.audits.append(request)
 
     def forget_aside(self, group: str) -> None:
         self.aside = [request for request in self.aside if request.group != group]

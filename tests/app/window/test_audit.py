@@ -1,0 +1,117 @@
+"""The audit of rays in the inspector: asked for by a button, six shares that add up, greyed after an edit."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QPushButton
+from pytestqt.qtbot import QtBot
+
+from riglens.app.background.side_jobs import AuditAnswer
+from riglens.app.window.features.audit import Audit
+from riglens.app.window.features.follow import Follow
+from riglens.core.engine.audit import FATES, RigAudit, audit
+from riglens.core.rig.model import Rig
+from riglens.widgets.panels.inspector.audit_view import ASKED, FATE_TITLES, NOT_COUNTED, OUTDATED, percents
+from tests.app.window.desk import Desk, open_desk
+from tests.app.window_bench import RIG, open_bench
+from tests.core.builders import grid_of, random_field
+from tests.waiting import TIMEOUT_MS
+
+FIELD = random_field(grid_of(40, 40, 8, 0.5), np.random.default_rng(3), share=0.05)
+
+
+def audited(rig: Rig) -> RigAudit:
+    return audit(FIELD, rig, "blocks", None, 1)
+
+
+@pytest.fixture
+def desk(qtbot: QtBot) -> Iterator[Desk]:
+    made = open_desk(qtbot)
+    Follow(made.workbench).show_all()
+    made.workbench.answers.ask()
+    made.load()
+    made.answer()
+    made.document.select("roof")
+    yield made
+
+
+def view(desk: Desk):
+    return desk.panels.inspector.form.audit  # type: ignore[attr-defined]
+
+
+def press(desk: Desk) -> None:
+    button = desk.panels.inspector.form.findChild(QPushButton, "follow_rays")
+    assert button is not None
+    button.click()
+
+
+@given(st.lists(st.integers(0, 10**6), min_size=6, max_size=6).filter(any))
+def test_shares_as_shown_add_up_to_a_hundred_percent(counts: list[int]) -> None:
+    shares = {name: count / sum(counts) for name, count in zip(FATES, counts, strict=True)}
+    shown = percents(shares)
+    assert round(sum(shown.values()), 6) == 100.0
+    assert all(abs(shown[name] - 100.0 * share) <= 0.1 + 1e-9 for name, share in shares.items())
+
+
+def test_the_view_knows_every_fate() -> None:
+    assert set(FATE_TITLES) == set(FATES)
+
+
+def test_rays_are_followed_when_asked_for_and_greyed_after_an_edit(desk: Desk) -> None:
+    feature = Audit(desk.workbench)
+    assert desk.recompute.audits == [] and view(desk).note == ""
+    press(desk)
+    (request,) = desk.recompute.audits
+    assert request.rig == desk.document.rig and view(desk).note == ASKED
+    feature._take(AuditAnswer(request, audited(request.rig)))
+    found = audited(request.rig).of("roof")
+    assert found is not None and view(desk).note.startswith(f"{found.rays:,} rays")
+    wanted = percents(found.shares)
+    assert {name: view(desk).text_of(name) for name in FATES} == {n: f"{wanted[n]:.1f} %" for n in FATES}
+    desk.document.select("front")
+    assert view(desk).note.startswith(f"{RIG.sensor('front').ray_count:,} rays")
+    desk.drag("roof", (0.3, 0.0, 2.0))
+    assert view(desk).note == OUTDATED
+    desk.document.undo()
+    assert view(desk).note != OUTDATED
+
+
+def test_a_sensor_that_does_not_count_and_other_traffic_have_no_audit(desk: Desk) -> None:
+    feature = Audit(desk.workbench)
+    press(desk)
+    feature._take(AuditAnswer(desk.recompute.audits[0], audited(desk.document.rig)))
+    desk.document.set_enabled(("roof",), False)
+    assert view(desk).note == NOT_COUNTED
+    desk.document.set_enabled(("roof",), True)
+    desk.load()
+    assert feature.answer is None and view(desk).note == ""
+
+
+def test_an_answer_to_an_earlier_wish_is_not_shown(desk: Desk) -> None:
+    feature = Audit(desk.workbench)
+    press(desk)
+    press(desk)
+    first, second = desk.recompute.audits
+    feature._take(AuditAnswer(first, audited(first.rig)))
+    assert feature.answer is None
+    feature._take(AuditAnswer(second, None))
+    assert feature.answer is None and view(desk).note == ""
+
+
+def test_the_thread_follows_rays_as_the_command_does(qtbot: QtBot, tmp_path: Path) -> None:
+    with open_bench(qtbot, tmp_path) as bench:
+        bench.document.select("roof")
+        told: list[AuditAnswer] = []
+        bench.workbench.recompute.audited.connect(told.append, Qt.ConnectionType.QueuedConnection)
+        bench.features.audit.follow_rays()
+        qtbot.waitUntil(lambda: bool(told), timeout=TIMEOUT_MS)
+        expected = audit(bench.scenes[-1].field, RIG, bench.session.body, None, 1)
+        assert told[0].found is not None
+        assert [s.counts for s in told[0].found.sensors] == [s.counts for s in expected.sensors]
