@@ -141,16 +141,18 @@ def _summary(figures: Figures) -> Iterator[str]:
     yield "<h2>Requirements</h2>"
     for number, check in enumerate(checks):
         failed = sum(not verdict["passes"] for verdict in check["verdicts"])
-        mark = '<span class="not">not met</span>' if failed else '<span class="met">met</span>'
-        name = escape(visible(check["rig"]["name"]))
-        yield f"<h3>{name}: {len(check['verdicts']) - failed} of {len(check['verdicts'])} {mark}</h3>"
+        name, count = escape(visible(check["rig"]["name"])), len(check["verdicts"])
+        kind = "not" if failed else "met"
+        yield f'<h3>{name}: <span class="{kind}">{count - failed} of {count} met</span></h3>'
         table = _Table(figures, "", ("requirement", "found", "", "limit", "unit", ""))
         for place, verdict in enumerate(check["verdicts"]):
             here = f"rigs/{number}/check/verdicts/{place}"
             word = "met" if verdict["passes"] else "NOT MET"
+            is_share = verdict["unit"] == "share"
+            write, unit = (percent, "") if is_share else (number_text, verdict["unit"])
             table.row(
-                visible(verdict["text"]), (f"{here}/found", number_text), verdict["relation"],
-                (f"{here}/limit", number_text), verdict["unit"], word,
+                visible(verdict["text"]), (f"{here}/found", write), verdict["relation"], (f"{here}/limit", write), unit,
+                word,
             )  # fmt: skip
         yield table.html()
 
