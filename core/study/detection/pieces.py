@@ -6,6 +6,8 @@ any moment goes on where it was, and ends with the same figures; a folder may ho
 
 from __future__ import annotations
 
+import zipfile
+import zlib
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, fields
 from functools import cached_property
@@ -18,6 +20,7 @@ from numpy.typing import NDArray
 from riglens.core.detect.net import Machine, State, detect, train
 from riglens.core.detect.pillars import Sample, Samples, pillars
 from riglens.core.detect.precision import Detections, Matched, Truth
+from riglens.core.errors import InputError
 from riglens.core.files import atomic_write
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.simulate.sweeps import Simulator
@@ -210,6 +213,17 @@ def _write(path: Path, columns: dict[str, Any]) -> None:
 
 
 def _read(path: Path, begins: str = "") -> dict[str, NDArray[Any]]:
-    """The arrays of a piece whose names begin so; nothing is unpickled."""
-    with np.load(path, allow_pickle=False) as held:
-        return {name: held[name] for name in held.files if name.startswith(begins)}
+    """The arrays of a piece whose names begin so; nothing is unpickled. Raise InputError for a damaged file."""
+    try:
+        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as held:
+            return {name: held[name] for name in held.files if name.startswith(begins)}
+    except (
+        OSError,
+        ValueError,
+        EOFError,
+        TypeError,
+        AttributeError,
+        zipfile.BadZipFile,
+        zlib.error,
+    ) as error:
+        raise InputError(f"{path}: damaged; delete it, and it is made again") from error

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from riglens.core.errors import InputError
 from riglens.core.rig.presets import preset
-from riglens.core.study.detection.pieces import Study
+from riglens.core.study.detection.pieces import Pieces, Study
 from riglens.core.study.detection.protocol import Protocol, entrants, references, split, train_frames
 from riglens.core.study.detection.published import PROTOCOL as PUBLISHED
 from riglens.core.study.detection.published import equal_rays, published_rigs
@@ -111,3 +112,15 @@ def test_the_published_rigs_are_those_that_were_registered() -> None:
     assert {one.key for one in references()} < {one.key for one in rigs}
     assert (PUBLISHED.seeds, PUBLISHED.epochs) == (5, 4)
     assert (PUBLISHED.train_frames, PUBLISHED.test_frames) == (200, 500)
+
+
+@pytest.mark.parametrize("content", [b"", b"no archive", b"PK\x03\x04 cut off", b"\x93NUMPY\x01\x00v\x00{}"])
+def test_a_damaged_piece_is_one_line_with_its_file(tmp_path: Path, content: bytes) -> None:
+    asked = study(rig("a"), rig("b", 4))
+    pieces = Pieces(asked, tmp_path)
+    path = tmp_path / f"net-0-{asked.net_key(asked.nets[0])}.npz"
+    assert not pieces.has_net(asked.nets[0])
+    path.write_bytes(content)
+    with pytest.raises(InputError) as told:
+        pieces.has_net(asked.nets[0])
+    assert str(told.value) == f"{path}: damaged; delete it, and it is made again"
