@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Group, Parameter
@@ -28,6 +29,8 @@ def tolerance(
     seed: Annotated[int, Parameter(converter=whole_number, group=DRAWING, metavar="N")] = 0,
     sample: Annotated[Whole, Parameter(group=DRAWING, metavar="N")] = 100,
     sensitivities: Annotated[bool, Parameter(group=DRAWING, negative="--no-sensitivities")] = True,
+    worst: Annotated[Path | None, Parameter(group=DRAWING, metavar="FILE.yaml")] = None,
+    figure: Annotated[str, Parameter(group=DRAWING, metavar="NAME")] = "seen car",
     scene: SceneArguments = SceneArguments(),
     score: ScoreArguments = ScoreArguments(),
     libraries: LibraryArguments = LibraryArguments(),
@@ -49,6 +52,10 @@ def tolerance(
         Count road users in so many frames; 0 leaves them out.
     sensitivities
         Also say what each error does on its own.
+    worst
+        Also write the rig of the worst draw, to look at it beside the rig as designed.
+    figure
+        By which figure the worst draw is told, such as "seen car" or "on_target pedestrian".
     json
         Also write the figures as JSON to a file; with - to standard output, instead of the table.
     """
@@ -56,5 +63,5 @@ def tolerance(
     libraries.use()
     from riglens.app.commands import tolerance_job
 
-    asked = tolerance_job.Asked(profile, draws, seed, sample, sensitivities, json)
+    asked = tolerance_job.Asked(profile, draws, seed, sample, sensitivities, worst, figure, json)
     tolerance_job.tolerance(rig, scene.options(), score.options(), asked)

@@ -17,21 +17,26 @@ from riglens.app.terminal.tolerance import print_tolerance
 from riglens.core.engine.evaluation_json import to_text
 from riglens.core.errors import InputError
 from riglens.core.files import require_writable
-from riglens.core.review.measures import Measures
-from riglens.core.review.tolerance import MAX_DRAWS, profile_called
+from riglens.core.review.measures import ON_TARGET, SEEN, Measures
+from riglens.core.review.tolerance import MAX_DRAWS, profile_called, worst_rig
 from riglens.core.review.tolerance import tolerance as tolerance_of
 from riglens.core.review.tolerance_json import tolerance_document
+from riglens.core.rig.yaml.file import dumps
+from riglens.core.scene.boxes import CLASSES
 from riglens.core.targets.traffic import WITHIN_M
 
 
 class Asked(NamedTuple):
-    """Which errors, how many draws of which seed, in how many frames; where JSON goes, "-" for standard output."""
+    """Which errors, how many draws of which seed, in how many frames; where the rig of the worst draw by a figure goes,
+    and where JSON goes, "-" for standard output."""
 
     profile: str
     draws: int
     seed: int
     sample: int | None
     sensitivities: bool
+    worst: Path | None
+    figure: str
     json: str | None
 
 
@@ -45,8 +50,12 @@ def tolerance(name: str, scene: SceneOptions, score: ScoreOptions, asked: Asked)
     rig = rig_called(name)
     score = score.for_rigs([rig])
     (mesh,) = meshes_called([name], [rig], score)
-    if asked.json not in (None, "-"):
-        require_writable(asked.json, (name, *scene.files))
+    for path in (asked.worst, None if asked.json in (None, "-") else asked.json):
+        if path is not None:
+            require_writable(path, (name, *scene.files))
+    figures = [f"{kind} {cls}" for kind in (SEEN, ON_TARGET) for cls in CLASSES]
+    if asked.figure not in figures:
+        raise InputError(f"--figure: found '{asked.figure}', accepted is one of {', '.join(figures)}")
     for line in missing_rays(rig):
         note(line)
     settings = settings_of(score)
@@ -58,6 +67,8 @@ def tolerance(name: str, scene: SceneOptions, score: ScoreOptions, asked: Asked)
     with progress_bar("Drawing errors") as progress:
         measure = Measures(field, traffic, settings, mesh, asked.sample, score.threads)
         found = tolerance_of(rig, profile, measure, asked.draws, asked.seed, asked.sensitivities, progress)
+    if asked.worst is not None:
+        write_text(asked.worst, dumps(worst_rig(found, asked.figure)))
     text = to_text(tolerance_document(found, settings.body))
     if asked.json == "-":
         sys.stdout.write(text)

@@ -251,6 +251,17 @@ def _sensitivity(
     return Sensitivity(sensor, axis, limit, {name: (more[name] - less[name]) / 2.0 for name in more})
 
 
+def worst_rig(result: ToleranceResult, figure: str) -> Rig:
+    """The rig of the draw in which a figure is least, as it stands then; InputError for an unknown figure."""
+    if figure not in result.spreads:
+        known = ", ".join(result.spreads)
+        raise InputError(f"--figure: found '{figure}', accepted is one of {known}")
+    draw = result.spreads[figure].worst_draw
+    errors = unit_draws(result.draws, errors_count(result.rig), result.seed)[draw]
+    worst = standing(*disturbed(result.rig, result.profile, errors))
+    return worst.model_copy(update={"name": f"{worst.name[:150]}, {result.profile.name}, draw {draw}"})
+
+
 def first_order_sd(result: ToleranceResult, name: str) -> float:
     """Standard deviation of a figure as its sensitivities predict it: errors drawn evenly within plus or minus 1 have a
     variance of a third. Errors of brackets are not among the sensitivities."""

@@ -29,12 +29,25 @@ def test_the_json_holds_what_the_table_shows_and_a_seed_repeats_it(riglens, boxe
     )
 
 
+@pytest.mark.parametrize("profile", ["service", "load"])
+def test_the_rig_of_the_worst_draw_scores_what_the_table_says(riglens, boxes, tmp_path, profile):
+    scene, worst = ("--boxes", boxes, *SMALL_GRID), tmp_path / "worst.yaml"
+    told = riglens("tolerance", "Center", *scene, *FEW, "--profile", profile, "--worst", worst, "--json", "-")
+    assert told.code == 0, told.err
+    spread = json.loads(told.out)["figures"]["seen car"]
+    found = riglens("evaluate", worst, *scene, "--body", "ignored", "--json", "-")
+    (rig,) = json.loads(found.out)["rigs"]
+    assert rig["classes"]["car"]["any"]["seen"] == spread["worst"]
+    assert rig["name"] == f"Center, {profile}, draw {spread['worst_draw']}"
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
         (("--profile", "magic"), "accepted is one of assembly"),
         (("--draws", "0"), "--draws: found 0"),
         (("--seed", "-1"), "--seed: found -1"),
+        (("--figure", "seen lorry"), "accepted is one of seen car"),
     ],
 )
 def test_bad_input_is_told_in_one_line(riglens, arguments, said):
