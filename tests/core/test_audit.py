@@ -65,7 +65,8 @@ def test_a_single_ray_has_the_fate_that_geometry_gives_it(
     mask = np.full(GRID.shape, informative)
     mask[0, 0, 0] = True
     ray = Lidar(name="a", position=(3.0, 0.1, 2.0), elevations_deg=(elevation,), azimuths_deg=(0.0,))
-    assert audit(field_of(GRID, mask), rig_of(ray), "ignored").sensors[0].counts[fate] == 1
+    (found,) = audit(field_of(GRID, mask), rig_of(ray), "ignored").sensors
+    assert found.counts[fate] == 1 and found.shares[fate] == 1.0
 
 
 def test_what_two_sensors_both_see_is_new_with_neither_and_what_passes_by_never_enters() -> None:

@@ -56,6 +56,16 @@ def test_twins_count_twice_and_a_sensor_that_is_off_not_at_all() -> None:
     assert engine.marks_of(twin, "bresenham") is None
 
 
+def test_a_twin_that_is_off_is_not_counted_by_the_rays_of_the_other() -> None:
+    field = random_field(GRID, np.random.default_rng(1))
+    on = spinning((0.0, 0.0, 5.0))
+    rig = rig_of(on, on.replace(enabled=False))
+    engine = Engine(field)
+    engine.evaluate(rig)
+    once, twice, _ = covered_at_least(engine, rig, "exact")
+    assert once.any() and not twice.any()
+
+
 @pytest.mark.parametrize("edit", ["move", "remove"])
 def test_after_an_edit_the_answer_is_that_of_the_new_rig(edit: str) -> None:
     rng = np.random.default_rng(4)

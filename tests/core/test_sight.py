@@ -25,15 +25,15 @@ def voxel_at(grid, point):
     return tuple(int(np.floor(place)) for place in grid.to_grid(point))
 
 
-def plain_miss(sensor, grid, voxel):
+def plain_miss(sensor, grid, voxel, count=4000):
     """Distance of the nearest ray from the voxel's box by looking at many points of every ray."""
     low = np.array(grid.origin_m) + np.array(voxel) * grid.voxel_m
     directions = sensor_rays(sensor).directions
     reach = 2.0 * float(np.linalg.norm(low - np.array(sensor.position))) + 2.0
-    points = np.array(sensor.position) + np.linspace(0.0, reach, 4000)[:, None, None] * directions
+    points = np.array(sensor.position) + np.linspace(0.0, reach, count)[:, None, None] * directions
     return float(
         np.linalg.norm(points - np.clip(points, low, low + grid.voxel_m), axis=2).min()
-    ), reach / 4000
+    ), reach / count
 
 
 @settings(max_examples=12)
@@ -59,6 +59,16 @@ def test_what_the_engine_does_not_mark_gets_a_reason_that_holds(seed):
             is_far = np.linalg.norm(np.clip(0.0, low, low + grid.voxel_m)) >= sensor.range_m[1]
             crossed = sees_voxel(endless, sensor.replace(range_m=(0.0, float("inf"))), "exact", voxel)
             assert crossed or is_near or is_far
+
+
+@pytest.mark.parametrize(("seed", "voxel"), [(5, (6, 3, 5)), (17, (8, 2, 4))])
+def test_the_nearest_ray_is_that_to_the_box_and_not_to_its_centre(seed, voxel):
+    """One that passes beside a corner is nearer than another that comes closer to the centre, beside a face."""
+    grid = grid_of(10, 9, 8, 0.5)
+    sensor = random_sensor(grid, np.random.default_rng(seed), rays=12).replace(range_m=(0.0, float("inf")))
+    found = sight(sensor, grid, voxel, False)
+    plain, step = plain_miss(sensor, grid, voxel, 100_000)
+    assert found.verdict in ("between", "outside") and plain - 2 * step <= found.miss_m <= plain + 1e-9
 
 
 def test_a_voxel_between_two_beams_is_missed_by_the_distance_to_the_nearer_one():
@@ -120,6 +130,40 @@ def test_what_only_the_range_cuts_off_is_out_of_range():
     at = {x: sight(ahead, GRID, voxel_at(GRID, (x, 0.02, 2.02)), sees=False).verdict for x in (1.0, 7.0)}
     assert at == {1.0: "range", 7.0: "range"}
     assert sight(ahead, GRID, voxel_at(GRID, (4.0, 0.02, 3.0)), sees=False).verdict == "outside"
+
+
+def test_between_rays_but_before_the_range_begins_or_after_it_ends_is_out_of_range():
+    """Beams 40 degrees apart, and voxels half-way between them."""
+    round_about = np.arange(-180.0, 180.0)
+    sparse = lidar((0.0, 0.05, 2.05), elevations=(-20.0, 20.0), azimuths=round_about, range_m=(2.0, 6.0))
+    at = {
+        x: sight(sparse, GRID, voxel_at(GRID, (x, 0.02, 2.02)), sees=False).verdict for x in (0.9, 4.0, 7.0)
+    }
+    assert at == {0.9: "range", 4.0: "between", 7.0: "range"}
+
+
+@pytest.mark.parametrize(
+    ("yaw_deg", "point", "verdict"),
+    [
+        (0.0, (3.0, 1.5, 2.25), "between"),
+        (0.0, (1.5, 3.0, 2.25), "outside"),
+        (90.0, (1.5, 3.0, 2.25), "between"),
+        (90.0, (1.5, -3.0, 2.25), "outside"),
+    ],
+)
+def test_the_sector_of_a_lidar_turns_with_it_and_within_it_nothing_is_beside(yaw_deg, point, verdict):
+    sector = Lidar(
+        name="sector", position=(0.0, 0.0, 2.0), rpy_deg=(0.0, 0.0, yaw_deg), elevations_deg=(-10.0, 0.0, 10.0),
+        azimuths_deg=EvenAngles(**{"from": -60.0, "to": 60.0, "count": 120}),
+    )  # fmt: skip
+    found = sight(sector, GRID, voxel_at(GRID, point), sees=False)
+    assert (found.verdict, found.side) == (verdict, "" if verdict == "between" else "beside")
+
+
+def test_outside_the_field_of_view_comes_before_out_of_range():
+    ahead = lidar((0.0, 0.05, 2.05), range_m=(0.0, 3.0))
+    found = sight(ahead, GRID, voxel_at(GRID, (6.0, 0.02, 3.9)), sees=False)
+    assert (found.verdict, found.side) == ("outside", "above")
 
 
 def test_a_sensor_that_is_off_is_the_reason_whatever_it_would_see():
