@@ -31,6 +31,8 @@ class MapPanel(QWidget):
         self.choice.insertSeparator(self.choice.count())
         for mode, text in ON_ROAD_USERS.items():
             self.choice.addItem(text, mode)
+        self.choice.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
+        self.choice.setMinimumContentsLength(8)
         self.choice.setToolTip("Which sensors' coverage the map shows, or what LiDARs get onto road users")
         self.choice.activated.connect(lambda _: self.shown_chosen.emit())
         fit = QToolButton()
@@ -41,8 +43,7 @@ class MapPanel(QWidget):
         row.setContentsMargins(MARGIN, 4, MARGIN, 4)
         row.setSpacing(SPACING)
         row.addWidget(self.title)
-        row.addWidget(self.choice)
-        row.addStretch(1)
+        row.addWidget(self.choice, 1)
         row.addWidget(fit)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)

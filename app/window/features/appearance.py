@@ -17,9 +17,9 @@ from riglens.widgets.panels.fields.quantity import DEGREES, METRES, MILLIMETRES,
 from riglens.widgets.panels.style import apply_style, is_dark, shows_dark
 from riglens.widgets.theme import palette
 
-LEFT_PX, RIGHT_PX, BOTTOM_PX = 332, 320, 200
-SIDE_SHARE = 0.26
-"""The most of a small window that a panel beside the view takes at first."""
+LEFT_PX, RIGHT_PX, BOTTOM_PX = 328, 320, 200
+SIDE_SHARE, SIDE_LESS_PX, BELOW_SHARE = 0.28, 26, 0.25
+"""The most of a small window that a panel beside or below the view takes at first; beside it less by some pixels."""
 FRAME = QSize(16, 44)
 """Room for the frame and the title bar that a desktop puts around a window; how large they are is known too late."""
 VERSION = 1
@@ -104,8 +104,9 @@ class Layout(Feature):
     def _share_room(self) -> None:
         """Give the panels their first sizes; the view gets most of a small window."""
         docks, size = self.bench.docks, self.bench.window.size()
-        wide_px = [min(wanted, round(size.width() * SIDE_SHARE)) for wanted in (LEFT_PX, RIGHT_PX)]
-        high_px = min(BOTTOM_PX, round(size.height() * SIDE_SHARE))
+        most_px = round(size.width() * SIDE_SHARE) - SIDE_LESS_PX
+        wide_px = [min(wanted, most_px) for wanted in (LEFT_PX, RIGHT_PX)]
+        high_px = min(BOTTOM_PX, round(size.height() * BELOW_SHARE))
         sides = [docks["Sensors"], docks["Inspector"]]
         self.bench.window.resizeDocks(sides, wide_px, Qt.Orientation.Horizontal)
         self.bench.window.resizeDocks([docks["Scores"]], [high_px], Qt.Orientation.Vertical)

@@ -10,7 +10,7 @@ from riglens.core.scene.boxes import CLASSES
 from riglens.core.targets.settings import USUAL
 from riglens.widgets.panels.scores.text import NONE
 from riglens.widgets.panels.sensors.losses import COLUMNS, Known, class_change, titles
-from riglens.widgets.panels.style import SPACING, numbers_font, tones
+from riglens.widgets.panels.style import numbers_font, tones
 
 WAITING, NOT_COUNTED = "computed when the program is idle", "it does not count, so nothing is lost"
 UNITS = "percentage points of road users and of H(Ω), 10³ nat"
@@ -20,6 +20,9 @@ NOTE = (
 )
 
 
+_GAP_PX = 4
+
+
 class MarginalView(QWidget):
     """A small table; numbers of an earlier rig are greyed."""
 
@@ -27,9 +30,8 @@ class MarginalView(QWidget):
         super().__init__(parent)
         grid = QGridLayout(self)
         grid.setContentsMargins(0, 0, 0, 0)
-        grid.setHorizontalSpacing(SPACING)
+        grid.setHorizontalSpacing(_GAP_PX)
         grid.setVerticalSpacing(2)
-        grid.setColumnMinimumWidth(0, 64)
         self._titles = [_label(title, muted=True) for title in titles(USUAL.min_points)]
         for place, title in enumerate(self._titles, 1):
             grid.setColumnStretch(place, 1)
