@@ -37,7 +37,7 @@ def test_of_two_ways_to_grow_the_larger_box_counts() -> None:
     assert grown(full, (1, 4, 0), [0, 3, 0, 12, 0, 1]) == [0, 2, 0, 12, 0, 1]
 
 
-@pytest.mark.parametrize("seed", range(30))
+@pytest.mark.parametrize("seed", range(8))
 def test_no_layer_can_be_added(seed: int) -> None:
     rng = np.random.default_rng(seed)
     full = rng.random((7, 6, (5, 130)[seed % 2])) < rng.choice([0.005, 0.1])
