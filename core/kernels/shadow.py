@@ -305,3 +305,20 @@ def find_ends(
             first, end = 64 * (words * strip // strips), min(64 * (words * (strip + 1) // strips), columns)
             bar = Barring(tree, stops, start, void, first, end)
             _offer_tree(rays, screen, bar, Ends(at, has_end, is_over))
+
+
+@kernel
+def find_ends_serial(
+    rays: Cast,
+    screen: Screen,
+    tree: Tree,
+    stops: np.ndarray,
+    start: float,
+    void: np.ndarray,
+    at: np.ndarray,
+    has_end: np.ndarray,
+    is_over: np.ndarray,
+) -> None:
+    """The same for a thread that must not call parallel kernels."""
+    bar = Barring(tree, stops, start, void, 0, screen.column_of.size)
+    _offer_tree(rays, screen, bar, Ends(at, has_end, is_over))

@@ -122,7 +122,10 @@ def _by_triangle(
     rows, columns = len(screen.row_of), len(screen.column_of)
     at = np.zeros((rows, columns))
     has_end, is_over = np.zeros((2, rows, (columns + 63) // 64), np.uint64)
-    kernel.find_ends(rays, screen, *barrier, void, workers, at, has_end, is_over)
+    if workers == 1:
+        kernel.find_ends_serial(rays, screen, *barrier, void, at, has_end, is_over)
+    else:
+        kernel.find_ends(rays, screen, *barrier, void, workers, at, has_end, is_over)
     stopped, cut = has_end | is_over, has_end & ~is_over
     is_stopped, some = np.zeros((rows, columns), np.bool_), np.flatnonzero(stopped.any(axis=1))
     if not some.size:
