@@ -35,9 +35,9 @@ def evaluate(names: Sequence[str], scene: SceneOptions, score: ScoreOptions, jso
         require_writable(json_target, (*names, *scene.files))
     for line in (line for rig in rigs for line in missing_rays(rig)):
         note(line)
-    for line in wrong_places(rigs, meshes):
-        note(line)
     _, field = load_with_progress(scene.for_rigs(rigs, score))
+    for line in wrong_places(rigs, meshes):  # what is refused is refused in one line
+        note(line)
     evaluations = score_rigs(rigs, field, score, meshes=meshes)
     document = evaluation_document(field, settings_of(score), evaluations)
     if json_target == "-":

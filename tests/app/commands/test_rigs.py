@@ -140,13 +140,12 @@ def test_what_cannot_be_done_is_said_in_one_line(
     assert not (tmp_path / "out.yaml").exists()
 
 
-def test_an_xacro_file_is_refused_with_the_way_to_expand_it(riglens: Run, tmp_path: Path) -> None:
+def test_an_xacro_file_without_anything_is_refused_in_one_line(riglens: Run, tmp_path: Path) -> None:
     kit = tmp_path / "kit.xacro"
     kit.write_text(
         '<robot name="kit" xmlns:xacro="http://ros.org/wiki/xacro"><xacro:include filename="a"/></robot>'
     )
-    line = riglens("convert", kit, tmp_path / "rig.yaml").refused()
-    assert line.endswith("this is xacro, not expanded URDF; expand it first: xacro kit.xacro > rig.urdf")
+    assert "kit.xacro:1: <robot>: no <link>" in riglens("convert", kit, tmp_path / "rig.yaml").refused()
 
 
 def test_an_autoware_kit_can_be_drawn_on_another_car(riglens: Run, tmp_path: Path) -> None:

@@ -76,6 +76,6 @@ def test_a_name_is_no_formula_in_the_file(delimiter: str) -> None:
 
 def test_one_class_has_all_its_scores_and_all_classes_the_main_ones() -> None:
     assert [column.title for column in columns_for("car")] == [
-        "Seen by any", "S-MS", "Cameras S-MIG", "LiDARs S-MIG",
+        "On target", "Detected", "Seen by any", "S-MS", "Cameras S-MIG", "LiDARs S-MIG",
     ]  # fmt: skip
-    assert len(columns_for("all classes")) == 6
+    assert len(columns_for("all classes")) == 9
