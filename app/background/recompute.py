@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Signal
 
+from riglens.app.background.compiling import OtherKernels
 from riglens.app.background.inbox import SYSTEM_CLOCK, Clock, unexpected
 from riglens.app.background.side_jobs import AuditAnswer, AuditRequest, SideAnswer, SideRequest
 from riglens.app.background.wishes import Wishes
@@ -45,7 +46,7 @@ class Recompute(QObject):
     Every request is answered unless a newer one took its place; after a load the last one is answered again.
     `close` must be called before the object goes away. `coarse_above_ms`: exact answers that are expected to
     take longer are preceded by a coarse one. With `waits` nothing is done before `begin`. `clock` is what rests are
-    measured by.
+    measured by. `others` compiles, after the first answer, what the first rig did not need.
     """
 
     evaluated = Signal(object)
@@ -71,6 +72,7 @@ class Recompute(QObject):
         coarse_above_ms: float = FRAME_MS,
         waits: bool = False,
         clock: Clock = SYSTEM_CLOCK,
+        others: OtherKernels | None = None,
     ) -> None:
         super().__init__()
         self._loader = loader
@@ -79,6 +81,7 @@ class Recompute(QObject):
         self._wishes = Wishes(waits, clock)
         self._scoring: Scoring | None = None
         self._is_warm = False
+        self._others = others
         self._thread = threading.Thread(target=self._run, name="recompute", daemon=True)
         self._thread.start()
 
@@ -126,6 +129,8 @@ class Recompute(QObject):
     def close(self) -> None:
         """Give up all work and end the thread."""
         self._wishes.close()
+        if self._others is not None:
+            self._others.close()
         self._thread.join()
 
     # ------------------------------------------------------------------ the thread
@@ -139,6 +144,8 @@ class Recompute(QObject):
                 self._load(work)
             else:
                 self._evaluate(work)
+                if self._others is not None:
+                    self._others.begin()
 
     def _load(self, request: SceneOptions) -> None:
         self.load_progress.emit(0.0)
@@ -165,13 +172,17 @@ class Recompute(QObject):
             self.load_ended.emit(outcome, request)
 
     def _warm_up(self, scene: LoadedScene) -> None:
-        """Compile everything before the first answer of this program; later scenes find it compiled."""
+        """Compile what the open rig needs before the first answer of this program; later scenes find it compiled."""
         if self._is_warm:
             return
         from riglens.core.engine.warm_up import warm_up
 
         self.load_preparing.emit()
-        warm_up(scene.field, self._threads)
+        wanted = self._wishes.wanted_evaluation()
+        if wanted is None or wanted.rig.vehicle.has_mesh_file:  # a mesh is read with the first answer
+            warm_up(scene.field, self._threads)
+        else:
+            warm_up(scene.field, self._threads, wanted.rig, wanted.settings)
         self._is_warm = True
         self._stop_if_unwanted()
 

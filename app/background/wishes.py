@@ -105,6 +105,11 @@ class Wishes(Inbox[Work]):
         with self.lock:
             return self._take_evaluation()
 
+    def wanted_evaluation(self) -> EvaluationRequest | None:
+        """The evaluation that waits, or else the last one; it goes on waiting."""
+        with self.lock:
+            return self._evaluations.waiting or self._last
+
     def finish_evaluation(self) -> None:
         """The evaluation in the midst of a load is done."""
         with self.lock:

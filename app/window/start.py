@@ -7,6 +7,7 @@ import gc
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import QApplication
 
+from riglens.app.background.compiling import OtherKernels
 from riglens.app.background.counting import Counter
 from riglens.app.background.recompute import Recompute
 from riglens.app.evaluation.options import SceneOptions, ScoreOptions
@@ -45,7 +46,7 @@ def open_window(rig: str, scene: SceneOptions, score: ScoreOptions) -> int:
     settings = MetricSettings(score.method, score.reading, score.camera_weight)
     kept = Settings(config_folder() / "window.ini")
     viewport = create_viewport(palette=palette(is_dark()))
-    recompute = Recompute(threads=score.threads, waits=True)
+    recompute = Recompute(threads=score.threads, waits=True, others=OtherKernels())
     viewport.shown.connect(recompute.begin, Qt.ConnectionType.SingleShotConnection)
     QTimer.singleShot(LONGEST_WAIT_MS, recompute, recompute.begin)
     window = MainWindow(document, viewport, recompute, Counter(), scene, settings, kept=kept)

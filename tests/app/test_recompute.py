@@ -14,12 +14,14 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 import riglens.app.evaluation.scoring
+from riglens.app.background.compiling import OtherKernels
 from riglens.app.background.recompute import CANCELLED, Recompute
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.requests import EvaluationRequest, LoadedScene
 from riglens.app.evaluation.scoring import load_scene
 from riglens.core.errors import InputError
 from riglens.core.metric.scores import MetricSettings
+from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import Progress
 from tests.app.window_bench import RIG, scene_options
 from tests.hand_clock import HandClock
@@ -156,6 +158,29 @@ def test_only_the_first_scene_waits_for_compiled_code(start: StartWorker, tmp_pa
         worker.recompute.load(scene_options(tmp_path, voxel_m=voxel_m))
         worker.wait(lambda voxel_m=voxel_m: [s.field.grid.voxel_m for s in worker.scenes][-1:] == [voxel_m])
     assert preparing == [True]
+
+
+def test_the_open_rig_is_compiled_first_and_all_else_after_its_answer(
+    qapp: object, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    done: list[str] = []
+
+    class Others(OtherKernels):
+        def begin(self) -> None:
+            done.append("others")
+
+    def warm_up(field: object, threads: object, rig: Rig, settings: object = None) -> None:
+        done.append(f"warm up {len(rig.sensors)}")
+
+    monkeypatch.setattr("riglens.core.engine.warm_up.warm_up", warm_up)
+    recompute = Recompute(threads=1, coarse_above_ms=math.inf, waits=True, others=Others())
+    wanted = request(1)
+    recompute.evaluate(wanted)
+    recompute.load(scene_options(tmp_path))
+    recompute.begin()
+    assert recompute.wait_until_idle()
+    recompute.close()
+    assert done == [f"warm up {len(wanted.rig.sensors)}", "others"]
 
 
 class SlowEngine:

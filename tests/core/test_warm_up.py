@@ -43,3 +43,23 @@ def test_after_the_warm_up_no_kernel_is_left_to_compile() -> None:
     done = subprocess.run([sys.executable, "-c", SCRIPT], capture_output=True, text=True, timeout=TIMEOUT_S)
     assert done.returncode == 0, done.stderr
     assert done.stdout.strip() == "[]"
+
+
+OF_ONE_RIG = """
+from riglens.core.engine.warm_up import warm_up
+from riglens.core.kernels import cast, fan, frustum, sheet
+from riglens.core.rig.presets import preset
+from tests.core.builders import field_of, grid_of
+
+warm_up(field_of(grid_of(40, 40, 10, 0.5)), 2, preset("W+T"))
+others = (cast.mark_rays, frustum.mark_frustum, sheet.mark_sheets)
+print(len(fan.mark_fan.signatures), sum(len(kernel.signatures) for kernel in others))
+"""
+
+
+def test_the_warm_up_for_one_rig_compiles_what_it_needs_and_no_other_way() -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", OF_ONE_RIG], capture_output=True, text=True, timeout=TIMEOUT_S
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.split() == ["1", "0"]

@@ -114,7 +114,7 @@ class SceneData(Feature):
         self.bench.kept.sync()
 
     def _on_preparing(self) -> None:
-        self._strip.show_stage("Preparing the engine", "the first start compiles: a minute or two")
+        self._strip.show_stage("Preparing the engine", "the first start compiles what this rig needs")
 
     def _on_load_ended(self, problem: str, options: SceneOptions) -> None:
         if options is not self._options:
