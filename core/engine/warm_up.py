@@ -32,12 +32,12 @@ WARM_UP = Rig(
         ),
         Camera(name="camera", position=(0.0, 0.0, 2.0), hfov_deg=90.0, cast=(1, 1)),
         Camera(
-            name="tilted", position=(0.0, 0.0, 2.0), rpy_deg=(0.0, 5.0, 0.0), hfov_deg=90.0, cast=(64, 64)
+            name="tilted", position=(0.0, 0.0, 2.0), rpy_deg=(0.0, 5.0, 0.0), hfov_deg=90.0, cast=(49, 48)
         ),
     )
 )
 """Few rays: upright sensors, a tilted LiDAR whose rays are close, and a tilted camera dense enough for voxel walking
-and too sparse for it alone."""
+and too sparse for it alone, of which the middle column runs in a face, where only the exact walk can tell."""
 BENT = Camera(
     name="bent", position=(0.0, 0.0, 2.0), image=(64, 64), cast=(64, 64), fx=64.0, fy=64.0, cx=32.0, cy=32.0,
     distortion=BrownConrady(k1=-0.1),
@@ -87,8 +87,8 @@ def compile_everything() -> None:
 
 
 def _tiny_field() -> EntropyField:
-    """A field of a few voxels, in half of which something stands in one of two frames."""
-    grid = VoxelGrid(1.0, (8.0, 8.0, 4.0))
+    """A field of few voxels, wide enough for rays to drift apart; in half of them a box stands in one of two frames."""
+    grid = VoxelGrid(1.0, (60.0, 60.0, 4.0))
     occupied = np.ones(grid.shape, np.bool_)
     occupied[::2] = False
     index = VoxelIndex.of(grid, pack(grid, occupied))

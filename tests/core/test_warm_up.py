@@ -21,7 +21,7 @@ def compiled():
     return {thing.py_func.__qualname__: len(thing.signatures) for thing in things if hasattr(thing, "py_func")}
 
 
-field = field_of(grid_of(40, 40, 10, 0.5))
+field = field_of(grid_of(64, 64, 10, 0.5))
 warm_up(field, 2)
 before, engine = compiled(), Engine(field, 2)
 rig = preset("W+T")
