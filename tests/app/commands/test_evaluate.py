@@ -63,7 +63,7 @@ def test_a_rig_without_sensors_or_a_class_without_boxes_gives_zeros_not_nan(rigl
 def test_standard_output_is_json_alone_and_notes_go_to_standard_error(riglens, boxes):
     result = riglens("evaluate", "W+T", "--boxes", boxes, *SMALL_GRID, "--json", "-")
     json.loads(result.out)
-    *places, boxes_note = result.err.splitlines()
+    boxes_note, *places = result.err.splitlines()
     assert boxes_note == "note: 1 box belongs to no class and does not count: shopping_cart 1"
     assert all(line.startswith("note: W+T: ") and "needs a bracket" in line for line in places)
 
