@@ -119,7 +119,7 @@ class Mounting:
         try:
             sensor = kind(name=unique, position=pose.position_m, rpy_deg=pose.rpy_deg, **fields)
         except ValidationError as error:
-            raise InputError(f"{self.where}: sensor '{unique}': {_complaint(error)}") from error
+            raise InputError(f"{self.where}: sensor '{shortened(unique)}': {_complaint(error)}") from error
         self.sensors.append(sensor)
 
     def _unique(self, name: str) -> str:

@@ -91,3 +91,9 @@ def test_what_cannot_be_read_is_refused_in_one_line(text: str, complaint: str) -
 def test_powers_are_not_computed() -> None:
     read = read_files(agent(f"{CAMERA % ('9**9**9', SIZE)}, {CAMERA % ('1', SIZE)}"))
     assert len(read.rig.sensors) == 1
+
+
+def test_a_name_that_no_terminal_can_show_is_complained_about_in_one_that_it_can() -> None:
+    with pytest.raises(InputError) as refused:
+        read_files(agent((CAMERA % (0, SIZE)).replace("'a'", r"'\ud800'")))
+    assert str(refused.value).isprintable()
