@@ -29,7 +29,9 @@ WIDEST = 10
 BLURRED = 1e-9
 """Bearings and slopes are good to much less."""
 POLAR = 0.3
-"""Of a turn of 4: an edge that turns so far passes right above or below."""
+"""Of a turn of 4: an edge that turns so far passes close to the vertical."""
+OPPOSITE = 1.8
+"""The same: an edge that turns nearly by half a turn may pass the vertical on either side."""
 NEAREST = 4.0
 """Voxels in plan within which every voxel is tested."""
 TOUCHING = 0.05
@@ -88,7 +90,6 @@ def lay_border(border: np.ndarray, inside: np.ndarray, around: np.ndarray) -> No
     kinds follow each other in turn.
     """
     lowest, highest = np.full((SECTORS, 2), np.inf), np.full((SECTORS, 2), -np.inf)
-    is_crossed = np.zeros(SECTORS, np.bool_)
     inside[:, 0], inside[:, 1] = -np.inf, np.inf
     for edge in range(border.shape[0]):
         a, b = border[edge, 0], border[edge, 1]
@@ -99,40 +100,37 @@ def lay_border(border: np.ndarray, inside: np.ndarray, around: np.ndarray) -> No
             start += SECTORS
         s, t = a[2] / np.hypot(a[0], a[1]), b[2] / np.hypot(b[0], b[1])
         turn = abs(end - start) * (4.0 / SECTORS)
-        room = (0.5 * turn * turn + BLURRED) * max(abs(s), abs(t)) + BLURRED
+        room = (0.55 * turn * turn + BLURRED) * max(abs(s), abs(t)) + BLURRED
         low, high = min(s, t) - room, max(s, t) + room
         first, last = (
             int(np.floor(min(start, end) - BLURRED * SECTORS)),
             int(np.floor(max(start, end) + BLURRED * SECTORS)),
         )
         has_above, has_below = end >= start - BLURRED * SECTORS, end <= start + BLURRED * SECTORS
-        is_polar = turn > POLAR
-        if is_polar:
-            low, high = (min(s, t), np.inf) if s > 0.0 else (-np.inf, max(s, t))
+        if turn > POLAR:  # its slopes go beyond those of its ends, but only away from the horizon
+            room = BLURRED * (1.0 + max(abs(s), abs(t)))
+            low, high = (min(s, t) - room, np.inf) if s > 0.0 else (-np.inf, max(s, t) + room)
+        if turn > OPPOSITE:  # on which side of the vertical it passes is not clear
             first, last, has_above, has_below = 0, SECTORS - 1, True, True
         for number in range(first, last + 1):
             sector = number % SECTORS
-            is_crossed[sector] |= not is_polar
             if has_above:
                 lowest[sector, 0], highest[sector, 0] = (
                     min(lowest[sector, 0], low),
                     max(highest[sector, 0], high),
                 )
+                inside[sector, 0] = max(inside[sector, 0], high)
             if has_below:
                 lowest[sector, 1], highest[sector, 1] = (
                     min(lowest[sector, 1], low),
                     max(highest[sector, 1], high),
                 )
-            if has_above and not (is_polar and s > 0.0):
-                inside[sector, 0] = max(inside[sector, 0], high)
-            if has_below and not (is_polar and s <= 0.0):
                 inside[sector, 1] = min(inside[sector, 1], low)
     for sector in range(SECTORS):
         around[0, 0, sector] = lowest[sector, 0] if lowest[sector, 0] <= lowest[sector, 1] else -np.inf
         around[1, 0, sector] = highest[sector, 1] if highest[sector, 1] >= highest[sector, 0] else np.inf
-        if not is_crossed[sector]:
-            inside[sector, 0], inside[sector, 1] = np.inf, -np.inf
         if min(lowest[sector, 0], lowest[sector, 1]) == np.inf:
+            inside[sector, 0], inside[sector, 1] = np.inf, -np.inf
             around[0, 0, sector], around[1, 0, sector] = np.inf, -np.inf
 
 
