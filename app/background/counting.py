@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Self
 from PySide6.QtCore import QObject, Signal
 
 from riglens.app.background.inbox import AsideInbox, unexpected
-from riglens.app.background.worker import CLOSE_S, LatestThread, Unwanted
+from riglens.app.background.worker import CLOSE_S, Answerer, Unwanted
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.requests import LoadedScene
 from riglens.core.errors import InputError
@@ -130,31 +130,20 @@ class _Data:
     aside: TargetEngine
 
 
-class Counter(QObject):
-    """Owner of the thread, which starts with the first request; every method is called by the interface thread."""
+class Counter(Answerer[CountRequest | SideCount]):
+    """Answers with one CountAnswer after another, or says why there is nothing to count."""
 
-    counted = Signal(object)
-    """A CountAnswer."""
     counted_aside = Signal(object)
     """A SideCounted."""
-    unavailable = Signal(str)
-    """There is nothing to count, and why."""
 
     def __init__(
         self, parent: QObject | None = None, budget_ms: float = BUDGET_MS, close_s: float = CLOSE_S
     ) -> None:
-        super().__init__(parent)
         self._inbox = AsideInbox[CountRequest | SideCount]()
-        self._thread = LatestThread[CountRequest | SideCount](
-            "counting", self._answer, close_s, inbox=self._inbox
-        )
+        super().__init__("counting of road users", parent, close_s, self._inbox)
         self._budget_ms = budget_ms
         self._data: _Data | None = None
         self._frames = FIRST_FRAMES
-
-    def ask(self, request: CountRequest) -> None:
-        """Ask for counts; takes the place of a request that still waits."""
-        self._thread.ask(request)
 
     def ask_aside(self, requests: Sequence[SideCount]) -> None:
         """Have more rigs counted when no request waits, in this order, each answered by `counted_aside`."""
@@ -165,27 +154,12 @@ class Counter(QObject):
         """Drop what a group asked for and has no answer yet; an answer may still be on its way."""
         self._inbox.drop_aside(lambda wish: isinstance(wish, SideCount) and wish.group == group)
 
-    def close(self) -> None:
-        """End the thread, or leave it to itself when it takes too long."""
-        self._thread.close()
-
-    def wait_until_idle(self, timeout_s: float = 60.0) -> bool:
-        """Block until nothing waits or runs; False on timeout. Answers may still be queued as Qt events."""
-        return self._thread.wait_until_idle(timeout_s)
-
     # ------------------------------------------------------------------ the thread
-    def _answer(self, request: CountRequest | SideCount) -> None:
+    def _work(self, request: CountRequest | SideCount) -> None:
         if isinstance(request, SideCount):
             self._answer_aside(request)
-            return
-        try:
+        else:
             self._count(request)
-        except InputError as error:
-            self._say(str(error))
-        except Unwanted:
-            raise
-        except Exception as error:
-            self._say(unexpected("counting of road users", error))
 
     def _answer_aside(self, request: SideCount) -> None:
         """Count one more rig, or give way and leave it in the queue."""
@@ -213,23 +187,18 @@ class Counter(QObject):
             raise Unwanted
         return figures_of(scores)
 
-    def _say(self, reason: str) -> None:
-        if not self._thread.inbox.is_closing():  # nobody hears it any more, and the signals may be gone
-            self.unavailable.emit(reason)
-
     def _count(self, request: CountRequest) -> None:
         """A sample at once; unless the mouse still moves, larger and larger ones until all frames are in."""
         if request.scene.options.pog is not None:
-            self._say(NO_BOXES)
-            return
+            raise InputError(NO_BOXES)
         data = self._data_of(request.scene.options)
         frames = min(self._frames, data.traffic.frames)
-        self._tell(data, request, frames)
+        self._show(data, request, frames)
         while not request.is_preview and frames < data.traffic.frames:
             frames = min(GROWTH * frames, data.traffic.frames)
-            self._tell(data, request, frames)
+            self._show(data, request, frames)
 
-    def _tell(self, data: _Data, request: CountRequest, frames: int) -> None:
+    def _show(self, data: _Data, request: CountRequest, frames: int) -> None:
         """Count in so many frames, and tell; the first sample is never given up, so that a drag shows numbers."""
         is_first = frames <= self._frames
         is_stale = self._thread.inbox.is_closing if is_first else self._inbox.is_stale
@@ -239,11 +208,11 @@ class Counter(QObject):
         if request.baseline_rig != request.rig and scores is not None:
             rig, mesh = request.baseline_rig, request.baseline_mesh
             baseline = data.baseline.evaluate_unless(is_stale, rig, settings, frames, mesh)
-        if scores is None or baseline is None or self._thread.inbox.is_closing():
+        if scores is None or baseline is None:
             raise Unwanted
         if is_first and request.is_preview:
             self._adapt(scores.elapsed_ms, data.traffic.frames)
-        self.counted.emit(CountAnswer.of(request, data.traffic, scores, baseline))
+        self._tell(CountAnswer.of(request, data.traffic, scores, baseline))
 
     def _adapt(self, elapsed_ms: float, frames: int) -> None:
         """Choose the next sample so that it takes about the budget."""

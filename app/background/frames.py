@@ -10,11 +10,9 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject
 
-from riglens.app.background.inbox import unexpected
-from riglens.app.background.worker import CLOSE_S, LatestThread, Unwanted
-from riglens.core.errors import InputError
+from riglens.app.background.worker import CLOSE_S, Answerer
 from riglens.core.rig.model import Rig
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.vehicle.solid import CarBody, Solid
@@ -85,43 +83,15 @@ def _as_counted(found: Missed, counts: ObjectCounts, number: int, enough: int) -
     )
 
 
-class FrameCaster(QObject):
-    """Owner of the thread, which starts with the first request; every method is called by the interface thread."""
-
-    made = Signal(object)
-    """A FrameAnswer."""
-    failed = Signal(str)
+class FrameCaster(Answerer[FrameRequest]):
+    """Answers with a FrameAnswer."""
 
     def __init__(self, parent: QObject | None = None, close_s: float = CLOSE_S) -> None:
-        super().__init__(parent)
-        self._thread = LatestThread[FrameRequest]("frames", self._answer, close_s)
+        super().__init__("frame view", parent, close_s)
         self._counted: tuple[Traffic, int, TargetEngine] | None = None
 
-    def ask(self, request: FrameRequest) -> None:
-        """Ask for a frame; takes the place of a request that still waits."""
-        self._thread.ask(request)
-
-    def close(self) -> None:
-        """End the thread, or leave it to itself when it takes too long."""
-        self._thread.close()
-
-    def wait_until_idle(self, timeout_s: float = 60.0) -> bool:
-        """Block until nothing waits or runs; False on timeout. Answers may still be queued as Qt events."""
-        return self._thread.wait_until_idle(timeout_s)
-
-    # ------------------------------------------------------------------ the thread
-    def _answer(self, request: FrameRequest) -> None:
-        try:
-            found = self._cast(request)
-        except InputError as error:
-            self._fail(str(error))
-        except Unwanted:
-            raise
-        except Exception as error:
-            self._fail(unexpected("frame view", error))
-        else:
-            self._thread.stop_if_closing()
-            self.made.emit(found)
+    def _work(self, request: FrameRequest) -> None:
+        self._tell(self._cast(request))
 
     def _cast(self, request: FrameRequest) -> FrameAnswer:
         from riglens.core.view.frame_scene import frame_scene, why_missed  # loads the compiler
@@ -150,7 +120,3 @@ class FrameCaster(QObject):
             self._counted = traffic, place, TargetEngine(traffic.frame_alone(place), is_serial=True)
         lidars = request.rig.replace(sensors=request.rig.lidars())
         return self._counted[2].evaluate(lidars, request.settings, None, request.body.mesh).objects
-
-    def _fail(self, reason: str) -> None:
-        if not self._thread.inbox.is_closing():  # nobody hears it any more, and the signals may be gone
-            self.failed.emit(reason)

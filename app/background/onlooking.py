@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject
 
-from riglens.app.background.inbox import unexpected
-from riglens.app.background.worker import CLOSE_S, LatestThread, Unwanted
-from riglens.core.errors import InputError
+from riglens.app.background.worker import CLOSE_S, Answerer
 from riglens.core.metric.scores import Body
 from riglens.core.rig.model import Rig
 from riglens.core.vehicle.mesh import BodyMesh
@@ -35,42 +33,14 @@ class OnlookAnswer:
     profiles: tuple[ProfileVerdict, ...]
 
 
-class ObjectsJudge(QObject):
-    """Owner of the thread, which starts with the first request; every method is called by the interface thread."""
-
-    judged = Signal(object)
-    """An OnlookAnswer."""
-    failed = Signal(str)
+class ObjectsJudge(Answerer[OnlookRequest]):
+    """Answers with an OnlookAnswer."""
 
     def __init__(self, parent: QObject | None = None, close_s: float = CLOSE_S) -> None:
-        super().__init__(parent)
-        self._thread = LatestThread[OnlookRequest]("onlooking", self._answer, close_s)
+        super().__init__("test objects", parent, close_s)
 
-    def ask(self, request: OnlookRequest) -> None:
-        """Ask what a rig sees; takes the place of a request that still waits."""
-        self._thread.ask(request)
-
-    def close(self) -> None:
-        """End the thread, or leave it to itself when it takes too long."""
-        self._thread.close()
-
-    def wait_until_idle(self, timeout_s: float = 60.0) -> bool:
-        """Block until nothing waits or runs; False on timeout. Answers may still be queued as Qt events."""
-        return self._thread.wait_until_idle(timeout_s)
-
-    # ------------------------------------------------------------------ the thread
-    def _answer(self, request: OnlookRequest) -> None:
-        try:
-            found = self._judge(request)
-        except InputError as error:
-            self._fail(str(error))
-        except Unwanted:
-            raise
-        except Exception as error:
-            self._fail(unexpected("test objects", error))
-        else:
-            self._thread.stop_if_closing()
-            self.judged.emit(OnlookAnswer(request, found))
+    def _work(self, request: OnlookRequest) -> None:
+        self._tell(OnlookAnswer(request, self._judge(request)))
 
     def _judge(self, request: OnlookRequest) -> tuple[ProfileVerdict, ...]:
         from riglens.core.review.profiles import bundled_profiles
@@ -81,7 +51,3 @@ class ObjectsJudge(QObject):
             self._thread.stop_if_closing()
             found.append(onlooker.verdict(profile))
         return tuple(found)
-
-    def _fail(self, reason: str) -> None:
-        if not self._thread.inbox.is_closing():  # nobody hears it any more, and the signals may be gone
-            self.failed.emit(reason)

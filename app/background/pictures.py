@@ -7,13 +7,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject
 
-from riglens.app.background.inbox import unexpected
-from riglens.app.background.worker import CLOSE_S, LatestThread, Unwanted
+from riglens.app.background.worker import CLOSE_S, Answerer, Unwanted
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.requests import LoadedScene
-from riglens.core.errors import InputError
 from riglens.core.rig.model import Camera, Lidar
 from riglens.core.vehicle.solid import CarBody
 from riglens.core.view.camera_picture import CameraPicture, camera_picture
@@ -48,47 +46,15 @@ class SensorPicture:
     note: str
 
 
-class Pictures(QObject):
-    """Owner of the thread, which starts with the first request; every method is called by the interface thread."""
-
-    made = Signal(object)
-    """A SensorPicture."""
-    failed = Signal(str)
+class Pictures(Answerer[PictureRequest]):
+    """Answers with a SensorPicture."""
 
     def __init__(self, parent: QObject | None = None, close_s: float = CLOSE_S) -> None:
-        super().__init__(parent)
-        self._thread = LatestThread[PictureRequest]("pictures", self._answer, close_s, self._close_frames)
+        super().__init__("sensor view", parent, close_s)
         self._frames: tuple[SceneOptions, FrameStore] | None = None
 
-    def ask(self, request: PictureRequest) -> None:
-        """Ask for a picture; takes the place of a request that still waits."""
-        self._thread.ask(request)
-
-    def close(self) -> None:
-        """End the thread, which gives back what it holds."""
-        self._thread.close()
-
-    def wait_until_idle(self, timeout_s: float = 60.0) -> bool:
-        """Block until nothing waits or runs; False on timeout. Answers may still be queued as Qt events."""
-        return self._thread.wait_until_idle(timeout_s)
-
-    # ------------------------------------------------------------------ the thread
-    def _answer(self, request: PictureRequest) -> None:
-        try:
-            picture = self._picture(request)
-            self._thread.stop_if_closing()
-        except InputError as error:
-            self._fail(str(error))
-        except Unwanted:
-            raise
-        except Exception as error:
-            self._fail(unexpected("sensor view", error))
-        else:
-            self.made.emit(picture)
-
-    def _fail(self, reason: str) -> None:
-        if not self._thread.inbox.is_closing():  # nobody hears it any more, and the signals may be gone
-            self.failed.emit(reason)
+    def _work(self, request: PictureRequest) -> None:
+        self._tell(self._picture(request))
 
     def _picture(self, request: PictureRequest) -> SensorPicture:
         boxes, note = self._boxes(request)
@@ -114,14 +80,14 @@ class Pictures(QObject):
     def _store_of(self, options: SceneOptions) -> FrameStore:
         """The frames of a data set; an automatic voxel edge has no part in them."""
         if self._frames is None or self._frames[0] is not options:
-            self._close_frames()
+            self._give_back()
             # loads the compiler: not while the window opens
             from riglens.app.evaluation.scenario import source_of
 
             self._frames = (options, FrameStore(source_of(options)))
         return self._frames[1]
 
-    def _close_frames(self) -> None:
+    def _give_back(self) -> None:
         if self._frames is not None:
             self._frames[1].close()
             self._frames = None

@@ -7,11 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject
 
-from riglens.app.background.inbox import unexpected
-from riglens.app.background.worker import CLOSE_S, LatestThread, Unwanted
-from riglens.core.errors import InputError
+from riglens.app.background.worker import CLOSE_S, Answerer
 from riglens.core.geometry import Vec3
 from riglens.core.rig.model import Sensor
 from riglens.core.sensing.rays import sensor_rays
@@ -57,47 +55,19 @@ def stopped_rays(request: StandRequest) -> NDArray[np.float32]:
     return np.asarray(place + met_m[stopped, None] * directions[stopped], np.float32)
 
 
-class StandFinder(QObject):
-    """Owner of the thread, which starts with the first request; every method is called by the interface thread.
+class StandFinder(Answerer[StandRequest]):
+    """Answers with a StandAnswer.
 
     What was found is kept as long as body and place are asked for, so a drag costs the moved sensor only.
     """
 
-    found = Signal(object)
-    """A StandAnswer."""
-    failed = Signal(str)
-
     def __init__(self, parent: QObject | None = None, close_s: float = CLOSE_S) -> None:
-        super().__init__(parent)
-        self._thread = LatestThread[StandRequest]("standing", self._answer, close_s)
+        super().__init__("places of sensors", parent, close_s)
         self._body: CarBody | None = None
         self._known: dict[Vec3, Stand] = {}
 
-    def ask(self, request: StandRequest) -> None:
-        """Ask how sensors stand; takes the place of a request that still waits."""
-        self._thread.ask(request)
-
-    def close(self) -> None:
-        """End the thread, or leave it to itself when it takes too long."""
-        self._thread.close()
-
-    def wait_until_idle(self, timeout_s: float = 60.0) -> bool:
-        """Block until nothing waits or runs; False on timeout. Answers may still be queued as Qt events."""
-        return self._thread.wait_until_idle(timeout_s)
-
-    # ------------------------------------------------------------------ the thread
-    def _answer(self, request: StandRequest) -> None:
-        try:
-            answer = StandAnswer(request, self._find(request), stopped_rays(request))
-        except InputError as error:
-            self._fail(str(error))
-        except Unwanted:
-            raise
-        except Exception as error:
-            self._fail(unexpected("places of sensors", error))
-        else:
-            self._thread.stop_if_closing()
-            self.found.emit(answer)
+    def _work(self, request: StandRequest) -> None:
+        self._tell(StandAnswer(request, self._find(request), stopped_rays(request)))
 
     def _find(self, request: StandRequest) -> dict[str, Stand]:
         if request.body != self._body:
@@ -108,7 +78,3 @@ class StandFinder(QObject):
             known[place_m] = self._known.get(place_m) or stand(place_m, solid)
         self._known = known
         return {name: known[place_m] for name, place_m in request.places_m}
-
-    def _fail(self, reason: str) -> None:
-        if not self._thread.inbox.is_closing():  # nobody hears it any more, and the signals may be gone
-            self.failed.emit(reason)

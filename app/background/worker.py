@@ -1,4 +1,4 @@
-"""A thread that answers the latest wish and nothing else, started with the first one."""
+"""A thread that answers the latest wish and nothing else, started with the first one, and the object that owns it."""
 
 from __future__ import annotations
 
@@ -6,7 +6,10 @@ import threading
 from collections.abc import Callable
 from typing import Generic, TypeVar
 
-from riglens.app.background.inbox import LatestInbox
+from PySide6.QtCore import QObject, Signal
+
+from riglens.app.background.inbox import LatestInbox, unexpected
+from riglens.core.errors import InputError
 
 Wish = TypeVar("Wish")
 CLOSE_S = 1.0
@@ -84,3 +87,66 @@ class LatestThread(Generic[Wish]):
             except Unwanted:
                 continue
         self._at_end()
+
+
+class Answerer(QObject, Generic[Wish]):
+    """Owner of a thread that works for the latest wish; the interface thread calls every public method.
+
+    A kind of answers is a class of its own: it says how it works for a wish (`_work`), with serial kernels, so that it
+    may do so beside the thread that computes the scores.
+    """
+
+    made = Signal(object)
+    """An answer."""
+    failed = Signal(str)
+    """There is none, and why."""
+
+    def __init__(
+        self,
+        of: str,
+        parent: QObject | None = None,
+        close_s: float = CLOSE_S,
+        inbox: LatestInbox[Wish] | None = None,
+    ) -> None:
+        """`of`: what answers are, for the name of the thread and for messages about errors nobody foresaw."""
+        super().__init__(parent)
+        self._of = of
+        self._thread = LatestThread[Wish](of, self._answer, close_s, self._give_back, inbox)
+
+    def ask(self, wish: Wish) -> None:
+        """Ask for an answer; takes the place of a wish that still waits."""
+        self._thread.ask(wish)
+
+    def close(self) -> None:
+        """End the thread, or leave it to itself when it takes too long."""
+        self._thread.close()
+
+    def wait_until_idle(self, timeout_s: float = 60.0) -> bool:
+        """Block until nothing waits or runs; False on timeout. Answers may still be queued as Qt events."""
+        return self._thread.wait_until_idle(timeout_s)
+
+    # ------------------------------------------------------------------ the thread
+    def _work(self, wish: Wish) -> None:
+        """Find what is wanted and `_tell` it; InputError says why not, `Unwanted` gives up."""
+        raise NotImplementedError
+
+    def _give_back(self) -> None:
+        """Let go of what the thread holds, when it ends."""
+
+    def _tell(self, answer: object) -> None:
+        self._thread.stop_if_closing()  # nobody hears it any more, and the signals may be gone
+        self.made.emit(answer)
+
+    def _fail(self, reason: str) -> None:
+        self._thread.stop_if_closing()
+        self.failed.emit(reason)
+
+    def _answer(self, wish: Wish) -> None:
+        try:
+            self._work(wish)
+        except InputError as error:
+            self._fail(str(error))
+        except Unwanted:
+            raise
+        except Exception as error:
+            self._fail(unexpected(self._of, error))

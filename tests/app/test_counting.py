@@ -59,7 +59,7 @@ def counter(qtbot: QtBot) -> Iterator[Counter]:
 
 def answers_to(counter: Counter, request: CountRequest) -> list[CountAnswer]:
     found = list[CountAnswer]()
-    counter.counted.connect(found.append, Qt.ConnectionType.DirectConnection)
+    counter.made.connect(found.append, Qt.ConnectionType.DirectConnection)
     counter.ask(request)
     assert counter.wait_until_idle(TIMEOUT_S)
     return found
@@ -112,7 +112,7 @@ def test_slow_sensors_get_smaller_samples_and_quick_ones_larger(qtbot: QtBot, sc
 def test_a_stored_pog_has_nobody_to_count(counter: Counter, scene: LoadedScene, tmp_path: Path) -> None:
     stored = LoadedScene(SceneOptions(pog=tmp_path / "x.npz"), scene.field, scene.heatmaps)
     said = list[str]()
-    counter.unavailable.connect(said.append, Qt.ConnectionType.DirectConnection)
+    counter.failed.connect(said.append, Qt.ConnectionType.DirectConnection)
     counter.ask(ask_for(stored))
     assert counter.wait_until_idle(TIMEOUT_S)
     assert said == [NO_BOXES]
@@ -122,7 +122,7 @@ def test_unsound_boxes_are_told_in_one_line(counter: Counter, scene: LoadedScene
     assert scene.options.boxes is not None
     scene.options.boxes.write_text("seq,frame,cls,x,y,z,length,width,height,yaw\na,0,car,far,0,1,4,2,2,0\n")
     said = list[str]()
-    counter.unavailable.connect(said.append, Qt.ConnectionType.DirectConnection)
+    counter.failed.connect(said.append, Qt.ConnectionType.DirectConnection)
     counter.ask(ask_for(scene))
     assert counter.wait_until_idle(TIMEOUT_S)
     assert len(said) == 1 and "many.csv" in said[0] and "far" in said[0]

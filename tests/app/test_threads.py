@@ -94,7 +94,10 @@ def test_everything_in_the_window_calls_parallel_kernels_on_one_thread(
         qtbot.waitUntil(lambda: all(row.scores for row in rows.rows), timeout=TIMEOUT_MS)
         assert bench.features.map._top is not None
         assert bench.features.sensor_view.pictures._thread.is_started
-    assert callers == {"parallel": {"recompute"}, "serial": {"pictures", "counting", "standing"}}
+    assert callers == {
+        "parallel": {"recompute"},
+        "serial": {"sensor view", "counting of road users", "places of sensors"},
+    }
 
 
 # ---------------------------------------------------------------------- the end

@@ -28,7 +28,7 @@ class Objects(Feature):
         self.dialog: ObjectsDialog | None = None
         self._asked: OnlookRequest | None = None
         queued = Qt.ConnectionType.QueuedConnection
-        self.judge.judged.connect(self._take, queued)
+        self.judge.made.connect(self._take, queued)
         self.judge.failed.connect(bench.report_error, queued)
         bench.closing.connect(self.judge.close)
         self.bind(test_objects=self.open)

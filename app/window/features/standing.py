@@ -24,7 +24,7 @@ class Standing(Feature):
         self.finder = finder or StandFinder(self)
         self._asked: StandRequest | None = None
         queued = Qt.ConnectionType.QueuedConnection
-        self.finder.found.connect(self._take, queued)
+        self.finder.made.connect(self._take, queued)
         self.finder.failed.connect(bench.report_error, queued)
         self.session.asked_changed.connect(self._ask)
         bench.answers.answered.connect(lambda _: self._ask())

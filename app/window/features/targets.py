@@ -31,8 +31,8 @@ class Targets(Feature):
             "Targets", self.panel, Qt.DockWidgetArea.BottomDockWidgetArea, beside="Scores"
         )
         queued = Qt.ConnectionType.QueuedConnection
-        self.counter.counted.connect(self._take, queued)
-        self.counter.unavailable.connect(self._on_problem, queued)
+        self.counter.made.connect(self._take, queued)
+        self.counter.failed.connect(self._on_problem, queued)
         self.panel.settings_wanted.connect(self.session.set_targets)
         self.session.targets_changed.connect(self._on_settings)
         self.session.settings_changed.connect(self._ask)
