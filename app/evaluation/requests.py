@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -120,6 +121,13 @@ def sight_text(found: Sight) -> str:
         return f"between rays, missed by {length_text(found.miss_m)}"
     texts = {"sees": "sees it", "off": "switched off", "range": "out of range", "body": BEHIND_BODY}
     return texts.get(found.verdict, "not seen")
+
+
+def failed_text(names: Collection[str]) -> str:
+    """Which sensors are taken as failed, empty for none."""
+    if not names:
+        return ""
+    return f"{len(names)} sensor{'s' * (len(names) > 1)} failed: {', '.join(sorted(names))}"
 
 
 def length_text(length_m: float) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+from riglens.app.evaluation.requests import failed_text
 from riglens.app.terminal.figures import decimals, percent, thousands
 from riglens.core.metric.scores import MetricSettings, Scores
 from riglens.core.rig.model import Rig
@@ -45,11 +46,12 @@ class Findings:
 
 def with_words(state: SceneState, words: PictureWords, found: Findings | None) -> SceneState:
     """The state as a picture shows it: with legend, name and scores as chosen, without handles or selection."""
-    caption = Caption()
+    failed = failed_text(state.failed)
+    caption = Caption(failed)  # no picture of a rig with failed sensors goes about without saying so
     if found is not None:
         caption = Caption(
-            title=found.title if words.title else "",
-            subtitle=subtitle(found) if words.title else "",
+            title=found.title if words.title else failed,
+            subtitle=" · ".join(filter(None, [subtitle(found), failed])) if words.title else "",
             table=score_rows(found.scores, found.settings) if words.scores else (),
             note=score_note(found.settings) if words.scores else "",
         )

@@ -6,7 +6,7 @@ Gizmo, tree and inspector only follow this document; they never talk to each oth
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -104,9 +104,13 @@ class Document(OpenRig):
             raise InputError(f"name: '{sensor.name}' is used by another sensor; names must be unique")
         before = self._selection
         self._selection = tuple(sensor.name if other == name else other for other in before)
+        failed = self._failed
+        self._failed = frozenset(sensor.name if other == name else other for other in failed)
         self.apply(self.rig.with_sensor(name, sensor), marks=self._marks_with(name, sensor.name))
         if self._selection != before:
             self.selection_changed.emit()
+        if self._failed != failed:
+            self.failed_changed.emit()
 
     def _marks_with(self, name: str, new_name: str) -> Marks:
         """What is hidden and locked once a sensor has another name."""
@@ -201,8 +205,10 @@ class Document(OpenRig):
         names = [sensor.name for sensor in self.rig.sensors]
         step()
         self._selection = self._selection_after(names)
+        failed, self._failed = self._failed, frozenset(self._kept(names, self._failed))
         self._rig_moved_on()
         changes = (
+            (failed, self._failed, self.failed_changed),
             (before, self._selection, self.selection_changed),
             (hidden, self.hidden, self.hidden_changed),
             (locked, self.locked, self.locked_changed),
@@ -217,7 +223,12 @@ class Document(OpenRig):
         When nothing is left of the selection, what the step brought back is selected.
         """
         now = [sensor.name for sensor in self.rig.sensors]
-        renamed = dict(zip(old, now, strict=True)) if len(old) == len(now) else {}
-        kept = (name if name in now else renamed.get(name) for name in self._selection)
-        found = tuple(name for name in dict.fromkeys(kept) if name is not None)
+        found = self._kept(old, self._selection)
         return found or tuple(name for name in now if name not in old and len(now) > len(old))
+
+    def _kept(self, old: list[str], names: Iterable[str]) -> Names:
+        """What is left of some sensors after a step from a rig of the `old` ones, by their names of now."""
+        now = [sensor.name for sensor in self.rig.sensors]
+        renamed = dict(zip(old, now, strict=True)) if len(old) == len(now) else {}
+        kept = (name if name in now else renamed.get(name) for name in names)
+        return tuple(name for name in dict.fromkeys(kept) if name is not None)

@@ -1,4 +1,4 @@
-"""What is open in the window: a rig with its history, its file, what is selected, hidden and locked, and a drag.
+"""What is open in the window: a rig with its history and file, what is selected, hidden, locked or failed, a drag.
 
 `Document` in document.py adds the edits.
 """
@@ -13,7 +13,7 @@ from PySide6.QtCore import QObject, Signal
 
 from riglens.core.errors import InputError
 from riglens.core.geometry import Pose
-from riglens.core.rig.edits import list_text, partner_of
+from riglens.core.rig.edits import list_text, partner_of, with_enabled
 from riglens.core.rig.groups import posed
 from riglens.core.rig.history import Edit, History, Marks
 from riglens.core.rig.model import Camera, Lidar, Rig, Vehicle
@@ -31,7 +31,7 @@ class _Told(NamedTuple):
 
 
 class OpenRig(QObject):
-    """A rig with undo, a selection, sets of hidden and locked sensors, and the file it belongs to.
+    """A rig with undo, a selection, sets of hidden, locked and failed sensors, and the file it belongs to.
 
     There is one selection: what list and view show as selected, and what every action on "the selected sensors"
     works on. One of the selected sensors is the current one, which has the gizmo and the inspector.
@@ -55,6 +55,8 @@ class OpenRig(QObject):
     selection_changed = Signal()
     hidden_changed = Signal()
     locked_changed = Signal()
+    failed_changed = Signal()
+    """Which sensors are taken as failed, and with that `working_rig`."""
     file_changed = Signal()
     """The path or the saved state changed; also sent when a document is opened."""
 
@@ -71,6 +73,8 @@ class OpenRig(QObject):
         self._last_edit = Edit("")
         self.path = path
         self._selection: Names = ()
+        self._failed: frozenset[str] = frozenset()
+        self._working = rig, self._failed, rig
 
     # ------------------------------------------------------------------ state
     @property
@@ -101,6 +105,21 @@ class OpenRig(QObject):
         """Names of the sensors that cannot be moved: those locked, and those whose mirror image is."""
         names = self._names()
         return frozenset(name for name in names if {name, partner_of(self.rig, name)} & self.locked)
+
+    @property
+    def failed(self) -> frozenset[str]:
+        """Names of the sensors that are taken as failed: a question to the rig and no part of it, so neither
+        undone nor saved."""
+        return self._failed
+
+    @property
+    def working_rig(self) -> Rig:
+        """The rig as it works with what has failed: what scores, maps and targets are of."""
+        rig, failed, working = self._working
+        if rig is not self.rig or failed != self._failed:
+            working = with_enabled(self.rig, self._failed, False) if self._failed else self.rig
+            self._working = self.rig, self._failed, working
+        return working
 
     @property
     def is_modified(self) -> bool:
@@ -158,6 +177,7 @@ class OpenRig(QObject):
         self.selection_changed.emit()
         self.hidden_changed.emit()
         self.locked_changed.emit()
+        self.failed_changed.emit()
         self.file_changed.emit()
 
     def save(self, path: Path) -> None:
@@ -217,6 +237,16 @@ class OpenRig(QObject):
         self._history.begin_with(Marks(self.hidden, frozenset(names)))
         self.locked_changed.emit()
 
+    def set_failed(self, names: Names, failed: bool) -> None:
+        """Take sensors as failed, or as working again; the rig stays as it is. Unknown names are left out."""
+        wanted = self._failed | set(names) if failed else self._failed - set(names)
+        self._fail(wanted & self._names())
+
+    def _fail(self, names: frozenset[str]) -> None:
+        if names != self._failed:
+            self._failed = names
+            self.failed_changed.emit()
+
     def _mark(self, label: str, marks: Marks) -> bool:
         """Hide or lock others than before; False when nothing changes."""
         self.cancel_drag()
@@ -263,7 +293,10 @@ class OpenRig(QObject):
     def _rig_moved_on(self) -> None:
         """Count the revision and tell everybody; the selection is one that exists in the rig by now."""
         self.revision += 1
+        failed, self._failed = self._failed, self._failed & self._names()
         self.rig_changed.emit()
+        if failed != self._failed:
+            self.failed_changed.emit()
         self._tell_parts()
         if not self.is_dragging:
             self.rig_settled.emit()

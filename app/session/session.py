@@ -69,6 +69,7 @@ class Session(QObject):
         self._usual_body = usual_body([document.saved_rig])
         document.file_changed.connect(self._suit_body)
         document.rig_changed.connect(self.asked_changed)
+        document.failed_changed.connect(self.asked_changed)
         document.file_changed.connect(self._tell_baseline)
 
     # ------------------------------------------------------------------ what it is
@@ -141,7 +142,7 @@ class Session(QObject):
         document, heat = self.document, self._heat
         mode: HeatMode = heat.mode if heat.mode in HEAT_TITLES else "off"
         return EvaluationRequest(
-            document.revision, document.rig, self.baseline, self.settings, mode, heat.class_name,
+            document.revision, document.working_rig, self.baseline, self.settings, mode, heat.class_name,
             document.is_dragging, self._map_source, self._voxel, self.mesh,
         )  # fmt: skip
 

@@ -15,6 +15,7 @@ from riglens.app.window.features.compare import Compare
 from riglens.app.window.features.detection import Detection
 from riglens.app.window.features.drop import Drop
 from riglens.app.window.features.edits import Clipboard, Edits, Mirror
+from riglens.app.window.features.failing import Failing
 from riglens.app.window.features.files import Exchange, Files, Recent
 from riglens.app.window.features.follow import Follow
 from riglens.app.window.features.frame import FrameView
@@ -50,6 +51,7 @@ class Features(NamedTuple):
     clipboard: Clipboard
     sensors: Sensors
     locks: Locks
+    failing: Failing
     mirror: Mirror
     placing: Placing
     arrange: Arrange
@@ -110,6 +112,7 @@ def build_features(bench: Workbench) -> Features:
         clipboard=Clipboard(bench),
         sensors=(sensors := Sensors(bench)),
         locks=Locks(bench),
+        failing=Failing(bench),
         mirror=Mirror(bench),
         placing=Placing(bench),
         arrange=Arrange(bench),

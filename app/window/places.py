@@ -9,7 +9,7 @@ MENUS = {
     "file": ("&File", "new | open | save | export | end"),
     "edit": ("&Edit", "history | clipboard | sensor"),
     "view": ("&View", "looks | gizmo | shown | docks | window"),
-    "sensor": ("&Sensor", "add | edit | place"),
+    "sensor": ("&Sensor", "add | edit | fail | place"),
     "scene": ("S&cene", "boxes | body | frames"),
     "study": ("S&tudy", "rigs | reports"),
     "help": ("&Help", "texts"),

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QStatusBar, QWidget
 
 from riglens.app.background.tasks import Task
-from riglens.app.evaluation.requests import Approximation, LoadedScene, Result
+from riglens.app.evaluation.requests import Approximation, LoadedScene, Result, failed_text
 from riglens.core.metric.scores import Body
 from riglens.widgets.panels.messages import ProgressStrip
 from riglens.widgets.panels.scrolled import ElidedLabel
@@ -28,6 +30,7 @@ BODY_NOTES: dict[Body, str] = {
     "blocks": "Rays end where they meet the car's own body",
     "ignored": "Rays pass through the car's own body, as in the paper",
 }
+FAILED_NOTE = "All figures, maps and colours are those of the rig without them; the rig itself is unchanged."
 MESH_NOTE = ": the file of its mesh could not be read, so there is nothing to end at"
 
 
@@ -39,13 +42,17 @@ class StatusBar(QStatusBar):
         self.setSizeGripEnabled(False)
         self.state, self.time, self.scene = ElidedLabel(UPDATING), ElidedLabel(), ElidedLabel()
         self.scene.setTextFormat(Qt.TextFormat.PlainText)
-        self.body = ElidedLabel()
+        self.body, self.failed = ElidedLabel(), ElidedLabel()
+        self.failed.setTextFormat(Qt.TextFormat.PlainText)
+        self.failed.setObjectName("warning")
+        self.failed.hide()
         self._is_coarse = False
         self._waiting = UPDATING
         self._last: Result | None = None
         self.state.setMinimumWidth(80)
         self.addWidget(self.state)
         self.addWidget(self.time)
+        self.addPermanentWidget(self.failed)
         self.addPermanentWidget(self.body)
         self.addPermanentWidget(self.scene)
         self.messageChanged.connect(self._make_room)
@@ -103,6 +110,13 @@ class StatusBar(QStatusBar):
         """Say whether rays end at the car's own body."""
         self.body.setText(f"body {body}" + (" (no mesh)" if is_mesh_missing else ""))
         self.body.setToolTip(BODY_NOTES[body] + (MESH_NOTE if is_mesh_missing else ""))
+
+    def show_failed(self, names: Collection[str]) -> None:
+        """Say which sensors are taken as failed."""
+        text = failed_text(names)
+        self.failed.setText(text)
+        self.failed.setToolTip(plain_tip(f"{text}\n{FAILED_NOTE}"))
+        self.failed.setVisible(bool(text))
 
     def show_scene(self, scene: LoadedScene) -> None:
         """Say what the scores are computed on."""

@@ -7,7 +7,7 @@ evidence of any safety integrity level: nothing is known here of why sensors fai
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from typing import Literal
@@ -22,6 +22,7 @@ from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Method
 from riglens.core.metric.scoring import KINDS
 from riglens.core.review.outline import SECTORS, sector_of
+from riglens.core.rig.groups import groups_of
 from riglens.core.rig.model import Rig, Sensor
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.columns import words_per_column
@@ -71,15 +72,6 @@ class Coverage:
 def lost_of(failure: Failure, cls: int, sector: int | None = None) -> int:
     """What a failure costs of a class, everywhere or in one sector."""
     return int(failure.lost[:, cls].sum() if sector is None else failure.lost[sector, cls])
-
-
-def groups_of(sensors: Iterable[Sensor]) -> dict[str, tuple[str, ...]]:
-    """Names of what sensors fail with, and the sensors of each, in the order of the rig."""
-    groups: dict[str, list[str]] = {}
-    for sensor in sensors:
-        for name in dict.fromkeys(sensor.fails_with or ()):
-            groups.setdefault(name, []).append(sensor.name)
-    return {name: tuple(members) for name, members in groups.items()}
 
 
 # ---------------------------------------------------------------- voxels

@@ -1,4 +1,4 @@
-"""Several sensors treated as one: their centre, moves and turns about it, alignment and even spacing."""
+"""Several sensors treated as one: what fails with what, their centre, moves and turns, alignment, even spacing."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from riglens.core.errors import InputError
 from riglens.core.geometry import Pose, Vec3, rpy_deg_near
 from riglens.core.rig.edits import in_step, list_text
-from riglens.core.rig.model import Rig
+from riglens.core.rig.model import Rig, Sensor
 
 Poses = dict[str, Pose]
 """Poses by the names of the sensors."""
@@ -19,6 +19,15 @@ _DECIMALS = 9
 _SAME_M = 1e-12
 _AXES = "xyz"
 _AXIS: dict[Alignment, int] = {"front": 0, "rear": 0, "left": 1, "right": 1, "centre": 1, "height": 2}
+
+
+def groups_of(sensors: Iterable[Sensor]) -> dict[str, tuple[str, ...]]:
+    """Names of what sensors fail with, and the sensors of each, in the order of the rig."""
+    groups: dict[str, list[str]] = {}
+    for sensor in sensors:
+        for name in dict.fromkeys(sensor.fails_with or ()):
+            groups.setdefault(name, []).append(sensor.name)
+    return {name: tuple(members) for name, members in groups.items()}
 
 
 def centre_m(places_m: Iterable[Vec3]) -> Vec3:

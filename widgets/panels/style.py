@@ -47,6 +47,7 @@ QDockWidget::title {{ background: {t.window}; padding: 5px 8px; border-bottom: 1
 QStatusBar {{ background: {t.panel}; color: {t.muted}; border-top: 1px solid {t.border}; }}
 QStatusBar::item {{ border: 0; }}
 QStatusBar QLabel {{ color: {t.muted}; padding: 0 6px; }}
+QStatusBar QLabel#warning {{ color: {t.less}; }}
 QToolTip {{ background: {t.field}; color: {t.text}; border: 1px solid {t.border}; padding: 4px; }}
 QFrame#messageBar {{ background: {t.error_field}; border: 0; border-bottom: 1px solid {t.error}; }}
 QFrame#messageBar QLabel {{ color: {t.text}; }}

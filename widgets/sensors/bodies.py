@@ -171,7 +171,7 @@ def _joined(parts: list[pv.PolyData]) -> pv.PolyData:
     return mesh
 
 
-_OFF_OPACITY, _GHOST_OPACITY = 0.45, 0.65
+_OFF_OPACITY, _FAILED_OPACITY, _GHOST_OPACITY = 0.45, 0.25, 0.65
 
 
 class SensorLayer:
@@ -183,13 +183,21 @@ class SensorLayer:
         self._looks: dict[str, tuple[object, ...]] = {}
         self._ghost: pv.Actor | None = None
 
-    def set_sensors(self, sensors: list[Lidar | Camera], marks: dict[str, Mark], palette: Palette) -> None:
-        """Show exactly these sensors; those named in `marks` are selected or under the mouse."""
+    def set_sensors(
+        self,
+        sensors: list[Lidar | Camera],
+        marks: dict[str, Mark],
+        palette: Palette,
+        failed: frozenset[str] = frozenset(),
+    ) -> None:
+        """Show exactly these sensors; those named in `marks` are selected or under the mouse, `failed` are ghosts."""
         for gone in self._actors.keys() - {sensor.name for sensor in sensors}:
             self._renderer.RemoveActor(self._actors.pop(gone))
             del self._looks[gone]
         for sensor in sensors:
-            self._set_look(sensor, marks.get(sensor.name, ""), palette)
+            is_working = sensor.enabled and sensor.name not in failed
+            opacity = _FAILED_OPACITY if sensor.name in failed else 1.0 if is_working else _OFF_OPACITY
+            self._set_look(sensor, marks.get(sensor.name, ""), palette, opacity)
             self.set_pose(sensor.name, sensor.pose)
 
     def set_pose(self, name: str, pose: Pose) -> None:
@@ -207,17 +215,17 @@ class SensorLayer:
             self._ghost.prop.opacity = _GHOST_OPACITY
             self._ghost.user_matrix = sensor.pose.vehicle_SE3_sensor()
 
-    def _set_look(self, sensor: Lidar | Camera, mark: Mark, palette: Palette) -> None:
+    def _set_look(self, sensor: Lidar | Camera, mark: Mark, palette: Palette, opacity: float) -> None:
         body = sensor_body(sensor)
-        look = (body, mark, sensor.enabled, palette.kinds[sensor.kind], palette.selected)
+        look = (body, mark, opacity, palette.kinds[sensor.kind], palette.selected)
         if self._looks.get(sensor.name) == look:
             return
-        mesh = sensor_mesh(body, palette, mark, sensor.enabled)
+        mesh = sensor_mesh(body, palette, mark, opacity == 1.0)
         if sensor.name in self._actors:
             self._actors[sensor.name].mapper.SetInputData(mesh)
         else:
             self._actors[sensor.name] = self._new_actor(mesh)
-        self._actors[sensor.name].prop.opacity = 1.0 if sensor.enabled else _OFF_OPACITY
+        self._actors[sensor.name].prop.opacity = opacity
         self._looks[sensor.name] = look
 
     def _new_actor(self, mesh: pv.PolyData) -> pv.Actor:

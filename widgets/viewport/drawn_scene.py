@@ -36,14 +36,14 @@ from riglens.widgets.viewport.words_layer import WordsLayer
 # What each part of the scene is made from, by the names of SceneState's fields.
 _CAR = {"vehicle", "body_mesh"}
 _GROUND = {"grid", "palette"}
-_BODIES = {"rig", "hidden", "selected", "also_selected", "show_selection", "palette"}
-_MASTS = {*_BODIES, "masts"}
+_BODIES = {"rig", "hidden", "failed", "selected", "also_selected", "show_selection", "palette"}
+_MASTS = {*_BODIES, "masts"} - {"failed"}
 _STUBS = {"rig", "hidden", "ray_look", "stubs"}
-_FANS = {"rig", "hidden", "selected", "show_selection", "palette"}
+_FANS = {"rig", "hidden", "failed", "selected", "show_selection", "palette"}
 _ALL_FANS = {"grid", "ray_look", "palette"}
 _LEGEND = {"heatmap", "heat_look", "show_legend", "palette"}
 _BACKDROP = ("camera", "grid", "palette", "show_ground", "vehicle")
-_KEY = {"rig", "hidden", "selected", "show_selection", "show_legend", "ray_look", "palette"}
+_KEY = {"rig", "hidden", "failed", "selected", "show_selection", "show_legend", "ray_look", "palette"}
 _CENTRE_PX = 8.0
 """So near to the middle plane a sensor that snaps is put on it."""
 

@@ -45,7 +45,7 @@ class RigLayer:
         if isinstance(hovered, str):
             marks[hovered] = "hovered"
         marks.update({sensor.name: "selected" for sensor in state.shown if state.is_selected(sensor.name)})
-        self._sensors.set_sensors(state.shown, marks, state.palette)
+        self._sensors.set_sensors(state.shown, marks, state.palette, state.failed)
         self._show_links([pair for pair in state.pairs if pair in pairs or hovered in pair], state)
 
     def _show_links(self, pairs: list[tuple[str, str]], state: SceneState) -> None:

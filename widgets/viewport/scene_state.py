@@ -49,16 +49,18 @@ class Marker:
 class SceneState:
     """What is seen, from where, and in which colours.
 
-    The sensor named `selected` is shown with its rays and handles, those `also_selected` in the same colour, the
-    `hidden` ones not at all. Those in `fixed` cannot be dragged: they get no handles. Without a `body_mesh` the
-    vehicle's parametric body is drawn, or a plain box where its body is a mesh file. Without
-    `show_selection` the selected sensor has the colour of its kind, but still the rays of a selected one.
+    The sensor named `selected` is shown with its rays and handles, those `also_selected` in the same colour, those
+    that have `failed` as ghosts without rays, the `hidden` ones not at all. Those in `fixed` cannot be dragged: they
+    get no handles. Without a `body_mesh` the vehicle's parametric body is drawn, or a plain box where its body is a
+    mesh file. Without `show_selection` the selected sensor has the colour of its kind, but still the rays of a
+    selected one.
     """
 
     vehicle: Vehicle = field(default_factory=Vehicle)
     body_mesh: BodyMesh | None = None
     rig: Rig = field(default_factory=Rig)
     hidden: frozenset[str] = frozenset()
+    failed: frozenset[str] = frozenset()
     fixed: frozenset[str] = frozenset()
     selected: str | None = None
     also_selected: frozenset[str] = frozenset()
@@ -140,12 +142,12 @@ class SceneState:
 
     @property
     def enabled(self) -> list[Lidar | Camera]:
-        """The sensors that are switched on, of those that are not hidden."""
-        return [sensor for sensor in self.shown if sensor.enabled]
+        """The sensors that are switched on and work, of those that are not hidden."""
+        return [sensor for sensor in self.shown if sensor.enabled and sensor.name not in self.failed]
 
     def other_fans_differ(self, after: SceneState) -> bool:
         """Whether the rays of any sensor beside the selected one are to be drawn anew to show another state."""
-        if (self.hidden, self.selected) != (after.hidden, after.selected):
+        if (self.hidden, self.failed, self.selected) != (after.hidden, after.failed, after.selected):
             return True
         old = [sensor for sensor in self.rig.sensors if sensor.name != after.selected]
         return old != [sensor for sensor in after.rig.sensors if sensor.name != after.selected]

@@ -23,6 +23,7 @@ class Audit(Feature):
         bench.recompute.audited.connect(self._take, Qt.ConnectionType.QueuedConnection)
         self.document.selection_changed.connect(self._show)
         self.document.rig_settled.connect(self._show)
+        self.document.failed_changed.connect(self._show)
         self.session.settings_changed.connect(self._show)
         self.session.scene_changed.connect(lambda _: self._forget())
         self._show()
@@ -32,7 +33,7 @@ class Audit(Feature):
         session = self.session
         if session.scene is None:
             return
-        self._asked = AuditRequest(self.document.rig, session.settings, session.scene, session.mesh)
+        self._asked = AuditRequest(self.document.working_rig, session.settings, session.scene, session.mesh)
         self.bench.recompute.ask_audit(self._asked)
         self._show()
 
@@ -53,7 +54,7 @@ class Audit(Feature):
             return
         answer = self.answer
         found = None if answer is None or answer.found is None else answer.found.of(name)
-        if not self.document.rig.sensor(name).enabled:
+        if not self.document.working_rig.sensor(name).enabled:
             inspector.show_no_audit(NOT_COUNTED)
         elif found is None or answer is None:
             inspector.show_no_audit(ASKED if self._asked is not None else "")
@@ -63,7 +64,7 @@ class Audit(Feature):
     def _is_current(self, answer: AuditAnswer) -> bool:
         request, session = answer.request, self.session
         same = request.settings == session.settings and request.mesh is session.mesh
-        return same and _same_rays(request.rig, self.document.rig)
+        return same and _same_rays(request.rig, self.document.working_rig)
 
 
 def _same_rays(one: Rig, other: Rig) -> bool:

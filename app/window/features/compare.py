@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QMenu
 
 from riglens.app.background.counting import CountAnswer, CountRequest, SideCount, SideCounted
 from riglens.app.background.side_jobs import SideAnswer, SideRequest
-from riglens.app.evaluation.requests import LoadedScene, Result
+from riglens.app.evaluation.requests import LoadedScene, Result, failed_text
 from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.files import Exchange, Files, beside_rig
@@ -180,7 +180,9 @@ class Compare(Feature):
             self._scored_on = scored_on
         rig = result.request.rig
         figures = None if self._counted is None or self._counted.request.rig != rig else self._own_figures
-        now = CompareRow(CURRENT, rig.name, "current", rig, "", result.evaluation.scores, figures)
+        failed = failed_text(self.document.failed)
+        name = f"{rig.name}, {failed}" if failed else rig.name
+        now = CompareRow(CURRENT, name, "current", rig, "", result.evaluation.scores, figures)
         self._rows = {CURRENT: now} | {key: row for key, row in self._rows.items() if key != CURRENT}
         self._baseline = (result.baseline_scores, result.request.settings.reading)
         self._show_baseline()

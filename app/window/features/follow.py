@@ -18,6 +18,7 @@ class Shown(NamedTuple):
     selection: tuple[str, ...]
     hidden: frozenset[str]
     locked: frozenset[str]
+    failed: frozenset[str]
 
 
 class Follow(Feature):
@@ -28,7 +29,7 @@ class Follow(Feature):
         self._shown: Shown | None = None
         for changed in (
             self.document.rig_changed, self.document.selection_changed, self.document.hidden_changed,
-            self.document.locked_changed,
+            self.document.locked_changed, self.document.failed_changed,
         ):  # fmt: skip
             changed.connect(self._follow)
         self.document.opened.connect(self._forget)
@@ -83,17 +84,20 @@ class Follow(Feature):
     def _follow(self) -> None:
         """Show the document, unless it is shown already: several of its signals may tell of one edit."""
         document = self.document
-        now = Shown(document.rig, document.saved_rig, document.selection, document.hidden, document.locked)
+        now = Shown(
+            document.rig, document.saved_rig, document.selection, document.hidden, document.locked, document.failed
+        )  # fmt: skip
         if now == self._shown:
             return
         self._shown = now
         self.viewport.show_state(
             replace(
                 self.viewport.state,
-                rig=now.rig, hidden=now.hidden, selected=document.selected,
+                rig=now.rig, hidden=now.hidden, failed=now.failed, selected=document.selected,
                 also_selected=frozenset(now.selection[:-1]), fixed=document.fixed,
             )
         )  # fmt: skip
+        self.bench.panels.tree.set_failed(now.failed)
         self.bench.panels.tree.set_rig(now.rig, now.hidden, now.selection, now.locked)
         inspector = self.bench.panels.inspector
         inspector.set_saved(now.saved_rig)

@@ -148,7 +148,8 @@ class FrameView(Feature):
         """Follow edits while a frame is shown."""
         document = self.document
         for changed in (
-            document.rig_changed, document.rig_settled, document.vehicle_changed, self.session.targets_changed,
+            document.rig_changed, document.rig_settled, document.failed_changed, document.vehicle_changed,
+            self.session.targets_changed,
             self.session.settings_changed,
         ):  # fmt: skip
             if is_on:
@@ -205,7 +206,7 @@ class FrameView(Feature):
         body = CarBody(document.rig.vehicle, session.mesh)
         settings = replace(session.targets, body=session.body)
         request = FrameRequest(
-            document.rig, traffic, shown.place, body, settings, shown.explain, document.is_dragging
+            document.working_rig, traffic, shown.place, body, settings, shown.explain, document.is_dragging
         )
         if self._last is None or not request.asks_same(self._last):
             self._last = self._asked = request

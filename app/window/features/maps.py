@@ -79,7 +79,7 @@ class Map(Feature):
         """Show what is seen, unless the map shows road users."""
         if self._top is not None and not self.panel.target_mode:
             self.panel.map.set_top_view(self._top)
-            self.panel.map.set_message(remark(self._top, self.document.rig))
+            self.panel.map.set_message(remark(self._top, self.document.working_rig))
 
     def _on_load_ended(self, problem: str) -> None:
         if problem and self._top is None:

@@ -21,7 +21,7 @@ from riglens.core.rig.model import Rig
 from riglens.core.targets.quantities import Figures, figures_of
 from riglens.core.view.outlook import looks_into
 from riglens.widgets.maps.map_items import NO_BOXES
-from riglens.widgets.panels.inspector.marginal_view import NOT_COUNTED, WAITING
+from riglens.widgets.panels.inspector.marginal_view import FAILED, NOT_COUNTED, WAITING
 from riglens.widgets.panels.menus import add_entry
 from riglens.widgets.panels.scores.text import NONE
 from riglens.widgets.panels.sensors.losses import MEASURES, Known, Loss, Measure, loss_of
@@ -55,6 +55,7 @@ class Marginals(Feature):
         self.session.settings_changed.connect(self._drop_if_changed)
         bench.theme_changed.connect(lambda _: self._show_all())
         self.document.rig_changed.connect(self._on_rig)
+        self.document.failed_changed.connect(self._on_rig)
         self.document.selection_changed.connect(self._show_selected)
         bench.panels.tree.measure_menu_wanted.connect(self._open_menu)
         self._show_selected()
@@ -119,7 +120,7 @@ class Marginals(Feature):
 
     def _drop_if_changed(self) -> None:
         """Give up what belongs to another rig or to other settings."""
-        rig = self.document.rig
+        rig = self.document.working_rig
         if self.result is not None and (
             not _same_sensors(self.result.request.rig, rig)
             or self.result.request.settings != self.session.settings
@@ -202,7 +203,9 @@ class Marginals(Feature):
         name, inspector = self.document.selected, self.bench.panels.inspector
         if name is None:
             return
-        if not self.document.rig.sensor(name).enabled:
+        if name in self.document.failed:
+            inspector.show_no_loss(FAILED)
+        elif not self.document.rig.sensor(name).enabled:
             inspector.show_no_loss(NOT_COUNTED)
         elif name in self._looking_elsewhere():
             inspector.show_no_loss(NO_BOXES)

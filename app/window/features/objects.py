@@ -50,7 +50,7 @@ class Objects(Feature):
         self._asked = None
 
     def _ask(self) -> None:
-        rig, mesh = self.document.rig, self.session.mesh
+        rig, mesh = self.document.working_rig, self.session.mesh
         if rig.vehicle.has_mesh_file and mesh is None:
             return
         request = OnlookRequest(rig, self.session.body, mesh)

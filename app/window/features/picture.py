@@ -49,11 +49,11 @@ class Picture(Feature):
             return
         self._state = self.viewport.state
         result = self.bench.answers.result
-        is_known = result is not None and result.request.rig == self._state.rig
+        is_known = result is not None and result.request.rig == self.document.working_rig
         self._found = None
         if result is not None and is_known:
             self._found = Findings(
-                self._state.rig, result.evaluation.scores, result.request.settings, result.scene.field,
+                result.request.rig, result.evaluation.scores, result.request.settings, result.scene.field,
                 self.document.is_modified,
             )  # fmt: skip
         dialog = PictureDialog(

@@ -36,7 +36,10 @@ class Targets(Feature):
         self.panel.settings_wanted.connect(self.session.set_targets)
         self.session.targets_changed.connect(self._on_settings)
         self.session.settings_changed.connect(self._ask)
-        for changed in (self.document.rig_changed, self.document.rig_settled, self.session.baseline_changed):
+        document = self.document
+        for changed in (
+            document.rig_changed, document.rig_settled, document.failed_changed, self.session.baseline_changed,
+        ):  # fmt: skip
             changed.connect(self._ask)
         bench.answers.answered.connect(lambda _: self._ask())
         bench.theme_changed.connect(lambda _: self._show())
@@ -70,7 +73,7 @@ class Targets(Feature):
             return  # scores come first: both would compile at once
         settings = replace(session.targets, body=session.body)
         request = CountRequest(
-            document.revision, document.rig, session.baseline, settings, session.scene, document.is_dragging,
+            document.revision, document.working_rig, session.baseline, settings, session.scene, document.is_dragging,
             session.mesh,
         )  # fmt: skip
         asked = self._asked

@@ -12,13 +12,13 @@ from riglens.core.review.outline import SECTORS
 from riglens.core.review.redundancy import (
     COVERED,
     Coverage,
-    groups_of,
     lost_of,
     target_coverage,
     voxel_coverage,
 )
 from riglens.core.review.redundancy_json import coverage_document
 from riglens.core.rig.edits import in_step
+from riglens.core.rig.groups import groups_of
 from riglens.core.rig.model import Rig, Vehicle, rays_of
 from riglens.core.rig.yaml.file import dumps, loads, rig_sha256
 from riglens.core.scene.boxes import CLASSES, DataReport

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from riglens.core.rig.edits import with_enabled, without
 from riglens.core.rig.model import Rig
 from riglens.core.targets import contribution
 from riglens.core.targets.engine import TargetEngine
@@ -46,6 +47,18 @@ def test_edits_in_any_order_give_the_bits_of_an_evaluation_from_scratch(world):
         assert same(
             engine.evaluate(rig, settings, frames), TargetEngine(world).evaluate(rig, settings, frames)
         )
+
+
+def test_a_sensor_that_is_switched_off_counts_as_one_that_is_not_there(world):
+    rig = random_rig(np.random.default_rng(8), 4)
+    name = rig.sensors[1].name
+    off, gone = (TargetEngine(world).evaluate(made(rig, (name,))) for made in (switched_off, without))
+    assert off.classes == gone.classes != TargetEngine(world).evaluate(rig).classes
+    assert np.array_equal(off.objects.all_points, gone.objects.all_points)
+
+
+def switched_off(rig: Rig, names: tuple[str, ...]) -> Rig:
+    return with_enabled(rig, names, False)
 
 
 def test_only_the_moved_sensor_is_cast_and_a_sample_goes_on_where_it_ended(world, monkeypatch):

@@ -102,6 +102,8 @@ CHANGES: list[tuple[dict[str, Any], set[str]]] = [
     ({"selected": "other"}, {"masts.show", "rig.show_bodies", "rig.show_fans"}),
     ({"also_selected": frozenset({"other"})}, {"masts.show", "rig.show_bodies"}),
     ({"hidden": frozenset({"other"})}, {"stubs.show", "masts.show", "rig.show_bodies", "rig.show_fans"}),
+    ({"failed": frozenset({"other"})}, {"rig.show_bodies", "rig.show_fans"}),
+    ({"failed": frozenset({"roof"})}, {"rig.show_bodies", "rig.show_fans"}),
     ({"ray_look": RayLook(shown=False)}, {"stubs.show", "rig.show_fans"}),
     ({"heatmap": HEAT}, {"heatmap.set_data", "words.show_legend"}),
     ({"heat_look": HeatLook(log=True)}, {"heatmap.set_look", "words.show_legend"}),

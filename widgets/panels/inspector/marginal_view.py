@@ -13,6 +13,7 @@ from riglens.widgets.panels.sensors.losses import COLUMNS, Known, class_change, 
 from riglens.widgets.panels.style import numbers_font, tones
 
 WAITING, NOT_COUNTED = "computed when the program is idle", "it does not count, so nothing is lost"
+FAILED = "taken as failed: the scores are those without it"
 UNITS = "percentage points of road users and of H(Ω), 10³ nat"
 NOTE = (
     "Exact figures of the rig without this sensor, minus those of the rig as it is.\n"

@@ -102,6 +102,8 @@ PROBLEM = Qt.ItemDataRole.UserRole.value + 3
 WIDTHS_PX = {TYPE: 50, LOSS: 58, LOCK: 22, EYE: 24}
 _FIXED_FLAGS = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
 _EDIT_FLAGS = _FIXED_FLAGS | Qt.ItemFlag.ItemIsEditable | Qt.ItemFlag.ItemIsUserCheckable
+FAILED = "failed"
+FAILED_TIP = "Taken as failed: all figures are those of the rig without it. The rig itself is unchanged."
 CHOICE_TIP = "A click chooses the measure: on target, seen or S-MS"
 TIPS = (
     "Tick: counts in the scores. F2 or double click: rename. Ctrl and Shift select several.",
@@ -149,6 +151,7 @@ class RowState:
     """The other sensor of its mirror pair."""
     problem: str = ""
     """What is wrong with its place."""
+    is_failed: bool = False
 
 
 def set_up_columns(tree: QTreeWidget) -> None:
@@ -234,11 +237,25 @@ def show_sensor(row: QTreeWidgetItem, sensor: Sensor, state: RowState) -> None:
     row.setToolTip(
         EYE, "Hidden in the view; it still counts in the scores" if state.is_hidden else "Shown in the view"
     )
-    bright = tones().text if sensor.enabled and not state.is_hidden else tones().muted
+    is_bright = sensor.enabled and not state.is_hidden and not state.is_failed
+    bright = tones().text if is_bright else tones().muted
     row.setForeground(NAME, QBrush(QColor(bright)))
     row.setForeground(TYPE, QBrush(QColor(tones().muted)))
+    _show_failed(row, state.is_failed)
     if not sensor.enabled:
         show_loss(row, Loss(None, "", "It does not count, so nothing is lost without it"), 0.0)
+
+
+def _show_failed(row: QTreeWidgetItem, failed: bool) -> None:
+    """Strike the name of a sensor that is taken as failed out, and say so in place of its loss."""
+    font = row.font(NAME)
+    font.setStrikeOut(failed)
+    row.setFont(NAME, font)
+    if failed:
+        show_loss(row, Loss(None, FAILED, FAILED_TIP), 0.0)
+        row.setForeground(LOSS, QBrush(QColor(tones().less)))
+    elif row.text(LOSS) == FAILED:
+        show_loss(row, Loss(None, "", ""), 0.0)
 
 
 def show_loss(row: QTreeWidgetItem, loss: Loss, largest: float) -> None:
@@ -254,5 +271,7 @@ def show_loss(row: QTreeWidgetItem, loss: Loss, largest: float) -> None:
 
 def set_loss_stale(row: QTreeWidgetItem) -> None:
     """Grey the loss: it belongs to an earlier rig."""
+    if row.text(LOSS) == FAILED:
+        return
     row.setData(LOSS, BAR_COLOUR, tones().border)
     row.setForeground(LOSS, QBrush(QColor(tones().muted)))

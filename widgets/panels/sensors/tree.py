@@ -28,6 +28,7 @@ from riglens.widgets.panels.sensors.losses import MEASURES, Loss, Measure
 from riglens.widgets.panels.sensors.rows import (
     CHOICE_TIP,
     EYE,
+    FAILED,
     LOCK,
     LOSS,
     NAME,
@@ -79,6 +80,7 @@ class SensorList(QTreeWidget):
         self._hidden: frozenset[str] = frozenset()
         self._locked: frozenset[str] = frozenset()
         self._enabled: frozenset[str] = frozenset()
+        self._failed: frozenset[str] = frozenset()
         self._selection: Names = ()
         self._rig, self._problems = Rig(), dict[str, str]()
         set_up_columns(self)
@@ -112,6 +114,14 @@ class SensorList(QTreeWidget):
         """Mark the sensors whose places are wrong, and say in their tooltips what is."""
         if problems != self._problems:
             self._problems = dict(problems)
+            self.blockSignals(True)
+            self._show_rows(self._rig)
+            self.blockSignals(False)
+
+    def set_failed(self, failed: frozenset[str]) -> None:
+        """Mark the sensors that are taken as failed."""
+        if failed != self._failed:
+            self._failed = failed
             self.blockSignals(True)
             self._show_rows(self._rig)
             self.blockSignals(False)
@@ -156,7 +166,8 @@ class SensorList(QTreeWidget):
         title, tip = MEASURES[measure]
         self.headerItem().setToolTip(LOSS, f"Loss in {title}: {tip}\n{CHOICE_TIP}")
         for row in self._rows:
-            row.setText(LOSS, "")
+            if row.text(LOSS) != FAILED:
+                row.setText(LOSS, "")
             row.setData(LOSS, BAR_SHARE, None)
 
     def set_losses_stale(self) -> None:
@@ -183,7 +194,8 @@ class SensorList(QTreeWidget):
 
     def _state_of(self, rig: Rig, name: str) -> RowState:
         problem = self._problems.get(name, "")
-        return RowState(name in self._hidden, name in self._locked, partner_of(rig, name), problem)
+        is_failed = name in self._failed
+        return RowState(name in self._hidden, name in self._locked, partner_of(rig, name), problem, is_failed)
 
     def _build_rows(self, kinds: list[str]) -> list[QTreeWidgetItem]:
         """Make empty rows under their group, in the order of the rig's sensors."""
@@ -241,7 +253,8 @@ class SensorTree(SensorList):
     enabled_toggled = Signal(tuple, bool)
     hidden_toggled = Signal(tuple, bool)
     locked_toggled = Signal(tuple, bool)
-    """Names, and whether they are to be enabled, hidden or locked."""
+    failed_toggled = Signal(tuple, bool)
+    """Names, and whether they are to be enabled, hidden, locked or taken as failed."""
     renamed = Signal(str, str)
     refused = Signal(str)
     """A name that cannot be given, with the reason."""
@@ -359,6 +372,7 @@ class SensorTree(SensorList):
                 ("Enabled", self._enabled, self.enabled_toggled),
                 ("Hidden", self._hidden, self.hidden_toggled),
                 ("Locked", self._locked, self.locked_toggled),
+                ("Failed", self._failed, self.failed_toggled),
             ):
                 action = add_entry(menu, title, partial(signal.emit, chosen))
                 action.setCheckable(True)

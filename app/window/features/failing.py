@@ -1,0 +1,82 @@
+"""Sensors taken as failed, one by one or in groups that fail together: what the rig is still worth then."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from PySide6.QtWidgets import QMenu
+
+from riglens.app.window.actions import Spec
+from riglens.app.window.feature import Feature
+from riglens.app.window.features.sensors import follow_marks
+from riglens.app.window.workbench import Workbench
+from riglens.core.rig.groups import groups_of
+from riglens.widgets.panels.menus import add_entry
+
+
+class Failing(Feature):
+    """A question to the rig and no change of it: nothing to undo and nothing to save."""
+
+    specs = (
+        Spec(
+            "fail", "Fail or restore",
+            "Take the selected sensors as failed: all figures are those without them, and the rig stays as it is",
+            "Ctrl+Shift+E", menu="sensor/fail",
+        ),
+        Spec("restore_failed", "Restore all failed", "Let every sensor work again", menu="sensor/fail"),
+    )  # fmt: skip
+
+    def __init__(self, bench: Workbench) -> None:
+        super().__init__(bench)
+        self.bind(fail=self.toggle, restore_failed=self.restore_all)
+        self.menu = QMenu("Fail what fails together", bench.window)
+        self.menu.setToolTipsVisible(True)
+        self.menu.aboutToShow.connect(lambda: self._fill(self.menu))
+        bench.places.add_to_menu("sensor/fail", self.menu)
+        bench.panels.tree.failed_toggled.connect(self.document.set_failed)
+        bench.panels.tree.menu_wanted.connect(self._offer_groups)
+        self.document.failed_changed.connect(self._update)
+        follow_marks(self.document, self._update)
+
+    def toggle(self) -> None:
+        """Let the selected sensors work again if all have failed, else take all of them as failed."""
+        chosen = self.document.chosen
+        self.document.set_failed(chosen, not self.document.failed.issuperset(chosen))
+
+    def restore_all(self) -> None:
+        """Let every sensor work again."""
+        self.document.set_failed(tuple(self.document.failed), False)
+
+    def _groups(self) -> dict[str, tuple[str, ...]]:
+        """The groups that sensors switched on fail with: what is off does not count."""
+        return groups_of(sensor for sensor in self.document.rig.sensors if sensor.enabled)
+
+    def _fill(self, menu: QMenu, of: frozenset[str] | None = None) -> None:
+        """Offer the groups of the rig, or those of some of its sensors."""
+        menu.clear()
+        for name, members in self._groups().items():
+            if of is not None and of.isdisjoint(members):
+                continue
+            count = f"{len(members)} sensor{'s' * (len(members) > 1)}"
+            failed = self.document.failed.issuperset(members)
+            fail = partial(self.document.set_failed, members, not failed)
+            action = add_entry(menu, f"{name}  ({count})".replace("&", "&&"), fail)
+            action.setToolTip(", ".join(members))
+            action.setCheckable(True)
+            action.setChecked(failed)
+
+    def _offer_groups(self, menu: QMenu) -> None:
+        """The groups of the selected sensors, in the list's context menu."""
+        groups = QMenu(self.menu.title(), menu)
+        groups.setToolTipsVisible(True)
+        self._fill(groups, frozenset(self.document.chosen))
+        if groups.actions():
+            menu.addMenu(groups)
+            menu.addSeparator()
+
+    def _update(self) -> None:
+        failed = self.document.failed
+        self.actions["fail"].setEnabled(bool(self.document.chosen))
+        self.actions["restore_failed"].setEnabled(bool(failed))
+        self.menu.menuAction().setEnabled(bool(self._groups()))
+        self.bench.status.show_failed(failed)
