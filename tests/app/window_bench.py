@@ -68,7 +68,8 @@ class FakeCounter(Counter):
         self.requests: list[CountRequest] = []
         self.aside: list[SideCount] = []
 
-    def ask(self, request: CountRequest) -> None:
+    def ask(self, request: CountRequest | SideCount) -> None:
+        assert isinstance(request, CountRequest)
         self.requests.append(request)
 
     def ask_aside(self, requests: Sequence[SideCount]) -> None:
