@@ -19,33 +19,15 @@ from riglens.core.scene.columns import unpack
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.sensing.rays import NOWHERE, lattice, missing_ray_count, sensor_rays
 from riglens.core.study.reference import exact_cover
-from tests.core.builders import field_of, grid_of, seen_by, seen_ray_by_ray
+from tests.core.builders import seen_by, seen_ray_by_ray
+from tests.core.rooms import ROOMS, SMALL, SMALL_FIELD, field_at, seeds
 
-seeds = st.integers(0, 2**32 - 1)
-SMALL = grid_of(24, 20, 11, 0.25)
-SMALL_FIELD = field_of(SMALL)
-ROOMS = (
-    (0.10, (8.0, 6.0, 2.0)),
-    (0.05, (3.0, 2.0, 4.0)),
-    (0.10, (30.0, 3.0, 1.0)),
-    (0.37, (22.2, 14.8, 3.7)),
-    (0.10, (12.0, 9.0, 0.1)),
-    (0.10, (0.1, 12.0, 3.0)),
-)
-"""Voxel edge and region in metres: more than 64 levels, longer than rays stay close, one voxel thick."""
 LENSES = (
     BrownConrady(k1=-0.3, k2=0.08, p1=1e-3),
     BrownConrady(k1=0.4, k2=0.2),
     BrownConrady(k1=-0.6, k2=0.66, p1=0.0011, p2=-0.001, k3=-1.0),
     KannalaBrandt(k1=0.05, k2=-0.01),
 )
-
-
-@lru_cache(maxsize=16)
-def field_at(voxel_m: float, roi_m: tuple[float, float, float], share: float) -> EntropyField:
-    """A field of a room in which a share of the voxels is informative."""
-    grid = VoxelGrid(voxel_m, roi_m)
-    return field_of(grid, np.random.default_rng(1).random(grid.shape) < share)
 
 
 @lru_cache(maxsize=1)

@@ -6,40 +6,20 @@ from functools import lru_cache
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from riglens.assets import asset_path
 from riglens.core.engine.caster import Caster
 from riglens.core.engine.sheets import make_sheets
 from riglens.core.geometry import Pose
-from riglens.core.metric.entropy import EntropyField
 from riglens.core.rig.library import Entry, load_library
 from riglens.core.rig.model import Lidar
 from riglens.core.scene.columns import unpack
 from riglens.core.scene.grid import VoxelGrid
-from tests.core.builders import field_of, grid_of, lidar, seen_by, seen_ray_by_ray
+from tests.core.builders import lidar, seen_by, seen_ray_by_ray
 from tests.core.oracle import exact_cover
+from tests.core.rooms import ROOMS, SMALL, SMALL_FIELD, field_at, seeds
 
-seeds = st.integers(0, 2**32 - 1)
-SMALL = grid_of(24, 20, 11, 0.25)
-SMALL_FIELD = field_of(SMALL)
-ROOMS = (
-    (0.10, (8.0, 6.0, 2.0)),
-    (0.05, (3.0, 2.0, 4.0)),
-    (0.10, (30.0, 3.0, 1.0)),
-    (0.37, (22.2, 14.8, 3.7)),
-    (0.10, (12.0, 9.0, 0.1)),
-    (0.10, (0.1, 12.0, 3.0)),
-)
-"""Voxel edge and region in metres: more than 64 levels, longer than rays stay close, one voxel thick."""
 LARGE = ((0.10, (30.0, 20.0, 4.0)), (0.05, (12.0, 10.0, 4.0)), (0.37, (59.2, 37.0, 3.7)))
-
-
-@lru_cache(maxsize=16)
-def field_at(voxel_m: float, roi_m: tuple[float, float, float], share: float) -> EntropyField:
-    """A field of a room in which a share of the voxels is informative."""
-    grid = VoxelGrid(voxel_m, roi_m)
-    return field_of(grid, np.random.default_rng(1).random(grid.shape) < share)
 
 
 @lru_cache(maxsize=1)

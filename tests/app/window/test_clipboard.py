@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -14,36 +13,23 @@ from riglens.app.session.document import DUPLICATE_OFFSET_M
 from riglens.core.rig.edits import mirrored_pose, partner_of
 from riglens.core.rig.yaml.file import loads
 from tests.app.window.desk import FullDesk, full_desk
-from tests.app.window_bench import CAMERA, LIDAR, RIG, Bench, open_bench
-
-
-@pytest.fixture
-def bench(qtbot: QtBot) -> Iterator[FullDesk]:
-    with full_desk(qtbot) as opened:
-        yield opened
-
-
-@pytest.fixture
-def whole(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
-    """The whole window, for keys."""
-    with open_bench(qtbot, tmp_path, wait=False) as opened:
-        yield opened
+from tests.app.window_bench import CAMERA, LIDAR, RIG, Bench
 
 
 def press(bench: Bench, key: Qt.Key) -> None:
     bench.qtbot.keyClick(bench.workbench.window, key, Qt.KeyboardModifier.ControlModifier)
 
 
-def test_a_copy_comes_back_under_a_free_name_as_one_step(whole: Bench) -> None:
-    whole.document.select("roof")
-    press(whole, Qt.Key.Key_C)
-    press(whole, Qt.Key.Key_V)
+def test_a_copy_comes_back_under_a_free_name_as_one_step(unscored: Bench) -> None:
+    unscored.document.select("roof")
+    press(unscored, Qt.Key.Key_C)
+    press(unscored, Qt.Key.Key_V)
     x, y, z = LIDAR.position
     beside = LIDAR.replace(name="roof_2", position=(x, y + DUPLICATE_OFFSET_M, z))
-    assert whole.document.rig.sensor("roof_2") == beside
-    assert whole.document.undo_label == "paste roof"
-    whole.act("undo")
-    assert whole.document.rig == RIG
+    assert unscored.document.rig.sensor("roof_2") == beside
+    assert unscored.document.undo_label == "paste roof"
+    unscored.act("undo")
+    assert unscored.document.rig == RIG
 
 
 def test_several_sensors_go_into_another_window_in_one_step(

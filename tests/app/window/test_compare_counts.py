@@ -4,29 +4,13 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterator
 from dataclasses import replace
-
-import pytest
-from pytestqt.qtbot import QtBot
 
 from riglens.app.background.counting import SideCount, SideCounted
 from riglens.core.targets.quantities import figures_of
 from riglens.widgets.panels.scores.text import ON_TARGET, change_text, share_text
-from tests.app.window.desk import FullDesk, full_desk
-from tests.app.window.test_targets import ENGINE, answer
-
-
-@pytest.fixture
-def desk(qtbot: QtBot) -> Iterator[FullDesk]:
-    with full_desk(qtbot) as made:
-        made.load()
-        made.answer()
-        yield made
-
-
-def count(desk: FullDesk, frames: int | None = None) -> None:
-    desk.features.targets._take(answer(desk.counter.requests[-1], frames))
+from tests.app.window.counts import ENGINE, count
+from tests.app.window.desk import FullDesk
 
 
 def asked(desk: FullDesk) -> list[SideCount]:

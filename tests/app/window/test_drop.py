@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -14,24 +13,11 @@ from pytestqt.qtbot import QtBot
 from riglens.app.window.settings import Settings
 from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.file import new_rig_file
-from tests.app.window.desk import FullDesk, full_desk
+from tests.app.window.desk import FullDesk
 from tests.app.window_bench import BOXES, RIG, Bench, open_bench
 from tests.waiting import TIMEOUT_MS
 
 OTHER = Rig(name="other")
-
-
-@pytest.fixture
-def whole(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
-    """The whole window: for keys, scores and closing."""
-    with open_bench(qtbot, tmp_path) as opened:
-        yield opened
-
-
-@pytest.fixture
-def bench(qtbot: QtBot) -> Iterator[FullDesk]:
-    with full_desk(qtbot) as opened:
-        yield opened
 
 
 @pytest.fixture

@@ -1,32 +1,17 @@
 """Adding, copying, deleting, hiding, renaming and dragging in the window, as a person does it."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import partial
-from pathlib import Path
 
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QApplication, QLineEdit
-from pytestqt.qtbot import QtBot
 
 from riglens.core.geometry import Pose
 from riglens.core.rig.library import default_library
 from riglens.widgets.panels.sensors.tree import EYE, NAME
-from tests.app.window.desk import FullDesk, full_desk
-from tests.app.window_bench import LIDAR, RIG, Bench, open_bench
-
-
-@pytest.fixture
-def whole(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
-    """The whole window: for keys, scores and closing."""
-    with open_bench(qtbot, tmp_path) as opened:
-        yield opened
-
-
-@pytest.fixture
-def bench(qtbot: QtBot) -> Iterator[FullDesk]:
-    with full_desk(qtbot) as opened:
-        yield opened
+from tests.app.window.desk import FullDesk
+from tests.app.window_bench import LIDAR, RIG, Bench
 
 
 def click_row(bench: FullDesk, name: str, column: int = NAME, dx: int = 0) -> None:

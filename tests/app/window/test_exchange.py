@@ -1,23 +1,15 @@
 """Rigs of other programs in the window: opened, exported, and a report to read each time."""
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from PySide6.QtGui import QAction
-from pytestqt.qtbot import QtBot
 
 from riglens.core.formats.exchange import WRITABLE, read_rig
-from tests.app.window.desk import FullDesk, full_desk
+from tests.app.window.desk import FullDesk
 from tests.app.window_bench import RIG
 from tests.core.formats.cases import AUTOWARE_KIT, DRIVEWORKS, NUSCENES, URDF, write_files
 from tests.waiting import TIMEOUT_MS
-
-
-@pytest.fixture
-def bench(qtbot: QtBot) -> Iterator[FullDesk]:
-    with full_desk(qtbot) as opened:
-        yield opened
 
 
 def export(bench: FullDesk, name: str) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -12,21 +11,8 @@ from pytestqt.qtbot import QtBot
 from riglens.app.window.dialogs import Unsaved
 from riglens.core.rig.presets import preset
 from riglens.core.rig.yaml.file import load_rig, new_rig_file
-from tests.app.window.desk import FullDesk, full_desk
+from tests.app.window.desk import FullDesk
 from tests.app.window_bench import RIG, Bench, open_bench
-
-
-@pytest.fixture
-def whole(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
-    """The whole window: for keys, scores and closing."""
-    with open_bench(qtbot, tmp_path) as opened:
-        yield opened
-
-
-@pytest.fixture
-def bench(qtbot: QtBot) -> Iterator[FullDesk]:
-    with full_desk(qtbot) as opened:
-        yield opened
 
 
 def modify(bench: FullDesk) -> None:

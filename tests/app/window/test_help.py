@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from importlib.metadata import version
 from pathlib import Path
 from types import SimpleNamespace
@@ -28,18 +27,6 @@ from tests.app.window.desk import FullDesk, full_desk
 from tests.app.window_bench import RIG, Bench, open_bench
 
 
-@pytest.fixture
-def bench(qtbot: QtBot) -> Iterator[FullDesk]:
-    with full_desk(qtbot) as opened:
-        yield opened
-
-
-@pytest.fixture
-def whole(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
-    with open_bench(qtbot, tmp_path, wait=False) as opened:
-        yield opened
-
-
 # ---------------------------------------------------------------------- commands
 def palette(bench: Bench) -> CommandPalette:
     bench.qtbot.keyClick(bench.window, Qt.Key.Key_K, Qt.KeyboardModifier.ControlModifier)
@@ -52,34 +39,34 @@ def shown(opened: CommandPalette) -> list[str]:
     return [rows.topLevelItem(place).text(0) for place in range(rows.topLevelItemCount())]
 
 
-def test_a_command_is_found_by_a_few_letters_and_done_by_return(whole: Bench) -> None:
-    opened = palette(whole)
+def test_a_command_is_found_by_a_few_letters_and_done_by_return(unscored: Bench) -> None:
+    opened = palette(unscored)
     QTest.keyClicks(opened.typed, "select al")
     assert shown(opened) == ["Edit › Select all"]
     QTest.keyClick(opened.typed, Qt.Key.Key_Return)
-    assert len(whole.document.selection) == 2 and not opened.isVisible()
+    assert len(unscored.document.selection) == 2 and not opened.isVisible()
 
 
-def test_models_presets_and_themes_are_commands_too_and_arrow_keys_choose(whole: Bench) -> None:
-    opened = palette(whole)
+def test_models_presets_and_themes_are_commands_too_and_arrow_keys_choose(unscored: Bench) -> None:
+    opened = palette(unscored)
     QTest.keyClicks(opened.typed, "preset Narrow")
     first, second = shown(opened)[:2]
     assert first.startswith("File › New from preset › Narrow")
     QTest.keyClick(opened.typed, Qt.Key.Key_Down)
     QTest.keyClick(opened.typed, Qt.Key.Key_Return)
-    assert second.endswith(f"({whole.document.rig.name})")
-    opened = palette(whole)
+    assert second.endswith(f"({unscored.document.rig.name})")
+    opened = palette(unscored)
     QTest.keyClicks(opened.typed, "vlp-16")
     QTest.keyClick(opened.typed, Qt.Key.Key_Return)
-    added = whole.document.selected_sensor()
+    added = unscored.document.selected_sensor()
     assert added is not None and added.model == "velodyne-vlp-16"
 
 
-def test_escape_closes_it_and_what_cannot_be_done_now_does_nothing(whole: Bench) -> None:
-    opened = palette(whole)
+def test_escape_closes_it_and_what_cannot_be_done_now_does_nothing(unscored: Bench) -> None:
+    opened = palette(unscored)
     QTest.keyClicks(opened.typed, "duplicate")
     QTest.keyClick(opened.typed, Qt.Key.Key_Return)  # nothing is selected
-    assert whole.document.rig == RIG and opened.isVisible()
+    assert unscored.document.rig == RIG and opened.isVisible()
     QTest.keyClick(opened.typed, Qt.Key.Key_Escape)
     assert not opened.isVisible()
 
@@ -105,12 +92,12 @@ def test_the_about_text_says_the_version_and_what_it_stands_on(bench: FullDesk) 
     assert f"RigLens {installed_version()}" in text and f"numba {version('numba')}" in text
 
 
-def test_f1_opens_the_guide_and_its_links_lead_to_other_pages(whole: Bench, qtbot: QtBot) -> None:
-    whole.qtbot.keyClick(whole.window, Qt.Key.Key_F1)
+def test_f1_opens_the_guide_and_its_links_lead_to_other_pages(unscored: Bench, qtbot: QtBot) -> None:
+    unscored.qtbot.keyClick(unscored.window, Qt.Key.Key_F1)
     page = guide_page()
-    assert page is not None and whole.dialogs.shown == [str(page)]
-    Dialogs().show_guide(whole.window, page)
-    guide = whole.window.findChild(Guide)
+    assert page is not None and unscored.dialogs.shown == [str(page)]
+    Dialogs().show_guide(unscored.window, page)
+    guide = unscored.window.findChild(Guide)
     assert guide is not None and "first five minutes" in guide.text.toPlainText()
     assert "](" in page.read_text() and "](" not in guide.text.toPlainText()
     guide.text.setSource(guide.text.source().resolved("heatmap.md"))
@@ -164,8 +151,8 @@ def test_tips_wait_until_they_cover_no_legend_unless_somebody_asks(bench: FullDe
     assert not card.isHidden()
 
 
-def test_a_message_and_the_state_never_stand_on_each_other(whole: Bench) -> None:
-    status = whole.workbench.status
+def test_a_message_and_the_state_never_stand_on_each_other(unscored: Bench) -> None:
+    status = unscored.workbench.status
     status.showMessage("Not in this view: a sensor far away.")
     status.state.setText("exact, and much longer than it was before")
     task = status.add_strip("work")
@@ -177,12 +164,12 @@ def test_a_message_and_the_state_never_stand_on_each_other(whole: Bench) -> None
 
 
 @pytest.mark.parametrize("width_px", [900, 1280, 1920])
-def test_the_pick_tool_is_in_the_toolbar_at_every_width(whole: Bench, width_px: int) -> None:
-    whole.window.resize(width_px, 600)
+def test_the_pick_tool_is_in_the_toolbar_at_every_width(unscored: Bench, width_px: int) -> None:
+    unscored.window.resize(width_px, 600)
     QTest.qWait(50)
-    toolbar = whole.window.findChild(QToolBar, "toolbar")
+    toolbar = unscored.window.findChild(QToolBar, "toolbar")
     assert toolbar is not None
-    button = toolbar.widgetForAction(whole.workbench.actions["pick"])
+    button = toolbar.widgetForAction(unscored.workbench.actions["pick"])
     assert button.isVisible() and toolbar.rect().contains(button.geometry())
 
 

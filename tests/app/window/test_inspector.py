@@ -3,35 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
-from pathlib import Path
+from collections.abc import Callable
 from typing import Any
 
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QCheckBox, QComboBox, QLabel, QLineEdit
-from pytestqt.qtbot import QtBot
 
 from riglens.core.rig.model import EvenAngles, Rig
 from riglens.widgets.panels.fields.form import ChoiceBox
 from riglens.widgets.panels.sensors.rows import TYPE
-from tests.app.window.desk import FullDesk, full_desk
-from tests.app.window_bench import CAMERA, LIDAR, RIG, Bench, choose_item, open_bench
+from tests.app.window.desk import FullDesk
+from tests.app.window_bench import CAMERA, LIDAR, RIG, Bench, choose_item
 
 ODD = 0.1 + 0.2  # 0.30000000000000004: no short decimal gives it back
-
-
-@pytest.fixture
-def whole(qtbot: QtBot, tmp_path: Path) -> Iterator[Bench]:
-    """The whole window: for keys, scores and closing."""
-    with open_bench(qtbot, tmp_path) as opened:
-        yield opened
-
-
-@pytest.fixture
-def bench(qtbot: QtBot) -> Iterator[FullDesk]:
-    with full_desk(qtbot) as opened:
-        yield opened
 
 
 def even(**changes: float) -> EvenAngles:

@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
-import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
-from pytestqt.qtbot import QtBot
 
 from riglens.app.background.counting import SideCount, SideCounted
 from riglens.app.background.side_jobs import SideAnswer
@@ -15,20 +11,8 @@ from riglens.app.window.features.marginals import Marginals
 from riglens.core.targets.quantities import figures_of
 from riglens.widgets.panels.sensors.losses import Known, changed
 from riglens.widgets.panels.sensors.rows import LOSS
-from tests.app.window.desk import FullDesk, full_desk, scores
-from tests.app.window.test_targets import ENGINE, answer
-
-
-@pytest.fixture
-def desk(qtbot: QtBot) -> Iterator[FullDesk]:
-    with full_desk(qtbot) as made:
-        made.load()
-        made.answer()
-        yield made
-
-
-def count(desk: FullDesk, frames: int | None = None) -> None:
-    desk.features.targets._take(answer(desk.counter.requests[-1], frames))
+from tests.app.window.counts import ENGINE, count
+from tests.app.window.desk import FullDesk, scores
 
 
 def counted(request: SideCount) -> SideCounted:

@@ -2,31 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 import pytest
 from PySide6.QtWidgets import QComboBox
-from pytestqt.qtbot import QtBot
 
 from riglens.app.window.features.target_maps import COUNTING
 from riglens.widgets.heatmap.scale import bar_ticks
 from riglens.widgets.maps.ground_items import ground_text, summary_of
-from tests.app.window.desk import FullDesk, full_desk
-from tests.app.window.test_targets import answer
+from tests.app.window.counts import count
+from tests.app.window.desk import FullDesk
 from tests.app.window_bench import choose_item
-
-
-@pytest.fixture
-def desk(qtbot: QtBot) -> Iterator[FullDesk]:
-    with full_desk(qtbot) as made:
-        made.load()
-        made.answer()
-        yield made
-
-
-def count(desk: FullDesk, frames: int | None = None) -> None:
-    desk.features.targets._take(answer(desk.counter.requests[-1], frames))
 
 
 def test_voxels_are_asked_for_only_while_the_heatmap_shows_them(desk: FullDesk) -> None:

@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 from PySide6.QtWidgets import QToolButton
 from pytestqt.qtbot import QtBot
 
-from riglens.app.background.counting import CountAnswer, CountRequest
+from riglens.app.background.counting import CountRequest
 from riglens.app.window.features.follow import Follow
 from riglens.app.window.features.scores import ScoresShown
 from riglens.app.window.features.targets import Targets
 from riglens.core.rig.model import Rig
-from riglens.core.targets.engine import TargetEngine
 from riglens.widgets.panels.scores.text import FIGURES_HELP, sampled_text
 from riglens.widgets.panels.style import tones
+from tests.app.window.counts import answer
 from tests.app.window.desk import Desk, open_desk
-from tests.core.targets.cases import random_traffic
-
-TRAFFIC = random_traffic(np.random.default_rng(5), 6)
-ENGINE = TargetEngine(TRAFFIC, threads=1)
 
 
 @pytest.fixture
@@ -33,12 +28,6 @@ def desk(qtbot: QtBot) -> Desk:
 def targets(desk: Desk) -> Targets:
     Follow(desk.workbench)  # takes moves of the mouse to the document
     return Targets(desk.workbench)
-
-
-def answer(request: CountRequest, frames: int | None = None) -> CountAnswer:
-    scores = ENGINE.evaluate(request.rig, request.settings, frames)
-    baseline = ENGINE.evaluate(request.baseline_rig, request.settings, frames)
-    return CountAnswer.of(request, TRAFFIC, scores, baseline)
 
 
 def start(desk: Desk) -> CountRequest:

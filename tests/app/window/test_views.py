@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -24,12 +23,6 @@ from tests.app.window_bench import CAMERA, LIDAR, RIG
 
 SIZE = (800, 600)
 AWAY = OrbitCamera((1.0, 2.0, 3.0), 25.0, 30.0, 40.0)
-
-
-@pytest.fixture
-def bench(qtbot: QtBot) -> Iterator[FullDesk]:
-    with full_desk(qtbot) as opened:
-        yield opened
 
 
 def look(bench: FullDesk, camera: OrbitCamera) -> None:
