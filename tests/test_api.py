@@ -15,6 +15,7 @@ import pytest
 import riglens as rl
 from riglens import api
 from riglens.app.commands import main
+from riglens.arguments import argument_names
 from tests.waiting import TIMEOUT_S
 
 REPOSITORY = Path(__file__).resolve().parents[1]
@@ -60,7 +61,7 @@ def test_messages_name_arguments_and_leave_paths_as_they_are(tmp_path: Path, pla
 def test_messages_name_arguments_in_place_of_options(boxes: Path, tmp_path: Path) -> None:
     with pytest.raises(rl.InputError, match=r"^threads: found 0, accepted"):
         rl.score(rl.open_rig("W+T"), rl.load_scene(boxes, 0.5, roi_m=ROI_M), threads=0)
-    with pytest.raises(rl.InputError) as caught, api._argument_names("/x --roi y", None):
+    with pytest.raises(rl.InputError) as caught, argument_names("/x --roi y", None):
         raise rl.InputError("--voxel 0.3: /x --roi y was built with 0.1 (--ground auto). Leave --voxel.")
     assert str(caught.value) == "voxel_m 0.3: /x --roi y was built with 0.1 (find_ground). Leave voxel_m."
 

@@ -1,0 +1,228 @@
+"""Traffic around the car, and how much of it a rig sees: scenes, scores and where rays go, for scripts."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from riglens.app.evaluation.options import SceneOptions, ScoreOptions
+from riglens.app.evaluation.scenario import load_scenario, remarks_on, settings_of
+from riglens.arguments import RigLensWarning, StrPath, argument_names, path_of
+from riglens.core.engine.audit import audit as audit_rig
+from riglens.core.engine.engine import Engine, evaluate_from_scratch
+from riglens.core.geometry import Vec3
+from riglens.core.metric.entropy import EntropyField
+from riglens.core.metric.scores import DEFAULT_LAMBDA, Body, Method, Reading
+from riglens.core.rig.model import Rig
+from riglens.core.scene.boxes import DataReport, Progress
+from riglens.core.scene.grid import VoxelGrid
+from riglens.core.scene.pog import Pog
+from riglens.core.vehicle.mesh import BodyMesh
+from riglens.core.vehicle.mesh_file import mesh_path, read_mesh
+from riglens.results import AuditResult, RigResult
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Traffic around the car, ready to be scored on: made by `load_scene`, never changed.
+
+    `pog` holds how often each voxel is occupied (probability of occupancy grid), `field` its entropies.
+    """
+
+    pog: Pog
+    field: EntropyField
+
+    @property
+    def grid(self) -> VoxelGrid:
+        """The voxel grid: `voxel_m`, `roi_m`, `shape`, `origin_m`."""
+        return self.field.grid
+
+    @property
+    def data(self) -> DataReport:
+        """What the data held: `source`, `frames`, `boxes` per class, `unmapped`, `sha256`, `notes`."""
+        return self.field.data
+
+    def engine(self, threads: int | None = None) -> SceneEngine:
+        """An engine for many rigs, which casts only what changes from one to the next; use it in a `with` block."""
+        return SceneEngine(self, threads)
+
+
+def load_scene(
+    boxes: StrPath | None = None,
+    voxel_m: float | None = None,
+    *,
+    roi_m: Vec3 | None = None,
+    origin_m: Vec3 | None = None,
+    frames: int | None = None,
+    classes: Mapping[str, str] | None = None,
+    find_ground: bool = False,
+    pog: StrPath | None = None,
+    progress: Progress | None = None,
+) -> Scene:
+    """Load the traffic of a box data set, of a stored POG, or of the bundled town.
+
+    Parameters
+    ----------
+    boxes
+        Table (CSV, Parquet), or folder (nuScenes, Argoverse 2, KITTI, CARLA); None for the bundled town.
+    voxel_m
+        Edge of a voxel in metres; 0.1 by default, or that of the stored POG.
+    roi_m
+        Length, width and height of the region of interest in metres; (60, 40, 4) by default.
+    origin_m
+        Where the origin of the data set lies in the vehicle frame, metres.
+    frames
+        Number of frames, where frames without boxes have no row.
+    classes
+        Names in the data set and the class as which they count: "car", "bicycle", "pedestrian" or "ignore".
+    find_ground
+        Estimate the ground from the bottoms of near boxes and put it at z = 0.
+    pog
+        File made by `riglens pog`, in place of boxes.
+    progress
+        Called with the fraction done, 0 to 1, while a POG is built.
+
+    POGs of box data are kept in the user's cache folder, so that the next call for the same data is quick. Boxes that
+    do not count are told as a `RigLensWarning`. Raises InputError on bad data or arguments that disagree.
+    """
+    with argument_names(boxes, pog, *(classes or {})):
+        options = SceneOptions(
+            boxes=path_of(boxes),
+            origin_m=origin_m,
+            frames=frames,
+            classes=tuple(f"{name}={cls}" for name, cls in (classes or {}).items()),
+            voxel_m=voxel_m,
+            roi_m=roi_m,
+            pog=path_of(pog),
+            find_ground=find_ground,
+        )
+        found = load_scenario(options, progress)
+    for line in remarks_on(found.field.data):
+        warnings.warn(line, RigLensWarning, stacklevel=2)
+    return Scene(found.pog, found.field)
+
+
+# ---------------------------------------------------------------- scores
+
+
+def score(
+    rig: Rig,
+    scene: Scene,
+    *,
+    method: Method = "exact",
+    reading: Reading = "covered",
+    camera_weight: float = DEFAULT_LAMBDA,
+    threads: int | None = None,
+    body: Body | None = None,
+    mesh_folder: StrPath = ".",
+) -> RigResult:
+    """Score a rig on a scene, from scratch; for many rigs use `scene.engine()`.
+
+    Parameters
+    ----------
+    rig, scene
+        What to score, and the traffic to score it on.
+    method
+        How rays visit voxels: "exact" or "bresenham".
+    reading
+        How S-MIG is read: "covered", "residual" or "hits"; see docs/metric.md.
+    camera_weight
+        Weight λ of the cameras in S-MS.
+    threads
+        Threads to use, all processors by default. The scores do not depend on it.
+    body
+        Whether rays pass through the car's own body ("ignored", as in the paper) or end at it ("blocks"). By default
+        the built-in rigs are scored as in the paper, and others with the car solid.
+    mesh_folder
+        The folder from which a car body in a mesh file is named; that of the rig file, as a rule.
+
+    Raises InputError when a number is out of its range, or when the mesh of a body that blocks cannot be read.
+    """
+    with argument_names():
+        options = ScoreOptions(method, reading, camera_weight, threads, body).for_rigs([rig])
+    mesh = mesh_of(rig, options, mesh_folder)
+    (found,) = evaluate_from_scratch(scene.field, [rig], settings_of(options), threads, meshes=[mesh])
+    return RigResult(scene.field, found)
+
+
+def audit(
+    rig: Rig,
+    scene: Scene,
+    *,
+    body: Body = "blocks",
+    threads: int | None = None,
+    mesh_folder: StrPath = ".",
+) -> AuditResult:
+    """Say where the rays of each enabled sensor go: into the car, past the region, to the ground, to something new.
+
+    Parameters
+    ----------
+    rig, scene
+        Whose rays to follow, and what is informative.
+    body
+        Whether rays end at the car's own body ("blocks") or pass through it ("ignored").
+    threads
+        Threads to use, all processors by default. The result does not depend on it.
+    mesh_folder
+        The folder from which a car body in a mesh file is named; that of the rig file, as a rule.
+
+    Raises InputError when a number is out of its range, or when the mesh of the body cannot be read.
+    """
+    with argument_names():
+        ScoreOptions(threads=threads, body=body)
+    mesh = read_mesh(mesh_path(rig.vehicle.body, Path(mesh_folder))) if rig.vehicle.has_mesh_file else None
+    return AuditResult(audit_rig(scene.field, rig, body, mesh, threads))
+
+
+def mesh_of(rig: Rig, options: ScoreOptions, folder: StrPath) -> BodyMesh | None:
+    """The mesh of a body that blocks, where a file holds it."""
+    if options.body != "blocks" or not rig.vehicle.has_mesh_file:
+        return None
+    return read_mesh(mesh_path(rig.vehicle.body, Path(folder)))
+
+
+class SceneEngine:
+    """Scores rigs one after the other and casts only the sensors that changed; the scores are those of `score`.
+
+    Made by `scene.engine()`, for one thread. It holds the voxels of each sensor until the `with` block ends.
+    """
+
+    def __init__(self, scene: Scene, threads: int | None = None) -> None:
+        with argument_names():
+            ScoreOptions(threads=threads)
+        self._engine: Engine | None = Engine(scene.field, threads)
+        self._meshes: dict[tuple[str, Path], BodyMesh] = {}
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._engine = None
+
+    def evaluate(
+        self,
+        rig: Rig,
+        *,
+        method: Method = "exact",
+        reading: Reading = "covered",
+        camera_weight: float = DEFAULT_LAMBDA,
+        body: Body | None = None,
+        mesh_folder: StrPath = ".",
+    ) -> RigResult:
+        """Score a rig; arguments as for `score`. Raises RuntimeError after the `with` block."""
+        if self._engine is None:
+            raise RuntimeError("this engine was closed at the end of its with block")
+        with argument_names():
+            options = ScoreOptions(method, reading, camera_weight, None, body).for_rigs([rig])
+        vehicle, folder = rig.vehicle, Path(mesh_folder)
+        if options.body == "blocks" and vehicle.has_mesh_file and (vehicle.body, folder) not in self._meshes:
+            self._meshes[vehicle.body, folder] = read_mesh(mesh_path(vehicle.body, folder))
+        mesh = self._meshes.get((vehicle.body, folder))
+        found = self._engine.evaluate(rig, settings_of(options), with_seen=False, mesh=mesh)
+        return RigResult(self._engine.field, found)
