@@ -52,6 +52,9 @@ def accuracy(
     rig: Rig = DEFAULT_RIG,
     /,
     *,
+    sensor: Annotated[
+        tuple[str, ...], Parameter(name="--sensor", metavar="NAME", show_default=False, negative=())
+    ] = (),
     scene: SceneArguments = SceneArguments(),
     libraries: LibraryArguments = LibraryArguments(),
     camera_weight: Annotated[float, Parameter(name="--lambda", group=SCORE, metavar="X")] = 0.1,
@@ -65,17 +68,25 @@ def accuracy(
     ----------
     rig
         Rig file or preset name.
+    sensor
+        Instead of the rig, a model of the library, upright and tilted, where the rig has its first sensor of this
+        kind; may be given many times.
     camera_weight
         Weight of the cameras in S-MS.
     threads
-        Threads to use (all cores).
+        Threads to use (all cores; with --sensor one).
     out
-        Folder for accuracy.png, accuracy.svg and accuracy.csv.
+        Folder for accuracy.png, accuracy.svg and accuracy.csv; with --sensor accuracy-sensors.*, also .json.
     quick
         One run of each instead of five, and fewer settings: a look, not a measurement.
     """
     libraries.use()
     options, metric = scene.options(), ScoreOptions(camera_weight=camera_weight, threads=threads)
+    if sensor:
+        from riglens.app.studies import sensor_methods
+
+        sensor_methods.study(rig, sensor, options, metric, out, quick)
+        return
     from riglens.app.studies import accuracy as study_accuracy
 
     study_accuracy.study(rig, options, metric, out, quick)

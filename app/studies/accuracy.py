@@ -27,6 +27,7 @@ from riglens.core.errors import InputError
 from riglens.core.files import atomic_write
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.scene.boxes import CLASSES
+from riglens.core.shown_text import visible
 from riglens.core.study.accuracy import (
     AccuracyPlan,
     AccuracyStudy,
@@ -34,6 +35,7 @@ from riglens.core.study.accuracy import (
     require_sensors,
     study_accuracy,
 )
+from riglens.core.study.simple_methods import unknown_to_rough
 
 OTHER_EDGES = (0.5, 2.0, 4.0)
 """Voxel edges measured as well, as multiples of the one asked for; the first is the reference of S-MS."""
@@ -46,6 +48,11 @@ def study(rig_name: str, scene: SceneOptions, score: ScoreOptions, folder: Path,
     rig = rig_called(rig_name)
     require_sensors(rig)
     require_folder(folder, FILES)
+    if odd := unknown_to_rough(rig):
+        names = ", ".join(map(visible, odd))
+        note(
+            f"{names}: lens distortion or azimuth offsets; bounding rectangles and voxel centres are left out"
+        )
     plan = replace(
         QUICK if quick else AccuracyPlan(), threads=score.threads, camera_weight=score.camera_weight
     )

@@ -66,7 +66,7 @@ def chart(study: AccuracyStudy, source: str) -> Figure:
         FigureCanvasAgg(figure)
         axes = figure.subplots(1, 2, sharey=True)
         figure.subplots_adjust(left=0.07, right=0.985, top=0.80, bottom=0.19, wspace=0.05)
-        _set_time_axis(axes[0], [point.median_ms for point in study.points])
+        set_time_axis(axes[0], [point.median_ms for point in study.points])
         for one, panel in zip(axes, _panels(study), strict=True):
             _draw_panel(one, panel, study)
         _words(figure, study, source)
@@ -103,7 +103,7 @@ def _panels(study: AccuracyStudy) -> tuple[_Panel, _Panel]:
 
 def _draw_panel(axes: Axes, panel: _Panel, study: AccuracyStudy) -> None:
     shown = [(p, e) for p in study.points if (e := panel.error(p)) is not None]
-    zero = _set_error_axis(axes, [error for _, error in shown], panel.zero)
+    zero = set_error_axis(axes, [error for _, error in shown], panel.zero)
     places = [(p, error if error > 0.0 else zero) for p, error in shown]
     front = sorted((x, p.median_ms) for p, x in places if panel.on_front(p))
     _draw_front(axes, front)
@@ -128,7 +128,7 @@ def _draw_front(axes: Axes, places: Sequence[tuple[float, float]]) -> None:
     axes.plot(*zip(*places, strict=True), "o", mfc="none", mec=FRONT, markersize=12, mew=1.3, zorder=3)
 
 
-def _set_error_axis(axes: Axes, errors: Sequence[float], zero_name: str) -> float:
+def set_error_axis(axes: Axes, errors: Sequence[float], zero_name: str) -> float:
     """A logarithmic axis in percent with a band for 0 at its left; returns where zeros are drawn."""
     positive = [error for error in errors if error > 0.0] or [1.0]
     low, high = math.floor(math.log10(min(positive)) - 0.05), math.ceil(math.log10(max(positive)) + 0.05)
@@ -142,14 +142,25 @@ def _set_error_axis(axes: Axes, errors: Sequence[float], zero_name: str) -> floa
     zero = 10 ** (low - width / 2)
     axes.xaxis.set_major_locator(FixedLocator([zero, *ticks]))
     axes.xaxis.set_minor_locator(NullLocator())
-    axes.set_xticklabels([f"0\n{zero_name}", *(f"{100 * tick:g}" for tick in ticks)])
+    axes.set_xticklabels([f"0\n{zero_name}", *(percent_text(100 * tick) for tick in ticks)])
     axes.grid(True, color="#dddddd", lw=0.6, zorder=0)
     axes.tick_params(colors=INK, length=3)
     axes.spines[["top", "right"]].set_visible(False)
     return float(zero)
 
 
-def _set_time_axis(axes: Axes, times_ms: Sequence[float]) -> None:
+def percent_text(percent: float) -> str:
+    """A tick of the axis of errors; small ones as a power of ten."""
+    if percent >= 0.001:
+        return f"{percent:g}"
+    power = round(math.log10(percent))
+    factor = round(percent / 10.0**power)
+    raised = str(power).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+    return f"10{raised}" if factor == 1 else f"{percent:g}"
+
+
+def set_time_axis(axes: Axes, times_ms: Sequence[float]) -> None:
+    """A logarithmic axis in milliseconds and seconds that holds all times."""
     low, high = math.log10(min(times_ms)), math.log10(max(times_ms))
     margin = 0.1 * max(high - low, 0.5)
     axes.set_yscale("log")

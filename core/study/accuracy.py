@@ -9,7 +9,6 @@ the part that the shortcut makes are added, so that no shortcut is praised for h
 from __future__ import annotations
 
 import statistics
-import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple
@@ -22,7 +21,6 @@ from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import DEFAULT_LAMBDA, MetricSettings
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES, Progress
-from riglens.core.sensing.rays import is_listed
 from riglens.core.study.accuracy_cases import (
     Answer,
     Case,
@@ -33,15 +31,15 @@ from riglens.core.study.accuracy_cases import (
     has_all_pixels,
     moved,
     ray_count,
+    timed,
     with_lattice,
 )
-from riglens.core.study.simple_methods import FLAGS, VoxelTests
+from riglens.core.study.simple_methods import FLAGS, PlainDda, VoxelTests, unknown_to_rough
 
 MethodName = Literal[
     "exact", "edit-camera", "edit-lidar", "plain", "plain-single", "bresenham", "rectangles", "centres"
 ]
 REPETITIONS = 5
-SLOW_MS = 3000.0
 LATTICES: tuple[LatticeName, ...] = ("1/2", "1/4", "1/8", "all pixels")
 ROUNDING = 1e-12
 """Relative differences below this are the rounding of doubles, not an error."""
@@ -170,22 +168,16 @@ def study_accuracy(
     """
     require_sensors(rig)
     entrants = list(_contestants(fields, voxel_m, rig, plan))
-    answers, times = _timed(entrants, plan.repetitions, progress)
+    answers, times = timed([entrant.case for entrant in entrants], plan.repetitions, progress)
     points = points_of(entrants, answers, times, voxel_m, min(fields))
     data = fields[voxel_m].data
     return AccuracyStudy(rig, data.source, data.frames, voxel_m, min(fields), plan, with_fronts(points))
 
 
 def require_sensors(rig: Rig) -> None:
-    """Raise InputError when no sensor of the rig is switched on, or one is too odd for the rough methods."""
+    """Raise InputError when no sensor of the rig is switched on."""
     if not any(sensor.enabled for sensor in rig.sensors):
         raise InputError(f"rig {rig.name}: no sensor is switched on, so there is nothing to measure")
-    for sensor in rig.sensors:
-        if sensor.enabled and is_listed(sensor):
-            raise InputError(
-                f"rig {rig.name}: sensor {sensor.name} has lens distortion or azimuth offsets, which the rough methods "
-                "of this study do not know; accepted are cameras and LiDARs without"
-            )
 
 
 def _contestants(
@@ -198,16 +190,20 @@ def _contestants(
     def entrant(method: MethodName, case: Case, threads: int = workers) -> Contestant:
         return Contestant(method, "own", ray_count(rig), threads, field, case)
 
-    tests = VoxelTests(field, plan.threads)
+    dda = PlainDda(field)
     found = [
         entrant("exact", EngineCase(field, rig, settings, plan.threads)),
         *(entrant(method, case) for method, case in _edits(field, rig, settings, plan)),
-        entrant("plain", PlainCase(field, rig, plan.camera_weight, np.float64), 1),
-        entrant("plain-single", PlainCase(field, rig, plan.camera_weight, np.float32), 1),
+        entrant("plain", PlainCase(field, rig, plan.camera_weight, np.float64, dda), 1),
+        entrant("plain-single", PlainCase(field, rig, plan.camera_weight, np.float32, dda), 1),
         entrant("bresenham", EngineCase(field, rig, replace(settings, method="bresenham"), plan.threads)),
-        entrant("rectangles", VoxelCase(tests, rig, plan.camera_weight, "rectangles")),
-        entrant("centres", VoxelCase(tests, rig, plan.camera_weight, "centres")),
     ]
+    if not unknown_to_rough(rig):
+        tests = VoxelTests(field, plan.threads)
+        found += [
+            entrant("rectangles", VoxelCase(tests, rig, plan.camera_weight, "rectangles")),
+            entrant("centres", VoxelCase(tests, rig, plan.camera_weight, "centres")),
+        ]
     for lattice in plan.lattices:
         if lattice != "all pixels" or not has_all_pixels(rig):
             other = with_lattice(rig, lattice)
@@ -233,29 +229,6 @@ def _edits(
             if sensor in sensors[:1]:
                 edits.append((method, EngineCase(field, rig, settings, plan.threads, moved(rig, sensor))))
     return edits
-
-
-def _timed(
-    entrants: Sequence[Contestant], repetitions: int, progress: Progress | None
-) -> tuple[list[Answer], list[list[float]]]:
-    """Answers of a warm-up round, then the times in ms of alternating repetitions."""
-    answers: list[Answer] = []
-    times: list[list[float]] = [[] for _ in entrants]
-    for repetition in range(repetitions + 1):
-        for number, entrant in enumerate(entrants):
-            if repetition > 1 and times[number][0] > SLOW_MS:
-                continue
-            entrant.case.prepare()
-            started = time.perf_counter()
-            entrant.case.run()
-            elapsed_ms = (time.perf_counter() - started) * 1e3
-            if repetition == 0:
-                answers.append(entrant.case.answer())
-            else:
-                times[number].append(elapsed_ms)
-            if progress is not None:
-                progress((repetition * len(entrants) + number + 1) / ((repetitions + 1) * len(entrants)))
-    return answers, times
 
 
 # ---------------------------------------------------------------- errors and Pareto fronts

@@ -7,23 +7,29 @@ and so are the rays of plain DDA; the engine makes its rays within its time.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from riglens.core.engine.caster import RAYS_PER_CHUNK, Caster
 from riglens.core.engine.engine import Engine, Evaluation
-from riglens.core.kernels import bits
+from riglens.core.kernels import bits, jit, settle
+from riglens.core.kernels.cast import add_marks, mark_rays
+from riglens.core.kernels.codes import ANY
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import MetricSettings, s_ms
+from riglens.core.metric.scoring import KINDS, score
 from riglens.core.rig.model import Camera, Lidar, Rig, Sensor
-from riglens.core.scene.boxes import CLASSES
+from riglens.core.scene.boxes import CLASSES, Progress
 from riglens.core.scene.columns import Words
 from riglens.core.study.simple_methods import FLAGS, PlainDda, VoxelTests, grid_rays
 
 MOVED_M = 0.1
+SLOW_MS = 3000.0
 LatticeName = Literal["own", "1/2", "1/4", "1/8", "all pixels"]
 _STEPS: dict[LatticeName, tuple[int, tuple[int, int]]] = {
     "1/2": (2, (2, 1)),
@@ -91,13 +97,22 @@ class EngineCase:
 
 
 class PlainCase:
-    """Plain DDA on one thread, in double or in single precision."""
+    """Plain DDA on one thread, in double or in single precision; with a step, points on the rays instead.
+
+    Cases that are never run at once may share the dense grids of one `dda`.
+    """
 
     def __init__(
-        self, field: EntropyField, rig: Rig, camera_weight: float, real: type[np.floating[Any]]
+        self,
+        field: EntropyField,
+        rig: Rig,
+        camera_weight: float,
+        real: type[np.floating[Any]],
+        dda: PlainDda | None = None,
+        step_voxels: float | None = None,
     ) -> None:
-        self._dda = PlainDda(field)
-        self._field, self._camera_weight = field, camera_weight
+        self._dda = dda or PlainDda(field)
+        self._field, self._camera_weight, self._step_voxels = field, camera_weight, step_voxels
         self._rays = [grid_rays(sensor, field.grid, real) for sensor in rig.sensors if sensor.enabled]
 
     def prepare(self) -> None:
@@ -107,7 +122,10 @@ class PlainCase:
         """Clear, cast all rays, sum."""
         self._dda.clear()
         for rays in self._rays:
-            self._dda.cast(rays)
+            if self._step_voxels is None:
+                self._dda.cast(rays)
+            else:
+                self._dda.sample(rays, self._step_voxels)
         self._sums = self._dda.sums()
 
     def answer(self) -> Answer:
@@ -116,6 +134,54 @@ class PlainCase:
         by_camera, by_lidar = (seen[ix, iy, iz] for seen in self._dda.seen)
         flags = by_camera * np.uint8(FLAGS["camera"]) | by_lidar * np.uint8(FLAGS["lidar"])
         return Answer(_s_ms(self._sums, self._camera_weight), flags)
+
+
+class WalkCase:
+    """Every ray of one sensor by the exact walk, ray by ray, and the engine's own sum: the slow way to its answer."""
+
+    def __init__(self, field: EntropyField, sensor: Sensor, settings: MetricSettings, threads: int) -> None:
+        self._field, self._sensor, self._settings = field, sensor, settings
+        self._caster = Caster(field, threads)
+
+    def prepare(self) -> None:
+        """Memory for the sets of voxels."""
+        words = self._field.index.words.size
+        self._stack, self._union = np.zeros((1, words), np.uint64), np.zeros((2, words), np.uint64)
+        self._spare = np.zeros((self._caster.workers - 1, words), np.uint64)
+
+    def run(self) -> None:
+        """Walk all rays, then settle one set against nothing."""
+        jit.use_threads(self._caster.workers)
+        rays, marks = self._caster.rays(self._sensor, "exact"), self._stack[0]
+        count = len(rays.rows) * len(rays.planes)
+        for start in range(0, count, RAYS_PER_CHUNK):
+            end = min(start + RAYS_PER_CHUNK, count)
+            left = np.ones(end - start, np.bool_)
+            mark_rays(rays, start, end, marks, self._spare, left)
+            for word, bit in self._caster.walk_irregular(rays, start + np.flatnonzero(left)):
+                marks[word] |= bit
+        add_marks(self._spare, marks, self._caster.workers)
+        self._sums_q = self._settled()
+
+    def _settled(self) -> NDArray[np.int64]:
+        """Sums int64 (3, 4) of what is marked."""
+        nx, words = self._field.grid.shape[0], self._field.index.words.size
+        region = settle.Region(np.arange(nx), 0, words // nx, words // nx)
+        slots = settle.Slots(np.zeros(1, np.int64), np.zeros(0, np.int64), np.zeros(0, np.int64))
+        kind, sums_q = KINDS.index(self._sensor.kind), np.zeros((ANY + 1, settle.COLUMNS), np.int64)
+        change = settle.settle(
+            self._stack, self._union, slots, kind, region, self._field.entropies, self._caster.workers
+        )
+        sums_q[kind], sums_q[ANY] = change
+        return sums_q
+
+    def answer(self) -> Answer:
+        """Return what the last run found."""
+        scores = score(self._field, self._sums_q, self._settings)
+        seen = np.zeros(self._field.index.count, np.uint8)
+        kind = KINDS.index(self._sensor.kind)
+        seen[_ids(self._field, self._union[kind])] = FLAGS[KINDS[kind]]
+        return Answer(tuple(scores.classes[cls].s_ms for cls in CLASSES), seen)
 
 
 class VoxelCase:
@@ -138,6 +204,30 @@ class VoxelCase:
     def answer(self) -> Answer:
         """Return what the last run found."""
         return Answer(_s_ms(self._sums, self._camera_weight), self._seen)
+
+
+def timed(
+    cases: Sequence[Case], repetitions: int, progress: Progress | None = None
+) -> tuple[list[Answer], list[list[float]]]:
+    """Answers of a warm-up round, then the times in ms of alternating repetitions; who takes longer than SLOW_MS runs
+    once."""
+    answers: list[Answer] = []
+    times: list[list[float]] = [[] for _ in cases]
+    for repetition in range(repetitions + 1):
+        for number, case in enumerate(cases):
+            if repetition > 1 and times[number][0] > SLOW_MS:
+                continue
+            case.prepare()
+            started = time.perf_counter()
+            case.run()
+            elapsed_ms = (time.perf_counter() - started) * 1e3
+            if repetition == 0:
+                answers.append(case.answer())
+            else:
+                times[number].append(elapsed_ms)
+            if progress is not None:
+                progress((repetition * len(cases) + number + 1) / ((repetitions + 1) * len(cases)))
+    return answers, times
 
 
 def _s_ms(sums: NDArray[np.float64], camera_weight: float) -> tuple[float, ...]:

@@ -1,9 +1,9 @@
 """Simple ways to find what a rig covers, which the studies hold against the engine.
 
-Plain DDA walks every ray through a dense byte grid. The two approximations look at every informative voxel once
-per sensor. Bounding rectangles take a voxel for covered when its outline as the sensor sees it (image rectangle,
-or angles) holds a ray of the lattice: no covered voxel is missed, some are added. Centres in view stand for
-infinitely many rays: the lattice does not matter at all.
+Plain DDA walks every ray through a dense byte grid, and sampling takes points on it. The two approximations look at
+every informative voxel once per sensor. Bounding rectangles take a voxel for covered when its outline as the sensor
+sees it (image rectangle, or angles) holds a ray of the lattice: no covered voxel is missed, some are added. Centres in
+view stand for infinitely many rays: the lattice does not matter at all.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from riglens.core.metric.scoring import KINDS
 from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig, Sensor
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.grid import VoxelGrid
-from riglens.core.sensing.rays import sensor_rays
+from riglens.core.sensing.rays import is_listed, sensor_rays
 
 FLAGS = {kind: 1 << number for number, kind in enumerate(KINDS)}
 """The bit of a kind of sensor in a byte per informative voxel."""
@@ -67,6 +67,12 @@ class PlainDda:
         """Mark what the rays of one sensor visit."""
         plain.walk_dense(rays.origin, rays.directions, rays.near, rays.far, 1, self.seen[rays.kind])
 
+    def sample(self, rays: GridRays, step_voxels: float) -> None:
+        """Mark the voxels of points on the rays, one at every step."""
+        plain.walk_sampled(
+            rays.origin, rays.directions, rays.near, rays.far, step_voxels, self.seen[rays.kind]
+        )
+
     def sums(self) -> NDArray[np.float64]:
         """Return the covered entropy in nat, (3, 3): seen by cameras, by LiDARs, by any sensor; per class."""
         sums = np.zeros((3, 3))
@@ -79,6 +85,12 @@ class PlainDda:
 
 
 # ---------------------------------------------------------------- approximations
+
+
+def unknown_to_rough(rig: Rig) -> list[str]:
+    """Names of the sensors that bounding rectangles and centres in view do not know: lenses with distortion, beams with
+    azimuth offsets. With one of these in the rig both are left out."""
+    return [sensor.name for sensor in rig.sensors if sensor.enabled and is_listed(sensor)]
 
 
 def _placed(sensor: Sensor, grid: VoxelGrid) -> Place:

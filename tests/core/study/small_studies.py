@@ -10,6 +10,7 @@ from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.pog import build_pog
 from riglens.core.study.accuracy import AccuracyPlan, AccuracyStudy, study_accuracy
+from riglens.core.study.sensor_methods import SensorStudy, study_sensors
 from riglens.core.study.stability_cases import ray_cases
 from riglens.core.study.stability_methods import MethodRow, judged
 from riglens.core.study.stability_metric import (
@@ -49,6 +50,14 @@ def small_accuracy_study() -> AccuracyStudy:
     fields = {edge: random_field(grid_of(*shape, edge), rng) for edge, shape in SHAPES.items()}
     rig = rig_of(camera((0.31, 0.17, 2.23), cast=(16, 8)), spinning((-0.27, 0.41, 2.63)))
     return study_accuracy(fields, 1.0, rig, QUICK)
+
+
+@cache
+def small_sensor_study() -> SensorStudy:
+    """A LiDAR and a camera of the library on a coarse grid of a made-up scene, one run of each way."""
+    field = random_field(grid_of(24, 20, 4, 1.0), np.random.default_rng(7))
+    rig = rig_of(camera((0.31, 0.17, 1.73), (0.0, 0.0, 12.0)), spinning((-0.27, 0.41, 1.93), (0.0, 0.0, 8.0)))
+    return study_sensors(field, rig, ("velodyne-vlp-16", "pandaset-wide"), repetitions=1)
 
 
 @cache
