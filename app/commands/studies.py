@@ -144,6 +144,7 @@ def detection(
     quick: bool = False,
     per_rig: bool = False,
     published: bool = False,
+    cameras: Annotated[Literal["good", "usual", "poor"] | None, Parameter(show_default=False)] = None,
     seeds: Whole = None,
     workers: Annotated[int, Parameter(converter=whole_number, metavar="N")] = 1,
     device: Annotated[Literal["cpu", "cuda"] | None, Parameter(show_default=False)] = None,
@@ -157,7 +158,7 @@ def detection(
     Parameters
     ----------
     rigs
-        Rig files or preset names; cameras are left out.
+        Rig files or preset names; cameras are left out unless --cameras is said.
     boxes
         Box data set with named sequences. Without it: the bundled scenario.
     body
@@ -167,7 +168,9 @@ def detection(
     per_rig
         A net for each rig, as in the paper, instead of one that all rigs share.
     published
-        The rigs and the protocol of docs/study-detection.md, instead of RIG.
+        The rigs and the protocol of docs/study-detection.md, instead of RIG; with --cameras those of its cameras.
+    cameras
+        Points get the classes that the cameras show, by a simulated segmentation of this quality.
     seeds
         How many nets are trained from other first weights (3).
     workers
@@ -181,7 +184,7 @@ def detection(
     scene = SceneOptions(boxes, how.origin, how.frames, how.classes, find_ground=how.ground == "auto")
     from riglens.app.studies import detection as study_detection
 
-    plan = study_detection.Plan(quick, per_rig, published, seeds, workers, device, body)
+    plan = study_detection.Plan(quick, per_rig, published, seeds, workers, device, body, cameras)
     study_detection.study(rigs, scene, plan, out)
 
 

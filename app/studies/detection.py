@@ -29,9 +29,10 @@ from riglens.core.metric.scores import Body
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.shown_text import visible
+from riglens.core.simulate.painting import Quality
 from riglens.core.study.detection.pieces import Pieces, Study
 from riglens.core.study.detection.protocol import WORDING, Protocol, entrants
-from riglens.core.study.detection.published import PROTOCOL, published_rigs
+from riglens.core.study.detection.published import CAMERA_PROTOCOL, PROTOCOL, camera_rigs, published_rigs
 from riglens.core.study.detection.result import Result, assemble, finished_seeds
 from riglens.core.study.detection.run import Told, run
 from riglens.core.study.detection.statistics import COLUMNS, LEAST_DIFFERENCE, MEAN, Estimate
@@ -51,7 +52,8 @@ MOST_WORKERS = 256
 
 @dataclass(frozen=True)
 class Plan:
-    """How much is done, and on what: None for seeds is what the protocol has."""
+    """How much is done, and on what: None for seeds is what the protocol has. cameras: how well pictures are segmented
+    whose classes points get; None: cameras are left out."""
 
     quick: bool = False
     per_rig: bool = False
@@ -60,6 +62,7 @@ class Plan:
     workers: int = 1
     device: Device | None = None
     body: Body | None = None
+    cameras: Quality | None = None
 
     def __post_init__(self) -> None:
         if not 1 <= self.workers <= MOST_WORKERS:
@@ -67,9 +70,18 @@ class Plan:
                 f"--workers: found {self.workers}, accepted is a whole number from 1 to {MOST_WORKERS}"
             )
 
+    def rigs(self, names: Sequence[str]) -> tuple[Rig, ...]:
+        """The rigs that are compared: those named, or those of the published study."""
+        if not self.published:
+            return tuple(open_rig(name).rig for name in names)
+        return published_rigs() if self.cameras is None else camera_rigs()
+
     def protocol(self, rigs: Sequence[Rig]) -> Protocol:
         """The protocol for these rigs; raise InputError for seeds that are none."""
-        protocol = PROTOCOL if self.published else Protocol()
+        protocol = Protocol()
+        if self.published:
+            protocol = PROTOCOL if self.cameras is None else CAMERA_PROTOCOL
+        protocol = replace(protocol, cameras=self.cameras)
         if not self.published:
             body = self.body or usual_body(rigs)
             protocol = replace(protocol, simulation=replace(protocol.simulation, body=body))
@@ -83,8 +95,8 @@ def study(rigs: Sequence[str], scene: SceneOptions, plan: Plan, out: Path) -> No
     if plan.published == bool(rigs):
         raise InputError("RIG: accepted are rigs to compare, or --published for those of the published study")
     on = machine(plan.device)
-    opened = published_rigs() if plan.published else tuple(open_rig(name).rig for name in rigs)
-    compared = entrants(opened)
+    opened = plan.rigs(rigs)
+    compared = entrants(opened, with_cameras=plan.cameras is not None)
     require_folder(out, NAMES)
     with progress_bar("Reading boxes") as progress:
         traffic = load_traffic(scene, WITHIN_M, progress)

@@ -111,7 +111,7 @@ def train(
 def detect(state: Mapping[str, NDArray[Any]], samples: Samples, region: Region, on: Machine) -> Detections:
     """What a trained net finds in all samples, frames numbered by their place among them."""
     torch = require_torch()
-    net = _net(0)
+    net = _net(0, samples.features.shape[1])
     weights = net.state_dict()
     net.load_state_dict({name: torch.from_numpy(state[f"net.{name}"].copy()) for name in weights})
     net.to(on.device, memory_format=torch.channels_last).eval()
@@ -132,7 +132,9 @@ class _Run:
     def __init__(self, sets: Sequence[Samples], region: Region, training: Training, on: Machine) -> None:
         self.torch = torch = require_torch()
         self.sets, self.region, self.training, self.on = sets, region, training, on
-        self.net = _net(training.seed).to(on.device, memory_format=torch.channels_last)
+        self.net = _net(training.seed, sets[0].features.shape[1]).to(
+            on.device, memory_format=torch.channels_last
+        )
         self.optimiser = torch.optim.AdamW(self.net.parameters(), lr=training.rate, weight_decay=0.01)
         self.items = np.array([(s, i) for s, one in enumerate(sets) for i in range(len(one))]).reshape(-1, 2)
         self.epoch = 0
@@ -198,8 +200,8 @@ def _rate(done: float) -> float:
     return float(0.5 + 0.5 * np.cos(np.pi * (done - 0.1) / 0.9)) + 1e-3
 
 
-def _net(seed: int) -> Any:
-    """A new net; its first weights are drawn from the seed."""
+def _net(seed: int, features: int = FEATURES) -> Any:
+    """A new net for so many figures of each cell; its first weights are drawn from the seed."""
     torch = require_torch()
     nn = torch.nn
     with torch.random.fork_rng(devices=[]):
@@ -207,7 +209,7 @@ def _net(seed: int) -> Any:
         a, b, c = WIDTHS
         net = nn.ModuleDict(
             {
-                "near": nn.Sequential(*_block(nn, FEATURES, a, 2), *_block(nn, a, a)),
+                "near": nn.Sequential(*_block(nn, features, a, 2), *_block(nn, a, a)),
                 "wide": nn.Sequential(*_block(nn, a, b, 2), *_block(nn, b, b)),
                 "far": nn.Sequential(*_block(nn, b, c, 2), *_block(nn, c, c), *_block(nn, c, c)),
                 "up_wide": nn.ConvTranspose2d(c, b, 2, 2),
@@ -226,7 +228,7 @@ def _block(nn: Any, into: int, out: int, stride: int = 1) -> tuple[Any, ...]:
 
 
 def _answer(net: Any, images: Any, on: Machine) -> Any:
-    """What the net says to images (n, FEATURES, x, y): (n, classes and two places, x / 2, y / 2), single precision."""
+    """What the net says to images (n, features, x, y): (n, classes and two places, x / 2, y / 2), single precision."""
     torch = require_torch()
     with torch.autocast(on.device, torch.bfloat16, enabled=on.bf16):
         near = net["near"](images)
@@ -240,10 +242,11 @@ def _images(samples: Sequence[Sample], region: Region) -> Any:
     """Samples as images, channels last in memory."""
     torch = require_torch()
     rows, columns = region.shape
-    images = np.zeros((len(samples), rows * columns, FEATURES), np.float32)
+    figures = samples[0].features.shape[1]
+    images = np.zeros((len(samples), rows * columns, figures), np.float32)
     for image, sample in zip(images, samples, strict=True):
         image[sample.cell] = sample.features
-    return torch.from_numpy(images.reshape(len(samples), rows, columns, FEATURES)).permute(0, 3, 1, 2)
+    return torch.from_numpy(images.reshape(len(samples), rows, columns, figures)).permute(0, 3, 1, 2)
 
 
 def _mirrored(sample: Sample, mirror: int, region: Region) -> Sample:

@@ -53,8 +53,8 @@ class Region:
 
 
 class Sample(NamedTuple):
-    """A frame as the net sees it: cell (k,) occupied cells, row by row of x; features (k, FEATURES); and its objects in
-    the region: cls (n,), centre_m (n, 2), points (n,) of LiDARs on each."""
+    """A frame as the net sees it: cell (k,) occupied cells, row by row of x; features (k, FEATURES
+    or more); and its objects in the region: cls (n,), centre_m (n, 2), points (n,) of LiDARs on each."""
 
     cell: NDArray[np.int32]
     features: NDArray[np.float16]
@@ -64,27 +64,33 @@ class Sample(NamedTuple):
 
 
 def pillars(
-    points_m: NDArray[np.float32], intensity: NDArray[np.float32], region: Region
+    points_m: NDArray[np.float32],
+    intensity: NDArray[np.float32],
+    region: Region,
+    painted: Doubles | None = None,
 ) -> tuple[NDArray[np.int32], NDArray[np.float16]]:
     """Occupied cells (k,) and their figures (k, FEATURES) of a sweep's points (n, 3) and intensities (n,), 0 to 255.
 
     The figures: log of the count; highest, lowest and mean height; mean intensity; mean place within the cell across x
-    and y; logs of the counts between SLICES_M. Points above 4 m are left out.
+    and y; logs of the counts between SLICES_M. Points above 4 m are left out. painted (n, c): what cameras say of each
+    point, whose means make c more figures.
     """
+    more = np.zeros((len(points_m), 0)) if painted is None else painted
     points = points_m.astype(np.float64)
     inside = region.holds(points[:, :2]) & (points[:, 2] < _HIGHEST_M)
-    points, bright = points[inside], intensity[inside].astype(np.float64)
+    points, bright, more = points[inside], intensity[inside].astype(np.float64), more[inside]
     place = region.places(points[:, :2])
     corner = np.floor(place).astype(np.int64)
     number = corner[:, 0] * region.shape[1] + corner[:, 1]
     order = np.argsort(number, kind="stable")
     cell, start = np.unique(number[order], return_index=True)
     if not cell.size:
-        return cell.astype(np.int32), np.zeros((0, FEATURES), np.float16)
+        return cell.astype(np.int32), np.zeros((0, FEATURES + more.shape[1]), np.float16)
     z, within = points[order, 2], (place - corner)[order] - 0.5
     count = np.diff(np.append(start, len(order))).astype(np.float64)
     slices = [(z >= low) & (z < high) for low, high in pairwise(SLICES_M)]
-    sums = np.stack([z, bright[order] / 255.0, *within.T, *slices], axis=1)
+    sums = np.stack([z, bright[order] / 255.0, *within.T, *slices, *more[order].T], axis=1)
+    end = 4 + len(slices)
     totals = np.add.reduceat(sums, start, axis=0)
     features = [
         np.log1p(count) / 4.0,
@@ -92,7 +98,8 @@ def pillars(
         np.minimum.reduceat(z, start) / 2.0,
         totals[:, 0] / count / 2.0,
         *(totals[:, 1:4] / count[:, None]).T,
-        *(np.log1p(totals[:, 4:]) / 3.0).T,
+        *(np.log1p(totals[:, 4:end]) / 3.0).T,
+        *(totals[:, end:] / count[:, None]).T,
     ]
     return cell.astype(np.int32), np.stack(features, axis=1).astype(np.float16)
 
@@ -140,8 +147,9 @@ class Samples:
         held = list(samples)
         ends = np.cumsum([0, *(len(one.cell) for one in held)])
         object_ends = np.cumsum([0, *(len(one.cls) for one in held)])
+        figures = held[0].features.shape[1] if held else FEATURES
         nothing = Sample(
-            np.zeros(0, np.int32), np.zeros((0, FEATURES), np.float16), np.zeros(0, np.uint8), np.zeros((0, 2)),
+            np.zeros(0, np.int32), np.zeros((0, figures), np.float16), np.zeros(0, np.uint8), np.zeros((0, 2)),
             np.zeros(0, np.int64),
         )  # fmt: skip
         columns = [np.concatenate(parts) for parts in zip(nothing, *held, strict=True)]

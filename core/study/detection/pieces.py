@@ -23,8 +23,9 @@ from riglens.core.detect.precision import Detections, Matched, Truth
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_write
 from riglens.core.scene.boxes import CLASSES
-from riglens.core.simulate.sweeps import Simulator
-from riglens.core.simulate.world import Worlds
+from riglens.core.simulate.painting import QUALITIES, Painter, Quality
+from riglens.core.simulate.sweeps import Simulator, Sweep
+from riglens.core.simulate.world import TrueBoxes, Worlds
 from riglens.core.study.detection.protocol import (
     Entrant,
     Protocol,
@@ -54,13 +55,18 @@ class Study:
         """Frames for training and test."""
         return split(self.traffic.data, self.protocol)
 
+    @property
+    def has_cameras(self) -> bool:
+        """Whether cameras take part: points get the classes that they show."""
+        return self.protocol.cameras is not None
+
     @cached_property
     def trained_on(self) -> tuple[Entrant, ...]:
         """The rigs that have sweeps for training: the compared ones, and the references in a shared net."""
         if self.protocol.mode == "per-rig":
             return self.compared
         known = {entrant.key for entrant in self.compared}
-        return (*self.compared, *(one for one in references() if one.key not in known))
+        return (*self.compared, *(one for one in references(self.has_cameras) if one.key not in known))
 
     @cached_property
     def nets(self) -> tuple[Net, ...]:
@@ -96,7 +102,7 @@ class Study:
         return key_of(net=self.net_key(net), sweeps=self.sweeps_key(entrant))
 
 
-_OF_SWEEPS = ("train_frames", "test_frames", "region", "simulation")
+_OF_SWEEPS = ("train_frames", "test_frames", "region", "simulation", "painting")
 
 
 @dataclass(frozen=True)
@@ -106,6 +112,24 @@ class Net:
     seed: int
     trains: tuple[Entrant, ...]
     judges: tuple[Entrant, ...]
+
+
+@dataclass(frozen=True)
+class _Looks:
+    """What a rig measures in a frame: road users, a sweep, and what cameras say of its points where they take part."""
+
+    simulator: Simulator
+    painter: Painter | None
+
+    @classmethod
+    def of(cls, entrant: Entrant, worlds: Worlds, cameras: Quality | None) -> _Looks:
+        painter = None if cameras is None else Painter(entrant.rig, worlds, QUALITIES[cameras])
+        return cls(Simulator(entrant.rig, worlds), painter)
+
+    def at(self, frame: int) -> tuple[TrueBoxes, Sweep, NDArray[np.float64] | None]:
+        sweep = self.simulator.sweep(frame)
+        painted = None if self.painter is None else self.painter.scores(frame, sweep.points_m)
+        return self.simulator.truth(frame), sweep, painted
 
 
 @dataclass(frozen=True)
@@ -134,24 +158,25 @@ class Pieces:
         """Simulate a rig in its frames for training and in those of the test."""
         frames = train_frames(entrant, self.study.split, self.study.protocol)
         parts = {"train": frames, "test": self.study.split.test}
-        simulator, total = Simulator(entrant.rig, worlds), sum(map(len, parts.values()))
+        looks = _Looks.of(entrant, worlds, self.study.protocol.cameras)
+        total = sum(map(len, parts.values()))
         held: dict[str, NDArray[Any]] = {}
         before = 0
         for name, part in parts.items():
-            samples = Samples.of(part.tolist(), self._samples(simulator, part, before, total, tell))
+            samples = Samples.of(part.tolist(), self._samples(looks, part, before, total, tell))
             held |= {f"{name}.{field.name}": getattr(samples, field.name) for field in fields(Samples)}
             before += len(part)
         _write(self._sweeps(entrant), held)
 
     def _samples(
-        self, simulator: Simulator, frames: NDArray[np.int64], before: int, total: int, tell: Tell
+        self, looks: _Looks, frames: NDArray[np.int64], before: int, total: int, tell: Tell
     ) -> Iterator[Sample]:
         region = self.study.protocol.region
         for done, frame in enumerate(frames.tolist(), 1):
-            truth, sweep = simulator.truth(frame), simulator.sweep(frame)
+            truth, sweep, painted = looks.at(frame)
             inside = region.holds(truth.centre_m[:, :2])
             yield Sample(
-                *pillars(sweep.points_m, sweep.intensity, region),
+                *pillars(sweep.points_m, sweep.intensity, region, painted),
                 truth.cls[inside].astype(np.uint8),
                 truth.centre_m[inside, :2],
                 sweep.hits(len(truth.cls))[inside],

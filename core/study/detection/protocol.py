@@ -21,6 +21,7 @@ from riglens.core.rig.model import Rig
 from riglens.core.rig.presets import preset
 from riglens.core.rig.yaml.file import rig_sha256
 from riglens.core.scene.boxes import DataReport
+from riglens.core.simulate.painting import QUALITIES, Quality
 from riglens.core.simulate.settings import SimulationSettings
 
 Mode = Literal["shared", "per-rig"]
@@ -41,6 +42,7 @@ class Protocol:
     """mode: one net for all rigs and the reference rigs, or one for each rig as in the paper. train_frames: of each
     rig, a draw of its own from the sequences for training; test_frames: the same for all rigs, spread evenly over the
     other sequences. Seeds are of the training: first weights, order, mirroring; sweeps are the same for all of them.
+    cameras: how well they are segmented whose classes points get; None: cameras are left out.
     """
 
     mode: Mode = "shared"
@@ -50,6 +52,7 @@ class Protocol:
     test_frames: int = 500
     region: Region = field(default_factory=Region)
     simulation: SimulationSettings = field(default_factory=lambda: SimulationSettings(clutter=CLUTTER))
+    cameras: Quality | None = None
 
     def __post_init__(self) -> None:
         if not 1 <= self.seeds <= MOST_SEEDS:
@@ -73,13 +76,15 @@ class Protocol:
 
     def as_dict(self) -> dict[str, object]:
         """The protocol as plain data."""
-        plain = {
+        plain: dict[str, object] = {
             "mode": self.mode,
             "seeds": self.seeds,
             "epochs": self.epochs,
             "train_frames": self.train_frames,
         }
         plain |= {"test_frames": self.test_frames}
+        if self.cameras is not None:
+            plain |= {"painting": {"quality": self.cameras} | QUALITIES[self.cameras].as_dict()}
         return plain | {"region": asdict(self.region), "simulation": self.simulation.as_dict()}
 
 
@@ -119,7 +124,7 @@ def split(data: DataReport, protocol: Protocol) -> Split:
 
 @dataclass(frozen=True)
 class Entrant:
-    """A rig of the study: its LiDARs alone, under the name that is shown."""
+    """A rig of the study, under the name that is shown: its LiDARs, and its cameras where points are painted."""
 
     name: str
     rig: Rig
@@ -130,13 +135,23 @@ class Entrant:
         return rig_sha256(self.rig.model_copy(update={"name": "rig"}))
 
     @property
+    def lidars_key(self) -> str:
+        """What decides its points: the same for rigs that differ in cameras alone."""
+        return _without_cameras(self.rig).key
+
+    @property
     def rays(self) -> int:
-        """Rays of a frame."""
+        """LiDAR rays of a frame."""
         return sum(lidar.ray_count for lidar in self.rig.lidars())
 
 
-def entrants(rigs: Sequence[Rig]) -> tuple[Entrant, ...]:
-    """The rigs as they take part, with cameras and switched-off sensors left out; names are made unique.
+def _without_cameras(rig: Rig) -> Entrant:
+    return Entrant(rig.name, rig.model_copy(update={"sensors": rig.lidars()}))
+
+
+def entrants(rigs: Sequence[Rig], with_cameras: bool = False) -> tuple[Entrant, ...]:
+    """The rigs as they take part, with switched-off sensors left out, and cameras unless asked for; names are made
+    unique.
 
     Raise InputError for a rig without LiDARs.
     """
@@ -149,12 +164,16 @@ def entrants(rigs: Sequence[Rig]) -> tuple[Entrant, ...]:
             )
         taken = sum(one.name == rig.name or one.name.startswith(f"{rig.name} (") for one in found)
         name = f"{rig.name} ({taken + 1})" if taken else rig.name
-        found.append(Entrant(name, rig.model_copy(update={"name": name, "sensors": rig.lidars()})))
+        cameras = rig.cameras() if with_cameras else ()
+        found.append(
+            Entrant(name, rig.model_copy(update={"name": name, "sensors": (*rig.lidars(), *cameras)}))
+        )
     return tuple(found)
 
 
-def references() -> tuple[Entrant, ...]:
-    """Four rigs that always train along, so that few compared rigs still make a net that knows many."""
+def references(with_cameras: bool = False) -> tuple[Entrant, ...]:
+    """Four rigs that always train along, so that few compared rigs still make a net that knows many; with the paper's
+    wide cameras where points are painted."""
     roof = Pose((0.0, 0.0, 1.9), (0.0, 0.0, 0.0))
     alone = [
         Rig(name=f"reference {model}", sensors=(sensor_from_model(model, "LIDAR_TOP", roof),))
@@ -163,12 +182,14 @@ def references() -> tuple[Entrant, ...]:
     groups = [
         preset(name).model_copy(update={"name": f"reference {name}"}) for name in ("Trapezoid", "Center")
     ]
-    return entrants([*alone, *groups])
+    wide = preset("Wide").cameras()
+    rigs = [rig.model_copy(update={"sensors": (*rig.sensors, *wide)}) for rig in (*alone, *groups)]
+    return entrants(rigs, with_cameras)
 
 
 def train_frames(entrant: Entrant, of: Split, protocol: Protocol) -> Ids:
-    """The frames that a rig trains on, in order: a draw that the rig itself decides."""
-    seed = int(entrant.key[:16], 16)
+    """The frames that a rig trains on, in order: a draw that its LiDARs decide."""
+    seed = int(entrant.lidars_key[:16], 16)
     count = min(protocol.train_frames, len(of.train))
     return np.sort(np.random.default_rng(seed).choice(of.train, count, replace=False))
 

@@ -1,4 +1,4 @@
-"""The rigs of the study that is published in docs/study-detection.md: drawn by a stated seed before it ran."""
+"""The rigs of the studies that are published in docs/study-detection.md: drawn by a stated seed before they ran."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import numpy as np
 from riglens.core.geometry import Pose, Vec3
 from riglens.core.rig.library import default_library, sensor_from_model
 from riglens.core.rig.model import Lidar, Rig
-from riglens.core.rig.presets import CARS, LIDAR_GROUPS, preset
+from riglens.core.rig.presets import CAMERA_GROUPS, CARS, LIDAR_GROUPS, PAPER_LIDAR_GROUPS, preset
 from riglens.core.simulate.settings import SimulationSettings
 from riglens.core.study.detection.protocol import Protocol
 
@@ -23,6 +23,22 @@ LADDER = ("1 x 16 low in front", "1 x 16 on the roof", "2 x 16 on the roof", "Tr
 PROTOCOL = Protocol(
     seeds=5, epochs=4, train_frames=200, test_frames=500, simulation=SimulationSettings(clutter=120)
 )
+CAMERA_PROTOCOL = Protocol(
+    seeds=3,
+    epochs=4,
+    train_frames=150,
+    test_frames=300,
+    simulation=SimulationSettings(clutter=120),
+    cameras="usual",
+)
+"""Of the study of wide against narrow cameras."""
+
+
+def camera_rigs() -> tuple[Rig, ...]:
+    """The paper's eight rigs of wide or narrow cameras, and their LiDARs without any."""
+    groups = [group for group in LIDAR_GROUPS if group.name in PAPER_LIDAR_GROUPS]
+    pairs = [preset(f"{cameras.letters}+{group.letters}") for group in groups for cameras in CAMERA_GROUPS]
+    return (*(preset(group.name) for group in groups), *pairs)
 
 
 def published_rigs() -> tuple[Rig, ...]:

@@ -19,6 +19,8 @@ from riglens.core.rig.model import Rig
 from riglens.core.rig.presets import preset
 from riglens.core.study.detection.pieces import Study
 from riglens.core.study.detection.protocol import WORDING, entrants
+from riglens.core.study.detection.published import CAMERA_PROTOCOL
+from riglens.core.study.detection.published import PROTOCOL as PUBLISHED
 from riglens.core.study.detection.result import Result
 from riglens.core.study.detection.statistics import COLUMNS, Precisions
 from riglens.core.study.detection.surrogates import SURROGATES, Surrogates
@@ -146,6 +148,13 @@ def some_machine(monkeypatch: pytest.MonkeyPatch) -> None:
 )
 def test_bad_words_are_one_line(riglens: object, tmp_path: Path, words: tuple[str, ...], said: str) -> None:
     assert said in refused(riglens, *words, "--out", tmp_path)
+
+
+def test_the_published_rigs_and_protocol_go_with_or_without_cameras() -> None:
+    plain, seeing = detection.Plan(published=True), detection.Plan(published=True, cameras="usual")
+    assert (len(plain.rigs(())), len(seeing.rigs(()))) == (30, 12)
+    assert plain.protocol(()) == PUBLISHED and seeing.protocol(()) == CAMERA_PROTOCOL
+    assert detection.Plan(cameras="poor").protocol([preset("W+T")]).cameras == "poor"
 
 
 @pytest.mark.usefixtures("some_machine")

@@ -59,6 +59,16 @@ def test_no_points_are_no_cells() -> None:
     assert cell.shape == (0,) and features.shape == (0, FEATURES)
 
 
+def test_what_cameras_say_is_averaged_over_the_points_of_a_column() -> None:
+    points, bright = at((0.1, 0.1, 1.0), (0.12, 0.1, 1.1), (1.0, 1.0, 0.5)), np.zeros(3, np.float32)
+    said = np.array([[1.0, 0.0], [1.0, 0.5], [0.0, 0.0]])
+    cell, features = pillars(points, bright, REGION, said)
+    plain = pillars(points, bright, REGION)
+    assert (cell == plain[0]).all() and (features[:, :FEATURES] == plain[1]).all()
+    assert features[:, FEATURES:].tolist() == [[1.0, 0.25], [0.0, 0.0]]
+    assert pillars(at(), bright[:0], REGION, said[:0])[1].shape == (0, FEATURES + 2)
+
+
 def sample(*objects: tuple[int, float, float, int]) -> Sample:
     cls, x, y, points = np.array(objects, np.float64).reshape(-1, 4).T
     nothing = pillars(at(), np.zeros(0, np.float32), REGION)

@@ -12,8 +12,8 @@ from riglens.core.errors import InputError
 from riglens.core.rig.presets import preset
 from riglens.core.study.detection.pieces import Pieces, Study
 from riglens.core.study.detection.protocol import Protocol, entrants, references, split, train_frames
+from riglens.core.study.detection.published import CAMERA_PROTOCOL, camera_rigs, equal_rays, published_rigs
 from riglens.core.study.detection.published import PROTOCOL as PUBLISHED
-from riglens.core.study.detection.published import equal_rays, published_rigs
 from tests.core.study.detection.small import NOWHERE, PROTOCOL, rig, traffic
 
 
@@ -112,6 +112,30 @@ def test_the_published_rigs_are_those_that_were_registered() -> None:
     assert {one.key for one in references()} < {one.key for one in rigs}
     assert (PUBLISHED.seeds, PUBLISHED.epochs) == (5, 4)
     assert (PUBLISHED.train_frames, PUBLISHED.test_frames) == (200, 500)
+
+
+def test_with_cameras_rigs_of_the_same_lidars_have_the_same_frames_and_other_sweeps() -> None:
+    rigs = entrants([preset("W+T"), preset("N+T"), preset("Trapezoid")], with_cameras=True)
+    assert [len(one.rig.cameras()) for one in rigs] == [6, 6, 0] and len({one.key for one in rigs}) == 3
+    asked = Study(rigs, replace(PROTOCOL, cameras="usual"), traffic(), NOWHERE)
+    frames = [train_frames(one, asked.split, PROTOCOL).tolist() for one in rigs]
+    assert frames[0] == frames[1] == frames[2]
+    assert len(asked.trained_on) == 3 + 3  # W+T is a reference itself
+    assert all(one.rig.cameras() for one in references(with_cameras=True))
+    poor = replace(asked, protocol=replace(PROTOCOL, cameras="poor"))
+    without = replace(asked, protocol=PROTOCOL)
+    assert len({one.sweeps_key(rigs[2]) for one in (asked, poor, without)}) == 3
+    assert "painting" not in PROTOCOL.as_dict()  # pieces of studies without cameras keep their names
+
+
+def test_the_rigs_with_cameras_are_those_that_were_registered() -> None:
+    rigs = entrants(camera_rigs(), with_cameras=True)
+    groups = [one.name for one in rigs[:4]]
+    assert groups == ["Center", "Pyramid", "Line", "Trapezoid"]
+    assert [one.name for one in rigs[4:]] == [f"{camera}+{name[0]}" for name in groups for camera in "WN"]
+    how = CAMERA_PROTOCOL
+    assert (how.seeds, how.epochs, how.train_frames, how.test_frames) == (3, 4, 150, 300)
+    assert how.cameras == "usual" and how.simulation.body == "ignored"
 
 
 @pytest.mark.parametrize("content", [b"", b"no archive", b"PK\x03\x04 cut off", b"\x93NUMPY\x01\x00v\x00{}"])

@@ -16,6 +16,9 @@ import numpy as np
 import pytest
 
 from riglens.core.detect.net import machine
+from riglens.core.detect.pillars import FEATURES
+from riglens.core.rig.model import Camera
+from riglens.core.simulate.painting import SCORES
 from riglens.core.study.detection.pieces import Pieces, Study
 from riglens.core.study.detection.protocol import entrants
 from riglens.core.study.detection.result import assemble, finished_seeds
@@ -114,6 +117,22 @@ def test_a_net_for_each_rig(tmp_path: Path) -> None:
     every, hit = assemble(pieces, 1)
     assert every.value.shape == hit.value.shape == (2, 4)
     assert np.isfinite(every.value).all() and (hit.value >= every.value - 1e-9).all()
+
+
+def test_cameras_tell_the_net_of_points(tmp_path: Path) -> None:
+    eye = Camera(name="CAM", position=(0.0, 0.0, 2.0), hfov_deg=110.0, image=(320, 180), cast=(80, 45))
+    seeing = rig("a").model_copy(update={"sensors": (*rig("a").sensors, eye)})
+    rigs = entrants([seeing, rig("b")], with_cameras=True)
+    protocol = replace(PROTOCOL, mode="shared", seeds=1, epochs=1, cameras="good")
+    asked = Study(rigs, protocol, traffic(), machine("cpu"))
+    pieces = run(asked, tmp_path, 2, lambda told: None)
+    one, other = (pieces.samples(entrant, "test") for entrant in rigs)
+    assert one.features.shape[1] == other.features.shape[1] == FEATURES + SCORES
+    assert (one.cell == other.cell).all() and (
+        one.features[:, :FEATURES] == other.features[:, :FEATURES]
+    ).all()
+    assert one.features[:, FEATURES + 1 :].any() and not other.features[:, FEATURES:].any()
+    assert np.isfinite(assemble(pieces, 1)[0].value).all()
 
 
 def test_seeds_count_once_every_rig_is_judged(whole: tuple[Pieces, list[Told]], tmp_path: Path) -> None:

@@ -1,0 +1,144 @@
+"""What the cameras of a rig tell of LiDAR points: each gets the class that a simulated segmentation shows at its pixel.
+
+As in PointPainting (Vora et al., CVPR 2020), but nothing is trained: labels are those of the simulated picture, spoilt
+by errors that are stated here. All numbers are our choice.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from riglens.core.kernels.sweeps import STATIC
+from riglens.core.rig.model import Camera, Rig
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.sensing.camera import project_px
+from riglens.core.simulate.pictures import NO_RAY, OWN_CAR, CameraPicture, Cameras
+from riglens.core.simulate.world import Worlds
+from riglens.core.targets.draws import sensor_key
+from riglens.core.vehicle.mesh import BodyMesh
+
+Doubles = NDArray[np.float64]
+Ids = NDArray[np.int64]
+Quality = Literal["good", "usual", "poor"]
+
+STRIDE_PX = 4
+"""A segmented picture has a label for so many native pixels across: as segmenting nets answer."""
+PATCH_LABELS = 8
+"""Edge of the patches of a background in which false alarms are drawn, labels."""
+SCORES = 1 + len(CLASSES)
+_UNSEEN, _OTHER = -1, 0
+
+
+@dataclass(frozen=True)
+class Segmentation:
+    """How well pictures are segmented, per road user and picture.
+
+    A road user of h visible pixels in height is found with probability top / (1 + (half_px / h)^3), and then taken for
+    one of the other classes with probability `mistaken`. false_alarms: share of patches of what stands around that are
+    taken for a road user. aim_px: standard deviation of the error by which a camera's picture is shifted in each frame,
+    native pixels.
+    """
+
+    top: float
+    half_px: float
+    mistaken: float
+    false_alarms: float
+    aim_px: float
+
+    def as_dict(self) -> dict[str, float]:
+        """The numbers as plain data."""
+        return asdict(self)
+
+    def found(self, height_px: Doubles) -> Doubles:
+        """Probability (n,) that road users of so many visible pixels in height (n,) are found; 0 without pixels."""
+        ratio = np.divide(self.half_px, height_px, out=np.full(len(height_px), np.inf), where=height_px > 0)
+        return np.asarray(self.top / (1.0 + ratio**3))
+
+
+QUALITIES: dict[Quality, Segmentation] = {
+    "good": Segmentation(top=0.98, half_px=12.0, mistaken=0.02, false_alarms=0.002, aim_px=1.0),
+    "usual": Segmentation(top=0.95, half_px=20.0, mistaken=0.05, false_alarms=0.005, aim_px=2.0),
+    "poor": Segmentation(top=0.85, half_px=35.0, mistaken=0.10, false_alarms=0.02, aim_px=4.0),
+}
+
+
+class _Draws(NamedTuple):
+    """Of one camera and frame: shift of its picture in native pixels (2,), what it says of each road user (n,), and of
+    each patch (rows, columns) that shows what stands around."""
+
+    shift_px: Doubles
+    label: Ids
+    patches: Ids
+
+
+class Painter:
+    """Tells points what a rig's enabled cameras say of them. For one thread, which may be any."""
+
+    def __init__(
+        self, rig: Rig, worlds: Worlds, segmentation: Segmentation, mesh: BodyMesh | None = None
+    ) -> None:
+        self._eyes = [_eye(camera) for camera in rig.cameras()]
+        self._worlds, self._segmentation = worlds, segmentation
+        self._cameras = Cameras(rig.model_copy(update={"sensors": tuple(self._eyes)}), worlds, mesh, False)
+
+    def scores(self, frame: int, points_m: NDArray[np.float32]) -> Doubles:
+        """What cameras say of points (n, 3) of a frame in the vehicle frame, (n, SCORES): whether one sees it, and the
+        share of those cameras that say car, bicycle and pedestrian."""
+        votes, points = np.zeros((len(points_m), SCORES)), points_m.astype(np.float64)
+        for number, eye in enumerate(self._eyes):
+            label = self._labels(number, eye, frame, points)
+            votes[:, 0] += label != _UNSEEN
+            for cls in range(len(CLASSES)):
+                votes[:, 1 + cls] += label == cls + 1
+        looks = np.maximum(votes[:, :1], 1.0)
+        return np.concatenate([np.minimum(votes[:, :1], 1.0), votes[:, 1:] / looks], axis=1)
+
+    def _labels(self, number: int, eye: Camera, frame: int, points: Doubles) -> Ids:
+        """What a camera says of points (n, 3), (n,): _UNSEEN, _OTHER, or a place in CLASSES + 1."""
+        picture = self._cameras.picture(number, frame)
+        cls = self._worlds.truth(frame).cls
+        draws = self._draws(eye, frame, picture, cls)
+        said = np.full(len(points), _UNSEEN)
+        inside, row, column = _pixels(eye, points, draws.shift_px)
+        what = picture.what[row, column]
+        alarm = draws.patches[row // PATCH_LABELS, column // PATCH_LABELS]
+        label = np.where(what == STATIC, alarm, _OTHER)
+        label[what >= 0] = draws.label[what[what >= 0]]
+        label[(what == OWN_CAR) | (what == NO_RAY)] = _UNSEEN
+        said[inside] = label
+        return said
+
+    def _draws(self, eye: Camera, frame: int, picture: CameraPicture, cls: NDArray[np.uint8]) -> _Draws:
+        how, seed = self._segmentation, self._worlds.settings.seed
+        rng = np.random.default_rng([sensor_key(seed, f"segmentation of {eye.name}"), frame])
+        shift_px = rng.normal(0.0, 1.0, 2) * how.aim_px
+        luck, mistake, other = rng.random((3, len(cls)))
+        height_px = (picture.bounds_px[:, 3] - picture.bounds_px[:, 1]) * eye.image[1] / eye.cast[1]
+        wrong = (cls + 1 + (other * (len(CLASSES) - 1)).astype(np.int64)) % len(CLASSES)
+        columns, rows = (-(-cells // PATCH_LABELS) for cells in eye.cast)
+        alarms, kinds = rng.random((rows, columns)), rng.integers(1, len(CLASSES) + 1, (rows, columns))
+        return _Draws(
+            shift_px,
+            np.where(luck >= how.found(height_px), _OTHER, 1 + np.where(mistake < how.mistaken, wrong, cls)),
+            np.where(alarms < how.false_alarms, kinds, _OTHER),
+        )
+
+
+def _eye(camera: Camera) -> Camera:
+    """The camera with a ray for each label."""
+    width_px, height_px = camera.image
+    return camera.model_copy(update={"cast": (-(-width_px // STRIDE_PX), -(-height_px // STRIDE_PX))})
+
+
+def _pixels(eye: Camera, points: Doubles, shift_px: Doubles) -> tuple[Ids, Ids, Ids]:
+    """Which of points (n, 3) fall into the picture, and the rows and columns of their labels."""
+    local = (points - np.array(eye.position)) @ eye.pose.rotation()
+    place = (project_px(eye, local) + shift_px) * np.array(eye.cast) / np.array(eye.image)
+    with np.errstate(invalid="ignore"):
+        inside = np.flatnonzero(((place >= 0.0) & (place < np.array(eye.cast))).all(axis=1))
+    column, row = place[inside].astype(np.int64).T
+    return inside, row, column
