@@ -10,6 +10,8 @@ KIND_COLOURS = {"lidar": "#14b8a6", "camera": "#f97316"}
 SELECTED_COLOUR = "#ffd60a"
 LINKED_COLOUR = "#a78bfa"
 """What is about mirror pairs: the link mark in the list, the partner of what is selected, the line between them."""
+WORST_COLOUR = "#f43f5e"
+"""Sensors as they stand in the worst draw of a tolerance."""
 RIG_COLOURS = (
     "#4e79a7", "#f28e2b", "#59a14f", "#e15759", "#9d76b8", "#4fb0ae", "#d6b02a", "#a57a5a", "#e88fa3", "#8a949e",
 )  # fmt: skip

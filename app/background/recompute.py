@@ -17,7 +17,13 @@ from PySide6.QtCore import QObject, Signal
 
 from riglens.app.background.compiling import OtherKernels
 from riglens.app.background.inbox import SYSTEM_CLOCK, Clock, unexpected
-from riglens.app.background.side_jobs import AuditAnswer, AuditRequest, SideAnswer, SideRequest
+from riglens.app.background.side_jobs import (
+    AuditAnswer,
+    AuditRequest,
+    SideAnswer,
+    SideRequest,
+    ToleranceRequest,
+)
 from riglens.app.background.wishes import Wishes
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.requests import FRAME_MS, EvaluationRequest, LoadedScene
@@ -25,6 +31,7 @@ from riglens.core.errors import InputError
 from riglens.core.scene.boxes import Progress
 
 if TYPE_CHECKING:
+    from riglens.app.background.tolerating import Tolerating
     from riglens.app.evaluation.scoring import Scoring
 
 CANCELLED = "Loading was cancelled."
@@ -64,6 +71,8 @@ class Recompute(QObject):
     """A SideAnswer."""
     audited = Signal(object)
     """An AuditAnswer."""
+    tolerated = Signal(object)
+    """A ToleranceAnswer, now and then until it is whole."""
 
     def __init__(
         self,
@@ -80,6 +89,7 @@ class Recompute(QObject):
         self._coarse_above_ms = coarse_above_ms
         self._wishes = Wishes(waits, clock)
         self._scoring: Scoring | None = None
+        self._tolerating: Tolerating | None = None
         self._is_warm = False
         self._others = others
         self._thread = threading.Thread(target=self._run, name="recompute", daemon=True)
@@ -105,6 +115,10 @@ class Recompute(QObject):
 
     def ask_audit(self, request: AuditRequest) -> None:
         """Have the rays of a rig followed when nobody edits, answered by `audited`."""
+        self._wishes.ask_aside([request])
+
+    def ask_tolerance(self, request: ToleranceRequest) -> None:
+        """Have a rig measured under drawn errors when nobody edits, answered by `tolerated` step by step."""
         self._wishes.ask_aside([request])
 
     def forget_aside(self, group: str) -> None:
@@ -140,6 +154,8 @@ class Recompute(QObject):
                 self._answer_aside(work)
             elif isinstance(work, AuditRequest):
                 self._audit(work)
+            elif isinstance(work, ToleranceRequest):
+                self._tolerate(work)
             elif isinstance(work, SceneOptions):
                 self._load(work)
             else:
@@ -252,3 +268,22 @@ class Recompute(QObject):
             self.failed.emit(str(error) if told else unexpected(_HERE, error))
         if self._wishes.take_aside(request):
             self.audited.emit(AuditAnswer(request, found))
+
+    def _tolerate(self, request: ToleranceRequest) -> None:
+        """Measure one rig more, then let other side jobs go first."""
+        from riglens.app.background.tolerating import Tolerating, is_told
+
+        self._tolerating = self._tolerating or Tolerating(self._threads)
+        try:
+            answer = self._tolerating.step(request, lambda: self._wishes.gives_way(request))
+        except Exception as error:
+            told = isinstance(error, InputError)
+            self.failed.emit(str(error) if told else unexpected(_HERE, error))
+            self._tolerating.forget()
+            self.forget_aside(request.group)
+            return
+        wishes = self._wishes
+        if answer is None or not (wishes.take_aside if answer.is_whole else wishes.put_off_aside)(request):
+            return
+        if is_told(answer):
+            self.tolerated.emit(answer)

@@ -12,6 +12,9 @@ from riglens.core.rig.model import Rig
 
 if TYPE_CHECKING:  # made by the engine's thread, which loads the compiler
     from riglens.core.engine.audit import RigAudit
+    from riglens.core.review.tolerance import ToleranceProfile, ToleranceResult
+    from riglens.core.targets.settings import TargetSettings
+    from riglens.core.targets.traffic import Traffic
     from riglens.core.vehicle.mesh import BodyMesh
 
 SIDE_REST_S = 0.25
@@ -67,7 +70,51 @@ class AuditAnswer:
     found: RigAudit | None
 
 
-SideJob = SideRequest | AuditRequest
+@dataclass(frozen=True)
+class ToleranceRequest:
+    """A rig whose figures are to be measured under drawn errors, a step at a time; a newer one takes its place.
+
+    Road users are counted in the first frames of `traffic`, where there is any.
+    """
+
+    rig: Rig
+    profile: ToleranceProfile
+    draws: int
+    settings: MetricSettings
+    targets: TargetSettings
+    scene: LoadedScene
+    traffic: Traffic | None = None
+    mesh: BodyMesh | None = None
+    group: str = "tolerance"
+
+    @property
+    def key(self) -> tuple[str, str]:
+        """What makes a newer request take the place of this one."""
+        return self.group, ""
+
+    def asks_same(self, other: ToleranceRequest) -> bool:
+        """Whether the answer to both is the same."""
+        is_same = self.scene is other.scene and self.traffic is other.traffic and self.mesh is other.mesh
+        wanted = (self.rig, self.profile, self.draws, self.settings, self.targets)
+        return is_same and wanted == (other.rig, other.profile, other.draws, other.settings, other.targets)
+
+
+@dataclass(frozen=True)
+class ToleranceAnswer:
+    """What is known of one request after `done` of `steps` measurements; None before there is a draw."""
+
+    request: ToleranceRequest
+    done: int
+    steps: int
+    result: ToleranceResult | None
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether every measurement was made."""
+        return self.done == self.steps
+
+
+SideJob = SideRequest | AuditRequest | ToleranceRequest
 
 
 class SideQueue:
@@ -102,6 +149,11 @@ class SideQueue:
     def wants(self, request: SideJob) -> bool:
         """Whether this very request is still wanted."""
         return self._waiting.get(request.key) is request
+
+    def put_off(self, request: SideJob) -> None:
+        """Let all others go first, if the request is still wanted."""
+        if self.wants(request):
+            self.ask(request)
 
     def done(self, request: SideJob) -> None:
         """The request was answered."""

@@ -122,6 +122,12 @@ class Wishes(Inbox[Work]):
             self._side.done(request)
             return is_wanted
 
+    def put_off_aside(self, request: SideJob) -> bool:
+        """A part of a side job is done, and all others go first; whether the rest is still wanted."""
+        with self.lock:
+            self._side.put_off(request)
+            return self._side.wants(request)
+
     def repeat_last(self) -> None:
         """There is a new scene: the last evaluation is to be made on it, unless a newer one waits."""
         with self.lock:

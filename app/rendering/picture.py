@@ -55,7 +55,9 @@ def with_words(state: SceneState, words: PictureWords, found: Findings | None) -
             table=score_rows(found.scores, found.settings) if words.scores else (),
             note=score_note(found.settings) if words.scores else "",
         )
-    return replace(state, show_legend=words.legend, caption=caption, show_gizmo=False, show_selection=False)
+    return replace(
+        state, show_legend=words.legend, caption=caption, show_gizmo=False, show_selection=False, ghosts=()
+    )
 
 
 def subtitle(found: Findings) -> str:

@@ -33,6 +33,7 @@ from riglens.app.window.features.sensors import LibraryPanel, Locks, Placing, Se
 from riglens.app.window.features.standing import Standing
 from riglens.app.window.features.target_maps import TargetMaps
 from riglens.app.window.features.targets import Targets
+from riglens.app.window.features.tolerance import Tolerance
 from riglens.app.window.features.views import SavedViews, Views
 from riglens.app.window.workbench import Workbench
 from riglens.widgets.panels.scrolled import scrolled
@@ -68,6 +69,7 @@ class Features(NamedTuple):
     scores: ScoresShown
     targets: Targets
     marginals: Marginals
+    tolerance: Tolerance
     frame: FrameView
     pick: Pick
     sensor_view: SensorView
@@ -129,6 +131,7 @@ def build_features(bench: Workbench) -> Features:
         scores=ScoresShown(bench),
         targets=(targets := Targets(bench)),
         marginals=Marginals(bench, targets),
+        tolerance=Tolerance(bench, targets),
         frame=(frame := FrameView(bench, targets)),
         pick=Pick(bench, frame),
         sensor_view=SensorView(bench, frame),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from riglens.core.engine.caster import IsStale, never_stale
 from riglens.core.engine.engine import Engine
 from riglens.core.geometry import Pose
 from riglens.core.metric.entropy import EntropyField
@@ -40,11 +41,24 @@ class Measures:
 
     def __call__(self, rig: Rig, stance: Pose) -> dict[str, float]:
         """The figures of a rig whose car stands so."""
+        found = self.unless(never_stale, rig, stance)
+        assert found is not None
+        return found
+
+    def unless(self, is_stale: IsStale, rig: Rig, stance: Pose) -> dict[str, float] | None:
+        """The same, or None as soon as `is_stale`, which is asked every few milliseconds, returns True."""
         moved = standing(rig, stance)
-        scores = self._engine.evaluate(moved, self._settings, False, self._mesh, stance).scores
+        evaluation = self._engine.evaluate_unless(is_stale, moved, self._settings, False, self._mesh, stance)
+        if evaluation is None:
+            return None
+        scores = evaluation.scores
         found = {f"{SEEN} {name}": scores.classes[name].any_seen for name in CLASSES}
         if self._targets is not None:
-            counts = self._targets.evaluate(moved, self._how, self._frames, self._mesh, stance)
+            counts = self._targets.evaluate_unless(
+                is_stale, moved, self._how, self._frames, self._mesh, stance
+            )
+            if counts is None:
+                return None
             for name in CLASSES:
                 found[f"{ON_TARGET} {name}"] = counts.classes[name].total.on_target.value
         return found

@@ -188,6 +188,53 @@ def standing(rig: Rig, stance: Pose) -> Rig:
     return rig.model_copy(update={"sensors": sensors})
 
 
+class ToleranceRun:
+    """The draws of a rig one after another, for whoever measures them when there is time.
+
+    Draws of the noise floor, a quarter as many, come in between, so that what is known half-way is known of both."""
+
+    def __init__(self, rig: Rig, profile: ToleranceProfile, draws: int = 256, seed: int = 0) -> None:
+        self.rig, self.profile, self.draws, self.seed = rig, profile, draws, seed
+        units = unit_draws(draws, errors_count(rig), seed)
+        few = max(1, draws // 4)
+        self._steps = [(False, np.zeros(errors_count(rig)))]
+        for place, errors in enumerate(units):
+            self._steps.append((False, errors))
+            if place % 4 == 0 and place // 4 < few:
+                self._steps.append((True, units[place // 4]))
+        self._found: list[Figures] = []
+
+    @property
+    def steps(self) -> int:
+        """How many measurements there are."""
+        return len(self._steps)
+
+    @property
+    def done(self) -> int:
+        """How many of them have been taken."""
+        return len(self._found)
+
+    def wanted(self) -> tuple[Rig, Pose]:
+        """The rig to measure next, and how its car stands; IndexError when all is done."""
+        is_floor, errors = self._steps[self.done]
+        return disturbed(self.rig, NOISE_FLOOR if is_floor else self.profile, errors)
+
+    def take(self, figures: Figures) -> None:
+        """Take the figures of what was wanted."""
+        self._found.append(figures)
+
+    def result(self, sensitivities: Sequence[Sensitivity] = ()) -> ToleranceResult | None:
+        """What is known by now; None before the first draw of both kinds."""
+        drawn: tuple[list[Figures], list[Figures]] = ([], [])
+        for figures, (is_floor, _) in zip(self._found[1:], self._steps[1:], strict=False):
+            drawn[is_floor].append(figures)
+        found, floor = drawn
+        if not found or not floor:
+            return None
+        nominal, own = self._found[0], (self.rig, self.profile, self.draws, self.seed)
+        return ToleranceResult(*own, _spreads(nominal, found), _spreads(nominal, floor), tuple(sensitivities))
+
+
 def tolerance(
     rig: Rig,
     profile: ToleranceProfile,
@@ -198,25 +245,22 @@ def tolerance(
     progress: Progress | None = None,
 ) -> ToleranceResult:
     """Draw errors and measure the rig with each of them; the same seed gives the same draws."""
-    units = unit_draws(draws, errors_count(rig), seed)
-    few = max(1, draws // 4)
+    run = ToleranceRun(rig, profile, draws, seed)
     axes = [axis for axis in _axes(rig, profile) if with_sensitivities]
-    steps = 1 + draws + few + 2 * len(axes)
+    steps = run.steps + 2 * len(axes)
     done = iter(range(1, steps + 1))
 
-    def measured(how: ToleranceProfile, errors: Doubles) -> Figures:
-        figures = measure(*disturbed(rig, how, errors))
+    def measured(moved: Rig, stance: Pose) -> Figures:
+        figures = measure(moved, stance)
         if progress is not None:
             progress(next(done) / steps)
         return figures
 
-    nominal = measured(profile, np.zeros(errors_count(rig)))
-    found = [measured(profile, errors) for errors in units]
-    floor = [measured(NOISE_FLOOR, errors) for errors in units[:few]]
-    sensitivities = tuple(_sensitivity(rig, profile, measured, *axis) for axis in axes)
-    return ToleranceResult(
-        rig, profile, draws, seed, _spreads(nominal, found), _spreads(nominal, floor), sensitivities
-    )
+    while run.done < run.steps:
+        run.take(measured(*run.wanted()))
+    found = run.result([_sensitivity(rig, profile, measured, *axis) for axis in axes])
+    assert found is not None  # there is at least one draw of each kind
+    return found
 
 
 def _spreads(nominal: Figures, found: Sequence[Figures]) -> dict[str, Spread]:
@@ -239,7 +283,7 @@ def _axes(rig: Rig, profile: ToleranceProfile) -> Iterator[tuple[str, str, int, 
 def _sensitivity(
     rig: Rig,
     profile: ToleranceProfile,
-    measured: Callable[[ToleranceProfile, Doubles], Figures],
+    measured: Measure,
     sensor: str,
     axis: str,
     place: int,
@@ -247,18 +291,20 @@ def _sensitivity(
 ) -> Sensitivity:
     error = np.zeros(errors_count(rig))
     error[place] = 1.0
-    more, less = measured(profile, error), measured(profile, -error)
+    more, less = (measured(*disturbed(rig, profile, sign * error)) for sign in (1.0, -1.0))
     return Sensitivity(sensor, axis, limit, {name: (more[name] - less[name]) / 2.0 for name in more})
 
 
-def worst_rig(result: ToleranceResult, figure: str) -> Rig:
-    """The rig of the draw in which a figure is least, as it stands then; InputError for an unknown figure."""
+def worst_rig(result: ToleranceResult, figure: str, magnified: float = 1.0) -> Rig:
+    """The rig of the draw in which a figure is least, as it stands then; InputError for an unknown figure.
+
+    `magnified`: its errors so many times as large, to be seen beside the rig as designed."""
     if figure not in result.spreads:
         known = ", ".join(result.spreads)
         raise InputError(f"--figure: found '{figure}', accepted is one of {known}")
     draw = result.spreads[figure].worst_draw
     errors = unit_draws(result.draws, errors_count(result.rig), result.seed)[draw]
-    worst = standing(*disturbed(result.rig, result.profile, errors))
+    worst = standing(*disturbed(result.rig, result.profile, magnified * errors))
     return worst.model_copy(update={"name": f"{worst.name[:150]}, {result.profile.name}, draw {draw}"})
 
 

@@ -6,6 +6,7 @@ dimensions has its true size; others are somewhat larger than life. Each is one 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal
@@ -22,10 +23,10 @@ from riglens.core.rig.model import Camera, Lidar
 from riglens.core.vehicle.surface import lathe, rounded_box
 from riglens.widgets.drawing.actors import rgba_actor
 from riglens.widgets.drawing.surface import drawn
-from riglens.widgets.theme import LINKED_COLOUR, Palette, mix, rgb
+from riglens.widgets.theme import LINKED_COLOUR, WORST_COLOUR, Palette, mix, rgb
 
 Shape = Literal["puck", "box", "camera"]
-Mark = Literal["", "hovered", "selected", "linked"]
+Mark = Literal["", "hovered", "selected", "linked", "worst"]
 LIDAR_RADIUS_M = 0.105
 PICK_RADIUS_M = 0.12
 _SPINNING_DEG = 300.0
@@ -91,8 +92,8 @@ def sensor_mesh(body: SensorBody, palette: Palette, mark: Mark = "", enabled: bo
         colour = mix(colour, _OFF, 0.85)
     if mark == "selected":
         colour = palette.selected
-    elif mark == "linked":
-        colour = LINKED_COLOUR
+    elif mark in ("linked", "worst"):
+        colour = LINKED_COLOUR if mark == "linked" else WORST_COLOUR
     elif mark == "hovered":
         colour = mix(colour, "#ffffff", 0.55)
     mesh = _shape(body.shape, colour).copy()
@@ -171,7 +172,8 @@ def _joined(parts: list[pv.PolyData]) -> pv.PolyData:
     return mesh
 
 
-_OFF_OPACITY, _FAILED_OPACITY, _GHOST_OPACITY = 0.45, 0.25, 0.65
+_OFF_OPACITY, FAILED_OPACITY, _GHOST_OPACITY, WORST_OPACITY = 0.45, 0.3, 0.65, 0.6
+NOT_FAINT: Mapping[str, float] = {}
 
 
 class SensorLayer:
@@ -188,15 +190,14 @@ class SensorLayer:
         sensors: list[Lidar | Camera],
         marks: dict[str, Mark],
         palette: Palette,
-        failed: frozenset[str] = frozenset(),
+        faint: Mapping[str, float] = NOT_FAINT,
     ) -> None:
-        """Show exactly these sensors; those named in `marks` are selected or under the mouse, `failed` are ghosts."""
+        """Show exactly these sensors; those named in `marks` stand out, `faint` gives the opacity of ghosts."""
         for gone in self._actors.keys() - {sensor.name for sensor in sensors}:
             self._renderer.RemoveActor(self._actors.pop(gone))
             del self._looks[gone]
         for sensor in sensors:
-            is_working = sensor.enabled and sensor.name not in failed
-            opacity = _FAILED_OPACITY if sensor.name in failed else 1.0 if is_working else _OFF_OPACITY
+            opacity = faint.get(sensor.name, 1.0 if sensor.enabled else _OFF_OPACITY)
             self._set_look(sensor, marks.get(sensor.name, ""), palette, opacity)
             self.set_pose(sensor.name, sensor.pose)
 
@@ -217,10 +218,10 @@ class SensorLayer:
 
     def _set_look(self, sensor: Lidar | Camera, mark: Mark, palette: Palette, opacity: float) -> None:
         body = sensor_body(sensor)
-        look = (body, mark, opacity, palette.kinds[sensor.kind], palette.selected)
+        look = (body, mark, sensor.enabled, opacity, palette.kinds[sensor.kind], palette.selected)
         if self._looks.get(sensor.name) == look:
             return
-        mesh = sensor_mesh(body, palette, mark, opacity == 1.0)
+        mesh = sensor_mesh(body, palette, mark, sensor.enabled)
         if sensor.name in self._actors:
             self._actors[sensor.name].mapper.SetInputData(mesh)
         else:

@@ -113,6 +113,8 @@ class DrawnScene:
             self._ground.set_shown(state.show_ground)
         if changed & _BODIES:
             self._rig.show_bodies(state, self._hovered)
+        if changed & {"ghosts", "palette"}:
+            self._rig.show_ghosts(state)
         if changed & _MASTS:
             self._masts.show(state)
         if changed & _STUBS:

@@ -13,7 +13,7 @@ from riglens.core.rig.model import Camera, Lidar
 from riglens.widgets.drawing.actors import mapper_of
 from riglens.widgets.drawing.camera import OrbitCamera, Size
 from riglens.widgets.gizmo.drag import Handle
-from riglens.widgets.sensors.bodies import Mark, SensorLayer
+from riglens.widgets.sensors.bodies import FAILED_OPACITY, WORST_OPACITY, Mark, SensorLayer
 from riglens.widgets.sensors.fills import FillsLayer
 from riglens.widgets.sensors.rays import RaysLayer
 from riglens.widgets.theme import LINKED_COLOUR, Palette, rgb
@@ -27,6 +27,7 @@ class RigLayer:
 
     def __init__(self, renderer: vtkRenderer, rays: vtkRenderer) -> None:
         self._sensors, self._fills, self._rays = SensorLayer(renderer), FillsLayer(rays), RaysLayer(rays)
+        self._ghosts = SensorLayer(renderer)
         self._links = pv.Actor(mapper=mapper_of(pv.Line()))
         self._links.prop.color, self._links.prop.lighting = rgb(LINKED_COLOUR), False
         self._links.visibility = False
@@ -45,7 +46,8 @@ class RigLayer:
         if isinstance(hovered, str):
             marks[hovered] = "hovered"
         marks.update({sensor.name: "selected" for sensor in state.shown if state.is_selected(sensor.name)})
-        self._sensors.set_sensors(state.shown, marks, state.palette, state.failed)
+        faint = dict.fromkeys(state.failed, FAILED_OPACITY)
+        self._sensors.set_sensors(state.shown, marks, state.palette, faint)
         self._show_links([pair for pair in state.pairs if pair in pairs or hovered in pair], state)
 
     def _show_links(self, pairs: list[tuple[str, str]], state: SceneState) -> None:
@@ -78,6 +80,12 @@ class RigLayer:
     def set_pose(self, name: str, pose: Pose) -> None:
         """Move the body of a shown sensor."""
         self._sensors.set_pose(name, pose)
+
+    def show_ghosts(self, state: SceneState) -> None:
+        """Show the sensors of the worst draw beside those of the rig."""
+        names = [sensor.name for sensor in state.ghosts]
+        faint, marks = dict.fromkeys(names, WORST_OPACITY), dict[str, Mark](dict.fromkeys(names, "worst"))
+        self._ghosts.set_sensors(list(state.ghosts), marks, state.palette, faint)
 
     def set_ghost(self, sensor: Lidar | Camera | None, palette: Palette) -> None:
         """Show where a sensor that is not in the rig would be placed, or None."""

@@ -53,7 +53,7 @@ class SceneState:
     that have `failed` as ghosts without rays, the `hidden` ones not at all. Those in `fixed` cannot be dragged: they
     get no handles. Without a `body_mesh` the vehicle's parametric body is drawn, or a plain box where its body is a
     mesh file. Without `show_selection` the selected sensor has the colour of its kind, but still the rays of a
-    selected one.
+    selected one. `ghosts` are sensors that are not in the rig, to be seen beside those that are.
     """
 
     vehicle: Vehicle = field(default_factory=Vehicle)
@@ -72,6 +72,7 @@ class SceneState:
     marker: Marker | None = None
     masts: tuple[Mast, ...] = ()
     stubs: Stubs | None = None
+    ghosts: tuple[Lidar | Camera, ...] = ()
     traffic: ShownFrame | None = None
     camera: OrbitCamera = field(default_factory=OrbitCamera)
     gizmo_mode: GizmoMode = "both"

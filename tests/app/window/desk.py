@@ -15,7 +15,7 @@ from PySide6.QtWidgets import QMainWindow, QToolBar
 from pytestqt.qtbot import QtBot
 
 from riglens.app.background.recompute import Recompute
-from riglens.app.background.side_jobs import AuditRequest, SideRequest
+from riglens.app.background.side_jobs import AuditRequest, SideRequest, ToleranceRequest
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.requests import Approximation, EvaluationRequest, Result
 from riglens.app.session.document import Document
@@ -50,6 +50,7 @@ class FakeRecompute(Recompute):
         self.loads: list[SceneOptions] = []
         self.aside: list[SideRequest] = []
         self.audits: list[AuditRequest] = []
+        self.tolerances: list[ToleranceRequest] = []
 
     @property
     def threads(self) -> int | None:
@@ -63,6 +64,9 @@ class FakeRecompute(Recompute):
 
     def ask_audit(self, request: AuditRequest) -> None:
         self.audits.append(request)
+
+    def ask_tolerance(self, request: ToleranceRequest) -> None:
+        self.tolerances.append(request)
 
     def forget_aside(self, group: str) -> None:
         self.aside = [request for request in self.aside if request.group != group]

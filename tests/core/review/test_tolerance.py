@@ -13,6 +13,7 @@ from riglens.core.review.measures import Measures
 from riglens.core.review.tolerance import (
     PROFILES,
     ToleranceProfile,
+    ToleranceRun,
     disturbed,
     errors_count,
     first_order_sd,
@@ -20,6 +21,7 @@ from riglens.core.review.tolerance import (
     standing,
     tolerance,
     unit_draws,
+    worst_rig,
 )
 from riglens.core.rig.model import Rig, Vehicle
 from riglens.core.scene.grid import VoxelGrid
@@ -158,3 +160,39 @@ def test_the_worst_draw_can_be_drawn_again_and_the_share_below_a_limit_has_its_e
     assert spread.below(spread.worst)[0] == 0.0 and spread.below(math.inf) == (1.0, 0.0)
     assert found.sensitivities == () and len(spread.values) == 100
     assert all(profile.source for profile in PROFILES)
+
+
+def test_draws_taken_one_by_one_with_pauses_are_those_of_one_go() -> None:
+    rig, profile = looking_down(), profile_called("assembly")
+    whole = tolerance(rig, profile, ring_m, 16, 3, with_sensitivities=False)
+    run, known = ToleranceRun(rig, profile, 16, 3), []
+    assert run.result() is None and run.steps == 1 + 16 + 4
+    while run.done < run.steps:
+        assert run.wanted() == run.wanted()
+        run.take(ring_m(*run.wanted()))
+        known.append(run.result())
+    assert known[0] is None and known[1] is None and known[-1] == whole
+    half = known[9]
+    assert half is not None and half.draws == 16
+    drawn = half.spreads["ring"].values
+    assert 2 < len(drawn) < 10 and drawn == whole.spreads["ring"].values[: len(drawn)]
+    assert len(half.floor["ring"].values) >= len(drawn) // 4
+
+
+def test_a_measurement_that_is_given_up_gives_nothing_and_the_next_is_whole() -> None:
+    rng = np.random.default_rng(5)
+    field, traffic, rig = random_field(SMALL, rng), some_traffic(rng), random_rig(rng, 3)
+    measures, never = Measures(field, traffic), Measures(field, traffic)
+    assert measures.unless(lambda: True, rig, Pose()) is None
+    assert measures.unless(lambda: False, rig, Pose()) == never(rig, Pose())
+
+
+def test_the_worst_rig_is_magnified_to_be_seen() -> None:
+    rig, profile = looking_down(), profile_called("assembly")
+    found = tolerance(rig, profile, ring_m, 8, with_sensitivities=False)
+    name = rig.sensors[0].name
+    here, near, far = (np.array(made.sensor(name).position) for made in (
+        rig, worst_rig(found, "ring"), worst_rig(found, "ring", 50.0)
+    ))  # fmt: skip
+    assert 0.0 < np.abs(near - here).max() <= 0.003
+    np.testing.assert_allclose(far - here, 50.0 * (near - here), atol=1e-9)

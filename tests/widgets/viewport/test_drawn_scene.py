@@ -35,7 +35,7 @@ LAYERS = {
     "_body": ("set_vehicle",),
     "_ground": ("set_grid", "set_shown"),
     "_roi": ("set_grid",),
-    "_rig": ("show_bodies", "show_fans"),
+    "_rig": ("show_bodies", "show_fans", "show_ghosts"),
     "_heatmap": ("set_data", "set_look"),
     "_words": ("show_legend", "show_caption"),
     "_masts": ("show",),
@@ -104,6 +104,7 @@ CHANGES: list[tuple[dict[str, Any], set[str]]] = [
     ({"hidden": frozenset({"other"})}, {"stubs.show", "masts.show", "rig.show_bodies", "rig.show_fans"}),
     ({"failed": frozenset({"other"})}, {"rig.show_bodies", "rig.show_fans"}),
     ({"failed": frozenset({"roof"})}, {"rig.show_bodies", "rig.show_fans"}),
+    ({"ghosts": (OTHER,)}, {"rig.show_ghosts"}),
     ({"ray_look": RayLook(shown=False)}, {"stubs.show", "rig.show_fans"}),
     ({"heatmap": HEAT}, {"heatmap.set_data", "words.show_legend"}),
     ({"heat_look": HeatLook(log=True)}, {"heatmap.set_look", "words.show_legend"}),
@@ -117,8 +118,8 @@ CHANGES: list[tuple[dict[str, Any], set[str]]] = [
         {"palette": palette(False)},
         {
             "body.set_vehicle", "ground.set_grid", "ground.set_shown", "roi.set_grid", "rig.show_bodies",
-            "rig.show_fans", "words.show_legend", "words.show_caption", "marker.set_marker", "gizmo.set_palette",
-            "traffic.set_frame", "masts.show",
+            "rig.show_fans", "rig.show_ghosts", "words.show_legend", "words.show_caption", "marker.set_marker",
+            "gizmo.set_palette", "traffic.set_frame", "masts.show",
         },
     ),
 ]  # fmt: skip

@@ -5,6 +5,8 @@ Estimates can be shown in their place for a moment: marked ≈, in italics, with
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QMenu, QSizePolicy, QToolButton, QVBoxLayout, QWidget
 
@@ -24,6 +26,13 @@ READING_NOTES = {
 }
 
 
+NO_PROFILE = "No tolerance"
+PROFILE_TIP = (
+    "How much the figures spread when mounts are a little off or the car pitches:\n"
+    "drawn and measured in the background while nobody edits"
+)
+
+
 class ScoresPanel(QWidget):
     """Shows one evaluation beside that of the baseline. A number that is out of date is greyed."""
 
@@ -33,6 +42,8 @@ class ScoresPanel(QWidget):
     """What do the figures answer, and when does each mislead?"""
     pin_wanted = Signal(bool)
     """Whether the current rig is to be the baseline; False for the last saved rig."""
+    profile_chosen = Signal(str)
+    """Tolerances of this profile are wanted; empty for none."""
 
     def __init__(self, settings: MetricSettings, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -44,11 +55,14 @@ class ScoresPanel(QWidget):
         self._table = ScoreTable()
         self._table.forget_on_target(NOT_COUNTED_NOTE)
         self._weight = NumberEdit(0.05)
-        self._reading = ChoiceBox()
+        self._reading, self._profile = ChoiceBox(), ChoiceBox()
+        self._strip: QWidget | None = None
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(0)
-        layout.addWidget(self._table, 1)
+        self._upper = QHBoxLayout()
+        self._upper.addWidget(self._table, 1)
+        layout.addLayout(self._upper, 1)
         layout.addLayout(self._controls())
 
     def _controls(self) -> QHBoxLayout:
@@ -73,6 +87,11 @@ class ScoresPanel(QWidget):
         row.setSpacing(SPACING)
         for widget in (QLabel("λ"), self._weight, QLabel("Reading"), self._reading, self._pin_button()):
             row.addWidget(widget)
+        self._profile.setObjectName("tolerance")
+        self._profile.setToolTip(PROFILE_TIP)
+        self._profile.addItem(NO_PROFILE, "")
+        self._profile.activated.connect(lambda _: self.profile_chosen.emit(self._profile.currentData()))
+        row.addWidget(self._profile)
         row.addSpacing(SPACING)
         row.addWidget(self._note, 1)
         row.addWidget(self._help_button())
@@ -103,6 +122,20 @@ class ScoresPanel(QWidget):
         """Set the menu of other baselines, behind the button's arrow."""
         self._pin.setMenu(menu)
         self._pin.setPopupMode(QToolButton.ToolButtonPopupMode.MenuButtonPopup)
+
+    def add_strip(self, strip: QWidget, profiles: Sequence[str]) -> None:
+        """Put the strip of tolerances beside the table, and offer its profiles; it is seen once one is chosen."""
+        for name in profiles:
+            self._profile.addItem(f"Tolerance: {name}", name)
+        self._strip = strip
+        self._upper.addWidget(strip)
+        strip.hide()
+
+    def show_strip(self, profile: str) -> None:
+        """Show the strip with a profile chosen, hide it without."""
+        self._profile.setCurrentIndex(max(0, self._profile.findData(profile)))
+        if self._strip is not None:
+            self._strip.setVisible(bool(profile))
 
     # ------------------------------------------------------------------ what is shown
     def show_settings(self, settings: MetricSettings) -> None:

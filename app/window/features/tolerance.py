@@ -1,0 +1,192 @@
+"""How much figures spread when mounts are a little off: measured while nobody edits, once a profile is chosen."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import floor, log10
+
+from PySide6.QtCore import Qt
+
+from riglens.app.background.side_jobs import ToleranceAnswer, ToleranceRequest
+from riglens.app.window.feature import Feature
+from riglens.app.window.features.targets import Targets
+from riglens.app.window.settings import Settings
+from riglens.app.window.workbench import Workbench
+from riglens.core.errors import InputError
+from riglens.core.review.tolerance import (
+    PROFILES,
+    Spread,
+    ToleranceProfile,
+    ToleranceResult,
+    profile_called,
+    worst_rig,
+)
+from riglens.core.rig.model import Sensor
+from riglens.core.scene.boxes import CLASSES
+from riglens.widgets.panels.scores.tolerance_strip import WAITING, Range, ToleranceStrip
+
+DRAWS = 64
+"""Of `riglens tolerance` it is 256 unless told otherwise: here they are measured again after every edit."""
+GROUP = "tolerance"
+SEEN_FROM_M, SEEN_FROM_DEG = 0.15, 8.0
+"""Errors in the view are magnified until the largest is about so large: millimetres are not seen beside a car."""
+
+
+class Tolerance(Feature):
+    """Nothing is drawn until a profile is chosen. An edit gives up what is under way, and it begins anew at rest."""
+
+    def __init__(self, bench: Workbench, targets: Targets) -> None:
+        super().__init__(bench)
+        self._targets = targets
+        self.strip = ToleranceStrip(tuple(CLASSES))
+        self.profile: ToleranceProfile | None = None
+        self.answer: ToleranceAnswer | None = None
+        self._asked: ToleranceRequest | None = None
+        bench.panels.scores.add_strip(self.strip, [profile.name for profile in PROFILES])
+        bench.panels.scores.profile_chosen.connect(self.choose)
+        self.strip.figure_chosen.connect(lambda _: self._show())
+        self.strip.ghost_wanted.connect(lambda _: self._show_ghost())
+        bench.recompute.tolerated.connect(self._take, Qt.ConnectionType.QueuedConnection)
+        self.session.heat_changed.connect(self._show_ghost)
+        for changed in (bench.answers.answered, self.document.rig_settled, targets.counted):
+            changed.connect(lambda *_: self._ask())
+        self.session.scene_changed.connect(lambda _: self._forget())
+        bench.theme_changed.connect(lambda _: self._show())
+
+    # ------------------------------------------------------------------ the choice
+    def choose(self, name: str) -> None:
+        """Draw errors of a profile, or none with an empty name; InputError for one that there is not."""
+        before, self.profile = self.profile, profile_called(name) if name else None
+        if before is None and self.profile is not None:  # no drag is to wake who waits for nothing
+            self.session.asked_changed.connect(self._drop_if_changed)
+        elif before is not None and self.profile is None:
+            self.session.asked_changed.disconnect(self._drop_if_changed)
+        self.bench.panels.scores.show_strip(name)
+        self._forget()
+        self._ask()
+
+    def restore(self, settings: Settings) -> None:
+        self.strip.choose(settings.read("tolerance/figure", ""))
+        try:
+            self.choose(settings.read("tolerance/profile", ""))
+        except InputError:  # of another version of the program
+            self.choose("")
+
+    def keep(self, settings: Settings) -> None:
+        settings.write("tolerance/figure", self.strip.figure)
+        settings.write("tolerance/profile", "" if self.profile is None else self.profile.name)
+
+    # ------------------------------------------------------------------ asking
+    def _request(self) -> ToleranceRequest | None:
+        """What is to be measured of what is shown now, None where nothing is."""
+        result, session = self.bench.answers.result, self.session
+        if self.profile is None or result is None or session.scene is None:
+            return None
+        count = self._targets.answer
+        traffic = count.traffic if count is not None and count.request.scene is session.scene else None
+        return ToleranceRequest(
+            self.document.working_rig, self.profile, DRAWS, session.settings, session.targets, session.scene,
+            traffic, session.mesh,
+        )  # fmt: skip
+
+    def _ask(self) -> None:
+        """Ask once the mouse rests and the scores are there, unless the same was asked."""
+        if self.document.is_dragging or not self.bench.answers.is_current:
+            return
+        request = self._request()
+        if request is None or (self._asked is not None and request.asks_same(self._asked)):
+            return
+        self._asked = request
+        self._grey()
+        self.bench.recompute.ask_tolerance(request)
+
+    def _drop_if_changed(self) -> None:
+        """Give up what belongs to another rig or to other settings."""
+        if self._asked is not None:
+            request = self._request()
+            if request is None or not request.asks_same(self._asked):
+                self._forget()
+
+    def _forget(self) -> None:
+        self.bench.recompute.forget_aside(GROUP)
+        self._asked = self.answer = None
+        self._grey()
+        self._show_ghost()
+
+    def _grey(self) -> None:
+        if self.profile is not None:
+            self.strip.grey(f"{self.profile.name}: {WAITING}")
+
+    # ------------------------------------------------------------------ showing
+    def _take(self, answer: ToleranceAnswer) -> None:
+        if answer.request is self._asked and answer.result is not None:
+            self.answer = answer
+            self._show()
+
+    def _show(self) -> None:
+        answer = self.answer
+        if answer is not None and answer.result is not None:
+            found, spreads = answer.result, answer.result.spreads
+            ranges = {
+                name: range_of(spreads[key], found.floor[key])
+                for name in CLASSES
+                if (key := f"{self.strip.figure} {name}") in spreads
+            }
+            self.strip.show_ranges(ranges, head_of(answer), tip_of(found))
+        self._show_ghost()
+
+    def _show_ghost(self) -> None:
+        """Show the rig of the worst draw by the figure and the class shown, its errors magnified to be seen."""
+        answer, note = self.answer, ""
+        ghosts: tuple[Sensor, ...] = ()
+        key = f"{self.strip.figure} {self.session.heat.class_name}"
+        if self.strip.worst.isChecked() and answer is not None and answer.result is not None:
+            found = answer.result
+            if key in found.spreads:
+                times = magnified(found.profile)
+                ghosts = worst_rig(found, key, times).sensors
+                draw = found.spreads[key].worst_draw
+                note = f"worst by {key.replace('_', ' ')}: draw {draw}, errors × {times:g}"
+        self.strip.ghost_note.setText(note)
+        if ghosts != self.viewport.state.ghosts:
+            self.viewport.show_state(replace(self.viewport.state, ghosts=ghosts))
+
+
+def head_of(answer: ToleranceAnswer) -> str:
+    """Whose spread it is, and of how many draws by now."""
+    assert answer.result is not None
+    drawn = len(next(iter(answer.result.spreads.values())).values)
+    share = "" if answer.is_whole else f", {100 * answer.done // answer.steps} %"
+    return f"{answer.request.profile.name}: {drawn} draws beside the rig as designed{share}"
+
+
+def tip_of(found: ToleranceResult) -> str:
+    """All figures in full, and the command that gives the same."""
+    lines = [
+        f"{name.replace('_', ' ')}: {100 * s.nominal:.3f} % as designed, median {100 * s.median:.3f} %, "
+        f"5 to 95 % {100 * s.p05:.3f} to {100 * s.p95:.3f} %, worst {100 * s.worst:.3f} % (draw {s.worst_draw})"
+        for name, s in found.spreads.items()
+    ]
+    how = f"riglens tolerance RIG --profile {found.profile.name} --draws {found.draws}"
+    return "\n".join(
+        [*lines, f"More is better; {found.profile.name} is {found.profile.source}.", f"As {how}"]
+    )
+
+
+def range_of(spread: Spread, floor_spread: Spread) -> Range:
+    """A spread in percentage points beside the rig as designed."""
+    low, high, median, worst = (
+        100.0 * (value - spread.nominal) for value in (spread.p05, spread.p95, spread.median, spread.worst)
+    )
+    noise = (100.0 * (value - spread.nominal) for value in (floor_spread.p05, floor_spread.p95))
+    return Range(low, high, median, worst, *noise)
+
+
+def magnified(profile: ToleranceProfile) -> float:
+    """A round number of times by which errors at the profile's limits are seen in the view; at least once."""
+    shift_m = max(profile.position_mm, profile.bracket_position_mm, profile.car_heave_mm) / 1e3
+    turn_deg = max(profile.angle_deg, profile.bracket_angle_deg, profile.car_roll_deg, profile.car_pitch_deg)
+    limits = ((SEEN_FROM_M, shift_m), (SEEN_FROM_DEG, turn_deg))
+    times = min((wanted / limit for wanted, limit in limits if limit), default=1.0)
+    power = 10.0 ** floor(log10(max(times, 1.0)))
+    return power * max(step for step in (1.0, 2.0, 5.0) if step * power <= max(times, 1.0))

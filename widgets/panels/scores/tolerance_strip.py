@@ -1,0 +1,189 @@
+"""Beside the scores: how much they spread when mounts are a little off, next to the noise of the lattice."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from PySide6.QtCore import QRectF, Qt, Signal
+from PySide6.QtGui import QColor, QPainter, QPaintEvent
+from PySide6.QtWidgets import QCheckBox, QGridLayout, QHBoxLayout, QLabel, QVBoxLayout, QWidget
+
+from riglens.widgets.panels.fields.form import ChoiceBox
+from riglens.widgets.panels.scores.text import MINUS
+from riglens.widgets.panels.style import MARGIN, as_panel, numbers_font, plain_tip, tones
+
+FIGURES = {"seen": "Seen by any", "on_target": "On target"}
+BAR_PX, ROW_PX = 130, 18
+LEGEND = "5 to 95 % of the draws, thin: noise floor, | median, ● worst"
+WAITING = "measured when nobody edits"
+
+
+@dataclass(frozen=True)
+class Range:
+    """Of one figure, in percentage points beside the rig as designed: draws from 5 to 95 %, their median and worst,
+    and the 5 to 95 % of the noise floor."""
+
+    low: float
+    high: float
+    median: float
+    worst: float
+    floor_low: float
+    floor_high: float
+
+    @property
+    def widest(self) -> float:
+        """The largest distance from the rig as designed."""
+        return max(abs(value) for value in (self.low, self.high, self.worst, self.floor_low, self.floor_high))
+
+    @property
+    def is_noise(self) -> bool:
+        """Whether the errors spread the figure no wider than the lattice does without them."""
+        return self.high - self.low <= self.floor_high - self.floor_low
+
+
+class RangeBar(QWidget):
+    """One range on a scale that is the same for all classes; the line in the middle is the rig as designed."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setFixedSize(BAR_PX, ROW_PX)
+        self._range: Range | None = None
+        self._scale, self._is_stale = 1.0, False
+
+    def show_range(self, found: Range | None, scale: float) -> None:
+        """Show a range; `scale` are the percentage points at the ends of the bar."""
+        self._range, self._scale, self._is_stale = found, scale, False
+        self.update()
+
+    def grey(self) -> None:
+        """The range belongs to an earlier rig."""
+        self._is_stale = True
+        self.update()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Draw the floor as a thin bar over that of the draws."""
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        middle, high = BAR_PX / 2.0, ROW_PX / 2.0
+        painter.setPen(QColor(tones().border))
+        painter.drawLine(0, round(high), BAR_PX, round(high))
+        if self._range is not None:
+            found = self._range
+            colour = QColor(tones().muted if self._is_stale else tones().accent)
+            self._bar(painter, found.low, found.high, 9.0, colour)
+            self._bar(painter, found.floor_low, found.floor_high, 3.0, QColor(tones().text))
+            painter.setPen(QColor(tones().text))
+            at = self._x(found.median)
+            painter.drawLine(round(at), round(high - 7.0), round(at), round(high + 7.0))
+            painter.setPen(Qt.PenStyle.NoPen)
+            painter.setBrush(QColor(tones().less))
+            painter.drawEllipse(QRectF(self._x(found.worst) - 2.5, high - 2.5, 5.0, 5.0))
+        painter.setPen(QColor(tones().muted))
+        painter.drawLine(round(middle), 0, round(middle), ROW_PX)
+        painter.end()
+
+    def _bar(self, painter: QPainter, low: float, high: float, thick_px: float, colour: QColor) -> None:
+        left, right = self._x(low), self._x(high)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(colour)
+        painter.drawRect(QRectF(left, (ROW_PX - thick_px) / 2.0, max(1.0, right - left), thick_px))
+
+    def _x(self, points: float) -> float:
+        half = BAR_PX / 2.0 - 4.0
+        return BAR_PX / 2.0 + half * max(-1.0, min(1.0, points / self._scale))
+
+
+class ToleranceStrip(QWidget):
+    """A row for each class; which figure, and whether the worst draw is shown in the view, is chosen below."""
+
+    figure_chosen = Signal(str)
+    """Another key of FIGURES is to be shown."""
+    ghost_wanted = Signal(bool)
+    """Whether the worst draw is to be shown in the view."""
+
+    def __init__(self, classes: tuple[str, ...], parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        as_panel(self)
+        self._head, self.ghost_note = QLabel(), QLabel()
+        self._figure = ChoiceBox()
+        for key, title in FIGURES.items():
+            self._figure.addItem(title, key)
+        self._figure.activated.connect(lambda _: self.figure_chosen.emit(self.figure))
+        self.worst = QCheckBox("Worst draw in the view")
+        self.worst.toggled.connect(self.ghost_wanted)
+        self._rows = {name: (RangeBar(), QLabel("–")) for name in classes}
+        rows = QGridLayout()
+        rows.setHorizontalSpacing(8)
+        rows.setVerticalSpacing(0)
+        for place, (name, (bar, text)) in enumerate(self._rows.items()):
+            text.setFont(numbers_font(text.font()))
+            rows.addWidget(QLabel(name), place, 0)
+            rows.addWidget(bar, place, 1)
+            rows.addWidget(text, place, 2)
+        rows.setColumnStretch(2, 1)
+        below = QHBoxLayout()
+        below.addWidget(self._figure)
+        below.addWidget(self.worst)
+        below.addStretch(1)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(MARGIN, 4, MARGIN, 2)
+        layout.setSpacing(3)
+        layout.addWidget(self._head)
+        layout.addLayout(rows)
+        layout.addLayout(below)
+        layout.addWidget(self.ghost_note)
+        layout.addStretch(1)
+        self._head.setObjectName("hint")
+        self.ghost_note.setObjectName("hint")
+        self.setToolTip(LEGEND)
+
+    @property
+    def figure(self) -> str:
+        """Which of FIGURES is shown."""
+        return str(self._figure.currentData())
+
+    @property
+    def head(self) -> str:
+        """What stands over the rows."""
+        return self._head.text()
+
+    def choose(self, figure: str) -> None:
+        """Show another figure; nothing happens for one that there is not."""
+        place = self._figure.findData(figure)
+        if place >= 0:
+            self._figure.setCurrentIndex(place)
+
+    def text_of(self, class_name: str) -> str:
+        """What is said of a class."""
+        return self._rows[class_name][1].text()
+
+    def show_ranges(self, ranges: dict[str, Range], head: str, tip: str) -> None:
+        """Show ranges by class, and over them whose they are and of how many draws."""
+        self._head.setText(head)
+        self.setToolTip(plain_tip(f"{LEGEND}\n{tip}"))
+        scale = max((found.widest for found in ranges.values()), default=0.0) or 1.0
+        for name, (bar, text) in self._rows.items():
+            found = ranges.get(name)
+            bar.show_range(found, scale)
+            text.setText("–" if found is None else range_text(found))
+            text.setEnabled(True)
+
+    def grey(self, head: str) -> None:
+        """What is shown belongs to an earlier rig."""
+        self._head.setText(head)
+        for bar, text in self._rows.values():
+            bar.grey()
+            text.setEnabled(False)
+
+
+def range_text(found: Range) -> str:
+    """The range beside the rig as designed, or that it is no wider than the noise of the lattice."""
+    digits = 2 if found.widest >= 0.1 else 3 if found.widest >= 0.01 else 4
+    text = f"{points_text(found.low, digits)} … {points_text(found.high, digits)} pp"
+    return f"{text}, within noise" if found.is_noise and found.widest else text
+
+
+def points_text(points: float, digits: int = 2) -> str:
+    """Percentage points with a sign."""
+    size = f"{abs(points):.{digits}f}"
+    return size if float(size) == 0.0 else ("+" if points > 0.0 else MINUS) + size
