@@ -14,7 +14,8 @@ from riglens.app.terminal.scores import rig_called
 from riglens.core.engine.evaluation_json import to_text
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_write, require_writable
-from riglens.core.targets.card import CardPlan, card_of
+from riglens.core.targets.card import CardPlan
+from riglens.core.targets.card_making import card_of
 from riglens.core.targets.card_table import card_document, card_lines
 from riglens.core.targets.engine import warm_up
 

@@ -12,10 +12,10 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.projections.polar import PolarAxes
 
-from riglens.app.evaluation.card_text import HEADINGS
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.shown_text import visible
 from riglens.core.targets.card import Card, CardRow
+from riglens.core.targets.card_text import HEADINGS
 
 LIDAR, CAMERA, INK = "#1f5fa8", "#a0702a", "#222222"
 BAND = "LiDARs, luckiest to unluckiest place between the beams"

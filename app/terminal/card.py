@@ -8,10 +8,10 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
-from riglens.app.evaluation.card_text import HEADINGS, bearing_text, reach_text, stop_text
 from riglens.app.terminal.console import results
 from riglens.core.shown_text import visible
 from riglens.core.targets.card import Card, CardRow
+from riglens.core.targets.card_text import HEADINGS, bearing_text, reach_text, stop_text
 
 
 def print_card(card: Card) -> None:

@@ -11,6 +11,7 @@ from riglens.app.window.features.arrange import Arrange, ViewMenu
 from riglens.app.window.features.audit import Audit
 from riglens.app.window.features.autosave import Autosave
 from riglens.app.window.features.car import Car, SolidCar
+from riglens.app.window.features.card import CardShown
 from riglens.app.window.features.compare import Compare
 from riglens.app.window.features.detection import Detection
 from riglens.app.window.features.drop import Drop
@@ -77,6 +78,7 @@ class Features(NamedTuple):
     standing: Standing
     audit: Audit
     compare: Compare
+    card: CardShown
     detection: Detection
     objects: Objects
     report: Report
@@ -139,6 +141,7 @@ def build_features(bench: Workbench) -> Features:
         standing=Standing(bench),
         audit=Audit(bench),
         compare=(compare := Compare(bench, files, exchange, targets)),
+        card=CardShown(bench),
         detection=Detection(bench, compare),
         objects=Objects(bench),
         report=Report(bench, compare),

@@ -57,9 +57,10 @@ class Docks:
 
 
 def dock_spec(title: str, number: int) -> Spec:
-    """The action of the dock that was added as the `number`th."""
+    """The action of the dock that was added as the `number`th; the tenth one has the key 0, later ones have none."""
     tip = f"Bring the panel {title} to the front, or put it away"
-    return Spec(f"dock_{title}", title, tip, f"Ctrl+{number}", menu="view/docks", is_checkable=True)
+    key = f"Ctrl+{number % 10}" if number <= 10 else ""
+    return Spec(f"dock_{title}", title, tip, key, menu="view/docks", is_checkable=True)
 
 
 def follow_dock(action: QAction, dock: QDockWidget) -> None:

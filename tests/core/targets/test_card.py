@@ -8,16 +8,9 @@ import pytest
 from riglens.core.errors import InputError
 from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
 from riglens.core.scene.boxes import CLASSES
-from riglens.core.targets import card as module
-from riglens.core.targets.card import (
-    CardPlan,
-    Reach,
-    _poses,
-    card_of,
-    heights_px,
-    lattice_steps_deg,
-    reach_of,
-)
+from riglens.core.targets import card_making as module
+from riglens.core.targets.card import SIZES_M, CardPlan, Case, Reach, around
+from riglens.core.targets.card_making import _poses, card_of, heights_px, lattice_steps_deg, reach_of
 from riglens.core.targets.card_table import card_document, card_lines
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.settings import EXACT
@@ -101,12 +94,11 @@ def test_counts_are_those_of_the_engine_at_every_place(bearing, monkeypatch):
         first = []
         for turn in (0.25, 0.75):
             for rise in (1 / 6, 1 / 2, 5 / 6):
-                place = _poses(
-                    plan, row.cls, row.heading_deg, bearing, turn * step_deg, (rise - 0.5) * gap_deg
-                )
+                case = Case(row.cls, row.heading_deg, bearing)
+                place = _poses(plan, case, turn * step_deg, (rise - 0.5) * gap_deg)
                 counts = []
                 for centre, yaw in zip(place.centre_m, place.yaw_rad, strict=True):
-                    box = (0, CLASSES.index(row.cls), tuple(centre), module.SIZES_M[row.cls], float(yaw))
+                    box = (0, CLASSES.index(row.cls), tuple(centre), SIZES_M[row.cls], float(yaw))
                     found = TargetEngine(traffic_with([box])).evaluate(rig, EXACT).objects
                     counts.append(int(found.all_points[0]))
                 first.append(reach_of(plan.distances_m(), np.array([counts]) >= 7).least_m)
@@ -118,27 +110,25 @@ def test_a_camera_sees_height_over_distance():
     camera = Camera(
         name="C", position=(0.0, 0.0, 0.76), image=(1000, 1000), hfov_deg=2 * math.degrees(math.atan(0.5))
     )
-    heights = heights_px([camera], _poses(AHEAD, "car", 0.0, 0.0), module.SIZES_M["car"])
+    heights = heights_px([camera], _poses(AHEAD, Case("car", 0.0, 0.0)), SIZES_M["car"])
     distances = AHEAD.distances_m()
     np.testing.assert_allclose(heights, 1000 * 1.52 / (distances - 2.3), rtol=1e-9)
     row = rows(card_of(rig_of(camera), CardPlan(min_height_px=40.0, bearings_deg=(0.0, 180.0), to_m=60.0)))[
         "car", 0.0, 0.0
     ]
     assert row.camera.least_m == distances[1000 * 1.52 / (distances - 2.3) < 40.0][0] == 41.0
-    behind = heights_px([camera], _poses(AHEAD, "car", 0.0, 180.0), module.SIZES_M["car"])
+    behind = heights_px([camera], _poses(AHEAD, Case("car", 0.0, 180.0)), SIZES_M["car"])
     assert not behind.any()
 
 
 def test_a_picture_is_cut_at_the_edge_of_the_image():
     camera = Camera(name="C", position=(0.0, 0.0, 0.76), image=(1000, 20), cast=(50, 10), hfov_deg=53.0)
-    assert heights_px([camera], _poses(AHEAD, "car", 0.0, 0.0), module.SIZES_M["car"]).max() == 20.0
+    assert heights_px([camera], _poses(AHEAD, Case("car", 0.0, 0.0)), SIZES_M["car"]).max() == 20.0
 
 
 def test_directions_lie_evenly_around_the_car():
-    assert (
-        module.around(8) == (0.0, 45.0, 90.0, 135.0, 180.0, -135.0, -90.0, -45.0) == CardPlan().bearings_deg
-    )
-    assert module.around(1) == (0.0,)
+    assert around(8) == (0.0, 45.0, 90.0, 135.0, 180.0, -135.0, -90.0, -45.0) == CardPlan().bearings_deg
+    assert around(1) == (0.0,)
 
 
 def test_stopping_distances():
@@ -166,6 +156,28 @@ def test_threads_and_a_rig_without_sensors_change_nothing():
     assert cards[0].rows == cards[1].rows == cards[2].rows
     empty = card_of(Rig(), plan)
     assert all(row.lidar.most_m == row.camera.most_m == 0.0 for row in empty.rows) and empty.gap_deg == 0.0
+
+
+class Enough(Exception):
+    """Raised by who does not want the card any more."""
+
+
+@pytest.mark.parametrize(
+    "sensors", [(spinning((0.0, 0.0, 2.0)),), (Camera(name="C", position=(0.0, 0.0, 1.0), hfov_deg=90.0),)]
+)
+def test_progress_goes_up_to_one_and_what_it_raises_ends_the_work(sensors):
+    plan, told = CardPlan(bearings_deg=(0.0, 90.0), to_m=8.0), []
+    card_of(Rig(sensors=sensors), plan, 1, True, told.append)
+    assert (
+        told == sorted(told) and (told[0], told[-1]) == (0.0, 1.0) and len(set(told)) == len(plan.cases()) + 1
+    )
+
+    def stop(share):
+        if share > 0.0:
+            raise Enough
+
+    with pytest.raises(Enough):
+        card_of(Rig(sensors=sensors), plan, 1, True, stop)
 
 
 def test_plain_data_say_what_is_unknown():

@@ -1,0 +1,182 @@
+"""The card of the rig being edited: made when the mouse rests and somebody looks, greyed until it is of this rig."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import replace
+from typing import Any
+
+from PySide6.QtCore import Qt
+
+from riglens.app.background.cards import CardAnswer, CardMaker, CardRequest
+from riglens.app.studies.files import csv_text, write_text
+from riglens.app.window.docks import InSight
+from riglens.app.window.feature import Feature
+from riglens.app.window.features.files import beside_rig
+from riglens.app.window.settings import Settings
+from riglens.app.window.workbench import Workbench
+from riglens.core.errors import InputError
+from riglens.core.targets.card import USUAL_PLAN, Card, CardPlan
+from riglens.core.targets.card_table import card_lines
+from riglens.widgets.panels.card.panel import CardPanel
+
+KEPT = {
+    "min_points": int,
+    "min_height_px": float,
+    "to_m": float,
+    "reaction_s": float,
+    "deceleration_mps2": float,
+}
+"""What of the plan is kept between sessions."""
+NOW = (
+    "{name}, as it is now{failed}: first distance in metres with too little, by LiDARs at the "
+    "unluckiest-middle-luckiest place between the beams; more is better"
+)
+BEFORE = "Out of date: {name} before the last change"
+WAITS, MOVES, MAKING = "after the first scores", "while a sensor moves", "the card is being made"
+STOPPED = "stopped"
+
+
+class CardShown(Feature):
+    """A dock that costs nothing while it is out of sight."""
+
+    def __init__(self, bench: Workbench, maker: CardMaker | None = None) -> None:
+        super().__init__(bench)
+        self.maker, self.panel, self._plan = maker or CardMaker(self), CardPanel(USUAL_PLAN), USUAL_PLAN
+        self._asked: CardRequest | None = None
+        self._answer: CardAnswer | None = None
+        self._ended: tuple[CardRequest, str] | None = None
+        """The request that was stopped or failed, and why it has no answer."""
+        self._shown: tuple[Card, bool] | None = None
+        self.dock = bench.docks.add(
+            "Card", self.panel, Qt.DockWidgetArea.BottomDockWidgetArea, beside="Scores"
+        )
+        self.in_sight = InSight(self.dock)
+        document, answered = self.document, bench.answers.answered
+        self.in_sight.follow(
+            self._follow, document.rig_changed, document.rig_settled, document.failed_changed, answered
+        )
+        queued = Qt.ConnectionType.QueuedConnection
+        self.maker.made.connect(self._take, queued)
+        self.maker.progressed.connect(self._on_progress, queued)
+        self.maker.failed.connect(self._on_problem, queued)
+        self.panel.plan_wanted.connect(self._choose)
+        self.panel.stop_wanted.connect(lambda: self._end(STOPPED))
+        self.panel.make_wanted.connect(self._make)
+        self.panel.export_wanted.connect(bench.guarded(self._export))
+        bench.theme_changed.connect(lambda _: self._show_anew())
+        bench.closing.connect(self.maker.close)
+
+    # ------------------------------------------------------------------ asking
+    @property
+    def _wanted(self) -> CardRequest:
+        """The rig as it is now; how the car brakes decides nothing that has to be counted."""
+        return CardRequest(self.document.working_rig, self._plan.braking_as(USUAL_PLAN))
+
+    @property
+    def is_current(self) -> bool:
+        """Whether the card that is shown is of the rig as it is now."""
+        return self._answer is not None and self._answer.request == self._wanted
+
+    def _follow(self, *_: object) -> None:
+        """Ask for the card of the rig as it is now, once the mouse rests, unless it is there or on its way."""
+        wanted = self._wanted
+        if self._asked is not None and self._asked != wanted:
+            self.maker.give_up(self._asked)
+            self._asked = None
+        rests = not self.document.is_dragging and self.bench.answers.result is not None
+        is_over = self._ended is not None and self._ended[0] == wanted
+        if rests and self._asked is None and not is_over and not self.is_current:
+            self._asked, self._ended = wanted, None
+            self.maker.ask(wanted)
+            self.panel.show_progress(0.0)
+        self._show()
+
+    def _make(self) -> None:
+        """Ask once more for a card that was stopped or failed."""
+        self._ended = None
+        self._follow()
+
+    def _end(self, reason: str) -> None:
+        """Leave it at that."""
+        if self._asked is not None:
+            self.maker.give_up(self._asked)
+            self._ended = self._asked, reason
+            self._asked = None
+            self._show()
+
+    def _choose(self, plan: CardPlan) -> None:
+        self._plan = plan
+        self.panel.show_plan(plan)
+        self._show_anew()
+        if self.in_sight:
+            self._follow()
+
+    # ------------------------------------------------------------------ what comes back
+    def _take(self, answer: CardAnswer) -> None:
+        self._answer = answer
+        if answer.request is self._asked:
+            self._asked = None
+        self._show()
+
+    def _on_progress(self, request: CardRequest, share: float) -> None:
+        if request is self._asked:
+            self.panel.show_progress(share)
+
+    def _on_problem(self, reason: str) -> None:
+        self._end(reason)
+
+    # ------------------------------------------------------------------ showing
+    def _show_anew(self) -> None:
+        self._shown = None
+        self._show()
+
+    def _show(self) -> None:
+        """Show the card, of which rig it is, and whether another one is on its way."""
+        if self._answer is not None:
+            card, is_current = (
+                replace(self._answer.card, plan=self._answer.card.plan.braking_as(self._plan)),
+                self.is_current,
+            )
+            if self._shown != (card, is_current):
+                self._shown = card, is_current
+                self.panel.show_card(card)
+                self.panel.show_current(is_current)
+        if self._asked is None:
+            self.panel.show_progress(None, can_make=self._ended is not None and not self.is_current)
+        self.panel.say(self._words())
+
+    def _words(self) -> str:
+        if self._answer is not None and self.is_current:
+            failed = ", without what has failed" if self.document.failed else ""
+            return NOW.format(name=self._answer.request.rig.name, failed=failed)
+        if self._asked is not None:
+            why = MAKING
+        elif self.document.is_dragging:
+            why = MOVES
+        else:
+            why = WAITS if self._ended is None else self._ended[1]
+        before = "No card yet" if self._answer is None else BEFORE.format(name=self._answer.request.rig.name)
+        return f"{before} ({why})"
+
+    # ------------------------------------------------------------------ between sessions, export
+    def restore(self, settings: Settings) -> None:
+        """Take up what was enough in an earlier session."""
+        kept = settings.read("card/plan", dict[str, Any]())
+        numbers: dict[str, Any] = {
+            name: kept[name] for name, kind in KEPT.items() if type(kept.get(name)) is kind
+        }
+        with suppress(InputError):
+            self._choose(CardPlan(**numbers))
+
+    def keep(self, settings: Settings) -> None:
+        """Write what is enough, and how the car brakes."""
+        settings.write("card/plan", {name: getattr(self._plan, name) for name in KEPT})
+
+    def _export(self) -> None:
+        if self._shown is None or not self.is_current:
+            return
+        card = self._shown[0]
+        path = self.bench.dialogs.save_table(self.bench.window, beside_rig(self.document, "card", ".csv"))
+        if path is not None:
+            write_text(path, csv_text(card_lines(card)))

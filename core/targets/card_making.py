@@ -1,0 +1,161 @@
+"""Makes cards: LiDAR points by the engine of the targets, heights in pixels by the lens of each camera."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from riglens.core.rig.model import Camera, Lidar, Rig
+from riglens.core.scene.boxes import CLASSES, DataReport, Progress, rotations_from_yaw
+from riglens.core.sensing.camera import project_px
+from riglens.core.targets.beams import azimuth_step_rad
+from riglens.core.targets.card import SIZES_M, USUAL_PLAN, Card, CardPlan, CardRow, Case, Doubles, Reach
+from riglens.core.targets.engine import TargetEngine
+from riglens.core.targets.traffic import Traffic, traffic_of
+
+TURNS, RISES = 2, 12
+"""Places within a step of azimuths, and within a gap between beams."""
+WIDEST_GAP_DEG = 4.0
+
+
+def _unheard(_: float) -> None:
+    """For callers that do not ask how far it is."""
+
+
+def card_of(
+    rig: Rig,
+    plan: CardPlan = USUAL_PLAN,
+    threads: int | None = None,
+    is_serial: bool = False,
+    progress: Progress = _unheard,
+) -> Card:
+    """The card of a rig's enabled sensors. `is_serial`: for a thread that must not call parallel kernels.
+
+    `progress` gets the share that is done, from 0 to 1, again every few milliseconds; what it raises ends the work.
+    """
+    steps_deg, lidars = (
+        lattice_steps_deg(rig.lidars()),
+        rig.model_copy(update={"sensors": tuple(rig.lidars())}),
+    )
+    counting = _Counting(lidars, plan, steps_deg, threads, is_serial)
+    rows, cases = [], plan.cases()
+    for number, case in enumerate(cases):
+        points = counting.points(case, partial(progress, number / len(cases)))
+        lidar = reach_of(plan.distances_m(), points >= plan.min_points)
+        heights = heights_px(rig.cameras(), _poses(plan, case), SIZES_M[case.cls])
+        camera = reach_of(plan.distances_m(), heights[None] >= plan.min_height_px)
+        half_m = SIZES_M[case.cls][0 if case.heading_deg == 0.0 else 1] / 2
+        rows.append(CardRow(*case, lidar, camera, -rig.vehicle.length / 2 - half_m))
+    progress(1.0)
+    return Card(rig, plan, tuple(rows), steps_deg[0])
+
+
+def reach_of(distances_m: Doubles, enough: NDArray[np.bool_]) -> Reach:
+    """The reach over places (k, distances) within the lattice; what is enough again farther out does not count."""
+    first, begin = [], []
+    for row in enough:
+        if not row.any():
+            first.append(0.0)
+            continue
+        start = int(np.argmax(row))
+        begin.append(float(distances_m[start]))
+        after = np.flatnonzero(~row[start:])
+        first.append(float(distances_m[start + after[0]]) if after.size else math.inf)
+    ordered = sorted(first)
+    return Reach(ordered[0], ordered[(len(ordered) - 1) // 2], ordered[-1], max(begin, default=0.0))
+
+
+def lattice_steps_deg(lidars: Sequence[Lidar]) -> tuple[float, float]:
+    """Widest gap between beams near the horizon, at most WIDEST_GAP_DEG, and widest step between azimuths."""
+    gap_deg, step_deg = 0.0, 0.0
+    for lidar in lidars:
+        beams = np.unique(lidar.elevations())
+        if beams.size > 1:
+            place = min(max(int(np.searchsorted(beams, 0.0)), 1), beams.size - 1)
+            gap_deg = max(gap_deg, float(beams[place] - beams[place - 1]))
+        step_deg = max(step_deg, math.degrees(azimuth_step_rad(lidar)))
+    return min(gap_deg, WIDEST_GAP_DEG), step_deg
+
+
+class _Poses(NamedTuple):
+    """Centres (n, 3) in metres and yaw (n,) in radians, in the vehicle frame."""
+
+    centre_m: Doubles
+    yaw_rad: Doubles
+
+
+def _poses(plan: CardPlan, case: Case, turn_deg: float = 0.0, rise_deg: float = 0.0) -> _Poses:
+    """A road user at every distance; turned about the car by a part of a step and lifted by a part of a gap."""
+    distance_m, bearing = plan.distances_m(), math.radians(case.bearing_deg + turn_deg)
+    up_m = SIZES_M[case.cls][2] / 2 + distance_m * math.tan(math.radians(rise_deg))
+    centre = np.column_stack([distance_m * math.cos(bearing), distance_m * math.sin(bearing), up_m])
+    return _Poses(centre, np.full(distance_m.size, bearing + math.radians(case.heading_deg)))
+
+
+class _Counting(NamedTuple):
+    """How LiDAR points are counted: of which LiDARs, for which plan, on which lattice, by how many threads."""
+
+    lidars: Rig
+    plan: CardPlan
+    steps_deg: tuple[float, float]
+    threads: int | None
+    is_serial: bool
+
+    def points(self, case: Case, tell: Callable[[], None]) -> NDArray[np.int64]:
+        """LiDAR points (places within the lattice, distances) on a road user; calls `tell` every few milliseconds."""
+        tell()
+        gap_deg, step_deg = self.steps_deg
+        turns, rises = ((np.arange(count) + 0.5) / count for count in (TURNS, RISES))
+        places = [
+            _poses(self.plan, case, turn * step_deg, (rise - 0.5) * gap_deg)
+            for turn in turns
+            for rise in rises
+        ]
+        found = np.zeros(len(places) * self.plan.distances_m().size, np.int64)
+        if self.lidars.sensors:
+            engine = TargetEngine(_alone(case.cls, places), self.threads, self.is_serial)
+            scores = engine.evaluate_unless(partial(_stays_wanted, tell), self.lidars, self.plan.settings)
+            assert scores is not None
+            found[engine.traffic.row[scores.objects.box]] = scores.objects.all_points
+        return found.reshape(len(places), -1)
+
+
+def _stays_wanted(tell: Callable[[], None]) -> bool:
+    """Answer whether a card is stale, having told: nobody wants it any more when that raises."""
+    tell()
+    return False
+
+
+def _alone(cls: str, places: Sequence[_Poses]) -> Traffic:
+    """Each road user in a frame of its own."""
+    centre = np.concatenate([place.centre_m for place in places])
+    turn = rotations_from_yaw(np.concatenate([place.yaw_rad for place in places]))
+    codes, sizes = np.full(len(centre), CLASSES.index(cls), np.uint8), np.tile(SIZES_M[cls], (len(centre), 1))
+    data = DataReport("one road user at a time", len(codes), dict.fromkeys(CLASSES, 0))
+    return traffic_of(data, np.arange(len(codes)), codes, centre, sizes, turn).within(1e6)
+
+
+def heights_px(cameras: Sequence[Camera], poses: _Poses, size_m: tuple[float, float, float]) -> Doubles:
+    """Native pixels (n,) from the highest to the lowest corner of a box within the image of the camera that shows it
+    tallest; 0 where no camera shows it, and where a part of it lies beyond what the lens can say."""
+    corners = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)]) * np.array(size_m) / 2
+    turn = rotations_from_yaw(poses.yaw_rad)
+    points = poses.centre_m[:, None, :] + np.einsum("nij,cj->nci", turn, corners)
+    tallest = np.zeros(len(points))
+    for camera in cameras:
+        seen = (points.reshape(-1, 3) - np.asarray(camera.position)) @ camera.pose.rotation()
+        pixels = project_px(camera, seen).reshape(len(points), 8, 2)
+        width, height = camera.image
+        imaged = np.asarray(np.isfinite(pixels[..., 0]).all(axis=1), np.bool_)
+        u, v = (np.asarray(np.where(imaged[:, None], pixels[..., axis], 0.0)) for axis in (0, 1))
+        inside = np.asarray(imaged & (u.max(axis=1) > 0.0) & (u.min(axis=1) < width), np.bool_)
+        tall = np.clip(v.max(axis=1), 0.0, height) - np.clip(v.min(axis=1), 0.0, height)
+        reach = np.linalg.norm(poses.centre_m - np.asarray(camera.position), axis=1)
+        near, far = camera.range_m
+        tallest = np.maximum(tallest, np.where(inside & (reach >= near) & (reach <= far), tall, 0.0))
+    return tallest

@@ -1,0 +1,301 @@
+"""The card follows the rig while somebody looks: greyed until it is of this rig, stopped and made anew on demand."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import QPointF
+from PySide6.QtGui import QColor
+from PySide6.QtWidgets import QApplication, QDoubleSpinBox, QPushButton, QSpinBox
+from pytestqt.qtbot import QtBot
+
+from riglens.app.background.cards import CardAnswer, CardMaker, CardRequest
+from riglens.app.window.features.card import CardShown
+from riglens.app.window.features.follow import Follow
+from riglens.app.window.settings import Settings
+from riglens.core.geometry import Pose
+from riglens.core.rig.model import Rig
+from riglens.core.targets.card import USUAL_PLAN, Card, CardPlan, CardRow, Reach, around
+from riglens.core.targets.card_making import card_of
+from riglens.widgets.panels.card.chart import CardChart, edge_m, ring_step_m
+from riglens.widgets.panels.card.table import STOPS, CardTable, Line
+from riglens.widgets.panels.style import tones
+from tests.app.window.desk import Desk, open_desk
+from tests.app.window_bench import RIG
+from tests.waiting import TIMEOUT_MS
+
+NEAR = CardPlan(bearings_deg=around(4), to_m=12.0)
+CARD = card_of(RIG, NEAR, is_serial=True)
+
+
+class FakeMaker(CardMaker):
+    """Takes note of what it is asked, and answers nothing: a test sends its signals."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.requests: list[CardRequest] = []
+        self.given_up: list[CardRequest] = []
+
+    def ask(self, wish: CardRequest) -> None:
+        self.requests.append(wish)
+
+    def give_up(self, request: CardRequest) -> None:
+        self.given_up.append(request)
+
+
+@pytest.fixture
+def maker() -> FakeMaker:
+    return FakeMaker()
+
+
+@pytest.fixture
+def desk(qtbot: QtBot) -> Iterator[Desk]:
+    made = open_desk(qtbot)
+    Follow(made.workbench).show_all()
+    made.workbench.answers.ask()
+    made.load()
+    yield made
+    made.workbench.closing.emit()
+
+
+@pytest.fixture
+def shown(desk: Desk, maker: FakeMaker, qtbot: QtBot) -> CardShown:
+    """The feature with its dock in sight, before the first scores."""
+    feature = CardShown(desk.workbench, maker)
+    desk.workbench.window.show()
+    desk.workbench.docks.bring_up("Card")
+    qtbot.waitUntil(lambda: bool(feature.in_sight), timeout=TIMEOUT_MS)
+    return feature
+
+
+def answer(request: CardRequest, feature: CardShown) -> None:
+    feature._take(CardAnswer(request, replace(CARD, rig=request.rig)))
+
+
+def button(feature: CardShown) -> QPushButton:
+    found = feature.panel.findChild(QPushButton, "card_button")
+    assert found is not None
+    return found
+
+
+def is_grey(feature: CardShown) -> bool:
+    item = feature.panel.table.item(0, 0)
+    return item is not None and item.foreground().color() == QColor(tones().muted)
+
+
+def test_a_card_is_made_after_the_first_scores_and_only_while_somebody_looks(
+    desk: Desk, maker: FakeMaker, qtbot: QtBot
+) -> None:
+    feature = CardShown(desk.workbench, maker)
+    desk.answer()
+    assert maker.requests == []
+    desk.workbench.window.show()
+    desk.workbench.docks.bring_up("Card")
+    qtbot.waitUntil(lambda: len(maker.requests) == 1, timeout=TIMEOUT_MS)
+    assert maker.requests[0] == CardRequest(desk.document.rig, USUAL_PLAN) and not feature.is_current
+
+
+def test_scores_come_first(desk: Desk, maker: FakeMaker, shown: CardShown) -> None:
+    assert maker.requests == [] and "after the first scores" in shown.panel.note
+    desk.answer()
+    assert len(maker.requests) == 1
+    desk.answer(0.7)
+    assert len(maker.requests) == 1
+
+
+def test_the_card_says_of_which_rig_it_is(desk: Desk, maker: FakeMaker, shown: CardShown) -> None:
+    desk.answer()
+    assert "being made" in shown.panel.note and not shown.panel.export.isEnabled()
+    answer(maker.requests[-1], shown)
+    assert shown.is_current and shown.panel.note.startswith("small, as it is now")
+    assert not is_grey(shown) and shown.panel.export.isEnabled() and button(shown).isHidden()
+    desk.viewport.press("roof")
+    desk.viewport.drag_to("roof", Pose((0.3, 0.0, 2.0)))
+    assert len(maker.requests) == 1  # while the mouse moves none is made
+    assert shown.panel.note == "Out of date: small before the last change (while a sensor moves)"
+    assert is_grey(shown) and not shown.panel.export.isEnabled()
+    desk.viewport.release("roof")
+    assert maker.requests[-1].rig == desk.document.rig and "being made" in shown.panel.note
+    answer(maker.requests[-1], shown)
+    assert shown.is_current and not is_grey(shown)
+
+
+def test_undo_brings_the_card_back_without_making_it(desk: Desk, maker: FakeMaker, shown: CardShown) -> None:
+    desk.answer()
+    answer(maker.requests[-1], shown)
+    desk.drag("roof", (0.3, 0.0, 2.0))
+    desk.document.undo()
+    assert maker.given_up == [maker.requests[-1]] and len(maker.requests) == 2
+    assert shown.is_current and not is_grey(shown) and shown.panel.note.startswith("small, as it is now")
+
+
+def test_an_answer_to_an_earlier_rig_is_shown_as_out_of_date(
+    desk: Desk, maker: FakeMaker, shown: CardShown
+) -> None:
+    desk.answer()
+    first = maker.requests[-1]
+    desk.drag("roof", (0.3, 0.0, 2.0))
+    answer(first, shown)
+    assert not shown.is_current and is_grey(shown) and shown.panel.note.startswith("Out of date")
+    assert button(shown).text() == "Stop"  # the one of the rig as it is now is still on its way
+
+
+def test_the_card_is_of_what_works(desk: Desk, maker: FakeMaker, shown: CardShown) -> None:
+    desk.answer()
+    answer(maker.requests[-1], shown)
+    desk.document.set_failed(("roof",), True)
+    assert maker.requests[-1].rig.lidars() == () and is_grey(shown)
+    answer(maker.requests[-1], shown)
+    assert shown.panel.note.startswith("small, as it is now, without what has failed")
+
+
+def test_progress_is_shown_and_work_can_be_stopped_and_asked_for_again(
+    desk: Desk, maker: FakeMaker, shown: CardShown
+) -> None:
+    desk.answer()
+    maker.progressed.emit(maker.requests[-1], 0.4)
+    QApplication.processEvents()
+    bar = shown.panel._bar
+    assert (bar.isHidden(), bar.value(), button(shown).text()) == (False, 40, "Stop")
+    button(shown).click()
+    assert maker.given_up == maker.requests and bar.isHidden()
+    assert (shown.panel.note, button(shown).text()) == ("No card yet (stopped)", "Update")
+    desk.answer(0.7)
+    assert len(maker.requests) == 1
+    button(shown).click()
+    assert len(maker.requests) == 2 and button(shown).text() == "Stop"
+    button(shown).click()
+    desk.drag("roof", (0.3, 0.0, 2.0))
+    assert len(maker.requests) == 3  # another rig is another card
+
+
+def test_a_card_that_cannot_be_made_says_why(desk: Desk, maker: FakeMaker, shown: CardShown) -> None:
+    desk.answer()
+    maker.failed.emit("no room")
+    QApplication.processEvents()
+    assert shown.panel.note == "No card yet (no room)" and button(shown).text() == "Update"
+
+
+def test_what_is_enough_makes_another_card_and_braking_does_not(
+    desk: Desk, maker: FakeMaker, shown: CardShown
+) -> None:
+    desk.answer()
+    answer(maker.requests[-1], shown)
+    brake = shown.panel.findChild(QDoubleSpinBox, "card_brake")
+    points = shown.panel.findChild(QSpinBox, "card_points")
+    assert brake is not None and points is not None
+    before = shown.panel.table.text_of("Car end on, LiDARs", STOPS)
+    brake.setValue(9.0)
+    assert len(maker.requests) == 1 and shown.is_current and not is_grey(shown)
+    after = shown.panel.table.text_of("Car end on, LiDARs", STOPS)
+    assert int(after.split()[0]) > int(before.split()[0])
+    assert f"stops in {CardPlan(deceleration_mps2=9.0).stopping_m(30.0):.0f}, " in shown.panel._ways.text()
+    points.setValue(9)
+    assert maker.requests[-1].plan == replace(USUAL_PLAN, min_points=9) and is_grey(shown)
+
+
+def test_the_plan_is_kept_and_nonsense_is_not_taken_up(
+    desk: Desk, maker: FakeMaker, shown: CardShown
+) -> None:
+    kept = Settings()
+    shown._choose(CardPlan(min_points=7, deceleration_mps2=6.5))
+    shown.keep(kept)
+    shown._choose(USUAL_PLAN)
+    shown.restore(kept)
+    assert shown._plan == CardPlan(min_points=7, deceleration_mps2=6.5)
+    for nonsense in (
+        {"min_points": -3},
+        {"to_m": "far"},
+        {"reaction_s": float("nan")},
+        {"min_points": True},
+        {"x": 1},
+    ):
+        kept.write("card/plan", nonsense)
+        shown.restore(kept)
+        assert shown._plan in (CardPlan(min_points=7, deceleration_mps2=6.5), USUAL_PLAN)
+
+
+def test_what_is_shown_is_exported(desk: Desk, maker: FakeMaker, shown: CardShown, tmp_path: Path) -> None:
+    desk.answer()
+    answer(maker.requests[-1], shown)
+    desk.dialogs.path = tmp_path / "card.csv"
+    shown.panel.export.click()
+    with open(desk.dialogs.path, encoding="utf-8", newline="") as stream:
+        lines = list(csv.DictReader(stream))
+    assert desk.dialogs.suggested == Path("card.csv") and len(lines) == 2 * len(CARD.rows)
+    row = next(row for row in CARD.rows if (row.cls, row.heading_deg, row.bearing_deg) == ("car", 90.0, 0.0))
+    found = next(
+        line
+        for line in lines
+        if (line["class"], line["heading_deg"], line["bearing_deg"]) == ("car", "90.0", "0.0")
+    )
+    assert float(found["first_below_min_m"] or "inf") == row.lidar.least_m
+
+
+# ---------------------------------------------------------------------- panel
+def test_the_table_says_what_the_terminal_does(qtbot: QtBot) -> None:
+    table = CardTable()
+    qtbot.addWidget(table)
+    table.show_card(CARD)
+    row = next(
+        row for row in CARD.rows if (row.cls, row.heading_deg, row.bearing_deg) == ("pedestrian", 0.0, 90.0)
+    )
+    text = table.text_of("Pedestrian, LiDARs", "left")
+    assert text.split("-")[0] == f"{row.lidar.least_m:.0f}"
+    assert table.text_of("Pedestrian, cameras", "behind") == "never"
+    assert (table.rowCount(), table.columnCount()) == (10, len(NEAR.bearings_deg) + 1)
+    assert table.line == Line("car", 0.0, "lidar")
+    table.setCurrentCell(9, 0)
+    assert table.line == Line("pedestrian", 0.0, "camera")
+
+
+def test_the_chart_has_the_distances_where_they_are(qtbot: QtBot) -> None:
+    chart = CardChart()
+    qtbot.addWidget(chart)
+    chart.resize(250, 250)
+    chart.show_line(CARD, Line("car", 0.0, "lidar"))
+    ahead, left = chart._at(0.0, 12.0) - chart._centre(), chart._at(90.0, 6.0) - chart._centre()
+    assert ahead.x() == 0.0 and ahead.y() < 0.0 and left.x() == pytest.approx(ahead.y() / 2.0)
+    assert chart._at(180.0, float("inf")) == chart._centre() + QPointF(
+        chart._at(180.0, 12.0) - chart._centre()
+    )
+    assert [ring_step_m(to_m) for to_m in (12.0, 50.0, 51.0, 150.0, 1000.0)] == [
+        10.0,
+        10.0,
+        20.0,
+        50.0,
+        200.0,
+    ]
+    row = CardRow("car", 0.0, 0.0, Reach(10.0, 20.0, 50.0, 5.0), Reach(0.0, 0.0, 0.0, 0.0), -4.6)
+    assert edge_m(CARD) == 12.0 and edge_m(Card(RIG, USUAL_PLAN, (row,), 1.0)) == pytest.approx(54.0)
+    assert not chart.grab().isNull()
+
+
+# ---------------------------------------------------------------------- the thread
+def test_the_thread_makes_the_card_of_the_command(qtbot: QtBot) -> None:
+    maker = CardMaker()
+    told: list[float] = []
+    maker.progressed.connect(lambda _, share: told.append(share))
+    with qtbot.waitSignal(maker.made, timeout=TIMEOUT_MS) as caught:
+        maker.ask(CardRequest(RIG, NEAR))
+    assert caught.args[0].card.rows == CARD.rows
+    qtbot.waitUntil(lambda: bool(told) and told[-1] == 1.0, timeout=TIMEOUT_MS)
+    maker.close()
+
+
+def test_a_card_that_is_given_up_is_never_told(qtbot: QtBot) -> None:
+    maker = CardMaker()
+    found: list[CardAnswer] = []
+    maker.made.connect(found.append)
+    unwanted = CardRequest(RIG, NEAR)
+    maker.give_up(unwanted)
+    maker.ask(unwanted)
+    assert maker.wait_until_idle()
+    with qtbot.waitSignal(maker.made, timeout=TIMEOUT_MS):
+        maker.ask(CardRequest(Rig(name="empty"), NEAR))
+    assert [one.request.rig.name for one in found] == ["empty"]
+    maker.close()

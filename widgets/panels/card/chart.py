@@ -1,0 +1,161 @@
+"""The chart of a card: distance by direction, seen from above, with what the car needs to stop in ahead."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QFont, QPainter, QPainterPath, QPaintEvent, QPen, QPolygonF
+from PySide6.QtWidgets import QWidget
+
+from riglens.core.targets.card import Card, CardRow
+from riglens.widgets.panels.card.table import Line, rows_of
+from riglens.widgets.panels.style import tones
+from riglens.widgets.theme import KIND_COLOURS
+
+WIDTH_PX, LEAST_PX, MARGIN_PX = 250, 96, 6
+RINGS_M = (10.0, 20.0, 50.0, 100.0, 200.0, 500.0)
+"""Distances between rings; the first with which there are five at most."""
+STOP_ARC_DEG = 20.0
+_SMALL = 0.8
+_BEYOND = 1.08
+"""The edge of the chart is so much farther out than the farthest distance that there is."""
+
+
+def ring_step_m(edge_m: float) -> float:
+    """Return the distance between the rings of a chart that reaches so far."""
+    return next((step for step in RINGS_M if edge_m / step <= 5.0), RINGS_M[-1])
+
+
+def edge_m(card: Card) -> float:
+    """Return how far the charts of a card reach, the same for all of its classes."""
+    reaches = [reach.most_m for row in card.rows for reach in (row.lidar, row.camera)]
+    return min(_BEYOND * max(reaches, default=0.0), card.plan.to_m) or card.plan.to_m
+
+
+class CardChart(QWidget):
+    """Draws one class turned one way: a band and its middle for LiDARs, a line for cameras; ahead is up."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._card: Card | None = None
+        self._edge_m = 1.0
+        self._rows: list[CardRow] = []
+        self._is_stale = False
+        self.setMinimumHeight(LEAST_PX)
+        self.setFixedWidth(WIDTH_PX)
+        self.setAccessibleName("Card: distance by direction")
+
+    def show_line(self, card: Card, line: Line) -> None:
+        """Show the class and heading of a line, both kinds of sensors."""
+        self._card, self._rows, self._is_stale = card, rows_of(card, line), False
+        self._edge_m = edge_m(card)
+        self.update()
+
+    def grey(self) -> None:
+        """Show that the figures are out of date."""
+        self._is_stale = True
+        self.update()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Draw rings, LiDARs, cameras, and the ways to stop in."""
+        if self._card is None:
+            return
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        self._draw_rings(painter)
+        self._draw_lidars(painter)
+        self._draw_line(painter, lambda row: row.camera.median_m, "camera")
+        self._draw_stops(painter)
+        self._draw_words(painter)
+
+    # ------------------------------------------------------------------ where things are
+    def _centre(self) -> QPointF:
+        return QPointF(self.width() / 2.0, self.height() / 2.0)
+
+    def _radius(self, distance_m: float) -> float:
+        room = min(self.width(), self.height()) / 2.0 - MARGIN_PX
+        return room * min(distance_m / self._edge_m, 1.0)
+
+    def _at(self, bearing_deg: float, distance_m: float) -> QPointF:
+        turn, radius = math.radians(bearing_deg), self._radius(distance_m)
+        return self._centre() + QPointF(-math.sin(turn) * radius, -math.cos(turn) * radius)
+
+    def _outline(self, value: Callable[[CardRow], float]) -> QPolygonF:
+        ordered = sorted(self._rows, key=lambda row: row.bearing_deg % 360.0)
+        return QPolygonF([self._at(row.bearing_deg, value(row)) for row in ordered])
+
+    def _colour(self, kind: str) -> QColor:
+        return QColor(tones().muted if self._is_stale else KIND_COLOURS[kind])
+
+    # ------------------------------------------------------------------ what is drawn
+    def _draw_rings(self, painter: QPainter) -> None:
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        painter.setPen(QPen(QColor(tones().border), 1.0))
+        step_m = ring_step_m(self._edge_m)
+        for number in range(1, math.floor(self._edge_m / step_m) + 1):
+            radius = self._radius(number * step_m)
+            painter.drawEllipse(self._centre(), radius, radius)
+        for row in self._rows:
+            painter.drawLine(self._centre(), self._at(row.bearing_deg, self._edge_m))
+
+    def _draw_lidars(self, painter: QPainter) -> None:
+        if not any(row.lidar.most_m for row in self._rows):
+            return
+        band = QPainterPath()
+        for edge in (
+            self._outline(lambda row: row.lidar.most_m),
+            self._outline(lambda row: row.lidar.least_m),
+        ):
+            band.addPolygon(edge)
+            band.closeSubpath()
+        fill = self._colour("lidar")
+        fill.setAlphaF(0.22)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(fill)
+        painter.drawPath(band)
+        self._draw_line(painter, lambda row: row.lidar.median_m, "lidar")
+
+    def _draw_line(self, painter: QPainter, value: Callable[[CardRow], float], kind: str) -> None:
+        if any(value(row) for row in self._rows):
+            painter.setPen(QPen(self._colour(kind), 1.8))
+            painter.setBrush(Qt.BrushStyle.NoBrush)
+            painter.drawPolygon(self._outline(value))
+
+    def _draw_stops(self, painter: QPainter) -> None:
+        """Arcs ahead where the road user stands when the car can just stop before it, by speed."""
+        assert self._card is not None
+        plan, gap_m, room_px = self._card.plan, self._rows[0].gap_m, math.inf
+        painter.setFont(self._small_font())
+        painter.setPen(QPen(QColor(tones().text), 1.3))
+        for speed in sorted(plan.speeds_kmh, reverse=True):
+            distance_m = plan.stopping_m(speed) - gap_m
+            if distance_m > self._edge_m:
+                continue
+            radius = self._radius(distance_m)
+            room = QRectF(0.0, 0.0, 2.0 * radius, 2.0 * radius)
+            room.moveCenter(self._centre())
+            painter.drawArc(room, round(16.0 * (90.0 - STOP_ARC_DEG / 2.0)), round(16.0 * STOP_ARC_DEG))
+            beside = self._at(-STOP_ARC_DEG / 2.0, distance_m) + QPointF(3.0, 4.0)
+            if room_px - radius >= painter.fontMetrics().ascent():  # never one number on another
+                painter.drawText(beside, f"{speed:g}")
+                room_px = radius
+
+    def _draw_words(self, painter: QPainter) -> None:
+        """Name the kinds by their colours, and the distance of the rings."""
+        painter.setFont(self._small_font())
+        room = QRectF(self.rect()).adjusted(4.0, 2.0, -4.0, -2.0)
+        up, down = Qt.AlignmentFlag.AlignTop, Qt.AlignmentFlag.AlignBottom
+        left, right = Qt.AlignmentFlag.AlignLeft, Qt.AlignmentFlag.AlignRight
+        painter.setPen(QColor(tones().muted))
+        painter.drawText(room, down | right, f"rings\n{ring_step_m(self._edge_m):g} m")
+        painter.drawText(room, up | right, "stops\nfrom\nkm/h")
+        for place, kind in ((up | left, "lidar"), (down | left, "camera")):
+            painter.setPen(self._colour(kind))
+            painter.drawText(room, place, "LiDARs" if kind == "lidar" else "cameras")
+
+    def _small_font(self) -> QFont:
+        font = QFont(self.font())
+        font.setPointSizeF(font.pointSizeF() * _SMALL)
+        return font

@@ -1,0 +1,191 @@
+"""The Card panel: how far the rig gets enough onto one road user in the open, beside what the car needs to stop in."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from PySide6.QtCore import QSignalBlocker, Signal
+from PySide6.QtWidgets import (
+    QDoubleSpinBox,
+    QHBoxLayout,
+    QLabel,
+    QProgressBar,
+    QPushButton,
+    QSizePolicy,
+    QSpinBox,
+    QVBoxLayout,
+    QWidget,
+)
+
+from riglens.core.targets.card import FARTHEST_M, Card, CardPlan
+from riglens.widgets.panels.card.chart import CardChart
+from riglens.widgets.panels.card.table import CardTable
+from riglens.widgets.panels.style import MARGIN, SPACING, as_panel, plain_tip
+
+MOST_POINTS, MOST_PX, LEAST_TO_M = 1000, 2000, 10
+_BUTTON_PX, _BOX_PX = 72, 116
+HELP = (
+    "One road user of the mean size of the bundled town stands alone on flat ground, at every distance, in eight "
+    "directions. Said is the first distance in metres at which the rig gets less than is enough onto it; more is "
+    "better.\n"
+    "LiDARs: unluckiest-middle-luckiest place between the beams. Cameras: height in pixels, by the lens.\n"
+    "Neither traffic nor the own car's body stops a ray here, and every ray returns."
+)
+ENOUGH_TIP = (
+    "What is enough is your choice. Customs: nuScenes scores objects from 1 point up, Waymo calls those with fewer "
+    "than 5 hard (LEVEL_2); KITTI asks for 40 px (easy) or 25 px (moderate, hard)."
+)
+STOP_TIP = "How the car brakes: our choice, to be replaced by yours. Distance to stop in: v t + v² / 2a."
+
+
+class CardPanel(QWidget):
+    """Shows one card, says which rig it is of, and takes what is enough and how the car brakes."""
+
+    plan_wanted = Signal(object)
+    """The CardPlan that the user wants."""
+    stop_wanted = Signal()
+    make_wanted = Signal()
+    export_wanted = Signal()
+
+    def __init__(self, plan: CardPlan, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        as_panel(self)
+        self._plan = plan
+        self._card: Card | None = None
+        self.table, self.chart = CardTable(), CardChart()
+        self._note, self._ways = _hint(), _hint()
+        self._note.setToolTip(plain_tip(HELP))
+        self._bar, self._button, self.export = QProgressBar(), QPushButton(), QPushButton("CSV…")
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(0)
+        layout.addLayout(self._top())
+        body = QHBoxLayout()
+        body.setSpacing(0)
+        body.addWidget(self.table, 1)
+        body.addWidget(self.chart)
+        layout.addLayout(body, 1)
+        layout.addLayout(self._controls())
+        self.table.currentCellChanged.connect(lambda *_: self._show_chart())
+        self.show_plan(plan)
+        self.show_progress(None)
+        self.show_current(False)
+
+    def _top(self) -> QHBoxLayout:
+        self._note.setObjectName("hint")
+        self._bar.setRange(0, 100)
+        self._bar.setFixedWidth(110)
+        self._button.setObjectName("card_button")
+        self._button.setFixedWidth(_BUTTON_PX)
+        self._button.clicked.connect(self._on_button)
+        self.export.setObjectName("card_export")
+        self.export.setToolTip("Save all distances, of the rig as it is now")
+        self.export.clicked.connect(self.export_wanted)
+        return _row(self._note, self._bar, self._button, self.export)
+
+    def _controls(self) -> QHBoxLayout:
+        self._points, self._px, self._to = QSpinBox(), QDoubleSpinBox(), QSpinBox()
+        self._reaction, self._brake = QDoubleSpinBox(), QDoubleSpinBox()
+        self._px.setDecimals(0)
+        for box, name, ends, prefix, suffix, tip in (
+            (self._points, "card_points", (1, MOST_POINTS), "≥ ", " points", ENOUGH_TIP),
+            (self._px, "card_px", (1, MOST_PX), "≥ ", " px", ENOUGH_TIP),
+            (self._to, "card_to", (LEAST_TO_M, int(FARTHEST_M)), "up to ", " m", "How far is looked"),
+            (self._reaction, "card_reaction", (0, 60), "reaction ", " s", STOP_TIP),
+            (self._brake, "card_brake", (1, 20), "brakes ", " m/s²", STOP_TIP),
+        ):
+            box.setObjectName(name)
+            box.setFixedWidth(_BOX_PX)
+            box.setRange(*ends)
+            box.setPrefix(prefix)
+            box.setSuffix(suffix)
+            box.setToolTip(plain_tip(tip))
+            box.setKeyboardTracking(False)
+            box.valueChanged.connect(lambda _: self._on_values())
+        for box in (self._reaction, self._brake):
+            box.setDecimals(1)
+            box.setSingleStep(0.1)
+        enough = QLabel("Enough")
+        self._ways.setToolTip(plain_tip(STOP_TIP))
+        return _row(enough, self._points, self._px, self._to, self._reaction, self._brake, self._ways)
+
+    # ------------------------------------------------------------------ what is shown
+    def show_plan(self, plan: CardPlan) -> None:
+        """Show what is enough, and how the car brakes."""
+        self._plan = plan
+        boxes = (self._points, self._px, self._to, self._reaction, self._brake)
+        blockers = [QSignalBlocker(box) for box in boxes]
+        self._points.setValue(plan.min_points)
+        self._px.setValue(plan.min_height_px)
+        self._to.setValue(round(plan.to_m))
+        self._reaction.setValue(plan.reaction_s)
+        self._brake.setValue(plan.deceleration_mps2)
+        del blockers
+        ways = ", ".join(f"{plan.stopping_m(speed):.0f}" for speed in plan.speeds_kmh)
+        self._ways.setText(f"stops in {ways} m from {', '.join(f'{v:g}' for v in plan.speeds_kmh)} km/h")
+
+    def show_card(self, card: Card) -> None:
+        """Show a card."""
+        self._card = card
+        self.table.show_card(card)
+        self._show_chart()
+
+    def _show_chart(self) -> None:
+        line = self.table.line
+        if self._card is not None and line is not None:
+            self.chart.show_line(self._card, line)
+
+    def show_current(self, is_current: bool) -> None:
+        """Show whether the card is of the rig as it is now: it is greyed and not exported when it is not."""
+        self.export.setEnabled(is_current)
+        if not is_current:
+            self.table.grey()
+            self.chart.grey()
+
+    def say(self, text: str) -> None:
+        """Say which rig the card is of."""
+        self._note.setText(text)
+
+    @property
+    def note(self) -> str:
+        """What is said of the card."""
+        return self._note.text()
+
+    def show_progress(self, share: float | None, can_make: bool = False) -> None:
+        """Show how much of a card is made, with a way to stop; or, when none is, whether one can be asked for."""
+        self._bar.setVisible(share is not None)
+        self._bar.setValue(round(100.0 * (share or 0.0)))
+        self._button.setVisible(share is not None or can_make)
+        self._button.setText("Update" if share is None else "Stop")
+
+    def _on_button(self) -> None:
+        (self.make_wanted if self._button.text() == "Update" else self.stop_wanted).emit()
+
+    def _on_values(self) -> None:
+        self.plan_wanted.emit(
+            replace(
+                self._plan,
+                min_points=self._points.value(),
+                min_height_px=self._px.value(),
+                to_m=float(self._to.value()),
+                reaction_s=self._reaction.value(),
+                deceleration_mps2=self._brake.value(),
+            )
+        )
+
+
+def _hint() -> QLabel:
+    label = QLabel()
+    label.setObjectName("hint")
+    label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+    return label
+
+
+def _row(*widgets: QWidget) -> QHBoxLayout:
+    row = QHBoxLayout()
+    row.setContentsMargins(MARGIN, 5, MARGIN, 5)
+    row.setSpacing(SPACING)
+    for widget in widgets:
+        stretches = widget.sizePolicy().horizontalPolicy() == QSizePolicy.Policy.Ignored
+        row.addWidget(widget, 1 if stretches else 0)
+    return row
