@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from riglens.core.review.blind import By, Hole
-
-WHO: dict[By, str] = {"any": "sensors", "camera": "cameras", "lidar": "LiDARs"}
+from riglens.core.review.blind import Hole
 
 
 def hole_text(hole: Hole | None) -> str:

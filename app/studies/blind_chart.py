@@ -10,8 +10,7 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 
-from riglens.app.evaluation.blind_text import WHO
-from riglens.core.review.blind import HEIGHTS_M, BlindMap, By
+from riglens.core.review.blind import HEIGHTS_M, BlindMap, By, seen_by
 from riglens.core.shown_text import visible
 
 INK = "#222222"
@@ -43,7 +42,7 @@ def blind_figure(found: BlindMap, by: By, k: int) -> Figure:
     axes.set_xlabel("y (m), left of the car is left")
     axes.set_ylabel("x (m), ahead is up")
     axes.set_title(
-        f"{visible(found.rig.name)}: seen by {k} {WHO[by]} from what height on", color=INK, fontsize=10
+        f"{visible(found.rig.name)}: seen by {seen_by(by, k)} from what height on", color=INK, fontsize=10
     )
     labels = [f"up to {HEIGHTS_M[0]:g} m", *(f"above {height:g} m" for height in HEIGHTS_M)]
     patches = [

@@ -8,9 +8,9 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
-from riglens.app.evaluation.blind_text import WHO, hole_text
+from riglens.app.evaluation.blind_text import hole_text
 from riglens.app.terminal.console import results
-from riglens.core.review.blind import HEIGHTS_M, BlindMap, By
+from riglens.core.review.blind import HEIGHTS_M, BlindMap, By, unseen_by
 from riglens.core.review.blind_json import SHARE_WITHIN_M, share_seen
 from riglens.core.review.outline import SECTORS
 from riglens.core.review.profiles import ONLY_GEOMETRY
@@ -21,9 +21,7 @@ from riglens.core.shown_text import visible
 def print_blind(found: BlindMap, profiles: Sequence[ProfileVerdict], by: By, k: int) -> None:
     """Print areas by height and sector, the largest holes, and the verdicts, on standard output."""
     console, settings = results(), found.settings
-    title = (
-        f"{visible(found.rig.name)}: ground in m² where an object of a height stands unseen by {k} {WHO[by]}"
-    )
+    title = f"{visible(found.rig.name)}: ground in m² where an object of a height is {unseen_by(by, k)}"
     console.print(Text(title), soft_wrap=True)
     console.print(areas_table(found, by, k))
     console.print(

@@ -8,7 +8,7 @@ the scores after any sequence of edits are the bits of an evaluation from scratc
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import reduce
 from itertools import repeat
@@ -167,13 +167,18 @@ class Engine:
         """What rigs are evaluated against."""
         return self._field
 
+    @property
+    def workers(self) -> int:
+        """How many threads the parallel kernels get."""
+        return self._caster.workers
+
     def marks_of(self, sensor: Sensor, method: Method) -> Words | None:
         """Return the voxels that a sensor of the rig evaluated last traverses, uint64 (words,): all informative ones
         and possibly others; None when the sensor is not held on its own.
 
         It is a view of the engine's own memory: read it at once, never write to it, never keep it.
         """
-        shape = _cast_shape(sensor, method, self._solid)
+        shape = self._shape_of(sensor, method)
         held = next((held for held in self._state.held if held.shape == shape), None)
         return self._state.stack[held.slot] if held is not None and self._for_edits else None
 
@@ -181,8 +186,18 @@ class Engine:
         """Return all sets of voxels held, uint64 (rows, words), and the row (n,) of each sensor of the rig evaluated
         last. As for `marks_of`: a view, of all informative voxels and possibly others. KeyError: not held."""
         rows = {held.shape: held.slot for held in self._state.held} if self._for_edits else {}
-        slots = [rows[_cast_shape(sensor, method, self._solid)] for sensor in sensors]
+        slots = [rows[self._shape_of(sensor, method)] for sensor in sensors]
         return self._state.stack, np.array(slots, np.int64)
+
+    def origins_of(self, sensors: Sequence[Sensor], method: Method) -> tuple[Hashable, ...]:
+        """What decides the set of voxels of each sensor of the rig evaluated last: of equals, the sets are equal."""
+        return tuple(self._shape_of(sensor, method) for sensor in sensors)
+
+    def _shape_of(self, sensor: Sensor, method: Method) -> _Shape:
+        """What decides the rays of a sensor, beside the body of now; known for those of the rig evaluated last."""
+        stop = None if self._solid is None else self._solid.fingerprint
+        known = self._shapes.get((id(sensor), method, stop))
+        return known[1] if known is not None else _cast_shape(sensor, method, self._solid)
 
     def _barrier(self, shape: _Shape) -> Barrier | None:
         """What stops the rays of a shape that was made for the body of now."""

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.engine.engine import Engine
+from riglens.core.kernels.review import covered_levels
 from riglens.core.metric.scores import Method
 from riglens.core.metric.voxel import Voxel, word_and_bit
 from riglens.core.rig.model import Rig, Sensor
@@ -28,13 +29,9 @@ def sees_voxel(engine: Engine, sensor: Sensor, method: Method, voxel: Voxel) -> 
 
 def covered_at_least(engine: Engine, rig: Rig, method: Method) -> NDArray[np.uint64]:
     """Informative voxels that at least 1, 2, 3 enabled sensors of the rig cover, (3, words)."""
-    levels = np.zeros((MOST_COUNTED, engine.field.index.words.size), np.uint64)
-    for sensor in rig.sensors:
-        words = engine.marks_of(sensor, method) if sensor.enabled else None
-        if words is None:
-            continue
-        for level in range(MOST_COUNTED - 1, 0, -1):
-            levels[level] |= levels[level - 1] & words
-        levels[0] |= words
-    levels &= engine.field.index.words
+    sensors = [sensor for sensor in rig.sensors if sensor.enabled]
+    stack, slots = engine.stack_of(sensors, method)
+    keep = engine.field.index.words
+    levels = np.empty((MOST_COUNTED, keep.size), np.uint64)
+    covered_levels(stack, slots, keep, engine.workers, levels)
     return levels

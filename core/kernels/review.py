@@ -1,8 +1,8 @@
 """What a safety review asks of the voxels that sensors traverse, and of single objects that stand beside the car.
 
-The lowest level of each column that sensors look into; the entropy that is lost with each sensor, each
-pair and each group of sensors, by bits that count in parallel; rays that meet upright cylinders. Sums are integers, so
-neither the order of the sensors nor the number of workers matters.
+What how many sensors traverse; the entropy that is lost with each sensor, each pair and each group of sensors, by bits
+that count in parallel, from scratch and after a move; rays that meet upright cylinders. Sums are integers, so neither
+the order of the sensors and of their moves nor the number of workers matters.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from riglens.core.kernels.bits import first_run, lowest_bit, popcount
+from riglens.core.kernels.bits import FULL_WORD, first_run, popcount
 from riglens.core.kernels.cast import Cast
 from riglens.core.kernels.jit import inlined, kernel, lean, lean_inlined, parallel_kernel
 from riglens.core.kernels.lattice import direction, rotated
@@ -22,77 +22,33 @@ AT_LEAST_3, TWO_KINDS = range(2)
 COLUMNS = 4
 """Columns of all sums: the entropies of three classes in units of 2^-32 nat, and one that stays 0, because four numbers
 are added at once."""
-
-
-@parallel_kernel
-def lowest_levels(
-    stack: np.ndarray,
-    slots: np.ndarray,
-    keep: np.ndarray,
-    depth: int,
-    none: int,
-    workers: int,
-    lowest: np.ndarray,
-) -> None:
-    """Write the lowest level that each slot holds in each column, uint16 (n, columns); `none` where it holds none.
-
-    stack uint64 (rows, words): sets of voxels, of which slots (n,) count, within keep (words,); depth: words of a
-    column.
-    """
-    columns = lowest.shape[1]
-    for worker in numba.prange(workers):
-        begin, end = columns * worker // workers, columns * (worker + 1) // workers
-        for i in range(slots.size):
-            for column in range(begin, end):
-                found = none
-                for part in range(depth - 1, -1, -1):
-                    word = stack[slots[i], column * depth + part] & keep[column * depth + part]
-                    if word != 0:
-                        found = 64 * part + int(lowest_bit(word))
-                lowest[i, column] = found
+PLUS, MINUS = np.uint64(1), FULL_WORD
+"""Signs of what is added: products modulo 2^64 with the latter are those of -1."""
 
 
 @lean_inlined
-def _sink(row: np.ndarray, first: np.ndarray, second: np.ndarray) -> None:
-    """Put the levels of a row among the two lowest of each of its columns; without a branch, many columns at once."""
-    for i in range(np.uint64(row.size)):
-        level, best = row[i], first[i]
-        second[i] = min(second[i], max(best, level))
-        first[i] = min(best, level)
-
-
-@lean_inlined
-def _around(levels: np.ndarray, ix: int, offsets: np.ndarray, row: np.ndarray) -> None:
-    """Lower each column of a row (ny,) to the lowest level (nx, ny) around it."""
-    nx, ny = levels.shape
-    for k in range(offsets.shape[0]):
-        x, step = ix + offsets[k, 0], offsets[k, 1]
-        if 0 <= x < nx and abs(step) < ny:
-            to, of = row[max(0, -step) : ny - max(0, step)], levels[x, max(0, step) : ny - max(0, -step)]
-            for i in range(np.uint64(to.size)):
-                to[i] = min(to[i], of[i])
+def _opposite(sign: np.uint64) -> np.uint64:
+    """The other sign."""
+    return np.uint64(0) - sign
 
 
 @parallel_kernel
-def two_lowest(
-    lowest: np.ndarray, kinds: np.ndarray, offsets: np.ndarray, none: int, workers: int, both: np.ndarray
+def covered_levels(
+    stack: np.ndarray, slots: np.ndarray, keep: np.ndarray, workers: int, levels: np.ndarray
 ) -> None:
-    """Write the lowest and the second lowest of the sensors' levels around each column, uint16 (3, 2, nx, ny): of all
-    sensors, of kind 0 and of kind 1; `none` where there is no such sensor.
-
-    lowest uint16 (n, nx, ny): as `lowest_levels` writes; kinds (n,) 0 or 1; offsets (m, 2): which columns count as
-    around one, by steps along x and y.
-    """
-    count, nx, ny = lowest.shape
+    """Write the voxels within keep (words,) that at least 1, 2, 3 of the sets of slots (n,) hold: levels uint64
+    (3, words). stack uint64 (rows, words): sets of voxels."""
+    size = keep.size
     for worker in numba.prange(workers):
-        row = np.empty(ny, np.uint16)
-        for ix in range(nx * worker // workers, nx * (worker + 1) // workers):
-            both[:, :, ix, :] = none
-            for i in range(count):
-                row[:] = none
-                _around(lowest[i], ix, offsets, row)
-                _sink(row, both[0, 0, ix], both[0, 1, ix])
-                _sink(row, both[1 + kinds[i], 0, ix], both[1 + kinds[i], 1, ix])
+        for word in range(size * worker // workers, size * (worker + 1) // workers):
+            once, twice, thrice, within = np.uint64(0), np.uint64(0), np.uint64(0), keep[word]
+            if within != 0:
+                for i in range(slots.size):
+                    bits = stack[slots[i], word] & within
+                    thrice |= twice & bits
+                    twice |= once & bits
+                    once |= bits
+            levels[0, word], levels[1, word], levels[2, word] = once, twice, thrice
 
 
 @lean_inlined
@@ -107,15 +63,23 @@ def _weigh(count: np.uint64, palette_q: np.ndarray, code: np.uint64, sums: np.nd
 
 
 @lean_inlined
-def _add(voxels: np.uint64, word: int, entropies: Entropies, sums: np.ndarray) -> None:
-    """Add to sums (4,) the entropies of some voxels of a word, run by run."""
+def _add_signed(
+    voxels: np.uint64, sign: np.uint64, word: int, entropies: Entropies, sums: np.ndarray
+) -> None:
+    """Add to sums (4,) the entropies of some voxels of a word, run by run, or with MINUS take them off."""
     starts, first = entropies.starts[word], np.int64(entropies.first[word])
     left = voxels
     while left != 0:
         run, within = first_run(left, starts)
         code = np.uint64(entropies.codes[np.uint64(first + run)])
-        _weigh(popcount(within), entropies.palette_q, code, sums)
+        _weigh(popcount(within) * sign, entropies.palette_q, code, sums)
         left ^= within
+
+
+@lean_inlined
+def _add(voxels: np.uint64, word: int, entropies: Entropies, sums: np.ndarray) -> None:
+    """Add to sums (4,) the entropies of some voxels of a word."""
+    _add_signed(voxels, PLUS, word, entropies, sums)
 
 
 @kernel
@@ -257,6 +221,180 @@ def tally_losses(
         _tally_columns(
             part, stack, slots, kinds, members, sectors, depth, entropies, own, levels[worker], singles[worker],
             pairs[worker], groups[worker],
+        )  # fmt: skip
+
+
+@lean_inlined
+def _change_two(
+    own: np.ndarray,
+    moved: int,
+    two: np.uint64,
+    sign: np.uint64,
+    word: int,
+    entropies: Entropies,
+    pairs: np.ndarray,
+) -> None:
+    """Take off pairs (n, n, 4) voxels that exactly two others see and the moved sensor sees too (sign PLUS: now)."""
+    for i in range(own.size):
+        first = own[i] & two
+        if i != moved and first != 0:
+            for j in range(i + 1, own.size):
+                if j != moved and first & own[j] != 0:
+                    _add_signed(first & own[j], _opposite(sign), word, entropies, pairs[i, j])
+
+
+@lean_inlined
+def _change_one(
+    own: np.ndarray,
+    moved: int,
+    one: np.uint64,
+    sign: np.uint64,
+    word: int,
+    entropies: Entropies,
+    singles: np.ndarray,
+    pairs: np.ndarray,
+) -> None:
+    """Bring voxels that exactly one other sees from singles (n, 4) to pairs (n, n, 4), with MINUS back."""
+    for i in range(own.size):
+        shared = own[i] & one
+        if i != moved and shared != 0:
+            _add_signed(shared, _opposite(sign), word, entropies, singles[i])
+            _add_signed(shared, sign, word, entropies, pairs[min(i, moved), max(i, moved)])
+
+
+@lean_inlined
+def _change_groups(
+    own: np.ndarray,
+    moved: int,
+    bits: np.uint64,
+    sign: np.uint64,
+    members: np.ndarray,
+    word: int,
+    entropies: Entropies,
+    groups: np.ndarray,
+) -> None:
+    """Bring groups (g, 4) in line with voxels that the moved sensor sees now, with MINUS no more."""
+    for g in range(members.shape[0]):
+        inside, outside = np.uint64(0), np.uint64(0)
+        for i in range(own.size):
+            if i != moved and members[g, i]:
+                inside |= own[i]
+            elif i != moved:
+                outside |= own[i]
+        if members[g, moved]:
+            _add_signed(bits & ~inside & ~outside, sign, word, entropies, groups[g])
+        else:
+            _add_signed(bits & inside & ~outside, _opposite(sign), word, entropies, groups[g])
+
+
+@lean_inlined
+def _change_word(
+    bits: np.uint64,
+    sign: np.uint64,
+    moved: int,
+    word: int,
+    kinds: np.ndarray,
+    members: np.ndarray,
+    entropies: Entropies,
+    own: np.ndarray,
+    levels: np.ndarray,
+    singles: np.ndarray,
+    pairs: np.ndarray,
+    groups: np.ndarray,
+) -> None:
+    """Bring sums of one sector in line with bits of a word that the moved sensor sees now, with MINUS no more."""
+    once, twice, thrice = np.uint64(0), np.uint64(0), np.uint64(0)
+    same, other = np.uint64(0), np.uint64(0)
+    for i in range(own.size):
+        if i != moved:
+            seen = own[i] & bits
+            thrice |= twice & seen
+            twice |= once & seen
+            once |= seen
+            if kinds[i] == kinds[moved]:
+                same |= seen
+            else:
+                other |= seen
+    _add_signed(twice & ~thrice, sign, word, entropies, levels[AT_LEAST_3])
+    _add_signed(other & ~same, sign, word, entropies, levels[TWO_KINDS])
+    _add_signed(bits & ~once, sign, word, entropies, singles[moved])
+    if once & ~twice != 0:
+        _change_one(own, moved, once & ~twice, sign, word, entropies, singles, pairs)
+    if twice & ~thrice != 0:
+        _change_two(own, moved, twice & ~thrice, sign, word, entropies, pairs)
+    _change_groups(own, moved, bits, sign, members, word, entropies, groups)
+
+
+@lean
+def _change_columns(
+    columns: tuple[int, int],
+    moved: np.ndarray,
+    before: np.ndarray,
+    stack: np.ndarray,
+    slots: np.ndarray,
+    kinds: np.ndarray,
+    members: np.ndarray,
+    sectors: np.ndarray,
+    depth: int,
+    entropies: Entropies,
+    own: np.ndarray,
+    levels: np.ndarray,
+    singles: np.ndarray,
+    pairs: np.ndarray,
+    groups: np.ndarray,
+) -> None:
+    """As `change_losses`, of the columns from the first to the second number, for one worker."""
+    for word in range(columns[0] * depth, columns[1] * depth):
+        keep, changed = entropies.keep[word], np.uint64(0)
+        for m in range(moved.size):
+            changed |= (before[m, word] ^ stack[slots[moved[m]], word]) & keep
+        if changed == 0:
+            continue
+        for i in range(slots.size):
+            own[i] = stack[slots[i], word] & keep
+        for m in range(moved.size):
+            own[moved[m]] = before[m, word] & keep
+        sector = np.int64(sectors[word // depth])
+        for m in range(moved.size):
+            now, old = stack[slots[moved[m]], word] & keep, own[moved[m]]
+            for bits, sign in ((now & ~old, PLUS), (old & ~now, MINUS)):
+                if bits != 0:
+                    _change_word(
+                        bits, sign, moved[m], word, kinds, members, entropies, own, levels[sector],
+                        singles[sector], pairs[sector], groups[sector],
+                    )  # fmt: skip
+            own[moved[m]] = now
+            before[m, word] = now
+
+
+@parallel_kernel
+def change_losses(
+    moved: np.ndarray,
+    before: np.ndarray,
+    stack: np.ndarray,
+    slots: np.ndarray,
+    kinds: np.ndarray,
+    members: np.ndarray,
+    sectors: np.ndarray,
+    depth: int,
+    entropies: Entropies,
+    levels: np.ndarray,
+    singles: np.ndarray,
+    pairs: np.ndarray,
+    groups: np.ndarray,
+) -> None:
+    """Bring what `tally_losses` wrote in line with some sensors that have moved.
+
+    moved (m,): places of these sensors in slots; before uint64 (m, words): their sets until now, which become those
+    of now. All else as in `tally_losses`; the changes are added to what the sums hold.
+    """
+    workers, columns = levels.shape[0], sectors.size
+    for worker in numba.prange(workers):
+        part = (columns * worker // workers, columns * (worker + 1) // workers)
+        own = np.zeros(slots.size, np.uint64)
+        _change_columns(
+            part, moved, before, stack, slots, kinds, members, sectors, depth, entropies, own, levels[worker],
+            singles[worker], pairs[worker], groups[worker],
         )  # fmt: skip
 
 

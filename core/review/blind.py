@@ -8,6 +8,7 @@ Traffic plays no part. L_k is the height from which on k sensors see such an obj
 from __future__ import annotations
 
 import math
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -17,13 +18,14 @@ from scipy import ndimage
 
 from riglens.core.engine.engine import Engine
 from riglens.core.errors import InputError
-from riglens.core.kernels import jit, review
+from riglens.core.kernels import blind as kernel
+from riglens.core.kernels import jit
 from riglens.core.kernels.palette import Runs
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Body, MetricSettings
 from riglens.core.metric.scoring import KINDS
 from riglens.core.review.outline import BANDS_M, SECTORS, Outline, sector_of
-from riglens.core.rig.model import Rig, Vehicle
+from riglens.core.rig.model import Rig, Sensor, Vehicle
 from riglens.core.scene.boxes import DataReport
 from riglens.core.scene.columns import VoxelIndex, empty_words, words_per_column
 from riglens.core.scene.grid import DEFAULT_VOXEL_M, VoxelGrid
@@ -31,6 +33,12 @@ from riglens.core.vehicle.mesh import BodyMesh
 
 By = Literal["any", "camera", "lidar"]
 BY: tuple[By, ...] = ("any", "camera", "lidar")
+WHO: dict[By, tuple[str, str]] = {
+    "any": ("sensor", "sensors"),
+    "camera": ("camera", "cameras"),
+    "lidar": ("LiDAR", "LiDARs"),
+}
+"""What those that count are called, one of them and several."""
 HEIGHTS_M = (0.15, 0.30, 0.80, 1.15, 1.80)
 """Heights of objects that areas are told for: a kerb or a child's toy, a crawling child, the test cylinder of UN R158
 and FMVSS 111, a child of six years, an adult. Which heights: our choice."""
@@ -125,7 +133,7 @@ class Hole:
 
 @dataclass(frozen=True)
 class BlindMap:
-    """How low each column is looked into: levels uint16 (3, 2, nx, ny) for BY and k = 1, 2; NONE where nobody looks."""
+    """How low each column is looked into: levels uint16 (3, 3, nx, ny) for BY and k = 1, 2, 3; NONE: nobody looks."""
 
     rig: Rig
     settings: BlindSettings
@@ -180,6 +188,58 @@ class BlindMap:
         )
 
 
+class _Around:
+    """The lowest levels around each column for the sensors of the rig evaluated last, uint16 (rows, nx, ny): a sensor
+    that stays keeps its row."""
+
+    def __init__(self, grid: VoxelGrid, offsets: NDArray[np.int64]) -> None:
+        self._grid, self._offsets = grid, offsets
+        self._rows: dict[Hashable, int] = {}
+        self.levels: Levels = np.empty((0, *grid.shape[:2]), np.uint16)
+
+    def follow(self, engine: Engine, sensors: Sequence[Sensor]) -> NDArray[np.int64]:
+        """Look at the sensors that are new to the engine; returns the row of each sensor, (n,)."""
+        origins = engine.origins_of(sensors, "exact")
+        self._rows = {origin: row for origin, row in self._rows.items() if origin in origins}
+        new = {
+            origin: sensor
+            for origin, sensor in zip(origins, sensors, strict=True)
+            if origin not in self._rows
+        }
+        taken = set(self._rows.values())
+        free = [row for row in range(len(taken) + len(new)) if row not in taken][: len(new)]
+        self._rows.update(zip(new, free, strict=True))
+        if new:
+            self._reserve(1 + max(free))
+            self._look(engine, list(new.values()), np.array(free, np.int64))
+        return np.array([self._rows[origin] for origin in origins], np.int64)
+
+    def _reserve(self, rows: int) -> None:
+        if rows > len(self.levels):
+            more = np.empty((rows, *self._grid.shape[:2]), np.uint16)
+            more[: len(self.levels)] = self.levels
+            self.levels = more
+
+    def _look(self, engine: Engine, sensors: Sequence[Sensor], rows: NDArray[np.int64]) -> None:
+        stack, slots = engine.stack_of(sensors, "exact")
+        nx, ny, _ = self._grid.shape
+        lowest: Levels = np.empty((len(sensors), nx * ny), np.uint16)
+        keep, depth = engine.field.index.words, words_per_column(self._grid)
+        kernel.lowest_levels(stack, slots, keep, depth, NONE, engine.workers, lowest)
+        shaped = lowest.reshape(-1, nx, ny)
+        kernel.lowest_around(shaped, self._offsets, NONE, engine.workers, rows, self.levels)
+
+
+def seen_by(by: By, k: int) -> str:
+    """Say who sees: "1 sensor", "2 LiDARs"."""
+    return f"{k} {WHO[by][k != 1]}"
+
+
+def unseen_by(by: By, k: int) -> str:
+    """Say what is lacking where k of them do not see: "unseen by any sensor", "seen by fewer than 2 LiDARs"."""
+    return f"unseen by any {WHO[by][0]}" if k == 1 else f"seen by fewer than {seen_by(by, k)}"
+
+
 class BlindEngine:
     """Finds the blind zones of rigs on one vehicle, and casts only what changed since the rig before.
 
@@ -192,12 +252,12 @@ class BlindEngine:
         mesh: BodyMesh | None = None,
         threads: int | None = None,
     ) -> None:
-        self.settings, self._mesh, self._workers = settings, mesh, jit.use_threads(threads)
+        self.settings, self._mesh = settings, mesh
         outline = Outline.of(vehicle, mesh)
         self.grid = grid_around(outline, settings)
         self.ground = Ground.of(self.grid, outline, settings.bands_m)
         self._engine = Engine(whole_field(self.grid), threads)
-        self._offsets = _disc(settings.width_m / settings.voxel_m / 2.0)
+        self._around = _Around(self.grid, _disc(settings.width_m / settings.voxel_m / 2.0))
 
     def evaluate(self, rig: Rig) -> BlindMap:
         """How low the rig's enabled sensors look around the car."""
@@ -207,16 +267,12 @@ class BlindEngine:
     def lowest(self, rig: Rig) -> BlindMap:
         """The map of the rig that was evaluated last: all but the casting of rays."""
         sensors = [sensor for sensor in rig.sensors if sensor.enabled]
-        stack, slots = self._engine.stack_of(sensors, "exact")
-        nx, ny, _ = self.grid.shape
+        jit.use_threads(self._engine.workers)
+        rows = self._around.follow(self._engine, sensors)
         kinds = np.array([KINDS.index(sensor.kind) for sensor in sensors], np.int64)
-        lowest = np.empty((len(sensors), nx * ny), np.uint16)
-        keep, depth = self._engine.field.index.words, words_per_column(self.grid)
-        jit.use_threads(self._workers)
-        review.lowest_levels(stack, slots, keep, depth, NONE, self._workers, lowest)
-        both = np.empty((len(BY), 2, nx, ny), np.uint16)
-        review.two_lowest(lowest.reshape(-1, nx, ny), kinds, self._offsets, NONE, self._workers, both)
-        return BlindMap(rig, self.settings, self.grid, self.ground, both)
+        levels = np.empty((len(BY), kernel.MOST_COUNTED, *self.grid.shape[:2]), np.uint16)
+        kernel.three_lowest(self._around.levels, rows, kinds, NONE, self._engine.workers, levels)
+        return BlindMap(rig, self.settings, self.grid, self.ground, levels)
 
 
 def _disc(radius: float) -> NDArray[np.int64]:

@@ -11,7 +11,7 @@ from riglens.core.errors import InputError
 from riglens.core.kernels import jit
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Body, MetricSettings, Scores
-from riglens.core.review.blind import BlindEngine, BlindMap
+from riglens.core.review.blind import BlindEngine, BlindMap, unseen_by
 from riglens.core.review.measures import Measures
 from riglens.core.review.mounts import violations
 from riglens.core.review.outline import SECTORS
@@ -251,5 +251,4 @@ def _where(sector: str | None) -> str:
 
 def _blind_text(one: BlindArea) -> str:
     near = "" if one.within_m is None else f" within {one.within_m:g} m"
-    who = {"any": "sensors", "camera": "cameras", "lidar": "LiDARs"}[one.by]
-    return f"ground where {one.height_m:g} m stands unseen by {one.sensors} {who}{near}{_where(one.sector)}"
+    return f"ground where {one.height_m:g} m is {unseen_by(one.by, one.sensors)}{near}{_where(one.sector)}"

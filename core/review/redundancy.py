@@ -7,10 +7,10 @@ evidence of any safety integrity level: nothing is known here of why sensors fai
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +25,7 @@ from riglens.core.review.outline import SECTORS, sector_of
 from riglens.core.rig.groups import groups_of
 from riglens.core.rig.model import Rig, Sensor
 from riglens.core.scene.boxes import CLASSES
-from riglens.core.scene.columns import words_per_column
+from riglens.core.scene.columns import Words, words_per_column
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.targets.scores import ObjectCounts
 from riglens.core.targets.settings import HEIGHT_PX
@@ -36,6 +36,8 @@ What = Literal["sensor", "pair", "group"]
 Sums = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 COVERED = ("1", "2", "3", "two kinds")
+MOST_MOVED = 2
+"""The sets of so many sensors that moved are kept, for they move again: of one, or of a mirrored pair."""
 MOST_PAIRED = 40
 """Pairs are told of rigs with at most so many enabled sensors: 780 pairs."""
 
@@ -83,21 +85,66 @@ def sectors_of_columns(grid: VoxelGrid) -> NDArray[np.uint8]:
     return sector_of(x, y).ravel()
 
 
+class _Tally(NamedTuple):
+    """What `tally_losses` writes, all workers added up: levels (s, 2, 4), singles (s, n, 4), pairs (s, n, n, 4), groups
+    (s, g, 4)."""
+
+    levels: Sums
+    singles: Sums
+    pairs: Sums
+    groups: Sums
+
+    @classmethod
+    def room(cls, workers: int, sensors: int, groups: int) -> _Tally:
+        """Zeros for each of some workers."""
+        shapes = ((2,), (sensors,), (sensors, sensors), (groups,))
+        return cls(*(np.zeros((workers, len(SECTORS), *shape, kernel.COLUMNS), np.int64) for shape in shapes))
+
+    def total(self) -> _Tally:
+        """The sums over the workers."""
+        return _Tally(*(part.sum(axis=0) for part in self))
+
+    def plus(self, change: _Tally) -> _Tally:
+        """The sums with a change."""
+        return _Tally(*(one + other for one, other in zip(self, change, strict=True)))
+
+
+class _Counted(NamedTuple):
+    """A tally, what it depends on, and the sets (m, words) of those sensors that had moved in it, by their places."""
+
+    tally: _Tally
+    origins: tuple[Hashable, ...]
+    kinds: NDArray[np.int64]
+    members: Flags
+    moved: tuple[int, ...]
+    before: Words
+
+    def moved_to(
+        self, origins: tuple[Hashable, ...], kinds: NDArray[np.int64], members: Flags
+    ) -> tuple[int, ...] | None:
+        """Places of sensors that see something else now; None where not the same sensors are to be counted."""
+        if not (np.array_equal(kinds, self.kinds) and np.array_equal(members, self.members)):
+            return None
+        return tuple(i for i, (now, old) in enumerate(zip(origins, self.origins, strict=True)) if now != old)
+
+
 class VoxelRedundancy:
-    """Coverage of the entropy of one field. Call it from the thread of the parallel kernels."""
+    """Coverage of the entropy of one field. Where those sensors move again that moved last, as in a drag, only what
+    they see anew or no more is counted. Call it from the thread of the parallel kernels."""
 
     def __init__(self, field: EntropyField, threads: int | None = None) -> None:
         self._workers, self._depth = jit.use_threads(threads), words_per_column(field.grid)
         self._sectors = sectors_of_columns(field.grid)
         self._total = np.zeros((len(SECTORS), kernel.COLUMNS), np.int64)
         kernel.total_by_sector(self._sectors, self._depth, field.entropies, self._total)
+        self._counted: _Counted | None = None
 
     def coverage(self, engine: Engine, rig: Rig, method: Method = "exact") -> Coverage:
         """What the rig that an engine on this field evaluated last covers of the entropy of each class."""
         sensors = [sensor for sensor in rig.sensors if sensor.enabled]
         groups = groups_of(sensors)
-        sums = self._sums(engine, sensors, list(groups.values()), method)
-        levels, *failing = (part.sum(axis=0)[..., : len(CLASSES)] for part in sums)
+        self._counted = self._count(engine, sensors, _members(sensors, list(groups.values())), method)
+        levels, *failing = (part[..., : len(CLASSES)] for part in self._counted.tally)
         lost, both, together = (np.moveaxis(part, 0, -2) for part in failing)
         names = [sensor.name for sensor in sensors]
         failures = [Failure("sensor", name, (name,), own) for name, own in zip(names, lost, strict=True)]
@@ -111,23 +158,26 @@ class VoxelRedundancy:
         covered = np.stack([twice + lost.sum(axis=0), twice, thrice, kinds], axis=1)
         return Coverage(self._total[:, : len(CLASSES)], covered, tuple(failures))
 
-    def _sums(
-        self, engine: Engine, sensors: list[Sensor], groups: list[tuple[str, ...]], method: Method
-    ) -> tuple[Sums, Sums, Sums, Sums]:
-        """What `tally_losses` writes, worker by worker."""
-        stack, slots = engine.stack_of(sensors, method)
+    def _count(self, engine: Engine, sensors: list[Sensor], members: Flags, method: Method) -> _Counted:
+        """The tally of now: the last one, or that with a change, or one from scratch."""
+        known, self._counted = self._counted, None
+        origins = engine.origins_of(sensors, method)
         kinds = np.array([KINDS.index(sensor.kind) for sensor in sensors], np.int64)
-        count, last = len(sensors), (len(SECTORS), kernel.COLUMNS)
-        levels = np.zeros((self._workers, last[0], 2, last[1]), np.int64)
-        singles = np.zeros((self._workers, last[0], count, last[1]), np.int64)
-        pairs = np.zeros((self._workers, last[0], count, count, last[1]), np.int64)
-        together = np.zeros((self._workers, last[0], len(groups), last[1]), np.int64)
+        stack, slots = engine.stack_of(sensors, method)
+        moved = None if known is None else known.moved_to(origins, kinds, members)
+        tally = _Tally.room(self._workers, len(sensors), len(members))
+        entropies = engine.field.entropies
         jit.use_threads(self._workers)
-        kernel.tally_losses(
-            stack, slots, kinds, _members(sensors, groups), self._sectors, self._depth, engine.field.entropies,
-            levels, singles, pairs, together,
-        )  # fmt: skip
-        return levels, singles, pairs, together
+        if known is not None and moved is not None and set(moved) <= set(known.moved):
+            kernel.change_losses(
+                np.array(known.moved, np.int64), known.before, stack, slots, kinds, members, self._sectors,
+                self._depth, entropies, *tally,
+            )  # fmt: skip
+            return known._replace(tally=known.tally.plus(tally.total()), origins=origins)
+        kernel.tally_losses(stack, slots, kinds, members, self._sectors, self._depth, entropies, *tally)
+        again = moved if moved is not None and len(moved) <= MOST_MOVED else ()
+        before = stack[slots[list(again)]] & entropies.keep
+        return _Counted(tally.total(), origins, kinds, members, again, before)
 
 
 def voxel_coverage(

@@ -43,9 +43,9 @@ def test_what_is_met_ends_with_0_and_every_figure_is_that_of_its_command(riglens
     assert by_text["on_target of car (2 road users)"] == pytest.approx(car["lidar"]["on_target"])
     blind = json.loads(riglens("blind", "W+T", "--body", "ignored", "--voxel", "0.25", "--json", "-").out)
     zone = blind["zones"][0]["heights"]
-    assert by_text["ground where 1.15 m stands unseen by 1 sensors"] == pytest.approx(zone[3]["unseen_m2"])
+    assert by_text["ground where 1.15 m is unseen by any sensor"] == pytest.approx(zone[3]["unseen_m2"])
     rear = sum(zone[1]["by_sector_and_band_m2"][4][:3])
-    assert by_text["ground where 0.3 m stands unseen by 1 sensors within 5 m, rear"] == pytest.approx(rear)
+    assert by_text["ground where 0.3 m is unseen by any sensor within 5 m, rear"] == pytest.approx(rear)
     lost = json.loads(riglens("redundancy", "W+T", *scene, "--json", "-").out)
     pair = lost["voxels"]["classes"]["car"]["worst"]["pair"]
     assert by_text[f"voxels of car lost when {pair['name']} fails"] == pair["lost"]

@@ -7,16 +7,17 @@ import math
 import numpy as np
 
 from riglens.core.kernels import codes
+from riglens.core.kernels.blind import lowest_around, lowest_levels, three_lowest
 from riglens.core.kernels.cast import Cast
 from riglens.core.kernels.palette import Entropies
 from riglens.core.kernels.review import (
     AT_LEAST_3,
     TWO_KINDS,
+    change_losses,
     count_on_cylinders,
-    lowest_levels,
+    covered_levels,
     tally_losses,
     total_by_sector,
-    two_lowest,
 )
 
 NONE = 0xFFFF
@@ -35,20 +36,35 @@ def test_the_lowest_level_of_a_column_counts_over_its_words_and_within_what_coun
         assert lowest.tolist() == [[3, 64 + 2], [NONE, 64 + 63]]
 
 
-def test_of_the_levels_around_a_column_the_two_lowest_of_different_sensors_count() -> None:
-    lowest = np.full((3, 2, 3), NONE, np.uint16)
+def test_around_a_column_the_lowest_level_counts_and_other_rows_stay() -> None:
+    lowest = np.full((2, 2, 3), NONE, np.uint16)
     lowest[0, 0] = [5, NONE, 1]
-    lowest[1, 0, 1], lowest[1, 1, 1], lowest[2, 0, 1] = 4, 2, 9
-    kinds = np.array([0, 1, 1])
-    both = np.empty((3, 2, 2, 3), np.uint16)
-    two_lowest(lowest, kinds, np.array([[0, 0]]), NONE, 2, both)
-    assert both[0, 0, 0].tolist() == [5, 4, 1] and both[0, 1, 0].tolist() == [NONE, 9, NONE]
-    assert both[1, 0, 0].tolist() == [5, NONE, 1] and both[2, :, 0, 1].tolist() == [4, 9]
-    across = np.array([[0, -1], [0, 0], [0, 1], [1, 0]])
-    two_lowest(lowest, kinds, across, NONE, 1, both)
-    assert both[0, 0, 0].tolist() == [4, 1, 1] and both[0, 1, 0].tolist() == [5, 2, 4]
-    assert both[2, 0, 0].tolist() == [4, 2, 4]  # the row ahead counts in the middle alone
-    assert both[0, 0, 1].tolist() == [2, 2, 2]
+    lowest[1, 1, 1] = 2
+    for workers in (1, 2):
+        around = np.full((3, 2, 3), 7, np.uint16)
+        across = np.array([[0, -1], [0, 0], [0, 1], [1, 0]])
+        lowest_around(lowest, across, NONE, workers, np.array([2, 0]), around)
+        assert around[2].tolist() == [[5, 1, 1], [NONE] * 3] and around[1].tolist() == [[7] * 3] * 2
+        assert around[0].tolist() == [[NONE, 2, NONE], [2, 2, 2]]  # the row ahead counts in the middle alone
+
+
+def test_the_three_lowest_of_different_sensors_count_by_kind() -> None:
+    around = np.full((5, 1, 3), NONE, np.uint16)
+    around[0, 0], around[1, 0], around[3, 0], around[4, 0] = [5, 5, 1], [4, NONE, 9], [8, 0, 0], [6, 5, 0]
+    levels = np.empty((3, 3, 1, 3), np.uint16)
+    three_lowest(around, np.array([0, 1, 4]), np.array([0, 1, 1]), NONE, 2, levels)
+    assert levels[0, :, 0].T.tolist() == [[4, 5, 6], [5, 5, NONE], [0, 1, 9]]
+    assert levels[1, :, 0, 0].tolist() == [5, NONE, NONE] and levels[2, :, 0].T.tolist()[2] == [0, 9, NONE]
+    three_lowest(around, np.zeros(0, np.int64), np.zeros(0, np.int64), NONE, 1, levels)
+    assert (levels == NONE).all()
+
+
+def test_voxels_of_one_two_and_three_sets_are_told_within_what_counts() -> None:
+    stack = np.array([[0b1111, 1], [0, 0], [0b0111, 0], [0b0011, 0], [0b0001, 2]], np.uint64)
+    for workers in (1, 2):
+        levels = np.empty((3, 2), np.uint64)
+        covered_levels(stack, np.array([0, 2, 3, 4]), words(0b1101, 1), workers, levels)
+        assert levels.tolist() == [[0b1101, 1], [0b0101, 0], [0b0001, 0]]
 
 
 def test_losses_are_those_of_voxels_counted_one_by_one() -> None:
@@ -80,6 +96,43 @@ def test_losses_are_those_of_voxels_counted_one_by_one() -> None:
     total = np.zeros((2, 4), np.int64)
     total_by_sector(sectors, 1, entropies, total)
     assert total.tolist() == [[21, 42, 63, 0], [300, 600, 900, 0]]
+
+
+def test_losses_after_moves_are_those_from_scratch() -> None:
+    """A pair of sensors moves step by step among five, voxel by voxel; what they saw is kept up to date."""
+    rng = np.random.default_rng(3)
+    keep = rng.integers(0, 1 << 20, 40, np.uint64)
+    starts = np.array([1 | int(rng.integers(0, 1 << 20)) for _ in keep], np.uint64) & (
+        ~keep + np.uint64(1) | keep
+    )
+    starts |= keep & (~keep + np.uint64(1))
+    runs = np.array([bin(int(word)).count("1") for word in starts])
+    first = np.concatenate([[0], np.cumsum(runs)]).astype(np.uint32)
+    palette = rng.integers(0, 1 << 32, (9, 4), np.uint32)
+    entropies = Entropies(keep, starts, first, rng.integers(0, 9, runs.sum()).astype(np.uint16), palette)
+    kinds, sectors = np.array([0, 1, 1, 0, 1]), rng.integers(0, 3, 20).astype(np.uint8)
+    members = np.array([[True, False, True, False, False], [False, True, True, True, False]])
+    slots, stack = np.array([4, 0, 2, 3, 1]), rng.integers(0, 1 << 21, (6, 40), np.uint64)
+    moved = np.array([1, 3])
+
+    def room(workers: int) -> list[np.ndarray]:
+        return [np.zeros((workers, 3, *shape, 4), np.int64) for shape in ((2,), (5,), (5, 5), (2,))]
+
+    def anew() -> list[np.ndarray]:
+        sums = room(1)
+        tally_losses(stack, slots, kinds, members, sectors, 2, entropies, *sums)
+        return [part.sum(axis=0) for part in sums]
+
+    now, before = anew(), stack[slots[moved]] & keep
+    for step in range(4):
+        for place in moved[: 1 + step % 2]:
+            stack[slots[place]] = rng.integers(0, 1 << 21, 40, np.uint64)
+        change = room(1 + step % 2)
+        change_losses(moved, before, stack, slots, kinds, members, sectors, 2, entropies, *change)
+        now = [part + one.sum(axis=0) for part, one in zip(now, change, strict=True)]
+        for part, wanted in zip(now, anew(), strict=True):
+            np.testing.assert_array_equal(part, wanted)
+        np.testing.assert_array_equal(before, stack[slots[moved]] & keep)
 
 
 def rays_to(*directions: tuple[float, float, float], near: float = 0.0, far: float = math.inf) -> Cast:

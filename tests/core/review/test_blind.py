@@ -6,7 +6,15 @@ import pytest
 from riglens.core.engine.engine import Engine
 from riglens.core.errors import InputError
 from riglens.core.metric.scores import MetricSettings
-from riglens.core.review.blind import BY, BlindEngine, BlindMap, BlindSettings, whole_field
+from riglens.core.review.blind import (
+    BY,
+    BlindEngine,
+    BlindMap,
+    BlindSettings,
+    seen_by,
+    unseen_by,
+    whole_field,
+)
 from riglens.core.review.outline import SECTORS, Outline, sector_of
 from riglens.core.rig.model import Rig, Vehicle
 from riglens.core.scene.columns import unpack
@@ -72,7 +80,10 @@ def test_l_k_is_what_a_search_through_all_voxels_finds(voxel_m: float, width_m: 
                 lowest = np.where(seen.any(axis=2), seen.argmax(axis=2) + 1.0, np.inf) * voxel_m
                 lows.append(widened(lowest, width_m / 2.0 / voxel_m))
         ordered = np.sort(np.stack(lows), axis=0)
-        for k in (1, 2):
+        for k in (1, 2, 3):
+            if k > len(ordered):
+                assert np.isinf(found.lowest_m(by, k)).all()
+                continue
             np.testing.assert_allclose(found.lowest_m(by, k), ordered[k - 1])
     for h in (0.3, 1.0):
         where = found.unseen(h)
@@ -106,6 +117,31 @@ def test_any_number_of_threads_and_any_way_to_a_rig_gives_the_same_map() -> None
     assert np.array_equal(
         moved.evaluate(off).levels, BlindEngine(rig.vehicle, settings).evaluate(fewer).levels
     )
+
+
+def test_a_drag_leaves_the_map_that_is_made_from_scratch_at_each_step() -> None:
+    """Sensors move, are switched off and on, copied and taken away; what stays keeps the levels found before."""
+    rng = np.random.default_rng(5)
+    settings, rig = BlindSettings(0.25, within_m=4.0), random_rig(rng, 4)
+    engine = BlindEngine(rig.vehicle, settings)
+    for step in range(8):
+        name = f"s{1 + step % 3}"
+        sensor = rig.sensor(name)
+        if step == 5:
+            rig = rig.replace(sensors=(*rig.sensors[1:], sensor.replace(name="twin", enabled=True)))
+        elif step == 6:
+            rig = rig.replace(sensors=rig.sensors[1:])
+        else:
+            place = tuple(rng.uniform([-2.0, -1.0, 0.5], [2.0, 1.0, 2.5]).tolist())
+            rig = rig.with_sensor(name, sensor.replace(position=place, enabled=step != 3))
+        fresh = BlindEngine(rig.vehicle, settings).evaluate(rig)
+        np.testing.assert_array_equal(engine.evaluate(rig).levels, fresh.levels)
+
+
+def test_words_on_who_sees_suit_their_number() -> None:
+    assert [seen_by("any", k) for k in (1, 2)] == ["1 sensor", "2 sensors"]
+    assert unseen_by("camera", 1) == "unseen by any camera"
+    assert unseen_by("lidar", 2) == "seen by fewer than 2 LiDARs"
 
 
 def test_sectors_and_bands_share_out_the_ground_beside_the_car_and_a_rig_without_sensors_sees_none() -> None:
