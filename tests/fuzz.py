@@ -12,6 +12,7 @@ import contextlib
 import io
 import os
 import random
+import re
 import signal
 import sys
 import tempfile
@@ -43,6 +44,7 @@ from riglens.core.vehicle.mesh_parse import MAX_MEMORY_BYTES, parse_mesh
 from tests.core.broken_files import SOURCES, csv_file, mutated
 from tests.core.formats.cases import SMALL, write_files
 from tests.core.formats.mutations import mutated as mutated_text
+from tests.core.formats.test_xacro import CALIBRATION, CAR, KIT, MACROS
 
 LONGEST_S = 20
 """Far above the limits of every reader, on a busy computer too."""
@@ -74,7 +76,12 @@ class Crash:
 
 def targets(folder: Path) -> list[Target]:
     """All targets; their files are made in a folder of the fuzzer's own."""
-    made = [*_formats(folder / "rigs"), *_boxes(folder / "boxes"), *_meshes(folder / "meshes")]
+    made = [
+        *_formats(folder / "rigs"),
+        _xacro(folder / "xacro"),
+        *_boxes(folder / "boxes"),
+        *_meshes(folder / "meshes"),
+    ]
     return [
         *made,
         _pog(folder / "pog"),
@@ -108,6 +115,43 @@ def _formats(folder: Path) -> Iterator[Target]:
         path = place / next(iter(files)) if len(files) == 1 else place
         paths = [place / name for name in files]
         yield _of_files(f"rig {case}", lambda path=path: read_rig(path), *paths, is_text=True)  # type: ignore[misc]
+
+
+XACRO = {"car.xacro": CAR, "macros.xacro": MACROS, "kit.xacro": KIT, "kit.yaml": CALIBRATION}
+WORDS_OF_XACRO = """p at x height calibration pi math. xacro. $(eval) ' a 1 -2.5 1e12 9999999 'x' float('nan')
+lambda: **p [ ] ( ) { } , : . = dict( len( load_yaml('kit.yaml') sqrt( min( ['base_link'] ['velodyne_top'] .rpy [0]
+[1:] + - * / // % ** == < != >= \\ __class__"""
+TOKENS = (
+    *WORDS_OF_XACRO.split(),
+    " in ",
+    " not in ",
+    " if ",
+    " else ",
+    " and ",
+    " or ",
+    " not ",
+    "$(arg prefix)",
+)
+
+
+def _xacro(folder: Path) -> Target:
+    """Break a file, or put an expression of random words in the place of one."""
+    place = write_files(folder, XACRO)
+    files = tuple(place / name for name in XACRO)
+
+    def attempt(chance: random.Random) -> None:
+        file = chance.choice(files)
+        content = file.read_bytes()
+        if chance.random() < 0.5:
+            content = mutated_text(content, chance)
+        for _ in range(chance.randint(0, 2)):
+            words = "".join(chance.choices(TOKENS, k=chance.randint(1, 12)))
+            expressions = re.findall(rb"\$\{[^}]*\}", content) or [b"lidar"]
+            content = content.replace(chance.choice(expressions), f"${{{words}}}".encode(), 1)
+        file.write_bytes(content)
+        read_rig(chance.choice(files[::2]))
+
+    return Target("rig xacro", attempt, files)
 
 
 def _boxes(folder: Path) -> Iterator[Target]:
@@ -343,11 +387,13 @@ def _time_limit() -> Iterator[None]:
         signal.signal(signal.SIGALRM, before)
 
 
-def run(count: int, seed: int, seconds: float = float("inf")) -> tuple[Counter[str], list[Crash]]:
-    """Hand in `count` inputs, to all targets in turn; what came out, by target, and the crashes."""
+def run(
+    count: int, seed: int, seconds: float = float("inf"), only: str = ""
+) -> tuple[Counter[str], list[Crash]]:
+    """Hand inputs to the targets with `only` in their names, in turn; what came out by target, and the crashes."""
     found, crashes, ends_s = Counter[str](), list[Crash](), time.monotonic() + seconds
     with tempfile.TemporaryDirectory(prefix="riglens-fuzz-") as folder, _own_cache(Path(folder) / "cache"):
-        every = targets(Path(folder))
+        every = [target for target in targets(Path(folder)) if only in target.name]
         for number in range(count):
             if time.monotonic() > ends_s:
                 break
@@ -380,13 +426,14 @@ def main() -> int:
     words.add_argument("--count", type=int, default=100_000)
     words.add_argument("--seed", type=int, default=1)
     words.add_argument("--seconds", type=float, default=float("inf"))
+    words.add_argument("--only", default="", help="targets whose names hold this text")
     words.add_argument("--keep", type=Path, default=Path("out/fuzz"), help="where inputs that crash are kept")
     said = words.parse_args()
     if sys.platform != "win32":
         import resource
 
         resource.setrlimit(resource.RLIMIT_AS, (MAX_MEMORY_BYTES, MAX_MEMORY_BYTES))
-    found, crashes = run(said.count, said.seed, said.seconds)
+    found, crashes = run(said.count, said.seed, said.seconds, said.only)
     for line, times in sorted(found.items()):
         print(f"{times:9,}  {line}")
     print(f"{found.total():9,}  inputs, {len(crashes)} crashes")

@@ -1,46 +1,28 @@
 """xacro expanded: properties, arguments, macros, conditions, includes and sums, by a reader that runs no code.
 
-Expressions are parsed by `ast` and are numbers, texts, names, arithmetic, comparisons and the functions of FUNCTIONS;
-nothing else is accepted. Files are included from the folder of the rig's file and below it, and only from there: of
-`$(find package)/urdf/wheel.xacro` the end that lies there. What the environment would say is not asked.
-Source: ROS wiki "xacro".
+What stands in ${...} is worked out by `xacro_sums`. Files are included, and YAML is loaded, from the folder of the
+rig's file and below it, or from its ROS package, and only from there: of `$(find package)/urdf/wheel.xacro` the end
+that lies there. What the environment would say is not asked. Source: ROS wiki "xacro".
 """
 
 from __future__ import annotations
 
-import ast
-import math
-import operator
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
-from typing import NoReturn
 
 from riglens.core.errors import InputError
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import Element, Source
+from riglens.core.formats.xacro_sums import ACCEPTED, MAX_LETTERS, Names, Worked, as_text, typed, worked_out
 from riglens.core.rig.yaml.nodes import shortened
 
 MAX_STEPS, MAX_TEXTS, MAX_DEPTH, MAX_FILES = 20_000, 200_000, 30, 60
 """Elements made, texts worked out, macros and properties within one another, and files included."""
-MAX_LETTERS, MAX_NODES, MAX_SIZE = 2_000, 100, 1e12
-"""Of a text, of the parts of an expression, and of a number in it."""
+MAX_PARENTS = 4
+"""Folders in which the description of the package is looked for, that of the rig's file the first."""
 PREFIX = "xacro:"
-Plain = float | int | bool | str
-FUNCTIONS: dict[str, Callable[..., float]] = {
-    **{name: getattr(math, name) for name in ("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sqrt")},
-    **{name: getattr(math, name) for name in ("radians", "degrees", "floor", "ceil", "hypot")},
-    "abs": abs, "min": min, "max": max, "float": float, "int": int, "round": round,
-}  # fmt: skip
-_ARITHMETIC: dict[type, Callable[[float, float], float]] = {
-    ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
-    ast.FloorDiv: operator.floordiv, ast.Mod: operator.mod,
-}  # fmt: skip
-_COMPARISONS: dict[type, Callable[[Plain, Plain], bool]] = {
-    ast.Eq: operator.eq, ast.NotEq: operator.ne, ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt,
-    ast.GtE: operator.ge,
-}  # fmt: skip
 _PIECES = re.compile(r"\$\$(?=[{(])|\$\{([^}]*)\}|\$\(([^)]*)\)")
 _PARAMETER = re.compile(r"(\*{0,2})([A-Za-z_]\w*)(?::?=(\^?\|?)('[^']*'|\"[^\"]*\"|\S*))?")
 
@@ -70,7 +52,7 @@ class _Scope:
     """Names and what they stand for; what is not here is looked for in the scope outside."""
 
     outside: _Scope | None = None
-    values: dict[str, str] = field(default_factory=dict)
+    values: dict[str, Worked] = field(default_factory=dict)
     blocks: dict[str, list[Element]] = field(default_factory=dict)
 
     def owner(self, name: str) -> _Scope | None:
@@ -99,7 +81,9 @@ class _Expander:
     """Walks through a document and counts what it makes."""
 
     def __init__(self, source: Source, notes: Notes) -> None:
-        self._source, self._folder, self._notes = source, source.path.parent.resolve(), notes
+        folder = source.path.parent.resolve()
+        self._source, self._folders, self._notes = source, (folder, _package(folder)), notes
+        self._loaded: dict[Path, Worked] = {}
         self._macros: dict[str, _Macro] = {}
         self._arguments: dict[str, str] = {}
         self.steps = self.files = self._texts = 0
@@ -150,7 +134,7 @@ class _Expander:
             place.blocks[name] = element.children
         elif "value" in element.attributes or scope.owner(name) is None:
             own = f"${{{name}}}" in value.replace(" ", "")
-            place.values[name] = self.text(value, element, scope) if own or place is not scope else value
+            place.values[name] = self._kept(value, element, scope) if own or place is not scope else value
 
     def define_argument(self, element: Element, scope: _Scope) -> None:
         """Keep the default of an argument: nobody is there to give another value."""
@@ -189,11 +173,11 @@ class _Expander:
                     made for one in found for made in self.expand(one, scope, depth + 1)
                 ]
             elif parameter in element.attributes:
-                inner.values[parameter] = self.text(element.attributes[parameter], element, scope)
+                inner.values[parameter] = self._kept(element.attributes[parameter], element, scope)
             elif is_outer and scope.owner(parameter) is not None:
-                inner.values[parameter] = self.text(f"${{{parameter}}}", element, scope)
+                inner.values[parameter] = self._kept(f"${{{parameter}}}", element, scope)
             elif default is not None:
-                inner.values[parameter] = self.text(default, element, scope)
+                inner.values[parameter] = self._kept(default, element, scope)
             else:
                 raise element.error(f"parameter '{shortened(parameter, 60)}' is missing")
         yield from self._all(macro.body, inner, depth)
@@ -204,28 +188,49 @@ class _Expander:
         if found is None:
             self._notes.ignored("included file that is not in the rig's folder", shortened(said, 80))
             return
+        self._count_file(element)
+        yield from self._all(self._source.another(found).xml.children, scope, depth)
+
+    def _count_file(self, element: Element) -> None:
         self.files += 1
         if self.files > MAX_FILES:
             raise element.error(f"more than {MAX_FILES} files included; accepted are at most that many")
-        yield from self._all(self._source.another(found).xml.children, scope, depth)
+
+    def _load_yaml(self, said: str, element: Element) -> Worked:
+        """Return the content of a YAML file, read once."""
+        found = self._file(said)
+        if found is None:
+            raise element.error(
+                f"load_yaml: '{shortened(said, 80)}' is not in the rig's folder or package; expand it first, with xacro"
+            )
+        if found not in self._loaded:
+            self._count_file(element)
+            self._loaded[found] = self._source.another(found).yaml.raw
+        return self._loaded[found]
 
     def _file(self, said: str) -> Path | None:
-        """Return a file in the rig's folder or below it that the end of a path names."""
+        """Return a file in the rig's folder, its package or below that the end of a path names."""
         parts = [part for part in PurePosixPath(said.replace("\0", "/..")).parts if part != "/"]
         for start in range(len(parts)):
             if ".." in parts[start:]:
                 continue
-            place = (self._folder / Path(*parts[start:])).resolve()
-            if place.is_relative_to(self._folder) and place.is_file():
-                return place
+            for folder in self._folders:
+                place = (folder / Path(*parts[start:])).resolve()
+                if place.is_relative_to(folder) and place.is_file():
+                    return place
         return None
 
     # ------------------------------------------------------------------ texts
     def text(self, said: str, element: Element, scope: _Scope, depth: int = 0) -> str:
         """Return a text with its expressions worked out."""
-        return _as_text(self.value(said, element, scope, depth))
+        return _text_of(self.value(said, element, scope, depth), element)
 
-    def value(self, said: str, element: Element, scope: _Scope, depth: int = 0) -> Plain:
+    def _kept(self, said: str, element: Element, scope: _Scope) -> Worked:
+        """Return what a name stands for from now on: a list, a dictionary, or a text."""
+        value = self.value(said, element, scope)
+        return value if isinstance(value, (tuple, Mapping)) else _text_of(value, element)
+
+    def value(self, said: str, element: Element, scope: _Scope, depth: int = 0) -> Worked:
         """Return a text, or the value of the one expression that it consists of."""
         self._texts += 1
         if len(said) > MAX_LETTERS or depth > MAX_DEPTH or self._texts > MAX_TEXTS:
@@ -235,50 +240,56 @@ class _Expander:
         whole = _PIECES.fullmatch(said)
         if whole is not None and whole[0] != "$$":
             return self._piece(whole, element, scope, depth)
-        made = _PIECES.sub(lambda piece: _as_text(self._piece(piece, element, scope, depth)), said)
+        made = _PIECES.sub(lambda piece: _text_of(self._piece(piece, element, scope, depth), element), said)
         if len(made) > MAX_LETTERS:
             raise element.error(f"text of more than {MAX_LETTERS} letters")
         return made
 
-    def _piece(self, piece: re.Match[str], element: Element, scope: _Scope, depth: int) -> Plain:
+    def _piece(self, piece: re.Match[str], element: Element, scope: _Scope, depth: int) -> Worked:
         expression, command = piece.groups()
         if expression is not None:
             return self._worked_out(expression, element, scope, depth)
         if command is None:
             return "$"
         word, _, rest = command.strip().partition(" ")
-        if word == "arg" and rest.strip() in self._arguments:
-            return self.value(self._arguments[rest.strip()], element, scope, depth + 1)
+        if word == "arg":
+            return self._argument(rest.strip(), element, scope, depth)
         if word == "find":
             return "/" + rest.strip()
         if word == "eval":
             return self._worked_out(rest, element, scope, depth)
-        if word == "arg":
-            raise element.error(
-                f"argument '{shortened(rest, 60)}' has no default; expand it first, with xacro"
-            )
         raise element.error(f"found '{shortened(piece[0], 60)}'; accepted are $(arg), $(find) and sums")
 
-    def _worked_out(self, expression: str, element: Element, scope: _Scope, depth: int) -> Plain:
-        try:
-            tree = ast.parse(expression.strip(), mode="eval")
-        except (SyntaxError, ValueError, RecursionError, MemoryError):
-            _refuse(expression, element)
-        if sum(1 for _ in ast.walk(tree)) > MAX_NODES:
-            _refuse(expression, element)
+    def _argument(self, name: str, element: Element, scope: _Scope, depth: int) -> Worked:
+        if name not in self._arguments:
+            raise element.error(
+                f"argument '{shortened(name, 60)}' has no default; expand it first, with xacro"
+            )
+        return self.value(self._arguments[name], element, scope, depth + 1)
 
-        def known(name: str) -> Plain:
+    def _worked_out(self, expression: str, element: Element, scope: _Scope, depth: int) -> Worked:
+        if "$(" in expression:
+            expression = self.text(expression, element, scope, depth + 1)
+
+        def known(name: str) -> Worked:
             owner = scope.owner(name)
             if owner is None:
                 raise element.error(f"'{shortened(name, 60)}' has no value here")
-            return _typed(self.value(owner.values[name], element, owner, depth + 1))
+            said = owner.values[name]
+            return typed(self.value(said, element, owner, depth + 1) if isinstance(said, str) else said)
 
+        names = Names(
+            known,
+            lambda name: self._argument(name, element, scope, depth),
+            lambda said: self._load_yaml(said, element),
+        )
         try:
-            return _limited(_evaluated(tree.body, known), expression, element)
-        except (ArithmeticError, TypeError, ValueError, KeyError) as error:
+            return worked_out(expression, names)
+        except (ArithmeticError, TypeError, ValueError, LookupError, RecursionError) as error:
             if isinstance(error, InputError):
                 raise
-            _refuse(expression, element)
+            shown = shortened(expression, 60)
+            raise element.error(f"found '${{{shown}}}'; accepted are {ACCEPTED}") from error
 
 
 _DEFINITIONS: dict[str, Callable[[_Expander, Element, _Scope], None]] = {
@@ -288,89 +299,23 @@ _DEFINITIONS: dict[str, Callable[[_Expander, Element, _Scope], None]] = {
 }
 
 
-def _evaluated(node: ast.expr, known: Callable[[str], Plain]) -> Plain:
-    """Work out one node; KeyError or TypeError for what is not accepted."""
-    if isinstance(node, ast.Constant) and isinstance(node.value, (int, float, str)):
-        return node.value
-    if isinstance(node, ast.Name):
-        constants: dict[str, Plain] = {"pi": math.pi, "e": math.e, "true": True, "false": False}
-        return constants[node.id] if node.id in constants else known(node.id)
-    if isinstance(node, ast.UnaryOp):
-        inner = _evaluated(node.operand, known)
-        return not inner if isinstance(node.op, ast.Not) else _SIGNS[type(node.op)] * _number(inner)
-    if isinstance(node, ast.BinOp):
-        left, right = _evaluated(node.left, known), _evaluated(node.right, known)
-        if isinstance(node.op, ast.Pow):
-            return math.pow(_number(left), _number(right))
-        if isinstance(node.op, ast.Add) and isinstance(left, str) and isinstance(right, str):
-            return left + right
-        return _ARITHMETIC[type(node.op)](_number(left), _number(right))
-    if isinstance(node, ast.BoolOp):
-        return _first_that(isinstance(node.op, ast.Or), (_evaluated(part, known) for part in node.values))
-    if isinstance(node, ast.Compare) and len(node.ops) == 1:
-        left, right = _evaluated(node.left, known), _evaluated(node.comparators[0], known)
-        return _COMPARISONS[type(node.ops[0])](left, right)
-    if isinstance(node, ast.IfExp):
-        return _evaluated(node.body if _evaluated(node.test, known) else node.orelse, known)
-    if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and not node.keywords:
-        return FUNCTIONS[node.func.id](*(_number(_evaluated(part, known)) for part in node.args))
-    raise TypeError
+def _truth(value: Worked, element: Element) -> bool:
+    truth = typed(value)
+    if isinstance(truth, str):
+        raise element.error(f"found '{shortened(truth, 60)}'; accepted is true, false or a number")
+    return bool(truth)
 
 
-def _first_that(is_true: bool, values: Iterator[Plain]) -> Plain:
-    """Return the first value that is true, or false; the last one when there is none."""
-    value: Plain = False
-    for value in values:
-        if bool(value) == is_true:
-            break
-    return value
+def _package(folder: Path) -> Path:
+    """Return the folder of the ROS package that a folder lies in, or the folder itself."""
+    for place in (folder, *folder.parents)[:MAX_PARENTS]:
+        if (place / "package.xml").is_file():
+            return place
+    return folder
 
 
-_SIGNS = {ast.USub: -1, ast.UAdd: 1}
-
-
-def _number(value: Plain) -> float | int:
-    if isinstance(value, str):
-        raise TypeError
-    if abs(value) > MAX_SIZE:
-        raise OverflowError
-    return value
-
-
-def _limited(value: Plain, expression: str, element: Element) -> Plain:
-    is_large = len(value) > MAX_LETTERS if isinstance(value, str) else not abs(value) <= MAX_SIZE
-    if is_large or isinstance(value, complex):
-        _refuse(expression, element)
-    return value
-
-
-def _refuse(expression: str, element: Element) -> NoReturn:
-    accepted = f"sums of numbers and properties, and {', '.join(FUNCTIONS)}"
-    raise element.error(f"found '${{{shortened(expression, 60)}}}'; accepted are {accepted}")
-
-
-def _typed(value: Plain) -> Plain:
-    """Return a text that is a number or a truth value as such."""
-    if not isinstance(value, str):
-        return value
-    word = value.strip()
-    if word.lower() in ("true", "false"):
-        return word.lower() == "true"
-    for kind in (int, float):
-        if len(word) < 50 and "_" not in word:
-            try:
-                return kind(word)
-            except ValueError:
-                continue
-    return value
-
-
-def _truth(value: Plain, element: Element) -> bool:
-    typed = _typed(value)
-    if isinstance(typed, str):
-        raise element.error(f"found '{shortened(typed, 60)}'; accepted is true, false or a number")
-    return bool(typed)
-
-
-def _as_text(value: Plain) -> str:
-    return str(value).lower() if isinstance(value, bool) else str(value)
+def _text_of(value: Worked, element: Element) -> str:
+    try:
+        return as_text(value)
+    except ValueError as error:
+        raise element.error(f"found a list or a dictionary of more than {MAX_LETTERS} letters") from error

@@ -7,7 +7,7 @@ import pytest
 
 from riglens.core.errors import InputError
 from riglens.core.formats.exchange import read_rig
-from riglens.core.formats.xacro import FUNCTIONS, MAX_LETTERS
+from riglens.core.formats.xacro_sums import FUNCTIONS, MAX_LETTERS
 from tests.core.formats.cases import read_files, write_files
 from tests.core.formats.test_reports import has
 
@@ -87,7 +87,11 @@ def test_expressions_are_arithmetic(expression: str, value: float) -> None:
         "${" + "(" * 500 + "1" + ")" * 500 + "}", "${" + "+".join(["1"] * 300) + "}", "${f'{1}'}", "${1e300*1e300}",
         "$(eval __import__('os').getcwd())", "$(env HOME)", "$(optenv HOME 1)", "$(arg nosuch)", "${nosuch}", "${}",
         "${a.b}", "${a[0]}", "${sin}", "${sin(x=1)}", "${1 if}", "${int('9' * 10)}", "x" * (MAX_LETTERS + 1) + "${1}",
-        "${b''}", "${1j}", "${exec('1')}", "${print(1)}", "$(dirname)",
+        "${b''}", "${1j}", "${exec('1')}", "${print(1)}", "$(dirname)", "${[1, 2][2]}", "${[1][0.0]}", "${[1, 2][::2]}",
+        "${dict(x=1).y}", "${dict(x=1)['y']}", "${dict(x=1).keys()}", "${[1] * 99}", "${[1] == [1]}", "${1 in 'abc'}",
+        "${dict([1])}", "${dict(**a)}", "${dict([([1], 2)])}", "${[*a]}", "${len(a)}", "${'abc'[0]}", "${None}",
+        "${load_yaml('rig.xacro')}", "${load_yaml('nosuch.yaml')}", "${load_yaml('/etc/passwd')}", "${load_yaml(a)}",
+        "${math.nosuch}", "${math.exp(1)}", "${xacro.message('x')}", "${arg('x')}", "${xacro.arg('nosuch')}",
     ],
 )  # fmt: skip
 def test_anything_else_is_refused_in_one_line(
@@ -101,11 +105,103 @@ def test_anything_else_is_refused_in_one_line(
     assert not (tmp_path / "owned").exists()
 
 
+@pytest.mark.parametrize(
+    ("expression", "value"),
+    [
+        ("${p['x']}", 2.0), ("${p.x + p.inner.y}", 5.0), ("${p['inner']['y']}", 3.0), ("${p['n'][1]}", 5.0),
+        ("${l[-1]}", 8.0), ("${(1, 2)[1]}", 2.0),
+        ("${len(l)}", 3.0), ("${len(l[1:])}", 2.0), ("${1 if 7 in l and 'x' in p else 0}", 1.0), ("${q['1a']}", 1.0),
+        ("${dict(p, x=9)['x']}", 9.0), ("${math.radians(180) / math.pi}", 1.0), ("${xacro.arg('a')}", 4.0),
+        ("${1 if 'y' not in p else 0}", 1.0),
+    ],
+)  # fmt: skip
+def test_lists_and_dictionaries_have_entries(expression: str, value: float) -> None:
+    before = """<xacro:arg name="a" default="4"/><xacro:property name="l" value="${[6, 7, 4*2]}"/>
+      <xacro:property name="p" value="${dict(x=2, inner=dict(y=3), n=(4, 5))}"/>
+      <xacro:property name="q" value="${dict([('1a', 1), ('2b', 2)])}"/>"""
+    assert first(expression, before) == pytest.approx(value)
+
+
+CALIBRATION = "base_link:\n  velodyne_top: {x: 1.25, y: 0.5, z: 1.5, rpy: [0, 0, 1.5707963267948966]}\n"
+KIT = (
+    HEAD
+    + """
+  <xacro:arg name="config_dir" default="$(find kit)/config"/>
+  <xacro:property name="calibration" value="${xacro.load_yaml('$(arg config_dir)/kit.yaml')}"/>
+  <xacro:macro name="lidar" params="name at">
+    <link name="${name}"/><joint name="j" type="fixed"><parent link="base_link"/><child link="${name}"/>
+    <origin xyz="${at['x']} ${at['y']} ${at.z}" rpy="${at.rpy[0]} ${at.rpy[1]} ${at.rpy[2]}"/></joint>
+  </xacro:macro>
+  <xacro:lidar name="velodyne_top" at="${calibration['base_link']['velodyne_top']}"/>
+</robot>"""
+)
+
+
+def test_a_calibration_is_loaded_from_the_package_of_the_kit(tmp_path: Path) -> None:
+    write_files(tmp_path / "kit", {"package.xml": "<package/>"})
+    write_files(tmp_path / "kit" / "config", {"kit.yaml": CALIBRATION})
+    write_files(tmp_path / "kit" / "urdf", {"kit.xacro": KIT})
+    read = read_rig(tmp_path / "kit" / "urdf" / "kit.xacro")
+    lidar = read.rig.sensor("velodyne_top")
+    assert lidar.position == pytest.approx((read.rig.vehicle.rear_axle_x + 1.25, 0.5, 1.5))
+    assert lidar.rpy_deg[2] == pytest.approx(90.0)
+    assert has(read.report, "read", "xacro, expanded here", "1 files included")
+
+
+def test_nothing_is_loaded_from_beside_a_package(tmp_path: Path) -> None:
+    write_files(tmp_path / "config", {"kit.yaml": CALIBRATION})
+    write_files(tmp_path / "kit" / "urdf", {"kit.xacro": KIT})
+    for is_package in (False, True):
+        if is_package:
+            write_files(tmp_path / "kit", {"package.xml": "<package/>"})
+        with pytest.raises(InputError, match=r"'/kit/config/kit.yaml' is not in the rig's folder or package"):
+            read_rig(tmp_path / "kit" / "urdf" / "kit.xacro")
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        "a: &x [1]\nb: *x\n",
+        "a: !!python/object:os.system {}\n",
+        "a: " + "[" * 60 + "]" * 60,
+        "a: 1\na: 2\n",
+        "\0",
+    ],
+)
+def test_yaml_that_is_more_than_plain_data_is_refused_in_one_line(tmp_path: Path, content: str) -> None:
+    text = (
+        f"{HEAD}<xacro:property name='p' value=\"${{load_yaml('p.yaml')}}\"/><link name='${{p.a}}'/></robot>"
+    )
+    with pytest.raises(InputError, match=r"p\.yaml") as caught:
+        read_rig(write_files(tmp_path, {"rig.xacro": text, "p.yaml": content}) / "rig.xacro")
+    assert str(caught.value).isprintable()
+
+
+def test_a_list_in_a_text_is_written_as_python_does() -> None:
+    text = (
+        HEAD
+        + """<xacro:property name="d" value="${dict(a=[1, 2.5], b='x')}"/><link name="${d}_lidar"/>
+      <joint name="j" type="fixed"><parent link="base_link"/><child link="${d}_lidar"/></joint></robot>"""
+    )
+    assert [sensor.name for sensor in read_files({"rig.xacro": text}).rig.sensors] == [
+        "{'a': [1, 2.5], 'b': 'x'}_lidar"
+    ]
+
+
 MANY = "".join(f'<xacro:property name="p{n}" value="${{p{n - 1}}}${{p{n - 1}}}"/>' for n in range(1, 29))
 DOUBLING = "".join(
     f'<xacro:macro name="m{n}" params=""><xacro:m{n - 1}/><xacro:m{n - 1}/></xacro:macro>'
     for n in range(1, 25)
 )
+
+SHARED = '<xacro:macro name="m0" params="p"><link name="${p}"/></xacro:macro>' + "".join(
+    f'<xacro:macro name="m{n}" params="p"><xacro:m{n - 1} p="${{dict(a=p, b=p, c=p, d=p, e=p)}}"/></xacro:macro>'
+    for n in range(1, 10)
+)
+NESTED = "".join(
+    f'<xacro:property name="p{n}" value="${{{"[" * 90}p{n - 1}{"]" * 90}}}"/>' for n in range(1, 30)
+)
+NEGATED = "".join(f'<xacro:property name="p{n}" value="${{{"-" * 90}p{n - 1}}}"/>' for n in range(1, 30))
 
 
 @pytest.mark.parametrize(
@@ -118,6 +214,9 @@ DOUBLING = "".join(
         '<xacro:include filename="rig.xacro"/>',
         '<xacro:if value="perhaps"><link name="x"/></xacro:if>',
         '<xacro:macro name="m" params="a"/><xacro:m/>',
+        f'{SHARED}<xacro:m9 p="${{[1, 2]}}"/>',
+        '<xacro:property name="p0" value="1"/>' + NESTED + '<link name="${p29}"/>',
+        '<xacro:property name="p0" value="1"/>' + NEGATED + '<link name="${p29}"/>',
     ],
     ids=[
         "loop",
@@ -127,6 +226,9 @@ DOUBLING = "".join(
         "includes itself",
         "no truth",
         "no parameter",
+        "shared",
+        "nested",
+        "negated",
     ],
 )
 def test_bombs_and_loops_end_in_one_line(inside: str) -> None:
