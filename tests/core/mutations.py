@@ -6,7 +6,10 @@ exactly once is an error, so this list follows the sources.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+import os
+
+from tests.conftest import KERNELS
+from tests.core.mutants import Guard, Mutation, mutations_of
 
 SMALL = "test_small_mistakes.py"
 TESTS = {
@@ -105,50 +108,38 @@ TESTS = {
 """Which tests stand guard over a source file, in tests/core."""
 
 
-class Mutation(NamedTuple):
-    """A mistake: the text of a file that is replaced, and by what."""
-
-    file: str
-    right: str
-    wrong: str
-
-
-def _of(file: str, *pairs: tuple[str, str]) -> list[Mutation]:
-    return [Mutation(file, right, wrong) for right, wrong in pairs]
-
-
 MUTATIONS = [
-    *_of(
+    *mutations_of(
         "core/simulate/channels.py",
         ("(ego_m - self.place_m) @ self.rotation)", "(ego_m - self.place_m) @ self.rotation.T)"),
         ("np.mean([lidar.position for lidar in lidars], axis=0) - origin_m", "-origin_m"),
         ("xyzw[:, [3, 0, 1, 2]]", "xyzw"),
     ),
-    *_of(
+    *mutations_of(
         "core/simulate/clutter.py",
         ("result &= gap <= mine[..., axis]", "result |= gap <= mine[..., axis]"),
         ("users.centre_m, np.zeros((1, 2))])", "users.centre_m, np.full((1, 2), 90.0)])"),
     ),
-    *_of(
+    *mutations_of(
         "core/simulate/dataset.py",
         ("if needed * SPARE > free:", "if needed > free:"),
         ("if tuple(note[\"frame\"] for note in notes) == piece.frames", "if True"),
         ("if held and PLAN not in held:", "if False:"),
         ("        shutil.rmtree(self.path / WORK)\n", ""),
     ),
-    *_of(
+    *mutations_of(
         "core/simulate/tables.py",
         ("quaternions(rotation @ truth.rotation)", "quaternions(truth.rotation)"),
         ('"size": [width, length, height]', '"size": [length, width, height]'),
         ("ego_origin_m(self._rig)) @ rotation.T", "ego_origin_m(self._rig)) @ rotation"),
     ),
-    *_of(
+    *mutations_of(
         "core/simulate/units.py",
         ("ring = ring + beams[sweep.sensor]", "ring = ring + 0.0 * beams[sweep.sensor]"),
         ("if files.keys() != unit.file_names() or frames", "if frames"),
         ("np.where(alone > 0, alone, sweep.alone)", "np.where(alone > 0, alone, 1)"),
     ),
-    *_of(
+    *mutations_of(
         "core/simulate/carla_session.py",
         ("_MIRRORED = np.diag([1.0, -1.0, 1.0])", "_MIRRORED = np.diag([1.0, 1.0, 1.0])"),
         ("carla.Location(x=x, y=-y, z=z)", "carla.Location(x=x, y=y, z=z)"),
@@ -156,14 +147,14 @@ MUTATIONS = [
         ("            if sent.frame == number:\n                return sent", "            return sent"),
         ("            world.apply_settings(before)", "            world.apply_settings(now)"),
     ),
-    *_of(
+    *mutations_of(
         "core/simulate/carla_collection.py",
         ("mirrored(records[:, :3])", "records[:, :3]"),
         ("from_above = np.argsort(-lidar.elevations()", "from_above = np.argsort(lidar.elevations()"),
         ("(red + 256.0 * green + 65536.0 * blue)", "(blue + 256.0 * green + 65536.0 * red)"),
         ("[:, :, 2::-1]", "[:, :, :3]"),
     ),
-    *_of(
+    *mutations_of(
         "core/engine/inspect.py",
         ('if words is None or not int(index.words[word]) & bit:', 'if words is None:'),
         ('return bool(int(words[word]) & bit)', 'return bool(int(words[word]))'),
@@ -172,7 +163,7 @@ MUTATIONS = [
         ('    levels &= engine.field.index.words\n', ''),
         ('levels[level] |= levels[level - 1] & words', 'levels[level] |= levels[level - 1] | words'),
     ),
-    *_of(
+    *mutations_of(
         "core/engine/sight.py",
         ('if not sensor.enabled:', 'if False:'),
         ('(np.array(voxel) + 0.5) * edge', '(np.array(voxel) + 1.0) * edge'),
@@ -195,7 +186,7 @@ MUTATIONS = [
         ('if along[place] > best_cosine:', 'if along[place] < best_cosine:'),
         ('near = (beside <= least + radius_m) & (along > -radius_m)', 'near = (beside <= least) & (along > -radius_m)'),
     ),
-    *_of(
+    *mutations_of(
         "core/engine/audit.py",
         ('twice |= once & own\n        once |= own', 'once |= own\n        twice |= once & own'),
         ('twice | (once & ~own)', 'twice | once'),
@@ -206,7 +197,7 @@ MUTATIONS = [
         ('lost[name] / totals[name] if totals[name] else 0.0', 'lost[name] if totals[name] else 0.0'),
         ('count / max(1, self.rays)', 'count / max(2, self.rays)'),
     ),
-    *_of(
+    *mutations_of(
         "core/geometry.py",
         ("[-sp, cp * sr, cp * cr]", "[sp, cp * sr, cp * cr]"),
         ("-rotation @ np.array(self.position_m)", "rotation @ np.array(self.position_m)"),
@@ -214,7 +205,7 @@ MUTATIONS = [
         ("if level < 1e-12:", "if level < 1e-2:"),
         ("_SAME_DEG = 1e-9", "_SAME_DEG = 1e-3"),
     ),
-    *_of(
+    *mutations_of(
         "core/files.py",
         ("            stream.flush()\n            os.fsync(stream.fileno())\n        if target", "        if target"),
         ("        os.replace(temporary, target)\n    except", "        os.rename(target, temporary)\n    except"),
@@ -226,28 +217,28 @@ MUTATIONS = [
         ("if entry.name not in files or not entry.is_file()", "if False"),
         ("        os.rename(old, target)\n        raise", "        raise"),
     ),
-    *_of(
+    *mutations_of(
         "core/shown_text.py",
         ("\\x7f-\\x9f", "\\x7f"),
         ("\\u2028-\\u202e", "\\u2028"),
         ('"＝", ', ""),
     ),
-    *_of(
+    *mutations_of(
         "core/metric/entropy.py",
         ("np.rint(entropy_of_counts", "np.floor(entropy_of_counts"),
         ("if not informative.all():", "if False:"),
     ),
-    *_of(
+    *mutations_of(
         "core/metric/scoring.py",
         ("sums_q[row, VOXELS]", "sums_q[0, VOXELS]"),
     ),
-    *_of(
+    *mutations_of(
         "core/metric/voxel.py",
         ("(keep & (bit - 1))", "(keep & bit)"),
         ("iz // 64, 1 << (iz % 64)", "iz // 64, 1 << (iz % 63)"),
         ("return 0 < _count(pog, cls, voxel) < pog.data.frames", "return 0 < _count(pog, cls, voxel)"),
     ),
-    *_of(
+    *mutations_of(
         "core/scene/grid.py",
         ("MIN_VOXEL_M <= self.voxel_m", "0.0 < self.voxel_m"),
         ("-self.roi_m[1] / 2, 0.0", "-self.roi_m[1] / 2, -self.roi_m[2] / 2"),
@@ -255,31 +246,31 @@ MUTATIONS = [
         ("nx * ny >= MAX_COLUMNS", "False"),
         ("if needed > available:", "if False:"),
     ),
-    *_of(
+    *mutations_of(
         "core/scene/columns.py",
         ("if top >> (levels % 64):", "if False:"),
         ("(grid.shape[2] + 63) // 64", "grid.shape[2] // 64 + 1"),
         ("words.shape != (words_in(grid),)", "False"),
     ),
-    *_of(
+    *mutations_of(
         "core/scene/filling.py",
         ("(high > -1.0)", "(high > 1.0)"),
         ("np.add(target, marks > 0, out=target)", "np.add(target, marks, out=target)"),
         ("np.abs(rotation), half_m", "rotation, half_m"),
         ("batch.size_m[rows] / 2", "batch.size_m[rows]"),
     ),
-    *_of(
+    *mutations_of(
         "core/scene/boxes.py",
         ("rotation[:, 0, 0], rotation[:, 0, 1] = cos, -sin", "rotation[:, 0, 0], rotation[:, 0, 1] = cos, sin"),
         ("/ np.linalg.norm(wxyz, axis=1, keepdims=True)", ""),
         ("2 * (x * y - w * z)", "2 * (x * y + w * z)"),
         ("len(self.names) + more.sequence", "more.sequence"),
     ),
-    *_of(
+    *mutations_of(
         "core/scene/pog.py",
         ("report.frames <= np.iinfo(np.uint16).max", "True"),
     ),
-    *_of(
+    *mutations_of(
         "core/scene/pog_checks.py",
         ("if most > self.header.data.frames:", "if False:"),
         ("is_fortran and len(shape) > 1", "False"),
@@ -291,7 +282,7 @@ MUTATIONS = [
         ("0 < dtype.itemsize <= 4 * most_chars", "True"),
         ('any("\\ud800" <= letter', 'any("\\ue800" <= letter'),
     ),
-    *_of(
+    *mutations_of(
         "core/scene/pog_store.py",
         ("if _digest(content.text, content.voxels.words, content.counts) != content.digest:", "if False:"),
         ("digest.update(np.ascontiguousarray(counts).data)", "pass"),
@@ -299,12 +290,12 @@ MUTATIONS = [
         ("if pog.grid != grid:", "if False:"),
         ("source.content_hash, grid.voxel_m.hex()", "grid.voxel_m.hex()"),
     ),
-    *_of(
+    *mutations_of(
         "core/scene/pog_parts.py",
         ("if part.grid != grid or part.data.sha256 != group.content_hash:", "if part.grid != grid:"),
         ("future.exception() is not None, waiting[future]", "waiting[future]"),
     ),
-    *_of(
+    *mutations_of(
         "core/scene/readers/common.py",
         ("np.abs(centre_m) <= MAX_POSITION_M", "centre_m <= MAX_POSITION_M"),
         ("(size_m > 0.0)", "(size_m >= 0.0)"),
@@ -314,15 +305,15 @@ MUTATIONS = [
         ('side="right"', 'side="left"'),
         ("sum(report.frames for report in reports)", "max(report.frames for report in reports)"),
     ),
-    *_of(
+    *mutations_of(
         "core/scene/readers/frames.py",
         ("(same & (frame < before_frame))", "False"),
     ),
-    *_of(
+    *mutations_of(
         "core/scene/readers/classes.py",
         ("if cls not in (*CLASSES, IGNORE):", "if False:"),
     ),
-    *_of(
+    *mutations_of(
         "core/scene/readers/parquet_pages.py",
         ("if largest > MAX_PAGE_BYTES:", "if False:"),
         ("if largest > MAX_REPEATED_BYTES:", "if False:"),
@@ -331,12 +322,12 @@ MUTATIONS = [
         ("(value >> 1) ^ -(value & 1)", "value >> 1"),
         ("at += page.header_bytes + page.stored_bytes", "at += page.stored_bytes"),
     ),
-    *_of(
+    *mutations_of(
         "core/scene/readers/feather_sizes.py",
         ("total += length if full == _NOT_COMPRESSED else full", "total += length"),
         ("if kind not in (_DICTIONARY, _RECORDS):", "if kind != _RECORDS:"),
     ),
-    *_of(
+    *mutations_of(
         "core/rig/edits.py",
         ("0.0 - roll, pitch, 0.0 - yaw", "0.0 - roll, pitch, yaw"),
         ("(x, 0.0 - y, z), (0.0", "(x, y, z), (0.0"),
@@ -346,7 +337,7 @@ MUTATIONS = [
         ("renamed.get(sensor.mirror_of or \"\")", "None"),
         ('"right" if y_m > 0.0 else "left"', '"right" if y_m < 0.0 else "left"'),
     ),
-    *_of(
+    *mutations_of(
         "core/rig/history.py",
         ("bool(self.numbers) and self.numbers == other.numbers", "bool(self.numbers)"),
         ("and not isinstance(value, bool)", ""),
@@ -356,7 +347,7 @@ MUTATIONS = [
         ("if self._index == len(self._steps) - 1:\n            return False", "if False:\n            return False"),
         ("and not same_rig(self.rig, self._saved)", ""),
     ),
-    *_of(
+    *mutations_of(
         "core/rig/model.py",
         ("(self.to - self.from_) / (self.count - 1)", "(self.to - self.from_) / self.count"),
         ("if span_deg > 360.0:", "if False:"),
@@ -369,7 +360,7 @@ MUTATIONS = [
         ("ge=0.001, le=179.9", "ge=0.0001, le=179.9"),
         ("isinstance(s, Lidar) and s.enabled", "isinstance(s, Lidar)"),
     ),
-    *_of(
+    *mutations_of(
         "core/rig/yaml/nodes.py",
         ("if depth > MAX_DEPTH:", "if False:"),
         ("if self._count > MAX_VALUES:", "if False:"),
@@ -378,13 +369,13 @@ MUTATIONS = [
         ("if tag := _LONG_TAG.search(text):", "if False and (tag := _LONG_TAG.search(text)):"),
         ("if len(content) > MAX_BYTES:", "if False:"),
     ),
-    *_of(
+    *mutations_of(
         "core/rig/yaml/file.py",
         ("if size_bytes > MAX_BYTES:", "if False:"),
         ("if size_bytes > MAX_VALUES:", "if False:"),
         ("key not in LATER_FIELDS or value is not None", "True"),
     ),
-    *_of(
+    *mutations_of(
         "core/rig/yaml/text.py",
         ("return float(one) == float(other) and math.copysign(1.0, one) == math.copysign(1.0, other)",
          "return float(one) == float(other)"),
@@ -392,13 +383,13 @@ MUTATIONS = [
         ('text.replace("e", ".0e") if "e" in text and "." not in text else text', "text"),
         ("one.keys() == other.keys() and", ""),
     ),
-    *_of(
+    *mutations_of(
         "core/rig/pose_text.py",
         ("abs(metres) <= MAX_METRES", "metres <= MAX_METRES"),
         ("abs(degrees) <= MAX_DEGREES", "True"),
         ("_RIGID_TOLERANCE = 1e-3", "_RIGID_TOLERANCE = 1e-1"),
     ),
-    *_of(
+    *mutations_of(
         "core/formats/source.py",
         ('if line.count(".") > MAX_DOTS:', "if False:"),
         ('if sum(map(text.count, ",[{")) > MAX_JSON_VALUES:', "if False:"),
@@ -409,50 +400,50 @@ MUTATIONS = [
         ('if b"\\0" in content:', "if False:"),
         ("if isinstance(value, bool) or not isinstance(value, (int, float))", "if not isinstance(value, (int, float))"),
     ),
-    *_of(
+    *mutations_of(
         "core/formats/frames.py",
         ("if np.linalg.det(rotation) < 0.0 or error", "if error"),
         ("error > _WORST_ROTATION", "False"),
         ("if child in self._parents or child == parent:", "if child == parent:"),
         ("parent_SE3_optical @ se3(BODY_R_OPTICAL.T,", "parent_SE3_optical @ se3(BODY_R_OPTICAL,"),
     ),
-    *_of(
+    *mutations_of(
         "core/formats/lenses.py",
         ("{key: number / focal_px for", "{key: number for"),
         ("focal_px * lens.stretch", "focal_px"),
     ),
-    *_of(
+    *mutations_of(
         "core/sensing/rays.py",
         ("(np.arange(camera.cast[1]) + 0.5)", "np.arange(camera.cast[1])"),
         ("(low <= origin) & (origin < high)", "(low <= origin) & (origin <= high)"),
     ),
-    *_of(
+    *mutations_of(
         "core/sensing/lens.py",
         ("_brown_conrady(lens, x, y), axis=-1)", "_brown_conrady(lens, y, x), axis=-1)"),
         ("2.0 * lens.p1 * x * y + lens.p2 * (s + 2.0 * x * x)", "2.0 * lens.p2 * x * y + lens.p1 * (s + 2.0 * x * x)"),
     ),
-    *_of(
+    *mutations_of(
         "core/sensing/camera.py",
         ("[ahead, -right, -down]", "[ahead, right, -down]"),
         ("rays // columns + 0.5", "rays // columns"),
         ("np.where(depth > 0.0, optical[:, :2] / depth, np.nan)", "optical[:, :2] / depth"),
     ),
-    *_of(
+    *mutations_of(
         "core/view/projection.py",
         ("high = np.where((at_a < 0.0) & (at_b < 0.0), -1.0, high)", "pass"),
     ),
-    *_of(
+    *mutations_of(
         "core/view/range_image.py",
         ("np.argsort(-elevations,", "np.argsort(elevations,"),
         ("180.0 - np.mod(180.0 - angles_deg, 360.0)", "np.mod(180.0 + angles_deg, 360.0) - 180.0"),
     ),
-    *_of(
+    *mutations_of(
         "core/view/display.py",
         ("        if cls not in self._last:\n", "        if not self._last:\n"),
     ),
 ]  # fmt: skip
 
-SURVIVORS = (
+HARMLESS = (
     (
         Mutation(
             "core/rig/yaml/file.py",
@@ -475,3 +466,16 @@ SURVIVORS = (
     ),
 )
 """Mistakes that change no result, and why; they were tried with the others."""
+
+GUARD = Guard(
+    "rooms",
+    tuple(MUTATIONS),
+    HARMLESS,
+    TESTS,
+    place="tests/core",
+    needed=(
+        *("core", "riglens", "assets", "app", "widgets", "docs", "tests/core", "pyproject.toml"),
+        *("tests/conftest.py", "tests/waiting.py", "tests/hand_clock.py"),
+    ),
+    environment=(("NUMBA_CACHE_DIR", os.environ.get("NUMBA_CACHE_DIR", str(KERNELS))),),
+)

@@ -5,53 +5,41 @@ A mutation whose text is not in the file exactly once is an error, so this list 
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from tests.core.mutants import Explained, Guard, mutations_of
 
 KERNELS, ENGINE, METRIC = "core/kernels", "core/engine", "core/metric"
 TESTS = {
-    f"{KERNELS}/bits.py": ("test_bits",),
-    f"{KERNELS}/palette.py": ("test_palette",),
-    f"{KERNELS}/predicates.py": ("test_predicates",),
-    f"{KERNELS}/walk.py": ("test_walk",),
-    f"{KERNELS}/strides.py": ("test_strides", "test_tolerances"),
-    f"{KERNELS}/profile.py": ("test_profile",),
-    f"{KERNELS}/ties.py": ("test_ties",),
-    f"{KERNELS}/fan.py": ("test_fan",),
-    f"{KERNELS}/planes.py": ("test_fan",),
-    f"{KERNELS}/frustum.py": ("test_frustum", "test_tolerances"),
-    f"{KERNELS}/cones.py": ("test_sheets", "test_tolerances"),
-    f"{KERNELS}/sheet.py": ("test_sheets", "test_tolerances"),
-    f"{KERNELS}/tiles.py": ("test_sheets", "test_tolerances"),
-    f"{KERNELS}/cores.py": ("test_sheets", "test_tolerances"),
-    f"{KERNELS}/settle.py": ("test_settle",),
-    f"{KERNELS}/cast.py": ("test_engine_by_hand",),
-    f"{ENGINE}/fans.py": ("test_fan", "test_profile", "test_tolerances"),
-    f"{ENGINE}/frustums.py": ("test_engine_by_hand", "test_tolerances"),
-    f"{ENGINE}/sheets.py": ("test_sheets", "test_tolerances"),
-    f"{ENGINE}/caster.py": ("test_engine_by_hand",),
-    f"{ENGINE}/engine.py": ("test_engine_by_hand",),
-    f"{METRIC}/entropy.py": ("test_scores_by_hand",),
-    f"{METRIC}/scoring.py": ("test_scores_by_hand",),
-    f"{METRIC}/scores.py": ("test_scores_by_hand",),
-    f"{METRIC}/estimate.py": ("test_scores_by_hand",),
+    f"{KERNELS}/bits.py": ("test_bits.py",),
+    f"{KERNELS}/palette.py": ("test_palette.py",),
+    f"{KERNELS}/predicates.py": ("test_predicates.py",),
+    f"{KERNELS}/walk.py": ("test_walk.py",),
+    f"{KERNELS}/strides.py": ("test_strides.py", "test_tolerances.py"),
+    f"{KERNELS}/profile.py": ("test_profile.py",),
+    f"{KERNELS}/ties.py": ("test_ties.py",),
+    f"{KERNELS}/fan.py": ("test_fan.py",),
+    f"{KERNELS}/planes.py": ("test_fan.py",),
+    f"{KERNELS}/frustum.py": ("test_frustum.py", "test_tolerances.py"),
+    f"{KERNELS}/cones.py": ("test_sheets.py", "test_tolerances.py"),
+    f"{KERNELS}/sheet.py": ("test_sheets.py", "test_tolerances.py"),
+    f"{KERNELS}/tiles.py": ("test_sheets.py", "test_tolerances.py"),
+    f"{KERNELS}/cores.py": ("test_sheets.py", "test_tolerances.py"),
+    f"{KERNELS}/settle.py": ("test_settle.py",),
+    f"{KERNELS}/cast.py": ("test_engine_by_hand.py",),
+    f"{ENGINE}/fans.py": ("test_fan.py", "test_profile.py", "test_tolerances.py"),
+    f"{ENGINE}/frustums.py": ("test_engine_by_hand.py", "test_tolerances.py"),
+    f"{ENGINE}/sheets.py": ("test_sheets.py", "test_tolerances.py"),
+    f"{ENGINE}/caster.py": ("test_engine_by_hand.py",),
+    f"{ENGINE}/engine.py": ("test_engine_by_hand.py",),
+    f"{METRIC}/entropy.py": ("test_scores_by_hand.py",),
+    f"{METRIC}/scoring.py": ("test_scores_by_hand.py",),
+    f"{METRIC}/scores.py": ("test_scores_by_hand.py",),
+    f"{METRIC}/estimate.py": ("test_scores_by_hand.py",),
 }
 """Which direct tests stand guard over a source file."""
 
 
-class Mutation(NamedTuple):
-    """A mistake: the text of a file that is replaced, and by what."""
-
-    file: str
-    right: str
-    wrong: str
-
-
-def _of(file: str, *pairs: tuple[str, str]) -> list[Mutation]:
-    return [Mutation(file, right, wrong) for right, wrong in pairs]
-
-
 MUTATIONS = [
-    *_of(
+    *mutations_of(
         f"{KERNELS}/strides.py",
         ("min(a, b) > span.begin else", "max(a, b) > span.begin else"),
         ("if axis.low <= axis.g < axis.high", "if axis.low <= axis.g <= axis.high"),
@@ -66,7 +54,7 @@ MUTATIONS = [
         ("return span.begin > span.end + CLOSE", "return True"),
         ("(cell, end_cell), (height, end_height)", "(cell, cell), (height, end_height)"),
     ),
-    *_of(
+    *mutations_of(
         f"{KERNELS}/bits.py",
         ("return np.int64(popcount(starts ^ later)) - 1", "return np.int64(popcount(starts ^ later))"),
         ("bits & ((later & (~later + one)) - one)", "bits & (later & (~later + one))"),
@@ -75,14 +63,14 @@ MUTATIONS = [
         ("(w % depth) * 64 + lowest_bit(bits)", "(w % depth) * 63 + lowest_bit(bits)"),
         ("popcount(words[w] & (lowest - np.uint64(1)))", "popcount(words[w] & lowest)"),
     ),
-    *_of(
+    *mutations_of(
         f"{KERNELS}/palette.py",
         ("if begun == 0 or not _same(rows, row - 1, row):", "if not _same(rows, row - 1, row):"),
         ("and rows[a, 2] == rows[b, 2])", ")"),
         ("found < firsts.size", "found <= firsts.size"),
         ("while slots[slot] != EMPTY and not _same(rows, firsts[slots[slot]], row):", "while False:"),
     ),
-    *_of(
+    *mutations_of(
         f"{KERNELS}/predicates.py",
         ("MOMENT_BOUND = 8.0 * UNIT_ROUNDOFF", "MOMENT_BOUND = 0.5 * UNIT_ROUNDOFF"),
         ("SMALLEST <= abs(value)", "SMALLEST < abs(value)"),
@@ -95,7 +83,7 @@ MUTATIONS = [
         ("    sign = _sign_of_sum(terms)\n    return sign if (d1 > 0.0) == (d2 > 0.0) else -sign",
          "    sign = _sign_of_sum(terms)\n    return sign"),
     ),
-    *_of(
+    *mutations_of(
         f"{KERNELS}/walk.py",
         ("if low <= np.floor(g) < high else (leave, leave)", "if low <= np.floor(g) <= high else (leave, leave)"),
         ("    return compare(entry, leave) < 0", "    return compare(entry, leave) <= 0"),
@@ -107,7 +95,7 @@ MUTATIONS = [
         ("int(cell_before(g[2], d[2], crossing))", "int(cell_after(g[2], d[2], crossing))"),
         ("error[axis] += 2 * abs(delta[axis])", "error[axis] += abs(delta[axis])"),
     ),
-    *_of(
+    *mutations_of(
         f"{KERNELS}/profile.py",
         ("TOLERANCE = 1e-8", "TOLERANCE = 1e-9"),
         ("if here > 0.0 and abs(there - here) < TOLERANCE:", "if here > 0.0 and abs(there - here) < -TOLERANCE:"),
@@ -122,7 +110,7 @@ MUTATIONS = [
         ("range(ray_count - 1, -1, -1)", "range(ray_count - 1, 0, -1)"),
         ("masks[i + 1, level >> 6] ^=", "masks[i + 1, level >> 6] |="),
     ),
-    *_of(
+    *mutations_of(
         f"{KERNELS}/ties.py",
         ("AROUND = 1e-6", "AROUND = 1e-12"),
         ("TOGETHER = 1e-10", "TOGETHER = 1e-7"),
@@ -135,7 +123,7 @@ MUTATIONS = [
         ("there = here + step * _side(place)", "there = here - step * _side(place)"),
         ("before + 1 >= start.columns", "before >= start.columns"),
     ),
-    *_of(
+    *mutations_of(
         f"{KERNELS}/fan.py",
         ("STRAIGHTEST = 1e-3", "STRAIGHTEST = 1e-5"),
         ("STRAIGHT = 1e-13", "STRAIGHT = 1e-10"),
@@ -153,11 +141,11 @@ MUTATIONS = [
         ("box[0], box[1] = max(box[0], slabs[worker, 0])", "box[0], box[1] = min(box[0], slabs[worker, 0])"),
         ("for row in fan.steep:", "for row in fan.steep[:0]:"),
     ),
-    *_of(
+    *mutations_of(
         f"{KERNELS}/planes.py",
         ("if h > 0.0 else (float(high), float(low))", "if h < 0.0 else (float(high), float(low))"),
     ),
-    *_of(
+    *mutations_of(
         f"{KERNELS}/frustum.py",
         ("BALL = 0.499", "BALL = 0.501"),
         ("SPHERE = 0.8661", "SPHERE = 0.4"),
@@ -170,7 +158,7 @@ MUTATIONS = [
         ("f.image[2] - f.image[3] * corners", "f.image[2] + f.image[3] * corners"),
         ("for side in range(4):\n        nx, ny, nz", "for side in range(3):\n        nx, ny, nz"),
     ),
-    *_of(
+    *mutations_of(
         f"{KERNELS}/cones.py",
         ("beams.rise[beam] * root)", "beams.rise[beam] * root * 1.001)"),
         ("- room <= z + 1.0 and", "- room <= z + 0.9 and"),
@@ -192,7 +180,7 @@ MUTATIONS = [
         ("if distance - SPHERE > s.reach[1] or", "if distance > s.reach[1] or"),
         ("distance + SPHERE < s.reach[0]", "distance < s.reach[0]"),
     ),
-    *_of(
+    *mutations_of(
         f"{KERNELS}/sheet.py",
         ("sides[0] * v - sides[1] * u,", "sides[1] * u - sides[0] * v,"),
         ("else max(past, before)\n    return", "else min(past, before)\n    return"),
@@ -209,18 +197,18 @@ MUTATIONS = [
         ("& ~sure & keep[word]", "& ~sure"),
         ("range(first_row + worker * TILE, end_row,", "range(first_row + worker * TILE + 1, end_row,"),
     ),
-    *_of(
+    *mutations_of(
         f"{KERNELS}/tiles.py",
         ("mask if shown else np.uint64(0)", "mask"),
         ("(FULL_WORD << np.uint64(min(max(first, 0), 63)))", "(FULL_WORD << np.uint64(min(max(first - 1, 0), 63)))"),
     ),
-    *_of(
+    *mutations_of(
         f"{KERNELS}/cores.py",
         ("level_of(bottom + (SLACK + 0.5", "level_of(bottom + (SLACK - 0.5"),
         ("level_of(top + (s.origin[2] - SLACK - 0.5", "level_of(top + (s.origin[2] - SLACK + 0.5"),
         ("and farthest <= shells.until[shell]:", ":"),
     ),
-    *_of(
+    *mutations_of(
         f"{KERNELS}/settle.py",
         ("count += int(come[w] != gone[w])", "count += int(come[w] > gone[w])"),
         ("seen &= row.keep[w]", "seen &= row.other[w]"),
@@ -234,13 +222,13 @@ MUTATIONS = [
         ("range(worker, region.rows.size, workers)", "range(worker, region.rows.size - 1, workers)"),
         ("union[1 - kind, start:end]", "union[kind, start:end]"),
     ),
-    *_of(
+    *mutations_of(
         f"{KERNELS}/cast.py",
         ("- np.uint64(1)]", "- np.uint64(0)]"),
         ("return max(t_in, min(a, b) - blur),", "return max(t_in, max(a, b) - blur),"),
         ("for level in range(runs[r, 1], runs[r, 2] + 1):", "for level in range(runs[r, 1], runs[r, 2]):"),
     ),
-    *_of(
+    *mutations_of(
         f"{ENGINE}/fans.py",
         ("TAMEST, WILDEST = 2.0**-110", "TAMEST, WILDEST = 2.0**-120"),
         ("np.abs(slopes[order]) <= STEEPEST", "np.abs(slopes[order]) < STEEPEST"),
@@ -249,12 +237,12 @@ MUTATIONS = [
         ('side="right"', 'side="left"'),
         ("rays.reach[1] * forward", "rays.reach[1]"),
     ),
-    *_of(
+    *mutations_of(
         f"{ENGINE}/frustums.py",
         ("SHORTEST_DEPTH = 16.0", "SHORTEST_DEPTH = 1.0"),
         ("return 0.5 * min(along_axes", "return 0.05 * min(along_axes"),
     ),
-    *_of(
+    *mutations_of(
         f"{ENGINE}/sheets.py",
         ("squared = (2.0 * BALL / spinner.step) ** 2", "squared = (4.0 * BALL / spinner.step) ** 2"),
         ("-1.0 if rays.rotation[2, 2] < 0.0 else 1.0", "1.0"),
@@ -271,21 +259,21 @@ MUTATIONS = [
         ("(highest >= min(low, 0.0) - 1.0)", "(highest >= low - 1.0)"),
         ("if steep.any():", "if steep.all():"),
     ),
-    *_of(
+    *mutations_of(
         f"{ENGINE}/caster.py",
         ("max(cell - 1, 0)", "cell + 1"),
         ("min(cell + 2, (nx, ny)[axis])", "cell"),
         ("min(limit / grid.voxel_m, FARTHEST)", "min(limit, FARTHEST)"),
         ("frustum.depth_limit - 1.0, FARTHEST", "frustum.depth_limit + 1.0, FARTHEST"),
     ),
-    *_of(
+    *mutations_of(
         f"{ENGINE}/engine.py",
         ("or next((h for h in leaving if h.shape == shape), None)", ""),
         ("if sensor.enabled:", "if True:"),
         ("stack[[held.slot for held in arrived]] = 0", "pass"),
         ("leaving.remove(match)", "pass"),
     ),
-    *_of(
+    *mutations_of(
         f"{METRIC}/entropy.py",
         ("(counts > 0) & (counts < frames)\n    p", "(counts >= 0) & (counts < frames)\n    p"),
         ("- (1.0 - p) * np.log1p(-p)", "+ (1.0 - p) * np.log1p(-p)"),
@@ -293,13 +281,13 @@ MUTATIONS = [
         ("np.argsort(-uses[:found]", "np.argsort(uses[:found]"),
         ("QUANTA_PER_NAT = 1 << 32", "QUANTA_PER_NAT = 1 << 31"),
     ),
-    *_of(
+    *mutations_of(
         f"{METRIC}/scoring.py",
         ("nats(total_q - seen_q), nats(hit_q)", "nats(seen_q), nats(hit_q)"),
         ("KindScore(magnitude, _share(seen_q, total_q))", "KindScore(magnitude, _share(total_q, total_q))"),
         ("sums_q[ANY, cls]", "sums_q[0, cls]"),
     ),
-    *_of(
+    *mutations_of(
         f"{METRIC}/scores.py",
         ("DEFAULT_LAMBDA = 0.1", "DEFAULT_LAMBDA = 0.2"),
         ("return -unseen_nat", "return unseen_nat"),
@@ -307,9 +295,34 @@ MUTATIONS = [
         ("return -magnitude if magnitude else 0.0", "return -magnitude"),
         ("return camera_weight * camera_s_mig + lidar_s_mig", "return camera_s_mig + camera_weight * lidar_s_mig"),
     ),
-    *_of(
+    *mutations_of(
         f"{METRIC}/estimate.py",
         ("LIDAR_POWER = 0.5", "LIDAR_POWER = 1.0"),
         ("max(seen, camera, lidar)", "seen"),
     ),
 ]  # fmt: skip
+
+HARMLESS: tuple[Explained, ...] = ()
+"""Mistakes that change no result, and why; they were tried with the others."""
+
+PLACE = "tests/core/kernels"
+GUARD = Guard(
+    "kernels",
+    tuple(MUTATIONS),
+    HARMLESS,
+    TESTS,
+    PLACE,
+    needed=(
+        "core",
+        "riglens",
+        "assets",
+        PLACE,
+        "tests/core/builders.py",
+        "tests/core/oracle.py",
+        "docs/engine.md",
+    ),
+    pythonpath=f". {PLACE}",
+    options=("-p", "plain_kernels"),
+    environment=(("NUMBA_DISABLE_JIT", "1"), ("NUMBA_CACHE_DIR", "cache")),
+)
+"""They run as plain Python, without the compiler (see `plain_kernels.py`)."""
