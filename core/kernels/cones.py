@@ -15,8 +15,8 @@ import numpy as np
 
 from riglens.core.kernels.cast import NONE_STOPPED
 from riglens.core.kernels.codes import LISTED
-from riglens.core.kernels.jit import inlined
-from riglens.core.kernels.lattice import direction, rotated
+from riglens.core.kernels.jit import lean, lean_inlined
+from riglens.core.kernels.lattice import Direction, direction, rotated
 from riglens.core.kernels.walk import Cell, Ray, hits_cell
 
 NO_BEAMS = np.zeros((0, 0), np.int32)
@@ -87,7 +87,7 @@ class Spinner(NamedTuple):
     stopped_before: np.ndarray = NO_BEAMS
 
 
-@inlined
+@lean_inlined
 def height(axis: np.ndarray, beams: Beams, beam: int, x: float, y: float) -> float:
     """Height of a cone above its tip at a place in plan, seen from the tip."""
     q = axis[0] * x + axis[1] * y
@@ -95,7 +95,7 @@ def height(axis: np.ndarray, beams: Beams, beam: int, x: float, y: float) -> flo
     return float(beams.fall[beam] * q + beams.rise[beam] * root)
 
 
-@inlined
+@lean_inlined
 def _overlaps(s: Spinner, beams: Beams, beam: int, cell: Cell) -> bool:
     """Whether a cone may pass through a voxel; certain where it says no."""
     x, y, z = cell[0] - s.origin[0], cell[1] - s.origin[1], cell[2] - s.origin[2]
@@ -108,33 +108,45 @@ def _overlaps(s: Spinner, beams: Beams, beam: int, cell: Cell) -> bool:
     return bool(min(min(a, b), min(c, d)) - room <= z + 1.0 and max(max(a, b), max(c, d)) + room >= z)
 
 
-@inlined
-def _axis_times(g: float, pace: float, low: int, t_in: float, t_out: float) -> tuple[float, float]:
+@lean_inlined
+def axis_times(g: float, pace: float, low: int, t_in: float, t_out: float) -> tuple[float, float]:
     """Times narrowed to those within one cell along an axis; pace: time for a voxel."""
     a, b = (low - g) * pace, (low + 1.0 - g) * pace
     return max(t_in, min(a, b)), min(t_out, max(a, b))
 
 
-@inlined
+@lean_inlined
+def is_cast(s: Spinner, row: int, turn: int) -> bool:
+    """Whether the ray of a row of beams and a turn is not stopped."""
+    return s.is_stopped.size == 0 or not s.is_stopped[row * s.azimuths.size + turn]
+
+
+@lean_inlined
+def ray_direction(s: Spinner, row: int, turn: int) -> Direction:
+    """Direction of the ray of a row of beams and a turn, in the frame of the grid."""
+    if s.kind == LISTED:
+        return rotated(s.rotation, direction(s.kind, s.rows[row * s.azimuths.size + turn], s.planes[0]))
+    return rotated(s.rotation, direction(s.kind, s.rows[row], s.planes[turn]))
+
+
+@lean_inlined
 def ray_hits(s: Spinner, row: int, turn: int, cell: Cell) -> bool:
     """Whether the ray of a row of beams and a turn is cast and traverses a voxel: in doubles where they can tell, else
     exactly."""
-    if s.is_stopped.size > 0 and s.is_stopped[row * s.azimuths.size + turn]:
+    if not is_cast(s, row, turn):
         return False
-    if s.kind == LISTED:
-        row, turn = row * s.azimuths.size + turn, 0
-    d = rotated(s.rotation, direction(s.kind, s.rows[row], s.planes[turn]))
+    d = ray_direction(s, row, turn)
     if d[0] != 0.0 and d[1] != 0.0 and d[2] != 0.0:
-        t_in, t_out = _axis_times(s.origin[0], 1.0 / d[0], cell[0], s.reach[0], s.reach[1])
-        t_in, t_out = _axis_times(s.origin[1], 1.0 / d[1], cell[1], t_in, t_out)
-        t_in, t_out = _axis_times(s.origin[2], 1.0 / d[2], cell[2], t_in, t_out)
+        t_in, t_out = axis_times(s.origin[0], 1.0 / d[0], cell[0], s.reach[0], s.reach[1])
+        t_in, t_out = axis_times(s.origin[1], 1.0 / d[1], cell[1], t_in, t_out)
+        t_in, t_out = axis_times(s.origin[2], 1.0 / d[2], cell[2], t_in, t_out)
         if abs(t_out - t_in) > CLEAR and abs(t_in) < LONGEST and abs(t_out) < LONGEST:
             return bool(t_out > t_in)
     g = (s.origin[0], s.origin[1], s.origin[2])
     return hits_cell(Ray(g, d, s.reach[0], s.reach[1]), cell)
 
 
-@inlined
+@lean_inlined
 def azimuth_of(u: float, v: float) -> float:
     """atan2(v, u) but for BEARING, by a polynomial in half an octant (Hastings 1955): much quicker."""
     low, high = min(abs(u), abs(v)), max(abs(u), abs(v))
@@ -147,7 +159,7 @@ def azimuth_of(u: float, v: float) -> float:
     return angle if v >= 0.0 else -angle
 
 
-@inlined
+@lean_inlined
 def _half_width(beams: Beams, beam: int, sine: float, cosine: float, narrow: float) -> float:
     """Azimuths to either side at which rays of a beam are within an angle, of that cosine, of a direction of some
     elevation, a little more; negative: there are none."""
@@ -160,8 +172,8 @@ def _half_width(beams: Beams, beam: int, sine: float, cosine: float, narrow: flo
     return np.pi if rest >= 2.0 * scale else float(np.arccos(1.0 - rest / scale)) + SLACK
 
 
-@inlined
-def _place(s: Spinner, past: float) -> int:
+@lean_inlined
+def place_of(s: Spinner, past: float) -> int:
     """Number of azimuths less than `past` behind the first one; past: from 0 to a turn."""
     count, first = s.azimuths.size, s.azimuths[0]
     place = min(int(past / s.step), count)
@@ -172,7 +184,7 @@ def _place(s: Spinner, past: float) -> int:
     return place
 
 
-@inlined
+@lean_inlined
 def _stopped_about(s: Spinner, beams: Beams, beam: int, azimuth: float, half: float) -> tuple[int, int]:
     """How many rays a beam has about an azimuth, to either side of it, and how many of them are stopped."""
     before, count = s.stopped_before[beam], s.azimuths.size
@@ -181,22 +193,22 @@ def _stopped_about(s: Spinner, beams: Beams, beam: int, azimuth: float, half: fl
     left = azimuth - half - beams.offset[beam] - s.azimuths[0]
     left -= np.floor(left / A_TURN) * A_TURN
     right = left + 2.0 * half
-    first, end = _place(s, left), _place(s, min(right, A_TURN))
+    first, end = place_of(s, left), place_of(s, min(right, A_TURN))
     rays, stopped = end - first, int(before[end] - before[first])
     if right > A_TURN:
-        again = min(_place(s, right - A_TURN), first)
+        again = min(place_of(s, right - A_TURN), first)
         return rays + again, stopped + int(before[again])
     return rays, stopped
 
 
-@inlined
+@lean_inlined
 def _are_stopped(s: Spinner, beams: Beams, beam: int, azimuth: float, half: float) -> bool:
     """Whether all rays of a beam about an azimuth are stopped."""
     rays, stopped = _stopped_about(s, beams, beam, azimuth, half + BEARING)
     return rays == stopped
 
 
-@inlined
+@lean_inlined
 def stopped_among(
     s: Spinner, beams: Beams, beam: int, place: tuple[float, float, float], around: float
 ) -> tuple[int, int]:
@@ -213,15 +225,15 @@ def stopped_among(
     return _stopped_about(s, beams, beam, azimuth_of(u, v), half)
 
 
-@inlined
-def _around(place: int, count: int) -> tuple[int, float]:
+@lean_inlined
+def around(place: int, count: int) -> tuple[int, float]:
     """A place among the azimuths, at most one turn too far either way, and how far round it is then."""
     if place >= count:
         return place - count, A_TURN
     return (place, 0.0) if place >= 0 else (place + count, -A_TURN)
 
 
-@inlined
+@lean_inlined
 def _beam_hits(s: Spinner, beams: Beams, beam: int, azimuth: float, width: float, cell: Cell) -> bool:
     """Whether a ray of a beam with an azimuth within a width of the given one traverses a voxel; the nearest azimuths
     first, as these most likely do."""
@@ -229,10 +241,10 @@ def _beam_hits(s: Spinner, beams: Beams, beam: int, azimuth: float, width: float
     middle = azimuth - beams.offset[beam] - first
     middle -= np.floor(middle / A_TURN) * A_TURN
     width = min(width, np.pi)
-    after = _place(s, middle)
+    after = place_of(s, middle)
     before = after - 1
-    here, turn = _around(after, count)
-    there, back = _around(before, count)
+    here, turn = around(after, count)
+    there, back = around(before, count)
     for _ in range(count):
         ahead, behind = s.azimuths[here] - first + turn - middle, middle - (s.azimuths[there] - first + back)
         if min(ahead, behind) > width:
@@ -242,14 +254,14 @@ def _beam_hits(s: Spinner, beams: Beams, beam: int, azimuth: float, width: float
             return True
         if is_ahead:
             after += 1
-            here, turn = _around(after, count)
+            here, turn = around(after, count)
         else:
             before -= 1
-            there, back = _around(before, count)
+            there, back = around(before, count)
     return False
 
 
-@inlined
+@lean_inlined
 def _first_beam(beams: Beams, sine: float) -> int:
     """Number of beams with a smaller sine of their elevation."""
     place = int(min(max((sine + 1.0) * (0.5 * FINDER), 0.0), FINDER - 1.0))
@@ -259,7 +271,7 @@ def _first_beam(beams: Beams, sine: float) -> int:
     return first
 
 
-@inlined
+@lean
 def any_ray_hits(s: Spinner, beams: Beams, cell: Cell) -> bool:
     """Whether any ray of the sensor traverses a voxel, exactly."""
     x, y, z = cell[0] + 0.5 - s.origin[0], cell[1] + 0.5 - s.origin[1], cell[2] + 0.5 - s.origin[2]

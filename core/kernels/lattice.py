@@ -10,12 +10,12 @@ from __future__ import annotations
 import numpy as np
 
 from riglens.core.kernels.codes import LIDAR, LISTED
-from riglens.core.kernels.jit import inlined
+from riglens.core.kernels.jit import lean_inlined
 
 Direction = tuple[float, float, float]
 
 
-@inlined
+@lean_inlined
 def direction(kind: int, row: np.ndarray, plane: np.ndarray) -> Direction:
     """Unit direction in the sensor frame."""
     if kind == LIDAR:
@@ -27,7 +27,7 @@ def direction(kind: int, row: np.ndarray, plane: np.ndarray) -> Direction:
     return 1.0 / norm, y / norm, z / norm
 
 
-@inlined
+@lean_inlined
 def rotated(rotation: np.ndarray, d: Direction) -> Direction:
     """R d, summed from left to right."""
     return (

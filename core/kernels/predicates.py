@@ -11,9 +11,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-
-from riglens.core.kernels.jit import inlined, kernel
+from riglens.core.kernels.jit import lean, lean_inlined
 
 SMALLEST = 2.0**-400
 LARGEST = 2.0**300
@@ -25,6 +23,7 @@ _SPLITTER = 134217729.0
 """2^27 + 1: splits a double into two halves whose products are exact (Dekker)."""
 
 Vector = tuple[float, float, float]
+_Parts = tuple[float, float, float, float, float, float, float, float]
 
 
 class Moment(NamedTuple):
@@ -35,14 +34,14 @@ class Moment(NamedTuple):
     direction: float
 
 
-@inlined
+@lean_inlined
 def _two_sum(a: float, b: float) -> tuple[float, float]:
     total = a + b
     part = total - a
     return total, (a - (total - part)) + (b - part)
 
 
-@inlined
+@lean_inlined
 def _two_product(a: float, b: float) -> tuple[float, float]:
     product = a * b
     scaled = _SPLITTER * a
@@ -54,22 +53,33 @@ def _two_product(a: float, b: float) -> tuple[float, float]:
     return product, ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low
 
 
-@kernel
-def _sign_of_sum(terms: np.ndarray) -> int:
+@lean
+def _grown(parts: _Parts, term: float) -> _Parts:
+    """A non-overlapping expansion, from small to large parts, with a term added; its first part must be zero."""
+    carry, _ = _two_sum(term, parts[0])
+    carry, a = _two_sum(carry, parts[1])
+    carry, b = _two_sum(carry, parts[2])
+    carry, c = _two_sum(carry, parts[3])
+    carry, d = _two_sum(carry, parts[4])
+    carry, e = _two_sum(carry, parts[5])
+    carry, f = _two_sum(carry, parts[6])
+    carry, g = _two_sum(carry, parts[7])
+    return a, b, c, d, e, f, g, carry
+
+
+@lean
+def _sign_of_sum(terms: _Parts) -> int:
     """Sign of the exact sum of doubles: grown into a non-overlapping expansion, whose last nonzero part rules."""
-    parts = np.zeros(terms.size)
-    for used in range(terms.size):
-        carry = terms[used]
-        for i in range(used):
-            carry, parts[i] = _two_sum(carry, parts[i])
-        parts[used] = carry
-    for i in range(terms.size - 1, -1, -1):
-        if parts[i] != 0.0:
-            return 1 if parts[i] > 0.0 else -1
+    parts = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    for i in range(8):
+        parts = _grown(parts, terms[i])
+    for i in range(8):
+        if parts[7 - i] != 0.0:
+            return 1 if parts[7 - i] > 0.0 else -1
     return 0
 
 
-@inlined
+@lean_inlined
 def _compare_products(a: float, b: float, c: float, d: float) -> tuple[int, bool]:
     """Sign of a b - c d from the exact products, and whether this quick way could tell."""
     high, low = _two_product(a, b)
@@ -80,7 +90,7 @@ def _compare_products(a: float, b: float, c: float, d: float) -> tuple[int, bool
     return (1 if gap > 0.0 else -1), abs(rest) < 0.5 * abs(gap)
 
 
-@kernel
+@lean
 def compare_exactly(one: Moment, other: Moment) -> int:
     """Sign (-1, 0, 1) of the difference of two moments in exact arithmetic; no direction is zero."""
     d1, d2 = one.direction, other.direction
@@ -90,16 +100,15 @@ def compare_exactly(one: Moment, other: Moment) -> int:
         sign, decided = _compare_products(a, d2, b, d1)
         if decided:
             return sign if (d1 > 0.0) == (d2 > 0.0) else -sign
-    terms = np.empty(8)
-    terms[1], terms[0] = _two_product(a_low, d2)
-    terms[3], terms[2] = _two_product(-b_low, d1)
-    terms[5], terms[4] = _two_product(a, d2)
-    terms[7], terms[6] = _two_product(-b, d1)
-    sign = _sign_of_sum(terms)
+    p, p_low = _two_product(a_low, d2)
+    q, q_low = _two_product(-b_low, d1)
+    r, r_low = _two_product(a, d2)
+    s, s_low = _two_product(-b, d1)
+    sign = _sign_of_sum((p_low, p, q_low, q, r_low, r, s_low, s))
     return sign if (d1 > 0.0) == (d2 > 0.0) else -sign
 
 
-@inlined
+@lean_inlined
 def compare(one: Moment, other: Moment) -> int:
     """Sign (-1, 0, 1) of the difference of two moments: in doubles where their error bound decides, else exactly."""
     t1 = (one.face - one.origin) / one.direction
@@ -109,12 +118,12 @@ def compare(one: Moment, other: Moment) -> int:
     return compare_exactly(one, other)
 
 
-@inlined
+@lean_inlined
 def _is_regular(value: float) -> bool:
     return value == 0.0 or SMALLEST <= abs(value) <= LARGEST
 
 
-@inlined
+@lean_inlined
 def regular_ray(g: Vector, d: Vector) -> bool:
     """Whether the exact predicates hold for a ray of origin g and direction d (no denormal or huge component)."""
     origin = _is_regular(g[0]) and _is_regular(g[1]) and _is_regular(g[2])

@@ -13,15 +13,17 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from riglens.core.kernels.bits import FULL_WORD, lowest_bit
+from riglens.core.kernels.bits import lowest_bit
 from riglens.core.kernels.cones import HALF_COLUMN, SLACK, Beams, Spinner, any_ray_hits, height
 from riglens.core.kernels.cores import Shells, find_free, free_among, is_in_core, is_in_free_core, mark_core
+from riglens.core.kernels.crossings import test_listed
 from riglens.core.kernels.jit import inlined, kernel, parallel_kernel
 from riglens.core.kernels.tiles import (
     BLOCK,
     COVERS,
     HALF_BLOCK,
     HALF_TILE,
+    LISTED_MOST,
     MISSES,
     MIXED,
     TILE,
@@ -30,12 +32,16 @@ from riglens.core.kernels.tiles import (
     add_levels,
     find_wanted,
     level_of,
+    list_columns,
     mask_of,
     reaches,
     tile_at,
+    work_space,
 )
 from riglens.core.kernels.walk import FARTHEST
 
+NOWHERE = np.int32(-(1 << 30))
+"""A level that no box has."""
 ROUND_TIP = 6.0
 """Voxels in plan from the sensor within which sheets turn too much: everything there is tested."""
 
@@ -148,10 +154,10 @@ def _find_free_blocks(s: Spinner, beams: Beams, tile: Tile, beam: int, work: Til
 
 
 @kernel
-def _add_border(s: Spinner, beams: Beams, tile: Tile, beam: int, work: TileWork) -> None:
-    """Add the levels of a sheet that ends in the tile, at the border of sector or range or where rays are stopped,
-    column by column."""
-    heights, has_rays, is_full = work.heights, work.has_rays, work.is_full
+def _cut_border(s: Spinner, beams: Beams, tile: Tile, beam: int, work: TileWork) -> None:
+    """Keep of the levels of a sheet that ends in the tile, at the border of sector or range or where rays are stopped,
+    only those where it has rays, and call only those certain where it has all of them."""
+    heights, meets, hits = work.heights, work.meets, work.hits
     room = HALF_COLUMN * np.sqrt(1.0 + beams.slope[beam] ** 2) + 0.5 * beams.bend[beam] / tile.nearest + SLACK
     sides, begin, end = beams.sides[beam], s.reach[0], s.reach[1]
     narrow, all_free = s.azimuths[-1] - s.azimuths[0] <= np.pi, work.free[beam] == COVERS
@@ -173,14 +179,10 @@ def _add_border(s: Spinner, beams: Beams, tile: Tile, beam: int, work: TileWork)
             if free == MIXED and work.is_wanted[i * TILE + j]:
                 free = free_among(s, beams, beam, (x, y, z), room)
             some, every = free != MISSES, free == COVERS
-            has_rays[i * TILE + j] = FULL_WORD if some and inside >= -room else np.uint64(0)
-            is_full[i * TILE + j] = FULL_WORD if every and inside > room else np.uint64(0)
-    for part in range(work.sure.shape[0]):
-        for place in range(TILE * TILE):
-            met = mask_of(work.meets[0, place], work.meets[1, place], part)
-            hit = mask_of(work.hits[0, place], work.hits[1, place], part)
-            work.asked[part, place] |= met & has_rays[place]
-            work.sure[part, place] |= hit & is_full[place]
+            if not (some and inside >= -room):
+                meets[0, i * TILE + j], meets[1, i * TILE + j] = NOWHERE, NOWHERE
+            if not (every and inside > room):
+                hits[0, i * TILE + j], hits[1, i * TILE + j] = 1, 0
 
 
 @kernel
@@ -189,7 +191,7 @@ def _forget_far(tile: Tile, radius: float, work: TileWork) -> None:
     for place in range(TILE * TILE):
         x, y = tile.x + place // TILE + 0.5, tile.y + place % TILE + 0.5
         if np.sqrt(x * x + y * y) > radius - HALF_COLUMN:
-            work.sure[:, place], work.asked[:, place] = 0, 0
+            work.sure[:, place] = 0
 
 
 @kernel
@@ -201,10 +203,12 @@ def _add_beams(
     radius: float,
     has_core: bool,
     all_free: bool,
+    keep: np.ndarray,
+    marks: np.ndarray,
     work: TileWork,
 ) -> None:
     """Add the sheets of all beams that meet a tile in the box, as far as the radius."""
-    axis = s.axis
+    axis, listed = s.axis, 0
     x, y, farthest = tile.x + 0.5 * TILE, tile.y + 0.5 * TILE, reaches(tile)
     longest = np.hypot(min(tile.farthest, radius), max(abs(tile.low), abs(tile.high)))
     for beam in range(beams.elevation.size):
@@ -228,11 +232,14 @@ def _add_beams(
             continue
         inset = 0.5 * longest * beams.cosine[beam] * s.step + SLACK
         _levels(s, beams, tile, beam, inset, _drop(s, beams, tile, beam, (x, y, z), inset), work)
-        if is_sure and reach == COVERS and sector == COVERS:
-            add_levels(work.hits, work.sure)
-            add_levels(work.meets, work.asked)
-        else:
-            _add_border(s, beams, tile, beam, work)
+        if not (is_sure and reach == COVERS and sector == COVERS):
+            _cut_border(s, beams, tile, beam, work)
+        add_levels(work.hits, work.sure)
+        listed = list_columns(s, beam, listed, work)
+        if listed + TILE * TILE > LISTED_MOST:
+            test_listed(s, beams, tile, listed, keep, marks, work)
+            listed = 0
+    test_listed(s, beams, tile, listed, keep, marks, work)
 
 
 @inlined
@@ -267,16 +274,15 @@ def _mark_tile(
 ) -> None:
     """Mark the voxels of one tile that a ray traverses, as far as the radius."""
     ny, depth = s.shape[1], (s.shape[2] + 63) // 64
-    work.sure[:], work.asked[:] = 0, 0
-    if not find_wanted(s, tile, keep, work):
+    work.sure[:] = 0
+    if not find_wanted(s, tile, radius, keep, work):
         return
     has_core, all_free = _core_holds(s, beams, tile), find_free(s, beams, tile, work)
     if has_core:
         mark_core(s, beams, shells, tile, work)
-    if tile.nearest < ROUND_TIP:
-        work.asked[:] = FULL_WORD
-    else:
-        _add_beams(s, beams, shells, tile, radius, has_core, all_free, work)
+    is_round = tile.nearest < ROUND_TIP
+    if not is_round:
+        _add_beams(s, beams, shells, tile, radius, has_core, all_free, keep, marks, work)
     if tile.farthest > radius:
         _forget_far(tile, radius, work)
     for i in range(min(TILE, s.box[1] - tile.ix)):
@@ -284,7 +290,11 @@ def _mark_tile(
             for part in range(depth):
                 word = ((tile.ix + i) * ny + tile.iy + j) * depth + part
                 sure = work.sure[part, i * TILE + j] & mask_of(s.box[4], s.box[5] - 1, part)
-                open_ = work.asked[part, i * TILE + j] & ~sure & keep[word] & ~marks[word]
+                open_ = (
+                    keep[word] & ~sure & ~marks[word]
+                    if work.is_wanted[i * TILE + j] and is_round
+                    else np.uint64(0)
+                )
                 while open_ != 0:
                     level = lowest_bit(open_)
                     bit = np.uint64(1) << level
@@ -313,18 +323,7 @@ def mark_sheets(
     """
     depth = (s.shape[2] + 63) // 64
     for worker in numba.prange(workers):
-        work = TileWork(
-            np.empty((TILE + 1, TILE + 1)),
-            np.empty((2, TILE * TILE), np.int32),
-            np.empty((2, TILE * TILE), np.int32),
-            np.empty((depth, TILE * TILE), np.uint64),
-            np.empty((depth, TILE * TILE), np.uint64),
-            np.empty(TILE * TILE, np.uint64),
-            np.empty(TILE * TILE, np.uint64),
-            np.empty(beams.elevation.size, np.int8),
-            np.empty(TILE * TILE, np.bool_),
-            np.empty((TILE // BLOCK) ** 2, np.int8),
-        )
+        work = work_space(beams.elevation.size, depth)
         for ix in range(first_row + worker * TILE, end_row, workers * TILE):
             for iy in range(s.box[2], s.box[3], TILE):
                 tile = tile_at(s, ix, iy)

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from riglens.core.kernels.jit import inlined, kernel
+from riglens.core.kernels.jit import inlined, kernel, lean, lean_inlined
 from riglens.core.kernels.predicates import UNIT_ROUNDOFF, Moment, Vector, compare, regular_ray
 
 IRREGULAR = -1
@@ -32,7 +32,7 @@ class Ray(NamedTuple):
     far: float
 
 
-@inlined
+@lean_inlined
 def cell_after(g: float, d: float, moment: Moment) -> float:
     """Cell of one axis in which the ray is just after a moment."""
     if d == 0.0:
@@ -47,7 +47,7 @@ def cell_after(g: float, d: float, moment: Moment) -> float:
     return cell
 
 
-@inlined
+@lean_inlined
 def cell_before(g: float, d: float, moment: Moment) -> float:
     """Cell of one axis in which the ray is just before a moment."""
     if d == 0.0:
@@ -62,7 +62,7 @@ def cell_before(g: float, d: float, moment: Moment) -> float:
     return cell
 
 
-@inlined
+@lean_inlined
 def _clip_axis(
     g: float, d: float, low: int, high: int, entry: Moment, leave: Moment
 ) -> tuple[Moment, Moment]:
@@ -78,7 +78,7 @@ def _clip_axis(
     return entry, leave
 
 
-@inlined
+@lean_inlined
 def clip_ray(ray: Ray, box: np.ndarray) -> tuple[Moment, Moment]:
     """Exact moments at which a ray enters and leaves a box of cells [lx hx ly hy lz hz), int64 (6,); it misses the
     box unless the first is before the second."""
@@ -88,7 +88,7 @@ def clip_ray(ray: Ray, box: np.ndarray) -> tuple[Moment, Moment]:
     return _clip_axis(ray.g[2], ray.d[2], box[4], box[5], entry, leave)
 
 
-@kernel
+@lean
 def hits_cell(ray: Ray, cell: Cell) -> bool:
     """Whether a ray runs inside one voxel over a positive length, exactly (for regular rays)."""
     entry, leave = Moment(float(ray.near), 0.0, 1.0), Moment(float(ray.far), 0.0, 1.0)

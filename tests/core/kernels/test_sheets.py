@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from riglens.core.engine import sheets as engine
 from riglens.core.engine.sheets import Sheets, make_sheets
-from riglens.core.kernels import cones, sheet, tiles
+from riglens.core.kernels import cones, crossings, sheet, tiles
 from riglens.core.kernels.cast import Cast
 from riglens.core.kernels.codes import LISTED
 from riglens.core.kernels.walk import Ray, hits_cell
@@ -123,6 +123,46 @@ def test_what_is_marked_is_what_a_ray_hits(
 ) -> None:
     sensor = lidar(place, rpy_deg)
     assert seen_by(sheets_of(sensor)) == hit(rays_of(sensor))
+
+
+@pytest.mark.parametrize(("place", "rpy_deg"), POSES)
+def test_voxels_are_tested_one_by_one(
+    place: tuple[float, float, float], rpy_deg: tuple[float, float, float]
+) -> None:
+    sensor = lidar(place, rpy_deg)
+    made = sheets_of(sensor)
+    assert {cell for cell in GRID if cones.any_ray_hits(made.spinner, made.beams, cell)} == hit(
+        rays_of(sensor)
+    )
+
+
+@pytest.mark.parametrize("reach", [ENDLESS, (10.2, 11.4)])
+@pytest.mark.parametrize(("place", "rpy_deg"), [pose for pose in POSES if pose[0] != (2.0, 2.0, 1.6)])
+def test_columns_are_tested_beam_by_beam(
+    place: tuple[float, float, float], rpy_deg: tuple[float, float, float], reach: tuple[float, float]
+) -> None:
+    sensor = lidar(place, rpy_deg)
+    made = sheets_of(sensor, reach)
+    for beam in range(len(BEAMS)):
+        found = {
+            (x, y, z)
+            for x in range(SIDE)
+            for y in range(SIDE)
+            for z in levels_by_test(made, beam, x, y)
+            if z < SIDE
+        }
+        alone = lidar(place, rpy_deg, beams=(sensor.elevations()[made.beams.number[beam]],))
+        assert found == hit(rays_of(alone, reach))
+
+
+def levels_by_test(made: Sheets, beam: int, x: int, y: int) -> list[int]:
+    """The levels of a column that rays of a beam traverse, by a test of all of its levels."""
+    sure = np.zeros((1, tiles.TILE**2), np.uint64)
+    levels, word = (0, SIDE - 1), x * SIDE + y
+    crossings.test_column(
+        made.spinner, made.beams, beam, (x, y), 5, levels, word, EVERYTHING, no_voxels(), sure
+    )
+    return [level for level in range(64) if int(sure[0, 5]) >> level & 1]
 
 
 @pytest.mark.parametrize("offsets", [(0.0,) * 6, (-3.0, 0.4, 2.0, 0.0, -1.3, 5.0)])
