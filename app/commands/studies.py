@@ -146,7 +146,8 @@ def detection(
     published: bool = False,
     cameras: Annotated[Literal["good", "usual", "poor"] | None, Parameter(show_default=False)] = None,
     seeds: Whole = None,
-    workers: Annotated[int, Parameter(converter=whole_number, metavar="N")] = 1,
+    workers: Whole = None,
+    dask: Annotated[str | None, Parameter(metavar="ADDRESS", show_default=False)] = None,
     device: Annotated[Literal["cpu", "cuda"] | None, Parameter(show_default=False)] = None,
     out: Annotated[Path, Parameter(metavar="DIR")] = Path("out"),
 ) -> None:
@@ -174,7 +175,9 @@ def detection(
     seeds
         How many nets are trained from other first weights (3).
     workers
-        Processes, of one thread each.
+        Processes, of one thread each (1).
+    dask
+        Make the pieces on the Dask cluster whose scheduler listens there, such as tcp://10.0.0.1:8786.
     device
         Where nets are trained: CUDA where there is one, unless cpu is said.
     out
@@ -184,7 +187,7 @@ def detection(
     scene = SceneOptions(boxes, how.origin, how.frames, how.classes, find_ground=how.ground == "auto")
     from riglens.app.studies import detection as study_detection
 
-    plan = study_detection.Plan(quick, per_rig, published, seeds, workers, device, body, cameras)
+    plan = study_detection.Plan(quick, per_rig, published, seeds, workers, device, body, cameras, dask)
     study_detection.study(rigs, scene, plan, out)
 
 

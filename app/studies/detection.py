@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -13,13 +14,14 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from riglens.app.evaluation.options import SceneOptions, usual_body
+from riglens.app.evaluation.options import SceneOptions, ScoreOptions, usual_body
 from riglens.app.evaluation.scenario import load_scenario, remarks_on
 from riglens.app.evaluation.traffic import load_traffic
 from riglens.app.studies.detection_chart import chart, correlation, pair_chart
 from riglens.app.studies.detection_files import as_json, pair_lines, rank_lines, rig_lines, seed_lines
 from riglens.app.studies.files import csv_text, require_folder, write_text
 from riglens.app.terminal.console import note, progress_bar, results
+from riglens.app.terminal.scores import meshes_called
 from riglens.core.detect.net import Device, machine
 from riglens.core.engine.engine import Engine
 from riglens.core.errors import InputError
@@ -28,8 +30,10 @@ from riglens.core.formats.opening import open_rig
 from riglens.core.metric.scores import Body
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
+from riglens.core.scene.pog_cluster import cluster_workers
 from riglens.core.shown_text import visible
 from riglens.core.simulate.painting import Quality
+from riglens.core.study.detection.elsewhere import run_elsewhere
 from riglens.core.study.detection.pieces import Pieces, Study
 from riglens.core.study.detection.protocol import WORDING, Protocol, entrants
 from riglens.core.study.detection.published import CAMERA_PROTOCOL, PROTOCOL, camera_rigs, published_rigs
@@ -59,15 +63,20 @@ class Plan:
     per_rig: bool = False
     published: bool = False
     seeds: int | None = None
-    workers: int = 1
+    workers: int | None = None
     device: Device | None = None
     body: Body | None = None
     cameras: Quality | None = None
+    dask: str | None = None
 
     def __post_init__(self) -> None:
-        if not 1 <= self.workers <= MOST_WORKERS:
+        if self.workers is not None and not 1 <= self.workers <= MOST_WORKERS:
             raise InputError(
                 f"--workers: found {self.workers}, accepted is a whole number from 1 to {MOST_WORKERS}"
+            )
+        if self.workers is not None and self.dask is not None:
+            raise InputError(
+                "--workers and --dask: the cluster has its own workers; give only one of the two"
             )
 
     def rigs(self, names: Sequence[str]) -> tuple[Rig, ...]:
@@ -96,16 +105,19 @@ def study(rigs: Sequence[str], scene: SceneOptions, plan: Plan, out: Path) -> No
         raise InputError("RIG: accepted are rigs to compare, or --published for those of the published study")
     on = machine(plan.device)
     opened = plan.rigs(rigs)
-    compared = entrants(opened, with_cameras=plan.cameras is not None)
+    protocol = plan.protocol(opened)
+    meshes = meshes_called(rigs, opened, ScoreOptions(body=protocol.simulation.body))
+    compared = entrants(opened, plan.cameras is not None, meshes)
     require_folder(out, NAMES)
     with progress_bar("Reading boxes") as progress:
         traffic = load_traffic(scene, WITHIN_M, progress)
     for line in remarks_on(traffic.data):
         note(line)
-    asked = Study(compared, plan.protocol(opened), traffic, on)
+    asked = Study(compared, protocol, traffic, on)
     _ = asked.split  # says in one line what the data lack, before anything takes time
     try:
-        result = _result(asked, _surrogates(asked, scene), plan.workers, out)
+        with _maker(plan) as make:  # a cluster that is not there is told before anything takes time
+            result = _result(asked, _surrogates(asked, scene), make, out)
     except KeyboardInterrupt:
         note(f"what is done is kept in {out / PIECES}: the same command goes on from there")
         raise
@@ -113,7 +125,20 @@ def study(rigs: Sequence[str], scene: SceneOptions, plan: Plan, out: Path) -> No
     results().print(f"{out}: {', '.join(NAMES)}", soft_wrap=True)
 
 
-def _result(asked: Study, scores: Surrogates, workers: int, out: Path) -> Result:
+Make = Callable[[Study, Path, Callable[[Told], None]], Pieces]
+
+
+@contextmanager
+def _maker(plan: Plan) -> Iterator[Make]:
+    """What makes the pieces of a study in a folder: processes here, or a cluster."""
+    if plan.dask is None:
+        yield lambda study, folder, tell: run(study, folder, plan.workers or 1, tell)
+        return
+    with cluster_workers(plan.dask) as workers:
+        yield lambda study, folder, tell: run_elsewhere(study, folder, workers, tell)
+
+
+def _result(asked: Study, scores: Surrogates, make: Make, out: Path) -> Result:
     """Make what is not there; tables and charts are written whenever one more seed is complete."""
     pieces, shown = Pieces(asked, out / PIECES), 0
 
@@ -129,7 +154,7 @@ def _result(asked: Study, scores: Surrogates, workers: int, out: Path) -> Result
             write(Result(asked, *assemble(pieces, seeds), scores), out)
 
     with progress_bar("Detection") as progress:
-        run(asked, pieces.folder, workers, tell)
+        make(asked, pieces.folder, tell)
     result = Result(asked, *assemble(pieces, asked.protocol.seeds), scores)
     write(result, out)
     return result

@@ -117,7 +117,11 @@ class Dataset:
                 **self.settings.as_dict(),
                 **{"pictures": self.extras.pictures, "points": self.extras.points},
             },
-            "rig": {"name": self.rig.name, "sha256": rig_sha256(self.rig), "body_mesh": _digest(self.mesh)},
+            "rig": {
+                "name": self.rig.name,
+                "sha256": rig_sha256(self.rig),
+                "body_mesh": "" if self.mesh is None else self.mesh.sha256,
+            },
             "data": {
                 "source": data.short_source,
                 "sha256": data.sha256,
@@ -151,12 +155,6 @@ def require_channels(rig: Rig, extras: Extras) -> list[Channel]:
             "and --pictures on"
         )
     return found
-
-
-def _digest(mesh: BodyMesh | None) -> str:
-    return (
-        "" if mesh is None else hashlib.sha256(mesh.points.tobytes() + mesh.triangles.tobytes()).hexdigest()
-    )
 
 
 def scenes_of(traffic: Traffic, every: int = 1, most: int | None = None) -> list[Scene]:

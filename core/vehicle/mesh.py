@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +29,11 @@ class BodyMesh:
     normals: NDArray[np.float32]
     triangles: NDArray[np.int32]
     colours: NDArray[np.uint8] | None = None
+
+    @cached_property
+    def sha256(self) -> str:
+        """Hash of the shape: points and triangles."""
+        return hashlib.sha256(self.points.tobytes() + self.triangles.tobytes()).hexdigest()
 
     def placed(self, placement: MeshPlacement) -> BodyMesh:
         """The mesh in the vehicle frame, metres: scaled about its origin, turned, then moved."""

@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from riglens.core.errors import InputError
+from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.nodes import shortened
 from riglens.core.vehicle.mesh import BodyMesh
 
@@ -38,6 +39,15 @@ def mesh_name(path: Path, folder: Path | None) -> str:
     if folder is not None and path.is_relative_to(folder.absolute()):
         path = path.relative_to(folder.absolute())
     return path.as_posix()
+
+
+def with_full_mesh_path(rig: Rig, folder: Path | None) -> Rig:
+    """The rig of a file in a folder, whose mesh, if it has one, is found from any folder."""
+    vehicle = rig.vehicle
+    if not vehicle.has_mesh_file or folder is None:
+        return rig
+    body = str(mesh_path(vehicle.body, folder).resolve())
+    return rig.model_copy(update={"vehicle": vehicle.model_copy(update={"body": body})})
 
 
 def read_mesh(path: Path, still_wanted: Callable[[], object] = lambda: None) -> BodyMesh:

@@ -18,6 +18,7 @@ from riglens.core.cache_folder import cache_folder
 from riglens.core.errors import InputError
 from riglens.core.rig.model import Rig
 from riglens.core.shown_text import visible
+from riglens.core.vehicle.mesh_file import with_full_mesh_path
 from riglens.widgets.panels.detection_dialog import DetectionDialog
 
 WORDING = (
@@ -58,7 +59,8 @@ class Detection(Feature):
             if row.origin != "current"
         ]
         by_lidars = {rig.lidars(): rig for rig in reversed([self.document.rig, *kept]) if rig.lidars()}
-        return tuple(reversed(by_lidars.values()))
+        folder = None if self.document.path is None else self.document.path.parent
+        return tuple(with_full_mesh_path(rig, folder) for rig in reversed(by_lidars.values()))
 
     def open(self) -> None:
         """Show the dialog, with the chart of last time."""

@@ -15,6 +15,7 @@ from riglens.app.window.features.compare import Compare
 from riglens.app.window.workbench import Workbench
 from riglens.core.errors import InputError
 from riglens.core.rig.model import Rig
+from riglens.core.vehicle.mesh_file import with_full_mesh_path
 
 
 class Report(Feature):
@@ -41,15 +42,8 @@ class Report(Feature):
             for row in self._compare.rows
             if row.origin != "current"
         )
-        return tuple(dict.fromkeys(map(self._with_found_mesh, (self.document.rig, *kept))))
-
-    def _with_found_mesh(self, rig: Rig) -> Rig:
-        """A rig whose mesh is found from any folder."""
-        vehicle, path = rig.vehicle, self.document.path
-        if not vehicle.has_mesh_file or path is None:
-            return rig
-        body = str((path.parent / vehicle.body).resolve())
-        return rig.model_copy(update={"vehicle": vehicle.model_copy(update={"body": body})})
+        folder = None if self.document.path is None else self.document.path.parent
+        return tuple(dict.fromkeys(with_full_mesh_path(rig, folder) for rig in (self.document.rig, *kept)))
 
     def start(self) -> None:
         """Ask for the file and begin."""

@@ -123,8 +123,9 @@ class _Looks:
 
     @classmethod
     def of(cls, entrant: Entrant, worlds: Worlds, cameras: Quality | None) -> _Looks:
-        painter = None if cameras is None else Painter(entrant.rig, worlds, QUALITIES[cameras])
-        return cls(Simulator(entrant.rig, worlds), painter)
+        how = None if cameras is None else QUALITIES[cameras]
+        painter = None if how is None else Painter(entrant.rig, worlds, how, entrant.mesh)
+        return cls(Simulator(entrant.rig, worlds, mesh=entrant.mesh), painter)
 
     def at(self, frame: int) -> tuple[TrueBoxes, Sweep, NDArray[np.float64] | None]:
         sweep = self.simulator.sweep(frame)
@@ -142,16 +143,16 @@ class Pieces:
     # ------------------------------------------------------------------ what is there
     def has_sweeps(self, entrant: Entrant) -> bool:
         """Whether the sweeps of a rig are there."""
-        return self._sweeps(entrant).exists()
+        return self.sweeps_file(entrant).exists()
 
     def has_net(self, net: Net) -> bool:
         """Whether a net is trained to the end."""
-        path = self._net(net)
+        path = self.net_file(net)
         return path.exists() and int(_read(path, "epoch")["epoch"]) >= self.study.protocol.epochs
 
     def has_found(self, net: Net, entrant: Entrant) -> bool:
         """Whether a rig is judged by a net."""
-        return self._found(net, entrant).exists()
+        return self.found_file(net, entrant).exists()
 
     # ------------------------------------------------------------------ making them
     def make_sweeps(self, entrant: Entrant, worlds: Worlds, tell: Tell) -> None:
@@ -166,7 +167,7 @@ class Pieces:
             samples = Samples.of(part.tolist(), self._samples(looks, part, before, total, tell))
             held |= {f"{name}.{field.name}": getattr(samples, field.name) for field in fields(Samples)}
             before += len(part)
-        _write(self._sweeps(entrant), held)
+        _write(self.sweeps_file(entrant), held)
 
     def _samples(
         self, looks: _Looks, frames: NDArray[np.int64], before: int, total: int, tell: Tell
@@ -185,7 +186,7 @@ class Pieces:
 
     def make_net(self, net: Net, tell: Tell) -> None:
         """Train a net, from where it was stopped; each pass over the samples is kept."""
-        path, study = self._net(net), self.study
+        path, study = self.net_file(net), self.study
         state: State | None = _read(path) if path.exists() else None
         sets = [self.samples(one, "train") for one in net.trains]
         train(
@@ -196,39 +197,42 @@ class Pieces:
     def make_found(self, net: Net, entrant: Entrant, tell: Tell) -> None:
         """Have a trained net look at the test sweeps of a rig."""
         found = detect(
-            _read(self._net(net)),
+            _read(self.net_file(net)),
             self.samples(entrant, "test"),
             self.study.protocol.region,
             self.study.machine,
         )
-        _write(self._found(net, entrant), found._asdict())
+        _write(self.found_file(net, entrant), found._asdict())
         tell(1.0)
 
     # ------------------------------------------------------------------ what they say
     def samples(self, entrant: Entrant, part: str) -> Samples:
         """The samples of a rig, "train" or "test"."""
-        columns = _read(self._sweeps(entrant), part)
+        columns = _read(self.sweeps_file(entrant), part)
         return Samples(**{field.name: columns[f"{part}.{field.name}"] for field in fields(Samples)})
 
     def matched(self, net: Net, entrant: Entrant, hit_only: bool) -> tuple[Matched, ...]:
         """Which detections of a net on a rig are right, by class; hit_only: objects without a point do not count."""
-        columns = _read(self._sweeps(entrant), "test")
+        columns = _read(self.sweeps_file(entrant), "test")
         starts, points = columns["test.object_starts"], columns["test.points"]
         frame = np.repeat(np.arange(len(starts) - 1), np.diff(starts))
         truth = Truth(frame, columns["test.cls"], columns["test.centre_m"], points)
         truth = truth.where(points > 0) if hit_only else truth
-        found = Detections(**_read(self._found(net, entrant)))
+        found = Detections(**_read(self.found_file(net, entrant)))
         sequence = self.study.split.sequence
         return tuple(Matched.of(truth, found, number, sequence) for number in range(len(CLASSES)))
 
     # ------------------------------------------------------------------ files
-    def _sweeps(self, entrant: Entrant) -> Path:
+    def sweeps_file(self, entrant: Entrant) -> Path:
+        """Where the sweeps of a rig are kept."""
         return self.folder / f"sweeps-{self.study.sweeps_key(entrant)}.npz"
 
-    def _net(self, net: Net) -> Path:
+    def net_file(self, net: Net) -> Path:
+        """Where a net is kept, trained to the end or not."""
         return self.folder / f"net-{net.seed}-{self.study.net_key(net)}.npz"
 
-    def _found(self, net: Net, entrant: Entrant) -> Path:
+    def found_file(self, net: Net, entrant: Entrant) -> Path:
+        """Where it is kept what a net found for a rig."""
         return self.folder / f"found-{net.seed}-{self.study.found_key(net, entrant)}.npz"
 
 

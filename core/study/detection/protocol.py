@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
+from itertools import repeat
 from typing import Literal
 
 import numpy as np
@@ -23,6 +24,7 @@ from riglens.core.rig.yaml.file import rig_sha256
 from riglens.core.scene.boxes import DataReport
 from riglens.core.simulate.painting import QUALITIES, Quality
 from riglens.core.simulate.settings import SimulationSettings
+from riglens.core.vehicle.mesh import BodyMesh
 
 Mode = Literal["shared", "per-rig"]
 Ids = NDArray[np.int64]
@@ -124,20 +126,25 @@ def split(data: DataReport, protocol: Protocol) -> Split:
 
 @dataclass(frozen=True)
 class Entrant:
-    """A rig of the study, under the name that is shown: its LiDARs, and its cameras where points are painted."""
+    """A rig of the study, under the name that is shown: its LiDARs, and its cameras where points are painted. `mesh`
+    is that of the car's file, if it has one and rays end at the body."""
 
     name: str
     rig: Rig
+    mesh: BodyMesh | None = field(default=None, compare=False, repr=False)
 
     @cached_property
     def key(self) -> str:
         """What decides its sweeps."""
-        return rig_sha256(self.rig.model_copy(update={"name": "rig"}))
+        plain = rig_sha256(self.rig.model_copy(update={"name": "rig"}))
+        return (
+            plain if self.mesh is None else hashlib.sha256(f"{plain} {self.mesh.sha256}".encode()).hexdigest()
+        )
 
     @property
     def lidars_key(self) -> str:
         """What decides its points: the same for rigs that differ in cameras alone."""
-        return _without_cameras(self.rig).key
+        return Entrant(self.name, self.rig.model_copy(update={"sensors": self.rig.lidars()}), self.mesh).key
 
     @property
     def rays(self) -> int:
@@ -145,18 +152,16 @@ class Entrant:
         return sum(lidar.ray_count for lidar in self.rig.lidars())
 
 
-def _without_cameras(rig: Rig) -> Entrant:
-    return Entrant(rig.name, rig.model_copy(update={"sensors": rig.lidars()}))
-
-
-def entrants(rigs: Sequence[Rig], with_cameras: bool = False) -> tuple[Entrant, ...]:
+def entrants(
+    rigs: Sequence[Rig], with_cameras: bool = False, meshes: Iterable[BodyMesh | None] = repeat(None)
+) -> tuple[Entrant, ...]:
     """The rigs as they take part, with switched-off sensors left out, and cameras unless asked for; names are made
-    unique.
+    unique. `meshes` are those of the rigs' bodies, where files hold them and rays end at them.
 
     Raise InputError for a rig without LiDARs.
     """
     found: list[Entrant] = []
-    for rig in rigs:
+    for rig, mesh in zip(rigs, meshes, strict=False):
         if not rig.lidars():
             raise InputError(
                 f"rig '{rig.name}': found no LiDAR that is on, accepted are rigs with LiDARs: "
@@ -165,9 +170,8 @@ def entrants(rigs: Sequence[Rig], with_cameras: bool = False) -> tuple[Entrant, 
         taken = sum(one.name == rig.name or one.name.startswith(f"{rig.name} (") for one in found)
         name = f"{rig.name} ({taken + 1})" if taken else rig.name
         cameras = rig.cameras() if with_cameras else ()
-        found.append(
-            Entrant(name, rig.model_copy(update={"name": name, "sensors": (*rig.lidars(), *cameras)}))
-        )
+        taking_part = rig.model_copy(update={"name": name, "sensors": (*rig.lidars(), *cameras)})
+        found.append(Entrant(name, taking_part, mesh))
     return tuple(found)
 
 

@@ -19,7 +19,7 @@ from typing import Any
 
 from riglens.core.detect.net import use_one_thread
 from riglens.core.simulate.world import Worlds
-from riglens.core.study.detection.pieces import Net, Pieces, Study
+from riglens.core.study.detection.pieces import Net, Pieces, Study, Tell
 from riglens.core.study.detection.protocol import Entrant
 
 _TELL_EVERY = 0.2
@@ -81,6 +81,17 @@ def is_made(pieces: Pieces, job: Job) -> bool:
     return pieces.has_net(job.net) if job.rig is None else pieces.has_found(job.net, job.rig)
 
 
+def make(pieces: Pieces, job: Job, worlds: Worlds, tell: Tell) -> None:
+    """Make a piece, whose own pieces are there."""
+    if job.net is None:
+        assert job.rig is not None
+        pieces.make_sweeps(job.rig, worlds, tell)
+    elif job.rig is None:
+        pieces.make_net(job.net, tell)
+    else:
+        pieces.make_found(job.net, job.rig, tell)
+
+
 def run(study: Study, folder: Path, workers: int, tell: Callable[[Told], None]) -> Pieces:
     """Make what is not there; `tell` hears of it several times a second, and may raise to stop.
 
@@ -88,7 +99,7 @@ def run(study: Study, folder: Path, workers: int, tell: Callable[[Told], None]) 
     """
     folder.mkdir(parents=True, exist_ok=True)
     pieces = Pieces(study, folder)
-    todo = _Todo(pieces, jobs(study))
+    todo = Todo(pieces, jobs(study))
     tell(todo.told({}))
     if not todo.waiting:
         return pieces
@@ -102,7 +113,7 @@ def run(study: Study, folder: Path, workers: int, tell: Callable[[Told], None]) 
     return pieces
 
 
-class _Todo:
+class Todo:
     """What is still to be made, and what can be begun."""
 
     def __init__(self, pieces: Pieces, every: list[Job]) -> None:
@@ -139,9 +150,7 @@ class _Todo:
         return Told(done / self._total, len(self.made), len(self.every), doing, job)
 
 
-def _work_off(
-    todo: _Todo, pool: ProcessPoolExecutor, heard: Queue[Any], tell: Callable[[Told], None]
-) -> None:
+def _work_off(todo: Todo, pool: ProcessPoolExecutor, heard: Queue[Any], tell: Callable[[Told], None]) -> None:
     running: dict[Future[int], int] = {}
     shares: dict[int, float] = {}
     while todo.waiting or running:
@@ -197,13 +206,7 @@ class _Worker:
                 raise Stopped
             self.heard.put((number, share))
 
-        if job.net is None:
-            assert job.rig is not None
-            self.pieces.make_sweeps(job.rig, self.worlds, tell)
-        elif job.rig is None:
-            self.pieces.make_net(job.net, tell)
-        else:
-            self.pieces.make_found(job.net, job.rig, tell)
+        make(self.pieces, job, self.worlds, tell)
 
 
 _here: list[_Worker] = []

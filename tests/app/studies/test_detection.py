@@ -15,8 +15,10 @@ from riglens.app.studies import detection
 from riglens.app.studies.detection_chart import chart, correlation, pair_chart
 from riglens.app.studies.detection_files import as_json, pair_lines, rank_lines, rig_lines, seed_lines
 from riglens.app.studies.files import csv_text
-from riglens.core.rig.model import Rig
+from riglens.core.errors import InputError
+from riglens.core.rig.model import Rig, Vehicle
 from riglens.core.rig.presets import preset
+from riglens.core.rig.yaml.file import dumps
 from riglens.core.study.detection.pieces import Study
 from riglens.core.study.detection.protocol import WORDING, entrants
 from riglens.core.study.detection.published import CAMERA_PROTOCOL
@@ -26,6 +28,7 @@ from riglens.core.study.detection.statistics import COLUMNS, Precisions
 from riglens.core.study.detection.surrogates import SURROGATES, Surrogates
 from riglens.core.study.ranks import RankCorrelation
 from tests.core.study.detection.small import NOWHERE, PROTOCOL, rig, traffic
+from tests.core.vehicle.test_mesh_file import stl
 
 SCALE = {"s_ms": -1000.0, "residual": 1000.0, "hits": -1e6}
 
@@ -143,6 +146,7 @@ def some_machine(monkeypatch: pytest.MonkeyPatch) -> None:
         (("Wide",), "rig 'Wide': found no LiDAR that is on"),
         (("Trapezoid", "--workers", "0"), "--workers: found 0"),
         (("Trapezoid", "--seeds", "0"), "--seeds: found 0"),
+        (("Trapezoid", "--workers", "2", "--dask", "tcp://h:1"), "--workers and --dask"),
         (("no-such-rig",), "no-such-rig"),
     ],
 )
@@ -157,18 +161,57 @@ def test_the_published_rigs_and_protocol_go_with_or_without_cameras() -> None:
     assert detection.Plan(cameras="poor").protocol([preset("W+T")]).cameras == "poor"
 
 
+def table_of(path: Path, sequences: int, frames: int) -> Path:
+    """Box data with a road user of each class in every frame."""
+    lines = ["seq,frame,cls,x,y,z,length,width,height,yaw"]
+    lines += [f"s{s},{f},{cls},5,5,0.8,4,2,1.6,0" for s in range(sequences) for f in range(frames)
+              for cls in ("car", "bicycle", "pedestrian")]  # fmt: skip
+    path.write_text("\n".join(lines))
+    return path
+
+
 @pytest.mark.usefixtures("some_machine")
 @pytest.mark.parametrize(("sequences", "frames"), [(1, 3), (1, 40)])
 def test_three_frames_or_one_sequence_are_one_line(
     riglens: object, tmp_path: Path, sequences: int, frames: int
 ) -> None:
-    table = tmp_path / "boxes.csv"
-    lines = ["seq,frame,cls,x,y,z,length,width,height,yaw"]
-    lines += [f"s{s},{f},{cls},5,5,0.8,4,2,1.6,0" for s in range(sequences) for f in range(frames)
-              for cls in ("car", "bicycle", "pedestrian")]  # fmt: skip
-    table.write_text("\n".join(lines))
+    table = table_of(tmp_path / "boxes.csv", sequences, frames)
     said = refused(riglens, "Trapezoid", "--boxes", table, "--out", tmp_path / "out")
     assert f"found {frames} frames in {sequences} sequences" in said
+
+
+@pytest.mark.usefixtures("some_machine")
+@pytest.mark.parametrize(
+    ("address", "said"),
+    [("nowhere", "accepted is tcp://HOST:PORT"), ("tcp://127.0.0.1:1", "no scheduler answers")],
+)
+def test_a_cluster_that_is_not_there_is_one_line(
+    riglens: object, tmp_path: Path, address: str, said: str
+) -> None:
+    table = table_of(tmp_path / "boxes.csv", 5, 8)
+    words = ("Trapezoid", "--boxes", table, "--dask", address, "--out", tmp_path / "out")
+    assert said in refused(riglens, *words)
+
+
+@pytest.mark.usefixtures("some_machine")
+def test_a_body_of_a_file_takes_part(
+    riglens: object, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    mine = tmp_path / "mine.yaml"
+    with_file = preset("Trapezoid").replace(name="mine", vehicle=Vehicle(body="car.stl"))
+    mine.write_text(dumps(with_file))
+    table = table_of(tmp_path / "boxes.csv", 5, 8)
+    words = (mine, "--boxes", table, "--body", "blocks", "--out", tmp_path / "out")
+    assert "car.stl: no such file" in refused(riglens, *words)
+    (tmp_path / "car.stl").write_bytes(stl())
+
+    def ends(asked: Study, scene: object) -> Surrogates:
+        (one,) = asked.compared
+        raise InputError(f"{one.mesh is not None and len(one.mesh.triangles)} triangles")
+
+    monkeypatch.setattr(detection, "_surrogates", ends)
+    assert "4 triangles" in refused(riglens, *words)
+    assert "False triangles" in refused(riglens, *words[:3], "--body", "ignored", *words[-2:])
 
 
 @pytest.mark.slow

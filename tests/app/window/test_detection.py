@@ -102,6 +102,15 @@ def test_the_rig_and_those_kept_for_comparison_take_part_once(bench: Bench) -> N
     assert "small, Trapezoid" in opened(bench).rigs.text()
 
 
+def test_a_mesh_is_found_from_the_folder_of_the_work(bench: Bench, tmp_path: Path) -> None:
+    rig = bench.document.rig
+    (tmp_path / "here").mkdir()
+    bench.document.save(tmp_path / "here" / "mine.yaml")
+    bench.document.apply(rig.replace(vehicle=rig.vehicle.replace(body="cars/mine.stl")))
+    (found,) = bench.features.detection.rigs()
+    assert found.vehicle.body == str(tmp_path / "here" / "cars" / "mine.stl")
+
+
 def test_charts_fill_while_it_runs_and_it_can_be_stopped_and_started_again(bench: Bench) -> None:
     feature, dialog = bench.features.detection, opened(bench)
     go_on, jobs = threading.Event(), list[DetectionJob]()

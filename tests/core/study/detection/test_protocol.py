@@ -10,10 +10,12 @@ import pytest
 
 from riglens.core.errors import InputError
 from riglens.core.rig.presets import preset
+from riglens.core.simulate.world import Worlds
 from riglens.core.study.detection.pieces import Pieces, Study
 from riglens.core.study.detection.protocol import Protocol, entrants, references, split, train_frames
 from riglens.core.study.detection.published import CAMERA_PROTOCOL, camera_rigs, equal_rays, published_rigs
 from riglens.core.study.detection.published import PROTOCOL as PUBLISHED
+from tests.core.review.scenes import BOX_FILE, box_mesh
 from tests.core.study.detection.small import NOWHERE, PROTOCOL, rig, traffic
 
 
@@ -126,6 +128,27 @@ def test_with_cameras_rigs_of_the_same_lidars_have_the_same_frames_and_other_swe
     without = replace(asked, protocol=PROTOCOL)
     assert len({one.sweeps_key(rigs[2]) for one in (asked, poor, without)}) == 3
     assert "painting" not in PROTOCOL.as_dict()  # pieces of studies without cameras keep their names
+
+
+def test_a_body_of_a_file_stops_rays_and_decides_the_sweeps(tmp_path: Path) -> None:
+    low = rig("low", height_m=1.6).replace(vehicle=BOX_FILE)
+    protocol = replace(PROTOCOL, mode="per-rig", simulation=replace(PROTOCOL.simulation, body="blocks"))
+    unread, boxed, taller = (
+        Study(entrants([low], meshes=[mesh]), protocol, traffic(), NOWHERE)
+        for mesh in (None, box_mesh(), box_mesh(height_m=1.55))
+    )
+    assert len({one.compared[0].key for one in (unread, boxed, taller)}) == 3
+    worlds = Worlds(boxed.traffic, protocol.simulation)
+    with pytest.raises(InputError, match=r"the mesh 'box\.stl' has not been read"):
+        Pieces(unread, tmp_path).make_sweeps(unread.compared[0], worlds, lambda share: None)
+    through = replace(unread, protocol=PROTOCOL)
+    figures = []
+    for asked in (boxed, through):
+        pieces, one = Pieces(asked, tmp_path), asked.compared[0]
+        worlds = Worlds(asked.traffic, asked.protocol.simulation)
+        pieces.make_sweeps(one, worlds, lambda share: None)
+        figures.append(len(pieces.samples(one, "test").cell))
+    assert 0 < figures[0] < figures[1]
 
 
 def test_the_rigs_with_cameras_are_those_that_were_registered() -> None:

@@ -17,13 +17,18 @@ import pytest
 
 from riglens.core.detect.net import machine
 from riglens.core.detect.pillars import FEATURES
+from riglens.core.errors import InputError
 from riglens.core.rig.model import Camera
+from riglens.core.scene.pog_cluster import cluster_workers
+from riglens.core.scene.pog_parts import OwnProcess
 from riglens.core.simulate.painting import SCORES
+from riglens.core.study.detection.elsewhere import run_elsewhere
 from riglens.core.study.detection.pieces import Pieces, Study
 from riglens.core.study.detection.protocol import entrants
 from riglens.core.study.detection.result import assemble, finished_seeds
 from riglens.core.study.detection.run import Told, jobs, run
 from tests.core.study.detection.small import PROTOCOL, rig, traffic
+from tests.core.test_pog_cluster import Cluster
 
 pytest.importorskip("torch", reason="make test-detect")
 REPOSITORY = Path(__file__).resolve().parents[4]
@@ -96,6 +101,32 @@ def test_killed_at_some_moment_and_resumed_it_ends_with_the_same_figures(
         time.sleep(0.1)
     assert not marked(str(tmp_path))
     pieces = run(small_study(), tmp_path / "pieces", 1, lambda told: None)
+    assert figures(pieces) == figures(whole[0])
+
+
+def test_workers_that_share_no_folder_end_with_the_same_figures(
+    whole: tuple[Pieces, list[Told]], tmp_path: Path
+) -> None:
+    told: list[Told] = []
+    pieces = run_elsewhere(small_study(), tmp_path, OwnProcess(), told.append)
+    assert figures(pieces) == figures(whole[0])
+    assert [one.done for one in told] == list(range(13)) and told[-1].share == pytest.approx(1.0)
+    made = {path.name for path in tmp_path.iterdir()}
+    assert made == {path.name for path in whole[0].folder.iterdir()}
+
+
+def test_a_worker_with_another_pytorch_is_refused_in_one_line(tmp_path: Path) -> None:
+    other = replace(small_study(), machine=replace(machine("cpu"), torch="1.0"))
+    with pytest.raises(InputError, match=r"found Machine.*accepted is Machine.*'1\.0'") as told:
+        run_elsewhere(other, tmp_path, OwnProcess(), lambda told: None)
+    assert "\n" not in str(told.value) and not list(tmp_path.iterdir())
+
+
+@pytest.mark.slow
+def test_a_dask_cluster_ends_with_the_same_figures(whole: tuple[Pieces, list[Told]], tmp_path: Path) -> None:
+    pytest.importorskip("distributed")
+    with Cluster(tmp_path) as cluster, cluster_workers(cluster.address) as workers:
+        pieces = run_elsewhere(small_study(), tmp_path / "pieces", workers, lambda told: None)
     assert figures(pieces) == figures(whole[0])
 
 
