@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Literal
@@ -106,27 +107,12 @@ def simulate(
     """
     libraries.use()
     if carla is not None:
-        for name, said in {
-            "--boxes": boxes,
-            "--occluders": occluders,
-            "--dask": dask,
-            "--workers": workers,
-        }.items():
-            if said is not None:
-                raise InputError(f"{name} and --carla: the simulator has its own traffic; leave {name} out")
+        _refuse_with_carla({"--boxes": boxes, "--occluders": occluders, "--dask": dask, "--workers": workers})
         from riglens.app.commands import carla_job
 
-        carla_job.collect(
-            rigs, out, carla_job.Asked(carla, how.frames, every, noise, dropout, pictures == "on")
-        )
+        at = carla_job.Asked(carla, how.frames, every, noise, dropout, pictures == "on")
+        carla_job.collect(rigs, out, at)
         return
-    if occluders is None and surroundings == "block" and boxes is not None:
-        raise InputError(
-            "--surroundings block: found no table of what stands there; give it with --occluders"
-        )
-    scene = SceneOptions(boxes, how.origin, how.frames, how.classes, find_ground=how.ground == "auto")
-    known = boxes is None or occluders is not None
-    scene = replace(scene, surroundings=known and surroundings != "ignored", occluders=occluders)
     from riglens.app.commands import simulate_job
     from riglens.core.simulate.settings import SimulationSettings
     from riglens.core.simulate.units import Extras
@@ -134,5 +120,29 @@ def simulate(
     settings = SimulationSettings(seed, shape, range_law == "on", phase, noise, dropout, clutter, road)
     extras = Extras(pictures == "on", points is not None)
     frames = simulate_job.Frames(1 if every is None else every, sequences)
+    scene = _scene(boxes, how, surroundings, occluders)
     asked = simulate_job.Asked(scene, frames, settings, extras, ScoreOptions(body=body))
     simulate_job.simulate(rigs, out, asked, simulate_job.Where(workers, dask))
+
+
+def _refuse_with_carla(said: Mapping[str, object]) -> None:
+    """Raise InputError for the first option that was said and has no meaning with --carla."""
+    for name, value in said.items():
+        if value is not None:
+            raise InputError(f"{name} and --carla: the simulator has its own traffic; leave {name} out")
+
+
+def _scene(
+    boxes: Path | None,
+    how: BoxArguments,
+    surroundings: Literal["ignored", "block"] | None,
+    occluders: tuple[Path, Path] | None,
+) -> SceneOptions:
+    """The traffic, with what stands around it where that is known and not refused."""
+    known = boxes is None or occluders is not None
+    if surroundings == "block" and not known:
+        raise InputError(
+            "--surroundings block: found no table of what stands there; give it with --occluders"
+        )
+    scene = SceneOptions(boxes, how.origin, how.frames, how.classes, find_ground=how.ground == "auto")
+    return replace(scene, surroundings=known and surroundings != "ignored", occluders=occluders)

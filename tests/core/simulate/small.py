@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig, Sensor
 from riglens.core.scene.boxes import FrameLabels
@@ -61,6 +62,11 @@ def dataset(traffic: Traffic | None = None, of: Rig | None = None, points: bool 
     scenes = scenes_of(world)
     scenes = [replace(scene, number=4 * scene.number) for scene in scenes]
     return Dataset(of or rig(), None, SETTINGS, Extras(True, points), world, scenes, poses)
+
+
+def points_m(path: Path) -> NDArray[np.float64]:
+    """Points (n, 3) of a sweep's file, in the frame of its LiDAR."""
+    return np.fromfile(path, np.float32).reshape(-1, 5)[:, :3].astype(np.float64)
 
 
 def make(path: Path, what: Dataset, progress: Callable[[float], None] = lambda _: None) -> DatasetFolder:

@@ -11,17 +11,10 @@ import numpy as np
 import pytest
 
 from riglens.core.simulate.units import Notes
-from tests.core.simulate.small import dataset, make
+from tests.core.simulate.small import points_m
 
 pytestmark = pytest.mark.filterwarnings("default")
 nuscenes = pytest.importorskip("nuscenes", reason="make test-devkit")
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("simulated") / "set"
-    make(path, dataset())
-    return path
 
 
 @pytest.fixture(scope="module")
@@ -73,11 +66,7 @@ def _in_world(kit: Any, token: str) -> Any:
     from pyquaternion import Quaternion
 
     data = kit.get("sample_data", token)
-    points = (
-        np.fromfile(Path(kit.dataroot) / data["filename"], np.float32)
-        .reshape(-1, 5)[:, :3]
-        .astype(np.float64)
-    )
+    points = points_m(Path(kit.dataroot) / data["filename"])
     for table, key in (("calibrated_sensor", "calibrated_sensor_token"), ("ego_pose", "ego_pose_token")):
         pose = kit.get(table, data[key])
         points = points @ Quaternion(pose["rotation"]).rotation_matrix.T + pose["translation"]

@@ -13,16 +13,9 @@ from riglens.core.scene.readers import open_boxes
 from riglens.core.simulate.sweeps import Simulator
 from riglens.core.simulate.tables import VISIBLE, visibility_bin
 from riglens.core.targets.traffic import read_traffic
-from tests.core.simulate.small import dataset, make
+from tests.core.simulate.small import dataset, points_m
 
 Doubles = NDArray[np.float64]
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("simulated") / "set"
-    make(path, dataset())
-    return path
 
 
 @pytest.fixture(scope="module")
@@ -60,8 +53,9 @@ def of_channel(tables: dict[str, Any], name: str) -> list[dict[str, Any]]:
 
 
 def in_world(folder: Path, tables: dict[str, Any], data: dict[str, Any]) -> Doubles:
-    points = np.fromfile(folder / data["filename"], np.float32).reshape(-1, 5)[:, :3].astype(np.float64)
-    on_car = turned(points, tables["calibrated_sensor"][data["calibrated_sensor_token"]])
+    on_car = turned(
+        points_m(folder / data["filename"]), tables["calibrated_sensor"][data["calibrated_sensor_token"]]
+    )
     return turned(on_car, tables["ego_pose"][data["ego_pose_token"]])
 
 
