@@ -26,7 +26,8 @@ from riglens.widgets.drawing.lights import set_lights
 COARSE = 3
 """How many pixels of the window a pixel of the haze stands for, along each side."""
 _GL_READ_FRAMEBUFFER, _GL_DRAW_FRAMEBUFFER = 0x8CA8, 0x8CA9
-_GL_COLOR_BUFFER_BIT, _GL_NEAREST = 0x4000, 0x2600
+_GL_COLOR_BUFFER_BIT, _GL_DEPTH_BUFFER_BIT, _GL_NEAREST = 0x4000, 0x0100, 0x2600
+_DEPTH_BITS = 32
 _GL_SCISSOR_TEST, _GL_DEPTH_TEST, _GL_BLEND, _GL_ONE, _GL_ONE_MINUS_SRC_ALPHA = (
     0x0C11,
     0x0B71,
@@ -43,6 +44,7 @@ class Stage:
     def __init__(self, plotter: pv.BasePlotter) -> None:
         self._plotter = plotter
         self._below, self._haze_drawn = vtkOpenGLFramebufferObject(), vtkOpenGLFramebufferObject()
+        self._kept = vtkOpenGLFramebufferObject()
         self._coarse_size: Size | None = None
         self._wanted_backdrop: object = None
         self._kept_backdrop: object = None
@@ -136,6 +138,38 @@ class Stage:
         for renderer in renderers:
             renderer.SetDraw(renderer is not self.haze)
 
+    def draw_all(self) -> None:
+        """Draw what is to be drawn of all renderers in one go."""
+        window = render_window(self._plotter)
+        window.Render()
+        window.WaitForCompletion()
+
+    def keep(self) -> None:
+        """Keep what is in the window, colours and depths."""
+        self._exchange(to_kept=True)
+
+    def lay_kept(self) -> None:
+        """Put what was kept into the window, where the next renderers draw over it."""
+        self._exchange(to_kept=False)
+
+    def _exchange(self, to_kept: bool) -> None:
+        """Copy the whole picture from the window, or back into it."""
+        window, size = opengl_window(self.main), self.size
+        window.MakeCurrent()
+        window.GetState().PushFramebufferBindings()
+        self._fit(self._kept, size, has_depth=True)
+        frame = window.GetRenderFramebuffer()
+        source, target = (frame, self._kept) if to_kept else (self._kept, frame)
+        self._copy(source, target, (0, 0, *size), _GL_COLOR_BUFFER_BIT | _GL_DEPTH_BUFFER_BIT)
+        window.GetState().PopFramebufferBindings()
+
+    def _fit(self, kept: vtkOpenGLFramebufferObject, size: Size, has_depth: bool = False) -> None:
+        """Make room for a picture, unless there is."""
+        kept.SetContext(opengl_window(self.main))
+        kept.GetLastSize(known := [0, 0])
+        if tuple(known) != size:
+            kept.PopulateFramebuffer(*size, True, 1, VTK_UNSIGNED_CHAR, has_depth, _DEPTH_BITS, 0)
+
     def _make_room(self) -> None:
         """Before the haze is drawn in the lower left: keep the backdrop, if it has been drawn."""
         if self._coarse_size is None:
@@ -144,10 +178,7 @@ class Stage:
         frame, whole = window.GetRenderFramebuffer(), (0, 0, *self.size)
         window.GetState().PushFramebufferBindings()
         for kept, size in ((self._below, self.size), (self._haze_drawn, self._coarse_size)):
-            kept.SetContext(window)
-            kept.GetLastSize(known := [0, 0])
-            if tuple(known) != size:
-                kept.PopulateFramebuffer(*size, True, 1, VTK_UNSIGNED_CHAR, False, 0, 0)
+            self._fit(kept, size)
         if self.backdrop.GetDraw():
             self._copy(frame, self._below, whole)
             self._kept_backdrop = self._wanted_backdrop
@@ -181,15 +212,16 @@ class Stage:
         source: vtkOpenGLFramebufferObject,
         target: vtkOpenGLFramebufferObject,
         pixels: tuple[int, int, int, int],
+        what: int = _GL_COLOR_BUFFER_BIT,
     ) -> None:
-        """Copy a rectangle of pixels."""
+        """Copy a rectangle of pixels: their colours, their depths, or both."""
         state = opengl_window(self.haze).GetState()
         state.vtkglDisable(_GL_SCISSOR_TEST)
         source.Bind(_GL_READ_FRAMEBUFFER)
         source.ActivateReadBuffer(0)
         target.Bind(_GL_DRAW_FRAMEBUFFER)
         target.ActivateDrawBuffer(0)
-        state.vtkglBlitFramebuffer(*pixels, *pixels, _GL_COLOR_BUFFER_BIT, _GL_NEAREST)
+        state.vtkglBlitFramebuffer(*pixels, *pixels, what, _GL_NEAREST)
 
 
 def render_window(plotter: pv.BasePlotter) -> vtkRenderWindow:

@@ -183,6 +183,7 @@ class SensorLayer:
         self._renderer = renderer
         self._actors: dict[str, pv.Actor] = {}
         self._looks: dict[str, tuple[object, ...]] = {}
+        self._poses: dict[str, Pose] = {}
         self._ghost: pv.Actor | None = None
 
     def set_sensors(
@@ -195,15 +196,16 @@ class SensorLayer:
         """Show exactly these sensors; those named in `marks` stand out, `faint` gives the opacity of ghosts."""
         for gone in self._actors.keys() - {sensor.name for sensor in sensors}:
             self._renderer.RemoveActor(self._actors.pop(gone))
-            del self._looks[gone]
+            del self._looks[gone], self._poses[gone]
         for sensor in sensors:
             opacity = faint.get(sensor.name, 1.0 if sensor.enabled else _OFF_OPACITY)
             self._set_look(sensor, marks.get(sensor.name, ""), palette, opacity)
             self.set_pose(sensor.name, sensor.pose)
 
     def set_pose(self, name: str, pose: Pose) -> None:
-        """Move a shown sensor."""
-        if name in self._actors:
+        """Move a shown sensor; one that is there already is left alone."""
+        if name in self._actors and self._poses.get(name) != pose:
+            self._poses[name] = pose
             self._actors[name].user_matrix = pose.vehicle_SE3_sensor()
 
     def set_ghost(self, sensor: Lidar | Camera | None, palette: Palette) -> None:

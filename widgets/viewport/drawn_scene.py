@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from time import perf_counter
 
 import numpy as np
 import pyvista as pv
@@ -19,6 +20,7 @@ from riglens.core.vehicle.placing import FREE, PlacingRules, placed
 from riglens.widgets.car.layer import BodyLayer
 from riglens.widgets.drawing.camera import WIDEST_M, OrbitCamera, Pixel, Size, ViewRay, framed, view_camera
 from riglens.widgets.drawing.stage import Stage
+from riglens.widgets.drawing.standing import Clock, Standing
 from riglens.widgets.gizmo.drag import SNAP_M, Handle
 from riglens.widgets.gizmo.handles import GizmoActors
 from riglens.widgets.heatmap.layer import HeatmapLayer
@@ -51,12 +53,19 @@ _CENTRE_PX = 8.0
 class DrawnScene:
     """A scene on a plotter; `pixel_ratio` scales lines, letters and handles for dense or large pictures."""
 
-    def __init__(self, plotter: pv.BasePlotter, palette: Palette = DARK, pixel_ratio: float = 1.0) -> None:
+    def __init__(
+        self,
+        plotter: pv.BasePlotter,
+        palette: Palette = DARK,
+        pixel_ratio: float = 1.0,
+        clock: Clock = perf_counter,
+    ) -> None:
         self._pixel_ratio = pixel_ratio
         self._state = SceneState(palette=palette)
         self._hovered: str | Handle | None = None
         self._quick = self._smooth = False
         self._stage = stage = Stage(plotter)
+        self._standing = Standing(stage, clock)
         self._ground, self._roi = GroundLayer(stage.backdrop, stage.main), RoiLayer(stage.main)
         self._body, self._rig = BodyLayer(stage.main, stage.backdrop), RigLayer(stage.main, stage.rays)
         self._heatmap = HeatmapLayer(stage.cells, stage.haze)
@@ -215,6 +224,7 @@ class DrawnScene:
         """Draw a coarser heatmap, fewer rays and large meshes with fewer triangles while something moves."""
         if quick != self._quick:
             self._quick = quick
+            self._standing.forget()
             self._body.set_quick(quick)
             self._rig.show_fans(self._state, self._quick)
 
@@ -281,6 +291,12 @@ class DrawnScene:
         lit = self._hovered if isinstance(self._hovered, Handle) else None
         self._gizmo.arrange(self.under_mouse.gizmo(), state.gizmo_mode, state.camera, lit)
         self._stage.set_smooth(self._smooth)
+
+    def draw_moving(self) -> None:
+        """Draw what `prepare` has made ready while something moves; what stands still is not drawn again."""
+        state = self._state
+        place = (*(getattr(state, name) for name in _BACKDROP), self.size, self._pixel_ratio)
+        self._standing.draw(place, (state.heatmap, state.heat_look))
 
     def draw_in_parts(self) -> Iterator[None]:
         """Draw what `prepare` has made ready, one part at a time, each of some ten milliseconds.

@@ -96,7 +96,10 @@ class OffscreenViewport(ViewportBase):
 
     def _draw(self) -> None:
         self._scene.prepare()
-        self._window.Render()
+        if self._scene.is_quick:
+            self._scene.draw_moving()
+        else:
+            self._window.Render()
         self._show_pixels()
 
     def _draw_whole(self) -> Parts:

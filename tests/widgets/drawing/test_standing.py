@@ -1,0 +1,190 @@
+"""While something is dragged only what moves is drawn: the picture is the one that drawing everything gives."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+from riglens.core.rig.model import Rig
+from riglens.widgets.drawing.camera import OrbitCamera
+from riglens.widgets.drawing.stage import Stage, render_window
+from riglens.widgets.theme import LIGHT
+from riglens.widgets.viewport.drawn_scene import DrawnScene
+from riglens.widgets.viewport.scene_state import SceneState
+from tests.widgets.viewport.test_still import LIDAR, wall
+
+OTHER = LIDAR.replace(name="other", position=(0.9, 0.6, 1.6))
+CAMERA = OrbitCamera((0.0, 0.0, 0.7), 10.0, -70.0, 25.0)
+STATE = SceneState(
+    rig=Rig(sensors=(LIDAR, OTHER)), selected=LIDAR.name, heatmap=wall(4.0), camera=CAMERA, gizmo_mode="move"
+)
+
+
+class HandClock:
+    """A clock that is turned by hand."""
+
+    def __init__(self):
+        self.now_s = 0.0
+
+    def __call__(self):
+        return self.now_s
+
+
+@pytest.fixture
+def plotter():
+    plotter = pv.Plotter(off_screen=True, window_size=[321, 200], lighting="none")
+    render_window(plotter).SetMultiSamples(0)
+    yield plotter
+    plotter.close()
+
+
+@pytest.fixture
+def clock():
+    return HandClock()
+
+
+@pytest.fixture
+def scene(plotter, clock):
+    scene = DrawnScene(plotter, clock=clock)
+    scene.show(STATE)
+    scene.set_quick(True)
+    return scene
+
+
+@pytest.fixture
+def kept(monkeypatch, clock):
+    """When what stands still was drawn and kept, which takes a twentieth of a second."""
+    times, keep = [], Stage.keep
+
+    def slow(stage):
+        clock.now_s += 0.05
+        times.append(clock.now_s)
+        keep(stage)
+
+    monkeypatch.setattr(Stage, "keep", slow)
+    return times
+
+
+def shot(plotter):
+    return np.asarray(plotter.screenshot(None, return_img=True))[:, :, :3].astype(int)
+
+
+def frame(plotter, scene):
+    """A frame of a drag, and the same drawn in one go."""
+    scene.prepare()
+    scene.draw_moving()
+    moving = shot(plotter)
+    scene.prepare()
+    render_window(plotter).Render()
+    return moving, shot(plotter)
+
+
+def look_alike(moving, whole):
+    """Whether pictures differ at most where rays that stand still pass before the small body that moves."""
+    return (np.abs(moving - whole).max(axis=2) > 0).mean() < 1e-3
+
+
+def moved(state, name, x_m):
+    sensor = state.rig.sensor(name)
+    return replace(
+        state, rig=state.rig.with_sensor(name, sensor.replace(position=(x_m, *sensor.position[1:])))
+    )
+
+
+def test_every_frame_of_a_drag_is_the_one_that_drawing_everything_gives(plotter, scene, kept):
+    state, last = STATE, None
+    for step in range(5):
+        state = moved(state, LIDAR.name, 0.1 * step)
+        scene.show(state)
+        moving, whole = frame(plotter, scene)
+        assert look_alike(moving, whole)
+        assert last is None or not np.array_equal(moving, last), "the sensor is somewhere else"
+        last = moving
+    assert len(kept) == 1, "what stands still was drawn once"
+
+
+def test_a_new_heatmap_is_seen_in_the_next_frame_and_drawn_once(plotter, scene, kept, clock):
+    for step in range(3):
+        scene.show(moved(STATE, LIDAR.name, 0.1 * step))
+        before, _ = frame(plotter, scene)
+    scene.show(replace(scene.state, heatmap=wall(3.0)))
+    clock.now_s += 1.0
+    for _ in range(2):
+        moving, whole = frame(plotter, scene)
+        assert look_alike(moving, whole)
+    assert not np.array_equal(moving, before)
+    assert len(kept) == 2
+
+
+def test_heatmaps_that_follow_closely_wait_and_the_last_one_is_drawn(plotter, scene, kept, clock):
+    for step in range(3):
+        scene.show(moved(STATE, LIDAR.name, 0.1 * step))
+        before, _ = frame(plotter, scene)
+    for metres in (3.5, 3.2, 3.0):
+        scene.show(replace(scene.state, heatmap=wall(metres)))
+        moving, _ = frame(plotter, scene)
+        assert look_alike(moving, before)
+    assert len(kept) == 1
+    clock.now_s += 1.0
+    moving, whole = frame(plotter, scene)
+    assert look_alike(moving, whole) and not look_alike(moving, before)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda state: moved(state, OTHER.name, -0.8),
+        lambda state: replace(state, rig=Rig(sensors=(LIDAR,))),
+        lambda state: replace(state, selected=OTHER.name),
+        lambda state: replace(state, hidden=frozenset({OTHER.name})),
+        lambda state: replace(state, camera=replace(CAMERA, azimuth_deg=-40.0)),
+        lambda state: replace(state, palette=LIGHT),
+        lambda state: replace(state, heatmap=None),
+        lambda state: replace(state, ray_look=replace(state.ray_look, fill="ground")),
+    ],
+    ids=["another sensor", "one less", "selected", "hidden", "camera", "palette", "no heatmap", "filled"],
+)
+def test_whatever_changes_amid_a_drag_is_seen_in_the_next_frame(plotter, scene, clock, change):
+    for step in range(3):
+        scene.show(moved(STATE, LIDAR.name, 0.1 * step))
+        before, _ = frame(plotter, scene)
+    scene.show(change(scene.state))
+    clock.now_s += 1.0
+    for _ in range(3):
+        moving, whole = frame(plotter, scene)
+        assert look_alike(moving, whole)
+    assert not np.array_equal(moving, before)
+
+
+def test_another_size_forgets_what_was_kept(plotter, scene):
+    for step in range(3):
+        scene.show(moved(STATE, LIDAR.name, 0.1 * step))
+        frame(plotter, scene)
+    render_window(plotter).SetSize(200, 150)
+    for _ in range(3):
+        moving, whole = frame(plotter, scene)
+        assert moving.shape == (150, 200, 3)
+        assert look_alike(moving, whole)
+
+
+def test_a_turning_view_keeps_nothing(plotter, scene, kept):
+    for step in range(4):
+        scene.show(replace(STATE, camera=replace(CAMERA, azimuth_deg=-70.0 + step)))
+        moving, whole = frame(plotter, scene)
+        assert look_alike(moving, whole)
+    assert not kept
+
+
+def test_the_next_drag_begins_anew(plotter, scene):
+    for step in range(3):
+        scene.show(moved(STATE, LIDAR.name, 0.1 * step))
+        frame(plotter, scene)
+    scene.set_quick(False)
+    frame_at_rest = replace(scene.state, rig=moved(scene.state, OTHER.name, -0.5).rig)
+    scene.show(frame_at_rest)
+    scene.set_quick(True)
+    for step in range(3):
+        scene.show(moved(frame_at_rest, OTHER.name, 0.1 * step))
+        moving, whole = frame(plotter, scene)
+        assert look_alike(moving, whole)

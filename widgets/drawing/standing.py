@@ -1,0 +1,100 @@
+"""What stands still while something is dragged: drawn once, kept with its depths, and laid under what moves.
+
+Nobody has to say what moves. Whatever has changed since the frame before is drawn over the kept picture from then on,
+until the camera moves or `forget` is called. Solid things are hidden by each other as usual, by their depths; rays
+of what moves are drawn over those of what does not, as they are anyway. Only this differs from a picture drawn in one
+go: what is clear and stands still (a ray, a field of view) does not tint a body that moves behind it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from time import perf_counter
+
+from vtkmodules.vtkRenderingCore import vtkProp
+
+from riglens.widgets.drawing.stage import Stage, props_of
+
+Clock = Callable[[], float]
+_PAUSE = 2.0
+"""For how long another haze may wait, as a multiple of the time that the last one took."""
+
+
+class Standing:
+    """Draws frames of a stage while something moves; between two of them nothing but the scene may touch the stage.
+
+    A picture with another haze takes several times as long as one with the same, so haze that follows closely is left
+    to a later frame: it gets at most a third of the time.
+    """
+
+    def __init__(self, stage: Stage, clock: Clock = perf_counter) -> None:
+        self._stage, self._clock = stage, clock
+        self._haze_due_s = 0.0
+        self._place: object = None
+        self._changed: dict[vtkProp, int] = {}
+        self._moving: set[vtkProp] = set()
+        self._kept: tuple[tuple[object, ...], frozenset[vtkProp]] | None = None
+
+    def forget(self) -> None:
+        """Take everything for standing still again; what was kept is not used any more."""
+        self._place, self._kept = None, None
+        self._changed, self._moving = {}, set()
+
+    def draw(self, place: object, haze: tuple[object, ...]) -> None:
+        """Draw the frame that is ready. All of it depends on `place` (camera, size), the haze on the objects in `haze`.
+
+        While `place` changes from frame to frame, all is drawn at once, as if nothing were kept.
+        """
+        stage, visible = self._stage, self._visible()
+        if place != self._place:
+            self.forget()
+            self._place = place
+            stage.draw_all()
+        else:
+            self._moving |= {prop for prop, time in visible.items() if self._changed.get(prop) != time}
+            still = frozenset(visible.keys() - self._moving)
+            if not self._is_kept(still, haze):
+                began_s = self._clock()
+                self._draw_but(visible.keys() - still, self._draw_still)
+                self._kept = (haze, still)
+                self._haze_due_s = self._clock() + _PAUSE * (self._clock() - began_s)
+            stage.lay_kept()
+            self._draw_but(still, self._draw_moving)
+        self._changed = self._visible()
+
+    def _is_kept(self, still: frozenset[vtkProp], haze: tuple[object, ...]) -> bool:
+        """Whether what was kept will do: exactly these stand still, and the haze is the same, or may wait."""
+        if self._kept is None or self._kept[1] != still:
+            return False
+        return _are_same(self._kept[0], haze) or self._clock() < self._haze_due_s
+
+    def _visible(self) -> dict[vtkProp, int]:
+        """What is visible of what may stand still, and when each changed last."""
+        both = (*props_of(self._stage.main), *props_of(self._stage.rays))
+        return {prop: prop.GetRedrawMTime() for prop in both if prop.GetVisibility()}
+
+    def _draw_still(self) -> None:
+        stage = self._stage
+        below = [renderer for renderer in (stage.backdrop, stage.haze) if renderer.GetDraw()]
+        stage.draw(*below, stage.main, stage.rays)
+        stage.keep()
+
+    def _draw_moving(self) -> None:
+        stage = self._stage
+        stage.main.PreserveDepthBufferOn()
+        stage.draw(stage.main, stage.rays, stage.overlay)
+        stage.main.PreserveDepthBufferOff()
+
+    @staticmethod
+    def _draw_but(hidden: Iterable[vtkProp], draw: Callable[[], None]) -> None:
+        """Draw without some of what is visible."""
+        for prop in hidden:
+            prop.SetVisibility(False)
+        draw()
+        for prop in hidden:
+            prop.SetVisibility(True)
+
+
+def _are_same(some: tuple[object, ...], others: tuple[object, ...]) -> bool:
+    """Whether these are the very same objects; what they hold is not compared."""
+    return len(some) == len(others) and all(one is other for one, other in zip(some, others, strict=True))
