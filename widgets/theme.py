@@ -10,6 +10,8 @@ KIND_COLOURS = {"lidar": "#14b8a6", "camera": "#f97316"}
 SELECTED_COLOUR = "#ffd60a"
 LINKED_COLOUR = "#a78bfa"
 """What is about mirror pairs: the link mark in the list, the partner of what is selected, the line between them."""
+MEASURE_COLOUR = "#d946ef"
+"""The line of the measuring tool: seen on every car, light and dark."""
 WORST_COLOUR = "#f43f5e"
 """Sensors as they stand in the worst draw of a tolerance."""
 RIG_COLOURS = (

@@ -24,6 +24,7 @@ from riglens.app.window.features.heat import Heat, RaysShown
 from riglens.app.window.features.help import Help
 from riglens.app.window.features.maps import Map, SensorView
 from riglens.app.window.features.marginals import Marginals
+from riglens.app.window.features.measure import Measure
 from riglens.app.window.features.objects import Objects
 from riglens.app.window.features.pick import Pick
 from riglens.app.window.features.picture import Picture
@@ -73,6 +74,7 @@ class Features(NamedTuple):
     tolerance: Tolerance
     frame: FrameView
     pick: Pick
+    measure: Measure
     sensor_view: SensorView
     target_maps: TargetMaps
     standing: Standing
@@ -136,6 +138,7 @@ def build_features(bench: Workbench) -> Features:
         tolerance=Tolerance(bench, targets),
         frame=(frame := FrameView(bench, targets)),
         pick=Pick(bench, frame),
+        measure=Measure(bench),
         sensor_view=SensorView(bench, frame),
         target_maps=TargetMaps(bench, heat, targets, map_),
         standing=Standing(bench),

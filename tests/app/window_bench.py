@@ -120,6 +120,9 @@ class FakeViewport(View):
     def set_picking(self, is_on: bool) -> None:
         self.told.append(("picking", is_on))
 
+    def set_measuring(self, is_on: bool) -> None:
+        self.told.append(("measuring", is_on))
+
     def set_snap(self, snap: bool) -> None:
         self.told.append(("snap", snap))
 

@@ -43,6 +43,7 @@ _BODIES = {
     "snapshot": '<rect x="4" y="4" width="16" height="16" rx="2"/><path d="M12 8v8M8 12h8"/>',
     "sliders": '<path d="M4 7h9M17 7h3M4 17h3M11 17h9"/><circle cx="15" cy="7" r="2"/><circle cx="9" cy="17" r="2"/>',
     "pick": '<path d="M12 3v5M12 16v5M3 12h5M16 12h5"/><path d="M10 10h4v4h-4z"/>',
+    "measure": '<path d="M3 16.5L16.5 3 21 7.5 7.5 21z"/><path d="M6.5 13l2 2M9.5 10l3 3M12.5 7l2 2"/>',
     "mirror": '<path d="M12 3v18" stroke-dasharray="2 3"/><path d="M9 7v10H3zM15 7v10h6z"/>',
     "link": '<path d="M10 14a4.2 4.2 0 0 0 6 0l3-3a4.2 4.2 0 0 0-6-6l-1.2 1.2"/>'
     '<path d="M14 10a4.2 4.2 0 0 0-6 0l-3 3a4.2 4.2 0 0 0 6 6l1.2-1.2"/>',

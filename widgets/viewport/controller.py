@@ -18,6 +18,7 @@ from riglens.widgets.gizmo.drag import Drag, begin_drag
 from riglens.widgets.gizmo.echo import drag_echo
 from riglens.widgets.gizmo.nudge import NudgeKey, nudge_turned, nudged
 from riglens.widgets.viewport.drawn_scene import DrawnScene
+from riglens.widgets.viewport.measured import Place
 
 Button = Literal["left", "middle", "right", "none"]
 Gesture = Literal["orbit", "pan", "zoom", "box", "none"]
@@ -29,6 +30,9 @@ class Listener(Protocol):
 
     def on_picked(self, name: str | None) -> None:
         """A click chose a sensor, or nothing."""
+
+    def on_place(self, place: Place | None) -> None:
+        """A click chose a place to measure from or to, or nothing that can be measured."""
 
     def on_toggled(self, name: str) -> None:
         """A click with Ctrl or Shift chose one sensor more, or one less."""
@@ -101,6 +105,7 @@ class ViewController:
         self._last: Pixel = (0.0, 0.0)
         self._gesture: Gesture = "none"
         self._moved = False
+        self._is_measuring = False
 
     @property
     def dragging(self) -> str | None:
@@ -126,6 +131,10 @@ class ViewController:
         """Drags end on round numbers; Ctrl does the opposite of this while it is held."""
         self._snap = snap
 
+    def set_measuring(self, is_on: bool) -> None:
+        """Clicks choose places to measure between and no sensors, and no handle can be grasped."""
+        self._is_measuring = is_on
+
     def press(self, pixel: Pixel, button: Button, shift: bool = False) -> None:
         """A mouse button went down."""
         if self.busy:
@@ -134,7 +143,7 @@ class ViewController:
         with_shift: Gesture = "box" if shift else "orbit"
         gestures: dict[Button, Gesture] = {"left": with_shift, "middle": "pan", "right": "zoom"}
         self._gesture = gestures.get(button, "none")
-        if self._gesture == "orbit" and not self.is_placing:
+        if self._gesture == "orbit" and not self.is_placing and not self._is_measuring:
             self._grasp(pixel)
 
     def move(self, pixel: Pixel, inverted: bool = False) -> None:
@@ -178,6 +187,9 @@ class ViewController:
 
     def _click(self, pixel: Pixel, adding: bool) -> None:
         """Select what is under the mouse; a click on nothing beside `adding` is a slip."""
+        if self._is_measuring:
+            self._listener.on_place(self._scene.place_at(pixel))
+            return
         name = self._scene.under_mouse.sensor(pixel)
         if not adding:
             self._listener.on_picked(name)
@@ -187,7 +199,7 @@ class ViewController:
     def double_click(self, pixel: Pixel) -> None:
         """Look at the sensor under the mouse from close by."""
         name = self._scene.under_mouse.sensor(pixel)
-        if name is not None and self._held is None:
+        if name is not None and self._held is None and not self._is_measuring:
             self._scene.frame((name,))
             self._listener.on_changed()
 

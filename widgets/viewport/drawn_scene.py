@@ -12,8 +12,9 @@ from time import perf_counter
 
 import numpy as np
 import pyvista as pv
+from numpy.typing import NDArray
 
-from riglens.core.geometry import Pose
+from riglens.core.geometry import Pose, Vec3
 from riglens.core.rig.groups import Poses
 from riglens.core.rig.model import Camera, Lidar
 from riglens.core.vehicle.placing import FREE, PlacingRules, placed
@@ -30,6 +31,8 @@ from riglens.widgets.traffic.layer import TrafficLayer
 from riglens.widgets.viewport.ground_layer import GroundLayer, RoiLayer
 from riglens.widgets.viewport.marker_layer import MarkerLayer
 from riglens.widgets.viewport.mast_layer import MastLayer, StubsLayer
+from riglens.widgets.viewport.measure_layer import MeasureLayer
+from riglens.widgets.viewport.measured import BODY, GROUND, Place
 from riglens.widgets.viewport.rig_layer import RigLayer
 from riglens.widgets.viewport.scene_state import ALL_FIELDS, SceneState
 from riglens.widgets.viewport.under_mouse import UnderMouse
@@ -48,6 +51,10 @@ _BACKDROP = ("camera", "grid", "palette", "show_ground", "vehicle")
 _KEY = {"rig", "hidden", "failed", "selected", "show_selection", "show_legend", "ray_look", "palette"}
 _CENTRE_PX = 8.0
 """So near to the middle plane a sensor that snaps is put on it."""
+
+
+_FAR_M = 300.0
+"""Beyond this the ground is not measured: near the horizon a pixel is many metres."""
 
 
 class DrawnScene:
@@ -73,6 +80,7 @@ class DrawnScene:
         self._traffic.set_pixel_ratio(pixel_ratio)
         self._masts, self._stubs = MastLayer(stage.main, stage.overlay), StubsLayer(stage.main)
         self._marker, self._words = MarkerLayer(stage.overlay), WordsLayer(stage.overlay)
+        self._measure = MeasureLayer(stage.overlay)
         self._gizmo = GizmoActors(stage.overlay, palette)
         self._rig.set_line_width(pixel_ratio)
         self._has_car = False
@@ -143,6 +151,8 @@ class DrawnScene:
             self._words.show_caption(state)
         if changed & {"traffic", "palette"}:
             self._traffic.set_frame(state.traffic, palette)
+        if changed & {"measured", "palette"}:
+            self._measure.show(state.measured, palette)
         if changed & {"marker", "palette"}:
             self._marker.set_marker(state.marker, palette)
 
@@ -259,6 +269,23 @@ class DrawnScene:
         """Say how sensors are put on the car: level, and through narrow things on the roof."""
         self._placing = PlacingRules(upright=upright, below_rails=below_rails)
 
+    def place_at(self, pixel: Pixel) -> Place | None:
+        """What can be measured from under a pixel: a sensor's middle, else the car or the ground before it, or None."""
+        name = self.under_mouse.sensor(pixel)
+        if name is not None:
+            return Place(self._state.rig.sensor(name).position, name, name)
+        self._bring_car()
+        ray = self._state.camera.ray(pixel, self.size)
+        hit, ground = self._body.hit(ray), _on_ground(ray)
+        if hit is not None and (ground is None or _along(ray, hit[0]) <= _along(ray, ground)):
+            return Place(_vec3(hit[0]), BODY)
+        return None if ground is None else Place(_vec3(ground), GROUND)
+
+    @property
+    def measured_texts(self) -> list[str]:
+        """What is said beside the line of the measuring tool."""
+        return self._measure.texts
+
     def pose_on_body(self, pixel: Pixel, sensor: Lidar | Camera, snap: bool = False) -> Pose | None:
         """The pose of a sensor that sits on the car under a pixel, on round places with `snap`; None beside the car."""
         self._bring_car()
@@ -287,6 +314,7 @@ class DrawnScene:
         self._words.arrange(state, self._heatmap.drawn_cell_m, self.size, self._pixel_ratio)
         self._marker.arrange(state.camera, self.size, self._pixel_ratio)
         self._masts.arrange(state.camera, self.size, self._pixel_ratio)
+        self._measure.arrange(state.camera, self.size, self._pixel_ratio)
         self._stubs.set_line_width(self._pixel_ratio)
         lit = self._hovered if isinstance(self._hovered, Handle) else None
         self._gizmo.arrange(self.under_mouse.gizmo(), state.gizmo_mode, state.camera, lit)
@@ -312,3 +340,22 @@ class DrawnScene:
             stage.draw(stage.cells)
             yield
         stage.draw(stage.rays, stage.overlay)
+
+
+def _on_ground(ray: ViewRay) -> NDArray[np.float64] | None:
+    """Where a view ray meets the ground, z = 0, from above and not too far away; metres."""
+    fall = float(ray.direction[2])
+    if fall >= 0.0:
+        return None
+    point = ray.origin_m - ray.origin_m[2] / fall * ray.direction
+    near = ray.origin_m[2] >= 0.0 and float(np.hypot(point[0], point[1])) <= _FAR_M
+    return np.array([point[0], point[1], 0.0]) if near else None
+
+
+def _along(ray: ViewRay, point_m: NDArray[np.float64]) -> float:
+    return float((point_m - ray.origin_m) @ ray.direction)
+
+
+def _vec3(point_m: NDArray[np.float64]) -> Vec3:
+    x, y, z = (float(value) for value in point_m)
+    return x, y, z

@@ -17,6 +17,7 @@ from riglens.widgets.sensors.ray_look import DEFAULT_RAYS, RayLook
 from riglens.widgets.theme import DARK, Palette
 from riglens.widgets.traffic.frame import ShownFrame
 from riglens.widgets.viewport.masts import Mast, Stubs
+from riglens.widgets.viewport.measured import Measured
 
 _NEAR_M = 50.0
 
@@ -70,6 +71,7 @@ class SceneState:
     show_legend: bool = True
     caption: Caption = NO_CAPTION
     marker: Marker | None = None
+    measured: Measured | None = None
     masts: tuple[Mast, ...] = ()
     stubs: Stubs | None = None
     ghosts: tuple[Lidar | Camera, ...] = ()

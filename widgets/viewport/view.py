@@ -45,6 +45,8 @@ class View(QWidget):
     """A model of the sensor library was dropped on the car: its name and the Pose there."""
     cell_picked = Signal(object)
     """The PickedCell of the heatmap that was clicked, None where no cell is drawn."""
+    place_picked = Signal(object)
+    """The Place that was clicked while measuring, None where nothing can be measured."""
     escaped = Signal()
     """Escape was pressed in the view while nothing was being dragged."""
     drawn = Signal()
@@ -95,6 +97,11 @@ class View(QWidget):
     @abstractmethod
     def set_picking(self, is_on: bool) -> None:
         """Make every left click pick a cell of the heatmap; otherwise only clicks with Alt do."""
+        raise NotImplementedError
+
+    @abstractmethod
+    def set_measuring(self, is_on: bool) -> None:
+        """Make clicks choose places to measure between; drags still turn the view."""
         raise NotImplementedError
 
     @abstractmethod

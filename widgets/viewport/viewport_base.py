@@ -14,6 +14,7 @@ from riglens.widgets.viewport.canvas_input import BoxFrame, CanvasInput, CellPic
 from riglens.widgets.viewport.controller import ViewController
 from riglens.widgets.viewport.drawn_scene import DrawnScene
 from riglens.widgets.viewport.drop_target import DropTarget
+from riglens.widgets.viewport.measured import Place
 from riglens.widgets.viewport.redraw import Parts, Redraw
 from riglens.widgets.viewport.scene_state import SceneState
 
@@ -74,6 +75,13 @@ class ViewportBase(DropTarget):
     def set_picking(self, is_on: bool) -> None:
         """Make every left click pick a cell of the heatmap; otherwise only clicks with Alt do."""
         self._picker.set_on(is_on)
+
+    def set_measuring(self, is_on: bool) -> None:
+        """Make clicks choose places to measure between; drags still turn the view."""
+        self._canvas.setCursor(Qt.CursorShape.CrossCursor if is_on else Qt.CursorShape.ArrowCursor)
+        self._controller.set_measuring(is_on)
+        if is_on:
+            self._canvas.setFocus(Qt.FocusReason.OtherFocusReason)  # Escape ends it
 
     def set_view(self, name: str, wide: bool = False) -> None:
         """Look from "iso", "top", "front", "left", "rear" or "right"; `wide` shows the whole ROI in the iso view."""
@@ -142,6 +150,10 @@ class ViewportBase(DropTarget):
     def on_picked(self, name: str | None) -> None:
         """A click chose a sensor, or nothing."""
         self.sensor_picked.emit(name)
+
+    def on_place(self, place: Place | None) -> None:
+        """A click chose a place to measure from or to."""
+        self.place_picked.emit(place)
 
     def on_toggled(self, name: str) -> None:
         """A click with Ctrl or Shift chose one more sensor."""

@@ -19,6 +19,7 @@ from riglens.widgets.theme import palette
 from riglens.widgets.traffic.frame import ShownFrame
 from riglens.widgets.viewport.drawn_scene import DrawnScene
 from riglens.widgets.viewport.masts import Mast, Stubs
+from riglens.widgets.viewport.measured import Measured, Place
 from riglens.widgets.viewport.scene_state import ALL_FIELDS, Caption, Marker, SceneState
 
 LIDAR = Lidar(
@@ -41,6 +42,7 @@ LAYERS = {
     "_masts": ("show",),
     "_stubs": ("show",),
     "_marker": ("set_marker",),
+    "_measure": ("show",),
     "_traffic": ("set_frame",),
     "_gizmo": ("set_palette",),
 }
@@ -104,6 +106,7 @@ CHANGES: list[tuple[dict[str, Any], set[str]]] = [
     ({"hidden": frozenset({"other"})}, {"stubs.show", "masts.show", "rig.show_bodies", "rig.show_fans"}),
     ({"failed": frozenset({"other"})}, {"rig.show_bodies", "rig.show_fans"}),
     ({"failed": frozenset({"roof"})}, {"rig.show_bodies", "rig.show_fans"}),
+    ({"measured": Measured(Place((1.0, 0.0, 0.0), "ground"))}, {"measure.show"}),
     ({"ghosts": (OTHER,)}, {"rig.show_ghosts"}),
     ({"ray_look": RayLook(shown=False)}, {"stubs.show", "rig.show_fans"}),
     ({"heatmap": HEAT}, {"heatmap.set_data", "words.show_legend"}),
@@ -119,7 +122,7 @@ CHANGES: list[tuple[dict[str, Any], set[str]]] = [
         {
             "body.set_vehicle", "ground.set_grid", "ground.set_shown", "roi.set_grid", "rig.show_bodies",
             "rig.show_fans", "rig.show_ghosts", "words.show_legend", "words.show_caption", "marker.set_marker",
-            "gizmo.set_palette", "traffic.set_frame", "masts.show",
+            "gizmo.set_palette", "traffic.set_frame", "masts.show", "measure.show",
         },
     ),
 ]  # fmt: skip

@@ -1,0 +1,66 @@
+"""The measuring tool: two places in the view and what is said of the line between them. No Qt, no VTK."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from riglens.core.geometry import Vec3
+
+BODY, GROUND = "body", "ground"
+LEAST_M = 5e-4
+"""Shorter is nothing, to the millimetre that is shown."""
+_MINUS = "\u2212"
+
+
+@dataclass(frozen=True)
+class Place:
+    """A point in the vehicle frame, metres, and what is there: BODY, GROUND, or the name of a `sensor`."""
+
+    point_m: Vec3
+    what: str
+    sensor: str | None = None
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Where the measuring began, and where it ended once the second place was clicked."""
+
+    first: Place
+    second: Place | None = None
+
+    @property
+    def places(self) -> tuple[Place, ...]:
+        """The places that were clicked."""
+        return (self.first,) if self.second is None else (self.first, self.second)
+
+    @property
+    def delta_m(self) -> Vec3:
+        """From the first to the second place along x, y and z of the vehicle, metres."""
+        end = self.first if self.second is None else self.second
+        x, y, z = (b - a for a, b in zip(self.first.point_m, end.point_m, strict=True))
+        return x, y, z
+
+    @property
+    def distance_m(self) -> float:
+        """Length of the straight line."""
+        return math.hypot(*self.delta_m)
+
+
+def measured_lines(found: Measured) -> tuple[str, ...]:
+    """What is said of a measurement, in lines: distance, parts along the axes, heights over the ground."""
+    heights = " and ".join(f"{place.point_m[2]:.3f}".replace("-", _MINUS) for place in found.places)
+    names = " to ".join(place.what for place in found.places)
+    if found.second is None:
+        return f"{names}, {heights} m above the ground", "click the second place"
+    dx, dy, dz = (_signed(value) for value in found.delta_m)
+    return (
+        f"{found.distance_m:.3f} m",
+        f"dx {dx}  dy {dy}  dz {dz} m",
+        f"{names}: {heights} m above the ground",
+    )
+
+
+def _signed(length_m: float) -> str:
+    """Metres with a sign, without one where they round to nothing."""
+    return "0.000" if abs(length_m) < LEAST_M else f"{length_m:+.3f}".replace("-", _MINUS)
