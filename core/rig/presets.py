@@ -157,6 +157,9 @@ CARS = (
     Preset("KITTI car", "4 cameras + 1 LiDAR, the VW Passat of KITTI", file="kitti.yaml"),
     Preset("PandaSet car", "6 cameras + 2 LiDARs, a Chrysler Pacifica of PandaSet", file="pandaset.yaml"),
     Preset("Argoverse 2 car", "9 cameras + 2 LiDARs, a Ford Fusion of Argoverse 2", file="argoverse2.yaml"),
+    Preset(
+        "Waymo car", "5 cameras + 5 LiDARs, a Chrysler Pacifica of the Waymo Open Dataset", file="waymo.yaml"
+    ),
 )
 """Cars as their public calibrations describe them; the files name their sources."""
 

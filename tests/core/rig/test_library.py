@@ -114,7 +114,7 @@ def test_a_wrong_library_is_refused_with_line_and_model(tmp_path: Path, entry: s
 
 def test_the_library_is_as_large_and_as_well_sourced_as_it_says() -> None:
     library = default_library()
-    assert len(library.entries("lidar")) >= 59 and len(library.entries("camera")) >= 21
+    assert len(library.entries("lidar")) >= 61 and len(library.entries("camera")) >= 22
     assert all(entry.maker != "Other" for entry in library.entries())
     assert {name for name, origin in library.origins.items() if origin != "bundled"} == set()
     grouped = library.by_maker("lidar")
