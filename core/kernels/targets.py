@@ -8,6 +8,7 @@ from __future__ import annotations
 import numba
 import numpy as np
 
+from riglens.core.kernels.distinct import cell_key, keep_distinct
 from riglens.core.kernels.jit import kernel, lean, lean_inlined, parallel_kernel
 from riglens.core.kernels.lattice import Direction
 from riglens.core.kernels.nearest import (
@@ -27,11 +28,6 @@ RAYS, ALONE, FIRST_ROW, LAST_ROW, CELLS = 0, 1, 2, 3, 4
 """Columns of what is found on an object: rays that enter it first, rays that would if it stood alone, first and last
 row of the lattice among the former (-1: none), distinct cells that they enter (LiDARs)."""
 COLUMNS = 5
-CELL_M = 0.2
-INSIDE_M = 1e-3
-"""A cell is taken at the point this far along the ray after it enters."""
-_HALF_CELLS, _BITS = 1 << 20, 21
-"""Cell numbers along an axis are packed into 21 bits each: 200 km of cells, far more than any box has."""
 
 
 @lean
@@ -90,38 +86,6 @@ def _by_object(
 
 
 @lean_inlined
-def cell_key(start: Direction, along: Direction, t: float) -> int:
-    """Number of the cell that a ray is in, INSIDE_M after it entered an object at distance t."""
-    s = t + INSIDE_M
-    i = np.int64(np.floor((start[0] + s * along[0]) / CELL_M)) + _HALF_CELLS
-    j = np.int64(np.floor((start[1] + s * along[1]) / CELL_M)) + _HALF_CELLS
-    k = np.int64(np.floor((start[2] + s * along[2]) / CELL_M)) + _HALF_CELLS
-    return int((((i << _BITS) | j) << _BITS) | k)
-
-
-@lean_inlined
-def is_new(key: int, table: np.ndarray, mask: int) -> bool:
-    """Put a key (>= 0) into a hash table, -1 where free, of mask + 1 places; whether it was not there yet."""
-    word = np.uint64(key) * np.uint64(0x9E3779B97F4A7C15)
-    place = np.int64(word >> np.uint64(32)) & mask
-    while table[place] != -1:
-        if table[place] == key:
-            return False
-        place = (place + 1) & mask
-    table[place] = key
-    return True
-
-
-@lean_inlined
-def table_mask(keys: int) -> int:
-    """Size, less one, of a hash table at most half full of that many keys."""
-    size = 4
-    while size < 2 * keys:
-        size *= 2
-    return size - 1
-
-
-@lean_inlined
 def cosine_of(traffic: Traffic, part: int, start: Direction, along: Direction) -> float:
     """Cosine of the angle between a ray, in the axes of an object, and the normal of the face by which it enters a
     part; 1 for a ray that starts inside."""
@@ -153,10 +117,8 @@ def _note_cells(
 
     key: of the draws of the sensor in this frame, where it has a range law.
     """
-    points, number, start = 0, 0, start_of(traffic, beams, box)
+    points, start = 0, start_of(traffic, beams, box)
     set_turn(traffic, rotation, box, turn)
-    mask = table_mask(rays.shape[0])
-    table[: mask + 1] = -1
     for k in range(rays.shape[0]):
         row, column = rays[k, 0], rays[k, 1]
         slot = row * beams.columns + column
@@ -167,12 +129,9 @@ def _note_cells(
             cosine = cosine_of(traffic, canvas.owner[slot], start, along)
             if not is_returned(t, beams.law[traffic.cls[box]], beams.law[3], cosine, chance):
                 continue
+        cells[points] = cell_key(start, along, t)
         points += 1
-        cell = cell_key(start, along, t)
-        if is_new(cell, table, mask):
-            cells[number] = cell
-            number += 1
-    return points, number
+    return points, keep_distinct(points, cells, table)
 
 
 @lean
@@ -279,38 +238,3 @@ def cast_frames_serial(
             found,
             cells[frame - first],
         )
-
-
-@parallel_kernel
-def joined_cells(starts: np.ndarray, cells: np.ndarray, most: int, workers: int, to: np.ndarray) -> None:
-    """Distinct cells of each object over several LiDARs: to int32 (objects,).
-
-    cells of LiDAR l on object o: cells[starts[l, o]] up to starts[l, o + 1], which l alone has; most: cells of all
-    LiDARs on any object.
-    """
-    objects = to.size
-    for worker in numba.prange(workers):
-        table = np.empty(table_mask(most) + 1, np.int64)
-        for one in range(worker, objects, workers):
-            to[one] = _distinct(starts, cells, one, table)
-
-
-@kernel
-def joined_cells_serial(starts: np.ndarray, cells: np.ndarray, most: int, to: np.ndarray) -> None:
-    """As `joined_cells`, for any thread."""
-    table = np.empty(table_mask(most) + 1, np.int64)
-    for one in range(to.size):
-        to[one] = _distinct(starts, cells, one, table)
-
-
-@lean
-def _distinct(starts: np.ndarray, cells: np.ndarray, one: int, table: np.ndarray) -> int:
-    total, number = 0, 0
-    for lidar in range(starts.shape[0]):
-        total += starts[lidar, one + 1] - starts[lidar, one]
-    mask = table_mask(total)
-    table[: mask + 1] = -1
-    for lidar in range(starts.shape[0]):
-        for place in range(starts[lidar, one], starts[lidar, one + 1]):
-            number += is_new(cells[place], table, mask)
-    return number

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.kernels import targets as kernel
+from riglens.core.kernels.distinct import table_mask
 from riglens.core.kernels.nearest import Traffic as Boxes
 from riglens.core.rig.model import Lidar, Sensor
 from riglens.core.targets.beams import NOT_STOPPED, azimuth_step_rad, beams_of, stops_of
@@ -40,7 +41,7 @@ class _Scratch(NamedTuple):
 
 @dataclass(frozen=True)
 class Contribution:
-    """Of the objects of the first `frames` frames, m of them: found int32 (m, COLUMNS) as in
+    """Of the objects that count in the first `frames` frames, m of them: found int32 (COLUMNS, m) as in
     `riglens.core.kernels.targets`; cells of object o, for LiDARs: cells[cell_starts[o]] up to cell_starts[o + 1].
     """
 
@@ -53,14 +54,14 @@ class Contribution:
         """This one and that of the frames that follow."""
         return Contribution(
             self.frames + more.frames,
-            np.concatenate([self.found, more.found]),
+            np.concatenate([self.found, more.found], axis=1),
             np.concatenate([self.cell_starts, self.cell_starts[-1] + more.cell_starts[1:]]),
             np.concatenate([self.cells, more.cells]),
         )
 
 
 NOTHING = Contribution(
-    0, np.zeros((0, kernel.COLUMNS), np.int32), np.zeros(1, np.int64), np.zeros(0, np.int64)
+    0, np.zeros((kernel.COLUMNS, 0), np.int32), np.zeros(1, np.int64), np.zeros(0, np.int64)
 )
 
 
@@ -120,9 +121,10 @@ class TargetCaster:
             until = min(start + at_once, end)
             cast(boxes, beams, start, until, phases, keys, *scratch, found, buffer, filled)
             cells += [buffer[k, : filled[k]].copy() for k in range(until - start)]
-        mine = found[traffic.starts[first] : traffic.starts[end]]
-        cell_starts = np.concatenate([[0], np.cumsum(mine[:, kernel.CELLS], dtype=np.int64)])
-        return Contribution(end - first, mine, cell_starts, np.concatenate(cells))
+        mine = slice(int(traffic.starts[first]), int(traffic.starts[end]))
+        counted = np.ascontiguousarray(found[mine][traffic.counts[mine]].T)
+        cell_starts = np.concatenate([[0], np.cumsum(counted[kernel.CELLS], dtype=np.int64)])
+        return Contribution(end - first, counted, cell_starts, np.concatenate(cells))
 
 
 def _scratch(workers: int, rays: int, columns: int) -> _Scratch:
@@ -133,5 +135,5 @@ def _scratch(workers: int, rays: int, columns: int) -> _Scratch:
         np.tile(np.array([columns, 0], np.int32), (workers, rays // columns, 1)),
         np.empty((workers, rays, 2), np.int32),
         np.empty((workers, columns)),
-        np.empty((workers, kernel.table_mask(rays) + 1), np.int64),
+        np.empty((workers, table_mask(rays) + 1), np.int64),
     )

@@ -11,6 +11,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from riglens.core.kernels import distinct
 from riglens.core.kernels import targets as kernel
 from riglens.core.rig.model import Camera, Rig
 from riglens.core.scene.boxes import CLASSES
@@ -124,8 +125,8 @@ class Groups:
     """
 
     def __init__(self, traffic: Traffic, frames: int) -> None:
-        self.frames, self.of_frames, self.end = frames, traffic.frames, int(traffic.starts[frames])
-        self.box = np.flatnonzero(traffic.counts[: self.end])
+        self.frames, self.of_frames = frames, traffic.frames
+        self.box = np.flatnonzero(traffic.counts[: traffic.starts[frames]])
         self.edges_m = np.array(ring_edges_m(traffic.within_m))
         # the last ring ends with what counts: its end belongs to it
         ring = np.searchsorted(self.edges_m[1:-1], traffic.distance_m[self.box], side="right")
@@ -190,17 +191,17 @@ def _objects(groups: Groups, rig: Rig, by_sensor: Mapping[str, Contribution], wo
     of_cameras = [by_sensor[sensor.name] for sensor in cameras]
     scale = np.array([_native(camera) for camera in cameras]).reshape(-1, 2)
     area = scale.prod(axis=1)
-    first, last = (_column(of_cameras, column, box) for column in (kernel.FIRST_ROW, kernel.LAST_ROW))
+    first, last = (_column(of_cameras, column, len(box)) for column in (kernel.FIRST_ROW, kernel.LAST_ROW))
     heights = np.where(first >= 0, last - first + 1, 0) * scale[:, 1]
     return ObjectCounts(
         box,
         tuple(sensor.name for sensor in lidars),
         tuple(sensor.name for sensor in cameras),
-        _column(of_lidars, kernel.RAYS, box),
-        _column(of_cameras, kernel.RAYS, box) * area,
-        _column(of_lidars, kernel.ALONE, box).sum(axis=1),
-        (_column(of_cameras, kernel.ALONE, box) * area).sum(axis=1),
-        _cells(of_lidars, groups.end, workers)[box],
+        _column(of_lidars, kernel.RAYS, len(box)),
+        _column(of_cameras, kernel.RAYS, len(box)) * area,
+        _column(of_lidars, kernel.ALONE, len(box)).sum(axis=1),
+        (_column(of_cameras, kernel.ALONE, len(box)) * area).sum(axis=1),
+        _cells(of_lidars, len(box), workers),
         heights,
     )
 
@@ -210,12 +211,12 @@ def _native(camera: Camera) -> tuple[float, float]:
     return camera.image[0] / camera.cast[0], camera.image[1] / camera.cast[1]
 
 
-def _column(contributions: list[Contribution], column: int, box: Counts) -> Counts:
-    """A column of what sensors found on boxes (k,), (k, sensors)."""
-    found = np.empty((len(box), len(contributions)), np.int64)
+def _column(contributions: list[Contribution], column: int, objects: int) -> Counts:
+    """A column of what sensors found on the first objects, (objects, sensors)."""
+    found = np.empty((len(contributions), objects), np.int64)
     for place, one in enumerate(contributions):
-        found[:, place] = one.found[:, column][box]
-    return found
+        found[place] = one.found[column, :objects]
+    return found.T
 
 
 def _cells(lidars: list[Contribution], objects: int, workers: int) -> Counts:
@@ -223,7 +224,7 @@ def _cells(lidars: list[Contribution], objects: int, workers: int) -> Counts:
     if not lidars or not objects:
         return np.zeros(objects, np.int64)
     if len(lidars) == 1:
-        return lidars[0].found[:objects, kernel.CELLS].astype(np.int64)
+        return lidars[0].found[kernel.CELLS, :objects].astype(np.int64)
     ends = [int(one.cell_starts[objects]) for one in lidars]
     begins = np.concatenate([[0], np.cumsum(ends)])
     starts = np.stack(
@@ -233,9 +234,9 @@ def _cells(lidars: list[Contribution], objects: int, workers: int) -> Counts:
     found = np.zeros(objects, np.int64)
     most = int(np.diff(starts, axis=1).sum(axis=0).max())
     if workers == 1:  # perhaps a thread that must not call parallel kernels
-        kernel.joined_cells_serial(starts, cells, most, found)
+        distinct.joined_cells_serial(starts, cells, most, found)
     else:
-        kernel.joined_cells(starts, cells, most, workers, found)
+        distinct.joined_cells(starts, cells, most, workers, found)
     return found
 
 

@@ -64,7 +64,7 @@ def callers(monkeypatch: pytest.MonkeyPatch) -> dict[str, set[str]]:
         is_for_pictures = (
             module in ("riglens.core.kernels.hits", "riglens.core.kernels.clip") and name[0] != "_"
         ) or (module, name) == ("riglens.core.kernels.solid", "meet_listed")
-        is_for_counting = module == "riglens.core.kernels.targets" and name.endswith("_serial")
+        is_for_counting = module.endswith((".targets", ".distinct")) and name.endswith("_serial")
         if is_parallel(kernel) or is_for_pictures or is_for_counting:
             monkeypatch.setattr(sys.modules[module], name, noted(kernel))
     return found
