@@ -21,6 +21,9 @@ THREAD_GRACE_S = 60.0
 """How long a thread that was told to end may take on a busy computer; only a test that leaves one behind waits."""
 REPOSITORY = Path(__file__).resolve().parents[1]
 KERNELS = REPOSITORY / "core" / "kernels" / "__pycache__"
+os.environ.setdefault("NUMBA_CACHE_DIR", str(KERNELS))
+"""Kept, or every run would compile all kernels. Numba reads it when it is imported, which conftest files below may do
+before pytest is configured."""
 
 settings.register_profile("riglens", derandomize=True, deadline=None, print_blob=True)
 settings.load_profile("riglens")
@@ -58,7 +61,6 @@ def pytest_configure(config: pytest.Config) -> None:
     os.environ["RIGLENS_CONFIG_DIR"] = str(Path(folder.name) / "settings")
     os.environ["RIGLENS_STATE_DIR"] = str(Path(folder.name) / "state")
     os.environ["XDG_CONFIG_HOME"] = str(Path(folder.name) / "config")
-    os.environ.setdefault("NUMBA_CACHE_DIR", str(KERNELS))  # kept, or every run would compile all of them
     os.environ["LIBGL_ALWAYS_SOFTWARE"] = "1"
     os.environ["QT_QPA_PLATFORM"] = "xcb"
     for name in ("DISPLAY", "WAYLAND_DISPLAY", "QT_API", "VTK_DEFAULT_OPENGL_WINDOW"):
