@@ -20,6 +20,7 @@ NAME = re.compile(r"`([a-z_]+)\.(\w+)`")
 U = predicates.UNIT_ROUNDOFF
 OTHER_MATTERS = (
     "compiled",
+    "distinct",
     "nearest",
     "phases",
     "pictures",
