@@ -11,6 +11,8 @@ from riglens.core.review.blind import (
     BlindEngine,
     BlindMap,
     BlindSettings,
+    Ground,
+    grid_around,
     seen_by,
     unseen_by,
     whole_field,
@@ -22,6 +24,39 @@ from riglens.core.scene.grid import VoxelGrid
 from tests.core.review.scenes import BOX_FILE, box_mesh, camera, dense_lidar, random_rig
 
 SINGLE = BlindSettings(width_m=0.0, body="ignored", within_m=10.0)
+
+
+def by_hand(levels: dict[tuple[float, float], int]) -> BlindMap:
+    """A map in voxels of 0.5 m around a car of 1.5 by 1.5 m: levels of some columns by their centres, 0 elsewhere."""
+    settings, outline = BlindSettings(0.5, 0.0, within_m=2.0), Outline(-0.75, 0.75, -0.75, 0.75)
+    grid = grid_around(outline, settings)
+    ground = Ground.of(grid, outline, settings.bands_m)
+    found = np.zeros((3, 3, *grid.shape[:2]), np.uint16)
+    for (x, y), level in levels.items():
+        found[:, :, np.searchsorted(ground.x_m, x - 0.1), np.searchsorted(ground.y_m, y - 0.1)] = level
+    return BlindMap(Rig(), settings, grid, ground, found)
+
+
+def test_an_object_as_tall_as_the_lowest_voxel_reaches_is_seen() -> None:
+    found = by_hand({(1.25, 0.25): 1})
+    assert not found.unseen(1.0).any() and found.unseen(0.99).sum() == 1
+
+
+@pytest.mark.parametrize(
+    ("x", "bands"),
+    [(0.75, [0, 0]), (1.25, [0.25, 0]), (1.75, [0.25, 0]), (2.25, [0, 0.25]), (2.75, [0, 0.25])],
+)
+def test_a_band_ends_with_its_outer_edge_and_what_touches_the_car_does_not_count(
+    x: float, bands: list[float]
+) -> None:
+    assert by_hand({(x, 0.25): 3}).area_m2(1.0)[SECTORS.index("front")].tolist() == bands
+
+
+def test_the_largest_of_several_holes_is_told_with_its_middle_and_its_nearest_edge() -> None:
+    first, second = [(-1.75, 0.25), (-1.25, 0.25)], [(1.25, 0.25), (1.75, 0.25), (2.25, 0.25)]
+    hole = by_hand(dict.fromkeys([*first, *second, (0.25, 2.25)], 2)).largest_hole(1.0)
+    assert hole is not None
+    assert (hole.area_m2, hole.x_m, hole.y_m, hole.nearest_m) == pytest.approx((0.75, 1.75, 0.25, 0.5))
 
 
 def along_x(found: BlindMap) -> tuple[np.ndarray, np.ndarray]:

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from riglens.core.geometry import Pose
 from riglens.core.review.mounts import (
     SIDES,
     USUAL_KEEP_OUT,
@@ -13,6 +14,7 @@ from riglens.core.review.mounts import (
     mounts_of,
     violations,
 )
+from riglens.core.rig.library import sensor_from_model
 from riglens.core.rig.model import Camera, Rig, Vehicle
 from riglens.core.vehicle.body import body_parts
 from tests.core.review.scenes import BOX_FILE, box_mesh, camera, dense_lidar
@@ -51,6 +53,25 @@ def test_distances_over_a_box_are_those_of_a_pencil() -> None:
     assert tuple(left.beyond_m) == SIDES and left.materials == frozenset()
     alone = mounts_of(Rig(vehicle=BOX_FILE, sensors=(roof,)), box_mesh())[0]
     assert alone.neighbour is None and alone.neighbour_m == np.inf
+
+
+def test_a_housing_sticks_out_as_its_own_size_turned_says() -> None:
+    lying = sensor_from_model("velodyne-vlp-16", "v", Pose((-2.3, -1.2, 0.9), (0.0, 90.0, 0.0)))
+    (mount,) = mounts_of(Rig(vehicle=BOX_FILE, sensors=(lying,)), box_mesh())
+    across, along = 0.1032 / 2, 0.0717 / 2
+    out = (-4.3 + along, 0.3 + along, -2.2 + across, 0.2 + across, 0.9 + across - 1.5)
+    assert [mount.beyond_m[side] for side in SIDES] == pytest.approx(out)
+
+
+def test_a_car_measures_what_sticks_out_on_both_of_its_sides() -> None:
+    half = 0.05 / np.sqrt(3.0)
+    around = [(2.1, 0.0, 1.0), (-2.2, 0.0, 1.0), (0.0, 1.3, 1.0), (0.0, -1.4, 1.0)]
+    rig = Rig(vehicle=BOX_FILE, sensors=tuple(camera(place, 90.0 * i) for i, place in enumerate(around)))
+    limits = MountLimits(length_m=4.0, width_m=2.0, total_height_m=1.5, spacing_m=1.2, keep_out=())
+    assert [violation.text for violation in violations(rig, limits, box_mesh())] == [
+        f"{4.3 + 2 * half:.3f} m long with its sensors; accepted are at most 4 m",
+        f"{2.7 + 2 * half:.3f} m wide with its sensors; accepted are at most 2 m",
+    ]
 
 
 def test_every_limit_that_is_broken_gives_one_line_that_says_by_how_much() -> None:
