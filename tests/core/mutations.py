@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 
 from tests.conftest import KERNELS
+from tests.core import mutations_of_reviews as reviews
 from tests.core.mutants import Guard, Mutation, mutations_of
 
 SMALL = "test_small_mistakes.py"
@@ -35,7 +36,13 @@ TESTS = {
     "core/scene/columns.py": ("test_pog_hostile.py", "test_grid.py", "test_entropy.py"),
     "core/scene/filling.py": ("test_filling.py", "test_pog_oracle.py"),
     "core/scene/boxes.py": (SMALL, "test_readers_table.py", "test_pog_oracle.py", "test_readers_nuscenes.py"),
-    "core/scene/pog.py": ("test_pog_oracle.py", "test_pog_parts.py", "test_coarse.py", "test_pog_store.py"),
+    "core/scene/pog.py": (
+        SMALL,
+        "test_pog_oracle.py",
+        "test_pog_parts.py",
+        "test_coarse.py",
+        "test_pog_store.py",
+    ),
     "core/scene/pog_checks.py": (
         SMALL,
         "test_pog_hostile.py",
@@ -94,7 +101,7 @@ TESTS = {
         "formats/test_poses_written.py",
         "formats/test_hostile.py",
     ),
-    "core/formats/lenses.py": ("formats/test_driveworks.py", "formats/test_lenses_written.py"),
+    "core/formats/lenses.py": (SMALL, "formats/test_driveworks.py", "formats/test_lenses_written.py"),
     "core/sensing/rays.py": (SMALL, "test_rays.py", "test_lattice.py", "test_listed_rays.py"),
     "core/sensing/lens.py": (
         SMALL,
@@ -158,10 +165,8 @@ MUTATIONS = [
         "core/engine/inspect.py",
         ('if words is None or not int(index.words[word]) & bit:', 'if words is None:'),
         ('return bool(int(words[word]) & bit)', 'return bool(int(words[word]))'),
-        ('if sensor.enabled else None', 'if True else None'),
-        ('range(MOST_COUNTED - 1, 0, -1)', 'range(1, MOST_COUNTED)'),
-        ('    levels &= engine.field.index.words\n', ''),
-        ('levels[level] |= levels[level - 1] & words', 'levels[level] |= levels[level - 1] | words'),
+        ('for sensor in rig.sensors if sensor.enabled]', 'for sensor in rig.sensors]'),
+        ('keep = engine.field.index.words', 'keep = ~np.zeros_like(engine.field.index.words)'),
     ),
     *mutations_of(
         "core/engine/sight.py",
@@ -199,6 +204,7 @@ MUTATIONS = [
     ),
     *mutations_of(
         "core/geometry.py",
+        ('abs((new - old + 180.0) % 360.0 - 180.0) < _SAME_DEG', 'abs(new - old) < _SAME_DEG'),
         ("[-sp, cp * sr, cp * cr]", "[sp, cp * sr, cp * cr]"),
         ("-rotation @ np.array(self.position_m)", "rotation @ np.array(self.position_m)"),
         ("self.rotation() @ part.rotation()", "part.rotation() @ self.rotation()"),
@@ -230,6 +236,7 @@ MUTATIONS = [
     ),
     *mutations_of(
         "core/metric/scoring.py",
+        ('enumerate((*KINDS, "any"))', 'enumerate(("any", *KINDS))'),
         ("sums_q[row, VOXELS]", "sums_q[0, VOXELS]"),
     ),
     *mutations_of(
@@ -268,6 +275,10 @@ MUTATIONS = [
     ),
     *mutations_of(
         "core/scene/pog.py",
+        ('dense[occupied] += part.counts[:, cls]', 'dense[occupied] = part.counts[:, cls]'),
+        ('or self.counts.shape != (self.index.count, len(CLASSES)):', ':'),
+        ('    if pog.data.frames < 1:\n', '    if False:\n'),
+        ('if part.grid != self.grid:', 'if False:'),
         ("report.frames <= np.iinfo(np.uint16).max", "True"),
     ),
     *mutations_of(
@@ -292,6 +303,7 @@ MUTATIONS = [
     ),
     *mutations_of(
         "core/scene/pog_parts.py",
+        ('return part if part.grid == self._grid else None', 'return part'),
         ("if part.grid != grid or part.data.sha256 != group.content_hash:", "if part.grid != grid:"),
         ("future.exception() is not None, waiting[future]", "waiting[future]"),
     ),
@@ -307,6 +319,8 @@ MUTATIONS = [
     ),
     *mutations_of(
         "core/scene/readers/frames.py",
+        ('if held.frame.size - cut > MAX_BOXES_PER_FRAME:', 'if False:'),
+        ('begins = ~same | (frame != before_frame)', 'begins = ~same'),
         ("(same & (frame < before_frame))", "False"),
     ),
     *mutations_of(
@@ -402,6 +416,8 @@ MUTATIONS = [
     ),
     *mutations_of(
         "core/formats/frames.py",
+        ('transform = self._parents[place][1] @ transform', 'transform = transform @ self._parents[place][1]'),
+        ('if place in seen:', 'if place not in seen:'),
         ("if np.linalg.det(rotation) < 0.0 or error", "if error"),
         ("error > _WORST_ROTATION", "False"),
         ("if child in self._parents or child == parent:", "if child == parent:"),
@@ -409,16 +425,24 @@ MUTATIONS = [
     ),
     *mutations_of(
         "core/formats/lenses.py",
+        ('if model is BrownConrady and not any(coefficients):', 'if False:'),
         ("{key: number / focal_px for", "{key: number for"),
         ("focal_px * lens.stretch", "focal_px"),
     ),
     *mutations_of(
         "core/sensing/rays.py",
+        ('[row[:, 0] * plane[:, 0], row[:, 0] * plane[:, 1],', '[row[:, 0] * plane[:, 1], row[:, 0] * plane[:, 0],'),
+        ('azimuths[turn] + np.array(', 'azimuths[turn] - np.array('),
+        ('exists = ~np.isnan(every[:, 0])', 'exists = np.ones(len(every), np.bool_)'),
         ("(np.arange(camera.cast[1]) + 0.5)", "np.arange(camera.cast[1])"),
         ("(low <= origin) & (origin < high)", "(low <= origin) & (origin <= high)"),
     ),
     *mutations_of(
         "core/sensing/lens.py",
+        ('min(math.pi, _turning_point(fisheye, (1.0,)))', '_turning_point(fisheye, (1.0,))'),
+        ('inside = (z > 0.0) & _is_in', 'inside = _is_in'),
+        ('(theta < radial.limit) & ((', '(('),
+        ('(xx * yy - xy * xy > 0.0)', '(xx * yy - xy * xy < 9.0)'),
         ("_brown_conrady(lens, x, y), axis=-1)", "_brown_conrady(lens, y, x), axis=-1)"),
         ("2.0 * lens.p1 * x * y + lens.p2 * (s + 2.0 * x * x)", "2.0 * lens.p2 * x * y + lens.p1 * (s + 2.0 * x * x)"),
     ),
@@ -430,15 +454,18 @@ MUTATIONS = [
     ),
     *mutations_of(
         "core/view/projection.py",
+        ('offset @ self.camera.pose.rotation()', 'offset @ self.camera.pose.rotation().T'),
         ("high = np.where((at_a < 0.0) & (at_b < 0.0), -1.0, high)", "pass"),
     ),
     *mutations_of(
         "core/view/range_image.py",
+        ('offsets[int(self.beams[row])]', 'offsets[row]'),
         ("np.argsort(-elevations,", "np.argsort(elevations,"),
         ("180.0 - np.mod(180.0 - angles_deg, 360.0)", "np.mod(180.0 + angles_deg, 360.0) - 180.0"),
     ),
     *mutations_of(
         "core/view/display.py",
+        ('if len(used) <= max_cells:', 'if len(used) <= 2 * max_cells:'),
         ("        if cls not in self._last:\n", "        if not self._last:\n"),
     ),
 ]  # fmt: skip
@@ -469,9 +496,9 @@ HARMLESS = (
 
 GUARD = Guard(
     "rooms",
-    tuple(MUTATIONS),
+    (*MUTATIONS, *reviews.MUTATIONS),
     HARMLESS,
-    TESTS,
+    {**TESTS, **reviews.TESTS},
     place="tests/core",
     needed=(
         *("core", "riglens", "assets", "app", "widgets", "docs", "tests/core", "pyproject.toml"),

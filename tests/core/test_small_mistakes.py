@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import os
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -15,7 +16,9 @@ from riglens.core import files
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_folder
 from riglens.core.formats.frames import FrameTree
-from riglens.core.formats.source import Source
+from riglens.core.formats.lenses import brown_conrady
+from riglens.core.formats.report import Notes
+from riglens.core.formats.source import Source, Value
 from riglens.core.geometry import rotation_from_rpy_deg, rpy_deg_near
 from riglens.core.rig.history import History, Marks
 from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt, Rig
@@ -25,7 +28,7 @@ from riglens.core.rig.yaml.file import dumps, same_rig
 from riglens.core.scene import pog_checks
 from riglens.core.scene.boxes import BoxBatch, FrameLabels, rotations_from_quaternions, rotations_from_yaw
 from riglens.core.scene.grid import VoxelGrid
-from riglens.core.scene.pog import build_pog
+from riglens.core.scene.pog import PogSum, build_pog
 from riglens.core.scene.pog_store import read_pog, write_pog
 from riglens.core.scene.readers import frames
 from riglens.core.scene.readers.classes import ClassTable
@@ -109,6 +112,18 @@ def test_a_pog_larger_than_the_free_memory_is_refused_before_it_is_taken(
     monkeypatch.setattr(pog_checks.psutil, "virtual_memory", lambda: SimpleNamespace(available=100))
     with pytest.raises(ValueError, match=r"words: needs .* GB of memory"):
         read_pog(stored)
+
+
+def test_parts_add_up_and_belong_to_one_grid() -> None:
+    pog, twice = build_pog(BOXES, GRID), PogSum(GRID)
+    twice.add(pog)
+    twice.add(pog)
+    both = twice.pog(replace(pog.data, frames=2 * pog.data.frames))
+    np.testing.assert_array_equal(both.counts, 2 * pog.counts)
+    with pytest.raises(ValueError, match="found a part on the grid"):
+        PogSum(VoxelGrid(0.5, (4.0, 4.0, 2.0))).add(pog)
+    with pytest.raises(ValueError, match="counts: found"):
+        replace(pog, counts=pog.counts[1:])
 
 
 def test_a_box_is_bad_on_either_side_of_the_car() -> None:
@@ -203,7 +218,32 @@ def test_a_frame_has_one_parent_and_is_not_its_own() -> None:
             tree.add(parent, child, np.eye(4))
 
 
+def test_frames_are_chained_from_the_root_outwards() -> None:
+    tree, turn, ahead = FrameTree("a.yaml"), np.eye(4), np.eye(4)
+    turn[:3, :3] = rotation_from_rpy_deg((0.0, 0.0, 90.0))
+    ahead[0, 3] = 2.0
+    tree.add("base", "turned", turn)
+    tree.add("turned", "ahead", ahead)
+    assert tree.root_SE3("ahead")[:3, 3] == pytest.approx([0.0, 2.0, 0.0])
+
+
+def test_a_distortion_of_zeros_is_none() -> None:
+    notes = Notes()
+    assert brown_conrady(Value([0.0] * 4, "a.yaml"), [0.0] * 4, "C", notes) == {}
+    assert brown_conrady(Value([0.1], "a.yaml"), [0.1], "C", notes)["distortion"].k1 == 0.1
+
+
 # ---------------------------------------------------------------- sensing
+
+
+def test_a_fisheye_has_no_ray_beyond_straight_behind() -> None:
+    around = Camera(
+        name="C", position=(0.0, 0.0, 1.0), image=(200, 200), cast=(200, 200), fx=20.0, fy=20.0, cx=100.0,
+        cy=100.0, distortion=KannalaBrandt(),
+    )  # fmt: skip
+    place = np.arange(200) + 0.5 - 100.0
+    off_axis = np.hypot(*np.meshgrid(place, place)) / 20.0
+    assert missing_ray_count(around) == np.count_nonzero(off_axis > np.pi)
 
 
 def test_nothing_behind_a_distorted_pinhole_is_imaged() -> None:

@@ -98,6 +98,16 @@ def test_losses_are_those_of_voxels_counted_one_by_one() -> None:
     assert total.tolist() == [[21, 42, 63, 0], [300, 600, 900, 0]]
 
 
+def test_columns_of_two_words_are_of_one_sector() -> None:
+    starts, first, codes = words(1, 1, 1, 1), np.arange(5, dtype=np.uint32), np.arange(4, dtype=np.uint16)
+    palette = np.array([[1, 0, 0, 0], [10, 0, 0, 0], [100, 0, 0, 0], [1000, 0, 0, 0]], np.uint32)
+    total = np.zeros((2, 4), np.int64)
+    total_by_sector(
+        np.array([1, 0], np.uint8), 2, Entropies(words(1, 1, 1, 1), starts, first, codes, palette), total
+    )
+    assert total[:, 0].tolist() == [1100, 11]
+
+
 def test_losses_after_moves_are_those_from_scratch() -> None:
     """A pair of sensors moves step by step among five, voxel by voxel; what they saw is kept up to date."""
     rng = np.random.default_rng(3)

@@ -31,6 +31,11 @@ def test_rows_go_down_and_columns_from_left_to_right_however_the_sensor_lists_th
     assert (np.diff(image.azimuths_deg) == -5.0).all()
 
 
+def test_a_ray_has_the_offset_of_its_beam_which_is_not_that_of_its_row() -> None:
+    image = range_image(lidar(azimuth_offsets_deg=(1.0, 2.0, 3.0, 4.0)), FrameBoxes.none(), NO_BODY)
+    assert [image.azimuth_deg(row, 0) for row in range(4)] == [182.0, 184.0, 181.0, 183.0]
+
+
 def test_on_flat_ground_ranges_follow_from_height_and_elevation() -> None:
     image = range_image(lidar(), FrameBoxes.none(), NO_BODY)
     assert (image.what[0] == NOTHING).all() and np.isinf(image.range_m[0]).all()
