@@ -27,6 +27,7 @@ from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.readers import parse_class_map
 from riglens.core.shown_text import visible
 from riglens.core.study.target_counts import (
+    EXPECTED,
     FEWEST,
     GOOD_RANK,
     GOOD_RATIO,
@@ -75,7 +76,8 @@ def study(
         name = "all together" if number is None else visible(pairs.sequences[number])
         console.print(Text(name, "bold"), soft_wrap=True)
         console.print(table(pairs, number))
-    console.print(verdict(pairs), soft_wrap=True)
+    for variant in list(VARIANTS)[-2:]:
+        console.print(verdict(pairs, variant), soft_wrap=True)
     console.print(f"{out}: {', '.join(NAMES)}", soft_wrap=True)
 
 
@@ -117,7 +119,10 @@ def objects(pairs: Pairs) -> Iterator[dict[str, object]]:
             "cls": CLASSES[pairs.cls[place]],
             "distance_m": round(float(pairs.distance_m[place]), 3),
             "true": int(pairs.true[place]),
-        } | {variant: int(points[place]) for variant, points in pairs.predicted.items()}
+        } | {
+            variant: float(points[place]) if variant == EXPECTED else int(points[place])
+            for variant, points in pairs.predicted.items()
+        }
 
 
 def table(pairs: Pairs, number: int | None) -> Table:
@@ -145,9 +150,8 @@ def _ratio(
     return f"– ({count})" if ratio is None else f"{ratio:.2f} ({count})"
 
 
-def verdict(pairs: Pairs) -> str:
-    """What was reached of what is wanted, by the way that `riglens targets` predicts."""
-    variant = list(VARIANTS)[-1]
+def verdict(pairs: Pairs, variant: str) -> str:
+    """What was reached by a way to predict of what is wanted."""
     rank = pairs.rank(variant, pairs.of_sequence(None))
     good = total = 0
     for number in range(len(pairs.sequences)):
@@ -166,7 +170,7 @@ def verdict(pairs: Pairs) -> str:
 
 def chart(pairs: Pairs) -> bytes:
     """Predicted against true points, one panel per way to predict, as PNG."""
-    figure = Figure(figsize=(13.0, 4.6), layout="constrained")
+    figure = Figure(figsize=(17.0, 4.6), layout="constrained")
     FigureCanvasAgg(figure)
     for axes, variant in zip(figure.subplots(1, len(VARIANTS), sharey=True), VARIANTS, strict=True):
         for number, name in enumerate(CLASSES):
@@ -177,7 +181,8 @@ def chart(pairs: Pairs) -> bytes:
             )  # fmt: skip
         top = 2.0 * max(pairs.true.max(initial=1), pairs.predicted[variant].max(initial=1))
         axes.plot([0.5, top], [0.5, top], color="#222222", lw=0.8)
-        axes.set(xscale="log", yscale="log", xlabel="true points + 0.5", title=variant)
+        axes.set(xscale="log", yscale="log", xlabel="true points + 0.5")
+        axes.set_title(variant, fontsize=10)
         rank = pairs.rank(variant, pairs.of_sequence(None))
         axes.text(
             0.03, 0.95, "" if rank is None else f"Spearman {rank:.3f}", transform=axes.transAxes, va="top"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,24 +19,29 @@ RINGS_M = ((0.0, 10.0), (10.0, 20.0), (20.0, 30.0), (30.0, 40.0))
 GOOD_RATIO, GOOD_RANK = (0.8, 1.25), 0.9
 FEWEST = 20
 """Fewer objects than this make a median that says little."""
+DRAWS = 16
+EXPECTED = f"class shapes, range law, mean of {DRAWS} draws"
 VARIANTS = {
     "plain boxes": TargetSettings(shape="box", range_law=False),
     "class shapes": TargetSettings(shape="class", range_law=False),
     "class shapes, range law": TargetSettings(shape="class", range_law=True),
+    EXPECTED: TargetSettings(shape="class", range_law=True),
 }
-"""The ways to predict; the last one is what `riglens targets` does."""
+"""The ways to predict. The last but one is what `riglens targets` does: one draw of each spin phase and of each return.
+The last one is what it counts on average, without the luck of a draw, which tells about no other sweep."""
 
 
 @dataclass(frozen=True)
 class Pairs:
-    """Of k road users: sequence index, class, distance in metres, true points, and predicted ones by variant (k,)."""
+    """Of k road users: sequence index, class, distance in metres, true points, and predicted ones by variant (k,);
+    those of EXPECTED are means."""
 
     sequences: tuple[str, ...]
     sequence: NDArray[np.int64]
     cls: NDArray[np.uint8]
     distance_m: NDArray[np.float64]
     true: NDArray[np.int64]
-    predicted: Mapping[str, NDArray[np.int64]]
+    predicted: Mapping[str, NDArray[np.float64]]
 
     def rank(self, variant: str, chosen: NDArray[np.bool_]) -> float | None:
         """Spearman's rank correlation over some road users; None where it is not defined."""
@@ -46,9 +51,10 @@ class Pairs:
         return float(spearmanr(predicted, true).statistic)
 
     def ratio(self, variant: str, chosen: NDArray[np.bool_]) -> tuple[float | None, int]:
-        """Median of predicted over true points where both are above 0, and of how many road users."""
+        """Median of predicted over true points where both are above 0 (0.5 where means are predicted), and of how many
+        road users."""
         true, predicted = self.true[chosen], self.predicted[variant][chosen]
-        both = (true > 0) & (predicted > 0)
+        both = (true > 0) & (predicted >= 0.5)
         ratios = predicted[both] / true[both]
         return (float(np.median(ratios)) if ratios.size else None), int(ratios.size)
 
@@ -79,12 +85,15 @@ def predict(
     engine = TargetEngine(traffic, threads)
     predicted = {}
     for variant, settings in VARIANTS.items():
-        points = np.zeros(len(box), np.int64)
+        seeds = range(DRAWS if variant == EXPECTED else 1)
+        points = np.zeros(len(box))
         for number in np.unique(sequence):
             rig = rigs if isinstance(rigs, Rig) else rigs[names[number]]
             mine = sequence == number
-            points[mine] = engine.evaluate(rig, settings).objects.all_points[mine]
-        predicted[variant] = points
+            for seed in seeds:
+                drawn = engine.evaluate(rig, replace(settings, seed=seed))
+                points[mine] += drawn.objects.all_points[mine]
+        predicted[variant] = points / len(seeds)
     row = traffic.row[box]
     return Pairs(names, sequence, traffic.cls[box], traffic.distance_m[box], true[row], predicted)
 

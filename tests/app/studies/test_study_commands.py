@@ -239,9 +239,12 @@ def test_the_targets_study_writes_tables_and_a_chart(riglens, tmp_path):
     out = tmp_path / "study"
     result = riglens("study", "targets", tmp_path / "boxes.csv", "--rig", "Center", "--out", out)
     assert result.code == 0, result.err
-    assert "class shapes, range law: Spearman" in result.out and "car, 2" in result.out
+    for way in ("class shapes, range law", "class shapes, range law, mean of 16 draws"):
+        assert f"\n{way}: Spearman" in result.out
+    assert "car, 2" in result.out
     lines = (out / "targets-objects.csv").read_text().splitlines()
-    assert lines[0] == 'seq,cls,distance_m,true,plain boxes,class shapes,"class shapes, range law"'
+    ways = 'plain boxes,class shapes,"class shapes, range law","class shapes, range law, mean of 16 draws"'
+    assert lines[0] == f"seq,cls,distance_m,true,{ways}"
     assert sorted(line.split(",")[3] for line in lines[1:]) == ["20", "50", "9"]
     assert (
         (out / "targets.csv")

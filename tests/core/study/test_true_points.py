@@ -8,8 +8,10 @@ import pytest
 from riglens.core.errors import InputError
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.readers import open_boxes
-from riglens.core.study.target_counts import VARIANTS, Pairs, class_masks, predict
+from riglens.core.study.target_counts import DRAWS, EXPECTED, VARIANTS, Pairs, class_masks, predict
 from riglens.core.study.true_points import Recorder, rigs_by_sequence, true_points
+from riglens.core.targets.engine import TargetEngine
+from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import read_traffic
 from tests.core.argoverse_log import random_columns, write_log
 
@@ -72,6 +74,14 @@ def test_predictions_belong_to_their_boxes_and_rigs(table, rigs):
     assert found == {("car", 10): 50, ("pedestrian", 7): 20, ("bicycle", 7): 0, ("car", 20): 7}
     assert all((points > 0).all() for points in pairs.predicted.values())
     assert (pairs.predicted["class shapes"] <= pairs.predicted["plain boxes"]).all()
+    drawn = [
+        TargetEngine(traffic).evaluate(by_sequence["b"], TargetSettings(seed=seed)).objects.all_points
+        for seed in range(DRAWS)
+    ]
+    mine = pairs.sequence == 1
+    np.testing.assert_array_equal(pairs.predicted[EXPECTED][mine], np.mean(drawn, axis=0)[mine])
+    np.testing.assert_array_equal(pairs.predicted["class shapes, range law"][mine], drawn[0][mine])
+    assert len(np.unique(drawn, axis=0)) > 1
     alone = predict(traffic, true_points(table, {}), by_sequence["a"])
     np.testing.assert_array_equal(alone.predicted["plain boxes"], pairs.predicted["plain boxes"])
 
@@ -85,6 +95,9 @@ def test_rank_and_ratio():
     assert pairs.ratio("way", everything) == (2.0, 3)
     assert pairs.ratio("way", pairs.ring(0, (0.0, 10.0))) == (1.75, 2)
     assert pairs.ratio("way", pairs.ring(1, (0.0, 10.0))) == (None, 0)
+    means = Pairs(*(getattr(pairs, name) for name in ("sequences", "sequence", "cls", "distance_m", "true")),
+                  {"way": np.array([5.0, 60.0, 9.0, 0.4, 6.0])})  # fmt: skip
+    assert means.ratio("way", everything) == (2.0, 3)  # a mean below 0.5 is nothing
     assert pairs.rank("way", pairs.ring(2, (0.0, 10.0))) is None
     assert pairs.rank("way", everything) == pytest.approx(0.1)
 
