@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -42,6 +44,17 @@ def test_every_cell_is_what_a_loop_finds(name: str) -> None:
         assert view.on_target[ix, iy] == pytest.approx(mean, nan_ok=True)
 
 
+def test_a_road_user_with_just_as_many_points_as_are_asked_for_is_not_missed() -> None:
+    points = int(SCORES.objects.all_points[SCORES.objects.all_points > 0].min())
+    missed = []
+    for asked in (points, points + 1):
+        scores = replace(SCORES, settings=replace(SCORES.settings, min_points=asked))
+        missed.append(sum(int(ground_view(TRAFFIC, scores, name).missed.sum()) for name in CLASSES))
+    none = replace(SCORES, settings=replace(SCORES.settings, min_points=1))
+    without = sum(int(ground_view(TRAFFIC, none, name).missed.sum()) for name in CLASSES)
+    assert missed[0] == without < missed[1]
+
+
 def test_every_road_user_counts_in_thirteen_cells() -> None:
     total = sum(ground_view(TRAFFIC, SCORES, name).objects.sum() for name in CLASSES)
     inside = TRAFFIC.distance_m[SCORES.objects.box] < 55.0
@@ -51,4 +64,8 @@ def test_every_road_user_counts_in_thirteen_cells() -> None:
 def test_places_beside_the_cells_are_none() -> None:
     view = ground_view(TRAFFIC, SCORES, "car")
     assert view.cell_at(0.0, 0.0) == (60, 60) and view.cell_at(-60.0, 59.9) == (0, 119)
-    assert view.cell_at(60.0, 0.0) is None and view.cell_at(0.0, -60.1) is None
+    assert (
+        view.cell_at(60.0, 0.0) is None
+        and view.cell_at(0.0, 60.0) is None
+        and view.cell_at(0.0, -60.1) is None
+    )

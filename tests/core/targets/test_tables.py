@@ -11,8 +11,8 @@ from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.quantities import QUANTITIES, SECTORS, WHO, Quantity
-from riglens.core.targets.scores import TargetScores
-from riglens.core.targets.settings import EXACT, USUAL
+from riglens.core.targets.scores import ObjectCounts, TargetScores
+from riglens.core.targets.settings import EXACT, HEIGHT_PX, USUAL
 from riglens.core.targets.tables import rose_of, table_of
 from riglens.core.targets.traffic import Traffic
 from tests.core.builders import lidar, rig_of, spinning
@@ -51,6 +51,16 @@ def test_a_table_holds_the_numbers_of_the_scores(key: str, frames: int | None) -
                 assert table.cells.se[number, place] == pytest.approx(se, rel=1e-9, abs=1e-15)
             else:
                 assert math.isnan(table.cells.value[number, place])
+
+
+def test_who_has_just_as_many_points_and_pixels_as_are_asked_for_is_detected() -> None:
+    points, height = np.array([[4], [5], [5]]), np.array([[HEIGHT_PX], [HEIGHT_PX - 1.0], [HEIGHT_PX]])
+    none = np.zeros(3, np.int64)
+    objects = ObjectCounts(none, ("l",), ("c",), points, height, none, none * 1.0, none, height)
+    told = {key: quantity(key).of(objects, USUAL).tolist() for key in ("lidar", "camera", "both", "neither")}
+    assert USUAL.min_points == 5 and told["lidar"] == [0.0, 1.0, 1.0]
+    assert told["camera"] == [1.0, 0.0, 1.0] and told["both"] == [0.0, 0.0, 1.0]
+    assert told["neither"] == [0.0, 0.0, 0.0]
 
 
 def test_everybody_is_the_mean_over_all_road_users() -> None:

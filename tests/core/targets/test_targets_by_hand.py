@@ -1,5 +1,6 @@
 """Cases small enough for a pencil."""
 
+import hashlib
 import math
 from dataclasses import replace
 
@@ -8,8 +9,12 @@ import pytest
 
 from riglens.core.errors import InputError
 from riglens.core.geometry import Pose
+from riglens.core.kernels.targets import COLUMNS
 from riglens.core.rig.library import sensor_from_model
 from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
+from riglens.core.targets.beams import azimuth_step_rad
+from riglens.core.targets.contribution import Contribution, phases_rad
+from riglens.core.targets.draws import sensor_key
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.range_law import REFLECTIVITY, WIDTH, anchors_of, law_of, range_for
 from riglens.core.targets.scores import TargetScores
@@ -37,6 +42,33 @@ def points(boxes: list[Box], *sensors: Lidar | Camera) -> list[int]:
 
 ONE_RAY = lidar((0.0, 0.0, 1.0))
 """Straight ahead, one metre above the ground."""
+
+
+def test_contributions_of_frames_that_follow_keep_their_cells() -> None:
+    one = Contribution(1, np.zeros((COLUMNS, 2), np.int32), np.array([0, 2, 3]), np.array([7, 8, 9]))
+    more = Contribution(2, np.ones((COLUMNS, 1), np.int32), np.array([0, 2]), np.array([5, 6]))
+    both = one.joined(more)
+    assert (both.frames, both.found[0].tolist()) == (3, [0, 0, 1])
+    assert both.cell_starts.tolist() == [0, 2, 3, 5] and both.cells.tolist() == [7, 8, 9, 5, 6]
+
+
+def test_draws_depend_on_the_seed_and_on_the_sensor() -> None:
+    assert len({sensor_key(seed, name) for seed in (0, 1) for name in ("a", "b")}) == 4
+    assert sensor_key(1, "a") == int.from_bytes(hashlib.sha256(b"1 a").digest()[:8], "little")
+
+
+def test_phases_are_drawn_within_a_step_or_none() -> None:
+    turning, frames = spinning((0.0, 0.0, 1.9)), np.arange(50)
+    drawn = phases_rad(turning, TargetSettings(phase="random"), frames)
+    assert 0.0 < drawn.min() < drawn.max() < azimuth_step_rad(turning)
+    assert not phases_rad(turning, TargetSettings(phase="0"), frames).any()
+    assert not phases_rad(camera((0.0, 0.0, 1.0)), TargetSettings(phase="random"), frames).any()
+
+
+def test_a_car_of_two_metres_is_a_van() -> None:
+    sizes = np.array([[4.5, 1.9, 1.99], [4.5, 1.9, 2.0], [0.6, 0.6, 2.0]])
+    parts = parts_of("class", np.array([CAR, CAR, PEDESTRIAN], np.uint8), sizes)
+    assert np.diff(parts.starts).tolist() == [3, 1, 1] and parts.half_m[3, 0] == pytest.approx(0.98 * 2.25)
 
 
 def test_the_first_box_takes_the_ray_whatever_the_order_in_the_data():
