@@ -1,15 +1,19 @@
-"""The kernels that the open rig does not need, compiled in a process of its own while the window is at work."""
+"""Kernels compiled in another process: the longest one beside the first load, then what the open rig does not need."""
 
 from __future__ import annotations
 
 import contextlib
+import os
 import subprocess
 import sys
 import threading
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Sequence
 
 END_S = 5.0
 """How long closing waits for the process to be gone."""
+LOOK_S = 0.05
+"""How often the thread that waits for the process looks whether it is done."""
 
 
 class OtherKernels:
@@ -26,18 +30,36 @@ class OtherKernels:
 
     def begin(self) -> None:
         """Start the process, unless all is on disk already; without it kernels are compiled when they are needed."""
+        self._start(())
+
+    def begin_beside(self) -> None:
+        """Start it at once, with fans first, where there is a second processor and they are not on disk; it then goes
+        on with everything else."""
+        from riglens.core.engine.warm_up import FANS_FIRST, are_fans_compiled  # as below
+
+        if (os.cpu_count() or 1) > 1 and not are_fans_compiled():
+            self._start((FANS_FIRST,))
+
+    def wait_for_fans(
+        self, is_unwanted: Callable[[], bool], sleep: Callable[[float], None] = time.sleep
+    ) -> None:
+        """Block until the process has left the fans on disk, is gone, or nobody wants them any more."""
+        from riglens.core.engine.warm_up import are_fans_compiled  # as below
+
+        while self.is_running and not are_fans_compiled() and not is_unwanted():
+            sleep(LOOK_S)
+
+    def _start(self, options: Sequence[str]) -> None:
         from riglens.core.engine.warm_up import is_everything_compiled  # the thread has loaded the compiler
 
         with self._lock:
             if self._is_over:
                 return
             self._is_over = True
-            nothing = subprocess.DEVNULL
+            nothing, command = subprocess.DEVNULL, [*self._command, *options]
             with contextlib.suppress(OSError):
                 if not is_everything_compiled():
-                    self._process = subprocess.Popen(
-                        self._command, stdin=nothing, stdout=nothing, stderr=nothing
-                    )
+                    self._process = subprocess.Popen(command, stdin=nothing, stdout=nothing, stderr=nothing)
 
     @property
     def is_running(self) -> bool:

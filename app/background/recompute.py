@@ -169,6 +169,7 @@ class Recompute(QObject):
             # loads the compiler, which the first picture does not need
             from riglens.app.evaluation.scoring import Scoring, load_scene
 
+            self._compile_beside()
             scene = (self._loader or load_scene)(request, self._report_progress)
             self._stop_if_unwanted()
             scoring = Scoring(scene, self._threads, self._coarse_above_ms)
@@ -187,13 +188,27 @@ class Recompute(QObject):
         if not self._wishes.is_other_scene_wanted():
             self.load_ended.emit(outcome, request)
 
+    def _compile_beside(self) -> None:
+        """Before the first load: have the kernel that takes longest compiled by another process meanwhile."""
+        if self._is_warm or self._others is None:
+            return
+        from riglens.core.engine.warm_up import needs_fans
+
+        wanted = self._wishes.wanted_evaluation()
+        if wanted is not None and needs_fans(wanted.rig):
+            self._others.begin_beside()
+
     def _warm_up(self, scene: LoadedScene) -> None:
         """Compile what the open rig needs before the first answer of this program; later scenes find it compiled."""
         if self._is_warm:
             return
-        from riglens.core.engine.warm_up import warm_up
+        from riglens.core.engine.warm_up import compile_sums, warm_up
 
         self.load_preparing.emit()
+        if self._others is not None and self._others.is_running:
+            compile_sums(scene.field)
+            self._others.wait_for_fans(self._wishes.is_load_unwanted)
+            self._stop_if_unwanted()
         wanted = self._wishes.wanted_evaluation()
         if wanted is None or wanted.rig.vehicle.has_mesh_file:  # a mesh is read with the first answer
             warm_up(scene.field, self._threads)

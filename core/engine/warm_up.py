@@ -1,6 +1,8 @@
 """Having kernels compiled, or loaded from disk, before they are needed: first those of one rig, then all others.
 
 Run as a process of its own, this module compiles what is not yet on disk and ends; the priority is the lowest there is.
+With FANS_FIRST it begins, at the usual priority, with the one kernel that takes longest, while the first one to need
+it does the rest (`compile_sums`).
 """
 
 from __future__ import annotations
@@ -10,15 +12,23 @@ import sys
 import numpy as np
 import psutil
 
+from riglens.core.engine.caster import Caster
 from riglens.core.engine.engine import Engine
+from riglens.core.engine.fans import make_fan, make_profile
+from riglens.core.kernels import settle
+from riglens.core.kernels.cast import Cast
+from riglens.core.kernels.fan import mark_fan
 from riglens.core.kernels.jit import FOLDER
+from riglens.core.kernels.planes import Fan, Space
+from riglens.core.kernels.profile import Profile
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.rig.model import BrownConrady, Camera, Lidar, Rig
 from riglens.core.scene.boxes import CLASSES, DataReport
-from riglens.core.scene.columns import VoxelIndex, pack
+from riglens.core.scene.columns import VoxelIndex, pack, words_per_column
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.pog import Pog
+from riglens.core.sensing.rays import is_listed, lattice
 
 WARM_UP = Rig(
     sensors=(
@@ -45,6 +55,8 @@ BENT = Camera(
 """A lens with distortion: not every rig has one, so only the process that compiles everything does this one too."""
 LOWEST_PRIORITY = 19
 MARKER = f"everything-{sys.implementation.cache_tag}"
+FANS = f"fans-{sys.implementation.cache_tag}"
+FANS_FIRST = "--fans-first"
 
 ON_THE_CAR = Rig(
     sensors=(
@@ -73,6 +85,47 @@ def warm_up(
     engine.evaluate(ON_THE_CAR, MetricSettings(body="blocks"), with_seen=False)
 
 
+def needs_fans(rig: Rig) -> bool:
+    """Whether some sensor of a rig is cast by vertical planes."""
+    return any(
+        sensor.enabled and not is_listed(sensor) and sensor.rpy_deg[:2] == (0.0, 0.0)
+        for sensor in rig.sensors
+    )
+
+
+def compile_fans(field: EntropyField) -> None:
+    """Have on disk how the planes of a fan are walked: more than half of what the usual rig needs. No plane is."""
+    fan, rays = _least_fan(field)
+    depth = words_per_column(field.grid)
+    nothing = Profile(np.array([np.inf]), np.zeros(0, np.int32), np.zeros((1, depth), np.uint64), 0)
+    space = Space(rays.origin, rays.rotation, rays.box, rays.shape)
+    marks = np.zeros(field.index.words.size, np.uint64)
+    mark_fan(fan, space, nothing, 0, 0, np.zeros((1, 2), np.int64), marks)
+    FOLDER.write(FANS, b"")
+
+
+def compile_sums(field: EntropyField) -> None:
+    """Have what else a rig of upright sensors needs: where rays are by distance, and the sums of a first sensor."""
+    make_profile(*_least_fan(field))
+    words, rows = field.index.words.size, field.grid.shape[0]
+    stack, union = np.zeros((1, words), np.uint64), np.zeros((2, words), np.uint64)
+    none, slots = np.zeros(0, np.int64), np.zeros(1, np.int64)
+    region = settle.Region(np.arange(rows), 0, words // rows, words // rows)
+    settle.settle(stack, union, settle.Slots(slots, none, none), 0, region, field.entropies, 1)
+
+
+def _least_fan(field: EntropyField) -> tuple[Fan, Cast]:
+    """The fan of a LiDAR with one ray, and the ray."""
+    sensor = WARM_UP.sensors[0]
+    rays = Caster(field).rays(sensor, "exact")
+    return make_fan(lattice(sensor), rays), rays
+
+
+def are_fans_compiled() -> bool:
+    """Whether a process has compiled the walk through planes for these sources before."""
+    return FOLDER.read(FANS) is not None
+
+
 def is_everything_compiled() -> bool:
     """Whether a process has compiled all kernels of these sources before."""
     return FOLDER.read(MARKER) is not None
@@ -96,10 +149,12 @@ def _tiny_field() -> EntropyField:
     return EntropyField.from_pog(Pog(grid, DataReport("tiny", 2, dict.fromkeys(CLASSES, 1)), index, counts))
 
 
-def _main() -> None:
+def _main(arguments: list[str]) -> None:
+    if FANS_FIRST in arguments and not are_fans_compiled():
+        compile_fans(_tiny_field())
     psutil.Process().nice(getattr(psutil, "IDLE_PRIORITY_CLASS", LOWEST_PRIORITY))
     compile_everything()
 
 
 if __name__ == "__main__":
-    _main()
+    _main(sys.argv[1:])

@@ -8,9 +8,13 @@ from pathlib import Path
 import numba
 import pytest
 
+from riglens.app.background import compiling
 from riglens.app.background.compiling import OtherKernels
 from riglens.core.engine import warm_up
+from riglens.core.kernels import settle
 from riglens.core.kernels.compiled import KernelFolder
+from riglens.core.kernels.fan import mark_fan
+from riglens.core.kernels.profile import find_stays, masks_of
 from riglens.core.rig.model import Rig
 
 LONG = (sys.executable, "-c", "import time; time.sleep(600)")
@@ -52,6 +56,66 @@ def test_a_process_that_cannot_be_started_costs_nothing() -> None:
     others = OtherKernels(("/nowhere/python",))
     others.begin()
     assert not others.is_running
+
+
+def test_fans_are_compiled_beside_the_first_load_and_the_process_goes_on(
+    folder: KernelFolder, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(compiling.os, "cpu_count", lambda: 2)
+    others = OtherKernels(LONG)
+    others.begin_beside()
+    first = others._process
+    assert first is not None and first.args == [*LONG, warm_up.FANS_FIRST]
+    looks: list[float] = []
+
+    def sleep(seconds: float) -> None:
+        looks.append(seconds)
+        if len(looks) == 3:
+            folder.write(warm_up.FANS, b"")
+
+    others.wait_for_fans(lambda: False, sleep)
+    assert looks == [compiling.LOOK_S] * 3
+    others.begin()
+    assert others._process is first and others.is_running
+    others.close()
+
+
+def test_nobody_waits_for_fans_that_are_unwanted_or_never_come(
+    folder: KernelFolder, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(compiling.os, "cpu_count", lambda: 2)
+    others = OtherKernels(LONG)
+    others.begin_beside()
+    others.wait_for_fans(lambda: True, pytest.fail)
+    others.close()
+    others.wait_for_fans(lambda: False, pytest.fail)
+
+
+@pytest.mark.parametrize("cpus, on_disk", [(1, False), (2, True)])
+def test_fans_are_not_compiled_beside_on_one_processor_or_when_they_are_there(
+    folder: KernelFolder, monkeypatch: pytest.MonkeyPatch, cpus: int, on_disk: bool
+) -> None:
+    monkeypatch.setattr(compiling.os, "cpu_count", lambda: cpus)
+    if on_disk:
+        folder.write(warm_up.FANS, b"")
+    others = OtherKernels(LONG)
+    others.begin_beside()
+    assert not others.is_running
+
+
+def test_what_is_compiled_ahead_is_what_an_evaluation_calls(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Another type of an argument would be compiled for nothing, and the right one again."""
+    monkeypatch.setattr(warm_up, "FOLDER", KernelFolder())
+    monkeypatch.setattr(KernelFolder, "write", lambda *_: None)
+    field = warm_up._tiny_field()
+    upright = Rig(sensors=(warm_up.WARM_UP.sensors[0],))
+    assert warm_up.needs_fans(upright) and not warm_up.needs_fans(Rig(sensors=(warm_up.BENT,)))
+    warm_up.warm_up(field, 1, upright)
+    kernels = (mark_fan, find_stays, masks_of, settle.settle)
+    before = [set(kernel.signatures) for kernel in kernels]
+    warm_up.compile_fans(field)
+    warm_up.compile_sums(field)
+    assert [set(kernel.signatures) for kernel in kernels] == before
 
 
 def test_none_is_started_when_all_is_on_disk(monkeypatch: pytest.MonkeyPatch, folder: KernelFolder) -> None:

@@ -169,6 +169,9 @@ def test_the_open_rig_is_compiled_first_and_all_else_after_its_answer(
         def begin(self) -> None:
             done.append("others")
 
+        def begin_beside(self) -> None:
+            done.append("fans beside")
+
     def warm_up(field: object, threads: object, rig: Rig, settings: object = None) -> None:
         done.append(f"warm up {len(rig.sensors)}")
 
@@ -180,7 +183,7 @@ def test_the_open_rig_is_compiled_first_and_all_else_after_its_answer(
     recompute.begin()
     assert recompute.wait_until_idle()
     recompute.close()
-    assert done == [f"warm up {len(wanted.rig.sensors)}", "others"]
+    assert done == ["fans beside", f"warm up {len(wanted.rig.sensors)}", "others"]
 
 
 class SlowEngine:
