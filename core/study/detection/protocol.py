@@ -108,9 +108,10 @@ def split(data: DataReport, protocol: Protocol) -> Split:
     of_frame = np.zeros(0, np.int64) if labels is None else labels.sequence
     there = np.unique(of_frame)
     if labels is None or frames < LEAST_FRAMES or len(there) < LEAST_SEQUENCES:
+        count = max(1, len(there))
         raise InputError(
-            f"{data.source}: found {data.frames} frames in {max(1, len(there))} sequences, accepted are "
-            f"{LEAST_FRAMES} or more in {LEAST_SEQUENCES} or more named sequences: half of them are kept for the test"
+            f"{data.source}: found {data.frames} frames in {count} sequence{'s' * (count > 1)}, accepted are "
+            f"{LEAST_FRAMES} or more in {LEAST_SEQUENCES} or more named sequences: two fifths are kept for the test"
         )
     drawn = np.random.default_rng(0).permutation(there)
     count = min(len(there) - 2, round(TRAIN_SHARE * len(there)))

@@ -177,7 +177,7 @@ def test_three_frames_or_one_sequence_are_one_line(
 ) -> None:
     table = table_of(tmp_path / "boxes.csv", sequences, frames)
     said = refused(riglens, "Trapezoid", "--boxes", table, "--out", tmp_path / "out")
-    assert f"found {frames} frames in {sequences} sequences" in said
+    assert f"found {frames} frames in {sequences} sequence, accepted are 20 or more" in said
 
 
 @pytest.mark.usefixtures("some_machine")

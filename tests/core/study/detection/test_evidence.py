@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import csv
 from itertools import pairwise
+from math import sqrt
 from pathlib import Path
+from statistics import mean, variance
 
 import pytest
 
@@ -51,6 +53,19 @@ def test_the_tables_are_those_of_the_registered_rigs_and_seeds() -> None:
         "velodyne-vlp-32c",
     ]
     assert all(by_mean[low] + 3.0 < by_mean[high] for low, high in pairwise(ladder))
+
+
+def test_seeds_differ_by_less_than_a_point_and_by_what_the_page_says() -> None:
+    rows, page = lines("detection-seeds.csv"), (DOCS / PAGE).read_text(encoding="utf-8")
+    spread = {}
+    for column in ("mean", "car", "bicycle", "pedestrian"):
+        by_rig: dict[str, list[float]] = {}
+        for row in rows:
+            by_rig.setdefault(row["rig"], []).append(float(row[column]))
+        spread[column] = sqrt(mean(variance(values) for values in by_rig.values()))
+    assert spread["mean"] <= 1.0
+    said = "{mean:.1f} points for mAP (car {car:.1f}, bicycle {bicycle:.1f}, pedestrian {pedestrian:.1f})"
+    assert said.format(**spread) in page
 
 
 def test_the_metric_page_tells_the_same() -> None:
