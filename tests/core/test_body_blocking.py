@@ -12,10 +12,18 @@ from riglens.core.engine.caster import Caster
 from riglens.core.engine.engine import Engine, Evaluation, evaluate_from_scratch
 from riglens.core.engine.sheets import make_sheets
 from riglens.core.errors import InputError
+from riglens.core.kernels.solid import ends_by_tree
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import METHODS, READINGS, MetricSettings
 from riglens.core.rig.model import BrownConrady, Camera, EvenAngles, Lidar, Rig, Sensor, Vehicle
-from riglens.core.sensing.body_ends import barrier_of, body_ends, housing_radius_m
+from riglens.core.sensing.body_ends import (
+    barrier_ends,
+    barrier_of,
+    body_ends,
+    housing_radius_m,
+    rays_in_metres,
+)
+from riglens.core.sensing.screens import screen_of
 from riglens.core.vehicle.mesh import BodyMesh
 from riglens.core.vehicle.solid import CarBody, Solid
 from tests.core.builders import (
@@ -162,6 +170,27 @@ def assert_sheets_as_ray_by_ray(seed: int) -> None:
 @pytest.mark.parametrize("seed", range(60))
 def test_cores_and_sheets_see_what_single_rays_see(seed: int) -> None:
     assert_sheets_as_ray_by_ray(seed)
+
+
+@pytest.mark.parametrize("rays", [30_000, pytest.param(1_000_000, marks=pytest.mark.slow)])
+def test_triangles_offered_to_rays_and_the_tree_find_the_same_ends(rays: int) -> None:
+    """Two routes from a triangle to the rays that it stops, to the last bit of each distance."""
+    cast = stopped = seed = 0
+    while cast < rays:
+        rng = np.random.default_rng(seed)
+        sensor = dense_lidar(rng) if seed % 2 else dense_sensor(rng)
+        barrier = (
+            CarBody(FILE, soup_around(sensor, seed, int(rng.integers(1, 120))))
+            .solid()
+            .barrier(sensor.kind, 0.1)
+        )
+        assert screen_of(sensor) is not None
+        found = barrier_ends(sensor, barrier)
+        expected = np.full(found.size, np.inf)
+        ends_by_tree(rays_in_metres(sensor), *barrier, expected)
+        np.testing.assert_array_equal(found, expected)
+        cast, stopped, seed = cast + found.size, stopped + int(np.isfinite(found).sum()), seed + 1
+    assert stopped > rays // 100
 
 
 @pytest.mark.slow

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from riglens.core.rig.edits import with_enabled, without
-from riglens.core.rig.model import Rig
+from riglens.core.rig.model import Rig, Vehicle
 from riglens.core.targets import contribution
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.scores import Groups, TargetScores
@@ -35,18 +35,57 @@ def test_threads_and_serial_kernels_give_the_same_bits(world):
     assert same(one, TargetEngine(world, is_serial=True).evaluate(rig))
 
 
+class Editor:
+    """Edits a rig at random: places, switches, bodies, settings, samples."""
+
+    def __init__(self, rng: np.random.Generator) -> None:
+        self.rng, self.rig = rng, random_rig(rng, 4)
+        self.settings, self.frames = TargetSettings(), None
+
+    def step(self) -> None:
+        rng, chance = self.rng, self.rng.random()
+        if chance < 0.1:
+            length = float(rng.choice([3.0, 4.6]))
+            self.rig = self.rig.replace(
+                vehicle=Vehicle(body=str(rng.choice(["sedan", "suv"])), length=length)
+            )
+        elif chance < 0.3:
+            body, seed = str(rng.choice(["ignored", "blocks"])), int(rng.integers(3))
+            usual, way = TargetSettings(seed=seed), str(rng.choice(["box", "class"]))
+            self.settings = replace(EXACT if rng.random() < 0.5 else usual, body=body, shape=way)
+        elif chance < 0.4:
+            self.frames = None if rng.random() < 0.5 else int(rng.integers(1, 41))
+        else:
+            sensor = self.rig.sensors[int(rng.integers(len(self.rig.sensors)))]
+            moved = {
+                "position": tuple(rng.uniform(-2.0, 2.0, 3).tolist()),
+                "enabled": bool(rng.random() < 0.8),
+            }
+            self.rig = self.rig.with_sensor(sensor.name, sensor.model_copy(update=moved))
+
+
+def edit_at_random(world, seed: int, steps: int, compare_every: int) -> None:
+    editor, engine, blocked = Editor(np.random.default_rng(seed)), TargetEngine(world, threads=2), 0
+    for step in range(steps):
+        editor.step()
+        found = engine.evaluate(editor.rig, editor.settings, editor.frames)
+        if step % compare_every:
+            continue
+        fresh = TargetEngine(world, threads=1)
+        assert same(found, fresh.evaluate(editor.rig, editor.settings, editor.frames)), (seed, step)
+        if editor.settings.body == "blocks":
+            free = fresh.evaluate(editor.rig, replace(editor.settings, body="ignored"), editor.frames)
+            blocked += not np.array_equal(free.objects.all_points, found.objects.all_points)
+    assert blocked > 0
+
+
 def test_edits_in_any_order_give_the_bits_of_an_evaluation_from_scratch(world):
-    rng = np.random.default_rng(7)
-    engine, rig = TargetEngine(world), random_rig(rng, 4)
-    for step in range(30):
-        sensor = rig.sensors[int(rng.integers(4))]
-        moved = {"position": tuple(rng.uniform(-2.0, 2.0, 3).tolist()), "enabled": bool(rng.random() < 0.8)}
-        rig = rig.with_sensor(sensor.name, sensor.model_copy(update=moved))
-        frames = int(rng.integers(1, 41)) if step % 3 else None
-        settings = EXACT if step % 2 else TargetSettings()
-        assert same(
-            engine.evaluate(rig, settings, frames), TargetEngine(world).evaluate(rig, settings, frames)
-        )
+    edit_at_random(world, 7, 60, 2)
+
+
+@pytest.mark.slow
+def test_ten_thousand_edits_give_the_bits_of_an_evaluation_from_scratch(world):
+    edit_at_random(world, 8, 10_000, 20)
 
 
 def test_a_sensor_that_is_switched_off_counts_as_one_that_is_not_there(world):
