@@ -9,14 +9,16 @@ from PySide6.QtCore import QObject, Signal
 from riglens.app.background.worker import CLOSE_S, Answerer, Unwanted
 from riglens.core.rig.model import Rig
 from riglens.core.targets.card import Card, CardPlan
+from riglens.core.vehicle.mesh import BodyMesh
 
 
 @dataclass(frozen=True)
 class CardRequest:
-    """A rig, and what its card is to say."""
+    """A rig, what its card is to say, and the mesh of the vehicle's file, if it has one."""
 
     rig: Rig
     plan: CardPlan
+    mesh: BodyMesh | None = None
 
 
 @dataclass(frozen=True)
@@ -50,4 +52,6 @@ class CardMaker(Answerer[CardRequest]):
                 raise Unwanted
             self.progressed.emit(wish, share)
 
-        self._tell(CardAnswer(wish, card_of(wish.rig, wish.plan, is_serial=True, progress=progress)))
+        self._tell(
+            CardAnswer(wish, card_of(wish.rig, wish.plan, is_serial=True, progress=progress, mesh=wish.mesh))
+        )

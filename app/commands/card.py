@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 from cyclopts import Group, Parameter
 
-from riglens.app.commands.options import SCORE, LibraryArguments, Whole, check_json, whole_number
+from riglens.app.commands.options import BODY, SCORE, LibraryArguments, Whole, check_json, whole_number
 from riglens.app.evaluation.options import ScoreOptions
 
 LOOK = Group("Look", sort_key=20)
@@ -24,6 +24,7 @@ def card(
     reaction: Annotated[float, Parameter(group=STOP, metavar="S")] = 1.0,
     deceleration: Annotated[float, Parameter(group=STOP, metavar="MPS2")] = 5.0,
     threads: Annotated[Whole, Parameter(group=SCORE)] = None,
+    body: Annotated[Literal["ignored", "blocks"] | None, BODY] = None,
     libraries: LibraryArguments = LibraryArguments(),
     csv: Annotated[Path | None, Parameter(metavar="FILE.csv")] = None,
     chart: Annotated[Path | None, Parameter(metavar="FILE.png|.svg")] = None,
@@ -49,6 +50,8 @@ def card(
         How hard it brakes, in m/s2 (our choice).
     threads
         Threads to use (all cores). The figures do not depend on it.
+    body
+        Whether rays pass through the car's own body (the built-in rigs, as in the paper) or end at it (all others).
     csv
         Also write the card as a table.
     chart
@@ -58,7 +61,7 @@ def card(
     """
     check_json(json)
     libraries.use()
-    ScoreOptions(threads=threads)
+    score = ScoreOptions(threads=threads, body=body)
     from riglens.app.commands import card_job
     from riglens.core.targets.card import CardPlan, around
 
@@ -70,4 +73,4 @@ def card(
         reaction_s=reaction,
         deceleration_mps2=deceleration,
     )
-    card_job.card(rig, plan, threads, card_job.Files(csv, chart, json))
+    card_job.card(rig, plan, score, card_job.Files(csv, chart, json))

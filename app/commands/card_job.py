@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
 from riglens.app.commands.scores_job import missing_rays
+from riglens.app.evaluation.options import ScoreOptions
 from riglens.app.studies.files import csv_text, write_text
 from riglens.app.terminal.card import print_card
 from riglens.app.terminal.console import note
-from riglens.app.terminal.scores import rig_called
+from riglens.app.terminal.scores import meshes_called, rig_called
 from riglens.core.engine.evaluation_json import to_text
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_write, require_writable
@@ -28,7 +30,7 @@ class Files(NamedTuple):
     json: str | None
 
 
-def card(name: str, plan: CardPlan, threads: int | None, files: Files) -> None:
+def card(name: str, plan: CardPlan, score: ScoreOptions, files: Files) -> None:
     """Print the card of a rig, also written to files; with "-" as JSON alone."""
     rig = rig_called(name)
     if files.chart is not None and files.chart.suffix.lower() not in (".png", ".svg"):
@@ -38,8 +40,11 @@ def card(name: str, plan: CardPlan, threads: int | None, files: Files) -> None:
             require_writable(path, (name,))
     for line in missing_rays(rig):
         note(line)
-    warm_up(threads)
-    found = card_of(rig, plan, threads)
+    score = score.for_rigs([rig])
+    (mesh,) = meshes_called([name], [rig], score)
+    plan = replace(plan, settings=replace(plan.settings, body=score.body or "ignored"))
+    warm_up(score.threads)
+    found = card_of(rig, plan, score.threads, mesh=mesh)
     if files.csv is not None:
         write_text(files.csv, csv_text(card_lines(found)))
     if files.chart is not None:

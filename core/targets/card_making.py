@@ -10,17 +10,24 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from riglens.core.kernels.solid import meet_listed
 from riglens.core.rig.model import Camera, Lidar, Rig
 from riglens.core.scene.boxes import CLASSES, DataReport, Progress, rotations_from_yaw
+from riglens.core.sensing.body_ends import barrier_of
 from riglens.core.sensing.camera import project_px
 from riglens.core.targets.beams import azimuth_step_rad
 from riglens.core.targets.card import SIZES_M, USUAL_PLAN, Card, CardPlan, CardRow, Case, Doubles, Reach
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.traffic import Traffic, traffic_of
+from riglens.core.vehicle.mesh import BodyMesh
+from riglens.core.vehicle.solid import CarBody, Solid
 
 TURNS, RISES = 2, 12
 """Places within a step of azimuths, and within a gap between beams."""
 WIDEST_GAP_DEG = 4.0
+HEIGHTS = 17
+"""Heights on a road user at which is looked whether the own car hides it from a camera: every sixteenth of it."""
+_SHARES = np.linspace(-0.5, 0.5, HEIGHTS)
 
 
 def _unheard(_: float) -> None:
@@ -33,21 +40,24 @@ def card_of(
     threads: int | None = None,
     is_serial: bool = False,
     progress: Progress = _unheard,
+    mesh: BodyMesh | None = None,
 ) -> Card:
-    """The card of a rig's enabled sensors. `is_serial`: for a thread that must not call parallel kernels.
+    """The card of a rig's enabled sensors; `mesh` is that of the vehicle's file, where such a body is to stop rays.
 
+    `is_serial`: for a thread that must not call parallel kernels.
     `progress` gets the share that is done, from 0 to 1, again every few milliseconds; what it raises ends the work.
     """
     steps_deg, lidars = (
         lattice_steps_deg(rig.lidars()),
         rig.model_copy(update={"sensors": tuple(rig.lidars())}),
     )
-    counting = _Counting(lidars, plan, steps_deg, threads, is_serial)
+    solid = CarBody(rig.vehicle, mesh).solid() if plan.settings.body == "blocks" else None
+    counting = _Counting(lidars, plan, steps_deg, threads, is_serial, mesh)
     rows, cases = [], plan.cases()
     for number, case in enumerate(cases):
         points = counting.points(case, partial(progress, number / len(cases)))
         lidar = reach_of(plan.distances_m(), points >= plan.min_points)
-        heights = heights_px(rig.cameras(), _poses(plan, case), SIZES_M[case.cls])
+        heights = heights_px(rig.cameras(), _poses(plan, case), SIZES_M[case.cls], solid)
         camera = reach_of(plan.distances_m(), heights[None] >= plan.min_height_px)
         half_m = SIZES_M[case.cls][0 if case.heading_deg == 0.0 else 1] / 2
         rows.append(CardRow(*case, lidar, camera, -rig.vehicle.length / 2 - half_m))
@@ -105,6 +115,7 @@ class _Counting(NamedTuple):
     steps_deg: tuple[float, float]
     threads: int | None
     is_serial: bool
+    mesh: BodyMesh | None
 
     def points(self, case: Case, tell: Callable[[], None]) -> NDArray[np.int64]:
         """LiDAR points (places within the lattice, distances) on a road user; calls `tell` every few milliseconds."""
@@ -119,7 +130,9 @@ class _Counting(NamedTuple):
         found = np.zeros(len(places) * self.plan.distances_m().size, np.int64)
         if self.lidars.sensors:
             engine = TargetEngine(_alone(case.cls, places), self.threads, self.is_serial)
-            scores = engine.evaluate_unless(partial(_stays_wanted, tell), self.lidars, self.plan.settings)
+            scores = engine.evaluate_unless(
+                partial(_stays_wanted, tell), self.lidars, self.plan.settings, mesh=self.mesh
+            )
             assert scores is not None
             found[engine.traffic.row[scores.objects.box]] = scores.objects.all_points
         return found.reshape(len(places), -1)
@@ -140,22 +153,85 @@ def _alone(cls: str, places: Sequence[_Poses]) -> Traffic:
     return traffic_of(data, np.arange(len(codes)), codes, centre, sizes, turn).within(1e6)
 
 
-def heights_px(cameras: Sequence[Camera], poses: _Poses, size_m: tuple[float, float, float]) -> Doubles:
+def heights_px(
+    cameras: Sequence[Camera],
+    poses: _Poses,
+    size_m: tuple[float, float, float],
+    solid: Solid | None = None,
+) -> Doubles:
     """Native pixels (n,) from the highest to the lowest corner of a box within the image of the camera that shows it
-    tallest; 0 where no camera shows it, and where a part of it lies beyond what the lens can say."""
+    tallest, less what the own car hides above and below; 0 where no camera shows it, and where a part of it lies
+    beyond what the lens can say."""
     corners = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)]) * np.array(size_m) / 2
-    turn = rotations_from_yaw(poses.yaw_rad)
-    points = poses.centre_m[:, None, :] + np.einsum("nij,cj->nci", turn, corners)
+    points = _placed(poses, corners)
     tallest = np.zeros(len(points))
     for camera in cameras:
-        seen = (points.reshape(-1, 3) - np.asarray(camera.position)) @ camera.pose.rotation()
-        pixels = project_px(camera, seen).reshape(len(points), 8, 2)
-        width, height = camera.image
-        imaged = np.asarray(np.isfinite(pixels[..., 0]).all(axis=1), np.bool_)
-        u, v = (np.asarray(np.where(imaged[:, None], pixels[..., axis], 0.0)) for axis in (0, 1))
-        inside = np.asarray(imaged & (u.max(axis=1) > 0.0) & (u.min(axis=1) < width), np.bool_)
-        tall = np.clip(v.max(axis=1), 0.0, height) - np.clip(v.min(axis=1), 0.0, height)
+        pixels, imaged = _imaged(camera, points)
+        u, v = pixels[..., 0], pixels[..., 1]
+        inside = np.asarray(imaged & (u.max(axis=1) > 0.0) & (u.min(axis=1) < camera.image[0]), np.bool_)
+        high, low = v.min(axis=1), v.max(axis=1)
         reach = np.linalg.norm(poses.centre_m - np.asarray(camera.position), axis=1)
-        near, far = camera.range_m
-        tallest = np.maximum(tallest, np.where(inside & (reach >= near) & (reach <= far), tall, 0.0))
+        inside &= (reach >= camera.range_m[0]) & (reach <= camera.range_m[1])
+        if solid is not None and inside.any():
+            some = np.flatnonzero(inside)
+            seen = _Poses(poses.centre_m[some], poses.yaw_rad[some])
+            high[some], low[some] = _left_by_body(camera, solid, seen, size_m, (high[some], low[some]))
+        tall = np.clip(low, 0.0, camera.image[1]) - np.clip(high, 0.0, camera.image[1])
+        tallest = np.maximum(tallest, np.where(inside, tall, 0.0))
     return tallest
+
+
+def _placed(poses: _Poses, offsets_m: Doubles) -> Doubles:
+    """Points (n, k, 3) in the vehicle frame at offsets (k, 3) in the axes of each road user."""
+    turn = rotations_from_yaw(poses.yaw_rad)
+    return np.asarray(poses.centre_m[:, None, :] + np.einsum("nij,kj->nki", turn, offsets_m))
+
+
+def _imaged(camera: Camera, points_m: Doubles) -> tuple[Doubles, NDArray[np.bool_]]:
+    """Pixels (n, k, 2) of points (n, k, 3), 0 of those of a road user that the lens cannot image whole, and which of
+    them it can (n,)."""
+    local = (points_m.reshape(-1, 3) - np.asarray(camera.position)) @ camera.pose.rotation()
+    pixels = project_px(camera, local).reshape(*points_m.shape[:2], 2)
+    whole = np.asarray(np.isfinite(pixels[..., 0]).all(axis=1), np.bool_)
+    return np.where(whole[:, None, None], pixels, 0.0), whole
+
+
+def _left_by_body(
+    camera: Camera,
+    solid: Solid,
+    poses: _Poses,
+    size_m: tuple[float, float, float],
+    ends_px: tuple[Doubles, Doubles],
+) -> tuple[Doubles, Doubles]:
+    """Of the highest and lowest row of road users (n,), what the own car leaves: the rows beyond the highest and lowest
+    of free heights, those at which it does not stop the rays to all places, are lost; both 0 without any.
+
+    Looked at are HEIGHTS heights at both ends and in the middle of the longer side.
+    """
+    longer = (size_m[0], 0.0) if size_m[0] >= size_m[1] else (0.0, size_m[1])
+    aside = np.array([-0.5, 0.0, 0.5])[:, None] * np.array(longer)
+    points = _placed(poses, np.array([[x, y, z * size_m[2]] for z in _SHARES for x, y in aside]))
+    free = np.asarray(_is_free(camera, solid, points).reshape(len(points), HEIGHTS, 3).any(axis=2), np.bool_)
+    pixels, imaged = _imaged(camera, points)
+    rows = pixels[..., 1].reshape(len(points), HEIGHTS, 3)
+    up, down = np.where(free, rows.min(axis=2), np.inf), np.where(free, rows.max(axis=2), -np.inf)
+    whole = np.asarray(free.all(axis=1) | ~imaged, np.bool_)
+    high = np.where(whole | _is_end(up.argmin(axis=1)), ends_px[0], up.min(axis=1))
+    low = np.where(whole | _is_end(down.argmax(axis=1)), ends_px[1], down.max(axis=1))
+    is_lost = ~np.isfinite(up.min(axis=1))
+    return np.where(is_lost, 0.0, high), np.where(is_lost, 0.0, low)
+
+
+def _is_end(height: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Whether heights, by number, are the top or the bottom."""
+    return np.asarray((height == 0) | (height == HEIGHTS - 1))
+
+
+def _is_free(camera: Camera, solid: Solid, points_m: Doubles) -> NDArray[np.bool_]:
+    """Whether the solid leaves the way from a camera to points (n, k, 3) free, (n * k,)."""
+    rays = points_m.reshape(-1, 3) - np.asarray(camera.position)
+    distance = np.linalg.norm(rays, axis=1)
+    barrier, place = barrier_of(camera, solid), np.array(camera.position, np.float64)
+    directions = rays / distance[:, None]
+    met = meet_listed(place, directions, barrier.tree, barrier.stops, distance, barrier.start_m)[0]
+    return np.asarray(~np.isfinite(met), np.bool_)

@@ -29,7 +29,7 @@ KEPT = {
 }
 """What of the plan is kept between sessions."""
 NOW = (
-    "{name}, as it is now{failed}: first distance in metres with too little, by LiDARs at the "
+    "{name}, as it is now{failed}, body {body}: first distance in metres with too little, by LiDARs at the "
     "unluckiest-middle-luckiest place between the beams; more is better"
 )
 BEFORE = "Out of date: {name} before the last change"
@@ -52,9 +52,8 @@ class CardShown(Feature):
             "Card", self.panel, Qt.DockWidgetArea.BottomDockWidgetArea, beside="Scores"
         )
         self.in_sight = InSight(self.dock)
-        document, answered = self.document, bench.answers.answered
         self.in_sight.follow(
-            self._follow, document.rig_changed, document.rig_settled, document.failed_changed, answered
+            self._follow, self.session.asked_changed, self.document.rig_settled, bench.answers.answered
         )
         queued = Qt.ConnectionType.QueuedConnection
         self.maker.made.connect(self._take, queued)
@@ -71,7 +70,11 @@ class CardShown(Feature):
     @property
     def _wanted(self) -> CardRequest:
         """The rig as it is now; how the car brakes decides nothing that has to be counted."""
-        return CardRequest(self.document.working_rig, self._plan.braking_as(USUAL_PLAN))
+        session, plan = self.session, self._plan.braking_as(USUAL_PLAN)
+        plan = replace(plan, settings=replace(plan.settings, body=session.body))
+        return CardRequest(
+            self.document.working_rig, plan, session.mesh if session.body == "blocks" else None
+        )
 
     @property
     def is_current(self) -> bool:
@@ -149,7 +152,7 @@ class CardShown(Feature):
     def _words(self) -> str:
         if self._answer is not None and self.is_current:
             failed = ", without what has failed" if self.document.failed else ""
-            return NOW.format(name=self._answer.request.rig.name, failed=failed)
+            return NOW.format(name=self._answer.request.rig.name, failed=failed, body=self.session.body)
         if self._asked is not None:
             why = MAKING
         elif self.document.is_dragging:

@@ -30,6 +30,8 @@ from tests.waiting import TIMEOUT_MS
 
 NEAR = CardPlan(bearings_deg=around(4), to_m=12.0)
 CARD = card_of(RIG, NEAR, is_serial=True)
+BLOCKS = replace(USUAL_PLAN, settings=replace(USUAL_PLAN.settings, body="blocks"))
+"""What the window asks for unless told otherwise: the car is solid."""
 
 
 class FakeMaker(CardMaker):
@@ -96,7 +98,7 @@ def test_a_card_is_made_after_the_first_scores_and_only_while_somebody_looks(
     desk.workbench.window.show()
     desk.workbench.docks.bring_up("Card")
     qtbot.waitUntil(lambda: len(maker.requests) == 1, timeout=TIMEOUT_MS)
-    assert maker.requests[0] == CardRequest(desk.document.rig, USUAL_PLAN) and not feature.is_current
+    assert maker.requests[0] == CardRequest(desk.document.rig, BLOCKS) and not feature.is_current
 
 
 def test_scores_come_first(desk: Desk, maker: FakeMaker, shown: CardShown) -> None:
@@ -153,6 +155,16 @@ def test_the_card_is_of_what_works(desk: Desk, maker: FakeMaker, shown: CardShow
     assert shown.panel.note.startswith("small, as it is now, without what has failed")
 
 
+def test_the_card_follows_whether_the_car_is_solid(desk: Desk, maker: FakeMaker, shown: CardShown) -> None:
+    desk.answer()
+    answer(maker.requests[-1], shown)
+    assert "body blocks" in shown.panel.note
+    desk.session.set_body("ignored")
+    assert maker.requests[-1].plan == USUAL_PLAN and is_grey(shown)
+    answer(maker.requests[-1], shown)
+    assert shown.is_current and "body ignored" in shown.panel.note
+
+
 def test_progress_is_shown_and_work_can_be_stopped_and_asked_for_again(
     desk: Desk, maker: FakeMaker, shown: CardShown
 ) -> None:
@@ -195,7 +207,7 @@ def test_what_is_enough_makes_another_card_and_braking_does_not(
     assert int(after.split()[0]) > int(before.split()[0])
     assert f"stops in {CardPlan(deceleration_mps2=9.0).stopping_m(30.0):.0f}, " in shown.panel._ways.text()
     points.setValue(9)
-    assert maker.requests[-1].plan == replace(USUAL_PLAN, min_points=9) and is_grey(shown)
+    assert maker.requests[-1].plan == replace(BLOCKS, min_points=9) and is_grey(shown)
 
 
 def test_the_plan_is_kept_and_nonsense_is_not_taken_up(

@@ -1,6 +1,7 @@
 """The card of a rig, against what can be worked out with a pencil."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,8 +15,10 @@ from riglens.core.targets.card_making import _poses, card_of, heights_px, lattic
 from riglens.core.targets.card_table import card_document, card_lines
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.settings import EXACT
+from riglens.core.vehicle.solid import Solid
 from tests.core.builders import rig_of, spinning
 from tests.core.targets.cases import traffic as traffic_with
+from tests.core.vehicle.solids import plate
 
 AHEAD = CardPlan(bearings_deg=(0.0,), to_m=60.0)
 
@@ -119,6 +122,35 @@ def test_a_camera_sees_height_over_distance():
     assert row.camera.least_m == distances[1000 * 1.52 / (distances - 2.3) < 40.0][0] == 41.0
     behind = heights_px([camera], _poses(AHEAD, Case("car", 0.0, 180.0)), SIZES_M["car"])
     assert not behind.any()
+
+
+@pytest.mark.parametrize("roll_deg", [0.0, 180.0])
+def test_a_camera_sees_what_the_own_car_leaves(roll_deg):
+    """A wall a metre ahead, up to just below the camera: the upper half of the road user is left, to the pixel."""
+    camera = Camera(
+        name="C", position=(0.0, 0.0, 0.76), rpy_deg=(roll_deg, 0.0, 0.0), image=(1000, 1000),
+        hfov_deg=2 * math.degrees(math.atan(0.5)),
+    )  # fmt: skip
+    poses, size = _poses(AHEAD, Case("car", 0.0, 0.0)), SIZES_M["car"]
+    whole = heights_px([camera], poses, size)
+    for top_m, left in ((-9.0, 1.0), (0.7599, 0.5), (9.0, 0.0)):
+        wall = plate(1.0)
+        wall[..., 2] = np.where(wall[..., 2] > 0.0, top_m, -50.0)
+        np.testing.assert_allclose(heights_px([camera], poses, size, Solid.of(wall)), left * whole, rtol=1e-9)
+    np.testing.assert_array_equal(heights_px([camera], poses, size, Solid.of(np.zeros((0, 3, 3)))), whole)
+
+
+def test_the_solid_car_shortens_the_card_of_a_sensor_at_its_side_and_of_none_high_above():
+    plan = CardPlan(bearings_deg=(90.0, -90.0), to_m=12.0)
+    blocks = replace(plan, settings=replace(plan.settings, body="blocks"))
+    camera = Camera(name="C", position=(0.0, 1.0, 0.9), rpy_deg=(0.0, 0.0, -90.0), hfov_deg=90.0)
+    low = rig_of(spinning((0.0, 1.0, 0.9), beams=9, count=90), camera)
+    free, cut = (rows(card_of(low, each, threads=1)) for each in (plan, blocks))
+    assert cut["pedestrian", 0.0, 90.0] == free["pedestrian", 0.0, 90.0]
+    right = cut["pedestrian", 0.0, -90.0]
+    assert right.lidar.most_m == right.camera.most_m == 0.0 < free["pedestrian", 0.0, -90.0].camera.least_m
+    high = rig_of(spinning((0.0, 0.0, 4.0), beams=9, count=90))
+    assert card_of(high, plan, threads=1).rows == card_of(high, blocks, threads=1).rows
 
 
 def test_a_picture_is_cut_at_the_edge_of_the_image():
