@@ -17,7 +17,7 @@ from rich.text import Text
 from riglens.app.evaluation.options import SceneOptions, ScoreOptions, usual_body
 from riglens.app.evaluation.scenario import load_scenario, remarks_on
 from riglens.app.evaluation.traffic import load_traffic
-from riglens.app.studies.detection_chart import chart, correlation, pair_chart
+from riglens.app.studies.detection_chart import chart, correlation, painted_words, pair_chart
 from riglens.app.studies.detection_files import as_json, pair_lines, rank_lines, rig_lines, seed_lines
 from riglens.app.studies.files import csv_text, require_folder, write_text
 from riglens.app.terminal.console import note, progress_bar, results
@@ -199,6 +199,9 @@ def _say(result: Result, console: Console) -> None:
         f"On hit: mAP over road users with a LiDAR point alone. 95 % intervals over {every.sequences} test "
         f"sequences and seeds; {said}."
     )
+    if result.study.protocol.cameras is not None:
+        words = painted_words(result.study.protocol.cameras)
+        console.print(f"{words.capitalize()}; S-MS and seen are of all sensors.", soft_wrap=True)
     console.print(_pairs_text(result), soft_wrap=True)
     console.print(_rank_table(result) if len(every.rigs) >= FEWEST_RIGS else _too_few(len(every.rigs)))
     console.print(Text(f"{WORDING}.", "bold"), soft_wrap=True)

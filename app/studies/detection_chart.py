@@ -13,6 +13,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from riglens.core.shown_text import visible
+from riglens.core.simulate.painting import Quality
 from riglens.core.study.detection.protocol import WORDING
 from riglens.core.study.detection.result import Result
 from riglens.core.study.detection.statistics import COLUMNS, MEAN
@@ -132,8 +133,14 @@ def pair_chart(result: Result, column: str = MEAN) -> bytes:
 
 
 def _seeds(result: Result) -> str:
-    every = result.every
-    return f"{every.seeds} seed{'s' * (every.seeds > 1)}, {every.sequences} test sequences"
+    every, cameras = result.every, result.study.protocol.cameras
+    seeds = f"{every.seeds} seed{'s' * (every.seeds > 1)}, {every.sequences} test sequences"
+    return seeds if cameras is None else f"{seeds}; {painted_words(cameras)}"
+
+
+def painted_words(quality: Quality) -> str:
+    """How cameras take part."""
+    return f"points have the classes that cameras show, segmentation {quality}"
 
 
 def _picture(figure: Figure) -> bytes:

@@ -26,7 +26,7 @@ SURROGATES = {
     "on_target": "mean over road users of 1 - exp(-cells/5), 0 to 1",
     "share_5": "share of road users with 5 LiDAR points or more, 0 to 1",
 }
-"""What is compared with average precision, by name; as RigLens shows them, of the LiDARs alone."""
+"""What is compared with average precision, by name; as RigLens shows them, of the sensors that take part."""
 _READINGS: dict[str, Reading] = {"s_ms": "covered", "residual": "residual", "hits": "hits"}
 LOWER_IS_MORE = ("s_ms", "hits")
 """Where a lower figure says that more is seen."""

@@ -6,6 +6,7 @@ import csv
 import io
 import json
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -102,6 +103,17 @@ def test_one_rig_is_shown_without_comparison(tmp_path: Path, capsys: pytest.Capt
     detection._say(result, detection.results())
     said = capsys.readouterr().out
     assert "nothing to compare" in said and "Rank correlations need 5 rigs or more; there are 1." in said
+
+
+def test_it_is_said_that_cameras_take_part(capsys: pytest.CaptureFixture[str]) -> None:
+    plain = made_up(rigs=2)
+    seeing = replace(plain, study=replace(plain.study, protocol=replace(PROTOCOL, cameras="poor")))
+    for result in (plain, seeing):
+        detection._say(result, detection.results())
+    first, second = capsys.readouterr().out.split(WORDING)[:2]
+    assert "cameras" not in first
+    assert "Points have the classes that cameras show, segmentation poor; S-MS and seen are of all" in second
+    assert pair_chart(plain) != pair_chart(seeing)
 
 
 def test_charts_are_the_same_each_time() -> None:
