@@ -24,7 +24,7 @@ class Standing:
     """Draws frames of a stage while something moves; between two of them nothing but the scene may touch the stage.
 
     A picture with another haze takes several times as long as one with the same, so haze that follows closely is left
-    to a later frame: it gets at most a third of the time.
+    to a later frame (`may_wait`): it gets at most a third of the time.
     """
 
     def __init__(self, stage: Stage, clock: Clock = perf_counter) -> None:
@@ -40,6 +40,10 @@ class Standing:
         self._place, self._kept = None, None
         self._changed, self._moving = {}, set()
 
+    def may_wait(self, place: object) -> bool:
+        """Whether the haze of the last frame will do for this one, so that another one need not be made ready."""
+        return self._kept is not None and place == self._place and self._clock() < self._haze_due_s
+
     def draw(self, place: object, haze: tuple[object, ...]) -> None:
         """Draw the frame that is ready. All of it depends on `place` (camera, size), the haze on the objects in `haze`.
 
@@ -53,7 +57,7 @@ class Standing:
         else:
             self._moving |= {prop for prop, time in visible.items() if self._changed.get(prop) != time}
             still = frozenset(visible.keys() - self._moving)
-            if not self._is_kept(still, haze):
+            if self._kept is None or self._kept[1] != still or not _are_same(self._kept[0], haze):
                 began_s = self._clock()
                 self._draw_but(visible.keys() - still, self._draw_still)
                 self._kept = (haze, still)
@@ -61,12 +65,6 @@ class Standing:
             stage.lay_kept()
             self._draw_but(still, self._draw_moving)
         self._changed = self._visible()
-
-    def _is_kept(self, still: frozenset[vtkProp], haze: tuple[object, ...]) -> bool:
-        """Whether what was kept will do: exactly these stand still, and the haze is the same, or may wait."""
-        if self._kept is None or self._kept[1] != still:
-            return False
-        return _are_same(self._kept[0], haze) or self._clock() < self._haze_due_s
 
     def _visible(self) -> dict[vtkProp, int]:
         """What is visible of what may stand still, and when each changed last."""

@@ -73,6 +73,8 @@ class DrawnScene:
         self._quick = self._smooth = False
         self._stage = stage = Stage(plotter)
         self._standing = Standing(stage, clock)
+        self._haze: tuple[object, ...] = ()
+        self._cell_m: float | None = None
         self._ground, self._roi = GroundLayer(stage.backdrop, stage.main), RoiLayer(stage.main)
         self._body, self._rig = BodyLayer(stage.main, stage.backdrop), RigLayer(stage.main, stage.rays)
         self._heatmap = HeatmapLayer(stage.cells, stage.haze)
@@ -309,9 +311,11 @@ class DrawnScene:
         )
         self._stage.set_camera(state.camera, 2.0 * float(np.linalg.norm(state.grid.roi_m)) + 20.0)
         self._ground.arrange(state.camera, self.size, self._pixel_ratio)
-        self._heatmap.arrange(state.camera, self._stage.haze_size, self._quick)
+        if not (self._quick and self._standing.may_wait(self._place())):
+            self._heatmap.arrange(state.camera, self._stage.haze_size, self._quick)
+            self._haze, self._cell_m = (state.heatmap, state.heat_look), self._heatmap.drawn_cell_m
         self._rig.arrange(state.camera, self.size, self._pixel_ratio)
-        self._words.arrange(state, self._heatmap.drawn_cell_m, self.size, self._pixel_ratio)
+        self._words.arrange(state, self._cell_m, self.size, self._pixel_ratio)
         self._marker.arrange(state.camera, self.size, self._pixel_ratio)
         self._masts.arrange(state.camera, self.size, self._pixel_ratio)
         self._measure.arrange(state.camera, self.size, self._pixel_ratio)
@@ -322,9 +326,11 @@ class DrawnScene:
 
     def draw_moving(self) -> None:
         """Draw what `prepare` has made ready while something moves; what stands still is not drawn again."""
-        state = self._state
-        place = (*(getattr(state, name) for name in _BACKDROP), self.size, self._pixel_ratio)
-        self._standing.draw(place, (state.heatmap, state.heat_look))
+        self._standing.draw(self._place(), self._haze)
+
+    def _place(self) -> tuple[object, ...]:
+        """What all of a picture depends on."""
+        return (*(getattr(self._state, name) for name in _BACKDROP), self.size, self._pixel_ratio)
 
     def draw_in_parts(self) -> Iterator[None]:
         """Draw what `prepare` has made ready, one part at a time, each of some ten milliseconds.

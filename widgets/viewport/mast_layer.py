@@ -71,10 +71,18 @@ class MastLayer:
                 renderer.AddActor(actor)
         self._labels: list[vtkTextActor] = []
         self._shown: list[tuple[Mast, Points, bool]] = []
+        self._drawn: tuple[object, ...] = ()
 
     def show(self, state: SceneState) -> None:
         """Draw the masts of the sensors that are shown, from where these are now."""
         places = {sensor.name: sensor.position for sensor in state.shown}
+        drawn = (
+            state.masts, tuple(places.get(mast.name) for mast in state.masts),
+            tuple(state.is_selected(mast.name) for mast in state.masts), state.palette,
+        )  # fmt: skip
+        if drawn == self._drawn:
+            return
+        self._drawn = drawn
         self._shown = [
             (mast, np.array([places[mast.name], mast.foot_m]), state.is_selected(mast.name))
             for mast in state.masts
@@ -82,10 +90,11 @@ class MastLayer:
         ]
         for actors, is_buried in ((self._free, False), (self._buried, True)):
             ends = [ends for mast, ends, _ in self._shown if mast.is_buried == is_buried]
+            lines = _lines(np.stack(ends)) if ends else None
             for actor in actors:
-                actor.visibility = bool(ends)
-                if ends:
-                    actor.mapper.SetInputData(_lines(np.stack(ends)))
+                actor.visibility = lines is not None
+                if lines is not None:
+                    actor.mapper.SetInputData(lines)
         self._colour_labels(state.palette)
 
     def arrange(self, camera: OrbitCamera, size: Size, pixel_ratio: float) -> None:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from time import perf_counter
 
-import numpy as np
 import pyvista as pv
 from PySide6.QtCore import QRectF, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import QImage, QPainter, QPaintEvent
@@ -117,9 +116,8 @@ class OffscreenViewport(ViewportBase):
         width, height = self._scene.size
         pixels = vtkUnsignedCharArray()
         self._window.GetRGBACharPixelData(0, 0, width - 1, height - 1, 0, pixels, 0)
-        upright = np.ascontiguousarray(numpy_of(pixels).reshape(height, width, 4)[::-1])
-        image = QImage(upright.data, width, height, 4 * width, QImage.Format.Format_RGBX8888)
-        self._picture.show_image(image.copy())
+        lying = QImage(numpy_of(pixels).data, width, height, 4 * width, QImage.Format.Format_RGBX8888)
+        self._picture.show_image(lying.flipped(Qt.Orientation.Vertical))
 
     def _release(self) -> None:
         del self._window

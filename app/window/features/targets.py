@@ -11,8 +11,11 @@ from riglens.app.window.feature import Feature
 from riglens.app.window.settings import Settings
 from riglens.app.window.workbench import Workbench
 from riglens.widgets.panels.targets.panel import MOST_POINTS, TargetsPanel
+from riglens.widgets.timers import Timers, single_shot
 
 LAST_SAVED = "the rig as last saved"
+PAUSE_MS = 200
+"""During a drag counts are shown at most so often: the tables cost as much as a picture, and nobody reads faster."""
 
 
 class Targets(Feature):
@@ -21,8 +24,9 @@ class Targets(Feature):
     counted = Signal()
     """There is another answer, or none any more."""
 
-    def __init__(self, bench: Workbench) -> None:
+    def __init__(self, bench: Workbench, timers: Timers = single_shot) -> None:
         super().__init__(bench)
+        self._pause, self._is_behind = timers(self, PAUSE_MS, self._catch_up), False
         self.panel, self.counter = TargetsPanel(self.session.targets), bench.counter
         self.answer: CountAnswer | None = None
         """The last answer that was shown."""
@@ -84,15 +88,27 @@ class Targets(Feature):
         self.counter.ask(request)
 
     def _take(self, answer: CountAnswer) -> None:
-        """Show an answer, unless it is of other traffic or of a rig before the one shown."""
+        """Show an answer, during a drag perhaps later; not one of other traffic or of a rig before the one shown."""
         shown = self.answer
         if answer.request.scene is not self.session.scene:
             return
         if shown is not None and answer.request.revision < shown.request.revision:
             return
         self.answer = answer
+        if self.document.is_dragging and self._pause.isActive():
+            self._is_behind = True
+        else:
+            self._tell()
+
+    def _tell(self) -> None:
+        self._is_behind = False
+        self._pause.start()
         self._show()
         self.counted.emit()
+
+    def _catch_up(self) -> None:
+        if self._is_behind:
+            self._tell()
 
     def _show(self) -> None:
         if self.answer is not None:

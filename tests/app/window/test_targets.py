@@ -9,12 +9,14 @@ from pytestqt.qtbot import QtBot
 from riglens.app.background.counting import CountRequest
 from riglens.app.window.features.follow import Follow
 from riglens.app.window.features.scores import ScoresShown
-from riglens.app.window.features.targets import Targets
+from riglens.app.window.features.targets import PAUSE_MS, Targets
+from riglens.core.geometry import Pose
 from riglens.core.rig.model import Rig
 from riglens.widgets.panels.scores.text import FIGURES_HELP, sampled_text
 from riglens.widgets.panels.style import tones
 from tests.app.window.counts import answer
 from tests.app.window.desk import Desk, open_desk
+from tests.hand_clock import HandTimers
 
 
 @pytest.fixture
@@ -74,6 +76,29 @@ def test_an_answer_to_an_earlier_rig_is_not_shown_after_a_later_one(desk: Desk, 
     targets._take(answer(later))
     targets._take(answer(first))
     assert targets.answer is not None and targets.answer.request is later
+
+
+def test_during_a_drag_counts_are_shown_now_and_then_and_the_last_ones_in_the_end(desk: Desk) -> None:
+    Follow(desk.workbench)
+    timers = HandTimers()
+    targets = Targets(desk.workbench, timers)
+    told: list[int] = []
+    targets._take(answer(start(desk)))
+    targets.counted.connect(lambda: told.append(1))
+    timers.advance(PAUSE_MS)
+    desk.document.begin_drag(("roof",))
+    for step in range(4):
+        desk.document.preview({"roof": Pose((0.1 * step, 0.0, 2.0))})
+        targets._take(answer(desk.counter.requests[-1]))
+    assert len(told) == 1 and targets.answer is not None
+    assert targets.answer.request is desk.counter.requests[-1]
+    timers.advance(PAUSE_MS)
+    assert len(told) == 2
+    timers.advance(PAUSE_MS)
+    assert len(told) == 2
+    desk.document.finish_drag()
+    targets._take(answer(desk.counter.requests[-1]))
+    assert len(told) == 3
 
 
 def test_an_answer_from_other_traffic_is_dropped(desk: Desk, targets: Targets) -> None:

@@ -188,3 +188,31 @@ def test_the_next_drag_begins_anew(plotter, scene):
         scene.show(moved(frame_at_rest, OTHER.name, 0.1 * step))
         moving, whole = frame(plotter, scene)
         assert look_alike(moving, whole)
+
+
+def test_a_heatmap_that_waits_is_not_taken_for_drawn_when_something_else_changes(plotter, scene, kept, clock):
+    for step in range(3):
+        scene.show(moved(STATE, LIDAR.name, 0.1 * step))
+        frame(plotter, scene)
+    scene.show(replace(scene.state, heatmap=wall(3.0)))
+    scene.show(moved(scene.state, OTHER.name, -0.8))
+    scene.prepare()
+    scene.draw_moving()
+    clock.now_s += 1.0
+    scene.prepare()
+    scene.draw_moving()
+    moving = shot(plotter)
+    scene.set_quick(False)
+    scene.set_quick(True)
+    assert look_alike(moving, frame(plotter, scene)[1])
+
+
+def test_the_legend_keeps_its_words_while_a_heatmap_waits(plotter, scene, kept, clock):
+    for step in range(3):
+        scene.show(moved(STATE, LIDAR.name, 0.1 * step))
+        frame(plotter, scene)
+    words = scene.legend_texts
+    scene.show(replace(scene.state, heatmap=wall(3.0)))
+    scene.prepare()
+    scene.draw_moving()
+    assert scene.legend_texts == words
