@@ -36,7 +36,7 @@ class CardMaker(Answerer[CardRequest]):
     """A CardRequest, and the share of it that is done."""
 
     def __init__(self, parent: QObject | None = None, close_s: float = CLOSE_S) -> None:
-        super().__init__("cards", parent, close_s)
+        super().__init__("card", parent, close_s)
         self._given_up: CardRequest | None = None
 
     def give_up(self, request: CardRequest) -> None:

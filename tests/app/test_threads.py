@@ -21,6 +21,7 @@ from riglens.app.background.counting import Counter
 from riglens.app.background.pictures import PictureRequest, Pictures, SensorPicture
 from riglens.app.background.tasks import Tasks
 from riglens.app.evaluation.scoring import LoadedScene, load_scene
+from riglens.core.targets.card import CardPlan
 from riglens.core.vehicle.solid import CarBody, Solid
 from tests.app.window_bench import CAMERA, open_bench, scene_options
 from tests.waiting import TIMEOUT_MS, TIMEOUT_S
@@ -74,7 +75,8 @@ def test_everything_in_the_window_calls_parallel_kernels_on_one_thread(
     qtbot: QtBot, tmp_path: Path, callers: dict[str, set[str]]
 ) -> None:
     with open_bench(qtbot, tmp_path, counter=Counter(close_s=TIMEOUT_S)) as bench:
-        for dock in ("Map", "Sensor view"):
+        bench.features.card._choose(CardPlan(bearings_deg=(0.0,), to_m=12.0))
+        for dock in ("Map", "Sensor view", "Card"):
             bench.workbench.docks[dock].setFloating(True)  # all in sight at once
             bench.workbench.docks[dock].show()
         qtbot.waitUntil(lambda: bool(bench.features.map.in_sight), timeout=TIMEOUT_MS)
@@ -90,13 +92,14 @@ def test_everything_in_the_window_calls_parallel_kernels_on_one_thread(
             bench.settle()
             qtbot.waitUntil(lambda: bench.features.sensor_view.is_current, timeout=TIMEOUT_MS)
             qtbot.waitUntil(lambda: bench.features.targets.is_current, timeout=TIMEOUT_MS)
+            qtbot.waitUntil(lambda: bench.features.card.is_current, timeout=TIMEOUT_MS)
         rows = bench.features.compare
         qtbot.waitUntil(lambda: all(row.scores for row in rows.rows), timeout=TIMEOUT_MS)
         assert bench.features.map._top is not None
         assert bench.features.sensor_view.pictures._thread.is_started
     assert callers == {
         "parallel": {"recompute"},
-        "serial": {"sensor view", "counting of road users", "places of sensors"},
+        "serial": {"sensor view", "counting of road users", "places of sensors", "card"},
     }
 
 
