@@ -18,6 +18,10 @@ RIG_COLOURS = (
     "#4e79a7", "#f28e2b", "#59a14f", "#e15759", "#9d76b8", "#4fb0ae", "#d6b02a", "#a57a5a", "#e88fa3", "#8a949e",
 )  # fmt: skip
 """For things side by side that have no colour of their own; distinguishable on light and on dark."""
+BLIND_COLOURS = ("#e9f2ea", "#c8dcc9", "#f2dfa0", "#e8b06b", "#d2734e", "#8c2d25")
+"""Ground beside the car: from seen down to the least of the heights, to where an adult stands unseen."""
+OVERLAP_COLOURS = ("#8c2d25", "#e8b06b", "#8fc3a0", "#2f7d6b")
+"""Ground that no sensor, one, two, or three and more look at."""
 
 
 _SELECTED_SHARE = 0.5

@@ -14,7 +14,9 @@ from riglens.widgets.sensors.ray_look import DEFAULT_RAYS, RayLook
 if TYPE_CHECKING:
     from riglens.app.rendering.render import RenderRequest
 
-Heat = Literal["probability", "entropy", "seen", "unseen", "sensors", "change", "off"]
+Heat = Literal[
+    "probability", "entropy", "seen", "unseen", "sensors", "change", "twice", "thrice", "kinds", "off"
+]
 
 
 _HEATMAP = (

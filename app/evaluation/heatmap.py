@@ -17,6 +17,8 @@ from riglens.core.view.display import DisplayGrid
 from riglens.widgets.heatmap.scale import HeatmapData
 
 COUNT_LABELS = ("0", "1", "2", "3+")
+REDUNDANT: dict[HeatMode, str] = dict.fromkeys(("twice", "thrice", "kinds"), "; more is better")
+"""Modes of redundancy: the entropy that several sensors see, and the way in which it gets better."""
 Values = NDArray[np.float32]
 NO_WORDS = np.empty(0, np.uint64)
 
@@ -36,7 +38,7 @@ class VoxelMarks:
 
 def needs_seen(mode: HeatMode) -> bool:
     """Whether an evaluation has to say which voxels are seen."""
-    return mode in ("seen", "unseen", "change")
+    return mode in ("seen", "unseen", "change", "kinds")
 
 
 def marks_of(evaluation: Evaluation) -> VoxelMarks:
@@ -52,10 +54,14 @@ def seen_words(evaluation: Evaluation) -> Words:
 
 def marks_for(mode: HeatMode, engine: Engine, evaluation: Evaluation) -> VoxelMarks:
     """What a mode needs of an evaluation that the engine has just made, on the engine's thread."""
-    seen = seen_words(evaluation) if needs_seen(mode) else NO_WORDS
-    levels = NO_WORDS
-    if mode == "sensors":
+    seen, levels = NO_WORDS, NO_WORDS
+    if mode == "kinds":
+        seen = evaluation.seen_camera & evaluation.seen_lidar
+    elif needs_seen(mode):
+        seen = seen_words(evaluation)
+    elif mode in ("sensors", "twice", "thrice"):
         levels = covered_at_least(engine, evaluation.rig, evaluation.settings.method)
+        seen = levels[2 if mode == "thrice" else 1]
     return VoxelMarks(seen, levels, NO_WORDS)
 
 
@@ -98,7 +104,7 @@ class Heatmaps:
             unit="" if mode == "probability" else "nat",
             vmin=0.0,
             vmax=_round_above(values, base.vmax) if is_change else base.vmax,
-            note=f"against {marks.baseline_name}: {note}" if is_change else note,
+            note=f"against {marks.baseline_name}: {note}" if is_change else note + REDUNDANT.get(mode, ""),
             scale="change" if is_change else "ramp",
         )
 
@@ -110,7 +116,7 @@ class Heatmaps:
             gained = self.display.seen_entropy(cls, marks.seen & ~marks.baseline)
             return (gained - self.display.seen_entropy(cls, marks.baseline & ~marks.seen))[base.shown]
         share = self.display.seen_share(cls, marks.seen)[base.shown]
-        return base.full * (share if mode == "seen" else 1.0 - share)
+        return base.full * (1.0 - share if mode == "unseen" else share)
 
     def _sensors(self, base: _Base, class_name: str, marks: VoxelMarks) -> HeatmapData:
         """How many sensors see the larger part of each cell; how opaque a cell is goes by its entropy."""

@@ -21,7 +21,9 @@ MAX_THREADS = 1024
 MIN_SIDE_PX, MAX_SIDE_PX, MAX_SCALE = 64, 8192, 4
 """Sides of a picture before it is enlarged, and how many times it may be."""
 
-HeatMode = Literal["off", "probability", "entropy", "seen", "unseen", "sensors", "change"]
+HeatMode = Literal[
+    "off", "probability", "entropy", "seen", "unseen", "sensors", "change", "twice", "thrice", "kinds"
+]  # fmt: skip
 HEAT_TITLES: dict[HeatMode, str] = {
     "off": "Off",
     "probability": "POG probability",
@@ -30,6 +32,9 @@ HEAT_TITLES: dict[HeatMode, str] = {
     "unseen": "Unseen entropy",
     "sensors": "Sensors that see it",
     "change": "Gained and lost",
+    "twice": "Seen by 2 or more",
+    "thrice": "Seen by 3 or more",
+    "kinds": "Seen by both kinds",
 }
 """What the heatmap can show of voxels: the modes by their keys, and what they are called."""
 TargetHeatMode = Literal["on_target", "missed"]

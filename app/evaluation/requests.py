@@ -17,6 +17,7 @@ if TYPE_CHECKING:  # made by the background thread, which loads what computes th
     from riglens.core.engine.sight import Sight
     from riglens.core.metric.entropy import EntropyField
     from riglens.core.metric.voxel import Voxel, VoxelFacts
+    from riglens.core.review.blind import BlindMap
     from riglens.core.scene.columns import Words
     from riglens.core.study.voxel_choice import VoxelChoice
     from riglens.core.vehicle.mesh import BodyMesh
@@ -48,7 +49,7 @@ class LoadedScene:
 @dataclass(frozen=True)
 class EvaluationRequest:
     """Everything one evaluation depends on; `baseline_rig` is what the changes are counted from, `voxel` is picked,
-    `mesh` is the vehicle's body where a file holds it."""
+    `mesh` is the vehicle's body where a file holds it; `blind`: blind zones around the car are wanted, too."""
 
     revision: int
     rig: Rig
@@ -60,6 +61,7 @@ class EvaluationRequest:
     map_by: SeenBy | None = None
     voxel: Voxel | None = None
     mesh: BodyMesh | None = None
+    blind: bool = False
 
     def asks_same(self, other: EvaluationRequest) -> bool:
         """Whether the answer to both is the same, whatever revision they belong to."""
@@ -83,7 +85,8 @@ class PickedVoxel:
 class Result:
     """The exact answer to one request: scores now and of the baseline, heatmap and map to draw, the picked voxel.
 
-    `baseline_seen` are words of the voxels that the baseline sees, where the heatmap shows changes.
+    `baseline_seen` are words of the voxels that the baseline sees, where the heatmap shows changes; `blind` is how
+    low the rig looks around the car; `redundant` are words of what a heatmap of redundancy shows.
     """
 
     request: EvaluationRequest
@@ -94,6 +97,8 @@ class Result:
     top_view: TopView | None = None
     picked: PickedVoxel | None = None
     baseline_seen: Words | None = None
+    blind: BlindMap | None = None
+    redundant: Words | None = None
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from riglens.app.evaluation.edit_costs import EditCosts
-from riglens.app.evaluation.heatmap import NO_WORDS, Heatmaps, marks_for, needs_seen, seen_words
+from riglens.app.evaluation.heatmap import NO_WORDS, REDUNDANT, Heatmaps, marks_for, needs_seen, seen_words
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.requests import (
     FRAME_MS,
@@ -20,8 +20,9 @@ from riglens.app.evaluation.requests import (
     Result,
 )
 from riglens.app.evaluation.scenario import load_scenario
+from riglens.app.evaluation.surroundings import Surroundings
 from riglens.core.engine.engine import Engine, Evaluation
-from riglens.core.engine.inspect import sees_voxel
+from riglens.core.engine.inspect import covered_at_least, sees_voxel
 from riglens.core.engine.sight import Sight, sight
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.estimate import estimated
@@ -82,6 +83,7 @@ class Scoring:
         self._was_slow = False
         self._known: tuple[MetricSettings, Scores, Scores] | None = None
         self._meshes: dict[str, BodyMesh] = {}
+        self._around = Surroundings(threads)
 
     # ------------------------------------------------------------------ exact
     def exact(self, request: EvaluationRequest, is_stale: IsStale) -> Result | None:
@@ -99,16 +101,19 @@ class Scoring:
         self._costs.note(request.rig, evaluation.elapsed_ms)
         picked = self._picked(request)
         marks = marks_for(request.heat, self._engine, evaluation)
+        mapped = self._mapped(request, evaluation)
         baseline = self._baseline_of(request, evaluation)
         heatmap = self.scene.heatmaps.heatmap(
             request.heat,
             request.heat_class,
             replace(marks, baseline=baseline.seen, baseline_name=baseline.rig.name),
         )
-        top_view = self._top_view(request, evaluation)
+        top_view = None if request.map_by is None else self._top_view(request, mapped)
         return Result(
-            request, self.scene, evaluation, baseline.scores, heatmap, top_view, picked, baseline.seen
-        )
+            request, self.scene, evaluation, baseline.scores, heatmap, top_view, picked, baseline.seen,
+            self._around.blind_map(request) if request.blind else None,
+            marks.seen if request.heat in REDUNDANT else None,
+        )  # fmt: skip
 
     def _keep_mesh(self, request: EvaluationRequest) -> None:
         """Remember the mesh of a body: the baseline and rigs beside it stand on the same car, as a rule."""
@@ -118,11 +123,23 @@ class Scoring:
     def _mesh_of(self, rig: Rig) -> BodyMesh | None:
         return self._meshes.get(rig.vehicle.body)
 
-    def _top_view(self, request: EvaluationRequest, evaluation: Evaluation) -> TopView | None:
-        if request.map_by is None:
-            return None
+    def _mapped(self, request: EvaluationRequest, evaluation: Evaluation) -> Words:
+        """The voxels that count as seen on the map; read before the baseline takes the rig's place."""
         camera, lidar = evaluation.seen_camera, evaluation.seen_lidar
-        seen = {"any": camera | lidar, "camera": camera, "lidar": lidar}[request.map_by]
+        match request.map_by:
+            case "any":
+                return seen_words(evaluation)
+            case "kinds":
+                both: Words = camera & lidar
+                return both
+            case "twice" | "thrice":
+                counted = covered_at_least(self._engine, request.rig, request.settings.method)
+                many: Words = counted[1 if request.map_by == "twice" else 2]
+                return many
+        return camera if request.map_by == "camera" else lidar
+
+    def _top_view(self, request: EvaluationRequest, seen: Words) -> TopView:
+        assert request.map_by is not None
         cls = CLASSES.index(request.heat_class)
         return self._top_views.view(cls, request.heat_class, request.map_by, seen)
 

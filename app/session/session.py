@@ -63,6 +63,7 @@ class Session(QObject):
         self._told_baseline = document.saved_rig
         self._voxel: Voxel | None = None
         self._map_source: SeenBy | None = None
+        self._look_around: frozenset[str] = frozenset()
         self._scene: LoadedScene | None = None
         self._body: Body | None = body
         self._mesh: tuple[str, BodyMesh] | None = None
@@ -143,7 +144,7 @@ class Session(QObject):
         mode: HeatMode = heat.mode if heat.mode in HEAT_TITLES else "off"
         return EvaluationRequest(
             document.revision, document.working_rig, self.baseline, self.settings, mode, heat.class_name,
-            document.is_dragging, self._map_source, self._voxel, self.mesh,
+            document.is_dragging, self._map_source, self._voxel, self.mesh, bool(self._look_around),
         )  # fmt: skip
 
     # ------------------------------------------------------------------ what the user wants
@@ -217,6 +218,14 @@ class Session(QObject):
             self.map_source_changed.emit()
             if source is not None:
                 self.asked_changed.emit()
+
+    def look_around(self, who: str, is_wanted: bool) -> None:
+        """Have blind zones found as long as anybody wants them; who wants no more asks for no new answer."""
+        before, self._look_around = self._look_around, self._look_around - {who}
+        if is_wanted:
+            self._look_around |= {who}
+        if self._look_around and not before:
+            self.asked_changed.emit()
 
     def show_scene(self, scene: LoadedScene) -> None:
         """Take other traffic into use; a voxel of another grid means nothing there."""

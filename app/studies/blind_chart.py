@@ -12,10 +12,9 @@ from matplotlib.patches import Patch, Rectangle
 
 from riglens.core.review.blind import HEIGHTS_M, BlindMap, By, seen_by
 from riglens.core.shown_text import visible
+from riglens.widgets.theme import BLIND_COLOURS as COLOURS
 
 INK = "#222222"
-COLOURS = ("#e9f2ea", "#c8dcc9", "#f2dfa0", "#e8b06b", "#d2734e", "#8c2d25")
-"""From seen down to the least of the heights, to an adult that stands unseen."""
 
 
 def blind_figure(found: BlindMap, by: By, k: int) -> Figure:
@@ -23,8 +22,7 @@ def blind_figure(found: BlindMap, by: By, k: int) -> Figure:
     figure = Figure(figsize=(8.6, 7.6), dpi=110)
     FigureCanvasAgg(figure)
     axes = figure.add_axes((0.08, 0.08, 0.62, 0.82))
-    lowest = found.lowest_m(by, k)
-    steps = (lowest[..., None] > np.array(HEIGHTS_M) + 1e-9).sum(axis=2).astype(np.float64)
+    steps = found.steps(by, k).astype(np.float64)
     steps[~found.ground.counts] = np.nan
     half_x, half_y = found.grid.roi_m[0] / 2, found.grid.roi_m[1] / 2
     colours = ListedColormap(list(COLOURS))

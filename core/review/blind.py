@@ -153,6 +153,14 @@ class BlindMap:
         """Where (nx, ny) an object of that height stands, by its middle, without k sensors that see it."""
         return np.asarray(self.ground.counts & (self.lowest_m(by, k) > height_m + _EPSILON_M))
 
+    def steps(self, by: By = "any", k: int = 1) -> NDArray[np.uint8]:
+        """How many of HEIGHTS_M an object may have (nx, ny) and stand without k sensors that see it: 0 is best."""
+        tops = (np.arange(self.grid.shape[2]) + 1.0) * self.grid.voxel_m
+        step_of = np.searchsorted(np.array(HEIGHTS_M), tops - _EPSILON_M).astype(np.uint8)
+        step_of = np.append(step_of, np.uint8(len(HEIGHTS_M)))
+        levels = np.minimum(self.levels[BY.index(by), k - 1], self.grid.shape[2])
+        return np.asarray(step_of[levels], np.uint8)
+
     @property
     def column_m2(self) -> float:
         """Area of a column."""

@@ -14,6 +14,7 @@ from riglens.app.evaluation.heatmap import (
 )
 from riglens.core.engine.engine import Engine
 from riglens.core.metric.entropy import EntropyField
+from riglens.core.rig.model import Camera
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.view.display import DisplayGrid
 from tests.core.builders import grid_of, rig_of, seen_by, spinning, synthetic_pog
@@ -68,6 +69,30 @@ def test_the_number_of_sensors_is_that_of_each_taken_alone(bench):
     assert np.array_equal(shown.values, bench.at_cells(shown, alone))
     assert shown.labels == COUNT_LABELS and shown.scale == "steps"
     assert shown.weights.min() > 0.0 and shown.weights.max() == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_redundancy_shows_the_entropy_that_so_many_sensors_see(bench, count):
+    """Of the first LiDAR there are two: what it sees counts twice, and three times beside the second."""
+    engine = Engine(bench.field)
+    evaluation = engine.evaluate(rig_of(FIRST, FIRST, SECOND))
+    mode = ("seen", "twice", "thrice")[count - 1]
+    shown = bench.maps.heatmap(mode, "car", marks_for(mode, engine, evaluation))
+    one, other = (bench.at_cells(shown, seen_by(bench.field, s)).astype(int) for s in (FIRST, SECOND))
+    whole = bench.shown("entropy")
+    assert np.allclose(shown.values, np.where(2 * one + other >= count, whole.values, 0.0), atol=1e-6)
+    assert shown.unit == "nat" and shown.note.endswith("more is better") == (count > 1)
+
+
+def test_both_kinds_are_lidars_and_cameras_together(bench):
+    engine = Engine(bench.field)
+    lidars = engine.evaluate(bench.rig)
+    assert not bench.maps.heatmap("kinds", "car", marks_for("kinds", engine, lidars)).values.any()
+    camera = Camera(name="c", position=(0.0, 0.0, 2.0), hfov_deg=90.0, image=(160, 90), cast=(64, 36))
+    evaluation = engine.evaluate(rig_of(FIRST, camera))
+    shown = bench.maps.heatmap("kinds", "car", marks_for("kinds", engine, evaluation))
+    both = [bench.at_cells(shown, seen_by(bench.field, one)) for one in (FIRST, camera)]
+    assert np.array_equal(shown.values > 0, both[0] & both[1]) and shown.values.any()
 
 
 def test_three_and_more_sensors_are_one_step(bench):

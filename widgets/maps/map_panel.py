@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QToolButton, QVBoxLayout, QWidget
 
@@ -9,7 +11,26 @@ from riglens.core.view.top_view import SeenBy
 from riglens.widgets.maps.map_view import MapView
 from riglens.widgets.panels.style import MARGIN, SPACING, as_panel
 
-SEEN_BY: dict[SeenBy, str] = {"any": "any sensor", "lidar": "LiDARs", "camera": "cameras"}
+if TYPE_CHECKING:  # loads the compiler
+    from riglens.core.review.blind import By
+
+SEEN_BY: dict[SeenBy, str] = {
+    "any": "any sensor",
+    "lidar": "LiDARs",
+    "camera": "cameras",
+    "twice": "2 or more",
+    "thrice": "3 or more",
+    "kinds": "both kinds",
+}
+LOWEST: dict[str, tuple[By, int, str]] = {
+    "lowest_1_any": ("any", 1, "1 sensor"),
+    "lowest_1_lidar": ("lidar", 1, "1 LiDAR"),
+    "lowest_1_camera": ("camera", 1, "1 camera"),
+    "lowest_2_any": ("any", 2, "2 sensors"),
+    "lowest_2_lidar": ("lidar", 2, "2 LiDARs"),
+    "lowest_2_camera": ("camera", 2, "2 cameras"),
+}
+"""Lowest visible heights: by whom, by how many, and in words."""
 ON_ROAD_USERS = {"on_target": "on target", "missed": "missed road users"}
 
 
@@ -29,11 +50,17 @@ class MapPanel(QWidget):
         for key, text in SEEN_BY.items():
             self.choice.addItem(f"seen by {text}", key)
         self.choice.insertSeparator(self.choice.count())
+        for name, (_, number, text) in LOWEST.items():
+            self.choice.addItem(f"L{'₁₂'[number - 1]}, lowest height seen by {text}", name)
+        self.choice.insertSeparator(self.choice.count())
         for mode, text in ON_ROAD_USERS.items():
             self.choice.addItem(text, mode)
         self.choice.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
         self.choice.setMinimumContentsLength(8)
-        self.choice.setToolTip("Which sensors' coverage the map shows, or what LiDARs get onto road users")
+        self.choice.setToolTip(
+            "Which sensors' coverage the map shows, from what height on something beside the car is seen, or what "
+            "LiDARs get onto road users"
+        )
         self.choice.activated.connect(lambda _: self.shown_chosen.emit())
         fit = QToolButton()
         fit.setText("Fit")
@@ -54,9 +81,14 @@ class MapPanel(QWidget):
 
     @property
     def seen_by(self) -> SeenBy | None:
-        """Which sensors' coverage the map shows, None while it shows road users."""
-        found: SeenBy | None = None if self.target_mode else self.choice.currentData()
-        return found
+        """Which sensors' coverage the map shows, None while it shows something else."""
+        return next((key for key in SEEN_BY if key == self.choice.currentData()), None)
+
+    @property
+    def lowest(self) -> tuple[By, int] | None:
+        """Of whom, and of how many, it shows the lowest visible height; None while it shows something else."""
+        found = LOWEST.get(str(self.choice.currentData()))
+        return None if found is None else found[:2]
 
     @property
     def target_mode(self) -> str:

@@ -16,6 +16,13 @@ from riglens.core.scene.grid import VoxelGrid
 from riglens.core.view.outlook import Gap
 from riglens.core.view.top_view import BLIND, EMPTY, LEAST, MOST, TopView
 from riglens.widgets.maps.ground_items import draw_ground_legend, ground_colours, ground_text, summary_of
+from riglens.widgets.maps.lowest_items import (
+    Lowest,
+    draw_lowest_legend,
+    lowest_colours,
+    lowest_summary,
+    lowest_text,
+)
 from riglens.widgets.maps.map_items import (
     BLIND_COLOUR,
     NO_BOXES,
@@ -56,6 +63,7 @@ class MapPicture(QWidget):
         self._top: TopView | None = None
         self._image: QImage | None = None
         self._ground: tuple[GroundView, str] | None = None
+        self._lowest: Lowest | None = None
         self._message = ""
         self._gap: Gap | None = None
         self._view: PlaneView | None = None
@@ -70,7 +78,7 @@ class MapPicture(QWidget):
     def set_grid(self, grid: VoxelGrid) -> None:
         """Show the whole of another region of interest; the old cells are removed."""
         self._grid, self._top, self._image, self._view = grid, None, None, None
-        self._ground = None
+        self._ground = self._lowest = None
         self.update()
 
     def set_gap(self, gap: Gap | None) -> None:
@@ -86,6 +94,13 @@ class MapPicture(QWidget):
     def set_ground(self, ground: GroundView | None, mode: str) -> None:
         """Show road users over the ground in place of what is seen: "on_target" or "missed"; None for what is seen."""
         self._ground, self._image = None if ground is None else (ground, mode), None
+        self.update()
+
+    def set_lowest(self, lowest: Lowest | None) -> None:
+        """Show lowest visible heights in place of all else, None for no more; all of them, if all was shown before."""
+        before, self._lowest, self._image = self._lowest, lowest, None
+        if (before is None) != (lowest is None):
+            self._view = None
         self.update()
 
     def set_message(self, text: str) -> None:
@@ -105,12 +120,17 @@ class MapPicture(QWidget):
         area = QRectF(0.0, 0.0, self.width(), max(1.0, self.height() - _LEGEND_PX))
         if self._view is None or self._view.area != area:
             before = self._view
-            fitted = PlaneView.fitted(area, self._grid.roi_m[0], self._grid.roi_m[1])
+            fitted = PlaneView.fitted(area, *self._size_m)
             self._view = fitted if before is None else PlaneView(area, before.centre_m, before.scale)
         return self._view
 
+    @property
+    def _size_m(self) -> tuple[float, float]:
+        """Length and width of all that can be shown."""
+        return self._grid.roi_m[:2] if self._lowest is None else self._lowest.size_m
+
     def fit(self) -> None:
-        """Show the whole ROI."""
+        """Show the whole ROI, or all ground that lowest heights are told of."""
         self._view = None
         self.update()
 
@@ -123,6 +143,8 @@ class MapPicture(QWidget):
         place = f"x {x:.1f}  y {y:.1f} m"
         if sensor is not None:
             return " · ".join([sensor.name, *self._state_of(sensor), place])
+        if self._lowest is not None:
+            return f"{place} · {lowest_text(self._lowest, (x, y))}"
         if self._ground is not None:
             return f"{place} · {ground_text(*self._ground, (x, y))}"
         cell = self._top.cell_at(x, y) if self._top is not None else None
@@ -135,7 +157,9 @@ class MapPicture(QWidget):
 
     def _summary(self) -> str:
         said = []
-        if self._ground is not None:
+        if self._lowest is not None:
+            said.append(lowest_summary(self._lowest))
+        elif self._ground is not None:
             said.append(summary_of(*self._ground))
         elif self._top is not None and not self._top.is_empty:
             share = 100 * self._top.blind_share()
@@ -179,7 +203,7 @@ class MapPicture(QWidget):
         painter.end()
 
     def _draw_cells(self, painter: QPainter, view: PlaneView) -> None:
-        shown = self._top if self._ground is None else self._ground[0]
+        shown = self._lowest or (self._top if self._ground is None else self._ground[0])
         if shown is None:
             return
         if self._image is None:
@@ -189,12 +213,15 @@ class MapPicture(QWidget):
         target = view.rectangle((x, x + nx * shown.cell_m), (y, y + ny * shown.cell_m))
         shrinks = shown.cell_m * view.scale * self.devicePixelRatioF() < 1.0
         painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, shrinks)
-        painter.setClipRect(roi_rectangle(view, self._grid), Qt.ClipOperation.IntersectClip)
+        if self._lowest is None:
+            painter.setClipRect(roi_rectangle(view, self._grid), Qt.ClipOperation.IntersectClip)
         painter.drawImage(target, self._image)
         painter.setClipRect(view.area)
 
     def _colours(self) -> NDArray[np.uint32]:
         """The colour of each cell (nx, ny), 0xAARRGGBB."""
+        if self._lowest is not None:
+            return lowest_colours(self._lowest)
         if self._ground is not None:
             return ground_colours(*self._ground)
         assert self._top is not None
@@ -206,7 +233,9 @@ class MapPicture(QWidget):
         painter.setPen(QColor(look.border))
         painter.drawLine(QPointF(0.0, top), QPointF(self.width(), top))
         room = QRectF(8.0, top + 5.0, self.width() - 16.0, 22.0)
-        if self._ground is None:
+        if self._lowest is not None:
+            draw_lowest_legend(painter, room, self._lowest, look)
+        elif self._ground is None:
             draw_legend(painter, room, look)
         else:
             draw_ground_legend(painter, room, *self._ground, look)
@@ -220,7 +249,7 @@ class MapPicture(QWidget):
     def resizeEvent(self, event: QResizeEvent) -> None:
         old = event.oldSize()
         if self._view is not None and old.isValid():
-            fitted = PlaneView.fitted(self._view.area, self._grid.roi_m[0], self._grid.roi_m[1])
+            fitted = PlaneView.fitted(self._view.area, *self._size_m)
             if fitted == self._view:
                 self._view = None  # it showed everything, and continues to
 

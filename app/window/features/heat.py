@@ -27,6 +27,9 @@ TITLES: dict[str, str] = {
     str(mode): title for mode, title in (*HEAT_TITLES.items(), *TARGET_HEAT_TITLES.items())
 }
 """What the heatmap can show: voxels, or what the rig gets onto road users."""
+UNNUMBERED = ("twice", "thrice", "kinds")
+"""Modes without a shortcut: Alt and a figure are taken."""
+NUMBERED = tuple(mode for mode in TITLES if mode not in UNNUMBERED)
 
 
 class Heat(Feature):
@@ -34,8 +37,11 @@ class Heat(Feature):
 
     specs = (
         *(
-            Spec(f"heat_{mode}", title, f"Heatmap: {title}", f"Alt+{place}", menu="view", group="heat")
-            for place, (mode, title) in enumerate(TITLES.items())
+            Spec(
+                f"heat_{mode}", title, f"Heatmap: {title}",
+                f"Alt+{NUMBERED.index(mode)}" if mode in NUMBERED else "", menu="view", group="heat",
+            )
+            for mode, title in TITLES.items()
         ),
         *(
             Spec(f"class_{name}", name, f"Heatmap and map: {name}", menu="view", group="class")

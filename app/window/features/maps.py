@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt
 
@@ -16,13 +17,25 @@ from riglens.core.rig.model import Rig
 from riglens.core.vehicle.solid import CarBody
 from riglens.core.view.camera_picture import CameraPicture
 from riglens.core.view.top_view import TopView
+from riglens.widgets.maps.lowest_items import Lowest
 from riglens.widgets.maps.map_panel import MapPanel
 from riglens.widgets.maps.map_view import MANY
 from riglens.widgets.maps.sensor_view import SensorViewPanel
 
+if TYPE_CHECKING:  # made by the thread of the engine, which loads the compiler
+    from riglens.core.review.blind import BlindMap
+
 LOADING = "Box data are being loaded"
 NO_DATA = "No box data are loaded: choose some in the Scene panel"
-BLIND = {"any": "No sensor", "lidar": "No LiDAR", "camera": "No camera"}
+FEW = {
+    "any": "No sensor is switched on",
+    "lidar": "No LiDAR is switched on",
+    "camera": "No camera is switched on",
+    "twice": "Fewer than 2 sensors are switched on",
+    "thrice": "Fewer than 3 sensors are switched on",
+    "kinds": "LiDARs or cameras are missing",
+}
+LOOKING = "Looking at the ground around the car"
 
 NOTHING_SELECTED = "Select a camera or a LiDAR to look through it"
 NO_SENSORS = "The rig has no sensors: add one, and look through it here"
@@ -37,6 +50,7 @@ class Map(Feature):
         super().__init__(bench)
         self.panel = MapPanel()
         self._top: TopView | None = None
+        self._blind: BlindMap | None = None
         self.dock = bench.docks.add(
             "Map", self.panel, Qt.DockWidgetArea.RightDockWidgetArea, beside="Inspector"
         )
@@ -57,14 +71,16 @@ class Map(Feature):
     def _tell_source(self) -> None:
         """Say what the session has to know for the map: nothing while nobody looks at it."""
         self.session.look_at_map(self.panel.seen_by if self.in_sight else None)
+        self.session.look_around("map", bool(self.in_sight) and self.panel.lowest is not None)
         self._show_top()
+        self._show_lowest()
 
     def _follow_rig(self) -> None:
         document = self.document
         self.panel.map.set_rig(document.rig, document.hidden, frozenset(document.selection))
 
     def _follow_scene(self, scene: LoadedScene) -> None:
-        self._top = None
+        self._top = self._blind = None
         self.panel.map.set_grid(scene.field.grid)
         self.panel.map.set_gap(scene.gap)
 
@@ -73,11 +89,26 @@ class Map(Feature):
         if top is not None:
             self._top = top
             self._show_top()
-        self.panel.set_class(self.session.heat.class_name)
+        self._blind = result.blind
+        if result.blind is not None:
+            self._show_lowest()
+        self._name_class()
+
+    def _name_class(self) -> None:
+        """Of which class the map is; lowest heights are of none."""
+        self.panel.set_class("" if self.panel.lowest is not None else self.session.heat.class_name)
+
+    def _show_lowest(self) -> None:
+        """Show from what height on something beside the car is seen, if the map is to show that."""
+        lowest, found = self.panel.lowest, self._blind
+        self._name_class()
+        if lowest is not None:
+            self.panel.map.set_message("" if found is not None else LOOKING)
+        self.panel.map.set_lowest(None if lowest is None or found is None else Lowest(found, *lowest))
 
     def _show_top(self) -> None:
-        """Show what is seen, unless the map shows road users."""
-        if self._top is not None and not self.panel.target_mode:
+        """Show what is seen, unless the map shows something else."""
+        if self._top is not None and self.panel.seen_by is not None:
             self.panel.map.set_top_view(self._top)
             self.panel.map.set_message(remark(self._top, self.document.working_rig))
 
@@ -90,10 +121,14 @@ def remark(top: TopView, rig: Rig) -> str:
     """What has to be said about a map that shows nothing, or nothing seen; empty for any other."""
     if top.is_empty:
         return f"This data set has no {MANY[top.class_name]}: there is nothing to see or to miss"
-    kinds = {sensor.kind for sensor in rig.sensors if sensor.enabled}
-    if not (kinds if top.seen_by == "any" else kinds & {top.seen_by}):
-        return f"{BLIND[top.seen_by]} is switched on: all of it is blind"
-    return ""
+    kinds = [sensor.kind for sensor in rig.sensors if sensor.enabled]
+    is_enough = {
+        "any": bool(kinds),
+        "twice": len(kinds) >= 2,
+        "thrice": len(kinds) >= 3,
+        "kinds": len(set(kinds)) == 2,
+    }.get(top.seen_by, top.seen_by in kinds)
+    return "" if is_enough else f"{FEW[top.seen_by]}: all of it is blind"
 
 
 class SensorView(Feature):

@@ -94,6 +94,8 @@ class Pick(Feature):
     def _meant(self, cell: PickedCell) -> Words | None:
         """The voxels that a click on a cell as it is drawn may mean; None when any may be meant."""
         drawn = self._drawn
+        if drawn is not None and drawn.redundant is not None:
+            return drawn.redundant
         if drawn is None or drawn.request.heat not in ("seen", "unseen", "change"):
             return None
         from riglens.app.evaluation.heatmap import seen_words

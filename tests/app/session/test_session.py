@@ -92,6 +92,16 @@ def test_the_request_is_what_was_set(session: Session) -> None:
     assert (request.voxel, request.map_by) == ((4, 5, 6), "camera")
 
 
+def test_blind_zones_are_asked_for_as_long_as_anybody_wants_them(session: Session) -> None:
+    told = heard(session)
+    for who, is_wanted, asked, wanted in (
+        ("map", False, 0, False), ("map", True, 1, True), ("layer", True, 1, True), ("map", False, 1, True),
+        ("layer", False, 1, False), ("map", True, 2, True),
+    ):  # fmt: skip
+        session.look_around(who, is_wanted)
+        assert told == ["asked_changed"] * asked and session.request().blind is wanted
+
+
 def test_nobody_looks_at_the_map_any_more_asks_for_no_new_answer(session: Session) -> None:
     session.look_at_map("any")
     told = heard(session)

@@ -12,14 +12,18 @@ from pytestqt.qtbot import QtBot
 from riglens.app.evaluation.scenario import load_scenario
 from riglens.core.engine.engine import Engine
 from riglens.core.geometry import Pose
+from riglens.core.review.blind import BlindEngine, BlindSettings
 from riglens.core.rig.model import Vehicle
+from riglens.core.scene.columns import pack, unpack
 from riglens.core.scene.pog_store import save_pog
 from riglens.core.view.camera_picture import CameraPicture
 from riglens.core.view.range_image import RangeImage
 from riglens.core.view.top_view import SeenBy, TopView
 from riglens.core.view.top_views import TopViews
+from riglens.widgets.maps.lowest_items import lowest_text
 from tests.app.window_bench import Bench, open_bench, scene_options
 from tests.waiting import TIMEOUT_MS
+from tests.widgets.mouse import hover
 
 
 @pytest.fixture
@@ -48,9 +52,17 @@ def shown_map(bench: Bench) -> TopView:
 def expected_map(bench: Bench, cls: int, seen_by: SeenBy) -> TopView:
     """The map of the document's rig, made from scratch."""
     field = bench.scenes[-1].field
-    evaluation = Engine(field, 1).evaluate(bench.document.rig)
+    engine, rig = Engine(field, 1), bench.document.rig
+    evaluation = engine.evaluate(rig)
     camera, lidar = evaluation.seen_camera, evaluation.seen_lidar
-    seen = {"any": camera | lidar, "camera": camera, "lidar": lidar}[seen_by]
+    counts = sum(
+        unpack(field.grid, np.array(engine.marks_of(sensor, "exact")) & field.index.words).astype(int)
+        for sensor in rig.sensors
+    )
+    seen = {
+        "any": camera | lidar, "camera": camera, "lidar": lidar, "kinds": camera & lidar,
+        "twice": pack(field.grid, np.asarray(counts >= 2)), "thrice": pack(field.grid, np.asarray(counts >= 3)),
+    }[seen_by]  # fmt: skip
     return TopViews(field).view(cls, "", seen_by, seen)
 
 
@@ -103,10 +115,39 @@ def test_the_map_shows_the_class_and_the_sensors_that_are_chosen(bench: Bench) -
     bench.features.heat.set_class("pedestrian")
     assert shown_map(bench).class_name == "pedestrian"
     assert panel.title.text() == "Pedestrian,"
-    for place, seen_by in ((1, "lidar"), (2, "camera")):
+    for place, seen_by in enumerate(("lidar", "camera", "twice", "thrice", "kinds"), 1):
         panel.choice.setCurrentIndex(place)
         panel.choice.activated.emit(place)
         np.testing.assert_array_equal(shown_map(bench).levels, expected_map(bench, 2, seen_by).levels)  # type: ignore[arg-type]
+
+
+def test_the_map_shows_the_lowest_heights_of_the_command_and_follows_an_edit(bench: Bench) -> None:
+    """Of the kind and number that are chosen, over all ground that counts, without a class; then the share again."""
+    panel = bench.features.map.panel
+    shown_map(bench)
+    bench.settle()
+    assert bench.workbench.answers.result.blind is None
+    assert np.array_equal(panel.map.plane.to_m(panel.map.plane.area.center()), (0.0, 0.0))
+    for place, (by, k) in ((7, ("any", 1)), (11, ("lidar", 2))):
+        panel.choice.setCurrentIndex(place)
+        panel.choice.activated.emit(place)
+        bench.drag("roof", (0.5 + 0.1 * place, 0.0, 2.4))
+        bench.settle()
+        lowest = panel.map._lowest
+        assert (lowest.by, lowest.k) == panel.lowest == (by, k) and panel.seen_by is None
+        rig = bench.document.rig
+        fresh = BlindEngine(rig.vehicle, BlindSettings(body=bench.session.body)).evaluate(rig)
+        np.testing.assert_array_equal(lowest.found.levels, fresh.levels)
+        assert panel.title.text() == "" and panel.map.message == ""
+    place_px = panel.map.plane.to_px(8.0, 3.0)
+    hover(panel.map, place_px.toPoint())
+    assert panel.map.readout().endswith(lowest_text(lowest, panel.map.plane.to_m(panel.map._hover)))
+    assert "m" in panel.map.readout().split("LiDARs")[1]
+    panel.choice.setCurrentIndex(0)
+    panel.choice.activated.emit(0)
+    bench.settle()
+    assert panel.map._lowest is None and panel.title.text() == "Car,"
+    assert not bench.session.request().blind
 
 
 def test_a_click_on_the_map_selects_a_sensor_or_turns_the_view_there(bench: Bench) -> None:

@@ -1,0 +1,120 @@
+"""How the map from above shows from which height on objects beside the car are seen: colours, legend and words."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QRectF, Qt
+from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPen
+
+from riglens.widgets.maps.paint import BAR_PX, argb
+from riglens.widgets.theme import BLIND_COLOURS, Tones
+
+if TYPE_CHECKING:  # made by the thread of the engine, which loads the compiler
+    from riglens.core.review.blind import BlindMap, By
+
+_INK = np.uint32(0xFF000000)
+
+
+@dataclass(frozen=True)
+class Lowest:
+    """The lowest visible height L_k (k = 1, 2) by any sensor or by those of a kind."""
+
+    found: BlindMap
+    by: By
+    k: int
+
+    @property
+    def cell_m(self) -> float:
+        """Edge of a column."""
+        return self.found.grid.voxel_m
+
+    @property
+    def origin_m(self) -> tuple[float, float]:
+        """The lower corner of the first column."""
+        return self.found.grid.origin_m[0], self.found.grid.origin_m[1]
+
+    @property
+    def size_m(self) -> tuple[float, float]:
+        """Length and width of what is looked at."""
+        return self.found.grid.roi_m[0], self.found.grid.roi_m[1]
+
+    @property
+    def heights_m(self) -> tuple[float, ...]:
+        """The heights at which colours change."""
+        from riglens.core.review.blind import HEIGHTS_M  # the compiler, loaded by now
+
+        return HEIGHTS_M
+
+
+def lowest_colours(shown: Lowest) -> NDArray[np.uint32]:
+    """The colour of each column (nx, ny), 0xAARRGGBB, darker along contours; nothing where no ground counts."""
+    counts = shown.found.ground.counts
+    steps = shown.found.steps(shown.by, shown.k)
+    table = np.array([argb(colour) for colour in BLIND_COLOURS], np.uint32)
+    found = table[steps]
+    line = _contours(steps, counts)
+    found[line] = (found[line] >> 1 & np.uint32(0x7F7F7F)) | _INK
+    return np.asarray(np.where(counts, found, 0), np.uint32)
+
+
+def _contours(steps: NDArray[np.uint8], counts: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Columns that count and are higher than a neighbour across a side that counts."""
+    line = np.zeros(steps.shape, np.bool_)
+    for one, other in (
+        (np.s_[1:, :], np.s_[:-1, :]), (np.s_[:-1, :], np.s_[1:, :]),
+        (np.s_[:, 1:], np.s_[:, :-1]), (np.s_[:, :-1], np.s_[:, 1:]),
+    ):  # fmt: skip
+        line[one] |= (steps[one] > steps[other]) & counts[other]
+    return np.asarray(line & counts)
+
+
+def draw_lowest_legend(painter: QPainter, area: QRectF, shown: Lowest, tones: Tones) -> None:
+    """Draw a bar of all steps, with the heights between them in metres."""
+    metrics, count = QFontMetricsF(painter.font()), len(BLIND_COLOURS)
+    wide = area.width() / count
+    for number, colour in enumerate(BLIND_COLOURS):
+        painter.fillRect(QRectF(area.left() + number * wide, area.top(), wide + 0.5, BAR_PX), QColor(colour))
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    painter.setPen(QPen(QColor(tones.border), 1.0))
+    painter.drawRect(QRectF(area.left(), area.top(), area.width(), BAR_PX))
+    painter.setPen(QColor(tones.text))
+    for number, height_m in enumerate(shown.heights_m, 1):
+        text = f"{height_m:.2f} m"
+        width = metrics.horizontalAdvance(text) + 2.0
+        box = QRectF(
+            area.left() + number * wide - width / 2, area.top() + BAR_PX + 1.0, width, metrics.height()
+        )
+        painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text)
+
+
+def lowest_text(shown: Lowest, place_m: tuple[float, float]) -> str:
+    """Describe a place of the ground: from which height on an object that stands there is seen."""
+    from riglens.core.review.blind import seen_by, unseen_by
+
+    found, (x, y) = shown.found, place_m
+    column = tuple(int((at - low) // shown.cell_m) for at, low in zip((x, y), shown.origin_m, strict=True))
+    inside = all(0 <= i < n for i, n in zip(column, found.ground.counts.shape, strict=True))
+    if not inside or not found.ground.counts[column]:
+        is_near = inside and found.ground.distance_m[column] <= 1e-9
+        return "the car itself" if is_near else f"more than {found.settings.within_m:g} m from the car"
+    height_m = found.lowest_m(shown.by, shown.k)[column]
+    if not np.isfinite(height_m):
+        return f"{unseen_by(shown.by, shown.k)} up to {found.grid.roi_m[2]:g} m"
+    return f"seen by {seen_by(shown.by, shown.k)} from {height_m:.2f} m up"
+
+
+def lowest_summary(shown: Lowest) -> str:
+    """Describe what is shown: on how much ground objects of some heights stand unseen."""
+    from riglens.core.review.blind import unseen_by
+
+    found = shown.found
+    areas = (
+        f"{found.column_m2 * np.count_nonzero(found.unseen(height_m, shown.by, shown.k)):.1f} m² at {height_m:.2f} m"
+        for height_m in (shown.heights_m[1], shown.heights_m[2], shown.heights_m[4])
+    )
+    text = f"{unseen_by(shown.by, shown.k)}: {', '.join(areas)}; less is better"
+    return text[0].upper() + text[1:]
