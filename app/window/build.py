@@ -20,6 +20,7 @@ from riglens.app.window.features.failing import Failing
 from riglens.app.window.features.files import Exchange, Files, Recent
 from riglens.app.window.features.follow import Follow
 from riglens.app.window.features.frame import FrameView
+from riglens.app.window.features.ground import GroundShown
 from riglens.app.window.features.heat import Heat, RaysShown
 from riglens.app.window.features.help import Help
 from riglens.app.window.features.maps import Map, SensorView
@@ -64,6 +65,7 @@ class Features(NamedTuple):
     saved_views: SavedViews
     heat: Heat
     rays: RaysShown
+    ground: GroundShown
     picture: Picture
     scene_data: SceneData
     map: Map
@@ -128,6 +130,7 @@ def build_features(bench: Workbench) -> Features:
         saved_views=SavedViews(bench, views),
         heat=(heat := Heat(bench)),
         rays=RaysShown(bench, heat),
+        ground=GroundShown(bench),
         picture=Picture(bench),
         scene_data=(scene_data := SceneData(bench)),
         map=(map_ := Map(bench)),

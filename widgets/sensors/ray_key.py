@@ -28,10 +28,10 @@ _THIN_PX, _THICK_PX = 1.5, 3.0
 
 
 class KeyEntry(NamedTuple):
-    """A colour of rays, whose they are, and whether they are bolder than others."""
+    """A colour of rays, whose they are, and whether they are bolder than others; words alone without a colour."""
 
     words: str
-    colour: str
+    colour: str = ""
     is_bold: bool = False
 
 
@@ -57,6 +57,7 @@ class RayKeyLayer:
         self._entries: list[tuple[KeyEntry, vtkTextActor, vtkActor2D, pv.PolyData]] = []
         self._shown: object = None
         self._placed: object = None
+        self._top_px = 0.0
         self._plate.actor.SetVisibility(False)
         self._add(self._plate.actor)
 
@@ -68,6 +69,11 @@ class RayKeyLayer:
     def texts(self) -> tuple[str, ...]:
         """What it says now."""
         return tuple(entry.words for entry, *_ in self._entries)
+
+    @property
+    def top_px(self) -> float:
+        """Where it ends, in pixels from below; 0 when it is hidden."""
+        return self._top_px if self._entries else 0.0
 
     def set_entries(self, entries: list[KeyEntry], palette: Palette) -> None:
         """Say something else, or nothing."""
@@ -85,7 +91,8 @@ class RayKeyLayer:
             text, stroke = text_actor(), flat_actor(mesh)
             set_words(text, entry.words)
             text.GetTextProperty().SetColor(*rgb(palette.text))
-            stroke.GetProperty().SetColor(*rgb(entry.colour))
+            stroke.GetProperty().SetColor(*rgb(entry.colour or palette.background))
+            stroke.SetVisibility(bool(entry.colour))
             self._add(text)
             self._add(stroke)
             self._entries.append((entry, text, stroke, mesh))
@@ -102,10 +109,11 @@ class RayKeyLayer:
             place_text(text, 0.0, low + _BASE_PX * unit, _FONT_PX * unit)
             x -= text_width_px(text)
             text.SetPosition(round(x), round(low + _BASE_PX * unit))
-            x -= _GAP_PX * unit
+            x -= _GAP_PX * unit if entry.colour else 0.0
             y = low + _HIGH_PX * unit / 2
             mesh.points = np.array([(x - _STROKE_PX * unit, y, 0.0), (x, y, 0.0)])
             stroke.GetProperty().SetLineWidth((_THICK_PX if entry.is_bold else _THIN_PX) * unit)
-            x -= (_STROKE_PX + _NEXT_PX) * unit
+            x -= ((_STROKE_PX if entry.colour else 0.0) + _NEXT_PX) * unit
+        self._top_px = low + _HIGH_PX * unit
         left = x + (_NEXT_PX - _INSET_PX) * unit
         self._plate.cover(left, low, right - left, _HIGH_PX * unit)

@@ -28,7 +28,7 @@ from riglens.widgets.heatmap.layer import HeatmapLayer
 from riglens.widgets.sensors.bodies import sensor_body
 from riglens.widgets.theme import DARK, Palette
 from riglens.widgets.traffic.layer import TrafficLayer
-from riglens.widgets.viewport.ground_layer import GroundLayer, RoiLayer
+from riglens.widgets.viewport.ground_layer import GroundLayer, GroundMapLayer, RoiLayer
 from riglens.widgets.viewport.marker_layer import MarkerLayer
 from riglens.widgets.viewport.mast_layer import MastLayer, StubsLayer
 from riglens.widgets.viewport.measure_layer import MeasureLayer
@@ -76,6 +76,7 @@ class DrawnScene:
         self._haze: tuple[object, ...] = ()
         self._cell_m: float | None = None
         self._ground, self._roi = GroundLayer(stage.backdrop, stage.main), RoiLayer(stage.main)
+        self._ground_map = GroundMapLayer(stage.main)
         self._body, self._rig = BodyLayer(stage.main, stage.backdrop), RigLayer(stage.main, stage.rays)
         self._heatmap = HeatmapLayer(stage.cells, stage.haze)
         self._traffic = TrafficLayer(stage.main)
@@ -147,6 +148,10 @@ class DrawnScene:
             self._heatmap.set_data(state.heatmap)
         if changed & _LEGEND:
             self._words.show_legend(state)
+        if "ground_map" in changed:
+            self._ground_map.show(state.ground_map)
+        if changed & {"ground_map", "show_legend", "palette"}:
+            self._words.show_ground_key(state)
         if changed & _KEY:
             self._words.show_key(state)
         if changed & {"caption", "palette"}:
@@ -194,6 +199,11 @@ class DrawnScene:
     def key_texts(self) -> tuple[str, ...]:
         """What the key of the rays says."""
         return self._words.key_texts
+
+    @property
+    def ground_texts(self) -> tuple[str, ...]:
+        """What the key of the map on the ground says."""
+        return self._words.ground_texts
 
     def set_view(self, name: str, wide: bool = False) -> None:
         """Look from "iso", "top", "front", "left", "rear", "right" (else InputError); `wide`: iso over all the ROI."""

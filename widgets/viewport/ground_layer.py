@@ -1,4 +1,4 @@
-"""The ground: a plane with a grid every 10 m, metre labels lying on it, and the axes triad at the origin.
+"""The ground: a plane with a grid every 10 m, metre labels lying on it, the axes triad at the origin, and a map.
 
 The triad sticks out of the ground, so it is drawn among the things that stand there.
 """
@@ -16,6 +16,7 @@ from riglens.core.scene.grid import VoxelGrid
 from riglens.widgets.drawing.actors import line_mesh, plain_actor
 from riglens.widgets.drawing.camera import OrbitCamera, Size
 from riglens.widgets.theme import Palette, mix
+from riglens.widgets.viewport.ground_map import GroundMap
 
 _STEP_M = 10.0
 _LEAST_LETTER_M, _MOST_LETTER_M, _LETTER_STEP = 0.45, 2.2, 1.25
@@ -25,6 +26,7 @@ _AXES = {"x": 2.9, "y": 1.6}
 """Length in metres from the origin under the middle of the car: a little beyond the body of a common car."""
 _AXIS_WIDTH_M, _AXIS_M, _AXIS_LETTER_M = 0.03, 0.006, 0.3
 _PLANE_M, _LINE_M, _LABEL_M = -0.08, -0.03, -0.015
+_MAP_M = 0.01
 """Heights of plane, lines and labels: far enough apart to hide one another correctly. VTK's own offsets for
 coplanar things are one switch for all actors and make each of them rewrite its depths."""
 
@@ -162,3 +164,40 @@ class RoiLayer:
         outline = pv.Box(bounds).extract_all_edges()
         self._actor = plain_actor(outline, color=palette.roi, lighting=False, line_width=1)
         self._renderer.AddActor(self._actor)
+
+
+class GroundMapLayer:
+    """One rectangle with a picture on it, so that a map of any size costs a frame next to nothing."""
+
+    def __init__(self, renderer: vtkRenderer) -> None:
+        self._actor = plain_actor(pv.PolyData(), lighting=False, color="#ffffff")
+        self._actor.force_translucent = True
+        self._actor.visibility = False
+        renderer.AddActor(self._actor)
+        self._placed: object = None
+
+    def show(self, shown: GroundMap | None) -> None:
+        """Show another map, or none."""
+        self._actor.visibility = shown is not None
+        if shown is None:
+            return
+        place = (shown.origin_m, shown.cell_m, shown.steps.shape)
+        if place != self._placed:
+            self._placed = place
+            self._actor.mapper.SetInputData(_rectangle(shown))
+        columns = np.ascontiguousarray(
+            shown.pixels().transpose(1, 0, 2)[::-1]
+        )  # rows from above, ahead is right
+        texture = pv.Texture(columns)  # type: ignore[no-untyped-call]
+        texture.interpolate = texture.mipmap = False
+        self._actor.texture = texture
+
+
+def _rectangle(shown: GroundMap) -> pv.PolyData:
+    """The ground that a map covers, with the corners of its picture."""
+    (x, y), (nx, ny) = shown.origin_m, shown.steps.shape
+    right, top = x + nx * shown.cell_m, y + ny * shown.cell_m
+    corners = np.array([(x, y), (right, y), (right, top), (x, top)])
+    mesh = pv.PolyData(np.column_stack([corners, np.full(4, _MAP_M)]), [4, 0, 1, 2, 3])
+    mesh.active_texture_coordinates = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)])
+    return mesh

@@ -16,6 +16,7 @@ from riglens.widgets.heatmap.scale import DEFAULT_LOOK, HeatLook, HeatmapData
 from riglens.widgets.sensors.ray_look import DEFAULT_RAYS, RayLook
 from riglens.widgets.theme import DARK, Palette
 from riglens.widgets.traffic.frame import ShownFrame
+from riglens.widgets.viewport.ground_map import GroundMap
 from riglens.widgets.viewport.masts import Mast, Stubs
 from riglens.widgets.viewport.measured import Measured
 
@@ -76,6 +77,7 @@ class SceneState:
     stubs: Stubs | None = None
     ghosts: tuple[Lidar | Camera, ...] = ()
     traffic: ShownFrame | None = None
+    ground_map: GroundMap | None = None
     camera: OrbitCamera = field(default_factory=OrbitCamera)
     gizmo_mode: GizmoMode = "both"
     gizmo_space: Space = "local"

@@ -7,7 +7,7 @@ from vtkmodules.vtkRenderingCore import vtkActor2D, vtkRenderer, vtkTextActor
 from riglens.widgets.drawing.camera import Pixel, Size
 from riglens.widgets.drawing.label import Plate, place_text, set_words, text_actor, text_width_px, unit_px
 from riglens.widgets.heatmap.legend import LegendLayer
-from riglens.widgets.sensors.ray_key import RayKeyLayer, entries_of
+from riglens.widgets.sensors.ray_key import KeyEntry, RayKeyLayer, entries_of
 from riglens.widgets.theme import Palette, mix, rgb
 from riglens.widgets.viewport.scene_state import NO_CAPTION, Caption, SceneState
 
@@ -160,7 +160,7 @@ class WordsLayer:
             CaptionLayer(overlay),
             EchoLayer(overlay),
         )
-        self._key = RayKeyLayer(overlay)
+        self._key, self._ground_key = RayKeyLayer(overlay), RayKeyLayer(overlay)
         self._echo_at: tuple[str, Pixel] = ("", (0.0, 0.0))
 
     @property
@@ -172,6 +172,19 @@ class WordsLayer:
     def key_texts(self) -> tuple[str, ...]:
         """What the key of the rays says."""
         return self._key.texts
+
+    @property
+    def ground_texts(self) -> tuple[str, ...]:
+        """What the key of the map on the ground says."""
+        return self._ground_key.texts
+
+    def show_ground_key(self, state: SceneState) -> None:
+        """Say what the colours on the ground mean, or nothing where there are none."""
+        shown, found = state.ground_map if state.show_legend else None, []
+        if shown is not None:
+            found = [KeyEntry(step.words, step.colour, True) for step in shown.meanings]
+            found.insert(0, KeyEntry(shown.title))
+        self._ground_key.set_entries(found, state.palette)
 
     def show_legend(self, state: SceneState) -> None:
         """Label the heatmap of a state, or hide the legend."""
@@ -198,5 +211,7 @@ class WordsLayer:
         self._legend.set_drawn(drawn_cell_m)
         self._legend.place(size, pixel_ratio, crowded=bool(state.caption.table))
         self._key.place(size, pixel_ratio, self._legend.top_px, crowded=bool(state.caption.table))
+        above_px = max(self._legend.top_px, self._key.top_px)
+        self._ground_key.place(size, pixel_ratio, above_px, crowded=bool(state.caption.table))
         self._caption.place(size, pixel_ratio)
         self._echo.show(*self._echo_at, size, pixel_ratio, state.palette)

@@ -1,0 +1,41 @@
+"""A map that lies on the ground of the scene: cells in a few colours, and a key that says what these mean."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from riglens.widgets.theme import rgb
+
+NOTHING = 255
+"""The step of a cell that is left out."""
+
+
+class GroundStep(NamedTuple):
+    """What cells of one colour mean; `opacity` from 0 to 1."""
+
+    words: str
+    colour: str
+    opacity: float
+
+
+@dataclass(frozen=True, eq=False)
+class GroundMap:
+    """steps uint8 (nx, ny): which of `meanings` a cell has, NOTHING for none; `origin_m` is the lower corner of the
+    first cell of `cell_m`. `title` names what the steps are of, with unit and direction."""
+
+    origin_m: tuple[float, float]
+    cell_m: float
+    steps: NDArray[np.uint8]
+    meanings: tuple[GroundStep, ...]
+    title: str
+
+    def pixels(self) -> NDArray[np.uint8]:
+        """Colours (nx, ny, 4) of the cells, red, green, blue and opacity."""
+        table = np.zeros((256, 4), np.uint8)
+        for step, (_, colour, opacity) in enumerate(self.meanings):
+            table[step] = np.rint(255.0 * np.array([*rgb(colour), opacity]))
+        return np.asarray(table[self.steps])
