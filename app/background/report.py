@@ -17,6 +17,10 @@ from riglens.core.rig.yaml.file import dumps
 from riglens.core.scene.boxes import Progress
 
 _RUN = "import sys; from riglens.app.commands import main; sys.exit(main(sys.argv[1:]))"
+_PRINT = (
+    "import sys; from pathlib import Path; from riglens.app.commands.report_job import print_page; "
+    "print_page(Path(sys.argv[1]), Path(sys.argv[2]))"
+)
 _WAIT_S = 0.2
 
 
@@ -50,12 +54,24 @@ def make_report(job: ReportJob, progress: Progress, run: str = _RUN) -> Path:
 
     Raise InputError with the line that the command gives. `run` is the program that is given the words.
     """
-    with tempfile.TemporaryDirectory(prefix="riglens-report-") as folder, tempfile.TemporaryFile() as said:
+    with tempfile.TemporaryDirectory(prefix="riglens-report-") as folder:
         files = [Path(folder) / f"{number}.yaml" for number in range(1, len(job.rigs) + 1)]
         for path, rig in zip(files, job.rigs, strict=True):
             with atomic_write(path, "w") as stream:
                 stream.write(dumps(rig))
-        command = [sys.executable, "-c", run, *job.words(files)]
+        _run([sys.executable, "-c", run, *job.words(files)], progress)
+    return job.out
+
+
+def print_report(page: Path, out: Path, progress: Progress, run: str = _PRINT) -> Path:
+    """Write the PDF of a page that was made before and return its file; as `make_report` in all else."""
+    _run([sys.executable, "-c", run, str(page), str(out)], progress)
+    return out
+
+
+def _run(command: list[str], progress: Progress) -> None:
+    """Run a program to its end; InputError with its last line when it is not well."""
+    with tempfile.TemporaryFile() as said:
         with subprocess.Popen(
             command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=said
         ) as process:
@@ -69,7 +85,6 @@ def make_report(job: ReportJob, progress: Progress, run: str = _RUN) -> Path:
             lines = said.read().decode("utf-8", errors="replace").split("\n")
             last = next((line for line in reversed(lines) if line.strip()), "")
             raise InputError(last.removeprefix("riglens: ") or "the report ended without a word")
-    return job.out
 
 
 def _wait(process: subprocess.Popen[bytes], progress: Progress) -> None:

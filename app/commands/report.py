@@ -18,7 +18,7 @@ def report(
     /,
     *,
     out: Annotated[Path | None, Parameter(group=REPORT, metavar="FILE.html|.pdf")] = None,
-    verify: Annotated[Path | None, Parameter(group=REPORT, metavar="FILE.html")] = None,
+    verify: Annotated[Path | None, Parameter(group=REPORT, metavar="FILE.html|.pdf")] = None,
     requirements: Annotated[Path | None, Parameter(group=REPORT, metavar="FILE")] = None,
     draws: Annotated[int, Parameter(converter=whole_number, group=REPORT, metavar="N")] = 32,
     seed: Annotated[int, Parameter(converter=whole_number, group=REPORT, metavar="N")] = 0,
@@ -35,7 +35,7 @@ def report(
     out
         The page, or the same as a PDF.
     verify
-        Make the figures of an earlier page again, and say what differs (exit code 1) .
+        Make the figures of an earlier page or PDF again, and say what differs (exit code 1).
     requirements
         A file of requirements, as for `riglens check`.
     draws
@@ -47,7 +47,7 @@ def report(
     from riglens.app.commands import report_job
 
     if (out is None) == (verify is None):
-        raise InputError("report: give either rigs with --out FILE.html, or --verify FILE.html")
+        raise InputError("report: give either rigs with --out FILE.html, or --verify FILE.html|.pdf")
     if verify is not None:
         if rigs:
             raise InputError(f"report: found rigs with --verify {verify}; it brings its own")

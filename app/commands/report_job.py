@@ -13,6 +13,7 @@ from riglens.app.launch.system_libraries import require_system_libraries
 from riglens.app.studies.files import write_text
 from riglens.app.studies.report_figures import ReportPlan, differences, report_of
 from riglens.app.studies.report_page import attached_figures, report_page
+from riglens.app.studies.report_pdf import FIGURES_NAME, figures_in_pdf, is_pdf
 from riglens.app.terminal.console import note, progress_bar, results
 from riglens.app.terminal.scores import mesh_called, rig_called
 from riglens.core.engine.evaluation_json import to_text
@@ -21,7 +22,7 @@ from riglens.core.files import atomic_write, open_regular, require_writable
 from riglens.core.review.checked_yaml import checked
 from riglens.core.review.requirements import Requirements
 from riglens.core.review.tolerance import MAX_DRAWS
-from riglens.core.rig.yaml.file import dumps, loads
+from riglens.core.rig.yaml.file import loads
 from riglens.core.rig.yaml.nodes import read_text
 from riglens.core.shown_text import visible
 
@@ -60,21 +61,27 @@ def report(names: Sequence[str], scene: SceneOptions, score: ScoreOptions, asked
         found = report_of(plan, progress)
         page = report_page(plan, found)
     if asked.out.suffix.lower() == ".pdf":
-        _write_pdf(asked.out, plan, found.figures, page)
+        _write_pdf(asked.out, found.figures, page)
     else:
         write_text(asked.out, page)
     results().print(f"wrote {visible(str(asked.out))}", soft_wrap=True)
 
 
-def _write_pdf(path: Path, plan: ReportPlan, figures: dict[str, Any], page: str) -> None:
+def print_page(page: Path, out: Path) -> None:
+    """Write the PDF of a page that was made before: the very bytes that --out with its name would have written."""
+    text = _page_text(page)
+    _write_pdf(out, attached_figures(text, str(page)), text)
+
+
+def _write_pdf(path: Path, figures: dict[str, Any], page: str) -> None:
     """Print the page, with the figures and the rigs attached."""
     require_system_libraries("offscreen")
     from riglens.app.rendering.pdf import pdf_of  # Qt
 
-    attached = {"figures.json": to_text(figures).encode("utf-8")}
-    for number, rig in enumerate(plan.rigs, 1):
-        attached[f"rig{number}.yaml"] = dumps(rig).encode("utf-8")
-    title = ", ".join(visible(rig.name) for rig in plan.rigs)
+    attached = {FIGURES_NAME: to_text(figures).encode("utf-8")}
+    for number, rig in enumerate(figures["inputs"]["rigs"], 1):
+        attached[f"rig{number}.yaml"] = rig.encode("utf-8")
+    title = ", ".join(visible(rig["name"]) for rig in figures["evaluation"]["rigs"])
     with atomic_write(path) as stream:
         stream.write(pdf_of(page, title, attached))
 
@@ -136,7 +143,7 @@ def _plan_of(attached: dict[str, Any], path: Path, scene: SceneOptions, score: S
 
 
 def _page_text(path: Path) -> str:
-    accepted = "a page made by riglens report"
+    accepted = "a page or PDF made by riglens report"
     try:
         with open_regular(path, accepted) as stream:
             content = stream.read(MAX_PAGE_BYTES + 1)
@@ -144,4 +151,6 @@ def _page_text(path: Path) -> str:
         raise InputError(f"{path}: cannot be read: {error.strerror}; accepted is {accepted}") from error
     if len(content) > MAX_PAGE_BYTES:
         raise InputError(f"{path}: larger than {MAX_PAGE_BYTES / 1e6:g} MB; accepted is {accepted}")
-    return content.decode("utf-8", errors="replace")
+    return (
+        figures_in_pdf(content, str(path)) if is_pdf(content) else content.decode("utf-8", errors="replace")
+    )

@@ -59,6 +59,11 @@ def pdf_of(page: str, title: str, attached: Mapping[str, bytes]) -> bytes:
     """The PDF of a report's page; files are attached by name. Equal input gives equal bytes on the same system."""
     app = QApplication.instance() or QApplication(["riglens", "-platform", "offscreen"])
     assert app is not None
+    return _without_time(_printed(printable(page), title, attached))
+
+
+def printable(page: str) -> QTextDocument:
+    """A page as it is printed: its texts, tables and pictures, without what needs a browser. Needs a QApplication."""
     pictures = _Pictures()
     text = re.sub(
         r"<script.*?</script>|<style>.*?</style>|<figure data-view.*?</figure>", "", page, flags=re.S
@@ -66,13 +71,14 @@ def pdf_of(page: str, title: str, attached: Mapping[str, bytes]) -> bytes:
     text = re.sub(r"<svg.*?</svg>", pictures.svg, text, flags=re.S)
     text = re.sub(r'<img [^>]*src="data:image/png;base64,([^"]*)">', pictures.data, text)
     text = re.sub(r"<caption>(.*?)</caption>", r"<tr><td colspan=20><i>\1</i></td></tr>", text)
+    text = re.sub(r"<figcaption>(.*?)</figcaption>", r"<br>\1", text, flags=re.S)
     text = re.sub(r"<(/?)figure>", r"<\1p>", text).replace(" %</td>", "\u00a0%</td>")
     document = QTextDocument()
     for name, image in pictures.images.items():
         document.addResource(QTextDocument.ResourceType.ImageResource, QUrl(name), image)
     document.setDefaultStyleSheet(STYLE)
     document.setHtml(text)
-    return _without_time(_printed(document, title, attached))
+    return document
 
 
 def _printed(document: QTextDocument, title: str, attached: Mapping[str, bytes]) -> bytes:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import math
 from html import escape
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +30,8 @@ RAY_TONES = {"lidar": (0.16, 0.45, 0.85, 0.22), "camera": (0.80, 0.50, 0.10, 0.2
 RAYS_SHOWN, RAY_M = 150, 12.0
 _SCALE = 62.0
 MESH_CELLS = 160
+_SAME, _DIGIT_WIDE, _LABEL_HIGH = 5.0, 7.0, 11.0
+"""In a plan: so near to each other sensors are at one place; width of a digit and height of a line."""
 
 
 def plans(rig: Rig, mesh: BodyMesh | None) -> str:
@@ -63,14 +65,58 @@ def plans(rig: Rig, mesh: BodyMesh | None) -> str:
         flat = look(corners)
         hull = flat[ConvexHull(flat).vertices]
         parts.append(f'<polygon class="car" points="{_path(hull)}"/>')
-    for number, sensor in enumerate(rig.sensors, 1):
-        place = np.array([sensor.position])
-        for look in (above, beside):
-            x, y = look(place)[0].tolist()
+    for look in (above, beside):
+        places = look(spots)
+        for sensor, (x, y) in zip(rig.sensors, places.tolist(), strict=True):
             title = f"<title>{escape(visible(sensor.name))}</title>"
             parts.append(f'<circle class="{sensor.kind}" cx="{x:.1f}" cy="{y:.1f}" r="3.5">{title}</circle>')
-            parts.append(f'<text x="{x + 6:.1f}" y="{y + 4:.1f}">{number}</text>')
+        parts += [
+            f'<text x="{label.left:.1f}" y="{label.base:.1f}">{label.text}</text>' for label in labels(places)
+        ]
     return "".join([*parts, "</svg>"])
+
+
+class Label(NamedTuple):
+    """Numbers of sensors at one place of a plan: where the text begins, and its base line."""
+
+    left: float
+    base: float
+    text: str
+
+    def meets(self, other: Label) -> bool:
+        """Whether two labels are drawn over each other."""
+        apart_x = max(self.left - other.right, other.left - self.right)
+        return max(apart_x, abs(self.base - other.base) - _LABEL_HIGH) < 0.0
+
+    @property
+    def right(self) -> float:
+        """Where the text ends, nearly."""
+        return self.left + _DIGIT_WIDE * len(self.text)
+
+
+def labels(places: Points) -> list[Label]:
+    """A label for each of some places (n, 2) of a plan, one for those that are the same; none over another as long as
+    there is room right, left, above or below. Sensors count from 1."""
+    groups: list[tuple[tuple[float, float], list[int]]] = []
+    for number, (x, y) in enumerate(places.tolist(), 1):
+        near = next((held for (ax, ay), held in groups if math.hypot(x - ax, y - ay) < _SAME), None)
+        if near is None:
+            groups.append(((x, y), [number]))
+        else:
+            near.append(number)
+    found: list[Label] = []
+    dots = [Label(x - _DIGIT_WIDE / 2, y + 4.0, "o") for (x, y), _ in groups]
+    for (x, y), numbers in groups:
+        text = ", ".join(map(str, numbers))
+        wide = _DIGIT_WIDE * len(text)
+        rooms = [
+            Label(x + dx, y + 4.0 + step * _LABEL_HIGH, text)
+            for step in (0, -1, 1, -2, 2, -3, 3)
+            for dx in (6.0, -6.0 - wide)
+        ]
+        free = (room for room in rooms if not any(room.meets(other) for other in (*found, *dots)))
+        found.append(next(free, rooms[0]))
+    return found
 
 
 def _wedge(camera: Camera, above: Any) -> str:

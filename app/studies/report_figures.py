@@ -28,6 +28,9 @@ from riglens.core.review.verdicts import verdicts
 from riglens.core.rig.model import FORMAT_VERSION, Rig
 from riglens.core.rig.yaml.file import dumps
 from riglens.core.scene.boxes import Progress
+from riglens.core.targets.card import Card
+from riglens.core.targets.card_making import card_of
+from riglens.core.targets.card_table import card_document
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.scores import TargetScores
 from riglens.core.targets.settings import TargetSettings
@@ -57,10 +60,11 @@ class ReportPlan:
 
 @dataclass(frozen=True)
 class Report:
-    """The figures, and the maps of blind zones that pictures are drawn from, rig by rig."""
+    """The figures, and what pictures are drawn from, rig by rig: maps of blind zones, and cards."""
 
     figures: dict[str, Any]
     maps: tuple[BlindMap, ...]
+    cards: tuple[Card, ...]
 
 
 def report_of(plan: ReportPlan, progress: Progress) -> Report:
@@ -69,7 +73,7 @@ def report_of(plan: ReportPlan, progress: Progress) -> Report:
     settings = settings_of(score)
     field = load_scenario(plan.scene.for_rigs(plan.rigs, score), lambda _: None).field
     traffic = None if plan.scene.pog is not None else load_traffic(plan.scene, WITHIN_M)
-    evaluations, counted, parts, maps = [], [], [], []
+    evaluations, counted, parts, maps, cards = [], [], [], [], []
     for number, (rig, mesh) in enumerate(zip(plan.rigs, plan.meshes, strict=True)):
         engine = Engine(field, score.threads)
         evaluation = engine.evaluate(rig, settings, False, mesh)
@@ -81,10 +85,12 @@ def report_of(plan: ReportPlan, progress: Progress) -> Report:
         blind = BlindSettings(body=settings.body)
         found = BlindEngine(rig.vehicle, blind, mesh, score.threads).evaluate(rig)
         maps.append(found)
+        cards.append(card_of(rig, threads=score.threads))
         parts.append(_parts(plan, rig, mesh, found, engine, field, traffic, counts, score))
+        parts[-1]["card"] = card_document(cards[-1])
         progress((number + 1.0) / len(plan.rigs))
     figures = _figures(plan, field, traffic, evaluations, counted, parts, score)
-    return Report(figures, tuple(maps))
+    return Report(figures, tuple(maps), tuple(cards))
 
 
 def _counts(

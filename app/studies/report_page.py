@@ -9,10 +9,12 @@ import base64
 import hashlib
 import json
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from html import escape
 from typing import Any
 
 from riglens.app.studies.blind_chart import blind_picture
+from riglens.app.studies.report_card import card_section
 from riglens.app.studies.report_drawings import plans, view_data
 from riglens.app.studies.report_figures import Report, ReportPlan
 from riglens.assets import asset_path
@@ -206,6 +208,7 @@ def _rig(plan: ReportPlan, report: Report, number: int, rig: Rig) -> Iterator[st
     )
     yield _attached(f"view{number}", view_data(rig, mesh))
     yield _sensors(rig)
+    yield from card_section(report, number, partial(_Table, figures))
     yield from _blind(figures, report, number)
     yield from _redundancy(figures, number)
     yield from _tolerance(figures, number)

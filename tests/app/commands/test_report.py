@@ -2,12 +2,17 @@
 
 import json
 import re
+import zlib
 from html import unescape
 
+import numpy as np
 import pytest
 
 from riglens.app.commands import main
 from riglens.app.rendering.pdf import pdf_of
+from riglens.app.studies import report_pdf
+from riglens.app.studies.report_card import first_text
+from riglens.app.studies.report_drawings import Label, labels
 from riglens.app.studies.report_figures import differences
 from riglens.app.studies.report_page import (
     at,
@@ -18,6 +23,10 @@ from riglens.app.studies.report_page import (
     square_metres,
     thousand_nat,
 )
+from riglens.app.studies.report_pdf import figures_in_pdf
+from riglens.core.engine.evaluation_json import to_text
+from riglens.core.errors import InputError
+from riglens.core.rig.presets import preset
 from tests.app.conftest import BOXES, SMALL_GRID
 
 NAME = '<script>alert("1")</script>'
@@ -80,6 +89,9 @@ def test_every_number_of_a_table_is_that_of_the_attached_figures_and_these_are_t
     assert len(cells) > 150
     for path, text in cells:
         value = at(figures, unescape(path))
+        if isinstance(value, dict):
+            assert unescape(text) == first_text(value, 150.0), path
+            continue
         written = [write(value) for write in (percent, square_metres, thousand_nat, number_text, plain)]
         assert unescape(text) in written, path
     rig, scene = words[1], ("--boxes", boxes, *SMALL_GRID, "--body", "blocks", "--json", "-")
@@ -89,20 +101,24 @@ def test_every_number_of_a_table_is_that_of_the_attached_figures_and_these_are_t
     assert differences(figures["evaluation"], scores) == []
     blind = json.loads(riglens("blind", rig, "--json", "-").out)
     assert differences(figures["rigs"][0]["blind"], blind) == []
+    card = json.loads(riglens("card", rig, "--json", "-").out)
+    assert differences(figures["rigs"][0]["card"], card) == []
     lost = json.loads(riglens("redundancy", rig, *scene).out)
     assert differences(figures["rigs"][0]["redundancy"]["voxels"], lost["voxels"]) == []
     assert differences(figures["rigs"][0]["redundancy"]["road_users"], lost["road_users"]) == []
     assert not figures["rigs"][0]["check"]["passes"] and "NOT MET" in page
 
 
-def test_verify_makes_the_figures_again_and_names_what_differs(made, riglens, tmp_path):
+def test_verify_makes_the_figures_of_a_page_or_a_pdf_again_and_names_what_differs(
+    made, riglens, tmp_path, qapp
+):
     out, _, boxes = made
     same = riglens("report", "--verify", out, "--boxes", boxes)
     assert same.code == 0 and "every figure is the same" in same.out, same.err
-    page = out.read_text("utf-8")
-    seen = attached_figures(page, "a")["rigs"][0]["blind"]["zones"][0]["share_seen_10m"]
-    changed = tmp_path / "changed.html"
-    changed.write_text(page.replace(repr(seen), "0.123", 1), "utf-8")
+    figures = attached_figures(out.read_text("utf-8"), "a")
+    figures["rigs"][0]["blind"]["zones"][0]["share_seen_10m"] = 0.123
+    changed = tmp_path / "changed.pdf"  # a PDF brings its figures along, too
+    changed.write_bytes(pdf_of("<p>a page</p>", "a title", {"figures.json": to_text(figures).encode()}))
     other = riglens("report", "--verify", changed, "--boxes", boxes)
     assert other.code == 1 and "rigs[0].blind.zones[0].share_seen_10m: attached 0.123" in other.out
     said = riglens("report", "--verify", out)
@@ -116,6 +132,10 @@ def test_the_same_as_a_pdf_holds_figures_and_rigs_and_is_the_same_twice(made, qa
     assert first[:5] == b"%PDF-" and first == pdf_of(page, NAME, files)
     assert first.count(b"/Type/Filespec") == 2 and "rig1.yaml".encode("utf-16-be") in first
     assert len(re.findall(rb"/Type /Page\b", first)) >= 4
+    large = {"riglens_report": 1, "many": list(range(20_000))}
+    assert (
+        json.loads(figures_in_pdf(pdf_of("<p>", "", {"figures.json": to_text(large).encode()}), "a")) == large
+    )
     dates = re.findall(rb"/CreationDate \(D:(\d+)", first)
     assert dates and set(dates[0]) == {ord("0")}
 
@@ -140,3 +160,42 @@ def test_what_is_no_report_is_refused(riglens, tmp_path, text):
     path = tmp_path / "a.html"
     path.write_text(text if text != "{}" else '<script type="application/json" id="figures">{}</script>')
     assert "a.html: " in riglens("report", "--verify", path).refused()
+
+
+def pdf_with(stream: bytes, entries: bytes = b"/Filter /FlateDecode", name: str = "figures.json") -> bytes:
+    """As much of a PDF with an attachment as is read."""
+    spec = b"/F (" + ("\ufeff" + name).encode("utf-16-be") + b")\n/EF <</F 7 0 R>>"
+    held = b"\n7 0 obj\n<<\n/Length 8 0 R\n" + entries + b"\n>>\nstream\n" + stream + b"\nendstream"
+    return b"%PDF-1.4" + held + b"\n8 0 obj\n%d\nendobj\n" % len(stream) + spec
+
+
+def test_figures_in_a_pdf_that_is_wrong_are_told_and_no_bomb_is_unpacked(monkeypatch):
+    good = zlib.compress(b"{}")
+    assert figures_in_pdf(pdf_with(good), "a.pdf") == "{}"
+    assert figures_in_pdf(pdf_with(b"{}", b""), "a.pdf") == "{}"
+    wrong = {
+        "found no attached figures.json": pdf_with(good, name="other.json"),
+        "is damaged": pdf_with(b"no stream of zlib"),
+        "cannot be read; save the attachment": pdf_with(good).replace(b"8 0 obj", b"9 0 obj"),
+        "cannot be read": pdf_with(good).replace(b"\n%d\nendobj" % len(good), b"\n99999\nendobj"),
+    }
+    for said, content in wrong.items():
+        with pytest.raises(InputError, match=f"^a.pdf: .*{said}"):
+            figures_in_pdf(content, "a.pdf")
+    monkeypatch.setattr(report_pdf, "MAX_FIGURES_BYTES", 1000)
+    with pytest.raises(InputError, match=r"larger than 0\.001 MB"):
+        figures_in_pdf(pdf_with(zlib.compress(b"0" * 1001)), "a.pdf")
+
+
+def test_labels_of_plans_do_not_meet_and_pairs_that_are_one_in_a_plan_share_one():
+    for name in ("W+T", "Trapezoid"):
+        spots = np.array([sensor.position for sensor in preset(name).sensors])
+        for axes in ([1, 0], [0, 2]):
+            found = labels(62.0 * spots[:, axes])
+            assert not any(one.meets(other) for n, one in enumerate(found) for other in found[:n])
+            dots = [Label(x - 3.0, y + 4.0, "") for x, y in (62.0 * spots[:, axes]).tolist()]
+            assert not any(label.meets(dot) for label in found for dot in dots)
+            numbers = [int(number) for label in found for number in label.text.split(", ")]
+            assert sorted(numbers) == list(range(1, len(spots) + 1))
+    pair = labels(np.array([[10.0, 10.0], [80.0, 10.0], [10.0, 12.0]]))
+    assert [label.text for label in pair] == ["1, 3", "2"]

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from PySide6.QtCore import QUrl
 from pytestqt.qtbot import QtBot
 
-from riglens.app.background.report import ReportJob, make_report
+from riglens.app.background.report import ReportJob, make_report, print_report
 from riglens.app.background.tasks import TaskCancelled
 from riglens.app.evaluation.options import SceneOptions
 from riglens.core.errors import InputError
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.rig.yaml.file import load_rig
+from riglens.widgets.panels.report_dialog import ReportDialog
 from tests.app.window.desk import FullDesk, full_desk
 from tests.app.window_bench import RIG
 from tests.waiting import TIMEOUT_MS
@@ -61,24 +64,81 @@ def test_what_the_command_refuses_is_the_error_and_cancelling_ends_it(tmp_path: 
     assert not (tmp_path / "r.html").exists()
 
 
-def test_a_report_is_asked_for_made_and_offered(desk: FullDesk, tmp_path: Path) -> None:
-    report, made = desk.features.report, []
-    desk.workbench.actions["report"].trigger()
-    assert "no box data" in desk.workbench.errors.message
+PAGE = (
+    "<html><body><h1>A report</h1><script>no();</script><table><tr><td>on target</td></tr></table>"
+    '<svg viewBox="0 0 20 10"><circle cx="5" cy="5" r="3"/></svg><figure data-view="v"><canvas></canvas></figure>'
+    "</body></html>"
+)
+
+
+def preview(desk: FullDesk) -> ReportDialog:
+    """The preview of a report that is made at once."""
     desk.load()
     desk.session.scene.options = SceneOptions()  # type: ignore[union-attr,misc]
+    jobs: list[ReportJob] = []
 
     def work(job: ReportJob, progress: object) -> Path:
-        made.append(job)
+        jobs.append(job)
+        job.out.write_text(PAGE, "utf-8")
         return job.out
 
-    report.work = work
-    desk.workbench.actions["report"].trigger()
-    assert made == [] and desk.dialogs.suggested == Path("report.html")
+    report = desk.features.report
+    report.work = work  # type: ignore[assignment]
+    desk.act("report")
+    desk.qtbot.waitUntil(lambda: bool(report.dialogs), timeout=TIMEOUT_MS)
+    assert jobs[0].rigs[0] == desk.document.rig and jobs[0].settings == desk.session.settings
+    return next(iter(report.dialogs.values()))
+
+
+def test_a_report_needs_data_and_is_seen_before_anything_is_written(desk: FullDesk, tmp_path: Path) -> None:
+    desk.act("report")
+    assert "no box data" in desk.workbench.errors.message
+    dialog, report = preview(desk), desk.features.report
+    page = next(iter(report.dialogs))
+    text = dialog.page.toPlainText()
+    assert "A report" in text and "on target" in text and "no();" not in text
+    assert dialog.page.document().resource(2, QUrl("picture0")) is not None
+    shown: list[Path] = []
+    report.show_file = shown.append
+    dialog.browser.click()
+    assert shown == [page]
+    dialog.html.click()
+    assert desk.dialogs.suggested == Path("report.html") and desk.workbench.notes.message == ""
     desk.dialogs.path = tmp_path / "mine.html"
-    desk.workbench.actions["report"].trigger()
-    desk.qtbot.waitUntil(lambda: "mine.html" in desk.workbench.notes.message, timeout=TIMEOUT_MS)
-    assert made[0].rigs[0] == desk.document.rig and made[0].settings == desk.session.settings
+    dialog.html.click()
+    assert desk.dialogs.path.read_text("utf-8") == PAGE and "mine.html" in desk.workbench.notes.message
+    dialog.close()
+    assert report.dialogs == {} and not page.parent.exists()
+
+
+def test_a_pdf_is_printed_from_the_page_and_what_fails_is_told(desk: FullDesk, tmp_path: Path) -> None:
+    dialog, report = preview(desk), desk.features.report
+    page = next(iter(report.dialogs))
+    desk.dialogs.path = tmp_path / "mine.pdf"
+    with pytest.raises(InputError, match=r"^no such thing$"):
+        print_report(page, desk.dialogs.path, lambda share: None, REFUSES)
+    report.print = partial(print_report, run="import sys, shutil; shutil.copy(sys.argv[1], sys.argv[2])")
+    dialog.pdf.click()
+    assert desk.dialogs.suggested == Path("report.pdf")
+    desk.qtbot.waitUntil(lambda: "mine.pdf" in desk.workbench.notes.message, timeout=TIMEOUT_MS)
+    assert desk.dialogs.path.read_text("utf-8") == PAGE
+    desk.workbench.closing.emit()
+    assert not page.parent.exists()
+
+
+def test_a_report_that_fails_leaves_no_folder_and_kept_rigs_are_in_it(desk: FullDesk) -> None:
+    desk.load()
+    desk.session.scene.options = SceneOptions()  # type: ignore[union-attr,misc]
+    report, jobs = desk.features.report, []
+
+    def work(job: ReportJob, progress: object) -> Path:
+        jobs.append(job)
+        raise InputError("rig: wrong")
+
+    report.work = work  # type: ignore[assignment]
+    desk.act("report")
+    desk.qtbot.waitUntil(lambda: desk.workbench.errors.message == "rig: wrong", timeout=TIMEOUT_MS)
+    desk.qtbot.waitUntil(lambda: not jobs[0].out.parent.exists(), timeout=TIMEOUT_MS)
     row = SimpleNamespace(rig=RIG, name="kept", origin="snapshot")
     report._compare = SimpleNamespace(rows=[row, SimpleNamespace(rig=RIG, name="x", origin="current")])  # type: ignore[assignment]
     assert [rig.name for rig in report.rigs()] == [desk.document.rig.name, "kept"]
