@@ -265,6 +265,22 @@ def test_the_table_says_what_the_terminal_does(qtbot: QtBot) -> None:
     assert table.line == Line("pedestrian", 0.0, "camera")
 
 
+def test_no_distance_is_cut_off_however_narrow_the_table(qtbot: QtBot) -> None:
+    """Out of sight behind a scroll bar, yes; 70-102-1…, never."""
+    table = CardTable()
+    qtbot.addWidget(table)
+    table.resize(500, 200)
+    far = Reach(102.0, 104.0, 106.0, 5.0)
+    rows = tuple(replace(row, lidar=far) for row in CARD.rows)
+    table.show_card(replace(CARD, rows=rows, plan=replace(NEAR, to_m=150.0)))
+    table.show()
+    assert table.text_of("Car end on, LiDARs", "left") == "102-104-106"
+    for column in range(table.columnCount()):
+        item = table.item(0, column)
+        assert item is not None
+        assert table.fontMetrics().horizontalAdvance(item.text()) + 6 <= table.columnWidth(column)
+
+
 def test_the_chart_has_the_distances_where_they_are(qtbot: QtBot) -> None:
     chart = CardChart()
     qtbot.addWidget(chart)

@@ -14,7 +14,7 @@ from riglens.widgets.panels.card.table import Line, rows_of
 from riglens.widgets.panels.style import tones
 from riglens.widgets.theme import KIND_COLOURS
 
-WIDTH_PX, LEAST_PX, MARGIN_PX = 250, 96, 6
+WIDTH_PX, LEAST_PX, MARGIN_PX = 214, 96, 6
 RINGS_M = (10.0, 20.0, 50.0, 100.0, 200.0, 500.0)
 """Distances between rings; the first with which there are five at most."""
 STOP_ARC_DEG = 20.0

@@ -22,7 +22,9 @@ STOPS_TIP = (
     "Speed from which the car stops before a road user straight ahead that it notices at the least distance: the "
     "way is that distance less half the length of the car and of the road user."
 )
-ROW_PX, TITLE_PX, MIN_CELL_PX = 22, 172, 62
+ROW_PX, TITLE_PX, PAD_PX = 22, 160, 12
+WIDEST = "888-888-888"
+"""The longest text of a cell: no column of distances is narrower."""
 
 
 class Line(NamedTuple):
@@ -99,7 +101,7 @@ class CardTable(QTableWidget):
         rows.setMinimumWidth(TITLE_PX)
         rows.setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
         columns.setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
-        columns.setMinimumSectionSize(MIN_CELL_PX)
+        columns.setMinimumSectionSize(self.fontMetrics().horizontalAdvance(WIDEST) + PAD_PX)
         columns.setDefaultAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
 
     @property
@@ -136,6 +138,8 @@ class CardTable(QTableWidget):
                     self.setItem(row, column, item)
         self._lines = lines
         self.setHorizontalHeaderLabels(titles)
+        to_fit = QHeaderView.ResizeMode.ResizeToContents
+        self.horizontalHeader().setSectionResizeMode(len(titles) - 1, to_fit)
         for row, line in enumerate(lines):
             title = QTableWidgetItem(line_title(card, line))
             title.setIcon(swatch(CLASS_COLOURS[line.cls]))
