@@ -1,4 +1,4 @@
-"""Draws docs/images/engine-*.svg: the six small drawings of docs/engine.md.
+"""Draws docs/images/engine-*.svg: the seven small drawings of docs/engine.md.
 
 What they show is computed here from a few numbers, in plain Python, so that the same files come out everywhere.
 Run it from the root of the project after changing a drawing: python tools/draw_engine.py
@@ -26,6 +26,7 @@ from drawing import (
     Drawing,
     Point,
 )
+from mesh_drawing import mesh
 from sheet_drawing import sheets
 
 FOLDER = Path("docs/images")
@@ -387,6 +388,7 @@ DRAWINGS: dict[str, Callable[[], str]] = {
     "engine-ties.svg": ties,
     "engine-settle.svg": settle,
     "engine-voxels.svg": voxels,
+    "engine-mesh.svg": mesh,
     "engine-sheets.svg": sheets,
 }
 
