@@ -17,7 +17,17 @@ from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.rig.model import Camera, Lidar, Rig
 from riglens.core.scene.columns import unpack
-from tests.core.builders import camera, field_of, grid_of, lidar, rig_of, spinning, synthetic_pog
+from tests.core.builders import (
+    camera,
+    field_of,
+    grid_of,
+    lidar,
+    rig_of,
+    seen_by,
+    seen_ray_by_ray,
+    spinning,
+    synthetic_pog,
+)
 from tests.core.kernels.tiny import Voxel, row
 
 GRID = grid_of(4, 4, 4)
@@ -51,6 +61,16 @@ def test_a_ray_ahead_sees_its_row() -> None:
     assert answer.scores.covered_voxels == {"camera": 0, "lidar": 4, "any": 4}
     assert answer.scores.classes["car"].lidar.seen == 4 / 64
     assert answer.scores.classes["car"].s_ms == pytest.approx(-4.0 * math.log(2.0))
+
+
+def test_where_the_rays_of_a_camera_drift_apart_each_goes_on_alone() -> None:
+    """Voxels up to the depth limit are walked; wherever it falls among the voxels, none behind it is left out."""
+    field = field_of(grid_of(40, 3, 3))
+    for x in (-19.9, -19.6, -19.3):
+        eye = camera((x, 0.02, 1.53), (1.0, 0.4, 0.2), cast=(24, 16), hfov_deg=40.0)
+        frustum = make_frustum(eye, Caster(field).rays(eye, "exact"))
+        assert frustum is not None and 16.0 <= frustum.depth_limit < 35.0
+        assert np.array_equal(seen_by(field, eye), seen_ray_by_ray(field, eye))
 
 
 def test_a_voxel_counts_once_however_many_sensors_see_it() -> None:

@@ -98,6 +98,15 @@ def test_objects_stand_where_their_profile_says_from_the_outermost_points() -> N
     assert {round(t.x_m, 6) for t in rear} == {-3.0, -2.6, -2.2} and max(t.y_m for t in rear) == 1.5
 
 
+@pytest.mark.parametrize(("side", "ys"), [("left", {2.0, 2.5, 3.0}), ("right", {-1.5, -2.0, -2.5})])
+def test_a_field_beside_the_car_lies_outwards_of_its_side(side: str, ys: set[float]) -> None:
+    area = {"ahead": (-1.0, 0.0), side: (0.5, 1.5)}
+    shape = Shape(height=1.0, diameter=0.3)
+    profile = Profile(name="a", title="t", source="s", object=shape, field=area)  # type: ignore[arg-type]
+    targets = targets_of(profile, Outline(-2.0, 3.0, -1.0, 1.5))
+    assert {t.x_m for t in targets} == {2.0, 2.5, 3.0} and {t.y_m for t in targets} == ys
+
+
 def test_every_profile_names_its_source_and_judges_by_its_own_numbers() -> None:
     profiles = bundled_profiles()
     assert len(profiles) >= 7 and all(len(profile.source) > 20 for profile in profiles)
