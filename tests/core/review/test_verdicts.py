@@ -139,6 +139,12 @@ def test_every_profile_names_its_source_and_judges_by_its_own_numbers() -> None:
             "4: profiles[0].at[0]",
         ),
         ("riglens_profiles: 1\nprofiles: &a []", "anchors"),
+        (
+            "riglens_profiles: 1\nprofiles:\n"
+            + 2
+            * "  - {name: a, title: b, source: c, object: {height: 1, diameter: 1}, at: [{x: 1, y: 0}]}\n",
+            "the profile 'a' is there twice",
+        ),
         ("- 1", "found no mapping"),
     ],
 )
