@@ -394,18 +394,19 @@ def run(
     found, crashes, ends_s = Counter[str](), list[Crash](), time.monotonic() + seconds
     with tempfile.TemporaryDirectory(prefix="riglens-fuzz-") as folder, _own_cache(Path(folder) / "cache"):
         every = [target for target in targets(Path(folder)) if only in target.name]
-        for number in range(count):
-            if time.monotonic() > ends_s:
-                break
-            target, chance = every[number % len(every)], random.Random(f"{seed} {number}")
-            sound = [file.read_bytes() for file in target.files]
-            said = outcome(target, chance)
-            if said not in ("read", "refused"):
-                inputs = tuple((file.name, file.read_bytes()) for file in target.files)
-                crashes.append(Crash(target.name, number, said, inputs))
-            found[f"{target.name}: {said if said in ('read', 'refused') else 'CRASH'}"] += 1
-            for file, content in zip(target.files, sound, strict=True):
-                file.write_bytes(content)
+        with contextlib.suppress(KeyboardInterrupt):  # told with what there is by then
+            for number in range(count):
+                if time.monotonic() > ends_s:
+                    break
+                target, chance = every[number % len(every)], random.Random(f"{seed} {number}")
+                sound = [file.read_bytes() for file in target.files]
+                said = outcome(target, chance)
+                if said not in ("read", "refused"):
+                    inputs = tuple((file.name, file.read_bytes()) for file in target.files)
+                    crashes.append(Crash(target.name, number, said, inputs))
+                found[f"{target.name}: {said if said in ('read', 'refused') else 'CRASH'}"] += 1
+                for file, content in zip(target.files, sound, strict=True):
+                    file.write_bytes(content)
     return found, crashes
 
 
@@ -433,6 +434,7 @@ def main() -> int:
         import resource
 
         resource.setrlimit(resource.RLIMIT_AS, (MAX_MEMORY_BYTES, MAX_MEMORY_BYTES))
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     found, crashes = run(said.count, said.seed, said.seconds, said.only)
     for line, times in sorted(found.items()):
         print(f"{times:9,}  {line}")

@@ -188,6 +188,9 @@ MUTATIONS = [
     ),
     *mutations_of(
         f"{KERNELS}/sheet.py",
+        ("level_of(high - drop) if can", "level_of(high) if can"),
+        ("begins = s.reach[0] > 0.0 and tile.nearest < s.reach[0] + 1.0", "begins = False"),
+        ("if begins or reaches(tile) > s.reach[1] - 1.0:", "if begins:"),
         ("sides[0] * v - sides[1] * u,", "sides[1] * u - sides[0] * v,"),
         ("else max(past, before)\n    return", "else min(past, before)\n    return"),
         ("level_of(low - room), level_of(high + room)", "level_of(low + 0.2), level_of(high - 0.2)"),
@@ -228,6 +231,8 @@ MUTATIONS = [
     ),
     *mutations_of(
         f"{KERNELS}/cores.py",
+        ("max(max(bottom, -tall), tile.low)", "max(bottom, tile.low)"),
+        ("if nearest >= shells.since[shell, beam] and", "if"),
         ("level_of(bottom + (SLACK + 0.5", "level_of(bottom + (SLACK - 0.5"),
         ("level_of(top + (s.origin[2] - SLACK - 0.5", "level_of(top + (s.origin[2] - SLACK + 0.5"),
         ("and farthest <= shells.until[shell]:", ":"),

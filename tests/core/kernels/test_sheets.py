@@ -249,6 +249,35 @@ def test_close_beams_have_a_core_without_a_test() -> None:
     assert {(x, y, z) for x, y, z in GRID if x > 2} <= core <= hit(rays_of(sensor))
 
 
+def close_all_around() -> Lidar:
+    """One that looks up and has a core over a whole tile."""
+    return lidar((-6.3, 2.0, 2.0), beams=range(9), azimuths=range(-180, 180))
+
+
+def test_what_only_the_outermost_beam_of_a_core_meets_is_tested() -> None:
+    """Beam 8 passes the voxel below its middle, which is 9.7 degrees up."""
+    made = sheets_of(close_all_around())
+    assert (2, 2, 3) in seen_by(made) and seen_by(made) == hit(rays_of(close_all_around()))
+
+
+@pytest.mark.parametrize(("reach", "beyond"), [((7.9, math.inf), (0, 2, 2)), ((0.0, 8.0), (3, 2, 2))])
+def test_a_core_is_marked_where_all_of_its_tile_is_within_the_range(
+    reach: tuple[float, float], beyond: Voxel
+) -> None:
+    made, truth = sheets_of(close_all_around(), reach), hit(rays_of(close_all_around(), reach))
+    assert beyond not in truth and beyond in hit(rays_of(close_all_around()))
+    assert seen_by(made, HIGH_UP) <= truth == seen_by(made)
+
+
+def test_a_core_is_a_ball_below_its_sensor_too() -> None:
+    place = np.array([-3.2, 2.0, 7.0])
+    sensor = lidar(place.tolist(), beams=np.arange(-60.0, -29.0, 5.0), azimuths=range(-180, 180, 5))
+    made = sheets_of(sensor)
+    core = seen_by(made, HIGH_UP)
+    away = [float(np.linalg.norm(np.array(voxel) + 0.5 - place)) for voxel in core]
+    assert core and max(away) <= math.sqrt(made.shells.squared[0]) < 9.0
+
+
 def test_beyond_the_radius_nothing_is_marked() -> None:
     sensor = lidar((-9.5, 2.0, 2.2), beams=(0.0,), azimuths=np.arange(-30.0, 31.0))
     assert {x for x, _, _ in seen_by(sheets_of(sensor, most=11.9))} == {0, 1}

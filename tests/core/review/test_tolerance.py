@@ -12,6 +12,7 @@ from riglens.core.metric.scores import MetricSettings
 from riglens.core.review.measures import Measures
 from riglens.core.review.tolerance import (
     PROFILES,
+    Spread,
     ToleranceProfile,
     ToleranceRun,
     disturbed,
@@ -83,6 +84,26 @@ def test_small_errors_spread_as_first_order_says() -> None:
     )
 
 
+def test_a_spread_is_told_from_below_with_its_least() -> None:
+    spread = Spread.of(7.0, [float((37 * n) % 101) for n in range(101)])
+    assert (spread.nominal, spread.p05, spread.median, spread.p95) == pytest.approx((7.0, 5.0, 50.0, 95.0))
+    assert (spread.worst, spread.worst_draw) == (0.0, 0) and spread.below(5.0)[0] == pytest.approx(5 / 101)
+
+
+def test_sensitivities_belong_to_their_sensor_and_the_floor_to_a_millimetre() -> None:
+    rig, profile = looking_down(), profile_called("service")
+    off = rig.sensors[-1].replace(name="off", enabled=False)
+    found = tolerance(rig.replace(sensors=(*rig.sensors, off)), profile, ring_m, 64, seed=1)
+    effect = {(one.sensor, one.axis): one.effect["ring"] for one in found.sensitivities}
+    step = profile.position_mm / 1e3
+    assert "off" not in {sensor for sensor, _ in effect}
+    for n, sensor in enumerate(rig.sensors):
+        assert effect[sensor.name, "x"] == pytest.approx(step)
+        ahead = math.cos(math.radians(5.0 * n)) / math.tan(math.radians(30.0))
+        assert effect[sensor.name, "z"] == pytest.approx(step * ahead)
+    assert np.std(found.floor["ring"].values) < 0.3 * np.std(found.spreads["ring"].values)
+
+
 def test_draws_are_balanced_the_same_for_a_seed_and_within_their_limits() -> None:
     one, again, other = unit_draws(64, 12, 5), unit_draws(64, 12, 5), unit_draws(64, 12, 6)
     assert np.array_equal(one, again) and not np.array_equal(one, other)
@@ -122,6 +143,7 @@ def test_sensors_of_a_bracket_move_together() -> None:
     )
     turns = [a.pose.rotation() @ b.pose.rotation().T for a, b in zip(moved.sensors, rig.sensors, strict=True)]
     np.testing.assert_allclose(turns[0], turns[1], atol=1e-12)
+    np.testing.assert_allclose(turns[0] @ (before[1] - before[0]), after[1] - after[0], atol=1e-12)
     assert moved.sensors[2] == rig.sensors[2] and not np.allclose(turns[3], turns[0])
 
 
