@@ -15,7 +15,6 @@ from riglens.core.shown_text import visible
 if TYPE_CHECKING:  # loads the compiler, which a window that opens does not need
     from riglens.core.review.verdicts import ObjectVerdict, ProfileVerdict
 
-PLACE = Qt.ItemDataRole.UserRole
 NOTE = (
     "Geometry only, no approval. Seen: enough rays meet the object before they meet the car, and enough of the "
     "surface that faces a sensor is in its view. Sources are in the tooltips. Choose an object to look at it."
@@ -26,8 +25,8 @@ COLUMNS = ("Objects", "Seen", "Rays", "In view")
 class ObjectsDialog(QDialog):
     """Shows verdicts; profiles of which an object is not seen are open, the first time they are shown."""
 
-    chosen = Signal(float, float)
-    """Where the object stands that was chosen: x and y in the vehicle frame, metres."""
+    chosen = Signal(int, int)
+    """The numbers of the profile and of its object that was chosen, in the order in which they are shown."""
     put_away = Signal()
 
     def __init__(self, parent: QWidget | None = None) -> None:
@@ -71,9 +70,9 @@ class ObjectsDialog(QDialog):
             item.setExpanded(not verdict.passes and len(verdict.objects) <= 10)
 
     def _choose(self, item: QTreeWidgetItem) -> None:
-        place = item.data(0, PLACE)
-        if place is not None:
-            self.chosen.emit(*place)
+        profile = item.parent()
+        if profile is not None:
+            self.chosen.emit(self.tree.indexOfTopLevelItem(profile), profile.indexOfChild(item))
 
     def hideEvent(self, event: QHideEvent) -> None:
         super().hideEvent(event)
@@ -82,7 +81,6 @@ class ObjectsDialog(QDialog):
 
 def _show(item: QTreeWidgetItem, one: ObjectVerdict) -> None:
     """One object: x and y are where it stands now, for a car may have been changed."""
-    item.setData(0, PLACE, (one.target.x_m, one.target.y_m))
     where = f"x {one.target.x_m:.2f} m, y {one.target.y_m:.2f} m"
     told = ", ".join(f"{visible(name)} {count}" for name, count in one.rays_by_sensor.items() if count)
     item.setToolTip(0, f"<p>{_escaped(where)}<br>Rays: {_escaped(told or 'none')}</p>")

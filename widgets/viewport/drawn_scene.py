@@ -29,7 +29,7 @@ from riglens.widgets.sensors.bodies import sensor_body
 from riglens.widgets.theme import DARK, Palette
 from riglens.widgets.traffic.layer import TrafficLayer
 from riglens.widgets.viewport.ground_layer import GroundLayer, GroundMapLayer, RoiLayer
-from riglens.widgets.viewport.marker_layer import MarkerLayer
+from riglens.widgets.viewport.marker_layer import MarkerLayer, PostLayer
 from riglens.widgets.viewport.mast_layer import MastLayer, StubsLayer
 from riglens.widgets.viewport.measure_layer import MeasureLayer
 from riglens.widgets.viewport.measured import BODY, GROUND, Place
@@ -76,7 +76,7 @@ class DrawnScene:
         self._haze: tuple[object, ...] = ()
         self._cell_m: float | None = None
         self._ground, self._roi = GroundLayer(stage.backdrop, stage.main), RoiLayer(stage.main)
-        self._ground_map = GroundMapLayer(stage.main)
+        self._ground_map, self._post = GroundMapLayer(stage.main), PostLayer(stage.main)
         self._body, self._rig = BodyLayer(stage.main, stage.backdrop), RigLayer(stage.main, stage.rays)
         self._heatmap = HeatmapLayer(stage.cells, stage.haze)
         self._traffic = TrafficLayer(stage.main)
@@ -148,6 +148,8 @@ class DrawnScene:
             self._heatmap.set_data(state.heatmap)
         if changed & _LEGEND:
             self._words.show_legend(state)
+        if "post" in changed:
+            self._post.show(state.post)
         if "ground_map" in changed:
             self._ground_map.show(state.ground_map)
         if changed & {"ground_map", "show_legend", "palette"}:

@@ -1,4 +1,5 @@
-"""The picked voxel: the edges of its cube, seen through everything, and never too small to be found."""
+"""What is pointed out: the edges of the picked voxel's cube, seen through everything and never too small to be found;
+a test object beside the car."""
 
 from __future__ import annotations
 
@@ -6,14 +7,16 @@ import numpy as np
 import pyvista as pv
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
-from riglens.widgets.drawing.actors import mapper_of
+from riglens.widgets.drawing.actors import Material, mapper_of, surface_actor
 from riglens.widgets.drawing.camera import OrbitCamera, Size
 from riglens.widgets.theme import Palette, rgb
-from riglens.widgets.viewport.scene_state import Marker
+from riglens.widgets.viewport.scene_state import Marker, Post
 
 _LEAST_PX = 12.0
 _WIDTHS_PX = (4.0, 2.0)
 _EDGE_COLOUR = "#101418"
+SEEN_COLOUR, UNSEEN_COLOUR = "#2fb37c", "#f43f5e"
+_POST_OPACITY = 0.72
 
 
 class MarkerLayer:
@@ -45,3 +48,24 @@ class MarkerLayer:
             actor.scale = max(self._marker.edge_m, least_m)
             actor.position = self._marker.centre_m
             actor.prop.line_width = width_px * pixel_ratio
+
+
+class PostLayer:
+    """An upright cylinder on the ground, green where the rig sees it."""
+
+    def __init__(self, main: vtkRenderer) -> None:
+        mesh = pv.Cylinder(
+            center=(0.0, 0.0, 0.5), direction=(0.0, 0.0, 1.0), radius=1.0, height=1.0, resolution=48
+        )
+        self._actor = surface_actor(mesh, Material(UNSEEN_COLOUR, ambient=0.5, diffuse=0.5))
+        self._actor.prop.opacity = _POST_OPACITY
+        self._actor.visibility = False
+        main.AddActor(self._actor)
+
+    def show(self, post: Post | None) -> None:
+        """Point out another object, or none."""
+        self._actor.visibility = post is not None
+        if post is not None:
+            self._actor.position = (post.x_m, post.y_m, 0.0)
+            self._actor.scale = (post.radius_m, post.radius_m, post.height_m)
+            self._actor.prop.color = rgb(SEEN_COLOUR if post.is_seen else UNSEEN_COLOUR)

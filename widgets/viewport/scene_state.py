@@ -48,6 +48,17 @@ class Marker:
 
 
 @dataclass(frozen=True)
+class Post:
+    """A test object to point out, an upright cylinder that stands on the ground, metres; whether the rig sees it."""
+
+    x_m: float
+    y_m: float
+    radius_m: float
+    height_m: float
+    is_seen: bool
+
+
+@dataclass(frozen=True)
 class SceneState:
     """What is seen, from where, and in which colours.
 
@@ -72,6 +83,7 @@ class SceneState:
     show_legend: bool = True
     caption: Caption = NO_CAPTION
     marker: Marker | None = None
+    post: Post | None = None
     measured: Measured | None = None
     masts: tuple[Mast, ...] = ()
     stubs: Stubs | None = None

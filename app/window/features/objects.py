@@ -1,6 +1,11 @@
-"""Study > Test objects: which objects beside the car the rig sees, while it is edited; a click looks at one."""
+"""Study > Test objects: which objects beside the car the rig sees, while it is edited; a click goes to one."""
 
 from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt
 
@@ -8,7 +13,15 @@ from riglens.app.background.onlooking import ObjectsJudge, OnlookAnswer, OnlookR
 from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
 from riglens.app.window.workbench import Workbench
+from riglens.widgets.drawing.camera import OrbitCamera
 from riglens.widgets.panels.objects_dialog import ObjectsDialog
+from riglens.widgets.viewport.scene_state import Post
+
+if TYPE_CHECKING:  # loads the compiler
+    from riglens.core.review.verdicts import ProfileVerdict
+
+FAR_M, LEAST_DEG, MOST_DEG = 9.0, 20.0, 60.0
+"""From how far at most, and between which elevations, an object is looked at."""
 
 
 class Objects(Feature):
@@ -27,6 +40,8 @@ class Objects(Feature):
         self.judge = judge or ObjectsJudge(self)
         self.dialog: ObjectsDialog | None = None
         self._asked: OnlookRequest | None = None
+        self._profiles: Sequence[ProfileVerdict] = ()
+        self._chosen: tuple[int, int] | None = None
         queued = Qt.ConnectionType.QueuedConnection
         self.judge.made.connect(self._take, queued)
         self.judge.failed.connect(bench.report_error, queued)
@@ -37,7 +52,7 @@ class Objects(Feature):
         """Show the list, and keep it up to date until it is put away."""
         if self.dialog is None:
             self.dialog = ObjectsDialog(self.bench.window)
-            self.dialog.chosen.connect(self.viewport.look_at)
+            self.dialog.chosen.connect(self._go_to)
             self.dialog.put_away.connect(self._rest)
         if not self.dialog.isVisible():
             self.session.asked_changed.connect(self._ask)
@@ -47,7 +62,8 @@ class Objects(Feature):
 
     def _rest(self) -> None:
         self.session.asked_changed.disconnect(self._ask)
-        self._asked = None
+        self._asked = self._chosen = None
+        self._point_out()
 
     def _ask(self) -> None:
         rig, mesh = self.document.working_rig, self.session.mesh
@@ -61,4 +77,40 @@ class Objects(Feature):
     def _take(self, answer: OnlookAnswer) -> None:
         """Show an answer; one to an earlier pose too, until the next is there."""
         if self.dialog is not None and self._asked is not None:
+            self._profiles = answer.profiles
             self.dialog.show_verdicts(answer.profiles)
+            self._point_out()
+
+    def _go_to(self, profile: int, place: int) -> None:
+        """Look at an object from outside, with the car behind it, and point it out."""
+        self._chosen = (profile, place)
+        state, post = self.viewport.state, self._post()
+        if post is not None:
+            self.viewport.show_state(replace(state, camera=beside(state.camera, post), post=post))
+
+    def _point_out(self) -> None:
+        """Point out the chosen object where it stands now, and say whether it is seen now."""
+        state, post = self.viewport.state, self._post()
+        if post != state.post:
+            self.viewport.show_state(replace(state, post=post))
+
+    def _post(self) -> Post | None:
+        if self._chosen is None:
+            return None
+        profile, place = self._chosen
+        if profile >= len(self._profiles) or place >= len(self._profiles[profile].objects):
+            return None
+        one = self._profiles[profile].objects[place]
+        return Post(one.target.x_m, one.target.y_m, one.target.radius_m, one.target.height_m, one.is_seen)
+
+
+def beside(camera: OrbitCamera, post: Post) -> OrbitCamera:
+    """The camera that sees an object before the car: from the side on which it stands, and not from far."""
+    return replace(
+        camera,
+        focal_m=(post.x_m, post.y_m, post.height_m / 2.0),
+        azimuth_deg=math.degrees(math.atan2(post.y_m, post.x_m)),
+        elevation_deg=min(max(camera.elevation_deg, LEAST_DEG), MOST_DEG),
+        distance_m=min(camera.distance_m, FAR_M),
+        parallel=camera.orthographic,
+    )

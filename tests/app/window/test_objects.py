@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
+import numpy as np
 import pytest
-from PySide6.QtCore import QCoreApplication
+from PySide6.QtCore import QCoreApplication, Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QTreeWidget, QTreeWidgetItem
 from pytestqt.qtbot import QtBot
 
 from riglens.app.background.onlooking import ObjectsJudge
 from riglens.app.window.features.objects import Objects
 from riglens.core.review.profiles import bundled_profiles
 from riglens.core.review.verdicts import ProfileVerdict, verdicts
+from riglens.widgets.viewport.scene_state import Post
 from tests.app.window.desk import Desk, open_desk
 from tests.waiting import TIMEOUT_S
 
@@ -71,7 +76,14 @@ def test_the_list_says_what_the_command_says_and_follows_an_edit_while_in_sight(
     assert shown(objects) == first
 
 
-def test_a_click_on_an_object_looks_at_it_and_what_is_open_stays_open(desk: Desk, objects: Objects) -> None:
+def click(tree: QTreeWidget, item: QTreeWidgetItem) -> None:
+    tree.scrollToItem(item)
+    QTest.mouseClick(tree.viewport(), Qt.MouseButton.LeftButton, pos=tree.visualItemRect(item).center())
+
+
+def test_a_click_on_an_object_goes_there_and_what_is_open_stays_open(desk: Desk, objects: Objects) -> None:
+    """Seen from the side on which it stands, not from far, and pointed out in the colour of its verdict until the
+    list is put away."""
     objects.open()
     settle(objects)
     assert objects.dialog is not None
@@ -79,10 +91,24 @@ def test_a_click_on_an_object_looks_at_it_and_what_is_open_stays_open(desk: Desk
     group = tree.topLevelItem(tree.topLevelItemCount() - 2)
     group.setExpanded(True)
     child = group.child(3)
-    tree.itemClicked.emit(child, 0)
-    assert desk.viewport.told[-1] == ("look", one.target.x_m, one.target.y_m)
+    far = replace(desk.viewport.state.camera, distance_m=80.0, elevation_deg=90.0, azimuth_deg=0.0)
+    desk.viewport.show_state(replace(desk.viewport.state, camera=far))
+    click(tree, child)
+    x, y = one.target.x_m, one.target.y_m
+    camera, post = desk.viewport.state.camera, desk.viewport.state.post
+    assert camera.focal_m == (x, y, one.target.height_m / 2) and camera.distance_m <= 9.0
+    away = camera.position_m()[:2] - (x, y)
+    assert np.dot(away, (x, y)) == pytest.approx(np.linalg.norm(away) * np.hypot(x, y))
+    assert camera.position_m()[2] > one.target.height_m
+    assert post == Post(x, y, one.target.radius_m, one.target.height_m, one.is_seen)
     assert child.text(2) == f"{one.rays:,}" and child.text(0) == one.target.name
-    tree.itemClicked.emit(group, 0)
-    assert [told[0] for told in desk.viewport.told].count("look") == 1
+    click(tree, group)
+    assert desk.viewport.state.post == post
     objects.dialog.show_verdicts(expected(desk))
     assert group.isExpanded() and tree.topLevelItem(tree.topLevelItemCount() - 2) is group
+    for sensor in desk.document.rig.sensors:
+        desk.document.apply(desk.document.rig.with_sensor(sensor.name, sensor.replace(enabled=False)))
+    settle(objects)
+    assert desk.viewport.state.post == replace(post, is_seen=False)
+    objects.dialog.close()
+    assert desk.viewport.state.post is None
