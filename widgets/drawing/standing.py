@@ -24,11 +24,12 @@ class Standing:
     """Draws frames of a stage while something moves; between two of them nothing but the scene may touch the stage.
 
     A picture with another haze takes several times as long as one with the same, so haze that follows closely is left
-    to a later frame (`may_wait`): it gets at most a third of the time.
+    to a later frame (`may_wait`): it gets at most a third of the time. Large clear surfaces below everything else,
+    `low`, are drawn with the haze.
     """
 
-    def __init__(self, stage: Stage, clock: Clock = perf_counter) -> None:
-        self._stage, self._clock = stage, clock
+    def __init__(self, stage: Stage, clock: Clock = perf_counter, low: tuple[vtkProp, ...] = ()) -> None:
+        self._stage, self._clock, self._low = stage, clock, frozenset(low)
         self._haze_due_s = 0.0
         self._place: object = None
         self._changed: dict[vtkProp, int] = {}
@@ -45,7 +46,8 @@ class Standing:
         return self._kept is not None and place == self._place and self._clock() < self._haze_due_s
 
     def draw(self, place: object, haze: tuple[object, ...]) -> None:
-        """Draw the frame that is ready. All of it depends on `place` (camera, size), the haze on the objects in `haze`.
+        """Draw the frame that is ready. All of it depends on `place` (camera, size), haze and what is low on the
+        objects in `haze`.
 
         While `place` changes from frame to frame, all is drawn at once, as if nothing were kept.
         """
@@ -56,6 +58,7 @@ class Standing:
             stage.draw_all()
         else:
             self._moving |= {prop for prop, time in visible.items() if self._changed.get(prop) != time}
+            self._moving -= self._low
             still = frozenset(visible.keys() - self._moving)
             if self._kept is None or self._kept[1] != still or not _are_same(self._kept[0], haze):
                 began_s = self._clock()

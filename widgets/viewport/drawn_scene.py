@@ -72,11 +72,11 @@ class DrawnScene:
         self._hovered: str | Handle | None = None
         self._quick = self._smooth = False
         self._stage = stage = Stage(plotter)
-        self._standing = Standing(stage, clock)
         self._haze: tuple[object, ...] = ()
         self._cell_m: float | None = None
         self._ground, self._roi = GroundLayer(stage.backdrop, stage.main), RoiLayer(stage.main)
         self._ground_map, self._post = GroundMapLayer(stage.main), PostLayer(stage.main)
+        self._standing = Standing(stage, clock, (self._ground_map.prop,))
         self._body, self._rig = BodyLayer(stage.main, stage.backdrop), RigLayer(stage.main, stage.rays)
         self._heatmap = HeatmapLayer(stage.cells, stage.haze)
         self._traffic = TrafficLayer(stage.main)
@@ -325,7 +325,8 @@ class DrawnScene:
         self._ground.arrange(state.camera, self.size, self._pixel_ratio)
         if not (self._quick and self._standing.may_wait(self._place())):
             self._heatmap.arrange(state.camera, self._stage.haze_size, self._quick)
-            self._haze, self._cell_m = (state.heatmap, state.heat_look), self._heatmap.drawn_cell_m
+            self._haze = (state.heatmap, state.heat_look, state.ground_map)
+            self._cell_m = self._heatmap.drawn_cell_m
         self._rig.arrange(state.camera, self.size, self._pixel_ratio)
         self._words.arrange(state, self._cell_m, self.size, self._pixel_ratio)
         self._marker.arrange(state.camera, self.size, self._pixel_ratio)

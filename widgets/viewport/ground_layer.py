@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pyvista as pv
-from vtkmodules.vtkRenderingCore import vtkRenderer
+from vtkmodules.vtkRenderingCore import vtkProp, vtkRenderer
 
 from riglens.core.scene.grid import VoxelGrid
 from riglens.widgets.drawing.actors import line_mesh, plain_actor
@@ -175,6 +175,11 @@ class GroundMapLayer:
         self._actor.visibility = False
         renderer.AddActor(self._actor)
         self._placed: object = None
+
+    @property
+    def prop(self) -> vtkProp:
+        """What is drawn."""
+        return self._actor
 
     def show(self, shown: GroundMap | None) -> None:
         """Show another map, or none."""

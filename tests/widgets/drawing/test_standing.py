@@ -11,10 +11,12 @@ from riglens.widgets.drawing.camera import OrbitCamera
 from riglens.widgets.drawing.stage import Stage, render_window
 from riglens.widgets.theme import LIGHT
 from riglens.widgets.viewport.drawn_scene import DrawnScene
+from riglens.widgets.viewport.ground_map import GroundMap, GroundStep
 from riglens.widgets.viewport.scene_state import SceneState
 from tests.widgets.viewport.test_still import LIDAR, wall
 
 OTHER = LIDAR.replace(name="other", position=(0.9, 0.6, 1.6))
+STEPS = (GroundStep("low", "#20c040", 0.6), GroundStep("high", "#c02040", 0.6))
 CAMERA = OrbitCamera((0.0, 0.0, 0.7), 10.0, -70.0, 25.0)
 STATE = SceneState(
     rig=Rig(sensors=(LIDAR, OTHER)), selected=LIDAR.name, heatmap=wall(4.0), camera=CAMERA, gizmo_mode="move"
@@ -205,6 +207,18 @@ def test_a_heatmap_that_waits_is_not_taken_for_drawn_when_something_else_changes
     scene.set_quick(False)
     scene.set_quick(True)
     assert look_alike(moving, frame(plotter, scene)[1])
+
+
+def test_a_map_on_the_ground_that_changes_stays_below_the_rays(plotter, scene, clock):
+    maps = [
+        GroundMap((-6.0, -6.0), 0.5, np.full((24, 24), step, np.uint8), STEPS, "height in m")
+        for step in (0, 1, 0, 1)
+    ]
+    for step, ground in enumerate(maps):
+        scene.show(replace(moved(scene.state, LIDAR.name, 0.1 * step), ground_map=ground))
+        clock.now_s += 1.0
+        moving, whole = frame(plotter, scene)
+        assert look_alike(moving, whole)
 
 
 def test_the_legend_keeps_its_words_while_a_heatmap_waits(plotter, scene, kept, clock):
