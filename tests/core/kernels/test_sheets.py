@@ -191,12 +191,13 @@ def test_offsets_may_turn_beams_anywhere() -> None:
     assert seen_by(sheets_of(sensor)) == hit(rays_of(sensor))
 
 
+@pytest.mark.parametrize("up", [1.0, -1.0])
 @pytest.mark.parametrize("turn", range(8))
-def test_rays_nearly_a_voxel_apart_are_not_called_certain_too_early(turn: int) -> None:
+def test_rays_nearly_a_voxel_apart_are_not_called_certain_too_early(turn: int, up: float) -> None:
     sensor = lidar(
-        (-7.3, 1.7, 2.2 + 0.13 * turn),
-        (3.0, -4.0, 1.3 * turn),
-        (-9.0, -5.0, 0.0, 4.0),
+        (-7.3, 1.7, 2.0 + up * (0.2 + 0.13 * turn)),
+        (3.0 * up, -4.0 * up, 1.3 * turn),
+        tuple(up * beam for beam in (-9.0, -5.0, 0.0, 4.0)),
         np.arange(-20.0, 21.0, 4.0),
     )
     assert seen_by(sheets_of(sensor)) == hit(rays_of(sensor))

@@ -72,6 +72,15 @@ def test_the_share_in_view_is_that_of_the_surface() -> None:
     whole, half = Target("a", 4.0, 0.0, 0.2, 1.0), Target("b", 0.0, 6.0, 0.2, 2.0)
     ahead = camera((0.0, 0.0, 0.5))
     assert surface_share(ahead, whole, None) == 1.0 and surface_share(ahead, half, None) == 0.0
+    assert surface_share(ahead.replace(range_m=(5.0, 9.0)), whole, None) == 0.0
+    for x, y in ((4.0, 6.0), (4.0, -6.0), (-4.0, 0.0)):
+        assert surface_share(ahead, Target("beside", x, y, 0.2, 1.0), None) == 0.0
+    back = Lidar(
+        name="b", position=(0.0, 0.0, 0.5), elevations_deg=(-30.0, 30.0), azimuths_deg=(150.0, 180.0, 210.0)
+    )
+    behind_it = [Target("far", -4.0, y, 0.2, 1.0) for y in (0.0, 0.5, -0.5)]
+    assert [surface_share(back, target, None) for target in behind_it] == [1.0, 1.0, 1.0]
+    assert surface_share(back, whole, None) == 0.0
     level = Lidar(name="a", position=(0.0, 0.0, 1.0), elevations_deg=(-30.0, 0.0))
     assert (
         surface_share(level, half, None) == 0.5
