@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from PySide6.QtCore import QRect, QSize, Qt, Signal
@@ -103,6 +104,10 @@ class PictureDialog(QDialog):
         self.light = self._box("Light background", "For reports on white paper", light)
         self.transparent = self._box("Transparent background", "The page shows through", False)
         self.ground = self._box("Ground", "The plane with its grid and metres", True)
+        self._options = {
+            "legend": self.legend, "title": self.title, "scores": self.scores, "ground": self.ground,
+            "light": self.light, "transparent": self.transparent,
+        }  # fmt: skip
         self.save, self.copy = QPushButton("Save…"), QPushButton("Copy")
         self.save.setDefault(True)
         self.save.clicked.connect(self.save_wanted)
@@ -132,7 +137,7 @@ class PictureDialog(QDialog):
         for row, (caption, field) in enumerate(rows):
             fields.addWidget(QLabel(caption), row, 0)
             fields.addWidget(field, row, 1)
-        for box in (self.legend, self.title, self.scores, self.ground, self.light, self.transparent):
+        for box in self._options.values():
             fields.addWidget(box, fields.rowCount(), 0, 1, 2)
         fields.addWidget(self._note, fields.rowCount(), 0, 1, 2)
         fields.setRowStretch(fields.rowCount(), 1)
@@ -160,6 +165,18 @@ class PictureDialog(QDialog):
             self.transparent.isChecked(), self.light.isChecked(), self.legend.isChecked(),
             self.title.isChecked(), self.scores.isChecked(), self.ground.isChecked(),
         )  # fmt: skip
+
+    def recall(self, options: Mapping[str, bool], scale: int) -> None:
+        """Choose again what was chosen the last time; options that there are not are passed over."""
+        for name, box in self._options.items():
+            if name in options:
+                box.setChecked(options[name])
+        self.scale.setCurrentIndex(min(max(scale, 1), self.scale.count()) - 1)
+
+    @property
+    def options(self) -> dict[str, bool]:
+        """What is ticked, by name."""
+        return {name: box.isChecked() for name, box in self._options.items()}
 
     def set_words_possible(self, possible: bool) -> None:
         """Set whether there are scores to write into a picture."""

@@ -30,7 +30,7 @@ class Objects(Feature):
     specs = (
         Spec(
             "test_objects", "Test objects…",
-            "Which objects of UN R158, FMVSS 111 and the turn assist beside the car the rig sees: geometry only",
+            "Which objects after UN R158, R159, R151, FMVSS 111 and the turn assist the rig sees: geometry only",
             menu="study/rigs",
         ),
     )  # fmt: skip

@@ -15,6 +15,7 @@ from riglens.app.rendering.picture_process import PictureJob
 from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.files import beside_rig
+from riglens.app.window.settings import Settings
 from riglens.app.window.workbench import Workbench
 from riglens.core.files import atomic_write
 from riglens.widgets.panels.picture_dialog import PictureDialog
@@ -36,14 +37,28 @@ class Picture(Feature):
     def __init__(self, bench: Workbench) -> None:
         super().__init__(bench)
         self.dialog: PictureDialog | None = None
+        self._options: dict[str, bool] = {}
+        self._scale = 1
         self.maker = PictureMaker(self)
         self.bind(screenshot=self.open)
         self.maker.made.connect(self._on_made)
         self.maker.failed.connect(self._on_failed)
         bench.closing.connect(self._on_closed)
 
+    def restore(self, settings: Settings) -> None:
+        """Take up the options of an earlier session; the size is always that of the view."""
+        found = settings.read("picture/options", {})
+        self._options = {name: on for name, on in found.items() if isinstance(on, bool)}
+        scale = settings.read("picture/scale", "")
+        self._scale = int(scale) if scale in ("1", "2", "3", "4") else 1
+
+    def keep(self, settings: Settings) -> None:
+        """Write them for the next."""
+        settings.write("picture/options", dict(self._options))
+        settings.write("picture/scale", str(self._scale))
+
     def open(self) -> None:
-        """Show the dialog."""
+        """Show the dialog, with the options of the last time."""
         if self.dialog is not None:
             self.dialog.raise_()
             return
@@ -63,6 +78,7 @@ class Picture(Feature):
             self.bench.window,
         )
         dialog.set_words_possible(is_known)
+        dialog.recall(self._options, self._scale)
         dialog.changed.connect(self._preview)
         dialog.save_wanted.connect(self._save)
         dialog.copy_wanted.connect(lambda: self._draw("copy", dialog.choice.scale))
@@ -115,6 +131,7 @@ class Picture(Feature):
         self.maker.close()
         dialog, self.dialog = self.dialog, None
         if dialog is not None:
+            self._options, self._scale = dialog.options, dialog.choice.scale
             dialog.deleteLater()
 
 

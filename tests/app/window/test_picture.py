@@ -16,6 +16,7 @@ from pytestqt.qtbot import QtBot
 from riglens.app.rendering.picture import Findings, PictureWords, with_words
 from riglens.app.rendering.picture_maker import PictureMaker
 from riglens.app.rendering.picture_process import PictureJob
+from riglens.app.window.settings import Settings
 from riglens.core.rig.model import Rig
 from riglens.widgets.panels.picture_dialog import PictureDialog
 from riglens.widgets.theme import palette
@@ -168,3 +169,27 @@ def test_a_picture_of_a_changed_rig_says_so_shows_no_selection_and_has_a_ground_
     dialog = opened_dialog(bench)
     dialog.title.setChecked(True)
     assert maker.jobs[-1].state.caption.title == "small (changed)"
+
+
+def test_the_options_of_the_last_time_are_chosen_again_also_in_the_next_session(bench, monkeypatch):
+    maker = with_stand_in(bench, monkeypatch)
+    dialog = opened_dialog(bench)
+    for box in (dialog.title, dialog.light, dialog.transparent):
+        box.setChecked(not box.isChecked())
+    dialog.legend.setChecked(False)
+    dialog.scale.setCurrentIndex(2)
+    chosen = dialog.options
+    dialog.reject()
+    again = opened_dialog(bench)
+    assert again.options == chosen and again.choice.scale == 3 and not chosen["legend"]
+    assert not maker.jobs[-1].state.show_legend
+    again.reject()
+    picture, kept = bench.features.picture, Settings()
+    picture.keep(kept)
+    picture._options, picture._scale = {}, 1
+    picture.restore(kept)
+    assert opened_dialog(bench).options == chosen and bench.features.picture.dialog.choice.scale == 3
+    kept.write("picture/scale", "99")
+    kept.write("picture/options", {"legend": "no", "nonsense": True})
+    picture.restore(kept)
+    assert picture._scale == 1 and picture._options == {"nonsense": True}

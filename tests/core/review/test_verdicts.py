@@ -105,6 +105,14 @@ def test_objects_stand_where_their_profile_says_from_the_outermost_points() -> N
     assert max(np.diff(sorted(xs))) <= 0.8 and len(turn) == len(xs) * len(ys)
     rear = targets_of(by_name["un-r158-detection"], outline)
     assert {round(t.x_m, 6) for t in rear} == {-3.0, -2.6, -2.2} and max(t.y_m for t in rear) == 1.5
+    front = targets_of(by_name["un-r159-pedestrians"], outline)
+    assert {round(t.x_m, 6) for t in front} == {3.3, 4.15, 5.0, 5.85, 6.7} and min(
+        t.y_m for t in front
+    ) == -1.0
+    beside = targets_of(by_name["un-r151-cyclists"], outline)
+    assert max(t.y_m for t in beside) == -1.9 and min(t.y_m for t in beside) == -5.25
+    for name in ("un-r159-pedestrians", "un-r151-cyclists", "fmvss-111-near"):
+        assert "check before use" in by_name[name].source and "our choice" in by_name[name].source
 
 
 @pytest.mark.parametrize(("side", "ys"), [("left", {2.0, 2.5, 3.0}), ("right", {-1.5, -2.0, -2.5})])
