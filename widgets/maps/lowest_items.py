@@ -111,10 +111,9 @@ def lowest_summary(shown: Lowest) -> str:
     """Describe what is shown: on how much ground objects of some heights stand unseen."""
     from riglens.core.review.blind import unseen_by
 
-    found = shown.found
-    areas = (
-        f"{found.column_m2 * np.count_nonzero(found.unseen(height_m, shown.by, shown.k)):.1f} m² at {height_m:.2f} m"
-        for height_m in (shown.heights_m[1], shown.heights_m[2], shown.heights_m[4])
-    )
-    text = f"{unseen_by(shown.by, shown.k)}: {', '.join(areas)}; less is better"
+    found, heights_m = shown.found, [shown.heights_m[number] for number in (1, 2, 4)]
+    areas = [np.count_nonzero(found.unseen(height_m, shown.by, shown.k)) for height_m in heights_m]
+    told = ", ".join(f"{found.column_m2 * area:.1f}" for area in areas)
+    at = ", ".join(f"{height_m:.1f}" for height_m in heights_m)
+    text = f"{unseen_by(shown.by, shown.k)}: {told} m² at {at} m, less is better"
     return text[0].upper() + text[1:]

@@ -71,7 +71,8 @@ def test_the_summary_tells_areas_in_m2_and_the_direction(lowest: Lowest) -> None
     text = lowest_summary(lowest)
     assert (
         text.startswith("Unseen by any sensor: ")
-        and f"{area:.1f} m² at 0.80 m" in text
+        and f", {area:.1f}, " in text
+        and " m² at 0.3, 0.8, 1.8 m" in text
         and text.endswith("less is better")
     )
     assert lowest_summary(Lowest(lowest.found, "lidar", 2)).startswith("Seen by fewer than 2 LiDARs: ")
