@@ -79,17 +79,26 @@ class Heatmaps:
     """Makes heatmaps on a display grid.
 
     Which cells are shown depends on mode and class only, and they come back as the same array, so that a view
-    has to change nothing but values in a drag.
+    has to change nothing but values in a drag. What does not depend on the rig at all comes back as the same object, so
+    that it has to change nothing.
     """
 
     def __init__(self, display: DisplayGrid) -> None:
         self.display = display
         self._bases: dict[tuple[bool, str], _Base] = {}
+        self._of_any_rig: dict[tuple[HeatMode, str], HeatmapData] = {}
 
     def heatmap(self, mode: HeatMode, class_name: str, marks: VoxelMarks) -> HeatmapData | None:
         """What to draw for a mode; None when it is "off"."""
         if mode == "off":
             return None
+        if mode not in ("probability", "entropy"):
+            return self._made(mode, class_name, marks)
+        if (mode, class_name) not in self._of_any_rig:
+            self._of_any_rig[mode, class_name] = self._made(mode, class_name, marks)
+        return self._of_any_rig[mode, class_name]
+
+    def _made(self, mode: HeatMode, class_name: str, marks: VoxelMarks) -> HeatmapData:
         base = self._base(mode == "probability", class_name)
         if mode == "sensors":
             return self._sensors(base, class_name, marks)

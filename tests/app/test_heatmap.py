@@ -139,3 +139,11 @@ def test_the_legend_says_how_voxels_are_put_together():
     cell_m, block = maps.display.cell_m, maps.display.block
     assert block > 1 and notes["probability"] == f"cells of {cell_m:g} m, largest of {block}³ voxels"
     assert notes["entropy"] == f"cells of {cell_m:g} m, sum of {block}³ voxels"
+
+
+def test_what_no_rig_changes_comes_back_as_the_same_object(bench):
+    for mode in ("probability", "entropy"):
+        first = bench.shown(mode)
+        assert bench.shown(mode) is first
+        assert bench.maps.heatmap(mode, "bicycle", marks_of(bench.evaluation)) is not first
+    assert bench.shown("seen") is not bench.shown("seen")
