@@ -69,6 +69,15 @@ class Window(NamedTuple):
             max(self.end_word, other.end_word),
         )
 
+    def grown(self, columns: int, shape: tuple[int, int], depth: int) -> Window:
+        """The window with some columns more on each side, as far as the grid goes; depth: words per column."""
+        return Window(
+            max(self.first_row - columns, 0),
+            min(self.end_row + columns, shape[0]),
+            max(self.first_word - columns * depth, 0),
+            min(self.end_word + columns * depth, shape[1] * depth),
+        )
+
 
 def never_stale() -> bool:
     """For callers that want every answer."""
@@ -175,12 +184,11 @@ class Caster:
         self, frustum: Frustum, rays: Cast, window: Window, marks: Words, is_stale: IsStale
     ) -> bool:
         """Near voxels by voxel walking; what lies beyond its depth limit ray by ray, from there on."""
-        first, last = max(window.first_row, int(rays.box[0])), min(window.end_row, int(rays.box[1]))
-        for start in range(first, last, ROWS_PER_CHUNK):
+        keep, workers = self._field.index.words, self.workers
+        for start, end in _chunks_of_rows(rays.box, window):
             if is_stale():
                 return False
-            end = min(start + ROWS_PER_CHUNK, last)
-            mark_frustum(frustum, start, end, self._field.index.words, self.workers, marks)
+            mark_frustum(frustum, start, end, keep, workers, marks)
         if frustum.depth_limit > farthest(rays):
             return True
         beyond = np.array([frustum.depth_limit - 1.0, FARTHEST])
@@ -190,12 +198,11 @@ class Caster:
         self, mesh: CameraMesh, rays: Cast, window: Window, marks: Words, is_stale: IsStale
     ) -> bool:
         """Near voxels by their place in the mesh of rays; what is beyond, and rays outside of the mesh, ray by ray."""
-        first, last = max(window.first_row, int(rays.box[0])), min(window.end_row, int(rays.box[1]))
-        for start in range(first, last, ROWS_PER_CHUNK):
+        keep, workers = self._field.index.words, self.workers
+        for start, end in _chunks_of_rows(rays.box, window):
             if is_stale():
                 return False
-            end = min(start + ROWS_PER_CHUNK, last)
-            mark_mesh(mesh.view, mesh.bins, start, end, self._field.index.words, self.workers, marks)
+            mark_mesh(mesh.view, mesh.bins, start, end, keep, workers, marks)
         rest = [rays._replace(rows=rays.rows[mesh.loose])] if mesh.loose.size else []
         if mesh.view.limit <= farthest(rays):
             rest.append(rays._replace(reach=np.array([mesh.view.limit - 1.0, FARTHEST])))
@@ -203,23 +210,13 @@ class Caster:
 
     def _mark_sheets(self, sheets: Sheets, marks: Words, is_stale: IsStale) -> bool:
         """Near tiles by core and sheets; steep beams, and what lies beyond the tiles, ray by ray."""
-        box = sheets.spinner.box
-        for start in range(int(box[0]), int(box[1]), ROWS_PER_CHUNK):
+        spinner, beams, shells, radius, rest = sheets
+        keep, workers = self._field.index.words, self.workers
+        for start, end in _chunks_of_rows(spinner.box):
             if is_stale():
                 return False
-            end = min(start + ROWS_PER_CHUNK, int(box[1]))
-            mark_sheets(
-                sheets.spinner,
-                sheets.beams,
-                sheets.shells,
-                sheets.radius,
-                start,
-                end,
-                self._field.index.words,
-                self.workers,
-                marks,
-            )
-        return all(self._mark_rays(rays, marks, is_stale) for rays in sheets.rest)
+            mark_sheets(spinner, beams, shells, radius, start, end, keep, workers, marks)
+        return all(self._mark_rays(rays, marks, is_stale) for rays in rest)
 
     def _mark_rays(self, rays: Cast, marks: Words, is_stale: IsStale) -> bool:
         return self._mark_each([rays], marks, is_stale)
@@ -311,6 +308,15 @@ class Caster:
             dx, dy, dz = (float((row[0] * x + row[1] * y) + row[2] * z) for row in rays.rotation)
             for ix, iy, iz in walk_rational(origin, (dx, dy, dz), near, far, [int(b) for b in rays.box]):
                 yield (ix * grid.shape[1] + iy) * depth + iz // 64, np.uint64(1 << (iz % 64))
+
+
+def _chunks_of_rows(box: NDArray[np.int64], window: Window | None = None) -> Iterator[tuple[int, int]]:
+    """First and end row along x of the grid, a chunk at a time, of what is in a box of cells and in a window."""
+    first, last = int(box[0]), int(box[1])
+    if window is not None:
+        first, last = max(first, window.first_row), min(last, window.end_row)
+    for start in range(first, last, ROWS_PER_CHUNK):
+        yield start, min(start + ROWS_PER_CHUNK, last)
 
 
 def _chunks_of(casts: list[Cast]) -> Iterator[tuple[Cast, int, int]]:

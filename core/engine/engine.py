@@ -25,12 +25,14 @@ from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import PAPER_SETTINGS, Method, MetricSettings, Scores
 from riglens.core.metric.scoring import KINDS, score
 from riglens.core.rig.model import Rig, Sensor, rays_of
-from riglens.core.scene.columns import Words
+from riglens.core.scene.columns import Words, words_per_column
 from riglens.core.sensing.body_ends import housing_radius_m
 from riglens.core.vehicle.mesh import BodyMesh
 from riglens.core.vehicle.solid import Barrier, CarBody, Solid
 
 SPARE_SLOTS = 2
+ROOM = 32
+"""Columns on each side by which more is made ready than one place of a sensor needs: it moves on."""
 
 
 @dataclass(frozen=True)
@@ -73,12 +75,27 @@ class _Held:
         return KINDS.index(self.shape.sensor.kind)
 
 
+class _Others(NamedTuple):
+    """The slots of a kind that stay, and the window in which it is known what they leave free."""
+
+    kind: int
+    slots: tuple[int, ...]
+    window: Window
+
+    def hold(self, kind: int, slots: tuple[int, ...], window: Window) -> bool:
+        """Whether it is known for some slots of a kind in a window."""
+        return (kind, slots) == self[:2] and self.window.joined(window) == self.window
+
+
 @dataclass
 class _State:
-    """Free rows of the stack are empty; the union holds informative voxels only, the stack maybe others too."""
+    """Free rows of the stack are empty; the union holds informative voxels only, the stack maybe others too; `free`
+    (words,): informative voxels that none of `others` sees. They do not change while the same sensors move."""
 
     stack: NDArray[np.uint64]
     union: NDArray[np.uint64]
+    free: NDArray[np.uint64]
+    others: _Others | None = None
     sums_q: NDArray[np.int64] = field(default_factory=lambda: np.zeros((ANY + 1, settle.COLUMNS), np.int64))
     held: list[_Held] = field(default_factory=list)
 
@@ -112,7 +129,9 @@ class Engine:
         self._field, self._for_edits = field, for_edits
         self._caster = Caster(field, jit.use_threads(threads))
         words = field.index.words.size
-        self._state = _State(np.zeros((0, words), np.uint64), np.zeros((2, words), np.uint64))
+        self._state = _State(
+            np.zeros((0, words), np.uint64), np.zeros((2, words), np.uint64), np.empty(words, np.uint64)
+        )
         self._shapes: dict[_Wanted, tuple[Sensor, _Shape]] = {}
         self._solid: Solid | None = None
         self._hits: dict[_Shape, tuple[int, ...]] = {}
@@ -271,24 +290,49 @@ class Engine:
         if not changed:
             return
         state, workers = self._state, self._caster.workers
-        new = {held.slot for held in arrived}
-        staying = [held for held in state.held if held.slot not in new]
-        groups = [
-            np.unique(np.array([held.slot for held in group if held.kind == kind], np.int64))
-            for group in (arrived, staying, leaving)
-        ]
+        arrived_slots, leaving_slots = (
+            sorted({held.slot for held in group if held.kind == kind}) for group in (arrived, leaving)
+        )
+        staying = {held.slot for held in state.held if held.kind == kind} - set(arrived_slots)
         window = reduce(Window.joined, (held.window for held in changed))
-        region = settle.Region(
-            _rows(window, kind, workers),
+        change = settle.settle(
+            state.stack,
+            state.union,
+            self._free(kind, tuple(sorted(staying)), window),
+            settle.Slots(np.array(arrived_slots, np.int64), np.array(leaving_slots, np.int64)),
+            kind,
+            self._region(kind, window),
+            self._field.entropies,
+            workers,
+        )
+        state.sums_q[kind] += change[0]
+        state.sums_q[ANY] += change[1]
+
+    def _free(self, kind: int, staying: tuple[int, ...], window: Window) -> Words:
+        """The informative voxels in a window that none of some slots of a kind sees.
+
+        What is known is used again as long as the same slots stay: whatever changes one of them names it among those
+        that arrive or leave, and so asks for others.
+        """
+        state, field = self._state, self._field
+        if not staying:
+            state.others = None
+            return field.index.words
+        if state.others is None or not state.others.hold(kind, staying, window):
+            window = window.grown(ROOM, field.grid.shape[:2], words_per_column(field.grid))
+            slots, region = np.array(staying, np.int64), self._region(kind, window)
+            workers = self._caster.workers
+            settle.find_free(state.stack, slots, region, field.index.words, workers, state.free)
+            state.others = _Others(kind, staying, window)
+        return state.free
+
+    def _region(self, kind: int, window: Window) -> settle.Region:
+        return settle.Region(
+            _rows(window, kind, self._caster.workers),
             window.first_word,
             window.end_word - window.first_word,
             self._field.index.words.size // self._field.grid.shape[0],
         )
-        change = settle.settle(
-            state.stack, state.union, settle.Slots(*groups), kind, region, self._field.entropies, workers
-        )
-        state.sums_q[kind] += change[0]
-        state.sums_q[ANY] += change[1]
 
     def _reserve(self, sensors: int) -> None:
         """Room for that many sensors beside those held; untouched pages cost no memory."""

@@ -19,6 +19,8 @@ STEEPEST_DEG = 65.0
 """Beams that rise or fall by more in some direction are walked ray by ray: their way through the grid is short."""
 SHORTEST_RADIUS = 80.0
 """Voxels: where rays drift apart so soon, walking them is quicker."""
+WORTH = 0.55
+"""Voxels: where the rays of a beam are farther apart, and no core is, walking them is quicker than its sheet."""
 WIDEST_OFFSET = 0.5
 """Radians between the azimuth offsets of a sector's beams, so that what all of them cover is a sector too."""
 FEWEST_GAPS = 2
@@ -37,9 +39,11 @@ class Sheets(NamedTuple):
     rest: list[Cast]
 
 
-def make_sheets(lidar: Lidar, rays: Cast, shortest: float = SHORTEST_RADIUS) -> Sheets | None:
-    """The cones of a LiDAR in grid units; None where walking its rays is simpler, or quicker because they drift apart
-    within the `shortest` radius in voxels."""
+def make_sheets(
+    lidar: Lidar, rays: Cast, shortest: float = SHORTEST_RADIUS, worth: float = WORTH
+) -> Sheets | None:
+    """The cones of a LiDAR in grid units, as far as its rays are within `worth` voxels of each other or in a core; None
+    where walking its rays is simpler, or quicker because they drift apart within the `shortest` radius in voxels."""
     if not is_near(rays) or not is_tame(rays.rows, rays.planes, rays.rotation, rays.origin):
         return None
     spinner = _spinner(lidar, rays)
@@ -51,7 +55,9 @@ def make_sheets(lidar: Lidar, rays: Cast, shortest: float = SHORTEST_RADIUS) -> 
     offsets = beams.offset
     if radius < shortest or (spinner.is_sector and np.ptp(offsets) > WIDEST_OFFSET):
         return None
-    return Sheets(spinner, beams, _shells(beams, spinner.step), radius, _rest(spinner, beams, rays, radius))
+    shells = _shells(beams, spinner.step)
+    radius = min(radius, max(worth / spinner.step, float(shells.until.max(initial=0.0))))
+    return Sheets(spinner, beams, shells, radius, _rest(spinner, beams, rays, radius))
 
 
 def _spinner(lidar: Lidar, rays: Cast) -> Spinner:

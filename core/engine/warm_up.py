@@ -83,6 +83,16 @@ def warm_up(
         return
     engine.evaluate(WARM_UP, with_seen=False)
     engine.evaluate(ON_THE_CAR, MetricSettings(body="blocks"), with_seen=False)
+    _compile_edits(field)
+
+
+def _compile_edits(field: EntropyField) -> None:
+    """Have what an edit needs beside the first score: what the sensors that stay leave free."""
+    words, rows = field.index.words, field.grid.shape[0]
+    region = settle.Region(np.arange(rows), 0, words.size // rows, words.size // rows)
+    settle.find_free(
+        np.zeros((1, words.size), np.uint64), np.zeros(1, np.int64), region, words, 1, words.copy()
+    )
 
 
 def needs_fans(rig: Rig) -> bool:
@@ -109,9 +119,9 @@ def compile_sums(field: EntropyField) -> None:
     make_profile(*_least_fan(field))
     words, rows = field.index.words.size, field.grid.shape[0]
     stack, union = np.zeros((1, words), np.uint64), np.zeros((2, words), np.uint64)
-    none, slots = np.zeros(0, np.int64), np.zeros(1, np.int64)
+    slots = settle.Slots(np.zeros(1, np.int64), np.zeros(0, np.int64))
     region = settle.Region(np.arange(rows), 0, words // rows, words // rows)
-    settle.settle(stack, union, settle.Slots(slots, none, none), 0, region, field.entropies, 1)
+    settle.settle(stack, union, field.index.words, slots, 0, region, field.entropies, 1)
 
 
 def _least_fan(field: EntropyField) -> tuple[Fan, Cast]:

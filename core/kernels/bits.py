@@ -11,7 +11,7 @@ import numpy as np
 from numba.core import types
 from numba.extending import intrinsic
 
-from riglens.core.kernels.jit import inlined, kernel
+from riglens.core.kernels.jit import kernel, lean_inlined
 
 FULL_WORD = np.uint64(0xFFFFFFFFFFFFFFFF)
 
@@ -38,7 +38,7 @@ def lowest_bit(typingctx: Any, bits: Any) -> Any:
     return types.uint64(types.uint64), codegen
 
 
-@inlined
+@lean_inlined
 def first_run(bits: np.uint64, starts: np.uint64) -> tuple[np.int64, np.uint64]:
     """Number (from 0) of the run that holds the lowest of some bits, and which of the bits lie in that run.
 
@@ -50,13 +50,13 @@ def first_run(bits: np.uint64, starts: np.uint64) -> tuple[np.int64, np.uint64]:
     return np.int64(popcount(starts ^ later)) - 1, bits & ((later & (~later + one)) - one)
 
 
-@inlined
+@lean_inlined
 def level_mask(low: int | np.int64, high: int | np.int64) -> np.uint64:
     """Bits low..high (both 0..63, both included) of a word."""
     return (FULL_WORD << np.uint64(low)) & (FULL_WORD >> np.uint64(63 - high))
 
 
-@inlined
+@lean_inlined
 def mark_levels(marks: np.ndarray, base: int | np.int64, low: int | np.int64, high: int | np.int64) -> None:
     """Set the levels low..high of the column whose first word is `base`; most often they share a word."""
     first, last = low >> 6, high >> 6

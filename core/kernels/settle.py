@@ -18,8 +18,6 @@ from riglens.core.kernels.palette import Entropies
 
 COLUMNS = VOXELS + 1
 """Columns of the sums: three classes in fixed point, then the number of voxels."""
-MANY = 0.2
-"""Where more of the words of a row may change, going through all of them is faster than picking them out."""
 
 
 @inlined
@@ -39,66 +37,38 @@ def _unite(stack: np.ndarray, slots: np.ndarray, start: int, seen: np.ndarray) -
 
 
 @inlined
-def _differing(come: np.ndarray, gone: np.ndarray, where: np.ndarray) -> int:
-    """List the words that differ; only there can the union change. Without a branch: it cannot be foreseen."""
+def _changing(come: np.ndarray, gone: np.ndarray, free: np.ndarray, where: np.ndarray) -> int:
+    """List the words in which the union changes. Without a branch: it cannot be foreseen."""
     count = 0
     for w in range(come.size):
         where[count] = w
-        count += int(come[w] != gone[w])
+        count += int((come[w] ^ gone[w]) & free[w] != 0)
     return count
 
 
 class _Row(NamedTuple):
-    """A row of the grid: the stack and its word that the row starts with, what counts, the unions of this kind and
-    of the other, and the runs of equal entropies."""
+    """A row of the grid: what only those who come or go may see, the unions of this kind and of the other, and the
+    runs of equal entropies."""
 
-    stack: np.ndarray
-    start: int
-    keep: np.ndarray
+    free: np.ndarray
     own: np.ndarray
     other: np.ndarray
     starts: np.ndarray
     first: np.ndarray
 
 
-@inlined
-def _renew_all(row: _Row, staying: np.ndarray, new: np.ndarray, where: np.ndarray) -> int:
-    """Make the voxels that arrive, in `new`, the new union in all words; lists those that change."""
-    for slot in staying:
-        part = row.stack[slot, row.start : row.start + new.size]
-        for i in range(new.size):
-            new[i] |= part[i]
-    for i in range(new.size):
-        new[i] &= row.keep[i]
-    return _differing(new, row.own, where)
-
-
-@inlined
-def _renew_some(row: _Row, staying: np.ndarray, new: np.ndarray, where: np.ndarray, count: int) -> int:
-    """The same in the first `count` words that are listed; the others cannot change."""
-    changed = 0
-    for i in range(np.uint64(count)):
-        word = where[i]
-        w = np.uint64(word)
-        seen = new[w]
-        for slot in staying:
-            seen |= row.stack[slot, np.uint64(row.start) + w]
-        seen &= row.keep[w]
-        new[w], where[changed] = seen, word
-        changed += int(seen != row.own[w])
-    return changed
-
-
 @kernel
-def _tally(row: _Row, new: np.ndarray, where: np.ndarray, codes: np.ndarray, tallies: np.ndarray) -> None:
+def _tally(
+    row: _Row, come: np.ndarray, gone: np.ndarray, where: np.ndarray, codes: np.ndarray, tallies: np.ndarray
+) -> None:
     """Store the new union in the words listed, and count, by code of their entropies, the voxels that this kind (low
     32 bits) and any sensor (high bits) gain; run by run, as all voxels of a run have the same code."""
     for word in where:
         w = np.uint64(word)
-        gained, lost, alone = new[w] & ~row.own[w], row.own[w] & ~new[w], ~row.other[w]
+        changed, alone = (come[w] ^ gone[w]) & row.free[w], ~row.other[w]
+        gained, lost = changed & come[w], changed & gone[w]
         starts, first = row.starts[w], np.int64(row.first[w])
-        row.own[w] = new[w]
-        changed = gained | lost
+        row.own[w] ^= changed
         while changed != 0:
             run, within = first_run(changed, starts)
             code = np.uint64(codes[np.uint64(first + run)])
@@ -128,7 +98,6 @@ class Slots(NamedTuple):
     """Rows of the stack, by what becomes of them: int64 (k,) each."""
 
     arrived: np.ndarray
-    staying: np.ndarray
     leaving: np.ndarray
 
 
@@ -143,28 +112,50 @@ class Region(NamedTuple):
 
 
 @parallel_kernel
+def find_free(
+    stack: np.ndarray,
+    staying: np.ndarray,
+    region: Region,
+    keep: np.ndarray,
+    workers: int,
+    free: np.ndarray,
+) -> None:
+    """Write, in a region of free uint64 (words,), the voxels of keep that none of the slots staying (k,) holds."""
+    for worker in numba.prange(workers):
+        for i in range(worker, region.rows.size, workers):
+            start = region.rows[i] * region.row_words + region.first_word
+            part = free[start : start + region.words]
+            part[:] = keep[start : start + region.words]
+            for slot in staying:
+                other = stack[slot, start : start + region.words]
+                for w in range(part.size):
+                    part[w] &= ~other[w]
+
+
+@parallel_kernel
 def settle(
     stack: np.ndarray,
     union: np.ndarray,
+    free: np.ndarray,
     slots: Slots,
     kind: int,
     region: Region,
     entropies: Entropies,
     workers: int,
 ) -> np.ndarray:
-    """Make union[kind] what the slots of that kind hold, without those leaving, which are cleared; returns the
-    change of the sums.
+    """Take what the slots hold that leave out of union[kind], and what those hold that arrive into it; those leaving
+    are cleared. Returns the change of the sums.
 
     stack uint64 (slots, words): what the sensor of each slot traverses, of which only informative voxels count; union
-    uint64 (2, words): informative voxels covered by all cameras and by all LiDARs; kind: CAMERAS or LIDARS of
-    `riglens.core.kernels.codes`; slots: those of this kind. Result int64 (2, 4): change of
-    the sums of this kind, and of any sensor; columns as in COLUMNS. Integers, so neither the order of the edits nor
-    the number of threads can matter.
+    uint64 (2, words): informative voxels covered by all cameras and by all LiDARs; free uint64 (words,): see
+    `find_free`, with the other slots of this kind staying; kind: CAMERAS or LIDARS of `riglens.core.kernels.codes`.
+    Result int64 (2, 4): change of the sums of this kind, and of any sensor; columns as in COLUMNS. Integers, so neither
+    the order of the edits nor the number of threads can matter.
     """
     words = region.words
     partial = np.zeros((workers, 16), np.int64)  # cache lines of its own for every worker
     for worker in numba.prange(workers):
-        new, gone, where = (
+        come, gone, where = (
             np.empty(words, np.uint64),
             np.empty(words, np.uint64),
             np.empty(words + 1, np.int32),
@@ -174,22 +165,16 @@ def settle(
             start = region.rows[i] * region.row_words + region.first_word
             end = start + words
             row = _Row(
-                stack,
-                start,
-                entropies.keep[start:end],
+                free[start:end],
                 union[kind, start:end],
                 union[1 - kind, start:end],
                 entropies.starts[start:end],
                 entropies.first[start:end],
             )
-            _unite(stack, slots.arrived, start, new)
+            _unite(stack, slots.arrived, start, come)
             _unite(stack, slots.leaving, start, gone)
-            count = _differing(new, gone, where)
-            if count > MANY * words:
-                count = _renew_all(row, slots.staying, new, where)
-            else:
-                count = _renew_some(row, slots.staying, new, where, count)
-            _tally(row, new, where[:count], entropies.codes, tallies)
+            count = _changing(come, gone, row.free, where)
+            _tally(row, come, gone, where[:count], entropies.codes, tallies)
             for slot in slots.leaving:
                 stack[slot, start:end] = 0
         _weigh(tallies, entropies.palette_q, sums)

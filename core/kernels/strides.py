@@ -14,7 +14,7 @@ import numpy as np
 
 from riglens.core.kernels.bits import mark_levels
 from riglens.core.kernels.cast import BLOCK, Cast
-from riglens.core.kernels.jit import inlined, kernel, parallel_kernel
+from riglens.core.kernels.jit import lean, lean_inlined, parallel_kernel
 from riglens.core.kernels.lattice import direction, rotated
 
 CLOSE = 2.0**-20
@@ -52,7 +52,7 @@ class Span(NamedTuple):
     leaves: int
 
 
-@inlined
+@lean_inlined
 def _cut(axis: Axis, span: Span) -> Span:
     """The part of a span in which a ray is between the faces of one axis."""
     if axis.d == 0.0:
@@ -63,14 +63,14 @@ def _cut(axis: Axis, span: Span) -> Span:
     return Span(begin, end, enters, leaves)
 
 
-@inlined
+@lean_inlined
 def _cell_near(place: float) -> int:
     """The cell of a place on one axis; OPEN where it is close to a face."""
     cell = np.floor(place)
     return int(cell) if CLOSE < place - cell < 1.0 - CLOSE else OPEN
 
 
-@inlined
+@lean_inlined
 def _first_cell(axis: Axis, span: Span) -> int:
     """The cell in which a span begins; at the origin of the ray it is always clear."""
     if span.enters == axis.number:
@@ -81,7 +81,7 @@ def _first_cell(axis: Axis, span: Span) -> int:
     return int(cell) - 1 if axis.d < 0.0 and cell == axis.g else int(cell)
 
 
-@inlined
+@lean_inlined
 def _last_cell(axis: Axis, span: Span) -> int:
     """The cell in which a span ends."""
     if span.leaves == axis.number:
@@ -89,13 +89,13 @@ def _last_cell(axis: Axis, span: Span) -> int:
     return _cell_near(axis.g + span.end * axis.d)
 
 
-@inlined
+@lean_inlined
 def _is_close(fixed: int) -> bool:
     """Whether a coordinate in whole numbers is close to a face."""
     return ((fixed + _CLOSE) & _FRACTION) <= 2 * _CLOSE
 
 
-@inlined
+@lean_inlined
 def _turn(
     minor: Axis, level: Axis, here: int, cells: tuple[int, int], levels: tuple[int, int], marks: np.ndarray
 ) -> bool:
@@ -116,13 +116,13 @@ def _turn(
     return True
 
 
-@inlined
+@lean_inlined
 def _fixed(place: float) -> int:
     """A coordinate in whole numbers."""
     return int(np.floor(place * 2.0**BITS))
 
 
-@inlined
+@lean_inlined
 def _go(major: Axis, minor: Axis, level: Axis, span: Span, marks: np.ndarray) -> bool:
     """Mark the voxels of a span of a ray; False where one of them is not clear."""
     at, end = _first_cell(major, span), _last_cell(major, span)
@@ -155,7 +155,7 @@ def _go(major: Axis, minor: Axis, level: Axis, span: Span, marks: np.ndarray) ->
     return _turn(minor, level, here, (cell, end_cell), (height, end_height), marks)
 
 
-@kernel
+@lean
 def stride(
     g: tuple[float, float, float],
     d: tuple[float, float, float],

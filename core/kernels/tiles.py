@@ -17,7 +17,7 @@ HALF_BLOCK = 2.83
 """A little more than half the diagonal of a block of BLOCK x BLOCK columns."""
 HALF_TILE = 11.4
 """A little more than half the diagonal of a tile."""
-LISTED_MOST = 32 * TILE * TILE
+LISTED_MOST = 16 * TILE * TILE
 """Columns that are listed before they are tested."""
 MISSES, MIXED, COVERS = 0, 1, 2
 """Whether a beam has rays all over a tile: nowhere, perhaps, everywhere."""
@@ -27,7 +27,8 @@ class TileWork(NamedTuple):
     """Work space of one worker: heights (TILE + 1, TILE + 1) of a sheet at the corners of columns; meets, hits int32
     (2, TILE²): from, to of the levels that it meets and of those that it hits for certain; sure uint64 (words per
     column, TILE²): all levels that are hit; listed int32 (4, LISTED_MOST): columns in which a sheet may hit more, by
-    place, beam and levels from, to; free int8 (beams,): whether all, some or none of the rays of a beam that pass the
+    place, beam and levels from, to; beside int32 (7, LISTED_MOST): the rays beside their middles, see
+    `riglens.core.kernels.crossings`; free int8 (beams,): whether all, some or none of the rays of a beam that pass the
     tile are cast: COVERS, MIXED, MISSES; is_wanted, is_open bool (TILE²): columns with voxels worth a test, and those
     in which a sheet may hit more; eights uint64: is_open, eight at a time; blocks int8: as `free`, of one beam, for
     blocks of BLOCK x BLOCK columns."""
@@ -37,6 +38,7 @@ class TileWork(NamedTuple):
     hits: np.ndarray
     sure: np.ndarray
     listed: np.ndarray
+    beside: np.ndarray
     free: np.ndarray
     is_wanted: np.ndarray
     is_open: np.ndarray
@@ -54,6 +56,7 @@ def work_space(beams: int, depth: int) -> TileWork:
         np.empty((2, TILE * TILE), np.int32),
         np.empty((depth, TILE * TILE), np.uint64),
         np.empty((4, LISTED_MOST), np.int32),
+        np.empty((7, LISTED_MOST), np.int32),
         np.empty(beams, np.int8),
         np.empty(TILE * TILE, np.bool_),
         is_open,

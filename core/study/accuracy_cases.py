@@ -167,10 +167,10 @@ class WalkCase:
         """Sums int64 (3, 4) of what is marked."""
         nx, words = self._field.grid.shape[0], self._field.index.words.size
         region = settle.Region(np.arange(nx), 0, words // nx, words // nx)
-        slots = settle.Slots(np.zeros(1, np.int64), np.zeros(0, np.int64), np.zeros(0, np.int64))
+        slots, keep = settle.Slots(np.zeros(1, np.int64), np.zeros(0, np.int64)), self._field.index.words
         kind, sums_q = KINDS.index(self._sensor.kind), np.zeros((ANY + 1, settle.COLUMNS), np.int64)
         change = settle.settle(
-            self._stack, self._union, slots, kind, region, self._field.entropies, self._caster.workers
+            self._stack, self._union, keep, slots, kind, region, self._field.entropies, self._caster.workers
         )
         sums_q[kind], sums_q[ANY] = change
         return sums_q

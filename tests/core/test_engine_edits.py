@@ -40,6 +40,15 @@ def assert_same(found: Evaluation, expected: Evaluation) -> None:
     assert np.array_equal(found.seen_lidar, expected.seen_lidar)
 
 
+def test_what_the_others_see_is_found_anew_when_a_slot_has_changed_hands(field: EntropyField) -> None:
+    """What is known of the others when one LiDAR moves does not outlive them, though a new one takes their slot."""
+    lidars = [spinning((0.3 * i - 1.0, 0.2 * i - 0.4, 0.9 + i), beams=4 + i) for i in range(6)]
+    engine = Engine(field, 1)
+    for names in ((0, 1), (0, 2), (3,), (4,), (4, 5), (4, 1), (0, 1), (2, 1)):
+        rig = rig_of(*(lidars[i] for i in names))
+        assert_same(engine.evaluate(rig), evaluate(field, rig))
+
+
 class Editor:
     """Makes one random edit after the other and remembers the rigs before, as undo does."""
 

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 
 from riglens.assets import asset_path
 from riglens.core.engine.caster import Caster
-from riglens.core.engine.sheets import make_sheets
+from riglens.core.engine.sheets import WORTH, make_sheets
 from riglens.core.geometry import Pose
 from riglens.core.rig.library import Entry, load_library
 from riglens.core.rig.model import Lidar
@@ -54,7 +54,7 @@ def differs(seed: int, rooms: tuple[tuple[float, tuple[float, float, float]], ..
     field = field_at(voxel_m, roi_m, float(rng.choice([1.0, 0.3])))
     sensor = any_lidar(rng, field.grid)
     caster, marks = Caster(field, int(rng.integers(1, 4))), np.zeros_like(field.index.words)
-    sheets = make_sheets(sensor, caster.rays(sensor, "exact"))
+    sheets = make_sheets(sensor, caster.rays(sensor, "exact"), worth=float(rng.choice([WORTH, math.inf])))
     if sheets is None:
         return ""
     caster._mark_sheets(sheets, marks, lambda: False)

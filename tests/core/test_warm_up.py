@@ -35,6 +35,10 @@ low = lambda sensor: tilt(sensor.replace(position=(*sensor.position[:2], 1.5)))
 for change in (low, lambda sensor: low(sensor).replace(rpy_deg=sensor.rpy_deg)):
     sensors = tuple(change(sensor) for sensor in rig.sensors)
     engine.evaluate(rig.model_copy(update={"sensors": sensors}), MetricSettings(body="blocks"))
+first = rig.sensors[0]
+for x in (0.0, 0.1):
+    moved = first.replace(position=(x, *first.position[1:]))
+    engine.evaluate(rig.with_sensor(first.name, moved))
 print([name for name, count in compiled().items() if count != before[name]])
 """
 

@@ -15,11 +15,13 @@ import pytest
 from riglens.core.kernels import settle as kernel
 from riglens.core.kernels.codes import CAMERAS, LIDARS
 from riglens.core.kernels.palette import Entropies
-from riglens.core.kernels.settle import Region, Slots
+from riglens.core.kernels.settle import Region
 from tests.core.kernels.tiny import Words, words
 
 PALETTE = np.array([[10, 1, 0, 0], [100, 2, 5, 0]], np.uint32)
 NONE = [0, 0, 0, 0]
+BROKEN = 0xAAAA_AAAA_AAAA_AAAA
+"""Stands where nothing may be read."""
 Sums = list[int]
 
 
@@ -30,11 +32,22 @@ class Cover(NamedTuple):
     union: Words
 
 
+class Slots(NamedTuple):
+    """Slots of a kind, by what becomes of them."""
+
+    arrived: np.ndarray
+    staying: np.ndarray
+    leaving: np.ndarray
+
+
 def settle(
     cover: Cover, slots: Slots, kind: int, region: Region, entropies: Entropies, workers: int
 ) -> np.ndarray:
     """The change of the sums."""
-    return kernel.settle(cover.stack, cover.union, slots, kind, region, entropies, workers)
+    free = np.full(entropies.keep.size, BROKEN, np.uint64)
+    kernel.find_free(cover.stack, slots.staying, region, entropies.keep, workers, free)
+    some = kernel.Slots(slots.arrived, slots.leaving)
+    return kernel.settle(cover.stack, cover.union, free, some, kind, region, entropies, workers)
 
 
 def one_word(keep: int = 0b1111_1111) -> Entropies:
@@ -137,7 +150,7 @@ def test_a_sensor_that_comes_back_to_the_same_place_changes_nothing() -> None:
 
 
 COUNT = 24
-"""Words of the grid in the tests below: two rows of twelve words. Of a row up to two words are picked out (MANY)."""
+"""Words of the grid in the tests below: two rows of twelve words."""
 
 
 def many_words() -> Entropies:

@@ -68,7 +68,7 @@ def rays_of(sensor: Lidar, reach: tuple[float, float] = ENDLESS) -> Cast:
 
 def sheets_of(sensor: Lidar, reach: tuple[float, float] = ENDLESS, most: float = math.inf) -> Sheets:
     """Its cones, as far as the rays are close or as far as told."""
-    made = make_sheets(sensor, rays_of(sensor, reach), shortest=1.0)
+    made = make_sheets(sensor, rays_of(sensor, reach), shortest=1.0, worth=math.inf)
     assert made is not None
     return made._replace(radius=min(made.radius, most))
 
@@ -157,12 +157,11 @@ def test_columns_are_tested_beam_by_beam(
 
 def levels_by_test(made: Sheets, beam: int, x: int, y: int) -> list[int]:
     """The levels of a column that rays of a beam traverse, by a test of all of its levels."""
-    sure = np.zeros((1, tiles.TILE**2), np.uint64)
-    levels, word = (0, SIDE - 1), x * SIDE + y
-    crossings.test_column(
-        made.spinner, made.beams, beam, (x, y), 5, levels, word, EVERYTHING, no_voxels(), sure
-    )
-    return [level for level in range(64) if int(sure[0, 5]) >> level & 1]
+    tile, work = tiles.tile_at(made.spinner, 0, 0), tiles.work_space(len(BEAMS), 1)
+    place = tiles.TILE * x + y
+    work.sure[:], work.listed[:, 0] = 0, (place, beam, 0, SIDE - 1)
+    crossings.test_listed(made.spinner, made.beams, tile, 1, EVERYTHING, no_voxels(), work)
+    return [level for level in range(64) if int(work.sure[0, place]) >> level & 1]
 
 
 @pytest.mark.parametrize("offsets", [(0.0,) * 6, (-3.0, 0.4, 2.0, 0.0, -1.3, 5.0)])
@@ -374,6 +373,17 @@ def test_azimuths_ascend_from_behind_their_widest_gap() -> None:
     assert is_sector
     ordered, _, step, is_sector = engine._azimuths(np.radians(np.arange(-180.0, 180.0, 2.0)))
     assert (math.degrees(step), is_sector) == (pytest.approx(2.0), False)
+
+
+def test_where_rays_drift_apart_and_no_core_is_they_are_walked() -> None:
+    """Beams 2 degrees apart have no core to speak of; of beams a quarter of a degree apart it reaches farther."""
+    azimuths = np.arange(-18.0, 18.0, 0.2)
+    for gap_deg, radius in ((2.0, 0.55 / math.radians(0.2)), (0.25, 0.499 / math.radians(0.16) - 0.88)):
+        sensor = lidar((-300.0, 1.7, 2.2), beams=gap_deg * np.arange(-4, 5), azimuths=azimuths)
+        made = make_sheets(sensor, rays_of(sensor))
+        assert made is not None
+        assert made.radius == pytest.approx(radius, rel=2e-3)
+        assert [rays.reach[0] for rays in made.rest] == [pytest.approx(made.radius - 1.4144, abs=1e-3)]
 
 
 def test_a_grid_too_far_away_or_rays_too_far_apart_are_walked() -> None:
