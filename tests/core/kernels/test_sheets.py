@@ -136,6 +136,18 @@ def test_voxels_are_tested_one_by_one(
     )
 
 
+@pytest.mark.parametrize(
+    ("reach", "offsets"), [((10.2, 11.4), None), (ENDLESS, (-170.0, 95.0, 3.0, 40.3, 0.0, -60.7))]
+)
+def test_voxels_are_tested_within_the_range_and_by_the_azimuths_of_each_beam(
+    reach: tuple[float, float], offsets: tuple[float, ...] | None
+) -> None:
+    sensor = lidar(rpy_deg=(3.0, -4.0, 5.0), azimuths=range(-180, 180, 2), offsets=offsets)
+    made = sheets_of(sensor, reach)
+    found = {cell for cell in GRID if cones.any_ray_hits(made.spinner, made.beams, cell)}
+    assert found and found == hit(rays_of(sensor, reach))
+
+
 @pytest.mark.parametrize("reach", [ENDLESS, (10.2, 11.4)])
 @pytest.mark.parametrize(("place", "rpy_deg"), [pose for pose in POSES if pose[0] != (2.0, 2.0, 1.6)])
 def test_columns_are_tested_beam_by_beam(

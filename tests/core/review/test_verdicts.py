@@ -64,6 +64,8 @@ def test_a_sensor_in_an_object_meets_it_with_every_ray_and_one_out_of_range_with
     lidar = dense_lidar(1.0, 10, 20)
     around = Target("a", 0.0, 0.0, 0.5, 2.0)
     assert ray_counts(lidar, [around], np.zeros(0))[0, 0] == lidar.ray_count
+    beside = Target("c", 0.3, 0.2, 0.5, 1.4)
+    assert ray_counts(lidar, [beside], np.zeros(0))[0, 0] == lidar.ray_count
     near = lidar.replace(range_m=(0.0, 2.0))
     assert ray_counts(near, [Target("b", 5.0, 0.0, 0.5, 2.0)], np.zeros(0))[0, 0] == 0
 
@@ -75,6 +77,12 @@ def test_the_share_in_view_is_that_of_the_surface() -> None:
     assert surface_share(ahead.replace(range_m=(5.0, 9.0)), whole, None) == 0.0
     for x, y in ((4.0, 6.0), (4.0, -6.0), (-4.0, 0.0)):
         assert surface_share(ahead, Target("beside", x, y, 0.2, 1.0), None) == 0.0
+    wide = Target("wide", 4.0, 0.0, 1.0, 1.0)
+    assert (
+        surface_share(ahead.replace(range_m=(0.0, 3.95)), wide, None) == 1.0
+    )  # all that faces it, nothing behind
+    above = camera((0.0, 0.0, 3.0), 0.0, 90.0)
+    assert surface_share(above, Target("lid", 0.1, 0.0, 1.0, 0.1), None) == 1.0
     back = Lidar(
         name="b", position=(0.0, 0.0, 0.5), elevations_deg=(-30.0, 30.0), azimuths_deg=(150.0, 180.0, 210.0)
     )
@@ -122,6 +130,14 @@ def test_a_field_beside_the_car_lies_outwards_of_its_side(side: str, ys: set[flo
     profile = Profile(name="a", title="t", source="s", object=shape, field=area)  # type: ignore[arg-type]
     targets = targets_of(profile, Outline(-2.0, 3.0, -1.0, 1.5))
     assert {t.x_m for t in targets} == {2.0, 2.5, 3.0} and {t.y_m for t in targets} == ys
+
+
+def test_the_body_hides_objects_only_where_it_blocks() -> None:
+    rig = Rig(vehicle=BOX_FILE, sensors=(camera((0.0, 0.0, 1.0)),))
+    shape, at = Shape(height=1.0, diameter=0.3), ({"ahead": 2.0, "y": 0.0},)
+    profile = Profile(name="a", title="t", source="s", object=shape, at=at)  # type: ignore[arg-type]
+    seen = [verdicts(rig, [profile], body, box_mesh())[0].passes for body in ("ignored", "blocks")]  # type: ignore[arg-type]
+    assert seen == [True, False]
 
 
 def test_every_profile_names_its_source_and_judges_by_its_own_numbers() -> None:
