@@ -8,28 +8,30 @@ Traffic plays no part. L_k is the height from which on k sensors see such an obj
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from riglens.core.engine.engine import Engine
+from riglens.core.engine.caster import Caster
 from riglens.core.errors import InputError
 from riglens.core.kernels import blind as kernel
 from riglens.core.kernels import jit
 from riglens.core.kernels.palette import Runs
 from riglens.core.metric.entropy import EntropyField
-from riglens.core.metric.scores import Body, MetricSettings
+from riglens.core.metric.scores import Body
 from riglens.core.metric.scoring import KINDS
 from riglens.core.review.outline import BANDS_M, SECTORS, Outline, sector_of
 from riglens.core.rig.model import Rig, Sensor, Vehicle
 from riglens.core.scene.boxes import DataReport
 from riglens.core.scene.columns import VoxelIndex, empty_words, words_per_column
 from riglens.core.scene.grid import DEFAULT_VOXEL_M, VoxelGrid
+from riglens.core.sensing.body_ends import housing_radius_m
 from riglens.core.vehicle.mesh import BodyMesh
+from riglens.core.vehicle.solid import CarBody, Solid
 
 By = Literal["any", "camera", "lidar"]
 BY: tuple[By, ...] = ("any", "camera", "lidar")
@@ -196,48 +198,6 @@ class BlindMap:
         )
 
 
-class _Around:
-    """The lowest levels around each column for the sensors of the rig evaluated last, uint16 (rows, nx, ny): a sensor
-    that stays keeps its row."""
-
-    def __init__(self, grid: VoxelGrid, offsets: NDArray[np.int64]) -> None:
-        self._grid, self._offsets = grid, offsets
-        self._rows: dict[Hashable, int] = {}
-        self.levels: Levels = np.empty((0, *grid.shape[:2]), np.uint16)
-
-    def follow(self, engine: Engine, sensors: Sequence[Sensor]) -> NDArray[np.int64]:
-        """Look at the sensors that are new to the engine; returns the row of each sensor, (n,)."""
-        origins = engine.origins_of(sensors, "exact")
-        self._rows = {origin: row for origin, row in self._rows.items() if origin in origins}
-        new = {
-            origin: sensor
-            for origin, sensor in zip(origins, sensors, strict=True)
-            if origin not in self._rows
-        }
-        taken = set(self._rows.values())
-        free = [row for row in range(len(taken) + len(new)) if row not in taken][: len(new)]
-        self._rows.update(zip(new, free, strict=True))
-        if new:
-            self._reserve(1 + max(free))
-            self._look(engine, list(new.values()), np.array(free, np.int64))
-        return np.array([self._rows[origin] for origin in origins], np.int64)
-
-    def _reserve(self, rows: int) -> None:
-        if rows > len(self.levels):
-            more = np.empty((rows, *self._grid.shape[:2]), np.uint16)
-            more[: len(self.levels)] = self.levels
-            self.levels = more
-
-    def _look(self, engine: Engine, sensors: Sequence[Sensor], rows: NDArray[np.int64]) -> None:
-        stack, slots = engine.stack_of(sensors, "exact")
-        nx, ny, _ = self._grid.shape
-        lowest: Levels = np.empty((len(sensors), nx * ny), np.uint16)
-        keep, depth = engine.field.index.words, words_per_column(self._grid)
-        kernel.lowest_levels(stack, slots, keep, depth, NONE, engine.workers, lowest)
-        shaped = lowest.reshape(-1, nx, ny)
-        kernel.lowest_around(shaped, self._offsets, NONE, engine.workers, rows, self.levels)
-
-
 def seen_by(by: By, k: int) -> str:
     """Say who sees: "1 sensor", "2 LiDARs"."""
     return f"{k} {WHO[by][k != 1]}"
@@ -248,10 +208,23 @@ def unseen_by(by: By, k: int) -> str:
     return f"unseen by any {WHO[by][0]}" if k == 1 else f"seen by fewer than {seen_by(by, k)}"
 
 
-class BlindEngine:
-    """Finds the blind zones of rigs on one vehicle, and casts only what changed since the rig before.
+class _Looked(NamedTuple):
+    """A sensor, the fingerprint of the body that stopped its rays, and the row of what it sees around each column."""
 
-    Call it from the thread that owns the parallel kernels."""
+    sensor: Sensor
+    body: str | None
+    row: int
+
+    def is_of(self, sensor: Sensor, body: str | None) -> bool:
+        """Whether a sensor that stays needs no new look."""
+        return self.body == body and (self.sensor is sensor or self.sensor == sensor)
+
+
+class BlindEngine:
+    """Finds the blind zones of rigs on one vehicle, and looks anew only with sensors that changed since the rig before.
+
+    Of each sensor the lowest levels around columns are kept, uint16 (rows, nx, ny), and no voxels. Call it from the
+    thread that owns the parallel kernels."""
 
     def __init__(
         self,
@@ -260,27 +233,57 @@ class BlindEngine:
         mesh: BodyMesh | None = None,
         threads: int | None = None,
     ) -> None:
-        self.settings, self._mesh = settings, mesh
+        self.settings, self._mesh, self._workers = settings, mesh, jit.use_threads(threads)
         outline = Outline.of(vehicle, mesh)
         self.grid = grid_around(outline, settings)
         self.ground = Ground.of(self.grid, outline, settings.bands_m)
-        self._engine = Engine(whole_field(self.grid), threads)
-        self._around = _Around(self.grid, _disc(settings.width_m / settings.voxel_m / 2.0))
+        self._field = whole_field(self.grid)
+        self._caster = Caster(self._field, self._workers)
+        self._marks = empty_words(self.grid)
+        self._offsets = _disc(settings.width_m / settings.voxel_m / 2.0)
+        self._looked: list[_Looked] = []
+        self._around: Levels = np.empty((0, *self.grid.shape[:2]), np.uint16)
 
     def evaluate(self, rig: Rig) -> BlindMap:
         """How low the rig's enabled sensors look around the car."""
-        self._engine.evaluate(rig, MetricSettings(body=self.settings.body), False, self._mesh)
-        return self.lowest(rig)
-
-    def lowest(self, rig: Rig) -> BlindMap:
-        """The map of the rig that was evaluated last: all but the casting of rays."""
+        jit.use_threads(self._workers)
         sensors = [sensor for sensor in rig.sensors if sensor.enabled]
-        jit.use_threads(self._engine.workers)
-        rows = self._around.follow(self._engine, sensors)
+        solid = CarBody(rig.vehicle, self._mesh).solid() if self.settings.body == "blocks" else None
+        rows = self._rows_of(sensors, solid)
         kinds = np.array([KINDS.index(sensor.kind) for sensor in sensors], np.int64)
         levels = np.empty((len(BY), kernel.MOST_COUNTED, *self.grid.shape[:2]), np.uint16)
-        kernel.three_lowest(self._around.levels, rows, kinds, NONE, self._engine.workers, levels)
+        kernel.three_lowest(self._around, rows, kinds, NONE, self._workers, levels)
         return BlindMap(rig, self.settings, self.grid, self.ground, levels)
+
+    def _rows_of(self, sensors: Sequence[Sensor], solid: Solid | None) -> NDArray[np.int64]:
+        """The row of each sensor (n,), after a look with those that are new."""
+        body = None if solid is None else solid.fingerprint
+        known = [next((one for one in self._looked if one.is_of(s, body)), None) for s in sensors]
+        taken = {one.row for one in known if one is not None}
+        free = (row for row in range(len(sensors)) if row not in taken)
+        self._looked = []
+        for sensor, one in zip(sensors, known, strict=True):
+            if one is None:
+                one = _Looked(sensor, body, next(free))
+                self._look(sensor, solid, one.row)
+            self._looked.append(one)
+        return np.array([one.row for one in self._looked], np.int64)
+
+    def _look(self, sensor: Sensor, solid: Solid | None, row: int) -> None:
+        """Cast a sensor, and write its lowest levels around columns into a row."""
+        if row >= len(self._around):
+            more = np.empty((row + 1, *self.grid.shape[:2]), np.uint16)
+            more[: len(self._around)] = self._around
+            self._around = more
+        barrier = None if solid is None else solid.barrier(sensor.kind, housing_radius_m(sensor))
+        self._marks[:] = 0
+        self._caster.mark(sensor, "exact", self._caster.window(sensor), self._marks, barrier=barrier)
+        nx, ny, _ = self.grid.shape
+        lowest: Levels = np.empty((1, nx * ny), np.uint16)
+        keep, depth, first = self._field.index.words, words_per_column(self.grid), np.zeros(1, np.int64)
+        kernel.lowest_levels(self._marks[None], first, keep, depth, NONE, self._workers, lowest)
+        shaped, into = lowest.reshape(1, nx, ny), np.array([row], np.int64)
+        kernel.lowest_around(shaped, self._offsets, NONE, self._workers, into, self._around)
 
 
 def _disc(radius: float) -> NDArray[np.int64]:
