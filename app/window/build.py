@@ -26,6 +26,7 @@ from riglens.app.window.features.help import Help
 from riglens.app.window.features.maps import Map, SensorView
 from riglens.app.window.features.marginals import Marginals
 from riglens.app.window.features.measure import Measure
+from riglens.app.window.features.mounts import Mounts
 from riglens.app.window.features.objects import Objects
 from riglens.app.window.features.pick import Pick
 from riglens.app.window.features.picture import Picture
@@ -85,6 +86,7 @@ class Features(NamedTuple):
     card: CardShown
     detection: Detection
     objects: Objects
+    mounts: Mounts
     report: Report
     units: Units
     car: Car
@@ -150,6 +152,7 @@ def build_features(bench: Workbench) -> Features:
         card=CardShown(bench),
         detection=Detection(bench, compare),
         objects=Objects(bench),
+        mounts=Mounts(bench),
         report=Report(bench, compare),
         units=Units(bench),
         car=(car := Car(bench)),

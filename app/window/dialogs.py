@@ -23,6 +23,7 @@ BOX_FILES = "Box tables (*.csv *.csv.gz *.parquet *.feather);;All files (*)"
 MESH_FILES = "Meshes (*.glb *.gltf *.obj *.stl *.ply);;All files (*)"
 PICTURES = "PNG pictures (*.png)"
 TABLES = "CSV tables (*.csv)"
+REQUIREMENTS = "Files of requirements (*.yaml *.yml);;All files (*)"
 REPORTS = "Pages (*.html);;PDF (*.pdf)"
 Unsaved = Literal["save", "discard", "cancel"]
 
@@ -61,6 +62,11 @@ class Dialogs:
         """Where to write the report."""
         chosen = QFileDialog.getSaveFileName(parent, "Write a report", str(suggestion), REPORTS)[0]
         return _with_suffix(_path(chosen), ".html")
+
+    def requirements_file(self, parent: QWidget, folder: Path | None) -> Path | None:
+        """The file of requirements to check against."""
+        title = "Open a file of requirements"
+        return _path(QFileDialog.getOpenFileName(parent, title, str(folder or ""), REQUIREMENTS)[0])
 
     def mesh_file(self, parent: QWidget, folder: Path | None) -> Path | None:
         """The mesh of the car's body."""

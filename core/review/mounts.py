@@ -88,6 +88,10 @@ class MountLimits(Frozen):
     keep_out: Annotated[tuple[KeepOut, ...], Field(max_length=100)] | None = None
 
 
+USUAL_LIMITS = MountLimits(gap_m=0.1)
+"""What is asked without a file: our choice. Farther off the skin a sensor needs a bracket."""
+
+
 @dataclass(frozen=True)
 class Mount:
     """A sensor as it is mounted: over the ground, over the skin, its nearest neighbour, how far its housing sticks out

@@ -191,6 +191,9 @@ class FakeDialogs(Dialogs):
         self.suggested = suggestion
         return self.path
 
+    def requirements_file(self, parent: QWidget, folder: Path | None) -> Path | None:
+        return self.path
+
     def mesh_file(self, parent: QWidget, folder: Path | None) -> Path | None:
         return self.path
 
