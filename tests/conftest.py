@@ -24,6 +24,8 @@ KERNELS = REPOSITORY / "core" / "kernels" / "__pycache__"
 os.environ.setdefault("NUMBA_CACHE_DIR", str(KERNELS))
 """Kept, or every run would compile all kernels. Numba reads it when it is imported, which conftest files below may do
 before pytest is configured."""
+if "PYTEST_XDIST_WORKER" in os.environ:  # workers share the processors, and more threads wait for one another
+    os.environ.setdefault("NUMBA_NUM_THREADS", "2")
 
 settings.register_profile("riglens", derandomize=True, deadline=None, print_blob=True)
 settings.load_profile("riglens")

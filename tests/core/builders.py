@@ -62,9 +62,9 @@ def dense_h(field: EntropyField) -> NDArray[np.int64]:
 
 
 def evaluate(
-    field: EntropyField, rig: Rig, settings: MetricSettings | None = None, threads: int | None = None
+    field: EntropyField, rig: Rig, settings: MetricSettings | None = None, threads: int | None = 1
 ) -> Evaluation:
-    """Scores of a rig from scratch."""
+    """Scores of a rig from scratch; by one thread, which is soonest done with the small scenes of tests."""
     return Engine(field, threads).evaluate(rig, settings or MetricSettings())
 
 

@@ -211,8 +211,7 @@ def test_a_narrow_field_shows_ten_million_as_such(qtbot: QtBot, make: Callable[[
     edit.show()
     assert edit.text() == "1e7" and edit.cut_at is None
     edit.setFixedWidth(300)
-    QApplication.processEvents()
-    assert edit.text() == "10000000"
+    qtbot.waitUntil(lambda: edit.text() == "10000000", timeout=TIMEOUT_MS)
 
 
 def test_a_text_that_is_cut_off_says_so_at_the_side_where_it_goes_on(qtbot: QtBot) -> None:
