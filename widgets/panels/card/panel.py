@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from PySide6.QtCore import QSignalBlocker, Signal
+from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtWidgets import (
     QDoubleSpinBox,
     QHBoxLayout,
@@ -73,6 +73,7 @@ class CardPanel(QWidget):
 
     def _top(self) -> QHBoxLayout:
         self._note.setObjectName("hint")
+        self._note.setTextFormat(Qt.TextFormat.PlainText)
         self._bar.setRange(0, 100)
         self._bar.setFixedWidth(110)
         self._button.setObjectName("card_button")
@@ -177,6 +178,7 @@ class CardPanel(QWidget):
 def _hint() -> QLabel:
     label = QLabel()
     label.setObjectName("hint")
+    label.setTextFormat(Qt.TextFormat.PlainText)
     label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
     return label
 

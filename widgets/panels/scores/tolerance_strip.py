@@ -133,8 +133,9 @@ class ToleranceStrip(QWidget):
         layout.addLayout(below)
         layout.addWidget(self.ghost_note)
         layout.addStretch(1)
-        self._head.setObjectName("hint")
-        self.ghost_note.setObjectName("hint")
+        for label in (self._head, self.ghost_note):
+            label.setObjectName("hint")
+            label.setTextFormat(Qt.TextFormat.PlainText)
         self.setToolTip(LEGEND)
 
     @property
