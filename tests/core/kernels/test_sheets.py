@@ -81,7 +81,7 @@ def seen_by(made: Sheets, keep: NDArray[np.uint64] = EVERYTHING, workers: int = 
 
 
 def hit(rays: Cast) -> set[Voxel]:
-    """The voxels that any ray hits, each ray against each voxel."""
+    """The voxels that any ray hits which is not stopped, each ray against each voxel."""
     turns = len(rays.planes)
     local = (
         rays.rows
@@ -89,6 +89,7 @@ def hit(rays: Cast) -> set[Voxel]:
         else np.array([(c * x, c * y, s) for c, s in rays.rows for x, y in rays.planes])
     )
     assert rays.kind == LISTED or len(local) == turns * len(rays.rows)
+    local = local[~rays.is_stopped] if rays.is_stopped.size else local
     found: set[Voxel] = set()
     place, (near, far) = tuple(rays.origin.tolist()), rays.reach.tolist()
     for d in local:
@@ -195,6 +196,20 @@ def test_a_sector_ends_where_its_rays_end(azimuths: range) -> None:
     for yaw_deg in (178.0, 90.0):
         turned = lidar(rpy_deg=(2.0, -3.0, yaw_deg), azimuths=azimuths, beams=(-8.0, -4.0, 0.0, 4.0))
         assert seen_by(sheets_of(turned)) == hit(rays_of(turned))
+
+
+@pytest.mark.parametrize("pattern", ["some", "most", "a block", "a beam"])
+def test_rays_that_are_stopped_hit_nothing(pattern: str) -> None:
+    rng, stopped = np.random.default_rng(4), np.zeros((len(BEAMS), 19), np.bool_)
+    if pattern in ("some", "most"):
+        stopped[:] = rng.random(stopped.shape) < (0.2 if pattern == "some" else 0.8)
+    else:
+        stopped[(slice(1, 5), slice(5, 15)) if pattern == "a block" else (4, slice(None))] = True
+    sensor = lidar(rpy_deg=(3.0, -4.0, 5.0), azimuths=range(-18, 19, 2))
+    rays = rays_of(sensor)._replace(is_stopped=stopped.ravel())
+    made = make_sheets(sensor, rays, shortest=1.0)
+    assert made is not None and hit(rays) < hit(rays_of(sensor))
+    assert seen_by(made) == hit(rays)
 
 
 def test_offsets_may_turn_beams_anywhere() -> None:
