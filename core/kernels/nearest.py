@@ -17,6 +17,8 @@ from riglens.core.kernels.lattice import Direction
 from riglens.core.kernels.shapes import is_inside, turned_into
 from riglens.core.kernels.windows import NOWHERE, TURN, Window, corners_of, window_of_image, window_of_turn
 
+_LARGE = 400.0
+"""Where about so many rays can meet a box, each of its parts has a window of its own."""
 _TINY = 1e-300
 """Stands for no distance at all between the sensor and the plane of a face, by which numbers are divided."""
 
@@ -302,6 +304,29 @@ def set_turn(traffic: Traffic, rotation: np.ndarray, box: int, turn: np.ndarray)
         turn[0, column], turn[1, column], turn[2, column] = turned_into(traffic.rotations[box], v)
 
 
+@lean_inlined
+def _set_centre(start: Direction, turn: np.ndarray, centre: np.ndarray) -> None:
+    """centre (3,): the middle of a box in the axes of the sensor, which is at `start` in those of the box."""
+    for axis in range(3):
+        centre[axis] = -(turn[0, axis] * start[0] + turn[1, axis] * start[1] + turn[2, axis] * start[2])
+
+
+@lean_inlined
+def _window_of(
+    beams: Beams,
+    start: Direction,
+    half: np.ndarray,
+    turn: np.ndarray,
+    centre: np.ndarray,
+    corners: np.ndarray,
+) -> Window:
+    """The window of a box around the origin of its axes, in which the sensor is at `start`; centre (3,) and corners (8,
+    3) are overwritten."""
+    _set_centre(start, turn, centre)
+    corners_of(centre, turn, half, corners)
+    return window_of_turn(corners) if beams.turns else window_of_image(corners, beams.least)
+
+
 @lean
 def meet_frame(
     traffic: Traffic, beams: Beams, frame: int, rotation: np.ndarray, faces: Faces, corners: np.ndarray,
@@ -317,21 +342,23 @@ def meet_frame(
         if is_inside(start, half):
             continue
         set_turn(traffic, rotation, box, faces.turn)
-        for axis in range(3):
-            turn = faces.turn[:, axis]
-            centre[axis] = -(turn[0] * start[0] + turn[1] * start[1] + turn[2] * start[2])
+        _set_centre(start, faces.turn, centre)
         far, sine, cosine = _cone_of(centre, half)
         if _is_apart(1.0, 0.0, 0.0, beams.field[0], beams.field[1], centre, far, sine, cosine):
             continue
-        corners_of(centre, faces.turn, half, corners)
         window = NOWHERE
         if beams.blocks.shape[0] == 0:
-            window = window_of_turn(corners) if beams.turns else window_of_image(corners, beams.least)
+            window = _window_of(beams, start, half, faces.turn, centre, corners)
             if window.width < 0.0:
                 continue
+        is_large = beams.blocks.shape[0] == 0 and beams.row_of.size * beams.columns * sine * sine > _LARGE
         for part in range(traffic.part_starts[box], traffic.part_starts[box + 1]):
             offset = traffic.offsets[part]
             place = (start[0] - offset[0], start[1] - offset[1], start[2] - offset[2])
+            if is_large:
+                window = _window_of(beams, place, traffic.part_halves[part], faces.turn, centre, corners)
+                if window.width < 0.0:
+                    continue
             _set_faces(place, traffic.part_halves[part], faces)
             own = Faces(box, part, faces.turn, faces.enter, faces.rest, faces.leave, faces.other)
             if beams.blocks.shape[0] > 0:

@@ -5,11 +5,12 @@ import pytest
 
 from riglens.core.geometry import Pose
 from riglens.core.rig.library import default_library, sensor_from_model
-from riglens.core.rig.model import Rig
+from riglens.core.rig.model import Camera, Rig
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.scores import TargetScores
 from riglens.core.targets.settings import EXACT, TargetSettings
 from riglens.core.targets.traffic import Traffic
+from tests.core.builders import rig_of, spinning
 from tests.core.targets import brute_force
 from tests.core.targets.cases import random_rig, random_traffic
 
@@ -65,3 +66,18 @@ def test_every_model_of_the_library(model):
     rng = np.random.default_rng(len(model))
     pose = Pose((0.4, -0.3, 2.1), (1.0, 2.0, 30.0))
     check(random_traffic(rng, 2, 9), Rig(sensors=(sensor_from_model(model, "S", pose),)))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_parts_of_near_road_users_under_dense_sensors(seed):
+    """So many rays meet them that each part has a window of its own."""
+    rng = np.random.default_rng(500 + seed)
+    rpy = tuple(rng.uniform([-25.0, -25.0, -180.0], [25.0, 25.0, 180.0]).tolist())
+    lidar = spinning((0.3, 0.2, 2.0), rpy if seed else (0.0, 0.0, 0.0), 24, 400)
+    camera = Camera(
+        name="C", position=(0.0, 0.0, 1.6), rpy_deg=rpy, image=(220, 160), hfov_deg=110.0, cast=(220, 160)
+    )
+    found = check(
+        random_traffic(rng, 16, 14), rig_of(lidar, camera), TargetSettings(shape="class", range_law=False)
+    )
+    assert found.objects.all_points.max() > 100 and found.objects.pixels.max() > 400
