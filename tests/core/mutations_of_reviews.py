@@ -45,7 +45,7 @@ MUTATIONS = [
         ("levels = self.levels[BY.index(by), k - 1]\n", "levels = self.levels[BY.index(by), 0]\n"),
         ("levels = self.levels[BY.index(by), k - 1]\n", "levels = self.levels[0, k - 1]\n"),
         ("np.hypot(x, y) <= radius + 1e-9", "np.hypot(x, y) < radius"),
-        ("if sensor.enabled]\n        jit", "]\n        jit"),
+        ("rig.sensors if sensor.enabled]", "rig.sensors]"),
     ),
     *mutations_of(
         "core/review/mounts.py",
