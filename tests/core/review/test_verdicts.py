@@ -6,8 +6,8 @@ import pytest
 from riglens.core.errors import InputError
 from riglens.core.review.outline import Outline
 from riglens.core.review.profiles import Profile, Shape, Target, bundled_profiles, read_profiles, targets_of
-from riglens.core.review.verdicts import Onlooker, ray_counts, surface_share, verdicts
-from riglens.core.rig.model import Lidar, Rig, Sensor
+from riglens.core.review.verdicts import ObjectVerdict, Onlooker, ray_counts, surface_share, verdicts
+from riglens.core.rig.model import EvenAngles, Lidar, Rig, Sensor
 from riglens.core.sensing.body_ends import barrier_of
 from riglens.core.sensing.rays import sensor_rays
 from riglens.core.vehicle.solid import CarBody
@@ -130,6 +130,22 @@ def test_a_field_beside_the_car_lies_outwards_of_its_side(side: str, ys: set[flo
     profile = Profile(name="a", title="t", source="s", object=shape, field=area)  # type: ignore[arg-type]
     targets = targets_of(profile, Outline(-2.0, 3.0, -1.0, 1.5))
     assert {t.x_m for t in targets} == {2.0, 2.5, 3.0} and {t.y_m for t in targets} == ys
+
+
+def test_an_object_is_seen_from_just_enough_rays_and_share_on() -> None:
+    level = dense_lidar(1.0, 301, 720).replace(elevations_deg=EvenAngles(from_=-30.0, to=0.0, count=301))
+    rig, half = Rig(vehicle=BOX_FILE, sensors=(level,)), {"x": 0.0, "left": 5.0}
+
+    def judged(rays: int, share: float) -> ObjectVerdict:
+        shape = Shape(height=2.0, diameter=0.4)
+        profile = Profile(name="a", title="t", source="s", object=shape, at=(half,), rays=rays, share=share)  # type: ignore[arg-type]
+        (one,) = verdicts(rig, [profile], "ignored", box_mesh())[0].objects
+        return one
+
+    found = judged(1, 0.0)
+    assert found.share == 0.5 and found.rays > 50 and found.target.radius_m == 0.2
+    assert judged(found.rays, 0.5).is_seen
+    assert not judged(found.rays + 1, 0.5).is_seen and not judged(found.rays, 0.51).is_seen
 
 
 def test_the_body_hides_objects_only_where_it_blocks() -> None:
