@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from riglens.core.rig.model import Camera
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.grid import VoxelGrid
-from riglens.core.sensing.body_ends import barrier_of
 from riglens.core.vehicle.solid import Solid
 from riglens.core.view.frames import FrameBoxes
 from riglens.core.view.hits import BODY, cast
@@ -142,6 +141,8 @@ def _first_hits(view: Projection, boxes: FrameBoxes, body: Solid) -> tuple[NDArr
     columns = min(width, _MASK_WIDTH)
     rows = max(1, min(height, round(columns * height / width), _MASK_WIDTH * 2))
     rays = view.directions(columns, rows)
+    from riglens.core.sensing.body_ends import barrier_of  # loads the compiler: not while a window opens
+
     barrier = barrier_of(view.camera, body)
     hits = cast(view.camera.position, rays, boxes, barrier, (0.0, np.inf), has_ground=False)
     mask = np.where(hits.what == BODY, 1.0 + 254.0 * hits.facing, 0.0)

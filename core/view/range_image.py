@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.rig.model import Lidar
-from riglens.core.sensing.body_ends import barrier_of
 from riglens.core.sensing.rays import sensor_rays
 from riglens.core.vehicle.solid import Solid
 from riglens.core.view.frames import FrameBoxes
@@ -50,6 +49,8 @@ class RangeImage:
 
 def range_image(lidar: Lidar, boxes: FrameBoxes, body: Solid, max_rays: int = MAX_RAYS) -> RangeImage:
     """Return what the beams of a LiDAR hit in one frame; where it has very many rays, only some are cast."""
+    from riglens.core.sensing.body_ends import barrier_of  # loads the compiler: not while a window opens
+
     elevations, azimuths = lidar.elevations(), wrapped_deg(lidar.azimuths())
     step_beam, step_azimuth = _steps(len(elevations), len(azimuths), max_rays)
     beams = np.argsort(-elevations, kind="stable")[::step_beam]

@@ -34,7 +34,7 @@ import sys
 import riglens.app.commands, riglens.app.commands.start
 riglens.app.commands.start.load_packages()
 assert "pyvista.plotting" in sys.modules and "PySide6" not in sys.modules, "Qt slows down what comes after it"
-import riglens.app.window, riglens.widgets.viewport.viewport
+import riglens.app.window.start, riglens.widgets.viewport.viewport
 """
 
 
@@ -53,6 +53,8 @@ def output_of(script: str) -> tuple[str, str]:
 
 
 def test_what_only_few_commands_need_is_not_loaded_with_the_window() -> None:
+    script = "print('riglens.app.window.features.maps' in sys.modules)\n"
+    assert output_of(OPENED + script) == ("True\n", ""), "all features are loaded here, as for a window"
     script = f"print([name for name in {FOR_LATER} if name in sys.modules])\n"
     assert output_of(OPENED + script) == ("[]\n", "")
 
