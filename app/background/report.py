@@ -21,6 +21,7 @@ _PRINT = (
     "import sys; from pathlib import Path; from riglens.app.commands.report_job import print_page; "
     "print_page(Path(sys.argv[1]), Path(sys.argv[2]))"
 )
+_DRAW = _PRINT.replace("print_page", "draw_pages")
 _WAIT_S = 0.2
 
 
@@ -67,6 +68,14 @@ def print_report(page: Path, out: Path, progress: Progress, run: str = _PRINT) -
     """Write the PDF of a page that was made before and return its file; as `make_report` in all else."""
     _run([sys.executable, "-c", run, str(page), str(out)], progress)
     return out
+
+
+def draw_report(page: Path, progress: Progress, run: str = _DRAW) -> list[Path]:
+    """Draw a page that was made before as it is printed, and return the pictures, in a folder beside it."""
+    folder = page.parent / "pages"
+    folder.mkdir()
+    _run([sys.executable, "-c", run, str(page), str(folder)], progress)
+    return sorted(folder.glob("*.png"))
 
 
 def _run(command: list[str], progress: Progress) -> None:

@@ -73,6 +73,15 @@ def print_page(page: Path, out: Path) -> None:
     _write_pdf(out, attached_figures(text, str(page)), text)
 
 
+def draw_pages(page: Path, folder: Path) -> None:
+    """Draw the pages of the PDF of a page that was made before, as 001.png and so on."""
+    require_system_libraries("offscreen")
+    from riglens.app.rendering.pdf import page_images  # Qt
+
+    for number, image in enumerate(page_images(_page_text(page)), 1):
+        image.save(str(folder / f"{number:03}.png"))
+
+
 def _write_pdf(path: Path, figures: dict[str, Any], page: str) -> None:
     """Print the page, with the figures and the rigs attached."""
     require_system_libraries("offscreen")

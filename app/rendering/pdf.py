@@ -13,6 +13,7 @@ from PySide6.QtSvg import QSvgRenderer
 from PySide6.QtWidgets import QApplication
 
 DPI, MARGIN_MM = 150, 14.0
+SCREEN_DPI, A4_MM = 110.0, (210.0, 297.0)
 WIDE_PX = 660
 """Width of the text in the units of the layout, of which an inch has 96."""
 STYLE = """
@@ -57,9 +58,40 @@ class _Pictures:
 
 def pdf_of(page: str, title: str, attached: Mapping[str, bytes]) -> bytes:
     """The PDF of a report's page; files are attached by name. Equal input gives equal bytes on the same system."""
+    _ensure_application()
+    return _without_time(_printed(printable(page), title, attached))
+
+
+def page_images(page: str) -> list[QImage]:
+    """The pages of a report's PDF as pictures, to be seen before it is written."""
+    _ensure_application()
+    document = printable(page)
+    document.documentLayout().setPaintDevice(QImage(1, 1, QImage.Format.Format_RGB32))
+    margin, scale = MARGIN_MM / 25.4 * 96.0, SCREEN_DPI / 96.0
+    wide, high = (side_mm / 25.4 * 96.0 for side_mm in A4_MM)
+    document.setPageSize(QSizeF(wide - 2.0 * margin, high - 2.0 * margin))
+    return [_drawn(document, number, (wide, high), margin, scale) for number in range(document.pageCount())]
+
+
+def _drawn(
+    document: QTextDocument, number: int, size: tuple[float, float], margin: float, scale: float
+) -> QImage:
+    """One page, white all around."""
+    image = QImage(round(size[0] * scale), round(size[1] * scale), QImage.Format.Format_RGB32)
+    image.fill(0xFFFFFFFF)
+    wide, high = size[0] - 2.0 * margin, size[1] - 2.0 * margin
+    painter = QPainter(image)
+    painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
+    painter.scale(scale, scale)
+    painter.translate(margin, margin - number * high)
+    document.drawContents(painter, QRectF(0.0, number * high, wide, high))
+    painter.end()
+    return image
+
+
+def _ensure_application() -> None:
     app = QApplication.instance() or QApplication(["riglens", "-platform", "offscreen"])
     assert app is not None
-    return _without_time(_printed(printable(page), title, attached))
 
 
 def printable(page: str) -> QTextDocument:

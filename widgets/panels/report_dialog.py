@@ -1,43 +1,72 @@
-"""A report before it is written: its texts, tables and pictures as they are printed, and where it may go."""
+"""A report before it is written: its pages as they are printed, and where it may go."""
 
 from __future__ import annotations
 
-from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QColor, QPalette, QTextDocument
-from PySide6.QtWidgets import QDialog, QHBoxLayout, QLabel, QPushButton, QTextBrowser, QVBoxLayout, QWidget
+from collections.abc import Sequence
+from pathlib import Path
+
+from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtGui import QImageReader, QPainter, QPaintEvent, QPixmap
+from PySide6.QtWidgets import QDialog, QHBoxLayout, QLabel, QPushButton, QScrollArea, QVBoxLayout, QWidget
 
 NOTE = "As it is printed. The car that turns is seen in a browser."
+GAP_PX = 14
+
+
+class Pages(QWidget):
+    """Pictures of pages under one another; each is read when it comes into sight."""
+
+    def __init__(self, pictures: Sequence[Path]) -> None:
+        super().__init__()
+        self._pictures = tuple(pictures)
+        self._known: dict[int, QPixmap] = {}
+        sizes = [QImageReader(str(path)).size() for path in pictures]
+        self._size = sizes[0] if sizes else QSize(1, 1)
+        self.setFixedSize(
+            self._size.width() + 2 * GAP_PX, len(sizes) * (self._size.height() + GAP_PX) + GAP_PX
+        )
+
+    @property
+    def read(self) -> tuple[int, ...]:
+        """Which pages were read by now, from 0 on."""
+        return tuple(sorted(self._known))
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Draw the pages in sight."""
+        step = self._size.height() + GAP_PX
+        first = max(0, event.rect().top() // step)
+        last = min(len(self._pictures) - 1, event.rect().bottom() // step)
+        painter = QPainter(self)
+        for number in range(first, last + 1):
+            if number not in self._known:
+                self._known[number] = QPixmap(str(self._pictures[number]))
+            painter.drawPixmap(GAP_PX, GAP_PX + number * step, self._known[number])
+        painter.end()
 
 
 class ReportDialog(QDialog):
-    """Shows a document and asks for what is to become of it; nothing is written by itself."""
+    """Shows pages and asks for what is to become of them; nothing is written by itself."""
 
     save_wanted = Signal(str)
     """The report is to be saved, as ".html" or ".pdf"."""
     browser_wanted = Signal()
     """The page is to be shown in the browser of the system."""
 
-    def __init__(self, document: QTextDocument, parent: QWidget | None = None) -> None:
+    def __init__(self, pictures: Sequence[Path], parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setWindowTitle("Report")
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self.resize(820, 860)
-        document.setParent(self)
-        document.setDocumentMargin(24.0)
-        self.page = QTextBrowser()
-        self.page.setOpenLinks(False)
-        paper = self.page.palette()
-        paper.setColor(QPalette.ColorRole.Base, QColor("#ffffff"))  # as the print, in a dark window, too
-        paper.setColor(QPalette.ColorRole.Text, QColor("#000000"))
-        self.page.setPalette(paper)
-        self.page.setStyleSheet("QTextBrowser { background: #ffffff; color: #000000; }")
-        self.page.setDocument(document)
+        self.pages = Pages(pictures)
+        scroll = QScrollArea()
+        scroll.setWidget(self.pages)
+        scroll.setAlignment(Qt.AlignmentFlag.AlignHCenter)
+        self.resize(self.pages.width() + 60, 860)
         self.browser = QPushButton("Open in browser")
         self.html, self.pdf = QPushButton("Save page…"), QPushButton("Save PDF…")
         self.browser.clicked.connect(lambda: self.browser_wanted.emit())
         self.html.clicked.connect(lambda: self.save_wanted.emit(".html"))
         self.pdf.clicked.connect(lambda: self.save_wanted.emit(".pdf"))
-        note = QLabel(NOTE)
+        note = QLabel(f"{len(pictures)} pages. {NOTE}")
         note.setObjectName("hint")
         row = QHBoxLayout()
         row.addWidget(note, 1)
@@ -45,5 +74,5 @@ class ReportDialog(QDialog):
             button.setAutoDefault(False)
             row.addWidget(button)
         layout = QVBoxLayout(self)
-        layout.addWidget(self.page)
+        layout.addWidget(scroll)
         layout.addLayout(row)

@@ -5,13 +5,14 @@ from __future__ import annotations
 
 import shutil
 import tempfile
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QUrl
 from PySide6.QtGui import QDesktopServices
 
-from riglens.app.background.report import ReportJob, make_report, print_report
+from riglens.app.background.report import ReportJob, draw_report, make_report, print_report
 from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.compare import Compare
@@ -38,7 +39,7 @@ class Report(Feature):
     def __init__(self, bench: Workbench, compare: Compare) -> None:
         super().__init__(bench)
         self._compare = compare
-        self.work, self.print, self.show_file = make_report, print_report, show
+        self.work, self.draw, self.print, self.show_file = make_report, draw_report, print_report, show
         self.dialogs: dict[Path, ReportDialog] = {}
         """The previews that are open, by their pages."""
         self.bind(report=bench.guarded(self.start))
@@ -63,16 +64,14 @@ class Report(Feature):
         job = ReportJob(self.rigs(), scene.options, self.session.settings, page)
         self.bench.tasks.run(
             "Report",
-            lambda progress: self.work(job, progress),
-            done=self._preview,
+            lambda progress: self.draw(self.work(job, progress), progress),
+            done=partial(self._preview, page),
             ended=lambda: self._forget_unseen(page),
         )
 
-    def _preview(self, page: Path) -> None:
+    def _preview(self, page: Path, pictures: Sequence[Path]) -> None:
         """Show what was made."""
-        from riglens.app.rendering.pdf import printable  # it is needed for no other thing in the window
-
-        dialog = ReportDialog(printable(page.read_text("utf-8")), self.bench.window)
+        dialog = ReportDialog(pictures, self.bench.window)
         self.dialogs[page] = dialog
         dialog.browser_wanted.connect(lambda: self.show_file(page))
         dialog.save_wanted.connect(self.bench.guarded(partial(self._save, page)))
