@@ -26,8 +26,8 @@ def card_section(report: Report, number: int, table_of: Callable[[str, list[str]
     yield (
         '<p class="quiet">One road user alone in the open: the first distance at which fewer than '
         f"{found['min_points']} LiDAR points, or less than {found['min_height_px']:g} pixels of height, get "
-        "onto it; least, median and most over its places between the beams. More is better. Traffic, the own car "
-        "and weather are left out.</p>"
+        "onto it; least, median and most over its places between the beams. More is better. Own body "
+        f"{found['body']}; traffic and weather are left out.</p>"
     )
     picture = base64.b64encode(card_picture(report.cards[number], "png")).decode("ascii")
     yield f'<figure><img alt="Chart of first distances by direction" src="data:image/png;base64,{picture}"></figure>'

@@ -28,7 +28,7 @@ from riglens.core.review.verdicts import verdicts
 from riglens.core.rig.model import FORMAT_VERSION, Rig
 from riglens.core.rig.yaml.file import dumps
 from riglens.core.scene.boxes import Progress
-from riglens.core.targets.card import Card
+from riglens.core.targets.card import USUAL_PLAN, Card
 from riglens.core.targets.card_making import card_of
 from riglens.core.targets.card_table import card_document
 from riglens.core.targets.engine import TargetEngine
@@ -85,7 +85,8 @@ def report_of(plan: ReportPlan, progress: Progress) -> Report:
         blind = BlindSettings(body=settings.body)
         found = BlindEngine(rig.vehicle, blind, mesh, score.threads).evaluate(rig)
         maps.append(found)
-        cards.append(card_of(rig, threads=score.threads))
+        card = replace(USUAL_PLAN, settings=replace(USUAL_PLAN.settings, body=settings.body))
+        cards.append(card_of(rig, card, score.threads, mesh=mesh))
         parts.append(_parts(plan, rig, mesh, found, engine, field, traffic, counts, score))
         parts[-1]["card"] = card_document(cards[-1])
         progress((number + 1.0) / len(plan.rigs))
