@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from riglens.core.scene.columns import Words
 
 
+FAILED = "taken as failed"
 NOBODY_BEFORE: Mapping[str, str] = {}
 
 
@@ -135,7 +136,7 @@ class Pick(Feature):
     def _show_card(self, picked: PickedVoxel | None) -> None:
         traffic = self.viewport.state.traffic
         hidden = {} if picked is None or traffic is None else hidden_from(picked, self._rig(), traffic)
-        self.card.show_voxel(None if picked is None else voxel_text(picked, hidden))
+        self.card.show_voxel(None if picked is None else voxel_text(picked, hidden, self.document.failed))
 
     def _rig(self) -> Rig:
         assert self._drawn is not None
@@ -164,15 +165,20 @@ def hidden_from(picked: PickedVoxel, rig: Rig, frame: ShownFrame) -> dict[str, s
     return found
 
 
-def voxel_text(picked: PickedVoxel, hidden: Mapping[str, str] = NOBODY_BEFORE) -> VoxelText:
-    """What the card says of a voxel; `hidden` is what stands before it in the frame shown, by sensor."""
+def voxel_text(
+    picked: PickedVoxel,
+    hidden: Mapping[str, str] = NOBODY_BEFORE,
+    failed: Collection[str] = (),
+) -> VoxelText:
+    """What the card says of a voxel; `hidden` is what stands before it in the frame shown, by sensor, `failed` are the
+    sensors that are off because they are taken as failed."""
     x, y, z = picked.facts.centre_m
     classes = tuple(
         (name, f"{p:.4g}", f"{h:.4g}")
         for name, p, h in zip(CLASSES, picked.facts.p, picked.facts.h_nat, strict=True)
     )
     lines = tuple(
-        SensorLine(found.sensor, found.verdict == "sees", _sight_text(found, hidden))
+        SensorLine(found.sensor, found.verdict == "sees", _sight_text(found, hidden, failed))
         for found in picked.sights
     )
     summary = f"Seen by {len(picked.seen_by)} of {len(lines)} sensors"
@@ -182,6 +188,8 @@ def voxel_text(picked: PickedVoxel, hidden: Mapping[str, str] = NOBODY_BEFORE) -
     return VoxelText(place, classes, summary, lines)
 
 
-def _sight_text(found: Sight, hidden: Mapping[str, str]) -> str:
+def _sight_text(found: Sight, hidden: Mapping[str, str], failed: Collection[str]) -> str:
+    if found.verdict == "off" and found.sensor in failed:
+        return FAILED
     before = hidden.get(found.sensor)
     return sight_text(found) if before is None else f"sees it, in this frame behind {before}"

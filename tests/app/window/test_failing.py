@@ -10,11 +10,15 @@ import pytest
 from PySide6.QtWidgets import QMenu
 from pytestqt.qtbot import QtBot
 
+from riglens.app.evaluation.requests import PickedVoxel
 from riglens.app.rendering.picture import PictureWords, with_words
 from riglens.app.session.session import HeatChoice
 from riglens.app.window.features.compare import CURRENT
 from riglens.app.window.features.failing import Failing
 from riglens.app.window.features.follow import Follow
+from riglens.app.window.features.pick import voxel_text
+from riglens.core.engine.sight import Sight
+from riglens.core.metric.voxel import VoxelFacts
 from riglens.core.rig.edits import without
 from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.file import dumps
@@ -167,3 +171,12 @@ def test_no_picture_hides_that_a_sensor_has_failed(words: PictureWords) -> None:
     shown = with_words(SceneState(rig=RIG, failed=frozenset({"roof"})), words, None)
     assert shown.caption.title == ONE
     assert with_words(SceneState(rig=RIG), words, None).caption.title == ""
+
+
+def test_the_card_of_a_voxel_tells_what_has_failed_from_what_is_switched_off() -> None:
+    facts = VoxelFacts((0, 0, 0), (0.0, 0.0, 0.5), (0.5, 0.5, 0.5), (0.7, 0.7, 0.7))
+    picked = PickedVoxel(facts, (Sight("roof", "off", 2.0), Sight("front", "off", 2.0)))
+    assert [line.text for line in voxel_text(picked, {}, {"roof"}).sensors] == [
+        "taken as failed",
+        "switched off",
+    ]
