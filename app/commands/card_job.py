@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -42,7 +41,7 @@ def card(name: str, plan: CardPlan, score: ScoreOptions, files: Files) -> None:
         note(line)
     score = score.for_rigs([rig])
     (mesh,) = meshes_called([name], [rig], score)
-    plan = replace(plan, settings=replace(plan.settings, body=score.body or "ignored"))
+    plan = plan.with_body(score.body or "ignored")
     warm_up(score.threads)
     found = card_of(rig, plan, score.threads, mesh=mesh)
     if files.csv is not None:

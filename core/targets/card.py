@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
+from riglens.core.metric.scores import Body
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.targets.settings import EXACT, TargetSettings
@@ -100,6 +101,10 @@ class CardPlan:
     def braking_as(self, other: CardPlan) -> CardPlan:
         """This plan with a car that brakes as in another one: nothing has to be counted anew for it."""
         return replace(self, reaction_s=other.reaction_s, deceleration_mps2=other.deceleration_mps2)
+
+    def with_body(self, body: Body) -> CardPlan:
+        """This plan with rays that end at the car's own body, or do not."""
+        return replace(self, settings=replace(self.settings, body=body))
 
     def stopping_m(self, speed_kmh: float) -> float:
         """Way from the moment at which the road user is there to be seen until the car stands: v t + v^2 / 2a."""

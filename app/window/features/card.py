@@ -70,8 +70,8 @@ class CardShown(Feature):
     @property
     def _wanted(self) -> CardRequest:
         """The rig as it is now; how the car brakes decides nothing that has to be counted."""
-        session, plan = self.session, self._plan.braking_as(USUAL_PLAN)
-        plan = replace(plan, settings=replace(plan.settings, body=session.body))
+        session = self.session
+        plan = self._plan.braking_as(USUAL_PLAN).with_body(session.body)
         return CardRequest(
             self.document.working_rig, plan, session.mesh if session.body == "blocks" else None
         )

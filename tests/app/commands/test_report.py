@@ -101,7 +101,7 @@ def test_every_number_of_a_table_is_that_of_the_attached_figures_and_these_are_t
     assert differences(figures["evaluation"], scores) == []
     blind = json.loads(riglens("blind", rig, "--json", "-").out)
     assert differences(figures["rigs"][0]["blind"], blind) == []
-    card = json.loads(riglens("card", rig, "--json", "-").out)
+    card = json.loads(riglens("card", rig, "--body", "blocks", "--json", "-").out)
     assert differences(figures["rigs"][0]["card"], card) == []
     lost = json.loads(riglens("redundancy", rig, *scene).out)
     assert differences(figures["rigs"][0]["redundancy"]["voxels"], lost["voxels"]) == []

@@ -30,7 +30,7 @@ from tests.waiting import TIMEOUT_MS
 
 NEAR = CardPlan(bearings_deg=around(4), to_m=12.0)
 CARD = card_of(RIG, NEAR, is_serial=True)
-BLOCKS = replace(USUAL_PLAN, settings=replace(USUAL_PLAN.settings, body="blocks"))
+BLOCKS = USUAL_PLAN.with_body("blocks")
 """What the window asks for unless told otherwise: the car is solid."""
 
 
