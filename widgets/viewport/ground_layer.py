@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pyvista as pv
-from vtkmodules.vtkRenderingCore import vtkProp, vtkRenderer
+from vtkmodules.vtkRenderingCore import vtkProp, vtkRenderer, vtkTexture
 
 from riglens.core.scene.grid import VoxelGrid
 from riglens.widgets.drawing.actors import line_mesh, plain_actor
@@ -173,6 +173,11 @@ class GroundMapLayer:
         self._actor = plain_actor(pv.PolyData(), lighting=False, color="#ffffff")
         self._actor.force_translucent = True
         self._actor.visibility = False
+        self._image, texture = pv.ImageData(dimensions=(1, 1, 1)), vtkTexture()
+        texture.SetInputData(self._image)
+        texture.SetColorModeToDirectScalars()
+        texture.InterpolateOff()
+        self._actor.SetTexture(texture)
         renderer.AddActor(self._actor)
         self._placed: object = None
 
@@ -190,12 +195,10 @@ class GroundMapLayer:
         if place != self._placed:
             self._placed = place
             self._actor.mapper.SetInputData(_rectangle(shown))
-        columns = np.ascontiguousarray(
-            shown.pixels().transpose(1, 0, 2)[::-1]
-        )  # rows from above, ahead is right
-        texture = pv.Texture(columns)  # type: ignore[no-untyped-call]
-        texture.interpolate = texture.mipmap = False
-        self._actor.texture = texture
+            self._image.clear_data()
+            self._image.dimensions = (*shown.steps.shape, 1)
+        self._image.point_data["rgba"] = shown.pixels().reshape(-1, 4)
+        self._image.set_active_scalars("rgba")
 
 
 def _rectangle(shown: GroundMap) -> pv.PolyData:

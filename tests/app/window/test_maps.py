@@ -11,6 +11,7 @@ from pytestqt.qtbot import QtBot
 
 from riglens.app.evaluation.scenario import load_scenario
 from riglens.core.engine.engine import Engine
+from riglens.core.engine.inspect import covered_at_least
 from riglens.core.geometry import Pose
 from riglens.core.review.blind import BlindEngine, BlindSettings
 from riglens.core.rig.model import Vehicle
@@ -148,6 +149,20 @@ def test_the_map_shows_the_lowest_heights_of_the_command_and_follows_an_edit(ben
     bench.settle()
     assert panel.map._lowest is None and panel.title.text() == "Car,"
     assert not bench.session.request().blind
+
+
+def test_a_heatmap_of_redundancy_brings_the_voxels_that_it_shows(bench: Bench) -> None:
+    bench.features.heat.set_mode("twice")
+    bench.settle()
+    result = bench.workbench.answers.result
+    engine = Engine(result.scene.field, 1)
+    engine.evaluate(bench.document.rig, bench.session.settings)
+    twice = covered_at_least(engine, bench.document.rig, "exact")[1]
+    assert twice.any()
+    np.testing.assert_array_equal(result.redundant, twice)
+    bench.features.heat.set_mode("seen")
+    bench.settle()
+    assert bench.workbench.answers.result.redundant is None
 
 
 def test_a_click_on_the_map_selects_a_sensor_or_turns_the_view_there(bench: Bench) -> None:

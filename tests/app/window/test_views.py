@@ -152,6 +152,12 @@ def test_a_click_means_a_voxel_of_the_kind_that_is_drawn(
     assert click_means(bench, monkeypatch, mode) == wanted
 
 
+def test_a_click_on_redundancy_means_a_voxel_that_so_many_sensors_see(
+    bench: FullDesk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert click_means(bench, monkeypatch, "twice", redundant=np.array([2, 0], np.uint64)) == [2, 0]
+
+
 @pytest.mark.parametrize(("net", "meant"), [(3.0, [1, 0]), (-3.0, [0, 4])])
 def test_a_click_on_a_change_means_a_voxel_that_is_gained_or_lost_as_its_cell_is(
     bench: FullDesk, monkeypatch: pytest.MonkeyPatch, net: float, meant: list[int]

@@ -53,3 +53,21 @@ def test_a_key_says_what_the_colours_mean_while_there_is_a_legend() -> None:
     scene.show(replace(state, ground_map=None))
     assert scene.ground_texts == ()
     plotter.close()
+
+
+def test_another_map_takes_the_place_of_the_first_whatever_its_size() -> None:
+    """As in a drag, with the same cells, and of another car; each is drawn as it is from the start."""
+    first = corners()
+    wider = replace(first, steps=np.ones((6, 4), np.uint8), cell_m=5.0)
+    plotter = pv.Plotter(off_screen=True, window_size=list(SIZE))
+    scene = DrawnScene(plotter)
+    base = SceneState(rig=Rig(), camera=ABOVE, show_legend=False, palette=DARK)
+    column, row = ABOVE.project(np.array([(-14.0, -10.0, 0.0)]), SIZE)[0, :2].round().astype(int)
+    for shown, strong in ((first, 0), (replace(first, steps=1 - first.steps), 2), (wider, 2), (first, 0)):
+        scene.show(replace(base, ground_map=shown))
+        scene.prepare()
+        plotter.render()
+        plotter.show(auto_close=False, interactive=False)
+        pixel = plotter.screenshot(return_img=True)[row, column].astype(int)
+        assert pixel[strong] > 180 and pixel[2 - strong] < 60, pixel
+    plotter.close()
