@@ -19,6 +19,7 @@ from PySide6.QtWidgets import QApplication, QComboBox, QPushButton
 from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.window.main_window import MainWindow
 from riglens.app.window.start import open_window
+from riglens.core.rig.presets import PRESETS
 from riglens.core.rig.yaml.file import dumps, load_rig
 from riglens.widgets.gizmo.drag import Handle
 from tests.session.person import Answers, Person
@@ -124,7 +125,7 @@ def compare(person: Person) -> None:
     feature = person.window.features.compare
     menu = feature.panel._add.menu()
     for name in ("W+T", "N+C"):
-        person.choose(menu, "Preset", name)
+        person.choose(menu, "Preset", PRESETS[name].title)
     person.wait(lambda: all(row.scores is not None for row in feature.rows), "scores of all rigs")
     assert {"W+T", "N+C"} <= {row.name for row in feature.rows}
     person.look("compared")
