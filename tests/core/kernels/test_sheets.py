@@ -212,6 +212,22 @@ def test_rays_that_are_stopped_hit_nothing(pattern: str) -> None:
     assert seen_by(made) == hit(rays)
 
 
+@pytest.mark.parametrize(
+    ("place", "rpy_deg"), [((-9.0, 2.0, 2.2), (0.0, 0.0, 0.0)), (BESIDE, (3.0, -4.0, 5.0))]
+)
+def test_of_each_azimuth_alone_all_is_marked_along_faces_and_over_corners(
+    place: tuple[float, float, float], rpy_deg: tuple[float, float, float]
+) -> None:
+    """All other rays are stopped, so nothing else marks what one ray clips or runs along."""
+    sensor = lidar(place, rpy_deg, azimuths=range(-18, 19, 3))
+    for free in range(13):
+        stopped = np.ones((len(BEAMS), 13), np.bool_)
+        stopped[:, free] = False
+        rays = rays_of(sensor)._replace(is_stopped=stopped.ravel())
+        made = make_sheets(sensor, rays, shortest=1.0)
+        assert made is not None and seen_by(made) == hit(rays)
+
+
 def test_offsets_may_turn_beams_anywhere() -> None:
     sensor = lidar(azimuths=range(-180, 180, 2), offsets=(-170.0, 95.0, 3.0, 40.3, 0.0, -60.7))
     assert seen_by(sheets_of(sensor)) == hit(rays_of(sensor))
