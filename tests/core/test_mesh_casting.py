@@ -19,7 +19,7 @@ from riglens.core.scene.columns import unpack
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.sensing.rays import NOWHERE, lattice, missing_ray_count, sensor_rays
 from riglens.core.study.reference import exact_cover
-from tests.core.builders import seen_by, seen_ray_by_ray
+from tests.core.builders import field_of, grid_of, seen_by, seen_ray_by_ray
 from tests.core.rooms import ROOMS, SMALL, SMALL_FIELD, field_at, seeds
 
 LENSES = (
@@ -105,6 +105,17 @@ def test_all_pixels_of_library_cameras_see_what_their_rays_see(rpy_deg: tuple[fl
     for camera in models():
         place = (0.31, -0.4, 1.73)
         assert not differs(field, camera.replace(cast=camera.image, position=place, rpy_deg=rpy_deg))
+
+
+def test_beyond_the_limit_of_its_mesh_a_camera_is_cast_ray_by_ray() -> None:
+    field = field_of(grid_of(60, 12, 12))
+    eye = Camera(
+        name="C", position=(-29.5, 0.1, 6.1), rpy_deg=(1.0, 0.5, 0.3), image=(640, 480), cast=(24, 18), fx=880.0,
+        fy=880.0, cx=320.0, cy=240.0, distortion=BrownConrady(k1=-0.1),
+    )  # fmt: skip
+    mesh = make_mesh(eye, Caster(field).rays(eye, "exact"))
+    assert mesh is not None and mesh.view.limit < 40.0
+    assert np.array_equal(seen_by(field, eye), seen_ray_by_ray(field, eye))
 
 
 def test_a_camera_at_corners_and_faces_of_voxels() -> None:

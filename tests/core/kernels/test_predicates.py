@@ -127,3 +127,13 @@ def test_rays_of_denormal_or_huge_numbers_are_left_to_rational_arithmetic(
     parts = [1.0] * 6
     parts[axis] = component
     assert regular_ray((parts[0], parts[1], parts[2]), (parts[3], parts[4], parts[5])) == is_regular
+
+
+def test_the_least_part_of_an_exact_sum_decides_where_all_others_cancel() -> None:
+    """1 + low against 1 + p / d: p is low times d but for its rounding, and that alone is the difference."""
+    low, d = 0.3 * 2.0**-56, 1.0 + 3.0 * 2.0**-52
+    p = low * d
+    exact = 1 + Fraction(low) - (Fraction(d) + Fraction(p)) / Fraction(d)
+    assert exact != 0
+    one, other = Moment(1.0, -low, 1.0), Moment(d, -p, d)
+    assert compare_exactly(one, other) == (1 if exact > 0 else -1) == -compare_exactly(other, one)

@@ -137,8 +137,9 @@ def test_in_a_drag_losses_are_those_from_scratch_at_each_step(threads: int) -> N
                   ["off"], ["s0"], ["s0"], ["group"], ["s0", "s1", "s2"], ["s0", "s1", "s2"]):  # fmt: skip
         for name in names:
             if name == "kind":
-                other = next(sensor for sensor in rig.sensors if sensor.kind != rig.sensor("s2").kind)
-                rig = rig.with_sensor("s2", other.replace(name="s2"))
+                was = rig.sensor("s2")
+                other = next(sensor for sensor in rig.sensors if sensor.kind != was.kind)
+                rig = rig.with_sensor("s2", other.replace(name="s2", fails_with=was.fails_with))
             elif name == "off":
                 rig = rig.with_sensor("s3", rig.sensor("s3").replace(enabled=False))
             elif name == "group":
