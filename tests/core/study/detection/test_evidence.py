@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import csv
+import re
 from itertools import pairwise
 from math import sqrt
 from pathlib import Path
 from statistics import mean, variance
 
+import numpy as np
 import pytest
 
 from riglens.core.study.detection.published import PROTOCOL, published_rigs
 from riglens.core.study.evidence import EVIDENCE, PAGE
+from riglens.core.study.ranks import spearman
 
 DOCS = Path(__file__).resolve().parents[4] / "docs"
 
@@ -66,6 +69,22 @@ def test_seeds_differ_by_less_than_a_point_and_by_what_the_page_says() -> None:
     assert spread["mean"] <= 1.0
     said = "{mean:.1f} points for mAP (car {car:.1f}, bicycle {bicycle:.1f}, pedestrian {pedestrian:.1f})"
     assert said.format(**spread) in page
+
+
+def test_nets_of_their_own_rank_rigs_as_the_shared_one_does() -> None:
+    rows, page = lines("detection-own.csv"), (DOCS / PAGE).read_text(encoding="utf-8")
+    shared = {(row["rig"], row["class"]): float(row["ap"]) for row in lines("detection.csv")}
+    said = []
+    for column in ("mean", "car", "bicycle", "pedestrian"):
+        pairs = [
+            (float(row["shared"]), float(row["own"]), row["rig"]) for row in rows if row["class"] == column
+        ]
+        assert len(pairs) == 8
+        assert all(one == pytest.approx(shared[rig, column], abs=1e-3) for one, _, rig in pairs)
+        said.append(float(spearman(*(np.array([pair[k] for pair in pairs]) for k in (0, 1)))))
+    assert said[0] >= 0.9
+    for value, name in zip(said, ("mAP", "cars", "bicycles", "pedestrians"), strict=True):
+        assert re.search(rf"{value:.2f} \[\S+ \S+\] for\s{name}", page), name
 
 
 def test_the_metric_page_tells_the_same() -> None:
