@@ -191,6 +191,9 @@ def test_sectors_and_bands_share_out_the_ground_beside_the_car_and_a_rig_without
         np.array([9.0, 9.0, 0.0, -9.0, -9.0, -9.0, 0.0, 9.0]), np.array([0, 9, 9, 9, 0, -9, -9, -9.0])
     )
     assert [SECTORS[place] for place in places] == list(SECTORS)
+    turn = np.radians([20.0, 25.0, -20.0, 180.0 - 20.0])
+    beside = sector_of(np.cos(turn), np.sin(turn))
+    assert [SECTORS[place] for place in beside] == ["front", "front-left", "front", "rear"]
 
 
 def test_the_largest_hole_is_the_larger_of_two() -> None:
