@@ -87,6 +87,25 @@ def test_nets_of_their_own_rank_rigs_as_the_shared_one_does() -> None:
         assert re.search(rf"{value:.2f} \[\S+ \S+\] for\s{name}", page), name
 
 
+def test_the_page_tells_what_the_tables_say_of_cameras() -> None:
+    page = (DOCS / PAGE).read_text(encoding="utf-8")
+    ap = {(row["rig"], row["class"]): row for row in lines("detection-cameras.csv")}
+    apart = {(row["rig"], row["other"], row["class"]): row for row in lines("detection-cameras-pairs.csv")}
+    groups = ("Center", "Pyramid", "Line", "Trapezoid")
+    for group in groups:
+        wide, narrow = f"W+{group[0]}", f"N+{group[0]}"
+        of = [ap[rig, "mean"] for rig in (wide, narrow, group)]
+        told_of = (f"{float(r['ap']):.1f} [{float(r['ap_low']):.1f}, {float(r['ap_high']):.1f}]" for r in of)
+        assert f"| {group} | {' | '.join(told_of)} |" in page
+        lead = apart.get((wide, narrow, "mean")) or apart[narrow, wide, "mean"]
+        assert 0.55 <= abs(float(lead["difference"])) < 0.95 and lead["verdict"] == "not resolved"
+    gains = {
+        name: mean(float(ap[f"W+{g[0]}", name]["ap"]) - float(ap[g, name]["ap"]) for g in groups)
+        for name in ("bicycle", "pedestrian", "car")
+    }
+    assert "by {bicycle:.1f} and {pedestrian:.1f} points of AP, cars by {car:.1f}".format(**gains) in page
+
+
 def test_the_metric_page_tells_the_same() -> None:
     page = " ".join((DOCS / "metric.md").read_text(encoding="utf-8").split())
     for sentence in EVIDENCE.values():
