@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 AGAIN_S = 3.0
 """How long cleaning up may take before an interruption counts as lost."""
+LOST_S = 0.05
+"""When an interruption that Python says is lost comes again."""
 GRACE_S = 1.0
 """How long threads may outlive the window: the compilation of a kernel cannot be aborted."""
 INTERRUPTED = 130
@@ -67,15 +69,20 @@ def insistent_interrupt(
     timers: list[Alarm] = []
     told = sys.unraisablehook
 
-    def tell(lost: sys.UnraisableHookArgs) -> None:
-        if not issubclass(lost.exc_type, KeyboardInterrupt):  # that one comes again
-            told(lost)
-
-    def interrupt(number: int, frame: FrameType | None) -> None:
-        timer = timer_of(AGAIN_S, lambda: os.kill(os.getpid(), signal.SIGINT))
+    def come_again(seconds: float) -> None:
+        timer = timer_of(seconds, lambda: os.kill(os.getpid(), signal.SIGINT))
         timer.daemon = True
         timers.append(timer)
         timer.start()
+
+    def tell(lost: sys.UnraisableHookArgs) -> None:
+        if issubclass(lost.exc_type, KeyboardInterrupt):
+            come_again(LOST_S)
+        else:
+            told(lost)
+
+    def interrupt(number: int, frame: FrameType | None) -> None:
+        come_again(AGAIN_S)
         raise KeyboardInterrupt
 
     try:

@@ -18,9 +18,10 @@ from riglens.widgets.sensors.ray_look import RayLook
 from riglens.widgets.theme import palette
 from riglens.widgets.traffic.frame import ShownFrame
 from riglens.widgets.viewport.drawn_scene import DrawnScene
+from riglens.widgets.viewport.ground_map import GroundMap
 from riglens.widgets.viewport.masts import Mast, Stubs
 from riglens.widgets.viewport.measured import Measured, Place
-from riglens.widgets.viewport.scene_state import ALL_FIELDS, Caption, Marker, SceneState
+from riglens.widgets.viewport.scene_state import ALL_FIELDS, Caption, Marker, Post, SceneState
 
 LIDAR = Lidar(
     name="roof",
@@ -32,17 +33,20 @@ STATE = SceneState(rig=Rig(sensors=(LIDAR, OTHER)), selected="roof")
 HEAT = HeatmapData(
     np.zeros((1, 3), np.float32), 0.4, np.ones(1, np.float32), "seen", "share", vmin=0.0, vmax=1.0
 )
+GROUND = GroundMap((-1.0, -1.0), 1.0, np.zeros((2, 2), np.uint8), (), "Blind areas")
 LAYERS = {
     "_body": ("set_vehicle",),
     "_ground": ("set_grid", "set_shown"),
     "_roi": ("set_grid",),
     "_rig": ("show_bodies", "show_fans", "show_ghosts"),
     "_heatmap": ("set_data", "set_look"),
-    "_words": ("show_legend", "show_caption"),
+    "_words": ("show_legend", "show_caption", "show_ground_key"),
     "_masts": ("show",),
     "_stubs": ("show",),
     "_marker": ("set_marker",),
     "_measure": ("show",),
+    "_post": ("show",),
+    "_ground_map": ("show",),
     "_traffic": ("set_frame",),
     "_gizmo": ("set_palette",),
 }
@@ -111,7 +115,9 @@ CHANGES: list[tuple[dict[str, Any], set[str]]] = [
     ({"ray_look": RayLook(shown=False)}, {"stubs.show", "rig.show_fans"}),
     ({"heatmap": HEAT}, {"heatmap.set_data", "words.show_legend"}),
     ({"heat_look": HeatLook(log=True)}, {"heatmap.set_look", "words.show_legend"}),
-    ({"show_legend": False}, {"words.show_legend"}),
+    ({"show_legend": False}, {"words.show_legend", "words.show_ground_key"}),
+    ({"post": Post(2.0, -3.0, 0.15, 0.8, is_seen=False)}, {"post.show"}),
+    ({"ground_map": GROUND}, {"ground_map.show", "words.show_ground_key"}),
     ({"caption": Caption("A rig")}, {"words.show_caption"}),
     ({"marker": Marker((1.0, 2.0, 0.5), 0.2)}, {"marker.set_marker"}),
     ({"masts": (Mast("roof", (0.2, 0.5, 1.45), "0.75 m", "in full"),)}, {"masts.show"}),
@@ -122,7 +128,7 @@ CHANGES: list[tuple[dict[str, Any], set[str]]] = [
         {
             "body.set_vehicle", "ground.set_grid", "ground.set_shown", "roi.set_grid", "rig.show_bodies",
             "rig.show_fans", "rig.show_ghosts", "words.show_legend", "words.show_caption", "marker.set_marker",
-            "gizmo.set_palette", "traffic.set_frame", "masts.show", "measure.show",
+            "gizmo.set_palette", "traffic.set_frame", "masts.show", "measure.show", "words.show_ground_key",
         },
     ),
 ]  # fmt: skip
