@@ -215,9 +215,12 @@ class _Expander:
             if ".." in parts[start:]:
                 continue
             for folder in self._folders:
-                place = (folder / Path(*parts[start:])).resolve()
-                if place.is_relative_to(folder) and place.is_file():
-                    return place
+                try:
+                    place = (folder / Path(*parts[start:])).resolve()
+                    if place.is_relative_to(folder) and place.is_file():
+                        return place
+                except (OSError, RuntimeError):  # a name that no file can have, or links in a circle
+                    continue
         return None
 
     # ------------------------------------------------------------------ texts

@@ -91,6 +91,7 @@ def test_expressions_are_arithmetic(expression: str, value: float) -> None:
         "${dict(x=1).y}", "${dict(x=1)['y']}", "${dict(x=1).keys()}", "${[1] * 99}", "${[1] == [1]}", "${1 in 'abc'}",
         "${dict([1])}", "${dict(**a)}", "${dict([([1], 2)])}", "${[*a]}", "${len(a)}", "${'abc'[0]}", "${None}",
         "${load_yaml('rig.xacro')}", "${load_yaml('nosuch.yaml')}", "${load_yaml('/etc/passwd')}", "${load_yaml(a)}",
+        f"${{load_yaml('{300 * 'a'}')}}",
         "${math.nosuch}", "${math.exp(1)}", "${xacro.message('x')}", "${arg('x')}", "${xacro.arg('nosuch')}",
     ],
 )  # fmt: skip
@@ -247,6 +248,8 @@ def test_bombs_and_loops_end_in_one_line(inside: str) -> None:
         "a&#9;b",
         "",
         ".",
+        "a" * 300,
+        "circle/a.xacro",
     ],
 )
 def test_files_outside_the_folder_are_not_included(tmp_path: Path, said: str) -> None:
@@ -254,6 +257,7 @@ def test_files_outside_the_folder_are_not_included(tmp_path: Path, said: str) ->
     text = f'{HEAD}{LIDAR}<xacro:include filename="{said}"/></robot>'
     place = write_files(tmp_path / "rig", {"rig.xacro": text})
     (place / "link").symlink_to(tmp_path)
+    (place / "circle").symlink_to(place / "circle")
     read = read_rig(place / "rig.xacro")
     assert [sensor.name for sensor in read.rig.sensors] == ["lidar"]
     assert has(read.report, "ignored", "included file that is not in the rig's folder")
