@@ -16,6 +16,7 @@ from riglens.core.errors import InputError
 from riglens.core.formats.source import Value
 from riglens.core.geometry import Pose, Vec3, rotation_from_rpy_deg, rpy_deg_from_rotation
 from riglens.core.rig.pose_text import quaternion_xyzw, rotation_from_quaternion
+from riglens.core.rig.yaml.nodes import shortened
 
 SensorKind = Literal["camera", "lidar"]
 
@@ -156,7 +157,9 @@ class FrameTree:
     def add(self, parent: str, child: str, parent_SE3_child: Matrix) -> None:
         """Attach a frame to another; raise InputError when it is attached already, or to itself."""
         if child in self._parents or child == parent:
-            raise InputError(f"{self.where}: frame '{child}' has two parents; accepted is a tree")
+            raise InputError(
+                f"{self.where}: frame '{shortened(child, 80)}' has two parents; accepted is a tree"
+            )
         self._parents[child] = (parent, parent_SE3_child)
 
     def frames(self) -> list[str]:
@@ -175,7 +178,9 @@ class FrameTree:
         while place in self._parents:
             place = self._parents[place][0]
             if place in seen:
-                raise InputError(f"{self.where}: frame '{frame}' is its own ancestor; accepted is a tree")
+                raise InputError(
+                    f"{self.where}: frame '{shortened(frame, 80)}' is its own ancestor; accepted is a tree"
+                )
             seen.add(place)
             found.append(place)
         return found

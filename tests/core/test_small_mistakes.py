@@ -227,6 +227,16 @@ def test_a_frame_has_one_parent_and_is_not_its_own() -> None:
             tree.add(parent, child, np.eye(4))
 
 
+@pytest.mark.parametrize("pairs", [[("a", "LONG"), ("b", "LONG")], [("LONG", "a"), ("a", "LONG")]])
+def test_lines_about_frames_are_short_however_long_their_names_are(pairs: list[tuple[str, str]]) -> None:
+    tree = FrameTree("a.yaml")
+    with pytest.raises(InputError) as caught:
+        for parent, child in pairs:
+            tree.add(parent.replace("LONG", "9" * 800), child.replace("LONG", "9" * 800), np.eye(4))
+        tree.root_of("9" * 800)
+    assert len(str(caught.value)) < 200 and str(caught.value).isprintable()
+
+
 def test_frames_are_chained_from_the_root_outwards() -> None:
     tree, turn, ahead = FrameTree("a.yaml"), np.eye(4), np.eye(4)
     turn[:3, :3] = rotation_from_rpy_deg((0.0, 0.0, 90.0))
