@@ -13,8 +13,10 @@ from riglens.core.rig.edits import (
     linked,
     mirrored_name,
     mirrored_pose,
+    nearest_to_image,
     partner_of,
     unlinked,
+    with_mirror_image,
     without_sensor,
 )
 from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
@@ -188,3 +190,15 @@ def test_a_copied_pair_is_a_linked_pair_in_place_and_a_copied_half_is_alone():
     half, (name,) = duplicated(PAIR, ("right",), 0.2)
     assert partner_of(half, name) is None
     assert half.sensor(name).position[1] == pytest.approx(PAIR.sensor("right").position[1] + 0.2)
+
+
+def test_a_sensor_on_the_middle_plane_has_no_image() -> None:
+    with pytest.raises(ValueError, match="front stands on the middle plane"):
+        with_mirror_image(Rig(sensors=(CAMERA,)), "front", "back")
+
+
+def test_only_sensors_of_its_kind_are_offered_as_the_image_of_one() -> None:
+    beside = CAMERA.replace(name="camera", position=(-0.4, -0.8, 2.2))
+    far = LEFT.replace(name="far", position=(3.0, 3.0, 1.0))
+    assert nearest_to_image(Rig(sensors=(LEFT, beside, far)), "left") == "far"
+    assert nearest_to_image(Rig(sensors=(LEFT, beside)), "left") is None
