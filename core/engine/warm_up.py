@@ -54,8 +54,8 @@ BENT = Camera(
 )  # fmt: skip
 """A lens with distortion: not every rig has one, so only the process that compiles everything does this one too."""
 LOWEST_PRIORITY = 19
-MARKER = f"everything-{sys.implementation.cache_tag}"
-FANS = f"fans-{sys.implementation.cache_tag}"
+MARKER = f"everything-{FOLDER.sources.digest}-{sys.implementation.cache_tag}"
+FANS = f"fans-{FOLDER.sources.digest_of('fan')}-{sys.implementation.cache_tag}"
 FANS_FIRST = "--fans-first"
 
 ON_THE_CAR = Rig(

@@ -1,9 +1,10 @@
-"""Where compiled kernels are kept: a folder named by all of their sources, with a checksum in each file.
+"""Where compiled kernels are kept: one folder, each file named by the sources that its code is made of.
 
 Numba's own cache keeps a compiled kernel as long as the file that the kernel stands in is unchanged, even when
-another file, whose functions it inlines, has changed. Here, sources that differ in any kernel share no folder.
-Numba's settings are not touched: a `KernelCache` stands in the dispatcher where Numba's own would stand, so that
-functions of others are cached where Numba puts them.
+another file, whose functions it inlines, has changed. Here, the name holds a checksum of the kernel's file and of all
+that this one imports from, so a change is compiled where it counts and nowhere else. Each file has a checksum of its
+content. Numba's settings are not touched: a `KernelCache` stands in the dispatcher where Numba's own would stand, so
+that functions of others are cached where Numba puts them.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ import contextlib
 import hashlib
 import os
 import pickle
+import re
 import shutil
 import sys
 import time
@@ -29,30 +31,58 @@ from riglens.core.cache_folder import cache_folder, tell_damaged
 
 PREFIX = "riglens-kernels-"
 OLD_S = 14 * 24 * 3600.0
-"""Folders of other sources are removed when nobody has used them for this long."""
+"""Code of other sources is removed when nobody has used it for this long."""
 SOURCES = Path(__file__).parent
 CHECKSUM_BYTES = 32
+_IMPORTED = re.compile(rb"^from riglens\.core\.kernels\.(\w+) import", re.MULTILINE)
 
 
-def digest_of(sources: Path) -> str:
-    """What names the folder: every source file of the kernels, and the version of Numba."""
-    digest = hashlib.sha256(numba.__version__.encode())
-    for path in sorted(sources.glob("*.py")):
-        text = path.read_bytes()
-        digest.update(f"\n{path.name} {len(text)}\n".encode() + text)
-    return digest.hexdigest()[:20]
+class Sources:
+    """The source files of all kernels, as they are now.
+
+    They are read at once, not when a kernel is needed: sources that change while a program runs do not change the
+    code that it has imported.
+    """
+
+    def __init__(self, folder: Path = SOURCES) -> None:
+        self.folder = folder
+        self._texts = {path.stem: path.read_bytes() for path in sorted(folder.glob("*.py"))}
+        self._digests: dict[str, str] = {}
+
+    def needed_by(self, stem: str) -> tuple[str, ...]:
+        """The file itself and all that its kernels take functions and constants from, in order."""
+        found, ahead = set[str](), {stem}
+        while ahead:
+            found |= ahead
+            imported = {name.decode() for one in ahead for name in _IMPORTED.findall(self._texts[one])}
+            ahead = (imported & self._texts.keys()) - found
+        return tuple(sorted(found))
+
+    def digest_of(self, stem: str) -> str:
+        """What names the code of a file's kernels: the text of all files that it is made of."""
+        if stem not in self._digests:
+            self._digests[stem] = self._digest(self.needed_by(stem))
+        return self._digests[stem]
+
+    @cached_property
+    def digest(self) -> str:
+        """What names the code of all kernels together."""
+        return self._digest(tuple(self._texts))
+
+    def _digest(self, stems: tuple[str, ...]) -> str:
+        digest = hashlib.sha256()
+        for stem in stems:
+            text = self._texts[stem]
+            digest.update(f"\n{stem} {len(text)}\n".encode() + text)
+        return digest.hexdigest()[:20]
 
 
 class KernelFolder:
-    """The folder of the kernels' present sources. It is made when a kernel is first loaded or compiled.
-
-    The digest is taken at once, not when the folder is needed: sources that change while a program runs do not
-    change the code that it has imported.
-    """
+    """The folder of compiled code for this version of Numba. It is made when a kernel is first loaded or compiled."""
 
     def __init__(self, sources: Path = SOURCES) -> None:
-        self.sources = sources
-        self.name = PREFIX + digest_of(sources)
+        self.sources = Sources(sources)
+        self.name = PREFIX + f"numba-{numba.__version__}"
         self._has_saved = False
 
     @cached_property
@@ -65,7 +95,7 @@ class KernelFolder:
         if numba.config.CACHE_DIR:
             yield Path(numba.config.CACHE_DIR)
         yield cache_folder()
-        yield self.sources / "__pycache__"
+        yield self.sources.folder / "__pycache__"
 
     def read(self, name: str) -> bytes | None:
         """The content of a file; None when it is absent, or damaged, which is noted: it is compiled again."""
@@ -73,6 +103,7 @@ class KernelFolder:
             return None
         try:
             stored = (self.path / name).read_bytes()
+            os.utime(self.path / name)
         except OSError:
             return None
         content = stored[CHECKSUM_BYTES:]
@@ -110,9 +141,9 @@ class KernelCache:
 
     def __init__(self, folder: KernelFolder, py_func: Any) -> None:
         self._folder = folder
-        code = py_func.__code__
+        stem = Path(py_func.__code__.co_filename).stem
         name = py_func.__qualname__.replace("<", "").replace(">", "")  # not allowed on Windows
-        self._name = f"{Path(code.co_filename).stem}.{name}-{code.co_firstlineno}"
+        self._name = f"{stem}.{name}-{folder.sources.digest_of(stem)}"
 
     @property
     def cache_path(self) -> str | None:
@@ -156,9 +187,14 @@ def _is_usable(folder: Path) -> bool:
 
 
 def _remove_old(used: Path) -> None:
-    """Remove folders of other sources that nobody has used for long; another process may do the same."""
+    """Remove folders of other versions, and code of other sources in this one, that nobody has used for long; another
+    process may do the same."""
     long_ago = time.time() - OLD_S
-    for other in used.parent.glob(PREFIX + "*"):
+    for other in (*used.parent.glob(PREFIX + "*"), *used.glob("*")):
         with contextlib.suppress(OSError):
-            if other.name != used.name and other.stat().st_mtime < long_ago:
+            if other == used or other.stat().st_mtime >= long_ago:
+                continue
+            if other.is_dir():
                 shutil.rmtree(other, ignore_errors=True)
+            else:
+                other.unlink()

@@ -1,7 +1,8 @@
-"""Compiled kernels are kept in a folder named by all of their sources, so that none of them can be out of date."""
+"""Compiled kernels are named by all sources that they are made of, so that none of them can be out of date."""
 
 from __future__ import annotations
 
+import ast
 import os
 import shutil
 import subprocess
@@ -14,7 +15,7 @@ import numba
 import pytest
 
 from riglens.core.cache_folder import tell_damaged
-from riglens.core.kernels.compiled import OLD_S, PREFIX, SOURCES, KernelCache, KernelFolder, digest_of
+from riglens.core.kernels.compiled import OLD_S, PREFIX, SOURCES, KernelCache, KernelFolder, Sources
 from tests.waiting import TIMEOUT_S
 
 INNER = """
@@ -45,15 +46,50 @@ def user_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "cache"
 
 
-def test_a_change_of_any_source_changes_the_folder(tmp_path: Path) -> None:
+def test_a_change_of_a_source_changes_the_code_of_what_imports_it_and_nothing_else(tmp_path: Path) -> None:
     copy = tmp_path / "kernels"
     shutil.copytree(SOURCES, copy, ignore=shutil.ignore_patterns("__pycache__"))
-    names = {digest_of(copy)}
-    assert names == {digest_of(SOURCES)}
-    for source in sorted(copy.glob("*.py")):
-        source.write_text(source.read_text() + "\n")
-        names.add(digest_of(copy))
-    assert len(names) == 1 + len(list(copy.glob("*.py")))
+    stems = [source.stem for source in sorted(copy.glob("*.py"))]
+    before = Sources(copy)
+    assert before.digest == Sources().digest
+    for changed in stems:
+        source = copy / f"{changed}.py"
+        text = source.read_text()
+        source.write_text(text + "\n")
+        after = Sources(copy)
+        source.write_text(text)
+        assert after.digest != before.digest
+        for stem in stems:
+            is_made_of_it = changed in before.needed_by(stem)
+            assert (after.digest_of(stem) != before.digest_of(stem)) == is_made_of_it, (changed, stem)
+
+
+def test_what_a_source_imports_is_seen_however_far_it_is(tmp_path: Path) -> None:
+    line = "from riglens.core.kernels.{} import thing\n"
+    for name, imported in (("a", "b"), ("b", "c"), ("c", "a"), ("d", "a")):
+        (tmp_path / f"{name}.py").write_text(
+            '"""A file."""\n\nimport numpy as np\n\n' + line.format(imported)
+        )
+    sources = Sources(tmp_path)
+    assert sources.needed_by("a") == ("a", "b", "c")
+    assert sources.needed_by("d") == ("a", "b", "c", "d")
+
+
+@pytest.mark.parametrize("path", sorted(SOURCES.glob("*.py")), ids=lambda path: path.stem)
+def test_kernels_take_from_one_another_in_the_one_way_that_is_looked_for(path: Path) -> None:
+    """Python's own parser finds the same imports, and nothing of RigLens but kernels, apart from the cache's own."""
+    imported, others = {path.stem}, set()
+    for node in ast.walk(ast.parse(path.read_text())):
+        assert not isinstance(node, ast.Import) or "riglens" not in ast.unparse(node)
+        if isinstance(node, ast.ImportFrom) and "riglens" in (module := node.module or ""):
+            package, _, name = module.rpartition(".")
+            (imported if package == "riglens.core.kernels" else others).add(name)
+        assert not isinstance(node, ast.ImportFrom) or not node.level
+    sources = Sources()
+    assert set(sources.needed_by(path.stem)) == imported.union(
+        *map(sources.needed_by, imported - {path.stem})
+    )
+    assert not others or path.stem == "compiled"
 
 
 def test_a_kernel_follows_a_function_of_another_file_that_it_inlines(tmp_path: Path) -> None:
@@ -87,7 +123,7 @@ def test_a_kernel_follows_a_function_of_another_file_that_it_inlines(tmp_path: P
 
 def test_they_are_kept_in_the_users_cache_folder(user_cache: Path) -> None:
     path = KernelFolder().path
-    assert path == user_cache / (PREFIX + digest_of(SOURCES))
+    assert path == user_cache / (PREFIX + f"numba-{numba.__version__}")
     assert path.is_dir()
 
 
@@ -137,21 +173,28 @@ def test_a_damaged_file_is_compiled_anew(user_cache: Path, caplog: pytest.LogCap
     assert caplog.messages == [f"note: damaged compiled kernels in {folder.path} are made again"]
 
 
-def test_folders_of_other_sources_go_when_nobody_has_used_them_for_long(user_cache: Path) -> None:
-    old, recent, foreign = (user_cache / name for name in (PREFIX + "old", PREFIX + "recent", "numba"))
-    for folder in (old, recent, foreign):
-        folder.mkdir(parents=True)
-        (folder / "kernel.nbc").write_bytes(b"machine code")
-    for folder in (old, foreign):
-        os.utime(folder, (time.time() - 2 * OLD_S,) * 2)
+def test_code_of_other_sources_and_versions_goes_when_nobody_has_used_it_for_long(user_cache: Path) -> None:
     used = KernelFolder()
-    assert used.path is not None and old.exists()
+    assert used.path is not None
+    other, recent, foreign = (user_cache / name for name in (PREFIX + "old", PREFIX + "recent", "numba"))
+    for folder in (other, recent, foreign, used.path):
+        folder.mkdir(parents=True, exist_ok=True)
+        for name in ("old.nbc", "read.nbc"):
+            (folder / name).write_bytes(b"machine code")
+    long_ago = (time.time() - 2 * OLD_S,) * 2
+    for path in (other, foreign, used.path / "old.nbc", used.path / "read.nbc"):
+        os.utime(path, long_ago)
+    used.read("read.nbc")
+    assert other.exists()
     used.write("kernel.nbc", b"machine code")
-    assert (old.exists(), recent.exists(), foreign.exists()) == (False, True, True)
+    assert (other.exists(), recent.exists(), foreign.exists()) == (False, True, True)
+    assert sorted(path.name for path in used.path.iterdir()) == ["kernel.nbc", "read.nbc"]
 
 
-def test_the_code_of_each_tuple_of_argument_types_is_kept_until_it_is_flushed(user_cache: Path) -> None:
-    folder = KernelFolder()
+@pytest.mark.usefixtures("user_cache")
+def test_the_code_of_each_tuple_of_argument_types_is_kept_until_it_is_flushed(tmp_path: Path) -> None:
+    (tmp_path / Path(__file__).name).touch()
+    folder = KernelFolder(tmp_path)
 
     def compiled_now() -> Any:
         dispatcher = numba.njit(_twice)
