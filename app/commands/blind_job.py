@@ -72,10 +72,11 @@ def write_map(path: Path, found: BlindMap, by: By, k: int) -> None:
     if path.suffix.lower() == ".csv":
         write_text(path, csv_text(list(_rows(found, by, k))))
         return
-    from riglens.app.studies.blind_chart import blind_picture  # matplotlib
+    from riglens.app.studies.blind_chart import blind_figure  # matplotlib
+    from riglens.app.studies.pictures import picture
 
-    with atomic_write(path) as picture:
-        picture.write(blind_picture(found, by, k))
+    with atomic_write(path) as stream:
+        stream.write(picture(blind_figure(found, by, k)))
 
 
 def _rows(found: BlindMap, by: By, k: int) -> Iterator[dict[str, object]]:

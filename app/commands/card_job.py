@@ -47,10 +47,12 @@ def card(name: str, plan: CardPlan, score: ScoreOptions, files: Files) -> None:
     if files.csv is not None:
         write_text(files.csv, csv_text(card_lines(found)))
     if files.chart is not None:
-        from riglens.app.studies.card_chart import card_picture  # matplotlib
+        from riglens.app.studies.card_chart import card_figure  # matplotlib
+        from riglens.app.studies.pictures import PictureFormat, picture
 
-        with atomic_write(files.chart) as picture:
-            picture.write(card_picture(found, "svg" if files.chart.suffix.lower() == ".svg" else "png"))
+        form: PictureFormat = "svg" if files.chart.suffix.lower() == ".svg" else "png"
+        with atomic_write(files.chart) as stream:
+            stream.write(picture(card_figure(found), form))
     if files.json == "-":
         sys.stdout.write(to_text(card_document(found)))
         return

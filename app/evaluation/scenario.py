@@ -51,17 +51,22 @@ def grid_of(options: SceneOptions) -> VoxelGrid:
 def source_of(options: SceneOptions) -> Source:
     """The box data set that was asked for; the bundled scenario when none was named."""
     if options.boxes is None:
-        said = {
-            "--origin": options.origin_m,
-            "--frames": options.frames,
-            "--classes": options.classes or None,
-            "--ground": options.find_ground or None,
-        }
-        for name, value in said.items():
-            if value is not None:
-                raise InputError(f"{name} describes a box data set; name the data set with --boxes as well")
+        for name in _said_of_boxes(options):
+            raise InputError(f"{name} describes a box data set; name the data set with --boxes as well")
         return bundled_source()
     return boxes_of(options, [options.boxes])
+
+
+def _said_of_boxes(options: SceneOptions) -> list[str]:
+    """The options given that name or describe a box data set."""
+    values = {
+        "--boxes": options.boxes,
+        "--origin": options.origin_m,
+        "--frames": options.frames,
+        "--classes": options.classes or None,
+        "--ground": options.find_ground or None,
+    }
+    return [name for name, value in values.items() if value is not None]
 
 
 def boxes_of(options: SceneOptions, paths: Sequence[Path]) -> Source:
@@ -158,16 +163,8 @@ def _named(pog: Pog, options: SceneOptions) -> Pog:
 
 def _stored_pog(options: SceneOptions, path: Path) -> Pog:
     """The POG of a file, refused when the other options say something else than what it holds."""
-    described = {
-        "--boxes": options.boxes,
-        "--origin": options.origin_m,
-        "--frames": options.frames,
-        "--classes": options.classes or None,
-        "--ground": options.find_ground or None,
-    }
-    for name, value in described.items():
-        if value is not None:
-            raise InputError(f"{name} and --pog: {path} already holds its boxes; give only one of the two")
+    for name in _said_of_boxes(options):
+        raise InputError(f"{name} and --pog: {path} already holds its boxes; give only one of the two")
     pog = load_pog(path)
     if options.auto is not None:
         raise InputError(f"--voxel auto: {path} holds one grid, of {pog.grid.voxel_m:g} m; leave --voxel out")

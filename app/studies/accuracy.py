@@ -11,7 +11,7 @@ from rich.text import Text
 
 from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.evaluation.scenario import load_field
-from riglens.app.studies.accuracy_chart import PICTURES, chart, picture
+from riglens.app.studies.accuracy_chart import chart
 from riglens.app.studies.accuracy_text import (
     accuracy_csv,
     caption,
@@ -21,10 +21,10 @@ from riglens.app.studies.accuracy_text import (
     verdicts,
 )
 from riglens.app.studies.files import require_folder, write_text
+from riglens.app.studies.pictures import PICTURES, write_pictures
 from riglens.app.terminal.console import note, progress_bar, results
 from riglens.app.terminal.scores import load_with_progress, rig_called
 from riglens.core.errors import InputError
-from riglens.core.files import atomic_write
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.shown_text import visible
@@ -83,10 +83,7 @@ def _other_fields(scene: SceneOptions, voxel_m: float, edges: tuple[float, ...])
 
 def _write(found: AccuracyStudy, source: str, folder: Path) -> None:
     write_text(folder / "accuracy.csv", accuracy_csv(found))
-    figure = chart(found, source)
-    for file_format in PICTURES:
-        with atomic_write(folder / f"accuracy.{file_format}") as stream:
-            stream.write(picture(figure, file_format))
+    write_pictures(chart(found, source), folder, "accuracy")
 
 
 def _print(found: AccuracyStudy, source: str, folder: Path) -> None:

@@ -5,12 +5,10 @@ The names of its points stand near their points, free of marks, fronts and other
 
 from __future__ import annotations
 
-import io
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Literal
 
 import matplotlib
 from matplotlib.axes import Axes
@@ -26,9 +24,7 @@ from riglens.core.scene.grid import DEFAULT_VOXEL_M
 from riglens.core.shown_text import visible
 from riglens.core.study.accuracy import AccuracyStudy, MethodName, Point
 
-PictureFormat = Literal["png", "svg"]
 SIZE_IN = (13.0, 7.3)
-PICTURES: tuple[PictureFormat, ...] = ("png", "svg")
 DPI = 160
 INK, GREY = "#222222", "#6b6b6b"
 BAND, FRONT = "#e9eef4", "#c2410c"
@@ -71,14 +67,6 @@ def chart(study: AccuracyStudy, source: str) -> Figure:
             _draw_panel(one, panel, study)
         _words(figure, study, source)
     return figure
-
-
-def picture(figure: Figure, file_format: PictureFormat) -> bytes:
-    """The bytes of a picture file; the same chart gives the same bytes."""
-    stream = io.BytesIO()
-    with matplotlib.rc_context({"svg.hashsalt": "riglens"}):
-        figure.savefig(stream, format=file_format, metadata={"Date": None} if file_format == "svg" else None)
-    return stream.getvalue()
 
 
 def _panels(study: AccuracyStudy) -> tuple[_Panel, _Panel]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import io
-
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import BoundaryNorm, ListedColormap
@@ -51,10 +49,3 @@ def blind_figure(found: BlindMap, by: By, k: int) -> Figure:
     words = f"object {found.settings.width_m:g} m wide\nδ {found.settings.voxel_m:g} m\nbody {found.settings.body}"
     figure.text(0.73, 0.45, words, color=INK, fontsize=9, va="top")
     return figure
-
-
-def blind_picture(found: BlindMap, by: By, k: int) -> bytes:
-    """The picture as the bytes of a PNG; equal maps give equal bytes."""
-    stream = io.BytesIO()
-    blind_figure(found, by, k).savefig(stream, format="png", metadata={"Software": None})
-    return stream.getvalue()

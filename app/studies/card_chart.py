@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import io
 import math
 from collections.abc import Callable
-from typing import Literal
 
-import matplotlib
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.projections.polar import PolarAxes
@@ -73,12 +70,3 @@ def _draw_class(axes: PolarAxes, card: Card, cls: str) -> None:
             axes.plot(angles, shown, LINES[heading], color=CAMERA, label=f"cameras, {HEADINGS[heading]}")
     axes.set_thetagrids([0, 90, 180, 270], ["ahead", "left", "behind", "right"])
     axes.tick_params(labelsize=8)
-
-
-def card_picture(card: Card, form: Literal["png", "svg"]) -> bytes:
-    """The chart as the bytes of a file; equal cards give equal bytes."""
-    stream = io.BytesIO()
-    with matplotlib.rc_context({"svg.hashsalt": "riglens"}):
-        figure = card_figure(card)
-        figure.savefig(stream, format=form, metadata={"Date": None} if form == "svg" else {"Software": None})
-    return stream.getvalue()

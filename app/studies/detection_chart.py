@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import io
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -12,6 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from riglens.app.studies.pictures import picture
 from riglens.core.shown_text import visible
 from riglens.core.simulate.painting import Quality
 from riglens.core.study.detection.protocol import WORDING
@@ -43,7 +42,7 @@ def chart(result: Result) -> bytes:
         handles, labels = figure.axes[0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside upper right", ncols=2, frameon=False)
     figure.suptitle(f"{_seeds(result)}; bars: 95 % intervals\n{WORDING}", fontsize=9.5, x=0.01, ha="left")
-    return _picture(figure)
+    return picture(figure, dpi=130)
 
 
 def _panel(axes: Axes, result: Result, name: str, column: str, same: set[int]) -> None:
@@ -129,7 +128,7 @@ def pair_chart(result: Result, column: str = MEAN) -> bytes:
     what = "mAP" if column == MEAN else f"AP {column}"
     axes.set_title(f"{what}: row minus column, points; grey: not resolved\n{_seeds(result)}", fontsize=10)
     figure.colorbar(image, ax=axes, shrink=0.7, label="percentage points")
-    return _picture(figure)
+    return picture(figure, dpi=130)
 
 
 def _seeds(result: Result) -> str:
@@ -141,9 +140,3 @@ def _seeds(result: Result) -> str:
 def painted_words(quality: Quality) -> str:
     """How cameras take part."""
     return f"points have the classes that cameras show, segmentation {quality}"
-
-
-def _picture(figure: Figure) -> bytes:
-    stream = io.BytesIO()
-    figure.savefig(stream, format="png", dpi=130)
-    return stream.getvalue()

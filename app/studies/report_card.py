@@ -8,7 +8,8 @@ from functools import partial
 from html import escape
 from typing import TYPE_CHECKING, Any
 
-from riglens.app.studies.card_chart import card_picture
+from riglens.app.studies.card_chart import card_figure
+from riglens.app.studies.pictures import picture
 from riglens.core.targets.card_text import HEADINGS, bearing_text
 
 if TYPE_CHECKING:
@@ -29,8 +30,8 @@ def card_section(report: Report, number: int, table_of: Callable[[str, list[str]
         "onto it; least, median and most over its places between the beams. More is better. Own body "
         f"{found['body']}; traffic and weather are left out.</p>"
     )
-    picture = base64.b64encode(card_picture(report.cards[number], "png")).decode("ascii")
-    yield f'<figure><img alt="Chart of first distances by direction" src="data:image/png;base64,{picture}"></figure>'
+    encoded = base64.b64encode(picture(card_figure(report.cards[number]))).decode("ascii")
+    yield f'<figure><img alt="Chart of first distances by direction" src="data:image/png;base64,{encoded}"></figure>'
     table = table_of("First distance with too little, m", ["", *map(bearing_text, bearings)])
     write = partial(first_text, to_m=found["to_m"])
     for cls, heading in dict.fromkeys((row["class"], row["heading_deg"]) for row in rows):

@@ -13,7 +13,8 @@ from functools import partial
 from html import escape
 from typing import Any
 
-from riglens.app.studies.blind_chart import blind_picture
+from riglens.app.studies.blind_chart import blind_figure
+from riglens.app.studies.pictures import picture
 from riglens.app.studies.report_card import card_section
 from riglens.app.studies.report_drawings import plans, view_data
 from riglens.app.studies.report_figures import Report, ReportPlan
@@ -247,9 +248,10 @@ def _origin(model: str) -> str:
 def _blind(figures: Figures, report: Report, number: int) -> Iterator[str]:
     here = f"rigs/{number}/blind"
     yield "<h3>Blind zones</h3>"
-    picture = base64.b64encode(blind_picture(report.maps[number], "any", 1)).decode("ascii")
+    drawn = picture(blind_figure(report.maps[number], "any", 1))
+    encoded = base64.b64encode(drawn).decode("ascii")
     alt = "Map of the heights from which objects are seen"
-    yield f'<figure><img alt="{alt}" src="data:image/png;base64,{picture}"></figure>'
+    yield f'<figure><img alt="{alt}" src="data:image/png;base64,{encoded}"></figure>'
     table = _Table(
         figures,
         "Ground where an object stands unseen; less is better",

@@ -13,13 +13,12 @@ from rich.table import Table
 from rich.text import Text
 
 from riglens.app.evaluation.options import SceneOptions, ScoreOptions
-from riglens.app.studies.accuracy_chart import PICTURES, picture
 from riglens.app.studies.accuracy_text import edge_text, percent
 from riglens.app.studies.files import csv_text, require_folder, write_text
+from riglens.app.studies.pictures import PICTURES, write_pictures
 from riglens.app.studies.sensor_methods_chart import chart
 from riglens.app.terminal.console import progress_bar, results
 from riglens.app.terminal.scores import load_with_progress, rig_called
-from riglens.core.files import atomic_write
 from riglens.core.shown_text import visible
 from riglens.core.study.sensor_methods import (
     QUICK_REPETITIONS,
@@ -66,10 +65,7 @@ def study(
 def _write(found: SensorStudy, source: str, folder: Path) -> None:
     write_text(folder / f"{NAME}.csv", csv_text([*_rows(found)]))
     write_text(folder / f"{NAME}.json", json.dumps(as_json(found), indent=1) + "\n")
-    figure = chart(found, caption(found, source))
-    for file_format in PICTURES:
-        with atomic_write(folder / f"{NAME}.{file_format}") as stream:
-            stream.write(picture(figure, file_format))
+    write_pictures(chart(found, caption(found, source)), folder, NAME)
 
 
 def _print(found: SensorStudy, source: str, folder: Path) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
@@ -18,6 +17,7 @@ from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.scenario import remarks_on
 from riglens.app.evaluation.traffic import load_traffic
 from riglens.app.studies.files import csv_text, require_folder, write_text
+from riglens.app.studies.pictures import picture
 from riglens.app.terminal.console import note, progress_bar, results
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_write
@@ -189,6 +189,4 @@ def chart(pairs: Pairs) -> bytes:
         )
     figure.axes[0].set_ylabel("predicted points + 0.5")
     figure.axes[-1].legend(loc="lower right", markerscale=3)
-    stream = io.BytesIO()
-    figure.savefig(stream, format="png", dpi=130)
-    return stream.getvalue()
+    return picture(figure, dpi=130)

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from matplotlib.text import Annotation
 
-from riglens.app.studies.accuracy_chart import chart, picture
+from riglens.app.studies.accuracy_chart import chart
 from riglens.app.studies.accuracy_text import accuracy_csv, point_text, verdicts
+from riglens.app.studies.pictures import picture
 from riglens.core.study.accuracy import AccuracyStudy, study_accuracy
 from tests.core.builders import field_of, grid_of, rig_of, spinning
 from tests.core.study.small_studies import QUICK, small_accuracy_study
@@ -51,6 +52,7 @@ def test_the_chart_is_saved_as_png_and_svg_with_the_same_bytes_each_time(study):
     assert picture(figure, "png").startswith(b"\x89PNG")
     assert picture(figure, "svg").startswith(b"<?xml")
     assert picture(chart(study, "made-up boxes"), "svg") == picture(figure, "svg")
+    assert b"Matplotlib" not in picture(figure, "png")
 
 
 def test_dollar_signs_in_names_are_no_mathematics(study):

@@ -7,7 +7,8 @@ from dataclasses import replace
 
 import pytest
 
-from riglens.app.studies.accuracy_chart import percent_text, picture
+from riglens.app.studies.accuracy_chart import percent_text
+from riglens.app.studies.pictures import picture
 from riglens.app.studies.sensor_methods import FILES, as_json, caption, verdicts
 from riglens.app.studies.sensor_methods_chart import STYLES, chart
 from riglens.core.study.sensor_methods import SensorStudy

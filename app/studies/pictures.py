@@ -1,0 +1,33 @@
+"""Charts as files. The same chart gives the same bytes, whoever draws it and whenever."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+import matplotlib as mpl
+
+from riglens.core.files import atomic_write
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+PictureFormat = Literal["png", "svg"]
+PICTURES: tuple[PictureFormat, ...] = ("png", "svg")
+
+
+def picture(figure: Figure, form: PictureFormat = "png", dpi: int | None = None) -> bytes:
+    """The bytes of a picture file, without a date or the program's version; `dpi` other than the figure's own."""
+    stream = io.BytesIO()
+    unnamed = {"Date": None} if form == "svg" else {"Software": None}
+    with mpl.rc_context({"svg.hashsalt": "riglens"}):
+        figure.savefig(stream, format=form, dpi=dpi or "figure", metadata=unnamed)
+    return stream.getvalue()
+
+
+def write_pictures(figure: Figure, folder: Path, name: str) -> None:
+    """Put the chart into a folder in each of the formats, as NAME.svg and NAME.png."""
+    for form in PICTURES:
+        with atomic_write(folder / f"{name}.{form}") as stream:
+            stream.write(picture(figure, form))
