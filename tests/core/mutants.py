@@ -192,7 +192,7 @@ def main() -> int:
         for done in [pool.submit(_go_through, guard, left, log) for guard, left in waiting if left]:
             done.result()
     outcomes = Counter(
-        log.outcomes[_key(guard, mutation)]
+        log.outcomes.get(_key(guard, mutation), "changed while it was tried")
         for guard in (OF_ROOMS, OF_KERNELS)
         for mutation in guard.mutations
         if said.only in mutation.file
