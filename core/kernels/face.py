@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from riglens.core.kernels.cast import Cast
-from riglens.core.kernels.jit import inlined
+from riglens.core.kernels.jit import lean_inlined
 from riglens.core.kernels.predicates import Vector
 from riglens.core.kernels.screen import BLUR, Screen, bearing, in_sensor_axes
 from riglens.core.kernels.solid import GROWN
@@ -43,18 +43,18 @@ class Face(NamedTuple):
     steepest: float
 
 
-@inlined
+@lean_inlined
 def _cross(a: Vector, b: Vector) -> Vector:
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
-@inlined
+@lean_inlined
 def size_of(a: Vector) -> float:
     """Length of a vector."""
     return float(np.sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]))
 
 
-@inlined
+@lean_inlined
 def ball_around(low: Vector, high: Vector) -> tuple[Vector, float]:
     """Middle and radius of the ball around a box, a little larger."""
     middle = (0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]), 0.5 * (low[2] + high[2]))
@@ -62,12 +62,12 @@ def ball_around(low: Vector, high: Vector) -> tuple[Vector, float]:
     return middle, 0.5 * across * (1.0 + BLUR) + 3.0 * GROWN
 
 
-@inlined
+@lean_inlined
 def _corner(c: np.ndarray, number: int) -> Vector:
     return c[number, 0], c[number, 1], c[number, 2]
 
 
-@inlined
+@lean_inlined
 def _set_normals(rays: Cast, c: np.ndarray, normals: np.ndarray) -> float:
     """Write the normals of a triangle; returns the largest size that their products with a unit vector may have."""
     one = (c[1, 0] - c[0, 0], c[1, 1] - c[0, 1], c[1, 2] - c[0, 2])
@@ -80,7 +80,7 @@ def _set_normals(rays: Cast, c: np.ndarray, normals: np.ndarray) -> float:
     return (size_of(back) + size_of(one) + size_of(two)) * (size_of(one) + size_of(two))
 
 
-@inlined
+@lean_inlined
 def _set_edges(normals: np.ndarray, sign: float, cosine: float, sine: float, edges: np.ndarray) -> None:
     """Write the edges of a triangle that belong to its normals, in axes turned about z."""
     for axis in range(3):
@@ -91,7 +91,7 @@ def _set_edges(normals: np.ndarray, sign: float, cosine: float, sine: float, edg
         edges[k, 0], edges[k, 1] = cosine * x + sine * y, cosine * y - sine * x
 
 
-@inlined
+@lean_inlined
 def face_of(
     rays: Cast, screen: Screen, c: np.ndarray, ball: tuple[Vector, float], is_void: bool, work: np.ndarray
 ) -> Face:
@@ -115,7 +115,7 @@ def face_of(
     return Face(c, normals, edges, doubt, is_void, has_edges, azimuth, side, steepest)
 
 
-@inlined
+@lean_inlined
 def between(
     face: Face, height: float, room: float, is_outer: bool, low: float, high: float
 ) -> tuple[float, float]:

@@ -14,7 +14,7 @@ import numpy as np
 from riglens.core.kernels.bits import FULL_WORD
 from riglens.core.kernels.cast import Cast
 from riglens.core.kernels.cones import A_TURN, azimuth_of
-from riglens.core.kernels.jit import inlined
+from riglens.core.kernels.jit import lean_inlined
 from riglens.core.kernels.predicates import Vector
 
 BEARING = 4e-5
@@ -54,26 +54,26 @@ class Window(NamedTuple):
     width: float
 
 
-@inlined
+@lean_inlined
 def before(finder: np.ndarray, scale: np.ndarray, place: float) -> int:
     """Number of rows or columns before a place, or fewer."""
     return int(finder[int(min(max((place - scale[0]) * scale[1], 0.0), finder.size - 1.0))])
 
 
-@inlined
+@lean_inlined
 def upto(finder: np.ndarray, scale: np.ndarray, place: float) -> int:
     """Number of rows or columns up to a place, or more."""
     return int(finder[int(min(max((place - scale[0]) * scale[1] + 1.0, 0.0), finder.size - 1.0))])
 
 
-@inlined
+@lean_inlined
 def bearing(u: float, v: float) -> float:
     """atan2(v, u) in [0, 2 pi), but for half of BEARING."""
     angle = azimuth_of(u, v)
     return angle if angle >= 0.0 else angle + A_TURN
 
 
-@inlined
+@lean_inlined
 def in_sensor_axes(rays: Cast, place: Vector) -> Vector:
     """A place of the vehicle frame as the sensor sees it."""
     dx, dy, dz = place[0] - rays.origin[0], place[1] - rays.origin[1], place[2] - rays.origin[2]
@@ -85,7 +85,7 @@ def in_sensor_axes(rays: Cast, place: Vector) -> Vector:
     )
 
 
-@inlined
+@lean_inlined
 def _turn_window(screen: Screen, place: Vector, radius: float) -> Window:
     """The window of a ball at a place in the frame of a LiDAR."""
     x, y, z = place
@@ -108,7 +108,7 @@ def _turn_window(screen: Screen, place: Vector, radius: float) -> Window:
     return Window(first, end, left + A_TURN if left < 0.0 else left, min(2.0 * half, A_TURN))
 
 
-@inlined
+@lean_inlined
 def _slopes(x: float, y: float, radius: float) -> tuple[float, float]:
     """From where to where a disc at (x, y) is seen on the line x = 1 (empty: from > to)."""
     rest = x * x + y * y - radius * radius
@@ -123,7 +123,7 @@ def _slopes(x: float, y: float, radius: float) -> tuple[float, float]:
     return low - BLUR * (1.0 + abs(low)), high + BLUR * (1.0 + abs(high))
 
 
-@inlined
+@lean_inlined
 def _image_window(screen: Screen, place: Vector, radius: float) -> Window:
     """The window of a ball at a place in the frame of a camera."""
     low, high = _slopes(place[0], -place[2], radius)
@@ -135,13 +135,13 @@ def _image_window(screen: Screen, place: Vector, radius: float) -> Window:
     return Window(first, end, left, max(right - left, 0.0))
 
 
-@inlined
+@lean_inlined
 def window_of(screen: Screen, place: Vector, radius: float) -> Window:
     """The window of a ball at a place in the frame of the sensor."""
     return _image_window(screen, place, radius) if screen.is_camera else _turn_window(screen, place, radius)
 
 
-@inlined
+@lean_inlined
 def columns_of(screen: Screen, window: Window, row: int) -> tuple[int, int, int]:
     """First and end of the columns of a row in a window, and the end of those after a full turn."""
     left = window.left
@@ -156,14 +156,14 @@ def columns_of(screen: Screen, window: Window, row: int) -> tuple[int, int, int]
     return start, end, again
 
 
-@inlined
+@lean_inlined
 def _bits_of(first: int, end: int, word: int) -> np.uint64:
     """Bits of the columns first..end-1, of which it holds some, in a word."""
     low, high = max(first - 64 * word, 0), min(end - 1 - 64 * word, 63)
     return (FULL_WORD << np.uint64(low)) & (FULL_WORD >> np.uint64(63 - high))
 
 
-@inlined
+@lean_inlined
 def has_all(words: np.ndarray, first: int, end: int) -> bool:
     """Whether the bits first..end-1 of a row are set."""
     if first < end:
@@ -173,7 +173,7 @@ def has_all(words: np.ndarray, first: int, end: int) -> bool:
     return True
 
 
-@inlined
+@lean_inlined
 def set_all(words: np.ndarray, first: int, end: int) -> None:
     """Set the bits first..end-1 of a row."""
     if first < end:

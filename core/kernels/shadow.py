@@ -22,7 +22,7 @@ from riglens.core.kernels.cast import Cast
 from riglens.core.kernels.codes import LISTED
 from riglens.core.kernels.cones import A_TURN
 from riglens.core.kernels.face import DOUBT, Face, ball_around, between, face_of, size_of
-from riglens.core.kernels.jit import inlined, kernel, parallel_kernel
+from riglens.core.kernels.jit import kernel, lean, lean_inlined, parallel_kernel
 from riglens.core.kernels.lattice import direction, rotated
 from riglens.core.kernels.predicates import Vector
 from riglens.core.kernels.screen import (
@@ -63,13 +63,13 @@ class Barring(NamedTuple):
     end: int
 
 
-@inlined
+@lean_inlined
 def _is_in(void: np.ndarray, p: Vector) -> bool:
     inside = (void[0] <= p[0] <= void[3]) and (void[1] <= p[1] <= void[4])
     return bool(inside and (void[2] <= p[2] <= void[5]))
 
 
-@inlined
+@lean_inlined
 def _meet_ray(
     rays: Cast, screen: Screen, face: Face, bar: Barring, row: int, column: int, ends: Ends
 ) -> None:
@@ -90,7 +90,7 @@ def _meet_ray(
         set_all(ends.has_end[row], column, column + 1)
 
 
-@inlined
+@lean_inlined
 def _products(rays: Cast, screen: Screen, face: Face, row: int, column: int) -> Vector:
     """u, v and 1 of the barycentric coordinates of a ray, but for a factor."""
     n, line, number = face.normals, screen.row_of[row], screen.column_of[column]
@@ -107,7 +107,7 @@ def _products(rays: Cast, screen: Screen, face: Face, row: int, column: int) -> 
     )
 
 
-@inlined
+@lean_inlined
 def _offer_each(
     rays: Cast, screen: Screen, face: Face, bar: Barring, row: int, first: int, end: int, ends: Ends
 ) -> None:
@@ -128,7 +128,7 @@ def _offer_each(
         _meet_ray(rays, screen, face, bar, row, column, ends)
 
 
-@inlined
+@lean_inlined
 def _offer_columns(
     rays: Cast, screen: Screen, face: Face, bar: Barring, row: int, outer: tuple[int, int], inner: tuple[int, int],
     ends: Ends,
@@ -143,14 +143,14 @@ def _offer_columns(
     _offer_each(rays, screen, face, bar, row, end, outer[1], ends)
 
 
-@inlined
+@lean_inlined
 def _azimuth(screen: Screen, face: Face, row: int, y: float) -> float:
     """Azimuth of a place on the line x = 1 as the columns of a row count it, but for 2 BEARING and whole turns."""
     angle = bearing(1.0, y) if y >= 0.0 else -bearing(1.0, -y)
     return face.azimuth + angle - (screen.shift[row] if screen.shift.size > 0 else 0.0)
 
 
-@inlined
+@lean_inlined
 def _offer_row(rays: Cast, screen: Screen, face: Face, bar: Barring, row: int, ends: Ends) -> None:
     """Offer a face to the rays of a row that may pass between its edges."""
     height = screen.heights[row]
@@ -186,7 +186,7 @@ def _offer_row(rays: Cast, screen: Screen, face: Face, bar: Barring, row: int, e
     _offer_turn(rays, screen, face, bar, row, (left, right, left_in, right_in), ends)
 
 
-@inlined
+@lean_inlined
 def _offer_turn(
     rays: Cast, screen: Screen, face: Face, bar: Barring, row: int, turn: tuple[float, float, float, float], ends: Ends
 ) -> None:  # fmt: skip
@@ -203,7 +203,7 @@ def _offer_turn(
         back += A_TURN
 
 
-@inlined
+@lean_inlined
 def _has_open(screen: Screen, window: Window, bar: Barring, is_over: np.ndarray) -> bool:
     """Whether some ray in a window is not over."""
     for row in range(window.first, window.end):
@@ -215,7 +215,7 @@ def _has_open(screen: Screen, window: Window, bar: Barring, is_over: np.ndarray)
     return False
 
 
-@kernel
+@lean
 def _offer(rays: Cast, screen: Screen, c: np.ndarray, bar: Barring, work: np.ndarray, ends: Ends) -> None:
     """Offer a triangle to all rays that can meet it."""
     low = (
@@ -247,7 +247,7 @@ def _offer(rays: Cast, screen: Screen, c: np.ndarray, bar: Barring, work: np.nda
             _offer_row(rays, screen, face, bar, row, ends)
 
 
-@inlined
+@lean_inlined
 def _near2(o: np.ndarray, bounds: np.ndarray) -> float:
     """Squared distance of a box from a place."""
     total = 0.0
@@ -257,10 +257,12 @@ def _near2(o: np.ndarray, bounds: np.ndarray) -> float:
     return total
 
 
-@kernel
-def _offer_tree(rays: Cast, screen: Screen, bar: Barring, ends: Ends) -> None:
-    """Offer all triangles that stop rays, the nearer boxes first."""
-    tree, work, stack = bar.tree, np.empty((2, 3, 3)), np.empty(128, np.int64)
+@lean
+def _offer_tree(
+    rays: Cast, screen: Screen, bar: Barring, work: np.ndarray, stack: np.ndarray, ends: Ends
+) -> None:
+    """Offer all triangles that stop rays, the nearer boxes first; work (2, 3, 3), stack (128,)."""
+    tree = bar.tree
     stack[0], waiting = 0, min(1, tree.skip.size)
     while waiting > 0:
         waiting -= 1
@@ -304,7 +306,8 @@ def find_ends(
         for strip in range(worker, strips, workers):
             first, end = 64 * (words * strip // strips), min(64 * (words * (strip + 1) // strips), columns)
             bar = Barring(tree, stops, start, void, first, end)
-            _offer_tree(rays, screen, bar, Ends(at, has_end, is_over))
+            work, stack = np.empty((2, 3, 3)), np.empty(128, np.int64)
+            _offer_tree(rays, screen, bar, work, stack, Ends(at, has_end, is_over))
 
 
 @kernel
@@ -321,4 +324,5 @@ def find_ends_serial(
 ) -> None:
     """The same for a thread that must not call parallel kernels."""
     bar = Barring(tree, stops, start, void, 0, screen.column_of.size)
-    _offer_tree(rays, screen, bar, Ends(at, has_end, is_over))
+    work, stack = np.empty((2, 3, 3)), np.empty(128, np.int64)
+    _offer_tree(rays, screen, bar, work, stack, Ends(at, has_end, is_over))

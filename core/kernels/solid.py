@@ -16,7 +16,7 @@ import numba
 import numpy as np
 
 from riglens.core.kernels.cast import Cast
-from riglens.core.kernels.jit import inlined, kernel, parallel_kernel
+from riglens.core.kernels.jit import kernel, lean_inlined, parallel_kernel
 from riglens.core.kernels.lattice import direction, rotated
 from riglens.core.kernels.predicates import Vector
 
@@ -50,7 +50,7 @@ class Hit(NamedTuple):
     square: float
 
 
-@inlined
+@lean_inlined
 def slab(origin: float, along: float, low: float, high: float, t0: float, t1: float) -> tuple[float, float]:
     """The part of [t0, t1] inside a slab; empty (t0 > t1) when there is none."""
     if along == 0.0:
@@ -59,7 +59,7 @@ def slab(origin: float, along: float, low: float, high: float, t0: float, t1: fl
     return max(t0, min(a, b)), min(t1, max(a, b))
 
 
-@inlined
+@lean_inlined
 def _passes(o: Vector, d: Vector, bounds: np.ndarray, t0: float, t1: float) -> tuple[float, float]:
     """The part of [t0, t1] in which a ray is inside of bounds (6,)."""
     t0, t1 = slab(o[0], d[0], bounds[0], bounds[3], t0, t1)
@@ -67,7 +67,7 @@ def _passes(o: Vector, d: Vector, bounds: np.ndarray, t0: float, t1: float) -> t
     return slab(o[2], d[2], bounds[2], bounds[5], t0, t1)
 
 
-@inlined
+@lean_inlined
 def _passes_triangle(o: Vector, d: Vector, c: np.ndarray) -> tuple[float, float]:
     """The part of a ray, from its start on, inside of the grown box around corners (3, 3)."""
     t0, t1 = 0.0, np.inf
@@ -78,7 +78,7 @@ def _passes_triangle(o: Vector, d: Vector, c: np.ndarray) -> tuple[float, float]
     return t0, t1
 
 
-@inlined
+@lean_inlined
 def meet(o: Vector, d: Vector, c: np.ndarray) -> tuple[float, float]:
     """Where a ray meets a triangle of corners (3, 3), inf when it does not, and |cosine| between ray and normal."""
     t0, t1 = _passes_triangle(o, d, c)
@@ -102,7 +102,7 @@ def meet(o: Vector, d: Vector, c: np.ndarray) -> tuple[float, float]:
     return min(max(t, t0), t1), abs(volume) / np.sqrt(nx * nx + ny * ny + nz * nz)
 
 
-@inlined
+@lean_inlined
 def first_hit(
     o: Vector, d: Vector, tree: Tree, stops: np.ndarray, nodes: tuple[int, int], start: float, best: Hit
 ) -> Hit:
@@ -165,7 +165,7 @@ def build_nodes(
     return count
 
 
-@inlined
+@lean_inlined
 def _ray(rays: Cast, ray: int) -> Vector:
     planes = rays.planes.shape[0]
     return rotated(rays.rotation, direction(rays.kind, rays.rows[ray // planes], rays.planes[ray % planes]))
@@ -189,7 +189,7 @@ def meet_listed(
     return distance, number, square
 
 
-@inlined
+@lean_inlined
 def _end(rays: Cast, ray: int, tree: Tree, stops: np.ndarray, start: float) -> float:
     o = (rays.origin[0], rays.origin[1], rays.origin[2])
     return first_hit(o, _ray(rays, ray), tree, stops, (0, tree.skip.size), start, Hit(np.inf, -1, 0.0)).t
