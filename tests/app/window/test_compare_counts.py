@@ -19,7 +19,7 @@ def asked(desk: FullDesk) -> list[SideCount]:
 
 def answered(desk: FullDesk, request: SideCount) -> float:
     figures = figures_of(ENGINE.evaluate(request.rig, request.settings))
-    desk.features.compare._take_count(SideCounted(request, figures))
+    desk.features.compare._rigs._take_count(SideCounted(request, figures))
     return figures["car"].on_target
 
 
@@ -70,7 +70,7 @@ def test_another_way_of_counting_makes_all_void(desk: FullDesk) -> None:
 def test_a_rig_that_cannot_be_counted_shows_a_dash(desk: FullDesk) -> None:
     desk.features.compare.add_presets(("W+C",))
     count(desk)
-    desk.features.compare._take_count(SideCounted(asked(desk)[0], None))
+    desk.features.compare._rigs._take_count(SideCounted(asked(desk)[0], None))
     assert shown(desk, "W+C") == "–"
 
 

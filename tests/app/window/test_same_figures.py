@@ -9,7 +9,7 @@ from pytestqt.qtbot import QtBot
 
 from riglens.app.background.counting import Counter
 from riglens.app.commands import main
-from riglens.app.window.features.compare import CURRENT
+from riglens.app.window.features.compared import CURRENT
 from riglens.core.rig.yaml.file import dumps
 from riglens.core.scene.boxes import CLASSES
 from tests.app.window_bench import CAMERA, RIG, open_bench

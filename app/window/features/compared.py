@@ -1,0 +1,186 @@
+"""The rigs of the Compare panel: their rows, and asking for the scores and counts that are not known of them yet."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import count
+
+from PySide6.QtCore import QObject, Qt, Signal
+
+from riglens.app.background.counting import CountAnswer, CountRequest, SideCount, SideCounted
+from riglens.app.background.side_jobs import SideAnswer, SideRequest
+from riglens.app.evaluation.requests import LoadedScene, Result
+from riglens.app.window.workbench import Workbench
+from riglens.core.metric.scores import MetricSettings
+from riglens.core.rig.model import Rig
+from riglens.core.targets.quantities import figures_of
+from riglens.core.targets.settings import TargetSettings
+from riglens.widgets.panels.compare.model import CompareRow, Origin
+
+GROUP = "compare"
+CURRENT = "current"
+
+
+class ComparedRigs(QObject):
+    """Keeps a row for each rig, the one being edited first, and has the others scored and counted when nobody edits.
+
+    What stands side by side is of the same traffic and the same settings; once these differ all else is void, and
+    asked for anew.
+    """
+
+    changed = Signal()
+    """A row, its numbers, or whether numbers are asked for."""
+
+    def __init__(self, bench: Workbench) -> None:
+        super().__init__(bench)
+        self._recompute, self._counter = bench.recompute, bench.counter
+        self._rows: dict[str, CompareRow] = {}
+        self._numbers = count(1)
+        self._scored_on: tuple[LoadedScene, MetricSettings] | None = None
+        self._counted: CountAnswer | None = None
+        """Of the rig being edited, in all frames: what else is counted is of the same traffic, in the same way."""
+        self.is_given_up = False
+        self._asked: set[str] = set()
+        self._asked_counts: set[str] = set()
+        queued = Qt.ConnectionType.QueuedConnection
+        self._recompute.side_answered.connect(self._take, queued)
+        self._counter.counted_aside.connect(self._take_count, queued)
+
+    def __getitem__(self, key: str) -> CompareRow:
+        return self._rows[key]
+
+    @property
+    def rows(self) -> tuple[CompareRow, ...]:
+        """The rigs in the order in which they were added, the one being edited first."""
+        return tuple(self._rows.values())
+
+    @property
+    def missing(self) -> list[CompareRow]:
+        """The rows without scores."""
+        return [row for row in self._rows.values() if row.scores is None]
+
+    # ------------------------------------------------------------------ rows
+    def add(self, name: str, origin: Origin, rig: Rig, where: str = "") -> None:
+        """Add a rig, with the numbers of the one being edited when it is the same."""
+        key = f"{origin}-{next(self._numbers)}"
+        now = self._rows.get(CURRENT)
+        known = (now.scores, now.figures) if now is not None and now.rig is rig else (None, None)
+        self._rows[key] = CompareRow(key, name, origin, rig, where, *known)
+        self.is_given_up = False
+        self._ask()
+
+    def remove(self, keys: tuple[str, ...]) -> None:
+        """Take rigs out; the one being edited stays."""
+        for key in keys:
+            if key != CURRENT:
+                self._rows.pop(key, None)
+        self._forget()
+        self._ask()
+
+    def rename(self, key: str, name: str) -> None:
+        """Give a rig another name."""
+        self._rows[key] = replace(self._rows[key], name=name)
+        self.changed.emit()
+
+    def go_on(self, wanted: bool) -> None:
+        """Ask for what is missing, or give that up."""
+        self.is_given_up = not wanted
+        self._forget()
+        self._ask()
+
+    # ------------------------------------------------------------------ the rig being edited
+    def take_result(self, result: Result, name: str) -> None:
+        """Take the scores of the rig being edited; other traffic or settings make all other scores void."""
+        scored_on = (result.scene, result.request.settings)
+        if scored_on != self._scored_on:
+            self.drop_scores(result.scene)
+            self._scored_on = scored_on
+        rig = result.request.rig
+        is_counted = self._counted is not None and self._counted.request.rig == rig
+        figures = figures_of(self._counted.scores) if self._counted is not None and is_counted else None
+        now = CompareRow(CURRENT, name, "current", rig, "", result.evaluation.scores, figures)
+        self._rows = {CURRENT: now} | {key: row for key, row in self._rows.items() if key != CURRENT}
+        self._ask()
+
+    def take_count(self, answer: CountAnswer) -> None:
+        """Take what that rig gets onto road users; another way of counting makes all other counts void."""
+        before, self._counted = self._counted, answer
+        if before is None or _way(before) != _way(answer):
+            self._drop_figures()
+        now = self._rows.get(CURRENT)
+        if now is not None and now.rig == answer.request.rig:
+            self._rows[CURRENT] = replace(now, figures=figures_of(answer.scores))
+        self._ask()
+
+    def drop_scores(self, scene: LoadedScene | None) -> None:
+        """Give up all scores, and all counts that are not of the traffic that there is now."""
+        self._scored_on = None
+        self._rows = {key: replace(row, scores=None) for key, row in self._rows.items()}
+        if self._counted is not None and self._counted.request.scene is not scene:
+            self._counted = None
+            self._drop_figures()
+        self._forget()
+        self.changed.emit()
+
+    def _drop_figures(self) -> None:
+        self._rows = {key: replace(row, figures=None) for key, row in self._rows.items()}
+        self._counter.forget_aside(GROUP)
+        self._asked_counts.clear()
+
+    def _forget(self) -> None:
+        self._recompute.forget_aside(GROUP)
+        self._asked.clear()
+        self._counter.forget_aside(GROUP)
+        self._asked_counts.clear()
+
+    # ------------------------------------------------------------------ asking for the others
+    def _ask(self) -> None:
+        """Ask for what is missing, once the traffic and the settings are known."""
+        if self._scored_on is not None and not self.is_given_up:
+            settings = self._scored_on[1]
+            new = [row for row in self.missing if row.key not in self._asked]
+            self._asked.update(row.key for row in new)
+            self._recompute.ask_aside([SideRequest(GROUP, row.key, row.rig, settings) for row in new])
+        if self._counted is not None and not self.is_given_up:
+            self._ask_counts(self._counted.request)
+        self.changed.emit()
+
+    def _ask_counts(self, counted: CountRequest) -> None:
+        """Ask for what the other rigs get onto road users; a mesh that was not read is none of theirs."""
+        body = counted.rig.vehicle.body
+        new = [
+            row
+            for row in self._rows.values()
+            if row.figures is None and row.key != CURRENT and row.key not in self._asked_counts
+        ]
+        self._asked_counts.update(row.key for row in new)
+        self._counter.ask_aside(
+            [
+                SideCount(
+                    GROUP, row.key, row.rig, counted.settings, counted.scene,
+                    counted.mesh if row.rig.vehicle.body == body else None,
+                )
+                for row in new
+            ]
+        )  # fmt: skip
+
+    def _take_count(self, found: SideCounted) -> None:
+        request, counted = found.request, self._counted
+        row = self._rows.get(request.name) if request.group == GROUP else None
+        if row is None or counted is None or row.rig is not request.rig:
+            return
+        if (request.scene, request.settings) == _way(counted):
+            self._rows[row.key] = replace(row, figures=found.figures or {})
+            self.changed.emit()
+
+    def _take(self, answer: SideAnswer) -> None:
+        request = answer.request
+        row = self._rows.get(request.name) if request.group == GROUP else None
+        if row is not None and row.rig is request.rig and (answer.scene, request.settings) == self._scored_on:
+            self._rows[row.key] = replace(row, scores=answer.scores)
+            self.changed.emit()
+
+
+def _way(answer: CountAnswer) -> tuple[LoadedScene, TargetSettings]:
+    """What figures side by side must have in common: the traffic, and how it is counted."""
+    return answer.request.scene, answer.request.settings
