@@ -13,7 +13,7 @@ from pytestqt.qtbot import QtBot
 from riglens.app.evaluation.requests import PickedVoxel
 from riglens.app.rendering.picture import PictureWords, with_words
 from riglens.app.session.session import HeatChoice
-from riglens.app.window.features.compare import CURRENT
+from riglens.app.window.features.compared import CURRENT
 from riglens.app.window.features.failing import Failing
 from riglens.app.window.features.follow import Follow
 from riglens.app.window.features.pick import voxel_text
