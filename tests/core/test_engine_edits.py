@@ -20,10 +20,10 @@ from tests.core.builders import (
     grid_of,
     lidar,
     random_field,
-    random_sensor,
     rig_of,
     spinning,
 )
+from tests.core.edits import Editor, differs
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 GRID = grid_of(10, 9, 70, 0.5)
@@ -36,8 +36,7 @@ def field() -> EntropyField:
 
 def assert_same(found: Evaluation, expected: Evaluation) -> None:
     assert found.scores == expected.scores
-    assert np.array_equal(found.seen_camera, expected.seen_camera)
-    assert np.array_equal(found.seen_lidar, expected.seen_lidar)
+    assert not differs(found, expected)
 
 
 def test_what_the_others_see_is_found_anew_when_a_slot_has_changed_hands(field: EntropyField) -> None:
@@ -49,74 +48,9 @@ def test_what_the_others_see_is_found_anew_when_a_slot_has_changed_hands(field: 
         assert_same(engine.evaluate(rig), evaluate(field, rig))
 
 
-class Editor:
-    """Makes one random edit after the other and remembers the rigs before, as undo does."""
-
-    def __init__(self, rng: np.random.Generator) -> None:
-        self.rng = rng
-        self.past: list[tuple[Rig, MetricSettings]] = []
-        self.rig, self.settings = Rig(), MetricSettings()
-        self.made = 0
-
-    def step(self) -> None:
-        """One edit; the kind of edit is drawn at random."""
-        self.past.append((self.rig, self.settings))
-        edits = [self.add, self.add, self.remove, self.switch, self.edit, self.edit, self.rename, self.undo]
-        edits += [self.duplicate, self.reorder, self.choose_method, self.choose_reading]
-        edits[int(self.rng.integers(len(edits)))]()
-
-    def _put(self, *sensors: object) -> None:
-        self.rig = self.rig.replace(sensors=tuple(sensors))
-
-    def _some(self) -> int:
-        return int(self.rng.integers(len(self.rig.sensors)))
-
-    def add(self) -> None:
-        self.made += 1
-        self._put(*self.rig.sensors, random_sensor(GRID, self.rng).replace(name=f"new{self.made}"))
-
-    def duplicate(self) -> None:
-        if self.rig.sensors:
-            self.made += 1
-            self._put(*self.rig.sensors, self.rig.sensors[self._some()].replace(name=f"copy{self.made}"))
-
-    def remove(self) -> None:
-        if self.rig.sensors:
-            gone = self._some()
-            self._put(*(s for i, s in enumerate(self.rig.sensors) if i != gone))
-
-    def _change(self, **changes: object) -> None:
-        if self.rig.sensors:
-            chosen = self._some()
-            self._put(*(s.replace(**changes) if i == chosen else s for i, s in enumerate(self.rig.sensors)))
-
-    def switch(self) -> None:
-        self._change(enabled=bool(self.rng.random() < 0.5))
-
-    def edit(self) -> None:
-        self._change(position=tuple(map(float, self.rng.uniform(-3.0, 3.0, 3))))
-
-    def rename(self) -> None:
-        self.made += 1
-        self._change(name=f"name{self.made}", model="another")
-
-    def reorder(self) -> None:
-        self._put(*(self.rig.sensors[i] for i in self.rng.permutation(len(self.rig.sensors))))
-
-    def choose_method(self) -> None:
-        self.settings = MetricSettings(str(self.rng.choice(["exact", "bresenham"])), self.settings.reading)
-
-    def choose_reading(self) -> None:
-        reading = str(self.rng.choice(["covered", "residual", "hits"]))
-        self.settings = MetricSettings(self.settings.method, reading, float(self.rng.uniform(0.0, 1.0)))
-
-    def undo(self) -> None:
-        self.rig, self.settings = self.past[int(self.rng.integers(len(self.past)))]
-
-
 @pytest.mark.parametrize("seed", range(4))
 def test_random_edits_end_where_an_evaluation_from_scratch_does(field: EntropyField, seed: int) -> None:
-    editor = Editor(np.random.default_rng(seed))
+    editor = Editor(np.random.default_rng(seed), GRID)
     engine = Engine(field)
     for _ in range(60):
         editor.step()
@@ -128,7 +62,7 @@ def test_random_edits_end_where_an_evaluation_from_scratch_does(field: EntropyFi
 def test_rigs_evaluated_from_scratch_score_as_when_their_sensors_are_held_one_by_one(
     field: EntropyField,
 ) -> None:
-    editor = Editor(np.random.default_rng(5))
+    editor = Editor(np.random.default_rng(5), GRID)
     rigs = []
     for _ in range(30):
         editor.step()
@@ -141,7 +75,7 @@ def test_rigs_evaluated_from_scratch_score_as_when_their_sensors_are_held_one_by
 
 def test_an_abandoned_request_leaves_the_engine_sound(field: EntropyField) -> None:
     rng = np.random.default_rng(9)
-    editor = Editor(rng)
+    editor = Editor(rng, GRID)
     engine = Engine(field)
     abandoned = 0
     for _ in range(60):
