@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from riglens.core.engine.engine import Engine
 from riglens.core.kernels import jit
 from riglens.core.kernels import review as kernel
+from riglens.core.kernels.palette import Entropies
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Method
 from riglens.core.metric.scoring import KINDS
@@ -36,6 +37,8 @@ What = Literal["sensor", "pair", "group"]
 Sums = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 COVERED = ("1", "2", "3", "two kinds")
+EVERYBODY, KIND_0, KIND_1, FIRST_GROUP = range(4)
+"""Rows of crowds: all sensors, those of either kind, and groups from there on."""
 MOST_MOVED = 2
 """The sets of so many sensors that moved are kept, for they move again: of one, or of a mirrored pair."""
 MOST_PAIRED = 40
@@ -85,45 +88,54 @@ def sectors_of_columns(grid: VoxelGrid) -> NDArray[np.uint8]:
     return sector_of(x, y).ravel()
 
 
-class _Tally(NamedTuple):
-    """What `tally_losses` writes, all workers added up: levels (s, 2, 4), singles (s, n, 4), pairs (s, n, n, 4), groups
-    (s, g, 4)."""
+class _Shares(NamedTuple):
+    """What is covered, by who does it, (s, ..., 4): alone (s, n, 4); by exactly two, both (s, n, n, 4) with the first
+    before the second; by three or more of a crowd and nobody else, many (s, g, 4). Views of `sums`."""
 
-    levels: Sums
-    singles: Sums
-    pairs: Sums
-    groups: Sums
+    sums: Sums
+    alone: Sums
+    both: Sums
+    many: Sums
 
     @classmethod
-    def room(cls, workers: int, sensors: int, groups: int) -> _Tally:
-        """Zeros for each of some workers."""
-        shapes = ((2,), (sensors,), (sensors, sensors), (groups,))
-        return cls(*(np.zeros((workers, len(SECTORS), *shape, kernel.COLUMNS), np.int64) for shape in shapes))
+    def of(cls, sums: Sums, n: int) -> _Shares:
+        """Name the parts of sums (s, rows, 4) of n sensors."""
+        sectors, _, columns = sums.shape
+        both = sums[:, n : n + n * n].reshape(sectors, n, n, columns)
+        return cls(sums, sums[:, :n], both, sums[:, n + n * n :])
 
-    def total(self) -> _Tally:
-        """The sums over the workers."""
-        return _Tally(*(part.sum(axis=0) for part in self))
+    def after(self, move: _Shares, place: int, crowds: Flags) -> _Shares:
+        """The shares after a sensor has moved; `move`: what `change_views` counts of it, by who of the others sees it.
 
-    def plus(self, change: _Tally) -> _Tally:
-        """The sums with a change."""
-        return _Tally(*(one + other for one, other in zip(self, change, strict=True)))
+        What it sees anew and nobody else sees is its own; what one other sees is of both and no longer that one's own;
+        and so on. What it no longer sees is counted with a minus.
+        """
+        n = self.alone.shape[1]
+        after = _Shares.of(self.sums - move.sums, n)
+        after.alone[:, place] = self.alone[:, place] + move.alone[:, place]
+        after.both[:, :place, place] += move.alone[:, :place]
+        after.both[:, place, place + 1 :] += move.alone[:, place + 1 :]
+        mine = crowds[:, place]
+        after.many[:, mine] = self.many[:, mine] + move.within(crowds[mine])
+        return after
+
+    def within(self, crowds: Flags) -> Sums:
+        """What exactly two see, both of each crowd (g, n), and nobody else: (s, g, 4)."""
+        return np.stack([self.both[:, who][:, :, who].sum(axis=(1, 2)) for who in crowds], axis=1)
 
 
 class _Counted(NamedTuple):
-    """A tally, what it depends on, and the sets (m, words) of those sensors that had moved in it, by their places."""
+    """Shares, what they depend on, and the sets (m, words) of those sensors that had moved in it, by their places."""
 
-    tally: _Tally
+    shares: _Shares
     origins: tuple[Hashable, ...]
-    kinds: NDArray[np.int64]
-    members: Flags
+    crowds: Flags
     moved: tuple[int, ...]
     before: Words
 
-    def moved_to(
-        self, origins: tuple[Hashable, ...], kinds: NDArray[np.int64], members: Flags
-    ) -> tuple[int, ...] | None:
+    def moved_to(self, origins: tuple[Hashable, ...], crowds: Flags) -> tuple[int, ...] | None:
         """Places of sensors that see something else now; None where not the same sensors are to be counted."""
-        if not (np.array_equal(kinds, self.kinds) and np.array_equal(members, self.members)):
+        if len(origins) != len(self.origins) or not np.array_equal(crowds, self.crowds):
             return None
         return tuple(i for i, (now, old) in enumerate(zip(origins, self.origins, strict=True)) if now != old)
 
@@ -143,41 +155,65 @@ class VoxelRedundancy:
         """What the rig that an engine on this field evaluated last covers of the entropy of each class."""
         sensors = [sensor for sensor in rig.sensors if sensor.enabled]
         groups = groups_of(sensors)
-        self._counted = self._count(engine, sensors, _members(sensors, list(groups.values())), method)
-        levels, *failing = (part[..., : len(CLASSES)] for part in self._counted.tally)
-        lost, both, together = (np.moveaxis(part, 0, -2) for part in failing)
-        names = [sensor.name for sensor in sensors]
-        failures = [Failure("sensor", name, (name,), own) for name, own in zip(names, lost, strict=True)]
+        crowds = _crowds(sensors, list(groups.values()))
+        self._counted = self._count(engine, sensors, crowds, method)
+        shares, names = self._counted.shares, [sensor.name for sensor in sensors]
+        covered = self._covered(shares, crowds[KIND_0])
+        lost = shares.alone[..., : len(CLASSES)]
+        failures = [Failure("sensor", name, (name,), lost[:, i]) for i, name in enumerate(names)]
         if len(names) <= MOST_PAIRED:
             for i, j in combinations(range(len(names)), 2):
-                failures.append(_pair(names[i], names[j], lost[i] + lost[j] + both[i, j]))
-        for (name, members), own in zip(groups.items(), together, strict=True):
-            failures.append(Failure("group", name, members, own))
-        thrice, kinds = levels[:, kernel.AT_LEAST_3], levels[:, kernel.TWO_KINDS]
-        twice = thrice + both.sum(axis=(0, 1))
-        covered = np.stack([twice + lost.sum(axis=0), twice, thrice, kinds], axis=1)
+                both = shares.both[:, i, j, : len(CLASSES)]
+                failures.append(_pair(names[i], names[j], lost[:, i] + lost[:, j] + both))
+        together = shares.within(crowds) + shares.many
+        for g, (name, members) in enumerate(groups.items(), start=FIRST_GROUP):
+            alone = lost[:, crowds[g]].sum(axis=1)
+            failures.append(Failure("group", name, members, alone + together[:, g, : len(CLASSES)]))
         return Coverage(self._total[:, : len(CLASSES)], covered, tuple(failures))
 
-    def _count(self, engine: Engine, sensors: list[Sensor], members: Flags, method: Method) -> _Counted:
-        """The tally of now: the last one, or that with a change, or one from scratch."""
+    def _covered(self, shares: _Shares, of_kind_0: Flags) -> Sums:
+        """What 1, 2, 3 sensors or two kinds cover, (s, 4, classes)."""
+        thrice, only_0, only_1 = (shares.many[:, crowd] for crowd in (EVERYBODY, KIND_0, KIND_1))
+        mixed = of_kind_0[:, None] != of_kind_0[None, :]
+        kinds = thrice - only_0 - only_1 + shares.both[:, mixed].sum(axis=1)
+        twice = thrice + shares.both.sum(axis=(1, 2))
+        levels = [twice + shares.alone.sum(axis=1), twice, thrice, kinds]
+        return np.stack(levels, axis=1)[..., : len(CLASSES)]
+
+    def _count(self, engine: Engine, sensors: list[Sensor], crowds: Flags, method: Method) -> _Counted:
+        """The shares of now: the last ones, or those with a change, or from scratch."""
         known, self._counted = self._counted, None
         origins = engine.origins_of(sensors, method)
-        kinds = np.array([KINDS.index(sensor.kind) for sensor in sensors], np.int64)
         stack, slots = engine.stack_of(sensors, method)
-        moved = None if known is None else known.moved_to(origins, kinds, members)
-        tally = _Tally.room(self._workers, len(sensors), len(members))
-        entropies = engine.field.entropies
+        places = np.arange(len(sensors))
+        views = kernel.Views(stack, slots, places, crowds, self._sectors, self._depth)
+        moved = None if known is None else known.moved_to(origins, crowds)
         jit.use_threads(self._workers)
         if known is not None and moved is not None and set(moved) <= set(known.moved):
-            kernel.change_losses(
-                np.array(known.moved, np.int64), known.before, stack, slots, kinds, members, self._sectors,
-                self._depth, entropies, *tally,
-            )  # fmt: skip
-            return known._replace(tally=known.tally.plus(tally.total()), origins=origins)
-        kernel.tally_losses(stack, slots, kinds, members, self._sectors, self._depth, entropies, *tally)
+            return known._replace(shares=self._moved(known, views, engine.field.entropies), origins=origins)
+        n, sums = len(sensors), self._room(len(sensors), len(crowds))
+        kernel.tally_views(views, engine.field.entropies, sums)
         again = moved if moved is not None and len(moved) <= MOST_MOVED else ()
-        before = stack[slots[list(again)]] & entropies.keep
-        return _Counted(tally.total(), origins, kinds, members, again, before)
+        before = stack[slots[list(again)]] & engine.field.entropies.keep
+        return _Counted(_Shares.of(sums.sum(axis=0), n), origins, crowds, again, before)
+
+    def _moved(self, known: _Counted, views: kernel.Views, entropies: Entropies) -> _Shares:
+        """The shares after the sensors that had moved before have moved again; their sets become those of now."""
+        n, shares, moved = len(views.slots), known.shares, list(known.moved)
+        sums = self._room(len(moved), n, len(known.crowds))
+        rest = np.delete(views.places, moved)
+        others = views._replace(places=rest, slots=views.slots[rest])
+        who = np.stack([np.array(moved, np.int64), views.slots[moved]], axis=1)
+        kernel.change_views(who, others, entropies, known.before, sums)
+        for place, move in zip(known.moved, sums.sum(axis=0), strict=True):
+            shares = shares.after(_Shares.of(move, n), place, known.crowds)
+        return shares
+
+    def _room(self, *shape: int) -> Sums:
+        """Zeros for each worker: (w, s, rows, 4), or (w, moved, s, rows, 4)."""
+        *moved, n, crowds = shape
+        rows = kernel.rows_of_sums(n, crowds)
+        return np.zeros((self._workers, *moved, len(SECTORS), rows, kernel.COLUMNS), np.int64)
 
 
 def voxel_coverage(
@@ -191,10 +227,12 @@ def _pair(one: str, other: str, lost: Sums) -> Failure:
     return Failure("pair", f"{one} + {other}", (one, other), lost)
 
 
-def _members(sensors: Sequence[Sensor], groups: Sequence[tuple[str, ...]]) -> Flags:
-    """Who belongs to which group, (groups, sensors)."""
-    rows = [[sensor.name in group for sensor in sensors] for group in groups]
-    return np.array(rows, np.bool_).reshape(len(groups), len(sensors))
+def _crowds(sensors: Sequence[Sensor], groups: Sequence[tuple[str, ...]]) -> Flags:
+    """Who belongs to which crowd, (3 + groups, sensors): to all, to the first and the second kind, to each group."""
+    rows = [[True] * len(sensors)]
+    rows += [[sensor.kind == kind for sensor in sensors] for kind in KINDS]
+    rows += [[sensor.name in group for sensor in sensors] for group in groups]
+    return np.array(rows, np.bool_).reshape(len(rows), len(sensors))
 
 
 # ---------------------------------------------------------------- road users

@@ -102,7 +102,7 @@ def _ends(sensor: Sensor, barrier: Barrier | None, workers: int) -> Doubles:
 
 def ray_counts(sensor: Sensor, targets: Sequence[Target], ends_m: Doubles) -> NDArray[np.int64]:
     """Rays of a sensor that meet each object (m, 2): before the car stops them, and if it did not."""
-    from riglens.core.kernels.review import count_on_cylinders  # the compiler
+    from riglens.core.kernels.cylinders import count_on_cylinders  # the compiler
 
     counts = np.zeros((len(targets), 2), np.int64)
     if targets:

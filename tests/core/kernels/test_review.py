@@ -9,14 +9,15 @@ import numpy as np
 from riglens.core.kernels import codes
 from riglens.core.kernels.blind import lowest_around, lowest_levels, three_lowest
 from riglens.core.kernels.cast import Cast
+from riglens.core.kernels.cylinders import count_on_cylinders
 from riglens.core.kernels.palette import Entropies
 from riglens.core.kernels.review import (
-    AT_LEAST_3,
-    TWO_KINDS,
-    change_losses,
-    count_on_cylinders,
+    NOBODY,
+    Views,
+    change_views,
     covered_levels,
-    tally_losses,
+    rows_of_sums,
+    tally_views,
     total_by_sector,
 )
 
@@ -67,7 +68,7 @@ def test_voxels_of_one_two_and_three_sets_are_told_within_what_counts() -> None:
         assert levels.tolist() == [[0b1101, 1], [0b0101, 0], [0b0001, 0]]
 
 
-def test_losses_are_those_of_voxels_counted_one_by_one() -> None:
+def test_shares_are_those_of_voxels_counted_one_by_one() -> None:
     """Two columns, in sectors 0 and 1, three levels each; entropies 1, 10 (levels 1 and 2) in the first, 100 in the
     second; the level 3 does not count."""
     keep, starts = words(0b111, 0b111), words(0b011, 0b001)
@@ -75,24 +76,18 @@ def test_losses_are_those_of_voxels_counted_one_by_one() -> None:
     palette = np.array([[1, 2, 3, 0], [10, 20, 30, 0], [100, 200, 300, 0]], np.uint32)
     entropies = Entropies(keep, starts, first, code, palette)
     stack = np.array([[0b1111, 0b001], [0b0010, 0b011], [0b0010, 0b110], [0b0110, 0b110]], np.uint64)
-    slots, kinds, sectors = np.arange(4), np.array([0, 0, 1, 1]), np.array([0, 1], np.uint8)
-    members = np.array([[True, False, False, True], [False, True, True, True]])
+    sectors = np.array([0, 1], np.uint8)
+    crowds = np.array([[True] * 4, [False, True, True, True]])
     for workers in (1, 2):
-        levels = np.zeros((workers, 2, 2, 4), np.int64)
-        singles = np.zeros((workers, 2, 4, 4), np.int64)
-        pairs = np.zeros((workers, 2, 4, 4, 4), np.int64)
-        groups = np.zeros((workers, 2, 2, 4), np.int64)
-        tally_losses(stack, slots, kinds, members, sectors, 1, entropies, levels, singles, pairs, groups)
-        levels, singles, pairs, groups = (one.sum(axis=0) for one in (levels, singles, pairs, groups))
-        assert levels[:, AT_LEAST_3, 0].tolist() == [
-            10,
-            100,
-        ]  # level 1 of the first by all, of the second by 1, 2, 3
-        assert levels[:, TWO_KINDS, 0].tolist() == [20, 100]
-        assert singles[0, :, 0].tolist() == [1, 0, 0, 0] and singles[1, :, 0].tolist() == [0, 0, 0, 0]
+        sums = np.zeros((workers, 2, rows_of_sums(4, 2), 4), np.int64)
+        tally_views(Views(stack, np.arange(4), np.arange(4), crowds, sectors, 1), entropies, sums)
+        told = sums.sum(axis=0)
+        alone, pairs, many = told[:, :4], told[:, 4:20].reshape(2, 4, 4, 4), told[:, 20:]
+        assert alone[0, :, 0].tolist() == [1, 0, 0, 0] and alone[1, :, 0].tolist() == [0, 0, 0, 0]
         assert pairs[0, 0, 3].tolist() == [10, 20, 30, 0] and pairs[1, 0, 1, 0] == 100
         assert pairs[1, 2, 3, 0] == 100 and pairs.sum() == (10 + 20 + 30) + 2 * 600
-        assert groups[0, :, 0].tolist() == [1 + 10, 0] and groups[1, :, 0].tolist() == [0, 100 + 100]
+        assert many[0, :, 0].tolist() == [10, 0]  # level 1 by all four
+        assert many[1, :, 0].tolist() == [100, 100]  # level 1 by the last three
     total = np.zeros((2, 4), np.int64)
     total_by_sector(sectors, 1, entropies, total)
     assert total.tolist() == [[21, 42, 63, 0], [300, 600, 900, 0]]
@@ -108,41 +103,69 @@ def test_columns_of_two_words_are_of_one_sector() -> None:
     assert total[:, 0].tolist() == [1100, 11]
 
 
-def test_losses_after_moves_are_those_from_scratch() -> None:
-    """A pair of sensors moves step by step among five, voxel by voxel; what they saw is kept up to date."""
-    rng = np.random.default_rng(3)
+def shares_bit_by_bit(views: Views, entropies: Entropies, before: np.ndarray, place: int) -> np.ndarray:
+    """What `change_views` adds up for one sensor, voxel by voxel; what `tally_views` does, if its place is none."""
+    n, keep = len(views.slots), entropies.keep
+    sums = np.zeros((3, rows_of_sums(n, len(views.crowds)), 4), np.int64)
+    for word, bit in [(w, b) for w in range(keep.size) for b in range(64) if int(keep[w]) >> b & 1]:
+        who = [i for i in range(n) if int(views.stack[views.slots[i], word]) >> bit & 1]
+        sign = (place in who) - (int(before[word]) >> bit & 1) if place != NOBODY else 1
+        who = [i for i in who if i != place]
+        run = int(entropies.first[word]) - 1
+        run += bin(int(entropies.starts[word]) & ((2 << bit) - 1)).count("1")
+        entropy = sign * entropies.palette_q[entropies.codes[run]].astype(np.int64)
+        own = sums[views.sectors[word // views.depth]]
+        if not who and place != NOBODY:
+            own[place] += entropy
+        elif len(who) in (1, 2):
+            own[who[0] if len(who) == 1 else n * (1 + who[0]) + who[1]] += entropy
+        for g, crowd in enumerate(views.crowds):
+            if len(who) > 2 and crowd[who].all() and (place == NOBODY or not crowd[place]):
+                own[n * (1 + n) + g] += entropy
+    return sums
+
+
+def views_by_chance(rng: np.random.Generator) -> tuple[Views, Entropies]:
+    """Five sensors that see anything of 40 words, two for each column."""
     keep = rng.integers(0, 1 << 20, 40, np.uint64)
-    starts = np.array([1 | int(rng.integers(0, 1 << 20)) for _ in keep], np.uint64) & (
-        ~keep + np.uint64(1) | keep
-    )
-    starts |= keep & (~keep + np.uint64(1))
+    starts = rng.integers(0, 1 << 20, 40, np.uint64) & keep | (keep & (~keep + np.uint64(1)))
     runs = np.array([bin(int(word)).count("1") for word in starts])
     first = np.concatenate([[0], np.cumsum(runs)]).astype(np.uint32)
     palette = rng.integers(0, 1 << 32, (9, 4), np.uint32)
     entropies = Entropies(keep, starts, first, rng.integers(0, 9, runs.sum()).astype(np.uint16), palette)
-    kinds, sectors = np.array([0, 1, 1, 0, 1]), rng.integers(0, 3, 20).astype(np.uint8)
-    members = np.array([[True, False, True, False, False], [False, True, True, True, False]])
-    slots, stack = np.array([4, 0, 2, 3, 1]), rng.integers(0, 1 << 21, (6, 40), np.uint64)
-    moved = np.array([1, 3])
+    crowds = np.array([[True] * 5, [True, False, True, False, True], [False, False, True, True, True]])
+    stack, sectors = rng.integers(0, 1 << 21, (6, 40), np.uint64), rng.integers(0, 3, 20).astype(np.uint8)
+    return Views(stack, np.array([4, 0, 2, 3, 1]), np.arange(5), crowds, sectors, 2), entropies
 
-    def room(workers: int) -> list[np.ndarray]:
-        return [np.zeros((workers, 3, *shape, 4), np.int64) for shape in ((2,), (5,), (5, 5), (2,))]
 
-    def anew() -> list[np.ndarray]:
-        sums = room(1)
-        tally_losses(stack, slots, kinds, members, sectors, 2, entropies, *sums)
-        return [part.sum(axis=0) for part in sums]
+def test_shares_are_those_bit_by_bit() -> None:
+    views, entropies = views_by_chance(np.random.default_rng(5))
+    for workers in (1, 3):
+        sums = np.zeros((workers, 3, rows_of_sums(5, 3), 4), np.int64)
+        tally_views(views, entropies, sums)
+        np.testing.assert_array_equal(
+            sums.sum(axis=0), shares_bit_by_bit(views, entropies, views.stack[0], NOBODY)
+        )
 
-    now, before = anew(), stack[slots[moved]] & keep
-    for step in range(4):
-        for place in moved[: 1 + step % 2]:
-            stack[slots[place]] = rng.integers(0, 1 << 21, 40, np.uint64)
-        change = room(1 + step % 2)
-        change_losses(moved, before, stack, slots, kinds, members, sectors, 2, entropies, *change)
-        now = [part + one.sum(axis=0) for part, one in zip(now, change, strict=True)]
-        for part, wanted in zip(now, anew(), strict=True):
-            np.testing.assert_array_equal(part, wanted)
-        np.testing.assert_array_equal(before, stack[slots[moved]] & keep)
+
+def test_what_sensors_that_moved_see_anew_and_no_more_is_told_by_who_of_the_others_sees_it() -> None:
+    """Two have moved, one after the other: to the first the second is still where it was."""
+    views, entropies = views_by_chance(np.random.default_rng(3))
+    keep, moved = entropies.keep, [3, 1]
+    rows = views.slots[moved]
+    for workers in (1, 2):
+        was = views.stack[rows].copy()
+        first = np.roll(was[0], 1) ^ np.uint64(0b101)
+        views.stack[rows[0]] = first
+        wanted = [shares_bit_by_bit(views, entropies, was[0], moved[0])]
+        views.stack[rows[1]] = ~was[1] & np.uint64((1 << 21) - 1)
+        wanted.append(shares_bit_by_bit(views, entropies, was[1], moved[1]))
+        before, sums = was & keep, np.zeros((workers, 2, 3, rows_of_sums(5, 3), 4), np.int64)
+        rest = np.array([0, 2, 4])
+        others = views._replace(slots=views.slots[rest], places=rest)
+        change_views(np.stack([moved, rows], axis=1), others, entropies, before, sums)
+        np.testing.assert_array_equal(sums.sum(axis=0), wanted)
+        np.testing.assert_array_equal(before, views.stack[rows] & keep)
 
 
 def rays_to(*directions: tuple[float, float, float], near: float = 0.0, far: float = math.inf) -> Cast:
