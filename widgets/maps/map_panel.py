@@ -80,6 +80,18 @@ class MapPanel(QWidget):
         self.set_class("")
 
     @property
+    def shown(self) -> str:
+        """What the map shows: a key of SEEN_BY, LOWEST or ON_ROAD_USERS."""
+        return str(self.choice.currentData())
+
+    def choose(self, shown: str) -> None:
+        """Show something else, and say so; nothing happens for what there is not, or is shown."""
+        place = self.choice.findData(shown)
+        if shown and place >= 0 and place != self.choice.currentIndex():
+            self.choice.setCurrentIndex(place)
+            self.shown_chosen.emit()
+
+    @property
     def seen_by(self) -> SeenBy | None:
         """Which sensors' coverage the map shows, None while it shows something else."""
         return next((key for key in SEEN_BY if key == self.choice.currentData()), None)

@@ -216,7 +216,7 @@ class ViewController:
 
     def leave(self) -> None:
         """The mouse left the view."""
-        if not self.busy and self._scene.set_hovered(None):
+        if not self.busy and (self._scene.set_hovered(None) | self._scene.aim_at(None)):
             self._listener.on_changed()
 
     def cancel(self) -> bool:
@@ -317,9 +317,13 @@ class ViewController:
         return any(sensor.name == name for sensor in self._scene.state.rig.sensors)
 
     def _hover(self, pixel: Pixel) -> None:
-        if self._scene.set_hovered(
-            self._scene.under_mouse.handle(pixel) or self._scene.under_mouse.sensor(pixel)
-        ):
+        sensor = self._scene.under_mouse.sensor(pixel)
+        handle = None if self._is_measuring else self._scene.under_mouse.handle(pixel)
+        is_changed = self._scene.set_hovered(handle or sensor)
+        if self._is_measuring and self._scene.aim_at(pixel):
+            self._scene.set_quick(True)
+            is_changed = True
+        if is_changed:
             self._listener.on_changed()
 
     def _is_drag(self, pixel: Pixel) -> bool:

@@ -295,6 +295,10 @@ class DrawnScene:
             return Place(_vec3(hit[0]), BODY)
         return None if ground is None else Place(_vec3(ground), GROUND)
 
+    def aim_at(self, pixel: Pixel | None) -> bool:
+        """Stretch the measuring tool's line to what is under a pixel, or let it go; whether that changed anything."""
+        return self._measure.aim(None if pixel is None else self.place_at(pixel))
+
     @property
     def measured_texts(self) -> list[str]:
         """What is said beside the line of the measuring tool."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
@@ -11,9 +13,10 @@ from riglens.widgets.drawing.actors import line_mesh, plain_actor
 from riglens.widgets.drawing.camera import OrbitCamera, Size
 from riglens.widgets.drawing.label import place_text, set_words, text_actor, text_width_px
 from riglens.widgets.theme import AXIS_COLOURS, MEASURE_COLOUR, Palette, rgb
-from riglens.widgets.viewport.measured import LEAST_M, Measured, measured_lines
+from riglens.widgets.viewport.measured import LEAST_M, Measured, Place, measured_lines
 
 _LINE_PX, _LEG_PX, _DROP_PX = 2.4, 2.4, 1.2
+_BAND_OPACITY = 0.6
 _END_PX, _FONT_PX, _BESIDE_PX = 4.0, 13, 14
 Points = NDArray[np.float64]
 
@@ -30,14 +33,16 @@ class MeasureLayer:
         self._text.GetTextProperty().SetLineSpacing(1.25)
         self._text.SetVisibility(False)
         self._found: Measured | None = None
+        self._palette: Palette | None = None
         for actor in (*self._lines, *self._ends):
             actor.pickable = actor.visibility = False
             overlay.AddActor(actor)
         overlay.AddViewProp(self._text)
 
     def show(self, found: Measured | None, palette: Palette) -> None:
-        """Show a measurement, or none."""
-        self._found = found
+        """Show a measurement, or none; without a second place its line is a rubber band as faint as it is new."""
+        self._found, self._palette = found, palette
+        self._lines[0].prop.opacity = _BAND_OPACITY if found is not None and found.second is None else 1.0
         for actor, ends in zip(self._lines, _segments(found), strict=True):
             actor.visibility = bool(len(ends))
             if len(ends):
@@ -55,6 +60,14 @@ class MeasureLayer:
             style.SetBackgroundColor(*rgb(palette.background))
             style.SetBackgroundOpacity(0.88)
 
+    def aim(self, place: Place | None) -> bool:
+        """Stretch a rubber band from the first place to the one under the mouse; whether that changed anything."""
+        found = self._found
+        if found is None or found.second is not None or found.aim == place or self._palette is None:
+            return False
+        self.show(replace(found, aim=place), self._palette)
+        return True
+
     def arrange(self, camera: OrbitCamera, size: Size, pixel_ratio: float) -> None:
         """Fit widths to the picture, and keep the words beside the middle of the line, inside the view."""
         found = self._found
@@ -64,7 +77,7 @@ class MeasureLayer:
             actor.prop.line_width = width_px * pixel_ratio
         for place, actor in zip(found.places, self._ends, strict=False):
             actor.scale = _END_PX * pixel_ratio * camera.metres_per_pixel(np.array(place.point_m), size)
-        middle = np.mean([place.point_m for place in found.places], axis=0)
+        middle = np.mean([found.first.point_m, found.end.point_m], axis=0)
         x, y, _ = camera.project(middle[None], size)[0].tolist()
         beside_px, font_px = _BESIDE_PX * pixel_ratio, _FONT_PX * pixel_ratio
         place_text(self._text, 0.0, 0.0, font_px)
@@ -88,9 +101,9 @@ def _segments(found: Measured | None) -> list[Points]:
         return [nothing] * 5
     drops = [(p.point_m, (*p.point_m[:2], 0.0)) for p in found.places if abs(p.point_m[2]) > LEAST_M]
     drop = np.array(drops) if drops else nothing
-    if found.second is None:
+    if found.end is found.first:
         return [nothing, drop, nothing, nothing, nothing]
-    start, end = np.array(found.first.point_m), np.array(found.second.point_m)
+    start, end = np.array(found.first.point_m), np.array(found.end.point_m)
     corners = np.tile(start, (4, 1))
     for axis in range(3):
         corners[axis + 1 :, axis] = end[axis]
@@ -101,4 +114,4 @@ def _segments(found: Measured | None) -> list[Points]:
         for axis in range(3)
     ]
     line = np.stack([start, end])[None]
-    return [line, drop, *legs]
+    return [line, drop, *([nothing] * 3 if found.second is None else legs)]

@@ -24,10 +24,12 @@ class Place:
 
 @dataclass(frozen=True)
 class Measured:
-    """Where the measuring began, and where it ended once the second place was clicked."""
+    """Where the measuring began, and where it ended once the second place was clicked; until then it may end at `aim`,
+    the place under the mouse."""
 
     first: Place
     second: Place | None = None
+    aim: Place | None = None
 
     @property
     def places(self) -> tuple[Place, ...]:
@@ -35,9 +37,14 @@ class Measured:
         return (self.first,) if self.second is None else (self.first, self.second)
 
     @property
+    def end(self) -> Place:
+        """The second place, or the one under the mouse, or the first."""
+        return self.second or self.aim or self.first
+
+    @property
     def delta_m(self) -> Vec3:
-        """From the first to the second place along x, y and z of the vehicle, metres."""
-        end = self.first if self.second is None else self.second
+        """From the first place to the end along x, y and z of the vehicle, metres."""
+        end = self.end
         x, y, z = (b - a for a, b in zip(self.first.point_m, end.point_m, strict=True))
         return x, y, z
 
@@ -49,9 +56,11 @@ class Measured:
 
 def measured_lines(found: Measured) -> tuple[str, ...]:
     """What is said of a measurement, in lines: distance, parts along the axes, heights over the ground."""
-    heights = " and ".join(f"{place.point_m[2]:.3f}".replace("-", _MINUS) for place in found.places)
-    names = " to ".join(place.what for place in found.places)
-    if found.second is None:
+    is_begun = found.end is found.first
+    places = (found.first,) if is_begun else (found.first, found.end)
+    heights = " and ".join(f"{place.point_m[2]:.3f}".replace("-", _MINUS) for place in places)
+    names = " to ".join(place.what for place in places)
+    if is_begun:
         return f"{names}, {heights} m above the ground", "click the second place"
     dx, dy, dz = (_signed(value) for value in found.delta_m)
     return (

@@ -12,6 +12,7 @@ from riglens.app.evaluation.requests import LoadedScene, Result
 from riglens.app.window.docks import InSight
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.frame import FrameView
+from riglens.app.window.settings import Settings
 from riglens.app.window.workbench import Workbench
 from riglens.core.rig.model import Rig
 from riglens.core.vehicle.solid import CarBody
@@ -41,6 +42,7 @@ NOTHING_SELECTED = "Select a camera or a LiDAR to look through it"
 NO_SENSORS = "The rig has no sensors: add one, and look through it here"
 WAITING = "The picture is being made"
 OFF = "Switched off: this sensor does not count in the scores."
+FAILED = "Taken as failed: this is what it would see; no figure counts it."
 
 
 class Map(Feature):
@@ -67,6 +69,12 @@ class Map(Feature):
         bench.answers.answered.connect(self._follow_result)
         bench.recompute.load_ended.connect(self._on_load_ended, Qt.ConnectionType.QueuedConnection)
         self.panel.map.set_message(LOADING)
+
+    def restore(self, settings: Settings) -> None:
+        self.panel.choose(settings.read("map/shown", ""))
+
+    def keep(self, settings: Settings) -> None:
+        settings.write("map/shown", self.panel.shown)
 
     def _tell_source(self) -> None:
         """Say what the session has to know for the map: nothing while nobody looks at it."""
@@ -153,6 +161,8 @@ class SensorView(Feature):
             self._ask,
             self.document.rig_changed, self.document.selection_changed, self.document.vehicle_changed,
         )  # fmt: skip
+        self._picture: SensorPicture | None = None
+        self.document.failed_changed.connect(self._show_notes)
         self.session.scene_changed.connect(self._on_scene)
         bench.recompute.load_ended.connect(self._on_load_ended, queued)
         bench.closing.connect(self.pictures.close)
@@ -208,13 +218,21 @@ class SensorView(Feature):
         if sensor is None or sensor.name != request.sensor.name or request.scene is not self.session.scene:
             return
         self.panel.set_title(sensor.name)
-        notes = [picture.note, "" if request.sensor.enabled else OFF]
-        self.panel.set_note(" ".join(note for note in notes if note))
+        self._picture = picture
+        self._show_notes()
         if isinstance(picture.image, CameraPicture):
             self.panel.show_camera(picture.image)
         else:
             grid = request.scene.field.grid
             self.panel.show_ranges(picture.image, math.hypot(grid.roi_m[0], grid.roi_m[1]) / 2)
+
+    def _show_notes(self) -> None:
+        """Say below the picture what has to be said about it, and whether its sensor counts."""
+        if self._picture is not None:
+            shown = self._picture.request.sensor
+            off = "" if shown.enabled else OFF
+            failed = FAILED if shown.name in self.document.failed else ""
+            self.panel.set_note(" ".join(note for note in (self._picture.note, off, failed) if note))
 
     def _on_failed(self, problem: str) -> None:
         self._asked, self._is_answered = None, True

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 from math import floor, log10
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt
 
@@ -23,7 +25,10 @@ from riglens.core.review.tolerance import (
 )
 from riglens.core.rig.model import Sensor
 from riglens.core.scene.boxes import CLASSES
-from riglens.widgets.panels.scores.tolerance_strip import WAITING, Range, ToleranceStrip
+from riglens.widgets.panels.scores.tolerance_strip import WAITING, Below, Range, ToleranceStrip
+
+if TYPE_CHECKING:  # loads the compiler
+    from riglens.core.review.requirements import Requirements
 
 DRAWS = 64
 """Of `riglens tolerance` it is 256 unless told otherwise: here they are measured again after every edit."""
@@ -42,10 +47,12 @@ class Tolerance(Feature):
         self.profile: ToleranceProfile | None = None
         self.answer: ToleranceAnswer | None = None
         self._asked: ToleranceRequest | None = None
+        self._required: Requirements | None = None
         bench.panels.scores.add_strip(self.strip, [profile.name for profile in PROFILES])
         bench.panels.scores.profile_chosen.connect(self.choose)
         self.strip.figure_chosen.connect(lambda _: self._show())
         self.strip.ghost_wanted.connect(lambda _: self._show_ghost())
+        self.strip.requirements_wanted.connect(bench.guarded(self._choose_requirements))
         bench.recompute.tolerated.connect(self._take, Qt.ConnectionType.QueuedConnection)
         self.session.heat_changed.connect(self._show_ghost)
         for changed in (bench.answers.answered, self.document.rig_settled, targets.counted):
@@ -64,6 +71,21 @@ class Tolerance(Feature):
         self.bench.panels.scores.show_strip(name)
         self._forget()
         self._ask()
+
+    def _choose_requirements(self) -> None:
+        """Take the limits of a file, as for `riglens check`, or put away those that are there; InputError for a file
+        that requires nothing of these figures."""
+        if self._required is not None:
+            self._required = None
+            self.strip.show_required("")
+        else:
+            folder = None if self.document.path is None else self.document.path.parent
+            path = self.bench.dialogs.requirements_file(self.bench.window, folder)
+            if path is None:
+                return
+            self._required = requirements_of_figures(path)
+            self.strip.show_required(path.name)
+        self._show()
 
     def restore(self, settings: Settings) -> None:
         self.strip.choose(settings.read("tolerance/figure", ""))
@@ -128,7 +150,11 @@ class Tolerance(Feature):
         if answer is not None and answer.result is not None:
             found, spreads = answer.result, answer.result.spreads
             ranges = {
-                name: range_of(spreads[key], found.floor[key])
+                name: range_of(
+                    spreads[key],
+                    found.floor[key],
+                    below_of(spreads[key], self._required, found.profile, self.strip.figure, name),
+                )
                 for name in CLASSES
                 if (key := f"{self.strip.figure} {name}") in spreads
             }
@@ -173,13 +199,49 @@ def tip_of(found: ToleranceResult) -> str:
     )
 
 
-def range_of(spread: Spread, floor_spread: Spread) -> Range:
+def requirements_of_figures(path: Path) -> Requirements:
+    """What a file requires of figures that tolerances are of; InputError when it requires none, or is none."""
+    from riglens.core.review.requirements import read_requirements
+
+    found = read_requirements(path)
+    if not (found.tolerance or found.seen or found.on_target):
+        raise InputError(f"{path}: found no tolerance, seen or on_target, of which the strip could tell")
+    return found
+
+
+def below_of(
+    spread: Spread, required: Requirements | None, profile: ToleranceProfile, figure: str, cls: str
+) -> Below | None:
+    """How many draws are below what is required of a figure of a class: under errors of the profile, else at all."""
+    if required is None:
+        return None
+    for asked in required.tolerance:
+        if (asked.figure, asked.cls) == (figure, cls) and required.errors[asked.profile] == profile:
+            return _below(spread, asked.limit, asked.at_most)
+    seen = [one.at_least for one in required.seen if one.cls == cls and one.by == "any"]
+    on_target = [
+        one.at_least
+        for one in required.on_target
+        if one.cls == cls and one.ring_m is None and one.figure == "on_target"
+    ]
+    limits = seen if figure == "seen" else on_target
+    return _below(spread, max(limits), None) if limits else None
+
+
+def _below(spread: Spread, limit: float, at_most: float | None) -> Below:
+    share, error = spread.below(limit)
+    return Below(100.0 * limit, 100.0 * share, 100.0 * error, None if at_most is None else 100.0 * at_most)
+
+
+def range_of(spread: Spread, floor_spread: Spread, below: Below | None = None) -> Range:
     """A spread in percentage points beside the rig as designed."""
     low, high, median, worst = (
         100.0 * (value - spread.nominal) for value in (spread.p05, spread.p95, spread.median, spread.worst)
     )
-    noise = (100.0 * (value - spread.nominal) for value in (floor_spread.p05, floor_spread.p95))
-    return Range(low, high, median, worst, *noise)
+    noise_low, noise_high = (
+        100.0 * (value - spread.nominal) for value in (floor_spread.p05, floor_spread.p95)
+    )
+    return Range(low, high, median, worst, noise_low, noise_high, below)
 
 
 def magnified(profile: ToleranceProfile) -> float:

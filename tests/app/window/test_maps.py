@@ -10,6 +10,7 @@ from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 
 from riglens.app.evaluation.scenario import load_scenario
+from riglens.app.window.settings import Settings
 from riglens.core.engine.engine import Engine
 from riglens.core.engine.inspect import covered_at_least
 from riglens.core.geometry import Pose
@@ -22,6 +23,7 @@ from riglens.core.view.range_image import RangeImage
 from riglens.core.view.top_view import SeenBy, TopView
 from riglens.core.view.top_views import TopViews
 from riglens.widgets.maps.lowest_items import lowest_text
+from tests.app.window.desk import full_desk
 from tests.app.window_bench import Bench, open_bench, scene_options
 from tests.waiting import TIMEOUT_MS
 from tests.widgets.mouse import hover
@@ -273,3 +275,26 @@ def test_moving_another_sensor_makes_no_new_picture(bench: Bench) -> None:
     front = bench.document.rig.sensor("front")
     bench.document.replace_sensor("front", front.replace(position=(0.4, 0.0, 1.5)))
     assert picture(bench) is not before
+
+
+def test_the_sensor_view_says_that_its_sensor_is_taken_as_failed(bench: Bench) -> None:
+    bench.document.select("roof")
+    picture(bench)
+    note = bench.features.sensor_view.panel.note
+    assert "failed" not in note.text()
+    bench.document.set_failed(("roof",), True)
+    assert "Taken as failed" in note.text() and note.isVisible()
+    bench.document.set_failed(("roof",), False)
+    assert "failed" not in note.text()
+
+
+def test_what_the_map_shows_is_kept_for_the_next_session(qtbot: QtBot) -> None:
+    kept = Settings()
+    with full_desk(qtbot, kept=kept) as desk:
+        desk.features.map.panel.choose("lowest_2_camera")
+        desk.features.map.keep(kept)
+    with full_desk(qtbot, kept=kept) as again:
+        assert again.features.map.panel.lowest == ("camera", 2)
+        kept.write("map/shown", "nonsense")
+        again.features.map.restore(kept)
+        assert again.features.map.panel.lowest == ("camera", 2)

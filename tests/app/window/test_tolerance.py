@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 from pytestqt.qtbot import QtBot
@@ -124,3 +125,36 @@ def test_magnified_errors_are_seen_and_the_car_is_not_turned_over() -> None:
     assert {profile.name: magnified(profile) for profile in PROFILES} == {
         "assembly": 50.0, "service": 20.0, "brackets": 50.0, "ride": 5.0, "load": 2.0,
     }  # fmt: skip
+
+
+def test_draws_below_what_a_file_requires_are_told_with_their_error(desk: FullDesk, tmp_path: Path) -> None:
+    choose(desk, "assembly")
+    tell(desk, 81)
+    strip = feature(desk).strip
+    assert strip.below_of("car") == "" and strip.required.text() == "Requirements…"
+    desk.dialogs.path = tmp_path / "required.yaml"
+    desk.dialogs.path.write_text("riglens_requirements: 1\nmounts: {gap_m: 0.1}\n")
+    strip.required.click()
+    assert "found no tolerance" in desk.workbench.errors.message and strip.below_of("car") == ""
+    desk.dialogs.path.write_text(
+        "riglens_requirements: 1\n"
+        "seen: [{class: bicycle, at_least: 0.47}, {class: car, at_least: 0.9}]\n"
+        "tolerance: [{profile: assembly, class: car, limit: 0.475, at_most: 0.1}, "
+        "{profile: ride, class: pedestrian, limit: 0.1}]\n"
+    )
+    strip.required.click()
+    assert strip.required.text() == "Without required.yaml", desk.workbench.errors.message
+    result = feature(desk).answer
+    assert result is not None and result.result is not None
+    share, error = result.result.spreads["seen car"].below(0.475)
+    text = f"{100 * share:.1f} ± {100 * error:.1f} % of draws below 47.5 %, accepted 10 %"
+    assert 0.1 < share < 1.0 and strip.below_of("car") == text
+    assert strip._below["car"].styleSheet() != "" and strip.below_of("pedestrian") == ""
+    assert strip.below_of("bicycle").endswith("% of draws below 47 %")
+    assert strip.required.text() == "Without required.yaml"
+    choose(desk, "ride")
+    tell(desk, 81)
+    assert strip.below_of("car").endswith("of draws below 90 %")  # of this profile, seen alone is required
+    assert strip.below_of("pedestrian").endswith("below 10 %, accepted 5 %")
+    strip.required.click()
+    assert strip.below_of("car") == "" and strip.required.text() == "Requirements…"

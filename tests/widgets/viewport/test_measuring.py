@@ -8,6 +8,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
 from riglens.widgets.viewport.measured import BODY, GROUND, Measured, Place
+from tests.widgets.mouse import hover
 from tests.widgets.viewport.views import LIDAR, change, drag, listen, pixel_at, settle, to_point
 
 
@@ -60,3 +61,23 @@ def test_the_line_is_drawn_over_everything_with_its_numbers_inside_the_view(view
     change(view, measured=None)
     settle(view)
     assert view._scene.measured_texts == [] and np.array_equal(picture(view), before)
+
+
+def test_a_rubber_band_follows_the_mouse_until_the_second_click(view) -> None:
+    view.set_measuring(True)
+    change(view, measured=Measured(Place(LIDAR.position, "roof", "roof")))
+    texts = view._scene.measured_texts
+    assert texts[1] == "click the second place"
+    ground_m = np.array([4.0, -3.0, 0.0])
+    hover(view._canvas, to_point(view, pixel_at(view, ground_m)))
+    length_m = float(np.linalg.norm(ground_m - LIDAR.position))
+    found = view._scene.measured_texts
+    assert float(found[0].removesuffix(" m")) == pytest.approx(length_m, abs=0.03) and "to ground" in found[2]
+    assert view.state.measured == Measured(Place(LIDAR.position, "roof", "roof"))  # nothing was clicked
+    view._controller.leave()
+    assert view._scene.measured_texts == texts
+    second = Place((1.0, 0.0, 0.0), GROUND)
+    change(view, measured=Measured(Place(LIDAR.position, "roof", "roof"), second))
+    texts = view._scene.measured_texts
+    hover(view._canvas, to_point(view, pixel_at(view, ground_m)))
+    assert view._scene.measured_texts == texts

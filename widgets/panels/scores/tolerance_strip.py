@@ -6,8 +6,17 @@ from dataclasses import dataclass
 
 from PySide6.QtCore import QRectF, Qt, Signal
 from PySide6.QtGui import QColor, QPainter, QPaintEvent
-from PySide6.QtWidgets import QCheckBox, QGridLayout, QHBoxLayout, QLabel, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QVBoxLayout,
+    QWidget,
+)
 
+from riglens.core.shown_text import visible
 from riglens.widgets.panels.fields.form import ChoiceBox
 from riglens.widgets.panels.scores.text import MINUS
 from riglens.widgets.panels.style import MARGIN, as_panel, numbers_font, plain_tip, tones
@@ -16,12 +25,33 @@ FIGURES = {"seen": "Seen by any", "on_target": "On target"}
 BAR_PX, ROW_PX = 130, 18
 LEGEND = "5 to 95 % of the draws, thin: noise floor, | median, ● worst"
 WAITING = "measured when nobody edits"
+REQUIRE = "Requirements…"
+REQUIRE_TIP = (
+    "A file as for riglens check: how many of the draws fall below what it requires of a class (tolerance, else seen "
+    "and on_target), with the standard error of the share. Less is better"
+)
+
+
+@dataclass(frozen=True)
+class Below:
+    """A limit that is required of a figure, in percent; the share of draws below it with its standard error, in
+    percent; and the largest share that is accepted, where that is said."""
+
+    limit: float
+    share: float
+    error: float
+    at_most: float | None = None
+
+    @property
+    def is_too_much(self) -> bool:
+        """Whether more draws than accepted fall below the limit."""
+        return self.at_most is not None and self.share > self.at_most
 
 
 @dataclass(frozen=True)
 class Range:
     """Of one figure, in percentage points beside the rig as designed: draws from 5 to 95 %, their median and worst,
-    and the 5 to 95 % of the noise floor."""
+    and the 5 to 95 % of the noise floor; and what is required of it, if anything is."""
 
     low: float
     high: float
@@ -29,6 +59,7 @@ class Range:
     worst: float
     floor_low: float
     floor_high: float
+    below: Below | None = None
 
     @property
     def widest(self) -> float:
@@ -100,6 +131,8 @@ class ToleranceStrip(QWidget):
     """Another key of FIGURES is to be shown."""
     ghost_wanted = Signal(bool)
     """Whether the worst draw is to be shown in the view."""
+    requirements_wanted = Signal()
+    """A file of requirements is to be chosen, or the one that is there to be put away."""
 
     def __init__(self, classes: tuple[str, ...], parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -111,7 +144,11 @@ class ToleranceStrip(QWidget):
         self._figure.activated.connect(lambda _: self.figure_chosen.emit(self.figure))
         self.worst = QCheckBox("Worst draw in the view")
         self.worst.toggled.connect(self.ghost_wanted)
+        self.required = QPushButton(REQUIRE)
+        self.required.setToolTip(f"<p>{REQUIRE_TIP}</p>")
+        self.required.clicked.connect(lambda: self.requirements_wanted.emit())
         self._rows = {name: (RangeBar(), QLabel("–")) for name in classes}
+        self._below = {name: QLabel() for name in classes}
         rows = QGridLayout()
         rows.setHorizontalSpacing(8)
         rows.setVerticalSpacing(0)
@@ -120,10 +157,13 @@ class ToleranceStrip(QWidget):
             rows.addWidget(QLabel(name), place, 0)
             rows.addWidget(bar, place, 1)
             rows.addWidget(text, place, 2)
-        rows.setColumnStretch(2, 1)
+            self._below[name].setFont(numbers_font(text.font()))
+            rows.addWidget(self._below[name], place, 3)
+        rows.setColumnStretch(3, 1)
         below = QHBoxLayout()
         below.addWidget(self._figure)
         below.addWidget(self.worst)
+        below.addWidget(self.required)
         below.addStretch(1)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(MARGIN, 4, MARGIN, 2)
@@ -158,6 +198,14 @@ class ToleranceStrip(QWidget):
         """What is said of a class."""
         return self._rows[class_name][1].text()
 
+    def below_of(self, class_name: str) -> str:
+        """What is said of a class and what is required of it."""
+        return self._below[class_name].text()
+
+    def show_required(self, name: str) -> None:
+        """Say whose requirements are shown; empty: none are."""
+        self.required.setText(REQUIRE if not name else f"Without {visible(name)}")
+
     def show_ranges(self, ranges: dict[str, Range], head: str, tip: str) -> None:
         """Show ranges by class, and over them whose they are and of how many draws."""
         self._head.setText(head)
@@ -168,6 +216,13 @@ class ToleranceStrip(QWidget):
             bar.show_range(found, scale)
             text.setText("–" if found is None else range_text(found))
             text.setEnabled(True)
+            self._show_below(self._below[name], None if found is None else found.below)
+
+    def _show_below(self, label: QLabel, below: Below | None) -> None:
+        label.setEnabled(True)
+        label.setText("" if below is None else below_text(below))
+        too_much = below is not None and below.is_too_much
+        label.setStyleSheet(f"color: {tones().less}" if too_much else "")
 
     def grey(self, head: str) -> None:
         """What is shown belongs to an earlier rig."""
@@ -175,6 +230,9 @@ class ToleranceStrip(QWidget):
         for bar, text in self._rows.values():
             bar.grey()
             text.setEnabled(False)
+        for label in self._below.values():
+            label.setEnabled(False)
+            label.setStyleSheet("")
 
 
 def range_text(found: Range) -> str:
@@ -182,6 +240,12 @@ def range_text(found: Range) -> str:
     digits = 2 if found.widest >= 0.1 else 3 if found.widest >= 0.01 else 4
     text = f"{points_text(found.low, digits)} … {points_text(found.high, digits)} pp"
     return f"{text}, within noise" if found.is_noise and found.widest else text
+
+
+def below_text(below: Below) -> str:
+    """How many of the draws are below a limit, with the error of so few draws, and how many may be."""
+    accepted = "" if below.at_most is None else f", accepted {below.at_most:g} %"
+    return f"{below.share:.1f} ± {below.error:.1f} % of draws below {below.limit:g} %{accepted}"
 
 
 def points_text(points: float, digits: int = 2) -> str:
