@@ -21,6 +21,8 @@ SHORTEST_RADIUS = 80.0
 """Voxels: where rays drift apart so soon, walking them is quicker."""
 WORTH = 0.55
 """Voxels: where the rays of a beam are farther apart, and no core is, walking them is quicker than its sheet."""
+FEWEST_AZIMUTHS = 400
+"""A sector of fewer azimuths is walked sooner: much of its tiles lies outside of it."""
 WIDEST_OFFSET = 0.5
 """Radians between the azimuth offsets of a sector's beams, so that what all of them cover is a sector too."""
 FEWEST_GAPS = 2
@@ -40,13 +42,20 @@ class Sheets(NamedTuple):
 
 
 def make_sheets(
-    lidar: Lidar, rays: Cast, shortest: float = SHORTEST_RADIUS, worth: float = WORTH
+    lidar: Lidar,
+    rays: Cast,
+    shortest: float = SHORTEST_RADIUS,
+    worth: float = WORTH,
+    fewest: int = FEWEST_AZIMUTHS,
 ) -> Sheets | None:
     """The cones of a LiDAR in grid units, as far as its rays are within `worth` voxels of each other or in a core; None
-    where walking its rays is simpler, or quicker because they drift apart within the `shortest` radius in voxels."""
+    where walking its rays is simpler, or quicker because they drift apart within the `shortest` radius in voxels, or
+    because they are a sector of fewer azimuths than the `fewest`."""
     if not is_near(rays) or not is_tame(rays.rows, rays.planes, rays.rotation, rays.origin):
         return None
     spinner = _spinner(lidar, rays)
+    if spinner.is_sector and spinner.azimuths.size < fewest:
+        return None
     beams = _beams(lidar, spinner, _upper(rays))
     spinner = spinner._replace(stopped_before=_stopped_before(spinner, beams))
     heights = rays.box[4:] - rays.origin[2]

@@ -122,6 +122,7 @@ def _search(
     sure: np.ndarray,
 ) -> None:
     """Add what the rays of a beam traverse from one azimuth on, one after the other to the first that misses."""
+    turn %= s.azimuths.size  # all rays of a narrow sector may pass a column: then this goes once round
     for _ in range(s.azimuths.size):
         here = _turn_at(s, turn)
         d = ray_direction(s, row, here)

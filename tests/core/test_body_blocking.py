@@ -142,7 +142,8 @@ def dense_lidar(rng: np.random.Generator) -> Lidar:
     """A LiDAR with rays close enough for core and sheets: tilted, upside down, with offsets, a sector, a range."""
     beams = int(rng.integers(2, 40))
     turn = EvenAngles(from_=-180.0, to=180.0, count=int(rng.integers(520, 800)))
-    sector = EvenAngles(from_=-40.0, to=30.0, count=int(rng.integers(110, 200)))
+    wide = float(rng.choice([155.0, 240.0]))
+    sector = EvenAngles(from_=-0.6 * wide, to=0.4 * wide, count=int(rng.integers(400, 500)))
     offsets = tuple(rng.uniform(-3.0, 3.0, beams)) if rng.random() < 0.4 else None
     low = float(rng.uniform(-40.0, 0.0))
     return Lidar(

@@ -68,7 +68,7 @@ def rays_of(sensor: Lidar, reach: tuple[float, float] = ENDLESS) -> Cast:
 
 def sheets_of(sensor: Lidar, reach: tuple[float, float] = ENDLESS, most: float = math.inf) -> Sheets:
     """Its cones, as far as the rays are close or as far as told."""
-    made = make_sheets(sensor, rays_of(sensor, reach), shortest=1.0, worth=math.inf)
+    made = make_sheets(sensor, rays_of(sensor, reach), shortest=1.0, worth=math.inf, fewest=0)
     assert made is not None
     return made._replace(radius=min(made.radius, most))
 
@@ -168,6 +168,16 @@ def test_columns_are_tested_beam_by_beam(
         assert found == hit(rays_of(alone, reach))
 
 
+@pytest.mark.parametrize("count", [1, 2, 5])
+def test_all_rays_of_a_narrow_sector_may_pass_one_column(count: int) -> None:
+    """The search then comes back to the ray that it began with."""
+    for first_deg in (-0.45, 0.1, 3.0):
+        sensor = lidar((-9.0, 2.4, 2.2), beams=(1.0,), azimuths=first_deg + 0.1 * np.arange(count))
+        made = sheets_of(sensor)
+        found = {(x, y, z) for x in range(SIDE) for y in range(SIDE) for z in levels_by_test(made, 0, x, y)}
+        assert found == hit(rays_of(sensor))
+
+
 def levels_by_test(made: Sheets, beam: int, x: int, y: int) -> list[int]:
     """The levels of a column that rays of a beam traverse, by a test of all of its levels."""
     tile, work = tiles.tile_at(made.spinner, 0, 0), tiles.work_space(len(BEAMS), 1)
@@ -207,7 +217,7 @@ def test_rays_that_are_stopped_hit_nothing(pattern: str) -> None:
         stopped[(slice(1, 5), slice(5, 15)) if pattern == "a block" else (4, slice(None))] = True
     sensor = lidar(rpy_deg=(3.0, -4.0, 5.0), azimuths=range(-18, 19, 2))
     rays = rays_of(sensor)._replace(is_stopped=stopped.ravel())
-    made = make_sheets(sensor, rays, shortest=1.0)
+    made = make_sheets(sensor, rays, shortest=1.0, fewest=0)
     assert made is not None and hit(rays) < hit(rays_of(sensor))
     assert seen_by(made) == hit(rays)
 
@@ -224,7 +234,7 @@ def test_of_each_azimuth_alone_all_is_marked_along_faces_and_over_corners(
         stopped = np.ones((len(BEAMS), 13), np.bool_)
         stopped[:, free] = False
         rays = rays_of(sensor)._replace(is_stopped=stopped.ravel())
-        made = make_sheets(sensor, rays, shortest=1.0)
+        made = make_sheets(sensor, rays, shortest=1.0, fewest=0)
         assert made is not None and seen_by(made) == hit(rays)
 
 
@@ -423,7 +433,7 @@ def test_where_rays_drift_apart_and_no_core_is_they_are_walked() -> None:
     azimuths = np.arange(-18.0, 18.0, 0.2)
     for gap_deg, radius in ((2.0, 0.55 / math.radians(0.2)), (0.25, 0.499 / math.radians(0.16) - 0.88)):
         sensor = lidar((-300.0, 1.7, 2.2), beams=gap_deg * np.arange(-4, 5), azimuths=azimuths)
-        made = make_sheets(sensor, rays_of(sensor))
+        made = make_sheets(sensor, rays_of(sensor), fewest=0)
         assert made is not None
         assert made.radius == pytest.approx(radius, rel=2e-3)
         assert [rays.reach[0] for rays in made.rest] == [pytest.approx(made.radius - 1.4144, abs=1e-3)]
@@ -431,6 +441,16 @@ def test_where_rays_drift_apart_and_no_core_is_they_are_walked() -> None:
 
 def test_a_grid_too_far_away_or_rays_too_far_apart_are_walked() -> None:
     assert make_sheets(lidar((-6000.0, 0.0, 0.0)), rays_of(lidar((-6000.0, 0.0, 0.0)))) is None
-    assert make_sheets(lidar(), rays_of(lidar())) is None
+    assert make_sheets(lidar(), rays_of(lidar()), fewest=0) is None
     close = lidar(azimuths=np.arange(-5.0, 5.0, 0.2))
-    assert make_sheets(close, rays_of(close)) is not None
+    assert make_sheets(close, rays_of(close), fewest=0) is not None
+
+
+def test_a_sector_of_few_azimuths_is_walked_and_a_turn_is_not() -> None:
+    for azimuths, by_sheets in (
+        (np.arange(engine.FEWEST_AZIMUTHS - 1) * 0.2, False),
+        (np.arange(engine.FEWEST_AZIMUTHS) * 0.2, True),
+        (np.arange(360), True),
+    ):
+        sensor = lidar((-9.0, 2.0, 2.0), azimuths=azimuths)
+        assert (make_sheets(sensor, rays_of(sensor), shortest=1.0) is not None) == by_sheets
