@@ -140,53 +140,58 @@ def _keep_hashed(number: int, cells: np.ndarray, table: np.ndarray) -> int:
 
 
 @parallel_kernel
-def joined_cells(starts: np.ndarray, cells: np.ndarray, most: int, workers: int, to: np.ndarray) -> None:
+def joined_cells(
+    starts: np.ndarray, counts: np.ndarray, cells: np.ndarray, most: int, workers: int, to: np.ndarray
+) -> None:
     """Distinct cells of each object over several LiDARs: to int32 (objects,).
 
-    cells of LiDAR l on object o: cells[starts[l, o]] up to starts[l, o + 1], which l alone has; most: cells of all
-    LiDARs on any object.
+    cells of LiDAR l on object o, which l alone has: counts[l, o] of them from cells[starts[l, o]] on; most: cells of
+    all LiDARs on any object.
     """
     objects = to.size
     for worker in numba.prange(workers):
         table = np.empty(table_mask(most) + 1, np.int64)
         for one in range(worker, objects, workers):
-            to[one] = _distinct(starts, cells, one, table)
+            to[one] = _distinct(starts, counts, cells, one, table)
 
 
 @kernel
-def joined_cells_serial(starts: np.ndarray, cells: np.ndarray, most: int, to: np.ndarray) -> None:
+def joined_cells_serial(
+    starts: np.ndarray, counts: np.ndarray, cells: np.ndarray, most: int, to: np.ndarray
+) -> None:
     """As `joined_cells`, for any thread."""
     table = np.empty(table_mask(most) + 1, np.int64)
     for one in range(to.size):
-        to[one] = _distinct(starts, cells, one, table)
+        to[one] = _distinct(starts, counts, cells, one, table)
 
 
 @lean
-def _distinct(starts: np.ndarray, cells: np.ndarray, one: int, table: np.ndarray) -> int:
+def _distinct(starts: np.ndarray, counts: np.ndarray, cells: np.ndarray, one: int, table: np.ndarray) -> int:
     """Distinct cells of an object over several LiDARs."""
     total, most, block, number = 0, 0, EMPTY, 0
     for lidar in range(starts.shape[0]):
-        first, end = starts[lidar, one], starts[lidar, one + 1]
-        total, most = total + end - first, max(most, end - first)
-        for place in range(first, end):
+        total, most = total + counts[lidar, one], max(most, counts[lidar, one])
+        for place in range(starts[lidar, one], starts[lidar, one] + counts[lidar, one]):
             block = widened(block, cells[place])
     if total == most:  # at most one LiDAR has any
         return total
     if not has_room(block, table):
-        return _count_hashed(starts, cells, one, total, table)
+        return _count_hashed(starts, counts, cells, one, total, table)
     clear(block, table)
     for lidar in range(starts.shape[0]):
-        for place in range(starts[lidar, one], starts[lidar, one + 1]):
+        for place in range(starts[lidar, one], starts[lidar, one] + counts[lidar, one]):
             number += put(block, cells[place], table)
     return number
 
 
 @lean
-def _count_hashed(starts: np.ndarray, cells: np.ndarray, one: int, total: int, table: np.ndarray) -> int:
+def _count_hashed(
+    starts: np.ndarray, counts: np.ndarray, cells: np.ndarray, one: int, total: int, table: np.ndarray
+) -> int:
     """As `_distinct`, for cells however far apart."""
     number, mask = 0, table_mask(total)
     table[: mask + 1] = -1
     for lidar in range(starts.shape[0]):
-        for place in range(starts[lidar, one], starts[lidar, one + 1]):
+        for place in range(starts[lidar, one], starts[lidar, one] + counts[lidar, one]):
             number += is_new(cells[place], table, mask)
     return number

@@ -61,7 +61,9 @@ class Beams(NamedTuple):
     relative width of the logistic; none: all rays return. blocks (b, 7): cones around
     runs of slots of a lattice that has no straight rows (axis, cosine and sine of the half angle, first slot,
     number), none for the others. field: cosine and sine of the half angle of a cone around x that holds all rays.
-    least: what comes nearer to the plane x = 0 of a camera than this, in metres, is in no image.
+    least: what comes nearer to the plane x = 0 of a camera than this, in metres, is in no image. stops (rows * words,)
+    uint64 or (0,): for a camera with straight rows and columns a bit for each slot whose ray the car's own body stops
+    somewhere, every row in words of its own.
     """
 
     turns: bool
@@ -84,6 +86,7 @@ class Beams(NamedTuple):
     blocks: np.ndarray
     field: np.ndarray
     least: float
+    stops: np.ndarray
 
 
 class Faces(NamedTuple):
@@ -103,13 +106,15 @@ class Faces(NamedTuple):
 class Canvas(NamedTuple):
     """What the rays of a worker have met so far, by slot: 1 / t, or 0 where nothing, and the box, or -1 (rays,);
     spans (rows, 2): first and end of the columns in which a row may have met something, columns and 0 where it has
-    not; `run` takes the numbers of one run of slots (columns,)."""
+    not; `run` takes the numbers of one run of slots (columns,); touched (2,): first and end of the rows whose spans are
+    not empty, rows and 0 if all are."""
 
     inverse: np.ndarray
     owner: np.ndarray
     last: np.ndarray
     spans: np.ndarray
     run: np.ndarray
+    touched: np.ndarray
 
 
 @lean_inlined
@@ -131,7 +136,7 @@ def turned(turn: np.ndarray, d: Direction) -> Direction:
 
 
 @lean_inlined
-def _set_faces(start: Direction, half: np.ndarray, faces: Faces) -> None:
+def set_faces(start: Direction, half: np.ndarray, faces: Faces) -> None:
     """The numbers of a box by which rays from `start`, in the axes of the box, meet it."""
     for axis in range(3):
         s, h = start[axis], half[axis]
@@ -179,7 +184,23 @@ def _meet_run(beams: Beams, faces: Faces, row: int, column: int, number: int, ca
                 inverse[slot + i], owner[slot + i] = run[i], part
     canvas.spans[row, 0] = min(canvas.spans[row, 0], column)
     canvas.spans[row, 1] = max(canvas.spans[row, 1], column + number)
+    canvas.touched[0] = min(canvas.touched[0], row)
+    canvas.touched[1] = max(canvas.touched[1], row + 1)
     return entered
+
+
+@lean_inlined
+def is_entered(beams: Beams, faces: Faces, row: int, column: int) -> bool:
+    """Whether a single ray enters a box, by the very numbers of `_meet_run`."""
+    turn, enter, rest, leave, other = faces.turn, faces.enter, faces.rest, faces.leave, faces.other
+    f, g, at = beams.scale[row, 0], beams.scale[row, 1], row * beams.stride + column
+    x, y, z = beams.x[at], beams.y[at], beams.z[at]
+    enters, leaves = 1.0 / beams.reach[0], 1.0 / beams.reach[1]
+    for axis in range(3):
+        a = turn[axis, 0] * f * x + turn[axis, 1] * f * y + turn[axis, 2] * g * z
+        enters = _less(enters, a * enter[axis] + rest[axis])
+        leaves = _more(leaves, _more(a * leave[axis], a * other[axis]))
+    return bool(enters > leaves)
 
 
 @lean_inlined
@@ -202,7 +223,7 @@ def _columns_between(beams: Beams, left: float, width: float) -> tuple[int, int,
     return start, end, again
 
 
-@lean
+@lean_inlined
 def _meet_rows(beams: Beams, faces: Faces, window: Window, canvas: Canvas) -> int:
     """Offer a box to all rays in its window; how many of them enter it."""
     entered, row_at, shift = 0, beams.row_at, beams.shift
@@ -262,13 +283,13 @@ def _is_apart(
 
 
 @lean
-def _reach_of(traffic: Traffic, beams: Beams, frame: int) -> float:
+def reach_of(traffic: Traffic, beams: Beams, frame: int) -> float:
     """Nothing farther from the sensor than this can stand before an object that counts."""
     reach = 0.0
     for box in range(traffic.starts[frame], traffic.starts[frame + 1]):
         if traffic.counts[box]:
             reach = max(reach, _distance(traffic, beams, box) + _radius(traffic, box))
-    return reach * (1.0 + 1e-9)
+    return float(min(reach, beams.reach[1]) * (1.0 + 1e-9))
 
 
 @lean_inlined
@@ -305,7 +326,7 @@ def set_turn(traffic: Traffic, rotation: np.ndarray, box: int, turn: np.ndarray)
 
 
 @lean_inlined
-def _set_centre(start: Direction, turn: np.ndarray, centre: np.ndarray) -> None:
+def set_centre(start: Direction, turn: np.ndarray, centre: np.ndarray) -> None:
     """centre (3,): the middle of a box in the axes of the sensor, which is at `start` in those of the box."""
     for axis in range(3):
         centre[axis] = -(turn[0, axis] * start[0] + turn[1, axis] * start[1] + turn[2, axis] * start[2])
@@ -322,7 +343,7 @@ def _window_of(
 ) -> Window:
     """The window of a box around the origin of its axes, in which the sensor is at `start`; centre (3,) and corners (8,
     3) are overwritten."""
-    _set_centre(start, turn, centre)
+    set_centre(start, turn, centre)
     corners_of(centre, turn, half, corners)
     return window_of_turn(corners) if beams.turns else window_of_image(corners, beams.least)
 
@@ -334,34 +355,43 @@ def meet_frame(
 ) -> None:  # fmt: skip
     """Nearest entries of a frame's boxes on the canvas; alone (n,) of all boxes takes the rays that enter each of
     them, whatever stands before it."""
-    reach = min(_reach_of(traffic, beams, frame), beams.reach[1] * (1.0 + 1e-9))
+    reach = reach_of(traffic, beams, frame)
     for box in range(traffic.starts[frame], traffic.starts[frame + 1]):
-        if _distance(traffic, beams, box) - _radius(traffic, box) > reach:
-            continue
-        half, start = traffic.halves[box], start_of(traffic, beams, box)
-        if is_inside(start, half):
-            continue
-        set_turn(traffic, rotation, box, faces.turn)
-        _set_centre(start, faces.turn, centre)
-        far, sine, cosine = _cone_of(centre, half)
-        if _is_apart(1.0, 0.0, 0.0, beams.field[0], beams.field[1], centre, far, sine, cosine):
-            continue
-        window = NOWHERE
-        if beams.blocks.shape[0] == 0:
-            window = _window_of(beams, start, half, faces.turn, centre, corners)
+        if _distance(traffic, beams, box) - _radius(traffic, box) <= reach:
+            alone[box] += meet_box(traffic, beams, box, rotation, faces, corners, centre, canvas)
+
+
+@lean_inlined
+def meet_box(
+    traffic: Traffic, beams: Beams, box: int, rotation: np.ndarray, faces: Faces, corners: np.ndarray,
+    centre: np.ndarray, canvas: Canvas,
+) -> int:  # fmt: skip
+    """Nearest entries of a box on the canvas; how many rays enter it, whatever stands before it."""
+    entered, half, start = 0, traffic.halves[box], start_of(traffic, beams, box)
+    if is_inside(start, half):
+        return 0
+    set_turn(traffic, rotation, box, faces.turn)
+    set_centre(start, faces.turn, centre)
+    far, sine, cosine = _cone_of(centre, half)
+    if _is_apart(1.0, 0.0, 0.0, beams.field[0], beams.field[1], centre, far, sine, cosine):
+        return 0
+    window = NOWHERE
+    if beams.blocks.shape[0] == 0:
+        window = _window_of(beams, start, half, faces.turn, centre, corners)
+        if window.width < 0.0:
+            return 0
+    is_large = beams.blocks.shape[0] == 0 and beams.row_of.size * beams.columns * sine * sine > _LARGE
+    for part in range(traffic.part_starts[box], traffic.part_starts[box + 1]):
+        offset = traffic.offsets[part]
+        place = (start[0] - offset[0], start[1] - offset[1], start[2] - offset[2])
+        if is_large:
+            window = _window_of(beams, place, traffic.part_halves[part], faces.turn, centre, corners)
             if window.width < 0.0:
                 continue
-        is_large = beams.blocks.shape[0] == 0 and beams.row_of.size * beams.columns * sine * sine > _LARGE
-        for part in range(traffic.part_starts[box], traffic.part_starts[box + 1]):
-            offset = traffic.offsets[part]
-            place = (start[0] - offset[0], start[1] - offset[1], start[2] - offset[2])
-            if is_large:
-                window = _window_of(beams, place, traffic.part_halves[part], faces.turn, centre, corners)
-                if window.width < 0.0:
-                    continue
-            _set_faces(place, traffic.part_halves[part], faces)
-            own = Faces(box, part, faces.turn, faces.enter, faces.rest, faces.leave, faces.other)
-            if beams.blocks.shape[0] > 0:
-                alone[box] += _meet_blocks(beams, own, centre, half, canvas)
-            else:
-                alone[box] += _meet_rows(beams, own, window, canvas)
+        set_faces(place, traffic.part_halves[part], faces)
+        own = Faces(box, part, faces.turn, faces.enter, faces.rest, faces.leave, faces.other)
+        if beams.blocks.shape[0] > 0:
+            entered += _meet_blocks(beams, own, centre, half, canvas)
+        else:
+            entered += _meet_rows(beams, own, window, canvas)
+    return entered

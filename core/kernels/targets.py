@@ -1,9 +1,12 @@
 """Points, pixels and cells on every road user: frame by frame, in parallel.
 
-Frames share nothing, so any number of threads gives the same numbers.
+Frames share nothing, so any number of threads gives the same numbers. In a frame the boxes come from near to far
+(`queue`), and a bit for each ray says whether it has met something.
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numba
 import numpy as np
@@ -17,12 +20,21 @@ from riglens.core.kernels.nearest import (
     Faces,
     Traffic,
     local_direction,
-    meet_frame,
+    meet_box,
     set_turn,
     start_of,
     turned,
 )
 from riglens.core.kernels.phases import mixed, unit
+from riglens.core.kernels.queue import Queue, line_up, queue_for
+from riglens.core.kernels.silhouette import (
+    Outline,
+    count_outline,
+    draw_box,
+    is_stopped_before,
+    outline_for,
+    words_of,
+)
 
 RAYS, ALONE, FIRST_ROW, LAST_ROW, CELLS = 0, 1, 2, 3, 4
 """Columns of what is found on an object: rays that enter it first, rays that would if it stood alone, first and last
@@ -30,29 +42,57 @@ row of the lattice among the former (-1: none), distinct cells that they enter (
 COLUMNS = 5
 
 
-@lean
-def _count_rays(
-    traffic: Traffic, beams: Beams, first: int, canvas: Canvas, found: np.ndarray, ends: np.ndarray
-) -> None:
-    """Count the rays that enter each object first, and their rows, in found (n, COLUMNS) and ends (objects of the
-    frame,).
+class Desk(NamedTuple):
+    """Room for a worker: the queue of a frame; the image of a box; what rays of a group have met; seen (rows * words,)
+    uint64: a bit for each ray that has met something nearer; ends (boxes,): places among `ordered` (rays, 2), rows and
+    columns of the rays of a group; table of cells."""
 
-    Rays that the car's own body stops, and those of a LiDAR that enter glass, are taken from the canvas.
+    queue: Queue
+    outline: Outline
+    canvas: Canvas
+    seen: np.ndarray
+    ends: np.ndarray
+    ordered: np.ndarray
+    table: np.ndarray
+
+
+class Sweep(NamedTuple):
+    """A sensor in one frame: its number, rotation (3, 3) of the sensor with the phase of the frame, key of the draws
+    of returns, number of the frame's first box."""
+
+    frame: int
+    rotation: np.ndarray
+    key: np.uint64
+    first: int
+
+
+@lean_inlined
+def _count_rays(traffic: Traffic, beams: Beams, first: int, desk: Desk, found: np.ndarray) -> None:
+    """Count the rays that enter each object of a group first, and their rows, in found (n, COLUMNS) and desk.ends by
+    number of the object less `first`.
+
+    Rays that have met something nearer or that the car's own body stops, and those of a LiDAR that enter glass, are
+    taken from the canvas.
     """
-    inverse, owner, spans = canvas.inverse, canvas.owner, canvas.spans
-    for place in range(spans.shape[0]):
+    canvas, seen, words = desk.canvas, desk.seen, words_of(beams.columns)
+    inverse, owner, spans, ends = canvas.inverse, canvas.owner, canvas.spans, desk.ends
+    for place in range(canvas.touched[0], canvas.touched[1]):
         row, base, before = beams.row_of[place], place * beams.columns, -1
-        for slot in range(base + spans[place, 0], base + spans[place, 1]):
+        for column in range(spans[place, 0], spans[place, 1]):
+            slot = base + column
             part = owner[slot]
             if part < 0:
                 continue
-            box = traffic.box_of[part]
-            if beams.turns and traffic.is_glass[part]:
+            word, bit = place * words + (column >> 6), np.uint64(1) << np.uint64(column & 63)
+            is_hidden = seen[word] & bit != 0
+            seen[word] |= bit
+            if is_hidden or (beams.turns and traffic.is_glass[part]):
                 owner[slot] = -1
                 continue
             if beams.ends.size > 0 and is_stopped(beams, row, slot, inverse[slot]):
                 owner[slot] = -1
                 continue
+            box = traffic.box_of[part]
             ends[box - first] += 1
             if box != before:
                 found[box, FIRST_ROW] = min(found[box, FIRST_ROW], row) if found[box, FIRST_ROW] >= 0 else row
@@ -69,19 +109,18 @@ def is_stopped(beams: Beams, row: int, slot: int, inverse: float) -> bool:
     return not length / inverse < beams.ends[row * beams.columns + beams.column_of[column]]
 
 
-@lean
-def _by_object(
-    traffic: Traffic, beams: Beams, first: int, canvas: Canvas, ends: np.ndarray, ordered: np.ndarray
-) -> None:
-    """Put the rays in the order of their objects: ordered (rays, 2) takes places of row and column; `ends`, where the
-    rays of object first + k begin, takes where they end."""
-    for place in range(canvas.spans.shape[0]):
+@lean_inlined
+def _by_object(traffic: Traffic, beams: Beams, first: int, desk: Desk) -> None:
+    """Put the rays of a group in the order of their objects: desk.ordered takes places of row and column; desk.ends,
+    where the rays of object first + k begin, takes where they end."""
+    owner, spans, ends = desk.canvas.owner, desk.canvas.spans, desk.ends
+    for place in range(desk.canvas.touched[0], desk.canvas.touched[1]):
         base = place * beams.columns
-        for column in range(canvas.spans[place, 0], canvas.spans[place, 1]):
-            part = canvas.owner[base + column]
+        for column in range(spans[place, 0], spans[place, 1]):
+            part = owner[base + column]
             if part >= 0:
                 k = traffic.box_of[part] - first
-                ordered[ends[k], 0], ordered[ends[k], 1] = place, column
+                desk.ordered[ends[k], 0], desk.ordered[ends[k], 1] = place, column
                 ends[k] += 1
 
 
@@ -108,7 +147,7 @@ def is_returned(t: float, half_m: float, width: float, cosine: float, chance: fl
     return bool(chance < 1.0 / (1.0 + np.exp((t / limit - 1.0) / width)))
 
 
-@lean
+@lean_inlined
 def _note_cells(
     traffic: Traffic, beams: Beams, rotation: np.ndarray, box: int, rays: np.ndarray, canvas: Canvas,
     turn: np.ndarray, key: np.uint64, table: np.ndarray, cells: np.ndarray,
@@ -134,45 +173,85 @@ def _note_cells(
     return points, keep_distinct(points, cells, table)
 
 
-@lean
+@lean_inlined
 def wipe(columns: int, canvas: Canvas) -> None:
     """Leave the canvas empty."""
-    for place in range(canvas.spans.shape[0]):
+    for place in range(canvas.touched[0], canvas.touched[1]):
         base = place * columns
         for slot in range(base + canvas.spans[place, 0], base + canvas.spans[place, 1]):
             canvas.inverse[slot], canvas.owner[slot] = 0.0, -1
         canvas.spans[place, 0], canvas.spans[place, 1] = columns, 0
+    canvas.touched[0], canvas.touched[1] = canvas.spans.shape[0], 0
 
 
-@kernel
+@lean
 def _cast_frame(
-    traffic: Traffic, beams: Beams, frame: int, phase: float, key: np.uint64, canvas: Canvas, ordered: np.ndarray,
-    table: np.ndarray, found: np.ndarray, cells: np.ndarray,
+    traffic: Traffic, beams: Beams, sweep: Sweep, desk: Desk, found: np.ndarray, at: np.ndarray,
+    cells: np.ndarray, number: int,
 ) -> int:  # fmt: skip
-    """One frame: fills found of its objects and cells; returns the number of the latter. The canvas of a worker is
-    left empty, as it was found."""
-    first, end = traffic.starts[frame], traffic.starts[frame + 1]
-    rotation = spun(beams.rotation, phase)
-    faces = Faces(0, 0, np.empty((3, 3)), np.empty(3), np.empty(3), np.empty(3), np.empty(3))
-    meet_frame(traffic, beams, frame, rotation, faces, np.empty((8, 3)), np.empty(3), canvas, found[:, ALONE])
-    ends = np.zeros(end - first, np.int64)
-    found[first:end, FIRST_ROW] = -1
-    found[first:end, LAST_ROW] = -1
-    _count_rays(traffic, beams, first, canvas, found, ends)
-    found[first:end, RAYS] = ends
-    number = 0
-    if beams.turns:
-        ends[:] = np.cumsum(ends) - ends
-        _by_object(traffic, beams, first, canvas, ends, ordered)
-        for box in range(first, end):
+    """One frame: fills found of its objects, and cells behind the `number` that there are; returns their new number."""
+    queue, begin = desk.queue, 0
+    desk.seen[:] = 0
+    end = line_up(traffic, beams, sweep.frame, queue)
+    draws = not beams.turns and beams.blocks.shape[0] == 0
+    while begin < end:
+        until = begin + 1
+        while until < end and queue.first[until] == begin:
+            until += 1
+        box = queue.box[begin]
+        if not (draws and until == begin + 1 and _draw(traffic, beams, sweep, box, desk, found)):
+            number = _meet_group(traffic, beams, sweep, begin, until, desk, found, at, cells, number)
+        begin = until
+    return number
+
+
+@lean_inlined
+def _draw(traffic: Traffic, beams: Beams, sweep: Sweep, box: int, desk: Desk, found: np.ndarray) -> bool:
+    """Count the pixels of a road user that is no nearer than what was met so far; False where that takes the rays."""
+    outline = desk.outline
+    if not draw_box(traffic, beams, box, sweep.rotation, outline):
+        return False
+    if beams.stops.size > 0 and is_stopped_before(beams, outline):
+        return False
+    counts = count_outline(beams, outline, desk.seen)
+    found[box, ALONE], found[box, RAYS] = counts[0], counts[1]
+    found[box, FIRST_ROW], found[box, LAST_ROW] = counts[2], counts[3]
+    return True
+
+
+@lean_inlined
+def _meet_group(
+    traffic: Traffic, beams: Beams, sweep: Sweep, begin: int, end: int, desk: Desk, found: np.ndarray,
+    at: np.ndarray, cells: np.ndarray, number: int,
+) -> int:  # fmt: skip
+    """Let all rays meet the boxes of a group, places begin..end-1 of the queue; returns the number of cells then."""
+    queue, outline, first, total = desk.queue, desk.outline, sweep.first, 0
+    for place in range(begin, end):
+        box = queue.box[place]
+        found[box, ALONE] = meet_box(
+            traffic, beams, box, sweep.rotation, outline.faces, outline.corners, outline.centre, desk.canvas
+        )
+        found[box, FIRST_ROW], found[box, LAST_ROW], desk.ends[box - first] = -1, -1, 0
+    _count_rays(traffic, beams, first, desk, found)
+    for place in range(begin, end):
+        box = queue.box[place]
+        rays = desk.ends[box - first]
+        found[box, RAYS], desk.ends[box - first] = rays, total
+        total += rays
+    if beams.turns and total > 0:
+        _by_object(traffic, beams, first, desk)
+        for place in range(begin, end):
+            box = queue.box[place]
             if found[box, RAYS] > 0 and traffic.counts[box]:
-                rays = ordered[ends[box - first] - found[box, RAYS] : ends[box - first]]
+                until = desk.ends[box - first]
+                rays = desk.ordered[until - found[box, RAYS] : until]
                 points, own = _note_cells(
-                    traffic, beams, rotation, box, rays, canvas, faces.turn, key, table, cells[number:]
-                )
-                found[box, RAYS], found[box, CELLS] = points, own
+                    traffic, beams, sweep.rotation, box, rays, desk.canvas, outline.faces.turn, sweep.key,
+                    desk.table, cells[number:],
+                )  # fmt: skip
+                found[box, RAYS], found[box, CELLS], at[box] = points, own, number
                 number += own
-    wipe(beams.columns, canvas)
+    wipe(beams.columns, desk.canvas)
     return number
 
 
@@ -189,52 +268,66 @@ def spun(rotation: np.ndarray, phase: float) -> np.ndarray:
     return to
 
 
+@kernel
+def _desk_for(
+    rows: int, columns: int, most: int, inverse: np.ndarray, owner: np.ndarray, last: np.ndarray,
+    ordered: np.ndarray, table: np.ndarray,
+) -> Desk:  # fmt: skip
+    """Room for a lattice of rays and frames of at most so many boxes, the large parts of which are given."""
+    faces = Faces(0, 0, np.empty((3, 3)), np.empty(3), np.empty(3), np.empty(3), np.empty(3))
+    spans = np.empty((rows, 2), np.int32)
+    spans[:, 0], spans[:, 1] = columns, 0
+    canvas = Canvas(inverse, owner, last, spans, np.empty(columns), np.array([rows, 0]))
+    outline, seen = outline_for(faces, rows, columns), np.empty(rows * words_of(columns), np.uint64)
+    return Desk(queue_for(most), outline, canvas, seen, np.empty(most, np.int64), ordered, table)
+
+
+@kernel
+def _cast_some(
+    traffic: Traffic, beams: Beams, first: int, end: int, phases: np.ndarray, keys: np.ndarray, desk: Desk,
+    found: np.ndarray, at: np.ndarray, cells: np.ndarray,
+) -> int:  # fmt: skip
+    """Cast a sensor in frames first..end-1, one after the other; returns the number of cells."""
+    number = 0
+    for frame in range(first, end):
+        sweep = Sweep(frame, spun(beams.rotation, phases[frame]), keys[frame], traffic.starts[frame])
+        number = _cast_frame(traffic, beams, sweep, desk, found, at, cells, number)
+    return number
+
+
 @parallel_kernel
 def cast_frames(
-    traffic: Traffic, beams: Beams, first: int, end: int, phases: np.ndarray, keys: np.ndarray,
-    inverse: np.ndarray, owner: np.ndarray, last: np.ndarray, spans: np.ndarray, ordered: np.ndarray,
-    runs: np.ndarray, tables: np.ndarray,
-    found: np.ndarray, cells: np.ndarray, filled: np.ndarray,
+    traffic: Traffic, beams: Beams, first: int, end: int, phases: np.ndarray, keys: np.ndarray, most: int,
+    inverse: np.ndarray, owner: np.ndarray, last: np.ndarray, ordered: np.ndarray, tables: np.ndarray,
+    found: np.ndarray, at: np.ndarray, cells: np.ndarray, filled: np.ndarray,
 ) -> None:  # fmt: skip
     """Cast a sensor in frames first..end-1, dealt to as many workers as the scratch has rows.
 
-    phases (frames,) radians; keys uint64 (frames,) of the draws. Scratch (workers, rays): inverse 0, owner and last -1;
-    spans (workers, rows, 2) columns and 0; ordered (workers, rays, 2), runs (workers, columns), tables (workers, k).
-    Takes found int32 (n, COLUMNS) of all objects, zero before; cells int64 (end - first, rays) and filled (end -
-    first,): the cells entered, object by object in each frame, and how many.
+    phases (frames,) radians; keys uint64 (frames,) of the draws; most: boxes in any frame. Scratch (workers, rays):
+    inverse 0, owner and last -1; ordered (workers, rays, 2), tables (workers, k).
+    Takes found int32 (n, COLUMNS) of all objects, with 0, 0, -1, -1, 0 before; cells int64 (workers, k) and filled
+    (workers,): the cells entered, and how many; at (n,): where those of an object begin among its worker's.
     """
-    workers = inverse.shape[0]
+    workers, rows, columns = inverse.shape[0], beams.row_of.size, beams.columns
     for worker in numba.prange(workers):
-        canvas = Canvas(inverse[worker], owner[worker], last[worker], spans[worker], runs[worker])
-        begin = (
-            first + (end - first) * worker // workers
-        )  # a worker's frames lie together, and so do its objects
-        for frame in range(begin, first + (end - first) * (worker + 1) // workers):
-            filled[frame - first] = _cast_frame(
-                traffic, beams, frame, phases[frame], keys[frame], canvas, ordered[worker], tables[worker], found,
-                cells[frame - first],
-            )  # fmt: skip
+        desk = _desk_for(
+            rows, columns, most, inverse[worker], owner[worker], last[worker], ordered[worker], tables[worker]
+        )
+        # a worker's frames lie together, and so do its objects
+        begin = first + (end - first) * worker // workers
+        until = first + (end - first) * (worker + 1) // workers
+        filled[worker] = _cast_some(
+            traffic, beams, begin, until, phases, keys, desk, found, at, cells[worker]
+        )
 
 
 @kernel
 def cast_frames_serial(
-    traffic: Traffic, beams: Beams, first: int, end: int, phases: np.ndarray, keys: np.ndarray,
-    inverse: np.ndarray, owner: np.ndarray, last: np.ndarray, spans: np.ndarray, ordered: np.ndarray,
-    runs: np.ndarray, tables: np.ndarray,
-    found: np.ndarray, cells: np.ndarray, filled: np.ndarray,
+    traffic: Traffic, beams: Beams, first: int, end: int, phases: np.ndarray, keys: np.ndarray, most: int,
+    inverse: np.ndarray, owner: np.ndarray, last: np.ndarray, ordered: np.ndarray, tables: np.ndarray,
+    found: np.ndarray, at: np.ndarray, cells: np.ndarray, filled: np.ndarray,
 ) -> None:  # fmt: skip
     """As `cast_frames`, with the first worker's scratch alone, for any thread."""
-    canvas = Canvas(inverse[0], owner[0], last[0], spans[0], runs[0])
-    for frame in range(first, end):
-        filled[frame - first] = _cast_frame(
-            traffic,
-            beams,
-            frame,
-            phases[frame],
-            keys[frame],
-            canvas,
-            ordered[0],
-            tables[0],
-            found,
-            cells[frame - first],
-        )
+    rows, columns = beams.row_of.size, beams.columns
+    desk = _desk_for(rows, columns, most, inverse[0], owner[0], last[0], ordered[0], tables[0])
+    filled[0] = _cast_some(traffic, beams, first, end, phases, keys, desk, found, at, cells[0])

@@ -162,6 +162,7 @@ def canvas_for(beams: Beams) -> Canvas:
         np.full(rows * columns, -1, np.int32),
         np.tile(np.array([columns, 0], np.int32), (rows, 1)),
         np.empty(columns),
+        np.array([rows, 0]),
     )
 
 

@@ -17,11 +17,12 @@ from riglens.core.vehicle.solid import Barrier
 
 Doubles = NDArray[np.float64]
 Ids = NDArray[np.int64]
+Words = NDArray[np.uint64]
 _BLOCK_RAYS = 16
 _CLOSEST_M = 1e-3
 """What comes nearer to a camera than this and stands partly behind it may be cut."""
 _NOWHERE = {"position": (0.0, 0.0, 0.0), "rpy_deg": (0.0, 0.0, 0.0)}
-_NOTHING, _NO_BLOCKS = np.zeros(0), np.zeros((0, 7))
+_NOTHING, _NO_BLOCKS, _NO_WORDS = np.zeros(0), np.zeros((0, 7)), np.zeros(0, np.uint64)
 NOT_STOPPED = _NOTHING
 """Ends of rays that nothing of the car stops."""
 
@@ -38,7 +39,19 @@ def beams_of(sensor: Sensor, law: Doubles = _NOTHING, ends_m: Doubles = _NOTHING
         rotation=sensor.pose.rotation(),
         law=law,
         ends=ends_m,
+        stops=_stop_bits(table, ends_m),
     )
+
+
+def _stop_bits(table: Beams, ends_m: Doubles) -> Words:
+    """Which rays of a camera with straight rows and columns are stopped, as in `riglens.core.kernels.nearest.Beams`."""
+    if table.turns or table.stride or not ends_m.size:
+        return _NO_WORDS
+    columns = table.columns
+    is_stopped = np.isfinite(ends_m).reshape(-1, columns)[table.row_of][:, table.column_of]
+    bits = np.zeros((len(table.row_of), (columns + 63) // 64 * 64), np.bool_)
+    bits[:, :columns] = is_stopped
+    return np.packbits(bits, bitorder="little").view(np.uint64)
 
 
 def stops_of(sensor: Sensor, barrier: Barrier, workers: int = 1) -> Doubles:
@@ -130,7 +143,7 @@ def _beams(sensor: Sensor, row_at: Doubles, row_of: Ids, column_at: Doubles, col
     return Beams(
         False, column_of.size, 0, none, none, none, np.ones((0, 2)), np.zeros(3), np.eye(3),
         np.array(sensor.range_m, np.float64), row_at, row_of, column_at, column_of,
-        none, none, none, _NO_BLOCKS, np.array([-1.0, 0.0]), 0.0,
+        none, none, none, _NO_BLOCKS, np.array([-1.0, 0.0]), 0.0, _NO_WORDS,
     )  # fmt: skip
 
 

@@ -33,16 +33,15 @@ class _Scratch(NamedTuple):
     inverse: NDArray[np.float64]
     owner: NDArray[np.int32]
     last: NDArray[np.int32]
-    spans: NDArray[np.int32]
     ordered: NDArray[np.int32]
-    runs: NDArray[np.float64]
     tables: Ids
 
 
 @dataclass(frozen=True)
 class Contribution:
     """Of the objects that count in the first `frames` frames, m of them: found int32 (COLUMNS, m) as in
-    `riglens.core.kernels.targets`; cells of object o, for LiDARs: cells[cell_starts[o]] up to cell_starts[o + 1].
+    `riglens.core.kernels.targets`; cells of object o, for LiDARs: found[CELLS, o] of them, from cells[cell_starts[o]]
+    on.
     """
 
     frames: int
@@ -55,13 +54,13 @@ class Contribution:
         return Contribution(
             self.frames + more.frames,
             np.concatenate([self.found, more.found], axis=1),
-            np.concatenate([self.cell_starts, self.cell_starts[-1] + more.cell_starts[1:]]),
+            np.concatenate([self.cell_starts, self.cells.size + more.cell_starts]),
             np.concatenate([self.cells, more.cells]),
         )
 
 
 NOTHING = Contribution(
-    0, np.zeros((kernel.COLUMNS, 0), np.int32), np.zeros(1, np.int64), np.zeros(0, np.int64)
+    0, np.zeros((kernel.COLUMNS, 0), np.int32), np.zeros(0, np.int64), np.zeros(0, np.int64)
 )
 
 
@@ -107,33 +106,38 @@ class TargetCaster:
         keys = mixed(sensor_key(settings.seed, f"returns of {sensor.name}"), traffic.frame)
         boxes = self._boxes_of(settings.shape)
         phases = phases_rad(sensor, settings, traffic.frame)
-        found = np.zeros((len(traffic.cls), kernel.COLUMNS), np.int32)
-        scratch, cells = _scratch(self._workers, rays, beams.columns), [np.zeros(0, np.int64)]
-        at_once = max(1, min(end - first, RAYS_AT_ONCE[sensor.kind] // rays))
-        buffer, filled = (
-            np.empty((at_once, rays if beams.turns else 1), np.int64),
-            np.zeros(at_once, np.int64),
+        workers, most = self._workers, int(np.diff(traffic.starts).max(initial=1))
+        found, at = (
+            np.zeros((len(traffic.cls), kernel.COLUMNS), np.int32),
+            np.zeros(len(traffic.cls), np.int64),
         )
+        found[:, kernel.FIRST_ROW : kernel.LAST_ROW + 1] = -1
+        scratch, cells, held = _scratch(workers, rays), [np.zeros(0, np.int64)], 0
+        at_once = max(1, min(end - first, RAYS_AT_ONCE[sensor.kind] // rays))
+        room = -(-at_once // workers) * rays if beams.turns else 1
+        buffer, filled = np.empty((workers, room), np.int64), np.zeros(workers, np.int64)
         cast = kernel.cast_frames_serial if self._is_serial else kernel.cast_frames
         for start in range(first, end, at_once):
             if is_stale():
                 return None
             until = min(start + at_once, end)
-            cast(boxes, beams, start, until, phases, keys, *scratch, found, buffer, filled)
-            cells += [buffer[k, : filled[k]].copy() for k in range(until - start)]
+            cast(boxes, beams, start, until, phases, keys, most, *scratch, found, at, buffer, filled)
+            for worker in range(workers):
+                bounds = (start + (until - start) * one // workers for one in (worker, worker + 1))
+                at[slice(*(int(traffic.starts[bound]) for bound in bounds))] += held
+                cells.append(buffer[worker, : filled[worker]].copy())
+                held += int(filled[worker])
         mine = slice(int(traffic.starts[first]), int(traffic.starts[end]))
-        counted = np.ascontiguousarray(found[mine][traffic.counts[mine]].T)
-        cell_starts = np.concatenate([[0], np.cumsum(counted[kernel.CELLS], dtype=np.int64)])
-        return Contribution(end - first, counted, cell_starts, np.concatenate(cells))
+        counts = traffic.counts[mine]
+        counted = np.ascontiguousarray(found[mine][counts].T)
+        return Contribution(end - first, counted, at[mine][counts], np.concatenate(cells))
 
 
-def _scratch(workers: int, rays: int, columns: int) -> _Scratch:
+def _scratch(workers: int, rays: int) -> _Scratch:
     return _Scratch(
         np.zeros((workers, rays)),
         np.full((workers, rays), -1, np.int32),
         np.full((workers, rays), -1, np.int32),
-        np.tile(np.array([columns, 0], np.int32), (workers, rays // columns, 1)),
         np.empty((workers, rays, 2), np.int32),
-        np.empty((workers, columns)),
         np.empty((workers, table_mask(rays) + 1), np.int64),
     )

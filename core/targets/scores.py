@@ -225,18 +225,16 @@ def _cells(lidars: list[Contribution], objects: int, workers: int) -> Counts:
         return np.zeros(objects, np.int64)
     if len(lidars) == 1:
         return lidars[0].found[kernel.CELLS, :objects].astype(np.int64)
-    ends = [int(one.cell_starts[objects]) for one in lidars]
-    begins = np.concatenate([[0], np.cumsum(ends)])
-    starts = np.stack(
-        [one.cell_starts[: objects + 1] + begin for one, begin in zip(lidars, begins, strict=False)]
-    )
-    cells = np.concatenate([one.cells[:end] for one, end in zip(lidars, ends, strict=True)])
+    begins = np.cumsum([0, *(one.cells.size for one in lidars)])
+    starts = np.stack([one.cell_starts[:objects] + begin for one, begin in zip(lidars, begins, strict=False)])
+    counts = _column(lidars, kernel.CELLS, objects).T
+    cells = np.concatenate([one.cells for one in lidars])
     found = np.zeros(objects, np.int64)
-    most = int(np.diff(starts, axis=1).sum(axis=0).max())
+    most = int(counts.sum(axis=0).max())
     if workers == 1:  # perhaps a thread that must not call parallel kernels
-        distinct.joined_cells_serial(starts, cells, most, found)
+        distinct.joined_cells_serial(starts, counts, cells, most, found)
     else:
-        distinct.joined_cells(starts, cells, most, workers, found)
+        distinct.joined_cells(starts, counts, cells, most, workers, found)
     return found
 
 

@@ -45,20 +45,19 @@ def test_of_one_lidar_the_first_of_equal_cells_are_kept_in_order(number, reach):
 @pytest.mark.parametrize("lidars", [1, 2, 4])
 def test_of_several_lidars_each_cell_counts_once(lidars, reach):
     rng = np.random.default_rng(10 * lidars + reach)
-    objects, every, starts, at = 9, [], np.zeros((lidars, 10), np.int64), 0
+    objects, every, starts, counts, at = 9, [], *np.zeros((2, lidars, 9), np.int64), 0
     of_object: list[set[int]] = [set() for _ in range(objects)]
     for lidar in range(lidars):
         for one in range(objects):
             own = np.unique(random_cells(np.random.default_rng(one), 12, reach))
             own = own[rng.random(own.size) < 0.6] if one else own[:0]
-            starts[lidar, one] = at
+            starts[lidar, one], counts[lidar, one] = at, own.size
             every.append(own)
             of_object[one] |= set(own.tolist())
             at += own.size
-        starts[lidar, objects] = at
     found, again = np.zeros((2, objects), np.int64)
-    most = int(np.diff(starts, axis=1).sum(axis=0).max())
-    joined_cells_serial(starts, np.concatenate(every), most, found)
+    most = int(counts.sum(axis=0).max())
+    joined_cells_serial(starts, counts, np.concatenate(every), most, found)
     assert found.tolist() == [len(cells) for cells in of_object] and found[0] == 0
-    joined_cells(starts, np.concatenate(every), most, 2, again)
+    joined_cells(starts, counts, np.concatenate(every), most, 2, again)
     assert again.tolist() == found.tolist()

@@ -52,6 +52,23 @@ def test_road_users_of_several_parts(seed):
     check(random_traffic(rng, 4), random_rig(rng, 5), settings)
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_pictures_wider_than_a_word_of_bits(seed):
+    """Pinholes, whose rays are told by outlines; one of 1 x 200 and one upright, whose rows run along the horizon."""
+    rng = np.random.default_rng(400 + seed)
+    settings = TargetSettings(shape=("box", "class")[seed % 2], range_law=False)
+    upright = {"position": (0.5, 0.0, 1.5), "rpy_deg": (0.0, 0.0, float(rng.uniform(-180.0, 180.0)))}
+    turned = {"position": (0.0, 0.5, 1.8), "rpy_deg": tuple(rng.uniform(-30.0, 30.0, 3).tolist())}
+    rig = Rig(
+        sensors=(
+            Camera(name="upright", **upright, hfov_deg=90.0, cast=(191, 41)),
+            Camera(name="turned", **turned, hfov_deg=110.0, cast=(128, 30)),
+            Camera(name="thin", **turned, hfov_deg=60.0, cast=(200, 1)),
+        )
+    )
+    assert check(random_traffic(rng, 5, 30), rig, settings).objects.pixels.sum() > 0
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(20))
 def test_many_random_rigs_in_many_random_frames(seed):

@@ -45,11 +45,11 @@ ONE_RAY = lidar((0.0, 0.0, 1.0))
 
 
 def test_contributions_of_frames_that_follow_keep_their_cells() -> None:
-    one = Contribution(1, np.zeros((COLUMNS, 2), np.int32), np.array([0, 2, 3]), np.array([7, 8, 9]))
-    more = Contribution(2, np.ones((COLUMNS, 1), np.int32), np.array([0, 2]), np.array([5, 6]))
+    one = Contribution(1, np.zeros((COLUMNS, 2), np.int32), np.array([1, 0]), np.array([7, 8, 9]))
+    more = Contribution(2, np.ones((COLUMNS, 1), np.int32), np.array([0]), np.array([5, 6]))
     both = one.joined(more)
     assert (both.frames, both.found[0].tolist()) == (3, [0, 0, 1])
-    assert both.cell_starts.tolist() == [0, 2, 3, 5] and both.cells.tolist() == [7, 8, 9, 5, 6]
+    assert both.cell_starts.tolist() == [1, 0, 3] and both.cells.tolist() == [7, 8, 9, 5, 6]
 
 
 def test_draws_depend_on_the_seed_and_on_the_sensor() -> None:
