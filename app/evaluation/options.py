@@ -45,9 +45,9 @@ TARGET_HEAT_TITLES: dict[TargetHeatMode, str] = {"on_target": "On target", "miss
 def usual_body(rigs: Iterable[Rig]) -> Body:
     """The built-in rigs of the paper are scored as in the paper, through the car; others with the car solid, and
     both together, too: figures side by side are of one kind."""
-    from riglens.core.rig.presets import is_preset
+    from riglens.core.rig.presets import is_of_paper
 
-    return "ignored" if all(is_preset(rig) for rig in rigs) else "blocks"
+    return "ignored" if all(is_of_paper(rig) for rig in rigs) else "blocks"
 
 
 @dataclass(frozen=True)

@@ -224,6 +224,7 @@ def _spellings() -> dict[str, str]:
     return spellings
 
 
-def is_preset(rig: Rig) -> bool:
-    """Return whether a rig is one of the built-in ones, unchanged."""
-    return rig.name in PRESETS and rig == preset(rig.name)
+def is_of_paper(rig: Rig) -> bool:
+    """Return whether a rig is one of the paper's or of its code, unchanged; the cars of public data sets are not."""
+    found = PRESETS.get(rig.name)
+    return found is not None and not found.file and rig == found.rig()
