@@ -40,6 +40,11 @@ class Stand:
         return FAR_M < self.gap_m < np.inf and not self.inside and not self.below_ground
 
     @property
+    def away_m(self) -> float:
+        """How far off the body it is: straight down where it is over it, else to the nearest surface."""
+        return self.gap_m if self.drop_m is None else self.drop_m
+
+    @property
     def problem(self) -> str:
         """What is wrong with the place, in a few words; empty when nothing is."""
         if self.below_ground:
@@ -69,7 +74,7 @@ class Stand:
             return f"{-self.place_m[2]:.2f} m deep"
         if self.inside:
             return "inside"
-        return f"{self.gap_m if self.drop_m is None else self.drop_m:.2f} m"
+        return f"{self.away_m:.2f} m"
 
 
 def problems_in_short(stands: Mapping[str, Stand]) -> list[str]:

@@ -112,8 +112,10 @@ def test_scores_come_first(desk: Desk, maker: FakeMaker, shown: CardShown) -> No
 def test_the_card_says_of_which_rig_it_is(desk: Desk, maker: FakeMaker, shown: CardShown) -> None:
     desk.answer()
     assert "being made" in shown.panel.note and not shown.panel.export.isEnabled()
+    assert shown.panel.table.isHidden()  # an empty one would look like a hole
     answer(maker.requests[-1], shown)
     assert shown.is_current and shown.panel.note.startswith("small, as it is now")
+    assert not shown.panel.table.isHidden()
     assert not is_grey(shown) and shown.panel.export.isEnabled() and button(shown).isHidden()
     desk.viewport.press("roof")
     desk.viewport.drag_to("roof", Pose((0.3, 0.0, 2.0)))

@@ -21,6 +21,7 @@ from riglens.core.vehicle.solid import CarBody
 from riglens.core.vehicle.standing import stand
 from riglens.core.view.frames import FrameBoxes
 from riglens.core.view.hits import cast
+from riglens.widgets.panels.inspector.panel import places_text
 from riglens.widgets.panels.sensors.rows import NAME, PROBLEM
 from tests.app.window.desk import Desk, open_desk
 from tests.app.window_bench import LIDAR, RIG
@@ -78,6 +79,14 @@ def test_a_sensor_in_the_air_is_marked_in_list_view_and_inspector(desk: Desk, st
     assert "to be held by brackets" in desk.panels.inspector._rig_form.places
     desk.document.select("roof")
     assert desk.panels.inspector._lidar_form.place == problem
+
+
+def test_the_line_about_the_rig_names_the_heights_that_the_view_does() -> None:
+    solid = CarBody(RIG.vehicle).solid()
+    above = {name: stand((-0.9, 0.3, z_m), solid) for name, z_m in (("low", 1.9), ("high", 2.2))}
+    assert all(found.gap_m < found.away_m for found in above.values())  # the roof slopes
+    said = f"low, high: {above['low'].height.split()[0]} to {above['high'].height} off the body"
+    assert places_text(above) == f"{said}, to be held by brackets"
 
 
 @pytest.mark.parametrize(

@@ -146,10 +146,25 @@ def test_values_have_units(quantity, value: float, text: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("change", "text"), [(0.0, ""), (0.0001, "<0.1"), (0.123, "+12.3"), (-0.123, "−12.3")]
+    ("change", "text"),
+    [(0.0, ""), (0.0001, "+<0.1 pp"), (-0.0001, "−<0.1 pp"), (0.123, "+12.3 pp"), (-0.123, "−12.3 pp")],
 )
-def test_changes_are_signed_points(change: float, text: str) -> None:
+def test_changes_have_sign_and_unit(change: float, text: str) -> None:
     assert change_text(MISSED, change) == text
+    assert change_text(MEDIAN, -3.0) == "−3.0 pts"
+
+
+@pytest.mark.parametrize(("height_px", "row_px"), [(150, 30), (230, None), (500, 38)])
+def test_all_classes_are_in_sight_where_there_is_room(
+    panel: TargetsPanel, height_px: int, row_px: int | None
+) -> None:
+    show(panel)
+    panel.resize(1000, height_px)
+    table = panel.table
+    rows_px = [table.rowHeight(row) for row in range(table.rowCount())]
+    assert len(set(rows_px)) == 1 and 30 <= rows_px[0] <= 38
+    assert rows_px[0] == (row_px or rows_px[0])
+    assert height_px < 230 or sum(rows_px) <= table.viewport().height()
 
 
 def test_every_quantity_says_which_way_is_better() -> None:

@@ -53,6 +53,8 @@ class CardPanel(QWidget):
         self._plan = plan
         self._card: Card | None = None
         self.table, self.chart = CardTable(), CardChart()
+        _keep_room(self.table)  # nothing is shown in it before there is a card
+        self.table.hide()
         self._note, self._ways = _hint(), _hint()
         self._note.setToolTip(plain_tip(HELP))
         self._bar, self._button, self.export = QProgressBar(), QPushButton(), QPushButton("CSV…")
@@ -128,6 +130,7 @@ class CardPanel(QWidget):
     def show_card(self, card: Card) -> None:
         """Show a card."""
         self._card = card
+        self.table.show()
         self.table.show_card(card)
         self._show_chart()
 
@@ -173,6 +176,13 @@ class CardPanel(QWidget):
                 deceleration_mps2=self._brake.value(),
             )
         )
+
+
+def _keep_room(widget: QWidget) -> None:
+    """Have a widget keep its place in the layout while it is hidden."""
+    policy = widget.sizePolicy()
+    policy.setRetainSizeWhenHidden(True)
+    widget.setSizePolicy(policy)
 
 
 def _hint() -> QLabel:

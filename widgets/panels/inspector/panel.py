@@ -339,7 +339,7 @@ class RigForm(Form):
 
 def places_text(stands: Mapping[str, Stand]) -> str:
     """Describe in a line each which sensors are off the body, inside it or in the ground; empty when none is."""
-    gaps_m = {name: found.gap_m for name, found in stands.items() if found.is_far}
+    gaps_m = {name: found.away_m for name, found in stands.items() if found.is_far}
     lines = []
     if gaps_m:
         low, high = f"{min(gaps_m.values()):.2f}", f"{max(gaps_m.values()):.2f}"

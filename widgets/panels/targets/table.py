@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 
 from PySide6.QtCore import QModelIndex, QPersistentModelIndex, QRectF, QSize, Qt
-from PySide6.QtGui import QBrush, QColor, QFont, QGuiApplication, QPainter
+from PySide6.QtGui import QBrush, QColor, QFont, QGuiApplication, QPainter, QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QHeaderView,
@@ -27,7 +27,9 @@ TITLES = {EVERYBODY: "All road users", "car": "Cars", "bicycle": "Bicycles", "pe
 SUB_TEXT = Qt.ItemDataRole.UserRole.value + 1
 CHANGE = Qt.ItemDataRole.UserRole.value + 2
 CHANGE_COLOUR = Qt.ItemDataRole.UserRole.value + 3
-ROW_PX, CLASS_PX, MIN_CELL_PX = 38, 128, 84
+ROW_PX, CLASS_PX, MIN_CELL_PX = 38, 128, 104
+LOW_ROW_PX = 30
+"""Rows are as low as this where the panel is too low to show all of them otherwise."""
 _PAD_PX, _SMALL = 8, 0.86
 
 
@@ -53,7 +55,8 @@ class _TwoLines(QStyledItemDelegate):
         told.widget.style().drawControl(
             told.widget.style().ControlElement.CE_ItemViewItem, told, painter, told.widget
         )
-        room = QRectF(option.rect).adjusted(_PAD_PX, 3, -_PAD_PX, -3)
+        gap_px = 3 if option.rect.height() >= ROW_PX else 1
+        room = QRectF(option.rect).adjusted(_PAD_PX, gap_px, -_PAD_PX, -gap_px)
         painter.save()
         painter.setFont(told.font)
         painter.setPen(index.data(Qt.ItemDataRole.ForegroundRole).color())
@@ -80,7 +83,7 @@ class _TwoLines(QStyledItemDelegate):
 
     def sizeHint(self, option: QStyleOptionViewItem, index: QModelIndex | QPersistentModelIndex) -> QSize:
         """Room for two lines."""
-        return super().sizeHint(option, index).expandedTo(QSize(MIN_CELL_PX, ROW_PX))
+        return super().sizeHint(option, index).expandedTo(QSize(MIN_CELL_PX, LOW_ROW_PX))
 
 
 class TargetTable(QTableWidget):
@@ -116,6 +119,12 @@ class TargetTable(QTableWidget):
             if who in CLASS_COLOURS:
                 title.setIcon(swatch(CLASS_COLOURS[who]))
             self.setVerticalHeaderItem(row, title)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Have every class in sight while there is room for two lines each."""
+        super().resizeEvent(event)
+        share_px = self.viewport().height() // len(WHO)
+        self.verticalHeader().setDefaultSectionSize(max(LOW_ROW_PX, min(share_px, ROW_PX)))
 
     @property
     def who(self) -> str:

@@ -26,13 +26,13 @@ def error_text(quantity: Quantity, se: float) -> str:
 
 
 def change_text(quantity: Quantity, change: float) -> str:
-    """Return a signed change, empty where nothing changed."""
+    """Return a signed change with its unit, empty where nothing changed."""
     if math.isnan(change) or change == 0.0:
         return ""
     size = abs(change) * (100.0 if quantity.unit == "share" else 1.0)
-    if size < 0.05:
-        return "<0.1"
-    return ("+" if change > 0.0 else MINUS) + f"{size:.1f}"
+    told = "<0.1" if size < 0.05 else f"{size:.1f}"
+    unit = "pp" if quantity.unit == "share" else _short(quantity)
+    return f"{'+' if change > 0.0 else MINUS}{told} {unit}"
 
 
 def is_better(quantity: Quantity, change: float) -> bool:
