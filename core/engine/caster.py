@@ -23,6 +23,7 @@ from riglens.core.engine.fans import (
     make_fan,
     make_profile,
     may_stride,
+    planes_of,
     share_rows,
 )
 from riglens.core.engine.frustums import make_frustum
@@ -35,7 +36,7 @@ from riglens.core.kernels.frustum import Frustum, mark_frustum
 from riglens.core.kernels.mesh import mark_mesh
 from riglens.core.kernels.planes import Space
 from riglens.core.kernels.sheet import mark_sheets
-from riglens.core.kernels.strides import mark_strides
+from riglens.core.kernels.strides import STRIP, mark_strides
 from riglens.core.kernels.walk import FARTHEST
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Method
@@ -224,16 +225,22 @@ class Caster:
     def _mark_each(self, casts: list[Cast], marks: Words, is_stale: IsStale) -> bool:
         """Ray by ray; every worker but the first marks a set of its own, and these are added at the end."""
         spare = np.zeros((self.workers - 1, marks.size), np.uint64)
-        for rays, start, end in _chunks_of(casts):
-            if is_stale():
-                return False
-            left = np.ones(end - start, np.bool_)
+        for rays in casts:
+            left = np.ones(len(rays.rows) * len(rays.planes), np.bool_)
             if may_stride(rays):
-                mark_strides(rays, start, end, marks, spare, left)
-            if left.any():
-                cast.mark_rays(rays, start, end, marks, spare, left)
-            for word, bit in self.walk_irregular(rays, start + np.flatnonzero(left)):
-                marks[word] |= bit
+                planes = planes_of(rays)
+                for start, end in _chunks_of_planes(planes, left.size // planes):
+                    if is_stale():
+                        return False
+                    mark_strides(rays, planes, start, end, marks, spare, left)
+            for _, start, end in _chunks_of([rays]):
+                if is_stale():
+                    return False
+                here = left[start:end]
+                if here.any():
+                    cast.mark_rays(rays, start, end, marks, spare, here)
+                for word, bit in self.walk_irregular(rays, start + np.flatnonzero(here)):
+                    marks[word] |= bit
         cast.add_marks(spare, marks, self.workers)
         return True
 
@@ -294,6 +301,7 @@ class Caster:
             self._shape,
             method == "bresenham",
             np.zeros(0),
+            in_row=sensor.cast[0] if isinstance(sensor, Camera) else len(sensor.azimuths()),
         )
 
     def walk_irregular(self, rays: Cast, numbers: NDArray[np.int64]) -> Iterator[tuple[int, np.uint64]]:
@@ -317,6 +325,13 @@ def _chunks_of_rows(box: NDArray[np.int64], window: Window | None = None) -> Ite
         first, last = max(first, window.first_row), min(last, window.end_row)
     for start in range(first, last, ROWS_PER_CHUNK):
         yield start, min(start + ROWS_PER_CHUNK, last)
+
+
+def _chunks_of_planes(planes: int, rows: int) -> Iterator[tuple[int, int]]:
+    """First and end plane of a lattice of so many planes and rows, a chunk at a time."""
+    step = max(RAYS_PER_CHUNK // rows, STRIP)
+    for start in range(0, planes, step):
+        yield start, min(start + step, planes)
 
 
 def _chunks_of(casts: list[Cast]) -> Iterator[tuple[Cast, int, int]]:

@@ -122,8 +122,19 @@ def may_stride(rays: Cast) -> bool:
     return is_near(rays) and not rays.bresenham
 
 
+def planes_of(rays: Cast) -> int:
+    """How many rays are in a row of the lattice; all of them where they are listed and no rows are known."""
+    if len(rays.planes) > 1:
+        return len(rays.planes)
+    is_whole = rays.in_row > 0 and len(rays.rows) % rays.in_row == 0
+    return rays.in_row if is_whole else len(rays.rows)
+
+
 def is_tame(*tables: NDArray[np.float64]) -> bool:
     """Whether no number of some tables is so small or large that a ray could need rational arithmetic."""
-    sizes = np.concatenate([np.abs(table).ravel() for table in tables])
-    sizes = sizes[sizes > 0.0]
-    return bool(sizes.size == 0 or (sizes.min() >= TAMEST and sizes.max() <= WILDEST))
+    for table in tables:
+        sizes = np.abs(table)
+        small = sizes < TAMEST
+        if sizes.max(initial=0.0) > WILDEST or (small.any() and sizes[small].any()):
+            return False
+    return True

@@ -23,7 +23,7 @@ class Cast(NamedTuple):
     """Rays to walk: lattice tables of any kind (see `riglens.core.kernels.lattice`), origin (3,) in grid units,
     rotation (3, 3), reach (2,) in grid units, box (6,) cells to stay in, shape (3,) of the grid, the method, ends
     (rays,), where each ray is cut off, in grid units, and is_stopped (rays,): rays that are not cast at all; both
-    empty where there are none."""
+    empty where there are none; in_row: how many listed rays make a row of the lattice, 0 where this is not known."""
 
     kind: int
     rows: np.ndarray
@@ -36,6 +36,7 @@ class Cast(NamedTuple):
     bresenham: bool
     ends: np.ndarray
     is_stopped: np.ndarray = NONE_STOPPED
+    in_row: int = 0
 
 
 @inlined

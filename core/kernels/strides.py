@@ -2,7 +2,8 @@
 
 The axis of the larger component in plan is the *major* one. From one of its faces to the next a ray meets one column or
 two, and its two other coordinates grow by the same amounts each time. So whole numbers of 2^-40 voxels hold them, and a
-sum and a shift tell the next column and level. What comes close to a face is not decided here: the exact walk does.
+sum and a shift tell the next column and level, and a division how many strides end in a level. What comes close to a
+face is not decided here: the exact walk does.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ import numba
 import numpy as np
 
 from riglens.core.kernels.bits import mark_levels
-from riglens.core.kernels.cast import BLOCK, Cast
+from riglens.core.kernels.cast import Cast
 from riglens.core.kernels.jit import lean, lean_inlined, parallel_kernel
 from riglens.core.kernels.lattice import direction, rotated
 
@@ -26,6 +27,8 @@ SLANTED = 2.0**-10
 BITS = 40
 _FRACTION = (1 << BITS) - 1
 _CLOSE = 1 << (BITS - 20)
+STRIP = 16
+"""Planes whose rays are walked in a row, through all rows of the lattice."""
 OPEN = -1
 """Stands for a cell that is not clear."""
 
@@ -123,6 +126,15 @@ def _fixed(place: float) -> int:
 
 
 @lean_inlined
+def _strides_in_level(above: int, rise: int) -> int:
+    """How many strides end in a level, clear of its faces: the first one `above` its lower face, each later one by
+    `rise` higher. The quotient of such whole numbers is off by less than it is away from the next whole number."""
+    low, high = above - _CLOSE - 1, (1 << BITS) - _CLOSE - 1 - above
+    room = high if rise > 0 else low
+    return 1 + int(room / max(abs(rise), 1)) if min(low, high) >= 0 else 0
+
+
+@lean_inlined
 def _go(major: Axis, minor: Axis, level: Axis, span: Span, marks: np.ndarray) -> bool:
     """Mark the voxels of a span of a ray; False where one of them is not clear."""
     at, end = _first_cell(major, span), _last_cell(major, span)
@@ -130,28 +142,31 @@ def _go(major: Axis, minor: Axis, level: Axis, span: Span, marks: np.ndarray) ->
     height, end_height = _first_cell(level, span), _last_cell(level, span)
     if min(at, end) < major.low or min(cell, end_cell) < minor.low or min(height, end_height) < level.low:
         return False
-    here = at * major.words
-    if at != end:
-        ahead = 1 if major.d > 0.0 else -1
-        t = (at + (1 if ahead > 0 else 0) - major.g) / major.d
-        y, dy = _fixed(minor.g + t * minor.d), _fixed(minor.d / abs(major.d))
-        z, dz = _fixed(level.g + t * level.d), _fixed(level.d / abs(major.d))
+    here, step, strides = at * major.words, major.words if major.d > 0.0 else -major.words, abs(end - at)
+    t = (at + (1 if major.d > 0.0 else 0) - major.g) / major.d
+    y, dy = _fixed(minor.g + t * minor.d), _fixed(minor.d / abs(major.d))
+    z, dz = _fixed(level.g + t * level.d), _fixed(level.d / abs(major.d))
+    while strides > 0:
+        count = min(_strides_in_level(z - (height << BITS), dz), strides)
         word, bit = np.uint64(height >> 6), np.uint64(1) << np.uint64(height & 63)
-        for _ in range(abs(end - at)):
-            if _is_close(y) | _is_close(z):
+        for _ in range(count):
+            if _is_close(y):
                 return False
-            next_cell, next_height = y >> BITS, z >> BITS
-            if next_height == height:
-                marks[np.uint64(here + cell * minor.words) + word] |= bit
-                marks[np.uint64(here + next_cell * minor.words) + word] |= bit
-            else:
-                if not _turn(minor, level, here, (cell, next_cell), (height, next_height), marks):
-                    return False
-                word, bit = np.uint64(next_height >> 6), np.uint64(1) << np.uint64(next_height & 63)
-            cell, height = next_cell, next_height
-            here += ahead * major.words
+            next_cell = y >> BITS
+            marks[np.uint64(here + cell * minor.words) + word] |= bit
+            marks[np.uint64(here + next_cell * minor.words) + word] |= bit
+            cell = next_cell
+            here += step
             y += dy
-            z += dz
+        z += count * dz
+        strides -= count
+        if strides > 0:
+            cells, levels = (cell, y >> BITS), (height, z >> BITS)
+            if _is_close(y) or _is_close(z) or not _turn(minor, level, here, cells, levels, marks):
+                return False
+            cell, height = cells[1], levels[1]
+            here += step
+            y, z, strides = y + dy, z + dz, strides - 1
     return _turn(minor, level, here, (cell, end_cell), (height, end_height), marks)
 
 
@@ -181,25 +196,31 @@ def stride(
 
 @parallel_kernel
 def mark_strides(
-    rays: Cast, first: int, end: int, marks: np.ndarray, spare: np.ndarray, left: np.ndarray
+    rays: Cast, planes: int, first: int, end: int, marks: np.ndarray, spare: np.ndarray, left: np.ndarray
 ) -> None:
-    """Mark what the rays first..end-1 traverse, as `riglens.core.kernels.cast.mark_rays` does, as far as it is clear.
+    """Mark what the rays first..end-1 of each row, of so many planes, traverse, as far as it is clear.
 
-    left bool (end - first,): set for the rays of which it is not.
+    As `riglens.core.kernels.cast.mark_rays`; but left bool (rays,) is of all rays, and remains set for those of which
+    it is not clear.
+
+    Rays of neighbouring planes meet the same columns, whatever their row: so strips of a few planes go through all
+    rows, as long as these columns are at hand.
     """
     workers = spare.shape[0] + 1
-    blocks = (end - first + BLOCK - 1) // BLOCK
-    planes = rays.planes.shape[0]
+    is_listed = rays.planes.shape[0] == 1
     g = (rays.origin[0], rays.origin[1], rays.origin[2])
     for worker in numba.prange(workers):
         own = spare[worker - 1] if worker > 0 else marks
-        for block in range(worker, blocks, workers):
-            for ray in range(first + block * BLOCK, min(first + (block + 1) * BLOCK, end)):
-                if rays.is_stopped.size > 0 and rays.is_stopped[ray]:
-                    left[ray - first] = False
-                    continue
-                d = rotated(
-                    rays.rotation, direction(rays.kind, rays.rows[ray // planes], rays.planes[ray % planes])
-                )
-                far = min(rays.reach[1], rays.ends[ray]) if rays.ends.size > 0 else rays.reach[1]
-                left[ray - first] = not stride(g, d, rays.reach[0], far, rays.box, rays.shape, own)
+        for strip in range(first + worker * STRIP, end, workers * STRIP):
+            for row in range(left.size // planes):
+                for plane in range(strip, min(strip + STRIP, end)):
+                    ray = row * planes + plane
+                    if rays.is_stopped.size > 0 and rays.is_stopped[ray]:
+                        left[ray] = False
+                        continue
+                    table_row, table_plane = (ray, 0) if is_listed else (row, plane)
+                    d = rotated(
+                        rays.rotation, direction(rays.kind, rays.rows[table_row], rays.planes[table_plane])
+                    )
+                    far = min(rays.reach[1], rays.ends[ray]) if rays.ends.size > 0 else rays.reach[1]
+                    left[ray] = not stride(g, d, rays.reach[0], far, rays.box, rays.shape, own)

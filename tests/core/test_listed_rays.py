@@ -12,6 +12,7 @@ from riglens.core.engine.fans import is_plain
 from riglens.core.engine.frustums import make_frustum
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.rig.model import BrownConrady, Camera, EvenAngles, KannalaBrandt, Lidar
+from riglens.core.scene.columns import unpack
 from riglens.core.sensing.rays import sensor_rays
 from riglens.core.study.reference import exact_cover
 from tests.core.builders import evaluate, field_of, grid_of, rig_of, seen_by, spinning
@@ -121,3 +122,16 @@ def test_a_fisheye_that_sees_behind_itself_covers_voxels_behind_it() -> None:
     assert seen[:12].sum() > 50 and seen[12:].sum() > 500
     angles = np.degrees(np.arccos(sensor_rays(fisheye).directions[:, 0]))
     assert angles.max() == pytest.approx(np.degrees(math.hypot(795, 445) / 350), abs=1.0)
+
+
+@pytest.mark.parametrize("workers", [1, 3])
+@pytest.mark.parametrize("in_row", [0, 1, 7, 20, 40, 200, 1000])
+def test_the_order_in_which_rays_are_walked_does_not_matter(in_row: int, workers: int) -> None:
+    """Rows that are known, those that are none, and numbers that do not divide the rays."""
+    rng = np.random.default_rng(3)
+    sensor = staggered(rng, (3.0, -4.0, 5.0))
+    caster, marks = Caster(FIELD, workers), np.zeros_like(FIELD.index.words)
+    rays = caster.rays(sensor, "exact")
+    assert rays.in_row == 40 and len(rays.rows) == 200
+    caster._mark_rays(rays._replace(in_row=in_row), marks, lambda: False)
+    assert np.array_equal(unpack(GRID, marks & FIELD.index.words), exact_cover(GRID, [sensor]))

@@ -8,7 +8,16 @@ import numpy as np
 import pytest
 
 from riglens.core.kernels.fan import FARTHEST_ORIGIN
-from riglens.core.kernels.strides import BITS, CLOSE, SLANTED, STEEPEST, stride
+from riglens.core.kernels.strides import (
+    _CLOSE,
+    BITS,
+    CLOSE,
+    SLANTED,
+    STEEPEST,
+    _is_close,
+    _strides_in_level,
+    stride,
+)
 from riglens.core.kernels.walk import FARTHEST, Ray, walk_exact
 from tests.core.kernels.tiny import BOX, SHAPE, SIDE, Voxel, no_voxels, row, voxels_of
 
@@ -143,6 +152,65 @@ def test_round_places_and_directions_are_those_of_the_exact_walk() -> None:
         clear += bool(seen)
         assert seen in (None, walked((x, y, z), (d[0], d[1], d[2])))
     assert clear > 100
+
+
+ONE = 1 << BITS
+
+
+@pytest.mark.parametrize(
+    "rise", [0, 1, -1, 3 << 36, -(3 << 36), 12345678901, -9876543210, ONE, -ONE, 5 * ONE]
+)
+@pytest.mark.parametrize(
+    "above",
+    [
+        0,
+        _CLOSE,
+        _CLOSE + 1,
+        ONE // 2,
+        ONE // 2 + 1,
+        ONE - _CLOSE - 1,
+        ONE - _CLOSE,
+        ONE,
+        -1,
+        -ONE // 2,
+        3 * ONE,
+    ],
+)
+def test_strides_that_end_in_a_level_are_counted(above: int, rise: int) -> None:
+    expected = 0
+    while expected < 500 and 0 <= above + expected * rise < ONE and not _is_close(above + expected * rise):
+        expected += 1
+    count = int(_strides_in_level(above, rise))
+    assert min(count, 500) == expected or (rise == 0 and 1 <= count <= expected)
+
+
+def test_the_last_stride_in_a_level_may_end_as_close_to_a_face_as_is_clear() -> None:
+    for strides in (1, 2, 7, 1000):
+        for off, more in ((0, 1), (1, 0)):
+            rise = (ONE - 2 * _CLOSE - 2 - strides) // strides
+            above = ONE - _CLOSE - 1 - strides * rise + off
+            assert int(_strides_in_level(above, rise)) == strides + more
+            assert int(_strides_in_level(ONE - above, -rise)) == strides + more
+
+
+def test_long_flat_rays_are_those_of_the_exact_walk() -> None:
+    """Through 90 x 50 columns of 70 levels: many strides in each level, up and down, along both axes."""
+    rng, shape, clear = np.random.default_rng(7), (90, 50, 70), 0
+    box, runs = np.array([0, 90, 0, 50, 0, 70]), np.empty((300, 3), np.int32)
+    for _ in range(800):
+        place = tuple(float(p) for p in rng.uniform(0.0, shape))
+        d = tuple(float(c) for c in rng.normal(size=3) * (1.0, 1.0, rng.choice([0.0, 1e-3, 0.05, 0.5])))
+        marks = np.zeros(90 * 50 * 2, np.uint64)
+        if not stride(place, unit((d[0], d[1], d[2])), 0.0, FARTHEST, box, np.array(shape), marks):
+            continue
+        expected, clear = np.zeros_like(marks), clear + 1
+        g = (place[0], place[1], place[2])
+        count = walk_exact(Ray(g, unit((d[0], d[1], d[2])), 0.0, FARTHEST), box, 50, runs)
+        for column, low, high in runs[:count].tolist():
+            for level in range(low, high + 1):
+                expected[2 * column + level // 64] |= np.uint64(1 << level % 64)
+        assert np.array_equal(marks, expected)
+    assert clear > 780
 
 
 def test_columns_of_several_words() -> None:
