@@ -29,7 +29,7 @@ from riglens.core.engine.fans import (
 from riglens.core.engine.frustums import make_frustum
 from riglens.core.engine.meshes import CameraMesh, make_mesh, outermost_directions
 from riglens.core.engine.sheets import Sheets, make_sheets
-from riglens.core.kernels import cast
+from riglens.core.kernels import cast, jit
 from riglens.core.kernels.cast import Cast
 from riglens.core.kernels.fan import mark_fan, work_by_row
 from riglens.core.kernels.frustum import Frustum, mark_frustum
@@ -47,8 +47,11 @@ from riglens.core.sensing.rays import Lattice, lattice, sensor_rays
 from riglens.core.vehicle.solid import Barrier
 
 RAYS_PER_CHUNK = 1 << 15
+"""Rays that a worker walks before it is asked whether the answer is still wanted; of rows below as many."""
 PLANES_PER_CHUNK = 512
 ROWS_PER_CHUNK = 128
+FEW_RAYS = 512
+"""So many rays are walked before another thread has begun."""
 
 IsStale = Callable[[], bool]
 
@@ -92,6 +95,7 @@ class Caster:
         self.workers = workers
         self._field = field
         self._shape = np.array(field.grid.shape, np.int64)
+        self._spare = np.zeros((0, field.index.words.size), np.uint64)
 
     def mark(
         self,
@@ -186,7 +190,7 @@ class Caster:
     ) -> bool:
         """Near voxels by voxel walking; what lies beyond its depth limit ray by ray, from there on."""
         keep, workers = self._field.index.words, self.workers
-        for start, end in _chunks_of_rows(rays.box, window):
+        for start, end in _chunks_of_rows(rays.box, workers, window):
             if is_stale():
                 return False
             mark_frustum(frustum, start, end, keep, workers, marks)
@@ -200,7 +204,7 @@ class Caster:
     ) -> bool:
         """Near voxels by their place in the mesh of rays; what is beyond, and rays outside of the mesh, ray by ray."""
         keep, workers = self._field.index.words, self.workers
-        for start, end in _chunks_of_rows(rays.box, window):
+        for start, end in _chunks_of_rows(rays.box, workers, window):
             if is_stale():
                 return False
             mark_mesh(mesh.view, mesh.bins, start, end, keep, workers, marks)
@@ -213,7 +217,7 @@ class Caster:
         """Near tiles by core and sheets; steep beams, and what lies beyond the tiles, ray by ray."""
         spinner, beams, shells, radius, rest = sheets
         keep, workers = self._field.index.words, self.workers
-        for start, end in _chunks_of_rows(spinner.box):
+        for start, end in _chunks_of_rows(spinner.box, workers):
             if is_stale():
                 return False
             mark_sheets(spinner, beams, shells, radius, start, end, keep, workers, marks)
@@ -224,24 +228,35 @@ class Caster:
 
     def _mark_each(self, casts: list[Cast], marks: Words, is_stale: IsStale) -> bool:
         """Ray by ray; every worker but the first marks a set of its own, and these are added at the end."""
-        spare = np.zeros((self.workers - 1, marks.size), np.uint64)
-        for rays in casts:
-            left = np.ones(len(rays.rows) * len(rays.planes), np.bool_)
-            if may_stride(rays):
-                planes = planes_of(rays)
-                for start, end in _chunks_of_planes(planes, left.size // planes):
-                    if is_stale():
-                        return False
-                    mark_strides(rays, planes, start, end, marks, spare, left)
-            for _, start, end in _chunks_of([rays]):
+        if self._spare.shape != (self.workers - 1, marks.size):
+            self._spare = np.zeros((self.workers - 1, marks.size), np.uint64)
+        try:
+            return all(self._mark_all(rays, marks, is_stale) for rays in casts)
+        finally:
+            if self.workers > 1:
+                cast.add_marks(self._spare, marks, self.workers)
+
+    def _mark_all(self, rays: Cast, marks: Words, is_stale: IsStale) -> bool:
+        """In strides where they can be, and what is left one by one."""
+        left = np.ones(len(rays.rows) * len(rays.planes), np.bool_)
+        if may_stride(rays):
+            planes = planes_of(rays)
+            for start, end in _chunks_of_planes(planes, left.size // planes, self.workers):
                 if is_stale():
                     return False
-                here = left[start:end]
-                if here.any():
-                    cast.mark_rays(rays, start, end, marks, spare, here)
-                for word, bit in self.walk_irregular(rays, start + np.flatnonzero(here)):
-                    marks[word] |= bit
-        cast.add_marks(spare, marks, self.workers)
+                mark_strides(rays, planes, start, end, marks, self._spare, left)
+        count = np.count_nonzero(left)
+        if count > FEW_RAYS:
+            for _, start, end in _chunks_of([rays], self.workers):
+                if is_stale():
+                    return False
+                cast.mark_rays(rays, start, end, marks, self._spare, left[start:end])
+        elif count > 0:
+            jit.use_threads(1)  # others would take longer to come
+            cast.mark_rays(rays, 0, left.size, marks, self._spare[:0], left)
+            jit.use_threads(self.workers)
+        for word, bit in self.walk_irregular(rays, np.flatnonzero(left)):
+            marks[word] |= bit
         return True
 
     def hits(
@@ -318,25 +333,27 @@ class Caster:
                 yield (ix * grid.shape[1] + iy) * depth + iz // 64, np.uint64(1 << (iz % 64))
 
 
-def _chunks_of_rows(box: NDArray[np.int64], window: Window | None = None) -> Iterator[tuple[int, int]]:
+def _chunks_of_rows(
+    box: NDArray[np.int64], workers: int, window: Window | None = None
+) -> Iterator[tuple[int, int]]:
     """First and end row along x of the grid, a chunk at a time, of what is in a box of cells and in a window."""
     first, last = int(box[0]), int(box[1])
     if window is not None:
         first, last = max(first, window.first_row), min(last, window.end_row)
-    for start in range(first, last, ROWS_PER_CHUNK):
-        yield start, min(start + ROWS_PER_CHUNK, last)
+    for start in range(first, last, ROWS_PER_CHUNK * workers):
+        yield start, min(start + ROWS_PER_CHUNK * workers, last)
 
 
-def _chunks_of_planes(planes: int, rows: int) -> Iterator[tuple[int, int]]:
+def _chunks_of_planes(planes: int, rows: int, workers: int) -> Iterator[tuple[int, int]]:
     """First and end plane of a lattice of so many planes and rows, a chunk at a time."""
-    step = max(RAYS_PER_CHUNK // rows, STRIP)
+    step = max(RAYS_PER_CHUNK // rows, STRIP) * workers
     for start in range(0, planes, step):
         yield start, min(start + step, planes)
 
 
-def _chunks_of(casts: list[Cast]) -> Iterator[tuple[Cast, int, int]]:
+def _chunks_of(casts: list[Cast], workers: int = 1) -> Iterator[tuple[Cast, int, int]]:
     """Rays with first and end number, a chunk at a time."""
     for rays in casts:
         count = len(rays.rows) * len(rays.planes)
-        for start in range(0, count, RAYS_PER_CHUNK):
-            yield rays, start, min(start + RAYS_PER_CHUNK, count)
+        for start in range(0, count, RAYS_PER_CHUNK * workers):
+            yield rays, start, min(start + RAYS_PER_CHUNK * workers, count)

@@ -105,19 +105,6 @@ def _cast_shape(sensor: Sensor, method: Method, solid: Solid | None) -> _Shape:
     return _Shape(method, rays_of(sensor), stop)
 
 
-def _rows(window: Window, kind: int, workers: int) -> NDArray[np.int64]:
-    """Rows of a window in the order in which they are dealt to the workers.
-
-    Rows of LiDARs are about equally full, so each worker gets neighbouring rows, roughly those that it has marked
-    itself and that its cache still holds. Rows of cameras are not equally full, so the workers take turns.
-    """
-    rows = np.arange(window.first_row, window.end_row)
-    if KINDS[kind] != "lidar":
-        return rows
-    places = np.concatenate([np.arange(part.size) for part in np.array_split(rows, workers)])
-    return rows[np.argsort(places, kind="stable")]
-
-
 class Engine:
     """Incremental evaluation of rigs on one field with a number of threads (all processors by default).
 
@@ -301,7 +288,7 @@ class Engine:
             self._free(kind, tuple(sorted(staying)), window),
             settle.Slots(np.array(arrived_slots, np.int64), np.array(leaving_slots, np.int64)),
             kind,
-            self._region(kind, window),
+            self._region(window),
             self._field.entropies,
             workers,
         )
@@ -320,15 +307,16 @@ class Engine:
             return field.index.words
         if state.others is None or not state.others.hold(kind, staying, window):
             window = window.grown(ROOM, field.grid.shape[:2], words_per_column(field.grid))
-            slots, region = np.array(staying, np.int64), self._region(kind, window)
+            slots, region = np.array(staying, np.int64), self._region(window)
             workers = self._caster.workers
             settle.find_free(state.stack, slots, region, field.index.words, workers, state.free)
             state.others = _Others(kind, staying, window)
         return state.free
 
-    def _region(self, kind: int, window: Window) -> settle.Region:
+    def _region(self, window: Window) -> settle.Region:
         return settle.Region(
-            _rows(window, kind, self._caster.workers),
+            window.first_row,
+            window.end_row,
             window.first_word,
             window.end_word - window.first_word,
             self._field.index.words.size // self._field.grid.shape[0],

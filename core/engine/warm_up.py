@@ -89,7 +89,7 @@ def warm_up(
 def _compile_edits(field: EntropyField) -> None:
     """Have what an edit needs beside the first score: what the sensors that stay leave free."""
     words, rows = field.index.words, field.grid.shape[0]
-    region = settle.Region(np.arange(rows), 0, words.size // rows, words.size // rows)
+    region = settle.Region(0, rows, 0, words.size // rows, words.size // rows)
     settle.find_free(
         np.zeros((1, words.size), np.uint64), np.zeros(1, np.int64), region, words, 1, words.copy()
     )
@@ -120,7 +120,7 @@ def compile_sums(field: EntropyField) -> None:
     words, rows = field.index.words.size, field.grid.shape[0]
     stack, union = np.zeros((1, words), np.uint64), np.zeros((2, words), np.uint64)
     slots = settle.Slots(np.zeros(1, np.int64), np.zeros(0, np.int64))
-    region = settle.Region(np.arange(rows), 0, words // rows, words // rows)
+    region = settle.Region(0, rows, 0, words // rows, words // rows)
     settle.settle(stack, union, field.index.words, slots, 0, region, field.entropies, 1)
 
 

@@ -12,11 +12,14 @@ from riglens.core.kernels.jit import inlined, parallel_kernel
 from riglens.core.kernels.lattice import direction, rotated
 from riglens.core.kernels.palette import Entropies
 from riglens.core.kernels.predicates import Vector
+from riglens.core.kernels.turns import new_turns, take
 from riglens.core.kernels.walk import Ray, walk_bresenham, walk_exact
 
 NONE_STOPPED = np.zeros(0, np.bool_)
 BLOCK = 64
 """Rays that a worker walks in a row."""
+WORDS_AT_ONCE = 1 << 13
+"""Words that a worker adds up in a row."""
 
 
 class Cast(NamedTuple):
@@ -102,26 +105,34 @@ def mark_rays(
     """
     workers = spare.shape[0] + 1
     blocks = (end - first + BLOCK - 1) // BLOCK
-    depth = (rays.shape[2] + 63) // 64
+    depth, turns = (rays.shape[2] + 63) // 64, new_turns()
     for worker in numba.prange(workers):
         own = spare[worker - 1] if worker > 0 else marks
         runs = np.empty((rays.shape[0] + rays.shape[1] + rays.shape[2] + 3, 3), np.int32)
-        for block in range(worker, blocks, workers):
+        block = take(turns)
+        while block < blocks:
             for ray in range(first + block * BLOCK, min(first + (block + 1) * BLOCK, end)):
                 if left[ray - first]:
                     count = walk_ray(rays, ray, runs)
                     left[ray - first] = count < 0
                     _mark_runs(runs, count, depth, own)
+            block = take(turns)
 
 
 @parallel_kernel
 def add_marks(spare: np.ndarray, marks: np.ndarray, workers: int) -> None:
-    """Set in marks (words,) what is set in spare (n, words)."""
-    words = marks.size
-    for worker in numba.prange(workers):
-        part = marks[words * worker // workers : words * (worker + 1) // workers]
-        for row in range(spare.shape[0]):
-            part |= spare[row, words * worker // workers : words * (worker + 1) // workers]
+    """Set in marks (words,) what is set in spare (n, words), which is empty afterwards."""
+    words, turns = marks.size, new_turns()
+    for _ in numba.prange(workers):
+        start = take(turns) * WORDS_AT_ONCE
+        while start < words:
+            part = marks[start : start + WORDS_AT_ONCE]
+            for row in range(spare.shape[0]):
+                more = spare[row, start : start + WORDS_AT_ONCE]
+                for w in range(part.size):
+                    part[w] |= more[w]
+                    more[w] = 0
+            start = take(turns) * WORDS_AT_ONCE
 
 
 @inlined

@@ -15,9 +15,12 @@ from riglens.core.kernels.bits import first_run, popcount
 from riglens.core.kernels.codes import CLASS_COUNT, VOXELS
 from riglens.core.kernels.jit import inlined, kernel, parallel_kernel
 from riglens.core.kernels.palette import Entropies
+from riglens.core.kernels.turns import new_turns, take
 
 COLUMNS = VOXELS + 1
 """Columns of the sums: three classes in fixed point, then the number of voxels."""
+ROWS_AT_ONCE = 8
+"""Rows of the grid that a worker takes."""
 
 
 @inlined
@@ -102,13 +105,27 @@ class Slots(NamedTuple):
 
 
 class Region(NamedTuple):
-    """Words outside of which nothing changes: rows int64 (n,) of the grid along x, in the order in which the workers
-    take turns with them; of each row of `row_words` words the `words` from `first_word` on."""
+    """Words outside of which nothing changes: rows of the grid along x, first and end, and of each row of `row_words`
+    words the `words` from `first_word` on."""
 
-    rows: np.ndarray
+    first_row: int
+    end_row: int
     first_word: int
     words: int
     row_words: int
+
+
+@inlined
+def _take_rows(region: Region, turns: np.ndarray) -> tuple[int, int]:
+    """The next rows of a region that nobody has taken, first and end; first >= end when all are taken."""
+    first = region.first_row + take(turns) * ROWS_AT_ONCE
+    return first, min(first + ROWS_AT_ONCE, region.end_row)
+
+
+@kernel
+def _room(workers: int) -> np.ndarray:
+    """Sums of each worker, on cache lines of their own. A function of its own: see `new_turns`."""
+    return np.zeros((workers, 16), np.int64)
 
 
 @parallel_kernel
@@ -121,15 +138,19 @@ def find_free(
     free: np.ndarray,
 ) -> None:
     """Write, in a region of free uint64 (words,), the voxels of keep that none of the slots staying (k,) holds."""
-    for worker in numba.prange(workers):
-        for i in range(worker, region.rows.size, workers):
-            start = region.rows[i] * region.row_words + region.first_word
-            part = free[start : start + region.words]
-            part[:] = keep[start : start + region.words]
-            for slot in staying:
-                other = stack[slot, start : start + region.words]
-                for w in range(part.size):
-                    part[w] &= ~other[w]
+    turns = new_turns()
+    for _ in numba.prange(workers):
+        first, end = _take_rows(region, turns)
+        while first < end:
+            for ix in range(first, end):
+                start = ix * region.row_words + region.first_word
+                part = free[start : start + region.words]
+                part[:] = keep[start : start + region.words]
+                for slot in staying:
+                    other = stack[slot, start : start + region.words]
+                    for w in range(part.size):
+                        part[w] &= ~other[w]
+            first, end = _take_rows(region, turns)
 
 
 @parallel_kernel
@@ -152,31 +173,33 @@ def settle(
     Result int64 (2, 4): change of the sums of this kind, and of any sensor; columns as in COLUMNS. Integers, so neither
     the order of the edits nor the number of threads can matter.
     """
-    words = region.words
-    partial = np.zeros((workers, 16), np.int64)  # cache lines of its own for every worker
+    words, partial, turns = region.words, _room(workers), new_turns()
     for worker in numba.prange(workers):
         come, gone, where = (
             np.empty(words, np.uint64),
             np.empty(words, np.uint64),
             np.empty(words + 1, np.int32),
         )
-        sums, tallies = partial[worker], np.zeros(entropies.palette_q.shape[0], np.int64)
-        for i in range(worker, region.rows.size, workers):
-            start = region.rows[i] * region.row_words + region.first_word
-            end = start + words
-            row = _Row(
-                free[start:end],
-                union[kind, start:end],
-                union[1 - kind, start:end],
-                entropies.starts[start:end],
-                entropies.first[start:end],
-            )
-            _unite(stack, slots.arrived, start, come)
-            _unite(stack, slots.leaving, start, gone)
-            count = _changing(come, gone, row.free, where)
-            _tally(row, come, gone, where[:count], entropies.codes, tallies)
-            for slot in slots.leaving:
-                stack[slot, start:end] = 0
-        _weigh(tallies, entropies.palette_q, sums)
+        tallies = np.zeros(entropies.palette_q.shape[0], np.int64)
+        first, end = _take_rows(region, turns)
+        while first < end:
+            for ix in range(first, end):
+                a = ix * region.row_words + region.first_word
+                b = a + words
+                row = _Row(
+                    free[a:b],
+                    union[kind, a:b],
+                    union[1 - kind, a:b],
+                    entropies.starts[a:b],
+                    entropies.first[a:b],
+                )
+                _unite(stack, slots.arrived, a, come)
+                _unite(stack, slots.leaving, a, gone)
+                count = _changing(come, gone, row.free, where)
+                _tally(row, come, gone, where[:count], entropies.codes, tallies)
+                for slot in slots.leaving:
+                    stack[slot, a:b] = 0
+            first, end = _take_rows(region, turns)
+        _weigh(tallies, entropies.palette_q, partial[worker])
     change: np.ndarray = partial.sum(axis=0)[: 2 * COLUMNS].reshape(2, COLUMNS)
     return change

@@ -38,6 +38,7 @@ from riglens.core.kernels.tiles import (
     tile_at,
     work_space,
 )
+from riglens.core.kernels.turns import new_turns, take
 from riglens.core.kernels.walk import FARTHEST
 
 NOWHERE = np.int32(-(1 << 30))
@@ -319,13 +320,16 @@ def mark_sheets(
     """Mark the voxels of the rows first_row..end_row-1 along x, a whole number of tiles, that a ray traverses, as far
     as the tiles lie within a radius in plan.
 
-    keep uint64 (words,): voxels worth a test; marks uint64 (words,): every row of the grid is marked by one worker.
+    keep uint64 (words,): voxels worth a test; marks uint64 (words,): every tile is marked by one worker.
     """
-    depth = (s.shape[2] + 63) // 64
-    for worker in numba.prange(workers):
+    depth, turns = (s.shape[2] + 63) // 64, new_turns()
+    in_row = (s.box[3] - s.box[2] + TILE - 1) // TILE
+    tiles = (end_row - first_row + TILE - 1) // TILE * in_row
+    for _ in numba.prange(workers):
         work = work_space(beams.elevation.size, depth)
-        for ix in range(first_row + worker * TILE, end_row, workers * TILE):
-            for iy in range(s.box[2], s.box[3], TILE):
-                tile = tile_at(s, ix, iy)
-                if tile.nearest < radius:
-                    _mark_tile(s, beams, shells, tile, radius, keep, marks, work)
+        place = take(turns)
+        while place < tiles:
+            tile = tile_at(s, first_row + place // in_row * TILE, s.box[2] + place % in_row * TILE)
+            if tile.nearest < radius:
+                _mark_tile(s, beams, shells, tile, radius, keep, marks, work)
+            place = take(turns)

@@ -17,6 +17,7 @@ from riglens.core.kernels.bits import mark_levels
 from riglens.core.kernels.cast import Cast
 from riglens.core.kernels.jit import lean, lean_inlined, parallel_kernel
 from riglens.core.kernels.lattice import direction, rotated
+from riglens.core.kernels.turns import new_turns, take
 
 CLOSE = 2.0**-20
 """Voxels: what is nearer to a face is left to the exact walk."""
@@ -207,11 +208,12 @@ def mark_strides(
     rows, as long as these columns are at hand.
     """
     workers = spare.shape[0] + 1
-    is_listed = rays.planes.shape[0] == 1
+    is_listed, turns = rays.planes.shape[0] == 1, new_turns()
     g = (rays.origin[0], rays.origin[1], rays.origin[2])
     for worker in numba.prange(workers):
         own = spare[worker - 1] if worker > 0 else marks
-        for strip in range(first + worker * STRIP, end, workers * STRIP):
+        strip = first + take(turns) * STRIP
+        while strip < end:
             for row in range(left.size // planes):
                 for plane in range(strip, min(strip + STRIP, end)):
                     ray = row * planes + plane
@@ -224,3 +226,4 @@ def mark_strides(
                     )
                     far = min(rays.reach[1], rays.ends[ray]) if rays.ends.size > 0 else rays.reach[1]
                     left[ray] = not stride(g, d, rays.reach[0], far, rays.box, rays.shape, own)
+            strip = first + take(turns) * STRIP

@@ -166,7 +166,7 @@ class WalkCase:
     def _settled(self) -> NDArray[np.int64]:
         """Sums int64 (3, 4) of what is marked."""
         nx, words = self._field.grid.shape[0], self._field.index.words.size
-        region = settle.Region(np.arange(nx), 0, words // nx, words // nx)
+        region = settle.Region(0, nx, 0, words // nx, words // nx)
         slots, keep = settle.Slots(np.zeros(1, np.int64), np.zeros(0, np.int64)), self._field.index.words
         kind, sums_q = KINDS.index(self._sensor.kind), np.zeros((ANY + 1, settle.COLUMNS), np.int64)
         change = settle.settle(

@@ -95,7 +95,7 @@ def test_an_abandoned_request_leaves_the_engine_sound(field: EntropyField) -> No
 
 
 def test_a_request_that_fails_half_way_leaves_the_engine_sound(field: EntropyField) -> None:
-    engine = Engine(field)
+    engine = Engine(field, 1)
     big = spinning((0.0, 0.0, 1.0), (1.0, 2.0, 3.0), beams=250, count=400)
     asked = iter(range(1000))
 

@@ -30,7 +30,7 @@ TESTS = {
     f"{KERNELS}/review.py": ("test_review.py",),
     f"{KERNELS}/blind.py": ("test_review.py",),
     f"{KERNELS}/cylinders.py": ("test_review.py",),
-    f"{KERNELS}/cast.py": ("test_engine_by_hand.py",),
+    f"{KERNELS}/cast.py": ("test_engine_by_hand.py", "test_turns.py"),
     f"{ENGINE}/fans.py": ("test_fan.py", "test_profile.py", "test_tolerances.py"),
     f"{ENGINE}/frustums.py": ("test_engine_by_hand.py", "test_tolerances.py"),
     f"{ENGINE}/sheets.py": ("test_sheets.py", "test_tolerances.py"),
@@ -208,7 +208,8 @@ MUTATIONS = [
         ("<= HALF_TILE:", "<= -HALF_TILE:"),
         ("    test_listed(s, beams, tile, listed, keep, marks, work)\n\n", "    pass\n\n"),
         ("if work.is_wanted[i * TILE + j] and is_round", "if False"),
-        ("range(first_row + worker * TILE, end_row,", "range(first_row + worker * TILE + 1, end_row,"),
+        ("s.box[2] + place % in_row * TILE)", "s.box[2] + place % in_row * TILE + 1)"),
+        ("tiles = (end_row - first_row + TILE - 1) // TILE * in_row", "tiles = (end_row - first_row) // TILE * in_row"),
     ),
     *mutations_of(
         f"{KERNELS}/crossings.py",
@@ -256,7 +257,8 @@ MUTATIONS = [
         ("any_sensor = (tallies[code] - own) >> np.int64(32)", "any_sensor = tallies[code] >> np.int64(32)"),
         ("for slot in slots.leaving:\n", "for slot in slots.arrived:\n"),
         ("part = free[start : start + region.words]", "part = free[start : start + region.words - 1]"),
-        ("union[1 - kind, start:end]", "union[kind, start:end]"),
+        ("union[1 - kind, a:b]", "union[kind, a:b]"),
+        ("min(first + ROWS_AT_ONCE, region.end_row)", "first + ROWS_AT_ONCE"),
     ),
     *mutations_of(
         f"{KERNELS}/void.py",
@@ -321,6 +323,7 @@ MUTATIONS = [
         ("- np.uint64(1)]", "- np.uint64(0)]"),
         ("return max(t_in, min(a, b) - blur),", "return max(t_in, max(a, b) - blur),"),
         ("for level in range(runs[r, 1], runs[r, 2] + 1):", "for level in range(runs[r, 1], runs[r, 2]):"),
+        ("more[w] = 0", "more[w] = part[w]"),
     ),
     *mutations_of(
         f"{ENGINE}/fans.py",

@@ -22,10 +22,19 @@ def _lowest_bit(bits: Any) -> np.uint64:
     return np.uint64((int(bits) & -int(bits)).bit_length() - 1)
 
 
-IN_PYTHON: dict[str, Callable[[Any], np.uint64]] = {"popcount": _popcount, "lowest_bit": _lowest_bit}
+def _take(turns: Any) -> int:
+    turns[0] += 1
+    return int(turns[0]) - 1
 
 
-def _in_python(function: Callable[..., Any]) -> Callable[[Any], np.uint64]:
+IN_PYTHON: dict[str, Callable[[Any], Any]] = {
+    "popcount": _popcount,
+    "lowest_bit": _lowest_bit,
+    "take": _take,
+}
+
+
+def _in_python(function: Callable[..., Any]) -> Callable[[Any], Any]:
     return IN_PYTHON[function.__name__]
 
 

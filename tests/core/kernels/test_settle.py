@@ -68,7 +68,7 @@ def settled(
 ) -> tuple[Sums, Sums]:
     """By how much the sums of this kind and those of any sensor change: three classes and the number of voxels."""
     slots = Slots(*(np.array(group, np.int64) for group in (arrived, staying, leaving)))
-    region = Region(np.array([0]), 0, 1, 1)
+    region = Region(0, 1, 0, 1, 1)
     change = settle(cover, slots, kind, region, entropies or one_word(), 1)
     return change[0].tolist(), change[1].tolist()
 
@@ -181,7 +181,7 @@ def test_few_words_and_many_are_settled_alike_by_one_worker_and_by_several(
     stack[1] = 0b0011_0001
     cover = Cover(stack, np.zeros((2, COUNT), np.uint64))
     cover.union[LIDARS] = 0b0001
-    everything = Region(np.array([1, 0]), 0, 12, 12)
+    everything = Region(0, 2, 0, 12, 12)
     slots = Slots(np.array([0]), np.array([1]), np.zeros(0, np.int64))
     change = settle(cover, slots, LIDARS, everything, many_words(), workers)
     assert cover.union[LIDARS].tolist() == [0b0111] * changing + [0b0001] * (COUNT - changing)
@@ -193,7 +193,7 @@ def test_few_words_and_many_are_settled_alike_by_one_worker_and_by_several(
 def test_nothing_outside_of_the_region_is_looked_at() -> None:
     stack = np.full((1, COUNT), 0b0001, np.uint64)
     cover = Cover(stack, np.zeros((2, COUNT), np.uint64))
-    middle = Region(np.array([0, 1]), 5, 2, 12)
+    middle = Region(0, 2, 5, 2, 12)
     slots = Slots(np.array([0]), np.zeros(0, np.int64), np.zeros(0, np.int64))
     change = settle(cover, slots, LIDARS, middle, many_words(), 1)
     assert np.flatnonzero(cover.union[LIDARS]).tolist() == [5, 6, 17, 18]
@@ -205,7 +205,7 @@ def test_after_many_edits_the_sums_are_those_of_the_union(seed: int) -> None:
     """Two LiDARs and a camera move about at random; each edit casts into a free slot."""
     rng = np.random.default_rng(seed)
     cover = Cover(np.zeros((4, COUNT), np.uint64), np.zeros((2, COUNT), np.uint64))
-    everything, sums = Region(np.arange(2), 0, 12, 12), np.zeros((3, 4), np.int64)
+    everything, sums = Region(0, 2, 0, 12, 12), np.zeros((3, 4), np.int64)
     held: dict[str, int] = {}
     for _ in range(30):
         name = str(rng.choice(["lidar", "other lidar", "camera"]))
