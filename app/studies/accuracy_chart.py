@@ -20,6 +20,7 @@ from matplotlib.ticker import FixedLocator, NullLocator
 from matplotlib.transforms import Bbox
 
 from riglens.app.studies.accuracy_text import caption, edge_text, point_text, verdicts
+from riglens.app.studies.point_labels import Pixel, boxes_of, set_beside
 from riglens.core.scene.grid import DEFAULT_VOXEL_M
 from riglens.core.shown_text import visible
 from riglens.core.study.accuracy import AccuracyStudy, MethodName, Point
@@ -38,9 +39,7 @@ STYLES: dict[MethodName, tuple[str, str]] = {
     "rectangles": ("P", "#a0702a"),
     "centres": ("h", "#b0306a"),
 }
-Pixel = tuple[float, float]
 PIXELS_PER_POINT = DPI / 72
-LEADER_FROM_PX = 40.0
 
 
 @dataclass(frozen=True)
@@ -228,7 +227,8 @@ def place_labels(
     study: AccuracyStudy,
 ) -> None:
     """Write each point's name beside it where it covers neither a mark, nor the front, nor another name."""
-    taken = [_mark_box(axes, point, x, study) for point, x in places] + _front_boxes(axes, front)
+    marks = [_mark_box(axes, point, x, study) for point, x in places]
+    taken = boxes_of([*marks, *_front_boxes(axes, front)])
     frame = axes.get_window_extent()
     for point, x in sorted(places, key=lambda place: (place[0] is not study.own, place[0].median_ms)):
         text = axes.annotate(
@@ -242,13 +242,7 @@ def place_labels(
             zorder=6,
             path_effects=[withStroke(linewidth=2.5, foreground="white")],
         )
-        size = text.get_window_extent()
-        centre = _pixels(axes, x, point.median_ms)
-        offset = _free_offset(centre, size, taken, frame)
-        text.set_position((offset[0] / PIXELS_PER_POINT, offset[1] / PIXELS_PER_POINT))
-        taken.append(_label_box(centre, offset, size))
-        _draw_leader(axes, centre, taken[-1])
-        taken += _leader(centre, taken[-1])
+        taken = set_beside(axes, text, _pixels(axes, x, point.median_ms), taken, frame)
 
 
 def _pixels(axes: Axes, x: float, y: float) -> Pixel:
@@ -271,60 +265,3 @@ def _front_boxes(axes: Axes, front: Sequence[tuple[float, float]]) -> list[Bbox]
         boxes.append(Bbox.from_extents(x0, y0 - 2, x1, y0 + 2))
         boxes.append(Bbox.from_extents(x1 - 2, y1, x1 + 2, y0))
     return boxes
-
-
-def _label_box(centre: Pixel, offset: Pixel, size: Bbox) -> Bbox:
-    return Bbox.from_bounds(centre[0] + offset[0], centre[1] + offset[1], size.width, size.height)
-
-
-def _free_offset(centre: Pixel, size: Bbox, taken: Sequence[Bbox], frame: Bbox) -> Pixel:
-    """Offset in pixels of a label's lower left corner: near its point, free of others, inside the frame."""
-    best, least = (22.0, -size.height / 2), math.inf
-    others = [box for box in taken if not box.contains(*centre)]
-    for distance in (17.0, 22.0, 30.0, 44.0, 64.0, 90.0, 120.0, 160.0):
-        for turn in range(24):
-            dx, dy = math.cos(turn * math.pi / 12), math.sin(turn * math.pi / 12)
-            x = distance * dx - size.width * (1.0 - dx) / 2
-            y = distance * dy - size.height * (1.0 - dy) / 2
-            box = _label_box(centre, (x, y), size)
-            clashes = sum(box.padded(3).overlaps(other) for other in taken)
-            pieces = _leader(centre, box)
-            crossed = sum(any(piece.overlaps(other) for piece in pieces) for other in others)
-            cost = (
-                1000.0 * clashes
-                + 200.0 * crossed
-                + 100.0 * _outside(box, frame)
-                + distance
-                + 4.0 * (1.0 - dx)
-            )
-            if cost < least:
-                best, least = (x, y), cost
-    return best
-
-
-def _outside(box: Bbox, frame: Bbox) -> float:
-    """Return by how many pixels a box leaves the frame."""
-    sideways = max(0.0, frame.x0 - box.x0) + max(0.0, box.x1 - frame.x1)
-    updown = max(0.0, frame.y0 + 4 - box.y0) + max(0.0, box.y1 - frame.y1)
-    return float(sideways + updown)
-
-
-def _nearest(centre: Pixel, box: Bbox) -> Pixel:
-    return min(max(centre[0], box.x0), box.x1), min(max(centre[1], box.y0), box.y1)
-
-
-def _leader(centre: Pixel, box: Bbox) -> list[Bbox]:
-    """The line from a point to its name as small boxes; none where the name stands beside the point."""
-    end = _nearest(centre, box)
-    if math.dist(centre, end) < LEADER_FROM_PX:
-        return []
-    steps = [(k + 0.5) / 12 for k in range(12)]
-    ways = [(centre[0] + s * (end[0] - centre[0]), centre[1] + s * (end[1] - centre[1])) for s in steps]
-    return [Bbox.from_extents(x - 2, y - 2, x + 2, y + 2) for x, y in ways]
-
-
-def _draw_leader(axes: Axes, centre: Pixel, box: Bbox) -> None:
-    """A thin line from a point to its name where the name stands away from it."""
-    if _leader(centre, box):
-        ends = axes.transData.inverted().transform([centre, _nearest(centre, box)])
-        axes.plot(ends[:, 0], ends[:, 1], color=GREY, lw=0.7, zorder=3)

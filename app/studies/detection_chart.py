@@ -11,6 +11,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from riglens.app.studies.pictures import picture
+from riglens.app.studies.point_labels import set_beside
 from riglens.core.shown_text import visible
 from riglens.core.simulate.painting import Quality
 from riglens.core.study.detection.protocol import WORDING
@@ -19,33 +20,48 @@ from riglens.core.study.detection.statistics import COLUMNS, MEAN
 from riglens.core.study.ranks import RankCorrelation
 
 Doubles = NDArray[np.float64]
+Named = tuple[Axes, Doubles, Doubles, Doubles]
+"""A panel, and its points x, y (n,) with the lengths of their bars (2, n), down and up."""
 SHOWN = {"s_ms": "S-MS, nats", "seen": "seen", "on_target": "on target"}
 INK, SAME, OTHER = "#222222", "#c2410c", "#1f5fa8"
+DPI, MARK_PT = 130, 4.5
 MOST_NAMES, MOST_CELLS_WITH_NUMBERS = 12, 16
 
 
 def chart(result: Result) -> bytes:
     """Average precision over S-MS, seen and on target, one row per class, with 95 % intervals."""
+    return picture(chart_figure(result))
+
+
+def chart_figure(result: Result) -> Figure:
+    """The same as a figure; names of rigs stand clear of one another where there are few."""
     rows = [column for column in COLUMNS if np.isfinite(result.every.value[:, COLUMNS.index(column)]).all()]
-    figure = Figure(figsize=(11.0, 0.9 + 2.7 * max(1, len(rows))), layout="constrained")
+    figure = Figure(figsize=(11.0, 0.9 + 2.7 * max(1, len(rows))), dpi=DPI, layout="constrained")
     FigureCanvasAgg(figure)
     groups = result.groups()
     same = set(groups.get("equal ray count", []))
+    panels: list[Named] = []
     for grid, column in zip(
         figure.subplots(max(1, len(rows)), len(SHOWN), squeeze=False), rows, strict=False
     ):
         for axes, (name, title) in zip(grid, SHOWN.items(), strict=True):
-            _panel(axes, result, name, column, same)
+            panels.append(_panel(axes, result, name, column, same))
             axes.set_xlabel(title)
         grid[0].set_ylabel("mAP, %" if column == MEAN else f"AP {column}, %")
     if same:
         handles, labels = figure.axes[0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside upper right", ncols=2, frameon=False)
     figure.suptitle(f"{_seeds(result)}; bars: 95 % intervals\n{WORDING}", fontsize=9.5, x=0.01, ha="left")
-    return picture(figure, dpi=130)
+    if len(result.every.rigs) <= MOST_NAMES:
+        figure.draw_without_rendering()
+        figure.set_layout_engine("none")  # from here on everything stays where it is
+        for axes, x, y, bars in panels:
+            _name_points(axes, result.every.rigs, x, y, bars)
+    return figure
 
 
-def _panel(axes: Axes, result: Result, name: str, column: str, same: set[int]) -> None:
+def _panel(axes: Axes, result: Result, name: str, column: str, same: set[int]) -> Named:
+    """Draw a panel; returns where its points and the ends of their bars are."""
     x, at = result.surrogates.of(name, column), COLUMNS.index(column)
     y = result.every.value[:, at]
     found = [result.every.estimate(place, column) for place in range(len(y))]
@@ -56,11 +72,9 @@ def _panel(axes: Axes, result: Result, name: str, column: str, same: set[int]) -
     ):
         if chosen:
             axes.errorbar(
-                x[chosen], y[chosen], yerr=np.maximum(bars[:, chosen], 0.0), fmt="o", ms=4.5, lw=0, elinewidth=1.0,
+                x[chosen], y[chosen], yerr=np.maximum(bars[:, chosen], 0.0), fmt="o", ms=MARK_PT, lw=0, elinewidth=1.0,
                 capsize=2, color=colour, label=label,
             )  # fmt: skip
-    if len(y) <= MOST_NAMES:
-        _name_points(axes, result.every.rigs, x, y)
     axes.set_title(_rank_text(result, name, column), fontsize=8.5, loc="left")
     axes.margins(x=0.14, y=0.1)
     axes.xaxis.set_major_locator(MaxNLocator(4))
@@ -68,19 +82,23 @@ def _panel(axes: Axes, result: Result, name: str, column: str, same: set[int]) -
     axes.set_axisbelow(True)
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
+    return axes, x, y, np.maximum(bars, 0.0)
 
 
-def _name_points(axes: Axes, rigs: tuple[str, ...], x: Doubles, y: Doubles) -> None:
-    for rank, place in enumerate(np.argsort(y).tolist()):  # in turns on both sides: neighbours rarely collide
-        offset, side = ((5, 3), "left") if rank % 2 else ((-5, -9), "right")
-        axes.annotate(
-            visible(rigs[place])[:24],
-            (x[place], y[place]),
-            offset,
-            textcoords="offset points",
-            fontsize=7,
-            ha=side,
+def _name_points(axes: Axes, rigs: tuple[str, ...], x: Doubles, y: Doubles, bars: Doubles) -> None:
+    """Name the points (n,) where no name covers a mark, an error bar (2, n) or another name; the layout stands."""
+    low, at, high = (
+        axes.transData.transform(np.stack([x, ends], 1)) for ends in (y - bars[0], y, y + bars[1])
+    )
+    half_px = MARK_PT * DPI / 144.0
+    taken = np.concatenate([np.minimum(low, at - half_px), np.maximum(high, at + half_px)], axis=1)
+    taken[:, [0, 2]] = at[:, :1] + [-half_px, half_px]
+    frame = axes.get_window_extent()
+    for place in np.argsort(-y, kind="stable").tolist():
+        text = axes.annotate(
+            visible(rigs[place])[:24], (x[place], y[place]), (0, 0), textcoords="offset points", fontsize=7
         )
+        taken = set_beside(axes, text, (float(at[place, 0]), float(at[place, 1])), taken, frame)
 
 
 def _rank_text(result: Result, name: str, column: str) -> str:

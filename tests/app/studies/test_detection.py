@@ -7,13 +7,14 @@ import io
 import json
 import sys
 from dataclasses import replace
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from riglens.app.studies import detection
-from riglens.app.studies.detection_chart import chart, correlation, pair_chart
+from riglens.app.studies.detection_chart import chart, chart_figure, correlation, pair_chart
 from riglens.app.studies.detection_files import as_json, pair_lines, rank_lines, rig_lines, seed_lines
 from riglens.app.studies.files import csv_text
 from riglens.core.errors import InputError
@@ -119,6 +120,23 @@ def test_it_is_said_that_cameras_take_part(capsys: pytest.CaptureFixture[str]) -
 def test_charts_are_the_same_each_time() -> None:
     result = made_up()
     assert chart(result) == chart(result) and pair_chart(result) == pair_chart(result)
+
+
+def test_names_of_rigs_stand_clear_of_one_another_however_close_the_rigs_are() -> None:
+    result, apart = made_up(10), 0.02
+    every = replace(
+        result.every, value=result.every.value.mean(axis=0) * (1.0 - apart) + result.every.value * apart
+    )
+    values = {
+        name: x.mean(axis=0) * (1.0 - apart) + x * apart for name, x in result.surrogates.values.items()
+    }
+    figure = chart_figure(replace(result, every=every, surrogates=Surrogates(values)))
+    figure.draw_without_rendering()
+    for axes in figure.axes:
+        names = [text.get_window_extent() for text in axes.texts]
+        assert len(names) == 10
+        assert not any(one.overlaps(other) for one, other in combinations(names, 2))
+        assert all(figure.bbox.x0 < box.x0 and box.x1 < figure.bbox.x1 for box in names)
 
 
 def test_a_correlation_is_written_with_its_interval() -> None:
