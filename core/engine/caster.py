@@ -22,6 +22,7 @@ from riglens.core.engine.fans import (
     is_upright,
     make_fan,
     make_profile,
+    mark_planes,
     may_stride,
     planes_of,
     share_rows,
@@ -31,7 +32,7 @@ from riglens.core.engine.meshes import CameraMesh, make_mesh, outermost_directio
 from riglens.core.engine.sheets import Sheets, make_sheets
 from riglens.core.kernels import cast, jit
 from riglens.core.kernels.cast import Cast
-from riglens.core.kernels.fan import mark_fan, work_by_row
+from riglens.core.kernels.fan import work_by_row
 from riglens.core.kernels.frustum import Frustum, mark_frustum
 from riglens.core.kernels.mesh import mark_mesh
 from riglens.core.kernels.planes import Space
@@ -174,7 +175,7 @@ class Caster:
             if is_stale():
                 return False
             end = min(start + PLANES_PER_CHUNK, planes)
-            mark_fan(fan, space, profile, start, end, slabs, marks)
+            mark_planes(fan, space, profile, start, end, slabs, marks)
         return True
 
     def _is_empty_near(self, rays: Cast) -> bool:

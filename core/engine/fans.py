@@ -5,16 +5,21 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from riglens.core.kernels.alone import mark_alone
 from riglens.core.kernels.cast import Cast
 from riglens.core.kernels.codes import LIDAR, LISTED
-from riglens.core.kernels.fan import FARTHEST_ORIGIN, STEEPEST
-from riglens.core.kernels.planes import Fan
+from riglens.core.kernels.fan import FARTHEST_ORIGIN, STEEPEST, mark_fan
+from riglens.core.kernels.limited import mark_limited
+from riglens.core.kernels.planes import Fan, Space
 from riglens.core.kernels.profile import Events, Profile, Slopes, find_stays, masks_of
 from riglens.core.kernels.spans import find_spans
+from riglens.core.scene.columns import Words
 from riglens.core.sensing.rays import Lattice
 
 TAMEST, WILDEST = 2.0**-110, 2.0**110
 """Table entries in this range, three of them multiplied and subtracted, keep the exact predicates valid."""
+LEFT_ALONE_MOST = 4096
+"""Rays that each worker notes before they are walked one by one."""
 
 
 def _row_slopes(lattice: Lattice) -> NDArray[np.float64]:
@@ -69,7 +74,7 @@ def make_profile(fan: Fan, rays: Cast) -> Profile | None:
     low, high, depth = int(rays.box[4]), int(rays.box[5]), (int(rays.shape[2]) + 63) // 64
     most = 2 * (len(fan.slopes) + 2) * (high - low + 1)
     events = Events(np.empty(most), np.empty(most, np.int32))
-    slopes = Slopes(fan.slopes, fan.near, fan.far)
+    slopes = Slopes(fan.slopes, fan.near, fan.far, np.argsort(fan.near, kind="stable"))
     count = find_stays(slopes, rays.origin[2], low, high, farthest(rays) + 1.0, events)
     if count < 0:
         return None
@@ -78,6 +83,24 @@ def make_profile(fan: Fan, rays: Cast) -> Profile | None:
     ordered = events.changes[order]
     begun = int(np.searchsorted(at, 0.0, side="right"))
     return Profile(at, ordered, masks_of(ordered, depth), begun)
+
+
+def mark_planes(
+    fan: Fan, space: Space, profile: Profile, first: int, end: int, slabs: NDArray[np.int64], marks: Words
+) -> None:
+    """Mark the voxels that rays of the planes first..end-1 traverse, in marks uint64 (words,).
+
+    slabs int64 (workers, 2): the rows of the grid for each worker.
+    """
+    rays = np.empty((len(slabs), LEFT_ALONE_MOST, 6), np.int32)
+    counts = np.empty(len(slabs), np.int64)
+    for mark in (mark_fan, mark_limited) if fan.span_starts.size else (mark_fan,):
+        done = np.full(len(slabs), first, np.int64)
+        while (done < end).any():
+            counts[:] = 0
+            mark(fan, space, profile, end, slabs, done, rays, counts, marks)
+            if counts.any():
+                mark_alone(fan, space, rays, counts, marks)
 
 
 def share_rows(work: NDArray[np.float64], x_from: int, x_to: int, workers: int) -> NDArray[np.int64]:

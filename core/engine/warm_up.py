@@ -16,8 +16,9 @@ from riglens.core.engine.caster import Caster
 from riglens.core.engine.engine import Engine
 from riglens.core.engine.fans import make_fan, make_profile
 from riglens.core.kernels import settle
+from riglens.core.kernels.alone import mark_alone
 from riglens.core.kernels.cast import Cast
-from riglens.core.kernels.fan import mark_fan
+from riglens.core.kernels.fan import mark_fan, work_by_row
 from riglens.core.kernels.jit import FOLDER
 from riglens.core.kernels.planes import Fan, Space
 from riglens.core.kernels.profile import Profile
@@ -78,6 +79,8 @@ def warm_up(
     """Compile the kernels that a rig needs, without one those that most rigs need, or load them from disk, so that no
     answer's time includes it."""
     engine = Engine(field, threads, for_edits=False)
+    if rig is None or needs_fans(rig):
+        compile_fans(field)
     if rig is not None:
         engine.evaluate(rig, settings or MetricSettings(), with_seen=False)
         return
@@ -104,19 +107,25 @@ def needs_fans(rig: Rig) -> bool:
 
 
 def compile_fans(field: EntropyField) -> None:
-    """Have on disk how the planes of a fan are walked: more than half of what the usual rig needs. No plane is."""
+    """Have on disk how the planes of a fan are walked, and the rays that they leave alone: more than half of what the
+    usual rig needs. No plane is, and no ray."""
     fan, rays = _least_fan(field)
     depth = words_per_column(field.grid)
     nothing = Profile(np.array([np.inf]), np.zeros(0, np.int32), np.zeros((1, depth), np.uint64), 0)
     space = Space(rays.origin, rays.rotation, rays.box, rays.shape)
     marks = np.zeros(field.index.words.size, np.uint64)
-    mark_fan(fan, space, nothing, 0, 0, np.zeros((1, 2), np.int64), marks)
+    none, left = np.zeros(1, np.int64), np.empty((1, 1, 6), np.int32)
+    mark_fan(fan, space, nothing, 0, np.zeros((1, 2), np.int64), none, left, none.copy(), marks)
+    mark_alone(fan, space, left, none, marks)
     FOLDER.write(FANS, b"")
 
 
 def compile_sums(field: EntropyField) -> None:
     """Have what else a rig of upright sensors needs: where rays are by distance, and the sums of a first sensor."""
-    make_profile(*_least_fan(field))
+    fan, rays = _least_fan(field)
+    profile = make_profile(fan, rays)
+    assert profile is not None
+    work_by_row(fan, Space(rays.origin, rays.rotation, rays.box, rays.shape), profile)
     words, rows = field.index.words.size, field.grid.shape[0]
     stack, union = np.zeros((1, words), np.uint64), np.zeros((2, words), np.uint64)
     slots = settle.Slots(np.zeros(1, np.int64), np.zeros(0, np.int64))

@@ -7,8 +7,8 @@ levels any ray is in, by distance - is made once, and laid over the columns that
 that of the columns and of the profile's events, however many rays there are.
 
 Nothing is decided here within TOLERANCE of a grid face, edge or corner. Where a ray changes its level that close to
-the face between two columns, it is walked through both of them exactly; a plane in which anything else comes so close
-is walked ray by ray. So the set marked is exact.
+the face between two columns, it is left to an exact walk through both of them; a plane in which anything else comes so
+close is left to it ray by ray (see `riglens.core.kernels.alone`). So the set marked is exact.
 """
 
 from __future__ import annotations
@@ -19,9 +19,18 @@ import numba
 import numpy as np
 
 from riglens.core.kernels.jit import inlined, kernel, parallel_kernel
-from riglens.core.kernels.planes import Fan, FanWork, Space, clip_side, walk_alone
+from riglens.core.kernels.planes import (
+    ALL,
+    Alone,
+    Fan,
+    FanWork,
+    Space,
+    clip_side,
+    is_limited,
+    leave_alone,
+    work_for,
+)
 from riglens.core.kernels.profile import TOLERANCE, Profile
-from riglens.core.kernels.spans import is_limited, limit_levels
 from riglens.core.kernels.ties import Start, untie
 
 FARTHEST_ORIGIN = 5e3
@@ -37,6 +46,7 @@ PLANES_LOOKED_AT = 32
 EVENTS_LOOKED_AT = 32
 EVENT_COST = 1.0
 """Of an event of the profile, in columns crossed."""
+UNDECIDED, EMPTY, LAID = -1, 0, 1
 
 
 class Course(NamedTuple):
@@ -47,6 +57,19 @@ class Course(NamedTuple):
     oy: float
     ax: float
     ay: float
+
+
+class Laid(NamedTuple):
+    """A plane over the columns that it crosses: how that ended, UNDECIDED, EMPTY or LAID; the first event of the
+    profile that happens there and the one after the last; the first column, how many there are, and the distance along
+    the heading at which it is entered."""
+
+    outcome: int
+    first: int
+    end: int
+    start: int
+    columns: int
+    near: float
 
 
 @inlined
@@ -111,35 +134,25 @@ def _place_events(course: Course, at: np.ndarray, stretch: float, places: np.nda
 
 
 @inlined
-def _mark_columns(
-    profile: Profile,
-    first: int,
-    end: int,
-    start: int,
-    count: int,
-    limited: bool,
-    work: FanWork,
-    marks: np.ndarray,
-) -> None:
-    """Mark the levels of the profile in the columns crossed, from `start` on; the events first..end-1 happen there.
-    limited: only those in work.allowed."""
-    depth = profile.masks.shape[1]
-    work.begins[:, :count], work.toggles[:, :count] = 0, 0
-    for event in range(first, end):
-        change, place = profile.changes[event], work.places[event - first]
+def place_changes(profile: Profile, laid: Laid, work: FanWork) -> None:
+    """Write which levels begin, and which begin or end, in each of the columns crossed."""
+    work.begins[:, : laid.columns], work.toggles[:, : laid.columns] = 0, 0
+    for event in range(laid.first, laid.end):
+        change, place = profile.changes[event], work.places[event - laid.first]
         level = abs(change) - 1
         bit = np.uint64(1) << np.uint64(level & 63)
         work.toggles[level >> 6, place] ^= bit
         work.begins[level >> 6, place] |= bit if change > 0 else np.uint64(0)
+
+
+@inlined
+def _mark_columns(profile: Profile, laid: Laid, work: FanWork, marks: np.ndarray) -> None:
+    """Mark the levels of the profile in the columns crossed."""
+    depth = profile.masks.shape[1]
+    place_changes(profile, laid, work)
     for part in range(depth):
-        levels, word = profile.masks[first, part], np.int64(start * depth + part)
-        if limited:
-            for i in range(count):
-                marks[word] |= (levels | work.begins[part, i]) & work.allowed[part, i]
-                levels ^= work.toggles[part, i]
-                word += np.int64(work.ways[i]) * depth
-            continue
-        for i in range(count):
+        levels, word = profile.masks[laid.first, part], np.int64(laid.start * depth + part)
+        for i in range(laid.columns):
             marks[word] |= levels | work.begins[part, i]
             levels ^= work.toggles[part, i]
             word += np.int64(work.ways[i]) * depth
@@ -157,23 +170,29 @@ def _faces(course: Course, left_x: int, left_y: int, s_out: float) -> tuple[int,
     return int(np.floor(x)), left_y, _is_close(x - np.floor(x)) == 0
 
 
+@inlined
+def _without(outcome: int) -> Laid:
+    """A plane that is not laid over columns."""
+    return Laid(outcome, 0, 0, 0, 0, 0.0)
+
+
 @kernel
-def _walk_plane(
-    fan: Fan, space: Space, profile: Profile, plane: int, box: np.ndarray, work: FanWork, marks: np.ndarray
-) -> bool:
-    """Walk one plane through a box; False when it comes too close to a face or an edge to be decided here."""
-    limited = is_limited(fan, plane)
-    if limited and fan.span_starts[plane] == fan.span_starts[plane + 1]:
-        return True
+def lay_plane(
+    fan: Fan, space: Space, profile: Profile, plane: int, box: np.ndarray, work: FanWork, alone: Alone
+) -> Laid:
+    """Lay one plane over the columns of a box; UNDECIDED when it comes too close to a face or an edge for that here.
+
+    Writes the ways between the columns, and the column of each event, to work.
+    """
     hx, hy, scale, at = fan.headings[plane, 0], fan.headings[plane, 1], fan.scales[plane], profile.at
     gx, gy, ny = space.origin[0], space.origin[1], space.shape[1]
     if min(abs(hx), abs(hy)) < STRAIGHTEST and not (_stays_between(gx, hx) or _stays_between(gy, hy)):
-        return False
+        return _without(UNDECIDED)
     hx, hy = (LEAST if hx == 0.0 else hx), (LEAST if hy == 0.0 else hy)
     s_in, s_out = clip_side(gx, hx, box[0], box[1], 0.0, np.inf)
     s_in, s_out = clip_side(gy, hy, box[2], box[3], s_in, s_out)
     if s_out - s_in < TOLERANCE:
-        return s_out - s_in < -TOLERANCE
+        return _without(EMPTY if s_out - s_in < -TOLERANCE else UNDECIDED)
     ix, certain_x = _start_cell(gx, hx, s_in, box[0], box[1])
     iy, certain_y = _start_cell(gy, hy, s_in, box[2], box[3])
     first = profile.begun
@@ -182,9 +201,9 @@ def _walk_plane(
         certain_x &= first == 0 or at[first - 1] < scale * s_in - TOLERANCE
     end = int(np.searchsorted(at, scale * s_out - TOLERANCE))
     if not (certain_x and certain_y) or at[end] < scale * s_out + TOLERANCE:
-        return False
+        return _without(UNDECIDED)
     if first == end and not profile.masks[first].any():
-        return True
+        return _without(EMPTY)
     ox, oy = (gx - ix if hx > 0.0 else ix + 1.0 - gx), (gy - iy if hy > 0.0 else iy + 1.0 - gy)
     course = Course(ox, oy, abs(hx), abs(hy))
     left_x = int(box[1] - 1 - ix if hx > 0.0 else ix - box[0])
@@ -193,52 +212,69 @@ def _walk_plane(
     count = faces_x + faces_y + 1
     way_x, way_y = (1 if hx > 0.0 else -1), (1 if hy > 0.0 else -1)
     if not (certain and _cross_columns(course, (way_x * ny, way_y), faces_x, count, work.ways)):
-        return False
+        return _without(UNDECIDED)
     if not _place_events(course, at[first:end], 1.0 / scale, work.places):
         origin = Start(int(ix), int(iy), way_x, way_y, ox, oy, course.ax / scale, course.ay / scale, count)
-        if not untie(fan, space, profile, (first, end), plane, origin, box, work, marks):
-            return False
-    begin = int(ix) * ny + int(iy)
-    if limited and not limit_levels(fan, space, plane, begin, count, s_in, box, work):
+        if not untie(fan, space, profile, (first, end), plane, origin, box, work, alone):
+            return _without(UNDECIDED)
+    return Laid(LAID, first, end, int(ix) * ny + int(iy), count, s_in)
+
+
+@inlined
+def finish_plane(fan: Fan, plane: int, is_marked: bool, before: int, box: np.ndarray, alone: Alone) -> bool:
+    """Leave to the exact walk what a plane has not marked: its steep rays, or all of them. False where the list is full
+    and this plane has to be walked again; a plane too long for an empty list is left as a whole.
+
+    before: how many rays were noted before this plane.
+    """
+    most = alone.rays.shape[0]
+    if is_marked:
+        for row in fan.steep:
+            leave_alone(alone, plane, row, box)
+        if alone.noted[0] <= most:
+            return True
+    alone.noted[0] = before
+    if before == most or (is_marked and before > 0):
         return False
-    _mark_columns(profile, first, end, begin, count, limited, work, marks)
+    leave_alone(alone, plane, ALL, box)
     return True
+
+
+@kernel
+def _mark_slab(
+    fan: Fan, space: Space, profile: Profile, planes: tuple[int, int], rows: np.ndarray, alone: Alone,
+    marks: np.ndarray,
+) -> int:  # fmt: skip
+    """Mark what planes, from the first up to an end, mark in some rows of the grid; returns the plane to go on with
+    when the list of rays left alone is full."""
+    work, box = work_for(space, profile), space.box.copy()
+    box[0], box[1] = max(box[0], rows[0]), min(box[1], rows[1])
+    for plane in range(planes[0], planes[1] if box[0] < box[1] else planes[0]):
+        if is_limited(fan, plane):
+            continue
+        before = alone.noted[0]
+        laid = lay_plane(fan, space, profile, plane, box, work, alone)
+        if laid.outcome == LAID:
+            _mark_columns(profile, laid, work, marks)
+        if not finish_plane(fan, plane, laid.outcome != UNDECIDED, before, box, alone):
+            return plane
+    return planes[1]
 
 
 @parallel_kernel
 def mark_fan(
-    fan: Fan,
-    space: Space,
-    profile: Profile,
-    first: int,
-    end: int,
-    slabs: np.ndarray,
-    marks: np.ndarray,
-) -> None:
-    """Mark the voxels that rays of the planes first..end-1 traverse; marks uint64 (words,).
+    fan: Fan, space: Space, profile: Profile, end: int, slabs: np.ndarray, done: np.ndarray, rays: np.ndarray,
+    counts: np.ndarray, marks: np.ndarray,
+) -> None:  # fmt: skip
+    """Mark the voxels that rays of planes without stopped rays traverse; marks uint64 (words,).
 
     slabs int64 (workers, 2): the rows of the grid for each worker, apart from each other, so that no word is shared.
+    done int64 (workers,): the first plane of each worker; afterwards `end`, or less where its list was full. rays int32
+    (workers, most, 6), counts int64 (workers,): what is left to `riglens.core.kernels.alone.mark_alone`.
     """
-    nx, ny, depth = space.shape[0], space.shape[1], profile.masks.shape[1]
     for worker in numba.prange(slabs.shape[0]):
-        crossed = nx + ny + 3
-        work = FanWork(
-            np.empty(crossed, np.int32),
-            np.empty(profile.at.size, np.int32),
-            np.empty((depth, crossed), np.uint64),
-            np.empty((depth, crossed), np.uint64),
-            np.empty((crossed, 3), np.int32),
-            np.empty((2, crossed), np.int32),
-            np.empty((depth, crossed), np.uint64),
-        )
-        box = space.box.copy()
-        box[0], box[1] = max(box[0], slabs[worker, 0]), min(box[1], slabs[worker, 1])
-        for plane in range(first, end if box[0] < box[1] else first):
-            if not _walk_plane(fan, space, profile, plane, box, work, marks):
-                for row in fan.row_of:
-                    walk_alone(fan, space, plane, row, box, marks, work.runs)
-            for row in fan.steep:
-                walk_alone(fan, space, plane, row, box, marks, work.runs)
+        alone = Alone(rays[worker], counts[worker : worker + 1])
+        done[worker] = _mark_slab(fan, space, profile, (done[worker], end), slabs[worker], alone, marks)
 
 
 @kernel
@@ -256,7 +292,9 @@ def work_by_row(fan: Fan, space: Space, profile: Profile) -> np.ndarray:
             continue
         a, b = gx + s_in * hx, gx + s_out * hx
         first, last = max(int(min(a, b)), box[0]), min(int(max(a, b)), box[1] - 1)
-        work[first : last + 1] += (s_out - s_in) * (abs(hx) + abs(hy)) / (last + 1 - first)
+        share = (s_out - s_in) * (abs(hx) + abs(hy)) / (last + 1 - first)
+        for row in range(first, last + 1):
+            work[row] += share
         for event in range(0, events, stride):
             s = profile.at[event] / scale
             if s_in < s < s_out:

@@ -1,4 +1,4 @@
-"""The rays of an upright sensor by vertical planes, where they are cast, and how one of them is walked alone."""
+"""The rays of an upright sensor by vertical planes, where they are cast, and those left to the exact walk."""
 
 from __future__ import annotations
 
@@ -6,10 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from riglens.core.kernels.bits import mark_levels
 from riglens.core.kernels.jit import inlined, kernel
-from riglens.core.kernels.lattice import direction, rotated
-from riglens.core.kernels.walk import Ray, walk_exact
+from riglens.core.kernels.profile import Profile
+
+ALL = -1
+"""In place of a row: all rows of a plane."""
 
 
 class Fan(NamedTuple):
@@ -53,17 +54,20 @@ class Space(NamedTuple):
 class FanWork(NamedTuple):
     """Work space of one worker: way to the next column crossed, int32 (columns,); place of each event among the
     columns, int32 (events + 1,); what changes in a column, levels that begin there, and levels that begin or end,
-    uint64 (words per column, columns); runs of a ray walked alone, int32 (columns, 3); lowest and highest level that a
-    span reaches, int32 (2, columns), and the levels that all spans of a plane reach, uint64 (words per column,
-    columns)."""
+    uint64 (words per column, columns)."""
 
     ways: np.ndarray
     places: np.ndarray
     begins: np.ndarray
     toggles: np.ndarray
-    runs: np.ndarray
-    limits: np.ndarray
-    allowed: np.ndarray
+
+
+class Alone(NamedTuple):
+    """Rays of a worker's planes that are left to the exact walk: rays int32 (most, 6), plane, row (ALL for all rows)
+    and the columns to walk through, [lx hx ly hy); noted int64 (1,), how many; more than `most` if too many."""
+
+    rays: np.ndarray
+    noted: np.ndarray
 
 
 @inlined
@@ -74,15 +78,33 @@ def clip_side(g: float, h: float, low: int, high: int, s_in: float, s_out: float
     return max(s_in, (first - g) / h), min(s_out, (last - g) / h)
 
 
+@inlined
+def is_limited(fan: Fan, plane: int) -> bool:
+    """Whether some rays of a plane are stopped."""
+    if fan.span_starts.size == 0:
+        return False
+    first, end = fan.span_starts[plane], fan.span_starts[plane + 1]
+    return bool(end - first != 1 or fan.spans[first, 0] > 0 or fan.spans[first, 1] < fan.slopes.size - 1)
+
+
 @kernel
-def walk_alone(
-    fan: Fan, space: Space, plane: int, row: int, box: np.ndarray, marks: np.ndarray, runs: np.ndarray
-) -> None:
-    """Walk one ray, unless it is stopped, exactly through a box of cells, int64 (6,), and mark the voxels it meets."""
-    if fan.is_stopped.size > 0 and fan.is_stopped[row * fan.planes.shape[0] + plane]:
-        return
-    d = rotated(space.rotation, direction(fan.kind, fan.rows[row], fan.planes[plane]))
-    g = (space.origin[0], space.origin[1], space.origin[2])
-    depth = (space.shape[2] + 63) // 64
-    for r in range(walk_exact(Ray(g, d, fan.reach[0], fan.reach[1]), box, space.shape[1], runs)):
-        mark_levels(marks, np.int64(runs[r, 0]) * depth, np.int64(runs[r, 1]), np.int64(runs[r, 2]))
+def work_for(space: Space, profile: Profile) -> FanWork:
+    """Work space for the planes of a fan."""
+    depth, crossed = profile.masks.shape[1], space.shape[0] + space.shape[1] + 3
+    return FanWork(
+        np.empty(crossed, np.int32),
+        np.empty(profile.at.size, np.int32),
+        np.empty((depth, crossed), np.uint64),
+        np.empty((depth, crossed), np.uint64),
+    )
+
+
+@inlined
+def leave_alone(alone: Alone, plane: int, row: int, box: np.ndarray) -> None:
+    """Note a ray, or all of a plane, for the exact walk through a box of cells, int64 (6,)."""
+    at = alone.noted[0]
+    alone.noted[0] += 1
+    if at < alone.rays.shape[0]:
+        alone.rays[at, 0], alone.rays[at, 1] = plane, row
+        for side in range(4):
+            alone.rays[at, 2 + side] = box[side]

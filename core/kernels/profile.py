@@ -32,11 +32,12 @@ class Profile(NamedTuple):
 
 class Slopes(NamedTuple):
     """Rays of one vertical plane: slopes (rays,), ascending, are dz by forward distance; near, far (rays,): the forward
-    distances at which they begin and end."""
+    distances at which they begin and end; by_near (rays,): the rays in the order in which they begin."""
 
     slopes: np.ndarray
     near: np.ndarray
     far: np.ndarray
+    by_near: np.ndarray
 
 
 class Events(NamedTuple):
@@ -56,13 +57,15 @@ def _stay(slope: float, near: float, far: float, enters_z: float, leaves_z: floa
 
 
 @kernel
-def _add_stays(stays: np.ndarray, level: int, farthest: float, events: Events, count: int) -> int:
-    """Write the stays (n, 2) in a level, in the order in which they begin, as events; those that overlap are one.
+def _add_stays(stays: np.ndarray, found: int, level: int, farthest: float, events: Events, count: int) -> int:
+    """Write the first stays, (found, 2), in a level, in the order in which they begin, as events; those that overlap
+    are one.
 
     Returns how many events there are now; -1 when a stay is so short that it may be none.
     """
     enters, leaves = np.inf, -np.inf
-    for here, there in stays:
+    for i in range(found):
+        here, there = stays[i, 0], stays[i, 1]
         if here > 0.0 and abs(there - here) < TOLERANCE:
             return -1
         if here > farthest or there < here:
@@ -101,30 +104,32 @@ def find_stays(rays: Slopes, z0: float, low: int, high: int, farthest: float, ev
     first_up, first_down = int(np.floor(z0)), int(np.ceil(z0)) - 1
     for level in range(low, high):
         found = 0
-        if first_down <= level <= first_up:  # where rays start: they come in any order
-            for j in range(ray_count):
+        if first_down <= level <= first_up:  # where rays start
+            for j in rays.by_near:
                 starts = first_down if slopes[j] < 0.0 else first_up
                 ends_z = (first_down if slopes[j] < 0.0 else first_up + 1) - z0
                 if level == starts:
-                    stays[found] = _stay(slopes[j], near[j], far[j], 0.0, ends_z)
+                    stays[found, 0], stays[found, 1] = _stay(slopes[j], near[j], far[j], 0.0, ends_z)
                     found += 1
-            order = np.argsort(stays[:found, 0])
-            stays[:found] = stays[:found][order]
         elif level > first_up:
             for j in range(ray_count - 1, -1, -1):  # the steepest first
                 if slopes[j] > 0.0:
-                    stays[found] = _stay(slopes[j], near[j], far[j], level - z0, level + 1.0 - z0)
+                    stays[found, 0], stays[found, 1] = _stay(
+                        slopes[j], near[j], far[j], level - z0, level + 1.0 - z0
+                    )
                     found += 1
                     if stays[found - 1, 0] > farthest:
                         break
         else:
             for j in range(ray_count):
                 if slopes[j] < 0.0:
-                    stays[found] = _stay(slopes[j], near[j], far[j], level + 1.0 - z0, level - z0)
+                    stays[found, 0], stays[found, 1] = _stay(
+                        slopes[j], near[j], far[j], level + 1.0 - z0, level - z0
+                    )
                     found += 1
                     if stays[found - 1, 0] > farthest:
                         break
-        count = _add_stays(stays[:found], level, farthest, events, count)
+        count = _add_stays(stays, found, level, farthest, events, count)
         if count < 0:
             return -1
     return count
@@ -135,7 +140,8 @@ def masks_of(changes: np.ndarray, depth: int) -> np.ndarray:
     """Levels in use after 0, 1, 2... events, uint64 (events + 1, depth); changes as in `Profile`."""
     masks = np.zeros((changes.size + 1, depth), np.uint64)
     for i in range(changes.size):
-        masks[i + 1] = masks[i]
+        for part in range(depth):
+            masks[i + 1, part] = masks[i, part]
         level = abs(changes[i]) - 1
         masks[i + 1, level >> 6] ^= np.uint64(1) << np.uint64(level & 63)
     return masks

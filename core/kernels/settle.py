@@ -201,5 +201,8 @@ def settle(
                     stack[slot, a:b] = 0
             first, end = _take_rows(region, turns)
         _weigh(tallies, entropies.palette_q, partial[worker])
-    change: np.ndarray = partial.sum(axis=0)[: 2 * COLUMNS].reshape(2, COLUMNS)
+    change = np.zeros((2, COLUMNS), np.int64)
+    for worker in range(workers):  # numpy's own sum takes seconds to compile
+        for c in range(2 * COLUMNS):
+            change[c // COLUMNS, c % COLUMNS] += partial[worker, c]
     return change

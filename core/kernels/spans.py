@@ -8,16 +8,41 @@ exactly therefore turn what a whole plane marks into what a run of its rays mark
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from riglens.core.kernels.bits import FULL_WORD
 from riglens.core.kernels.jit import inlined, kernel
 from riglens.core.kernels.lattice import direction, rotated
-from riglens.core.kernels.planes import Fan, FanWork, Space
+from riglens.core.kernels.planes import Fan, Space
 from riglens.core.kernels.walk import FARTHEST, Ray, walk_exact
 
 CLOSEST = 1e-9
 """Slopes that differ by less are not told apart; far more than their rounding."""
+
+
+class Limits(NamedTuple):
+    """Work space: ways to the next column crossed as in `riglens.core.kernels.planes.FanWork`; runs of one ray, int32
+    (columns, 3); lowest and highest level that a span reaches, int32 (2, columns); the levels that all spans of a plane
+    reach, uint64 (words per column, columns)."""
+
+    ways: np.ndarray
+    runs: np.ndarray
+    limits: np.ndarray
+    allowed: np.ndarray
+
+
+@kernel
+def limits_for(depth: int, ways: np.ndarray) -> Limits:
+    """Work space for planes that cross columns by these ways; `depth` words make a column."""
+    crossed = ways.size
+    return Limits(
+        ways,
+        np.empty((crossed, 3), np.int32),
+        np.empty((2, crossed), np.int32),
+        np.empty((depth, crossed), np.uint64),
+    )
 
 
 @kernel
@@ -72,7 +97,7 @@ def _mask(low: int | np.int32, high: int | np.int32, part: int) -> np.uint64:
 @kernel
 def _trace(
     fan: Fan, space: Space, plane: int, row: int, side: int, start: int, count: int, near: float, box: np.ndarray,
-    work: FanWork,
+    work: Limits,
 ) -> bool:  # fmt: skip
     """Write the lowest (side 0) or highest (side 1) level of a ray, however long its range is, in each of `count`
     columns crossed from `start` on; below or above the box where it is there. near: forward distance of the first."""
@@ -103,7 +128,7 @@ def _trace(
 
 @kernel
 def limit_levels(
-    fan: Fan, space: Space, plane: int, start: int, count: int, near: float, box: np.ndarray, work: FanWork
+    fan: Fan, space: Space, plane: int, start: int, count: int, near: float, box: np.ndarray, work: Limits
 ) -> bool:
     """Write the levels that the free rays of a plane can reach in the columns crossed (see `_trace`) to work.allowed;
     False where this cannot be told."""
@@ -128,12 +153,3 @@ def limit_levels(
             for i in range(count):
                 allowed[part, i] |= _mask(limits[0, i], limits[1, i], part)
     return True
-
-
-@inlined
-def is_limited(fan: Fan, plane: int) -> bool:
-    """Whether some rays of a plane are stopped."""
-    if fan.span_starts.size == 0:
-        return False
-    first, end = fan.span_starts[plane], fan.span_starts[plane + 1]
-    return bool(end - first != 1 or fan.spans[first, 0] > 0 or fan.spans[first, 1] < fan.slopes.size - 1)

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from riglens.core.kernels.jit import inlined, kernel
-from riglens.core.kernels.planes import Fan, FanWork, Space, walk_alone
+from riglens.core.kernels.planes import Alone, Fan, FanWork, Space, leave_alone
 from riglens.core.kernels.profile import TOLERANCE, Profile
 
 AROUND = 1e-6
@@ -47,17 +47,11 @@ def _side(place: float) -> int:
 
 
 @kernel
-def _walk_pair(
-    fan: Fan,
-    space: Space,
-    plane: int,
-    start: Start,
-    at: float,
-    box: np.ndarray,
-    work: FanWork,
-    marks: np.ndarray,
+def _leave_pair(
+    fan: Fan, space: Space, plane: int, start: Start, at: float, box: np.ndarray, alone: Alone
 ) -> None:
-    """Walk the rays that change their level, begin or end about the distance `at` through the columns around it."""
+    """Leave the rays that change their level, begin or end about the distance `at` to the exact walk through the
+    columns around it."""
     x, y = start.ox + at * start.speed_x, start.oy + at * start.speed_y
     pair = box.copy()
     for axis, cell, step, place in ((0, start.ix, start.step_x, x), (1, start.iy, start.step_y, y)):
@@ -69,7 +63,7 @@ def _walk_pair(
         z = space.origin[2] + fan.slopes[j] * at
         ends = min(abs(fan.near[j] - at), abs(fan.far[j] - at))
         if min(abs(z - np.rint(z)), ends) < AROUND:
-            walk_alone(fan, space, plane, fan.row_of[j], pair, marks, work.runs)
+            leave_alone(alone, plane, fan.row_of[j], pair)
 
 
 @kernel
@@ -82,10 +76,10 @@ def untie(
     start: Start,
     box: np.ndarray,
     work: FanWork,
-    marks: np.ndarray,
+    alone: Alone,
 ) -> bool:
     """Decide the events from..to close to a face: levels begin after it and end before it, and the rays concerned are
-    walked exactly through the columns on both sides. False where this is not enough.
+    left to the exact walk through the columns on both sides. False where this is not enough.
 
     Writes the place of each event among the columns crossed to work.places.
     """
@@ -100,7 +94,7 @@ def untie(
                 return False
             place = before + 1 if change > 0 else before
             if at - walked > TOGETHER:
-                _walk_pair(fan, space, plane, start, at, box, work, marks)
+                _leave_pair(fan, space, plane, start, at, box, alone)
                 walked = at
         work.places[event - events[0]] = place
         level = abs(change) - 1

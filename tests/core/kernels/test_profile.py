@@ -29,7 +29,7 @@ def events_of(
 ) -> list[Event] | None:
     """Distance and change of each event, in order: +z where level z begins, as (distance, z + 1), ends are negative."""
     count = len(slopes)
-    rays = Slopes(np.array(slopes), np.full(count, near), np.full(count, far))
+    rays = Slopes(np.array(slopes), np.full(count, near), np.full(count, far), np.arange(count))
     events = Events(np.empty(99), np.empty(99, np.int32))
     found = profile.find_stays(rays, z0, *levels, farthest, events)
     if found < 0:
@@ -138,6 +138,14 @@ def test_a_range_that_ends_clear_of_a_level_is_not(beside: float) -> None:
         [begins(1), ends(1), begins(2), ends(2)] if beside > 0.0 else [begins(1), ends(1)]
     )
     assert events_of([0.5], near=3.0 + beside) is not LOST
+
+
+def test_stays_that_begin_apart_are_joined_in_the_order_in_which_they_begin() -> None:
+    """Rays from the height 0.5 in level 0: one between 0.9 and 1.2, the other between 0.2 and 1."""
+    rays = Slopes(np.array([0.1, 0.2]), np.array([0.9, 0.2]), np.array([1.2, 1.0]), np.array([1, 0]))
+    events = Events(np.empty(9), np.empty(9, np.int32))
+    assert profile.find_stays(rays, 0.5, 0, 1, 10.0, events) == 2
+    assert (events.at[:2].tolist(), events.changes[:2].tolist()) == ([0.2, 1.2], [begins(0), ends(0)])
 
 
 def test_nothing_is_written_beyond_the_farthest_distance() -> None:

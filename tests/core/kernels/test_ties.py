@@ -10,6 +10,7 @@ import pytest
 
 from riglens.core.kernels import ties
 from riglens.core.kernels.fan import LEAST
+from riglens.core.kernels.planes import work_for
 from riglens.core.kernels.profile import TOLERANCE
 from riglens.core.kernels.ties import Start
 from tests.core.kernels.tiny import (
@@ -20,12 +21,11 @@ from tests.core.kernels.tiny import (
     Voxel,
     fan_of,
     heading,
-    no_voxels,
     rays_in_planes,
-    room_for,
+    room_for_alone,
+    seen_alone,
     seen_by_fan,
     seen_ray_by_ray,
-    voxels_of,
 )
 
 AT_THE_FACES: set[Voxel] = {(0, 0, 1), (1, 0, 2), (2, 0, 3)}
@@ -106,10 +106,10 @@ def test_at_round_places_fans_mark_what_each_ray_marks_alone(
 def untied(z: float, start: Start) -> tuple[bool, list[int], set[Voxel]]:
     """What is decided about the events of a ray of slope 1: whether it is, their places, and the voxels walked."""
     fan, space, profile = fan_of(rays_in_planes((0.5, 0.5, z), [1.0], reach=ENDLESS))
-    work, marks = room_for(profile), no_voxels()
+    work, alone = work_for(space, profile), room_for_alone()
     events = (profile.begun, profile.at.size - 2)
-    decided = ties.untie(fan, space, profile, events, 0, start, BOX, work, marks)
-    return decided, work.places[: events[1] - events[0]].tolist(), voxels_of(marks)
+    decided = ties.untie(fan, space, profile, events, 0, start, BOX, work, alone)
+    return decided, work.places[: events[1] - events[0]].tolist(), seen_alone(fan, space, alone)
 
 
 def along_x(columns: int, drift: float = LEAST, beside: float = 0.5) -> Start:

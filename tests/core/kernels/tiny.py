@@ -11,11 +11,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.engine.fans import make_fan, make_profile
+from riglens.core.engine.fans import make_fan, make_profile, mark_planes
+from riglens.core.kernels.alone import mark_alone
 from riglens.core.kernels.cast import Cast
 from riglens.core.kernels.codes import LIDAR
-from riglens.core.kernels.fan import mark_fan
-from riglens.core.kernels.planes import Fan, FanWork, Space, walk_alone
+from riglens.core.kernels.planes import ALL, Alone, Fan, Space, leave_alone
 from riglens.core.kernels.profile import Profile
 from riglens.core.sensing.rays import Lattice
 
@@ -79,32 +79,29 @@ def seen_by_fan(rays: Cast, slabs: Sequence[tuple[int, int]] = ((0, SIDE),)) -> 
     """The voxels that the planes mark, walked by one worker or by several."""
     fan, space, profile = fan_of(rays)
     marks = no_voxels()
-    mark_fan(fan, space, profile, 0, len(fan.planes), np.array(slabs, np.int64), marks)
+    mark_planes(fan, space, profile, 0, len(fan.planes), np.array(slabs, np.int64), marks)
     return voxels_of(marks)
 
 
 def seen_ray_by_ray(rays: Cast) -> set[Voxel]:
     """The voxels of the same rays, each walked exactly on its own."""
     fan, space, _ = fan_of(rays)
-    marks, runs = no_voxels(), np.empty((2 * SIDE + 3, 3), np.int32)
+    alone = room_for_alone(len(fan.planes))
     for plane in range(len(fan.planes)):
-        for table_row in range(len(fan.rows)):
-            walk_alone(fan, space, plane, table_row, BOX, marks, runs)
+        leave_alone(alone, plane, ALL, BOX)
+    return seen_alone(fan, space, alone)
+
+
+def room_for_alone(most: int = 64) -> Alone:
+    """An empty list of rays left alone."""
+    return Alone(np.empty((most, 6), np.int32), np.zeros(1, np.int64))
+
+
+def seen_alone(fan: Fan, space: Space, alone: Alone) -> set[Voxel]:
+    """The voxels of the rays left alone."""
+    marks = no_voxels()
+    mark_alone(fan, space, alone.rays[None], alone.noted, marks)
     return voxels_of(marks)
-
-
-def room_for(profile: Profile) -> FanWork:
-    """Work space of one worker."""
-    crossed = 2 * SIDE + 3
-    return FanWork(
-        np.empty(crossed, np.int32),
-        np.empty(profile.at.size, np.int32),
-        np.empty((profile.masks.shape[1], crossed), np.uint64),
-        np.empty((profile.masks.shape[1], crossed), np.uint64),
-        np.empty((crossed, 3), np.int32),
-        np.empty((2, crossed), np.int32),
-        np.empty((profile.masks.shape[1], crossed), np.uint64),
-    )
 
 
 def heading(degrees: float) -> tuple[float, float]:
