@@ -7,15 +7,16 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
-from riglens.core.kernels.jit import kernel, lean, lean_inlined, parallel_kernel
+from riglens.core.kernels.jit import kernel, lean, lean_inlined
 from riglens.core.kernels.lattice import Direction
 
 CELL_M = 0.2
 INSIDE_M = 1e-3
 """A cell is taken at the point this far along the ray after it enters."""
+_ROOMY = 4
+"""Cells of several LiDARs are held as bits where these take at most so many words for each cell."""
 _HALF_CELLS, _BITS, _MASK = 1 << 20, 21, (1 << 21) - 1
 """Cell numbers along an axis are packed into 21 bits each: 200 km of cells, far more than any box has."""
 
@@ -139,59 +140,118 @@ def _keep_hashed(number: int, cells: np.ndarray, table: np.ndarray) -> int:
     return kept
 
 
-@parallel_kernel
-def joined_cells(
-    starts: np.ndarray, counts: np.ndarray, cells: np.ndarray, most: int, workers: int, to: np.ndarray
-) -> None:
-    """Distinct cells of each object over several LiDARs: to int32 (objects,).
+class Lists(NamedTuple):
+    """Cells of LiDARs on objects, each LiDAR's own ones once: of LiDAR l on object o counts[l, o] of them, from
+    cells[starts[l, o]] on."""
 
-    cells of LiDAR l on object o, which l alone has: counts[l, o] of them from cells[starts[l, o]] on; most: cells of
-    all LiDARs on any object.
-    """
-    objects = to.size
-    for worker in numba.prange(workers):
-        table = np.empty(table_mask(most) + 1, np.int64)
-        for one in range(worker, objects, workers):
-            to[one] = _distinct(starts, counts, cells, one, table)
+    starts: np.ndarray
+    counts: np.ndarray
+    cells: np.ndarray
+
+
+class Marks(NamedTuple):
+    """Cells of several LiDARs on objects as bits: blocks (objects, 6) in which they lie, first and last cell along each
+    axis; words (objects + 1,): where the words of each begin among `bits` int64; an object without any is in lists
+    alone. known (objects,): distinct cells."""
+
+    blocks: np.ndarray
+    words: np.ndarray
+    bits: np.ndarray
+    known: np.ndarray
 
 
 @kernel
-def joined_cells_serial(
-    starts: np.ndarray, counts: np.ndarray, cells: np.ndarray, most: int, to: np.ndarray
-) -> None:
-    """As `joined_cells`, for any thread."""
-    table = np.empty(table_mask(most) + 1, np.int64)
+def find_blocks(lists: Lists, blocks: np.ndarray, words: np.ndarray) -> None:
+    """Blocks (objects, 6) of cells, and in words[o + 1] how many words their bits take: 0 where too many for that."""
+    for one in range(words.size - 1):
+        block, total = EMPTY, 0
+        for lidar in range(lists.starts.shape[0]):
+            total += lists.counts[lidar, one]
+            start = lists.starts[lidar, one]
+            for place in range(start, start + lists.counts[lidar, one]):
+                block = widened(block, lists.cells[place])
+        for side in range(6):
+            blocks[one, side] = block[side]
+        words[one + 1] = 0
+        if total > 0 and _size(block) <= 64.0 * _ROOMY * total:
+            words[one + 1] = (int(_size(block)) + 63) >> 6
+
+
+@lean_inlined
+def _size(block: Block) -> float:
+    """Cells of a block that is not empty."""
+    rows, columns, depth = block.i1 - block.i0 + 1, block.j1 - block.j0 + 1, block.k1 - block.k0 + 1
+    return np.float64(rows) * np.float64(columns) * np.float64(depth)
+
+
+@lean_inlined
+def _block_of(marks: Marks, one: int) -> Block:
+    b = marks.blocks[one]
+    return Block(int(b[0]), int(b[1]), int(b[2]), int(b[3]), int(b[4]), int(b[5]))
+
+
+@kernel
+def mark_cells(lists: Lists, marks: Marks, table: np.ndarray) -> None:
+    """Set the bits of cells, 0 before, and count them; table: for as many as there are on any object."""
+    for one in range(marks.known.size):
+        begin, end, number = marks.words[one], marks.words[one + 1], 0
+        if begin == end:
+            marks.known[one] = _count_hashed(lists, lists, one, False, table)
+            continue
+        block, bits = _block_of(marks, one), marks.bits[begin:end]
+        for lidar in range(lists.starts.shape[0]):
+            start = lists.starts[lidar, one]
+            for place in range(start, start + lists.counts[lidar, one]):
+                number += put(block, lists.cells[place], bits)
+        marks.known[one] = number
+
+
+@kernel
+def join_cells(lists: Lists, marks: Marks, more: Lists, table: np.ndarray, to: np.ndarray) -> None:
+    """Distinct cells (objects,) of LiDARs whose cells are marked and of those of one more."""
     for one in range(to.size):
-        to[one] = _distinct(starts, counts, cells, one, table)
+        begin, end, start, count = (
+            marks.words[one],
+            marks.words[one + 1],
+            more.starts[0, one],
+            more.counts[0, one],
+        )
+        number = marks.known[one]
+        if number == 0 or count == 0:
+            to[one] = number + count
+        elif begin == end:
+            to[one] = _count_hashed(lists, more, one, True, table)
+        else:
+            block, bits = _block_of(marks, one), marks.bits[begin:end]
+            for place in range(start, start + count):
+                number += not _is_put(block, more.cells[place], bits)
+            to[one] = number
+
+
+@lean_inlined
+def _is_put(block: Block, key: int, bits: np.ndarray) -> bool:
+    """Whether a cell lies in a block and its bit is set."""
+    i, j, k = cell_of(key)
+    if i < block.i0 or i > block.i1 or j < block.j0 or j > block.j1 or k < block.k0 or k > block.k1:
+        return False
+    columns, depth = block.j1 - block.j0 + 1, block.k1 - block.k0 + 1
+    bit = ((i - block.i0) * columns + (j - block.j0)) * depth + (k - block.k0)
+    return bool(bits[bit >> 6] >> (bit & 63) & 1)
 
 
 @lean
-def _distinct(starts: np.ndarray, counts: np.ndarray, cells: np.ndarray, one: int, table: np.ndarray) -> int:
-    """Distinct cells of an object over several LiDARs."""
-    total, most, block, number = 0, 0, EMPTY, 0
-    for lidar in range(starts.shape[0]):
-        total, most = total + counts[lidar, one], max(most, counts[lidar, one])
-        for place in range(starts[lidar, one], starts[lidar, one] + counts[lidar, one]):
-            block = widened(block, cells[place])
-    if total == most:  # at most one LiDAR has any
-        return total
-    if not has_room(block, table):
-        return _count_hashed(starts, counts, cells, one, total, table)
-    clear(block, table)
-    for lidar in range(starts.shape[0]):
-        for place in range(starts[lidar, one], starts[lidar, one] + counts[lidar, one]):
-            number += put(block, cells[place], table)
-    return number
-
-
-@lean
-def _count_hashed(
-    starts: np.ndarray, counts: np.ndarray, cells: np.ndarray, one: int, total: int, table: np.ndarray
-) -> int:
-    """As `_distinct`, for cells however far apart."""
+def _count_hashed(lists: Lists, more: Lists, one: int, with_more: bool, table: np.ndarray) -> int:
+    """Distinct cells of an object, however far apart."""
+    total = more.counts[0, one] if with_more else 0
+    for lidar in range(lists.starts.shape[0]):
+        total += lists.counts[lidar, one]
     number, mask = 0, table_mask(total)
     table[: mask + 1] = -1
-    for lidar in range(starts.shape[0]):
-        for place in range(starts[lidar, one], starts[lidar, one] + counts[lidar, one]):
-            number += is_new(cells[place], table, mask)
+    for lidar in range(lists.starts.shape[0]):
+        start = lists.starts[lidar, one]
+        for place in range(start, start + lists.counts[lidar, one]):
+            number += is_new(lists.cells[place], table, mask)
+    if with_more:
+        for place in range(more.starts[0, one], more.starts[0, one] + more.counts[0, one]):
+            number += is_new(more.cells[place], table, mask)
     return number

@@ -12,7 +12,8 @@ import numpy as np
 
 from riglens.core.kernels.jit import kernel, lean, lean_inlined
 from riglens.core.kernels.lattice import Direction, rotated
-from riglens.core.kernels.nearest import Beams, Canvas, Faces, Traffic, local_direction, meet_frame, turned
+from riglens.core.kernels.meeting import Beams, Canvas, Faces, Traffic, local_direction, turned
+from riglens.core.kernels.nearest import meet_frame
 from riglens.core.kernels.phases import mixed, unit
 from riglens.core.kernels.sweeps import GROUND, STATIC, Surface, ground_at, set_frames
 from riglens.core.kernels.targets import is_stopped, wipe

@@ -13,7 +13,7 @@ import numpy as np
 
 from riglens.core.kernels.jit import kernel, lean, lean_inlined
 from riglens.core.kernels.lattice import Direction
-from riglens.core.kernels.nearest import Beams, Traffic, reach_of, start_of
+from riglens.core.kernels.meeting import Beams, Traffic, reach_of, start_of
 from riglens.core.kernels.shapes import is_inside, turned_into
 
 _GAP_M = 1e-6

@@ -13,17 +13,17 @@ import numpy as np
 from riglens.core.kernels.bits import FULL_WORD, level_mask, popcount
 from riglens.core.kernels.jit import kernel, lean, lean_inlined
 from riglens.core.kernels.lattice import Direction
-from riglens.core.kernels.nearest import (
+from riglens.core.kernels.meeting import (
     Beams,
     Faces,
     Traffic,
-    is_entered,
     set_centre,
     set_faces,
     set_turn,
     start_of,
 )
-from riglens.core.kernels.windows import corners_of
+from riglens.core.kernels.nearest import is_entered
+from riglens.core.kernels.windows import corners_of, place_at
 
 _BLUR = 1e-9
 """Rows nearer than this to a corner of an outline, relative to 1 + their place, are tried ray by ray."""
@@ -31,20 +31,24 @@ _STEEPEST = 1e3
 """So are rows that cross an edge which runs along them: more columns than rows by this factor."""
 _BLUR_ACROSS = 2.0 * _STEEPEST * _BLUR
 _AHEAD_M, _FAR_M, _THIN_M = 0.1, 1e4, 1e-3
-"""Boxes with a corner nearer to the plane of the camera, farther away or thinner than this are left to `nearest`."""
+"""Boxes are cut where they come nearer to the plane of the camera. Those that may come nearer to it within the
+picture, and farther or thinner ones, are left to `nearest`."""
+_CORNERS, _CUTS = 8, 6
 
 
 class Outline(NamedTuple):
-    """Room for the image of a box: faces of a part; centre (3,), corners (8, 3); y, z (8,) of the corners on the image
-    plane; low, high (rows,): where a row enters and leaves a part; is_close (rows,): whether its rays are to be
-    tried; mask (rows * words,) uint64: a bit for each ray that enters the box; bounds (4,): first and end row and word
-    of the mask."""
+    """Room for the image of a box: faces of a part; centre (3,), corners (8, 3); y, z (14,): places of the corners on
+    the image plane, and from the ninth on of where edges are cut; ahead (14,): the corner that is left of such an edge;
+    low, high (rows,): where a row enters and leaves a part; is_close (rows,): whether its rays are to be tried; mask
+    (rows * words,) uint64: a bit for each ray that enters the box; bounds (4,): first and end row and word of the
+    mask."""
 
     faces: Faces
     centre: np.ndarray
     corners: np.ndarray
     y: np.ndarray
     z: np.ndarray
+    ahead: np.ndarray
     low: np.ndarray
     high: np.ndarray
     is_close: np.ndarray
@@ -56,7 +60,8 @@ class Outline(NamedTuple):
 def outline_for(faces: Faces, rows: int, columns: int) -> Outline:
     """Room for a camera of so many rows and columns."""
     return Outline(
-        faces, np.empty(3), np.empty((8, 3)), np.empty(8), np.empty(8), np.empty(rows), np.empty(rows),
+        faces, np.empty(3), np.empty((_CORNERS, 3)), np.empty(_CORNERS + _CUTS), np.empty(_CORNERS + _CUTS),
+        np.empty(_CORNERS + _CUTS, np.int64), np.empty(rows), np.empty(rows),
         np.empty(rows, np.bool_), np.empty(rows * words_of(columns), np.uint64), np.empty(4, np.int64),
     )  # fmt: skip
 
@@ -72,13 +77,11 @@ def draw_box(traffic: Traffic, beams: Beams, box: int, rotation: np.ndarray, to:
     """Set the bits of the rays that enter a box; False where the outline cannot tell them."""
     start, half, turn = start_of(traffic, beams, box), traffic.halves[box], to.faces.turn
     set_turn(traffic, rotation, box, turn)
-    if not _project(start, half, to):
+    if not _can_be_drawn(traffic, beams, box, start):
         return False
-    low, high = _bounds(to.z)
-    left, right = _bounds(to.y)
-    row, end = place_at(beams.row_at, low), place_at(beams.row_at, high)
-    column, last = place_at(beams.column_at, left), place_at(beams.column_at, right)
-    words, bounds = words_of(beams.columns), to.bounds
+    count, bounds, words = _project(start, half, to), to.bounds, words_of(beams.columns)
+    row, end = _places_between(beams.row_at, to.z, count, to)
+    column, last = _places_between(beams.column_at, to.y, count, to)
     bounds[0], bounds[1], bounds[2], bounds[3] = row, end, column >> 6, (last + 63) >> 6
     if row >= end or column >= last:
         bounds[1] = row
@@ -87,68 +90,80 @@ def draw_box(traffic: Traffic, beams: Beams, box: int, rotation: np.ndarray, to:
     for part in range(traffic.part_starts[box], traffic.part_starts[box + 1]):
         offset = traffic.offsets[part]
         place = (start[0] - offset[0], start[1] - offset[1], start[2] - offset[2])
-        if not _project(place, traffic.part_halves[part], to):
-            return False
+        count = _project(place, traffic.part_halves[part], to)
         set_faces(place, traffic.part_halves[part], to.faces)
-        _draw_part(beams, column, last, to)
+        _draw_part(beams, count, column, last, to)
     return True
 
 
 @lean_inlined
-def _project(start: Direction, half: np.ndarray, to: Outline) -> bool:
-    """Take the corners of a box, in whose axes the sensor is at `start`, to the image plane; False where they are too
-    near or too far for that."""
+def _can_be_drawn(traffic: Traffic, beams: Beams, box: int, start: Direction) -> bool:
+    """Whether a box is not so near that rays may meet it before they are as far ahead as boxes are cut, nor too far or
+    too thin for outlines."""
+    half, thin, near2, far2 = traffic.halves[box], np.inf, 0.0, 0.0
+    for axis in range(3):
+        near, far = max(abs(start[axis]) - half[axis], 0.0), abs(start[axis]) + half[axis]
+        near2, far2 = near2 + near * near, far2 + far * far
+    for part in range(traffic.part_starts[box], traffic.part_starts[box + 1]):
+        for axis in range(3):
+            thin = min(thin, traffic.part_halves[part, axis])
+    ahead = np.sqrt(near2) * beams.field[0]
+    return bool(ahead > 1.001 * _AHEAD_M and far2 < _FAR_M * _FAR_M and 2.0 * thin >= _THIN_M)
+
+
+@lean_inlined
+def _project(start: Direction, half: np.ndarray, to: Outline) -> int:
+    """Take the corners of a box, in whose axes the sensor is at `start`, to the image plane, and behind them the places
+    where its edges are cut; returns up to where the latter are filled."""
     set_centre(start, to.faces.turn, to.centre)
     corners_of(to.centre, to.faces.turn, half, to.corners)
-    nearest, farthest = np.inf, 0.0
-    for corner in range(8):
-        x, y, z = to.corners[corner, 0], to.corners[corner, 1], to.corners[corner, 2]
-        nearest, farthest = min(nearest, x), max(farthest, x, abs(y), abs(z))
-        inverse = 1.0 / x
-        to.y[corner], to.z[corner] = y * inverse, z * inverse
-    return bool(
-        nearest >= _AHEAD_M and farthest <= _FAR_M and min(half[0], half[1], half[2]) >= _THIN_M / 2.0
-    )
+    count = _CORNERS
+    for corner in range(_CORNERS):
+        x = to.corners[corner, 0]
+        if x >= _AHEAD_M:
+            to.y[corner], to.z[corner] = to.corners[corner, 1] / x, to.corners[corner, 2] / x
+            continue
+        for axis in range(3):
+            other = corner ^ (1 << axis)
+            far = to.corners[other, 0]
+            if far >= _AHEAD_M:
+                share = (_AHEAD_M - x) / (far - x)
+                y = to.corners[corner, 1] + share * (to.corners[other, 1] - to.corners[corner, 1])
+                z = to.corners[corner, 2] + share * (to.corners[other, 2] - to.corners[corner, 2])
+                to.y[count], to.z[count] = y / _AHEAD_M, z / _AHEAD_M
+                to.ahead[count] = other
+                count += 1
+    return count
 
 
 @lean_inlined
-def _bounds(values: np.ndarray) -> tuple[float, float]:
-    """Least and greatest of the places of corners, a little more apart."""
+def _places_between(at: np.ndarray, values: np.ndarray, count: int, to: Outline) -> tuple[int, int]:
+    """First and end place of rising numbers between the places of all corners and cuts, a little more apart."""
     low, high = np.inf, -np.inf
-    for corner in range(8):
-        low, high = min(low, values[corner]), max(high, values[corner])
-    return low - _BLUR_ACROSS * (1.0 + abs(low)), high + _BLUR_ACROSS * (1.0 + abs(high))
+    for corner in range(count):
+        if corner >= _CORNERS or to.corners[corner, 0] >= _AHEAD_M:
+            low, high = min(low, values[corner]), max(high, values[corner])
+    if not low <= high:
+        return 0, 0
+    low, high = low - _BLUR_ACROSS * (1.0 + abs(low)), high + _BLUR_ACROSS * (1.0 + abs(high))
+    return place_at(at, low), place_at(at, high)
 
 
 @lean_inlined
-def place_at(at: np.ndarray, value: float) -> int:
-    """First place of rising numbers, at about even steps, that is not below a value; their number if all are."""
-    count = at.size
-    if value <= at[0]:
-        return 0
-    if value > at[count - 1]:
-        return count
-    place = int((value - at[0]) * ((count - 1) / (at[count - 1] - at[0])))
-    place = max(0, min(place, count - 1))
-    while place > 0 and at[place - 1] >= value:
-        place -= 1
-    while at[place] < value:
-        place += 1
-    return place
-
-
-@lean_inlined
-def _draw_part(beams: Beams, column: int, last: int, to: Outline) -> None:
+def _draw_part(beams: Beams, count: int, column: int, last: int, to: Outline) -> None:
     """Set the bits of the rays that enter a part, between two columns."""
-    low, high = _bounds(to.z)
-    row, end = place_at(beams.row_at, low), place_at(beams.row_at, high)
+    row, end = _places_between(beams.row_at, to.z, count, to)
     for place in range(row, end):
         to.low[place], to.high[place], to.is_close[place] = np.inf, -np.inf, False
-    for corner in range(8):
+    for corner in range(_CORNERS):
         for axis in range(3):
             other = corner | (1 << axis)
-            if other != corner:
+            if other != corner and min(to.corners[corner, 0], to.corners[other, 0]) >= _AHEAD_M:
                 _cross(beams, corner, other, to)
+    for cut in range(_CORNERS, count):
+        _cross(beams, to.ahead[cut], cut, to)
+        for other in range(_CORNERS, cut):
+            _cross(beams, other, cut, to)
     for place in range(row, end):
         if to.is_close[place]:
             _try(beams, place, column, last, to)

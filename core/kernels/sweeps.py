@@ -12,17 +12,17 @@ import numpy as np
 
 from riglens.core.kernels.jit import kernel, lean, lean_inlined
 from riglens.core.kernels.lattice import Direction, rotated
-from riglens.core.kernels.nearest import (
+from riglens.core.kernels.meeting import (
     Beams,
     Canvas,
     Faces,
     Traffic,
     local_direction,
-    meet_frame,
     set_turn,
     start_of,
     turned,
 )
+from riglens.core.kernels.nearest import meet_frame
 from riglens.core.kernels.phases import mixed, unit
 from riglens.core.kernels.targets import cosine_of, is_returned, is_stopped, spun, wipe
 

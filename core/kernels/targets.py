@@ -14,17 +14,17 @@ import numpy as np
 from riglens.core.kernels.distinct import cell_key, keep_distinct
 from riglens.core.kernels.jit import kernel, lean, lean_inlined, parallel_kernel
 from riglens.core.kernels.lattice import Direction
-from riglens.core.kernels.nearest import (
+from riglens.core.kernels.meeting import (
     Beams,
     Canvas,
     Faces,
     Traffic,
     local_direction,
-    meet_box,
     set_turn,
     start_of,
     turned,
 )
+from riglens.core.kernels.nearest import meet_box
 from riglens.core.kernels.phases import mixed, unit
 from riglens.core.kernels.queue import Queue, line_up, queue_for
 from riglens.core.kernels.silhouette import (
@@ -44,60 +44,22 @@ COLUMNS = 5
 
 class Desk(NamedTuple):
     """Room for a worker: the queue of a frame; the image of a box; what rays of a group have met; seen (rows * words,)
-    uint64: a bit for each ray that has met something nearer; ends (boxes,): places among `ordered` (rays, 2), rows and
-    columns of the rays of a group; table of cells."""
+    uint64: a bit for each ray that has met something nearer; table of cells."""
 
     queue: Queue
     outline: Outline
     canvas: Canvas
     seen: np.ndarray
-    ends: np.ndarray
-    ordered: np.ndarray
     table: np.ndarray
 
 
 class Sweep(NamedTuple):
     """A sensor in one frame: its number, rotation (3, 3) of the sensor with the phase of the frame, key of the draws
-    of returns, number of the frame's first box."""
+    of returns."""
 
     frame: int
     rotation: np.ndarray
     key: np.uint64
-    first: int
-
-
-@lean_inlined
-def _count_rays(traffic: Traffic, beams: Beams, first: int, desk: Desk, found: np.ndarray) -> None:
-    """Count the rays that enter each object of a group first, and their rows, in found (n, COLUMNS) and desk.ends by
-    number of the object less `first`.
-
-    Rays that have met something nearer or that the car's own body stops, and those of a LiDAR that enter glass, are
-    taken from the canvas.
-    """
-    canvas, seen, words = desk.canvas, desk.seen, words_of(beams.columns)
-    inverse, owner, spans, ends = canvas.inverse, canvas.owner, canvas.spans, desk.ends
-    for place in range(canvas.touched[0], canvas.touched[1]):
-        row, base, before = beams.row_of[place], place * beams.columns, -1
-        for column in range(spans[place, 0], spans[place, 1]):
-            slot = base + column
-            part = owner[slot]
-            if part < 0:
-                continue
-            word, bit = place * words + (column >> 6), np.uint64(1) << np.uint64(column & 63)
-            is_hidden = seen[word] & bit != 0
-            seen[word] |= bit
-            if is_hidden or (beams.turns and traffic.is_glass[part]):
-                owner[slot] = -1
-                continue
-            if beams.ends.size > 0 and is_stopped(beams, row, slot, inverse[slot]):
-                owner[slot] = -1
-                continue
-            box = traffic.box_of[part]
-            ends[box - first] += 1
-            if box != before:
-                found[box, FIRST_ROW] = min(found[box, FIRST_ROW], row) if found[box, FIRST_ROW] >= 0 else row
-                found[box, LAST_ROW] = max(found[box, LAST_ROW], row)
-                before = box
 
 
 @lean_inlined
@@ -107,21 +69,6 @@ def is_stopped(beams: Beams, row: int, slot: int, inverse: float) -> bool:
     x, y, z = local_direction(beams, slot // beams.columns, column)
     length = np.sqrt(x * x + y * y + z * z)
     return not length / inverse < beams.ends[row * beams.columns + beams.column_of[column]]
-
-
-@lean_inlined
-def _by_object(traffic: Traffic, beams: Beams, first: int, desk: Desk) -> None:
-    """Put the rays of a group in the order of their objects: desk.ordered takes places of row and column; desk.ends,
-    where the rays of object first + k begin, takes where they end."""
-    owner, spans, ends = desk.canvas.owner, desk.canvas.spans, desk.ends
-    for place in range(desk.canvas.touched[0], desk.canvas.touched[1]):
-        base = place * beams.columns
-        for column in range(spans[place, 0], spans[place, 1]):
-            part = owner[base + column]
-            if part >= 0:
-                k = traffic.box_of[part] - first
-                desk.ordered[ends[k], 0], desk.ordered[ends[k], 1] = place, column
-                ends[k] += 1
 
 
 @lean_inlined
@@ -148,29 +95,58 @@ def is_returned(t: float, half_m: float, width: float, cosine: float, chance: fl
 
 
 @lean_inlined
-def _note_cells(
-    traffic: Traffic, beams: Beams, rotation: np.ndarray, box: int, rays: np.ndarray, canvas: Canvas,
-    turn: np.ndarray, key: np.uint64, table: np.ndarray, cells: np.ndarray,
-) -> tuple[int, int]:  # fmt: skip
-    """Put the distinct cells into which rays (k, 2) come on an object into `cells`; how many rays return, and cells.
-
-    key: of the draws of the sensor in this frame, where it has a range law.
-    """
-    points, start = 0, start_of(traffic, beams, box)
-    set_turn(traffic, rotation, box, turn)
-    for k in range(rays.shape[0]):
-        row, column = rays[k, 0], rays[k, 1]
-        slot = row * beams.columns + column
-        along, t = turned(turn, local_direction(beams, row, column)), 1.0 / canvas.inverse[slot]
-        if beams.law.size > 0:
-            ray = beams.row_of[row] * beams.columns + beams.column_of[column]
-            chance = unit(mixed(key, np.uint64(ray)))
-            cosine = cosine_of(traffic, canvas.owner[slot], start, along)
-            if not is_returned(t, beams.law[traffic.cls[box]], beams.law[3], cosine, chance):
+def _take(
+    traffic: Traffic, beams: Beams, sweep: Sweep, box: int, desk: Desk, found: np.ndarray, cells: np.ndarray
+) -> int:
+    """Count the rays that enter an object of a group first and have met nothing nearer, and note the cells into which
+    those of a LiDAR come that return; how many of the latter there are."""
+    canvas, words, turn, rays = desk.canvas, words_of(beams.columns), desk.outline.faces.turn, 0
+    start = start_of(traffic, beams, box)
+    set_turn(traffic, sweep.rotation, box, turn)
+    for place in range(canvas.touched[0], canvas.touched[1]):
+        row, base, before = beams.row_of[place], place * beams.columns, rays
+        for column in range(canvas.spans[place, 0], canvas.spans[place, 1]):
+            slot = base + column
+            part = canvas.owner[slot]
+            if part < 0 or traffic.box_of[part] != box:
                 continue
-        cells[points] = cell_key(start, along, t)
-        points += 1
-    return points, keep_distinct(points, cells, table)
+            if desk.seen[place * words + (column >> 6)] >> np.uint64(column & 63) & np.uint64(1):
+                continue
+            if beams.turns and traffic.is_glass[part]:
+                continue
+            if beams.ends.size > 0 and is_stopped(beams, row, slot, canvas.inverse[slot]):
+                continue
+            if beams.turns:
+                along, t = turned(turn, local_direction(beams, place, column)), 1.0 / canvas.inverse[slot]
+                if beams.law.size > 0:
+                    ray = row * beams.columns + beams.column_of[column]
+                    chance, cosine = (
+                        unit(mixed(sweep.key, np.uint64(ray))),
+                        cosine_of(traffic, part, start, along),
+                    )
+                    if not is_returned(t, beams.law[traffic.cls[box]], beams.law[3], cosine, chance):
+                        continue
+                cells[rays] = cell_key(start, along, t)
+            rays += 1
+        if rays > before:
+            found[box, FIRST_ROW] = min(found[box, FIRST_ROW], row) if found[box, FIRST_ROW] >= 0 else row
+            found[box, LAST_ROW] = max(found[box, LAST_ROW], row)
+    found[box, RAYS] = rays
+    return keep_distinct(rays, cells, desk.table) if beams.turns else 0
+
+
+@lean_inlined
+def _hide(columns: int, desk: Desk) -> None:
+    """Note that the rays of a group have met something, and leave the canvas empty."""
+    canvas, words = desk.canvas, words_of(columns)
+    for place in range(canvas.touched[0], canvas.touched[1]):
+        for column in range(canvas.spans[place, 0], canvas.spans[place, 1]):
+            slot = place * columns + column
+            if canvas.owner[slot] >= 0:
+                desk.seen[place * words + (column >> 6)] |= np.uint64(1) << np.uint64(column & 63)
+                canvas.inverse[slot], canvas.owner[slot] = 0.0, -1
+        canvas.spans[place, 0], canvas.spans[place, 1] = columns, 0
+    canvas.touched[0], canvas.touched[1] = canvas.spans.shape[0], 0
 
 
 @lean_inlined
@@ -225,33 +201,19 @@ def _meet_group(
     at: np.ndarray, cells: np.ndarray, number: int,
 ) -> int:  # fmt: skip
     """Let all rays meet the boxes of a group, places begin..end-1 of the queue; returns the number of cells then."""
-    queue, outline, first, total = desk.queue, desk.outline, sweep.first, 0
+    queue, outline = desk.queue, desk.outline
     for place in range(begin, end):
         box = queue.box[place]
         found[box, ALONE] = meet_box(
             traffic, beams, box, sweep.rotation, outline.faces, outline.corners, outline.centre, desk.canvas
         )
-        found[box, FIRST_ROW], found[box, LAST_ROW], desk.ends[box - first] = -1, -1, 0
-    _count_rays(traffic, beams, first, desk, found)
     for place in range(begin, end):
         box = queue.box[place]
-        rays = desk.ends[box - first]
-        found[box, RAYS], desk.ends[box - first] = rays, total
-        total += rays
-    if beams.turns and total > 0:
-        _by_object(traffic, beams, first, desk)
-        for place in range(begin, end):
-            box = queue.box[place]
-            if found[box, RAYS] > 0 and traffic.counts[box]:
-                until = desk.ends[box - first]
-                rays = desk.ordered[until - found[box, RAYS] : until]
-                points, own = _note_cells(
-                    traffic, beams, sweep.rotation, box, rays, desk.canvas, outline.faces.turn, sweep.key,
-                    desk.table, cells[number:],
-                )  # fmt: skip
-                found[box, RAYS], found[box, CELLS], at[box] = points, own, number
-                number += own
-    wipe(beams.columns, desk.canvas)
+        if traffic.counts[box] and found[box, ALONE] > 0:
+            own = _take(traffic, beams, sweep, box, desk, found, cells[number:])
+            found[box, CELLS], at[box] = own, number
+            number += own
+    _hide(beams.columns, desk)
     return number
 
 
@@ -271,7 +233,7 @@ def spun(rotation: np.ndarray, phase: float) -> np.ndarray:
 @kernel
 def _desk_for(
     rows: int, columns: int, most: int, inverse: np.ndarray, owner: np.ndarray, last: np.ndarray,
-    ordered: np.ndarray, table: np.ndarray,
+    table: np.ndarray,
 ) -> Desk:  # fmt: skip
     """Room for a lattice of rays and frames of at most so many boxes, the large parts of which are given."""
     faces = Faces(0, 0, np.empty((3, 3)), np.empty(3), np.empty(3), np.empty(3), np.empty(3))
@@ -279,7 +241,7 @@ def _desk_for(
     spans[:, 0], spans[:, 1] = columns, 0
     canvas = Canvas(inverse, owner, last, spans, np.empty(columns), np.array([rows, 0]))
     outline, seen = outline_for(faces, rows, columns), np.empty(rows * words_of(columns), np.uint64)
-    return Desk(queue_for(most), outline, canvas, seen, np.empty(most, np.int64), ordered, table)
+    return Desk(queue_for(most), outline, canvas, seen, table)
 
 
 @kernel
@@ -290,7 +252,7 @@ def _cast_some(
     """Cast a sensor in frames first..end-1, one after the other; returns the number of cells."""
     number = 0
     for frame in range(first, end):
-        sweep = Sweep(frame, spun(beams.rotation, phases[frame]), keys[frame], traffic.starts[frame])
+        sweep = Sweep(frame, spun(beams.rotation, phases[frame]), keys[frame])
         number = _cast_frame(traffic, beams, sweep, desk, found, at, cells, number)
     return number
 
@@ -298,21 +260,19 @@ def _cast_some(
 @parallel_kernel
 def cast_frames(
     traffic: Traffic, beams: Beams, first: int, end: int, phases: np.ndarray, keys: np.ndarray, most: int,
-    inverse: np.ndarray, owner: np.ndarray, last: np.ndarray, ordered: np.ndarray, tables: np.ndarray,
+    inverse: np.ndarray, owner: np.ndarray, last: np.ndarray, tables: np.ndarray,
     found: np.ndarray, at: np.ndarray, cells: np.ndarray, filled: np.ndarray,
 ) -> None:  # fmt: skip
     """Cast a sensor in frames first..end-1, dealt to as many workers as the scratch has rows.
 
     phases (frames,) radians; keys uint64 (frames,) of the draws; most: boxes in any frame. Scratch (workers, rays):
-    inverse 0, owner and last -1; ordered (workers, rays, 2), tables (workers, k).
+    inverse 0, owner and last -1; tables (workers, k).
     Takes found int32 (n, COLUMNS) of all objects, with 0, 0, -1, -1, 0 before; cells int64 (workers, k) and filled
     (workers,): the cells entered, and how many; at (n,): where those of an object begin among its worker's.
     """
     workers, rows, columns = inverse.shape[0], beams.row_of.size, beams.columns
     for worker in numba.prange(workers):
-        desk = _desk_for(
-            rows, columns, most, inverse[worker], owner[worker], last[worker], ordered[worker], tables[worker]
-        )
+        desk = _desk_for(rows, columns, most, inverse[worker], owner[worker], last[worker], tables[worker])
         # a worker's frames lie together, and so do its objects
         begin = first + (end - first) * worker // workers
         until = first + (end - first) * (worker + 1) // workers
@@ -324,10 +284,10 @@ def cast_frames(
 @kernel
 def cast_frames_serial(
     traffic: Traffic, beams: Beams, first: int, end: int, phases: np.ndarray, keys: np.ndarray, most: int,
-    inverse: np.ndarray, owner: np.ndarray, last: np.ndarray, ordered: np.ndarray, tables: np.ndarray,
+    inverse: np.ndarray, owner: np.ndarray, last: np.ndarray, tables: np.ndarray,
     found: np.ndarray, at: np.ndarray, cells: np.ndarray, filled: np.ndarray,
 ) -> None:  # fmt: skip
     """As `cast_frames`, with the first worker's scratch alone, for any thread."""
     rows, columns = beams.row_of.size, beams.columns
-    desk = _desk_for(rows, columns, most, inverse[0], owner[0], last[0], ordered[0], tables[0])
+    desk = _desk_for(rows, columns, most, inverse[0], owner[0], last[0], tables[0])
     filled[0] = _cast_some(traffic, beams, first, end, phases, keys, desk, found, at, cells[0])

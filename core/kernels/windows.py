@@ -16,15 +16,17 @@ TURN = 2.0 * np.pi
 class Window(NamedTuple):
     """Bounds of a box as the sensor sees it: rows low..high (slope z over distance from the axis, or z on the image
     plane), columns from `left` (azimuth in radians in [0, 2 pi), or y on the image plane) over `width`; `width` < 0:
-    not in view."""
+    not in view. near, far: distances from the axis of a spinning sensor between which it lies, metres."""
 
     low: float
     high: float
     left: float
     width: float
+    near: float
+    far: float
 
 
-NOWHERE = Window(0.0, 0.0, 0.0, -1.0)
+NOWHERE = Window(0.0, 0.0, 0.0, -1.0, 0.0, 0.0)
 
 
 @lean_inlined
@@ -73,8 +75,7 @@ def _window_beside(corners: np.ndarray, ux: float, uy: float) -> Window:
             high, last = angle, corner
     if (ux != 0.0 or uy != 0.0) and high - low < np.pi - 1e-6:
         return _window_between(corners, first, last)
-    slope_low, slope_high = _slopes(corners, 0.0)
-    return Window(slope_low, slope_high, 0.0, TURN)
+    return _with_slopes(corners, 0.0, TURN, 0.0)
 
 
 @lean_inlined
@@ -89,35 +90,62 @@ def _window_between(corners: np.ndarray, first: int, last: int) -> Window:
     near = np.inf
     for corner in range(8):
         near = min(near, (corners[corner, 0] * mx + corners[corner, 1] * my) / m)
-    low, high = _slopes(corners, max(0.0, near * (1.0 - MARGIN)))
     left -= MARGIN
-    return Window(low, high, left + TURN if left < 0.0 else left, width + 2.0 * MARGIN)
+    left = left + TURN if left < 0.0 else left
+    return _with_slopes(corners, left, width + 2.0 * MARGIN, max(0.0, near * (1.0 - MARGIN)))
 
 
 @lean_inlined
-def _slopes(corners: np.ndarray, near: float) -> tuple[float, float]:
-    """Lowest and highest slope of a box whose distance from the axis is at least `near`."""
+def _with_slopes(corners: np.ndarray, left: float, width: float, near: float) -> Window:
+    """The window of a box whose azimuths are known and whose distance from the axis is at least `near`."""
     far2, bottom, top = 0.0, np.inf, -np.inf
     for corner in range(8):
         x, y, z = corners[corner, 0], corners[corner, 1], corners[corner, 2]
         far2 = max(far2, x * x + y * y)
         bottom, top = min(bottom, z), max(top, z)
     far = np.sqrt(far2)
+    low, high = slopes_between(bottom, top, near, far)
+    return Window(low, high, left, width, near, far)
+
+
+@lean_inlined
+def slopes_between(bottom: float, top: float, near: float, far: float) -> tuple[float, float]:
+    """Lowest and highest slope of what lies between two heights and two distances from the axis."""
     low, high = bottom / (near if bottom < 0.0 else far), top / (near if top > 0.0 else far)
     return low - MARGIN * (1.0 + abs(low)), high + MARGIN * (1.0 + abs(high))
+
+
+@lean_inlined
+def place_at(at: np.ndarray, value: float) -> int:
+    """First place of rising numbers that is not below a value, their number if all are; at once where the steps are
+    even."""
+    count = at.size
+    if count == 0 or value <= at[0]:
+        return 0
+    if not value <= at[count - 1]:
+        return int(count)
+    place = int((value - at[0]) * ((count - 1) / (at[count - 1] - at[0])))  # 0 <= place < count
+    if at[place] < value:
+        place += 1
+    if at[place - 1] < value <= at[place]:
+        return place
+    return int(np.searchsorted(at, value))
 
 
 @lean_inlined
 def _widened(window: Window, x: float, y: float, z: float) -> Window:
     """A window that takes in a point before the image plane; `width` is the right end until it is complete."""
     y, z = y / x, z / x
-    return Window(min(window.low, z), max(window.high, z), min(window.left, y), max(window.width, y))
+    low, high, left, right = (
+        min(window.low, z), max(window.high, z), min(window.left, y), max(window.width, y)
+    )  # fmt: skip
+    return Window(low, high, left, right, 0.0, 0.0)
 
 
 @lean
 def window_of_image(corners: np.ndarray, least: float) -> Window:
     """Rectangle of the image plane around a box, cut where it comes nearer than `least` to the plane of the sensor."""
-    window = Window(np.inf, -np.inf, np.inf, -np.inf)
+    window = Window(np.inf, -np.inf, np.inf, -np.inf, 0.0, 0.0)
     is_cut = False
     for corner in range(8):
         x = corners[corner, 0]
@@ -131,7 +159,7 @@ def window_of_image(corners: np.ndarray, least: float) -> Window:
         return NOWHERE
     blur = MARGIN * (1.0 + max(abs(window.low), abs(window.high), abs(window.left), abs(window.width)))
     width = window.width - window.left + 2.0 * blur
-    return Window(window.low - blur, window.high + blur, window.left - blur, width)
+    return Window(window.low - blur, window.high + blur, window.left - blur, width, 0.0, 0.0)
 
 
 @lean

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.kernels import pictures as kernel
-from riglens.core.kernels.nearest import Beams, Canvas
+from riglens.core.kernels.meeting import Beams, Canvas
 from riglens.core.kernels.pictures import NO_RAY, OWN_CAR, SKY
 from riglens.core.kernels.sweeps import GROUND, STATIC
 from riglens.core.rig.model import Camera, Rig

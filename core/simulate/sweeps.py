@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.kernels import sweeps as kernel
-from riglens.core.kernels.nearest import Beams, Canvas
+from riglens.core.kernels.meeting import Beams, Canvas
 from riglens.core.kernels.sweeps import GROUND, STATIC
 from riglens.core.rig.model import Lidar, Rig
 from riglens.core.simulate.own_body import OwnBody, own_body, stopped_m

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.kernels.nearest import Traffic as Boxes
+from riglens.core.kernels.meeting import Traffic as Boxes
 from riglens.core.kernels.sweeps import Looks, Surface
 from riglens.core.simulate.clutter import KINDS, Clutter, Footprints, scattered
 from riglens.core.simulate.settings import SimulationSettings

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from riglens.core.kernels import targets as kernel
 from riglens.core.kernels.distinct import table_mask
-from riglens.core.kernels.nearest import Traffic as Boxes
+from riglens.core.kernels.meeting import Traffic as Boxes
 from riglens.core.rig.model import Lidar, Sensor
 from riglens.core.targets.beams import NOT_STOPPED, azimuth_step_rad, beams_of, stops_of
 from riglens.core.targets.draws import mixed, sensor_key, units
@@ -33,7 +33,6 @@ class _Scratch(NamedTuple):
     inverse: NDArray[np.float64]
     owner: NDArray[np.int32]
     last: NDArray[np.int32]
-    ordered: NDArray[np.int32]
     tables: Ids
 
 
@@ -138,6 +137,5 @@ def _scratch(workers: int, rays: int) -> _Scratch:
         np.zeros((workers, rays)),
         np.full((workers, rays), -1, np.int32),
         np.full((workers, rays), -1, np.int32),
-        np.empty((workers, rays, 2), np.int32),
         np.empty((workers, table_mask(rays) + 1), np.int64),
     )

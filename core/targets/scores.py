@@ -11,11 +11,11 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from riglens.core.kernels import distinct
 from riglens.core.kernels import targets as kernel
 from riglens.core.rig.model import Camera, Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.targets.contribution import Contribution
+from riglens.core.targets.joining import JoinedCells
 from riglens.core.targets.settings import CELLS_SCALE, HEIGHT_PX, RING_M, RINGS_TO_M, TargetSettings
 from riglens.core.targets.traffic import Traffic
 
@@ -152,6 +152,8 @@ class Groups:
         if not mine.size:
             return Estimate()
         mean = float(mine.sum() / mine.size)
+        if self.frames == self.of_frames:
+            return Estimate(mean)
         misses = np.bincount(self._frame[part], mine - mean, self.frames)
         return Estimate(mean, float(standard_error(misses, mine.size, self.of_frames)))
 
@@ -175,17 +177,19 @@ def scores_of(
     rig: Rig,
     settings: TargetSettings,
     by_sensor: Mapping[str, Contribution],
-    workers: int = 1,
+    joined: JoinedCells,
 ) -> TargetScores:
     """Put together what the enabled sensors get on the objects of `groups`."""
-    objects = _objects(groups, rig, by_sensor, workers)
+    objects = _objects(groups, rig, by_sensor, joined)
     tables = _Sorted.of(groups, objects, settings)
     classes = {name: _class_targets(groups, tables, number) for number, name in enumerate(CLASSES)}
     within_m = float(groups.edges_m[-1])
     return TargetScores(rig, settings, groups.of_frames, groups.frames, within_m, objects, classes)
 
 
-def _objects(groups: Groups, rig: Rig, by_sensor: Mapping[str, Contribution], workers: int) -> ObjectCounts:
+def _objects(
+    groups: Groups, rig: Rig, by_sensor: Mapping[str, Contribution], joined: JoinedCells
+) -> ObjectCounts:
     box, lidars, cameras = groups.box, rig.lidars(), rig.cameras()
     of_lidars = [by_sensor[sensor.name] for sensor in lidars]
     of_cameras = [by_sensor[sensor.name] for sensor in cameras]
@@ -201,7 +205,7 @@ def _objects(groups: Groups, rig: Rig, by_sensor: Mapping[str, Contribution], wo
         _column(of_cameras, kernel.RAYS, len(box)) * area,
         _column(of_lidars, kernel.ALONE, len(box)).sum(axis=1),
         (_column(of_cameras, kernel.ALONE, len(box)) * area).sum(axis=1),
-        _cells(of_lidars, len(box), workers),
+        joined.of(tuple(of_lidars), len(box)),
         heights,
     )
 
@@ -217,25 +221,6 @@ def _column(contributions: list[Contribution], column: int, objects: int) -> Cou
     for place, one in enumerate(contributions):
         found[place] = one.found[column, :objects]
     return found.T
-
-
-def _cells(lidars: list[Contribution], objects: int, workers: int) -> Counts:
-    """Distinct cells on each of the first objects, (objects,), of all LiDARs together."""
-    if not lidars or not objects:
-        return np.zeros(objects, np.int64)
-    if len(lidars) == 1:
-        return lidars[0].found[kernel.CELLS, :objects].astype(np.int64)
-    begins = np.cumsum([0, *(one.cells.size for one in lidars)])
-    starts = np.stack([one.cell_starts[:objects] + begin for one, begin in zip(lidars, begins, strict=False)])
-    counts = _column(lidars, kernel.CELLS, objects).T
-    cells = np.concatenate([one.cells for one in lidars])
-    found = np.zeros(objects, np.int64)
-    most = int(counts.sum(axis=0).max())
-    if workers == 1:  # perhaps a thread that must not call parallel kernels
-        distinct.joined_cells_serial(starts, counts, cells, most, found)
-    else:
-        distinct.joined_cells(starts, counts, cells, most, workers, found)
-    return found
 
 
 def ring_edges_m(within_m: float) -> tuple[float, ...]:

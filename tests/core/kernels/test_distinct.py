@@ -4,11 +4,14 @@ import numpy as np
 import pytest
 
 from riglens.core.kernels.distinct import (
+    Lists,
+    Marks,
     cell_key,
     cell_of,
-    joined_cells,
-    joined_cells_serial,
+    find_blocks,
+    join_cells,
     keep_distinct,
+    mark_cells,
     table_mask,
 )
 
@@ -55,9 +58,16 @@ def test_of_several_lidars_each_cell_counts_once(lidars, reach):
             every.append(own)
             of_object[one] |= set(own.tolist())
             at += own.size
-    found, again = np.zeros((2, objects), np.int64)
-    most = int(counts.sum(axis=0).max())
-    joined_cells_serial(starts, counts, np.concatenate(every), most, found)
+    lists = Lists(starts, counts, np.concatenate(every))
+    rest, more = Lists(starts[:-1], counts[:-1], lists.cells), Lists(starts[-1:], counts[-1:], lists.cells)
+    found, table = np.zeros(objects, np.int64), np.empty(table_mask(12 * lidars) + 1, np.int64)
+    blocks, words = np.empty((objects, 6), np.int32), np.zeros(objects + 1, np.int64)
+    find_blocks(rest, blocks, words)
+    words = np.cumsum(words)
+    assert (words[-1] > 0) == (reach == NEAR and lidars > 1)
+    marks = Marks(blocks, words, np.zeros(words[-1], np.int64), np.full(objects, -1, np.int64))
+    mark_cells(rest, marks, table)
+    join_cells(rest, marks, more, table, found)
     assert found.tolist() == [len(cells) for cells in of_object] and found[0] == 0
-    joined_cells(starts, counts, np.concatenate(every), most, 2, again)
-    assert again.tolist() == found.tolist()
+    join_cells(rest, marks, more, table, found)  # marks are not changed by it
+    assert found.tolist() == [len(cells) for cells in of_object]

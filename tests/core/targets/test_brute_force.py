@@ -12,11 +12,11 @@ from riglens.core.targets.settings import EXACT, TargetSettings
 from riglens.core.targets.traffic import Traffic
 from tests.core.builders import rig_of, spinning
 from tests.core.targets import brute_force
-from tests.core.targets.cases import random_rig, random_traffic
+from tests.core.targets.cases import random_rig, random_traffic, traffic
 
 
-def check(traffic: Traffic, rig: Rig, settings: TargetSettings = EXACT) -> TargetScores:
-    everything = traffic.within(1e6)
+def check(held: Traffic, rig: Rig, settings: TargetSettings = EXACT) -> TargetScores:
+    everything = held.within(1e6)
     scores = TargetEngine(everything).evaluate(rig, settings)
     truth, found = brute_force.count(everything, rig, settings), scores.objects
     lidar = np.array([sensor.kind == "lidar" for sensor in rig.sensors], bool)
@@ -67,6 +67,23 @@ def test_pictures_wider_than_a_word_of_bits(seed):
         )
     )
     assert check(random_traffic(rng, 5, 30), rig, settings).objects.pixels.sum() > 0
+
+
+@pytest.mark.parametrize("hfov_deg", [70.0, 170.0])
+def test_pictures_of_what_stands_beside_the_camera(hfov_deg):
+    """Boxes that reach from before the camera to behind it, as cars in the next lane do, some of them very near."""
+    rng = np.random.default_rng(int(hfov_deg))
+    sizes = rng.uniform([3.0, 0.5, 1.0], [30.0, 3.0, 4.0], (40, 3))
+    boxes = []
+    for number, size in enumerate(sizes):
+        aside = rng.choice([-1.0, 1.0]) * (0.03 + size[1] / 2.0 + rng.uniform(0.0, 3.0))
+        boxes.append(
+            (number // 4, 0, (rng.uniform(-6.0, 6.0), aside, 1.0), tuple(size), rng.uniform(-0.3, 0.3))
+        )
+    place = {"position": (0.0, 0.0, 1.3), "rpy_deg": (3.0, -4.0, 5.0)}
+    rig = Rig(sensors=(Camera(name="camera", **place, hfov_deg=hfov_deg, cast=(150, 60)),))
+    settings = TargetSettings(shape="class", range_law=False)
+    assert check(traffic(boxes, 10), rig, settings).objects.pixels.sum() > 0
 
 
 @pytest.mark.slow

@@ -88,6 +88,19 @@ def test_ten_thousand_edits_give_the_bits_of_an_evaluation_from_scratch(world):
     edit_at_random(world, 8, 10_000, 20)
 
 
+def test_cells_of_twins_count_once_however_many_are_added(world):
+    """Without phases and losses they have the same rays, and what they get is held once."""
+    engine = TargetEngine(world)
+    names, others = ("a", "b", "c"), (spinning((0.5, 0.0, 2.0)), spinning((-0.5, 0.0, 2.0)))
+    twins = [spinning((0.0, 0.0, 2.0)).replace(name=name) for name in names]
+    for kept in ((), others[:1], others):
+        alone = TargetEngine(world).evaluate(rig_of(twins[0], *kept), EXACT).objects.cells
+        assert alone.sum() > 100
+        for number in (1, 2, 3):
+            rig = rig_of(*twins[:number], *kept)
+            assert np.array_equal(engine.evaluate(rig, EXACT).objects.cells, alone)
+
+
 def test_a_sensor_that_is_switched_off_counts_as_one_that_is_not_there(world):
     rig = random_rig(np.random.default_rng(8), 4)
     name = rig.sensors[1].name
