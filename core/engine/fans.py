@@ -156,8 +156,8 @@ def planes_of(rays: Cast) -> int:
 def is_tame(*tables: NDArray[np.float64]) -> bool:
     """Whether no number of some tables is so small or large that a ray could need rational arithmetic."""
     for table in tables:
-        sizes = np.abs(table)
-        small = sizes < TAMEST
-        if sizes.max(initial=0.0) > WILDEST or (small.any() and sizes[small].any()):
+        small = (table < TAMEST) & (table > -TAMEST)
+        widest = max(table.max(initial=0.0), -table.min(initial=0.0))
+        if widest > WILDEST or (small.any() and table[small].any()):
             return False
     return True

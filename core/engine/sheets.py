@@ -19,7 +19,7 @@ STEEPEST_DEG = 65.0
 """Beams that rise or fall by more in some direction are walked ray by ray: their way through the grid is short."""
 SHORTEST_RADIUS = 80.0
 """Voxels: where rays drift apart so soon, walking them is quicker."""
-WORTH = 0.55
+WORTH = 0.38
 """Voxels: where the rays of a beam are farther apart, and no core is, walking them is quicker than its sheet."""
 FEWEST_AZIMUTHS = 400
 """A sector of fewer azimuths is walked sooner: much of its tiles lies outside of it."""
@@ -31,8 +31,8 @@ SMALLEST_CORE = 4.0
 
 
 class Sheets(NamedTuple):
-    """A LiDAR for `riglens.core.kernels.sheet`: its cones and cores, as far as the radius in plan; `rest` are the
-    casts of rays that are walked: those of steep beams, and those that go beyond."""
+    """A LiDAR for `riglens.core.kernels.sheet`: its cones and cores, as far as the radius in plan, the largest of all
+    beams; `rest` are the casts of rays that are walked: those of steep beams, and those that go beyond."""
 
     spinner: Spinner
     beams: Beams
@@ -48,9 +48,9 @@ def make_sheets(
     worth: float = WORTH,
     fewest: int = FEWEST_AZIMUTHS,
 ) -> Sheets | None:
-    """The cones of a LiDAR in grid units, as far as its rays are within `worth` voxels of each other or in a core; None
-    where walking its rays is simpler, or quicker because they drift apart within the `shortest` radius in voxels, or
-    because they are a sector of fewer azimuths than the `fewest`."""
+    """The cones of a LiDAR in grid units, each as far as its rays are within `worth` voxels of each other or in a core;
+    None where walking its rays is simpler, or quicker because they drift apart within the `shortest` radius in voxels,
+    or because they are a sector of fewer azimuths than the `fewest`."""
     if not is_near(rays) or not is_tame(rays.rows, rays.planes, rays.rotation, rays.origin):
         return None
     spinner = _spinner(lidar, rays)
@@ -65,8 +65,8 @@ def make_sheets(
     if radius < shortest or (spinner.is_sector and np.ptp(offsets) > WIDEST_OFFSET):
         return None
     shells = _shells(beams, spinner.step)
-    radius = min(radius, max(worth / spinner.step, float(shells.until.max(initial=0.0))))
-    return Sheets(spinner, beams, shells, radius, _rest(spinner, beams, rays, radius))
+    beams.radius[:] = _radii(shells, worth / spinner.step, radius)
+    return Sheets(spinner, beams, shells, float(beams.radius.max()), _rest(spinner, beams, rays))
 
 
 def _spinner(lidar: Lidar, rays: Cast) -> Spinner:
@@ -135,6 +135,7 @@ def _beams(lidar: Lidar, spinner: Spinner, upper: float) -> Beams:
         order,
         offsets,
         np.stack([np.cos(first), np.sin(first), np.cos(last), np.sin(last)], axis=1),
+        np.full(elevation.size, np.inf),
         np.searchsorted(sine, np.arange(FINDER) * (2.0 / FINDER) - 1.0),
     )
 
@@ -163,6 +164,15 @@ def _shells(beams: Beams, step: float) -> Shells:
     )
 
 
+def _radii(shells: Shells, worth: float, most: float) -> NDArray[np.float64]:
+    """How far the sheet of each beam is followed: as far as it is worth it, or to the end of a core that holds it by
+    then, or for its last fifth."""
+    until = shells.until[:, None]
+    ends = np.where(shells.since <= np.maximum(worth, 0.8 * until), until, worth)
+    radii: NDArray[np.float64] = np.minimum(ends.max(axis=0, initial=worth), most)
+    return radii
+
+
 def _core_radius(gap: float, step: float) -> float:
     """How far from the sensor every place between two beams is within BALL of a ray, in voxels."""
     chord = 0.5 * float(np.hypot(0.5 * gap, 0.5 * step))
@@ -176,9 +186,9 @@ def _runs(close: NDArray[np.bool_]) -> list[tuple[int, int]]:
     return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
 
-def _rest(spinner: Spinner, beams: Beams, rays: Cast, radius: float) -> list[Cast]:
-    """Rays to be walked: all of steep beams, and of the others what is beyond the tiles within a radius."""
-    begin = radius - 2.0 * HALF_COLUMN - SLACK
+def _rest(spinner: Spinner, beams: Beams, rays: Cast) -> list[Cast]:
+    """Rays to be walked: all of steep beams, and of the others what is beyond the tiles within their radius."""
+    begin = beams.radius - 2.0 * HALF_COLUMN - SLACK
     rest = []
     steep = ~np.isfinite(beams.bend)
     if steep.any():
@@ -188,10 +198,11 @@ def _rest(spinner: Spinner, beams: Beams, rays: Cast, radius: float) -> list[Cas
     lowest, highest = np.sin(beams.elevation - lean) * begin, np.sin(beams.elevation + lean) * begin
     goes_on = ~steep & (lowest <= max(high, 0.0) + 1.0) & (highest >= min(low, 0.0) - 1.0)
     corners = np.abs(rays.box[:4].reshape(2, 2) - rays.origin[:2, None]).max(axis=1)
-    if goes_on.any() and np.hypot(*corners) >= begin and rays.reach[1] > begin:
-        beyond = np.array([max(begin, rays.reach[0]), rays.reach[1]])
-        further = _only(rays, np.sort(beams.number[goes_on]), spinner.azimuths.size)
-        rest.append(further._replace(reach=beyond))
+    goes_on &= begin <= min(float(np.hypot(*corners)), float(rays.reach[1]))
+    for start in np.unique(begin[goes_on]):
+        beyond = np.array([max(start, rays.reach[0]), rays.reach[1]])
+        numbers = np.sort(beams.number[goes_on & (begin == start)])
+        rest.append(_only(rays, numbers, spinner.azimuths.size)._replace(reach=beyond))
     return rest
 
 

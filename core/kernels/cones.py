@@ -42,7 +42,8 @@ class Beams(NamedTuple):
     """Cones of the beams by ascending elevation above `Spinner.axis`, (beams,) each: elevation in radians, sine and
     cosine; fall, rise, open: of the height (see above); slope: the steepest; bend: the largest curvature times ρ, inf
     for a cone that is too steep to be a height; number: row of the beam in the table of rays; offset of its azimuths
-    in radians; sides (beams, 4): cosine and sine of its first and its last azimuth; finder (FINDER,): how many beams
+    in radians; sides (beams, 4): cosine and sine of its first and its last azimuth; radius: in plan, of the tiles in
+    which a beam is looked at as a sheet, beyond which its rays are walked; finder (FINDER,): how many beams
     have a smaller sine than each of so many, from -1 to 1.
     """
 
@@ -57,6 +58,7 @@ class Beams(NamedTuple):
     number: np.ndarray
     offset: np.ndarray
     sides: np.ndarray
+    radius: np.ndarray
     finder: np.ndarray
 
 

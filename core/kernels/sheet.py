@@ -208,12 +208,14 @@ def _add_beams(
     marks: np.ndarray,
     work: TileWork,
 ) -> None:
-    """Add the sheets of all beams that meet a tile in the box, as far as the radius."""
+    """Add the sheets of all beams that meet a tile in the box, as far as the radius, in tiles within their own."""
     axis, listed = s.axis, 0
     x, y, farthest = tile.x + 0.5 * TILE, tile.y + 0.5 * TILE, reaches(tile)
     longest = np.hypot(min(tile.farthest, radius), max(abs(tile.low), abs(tile.high)))
     for beam in range(beams.elevation.size):
         if not np.isfinite(beams.bend[beam]) or work.free[beam] == MISSES:
+            continue
+        if tile.nearest >= beams.radius[beam]:
             continue
         z = height(axis, beams, beam, x, y)
         spread = HALF_TILE * beams.slope[beam] + SLACK

@@ -217,7 +217,7 @@ def test_rays_that_are_stopped_hit_nothing(pattern: str) -> None:
         stopped[(slice(1, 5), slice(5, 15)) if pattern == "a block" else (4, slice(None))] = True
     sensor = lidar(rpy_deg=(3.0, -4.0, 5.0), azimuths=range(-18, 19, 2))
     rays = rays_of(sensor)._replace(is_stopped=stopped.ravel())
-    made = make_sheets(sensor, rays, shortest=1.0, fewest=0)
+    made = make_sheets(sensor, rays, shortest=1.0, worth=math.inf, fewest=0)
     assert made is not None and hit(rays) < hit(rays_of(sensor))
     assert seen_by(made) == hit(rays)
 
@@ -234,7 +234,7 @@ def test_of_each_azimuth_alone_all_is_marked_along_faces_and_over_corners(
         stopped = np.ones((len(BEAMS), 13), np.bool_)
         stopped[:, free] = False
         rays = rays_of(sensor)._replace(is_stopped=stopped.ravel())
-        made = make_sheets(sensor, rays, shortest=1.0, fewest=0)
+        made = make_sheets(sensor, rays, shortest=1.0, worth=math.inf, fewest=0)
         assert made is not None and seen_by(made) == hit(rays)
 
 
@@ -429,14 +429,43 @@ def test_azimuths_ascend_from_behind_their_widest_gap() -> None:
 
 
 def test_where_rays_drift_apart_and_no_core_is_they_are_walked() -> None:
-    """Beams 2 degrees apart have no core to speak of; of beams a quarter of a degree apart it reaches farther."""
-    azimuths = np.arange(-18.0, 18.0, 0.2)
-    for gap_deg, radius in ((2.0, 0.55 / math.radians(0.2)), (0.25, 0.499 / math.radians(0.16) - 0.88)):
-        sensor = lidar((-300.0, 1.7, 2.2), beams=gap_deg * np.arange(-4, 5), azimuths=azimuths)
-        made = make_sheets(sensor, rays_of(sensor), fewest=0)
-        assert made is not None
-        assert made.radius == pytest.approx(radius, rel=2e-3)
-        assert [rays.reach[0] for rays in made.rest] == [pytest.approx(made.radius - 1.4144, abs=1e-3)]
+    """Beams 2 degrees apart have no core to speak of: each ends where it is no longer worth it."""
+    sensor = lidar((-300.0, 1.7, 2.2), beams=2.0 * np.arange(-4, 5), azimuths=np.arange(-18.0, 18.0, 0.2))
+    made = make_sheets(sensor, rays_of(sensor), fewest=0)
+    assert made is not None
+    assert made.radius == pytest.approx(engine.WORTH / math.radians(0.2), rel=2e-3)
+    assert (made.beams.radius == made.radius).all()
+    assert [rays.reach[0] for rays in made.rest] == [pytest.approx(made.radius - 1.4144, abs=1e-3)]
+
+
+def test_beams_that_a_core_holds_are_walked_beyond_it_and_those_at_its_border_before() -> None:
+    """Of beams a quarter of a degree apart the core reaches 177 voxels; but for the two on either side, all that a beam
+    meets is in it long before."""
+    beams = 0.25 * np.arange(-5, 6)
+    sensor = lidar((-300.0, 1.7, 2.2), beams=beams, azimuths=np.arange(-18.0, 18.0, 0.2))
+    made = make_sheets(sensor, rays_of(sensor), fewest=0)
+    assert made is not None
+    near, far = engine.WORTH / math.radians(0.2), 0.499 / math.radians(0.16) - 0.88
+    assert made.radius == pytest.approx(far, rel=2e-3)
+    assert made.beams.radius == pytest.approx([near, near, *[far] * 7, near, near], rel=2e-3)
+    walked = {
+        round(float(rays.reach[0])): sorted(np.degrees(np.arcsin(rays.rows[:, 1]))) for rays in made.rest
+    }
+    assert list(walked) == [round(near - 1.4144), round(far - 1.4144)]
+    assert walked[round(near - 1.4144)] == pytest.approx([-1.25, -1.0, 1.0, 1.25])
+    assert walked[round(far - 1.4144)] == pytest.approx(beams[2:-2])
+
+
+@pytest.mark.parametrize("radius", [8.7, 9.5, 11.0, 13.0])
+def test_each_beam_is_looked_at_within_its_own_radius(radius: float) -> None:
+    """In tiles that begin beyond it nothing of a beam is marked; within it all of it is, wherever the others end."""
+    sensor = lidar(rpy_deg=(3.0, -4.0, 5.0))
+    made = sheets_of(sensor)
+    made.beams.radius[::2] = radius
+    nearest = float(tiles.tile_at(made.spinner, 0, 0).nearest)
+    names = made.beams.number[1::2] if radius <= nearest else made.beams.number
+    elevations = sensor.elevations()[np.sort(names)]
+    assert seen_by(made) == hit(rays_of(lidar(rpy_deg=(3.0, -4.0, 5.0), beams=elevations)))
 
 
 def test_a_grid_too_far_away_or_rays_too_far_apart_are_walked() -> None:
