@@ -222,7 +222,7 @@ class Caster:
             if is_stale():
                 return False
             mark_sheets(spinner, beams, shells, radius, start, end, keep, workers, marks)
-        return all(self._mark_rays(rays, marks, is_stale) for rays in rest)
+        return self._mark_each(rest, marks, is_stale) if rest else True
 
     def _mark_rays(self, rays: Cast, marks: Words, is_stale: IsStale) -> bool:
         return self._mark_each([rays], marks, is_stale)
