@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import Qt, Signal
 
-from riglens.app.background.counting import CountAnswer
+from riglens.app.background.counting import CountAnswer, CountRequest
 from riglens.app.background.frames import FrameAnswer, FrameCaster, FrameRequest
 from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
@@ -76,7 +76,8 @@ class FrameView(Feature):
         self._last: FrameRequest | None = None
         self._asked: FrameRequest | None = None
         """The last request until it is answered."""
-        self._missed: tuple[CountAnswer, list[int], int] | None = None
+        self._missed: tuple[CountRequest, int] | None = None
+        """Who was shown last of those that a rig misses, and what was counted then."""
         panel = targets.panel
         panel.frame_wanted.connect(self._choose)
         panel.next_missed_wanted.connect(self.show_next_missed)
@@ -164,6 +165,7 @@ class FrameView(Feature):
         traffic = self._traffic
         frame = None if shown is None or traffic is None else int(traffic.frame[shown.place])
         self._targets.panel.show_frame(frame)
+        self._targets.panel.unsay()
         self.actions["show_frame"].setChecked(shown is not None)
         if shown is None and self._is_playing:
             self.play(False)
@@ -179,16 +181,19 @@ class FrameView(Feature):
         answer = self._targets.answer
         if answer is None:
             return
-        if self._missed is None or self._missed[0] is not answer:
-            self._missed = (answer, missed_objects(answer), -1)
         self.play(False)
-        _, objects, last = self._missed
+        objects, distance_m = missed_objects(answer), answer.traffic.distance_m
         if not objects:
             self._targets.panel.say(NOBODY)
             return
-        now = (last + 1) % len(objects)
-        self._missed = (answer, objects, now)
-        self._fly_to(answer.traffic, objects[now])
+        found = 0
+        if self._missed is not None and self._missed[0].asks_same(answer.request):
+            # the same rig, of more frames by now, perhaps: go on behind the one shown last
+            shown = self._missed[1]
+            behind = [(distance_m[box], box) > (distance_m[shown], shown) for box in objects]
+            found = behind.index(True) if True in behind else 0
+        self._missed = (answer.request, objects[found])
+        self._fly_to(answer.traffic, objects[found])
 
     def _fly_to(self, traffic: Traffic, box: int) -> None:
         place = int(traffic.frame_of_box[box])
@@ -223,7 +228,7 @@ class FrameView(Feature):
         self.viewport.show_state(replace(self.viewport.state, traffic=frame))
         self.drawn.emit()
         if answer.missed is not None and request.explain is not None:
-            self._targets.panel.say(missed_text(answer.scene, request.explain, answer.missed))
+            self._targets.panel.say(missed_text(answer.scene, request.explain, answer.missed), stays=True)
 
 
 def missed_objects(answer: CountAnswer) -> list[int]:

@@ -174,6 +174,40 @@ def test_why_somebody_is_missed_stands_in_the_panel(stand: Stand) -> None:
     assert stand.shown is not None and stand.shown.pointed_out == stand.caster.requests[-1].explain
 
 
+def test_why_somebody_is_missed_stays_while_more_frames_are_counted_and_goes_with_the_frame(
+    stand: Stand,
+) -> None:
+    stand.desk.document.apply(Rig(name="blind", sensors=()), "blind")
+    stand.targets.panel.show()
+    stand.count()
+    note = stand.targets.panel._note
+    counted = note.text()
+    stand.view.show_next_missed()
+    stand.caster.answer(Missed("no LiDARs", 0, 0))
+    stand.settle()
+    stand.count()
+    assert note.text().endswith("no LiDAR is switched on")
+    stand.view.actions["show_frame"].trigger()
+    assert note.text() == counted
+
+
+def test_the_next_missed_is_behind_the_last_one_when_more_frames_are_counted(stand: Stand) -> None:
+    stand.desk.document.apply(Rig(name="blind", sensors=()), "blind")
+    distances_m = []
+    for _ in PLACES:
+        stand.count()
+        stand.view.show_next_missed()
+        request = stand.caster.requests[-1]
+        assert request.explain is not None
+        distances_m.append(TRAFFIC.distance_m[int(TRAFFIC.starts[request.place]) + request.explain])
+    assert distances_m == sorted(TRAFFIC.distance_m.tolist())
+    stand.desk.document.apply(Rig(name="another", sensors=()), "blind")
+    stand.count()
+    stand.view.show_next_missed()
+    request = stand.caster.requests[-1]
+    assert TRAFFIC.distance_m[int(TRAFFIC.starts[request.place]) + request.explain] == distances_m[0]
+
+
 def test_a_rig_that_misses_nobody_is_told_so(stand: Stand, monkeypatch: pytest.MonkeyPatch) -> None:
     stand.count()
     monkeypatch.setattr("riglens.app.window.features.frame.missed_objects", lambda _: [])

@@ -54,6 +54,7 @@ class TargetsPanel(QWidget):
         self._is_stale = self._is_behind = False
         self.table, self.rose = TargetTable(), RoseView()
         self._quantity, self._points, self._note = ChoiceBox(), QSpinBox(), QLabel(WAITING)
+        self._said = ""
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(0)
@@ -144,10 +145,18 @@ class TargetsPanel(QWidget):
     def _tell_frame(self) -> None:
         self.frame_wanted.emit(self._frame.value() if self._frame_on.isChecked() else None)
 
-    def say(self, text: str) -> None:
-        """Say something about what is shown in the place of the note."""
+    def say(self, text: str, stays: bool = False) -> None:
+        """Say something about what is shown in the place of the note, until new counts come or, where it stays,
+        until it is unsaid."""
+        self._said = text if stays else ""
         self._note.setText(text)
         self._note.setToolTip(plain_tip(text))
+
+    def unsay(self) -> None:
+        """Have the note back in the place of what was said."""
+        if self._said:
+            self._said = ""
+            self._show()
 
     @property
     def quantity(self) -> Quantity:
@@ -198,8 +207,9 @@ class TargetsPanel(QWidget):
         traffic, now, before, baseline = self._shown
         self.table.show_table(table_of(traffic, now, before, self.quantity), baseline)
         self._show_rose()
-        self._note.setText(_note(now))
-        self._note.setToolTip(self.quantity.tip)
+        if not self._said:
+            self._note.setText(_note(now))
+            self._note.setToolTip(self.quantity.tip)
         if self._is_stale:
             self.set_stale()
 
