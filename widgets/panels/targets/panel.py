@@ -156,7 +156,7 @@ class TargetsPanel(QWidget):
         """Have the note back in the place of what was said."""
         if self._said:
             self._said = ""
-            self._show()
+            self._show_note()
 
     @property
     def quantity(self) -> Quantity:
@@ -207,11 +207,14 @@ class TargetsPanel(QWidget):
         traffic, now, before, baseline = self._shown
         self.table.show_table(table_of(traffic, now, before, self.quantity), baseline)
         self._show_rose()
-        if not self._said:
-            self._note.setText(_note(now))
-            self._note.setToolTip(self.quantity.tip)
+        self._show_note()
         if self._is_stale:
             self.set_stale()
+
+    def _show_note(self) -> None:
+        if self._shown is not None and not self._said:
+            self._note.setText(_note(self._shown[1]))
+            self._note.setToolTip(self.quantity.tip)
 
     def _show_rose(self) -> None:
         if self._shown is not None and not self._is_behind:
