@@ -2,9 +2,8 @@
 
 Several ways lead to the same set. Fans walk all rays of a vertical plane together and serve upright sensors. Cameras
 that roll or pitch, or whose lens has distortion, are cast by walking the voxels near them, LiDARs that do by core and
-sheets. Everything else is walked ray by ray. Where rays end at the car's body, all leave out the rays that are stopped,
-but a lens with distortion, which is then walked ray by ray; those that meet something informative before they end are
-walked one by one (see `riglens.core.engine.blocking`).
+sheets. Everything else is walked ray by ray. Where rays end at the car's body, all leave out the rays that are stopped;
+those that meet something informative before they end are walked one by one (see `riglens.core.engine.blocking`).
 """
 
 from __future__ import annotations
@@ -130,7 +129,7 @@ class Caster:
             frustum = make_frustum(sensor, rays)
             if frustum is not None:
                 return self._mark_frustum(frustum, rays, window, marks, is_stale)
-            mesh = None if rays.is_stopped.size else make_mesh(sensor, rays)
+            mesh = make_mesh(sensor, rays)
             if mesh is not None:
                 return self._mark_mesh(mesh, rays, window, marks, is_stale)
         return self._mark_rays(rays, marks, is_stale)
@@ -209,7 +208,7 @@ class Caster:
             if is_stale():
                 return False
             mark_mesh(mesh.view, mesh.bins, start, end, keep, workers, marks)
-        rest = [rays._replace(rows=rays.rows[mesh.loose])] if mesh.loose.size else []
+        rest = [_some(rays, mesh.loose)] if mesh.loose.size else []
         if mesh.view.limit <= farthest(rays):
             rest.append(rays._replace(reach=np.array([mesh.view.limit - 1.0, FARTHEST])))
         return self._mark_each(rest, marks, is_stale) if rest else True
@@ -350,6 +349,12 @@ def _chunks_of_planes(planes: int, rows: int, workers: int) -> Iterator[tuple[in
     step = max(RAYS_PER_CHUNK // rows, STRIP) * workers
     for start in range(0, planes, step):
         yield start, min(start + step, planes)
+
+
+def _some(rays: Cast, numbers: NDArray[np.int64]) -> Cast:
+    """Some of a sensor's listed rays."""
+    is_stopped = rays.is_stopped[numbers] if rays.is_stopped.size else rays.is_stopped
+    return rays._replace(rows=rays.rows[numbers], is_stopped=is_stopped)
 
 
 def _chunks_of(casts: list[Cast], workers: int = 1) -> Iterator[tuple[Cast, int, int]]:

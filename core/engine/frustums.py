@@ -9,11 +9,10 @@ from riglens.core.engine.fans import is_plain
 from riglens.core.kernels.cast import Cast
 from riglens.core.kernels.frustum import BALL, NO_TILES, SPHERE, TILE, Frustum, count_stopped
 from riglens.core.rig.model import Camera
+from riglens.core.sensing.image_bins import WIDEST_TANGENT
 
 SHORTEST_DEPTH = 16.0
 """Voxels: with rays so sparse that only nearer voxels are sure to be hit, walking the rays is quicker."""
-WIDEST_TANGENT = 20.0
-"""Image borders beyond atan(20) = 87 degrees: the view is too wide for voxels to be projected with care."""
 
 
 def make_frustum(camera: Camera, rays: Cast) -> Frustum | None:

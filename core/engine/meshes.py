@@ -11,16 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.engine.fans import farthest, is_near, is_tame
-from riglens.core.engine.frustums import SHORTEST_DEPTH, WIDEST_TANGENT
+from riglens.core.engine.frustums import SHORTEST_DEPTH
+from riglens.core.kernels.bins import Bins
 from riglens.core.kernels.cast import Cast
 from riglens.core.kernels.codes import LISTED
 from riglens.core.kernels.frustum import BALL
-from riglens.core.kernels.mesh import SECTORS, WIDEST, Bins, Mesh, lay_border
+from riglens.core.kernels.mesh import NO_BINS, SECTORS, WIDEST, Mesh, lay_border
 from riglens.core.rig.model import Camera, rays_of
+from riglens.core.sensing.image_bins import bins_of
 from riglens.core.sensing.rays import NOWHERE, lattice, rotate
 
-RAYS_PER_BIN = 4
-"""Along each axis of the image, in the mean."""
 ROWS_AT_ONCE = 64
 OVERHEAD = 1e-6
 """Directions of the border closer to the vertical have no bearing."""
@@ -36,13 +36,14 @@ class RayMesh:
     as numbers of rays; `loose`, rays that belong to no triangle; `bins`: rays by place in the image.
 
     A place in a triangle is no farther than `radius` from one of its corners, and from one no farther than steps (3,)
-    along each axis.
+    along each axis. In the image plane its corners are no farther than apart (2,) from it along each axis.
     """
 
     border: Ids
     loose: Ids
     radius: float
     steps: Doubles
+    apart: Doubles
     bins: Bins
 
 
@@ -75,9 +76,21 @@ def make_mesh(camera: Camera, rays: Cast) -> CameraMesh | None:
     reach = np.stack([border.min(axis=0), border.max(axis=0)], axis=1)
     outline = _outline(rays.origin[:2], border, limit)
     view = Mesh(
-        rays.rows, rays.origin, rays.rotation, rays.box, rays.shape, limit, inside, around, reach, outline
-    )
+        rays.rows, rays.origin, rays.rotation, rays.box, rays.shape, limit, inside, around, reach, outline,
+        joined.apart, rays.is_stopped, _before(joined.bins, rays.is_stopped),
+    )  # fmt: skip
     return CameraMesh(view, joined.bins, joined.loose)
+
+
+def _before(bins: Bins, is_stopped: NDArray[np.bool_]) -> Ids:
+    """`Mesh.before` of rays that are stopped."""
+    if not is_stopped.size:
+        return NO_BINS
+    stopped = np.concatenate([[0], np.cumsum(is_stopped[bins.rays])])[bins.first]
+    counts = np.stack([np.diff(stopped), np.diff(bins.first - stopped)]).reshape(2, *bins.sizes)
+    before = np.zeros((2, bins.sizes[0] + 1, bins.sizes[1] + 1), np.int64)
+    before[:, 1:, 1:] = counts.cumsum(axis=1).cumsum(axis=2)
+    return before
 
 
 def outermost_directions(camera: Camera) -> Doubles:
@@ -95,9 +108,8 @@ def ray_mesh(camera: Camera) -> RayMesh | None:
     table = lattice(camera)
     columns, rows = camera.cast
     assert table.exists is not None
-    place = np.stack([table.rows[:, 1] / table.rows[:, 0], table.rows[:, 2] / table.rows[:, 0]], axis=1)
-    ahead = bool((table.rows[:, 0] > 0.0).all())
-    if min(rows, columns) < 2 or not ahead or np.hypot(*place.T).max() > WIDEST_TANGENT:
+    bins = bins_of(camera)
+    if min(rows, columns) < 2 or bins is None:
         return None
     exists = table.exists.reshape(rows, columns)
     numbers = (np.cumsum(table.exists) - 1).reshape(rows, columns)
@@ -111,7 +123,7 @@ def ray_mesh(camera: Camera) -> RayMesh | None:
         for down, right in corners:
             joined[down : rows - 1 + down, right : columns - 1 + right] |= triangles
     loose = numbers[exists & ~joined]
-    return RayMesh(_border(numbers, lower, upper), loose, *widest, _bins(place, camera))
+    return RayMesh(_border(numbers, lower, upper), loose, *widest, bins)
 
 
 _LOWER, _UPPER = ((0, 0), (1, 1), (1, 0)), ((1, 1), (0, 0), (0, 1))
@@ -135,13 +147,13 @@ def _triangles(
 
 def _widest(
     rows: Doubles, numbers: Ids, lower: NDArray[np.bool_], upper: NDArray[np.bool_]
-) -> tuple[float, Doubles] | None:
-    """`RayMesh.radius` and `RayMesh.steps`; None where a triangle is turned over, or there is none.
+) -> tuple[float, Doubles, Doubles] | None:
+    """`RayMesh.radius`, `steps` and `apart`; None where a triangle is turned over, or there is none.
 
     A place in a triangle is its last corner and shares of the two steps that begin there, together at most one. So it
     is at most half of each step away from one of the corners.
     """
-    radius, steps = 0.0, np.zeros(3)
+    radius, steps, apart = 0.0, np.zeros(3), np.zeros(2)
     for corners in _triangles(rows, numbers, lower, upper):
         sides = np.stack([corners[:, k - 2] - corners[:, k - 1] for k in range(3)])
         normal = np.cross(sides[2], -sides[1])
@@ -151,8 +163,10 @@ def _widest(
         around = lengths.prod(axis=0) / (2.0 * np.sqrt((normal * normal).sum(axis=1)))
         is_obtuse = lengths[2] ** 2 >= lengths[0] ** 2 + lengths[1] ** 2
         radius = max(radius, float(np.where(is_obtuse, 0.5 * lengths[2], around).max(initial=0.0)))
+        place = corners[:, :, 1:] / corners[:, :, :1]
+        apart = np.maximum(apart, np.ptp(place, axis=1).max(axis=0, initial=0.0))
         steps = np.maximum(steps, (0.5 * (np.abs(sides[0]) + np.abs(sides[1]))).max(axis=0, initial=0.0))
-    return (radius, steps) if radius > 0.0 else None
+    return (radius, steps, apart * (1.0 + 1e-9)) if radius > 0.0 else None
 
 
 def _border(numbers: Ids, lower: NDArray[np.bool_], upper: NDArray[np.bool_]) -> Ids:
@@ -169,17 +183,6 @@ def _border(numbers: Ids, lower: NDArray[np.bool_], upper: NDArray[np.bool_]) ->
         found.append(np.stack([start[along & ~against], end[along & ~against]], axis=1))
         found.append(np.stack([end[against & ~along], start[against & ~along]], axis=1))
     return np.concatenate(found)
-
-
-def _bins(place: Doubles, camera: Camera) -> Bins:
-    """Rays by place in the image plane, (rays, 2)."""
-    count = np.array([max(size // RAYS_PER_BIN, 1) for size in camera.cast])
-    corner, far = place.min(axis=0), place.max(axis=0)
-    scale = count / np.maximum(far - corner, 1e-9)
-    at = np.minimum(np.floor((place - corner) * scale).astype(np.int64), count - 1)
-    number = at[:, 0] * count[1] + at[:, 1]
-    first = np.concatenate([[0], np.cumsum(np.bincount(number, minlength=int(count.prod())))])
-    return Bins(corner, scale, count, first, np.argsort(number, kind="stable").astype(np.int32))
 
 
 def _outline(origin: Doubles, border: Doubles, limit: float) -> Doubles:

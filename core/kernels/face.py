@@ -13,9 +13,20 @@ from typing import NamedTuple
 import numpy as np
 
 from riglens.core.kernels.cast import Cast
+from riglens.core.kernels.cones import A_TURN
 from riglens.core.kernels.jit import lean_inlined
 from riglens.core.kernels.predicates import Vector
-from riglens.core.kernels.screen import BLUR, Screen, bearing, in_sensor_axes
+from riglens.core.kernels.screen import (
+    BEARING,
+    BLUR,
+    Screen,
+    Window,
+    angle_on_line,
+    bearing,
+    before,
+    upto,
+    window_of,
+)
 from riglens.core.kernels.solid import GROWN
 
 DOUBT = 1e-11
@@ -23,6 +34,29 @@ DOUBT = 1e-11
 is a thousand times more than their rounding."""
 WIDEST = 0.85
 """Balls that take more than this (a sine) of a LiDAR's view have no line that they could be laid on."""
+
+EDGE_ON = 1e-3
+"""Where a triangle is seen under a smaller angle (a sine, about), rounding may put a meeting farther beside it."""
+BESIDE = 1e-4
+"""Of its size: how far beside its corners it may be met otherwise, far more than EDGE and rounding."""
+
+
+class View(NamedTuple):
+    """A triangle in the frame of the sensor: its first corner, and the ways from there to the others, metres."""
+
+    corner: Vector
+    one: Vector
+    two: Vector
+
+
+class Sides(NamedTuple):
+    """Between which places (1, y, z) a triangle is met: y from left to right, z from low to high; left > right where
+    nothing is known."""
+
+    left: float
+    right: float
+    low: float
+    high: float
 
 
 class Face(NamedTuple):
@@ -63,21 +97,98 @@ def ball_around(low: Vector, high: Vector) -> tuple[Vector, float]:
 
 
 @lean_inlined
-def _corner(c: np.ndarray, number: int) -> Vector:
-    return c[number, 0], c[number, 1], c[number, 2]
+def view_of(rays: Cast, c: np.ndarray) -> View:
+    """A triangle of corners (3, 3) in the frame of the sensor."""
+    r, g = rays.rotation, rays.origin
+    return View(
+        _turned(r, c[0, 0] - g[0], c[0, 1] - g[1], c[0, 2] - g[2]),
+        _turned(r, c[1, 0] - c[0, 0], c[1, 1] - c[0, 1], c[1, 2] - c[0, 2]),
+        _turned(r, c[2, 0] - c[0, 0], c[2, 1] - c[0, 1], c[2, 2] - c[0, 2]),
+    )
 
 
 @lean_inlined
-def _set_normals(rays: Cast, c: np.ndarray, normals: np.ndarray) -> float:
+def _turned(r: np.ndarray, x: float, y: float, z: float) -> Vector:
+    return (
+        r[0, 0] * x + r[1, 0] * y + r[2, 0] * z,
+        r[0, 1] * x + r[1, 1] * y + r[2, 1] * z,
+        r[0, 2] * x + r[1, 2] * y + r[2, 2] * z,
+    )
+
+
+@lean_inlined
+def _largest(view: View) -> float:
+    """The largest size that a product of the normals of a triangle with a unit vector may have."""
+    one, two = size_of(view.one), size_of(view.two)
+    return (size_of(view.corner) + one + two) * (one + two)
+
+
+@lean_inlined
+def _corners_on_line(view: View, cosine: float, sine: float) -> tuple[Sides, float]:
+    """Between where the corners of a triangle are on the line x = 1 turned towards it, and how far ahead the nearest of
+    them is."""
+    left, right, low, high, nearest = np.inf, -np.inf, np.inf, -np.inf, np.inf
+    for one, two in ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0)):
+        x = view.corner[0] + one * view.one[0] + two * view.two[0]
+        y = view.corner[1] + one * view.one[1] + two * view.two[1]
+        z = view.corner[2] + one * view.one[2] + two * view.two[2]
+        ahead = cosine * x + sine * y
+        side, height = (cosine * y - sine * x) / ahead, z / ahead
+        left, right = min(left, side), max(right, side)
+        low, high, nearest = min(low, height), max(high, height), min(nearest, ahead)
+    return Sides(left, right, low, high), nearest
+
+
+@lean_inlined
+def sides_of(view: View, radius: float, ahead: float, cosine: float, sine: float) -> Sides:
+    """Between where a triangle in a ball so far ahead is met on the line x = 1 turned towards it; left > right where it
+    is so near, or so nearly edge on, that rounding could put a meeting beside it."""
+    normal, corner = _cross(view.two, view.one), view.corner
+    over = normal[0] * corner[0] + normal[1] * corner[1] + normal[2] * corner[2]
+    if radius >= WIDEST * ahead or abs(over) < EDGE_ON * _largest(view) * (size_of(corner) + radius):
+        return Sides(1.0, 0.0, 1.0, 0.0)
+    (left, right, low, high), nearest = _corners_on_line(view, cosine, sine)
+    room = BESIDE * radius / nearest * (1.0 + max(max(-left, right), max(-low, high)))
+    return Sides(left - room, right + room, low - room, high + room)
+
+
+@lean_inlined
+def window_around(screen: Screen, view: View, ball: tuple[Vector, float]) -> Window:
+    """The rays that can meet a triangle in a ball: those between its corners, or where they do not say it, those that
+    pass the ball."""
+    (x, y, _), radius = ball
+    cosine, sine, ahead = 1.0, 0.0, x
+    if not screen.is_camera:
+        ahead = np.sqrt(x * x + y * y)
+        cosine, sine = x / ahead, y / ahead
+    left, right, low, high = sides_of(view, radius, ahead, cosine, sine)
+    if left > right:
+        return window_of(screen, ball[0], radius)
+    if screen.is_camera:
+        first = before(screen.rows, screen.row_scale, -high)
+        return Window(first, upto(screen.rows, screen.row_scale, -low), -right, right - left)
+    steepest = ahead / np.sqrt(ahead * ahead - radius * radius)
+    low, high = min(low, low / steepest), max(high, high / steepest)
+    first = before(screen.rows, screen.row_scale, low / np.sqrt(1.0 + low * low) - BLUR)
+    end = upto(screen.rows, screen.row_scale, high / np.sqrt(1.0 + high * high) + BLUR)
+    azimuth = bearing(x, y)
+    left, right = (
+        azimuth + angle_on_line(left) - 3.0 * BEARING,
+        azimuth + angle_on_line(right) + 3.0 * BEARING,
+    )
+    back = np.floor(left / A_TURN) * A_TURN
+    return Window(first, end, left - back, right - left)
+
+
+@lean_inlined
+def set_normals(view: View, normals: np.ndarray) -> float:
     """Write the normals of a triangle; returns the largest size that their products with a unit vector may have."""
-    one = (c[1, 0] - c[0, 0], c[1, 1] - c[0, 1], c[1, 2] - c[0, 2])
-    two = (c[2, 0] - c[0, 0], c[2, 1] - c[0, 1], c[2, 2] - c[0, 2])
-    back = (rays.origin[0] - c[0, 0], rays.origin[1] - c[0, 1], rays.origin[2] - c[0, 2])
-    r = rays.rotation
+    corner, one, two = view.corner, view.one, view.two
+    back = (-corner[0], -corner[1], -corner[2])
     for number, n in enumerate((_cross(two, back), _cross(back, one), _cross(two, one))):
         for axis in range(3):
-            normals[number, axis] = r[0, axis] * n[0] + r[1, axis] * n[1] + r[2, axis] * n[2]
-    return (size_of(back) + size_of(one) + size_of(two)) * (size_of(one) + size_of(two))
+            normals[number, axis] = n[axis]
+    return _largest(view)
 
 
 @lean_inlined
@@ -93,13 +204,13 @@ def _set_edges(normals: np.ndarray, sign: float, cosine: float, sine: float, edg
 
 @lean_inlined
 def face_of(
-    rays: Cast, screen: Screen, c: np.ndarray, ball: tuple[Vector, float], is_void: bool, work: np.ndarray
+    screen: Screen, view: View, c: np.ndarray, ball: tuple[Vector, float], is_void: bool, work: np.ndarray
 ) -> Face:
-    """A triangle in the ball around it, place and radius in the frame of the sensor; work (2, 3, 3)."""
+    """A triangle of corners (3, 3) in the ball around it, in the frame of the sensor; work (2, 3, 3)."""
     (x, y, z), radius = ball
     normals, edges = work[0], work[1]
-    doubt = DOUBT * screen.longest * _set_normals(rays, c, normals)
-    corner = in_sensor_axes(rays, _corner(c, 0))
+    doubt = DOUBT * screen.longest * set_normals(view, normals)
+    corner = view.corner
     over = normals[2, 0] * corner[0] + normals[2, 1] * corner[1] + normals[2, 2] * corner[2]
     distance = size_of((x, y, z))
     has_edges = distance > radius and abs(over) > doubt * (distance + radius)

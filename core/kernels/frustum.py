@@ -19,7 +19,7 @@ import numpy as np
 from riglens.core.kernels.bits import mark_levels
 from riglens.core.kernels.cast import NONE_STOPPED
 from riglens.core.kernels.codes import CAMERA
-from riglens.core.kernels.jit import inlined, kernel, parallel_kernel
+from riglens.core.kernels.jit import kernel, lean, lean_inlined, parallel_kernel
 from riglens.core.kernels.lattice import direction, rotated
 from riglens.core.kernels.predicates import Vector
 from riglens.core.kernels.walk import FARTHEST, Cell, Ray, hits_cell
@@ -69,7 +69,7 @@ class VoxelWork(NamedTuple):
     points: np.ndarray
 
 
-@inlined
+@lean_inlined
 def _to_camera(f: Frustum, x: float, y: float, z: float) -> tuple[float, float, float]:
     """A point of the grid in the camera frame."""
     dx, dy, dz = x - f.origin[0], y - f.origin[1], z - f.origin[2]
@@ -81,7 +81,7 @@ def _to_camera(f: Frustum, x: float, y: float, z: float) -> tuple[float, float, 
     )
 
 
-@inlined
+@lean_inlined
 def _narrow(value: float, slope: float, low: float, high: float) -> tuple[float, float]:
     """The part of low..high in which value + k slope >= 0."""
     if slope > 0.0:
@@ -91,7 +91,7 @@ def _narrow(value: float, slope: float, low: float, high: float) -> tuple[float,
     return (low, high) if value >= 0.0 else (1.0, 0.0)
 
 
-@inlined
+@lean_inlined
 def _levels_within(f: Frustum, x: float, y: float, z: float, room: float) -> tuple[float, float]:
     """Levels k of a column, counted from the point (x, y, z), whose centre is at most `room` outside the view."""
     ex, ey, ez = f.rotation[2, 0], f.rotation[2, 1], f.rotation[2, 2]
@@ -103,7 +103,7 @@ def _levels_within(f: Frustum, x: float, y: float, z: float, room: float) -> tup
     return low, high
 
 
-@inlined
+@lean_inlined
 def _hits(f: Frustum, u: int, v: int, cell: Cell) -> bool:
     """Whether the ray (u, v) is cast and traverses a voxel, exactly."""
     if f.is_stopped.size > 0 and f.is_stopped[v * f.planes.shape[0] + u]:
@@ -124,7 +124,7 @@ def count_stopped(is_stopped: np.ndarray, has_stops: np.ndarray, before: np.ndar
             before[i, j] += before[i - 1, j] + before[i, j - 1] - before[i - 1, j - 1]
 
 
-@inlined
+@lean_inlined
 def _stopped_within(f: Frustum, u0: float, u1: float, v0: float, v1: float) -> int:
     """Whether none, some or all rays of the tiles around the rectangle u0..u1, v0..v1 of the lattice are stopped."""
     if f.is_stopped.size == 0:
@@ -141,13 +141,22 @@ def _stopped_within(f: Frustum, u0: float, u1: float, v0: float, v1: float) -> i
     return ALL if count == every else SOME
 
 
-@inlined
+@lean_inlined
 def _pixel(f: Frustum, x: float, y: float, z: float) -> tuple[float, float]:
     """Place in the lattice of a point in the camera frame, before the camera."""
     return f.image[0] - f.image[1] * y / x, f.image[2] - f.image[3] * z / x
 
 
-@kernel
+@lean_inlined
+def _extent(places: np.ndarray, axis: int) -> tuple[float, float]:
+    """The least and the largest of eight places along an axis."""
+    low, high = places[0, axis], places[0, axis]
+    for corner in range(1, 8):
+        low, high = min(low, places[corner, axis]), max(high, places[corner, axis])
+    return low, high
+
+
+@lean
 def _corners(f: Frustum, cell: Cell, corners: np.ndarray) -> bool:
     """Corners (8, 3) of a voxel in the camera frame; False when one plane has them all outside: no ray hits."""
     for corner in range(8):
@@ -155,19 +164,19 @@ def _corners(f: Frustum, cell: Cell, corners: np.ndarray) -> bool:
         corners[corner, 0], corners[corner, 1], corners[corner, 2] = _to_camera(
             f, float(x), float(y), float(z)
         )
-    if corners[:, 0].max() < -SLACK:
+    if _extent(corners, 0)[1] < -SLACK:
         return False
     for side in range(4):
         most = -np.inf
         for corner in range(8):
-            c = corners[corner]
-            most = max(most, f.sides[side, 0] * c[0] + f.sides[side, 1] * c[1] + f.sides[side, 2] * c[2])
+            x, y, z = corners[corner, 0], corners[corner, 1], corners[corner, 2]
+            most = max(most, f.sides[side, 0] * x + f.sides[side, 1] * y + f.sides[side, 2] * z)
         if most < -SLACK:
             return False
     return True
 
 
-@kernel
+@lean
 def _outline_in_row(points: np.ndarray, v: float) -> tuple[float, float]:
     """Where the outline of eight projected corners (8, 2) crosses the row v: from, to in u (empty: from > to)."""
     low, high = np.inf, -np.inf
@@ -192,7 +201,7 @@ def _outline_in_row(points: np.ndarray, v: float) -> tuple[float, float]:
     return low - slant, high + slant
 
 
-@kernel
+@lean
 def _row_hits(f: Frustum, v: int, first: int, last: int, cell: Cell) -> bool:
     """Whether one of the rays first..last of the row v hits; the middle one first, as it most likely does."""
     if first > last:
@@ -205,7 +214,7 @@ def _row_hits(f: Frustum, v: int, first: int, last: int, cell: Cell) -> bool:
     return False
 
 
-@kernel
+@lean
 def _any_hits(f: Frustum, cell: Cell, work: VoxelWork) -> bool:
     """Whether any ray of the lattice traverses a voxel, exactly."""
     corners, points = work.corners, work.points
@@ -218,7 +227,7 @@ def _any_hits(f: Frustum, cell: Cell, work: VoxelWork) -> bool:
         v = int(min(max(np.rint(f.image[2] - f.image[3] * z / x), 0.0), rows - 1.0))
         if _hits(f, u, v, cell):
             return True
-    if corners[:, 0].min() < NEAREST:  # at the camera itself: too wide to be projected, and rare
+    if _extent(corners, 0)[0] < NEAREST:  # at the camera itself: too wide to be projected, and rare
         for v in range(rows):
             if _row_hits(f, v, 0, columns - 1, cell):
                 return True
@@ -226,11 +235,11 @@ def _any_hits(f: Frustum, cell: Cell, work: VoxelWork) -> bool:
     for corner in range(8):
         points[corner, 0] = f.image[0] - f.image[1] * corners[corner, 1] / corners[corner, 0]
         points[corner, 1] = f.image[2] - f.image[3] * corners[corner, 2] / corners[corner, 0]
-    u0, u1, v0, v1 = points[:, 0].min(), points[:, 0].max(), points[:, 1].min(), points[:, 1].max()
+    u0, u1 = _extent(points, 0)
+    v0, v1 = _extent(points, 1)
     if _stopped_within(f, u0 - 1.0, u1 + 1.0, v0 - 1.0, v1 + 1.0) == ALL:
         return False
-    first_v = max(int(np.ceil(points[:, 1].min() - SLACK)), 0)
-    last_v = min(int(np.floor(points[:, 1].max() + SLACK)), rows - 1)
+    first_v, last_v = max(int(np.ceil(v0 - SLACK)), 0), min(int(np.floor(v1 + SLACK)), rows - 1)
     for v in range(first_v, last_v + 1):
         low, high = _outline_in_row(points, float(v))
         first_u, last_u = int(max(np.ceil(low), 0.0)), int(min(np.floor(high), columns - 1.0))
@@ -239,7 +248,7 @@ def _any_hits(f: Frustum, cell: Cell, work: VoxelWork) -> bool:
     return False
 
 
-@inlined
+@lean_inlined
 def _is_free(f: Frustum, start: Vector, step: Vector, first: int, last: int) -> bool:
     """Whether no ray is stopped that is the nearest to the centre of a voxel at start + level step, in camera frame."""
     x0, x1 = start[0] + first * step[0], start[0] + last * step[0]
@@ -252,7 +261,7 @@ def _is_free(f: Frustum, start: Vector, step: Vector, first: int, last: int) -> 
     )
 
 
-@inlined
+@lean_inlined
 def _is_nearest_free(f: Frustum, centre: Vector) -> bool:
     """Whether the ray nearest to a place in the view, in camera frame, is not stopped."""
     if centre[0] < 0.5:
@@ -263,7 +272,7 @@ def _is_nearest_free(f: Frustum, centre: Vector) -> bool:
     return not f.is_stopped[row * columns + column]
 
 
-@kernel
+@lean
 def _mark_column(f: Frustum, ix: int, iy: int, keep: np.ndarray, marks: np.ndarray, work: VoxelWork) -> None:
     """Mark the voxels of one column whose centre is nearer than the depth limit and that a ray traverses."""
     base = (ix * f.shape[1] + iy) * ((f.shape[2] + 63) // 64)
@@ -297,7 +306,7 @@ def _mark_column(f: Frustum, ix: int, iy: int, keep: np.ndarray, marks: np.ndarr
             marks[word] |= bit
 
 
-@inlined
+@lean_inlined
 def _columns_in_row(outline: np.ndarray, x: float) -> tuple[float, float]:
     """From where to where along y the convex outline is crossed at x (empty: from > to)."""
     low, high = np.inf, -np.inf

@@ -15,10 +15,12 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
+from riglens.core.kernels.bins import Bins, bin_of, bins_around
 from riglens.core.kernels.bits import mark_levels
+from riglens.core.kernels.cast import NONE_STOPPED
 from riglens.core.kernels.cones import CLEAR, HALF_COLUMN, LONGEST
 from riglens.core.kernels.frustum import SPHERE
-from riglens.core.kernels.jit import inlined, kernel, parallel_kernel
+from riglens.core.kernels.jit import kernel, lean, lean_inlined, parallel_kernel
 from riglens.core.kernels.lattice import rotated
 from riglens.core.kernels.walk import FARTHEST, Cell, Ray, hits_cell
 
@@ -39,16 +41,8 @@ TOUCHING = 0.05
 AHEAD = 0.002
 """What is farther away than TOUCHING and met by a ray is at least so far ahead."""
 
-
-class Bins(NamedTuple):
-    """Rays by their place (y / x, z / x) in the image plane: corner (2,) of the first bin, bins per unit (2,), how many
-    (2,), and the numbers of the rays, bin by bin, of which those of a bin begin at first (bins + 1,)."""
-
-    corner: np.ndarray
-    scale: np.ndarray
-    sizes: np.ndarray
-    first: np.ndarray
-    rays: np.ndarray
+STOPPED, FREE = 0, 1
+NO_BINS = np.zeros((2, 0, 0), np.int64)
 
 
 class Mesh(NamedTuple):
@@ -58,7 +52,9 @@ class Mesh(NamedTuple):
     limit: how far away a voxel is hit for certain whose centre is in the mesh; inside (SECTORS, 2): slopes between
     which a direction is in the mesh; around (2, WIDEST, SECTORS): the least and the largest slope of the mesh in 1, 2,
     4, ... sectors from each on; reach (3, 2): least and largest component of all directions; outline (n, 2): corners
-    in plan of what holds the mesh up to its limit.
+    in plan of what holds the mesh up to its limit; apart (2,): how far a place of a triangle in the image plane may be
+    from its corners. is_stopped (n,) as in `riglens.core.kernels.cast.Cast`; before (2, i + 1, j + 1): how many rays
+    are stopped, and how many are not, in the bins before; both empty where none is stopped.
     """
 
     rows: np.ndarray
@@ -71,9 +67,12 @@ class Mesh(NamedTuple):
     around: np.ndarray
     reach: np.ndarray
     outline: np.ndarray
+    apart: np.ndarray
+    is_stopped: np.ndarray = NONE_STOPPED
+    before: np.ndarray = NO_BINS
 
 
-@inlined
+@lean_inlined
 def _bearing(x: float, y: float) -> float:
     """The bearing of a place in plan in sectors, from 0 to SECTORS; it grows with the angle, a little unevenly."""
     share = y / (abs(x) + abs(y))
@@ -134,7 +133,7 @@ def lay_border(border: np.ndarray, inside: np.ndarray, around: np.ndarray) -> No
             around[0, 0, sector], around[1, 0, sector] = np.inf, -np.inf
 
 
-@inlined
+@lean_inlined
 def _slopes_around(mesh: Mesh, bearing: float, half: float) -> tuple[float, float]:
     """The least and the largest slope of the mesh within some sectors of a bearing (empty: least > largest)."""
     first, last = int(np.floor(bearing - half)), int(np.floor(bearing + half))
@@ -148,9 +147,11 @@ def _slopes_around(mesh: Mesh, bearing: float, half: float) -> tuple[float, floa
     )
 
 
-@inlined
+@lean_inlined
 def _ray_hits(mesh: Mesh, ray: int, cell: Cell) -> bool:
-    """Whether a ray traverses a voxel: in doubles where they can tell, else exactly."""
+    """Whether a ray is cast and traverses a voxel: in doubles where they can tell, else exactly."""
+    if mesh.is_stopped.size > 0 and mesh.is_stopped[ray]:
+        return False
     row = mesh.rows[ray]
     d = rotated(mesh.rotation, (row[0], row[1], row[2]))
     g = (mesh.origin[0], mesh.origin[1], mesh.origin[2])
@@ -165,7 +166,7 @@ def _ray_hits(mesh: Mesh, ray: int, cell: Cell) -> bool:
     return hits_cell(Ray(g, d, 0.0, FARTHEST), cell)
 
 
-@inlined
+@lean_inlined
 def _to_camera(mesh: Mesh, x: float, y: float, z: float) -> tuple[float, float, float]:
     """A place seen from the camera, in the camera frame."""
     r = mesh.rotation
@@ -176,7 +177,7 @@ def _to_camera(mesh: Mesh, x: float, y: float, z: float) -> tuple[float, float, 
     )
 
 
-@inlined
+@lean_inlined
 def _is_out_of_reach(mesh: Mesh, low: tuple[float, float, float]) -> bool:
     """Whether a voxel lies to a side of the camera to which no ray goes; low: its lower corner seen from the camera."""
     for axis in range(3):
@@ -187,17 +188,18 @@ def _is_out_of_reach(mesh: Mesh, low: tuple[float, float, float]) -> bool:
     return False
 
 
-@kernel
-def _place_in_image(mesh: Mesh, low: tuple[float, float, float]) -> tuple[float, float, float, float]:
+@lean
+def _place_in_image(
+    mesh: Mesh, low: tuple[float, float, float], corners: np.ndarray
+) -> tuple[float, float, float, float]:
     """From where to where a voxel is in the image plane (y / x from, to, z / x from, to), as far as it is AHEAD; empty
-    where nothing of it is."""
-    corners = np.empty((8, 3))
+    where nothing of it is. corners (8, 3): work space."""
     for k in range(8):
         x, y, z = _to_camera(mesh, low[0] + (k & 1), low[1] + (k >> 1 & 1), low[2] + (k >> 2))
         corners[k, 0], corners[k, 1], corners[k, 2] = x, y, z
     left, right, bottom, top = np.inf, -np.inf, np.inf, -np.inf
     for k in range(8):
-        x, y, z = corners[k]
+        x, y, z = corners[k, 0], corners[k, 1], corners[k, 2]
         if x >= AHEAD:
             left, right, bottom, top = (
                 min(left, y / x),
@@ -207,22 +209,16 @@ def _place_in_image(mesh: Mesh, low: tuple[float, float, float]) -> tuple[float,
             )
             continue
         for axis in range(3):
-            other = corners[k ^ (1 << axis)]
-            if other[0] >= AHEAD:
-                share = (AHEAD - x) / (other[0] - x)
-                u, v = (y + share * (other[1] - y)) / AHEAD, (z + share * (other[2] - z)) / AHEAD
+            other = k ^ (1 << axis)
+            if corners[other, 0] >= AHEAD:
+                share = (AHEAD - x) / (corners[other, 0] - x)
+                u = (y + share * (corners[other, 1] - y)) / AHEAD
+                v = (z + share * (corners[other, 2] - z)) / AHEAD
                 left, right, bottom, top = min(left, u), max(right, u), min(bottom, v), max(top, v)
     return left, right, bottom, top
 
 
-@inlined
-def _bin(bins: Bins, axis: int, place: float) -> int:
-    """The bin of a place along one axis of the image plane, at most one beside the first or the last."""
-    number = np.floor((place - bins.corner[axis]) * bins.scale[axis])
-    return int(min(max(number, -1.0), float(bins.sizes[axis])))
-
-
-@inlined
+@lean_inlined
 def _bin_hits(mesh: Mesh, bins: Bins, i: int, j: int, cell: Cell) -> bool:
     """Whether one of the rays in a bin traverses a voxel."""
     here = i * bins.sizes[1] + j
@@ -232,10 +228,35 @@ def _bin_hits(mesh: Mesh, bins: Bins, i: int, j: int, cell: Cell) -> bool:
     return False
 
 
-@kernel
-def any_ray_hits(mesh: Mesh, bins: Bins, cell: Cell) -> bool:
+@lean_inlined
+def _count(mesh: Mesh, kind: int, across: tuple[int, int], up: tuple[int, int]) -> int:
+    """How many rays of some bins, from and to along both axes, are STOPPED or FREE; where none is stopped, -1."""
+    if mesh.is_stopped.size == 0 or across[0] > across[1] or up[0] > up[1]:
+        return -1
+    b = mesh.before[kind]
+    return int(
+        b[across[1] + 1, up[1] + 1] - b[across[0], up[1] + 1] - b[across[1] + 1, up[0]] + b[across[0], up[0]]
+    )
+
+
+@lean_inlined
+def _is_free(
+    mesh: Mesh, bins: Bins, low: tuple[float, float, float], high: tuple[float, float, float]
+) -> bool:
+    """Whether no ray is stopped that is a corner of a triangle that holds a place between two, seen from the camera."""
+    x0, y0, z0 = _to_camera(mesh, low[0], low[1], low[2])
+    x1, y1, z1 = _to_camera(mesh, high[0], high[1], high[2])
+    if min(x0, x1) < 0.5:
+        return False
+    from_u, to_u = min(y0 / x0, y1 / x1) - mesh.apart[0], max(y0 / x0, y1 / x1) + mesh.apart[0]
+    from_v, to_v = min(z0 / x0, z1 / x1) - mesh.apart[1], max(z0 / x0, z1 / x1) + mesh.apart[1]
+    return _count(mesh, STOPPED, bins_around(bins, 0, from_u, to_u), bins_around(bins, 1, from_v, to_v)) == 0
+
+
+@lean
+def any_ray_hits(mesh: Mesh, bins: Bins, cell: Cell, work: np.ndarray) -> bool:
     """Whether any ray traverses a voxel, exactly: those of the bins that it touches in the image plane, the nearest to
-    the middle of the image first, as a voxel at the border reaches in from outside."""
+    the middle of the image first, as a voxel at the border reaches in from outside. work (8, 3)."""
     low = (cell[0] - mesh.origin[0], cell[1] - mesh.origin[1], cell[2] - mesh.origin[2])
     if _is_out_of_reach(mesh, low):
         return False
@@ -245,14 +266,16 @@ def any_ray_hits(mesh: Mesh, bins: Bins, cell: Cell) -> bool:
     from_i, to_i, from_j, to_j = 0, bins.sizes[0] - 1, 0, bins.sizes[1] - 1
     away = max(max(max(low[0], -1.0 - low[0]), max(low[1], -1.0 - low[1])), max(low[2], -1.0 - low[2]))
     if away > TOUCHING:
-        left, right, bottom, top = _place_in_image(mesh, low)
+        left, right, bottom, top = _place_in_image(mesh, low, work)
         if left > right:
             return False
         slant = BLURRED * (1.0 + abs(left) + abs(right) + abs(bottom) + abs(top))
-        from_i, to_i = max(_bin(bins, 0, left - slant), 0), min(_bin(bins, 0, right + slant), to_i)
-        from_j, to_j = max(_bin(bins, 1, bottom - slant), 0), min(_bin(bins, 1, top + slant), to_j)
+        from_i, to_i = max(bin_of(bins, 0, left - slant), 0), min(bin_of(bins, 0, right + slant), to_i)
+        from_j, to_j = max(bin_of(bins, 1, bottom - slant), 0), min(bin_of(bins, 1, top + slant), to_j)
+    if _count(mesh, FREE, (from_i, to_i), (from_j, to_j)) == 0:
+        return False
     if x > SPHERE:
-        i, j = _bin(bins, 0, y / x), _bin(bins, 1, z / x)
+        i, j = bin_of(bins, 0, y / x), bin_of(bins, 1, z / x)
         if from_i <= i <= to_i and from_j <= j <= to_j and _bin_hits(mesh, bins, i, j, cell):
             return True
     turn_i, turn_j = from_i + to_i > bins.sizes[0], from_j + to_j > bins.sizes[1]
@@ -264,7 +287,7 @@ def any_ray_hits(mesh: Mesh, bins: Bins, cell: Cell) -> bool:
     return False
 
 
-@inlined
+@lean_inlined
 def _level_above(height: float, mesh: Mesh) -> int:
     """The first level of the box whose middle is above a height over the camera."""
     level = np.floor(min(max(height + mesh.origin[2] + 0.5, float(mesh.box[4])), float(mesh.box[5])))
@@ -272,7 +295,7 @@ def _level_above(height: float, mesh: Mesh) -> int:
     return int(min(level if is_above else level + 1.0, float(mesh.box[5])))
 
 
-@inlined
+@lean_inlined
 def _test_levels(
     mesh: Mesh,
     bins: Bins,
@@ -280,16 +303,44 @@ def _test_levels(
     levels: tuple[int, int],
     keep: np.ndarray,
     marks: np.ndarray,
+    work: np.ndarray,
 ) -> None:
     """Mark those levels first..end-1 of a column (ix, iy, first word) that are kept, not yet marked, and hit."""
     for level in range(levels[0], levels[1]):
         word, bit = column[2] + (level >> 6), np.uint64(1) << np.uint64(level & 63)
-        if keep[word] & ~marks[word] & bit != 0 and any_ray_hits(mesh, bins, (column[0], column[1], level)):
+        is_asked = keep[word] & ~marks[word] & bit != 0
+        if is_asked and any_ray_hits(mesh, bins, (column[0], column[1], level), work):
             marks[word] |= bit
 
 
-@kernel
-def _mark_column(mesh: Mesh, bins: Bins, ix: int, iy: int, keep: np.ndarray, marks: np.ndarray) -> None:
+@lean_inlined
+def _mark_inside(
+    mesh: Mesh,
+    bins: Bins,
+    column: tuple[int, int, int],
+    levels: tuple[int, int],
+    keep: np.ndarray,
+    marks: np.ndarray,
+    work: np.ndarray,
+) -> None:
+    """Mark those levels first..end-1 of a column that are hit, whose centres are all in the mesh: where no ray around
+    them is stopped, they are."""
+    x, y, z = column[0] + 0.5 - mesh.origin[0], column[1] + 0.5 - mesh.origin[1], 0.5 - mesh.origin[2]
+    first, end = levels
+    if mesh.is_stopped.size == 0 or _is_free(mesh, bins, (x, y, z + first), (x, y, z + end - 1.0)):
+        mark_levels(marks, column[2], first, end - 1)
+        return
+    for level in range(first, end):
+        if _is_free(mesh, bins, (x, y, z + level), (x, y, z + level)):
+            mark_levels(marks, column[2], level, level)
+        else:
+            _test_levels(mesh, bins, column, (level, level + 1), keep, marks, work)
+
+
+@lean
+def _mark_column(
+    mesh: Mesh, bins: Bins, ix: int, iy: int, keep: np.ndarray, marks: np.ndarray, work: np.ndarray
+) -> None:
     """Mark the voxels of one column whose centre is nearer than the limit and that a ray traverses."""
     column = (ix, iy, (ix * mesh.shape[1] + iy) * ((mesh.shape[2] + 63) // 64))
     x, y = ix + 0.5 - mesh.origin[0], iy + 0.5 - mesh.origin[1]
@@ -299,7 +350,7 @@ def _mark_column(mesh: Mesh, bins: Bins, ix: int, iy: int, keep: np.ndarray, mar
     away, room = np.sqrt(squared), np.sqrt(most - squared)
     first, end = _level_above(-room, mesh), _level_above(room, mesh)
     if away < NEAREST:
-        _test_levels(mesh, bins, column, (first, end), keep, marks)
+        _test_levels(mesh, bins, column, (first, end), keep, marks, work)
         return
     bearing = _bearing(x, y)
     low, high = _slopes_around(mesh, bearing, 1.02 * HALF_COLUMN / away * (0.25 * SECTORS))
@@ -313,14 +364,14 @@ def _mark_column(mesh: Mesh, bins: Bins, ix: int, iy: int, keep: np.ndarray, mar
     sure = max(first, _level_above(mesh.inside[sector, 0] * away + slack, mesh))
     sure_end = min(end, _level_above(mesh.inside[sector, 1] * away - slack, mesh))
     if sure >= sure_end:
-        _test_levels(mesh, bins, column, (first, end), keep, marks)
+        _test_levels(mesh, bins, column, (first, end), keep, marks, work)
         return
-    mark_levels(marks, column[2], sure, sure_end - 1)
-    _test_levels(mesh, bins, column, (first, sure), keep, marks)
-    _test_levels(mesh, bins, column, (sure_end, end), keep, marks)
+    _mark_inside(mesh, bins, column, (sure, sure_end), keep, marks, work)
+    _test_levels(mesh, bins, column, (first, sure), keep, marks, work)
+    _test_levels(mesh, bins, column, (sure_end, end), keep, marks, work)
 
 
-@inlined
+@lean_inlined
 def _columns_in_row(outline: np.ndarray, x: float) -> tuple[float, float]:
     """From where to where along y a convex outline, corner by corner, is crossed at x (empty: from > to)."""
     low, high = np.inf, -np.inf
@@ -343,6 +394,7 @@ def mark_mesh(
     """
     ny, depth = mesh.shape[1], (mesh.shape[2] + 63) // 64
     for worker in numba.prange(workers):
+        work = np.empty((8, 3))
         for ix in range(first_row + worker, end_row, workers):
             low, high = _columns_in_row(mesh.outline, ix + 0.5)
             if low > high:
@@ -354,4 +406,4 @@ def mark_mesh(
                 for part in range(1, depth):
                     occupied |= keep[base + part]
                 if occupied != 0:
-                    _mark_column(mesh, bins, ix, iy, keep, marks)
+                    _mark_column(mesh, bins, ix, iy, keep, marks, work)

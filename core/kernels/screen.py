@@ -74,6 +74,12 @@ def bearing(u: float, v: float) -> float:
 
 
 @lean_inlined
+def angle_on_line(y: float) -> float:
+    """The angle to a place on the line x = 1, but for half of BEARING."""
+    return bearing(1.0, y) if y >= 0.0 else -bearing(1.0, -y)
+
+
+@lean_inlined
 def in_sensor_axes(rays: Cast, place: Vector) -> Vector:
     """A place of the vehicle frame as the sensor sees it."""
     dx, dy, dz = place[0] - rays.origin[0], place[1] - rays.origin[1], place[2] - rays.origin[2]
@@ -109,7 +115,7 @@ def _turn_window(screen: Screen, place: Vector, radius: float) -> Window:
 
 
 @lean_inlined
-def _slopes(x: float, y: float, radius: float) -> tuple[float, float]:
+def slopes_of(x: float, y: float, radius: float) -> tuple[float, float]:
     """From where to where a disc at (x, y) is seen on the line x = 1 (empty: from > to)."""
     rest = x * x + y * y - radius * radius
     if rest <= BLUR * radius * radius:
@@ -126,8 +132,8 @@ def _slopes(x: float, y: float, radius: float) -> tuple[float, float]:
 @lean_inlined
 def _image_window(screen: Screen, place: Vector, radius: float) -> Window:
     """The window of a ball at a place in the frame of a camera."""
-    low, high = _slopes(place[0], -place[2], radius)
-    left, right = _slopes(place[0], -place[1], radius)
+    low, high = slopes_of(place[0], -place[2], radius)
+    left, right = slopes_of(place[0], -place[1], radius)
     if low > high or left > right:
         return Window(0, 0, 0.0, 0.0)
     first, end = before(screen.rows, screen.row_scale, low), upto(screen.rows, screen.row_scale, high)

@@ -21,7 +21,16 @@ import numpy as np
 from riglens.core.kernels.cast import Cast
 from riglens.core.kernels.codes import LISTED
 from riglens.core.kernels.cones import A_TURN
-from riglens.core.kernels.face import DOUBT, Face, ball_around, between, face_of, size_of
+from riglens.core.kernels.face import (
+    DOUBT,
+    Face,
+    ball_around,
+    between,
+    face_of,
+    size_of,
+    view_of,
+    window_around,
+)
 from riglens.core.kernels.jit import kernel, lean, lean_inlined, parallel_kernel
 from riglens.core.kernels.lattice import direction, rotated
 from riglens.core.kernels.predicates import Vector
@@ -30,7 +39,7 @@ from riglens.core.kernels.screen import (
     BLUR,
     Screen,
     Window,
-    bearing,
+    angle_on_line,
     before,
     columns_of,
     has_all,
@@ -64,7 +73,8 @@ class Barring(NamedTuple):
 
 
 @lean_inlined
-def _is_in(void: np.ndarray, p: Vector) -> bool:
+def is_in(void: np.ndarray, p: Vector) -> bool:
+    """Whether a place is in the void."""
     inside = (void[0] <= p[0] <= void[3]) and (void[1] <= p[1] <= void[4])
     return bool(inside and (void[2] <= p[2] <= void[5]))
 
@@ -83,7 +93,7 @@ def _meet_ray(
     t, _ = meet(o, d, face.corners)
     if not bar.start < t < np.inf:
         return
-    if _is_in(bar.void, (o[0] + t * d[0], o[1] + t * d[1], o[2] + t * d[2])):
+    if is_in(bar.void, (o[0] + t * d[0], o[1] + t * d[1], o[2] + t * d[2])):
         set_all(ends.is_over[row], column, column + 1)
     elif not has_all(ends.has_end[row], column, column + 1) or t < ends.at[row, column]:
         ends.at[row, column] = t
@@ -146,8 +156,7 @@ def _offer_columns(
 @lean_inlined
 def _azimuth(screen: Screen, face: Face, row: int, y: float) -> float:
     """Azimuth of a place on the line x = 1 as the columns of a row count it, but for 2 BEARING and whole turns."""
-    angle = bearing(1.0, y) if y >= 0.0 else -bearing(1.0, -y)
-    return face.azimuth + angle - (screen.shift[row] if screen.shift.size > 0 else 0.0)
+    return face.azimuth + angle_on_line(y) - (screen.shift[row] if screen.shift.size > 0 else 0.0)
 
 
 @lean_inlined
@@ -204,15 +213,16 @@ def _offer_turn(
 
 
 @lean_inlined
-def _has_open(screen: Screen, window: Window, bar: Barring, is_over: np.ndarray) -> bool:
-    """Whether some ray in a window is not over."""
-    for row in range(window.first, window.end):
+def _next_open(screen: Screen, window: Window, bar: Barring, is_over: np.ndarray, row: int) -> int:
+    """The first row of a window from `row` on with a ray in it that is not over, else its last row's next."""
+    while row < window.end:
         start, end, again = columns_of(screen, window, row)
         if not has_all(is_over[row], max(start, bar.first), min(end, bar.end)):
-            return True
+            return row
         if not has_all(is_over[row], bar.first, min(again, bar.end)):
-            return True
-    return False
+            return row
+        row += 1
+    return row
 
 
 @lean
@@ -230,25 +240,25 @@ def _offer(rays: Cast, screen: Screen, c: np.ndarray, bar: Barring, work: np.nda
     )
     middle, radius = ball_around(low, high)
     place = in_sensor_axes(rays, middle)
-    window = window_of(screen, place, radius)
-    if window.first >= window.end:
+    view = view_of(rays, c)
+    window = window_around(screen, view, (place, radius))
+    row = _next_open(screen, window, bar, ends.is_over, window.first)
+    if row >= window.end:
         return
-    is_void = _is_in(bar.void, low) and _is_in(bar.void, high) and size_of(place) - radius > bar.start
-    face = face_of(rays, screen, c, (place, radius), is_void, work)
-    for row in range(window.first, window.end):
-        start, end, again = columns_of(screen, window, row)
-        if not face.has_edges:
+    is_void = is_in(bar.void, low) and is_in(bar.void, high) and size_of(place) - radius > bar.start
+    face = face_of(screen, view, c, (place, radius), is_void, work)
+    while row < window.end:
+        if face.has_edges:
+            _offer_row(rays, screen, face, bar, row, ends)
+        else:
+            start, end, again = columns_of(screen, window, row)
             _offer_each(rays, screen, face, bar, row, start, end, ends)
             _offer_each(rays, screen, face, bar, row, 0, again, ends)
-        elif not (
-            has_all(ends.is_over[row], max(start, bar.first), min(end, bar.end))
-            and has_all(ends.is_over[row], bar.first, min(again, bar.end))
-        ):
-            _offer_row(rays, screen, face, bar, row, ends)
+        row = _next_open(screen, window, bar, ends.is_over, row + 1)
 
 
 @lean_inlined
-def _near2(o: np.ndarray, bounds: np.ndarray) -> float:
+def near2(o: np.ndarray, bounds: np.ndarray) -> float:
     """Squared distance of a box from a place."""
     total = 0.0
     for axis in range(3):
@@ -270,11 +280,11 @@ def _offer_tree(
         b = tree.bounds[node]
         middle, radius = ball_around((b[0], b[1], b[2]), (b[3], b[4], b[5]))
         window = window_of(screen, in_sensor_axes(rays, middle), radius)
-        if not _has_open(screen, window, bar, ends.is_over):
+        if _next_open(screen, window, bar, ends.is_over, window.first) >= window.end:
             continue
         if tree.leaf[node, 1] == 0:
             near, far = node + 1, tree.skip[node + 1]
-            if _near2(rays.origin, tree.bounds[far]) < _near2(rays.origin, tree.bounds[near]):
+            if near2(rays.origin, tree.bounds[far]) < near2(rays.origin, tree.bounds[near]):
                 near, far = far, near
             stack[waiting], stack[waiting + 1] = far, near
             waiting += 2

@@ -9,11 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
+from riglens.core.kernels.bins import Bins
 from riglens.core.kernels.cast import Cast
 from riglens.core.kernels.screen import Screen
 from riglens.core.rig.library import Cylinder, default_library
-from riglens.core.rig.model import Sensor
-from riglens.core.sensing.rays import lattice
+from riglens.core.rig.model import Camera, Sensor
+from riglens.core.sensing.image_bins import bins_of
+from riglens.core.sensing.rays import lattice, rotate
 from riglens.core.sensing.screens import screen_of
 from riglens.core.vehicle.solid import Barrier, Solid
 
@@ -104,9 +106,12 @@ def barrier_shadow(sensor: Sensor, barrier: Barrier, void: NDArray[np.float64], 
     if not len(barrier.stops):
         return _no_shadow(len(rays.rows) * len(rays.planes))
     screen = screen_of(sensor)
-    if screen is None:
-        return _by_tree(rays, barrier, void, workers)
-    return _by_triangle(rays, screen, barrier, void, workers)
+    if screen is not None:
+        return _by_triangle(rays, screen, barrier, void, workers)
+    bins = bins_of(sensor) if isinstance(sensor, Camera) else None
+    if bins is not None:
+        return _by_bins(rays, bins, barrier, void, workers)
+    return _by_tree(rays, barrier, void, workers)
 
 
 def _no_shadow(rays: int) -> Shadow:
@@ -146,8 +151,22 @@ def _unpacked(words: NDArray[np.uint64], columns: int) -> NDArray[np.bool_]:
     return bits.view(np.bool_)
 
 
+def _by_bins(rays: Cast, bins: Bins, barrier: Barrier, void: NDArray[np.float64], workers: int) -> Shadow:
+    """Triangle by triangle, each offered to the rays of a lens that can meet it."""
+    from riglens.core.kernels import lens_shadow as kernel  # the compiler
+
+    at, still = np.zeros(len(rays.rows)), np.diff(bins.first)
+    has_end, is_over = np.zeros((2, len(rays.rows)), np.bool_)
+    if workers == 1:
+        kernel.find_lens_ends_serial(rays, bins, *barrier, void, at, has_end, is_over, still)
+    else:
+        kernel.find_lens_ends(rays, bins, *barrier, void, workers, at, has_end, is_over, still)
+    cut = np.flatnonzero(has_end & ~is_over)
+    return Shadow(has_end | is_over, cut, at[cut])
+
+
 def _by_tree(rays: Cast, barrier: Barrier, void: NDArray[np.float64], workers: int) -> Shadow:
-    """Ray by ray through the tree: for lattices without rows and columns."""
+    """Ray by ray through the tree: for lenses so wide that their rays have no place in an image plane."""
     from riglens.core.kernels import solid as kernel  # the compiler
 
     ends = np.full(len(rays.rows) * len(rays.planes), np.inf)
@@ -156,4 +175,6 @@ def _by_tree(rays: Cast, barrier: Barrier, void: NDArray[np.float64], workers: i
     else:
         kernel.ends_by_tree_parallel(rays, *barrier, workers, ends)
     cut = np.flatnonzero(np.isfinite(ends))
+    places = rays.origin + rotate(rays.rotation, rays.rows[cut]) * ends[cut][:, None]
+    cut = cut[~((void[:3] <= places) & (places <= void[3:])).all(axis=1)]
     return Shadow(np.isfinite(ends), cut, ends[cut])

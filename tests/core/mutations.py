@@ -27,6 +27,7 @@ TESTS = {
     "core/engine/sight.py": ("test_sight.py",),
     "core/engine/audit.py": ("test_audit.py",),
     "core/engine/meshes.py": ("test_mesh_casting.py",),
+    "core/sensing/image_bins.py": ("test_mesh_casting.py", "test_body_shadow.py"),
     "core/engine/blocking.py": ("test_body_blocking.py",),
     "core/metric/entropy.py": ("test_entropy.py",),
     "core/metric/scoring.py": ("test_scores.py", "test_engine_edits.py"),
@@ -212,7 +213,11 @@ MUTATIONS = [
         ("(0.5 * (np.abs(sides[0]) + np.abs(sides[1])))", "(0.05 * (np.abs(sides[0]) + np.abs(sides[1])))"),
         ("np.stack([start[along & ~against], end[along & ~against]], axis=1)",
          "np.stack([start[along], end[along]], axis=1)"),
+    ),
+    *mutations_of(
+        "core/sensing/image_bins.py",
         ("at[:, 0] * count[1] + at[:, 1]", "at[:, 0] * count[0] + at[:, 1]"),
+        ("np.ascontiguousarray(place[order])", "place"),
     ),
     *mutations_of(
         "core/engine/blocking.py",

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from riglens.core.engine.caster import Caster
 from riglens.core.engine.engine import Engine, Evaluation, evaluate_from_scratch
+from riglens.core.engine.meshes import make_mesh
 from riglens.core.engine.sheets import make_sheets
 from riglens.core.errors import InputError
 from riglens.core.kernels.solid import ends_by_tree
@@ -199,6 +200,30 @@ def test_thousands_of_sensors_see_what_their_single_rays_see() -> None:
     for seed in range(3000):
         assert_as_ray_by_ray(seed, (0.1, 0.5, 1.0)[seed % 3])
         assert_sheets_as_ray_by_ray(seed)
+
+
+def bent_camera(rng: np.random.Generator) -> Camera:
+    """A camera with a distorted lens whose rays are close enough to be joined to a mesh."""
+    fx = float(rng.uniform(800.0, 2000.0))
+    return Camera(
+        name="C",
+        position=tuple(np.round(rng.uniform([-3.0, -3.0, 0.5], [3.0, 3.0, 3.5]), int(rng.choice([1, 12])))),
+        rpy_deg=tuple(map(float, rng.uniform([-20.0, -20.0, -180.0], [20.0, 20.0, 180.0]))),  # type: ignore[arg-type]
+        fx=fx, fy=fx, cx=float(rng.uniform(700.0, 900.0)), cy=450.0,
+        distortion=BrownConrady(k1=float(rng.uniform(-0.12, 0.1)), p1=float(rng.uniform(-0.01, 0.01))),
+        cast=(int(rng.integers(60, 140)), int(rng.integers(40, 80))),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("seed", range(16))
+def test_bent_lenses_see_what_single_rays_see_and_stay_in_their_mesh(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    field, sensor = random_field(FINE, rng, share=float(rng.choice([0.1, 0.6]))), bent_camera(rng)
+    ahead = np.array(sensor.position) + sensor.pose.rotation()[:, 0]
+    mesh = mesh_of(soup(seed, int(rng.integers(10, 60)), size_m=0.6, spread_m=0.9).triangles_m + ahead)
+    free, *_ = Caster(field)._casts(sensor, "exact", barrier_of(sensor, CarBody(FILE, mesh).solid()))
+    assert make_mesh(sensor, free) is not None and free.is_stopped.any()
+    np.testing.assert_array_equal(seen_cut(field, mesh, sensor), ray_by_ray(field, mesh, sensor))
 
 
 LISTED: list[Sensor] = [

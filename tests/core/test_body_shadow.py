@@ -10,7 +10,7 @@ from riglens.core.geometry import Pose
 from riglens.core.kernels.jit import use_threads
 from riglens.core.kernels.solid import ends_by_tree
 from riglens.core.rig.library import load_library
-from riglens.core.rig.model import Camera, EvenAngles, Lidar, Sensor
+from riglens.core.rig.model import BrownConrady, Camera, EvenAngles, Lidar, Sensor
 from riglens.core.sensing.body_ends import (
     NO_VOID,
     barrier_ends,
@@ -18,6 +18,7 @@ from riglens.core.sensing.body_ends import (
     barrier_shadow,
     rays_in_metres,
 )
+from riglens.core.sensing.image_bins import bins_of
 from riglens.core.sensing.rays import sensor_rays
 from riglens.core.vehicle.profiles import reference_vehicle
 from riglens.core.vehicle.solid import Barrier, CarBody, Solid
@@ -62,6 +63,23 @@ def test_any_lattice_ends_at_random_triangles_where_single_rays_do(seed: int) ->
         sensor = random_sensor(rng, spread_m=float(rng.choice([0.5, 3.0])))
         barrier = barrier_of(sensor, solid)
         np.testing.assert_array_equal(barrier_ends(sensor, barrier), by_tree(sensor, barrier))
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_bent_lenses_end_at_random_triangles_where_single_rays_do(seed: int) -> None:
+    """With triangles around the camera too, and with one so wide that its rays have no place in an image."""
+    rng = np.random.default_rng(seed)
+    solid = soup(seed, int(rng.integers(1, 200)), size_m=float(rng.choice([0.01, 0.3, 3.0])))
+    threads = use_threads(2)
+    for k1, fx in ((-0.1, 900.0), (0.05, 500.0), (0.0, 20.0)):
+        sensor = Camera(
+            name="a", position=tuple(rng.uniform(-0.5, 0.5, 3)), rpy_deg=tuple(rng.uniform(-180, 180, 3)),
+            fx=fx, fy=fx, cx=820.0, cy=400.0, distortion=BrownConrady(k1=k1, p1=0.001), cast=(67, 41),
+        )  # fmt: skip
+        barrier = barrier_of(sensor, solid)
+        assert (bins_of(sensor) is None) == (fx == 20.0)
+        for workers in (1, threads):
+            np.testing.assert_array_equal(barrier_ends(sensor, barrier, workers), by_tree(sensor, barrier))
 
 
 def test_rays_along_the_faces_and_edges_of_a_box_end_where_single_rays_do() -> None:

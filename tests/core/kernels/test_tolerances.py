@@ -12,6 +12,7 @@ import pytest
 
 from riglens.core.engine import fans, frustums, meshes, sheets
 from riglens.core.kernels import cones, cores, fan, frustum, mesh, predicates, profile, sheet, ties, walk
+from riglens.core.sensing import image_bins
 
 REPOSITORY = Path(__file__).resolve().parents[3]
 ROOMS = ("kernels", "engine", "sensing")
@@ -137,7 +138,7 @@ def test_balls_columns_and_tiles_have_room_for_rounding() -> None:
 
 
 def test_what_a_ray_meets_away_from_the_camera_is_ahead_of_it() -> None:
-    assert mesh.TOUCHING / math.hypot(1.0, frustums.WIDEST_TANGENT) > mesh.AHEAD
+    assert mesh.TOUCHING / math.hypot(1.0, image_bins.WIDEST_TANGENT) > mesh.AHEAD
     half_columns_in_sectors = 1.02 * cones.HALF_COLUMN / mesh.NEAREST * 0.25 * mesh.SECTORS
     assert 2.0 * half_columns_in_sectors + 2.0 < 2.0**mesh.WIDEST
     assert math.asin(cones.HALF_COLUMN / mesh.NEAREST) < 1.02 * cones.HALF_COLUMN / mesh.NEAREST
