@@ -37,8 +37,8 @@ from tests.core.builders import (
     spinning,
     unpack,
 )
+from tests.core.edits import Editor
 from tests.core.oracle import exact_mask, grid_rays
-from tests.core.test_engine_edits import Editor
 from tests.core.vehicle.solids import brute_force, plate, soup
 
 BLOCKS = MetricSettings(body="blocks")
@@ -303,7 +303,7 @@ class BlockingEditor(Editor):
     """Also switches the body and its shape."""
 
     def __init__(self, rng: np.random.Generator) -> None:
-        super().__init__(rng)
+        super().__init__(rng, grid_of(10, 9, 70, 0.5))
         self.rig = Rig(vehicle=Vehicle(length=3.0, width=1.5, height=1.2))
 
     def step(self) -> None:
@@ -339,7 +339,7 @@ def edit_at_random(seed: int, steps: int) -> None:
     assert blocked > 0
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", [1, 5])
 def test_random_edits_end_where_an_evaluation_from_scratch_does(seed: int) -> None:
     edit_at_random(seed, 60)
 
