@@ -73,15 +73,6 @@ class Window(NamedTuple):
             max(self.end_word, other.end_word),
         )
 
-    def grown(self, columns: int, shape: tuple[int, int], depth: int) -> Window:
-        """The window with some columns more on each side, as far as the grid goes; depth: words per column."""
-        return Window(
-            max(self.first_row - columns, 0),
-            min(self.end_row + columns, shape[0]),
-            max(self.first_word - columns * depth, 0),
-            min(self.end_word + columns * depth, shape[1] * depth),
-        )
-
 
 def never_stale() -> bool:
     """For callers that want every answer."""

@@ -25,14 +25,14 @@ from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import PAPER_SETTINGS, Method, MetricSettings, Scores
 from riglens.core.metric.scoring import KINDS, score
 from riglens.core.rig.model import Rig, Sensor, rays_of
-from riglens.core.scene.columns import Words, words_per_column
+from riglens.core.scene.columns import Words
 from riglens.core.sensing.body_ends import housing_radius_m
 from riglens.core.vehicle.mesh import BodyMesh
 from riglens.core.vehicle.solid import Barrier, CarBody, Solid
 
 SPARE_SLOTS = 2
-ROOM = 32
-"""Columns on each side by which more is made ready than one place of a sensor needs: it moves on."""
+FEWEST_DIGITS = 4
+"""Binary digits in which others are counted at first."""
 
 
 @dataclass(frozen=True)
@@ -75,27 +75,34 @@ class _Held:
         return KINDS.index(self.shape.sensor.kind)
 
 
-class _Others(NamedTuple):
-    """The slots of a kind that stay, and the window in which it is known what they leave free."""
+@dataclass
+class _Others:
+    """The sensors of a kind that stay while others move: the window of each by its slot; how many of them see each
+    voxel, in binary digits (digits, words), lowest first; and the informative voxels that none of them sees, `free`
+    (words,). An edit of the same sensors finds it as it is; when others move, some are counted more and some less."""
 
-    kind: int
-    slots: tuple[int, ...]
-    window: Window
+    windows: dict[int, Window]
+    counts: NDArray[np.uint64]
+    free: NDArray[np.uint64]
 
-    def hold(self, kind: int, slots: tuple[int, ...], window: Window) -> bool:
-        """Whether it is known for some slots of a kind in a window."""
-        return (kind, slots) == self[:2] and self.window.joined(window) == self.window
+    def digits(self, sensors: int) -> NDArray[np.uint64]:
+        """The digits that it takes to count so many sensors; untouched pages cost no memory."""
+        digits = sensors.bit_length()
+        if digits > len(self.counts):
+            more = np.zeros((max(digits, FEWEST_DIGITS), self.free.size), np.uint64)
+            more[: len(self.counts)] = self.counts
+            self.counts = more
+        return self.counts[:digits]
 
 
 @dataclass
 class _State:
-    """Free rows of the stack are empty; the union holds informative voxels only, the stack maybe others too; `free`
-    (words,): informative voxels that none of `others` sees. They do not change while the same sensors move."""
+    """Free rows of the stack are empty; the union holds informative voxels only, the stack maybe others too; `others`
+    by kind, of those that ever had any."""
 
     stack: NDArray[np.uint64]
     union: NDArray[np.uint64]
-    free: NDArray[np.uint64]
-    others: _Others | None = None
+    others: dict[int, _Others] = field(default_factory=dict)
     sums_q: NDArray[np.int64] = field(default_factory=lambda: np.zeros((ANY + 1, settle.COLUMNS), np.int64))
     held: list[_Held] = field(default_factory=list)
 
@@ -116,9 +123,7 @@ class Engine:
         self._field, self._for_edits = field, for_edits
         self._caster = Caster(field, jit.use_threads(threads))
         words = field.index.words.size
-        self._state = _State(
-            np.zeros((0, words), np.uint64), np.zeros((2, words), np.uint64), np.empty(words, np.uint64)
-        )
+        self._state = _State(np.zeros((0, words), np.uint64), np.zeros((2, words), np.uint64))
         self._shapes: dict[_Wanted, tuple[Sensor, _Shape]] = {}
         self._solid: Solid | None = None
         self._hits: dict[_Shape, tuple[int, ...]] = {}
@@ -280,12 +285,17 @@ class Engine:
         arrived_slots, leaving_slots = (
             sorted({held.slot for held in group if held.kind == kind}) for group in (arrived, leaving)
         )
-        staying = {held.slot for held in state.held if held.kind == kind} - set(arrived_slots)
+        staying = {
+            held.slot: held.window
+            for held in state.held
+            if held.kind == kind and held.slot not in arrived_slots
+        }
+        free = self._free(kind, staying)
         window = reduce(Window.joined, (held.window for held in changed))
         change = settle.settle(
             state.stack,
             state.union,
-            self._free(kind, tuple(sorted(staying)), window),
+            free,
             settle.Slots(np.array(arrived_slots, np.int64), np.array(leaving_slots, np.int64)),
             kind,
             self._region(window),
@@ -295,23 +305,27 @@ class Engine:
         state.sums_q[kind] += change[0]
         state.sums_q[ANY] += change[1]
 
-    def _free(self, kind: int, staying: tuple[int, ...], window: Window) -> Words:
-        """The informative voxels in a window that none of some slots of a kind sees.
+    def _free(self, kind: int, staying: dict[int, Window]) -> Words:
+        """The informative voxels that no sensor of a kind sees that stays, given by slot and window.
 
-        What is known is used again as long as the same slots stay: whatever changes one of them names it among those
-        that arrive or leave, and so asks for others.
+        What is known is used again: a slot that is to hold another set is named among those that leave before, and so
+        is no longer counted.
         """
-        state, field = self._state, self._field
-        if not staying:
-            state.others = None
-            return field.index.words
-        if state.others is None or not state.others.hold(kind, staying, window):
-            window = window.grown(ROOM, field.grid.shape[:2], words_per_column(field.grid))
-            slots, region = np.array(staying, np.int64), self._region(window)
-            workers = self._caster.workers
-            settle.find_free(state.stack, slots, region, field.index.words, workers, state.free)
-            state.others = _Others(kind, staying, window)
-        return state.free
+        state, keep = self._state, self._field.index.words
+        others = state.others.get(kind)
+        if others is None and not staying:
+            return keep
+        if others is None:
+            others = state.others[kind] = _Others({}, np.zeros((0, keep.size), np.uint64), keep.copy())
+        known, workers = others.windows, self._caster.workers
+        more, less = sorted(staying.keys() - known.keys()), sorted(known.keys() - staying.keys())
+        if more or less:
+            counts = others.digits(max(len(known), len(staying)))
+            window = reduce(Window.joined, [staying[slot] for slot in more] + [known[slot] for slot in less])
+            slots = settle.Slots(np.array(more, np.int64), np.array(less, np.int64))
+            settle.count_others(state.stack, slots, self._region(window), keep, workers, counts, others.free)
+            others.windows = staying
+        return others.free
 
     def _region(self, window: Window) -> settle.Region:
         return settle.Region(

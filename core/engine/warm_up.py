@@ -93,9 +93,9 @@ def _compile_edits(field: EntropyField) -> None:
     """Have what an edit needs beside the first score: what the sensors that stay leave free."""
     words, rows = field.index.words, field.grid.shape[0]
     region = settle.Region(0, rows, 0, words.size // rows, words.size // rows)
-    settle.find_free(
-        np.zeros((1, words.size), np.uint64), np.zeros(1, np.int64), region, words, 1, words.copy()
-    )
+    none, slot = np.zeros(0, np.int64), np.zeros(1, np.int64)
+    stack, counts = np.zeros((1, words.size), np.uint64), np.zeros((1, words.size), np.uint64)
+    settle.count_others(stack, settle.Slots(slot, none), region, words, 1, counts, words.copy())
 
 
 def needs_fans(rig: Rig) -> bool:

@@ -30,13 +30,17 @@ def _gain(new: np.uint64, old: np.uint64) -> np.int64:
 
 
 @inlined
-def _unite(stack: np.ndarray, slots: np.ndarray, start: int, seen: np.ndarray) -> None:
-    """Write the voxels that any of the slots holds, for as many words as `seen` has."""
-    seen[:] = 0
+def _seen(stack: np.ndarray, slots: np.ndarray, start: int, room: np.ndarray) -> np.ndarray:
+    """The voxels that any of the slots holds, for as many words as there is room: its own words, where it is one."""
+    words = room.size
+    if slots.size == 1:
+        return stack[slots[0], start : start + words]
+    room[:] = 0
     for slot in slots:
-        part = stack[slot, start : start + seen.size]
-        for i in range(seen.size):
-            seen[i] |= part[i]
+        part = stack[slot, start : start + words]
+        for i in range(words):
+            room[i] |= part[i]
+    return room
 
 
 @inlined
@@ -128,28 +132,71 @@ def _room(workers: int) -> np.ndarray:
     return np.zeros((workers, 16), np.int64)
 
 
+@inlined
+def _count_digit(
+    arrived: np.ndarray, leaving: np.ndarray, digit: np.ndarray, come: np.ndarray, gone: np.ndarray
+) -> np.uint64:
+    """Count one more where only `arrived` sees, and one less where only `leaving` does, in one binary digit of each
+    voxel's number; write what is carried up, and what down. Returns 0 if nothing is."""
+    carried = np.uint64(0)
+    for w in range(digit.size):
+        before, more, less = digit[w], arrived[w] & ~leaving[w], leaving[w] & ~arrived[w]
+        digit[w] = before ^ (more | less)
+        come[w], gone[w] = more & before, less & ~before
+        carried |= come[w] | gone[w]
+    return carried
+
+
+@kernel
+def _count_row(
+    stack: np.ndarray, slots: Slots, start: int, none: np.ndarray, counts: np.ndarray, carry: np.ndarray
+) -> None:
+    """As `count_others`, the counts of a row that begins with some word; none (words,): zeros, carry (2, words): room
+    to work in."""
+    words = none.size
+    for i in range(max(slots.arrived.size, slots.leaving.size)):
+        arrived = stack[slots.arrived[i], start : start + words] if i < slots.arrived.size else none
+        leaving = stack[slots.leaving[i], start : start + words] if i < slots.leaving.size else none
+        carried = _count_digit(arrived, leaving, counts[0, start : start + words], carry[0], carry[1])
+        digit = 1
+        while carried != 0 and digit < counts.shape[0]:  # of what is carried up and down nothing is in both
+            carried = _count_digit(
+                carry[0], carry[1], counts[digit, start : start + words], carry[0], carry[1]
+            )
+            digit += 1
+
+
 @parallel_kernel
-def find_free(
+def count_others(
     stack: np.ndarray,
-    staying: np.ndarray,
+    slots: Slots,
     region: Region,
     keep: np.ndarray,
     workers: int,
+    counts: np.ndarray,
     free: np.ndarray,
 ) -> None:
-    """Write, in a region of free uint64 (words,), the voxels of keep that none of the slots staying (k,) holds."""
+    """Count, in a region, the sensors in arrived slots as others from now on, and those in leaving slots no more.
+
+    Others are those that stay while some sensors move. counts uint64 (digits, words): binary digits, lowest first, of
+    how many of them see each voxel; free uint64 (words,): voxels of keep that none of them sees.
+    """
     turns = new_turns()
     for _ in numba.prange(workers):
+        none, carry = np.zeros(region.words, np.uint64), np.empty((2, region.words), np.uint64)
         first, end = _take_rows(region, turns)
         while first < end:
             for ix in range(first, end):
-                start = ix * region.row_words + region.first_word
-                part = free[start : start + region.words]
-                part[:] = keep[start : start + region.words]
-                for slot in staying:
-                    other = stack[slot, start : start + region.words]
+                a = ix * region.row_words + region.first_word
+                b = a + region.words
+                _count_row(stack, slots, a, none, counts, carry)
+                part, kept = free[a:b], keep[a:b]
+                for w in range(part.size):
+                    part[w] = kept[w] & ~counts[0, a + w]
+                for digit in range(1, counts.shape[0]):
+                    more = counts[digit, a:b]
                     for w in range(part.size):
-                        part[w] &= ~other[w]
+                        part[w] &= ~more[w]
             first, end = _take_rows(region, turns)
 
 
@@ -169,17 +216,13 @@ def settle(
 
     stack uint64 (slots, words): what the sensor of each slot traverses, of which only informative voxels count; union
     uint64 (2, words): informative voxels covered by all cameras and by all LiDARs; free uint64 (words,): see
-    `find_free`, with the other slots of this kind staying; kind: CAMERAS or LIDARS of `riglens.core.kernels.codes`.
+    `count_others`, of the other slots of this kind; kind: CAMERAS or LIDARS of `riglens.core.kernels.codes`.
     Result int64 (2, 4): change of the sums of this kind, and of any sensor; columns as in COLUMNS. Integers, so neither
     the order of the edits nor the number of threads can matter.
     """
     words, partial, turns = region.words, _room(workers), new_turns()
     for worker in numba.prange(workers):
-        come, gone, where = (
-            np.empty(words, np.uint64),
-            np.empty(words, np.uint64),
-            np.empty(words + 1, np.int32),
-        )
+        rooms, where = np.empty((2, words), np.uint64), np.empty(words + 1, np.int32)
         tallies = np.zeros(entropies.palette_q.shape[0], np.int64)
         first, end = _take_rows(region, turns)
         while first < end:
@@ -193,8 +236,8 @@ def settle(
                     entropies.starts[a:b],
                     entropies.first[a:b],
                 )
-                _unite(stack, slots.arrived, a, come)
-                _unite(stack, slots.leaving, a, gone)
+                come = _seen(stack, slots.arrived, a, rooms[0])
+                gone = _seen(stack, slots.leaving, a, rooms[1])
                 count = _changing(come, gone, row.free, where)
                 _tally(row, come, gone, where[:count], entropies.codes, tallies)
                 for slot in slots.leaving:

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+from itertools import count
+
 import pytest
 
+from riglens.core.rig.model import Rig
 from tests.bench.race import Goal, Race
 from tests.bench.scenes import (
     Scenes,
     competent_edit,
     dense_rays,
+    moved,
     moves,
     names_of,
     plain_edit,
@@ -25,6 +30,7 @@ COMPETENT_GOALS = {
     ("camera", "tilted"): 2.0,
 }
 NATIVE_GOALS = {0.10: 60.0, 0.05: 20.0}
+FEW, MANY, MANY_GOAL = 4, 60, 1.2
 
 
 @pytest.mark.parametrize("pose", ["upright", "tilted"])
@@ -62,6 +68,38 @@ def test_edit_on_one_thread(race: Race, scenes: Scenes, voxel_m: float, kind: st
         moves(scene, rig, names_of(rig, kind)),
         lambda m: engine.evaluate(m.rig, with_seen=False),
         lambda m: competent_edit(scene, m),
+    )
+
+
+def lidars_spread(number: int) -> Rig:
+    """The LiDARs of W+T, again and again, each at a place of its own within decimetres, until there are that many."""
+    rig = wide_trapezoid()
+    lidars = [rig.sensor(name) for name in names_of(rig, "lidar")]
+    copies = (moved(lidars[i % len(lidars)], i) for i in range(number))
+    return Rig(sensors=tuple(copy.model_copy(update={"name": f"lidar {i}"}) for i, copy in enumerate(copies)))
+
+
+def steps(rigs: Sequence[Rig], movers: int) -> Iterator[tuple[Rig, ...]]:
+    """The rigs with one sensor moved, the same one in each, then the next one of so many, without end."""
+    for number in count(1):
+        name = f"lidar {number % movers}"
+        rigs = [rig.with_sensor(name, moved(rigs[0].sensor(name), number)) for rig in rigs]
+        yield tuple(rigs)
+
+
+@pytest.mark.parametrize("mover", ["the same", "another"])
+@pytest.mark.parametrize("voxel_m", [0.10, 0.05])
+def test_many_sensors(race: Race, scenes: Scenes, voxel_m: float, mover: str) -> None:
+    scene, rigs = scenes.at(voxel_m), [lidars_spread(number) for number in (FEW, MANY)]
+    engines = [scene.engine(1) for _ in rigs]
+    for engine, rig in zip(engines, rigs, strict=True):
+        engine.evaluate(rig)
+    work = f"{mover} lidar moved each time, one of {FEW} and of {MANY}, one thread, {scene.edge}"
+    race.run(
+        Goal("edit, sensors", work, MANY_GOAL, "lower"),
+        steps(rigs, 1 if mover == "the same" else FEW),
+        lambda each: engines[1].evaluate(each[1], with_seen=False),
+        lambda each: engines[0].evaluate(each[0], with_seen=False),
     )
 
 

@@ -11,6 +11,7 @@ import pytest
 
 from riglens.core.engine.caster import Caster
 from riglens.core.engine.engine import Engine, Evaluation, evaluate_from_scratch
+from riglens.core.kernels import settle
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.rig.model import Rig
@@ -117,6 +118,29 @@ def test_an_answer_does_not_change_when_the_engine_goes_on(field: EntropyField) 
     engine.evaluate(rig_of(camera((1.0, 0.0, 2.0)), spinning((1.0, 1.0, 1.0))))
     assert np.array_equal(first.seen_camera, camera_words)
     assert np.array_equal(first.seen_lidar, lidar_words)
+
+
+def test_an_edit_looks_at_the_sets_of_two_sensors_however_many_there_are(
+    field: EntropyField, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """None is counted among the others, or no more, but the one put down and the one picked up."""
+    looked: list[tuple[int, int]] = []
+    count_others = settle.count_others
+
+    def counted(stack: np.ndarray, slots: settle.Slots, *rest: object) -> None:
+        looked.append((slots.arrived.size, slots.leaving.size))
+        count_others(stack, slots, *rest)
+
+    rig = rig_of(*[spinning((0.3 * i, 0.1 * i, 1.0), beams=3, count=9) for i in range(9)])
+    engine = Engine(field)
+    engine.evaluate(rig)
+    monkeypatch.setattr(settle, "count_others", counted)
+    for step, i in enumerate((0, 0, 0, 5, 5, 8, 0)):
+        sensor = rig.sensors[i]
+        x, y, z = sensor.position
+        rig = rig.with_sensor(sensor.name, sensor.replace(position=(x, y, z + 0.01 * (step + 1))))
+        assert_same(engine.evaluate(rig), evaluate(field, rig))
+    assert looked == [(8, 0), (1, 1), (1, 1), (1, 1)]
 
 
 def test_names_models_and_pairing_cast_nothing_anew(

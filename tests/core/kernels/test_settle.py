@@ -45,7 +45,9 @@ def settle(
 ) -> np.ndarray:
     """The change of the sums."""
     free = np.full(entropies.keep.size, BROKEN, np.uint64)
-    kernel.find_free(cover.stack, slots.staying, region, entropies.keep, workers, free)
+    counts = np.zeros((max(slots.staying.size.bit_length(), 1), entropies.keep.size), np.uint64)
+    others = kernel.Slots(slots.staying, np.zeros(0, np.int64))
+    kernel.count_others(cover.stack, others, region, entropies.keep, workers, counts, free)
     some = kernel.Slots(slots.arrived, slots.leaving)
     return kernel.settle(cover.stack, cover.union, free, some, kind, region, entropies, workers)
 
@@ -225,3 +227,42 @@ def test_after_many_edits_the_sums_are_those_of_the_union(seed: int) -> None:
         assert found == worth(union)
     lidars = [cover.stack[slot] for name, slot in held.items() if name != "camera"]
     assert np.array_equal(cover.union[LIDARS], np.bitwise_or.reduce(lidars) & np.uint64(0b1111))
+
+
+# ---------------------------------------------------------------- others, counted
+
+
+def tally(stack: Words, slots: Sequence[int]) -> np.ndarray:
+    """By how many of some slots each of the 64 voxels of each word is seen, (words, 64)."""
+    bits = (stack[list(slots), :, None] >> np.arange(64, dtype=np.uint64)) & np.uint64(1)
+    return np.asarray(bits.sum(axis=0))
+
+
+def number(counts: Words) -> np.ndarray:
+    """The same of counts in binary digits."""
+    weights = (1 << np.arange(len(counts)))[:, None, None]
+    return np.asarray(
+        (((counts[:, :, None] >> np.arange(64, dtype=np.uint64)) & np.uint64(1)) * weights).sum(axis=0)
+    )
+
+
+@pytest.mark.parametrize("workers", [1, 3])
+def test_others_are_counted_and_no_more_in_any_order(workers: int) -> None:
+    """Nine sensors become others and cease to be, some at a time, in a region that leaves out two words of a row."""
+    rng = np.random.default_rng(workers)
+    stack = rng.integers(0, 1 << 63, (9, COUNT), np.uint64) | rng.integers(0, 1 << 63, (9, COUNT), np.uint64)
+    stack[:, [0, 11, 12, 23]] = 0
+    keep, counts = rng.integers(0, 1 << 63, COUNT, np.uint64), np.zeros((4, COUNT), np.uint64)
+    region, free, others = Region(0, 2, 1, 10, 12), np.full(COUNT, BROKEN, np.uint64), set[int]()
+    inside = np.r_[1:11, 13:23]
+    for wanted in ({0, 1, 2}, {1, 2, 3}, set(range(9)), {8}, set(), {4, 5}, {6, 7, 8, 0, 1, 2, 3}):
+        slots = kernel.Slots(
+            *(np.array(sorted(part), np.int64) for part in (wanted - others, others - wanted))
+        )
+        kernel.count_others(stack, slots, region, keep, workers, counts, free)
+        others = wanted
+        seen = tally(stack, sorted(others))
+        assert np.array_equal(number(counts), seen)
+        expected = keep & ~np.bitwise_or.reduce(stack[sorted(others)], axis=0, initial=np.uint64(0))
+        assert np.array_equal(free[inside], expected[inside])
+        assert (free[[0, 11, 12, 23]] == BROKEN).all()
