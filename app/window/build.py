@@ -23,6 +23,7 @@ from riglens.app.window.features.frame import FrameView
 from riglens.app.window.features.ground import GroundShown
 from riglens.app.window.features.heat import Heat, RaysShown
 from riglens.app.window.features.help import Help
+from riglens.app.window.features.keep_out import KeepOutZones
 from riglens.app.window.features.maps import Map, SensorView
 from riglens.app.window.features.marginals import Marginals
 from riglens.app.window.features.measure import Measure
@@ -87,6 +88,7 @@ class Features(NamedTuple):
     detection: Detection
     objects: Objects
     mounts: Mounts
+    keep_out: KeepOutZones
     report: Report
     units: Units
     car: Car
@@ -152,7 +154,8 @@ def build_features(bench: Workbench) -> Features:
         card=CardShown(bench),
         detection=Detection(bench, compare),
         objects=Objects(bench),
-        mounts=Mounts(bench),
+        mounts=(mounts := Mounts(bench)),
+        keep_out=KeepOutZones(bench, mounts),
         report=Report(bench, compare),
         units=Units(bench),
         car=(car := Car(bench)),

@@ -61,6 +61,10 @@ USUAL_KEEP_OUT = (
 """Where sensors usually may not stand: our choice, as are the shares of a car's sides that are doors."""
 
 
+PAINTED = "painted keep-out zone"
+"""What the spots of a rig's own `keep_out` are called."""
+
+
 class Beyond(Frozen):
     """How far housings may stick out of the car's outline and above its roof, metres."""
 
@@ -118,7 +122,8 @@ class Violation:
 def mounts_of(
     rig: Rig, mesh: BodyMesh | None = None, keep_out: tuple[KeepOut, ...] = USUAL_KEEP_OUT
 ) -> tuple[Mount, ...]:
-    """The mounts of the rig's enabled sensors. A mesh of a file has no materials: only boxes keep out of it."""
+    """The mounts of the rig's enabled sensors. A mesh of a file has no materials: only boxes and what is painted keep
+    out of it."""
     solid, outline = CarBody(rig.vehicle, mesh).solid(), Outline.of(rig.vehicle, mesh)
     sensors = [sensor for sensor in rig.sensors if sensor.enabled]
     found = []
@@ -129,6 +134,7 @@ def mounts_of(
             materials = materials_at(standing.nearest_m, solid)
         where = standing.nearest_m or sensor.position
         zones = tuple(zone.name for zone in keep_out if _is_in(zone, where, materials, rig, outline))
+        zones += (PAINTED,) * is_painted(rig, where)
         beyond = _beyond_m(sensor, rig, outline)
         found.append(
             Mount(
@@ -185,6 +191,14 @@ def _beyond_m(sensor: Sensor, rig: Rig, outline: Outline) -> dict[str, float]:
         "right": outline.right_m - float(low[1]),
         "top": float(high[2]) - rig.vehicle.height,
     }
+
+
+def is_painted(rig: Rig, at_m: tuple[float, float, float]) -> bool:
+    """Whether a place on the skin lies within a spot of the rig's own keep-out zones."""
+    if not rig.keep_out:
+        return False
+    spots = np.array(rig.keep_out)
+    return bool((np.linalg.norm(spots[:, :3] - at_m, axis=1) <= spots[:, 3]).any())
 
 
 def _is_in(

@@ -58,6 +58,10 @@ def _is_number(value: object) -> bool:
 def _label(before: Rig, after: Rig, places: list[Place]) -> str:
     if {place[0] for place in places} == {"vehicle"}:
         return "edit the car"
+    if {place[0] for place in places} == {"keep_out"}:
+        return (
+            "paint keep-out zones" if len(after.keep_out) >= len(before.keep_out) else "erase keep-out zones"
+        )
     if places == [("name",)]:
         return "rename the rig"
     indices = sorted({int(place[1]) for place in places if place[0] == "sensors" and len(place) > 1})

@@ -64,6 +64,8 @@ PARAMETRIC_BODIES = ("sedan", "suv", "van", "truck")
 MAX_SENSORS = 255
 MAX_GROUPS = 16
 """Of a sensor: brackets, control units, cables, windows with which it fails."""
+MAX_SPOTS = 1000
+"""Of painted keep-out zones."""
 MAX_RAYS_PER_SENSOR = 1 << 26
 MAX_LISTED_RAYS = 1 << 23
 """Rays that do not form a table of rows and columns (lens distortion, azimuth offsets) are stored one by one."""
@@ -84,6 +86,9 @@ Name = Annotated[str, Field(min_length=1, max_length=200)]
 Pixels = Annotated[int, Field(ge=1, le=20_000)]
 Position = tuple[Metres, Metres, Metres]
 Angles3 = tuple[Degrees, Degrees, Degrees]
+SpotRadius = Annotated[float, Field(allow_inf_nan=False, ge=0.005, le=2.0)]
+Spot = tuple[Metres, Metres, Metres, SpotRadius]
+"""A ball around a place on the car's skin: x, y, z and radius in metres."""
 
 
 class EvenAngles(Frozen):
@@ -315,11 +320,13 @@ def mirror_problem(sensors: Iterable[tuple[str, str, str | None]]) -> tuple[int,
 
 
 class Rig(Frozen):
-    """A named set of sensors on a vehicle; immutable, every edit gives a new rig."""
+    """A named set of sensors on a vehicle; immutable, every edit gives a new rig. No sensor is to stand on the car's
+    skin within the spots of `keep_out`; no score depends on them."""
 
     riglens: Literal[1] = 1
     name: Name = "untitled"
     vehicle: Vehicle = Vehicle()
+    keep_out: Annotated[tuple[Spot, ...], Field(max_length=MAX_SPOTS)] = ()
     sensors: Annotated[
         tuple[Annotated[Sensor, Field(discriminator="kind")], ...], Field(max_length=MAX_SENSORS)
     ] = ()

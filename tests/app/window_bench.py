@@ -123,6 +123,9 @@ class FakeViewport(View):
     def set_measuring(self, is_on: bool) -> None:
         self.told.append(("measuring", is_on))
 
+    def set_painting(self, is_on: bool) -> None:
+        self.told.append(("painting", is_on))
+
     def set_snap(self, snap: bool) -> None:
         self.told.append(("snap", snap))
 

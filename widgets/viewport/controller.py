@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Literal, Protocol
 
-from riglens.core.geometry import Pose
+from riglens.core.geometry import Pose, Vec3
 from riglens.core.rig.groups import Poses, carried
 from riglens.widgets.drawing.camera import Pixel
 from riglens.widgets.gizmo.drag import Drag, begin_drag
@@ -21,7 +21,7 @@ from riglens.widgets.viewport.drawn_scene import DrawnScene
 from riglens.widgets.viewport.measured import Place
 
 Button = Literal["left", "middle", "right", "none"]
-Gesture = Literal["orbit", "pan", "zoom", "box", "none"]
+Gesture = Literal["orbit", "pan", "zoom", "box", "brush", "none"]
 """What a drag that grasped no handle does."""
 
 
@@ -33,6 +33,12 @@ class Listener(Protocol):
 
     def on_place(self, place: Place | None) -> None:
         """A click chose a place to measure from or to, or nothing that can be measured."""
+
+    def on_brushed(self, point_m: Vec3, begins: bool) -> None:
+        """The brush touches the car's skin here; a stroke begins, or goes on."""
+
+    def on_brush_ended(self, kept: bool) -> None:
+        """The brush was lifted, or the stroke was given up."""
 
     def on_toggled(self, name: str) -> None:
         """A click with Ctrl or Shift chose one sensor more, or one less."""
@@ -105,7 +111,7 @@ class ViewController:
         self._last: Pixel = (0.0, 0.0)
         self._gesture: Gesture = "none"
         self._moved = False
-        self._is_measuring = False
+        self._is_measuring = self._is_painting = False
 
     @property
     def dragging(self) -> str | None:
@@ -135,6 +141,10 @@ class ViewController:
         """Clicks choose places to measure between and no sensors, and no handle can be grasped."""
         self._is_measuring = is_on
 
+    def set_painting(self, is_on: bool) -> None:
+        """The left button paints on the car, and turns the view beside it; clicks choose no sensors."""
+        self._is_painting = is_on
+
     def press(self, pixel: Pixel, button: Button, shift: bool = False) -> None:
         """A mouse button went down."""
         if self.busy:
@@ -143,7 +153,11 @@ class ViewController:
         with_shift: Gesture = "box" if shift else "orbit"
         gestures: dict[Button, Gesture] = {"left": with_shift, "middle": "pan", "right": "zoom"}
         self._gesture = gestures.get(button, "none")
-        if self._gesture == "orbit" and not self.is_placing and not self._is_measuring:
+        if self._gesture != "orbit" or self.is_placing or self._is_measuring:
+            return
+        if self._is_painting:
+            self._begin_stroke(pixel)
+        else:
             self._grasp(pixel)
 
     def move(self, pixel: Pixel, inverted: bool = False) -> None:
@@ -154,6 +168,8 @@ class ViewController:
             self._drag_to(pixel)
         elif not self.busy:
             self._hover(pixel)
+        elif self._gesture == "brush":
+            self._brush(pixel)
         elif self._is_drag(pixel) and self._gesture == "box":
             self._listener.on_boxing((self._pressed, pixel))
         elif self._moved:
@@ -176,6 +192,8 @@ class ViewController:
         gesture, self._gesture = self._gesture, "none"
         if self._held is not None and (self._held.drag is not None or (is_click and button == "left")):
             self._let_go(pixel)
+        elif gesture == "brush":
+            self._listener.on_brush_ended(True)
         elif is_click and button == "left":
             self._click(pixel, adding)
         elif is_click and gesture == "zoom" and self._held is None:
@@ -190,6 +208,8 @@ class ViewController:
         if self._is_measuring:
             self._listener.on_place(self._scene.place_at(pixel))
             return
+        if self._is_painting:
+            return
         name = self._scene.under_mouse.sensor(pixel)
         if not adding:
             self._listener.on_picked(name)
@@ -199,7 +219,7 @@ class ViewController:
     def double_click(self, pixel: Pixel) -> None:
         """Look at the sensor under the mouse from close by."""
         name = self._scene.under_mouse.sensor(pixel)
-        if name is not None and self._held is None and not self._is_measuring:
+        if name is not None and self._held is None and not (self._is_measuring or self._is_painting):
             self._scene.frame((name,))
             self._listener.on_changed()
 
@@ -220,10 +240,14 @@ class ViewController:
             self._listener.on_changed()
 
     def cancel(self) -> bool:
-        """Give up a drag, a placing or a box and restore what was before it. False when there was none."""
+        """Give up a drag, a placing, a stroke or a box and restore what was before it. False when there was none."""
         if self._gesture == "box":
             self._button = self._gesture = "none"
             self._listener.on_boxing(None)
+            return True
+        if self._gesture == "brush":
+            self._button = self._gesture = "none"
+            self._listener.on_brush_ended(False)
             return True
         held = self._held
         if held is None:
@@ -318,13 +342,25 @@ class ViewController:
 
     def _hover(self, pixel: Pixel) -> None:
         sensor = self._scene.under_mouse.sensor(pixel)
-        handle = None if self._is_measuring else self._scene.under_mouse.handle(pixel)
+        handle = None if self._is_measuring or self._is_painting else self._scene.under_mouse.handle(pixel)
         is_changed = self._scene.set_hovered(handle or sensor)
         if self._is_measuring and self._scene.aim_at(pixel):
             self._scene.set_quick(True)
             is_changed = True
         if is_changed:
             self._listener.on_changed()
+
+    def _begin_stroke(self, pixel: Pixel) -> None:
+        """Put the brush on the car; beside it the drag turns the view."""
+        point_m = self._scene.skin_at(pixel)
+        if point_m is not None:
+            self._gesture = "brush"
+            self._listener.on_brushed(point_m, True)
+
+    def _brush(self, pixel: Pixel) -> None:
+        point_m = self._scene.skin_at(pixel)
+        if point_m is not None:
+            self._listener.on_brushed(point_m, False)
 
     def _is_drag(self, pixel: Pixel) -> bool:
         """Whether the mouse has left the place of a click."""

@@ -18,6 +18,7 @@ from riglens.core.geometry import Pose, Vec3
 from riglens.core.rig.groups import Poses
 from riglens.core.rig.model import Camera, Lidar
 from riglens.core.vehicle.placing import FREE, PlacingRules, placed
+from riglens.widgets.car.keep_out_layer import KeepOutLayer
 from riglens.widgets.car.layer import BodyLayer
 from riglens.widgets.drawing.camera import WIDEST_M, OrbitCamera, Pixel, Size, ViewRay, framed, view_camera
 from riglens.widgets.drawing.stage import Stage
@@ -77,6 +78,7 @@ class DrawnScene:
         self._ground, self._roi = GroundLayer(stage.backdrop, stage.main), RoiLayer(stage.main)
         self._ground_map, self._post = GroundMapLayer(stage.main), PostLayer(stage.main)
         self._standing = Standing(stage, clock, (self._ground_map.prop,))
+        self._keep_out = KeepOutLayer(stage.main)
         self._body, self._rig = BodyLayer(stage.main, stage.backdrop), RigLayer(stage.main, stage.rays)
         self._heatmap = HeatmapLayer(stage.cells, stage.haze)
         self._traffic = TrafficLayer(stage.main)
@@ -135,6 +137,8 @@ class DrawnScene:
             self._rig.show_bodies(state, self._hovered)
         if changed & {"ghosts", "palette"}:
             self._rig.show_ghosts(state)
+        if changed & {*_CAR, "keep_out"}:
+            self._keep_out.show(state.vehicle, state.body_mesh, state.keep_out)
         if changed & _MASTS:
             self._masts.show(state)
         if changed & _STUBS:
@@ -294,6 +298,12 @@ class DrawnScene:
         if hit is not None and (ground is None or _along(ray, hit[0]) <= _along(ray, ground)):
             return Place(_vec3(hit[0]), BODY)
         return None if ground is None else Place(_vec3(ground), GROUND)
+
+    def skin_at(self, pixel: Pixel) -> Vec3 | None:
+        """The place on the car's skin under a pixel, metres; None beside the car."""
+        self._bring_car()
+        hit = self._body.hit(self._state.camera.ray(pixel, self.size))
+        return None if hit is None else _vec3(hit[0])
 
     def aim_at(self, pixel: Pixel | None) -> bool:
         """Stretch the measuring tool's line to what is under a pixel, or let it go; whether that changed anything."""

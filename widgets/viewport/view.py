@@ -47,6 +47,10 @@ class View(QWidget):
     """The PickedCell of the heatmap that was clicked, None where no cell is drawn."""
     place_picked = Signal(object)
     """The Place that was clicked while measuring, None where nothing can be measured."""
+    brushed = Signal(object, bool)
+    """While painting, the brush touches the car's skin at this place, a Vec3 in metres; True: a stroke begins."""
+    brush_ended = Signal(bool)
+    """The brush was lifted; False: the stroke was given up."""
     escaped = Signal()
     """Escape was pressed in the view while nothing was being dragged."""
     drawn = Signal()
@@ -102,6 +106,11 @@ class View(QWidget):
     @abstractmethod
     def set_measuring(self, is_on: bool) -> None:
         """Make clicks choose places to measure between; drags still turn the view."""
+        raise NotImplementedError
+
+    @abstractmethod
+    def set_painting(self, is_on: bool) -> None:
+        """Make the left button paint on the car; beside the car drags still turn the view."""
         raise NotImplementedError
 
     @abstractmethod

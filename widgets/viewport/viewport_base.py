@@ -7,6 +7,7 @@ from dataclasses import replace
 from PySide6.QtCore import QEvent, QPointF, Qt
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
+from riglens.core.geometry import Vec3
 from riglens.core.rig.groups import Poses
 from riglens.widgets.drawing.camera import OrbitCamera, Pixel
 from riglens.widgets.timers import Timers, single_shot
@@ -83,6 +84,13 @@ class ViewportBase(DropTarget):
         if is_on:
             self._canvas.setFocus(Qt.FocusReason.OtherFocusReason)  # Escape ends it
 
+    def set_painting(self, is_on: bool) -> None:
+        """Make the left button paint on the car; beside the car drags still turn the view."""
+        self._canvas.setCursor(Qt.CursorShape.CrossCursor if is_on else Qt.CursorShape.ArrowCursor)
+        self._controller.set_painting(is_on)
+        if is_on:
+            self._canvas.setFocus(Qt.FocusReason.OtherFocusReason)  # Escape ends it
+
     def set_view(self, name: str, wide: bool = False) -> None:
         """Look from "iso", "top", "front", "left", "rear" or "right"; `wide` shows the whole ROI in the iso view."""
         self._scene.set_view(name, wide)
@@ -154,6 +162,14 @@ class ViewportBase(DropTarget):
     def on_place(self, place: Place | None) -> None:
         """A click chose a place to measure from or to."""
         self.place_picked.emit(place)
+
+    def on_brushed(self, point_m: Vec3, begins: bool) -> None:
+        """The brush touches the car."""
+        self.brushed.emit(point_m, begins)
+
+    def on_brush_ended(self, kept: bool) -> None:
+        """The brush was lifted, or the stroke given up."""
+        self.brush_ended.emit(kept)
 
     def on_toggled(self, name: str) -> None:
         """A click with Ctrl or Shift chose one more sensor."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import Qt
+from PySide6.QtCore import Qt, Signal
 
 from riglens.app.background.mounting import MountAnswer, MountChecker, MountRequest
 from riglens.app.window.actions import Spec
@@ -15,7 +15,7 @@ from riglens.core.errors import InputError
 from riglens.widgets.panels.mounts_dialog import USUAL, MountsDialog
 
 if TYPE_CHECKING:  # loads the compiler
-    from riglens.core.review.mounts import MountLimits
+    from riglens.core.review.mounts import KeepOut, MountLimits
 
 
 class Mounts(Feature):
@@ -28,6 +28,9 @@ class Mounts(Feature):
             menu="study/rigs",
         ),
     )  # fmt: skip
+
+    limits_changed = Signal()
+    """Other limits are asked for."""
 
     def __init__(self, bench: Workbench, checker: MountChecker | None = None) -> None:
         super().__init__(bench)
@@ -70,7 +73,16 @@ class Mounts(Feature):
         self._limits = limits
         if self.dialog is not None:
             self.dialog.show_source(name)
+        self.limits_changed.emit()
         self._ask()
+
+    @property
+    def keep_out(self) -> tuple[KeepOut, ...]:
+        """The zones in which no sensor is to stand, beside those that are painted."""
+        from riglens.core.review.mounts import USUAL_KEEP_OUT
+
+        asked = None if self._limits is None else self._limits.keep_out
+        return USUAL_KEEP_OUT if asked is None else asked
 
     def _ask(self) -> None:
         rig, mesh = self.document.rig, self.session.mesh

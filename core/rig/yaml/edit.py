@@ -16,6 +16,7 @@ from riglens.core.rig.yaml.text import (
     FIELD_ORDER,
     implied_fields,
     line_end,
+    plain,
     plain_fields,
     same_value,
     sensor_lines,
@@ -205,7 +206,7 @@ def _newline(text: str) -> str:
     return "\r\n" if "\r\n" in text else "\n"
 
 
-_RIG_ORDER = ("riglens", "name", "vehicle", "sensors")
+_RIG_ORDER = ("riglens", "name", "vehicle", "keep_out", "sensors")
 _ABSENT: dict[str, Plain] = {"distortion": dict.fromkeys(COEFFICIENTS, 0.0)}
 """Values of the numbers of a nested mapping when the file omits them."""
 
@@ -232,8 +233,8 @@ def edited_text(text: str, old: Rig, new: Rig) -> str:
 def _with_values(text: str, new: Rig, pairs: AbstractSequence[tuple[int, Sensor]]) -> str:
     edits, root = _Edits(text), _root(text)
     vehicle, vehicle_node = plain_fields(new.vehicle), root.get("vehicle")
-    wanted: dict[str, Plain] = {"name": new.name}
-    implied: dict[str, Plain] = {"name": Rig.model_fields["name"].default}
+    wanted: dict[str, Plain] = {"name": new.name, "keep_out": plain(new.keep_out)}
+    implied: dict[str, Plain] = {"name": Rig.model_fields["name"].default, "keep_out": ()}
     if isinstance(vehicle_node, Mapping) and vehicle_node.entries:
         edits.mapping(vehicle_node, vehicle, plain_fields(Vehicle()), tuple(vehicle))
     else:

@@ -92,7 +92,8 @@ def _hashed_fields(rig: Rig) -> dict[str, Plain]:
         {key: value for key, value in fields.items() if key not in LATER_FIELDS or value is not None}
         for fields in map(plain_fields, rig.sensors)
     )
-    return plain_fields(rig) | {"vehicle": vehicle_fields(rig.vehicle), "sensors": sensors}
+    fields = plain_fields(rig) | {"vehicle": vehicle_fields(rig.vehicle), "sensors": sensors}
+    return fields if rig.keep_out else {key: value for key, value in fields.items() if key != "keep_out"}
 
 
 def same_rig(one: Rig, other: Rig) -> bool:

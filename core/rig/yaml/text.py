@@ -89,6 +89,8 @@ def rig_text(rig: Rig) -> str:
     """Return a fresh rig file in the layout of the documentation, with LF line ends."""
     lines = [f"riglens: {rig.riglens}", f"name: {value_text(rig.name)}"]
     lines.append(f"vehicle: {value_text(vehicle_fields(rig.vehicle))}")
+    if rig.keep_out:
+        lines.append(f"keep_out: {value_text(plain(rig.keep_out))}")
     if not rig.sensors:
         return "\n".join([*lines, "sensors: []", ""])
     lines.append("sensors:")

@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
+from riglens.core.errors import InputError
 from riglens.core.geometry import Pose
 from riglens.core.review.mounts import (
+    PAINTED,
     SIDES,
     USUAL_KEEP_OUT,
     Beyond,
@@ -16,6 +18,7 @@ from riglens.core.review.mounts import (
 )
 from riglens.core.rig.library import sensor_from_model
 from riglens.core.rig.model import Camera, Rig, Vehicle
+from riglens.core.rig.yaml.file import dumps, loads, rig_sha256
 from riglens.core.vehicle.body import body_parts
 from tests.core.review.scenes import BOX_FILE, box_mesh, camera, dense_lidar
 
@@ -138,3 +141,29 @@ def test_a_door_is_kept_clear_and_a_roof_is_not() -> None:
         "tail lamp",
         "number plate",
     }
+
+
+def test_what_is_painted_keeps_out_by_the_place_on_the_skin_and_costs_no_hash_where_nothing_is() -> None:
+    """A sensor 5 cm over the roof stands on the point of the skin below it, within the spot or beyond its edge."""
+    x, y, z = on_material("paint")
+    spot = (x, y, z, 0.1)
+    for off_m, painted in ((0.0, True), (0.094, True), (0.106, False)):
+        rig = Rig(sensors=(camera(position=(x, y, z)),), vehicle=SEDAN, keep_out=((x, y + off_m, z, 0.1),))
+        (mount,) = mounts_of(rig, keep_out=())
+        assert mount.zones == (PAINTED,) * painted
+    rig = Rig(sensors=(camera(position=(x, y, z)),), vehicle=SEDAN, keep_out=(spot,))
+    found = [one.text for one in violations(rig, MountLimits(keep_out=()))]
+    assert "stands where nothing may: painted keep-out zone" in found
+    assert loads(dumps(rig)).rig == rig and f"keep_out: [[{x!r}, {y!r}, {z!r}, 0.1]]" in dumps(rig)
+    bare = rig.replace(keep_out=())
+    assert "keep_out" not in dumps(bare) and rig_sha256(bare) != rig_sha256(rig)
+    text = "# ours\nriglens: 1\nname: a   # a name\nsensors: []\n"
+    file = loads(text).updated(Rig(name="a", keep_out=(spot,)))
+    assert file.text.startswith("# ours\nriglens: 1\nname: a   # a name\nkeep_out: [[")
+    assert "keep_out: []" in file.updated(Rig(name="a")).text
+
+
+@pytest.mark.parametrize("wrong", ["3", "[[1, 2, 3]]", "[[1, 2, 3, 9]]", "[[1, 2, .nan, 0.1]]", "[a]"])
+def test_spots_that_are_none_are_refused_by_name(wrong: str) -> None:
+    with pytest.raises(InputError, match=r"rig.yaml:2: keep_out.*: found .*; accepted is "):
+        loads(f"riglens: 1\nkeep_out: {wrong}\nsensors: []\n")

@@ -1,0 +1,130 @@
+"""Paints on the car where no sensor is to stand: whole materials, parts of the car in boxes, and spots of a brush."""
+
+from __future__ import annotations
+
+import numpy as np
+import pyvista as pv
+from numpy.typing import NDArray
+from vtkmodules.vtkCommonDataModel import vtkBox, vtkImplicitFunction, vtkSphere
+from vtkmodules.vtkFiltersCore import vtkClipPolyData
+from vtkmodules.vtkRenderingCore import vtkRenderer
+
+from riglens.core.rig.model import Spot, Vehicle
+from riglens.core.vehicle.mesh import BodyMesh
+from riglens.widgets.car.keep_out import KeepOut, Zone
+from riglens.widgets.car.layer import mesh_surface
+from riglens.widgets.car.parts import drawn_parts
+from riglens.widgets.drawing.actors import Material, surface_actor
+from riglens.widgets.drawing.surface import join, set_normals
+
+ZONE_COLOUR, SPOT_COLOUR = "#f5a524", "#f43f5e"
+_OPACITY, _OFF_M = 0.62, 0.004
+
+
+class _Skin:
+    """The surfaces of a car, by material where it has any, and pieces cut out of them."""
+
+    def __init__(self, vehicle: Vehicle, mesh: BodyMesh | None) -> None:
+        if mesh is not None:
+            self.parts = {"": mesh_surface(mesh.placed(vehicle.mesh))}
+        else:
+            self.parts = {part.material: part.mesh for part in drawn_parts(vehicle)}
+        self.whole = join(list(self.parts.values()))
+        self._faces = self.whole.triangulate().regular_faces
+        corners = np.asarray(self.whole.points)[self._faces]
+        self._low, self._high = corners.min(axis=1), corners.max(axis=1)
+
+    def of(self, zone: Zone) -> list[pv.PolyData]:
+        """The pieces of a zone; none of a material that the car does not have."""
+        if not zone.boxes_m:
+            return [self.parts[zone.material]] if zone.material in self.parts else []
+        pieces = []
+        for low, high in zone.boxes_m:
+            box = vtkBox()
+            box.SetBounds(low[0], high[0], low[1], high[1], low[2], high[2])
+            whole = None if zone.material is None else self.parts.get(zone.material, pv.PolyData())
+            pieces.append(
+                _clipped(self._near(np.array(low), np.array(high)) if whole is None else whole, box)
+            )
+        return pieces
+
+    def within(self, spot: Spot) -> pv.PolyData:
+        """What of the skin lies in the ball of a spot."""
+        middle, radius_m = np.array(spot[:3]), spot[3]
+        ball = vtkSphere()
+        ball.SetCenter(*middle.tolist())
+        ball.SetRadius(radius_m)
+        return _clipped(self._near(middle - radius_m, middle + radius_m), ball)
+
+    def _near(self, low: NDArray[np.float64], high: NDArray[np.float64]) -> pv.PolyData:
+        """The triangles that may reach into a box."""
+        near = ((self._low <= high) & (self._high >= low)).all(axis=1)
+        if not near.any():
+            return pv.PolyData()
+        used, faces = np.unique(self._faces[near], return_inverse=True)
+        mesh = pv.PolyData(
+            np.asarray(self.whole.points)[used], np.insert(faces.reshape(-1, 3), 0, 3, axis=1).ravel()
+        )
+        set_normals(mesh, np.asarray(self.whole.point_data["Normals"])[used])
+        return mesh
+
+
+def _clipped(mesh: pv.PolyData, inside: vtkImplicitFunction) -> pv.PolyData:
+    """The part of a surface inside of something, cut exactly."""
+    if not mesh.n_cells:
+        return pv.PolyData()
+    cut = vtkClipPolyData()
+    cut.SetInputData(mesh)
+    cut.SetClipFunction(inside)
+    cut.InsideOutOn()
+    cut.Update()
+    return pv.wrap(cut.GetOutput())
+
+
+def _lifted(pieces: list[pv.PolyData]) -> pv.PolyData | None:
+    """Pieces as one surface a little off the skin, so that they are seen; None where there are none."""
+    full = [piece for piece in pieces if piece.n_cells]
+    if not full:
+        return None
+    mesh = join(full).copy()
+    normals = np.asarray(mesh.point_data["Normals"])
+    mesh.points = np.asarray(mesh.points) + np.float32(_OFF_M) * normals
+    return mesh
+
+
+class KeepOutLayer:
+    """Two tones over the car; only what differs from what was shown is cut anew, so that a brush costs one spot."""
+
+    def __init__(self, renderer: vtkRenderer) -> None:
+        self._actors = []
+        for colour in (ZONE_COLOUR, SPOT_COLOUR):
+            actor = surface_actor(pv.PolyData(), Material(colour, ambient=0.55, diffuse=0.45, specular=0.0))
+            actor.prop.opacity, actor.visibility = _OPACITY, False
+            renderer.AddActor(actor)
+            self._actors.append(actor)
+        self._of: tuple[Vehicle, BodyMesh | None] | None = None
+        self._skin: _Skin | None = None
+        self._zones: tuple[Zone, ...] | None = None
+        self._pieces: dict[Spot, pv.PolyData] = {}
+
+    def show(self, vehicle: Vehicle, mesh: BodyMesh | None, shown: KeepOut | None) -> None:
+        """Paint something on a car, or nothing; on a car whose mesh is not at hand, nothing."""
+        if shown is None or (mesh is None and vehicle.has_mesh_file):
+            for actor in self._actors:
+                actor.visibility = False
+            return
+        if self._skin is None or self._of != (vehicle, mesh):
+            self._of, self._skin = (vehicle, mesh), _Skin(vehicle, mesh)
+            self._zones, self._pieces = None, {}
+        if shown.zones != self._zones:
+            self._zones = shown.zones
+            self._show(0, [piece for zone in shown.zones for piece in self._skin.of(zone)])
+        known, skin = self._pieces, self._skin
+        self._pieces = {spot: known[spot] if spot in known else skin.within(spot) for spot in shown.spots}
+        self._show(1, list(self._pieces.values()))
+        self._actors[0].visibility = self._actors[0].mapper.GetInput().GetNumberOfCells() > 0
+
+    def _show(self, place: int, pieces: list[pv.PolyData]) -> None:
+        mesh = _lifted(pieces)
+        self._actors[place].mapper.SetInputData(pv.PolyData() if mesh is None else mesh)
+        self._actors[place].visibility = mesh is not None
