@@ -32,7 +32,7 @@ from riglens.core.targets.settings import Phase, TargetSettings
 from riglens.core.targets.shapes import Shape
 from riglens.core.targets.traffic import WITHIN_M, Traffic
 from riglens.results import AuditResult, ClassResult, RigResult, TargetResult
-from riglens.scenes import Scene, SceneEngine, audit, load_scene, mesh_of, score
+from riglens.scenes import Scene, SceneEngine, audit, blocking_mesh, load_scene, score
 
 if TYPE_CHECKING:
     from riglens.app.evaluation.options import HeatMode
@@ -230,7 +230,7 @@ def targets(
         settings = TargetSettings(shape, range_law, phase, seed, min_points, options.body or "ignored")
         if sample is not None and sample < 1:
             raise InputError(f"--sample: found {sample}, accepted is a whole number of frames from 1 up")
-    mesh = mesh_of(rig, options, mesh_folder)
+    mesh = blocking_mesh(rig, options.body, mesh_folder)
     return TargetResult(traffic, TargetEngine(traffic, threads).evaluate(rig, settings, sample, mesh))
 
 

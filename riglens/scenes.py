@@ -22,7 +22,7 @@ from riglens.core.scene.boxes import DataReport, Progress
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.pog import Pog
 from riglens.core.vehicle.mesh import BodyMesh
-from riglens.core.vehicle.mesh_file import mesh_path, read_mesh
+from riglens.core.vehicle.mesh_file import mesh_of
 from riglens.results import AuditResult, RigResult
 
 
@@ -136,7 +136,7 @@ def score(
         Threads to use, all processors by default. The scores do not depend on it.
     body
         Whether rays pass through the car's own body ("ignored", as in the paper) or end at it ("blocks"). By default
-        the built-in rigs are scored as in the paper, and others with the car solid.
+        the built-in rigs of the paper are scored as there, and others with the car solid.
     mesh_folder
         The folder from which a car body in a mesh file is named; that of the rig file, as a rule.
 
@@ -144,7 +144,7 @@ def score(
     """
     with argument_names():
         options = ScoreOptions(method, reading, camera_weight, threads, body).for_rigs([rig])
-    mesh = mesh_of(rig, options, mesh_folder)
+    mesh = blocking_mesh(rig, options.body, mesh_folder)
     (found,) = evaluate_from_scratch(scene.field, [rig], settings_of(options), threads, meshes=[mesh])
     return RigResult(scene.field, found)
 
@@ -174,15 +174,15 @@ def audit(
     """
     with argument_names():
         ScoreOptions(threads=threads, body=body)
-    mesh = read_mesh(mesh_path(rig.vehicle.body, Path(mesh_folder))) if rig.vehicle.has_mesh_file else None
+    mesh = blocking_mesh(rig, "blocks", mesh_folder)
     return AuditResult(audit_rig(scene.field, rig, body, mesh, threads))
 
 
-def mesh_of(rig: Rig, options: ScoreOptions, folder: StrPath) -> BodyMesh | None:
-    """The mesh of a body that blocks, where a file holds it."""
-    if options.body != "blocks" or not rig.vehicle.has_mesh_file:
+def blocking_mesh(rig: Rig, body: Body | None, folder: StrPath) -> BodyMesh | None:
+    """The mesh of a body that blocks, where a file holds it; a size that is not a car's is told the user's own call."""
+    if body != "blocks":
         return None
-    return read_mesh(mesh_path(rig.vehicle.body, Path(folder)))
+    return mesh_of(rig.vehicle, Path(folder), lambda line: warnings.warn(line, RigLensWarning, stacklevel=5))
 
 
 class SceneEngine:
@@ -221,8 +221,10 @@ class SceneEngine:
         with argument_names():
             options = ScoreOptions(method, reading, camera_weight, None, body).for_rigs([rig])
         vehicle, folder = rig.vehicle, Path(mesh_folder)
-        if options.body == "blocks" and vehicle.has_mesh_file and (vehicle.body, folder) not in self._meshes:
-            self._meshes[vehicle.body, folder] = read_mesh(mesh_path(vehicle.body, folder))
+        if (vehicle.body, folder) not in self._meshes:
+            mesh = blocking_mesh(rig, options.body, folder)
+            if mesh is not None:
+                self._meshes[vehicle.body, folder] = mesh
         mesh = self._meshes.get((vehicle.body, folder))
         found = self._engine.evaluate(rig, settings_of(options), with_seen=False, mesh=mesh)
         return RigResult(self._engine.field, found)

@@ -201,6 +201,21 @@ def test_boxes_that_do_not_count_are_warned_of(boxes: Path) -> None:
     assert scene.data.boxes["pedestrian"] == 2
 
 
+def test_a_body_of_another_unit_is_warned_of_where_the_user_asks(scene: rl.Scene, tmp_path: Path) -> None:
+    corners = [f"v {x} {y} {z}" for x in (0, 4600) for y in (0, 1900) for z in (0, 1450)]
+    faces = ("1 3 4 2", "5 6 8 7", "1 2 6 5", "3 7 8 4", "1 5 7 3", "2 4 8 6")
+    (tmp_path / "car.obj").write_text("\n".join([*corners, *(f"f {face}" for face in faces)]) + "\n")
+    rig = rl.open_rig("Center").replace(vehicle=rl.Vehicle(body="car.obj"))
+    calls = (
+        lambda: rl.score(rig, scene, mesh_folder=tmp_path),
+        lambda: rl.audit(rig, scene, mesh_folder=tmp_path),
+    )
+    for call in calls:
+        with pytest.warns(rl.RigLensWarning, match=r"set vehicle\.mesh\.scale: 0\.001") as told:
+            call()
+        assert told[0].filename == __file__
+
+
 def test_a_saved_rig_comes_back_and_comments_stay(tmp_path: Path) -> None:
     path, rig = tmp_path / "rig.yaml", rl.open_rig("W+T")
     rl.save_rig(rig, path)

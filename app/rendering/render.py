@@ -31,8 +31,8 @@ from riglens.core.metric.scores import PAPER_SETTINGS, Body, MetricSettings
 from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.file import dumps
 from riglens.core.scene.pog import Pog
-from riglens.core.vehicle.mesh import BodyMesh, mesh_size_m, size_remark
-from riglens.core.vehicle.mesh_file import mesh_path, read_mesh
+from riglens.core.vehicle.mesh import BodyMesh
+from riglens.core.vehicle.mesh_file import mesh_of
 from riglens.core.vehicle.solid import CarBody
 from riglens.core.vehicle.standing import stands_of
 from riglens.core.view.display import DisplayGrid
@@ -167,18 +167,11 @@ def body_of(rig: Rig, folder: Path, tell: Callable[[str], object] = note) -> Bod
 
     What is wrong with the file, or with the size of the car in it, is told in a line each.
     """
-    vehicle = rig.vehicle
-    if not vehicle.has_mesh_file:
-        return None
     try:
-        body = read_mesh(mesh_path(vehicle.body, folder))
+        return mesh_of(rig.vehicle, folder, tell)
     except InputError as error:
         tell(f"{error}; {STAND_IN}")
         return None
-    remark = size_remark(mesh_size_m(body, vehicle.mesh), vehicle.mesh)
-    if remark:
-        tell(f"vehicle.body: {vehicle.body}: {remark}")
-    return body
 
 
 def draw(

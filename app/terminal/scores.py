@@ -25,7 +25,7 @@ from riglens.core.scene.boxes import CLASSES, DataReport
 from riglens.core.scene.pog import Pog
 from riglens.core.shown_text import visible
 from riglens.core.vehicle.mesh import BodyMesh
-from riglens.core.vehicle.mesh_file import mesh_path, read_mesh
+from riglens.core.vehicle.mesh_file import mesh_of
 
 EXPLANATION: dict[Reading, str] = {
     "covered": "S-MIG = minus the entropy that is seen, so S-MS falls as a rig sees more; "
@@ -64,10 +64,9 @@ def load_with_progress(options: SceneOptions) -> tuple[Pog, EntropyField]:
 def mesh_called(name: str, rig: Rig) -> BodyMesh | None:
     """Read the mesh of a rig's vehicle, if a file holds its body, seen from the folder of the rig's file.
 
-    InputError when it cannot be read.
+    A size that is not a car's is noted. InputError when it cannot be read.
     """
-    vehicle = rig.vehicle
-    return read_mesh(mesh_path(vehicle.body, Path(name).parent)) if vehicle.has_mesh_file else None
+    return mesh_of(rig.vehicle, Path(name).parent, note)
 
 
 def meshes_called(names: Sequence[str], rigs: Sequence[Rig], options: ScoreOptions) -> list[BodyMesh | None]:

@@ -15,9 +15,9 @@ from pathlib import Path
 import numpy as np
 
 from riglens.core.errors import InputError
-from riglens.core.rig.model import Rig
+from riglens.core.rig.model import Rig, Vehicle
 from riglens.core.rig.yaml.nodes import shortened
-from riglens.core.vehicle.mesh import BodyMesh
+from riglens.core.vehicle.mesh import BodyMesh, mesh_size_m, size_remark
 
 MAX_BYTES = 200_000_000
 SUFFIXES = (".glb", ".gltf", ".obj", ".ply", ".stl")
@@ -110,3 +110,15 @@ def _unpacked(packed: bytes, where: str) -> BodyMesh:
         raise InputError(
             f"{where}: cannot be read: half an answer came from the process that read it"
         ) from error
+
+
+def mesh_of(vehicle: Vehicle, folder: Path, tell: Callable[[str], object]) -> BodyMesh | None:
+    """Read the mesh that a rig of this folder names for its vehicle, None without one; a size that is not a car's is
+    told in one line. InputError when it cannot be read."""
+    if not vehicle.has_mesh_file:
+        return None
+    mesh = read_mesh(mesh_path(vehicle.body, folder))
+    remark = size_remark(mesh_size_m(mesh, vehicle.mesh), vehicle.mesh)
+    if remark:
+        tell(f"vehicle.body: {vehicle.body}: {remark}")
+    return mesh

@@ -362,3 +362,19 @@ def test_a_body_whose_mesh_is_missing_or_broken_is_one_line_and_no_score(riglens
         assert "vehicle.body" in result.err and len(result.err.strip().splitlines()) == 1
         assert riglens("evaluate", rig, "--boxes", boxes, *SMALL_GRID, "--body", "ignored").code == 0
         (tmp_path / "car.glb").write_bytes(b"no mesh")
+
+
+def test_a_body_in_millimetres_is_told_with_the_scale_that_it_needs(riglens, boxes, tmp_path):
+    corners = [f"v {x} {y} {z}" for x in (0, 4600) for y in (0, 1900) for z in (0, 1450)]
+    faces = ("1 3 4 2", "5 6 8 7", "1 2 6 5", "3 7 8 4", "1 5 7 3", "2 4 8 6")
+    (tmp_path / "car.obj").write_text("\n".join([*corners, *(f"f {face}" for face in faces)]) + "\n")
+    rig = tmp_path / "low.yaml"
+    rig.write_text(LOW.replace("BODY", "car.obj"))
+    said = (
+        "vehicle.body: car.obj: the mesh is 4,600.00 × 1,900.00 × 1,450.00 m; set vehicle.mesh.scale: 0.001"
+    )
+    for command in ("evaluate", "audit"):
+        result = riglens(command, rig, "--boxes", boxes, *SMALL_GRID)
+        assert result.code == 0 and said in result.err
+    rig.write_text(LOW.replace("BODY", "car.obj, mesh: {scale: 0.001}"))
+    assert "vehicle.mesh.scale" not in riglens("evaluate", rig, "--boxes", boxes, *SMALL_GRID).err
