@@ -219,15 +219,16 @@ class Caster:
 
     def _mark_each(self, casts: list[Cast], marks: Words, is_stale: IsStale) -> bool:
         """Ray by ray; every worker but the first marks a set of its own, and these are added at the end."""
-        if self._spare.shape != (self.workers - 1, marks.size):
+        if len(self._spare) < self.workers - 1:
             self._spare = np.zeros((self.workers - 1, marks.size), np.uint64)
+        spare = self._spare[: self.workers - 1]
         try:
-            return all(self._mark_all(rays, marks, is_stale) for rays in casts)
+            return all(self._mark_all(rays, marks, spare, is_stale) for rays in casts)
         finally:
-            if self.workers > 1:
-                cast.add_marks(self._spare, marks, self.workers)
+            if len(spare):
+                cast.add_marks(spare, marks, self.workers)
 
-    def _mark_all(self, rays: Cast, marks: Words, is_stale: IsStale) -> bool:
+    def _mark_all(self, rays: Cast, marks: Words, spare: NDArray[np.uint64], is_stale: IsStale) -> bool:
         """In strides where they can be, and what is left one by one."""
         left = np.ones(len(rays.rows) * len(rays.planes), np.bool_)
         if may_stride(rays):
@@ -235,16 +236,16 @@ class Caster:
             for start, end in _chunks_of_planes(planes, left.size // planes, self.workers):
                 if is_stale():
                     return False
-                mark_strides(rays, planes, start, end, marks, self._spare, left)
+                mark_strides(rays, planes, start, end, marks, spare, left)
         count = np.count_nonzero(left)
         if count > FEW_RAYS:
             for _, start, end in _chunks_of([rays], self.workers):
                 if is_stale():
                     return False
-                cast.mark_rays(rays, start, end, marks, self._spare, left[start:end])
+                cast.mark_rays(rays, start, end, marks, spare, left[start:end])
         elif count > 0:
             jit.use_threads(1)  # others would take longer to come
-            cast.mark_rays(rays, 0, left.size, marks, self._spare[:0], left)
+            cast.mark_rays(rays, 0, left.size, marks, spare[:0], left)
             jit.use_threads(self.workers)
         for word, bit in self.walk_irregular(rays, np.flatnonzero(left)):
             marks[word] |= bit

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.engine.caster import Caster, IsStale, Window, never_stale
+from riglens.core.engine.processors import Processors
 from riglens.core.geometry import Pose
 from riglens.core.kernels import jit, settle
 from riglens.core.kernels.codes import ANY
@@ -115,13 +116,15 @@ def _cast_shape(sensor: Sensor, method: Method, solid: Solid | None) -> _Shape:
 class Engine:
     """Incremental evaluation of rigs on one field with a number of threads (all processors by default).
 
+    Short edits get fewer where other programs leave no processor for them. It cannot matter for what they find.
     With `for_edits` False it starts anew for each rig, in the same memory: the sensors of a kind then share a slot,
     which saves most of the memory, and most of the time that the system takes to provide it.
     """
 
     def __init__(self, field: EntropyField, threads: int | None = None, for_edits: bool = True) -> None:
         self._field, self._for_edits = field, for_edits
-        self._caster = Caster(field, jit.use_threads(threads))
+        self._threads, self._processors, self._last_ms = jit.use_threads(threads), Processors(), 0.0
+        self._caster = Caster(field, self._threads)
         words = field.index.words.size
         self._state = _State(np.zeros((0, words), np.uint64), np.zeros((2, words), np.uint64))
         self._shapes: dict[_Wanted, tuple[Sensor, _Shape]] = {}
@@ -160,7 +163,9 @@ class Engine:
         `is_stale` raises.
         """
         started = time.perf_counter()
-        threads = jit.use_threads(self._caster.workers)
+        if self._for_edits:
+            self._caster.workers = self._processors.threads(self._threads, self._last_ms)
+        jit.use_threads(self._caster.workers)
         self._solid = CarBody(rig.vehicle, mesh, stance).solid() if settings.body == "blocks" else None
         wanted = self._shapes_of(rig, settings.method)
         if not self._hold(wanted, is_stale):
@@ -170,8 +175,8 @@ class Engine:
             return None
         scores = score(self._field, self._state.sums_q, settings, hits)
         seen = self._state.union.copy() if with_seen else np.empty((2, 0), np.uint64)
-        elapsed_ms = (time.perf_counter() - started) * 1e3
-        return Evaluation(rig, settings, scores, seen[0], seen[1], elapsed_ms, threads)
+        self._last_ms = elapsed_ms = (time.perf_counter() - started) * 1e3
+        return Evaluation(rig, settings, scores, seen[0], seen[1], elapsed_ms, self._threads)
 
     @property
     def field(self) -> EntropyField:
@@ -180,8 +185,8 @@ class Engine:
 
     @property
     def workers(self) -> int:
-        """How many threads the parallel kernels get."""
-        return self._caster.workers
+        """How many threads the parallel kernels may have."""
+        return self._threads
 
     def marks_of(self, sensor: Sensor, method: Method) -> Words | None:
         """Return the voxels that a sensor of the rig evaluated last traverses, uint64 (words,): all informative ones

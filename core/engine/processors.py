@@ -1,0 +1,62 @@
+"""How many processors other programs leave to this one, and so how many threads an edit gets.
+
+Threads that share some milliseconds of work wait for each other at its end, and on a computer without a processor to
+spare for each that takes longer than the work: a LiDAR was moved in 18 ms by two threads, and in 13 ms by one.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable
+from typing import NamedTuple
+
+import psutil
+
+PERIOD_S = 0.25
+"""How long what was found holds."""
+LONG_MS = 20.0
+"""Edits that took so long gain by every thread, whoever else is at work: each takes what it gets done."""
+NOT_WORK = ("idle", "iowait", "guest", "guest_nice")
+"""Times of the system that are none of its processors' work, or are told twice."""
+
+
+class Work(NamedTuple):
+    """Seconds of processor time since some moment: of all programs, and of this one."""
+
+    everyone: float
+    own: float
+
+
+def work_until_now() -> Work:
+    """Ask the system."""
+    everyone, own = psutil.cpu_times()._asdict(), os.times()
+    return Work(sum(s for name, s in everyone.items() if name not in NOT_WORK), own.user + own.system)
+
+
+class Processors:
+    """What other programs leave of the processors, looked up a few times a second."""
+
+    def __init__(
+        self,
+        count: int | None = None,
+        clock: Callable[[], float] = time.monotonic,
+        work: Callable[[], Work] = work_until_now,
+    ) -> None:
+        self._count, self._clock, self._work = count or os.cpu_count() or 1, clock, work
+        self._since, self._until_then, self._free = clock(), work(), float(self._count)
+
+    def threads(self, most: int, last_ms: float) -> int:
+        """How many of so many threads an edit should get, if the last one took so many milliseconds."""
+        if most == 1 or last_ms >= LONG_MS:
+            return most
+        return min(most, max(1, int(self._free_now() + 0.5)))
+
+    def _free_now(self) -> float:
+        now = self._clock()
+        if now - self._since >= PERIOD_S:
+            work = self._work()
+            everyone, own = (b - a for a, b in zip(self._until_then, work, strict=True))
+            self._free = self._count - (everyone - own) / (now - self._since)
+            self._since, self._until_then = now, work
+        return self._free
