@@ -209,7 +209,10 @@ def _window_of(
     3) are overwritten."""
     set_centre(start, turn, centre)
     corners_of(centre, turn, half, corners)
-    return window_of_turn(corners) if beams.turns else window_of_image(corners, beams.least)
+    if not beams.turns:
+        return window_of_image(corners, beams.least)
+    is_upright = turn[0, 2] == 0.0 and turn[1, 2] == 0.0 and turn[2, 0] == 0.0 and turn[2, 1] == 0.0
+    return window_of_turn(corners, is_upright)
 
 
 @lean

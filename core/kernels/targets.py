@@ -37,7 +37,7 @@ from riglens.core.kernels.silhouette import (
 )
 
 RAYS, ALONE, FIRST_ROW, LAST_ROW, CELLS = 0, 1, 2, 3, 4
-"""Columns of what is found on an object: rays that enter it first, rays that would if it stood alone, first and last
+"""Rows of what is found on objects: rays that enter it first, rays that would if it stood alone, first and last
 row of the lattice among the former (-1: none), distinct cells that they enter (LiDARs)."""
 COLUMNS = 5
 
@@ -55,11 +55,12 @@ class Desk(NamedTuple):
 
 class Sweep(NamedTuple):
     """A sensor in one frame: its number, rotation (3, 3) of the sensor with the phase of the frame, key of the draws
-    of returns."""
+    of returns; ranks (n,): places of boxes among the objects that count, below 0 for the others."""
 
     frame: int
     rotation: np.ndarray
     key: np.uint64
+    ranks: np.ndarray
 
 
 @lean_inlined
@@ -101,7 +102,7 @@ def _take(
     """Count the rays that enter an object of a group first and have met nothing nearer, and note the cells into which
     those of a LiDAR come that return; how many of the latter there are."""
     canvas, words, turn, rays = desk.canvas, words_of(beams.columns), desk.outline.faces.turn, 0
-    start = start_of(traffic, beams, box)
+    start, one = start_of(traffic, beams, box), sweep.ranks[box]
     set_turn(traffic, sweep.rotation, box, turn)
     for place in range(canvas.touched[0], canvas.touched[1]):
         row, base, before = beams.row_of[place], place * beams.columns, rays
@@ -129,9 +130,9 @@ def _take(
                 cells[rays] = cell_key(start, along, t)
             rays += 1
         if rays > before:
-            found[box, FIRST_ROW] = min(found[box, FIRST_ROW], row) if found[box, FIRST_ROW] >= 0 else row
-            found[box, LAST_ROW] = max(found[box, LAST_ROW], row)
-    found[box, RAYS] = rays
+            found[FIRST_ROW, one] = min(found[FIRST_ROW, one], row) if found[FIRST_ROW, one] >= 0 else row
+            found[LAST_ROW, one] = max(found[LAST_ROW, one], row)
+    found[RAYS, one] = rays
     return keep_distinct(rays, cells, desk.table) if beams.turns else 0
 
 
@@ -189,9 +190,10 @@ def _draw(traffic: Traffic, beams: Beams, sweep: Sweep, box: int, desk: Desk, fo
         return False
     if beams.stops.size > 0 and is_stopped_before(beams, outline):
         return False
-    counts = count_outline(beams, outline, desk.seen)
-    found[box, ALONE], found[box, RAYS] = counts[0], counts[1]
-    found[box, FIRST_ROW], found[box, LAST_ROW] = counts[2], counts[3]
+    counts, one = count_outline(beams, outline, desk.seen), sweep.ranks[box]
+    if one >= 0:
+        found[ALONE, one], found[RAYS, one] = counts[0], counts[1]
+        found[FIRST_ROW, one], found[LAST_ROW, one] = counts[2], counts[3]
     return True
 
 
@@ -204,14 +206,17 @@ def _meet_group(
     queue, outline = desk.queue, desk.outline
     for place in range(begin, end):
         box = queue.box[place]
-        found[box, ALONE] = meet_box(
+        one, alone = sweep.ranks[box], meet_box(
             traffic, beams, box, sweep.rotation, outline.faces, outline.corners, outline.centre, desk.canvas
-        )
+        )  # fmt: skip
+        if one >= 0:
+            found[ALONE, one] = alone
     for place in range(begin, end):
         box = queue.box[place]
-        if traffic.counts[box] and found[box, ALONE] > 0:
+        one = sweep.ranks[box]
+        if one >= 0 and found[ALONE, one] > 0:
             own = _take(traffic, beams, sweep, box, desk, found, cells[number:])
-            found[box, CELLS], at[box] = own, number
+            found[CELLS, one], at[one] = own, number
             number += own
     _hide(beams.columns, desk)
     return number
@@ -246,29 +251,30 @@ def _desk_for(
 
 @kernel
 def _cast_some(
-    traffic: Traffic, beams: Beams, first: int, end: int, phases: np.ndarray, keys: np.ndarray, desk: Desk,
-    found: np.ndarray, at: np.ndarray, cells: np.ndarray,
+    traffic: Traffic, beams: Beams, first: int, end: int, phases: np.ndarray, keys: np.ndarray, ranks: np.ndarray,
+    desk: Desk, found: np.ndarray, at: np.ndarray, cells: np.ndarray, number: int,
 ) -> int:  # fmt: skip
     """Cast a sensor in frames first..end-1, one after the other; returns the number of cells."""
-    number = 0
     for frame in range(first, end):
-        sweep = Sweep(frame, spun(beams.rotation, phases[frame]), keys[frame])
+        sweep = Sweep(frame, spun(beams.rotation, phases[frame]), keys[frame], ranks)
         number = _cast_frame(traffic, beams, sweep, desk, found, at, cells, number)
     return number
 
 
 @parallel_kernel
 def cast_frames(
-    traffic: Traffic, beams: Beams, first: int, end: int, phases: np.ndarray, keys: np.ndarray, most: int,
-    inverse: np.ndarray, owner: np.ndarray, last: np.ndarray, tables: np.ndarray,
+    traffic: Traffic, beams: Beams, first: int, end: int, phases: np.ndarray, keys: np.ndarray, ranks: np.ndarray,
+    most: int, inverse: np.ndarray, owner: np.ndarray, last: np.ndarray, tables: np.ndarray,
     found: np.ndarray, at: np.ndarray, cells: np.ndarray, filled: np.ndarray,
 ) -> None:  # fmt: skip
     """Cast a sensor in frames first..end-1, dealt to as many workers as the scratch has rows.
 
-    phases (frames,) radians; keys uint64 (frames,) of the draws; most: boxes in any frame. Scratch (workers, rays):
+    phases (frames,) radians; keys uint64 (frames,) of the draws; ranks (n,): places of boxes among the m objects that
+    count, below 0 for the others; most: boxes in any frame. Scratch (workers, rays):
     inverse 0, owner and last -1; tables (workers, k).
-    Takes found int32 (n, COLUMNS) of all objects, with 0, 0, -1, -1, 0 before; cells int64 (workers, k) and filled
-    (workers,): the cells entered, and how many; at (n,): where those of an object begin among its worker's.
+    Takes found int32 (COLUMNS, m), with 0, 0, -1, -1, 0 before; cells int64 (workers, k), behind the first filled
+    (workers,) of them: the cells entered, and how many there are then; at (m,): where those of an object begin among
+    its worker's.
     """
     workers, rows, columns = inverse.shape[0], beams.row_of.size, beams.columns
     for worker in numba.prange(workers):
@@ -277,17 +283,19 @@ def cast_frames(
         begin = first + (end - first) * worker // workers
         until = first + (end - first) * (worker + 1) // workers
         filled[worker] = _cast_some(
-            traffic, beams, begin, until, phases, keys, desk, found, at, cells[worker]
+            traffic, beams, begin, until, phases, keys, ranks, desk, found, at, cells[worker], filled[worker]
         )
 
 
 @kernel
 def cast_frames_serial(
-    traffic: Traffic, beams: Beams, first: int, end: int, phases: np.ndarray, keys: np.ndarray, most: int,
-    inverse: np.ndarray, owner: np.ndarray, last: np.ndarray, tables: np.ndarray,
+    traffic: Traffic, beams: Beams, first: int, end: int, phases: np.ndarray, keys: np.ndarray, ranks: np.ndarray,
+    most: int, inverse: np.ndarray, owner: np.ndarray, last: np.ndarray, tables: np.ndarray,
     found: np.ndarray, at: np.ndarray, cells: np.ndarray, filled: np.ndarray,
 ) -> None:  # fmt: skip
     """As `cast_frames`, with the first worker's scratch alone, for any thread."""
     rows, columns = beams.row_of.size, beams.columns
     desk = _desk_for(rows, columns, most, inverse[0], owner[0], last[0], tables[0])
-    filled[0] = _cast_some(traffic, beams, first, end, phases, keys, desk, found, at, cells[0])
+    filled[0] = _cast_some(
+        traffic, beams, first, end, phases, keys, ranks, desk, found, at, cells[0], filled[0]
+    )

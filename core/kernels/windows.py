@@ -41,14 +41,15 @@ def corners_of(centre: np.ndarray, turn: np.ndarray, half: np.ndarray, to: np.nd
 
 
 @lean
-def window_of_turn(corners: np.ndarray) -> Window:
-    """Slopes and azimuths of a box around a spinning sensor."""
-    ux, uy = 0.0, 0.0
-    for corner in range(8):
+def window_of_turn(corners: np.ndarray, is_upright: bool) -> Window:
+    """Slopes and azimuths of a box around a spinning sensor; of one that is upright in its axes the upper four corners
+    are where the lower ones are."""
+    ux, uy, count = 0.0, 0.0, 4 if is_upright else 8
+    for corner in range(count):
         ux, uy = ux + corners[corner, 0], uy + corners[corner, 1]
     first, last, low, high = 0, 0, np.inf, -np.inf
     is_beside = False
-    for corner in range(8):
+    for corner in range(count):
         x, y = corners[corner, 0], corners[corner, 1]
         ahead, aside = ux * x + uy * y, ux * y - uy * x
         is_beside |= not ahead > 0.0
@@ -59,7 +60,7 @@ def window_of_turn(corners: np.ndarray) -> Window:
             high, last = angle, corner
     if is_beside:
         return _window_beside(corners, ux, uy)
-    return _window_between(corners, first, last)
+    return _window_between(corners, first, last, count)
 
 
 @lean
@@ -74,12 +75,12 @@ def _window_beside(corners: np.ndarray, ux: float, uy: float) -> Window:
         if angle > high:
             high, last = angle, corner
     if (ux != 0.0 or uy != 0.0) and high - low < np.pi - 1e-6:
-        return _window_between(corners, first, last)
+        return _window_between(corners, first, last, 8)
     return _with_slopes(corners, 0.0, TURN, 0.0)
 
 
 @lean_inlined
-def _window_between(corners: np.ndarray, first: int, last: int) -> Window:
+def _window_between(corners: np.ndarray, first: int, last: int, count: int) -> Window:
     """The window of a box whose outermost corners, less than half a turn apart, are known."""
     ax, ay = corners[first, 0], corners[first, 1]
     bx, by = corners[last, 0], corners[last, 1]
@@ -88,7 +89,7 @@ def _window_between(corners: np.ndarray, first: int, last: int) -> Window:
     mx, my = ax * b + bx * a, ay * b + by * a
     m = np.sqrt(mx * mx + my * my)
     near = np.inf
-    for corner in range(8):
+    for corner in range(count):
         near = min(near, (corners[corner, 0] * mx + corners[corner, 1] * my) / m)
     left -= MARGIN
     left = left + TURN if left < 0.0 else left

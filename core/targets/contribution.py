@@ -26,6 +26,9 @@ IsStale = Callable[[], bool]
 RAYS_AT_ONCE = {"lidar": 1 << 21, "camera": 1 << 22}
 """Rays of all frames of a chunk, after which `is_stale` is asked; the cells of LiDARs take 8 bytes a ray."""
 
+CELLS_AT_ONCE = 1 << 24
+"""Room for cells, 128 MiB of which only what is filled takes memory."""
+
 
 class _Scratch(NamedTuple):
     """Memory of the workers, as `cast_frames` wants it."""
@@ -77,6 +80,8 @@ class TargetCaster:
     def __init__(self, traffic: Traffic, workers: int = 1, is_serial: bool = False) -> None:
         self._traffic, self._workers, self._is_serial = traffic, 1 if is_serial else workers, is_serial
         self._boxes: dict[Shape, Boxes] = {}
+        before = np.concatenate([[0], np.cumsum(traffic.counts)])
+        self._ranks, self._objects_before = np.where(traffic.counts, before[:-1], -1), before[traffic.starts]
 
     def _boxes_of(self, shape: Shape) -> Boxes:
         """The boxes for the kernels, and what they are made of."""
@@ -106,30 +111,61 @@ class TargetCaster:
         boxes = self._boxes_of(settings.shape)
         phases = phases_rad(sensor, settings, traffic.frame)
         workers, most = self._workers, int(np.diff(traffic.starts).max(initial=1))
-        found, at = (
-            np.zeros((len(traffic.cls), kernel.COLUMNS), np.int32),
-            np.zeros(len(traffic.cls), np.int64),
+        objects = slice(*(int(self._objects_before[frame]) for frame in frames))
+        found = np.zeros((kernel.COLUMNS, objects.stop - objects.start), np.int32)
+        found[kernel.FIRST_ROW : kernel.LAST_ROW + 1] = -1
+        at, ranks = np.zeros(found.shape[1], np.int64), self._ranks - objects.start
+        scratch, at_once = (
+            _scratch(workers, rays),
+            max(1, min(end - first, RAYS_AT_ONCE[sensor.kind] // rays)),
         )
-        found[:, kernel.FIRST_ROW : kernel.LAST_ROW + 1] = -1
-        scratch, cells, held = _scratch(workers, rays), [np.zeros(0, np.int64)], 0
-        at_once = max(1, min(end - first, RAYS_AT_ONCE[sensor.kind] // rays))
-        room = -(-at_once // workers) * rays if beams.turns else 1
-        buffer, filled = np.empty((workers, room), np.int64), np.zeros(workers, np.int64)
+        chunk = -(-at_once // workers) * rays if beams.turns else 0
+        cells = _Cells(workers, chunk, -(-(end - first) // at_once))
         cast = kernel.cast_frames_serial if self._is_serial else kernel.cast_frames
         for start in range(first, end, at_once):
             if is_stale():
                 return None
             until = min(start + at_once, end)
-            cast(boxes, beams, start, until, phases, keys, most, *scratch, found, at, buffer, filled)
+            cells.make_room()
+            cast(
+                boxes, beams, start, until, phases, keys, ranks, most, *scratch, found, at, cells.buffer, cells.filled
+            )  # fmt: skip
             for worker in range(workers):
                 bounds = (start + (until - start) * one // workers for one in (worker, worker + 1))
-                at[slice(*(int(traffic.starts[bound]) for bound in bounds))] += held
-                cells.append(buffer[worker, : filled[worker]].copy())
-                held += int(filled[worker])
-        mine = slice(int(traffic.starts[first]), int(traffic.starts[end]))
-        counts = traffic.counts[mine]
-        counted = np.ascontiguousarray(found[mine][counts].T)
-        return Contribution(end - first, counted, at[mine][counts], np.concatenate(cells))
+                mine = slice(*(int(self._objects_before[bound]) - objects.start for bound in bounds))
+                cells.starts[worker].append(at[mine])
+        return Contribution(end - first, found, at, cells.joined())
+
+
+class _Cells:
+    """Where workers put cells, chunk after chunk: buffer (workers, k), filled (workers,); starts: of each worker, where
+    the cells of objects begin in its row."""
+
+    def __init__(self, workers: int, chunk: int, chunks: int) -> None:
+        room = max(1, chunk, min(chunk * chunks, CELLS_AT_ONCE // workers))
+        self.buffer, self.filled = np.empty((workers, room), np.int64), np.zeros(workers, np.int64)
+        self.starts: list[list[Ids]] = [[] for _ in range(workers)]
+        self._chunk, self._full, self._held = chunk, list[Ids](), 0
+
+    def make_room(self) -> None:
+        """Take full rows aside."""
+        if int(self.filled.max()) + self._chunk > self.buffer.shape[1]:
+            self._full += [row.copy() for row in self._rows()]
+            self.filled[:] = 0
+
+    def joined(self) -> Ids:
+        """All cells; `starts` are places in these from now on."""
+        return np.concatenate([*self._full, *self._rows()])
+
+    def _rows(self) -> list[Ids]:
+        """What is filled of each row; its starts get their places among all cells."""
+        rows = [row[:filled] for row, filled in zip(self.buffer, self.filled.tolist(), strict=True)]
+        for row, starts in zip(rows, self.starts, strict=True):
+            for start in starts:
+                start += self._held
+            starts.clear()
+            self._held += row.size
+        return rows
 
 
 def _scratch(workers: int, rays: int) -> _Scratch:

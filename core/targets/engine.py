@@ -18,7 +18,7 @@ from riglens.core.rig.model import Camera, Lidar, Rig, Sensor, rays_of
 from riglens.core.scene.boxes import CLASSES, DataReport
 from riglens.core.sensing.body_ends import housing_radius_m
 from riglens.core.targets.contribution import NOTHING, Contribution, IsStale, TargetCaster
-from riglens.core.targets.joining import JoinedCells
+from riglens.core.targets.joining import Gatherer
 from riglens.core.targets.scores import Groups, TargetScores, scores_of
 from riglens.core.targets.settings import USUAL, TargetSettings
 from riglens.core.targets.traffic import Traffic, traffic_of
@@ -48,7 +48,7 @@ class TargetEngine:
         self._held: dict[_Shape, Contribution] = {}
         self._shown: set[_Shape] = set()
         self._groups: Groups | None = None
-        self._joined = JoinedCells()
+        self._gatherer = Gatherer()
 
     @property
     def traffic(self) -> Traffic:
@@ -99,7 +99,8 @@ class TargetEngine:
         self._shown = set(wanted.values())
         self._held = {shape: self._held[shape] for shape in self._shown}
         by_sensor = {name: self._held[shape] for name, shape in wanted.items()}
-        scores = scores_of(self._groups_of(used), rig, settings, by_sensor, self._joined)
+        groups = self._groups_of(used)
+        scores = scores_of(groups, rig, settings, self._gatherer.objects(groups.box, rig, by_sensor))
         return replace(scores, elapsed_ms=(time.perf_counter() - started) * 1e3)
 
     def _groups_of(self, frames: int) -> Groups:

@@ -1,18 +1,109 @@
-"""Distinct cells of several LiDARs on each road user, from one edit to the next."""
+"""What all sensors together get onto each road user, from one edit to the next: what does not change is kept."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.kernels import distinct
-from riglens.core.kernels.targets import CELLS
+from riglens.core.kernels.targets import ALONE, CELLS, FIRST_ROW, LAST_ROW, RAYS
+from riglens.core.rig.model import Camera, Rig
 from riglens.core.targets.contribution import Contribution
+from riglens.core.targets.scores import ObjectCounts
 
 Counts = NDArray[np.int64]
+Doubles = NDArray[np.float64]
 Lidars = tuple[Contribution, ...]
+T = TypeVar("T")
+
+
+class Gatherer:
+    """Puts together what sensors get onto the same objects, in one call after the other."""
+
+    def __init__(self) -> None:
+        self._cells = JoinedCells()
+        self._lidars = _Kept[tuple[Counts, Counts, Counts]]()
+        self._cameras = _Kept[tuple[Doubles, Doubles, Doubles]]()
+
+    def objects(self, box: Counts, rig: Rig, by_sensor: Mapping[str, Contribution]) -> ObjectCounts:
+        """What the enabled sensors of a rig get onto objects, whose places in the traffic are box (k,)."""
+        lidars, cameras, count = rig.lidars(), rig.cameras(), len(box)
+        of_lidars, of_cameras = (
+            tuple(by_sensor[sensor.name] for sensor in sensors) for sensors in (lidars, cameras)
+        )
+        native = np.array([_native(camera) for camera in cameras]).reshape(-1, 2)
+        points, alone, cells = self._lidars.of(
+            of_lidars, count, (), lambda: _by_lidars(of_lidars, count, self._cells)
+        )
+        key = tuple(native.ravel().tolist())
+        pixels, pixels_alone, heights_px = self._cameras.of(
+            of_cameras, count, key, lambda: _by_cameras(of_cameras, count, native)
+        )
+        return ObjectCounts(
+            box,
+            tuple(sensor.name for sensor in lidars),
+            tuple(sensor.name for sensor in cameras),
+            points,
+            pixels,
+            alone,
+            pixels_alone,
+            cells,
+            heights_px,
+        )
+
+
+def _native(camera: Camera) -> tuple[float, float]:
+    """Native pixels per ray of the lattice, across and down."""
+    return camera.image[0] / camera.cast[0], camera.image[1] / camera.cast[1]
+
+
+def _by_lidars(lidars: Lidars, objects: int, cells: JoinedCells) -> tuple[Counts, Counts, Counts]:
+    """Points (objects, lidars), points of all alone and distinct cells (objects,)."""
+    alone = _column(lidars, ALONE, objects).sum(axis=1)
+    return _column(lidars, RAYS, objects), alone, cells.of(lidars, objects)
+
+
+def _by_cameras(
+    cameras: tuple[Contribution, ...], objects: int, native: Doubles
+) -> tuple[Doubles, Doubles, Doubles]:
+    """Pixels (objects, cameras), pixels of all alone (objects,), heights (objects, cameras) in pixels."""
+    area = native.prod(axis=1)
+    first, last = (_column(cameras, column, objects) for column in (FIRST_ROW, LAST_ROW))
+    heights_px = np.where(first >= 0, last - first + 1, 0) * native[:, 1]
+    alone = (_column(cameras, ALONE, objects) * area).sum(axis=1)
+    return _column(cameras, RAYS, objects) * area, alone, heights_px
+
+
+def _column(contributions: tuple[Contribution, ...], column: int, objects: int) -> Counts:
+    """A column of what sensors found on the first objects, (objects, sensors)."""
+    found = np.empty((len(contributions), objects), np.int64)
+    for place, one in enumerate(contributions):
+        found[place] = one.found[column, :objects]
+    return found.T
+
+
+class _Kept(Generic[T]):
+    """What was made last, of these very contributions."""
+
+    def __init__(self) -> None:
+        self._last: tuple[tuple[Contribution, ...], int, tuple[float, ...], T] | None = None
+
+    def of(
+        self, parts: tuple[Contribution, ...], objects: int, key: tuple[float, ...], make: Callable[[], T]
+    ) -> T:
+        """What is made of the first objects of contributions, and of a key."""
+        if self._last is not None:
+            old, count, old_key, made = self._last
+            same = len(old) == len(parts) and all(one is other for one, other in zip(old, parts, strict=True))
+            if same and count == objects and old_key == key:
+                return made
+        made = make()
+        self._last = parts, objects, key, made
+        return made
 
 
 @dataclass(frozen=True)
@@ -33,7 +124,7 @@ class JoinedCells:
 
     def __init__(self) -> None:
         self._rest: _Rest | None = None
-        self._last: tuple[Lidars, int, Counts] | None = None
+        self._last: Lidars = ()
 
     def of(self, lidars: Lidars, objects: int) -> Counts:
         """Distinct cells of all LiDARs together on each of the first objects, (objects,)."""
@@ -42,14 +133,11 @@ class JoinedCells:
             return np.zeros(objects, np.int64)
         if len(lidars) == 1:
             return lidars[0].found[CELLS, :objects].astype(np.int64)
-        last = () if self._last is None else self._last[0]
-        if self._last is not None and self._last[1] == objects and _are(last, lidars):
-            return self._last[2]
+        last, self._last = self._last, lidars
         moved = next((one for one in lidars if not any(one is other for other in last)), lidars[-1])
         rest = self._rest_of(tuple(one for one in lidars if one is not moved), objects)
         found, more = np.empty(objects, np.int64), _lists((moved,), objects)
         distinct.join_cells(rest.lists, rest.marks, more, _table(rest.lists, more), found)
-        self._last = lidars, objects, found
         return found
 
     def _rest_of(self, lidars: Lidars, objects: int) -> _Rest:
@@ -69,7 +157,7 @@ def _lists(lidars: Lidars, objects: int) -> distinct.Lists:
     return distinct.Lists(
         np.stack([one.cell_starts[:objects] + begin for one, begin in zip(lidars, begins, strict=False)]),
         np.stack([one.found[CELLS, :objects] for one in lidars]),
-        np.concatenate([one.cells for one in lidars]),
+        lidars[0].cells if len(lidars) == 1 else np.concatenate([one.cells for one in lidars]),
     )
 
 

@@ -11,11 +11,8 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from riglens.core.kernels import targets as kernel
-from riglens.core.rig.model import Camera, Rig
+from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
-from riglens.core.targets.contribution import Contribution
-from riglens.core.targets.joining import JoinedCells
 from riglens.core.targets.settings import CELLS_SCALE, HEIGHT_PX, RING_M, RINGS_TO_M, TargetSettings
 from riglens.core.targets.traffic import Traffic
 
@@ -172,55 +169,12 @@ def standard_error(misses: NDArray[Any], objects: ArrayLike, of_frames: int) -> 
     return np.asarray(np.sqrt(spread * (1.0 - used / of_frames) * used) / objects)
 
 
-def scores_of(
-    groups: Groups,
-    rig: Rig,
-    settings: TargetSettings,
-    by_sensor: Mapping[str, Contribution],
-    joined: JoinedCells,
-) -> TargetScores:
-    """Put together what the enabled sensors get on the objects of `groups`."""
-    objects = _objects(groups, rig, by_sensor, joined)
+def scores_of(groups: Groups, rig: Rig, settings: TargetSettings, objects: ObjectCounts) -> TargetScores:
+    """Tabulate what the enabled sensors of a rig get on the objects of `groups`."""
     tables = _Sorted.of(groups, objects, settings)
     classes = {name: _class_targets(groups, tables, number) for number, name in enumerate(CLASSES)}
     within_m = float(groups.edges_m[-1])
     return TargetScores(rig, settings, groups.of_frames, groups.frames, within_m, objects, classes)
-
-
-def _objects(
-    groups: Groups, rig: Rig, by_sensor: Mapping[str, Contribution], joined: JoinedCells
-) -> ObjectCounts:
-    box, lidars, cameras = groups.box, rig.lidars(), rig.cameras()
-    of_lidars = [by_sensor[sensor.name] for sensor in lidars]
-    of_cameras = [by_sensor[sensor.name] for sensor in cameras]
-    scale = np.array([_native(camera) for camera in cameras]).reshape(-1, 2)
-    area = scale.prod(axis=1)
-    first, last = (_column(of_cameras, column, len(box)) for column in (kernel.FIRST_ROW, kernel.LAST_ROW))
-    heights = np.where(first >= 0, last - first + 1, 0) * scale[:, 1]
-    return ObjectCounts(
-        box,
-        tuple(sensor.name for sensor in lidars),
-        tuple(sensor.name for sensor in cameras),
-        _column(of_lidars, kernel.RAYS, len(box)),
-        _column(of_cameras, kernel.RAYS, len(box)) * area,
-        _column(of_lidars, kernel.ALONE, len(box)).sum(axis=1),
-        (_column(of_cameras, kernel.ALONE, len(box)) * area).sum(axis=1),
-        joined.of(tuple(of_lidars), len(box)),
-        heights,
-    )
-
-
-def _native(camera: Camera) -> tuple[float, float]:
-    """Native pixels per ray of the lattice, across and down."""
-    return camera.image[0] / camera.cast[0], camera.image[1] / camera.cast[1]
-
-
-def _column(contributions: list[Contribution], column: int, objects: int) -> Counts:
-    """A column of what sensors found on the first objects, (objects, sensors)."""
-    found = np.empty((len(contributions), objects), np.int64)
-    for place, one in enumerate(contributions):
-        found[place] = one.found[column, :objects]
-    return found.T
 
 
 def ring_edges_m(within_m: float) -> tuple[float, ...]:
@@ -284,4 +238,8 @@ def _row(groups: Groups, tables: _Sorted, part: slice, ring_m: tuple[float, floa
 
 
 def _median(values: Doubles) -> float:
-    return float(np.median(values)) if values.size else 0.0
+    if not values.size:
+        return 0.0
+    low, high = (values.size - 1) // 2, values.size // 2
+    ordered = np.partition(values, (low, high))
+    return float((ordered[low] + ordered[high]) / 2.0)

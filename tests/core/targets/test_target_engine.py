@@ -147,6 +147,19 @@ def test_a_stale_wish_is_given_up_and_the_next_one_is_as_good_as_any(world, monk
     assert same(engine.evaluate(rig), TargetEngine(world).evaluate(rig))
 
 
+@pytest.mark.parametrize("threads", [1, 3])
+def test_cells_are_the_same_however_often_they_are_taken_aside(world, threads, monkeypatch):
+    rig = rig_of(spinning((0.0, 0.0, 2.0)), spinning((0.5, 0.0, 3.0)))
+    whole = TargetEngine(world, threads).evaluate(rig)
+    monkeypatch.setattr(contribution, "RAYS_AT_ONCE", {"lidar": 5 * rig.sensors[0].ray_count})
+    monkeypatch.setattr(contribution, "CELLS_AT_ONCE", 1)  # after every chunk
+    engine = TargetEngine(world, threads)
+    assert whole.objects.cells.sum() > 100
+    assert same(whole, engine.evaluate(rig, frames=None))
+    monkeypatch.setattr(contribution, "CELLS_AT_ONCE", threads * 12 * rig.sensors[0].ray_count)
+    assert same(whole, TargetEngine(world, threads).evaluate(rig))
+
+
 def test_moving_renaming_and_reordering_against_the_draws(world):
     engine = TargetEngine(world)
     a, b = spinning((0.0, 0.0, 2.0)).replace(name="a"), spinning((0.0, 0.0, 2.0)).replace(name="b")
