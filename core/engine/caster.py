@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from riglens.core.engine.blocking import blocked
 from riglens.core.engine.fans import (
+    by_offset,
     farthest,
     is_plain,
     is_upright,
@@ -113,6 +114,9 @@ class Caster:
         if method == "exact" and is_upright(rays.rotation) and is_plain(rays):
             return self._mark_fan(rays, window, marks, is_stale)
         if method == "exact" and isinstance(sensor, Lidar):
+            parts = by_offset(sensor, rays) if is_upright(rays.rotation) else []
+            if parts:
+                return all(self._mark_fan(part, window, marks, is_stale) for part in parts)
             sheets = make_sheets(sensor, rays)
             if sheets is not None:
                 return self._mark_sheets(sheets, marks, is_stale)

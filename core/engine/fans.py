@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,11 +15,14 @@ from riglens.core.kernels.limited import mark_limited
 from riglens.core.kernels.planes import Fan, Space
 from riglens.core.kernels.profile import Events, Profile, Slopes, find_stays, masks_of
 from riglens.core.kernels.spans import find_spans
+from riglens.core.rig.model import Lidar
 from riglens.core.scene.columns import Words
-from riglens.core.sensing.rays import Lattice
+from riglens.core.sensing.rays import Lattice, lattices_by_offset
 
 TAMEST, WILDEST = 2.0**-110, 2.0**110
 """Table entries in this range, three of them multiplied and subtracted, keep the exact predicates valid."""
+FEWEST_BEAMS = 4
+"""Of each azimuth offset on average: planes with fewer rays than that take longer than core and sheets."""
 LEFT_ALONE_MOST = 4096
 """Rays that each worker notes before they are walked one by one."""
 
@@ -133,6 +138,29 @@ def is_plain(rays: Cast) -> bool:
         and (endless or rays.kind == LIDAR)
         and is_tame(rays.rows, rays.planes, rays.rotation, rays.origin)
     )
+
+
+def has_few(offsets: Sequence[float]) -> bool:
+    """Whether so many beams share an azimuth offset that planes of each are worth it."""
+    return len(set(offsets)) * FEWEST_BEAMS <= len(offsets)
+
+
+def by_offset(lidar: Lidar, rays: Cast) -> list[Cast]:
+    """The rays of an upright LiDAR whose beams have few azimuth offsets, those of each offset for a fan of their own;
+    nothing of others."""
+    offsets = lidar.azimuth_offsets_deg
+    if offsets is None or not has_few(offsets):
+        return []
+    parts = []
+    for beams, lattice in lattices_by_offset(lidar):
+        stopped = rays.is_stopped
+        if stopped.size:
+            stopped = stopped.reshape(len(offsets), -1)[beams].ravel()
+        part = rays._replace(kind=lattice.kind, rows=lattice.rows, planes=lattice.planes, is_stopped=stopped)
+        if not is_plain(part):
+            return []
+        parts.append(part)
+    return parts
 
 
 def is_near(rays: Cast) -> bool:

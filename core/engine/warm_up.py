@@ -14,7 +14,7 @@ import psutil
 
 from riglens.core.engine.caster import Caster
 from riglens.core.engine.engine import Engine
-from riglens.core.engine.fans import make_fan, make_profile
+from riglens.core.engine.fans import has_few, make_fan, make_profile
 from riglens.core.kernels import settle
 from riglens.core.kernels.alone import mark_alone
 from riglens.core.kernels.cast import Cast
@@ -24,7 +24,7 @@ from riglens.core.kernels.planes import Fan, Space
 from riglens.core.kernels.profile import Profile
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import MetricSettings
-from riglens.core.rig.model import BrownConrady, Camera, Lidar, Rig
+from riglens.core.rig.model import BrownConrady, Camera, Lidar, Rig, Sensor
 from riglens.core.scene.boxes import CLASSES, DataReport
 from riglens.core.scene.columns import VoxelIndex, pack, words_per_column
 from riglens.core.scene.grid import VoxelGrid
@@ -101,9 +101,14 @@ def _compile_edits(field: EntropyField) -> None:
 def needs_fans(rig: Rig) -> bool:
     """Whether some sensor of a rig is cast by vertical planes."""
     return any(
-        sensor.enabled and not is_listed(sensor) and sensor.rpy_deg[:2] == (0.0, 0.0)
-        for sensor in rig.sensors
+        sensor.enabled and sensor.rpy_deg[:2] == (0.0, 0.0) and _has_planes(sensor) for sensor in rig.sensors
     )
+
+
+def _has_planes(sensor: Sensor) -> bool:
+    """Whether an upright sensor is cast by vertical planes, those of each azimuth offset on their own if it has few."""
+    offsets = sensor.azimuth_offsets_deg if isinstance(sensor, Lidar) else None
+    return not is_listed(sensor) or (offsets is not None and has_few(offsets))
 
 
 def compile_fans(field: EntropyField) -> None:

@@ -101,6 +101,31 @@ def is_listed(sensor: Sensor) -> bool:
     return sensor.azimuth_offsets_deg is not None
 
 
+def lattices_by_offset(lidar: Lidar) -> tuple[tuple[Ids, Lattice], ...]:
+    """The beams that share an azimuth offset, by number (k,), and the lattice of their rays, for each offset; nothing
+    where the LiDAR has none, or the doubles were not those of its listed rays to the last bit."""
+    if lidar.azimuth_offsets_deg is None:
+        return ()
+    return _by_offset(rays_of(lidar).model_copy(update=NOWHERE))
+
+
+@lru_cache(maxsize=4)
+def _by_offset(lidar: Lidar) -> tuple[tuple[Ids, Lattice], ...]:
+    """As `lattices_by_offset`, of a LiDAR without its place."""
+    listed = _listed(lidar).rows.reshape(lidar.beam_count, -1, 3)
+    offsets_deg = np.array(lidar.azimuth_offsets_deg)
+    rows = lidar_lattice(lidar).rows
+    parts = []
+    for offset_deg in np.unique(offsets_deg):
+        beams = np.flatnonzero(offsets_deg == offset_deg)
+        azimuth = np.radians(lidar.azimuths() + offset_deg)
+        part = Lattice(codes.LIDAR, rows[beams], np.stack([np.cos(azimuth), np.sin(azimuth)], axis=1))
+        if not np.array_equal(part.directions(), listed[beams].reshape(-1, 3)):
+            return ()
+        parts.append((beams, part))
+    return tuple(parts)
+
+
 NOWHERE = {"position": (0.0, 0.0, 0.0), "rpy_deg": (0.0, 0.0, 0.0), "range_m": (0.0, math.inf)}
 """What decides where the rays are, but none of their directions in the sensor frame."""
 

@@ -1,19 +1,23 @@
 """Azimuth offsets and lens distortion fit no table of rows and columns: their rays are walked one by one."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from riglens.assets import asset_path
 from riglens.core.engine.caster import Caster
 from riglens.core.engine.fans import is_plain
 from riglens.core.engine.frustums import make_frustum
+from riglens.core.geometry import Pose
 from riglens.core.metric.scores import MetricSettings
+from riglens.core.rig.library import load_library
 from riglens.core.rig.model import BrownConrady, Camera, EvenAngles, KannalaBrandt, Lidar
 from riglens.core.scene.columns import unpack
-from riglens.core.sensing.rays import sensor_rays
+from riglens.core.sensing.rays import lattice, lattices_by_offset, sensor_rays
 from riglens.core.study.reference import exact_cover
 from tests.core.builders import evaluate, field_of, grid_of, rig_of, seen_by, spinning
 
@@ -135,3 +139,70 @@ def test_the_order_in_which_rays_are_walked_does_not_matter(in_row: int, workers
     assert rays.in_row == 40 and len(rays.rows) == 200
     caster._mark_rays(rays._replace(in_row=in_row), marks, lambda: False)
     assert np.array_equal(unpack(GRID, marks & FIELD.index.words), exact_cover(GRID, [sensor]))
+
+
+def paired(rng: np.random.Generator) -> Lidar:
+    """An upright LiDAR of 14 uneven beams that share three azimuth offsets."""
+    beams = tuple(map(float, np.sort(rng.uniform(-30.0, 20.0, 14))))
+    offsets = tuple(map(float, rng.permutation([-1.4] * 5 + [0.0] * 4 + [3.125] * 5)))
+    lidar = staggered(rng, (0.0, 0.0, float(rng.choice([0.0, 90.0, rng.uniform(-180.0, 180.0)]))))
+    return lidar.replace(elevations_deg=beams, azimuth_offsets_deg=offsets)
+
+
+class Counting(Caster):
+    """A caster that counts the fans it marks."""
+
+    fans = 0
+
+    def _mark_fan(self, *arguments: Any) -> bool:
+        self.fans += 1
+        return super()._mark_fan(*arguments)
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("some_are_stopped", [False, True])
+def test_beams_that_share_an_offset_are_a_fan_when_upright(seed: int, some_are_stopped: bool) -> None:
+    rng = np.random.default_rng(seed)
+    sensor = paired(rng)
+    caster = Counting(FIELD, 2)
+    rays = caster.rays(sensor, "exact")
+    if some_are_stopped:
+        rays = rays._replace(is_stopped=rng.random(14 * 40) < 0.3)
+    marks, expected = np.zeros_like(FIELD.index.words), np.zeros_like(FIELD.index.words)
+    assert caster._mark_free(sensor, rays, "exact", caster.window(sensor), marks, lambda: False)
+    caster._mark_rays(rays, expected, lambda: False)
+    assert caster.fans == 3
+    assert np.array_equal(marks & FIELD.index.words, expected & FIELD.index.words)
+    if not some_are_stopped:
+        assert np.array_equal(unpack(GRID, marks & FIELD.index.words), exact_cover(GRID, [sensor]))
+
+
+def test_beams_with_too_many_offsets_or_tilted_are_no_fans() -> None:
+    rng = np.random.default_rng(2)
+    many = paired(rng).replace(azimuth_offsets_deg=tuple(0.1 * (i // 3) for i in range(14)))
+    for sensor in (many, paired(rng).replace(rpy_deg=(1.0, 0.0, 0.0))):
+        caster, marks = Counting(FIELD), np.zeros_like(FIELD.index.words)
+        assert caster.mark(sensor, "exact", caster.window(sensor), marks)
+        assert caster.fans == 0
+
+
+def test_an_abandoned_cast_of_several_fans_says_so() -> None:
+    sensor = paired(np.random.default_rng(2))
+    caster, marks = Caster(FIELD), np.zeros_like(FIELD.index.words)
+    assert not caster.mark(sensor, "exact", caster.window(sensor), marks, lambda: True)
+
+
+@pytest.mark.parametrize("model", ["velodyne-vlp-32c", "hesai-pandar64", "velodyne-vls-128"])
+def test_rays_by_offset_are_the_listed_ones_to_the_last_bit(model: str) -> None:
+    sensor = (
+        load_library(asset_path("library.yaml"))
+        .entry(model)
+        .sensor("L", Pose((1.0, 2.0, 3.0), (0.0, 0.0, 7.0)))
+    )
+    assert isinstance(sensor, Lidar) and sensor.azimuth_offsets_deg is not None
+    listed = lattice(sensor).rows.reshape(sensor.beam_count, -1, 3)
+    parts = lattices_by_offset(sensor)
+    assert len(parts) == len(set(sensor.azimuth_offsets_deg))
+    assert sorted(int(beam) for beams, _ in parts for beam in beams) == list(range(sensor.beam_count))
+    for beams, part in parts:
+        assert np.array_equal(part.directions().reshape(len(beams), -1, 3), listed[beams])

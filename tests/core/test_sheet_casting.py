@@ -15,7 +15,7 @@ from riglens.core.rig.library import Entry, load_library
 from riglens.core.rig.model import Lidar
 from riglens.core.scene.columns import unpack
 from riglens.core.scene.grid import VoxelGrid
-from tests.core.builders import lidar, seen_by, seen_ray_by_ray
+from tests.core.builders import lidar, seen_ray_by_ray
 from tests.core.oracle import exact_cover
 from tests.core.rooms import ROOMS, SMALL, SMALL_FIELD, field_at, seeds
 
@@ -110,8 +110,11 @@ def test_a_model_of_the_library_is_cast_by_sheets(model: str, rpy_deg: tuple[flo
     entry = next(entry for entry in models() if entry.name == model)
     sensor = entry.sensor("L", Pose(position_m=(1.0, 0.2, 2.0), rpy_deg=rpy_deg))
     assert isinstance(sensor, Lidar)
-    assert make_sheets(sensor, Caster(field).rays(sensor, "exact")) is not None
-    seen = seen_by(field, sensor)
+    caster, marks = Caster(field), np.zeros_like(field.index.words)
+    sheets = make_sheets(sensor, caster.rays(sensor, "exact"))
+    assert sheets is not None
+    caster._mark_sheets(sheets, marks, lambda: False)
+    seen = unpack(field.grid, marks & field.index.words)
     assert seen.sum() > 1_000
     assert np.array_equal(seen, seen_ray_by_ray(field, sensor))
 
