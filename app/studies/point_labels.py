@@ -64,7 +64,7 @@ def _free_place(centre: Doubles, size: Doubles, taken: Boxes, frame: Bbox, unit:
     away = np.repeat(distances.ravel(), TURNS) / unit + 1.8 * np.tile(1.0 - ways[:, 0], len(DISTANCES_PT))
     cost = (
         1000.0 * clashes
-        + 200.0 * crossed.sum(axis=1) * is_far
+        + 400.0 * crossed.sum(axis=1) * is_far
         + 500.0 * (leaves > 0.0)
         + 45.0 * leaves / unit
         + 2.2 * away
