@@ -38,6 +38,8 @@ NOT_MODELLED = (
     "Blind zones and redundancy are geometry: no detector, no latency, no failure rates.",
     "A built-in body is a likeness of a car of that size, not a certain model.",
 )
+FEW = 15
+"""Rows of a table that is not cut by the end of a page, its head included."""
 SHORT = 40
 """Letters of a cell that is not broken into lines."""
 CSP = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:"
@@ -108,9 +110,7 @@ class _Table:
     def __init__(self, figures: Figures, caption: str, head: Sequence[str]) -> None:
         self._figures = figures
         cells = "".join(_head(title) for title in head)
-        self._lines = [
-            f'<div class="wide"><table><caption>{escape(caption)}</caption><thead><tr>{cells}</tr></thead>'
-        ]
+        self._lines = [f"<table><caption>{escape(caption)}</caption><thead><tr>{cells}</tr></thead>"]
 
     def row(self, title: str, *cells: tuple[str, Write] | str) -> None:
         """A row: its title, then places of figures with how to write them, or words."""
@@ -126,13 +126,14 @@ class _Table:
         self._lines.append(f"<tr><td>{escape(title)}</td>{''.join(written)}</tr>")
 
     def html(self) -> str:
-        """The table."""
-        return "".join([*self._lines, "</table></div>"])
+        """The table; one of few rows is not cut where it is printed."""
+        kind = "wide few" if len(self._lines) <= FEW else "wide"
+        return "".join([f'<div class="{kind}">', *self._lines, "</table></div>"])
 
 
 def _head(title: str, *numbers: str) -> str:
     """The head of a column: to the left over words, to the right over numbers; those of a table of words by name."""
-    is_left = title not in numbers if numbers else title in ("pair", "source", "unit")
+    is_left = title not in numbers if numbers else title in ("pair", "source", "unit", "of")
     return f'<th class="left">{escape(title)}</th>' if is_left else f"<th>{escape(title)}</th>"
 
 
@@ -240,7 +241,7 @@ def _sensors(rig: Rig) -> str:
 
 def _origin(model: str) -> str:
     try:
-        return default_library().entry(model).origin()
+        return "; ".join(default_library().entry(model).origin().splitlines())
     except InputError:
         return "not in the library"
 
@@ -336,7 +337,8 @@ def _tolerance(figures: Figures, number: int) -> Iterator[str]:
         here = f"rigs/{number}/tolerance/figures/{name}"
         floor = f"rigs/{number}/tolerance/noise_floor/{name}"
         paths = [f"{here}/{key}" for key in ("nominal", "median", "p05", "p95", "worst")]
-        table.row(name, *((path, percent) for path in (*paths, f"{floor}/p05", f"{floor}/p95")))
+        title = name.replace("_", " ")
+        table.row(title, *((path, percent) for path in (*paths, f"{floor}/p05", f"{floor}/p95")))
     yield table.html()
 
 

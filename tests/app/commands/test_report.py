@@ -7,14 +7,16 @@ from html import unescape
 
 import numpy as np
 import pytest
+from PySide6.QtCore import QSizeF
 
 from riglens.app.commands import main
-from riglens.app.rendering.pdf import pdf_of
+from riglens.app.rendering.pdf import keep_together, pdf_of, printable
 from riglens.app.studies import report_pdf
 from riglens.app.studies.report_card import first_text
 from riglens.app.studies.report_drawings import Label, labels
 from riglens.app.studies.report_figures import differences
 from riglens.app.studies.report_page import (
+    _origin,
     at,
     attached_figures,
     number_text,
@@ -138,6 +140,51 @@ def test_the_same_as_a_pdf_holds_figures_and_rigs_and_is_the_same_twice(made, qa
     )
     dates = re.findall(rb"/CreationDate \(D:(\d+)", first)
     assert dates and set(dates[0]) == {ord("0")}
+
+
+TABLE = (
+    '<div class="wide"><table><caption>Lost</caption><thead><tr><th></th><th class="left">pair</th><th>rear-right</th>'
+    "</tr></thead>{rows}</table></div>"
+)
+ROW = '<tr><td>pedestrian</td><td class="left short">one + other</td><td data-from="a/b">12.34 %</td></tr>'
+
+
+def pages(document, high):
+    """On which pages texts of a laid-out document stand, by text."""
+    layout, block, found = document.documentLayout(), document.begin(), {}
+    while block.isValid():
+        found.setdefault(block.text(), []).append(int(layout.blockBoundingRect(block).center().y() / high))
+        block = block.next()
+    return found
+
+
+@pytest.mark.parametrize("lines", range(2, 20, 3))
+def test_a_heading_is_never_left_alone_and_a_small_table_never_cut_where_a_pdf_is_printed(qapp, lines):
+    high = 600.0
+    page = "<p>line</p>" * lines + "<h3>Redundancy</h3><p>A remark.</p>" + TABLE.format(rows=ROW * 9)
+    document = printable(page)
+    document.setPageSize(QSizeF(500.0, high))
+    keep_together(document)
+    found = pages(document, high)
+    assert len(set(found["pedestrian"])) == 1 and found["Lost"] == found["pair"] == found["pedestrian"][:1]
+    assert found["Redundancy"] == found["A remark."] == found["Lost"]
+    assert max(found["line"]) == 0
+
+
+def test_names_of_columns_are_repeated_on_each_page_of_a_long_table_and_no_word_is_broken(qapp):
+    document = printable(TABLE.format(rows=ROW * 90))
+    document.setPageSize(QSizeF(500.0, 600.0))
+    keep_together(document)
+    (table,) = document.rootFrame().childFrames()
+    assert table.format().headerRowCount() == 2 and table.columns() == 3 and document.pageCount() > 1
+    layout, block = document.documentLayout(), document.begin()
+    while block.isValid():
+        assert block.layout().lineCount() <= 1 and layout.blockBoundingRect(block).height() < 20.0
+        block = block.next()
+
+
+def test_origins_of_models_are_told_in_one_line():
+    assert "unverified" in _origin("waymo-top") and "\n" not in _origin("waymo-top")
 
 
 @pytest.mark.parametrize(
