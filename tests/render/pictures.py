@@ -14,12 +14,14 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from riglens.app.evaluation.ground_map import GroundMode, ground_map
 from riglens.app.evaluation.heatmap import Heatmaps, marks_for, seen_words
 from riglens.app.evaluation.options import HeatMode
 from riglens.app.rendering.picture import Findings, PictureWords, with_words
 from riglens.core.engine.engine import Engine
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import PAPER_SETTINGS
+from riglens.core.review.blind import BlindEngine, BlindSettings
 from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.pog import Pog
@@ -93,11 +95,27 @@ def handles(mode: GizmoMode = "both") -> NDArray[np.uint8]:
     return render_still(bare, SIZE_PX, view="iso")
 
 
+def _ground(mode: GroundMode, dark: bool) -> NDArray[np.uint8]:
+    """Blind areas or overlap around the car, body and key included, from above."""
+    settings = BlindSettings(voxel_m=0.25, width_m=0.3, within_m=5.0)
+    found = BlindEngine(RIG.vehicle, settings, threads=1).evaluate(RIG)
+    shown = SceneState(
+        rig=RIG,
+        grid=GRID,
+        ground_map=ground_map(mode, found),
+        ray_look=RayLook(shown=False),
+        palette=palette(dark),
+    )
+    return render_still(shown, SIZE_PX, view="top" if mode == "blind" else "iso")
+
+
 PICTURES: dict[str, Callable[[], NDArray[np.uint8]]] = {
     "seen": _seen,
     "sensors": _sensors,
     "change": _change,
     "gizmo": handles,
+    "blind": lambda: _ground("blind", False),
+    "overlap": lambda: _ground("overlap", True),
 }
 
 

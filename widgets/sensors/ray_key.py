@@ -48,13 +48,16 @@ def entries_of(
     return found
 
 
+_Entry = tuple[KeyEntry, vtkTextActor, vtkActor2D, pv.PolyData]
+
+
 class RayKeyLayer:
     """The strokes and words on a plate in the lower right corner, above what is there already."""
 
     def __init__(self, renderer: vtkRenderer) -> None:
         self._renderer = renderer
         self._plate = Plate()
-        self._entries: list[tuple[KeyEntry, vtkTextActor, vtkActor2D, pv.PolyData]] = []
+        self._entries: list[_Entry] = []
         self._shown: object = None
         self._placed: object = None
         self._top_px = 0.0
@@ -104,9 +107,30 @@ class RayKeyLayer:
         self._placed = size, pixel_ratio, above_px, crowded
         unit = unit_px(size, pixel_ratio, crowded)
         low, right = above_px + _MARGIN_PX * unit / (2 if above_px else 1), size[0] - _MARGIN_PX * unit
-        x = right - _INSET_PX * unit
-        for entry, text, stroke, mesh in reversed(self._entries):
-            place_text(text, 0.0, low + _BASE_PX * unit, _FONT_PX * unit)
+        rows, left = self._rows(right - 2.0 * _MARGIN_PX * unit, unit), right
+        for number, row in enumerate(rows):
+            base = low + number * _HIGH_PX * unit
+            left = min(left, self._place_row(row, base, right - _INSET_PX * unit, unit))
+        self._top_px = low + len(rows) * _HIGH_PX * unit
+        left += (_NEXT_PX - _INSET_PX) * unit
+        self._plate.cover(left, low, right - left, self._top_px - low)
+
+    def _rows(self, room_px: float, unit: float) -> list[list[_Entry]]:
+        """The entries from the lowest row up: one row, or a title in a row of its own where all do not fit."""
+        for _, text, _, _ in self._entries:
+            place_text(text, 0.0, 0.0, _FONT_PX * unit)
+        needed = sum(
+            text_width_px(text) + (_NEXT_PX + (_STROKE_PX + _GAP_PX if entry.colour else 0.0)) * unit
+            for entry, text, _, _ in self._entries
+        )
+        has_title = len(self._entries) > 1 and not self._entries[0][0].colour
+        if needed <= room_px or not has_title:
+            return [self._entries]
+        return [self._entries[1:], self._entries[:1]]
+
+    def _place_row(self, row: list[_Entry], low: float, x: float, unit: float) -> float:
+        """Put entries side by side up to a place, in pixels; returns where the first begins."""
+        for entry, text, stroke, mesh in reversed(row):
             x -= text_width_px(text)
             text.SetPosition(round(x), round(low + _BASE_PX * unit))
             x -= _GAP_PX * unit if entry.colour else 0.0
@@ -114,6 +138,4 @@ class RayKeyLayer:
             mesh.points = np.array([(x - _STROKE_PX * unit, y, 0.0), (x, y, 0.0)])
             stroke.GetProperty().SetLineWidth((_THICK_PX if entry.is_bold else _THIN_PX) * unit)
             x -= ((_STROKE_PX if entry.colour else 0.0) + _NEXT_PX) * unit
-        self._top_px = low + _HIGH_PX * unit
-        left = x + (_NEXT_PX - _INSET_PX) * unit
-        self._plate.cover(left, low, right - left, _HIGH_PX * unit)
+        return x
