@@ -21,8 +21,11 @@ from riglens.core.sensing.rays import Lattice, lattices_by_offset
 
 TAMEST, WILDEST = 2.0**-110, 2.0**110
 """Table entries in this range, three of them multiplied and subtracted, keep the exact predicates valid."""
-FEWEST_BEAMS = 4
-"""Of each azimuth offset on average: planes with fewer rays than that take longer than core and sheets."""
+FEWEST_BEAMS = 6
+"""Of each azimuth offset on average, steep ones by the part of the way that they go: planes with fewer rays than that
+take longer than core and sheets."""
+MEAN_WAY = 0.55
+"""Of the way to the farthest corner of the box: how far level rays go on average."""
 LEFT_ALONE_MOST = 4096
 """Rays that each worker notes before they are walked one by one."""
 
@@ -145,11 +148,24 @@ def has_few(offsets: Sequence[float]) -> bool:
     return len(set(offsets)) * FEWEST_BEAMS <= len(offsets)
 
 
+def _level_beams(lidar: Lidar, rays: Cast) -> float:
+    """How many beams of an upright LiDAR there are, steep ones by the part of the way that they go in the box."""
+    slopes = np.tan(np.radians(lidar.elevations()))
+    below, above = rays.origin[2] - rays.box[4], rays.box[5] - rays.origin[2]
+    room = np.maximum(np.where(slopes > 0.0, above, below), 0.0)
+    way = MEAN_WAY * max(farthest(rays), 1.0)
+    return float(np.minimum(room / np.maximum(np.abs(slopes) * way, 1e-9), 1.0).sum())
+
+
 def by_offset(lidar: Lidar, rays: Cast) -> list[Cast]:
     """The rays of an upright LiDAR whose beams have few azimuth offsets, those of each offset for a fan of their own;
     nothing of others."""
     offsets = lidar.azimuth_offsets_deg
-    if offsets is None or not has_few(offsets):
+    if (
+        offsets is None
+        or not has_few(offsets)
+        or _level_beams(lidar, rays) < FEWEST_BEAMS * len(set(offsets))
+    ):
         return []
     parts = []
     for beams, lattice in lattices_by_offset(lidar):

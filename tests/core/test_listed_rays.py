@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from riglens.assets import asset_path
 from riglens.core.engine.caster import Caster
-from riglens.core.engine.fans import is_plain
+from riglens.core.engine.fans import by_offset, is_plain
 from riglens.core.engine.frustums import make_frustum
 from riglens.core.geometry import Pose
 from riglens.core.metric.scores import MetricSettings
@@ -142,11 +142,13 @@ def test_the_order_in_which_rays_are_walked_does_not_matter(in_row: int, workers
 
 
 def paired(rng: np.random.Generator) -> Lidar:
-    """An upright LiDAR of 14 uneven beams that share three azimuth offsets."""
-    beams = tuple(map(float, np.sort(rng.uniform(-30.0, 20.0, 14))))
-    offsets = tuple(map(float, rng.permutation([-1.4] * 5 + [0.0] * 4 + [3.125] * 5)))
+    """An upright LiDAR of 27 uneven beams that share three azimuth offsets."""
+    beams = tuple(map(float, np.sort(rng.uniform(-20.0, 20.0, 27))))
+    offsets = tuple(map(float, rng.permutation([-1.4] * 10 + [0.0] * 8 + [3.125] * 9)))
     lidar = staggered(rng, (0.0, 0.0, float(rng.choice([0.0, 90.0, rng.uniform(-180.0, 180.0)]))))
-    return lidar.replace(elevations_deg=beams, azimuth_offsets_deg=offsets)
+    azimuths = EvenAngles(from_=-180.0, to=180.0, count=20)
+    lidar = lidar.replace(elevations_deg=beams, azimuth_offsets_deg=offsets, azimuths_deg=azimuths)
+    return lidar.replace(position=(*lidar.position[:2], 1.3))
 
 
 class Counting(Caster):
@@ -159,7 +161,7 @@ class Counting(Caster):
         return super()._mark_fan(*arguments)
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("some_are_stopped", [False, True])
 def test_beams_that_share_an_offset_are_a_fan_when_upright(seed: int, some_are_stopped: bool) -> None:
     rng = np.random.default_rng(seed)
@@ -167,7 +169,7 @@ def test_beams_that_share_an_offset_are_a_fan_when_upright(seed: int, some_are_s
     caster = Counting(FIELD, 2)
     rays = caster.rays(sensor, "exact")
     if some_are_stopped:
-        rays = rays._replace(is_stopped=rng.random(14 * 40) < 0.3)
+        rays = rays._replace(is_stopped=rng.random(27 * 20) < 0.3)
     marks, expected = np.zeros_like(FIELD.index.words), np.zeros_like(FIELD.index.words)
     assert caster._mark_free(sensor, rays, "exact", caster.window(sensor), marks, lambda: False)
     caster._mark_rays(rays, expected, lambda: False)
@@ -179,11 +181,26 @@ def test_beams_that_share_an_offset_are_a_fan_when_upright(seed: int, some_are_s
 
 def test_beams_with_too_many_offsets_or_tilted_are_no_fans() -> None:
     rng = np.random.default_rng(2)
-    many = paired(rng).replace(azimuth_offsets_deg=tuple(0.1 * (i // 3) for i in range(14)))
+    many = paired(rng).replace(azimuth_offsets_deg=tuple(0.1 * (i // 3) for i in range(27)))
     for sensor in (many, paired(rng).replace(rpy_deg=(1.0, 0.0, 0.0))):
         caster, marks = Counting(FIELD), np.zeros_like(FIELD.index.words)
         assert caster.mark(sensor, "exact", caster.window(sensor), marks)
         assert caster.fans == 0
+
+
+@pytest.mark.parametrize(
+    ("model", "fans"), [("velodyne-vlp-32c", 4), ("hesai-at128", 4), ("ouster-os1-128", 0)]
+)
+def test_planes_of_steep_beams_and_many_offsets_are_not_worth_it(model: str, fans: int) -> None:
+    """OS1-128 has as many beams to an offset as VLP-32C; but most of them leave the region soon."""
+    field = field_of(grid_of(160, 100, 10, 0.4))
+    sensor = (
+        load_library(asset_path("library.yaml"))
+        .entry(model)
+        .sensor("L", Pose((1.0, 2.0, 2.0), (0.0, 0.0, 7.0)))
+    )
+    assert isinstance(sensor, Lidar)
+    assert len(by_offset(sensor, Caster(field).rays(sensor, "exact"))) == fans
 
 
 def test_an_abandoned_cast_of_several_fans_says_so() -> None:
