@@ -46,7 +46,7 @@ def blocked(
     """The rays of a sensor that no barrier stops, and those that meet it, cut off there, without the ones that meet
     nothing informative before it."""
     void = void_around(field, sensor, barrier) if method == "exact" else NO_VOID
-    shadow = barrier_shadow(sensor, barrier, void, workers)
+    shadow = barrier_shadow(sensor, barrier, void, workers, Lattice(rays.kind, rays.rows, rays.planes))
     free = rays._replace(is_stopped=shadow.is_stopped) if shadow.is_stopped.any() else rays
     return free, _cut(rays, shadow, field.grid.voxel_m)
 

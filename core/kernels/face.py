@@ -24,6 +24,7 @@ from riglens.core.kernels.screen import (
     angle_on_line,
     bearing,
     before,
+    in_sensor_axes,
     upto,
     window_of,
 )
@@ -161,9 +162,18 @@ def window_around(screen: Screen, view: View, ball: tuple[Vector, float]) -> Win
     if not screen.is_camera:
         ahead = np.sqrt(x * x + y * y)
         cosine, sine = x / ahead, y / ahead
-    left, right, low, high = sides_of(view, radius, ahead, cosine, sine)
-    if left > right:
+    sides = sides_of(view, radius, ahead, cosine, sine)
+    if sides.left > sides.right:
         return window_of(screen, ball[0], radius)
+    return _window_between(screen, sides, (x, y), radius, ahead)
+
+
+@lean_inlined
+def _window_between(
+    screen: Screen, sides: Sides, place: tuple[float, float], radius: float, ahead: float
+) -> Window:
+    """The window between some sides on the line x = 1 turned towards a place, of what is in a ball so far ahead."""
+    left, right, low, high = sides
     if screen.is_camera:
         first = before(screen.rows, screen.row_scale, -high)
         return Window(first, upto(screen.rows, screen.row_scale, -low), -right, right - left)
@@ -171,13 +181,48 @@ def window_around(screen: Screen, view: View, ball: tuple[Vector, float]) -> Win
     low, high = min(low, low / steepest), max(high, high / steepest)
     first = before(screen.rows, screen.row_scale, low / np.sqrt(1.0 + low * low) - BLUR)
     end = upto(screen.rows, screen.row_scale, high / np.sqrt(1.0 + high * high) + BLUR)
-    azimuth = bearing(x, y)
+    azimuth = bearing(place[0], place[1])
     left, right = (
         azimuth + angle_on_line(left) - 3.0 * BEARING,
         azimuth + angle_on_line(right) + 3.0 * BEARING,
     )
     back = np.floor(left / A_TURN) * A_TURN
     return Window(first, end, left - back, right - left)
+
+
+@lean_inlined
+def sides_of_box(rays: Cast, bounds: np.ndarray, middle: Vector, cosine: float, sine: float) -> Sides:
+    """Between where a box of low and high corner (6,) is on the line x = 1 turned towards its middle, in the frame of
+    the sensor, of which all its corners are ahead."""
+    left, right, low, high = np.inf, -np.inf, np.inf, -np.inf
+    for k in range(8):
+        dx = (0.5 if k & 1 else -0.5) * (bounds[3] - bounds[0])
+        dy = (0.5 if k & 2 else -0.5) * (bounds[4] - bounds[1])
+        dz = (0.5 if k & 4 else -0.5) * (bounds[5] - bounds[2])
+        x, y, z = _turned(rays.rotation, dx, dy, dz)
+        x, y = middle[0] + x, middle[1] + y
+        pace = 1.0 / (cosine * x + sine * y)
+        side, height = (cosine * y - sine * x) * pace, (middle[2] + z) * pace
+        left, right = min(left, side), max(right, side)
+        low, high = min(low, height), max(high, height)
+    room = BLUR * (1.0 + max(max(-left, right), max(-low, high)))
+    return Sides(left - room, right + room, low - room, high + room)
+
+
+@lean_inlined
+def window_of_box(rays: Cast, screen: Screen, bounds: np.ndarray) -> Window:
+    """The rays that can pass a box of low and high corner (6,): those between its corners, or where it is so near that
+    these do not say it, those that pass the ball around it."""
+    middle, radius = ball_around((bounds[0], bounds[1], bounds[2]), (bounds[3], bounds[4], bounds[5]))
+    x, y, z = in_sensor_axes(rays, middle)
+    cosine, sine, ahead = 1.0, 0.0, x
+    if not screen.is_camera:
+        ahead = np.sqrt(x * x + y * y)
+        cosine, sine = x / ahead, y / ahead
+    if radius >= WIDEST * ahead:
+        return window_of(screen, (x, y, z), radius)
+    sides = sides_of_box(rays, bounds, (x, y, z), cosine, sine)
+    return _window_between(screen, sides, (x, y), radius, ahead)
 
 
 @lean_inlined

@@ -13,9 +13,19 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from riglens.core.kernels.bins import Bins, bins_around
+from riglens.core.kernels.bins import Bins, bin_of
 from riglens.core.kernels.cast import Cast
-from riglens.core.kernels.face import DOUBT, Sides, ball_around, set_normals, sides_of, size_of, view_of
+from riglens.core.kernels.face import (
+    DOUBT,
+    WIDEST,
+    Sides,
+    ball_around,
+    set_normals,
+    sides_of,
+    sides_of_box,
+    size_of,
+    view_of,
+)
 from riglens.core.kernels.jit import kernel, lean, lean_inlined, parallel_kernel
 from riglens.core.kernels.lattice import rotated
 from riglens.core.kernels.predicates import Vector
@@ -44,13 +54,23 @@ class Patch(NamedTuple):
 
 
 @lean_inlined
+def _sides_of_box(rays: Cast, b: np.ndarray) -> Sides:
+    """Between which places (1, y, z) a box of low and high corner (6,) is seen."""
+    middle, radius = ball_around((b[0], b[1], b[2]), (b[3], b[4], b[5]))
+    place = in_sensor_axes(rays, middle)
+    if radius >= WIDEST * place[0]:
+        return _sides_of_ball(place, radius)
+    return sides_of_box(rays, b, place, 1.0, 0.0)
+
+
+@lean_inlined
 def _patch_between(bins: Bins, bar: Barring, sides: Sides) -> Patch:
     """The bins between some places, of the columns in question."""
     if sides.left > sides.right:
         return Patch(0, -1, 0, -1)
-    from_i, to_i = bins_around(bins, 0, sides.left, sides.right)
-    from_j, to_j = bins_around(bins, 1, sides.low, sides.high)
-    return Patch(max(from_i, bar.first), min(to_i, bar.end - 1), from_j, to_j)
+    from_i, to_i = max(bin_of(bins, 0, sides.left), bar.first), min(bin_of(bins, 0, sides.right), bar.end - 1)
+    from_j, to_j = max(bin_of(bins, 1, sides.low), 0), min(bin_of(bins, 1, sides.high), bins.sizes[1] - 1)
+    return Patch(from_i, to_i, from_j, to_j)
 
 
 @lean_inlined
@@ -150,9 +170,7 @@ def _offer_tree(
     while waiting > 0:
         waiting -= 1
         node = stack[waiting]
-        b = tree.bounds[node]
-        middle, radius = ball_around((b[0], b[1], b[2]), (b[3], b[4], b[5]))
-        sides = _sides_of_ball(in_sensor_axes(rays, middle), radius)
+        sides = _sides_of_box(rays, tree.bounds[node])
         if not _has_open(bins, _patch_between(bins, bar, sides), ends.still):
             continue
         if tree.leaf[node, 1] == 0:

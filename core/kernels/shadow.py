@@ -30,6 +30,7 @@ from riglens.core.kernels.face import (
     size_of,
     view_of,
     window_around,
+    window_of_box,
 )
 from riglens.core.kernels.jit import kernel, lean, lean_inlined, parallel_kernel
 from riglens.core.kernels.lattice import direction, rotated
@@ -46,7 +47,6 @@ from riglens.core.kernels.screen import (
     in_sensor_axes,
     set_all,
     upto,
-    window_of,
 )
 from riglens.core.kernels.solid import EDGE, Tree, meet
 
@@ -277,9 +277,7 @@ def _offer_tree(
     while waiting > 0:
         waiting -= 1
         node = stack[waiting]
-        b = tree.bounds[node]
-        middle, radius = ball_around((b[0], b[1], b[2]), (b[3], b[4], b[5]))
-        window = window_of(screen, in_sensor_axes(rays, middle), radius)
+        window = window_of_box(rays, screen, tree.bounds[node])
         if _next_open(screen, window, bar, ends.is_over, window.first) >= window.end:
             continue
         if tree.leaf[node, 1] == 0:

@@ -2,8 +2,9 @@
 
 In a vertical plane a ray of larger slope is nowhere below one of smaller slope. So of the levels that all rays of a
 plane traverse in a column, the rays a..b traverse those from the lowest level of ray a up to the highest of ray b: what
-is there and belongs to a stopped ray below a is also traversed by a, and the same holds above b. Two rays walked
-exactly therefore turn what a whole plane marks into what a run of its rays marks.
+is there and belongs to a stopped ray below a is also traversed by a, and the same holds above b. Two rays therefore
+turn what a whole plane marks into what a run of its rays marks: each is laid over the columns, from one change of its
+level to the next, and walked exactly where one of these is within TOLERANCE of a face.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from riglens.core.kernels.bits import FULL_WORD
 from riglens.core.kernels.jit import inlined, kernel
 from riglens.core.kernels.lattice import direction, rotated
 from riglens.core.kernels.planes import Fan, Space
+from riglens.core.kernels.profile import TOLERANCE
 from riglens.core.kernels.walk import FARTHEST, Ray, walk_exact
 
 CLOSEST = 1e-9
@@ -126,6 +128,85 @@ def _trace(
     return True
 
 
+class Climb(NamedTuple):
+    """A ray over the columns that its plane crosses: its height at the sensor and by distance along the heading, at
+    which distance it enters the first column, and its place and speed there, counted towards the faces crossed."""
+
+    height: float
+    rise: float
+    near: float
+    ox: float
+    oy: float
+    ax: float
+    ay: float
+
+
+@inlined
+def _climb_of(fan: Fan, space: Space, plane: int, row: int, start: int, near: float) -> Climb:
+    """A ray over the columns from `start` on."""
+    d = rotated(space.rotation, direction(fan.kind, fan.rows[row], fan.planes[plane]))
+    hx, hy, ix, iy = (
+        fan.headings[plane, 0],
+        fan.headings[plane, 1],
+        start // space.shape[1],
+        start % space.shape[1],
+    )
+    gx, gy = space.origin[0], space.origin[1]
+    ox, oy = (gx - ix if hx > 0.0 else ix + 1.0 - gx), (gy - iy if hy > 0.0 else iy + 1.0 - gy)
+    rise = d[2] / np.sqrt(d[0] * d[0] + d[1] * d[1])
+    return Climb(space.origin[2], rise, near, ox, oy, abs(hx), abs(hy))
+
+
+@inlined
+def _first_level(climb: Climb) -> tuple[float, bool]:
+    """The level of a ray where it enters the first column, and whether that is certain."""
+    if climb.near == 0.0 and climb.rise != 0.0:
+        return (np.floor(climb.height) if climb.rise > 0.0 else np.ceil(climb.height) - 1.0), True
+    height = climb.height + climb.near * climb.rise
+    return np.floor(height), abs(height - np.rint(height)) > TOLERANCE
+
+
+@kernel
+def _lay_ray(climb: Climb, side: int, count: int, box: np.ndarray, limits: np.ndarray) -> bool:
+    """As `_trace`, from one change of the level to the next; False where one is too close to a face."""
+    level, is_certain = _first_level(climb)
+    if not is_certain:
+        return False
+    way = 1 if climb.rise > 0.0 else -1
+    at, last = int(min(max(level, box[4] - 1.0), float(box[5]))), box[5] if way > 0 else box[4] - 1
+    keeps = (side == 0) == (way > 0)  # the column of a change counts for the level before it
+    i = 0
+    while at != last and climb.rise != 0.0:
+        s = (at + (1.0 if way > 0 else 0.0) - climb.height) / climb.rise
+        x, y = climb.ox + s * climb.ax, climb.oy + s * climb.ay
+        column_x, column_y = np.floor(x), np.floor(y)
+        if not column_x + column_y <= count:
+            break
+        if (x - column_x < TOLERANCE and column_x > 0.0) or x - column_x > 1.0 - TOLERANCE:
+            return False
+        if (y - column_y < TOLERANCE and column_y > 0.0) or y - column_y > 1.0 - TOLERANCE:
+            return False
+        end = min(int(column_x + column_y) + keeps, count)
+        while i < end:
+            limits[i] = at
+            i += 1
+        at += way
+    limits[i:count] = at
+    return True
+
+
+@inlined
+def _limit(
+    fan: Fan, space: Space, row: int, side: int, around: tuple[int, int, int], near: float, box: np.ndarray,
+    work: Limits,
+) -> bool:  # fmt: skip
+    """As `_trace`, in the quickest way; around: the plane, and the first column and how many."""
+    plane, start, count = around
+    if _lay_ray(_climb_of(fan, space, plane, row, start, near), side, count, box, work.limits[side]):
+        return True
+    return _trace(fan, space, plane, row, side, start, count, near, box, work)
+
+
 @kernel
 def limit_levels(
     fan: Fan, space: Space, plane: int, start: int, count: int, near: float, box: np.ndarray, work: Limits
@@ -135,21 +216,26 @@ def limit_levels(
     if not fan.has_bounds:
         return False
     allowed, limits, last = work.allowed, work.limits, fan.slopes.size - 1
+    around = (plane, start, count)
     allowed[:, :count] = 0
     for span in range(fan.span_starts[plane], fan.span_starts[plane + 1]):
         a, b = fan.spans[span, 0], fan.spans[span, 1]
         limits[0, :count], limits[1, :count] = box[4], box[5] - 1
         if a > 0 and not (
             fan.slopes[a] - fan.slopes[a - 1] > CLOSEST
-            and _trace(fan, space, plane, fan.row_of[a], 0, start, count, near, box, work)
+            and _limit(fan, space, fan.row_of[a], 0, around, near, box, work)
         ):
             return False
         if b < last and not (
             fan.slopes[b + 1] - fan.slopes[b] > CLOSEST
-            and _trace(fan, space, plane, fan.row_of[b], 1, start, count, near, box, work)
+            and _limit(fan, space, fan.row_of[b], 1, around, near, box, work)
         ):
             return False
         for part in range(allowed.shape[0]):
+            low, high, mask = limits[0, 0], limits[1, 0], _mask(limits[0, 0], limits[1, 0], part)
             for i in range(count):
-                allowed[part, i] |= _mask(limits[0, i], limits[1, i], part)
+                if limits[0, i] != low or limits[1, i] != high:
+                    low, high = limits[0, i], limits[1, i]
+                    mask = _mask(low, high, part)
+                allowed[part, i] |= mask
     return True

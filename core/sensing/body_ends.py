@@ -15,7 +15,7 @@ from riglens.core.kernels.screen import Screen
 from riglens.core.rig.library import Cylinder, default_library
 from riglens.core.rig.model import Camera, Sensor
 from riglens.core.sensing.image_bins import bins_of
-from riglens.core.sensing.rays import lattice, rotate
+from riglens.core.sensing.rays import Lattice, lattice, rotate
 from riglens.core.sensing.screens import screen_of
 from riglens.core.vehicle.solid import Barrier, Solid
 
@@ -53,9 +53,9 @@ def barrier_of(sensor: Sensor, solid: Solid) -> Barrier:
     return solid.barrier(sensor.kind, housing_radius_m(sensor))
 
 
-def rays_in_metres(sensor: Sensor) -> Cast:
-    """The rays of a sensor in the vehicle frame, for kernels that know no grid."""
-    table = lattice(sensor)
+def rays_in_metres(sensor: Sensor, table: Lattice | None = None) -> Cast:
+    """The rays of a sensor, or those of a table, in the vehicle frame, for kernels that know no grid."""
+    table = lattice(sensor) if table is None else table
     return Cast(
         table.kind,
         table.rows,
@@ -97,12 +97,19 @@ def barrier_ends(sensor: Sensor, barrier: Barrier, workers: int = 1) -> NDArray[
     return ends
 
 
-def barrier_shadow(sensor: Sensor, barrier: Barrier, void: NDArray[np.float64], workers: int = 1) -> Shadow:
+def barrier_shadow(
+    sensor: Sensor,
+    barrier: Barrier,
+    void: NDArray[np.float64],
+    workers: int = 1,
+    table: Lattice | None = None,
+) -> Shadow:
     """Which rays of a sensor end at a barrier, and where those do that meet it outside of the void only.
 
-    void (6,): low and high corner of a box in metres that holds the sensor, or `NO_VOID`.
+    void (6,): low and high corner of a box in metres that holds the sensor, or `NO_VOID`; table: the sensor's lattice,
+    where it has been made before.
     """
-    rays = rays_in_metres(sensor)
+    rays = rays_in_metres(sensor, table)
     if not len(barrier.stops):
         return _no_shadow(len(rays.rows) * len(rays.planes))
     screen = screen_of(sensor)
@@ -138,7 +145,9 @@ def _by_triangle(
     if screen.is_camera:
         is_stopped[some] = _unpacked(stopped[some], columns)
     else:
-        is_stopped[screen.row_of[some][:, None], screen.column_of] = _unpacked(stopped[some], columns)
+        place_of = np.empty(columns, np.int64)
+        place_of[screen.column_of] = np.arange(columns)
+        is_stopped[screen.row_of[some]] = _unpacked(stopped[some], columns)[:, place_of]
     row, column = np.nonzero(_unpacked(cut, columns)) if cut.any() else np.zeros((2, 0), np.int64)
     number = screen.row_of[row] * columns + screen.column_of[column]
     order = np.argsort(number)

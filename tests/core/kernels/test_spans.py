@@ -5,8 +5,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from riglens.core.kernels.spans import find_spans
-from tests.core.kernels.tiny import heading, rays_in_planes, seen_by_fan, seen_ray_by_ray
+from riglens.core.kernels.fan import LAID, lay_plane
+from riglens.core.kernels.planes import Alone, work_for
+from riglens.core.kernels.spans import _climb_of, _lay_ray, _trace, find_spans, limits_for
+from tests.core.kernels.tiny import SIDE, fan_of, heading, rays_in_planes, seen_by_fan, seen_ray_by_ray
 
 
 def spans_of(stopped: list[str], row_of: list[int]) -> list[list[tuple[int, int]]]:
@@ -41,3 +43,36 @@ def test_free_rays_mark_what_each_of_them_marks_alone(seed: int) -> None:
     expected = seen_ray_by_ray(rays)
     for slabs in ([(0, 4)], [(0, 2), (2, 4)]):
         assert seen_by_fan(rays, slabs) == expected
+
+
+def test_a_ray_laid_from_level_to_level_reaches_what_it_reaches_when_walked() -> None:
+    """From generic places nearly always; from round ones it is left to the walk where a change is at a face."""
+    laid_rays = walked = 0
+    for seed in range(60):
+        rng = np.random.default_rng(seed)
+        origin, slopes, angle = rng.uniform(-1.5, 5.5, 3), rng.uniform(-3.0, 3.0, 5), rng.uniform(0, 360)
+        if seed % 4 == 0:
+            origin, slopes, angle = np.floor(origin) + 0.5, np.round(slopes), 90.0 * np.floor(angle / 90.0)
+        fan, space, profile = fan_of(rays_in_planes(tuple(origin), np.sort(slopes), [heading(float(angle))]))
+        work, alone = work_for(space, profile), Alone(np.empty((99, 6), np.int32), np.zeros(1, np.int64))
+        laid = lay_plane(fan, space, profile, 0, space.box, work, alone)
+        if laid.outcome != LAID:
+            continue
+        limits, count = limits_for(1, work.ways), laid.columns
+        for row in fan.row_of:
+            for side in range(2):
+                around = (laid.start, count, laid.near)
+                assert _trace(fan, space, 0, row, side, *around, space.box, limits)
+                expected, found = limits.limits[side, :count].copy(), np.full(count, -9, np.int32)
+                climb = _climb_of(fan, space, 0, row, laid.start, laid.near)
+                if _lay_ray(climb, side, count, space.box, found):
+                    inside = (
+                        (0, SIDE) if side == 0 else (-1, SIDE - 1)
+                    )  # a lowest level below the box is its floor
+                    np.testing.assert_array_equal(
+                        found.clip(*inside), expected.clip(*inside), f"{seed} {row}"
+                    )
+                    laid_rays += 1
+                else:
+                    walked += 1
+    assert laid_rays > 4 * walked > 0
