@@ -164,10 +164,18 @@ def sheet(actions: Actions, gestures: list[tuple[str, str]]) -> list[Group]:
     titles[place:place] = ["Heatmap", "Panels"]
     rows: dict[str, list[tuple[str, str]]] = {title: [] for title in titles}
     for spec in actions.specs:
-        words = spec.tip if len(spec.tip) <= SHORT else spec.text.removesuffix("…")
+        words = spec.tip if len(spec.tip) <= SHORT else _in_its_submenu(actions, spec)
         rows[_heading(spec)].append((actions.keys(spec.key), words))
     groups = [Group(title, tuple(found)) for title, found in rows.items() if found]
     return [*groups, Group("Mouse in the 3D view", tuple(gestures))]
+
+
+def _in_its_submenu(actions: Actions, spec: Spec) -> str:
+    """The text of an action, behind the name of its submenu, without which it may mean anything."""
+    bars = [title for title, _ in MENUS.values()]
+    menus = [menu for menu in actions[spec.key].associatedObjects() if isinstance(menu, QMenu)]
+    names = [_plain(menu.title()) for menu in menus if menu.title() and menu.title() not in bars]
+    return ": ".join([*names[:1], _plain(spec.text)])
 
 
 def _heading(spec: Spec) -> str:

@@ -57,9 +57,9 @@ def test_the_list_shows_the_loss_in_the_measure_that_is_chosen(desk: FullDesk) -
     request, result = desk.recompute.aside[0], marginals(desk).result
     marginals(desk)._take(SideAnswer(request, result.scene, scores(0.25), 1.0))
     marginals(desk).choose("seen")
-    assert row.text(LOSS) == "25.00"
+    assert row.text(LOSS) == "25.00" and desk.panels.tree.headerItem().text(LOSS) == "Loss, pp ▾"
     marginals(desk).choose("s_ms")
-    assert row.text(LOSS) == "0.08↑"
+    assert row.text(LOSS) == "0.08↑" and desk.panels.tree.headerItem().text(LOSS) == "10³ nat ▾"
     marginals(desk).keep(desk.workbench.kept)
     assert desk.workbench.kept.read("list/loss", "") == "s_ms"
 

@@ -61,6 +61,13 @@ def test_the_sheet_lists_every_action_and_gesture_and_nothing_is_cut_off(bench: 
     assert not shown.isVisible()
 
 
+def test_what_is_in_a_submenu_is_named_with_it(bench: Bench) -> None:
+    groups = sheet(bench.workbench.actions, bench.workbench.gestures)
+    said = {what for group in groups for _, what in group.rows}
+    assert {"Align: Left", "Align: Same height", "Ground: Blind areas", "Fields of view: Frusta"} <= said
+    assert not {"Left", "Right", "Front", "Rear"} & said
+
+
 def test_a_table_with_the_focus_copies_itself_not_the_selected_sensor(qtbot: QtBot, tmp_path: Path) -> None:
     with open_bench(qtbot, tmp_path) as bench:
         bench.document.select("roof")

@@ -28,6 +28,8 @@ MEASURES: dict[Measure, tuple[str, str]] = {
     ),
 }
 """Titles of the measures, and what each says."""
+HEADINGS: dict[Measure, str] = {"on_target": "Loss, pp ▾", "seen": "Loss, pp ▾", "s_ms": "10³ nat ▾"}
+"""What stands over the losses in the list: their unit."""
 FOLLOWS = "…"
 
 

@@ -23,7 +23,7 @@ from riglens.core.rig.model import Camera, EvenAngles, Lidar, Sensor
 from riglens.core.sensing.camera import field_of_view_deg
 from riglens.widgets.panels.icons import icon
 from riglens.widgets.panels.item_views import BAR_COLOUR, BAR_SHARE, BarDelegate
-from riglens.widgets.panels.sensors.losses import MEASURES, Loss
+from riglens.widgets.panels.sensors.losses import HEADINGS, MEASURES, Loss
 from riglens.widgets.panels.style import numbers_font, plain_tip, tones
 from riglens.widgets.theme import LINKED_COLOUR
 
@@ -96,10 +96,10 @@ MODIFIED = "*"
 SIGN_PX = 18
 """Room for the warning sign."""
 NAME, TYPE, LOSS, LOCK, EYE = range(5)
-TITLES = ("Sensor", "Type", "Loss ▾", "", "")
+TITLES = ("Sensor", "Type", HEADINGS["seen"], "", "")
 SENSOR_NAME = Qt.ItemDataRole.UserRole
 PROBLEM = Qt.ItemDataRole.UserRole.value + 3
-WIDTHS_PX = {TYPE: 50, LOSS: 58, LOCK: 22, EYE: 24}
+WIDTHS_PX = {TYPE: 50, LOSS: 72, LOCK: 22, EYE: 24}
 _FIXED_FLAGS = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
 _EDIT_FLAGS = _FIXED_FLAGS | Qt.ItemFlag.ItemIsEditable | Qt.ItemFlag.ItemIsUserCheckable
 FAILED = "failed"

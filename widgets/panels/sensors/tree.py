@@ -24,7 +24,7 @@ from riglens.core.rig.model import Rig, Sensor
 from riglens.widgets.panels.icons import icon
 from riglens.widgets.panels.item_views import BAR_SHARE, give_context_menu
 from riglens.widgets.panels.menus import add_entry
-from riglens.widgets.panels.sensors.losses import MEASURES, Loss, Measure
+from riglens.widgets.panels.sensors.losses import HEADINGS, MEASURES, Loss, Measure
 from riglens.widgets.panels.sensors.rows import (
     CHOICE_TIP,
     EYE,
@@ -164,6 +164,7 @@ class SensorList(QTreeWidget):
     def show_measure(self, measure: Measure) -> None:
         """Say in which measure losses are."""
         title, tip = MEASURES[measure]
+        self.headerItem().setText(LOSS, HEADINGS[measure])
         self.headerItem().setToolTip(LOSS, f"Loss in {title}: {tip}\n{CHOICE_TIP}")
         for row in self._rows:
             if row.text(LOSS) != FAILED:
