@@ -12,7 +12,7 @@ from riglens.core.rig.model import Rig
 from riglens.core.vehicle.mesh import BodyMesh
 
 if TYPE_CHECKING:  # loads the compiler, which a window that opens does not need
-    from riglens.core.review.mounts import MountLimits, Violation
+    from riglens.core.review.mounts import Footings, MountLimits, Violation
 
 
 @dataclass(frozen=True)
@@ -33,13 +33,15 @@ class MountAnswer:
 
 
 class MountChecker(Answerer[MountRequest]):
-    """Answers with a MountAnswer."""
+    """Answers with a MountAnswer; of a rig in which one sensor moves, only that one is looked at anew."""
 
     def __init__(self, parent: QObject | None = None, close_s: float = CLOSE_S) -> None:
         super().__init__("mounts", parent, close_s)
+        self._footings: Footings | None = None
 
     def _work(self, request: MountRequest) -> None:
-        from riglens.core.review.mounts import USUAL_LIMITS, violations
+        from riglens.core.review.mounts import USUAL_LIMITS, Footings, violations
 
-        found = violations(request.rig, request.limits or USUAL_LIMITS, request.mesh)
+        self._footings = self._footings or Footings()
+        found = violations(request.rig, request.limits or USUAL_LIMITS, request.mesh, self._footings)
         self._tell(MountAnswer(request, found))

@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from riglens.core.errors import InputError
+from riglens.core.geometry import Vec3
 from riglens.core.review.outline import Outline
 from riglens.core.rig.library import Cylinder, default_library
 from riglens.core.rig.model import Frozen, Rig, Sensor
 from riglens.core.sensing.body_ends import USUAL_RADIUS_M
 from riglens.core.vehicle.mesh import BodyMesh
-from riglens.core.vehicle.solid import MATERIALS, CarBody
+from riglens.core.vehicle.solid import MATERIALS, CarBody, Solid
 from riglens.core.vehicle.standing import Stand, materials_at, stand
 
 Doubles = NDArray[np.float64]
@@ -119,19 +120,44 @@ class Violation:
     text: str
 
 
+class Footings:
+    """How places stand by a car, and on what of it. What the rig before stood on is not looked for again: while one
+    sensor moves, the others cost nothing."""
+
+    def __init__(self) -> None:
+        self._body: CarBody | None = None
+        self._known: dict[Vec3, tuple[Stand, frozenset[str]]] = {}
+
+    def of(self, rig: Rig, mesh: BodyMesh | None) -> dict[Vec3, tuple[Stand, frozenset[str]]]:
+        """Stands and materials by the places of a rig's enabled sensors. A mesh of a file has no materials."""
+        body = CarBody(rig.vehicle, mesh)
+        known, solid = self._known if body == self._body else {}, body.solid()
+        self._body, self._known = body, {}
+        for place_m in (sensor.position for sensor in rig.sensors if sensor.enabled):
+            self._known[place_m] = known.get(place_m) or _footing(place_m, solid, mesh is None)
+        return self._known
+
+
+def _footing(place_m: Vec3, solid: Solid, has_materials: bool) -> tuple[Stand, frozenset[str]]:
+    standing = stand(place_m, solid)
+    if not has_materials or standing.nearest_m is None:
+        return standing, frozenset()
+    return standing, materials_at(standing.nearest_m, solid)
+
+
 def mounts_of(
-    rig: Rig, mesh: BodyMesh | None = None, keep_out: tuple[KeepOut, ...] = USUAL_KEEP_OUT
+    rig: Rig,
+    mesh: BodyMesh | None = None,
+    keep_out: tuple[KeepOut, ...] = USUAL_KEEP_OUT,
+    footings: Footings | None = None,
 ) -> tuple[Mount, ...]:
     """The mounts of the rig's enabled sensors. A mesh of a file has no materials: only boxes and what is painted keep
     out of it."""
-    solid, outline = CarBody(rig.vehicle, mesh).solid(), Outline.of(rig.vehicle, mesh)
+    outline, footing = Outline.of(rig.vehicle, mesh), (footings or Footings()).of(rig, mesh)
     sensors = [sensor for sensor in rig.sensors if sensor.enabled]
     found = []
     for sensor in sensors:
-        standing = stand(sensor.position, solid)
-        materials = frozenset[str]()
-        if mesh is None and standing.nearest_m is not None:
-            materials = materials_at(standing.nearest_m, solid)
+        standing, materials = footing[sensor.position]
         where = standing.nearest_m or sensor.position
         zones = tuple(zone.name for zone in keep_out if _is_in(zone, where, materials, rig, outline))
         zones += (PAINTED,) * is_painted(rig, where)
@@ -219,10 +245,12 @@ def _is_in(
     return any(inside) if zone.boxes else True
 
 
-def violations(rig: Rig, limits: MountLimits, mesh: BodyMesh | None = None) -> tuple[Violation, ...]:
+def violations(
+    rig: Rig, limits: MountLimits, mesh: BodyMesh | None = None, footings: Footings | None = None
+) -> tuple[Violation, ...]:
     """What is wrong with the mounts of a rig, one line each, in the order of its sensors."""
     keep_out = USUAL_KEEP_OUT if limits.keep_out is None else limits.keep_out
-    mounts = mounts_of(rig, mesh, keep_out)
+    mounts = mounts_of(rig, mesh, keep_out, footings)
     found = [Violation(mount.name, text) for mount in mounts for text in _complaints(mount, limits)]
     return (*found, *_size_complaints(rig, mounts, limits, mesh))
 

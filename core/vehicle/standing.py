@@ -181,8 +181,11 @@ def materials_at(point_m: Vec3, solid: Solid, within_m: float = 1e-6) -> frozens
     """Names of what the surface is made of at a point of it: of several where parts meet there."""
     place = np.array(point_m, np.float64)
     low, high = _boxes(solid)
-    outside = np.maximum(np.maximum(low - place, place - high), 0.0)
-    near = np.flatnonzero((outside * outside).sum(axis=1) <= within_m * within_m)
+    near = np.arange(len(low))
+    for axis in range(3):  # few are left after the first
+        near = near[
+            (low[near, axis] <= place[axis] + within_m) & (high[near, axis] >= place[axis] - within_m)
+        ]
     feet = _nearest_of_each(place, solid.triangles_m[near])
     there = near[np.linalg.norm(feet - place, axis=1) <= within_m]
     return frozenset(MATERIALS[number] for number in solid.materials[there].tolist())

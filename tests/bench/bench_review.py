@@ -1,9 +1,10 @@
-"""Blind zones and redundancy while a sensor is dragged, against a budget of time."""
+"""Blind zones, redundancy, failing sensors, mounts and tolerance while a sensor is dragged: against a budget."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
+from itertools import cycle, pairwise
 from statistics import median
 
 import pytest
@@ -12,7 +13,10 @@ from riglens.core.engine.engine import Engine
 from riglens.core.engine.inspect import covered_at_least
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.review.blind import BlindEngine, BlindSettings
+from riglens.core.review.measures import Measures
+from riglens.core.review.mounts import USUAL_LIMITS, Footings, violations
 from riglens.core.review.redundancy import VoxelRedundancy
+from riglens.core.review.tolerance import ToleranceRun, profile_called
 from riglens.core.rig.model import Rig
 from tests.bench.bars import Bar
 from tests.bench.scenes import Scenes, moved, wide_trapezoid
@@ -68,6 +72,56 @@ def test_blind_zones_of_one_step(bars: list[Bar], rounds: int, within_m: float, 
     bars.append(_bar("blind zones", work, _median_ms(step, rounds)))
 
 
+@pytest.mark.parametrize("name", DRAGGED)
+def test_a_sensor_fails_and_works_again(bars: list[Bar], scenes: Scenes, rounds: int, name: str) -> None:
+    engine, whole = Engine(scenes.at(0.1).field, THREADS), wide_trapezoid()
+    failed = whole.with_sensor(name, whole.sensor(name).model_copy(update={"enabled": False}))
+    turns = cycle((failed, whole))
+    engine.evaluate(whole, MetricSettings(), False)
+
+    def step() -> Callable[[], object]:
+        rig = next(turns)
+        return lambda: engine.evaluate(rig, MetricSettings(), False)
+
+    ms = _median_ms(step, rounds)
+    bars.append(_bar("fail", f"W+T: all scores once {DRAGGED[name]} fails, and once it works again", ms))
+
+
+def test_mounts_of_one_step(bars: list[Bar], rounds: int) -> None:
+    """By a thread of its own with serial code, as the window finds them."""
+    rigs, known = drag("LIDAR_1"), Footings()
+    violations(next(rigs), USUAL_LIMITS, footings=known)
+
+    def step() -> Callable[[], object]:
+        rig = next(rigs)
+        return lambda: violations(rig, USUAL_LIMITS, footings=known)
+
+    ms = _median_ms(step, rounds)
+    bars.append(_bar("mounts", "W+T: all that is wrong with the places of ten sensors, one moved", ms, 1))
+
+
+def test_what_an_edit_waits_for_tolerances(bars: list[Bar], scenes: Scenes, rounds: int) -> None:
+    """While nobody edits, draws are measured one after the other: how long until one says that it gives way."""
+    rig, measures = wide_trapezoid(), Measures(scenes.at(0.1).field, None, threads=THREADS)
+    run = ToleranceRun(rig, profile_called("assembly"), 16)
+    waits: list[float] = []
+    for _ in range(rounds):
+        asked = [time.perf_counter()]
+
+        def is_stale(asked: list[float] = asked) -> bool:
+            asked.append(time.perf_counter())
+            return False
+
+        figures = measures.unless(is_stale, *run.wanted())
+        assert figures is not None
+        run.take(figures)
+        asked.append(time.perf_counter())
+        waits.append(max(b - a for a, b in pairwise(asked)) * 1e3)
+    bars.append(
+        _bar("tolerance", "W+T: longest time until a draw asks whether somebody edits", median(waits))
+    )
+
+
 def _median_ms(step: Callable[[], Callable[[], object]], rounds: int) -> float:
     """Median time of what a step, which is not measured, hands out."""
     times = []
@@ -79,5 +133,6 @@ def _median_ms(step: Callable[[], Callable[[], object]], rounds: int) -> float:
     return median(times)
 
 
-def _bar(name: str, work: str, ms: float) -> Bar:
-    return Bar(name, f"{work}, {THREADS} threads", ms, BUDGET_MS, ms / BUDGET_MS, GOAL, "lower")
+def _bar(name: str, work: str, ms: float, threads: int = THREADS) -> Bar:
+    on = f"{threads} thread{'s' * (threads > 1)}"
+    return Bar(name, f"{work}, {on}", ms, BUDGET_MS, ms / BUDGET_MS, GOAL, "lower")

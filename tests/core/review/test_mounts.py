@@ -11,6 +11,7 @@ from riglens.core.review.mounts import (
     USUAL_KEEP_OUT,
     Beyond,
     Box,
+    Footings,
     KeepOut,
     MountLimits,
     mounts_of,
@@ -20,6 +21,8 @@ from riglens.core.rig.library import sensor_from_model
 from riglens.core.rig.model import Camera, Rig, Vehicle
 from riglens.core.rig.yaml.file import dumps, loads, rig_sha256
 from riglens.core.vehicle.body import body_parts
+from riglens.core.vehicle.solid import Solid
+from riglens.core.vehicle.standing import Stand, stand
 from tests.core.review.scenes import BOX_FILE, box_mesh, camera, dense_lidar
 
 SEDAN = Vehicle()
@@ -167,3 +170,25 @@ def test_what_is_painted_keeps_out_by_the_place_on_the_skin_and_costs_no_hash_wh
 def test_spots_that_are_none_are_refused_by_name(wrong: str) -> None:
     with pytest.raises(InputError, match=r"rig.yaml:2: keep_out.*: found .*; accepted is "):
         loads(f"riglens: 1\nkeep_out: {wrong}\nsensors: []\n")
+
+
+def test_what_stood_before_is_not_looked_for_again_and_says_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One of two sensors moves, is switched off, and the car grows: the lines are those of a check from scratch."""
+    roof, nose = camera(position=(0.0, 0.0, 1.6)), camera(position=(2.3, 0.0, 0.6), yaw_deg=1.0)
+    rig = Rig(sensors=(roof, nose), vehicle=SEDAN)
+    moved = rig.with_sensor(nose.name, nose.replace(position=(2.4, 0.0, 0.6)))
+    longer = moved.replace(vehicle=SEDAN.replace(length=5.0))
+    off = longer.with_sensor(roof.name, roof.replace(enabled=False))
+    looked: list[tuple[float, float, float]] = []
+
+    def counted(place_m: tuple[float, float, float], solid: Solid) -> Stand:
+        looked.append(place_m)
+        return stand(place_m, solid)
+
+    wanted = [violations(one, MountLimits(gap_m=0.05)) for one in (rig, moved, longer, off)]
+    monkeypatch.setattr("riglens.core.review.mounts.stand", counted)
+    known, counts = Footings(), []
+    for one, lines in zip((rig, moved, longer, off), wanted, strict=True):
+        assert violations(one, MountLimits(gap_m=0.05), footings=known) == lines
+        counts.append(len(looked))
+    assert counts == [2, 3, 5, 5]
