@@ -39,6 +39,7 @@ KINDS = (
     Kind("offsets, 32 beams", "velodyne-vlp-32c", 1.8, 1.8),
     Kind("offsets, 64 beams", "hesai-pandar64", 4.0, 2.5),
     Kind("offsets, 128 beams", "velodyne-vls-128", 4.0, 4.0),
+    Kind("offsets, 128 x 1024", "ouster-os1-128", 4.0, 4.0),
     Kind("every beam its offset", "hesai-pandar128e4x", 4.0, 4.0),
     Kind("solid-state sector", "robosense-m1", 4.0, 2.0),
     Kind("sector with offsets", "hesai-at128", 2.0, 2.0),
