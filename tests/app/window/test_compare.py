@@ -80,6 +80,19 @@ def test_the_rig_being_edited_is_the_first_row_and_follows_the_edits(bench: Benc
     assert compare(bench).panel.text_of("small", "LiDARs S-MIG") == "0.00"
 
 
+def test_names_get_the_room_that_they_need_until_somebody_gives_them_another(bench: Bench) -> None:
+    table = compare(bench).panel.table
+    header = table.horizontalHeader()
+    bench.document.apply(RIG.replace(name="a car with a rather long name"), "rename")
+    bench.settle()
+    assert table.sizeHintForColumn(0) > 132
+    assert header.sectionSize(0) == min(table.sizeHintForColumn(0), 240)
+    header.resizeSection(0, 150)
+    bench.document.apply(RIG.replace(name="a car with a much longer name than that"), "rename")
+    bench.settle()
+    assert header.sectionSize(0) == 150
+
+
 def test_a_snapshot_is_restored_by_a_double_click_as_one_step(bench: Bench) -> None:
     bench.qtbot.keyClick(bench.window, Qt.Key.Key_T, Qt.KeyboardModifier.ControlModifier)
     bench.document.delete(("roof",))

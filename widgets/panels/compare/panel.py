@@ -45,7 +45,8 @@ from riglens.widgets.panels.style import MARGIN, SPACING, as_panel, numbers_font
 
 _NAME_PX, _SENSORS_PX, _SCORE_PX = 132, 84, 84
 _ROW_PX, _HIGHEST_ROW_PX = 24, 30
-_NARROW_PX = 1500
+_WIDEST_NAME_PX = 240
+_NARROW_PX = 1600
 
 
 class CompareTable(QTableView):
@@ -69,7 +70,10 @@ class CompareTable(QTableView):
         self._sorted.layoutChanged.connect(self.order_changed)
         self.doubleClicked.connect(lambda index: self.open_wanted.emit(self.shown_rows()[index.row()].key))
         give_context_menu(self, self.context_menu)
+        self._name_px = _NAME_PX
         self.size_columns()
+        for changed in (self._sorted.modelReset, self._sorted.dataChanged):
+            changed.connect(lambda *_: self._fit_names())
 
     def _set_up(self) -> None:
         self.setItemDelegate(BarDelegate(self))
@@ -97,8 +101,15 @@ class CompareTable(QTableView):
             is_score = column >= FIRST_SCORE
             mode = QHeaderView.ResizeMode.Stretch if is_score else QHeaderView.ResizeMode.Interactive
             header.setSectionResizeMode(column, mode)
-        header.resizeSection(RIG, _NAME_PX)
+        header.resizeSection(RIG, self._name_px)
         header.resizeSection(SENSORS, _SENSORS_PX)
+
+    def _fit_names(self) -> None:
+        """Give the names of the rigs the room that they need, unless the user has given them another."""
+        header = self.horizontalHeader()
+        if header.sectionSize(RIG) == self._name_px:
+            self._name_px = min(max(_NAME_PX, self.sizeHintForColumn(RIG)), _WIDEST_NAME_PX)
+            header.resizeSection(RIG, self._name_px)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Shorten titles where there is no room for long ones, and make rows of a height that whole ones fill."""
