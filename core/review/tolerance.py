@@ -94,9 +94,14 @@ class Spread:
         return cls(nominal, middle, low, high, float(values[worst]), worst, tuple(values))
 
     def below(self, limit: float) -> tuple[float, float]:
-        """Share of the draws below a limit, and its standard error as of independent draws; less is better."""
-        share = float(np.mean(np.array(self.values) < limit))
-        return share, math.sqrt(share * (1.0 - share) / len(self.values))
+        """Share of the draws below a limit, and its standard error as of independent draws; less is better.
+
+        The error is that of (k + 1) / (n + 2), the rule of succession: none of 64 draws is no proof of none at all.
+        """
+        count = len(self.values)
+        below = int((np.array(self.values) < limit).sum())
+        chance = (below + 1) / (count + 2)
+        return below / count, math.sqrt(chance * (1.0 - chance) / count)
 
 
 @dataclass(frozen=True)

@@ -147,14 +147,14 @@ def test_draws_below_what_a_file_requires_are_told_with_their_error(desk: FullDe
     result = feature(desk).answer
     assert result is not None and result.result is not None
     share, error = result.result.spreads["seen car"].below(0.475)
-    text = f"{100 * share:.1f} ± {100 * error:.1f} % of draws below 47.5 %, accepted 10 %"
+    text = f"{100 * share:.1f} ± {100 * error:.1f} % of draws < 47.5 % (≤ 10 %)"
     assert 0.1 < share < 1.0 and strip.below_of("car") == text
     assert strip._below["car"].styleSheet() != "" and strip.below_of("pedestrian") == ""
-    assert strip.below_of("bicycle").endswith("% of draws below 47 %")
+    assert strip.below_of("bicycle").endswith("% of draws < 47 %")
     assert strip.required.text() == "Without required.yaml"
     choose(desk, "ride")
     tell(desk, 81)
-    assert strip.below_of("car").endswith("of draws below 90 %")  # of this profile, seen alone is required
-    assert strip.below_of("pedestrian").endswith("below 10 %, accepted 5 %")
+    assert strip.below_of("car").endswith("of draws < 90 %")  # of this profile, seen alone is required
+    assert strip.below_of("pedestrian").endswith("< 10 % (≤ 5 %)")
     strip.required.click()
     assert strip.below_of("car") == "" and strip.required.text() == "Requirements…"

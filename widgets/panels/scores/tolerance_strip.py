@@ -244,8 +244,8 @@ def range_text(found: Range) -> str:
 
 def below_text(below: Below) -> str:
     """How many of the draws are below a limit, with the error of so few draws, and how many may be."""
-    accepted = "" if below.at_most is None else f", accepted {below.at_most:g} %"
-    return f"{below.share:.1f} ± {below.error:.1f} % of draws below {below.limit:g} %{accepted}"
+    accepted = "" if below.at_most is None else f" (≤ {below.at_most:g} %)"
+    return f"{below.share:.1f} ± {below.error:.1f} % of draws < {below.limit:g} %{accepted}"
 
 
 def points_text(points: float, digits: int = 2) -> str:
