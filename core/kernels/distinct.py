@@ -7,9 +7,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numba
 import numpy as np
 
-from riglens.core.kernels.jit import kernel, lean, lean_inlined
+from riglens.core.kernels.jit import kernel, lean, lean_inlined, parallel_kernel
 from riglens.core.kernels.lattice import Direction
 
 CELL_M = 0.2
@@ -29,6 +30,15 @@ def cell_key(start: Direction, along: Direction, t: float) -> int:
     j = np.int64(np.floor((start[1] + s * along[1]) / CELL_M)) + _HALF_CELLS
     k = np.int64(np.floor((start[2] + s * along[2]) / CELL_M)) + _HALF_CELLS
     return int((((i << _BITS) | j) << _BITS) | k)
+
+
+@lean_inlined
+def note_cells(start: Direction, hits: np.ndarray, number: int, cells: np.ndarray) -> None:
+    """As `cell_key` for the first of many rays, hits (4, n): directions, and distances at which they enter an object;
+    in a loop of its own, so that the compiler takes several at once."""
+    xs, ys, zs, ts = hits[0], hits[1], hits[2], hits[3]
+    for ray in range(np.uint64(number)):
+        cells[ray] = cell_key(start, (xs[ray], ys[ray], zs[ray]), ts[ray])
 
 
 @lean_inlined
@@ -206,26 +216,37 @@ def mark_cells(lists: Lists, marks: Marks, table: np.ndarray) -> None:
         marks.known[one] = number
 
 
+@parallel_kernel
+def join_cells(lists: Lists, marks: Marks, more: Lists, most: int, workers: int, to: np.ndarray) -> None:
+    """Distinct cells (objects,) of LiDARs whose cells are marked and of those of one more; most: cells of all of them
+    on any object."""
+    for worker in numba.prange(workers):
+        table = np.empty(table_mask(most) + 1, np.int64)
+        for one in range(to.size * worker // workers, to.size * (worker + 1) // workers):
+            to[one] = _joined(lists, marks, more, one, table)
+
+
 @kernel
-def join_cells(lists: Lists, marks: Marks, more: Lists, table: np.ndarray, to: np.ndarray) -> None:
-    """Distinct cells (objects,) of LiDARs whose cells are marked and of those of one more."""
+def join_cells_serial(lists: Lists, marks: Marks, more: Lists, most: int, to: np.ndarray) -> None:
+    """As `join_cells`, for any thread."""
+    table = np.empty(table_mask(most) + 1, np.int64)
     for one in range(to.size):
-        begin, end, start, count = (
-            marks.words[one],
-            marks.words[one + 1],
-            more.starts[0, one],
-            more.counts[0, one],
-        )
-        number = marks.known[one]
-        if number == 0 or count == 0:
-            to[one] = number + count
-        elif begin == end:
-            to[one] = _count_hashed(lists, more, one, True, table)
-        else:
-            block, bits = _block_of(marks, one), marks.bits[begin:end]
-            for place in range(start, start + count):
-                number += not _is_put(block, more.cells[place], bits)
-            to[one] = number
+        to[one] = _joined(lists, marks, more, one, table)
+
+
+@lean_inlined
+def _joined(lists: Lists, marks: Marks, more: Lists, one: int, table: np.ndarray) -> int:
+    """Distinct cells of an object."""
+    begin, end, number = marks.words[one], marks.words[one + 1], marks.known[one]
+    start, count = more.starts[0, one], more.counts[0, one]
+    if number == 0 or count == 0:
+        return int(number + count)
+    if begin == end:
+        return _count_hashed(lists, more, one, True, table)
+    block, bits = _block_of(marks, one), marks.bits[begin:end]
+    for place in range(start, start + count):
+        number += not _is_put(block, more.cells[place], bits)
+    return int(number)
 
 
 @lean_inlined

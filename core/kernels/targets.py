@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from riglens.core.kernels.distinct import cell_key, keep_distinct
+from riglens.core.kernels.distinct import keep_distinct, note_cells
 from riglens.core.kernels.jit import kernel, lean, lean_inlined, parallel_kernel
 from riglens.core.kernels.lattice import Direction
 from riglens.core.kernels.meeting import (
@@ -44,12 +44,14 @@ COLUMNS = 5
 
 class Desk(NamedTuple):
     """Room for a worker: the queue of a frame; the image of a box; what rays of a group have met; seen (rows * words,)
-    uint64: a bit for each ray that has met something nearer; table of cells."""
+    uint64: a bit for each ray that has met something nearer; hits (4, rays): of rays that meet an object, their
+    directions in its axes and how far it is; table of cells."""
 
     queue: Queue
     outline: Outline
     canvas: Canvas
     seen: np.ndarray
+    hits: np.ndarray
     table: np.ndarray
 
 
@@ -127,13 +129,17 @@ def _take(
                     )
                     if not is_returned(t, beams.law[traffic.cls[box]], beams.law[3], cosine, chance):
                         continue
-                cells[rays] = cell_key(start, along, t)
+                desk.hits[0, rays], desk.hits[1, rays], desk.hits[2, rays] = along
+                desk.hits[3, rays] = t
             rays += 1
         if rays > before:
             found[FIRST_ROW, one] = min(found[FIRST_ROW, one], row) if found[FIRST_ROW, one] >= 0 else row
             found[LAST_ROW, one] = max(found[LAST_ROW, one], row)
     found[RAYS, one] = rays
-    return keep_distinct(rays, cells, desk.table) if beams.turns else 0
+    if not beams.turns:
+        return 0
+    note_cells(start, desk.hits, rays, cells)
+    return keep_distinct(rays, cells, desk.table)
 
 
 @lean_inlined
@@ -246,7 +252,7 @@ def _desk_for(
     spans[:, 0], spans[:, 1] = columns, 0
     canvas = Canvas(inverse, owner, last, spans, np.empty(columns), np.array([rows, 0]))
     outline, seen = outline_for(faces, rows, columns), np.empty(rows * words_of(columns), np.uint64)
-    return Desk(queue_for(most), outline, canvas, seen, table)
+    return Desk(queue_for(most), outline, canvas, seen, np.empty((4, rows * columns)), table)
 
 
 @kernel

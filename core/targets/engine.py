@@ -48,7 +48,7 @@ class TargetEngine:
         self._held: dict[_Shape, Contribution] = {}
         self._shown: set[_Shape] = set()
         self._groups: Groups | None = None
-        self._gatherer = Gatherer()
+        self._gatherer = Gatherer(self._workers)
 
     @property
     def traffic(self) -> Traffic:

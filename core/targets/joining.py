@@ -22,10 +22,11 @@ T = TypeVar("T")
 
 
 class Gatherer:
-    """Puts together what sensors get onto the same objects, in one call after the other."""
+    """Puts together what sensors get onto the same objects, in one call after the other, with a number of workers; with
+    one of them in any thread."""
 
-    def __init__(self) -> None:
-        self._cells = JoinedCells()
+    def __init__(self, workers: int = 1) -> None:
+        self._cells = JoinedCells(workers)
         self._lidars = _Kept[tuple[Counts, Counts, Counts]]()
         self._cameras = _Kept[tuple[Doubles, Doubles, Doubles]]()
 
@@ -122,7 +123,8 @@ class _Rest:
 class JoinedCells:
     """Counts cells that LiDARs hit, each once; what does not change from one edit to the next is kept."""
 
-    def __init__(self) -> None:
+    def __init__(self, workers: int = 1) -> None:
+        self._workers = workers
         self._rest: _Rest | None = None
         self._last: Lidars = ()
 
@@ -137,7 +139,11 @@ class JoinedCells:
         moved = next((one for one in lidars if not any(one is other for other in last)), lidars[-1])
         rest = self._rest_of(tuple(one for one in lidars if one is not moved), objects)
         found, more = np.empty(objects, np.int64), _lists((moved,), objects)
-        distinct.join_cells(rest.lists, rest.marks, more, _table(rest.lists, more), found)
+        most = _most(rest.lists) + _most(more)
+        if self._workers == 1:  # perhaps a thread that must not call parallel kernels
+            distinct.join_cells_serial(rest.lists, rest.marks, more, most, found)
+        else:
+            distinct.join_cells(rest.lists, rest.marks, more, most, self._workers, found)
         return found
 
     def _rest_of(self, lidars: Lidars, objects: int) -> _Rest:
@@ -166,11 +172,10 @@ def _marks(lists: distinct.Lists, objects: int) -> distinct.Marks:
     distinct.find_blocks(lists, blocks, words)
     words = np.cumsum(words)
     marks = distinct.Marks(blocks, words, np.zeros(int(words[-1]), np.int64), np.empty(objects, np.int64))
-    distinct.mark_cells(lists, marks, _table(lists))
+    distinct.mark_cells(lists, marks, np.empty(distinct.table_mask(_most(lists)) + 1, np.int64))
     return marks
 
 
-def _table(*lists: distinct.Lists) -> Counts:
-    """A hash table for the cells on any object."""
-    most = sum(int(one.counts.sum(axis=0).max(initial=0)) for one in lists)
-    return np.empty(distinct.table_mask(most) + 1, np.int64)
+def _most(lists: distinct.Lists) -> int:
+    """Cells of all LiDARs on any object, at most."""
+    return int(lists.counts.sum(axis=0).max(initial=0))

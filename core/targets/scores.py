@@ -199,13 +199,16 @@ class _Sorted:
 
     @classmethod
     def of(cls, groups: Groups, objects: ObjectCounts, settings: TargetSettings) -> Self:
-        points, height_px = objects.all_points, objects.height_px
+        points, height_px, on_target, visible = (
+            groups.sorted(column)
+            for column in (objects.all_points, objects.height_px, objects.on_target, objects.visible)
+        )
         by_lidar, by_camera = points >= settings.min_points, height_px >= HEIGHT_PX
         columns = (
-            points, height_px, objects.on_target, points >= 1, points >= 5, by_lidar, objects.visible, by_camera,
+            points, height_px, on_target, points >= 1, points >= 5, by_lidar, visible, by_camera,
             by_lidar & by_camera, ~by_lidar & ~by_camera,
         )  # fmt: skip
-        return cls(*(groups.sorted(column).astype(np.float64) for column in columns))
+        return cls(*(column.astype(np.float64) for column in columns))
 
 
 def _class_targets(groups: Groups, tables: _Sorted, number: int) -> ClassTargets:

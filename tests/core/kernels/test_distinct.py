@@ -10,6 +10,7 @@ from riglens.core.kernels.distinct import (
     cell_of,
     find_blocks,
     join_cells,
+    join_cells_serial,
     keep_distinct,
     mark_cells,
     table_mask,
@@ -67,7 +68,7 @@ def test_of_several_lidars_each_cell_counts_once(lidars, reach):
     assert (words[-1] > 0) == (reach == NEAR and lidars > 1)
     marks = Marks(blocks, words, np.zeros(words[-1], np.int64), np.full(objects, -1, np.int64))
     mark_cells(rest, marks, table)
-    join_cells(rest, marks, more, table, found)
+    join_cells_serial(rest, marks, more, 12 * lidars, found)
     assert found.tolist() == [len(cells) for cells in of_object] and found[0] == 0
-    join_cells(rest, marks, more, table, found)  # marks are not changed by it
+    join_cells(rest, marks, more, 12 * lidars, 2, found)  # marks are not changed by it
     assert found.tolist() == [len(cells) for cells in of_object]
