@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QHideEvent
 from PySide6.QtWidgets import (
-    QDialog,
     QHBoxLayout,
     QLabel,
     QListWidget,
@@ -18,6 +16,7 @@ from PySide6.QtWidgets import (
 )
 
 from riglens.core.shown_text import visible
+from riglens.widgets.panels.list_dialog import ListDialog
 
 USUAL = "usual limits"
 USUAL_TIP = (
@@ -27,14 +26,13 @@ USUAL_TIP = (
 SENSOR = Qt.ItemDataRole.UserRole
 
 
-class MountsDialog(QDialog):
+class MountsDialog(ListDialog):
     """Shows lines and asks for other limits; finds nothing by itself."""
 
     chosen = Signal(str)
     """A line about this sensor was clicked."""
     file_wanted = Signal()
     usual_wanted = Signal()
-    put_away = Signal()
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -84,8 +82,3 @@ class MountsDialog(QDialog):
 
     def _choose(self, item: QListWidgetItem) -> None:
         self.chosen.emit(item.data(SENSOR))
-
-    def hideEvent(self, event: QHideEvent) -> None:
-        """Nobody looks any more."""
-        super().hideEvent(event)
-        self.put_away.emit()

@@ -7,10 +7,10 @@ from html import escape
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QHideEvent
-from PySide6.QtWidgets import QDialog, QHeaderView, QLabel, QTreeWidget, QTreeWidgetItem, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHeaderView, QLabel, QTreeWidget, QTreeWidgetItem, QVBoxLayout, QWidget
 
 from riglens.core.shown_text import visible
+from riglens.widgets.panels.list_dialog import ListDialog
 
 if TYPE_CHECKING:  # loads the compiler, which a window that opens does not need
     from riglens.core.review.verdicts import ObjectVerdict, ProfileVerdict
@@ -22,12 +22,11 @@ NOTE = (
 COLUMNS = ("Objects", "Seen", "Rays", "In view")
 
 
-class ObjectsDialog(QDialog):
+class ObjectsDialog(ListDialog):
     """Shows verdicts; profiles of which an object is not seen are open, the first time they are shown."""
 
     chosen = Signal(int, int)
     """The numbers of the profile and of its object that was chosen, in the order in which they are shown."""
-    put_away = Signal()
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -73,10 +72,6 @@ class ObjectsDialog(QDialog):
         profile = item.parent()
         if profile is not None:
             self.chosen.emit(self.tree.indexOfTopLevelItem(profile), profile.indexOfChild(item))
-
-    def hideEvent(self, event: QHideEvent) -> None:
-        super().hideEvent(event)
-        self.put_away.emit()
 
 
 def _show(item: QTreeWidgetItem, one: ObjectVerdict) -> None:

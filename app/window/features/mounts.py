@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import Signal
 
 from riglens.app.background.mounting import MountAnswer, MountChecker, MountRequest
 from riglens.app.window.actions import Spec
-from riglens.app.window.feature import Feature
+from riglens.app.window.features.live_list import LiveList
 from riglens.app.window.workbench import Workbench
 from riglens.core.errors import InputError
 from riglens.widgets.panels.mounts_dialog import USUAL, MountsDialog
@@ -18,8 +18,8 @@ if TYPE_CHECKING:  # loads the compiler
     from riglens.core.review.mounts import KeepOut, MountLimits
 
 
-class Mounts(Feature):
-    """Asks with every change while the list is in sight, and not otherwise. What has failed is still mounted."""
+class Mounts(LiveList[MountsDialog, MountRequest]):
+    """What has failed is still mounted."""
 
     specs = (
         Spec(
@@ -33,34 +33,17 @@ class Mounts(Feature):
     """Other limits are asked for."""
 
     def __init__(self, bench: Workbench, checker: MountChecker | None = None) -> None:
-        super().__init__(bench)
-        self.checker = checker or MountChecker(self)
-        self.dialog: MountsDialog | None = None
+        self.checker = checker or MountChecker(bench)
         self._limits: MountLimits | None = None
-        self._asked: MountRequest | None = None
-        queued = Qt.ConnectionType.QueuedConnection
-        self.checker.made.connect(self._take, queued)
-        self.checker.failed.connect(bench.report_error, queued)
-        bench.closing.connect(self.checker.close)
+        super().__init__(bench, self.checker)
         self.bind(mounts=self.open)
 
-    def open(self) -> None:
-        """Show the list, and keep it up to date until it is put away."""
-        if self.dialog is None:
-            self.dialog = MountsDialog(self.bench.window)
-            self.dialog.chosen.connect(self._select)
-            self.dialog.put_away.connect(self._rest)
-            self.dialog.file_wanted.connect(self.bench.guarded(self._choose_file))
-            self.dialog.usual_wanted.connect(lambda: self._use(None, USUAL))
-        if not self.dialog.isVisible():
-            self.session.asked_changed.connect(self._ask)
-        self.dialog.show()
-        self.dialog.raise_()
-        self._ask()
-
-    def _rest(self) -> None:
-        self.session.asked_changed.disconnect(self._ask)
-        self._asked = None
+    def _make_dialog(self) -> MountsDialog:
+        dialog = MountsDialog(self.bench.window)
+        dialog.chosen.connect(self._select)
+        dialog.file_wanted.connect(self.bench.guarded(self._choose_file))
+        dialog.usual_wanted.connect(lambda: self._use(None, USUAL))
+        return dialog
 
     def _choose_file(self) -> None:
         """Take the limits of a file of requirements, as for `riglens check`; InputError when it has none."""
@@ -84,19 +67,12 @@ class Mounts(Feature):
         asked = None if self._limits is None else self._limits.keep_out
         return USUAL_KEEP_OUT if asked is None else asked
 
-    def _ask(self) -> None:
-        rig, mesh = self.document.rig, self.session.mesh
-        if rig.vehicle.has_mesh_file and mesh is None:
-            return
-        request = MountRequest(rig, mesh, self._limits)
-        if request != self._asked:
-            self._asked = request
-            self.checker.ask(request)
+    def _request(self) -> MountRequest:
+        return MountRequest(self.document.rig, self.session.mesh, self._limits)
 
-    def _take(self, answer: MountAnswer) -> None:
-        """Show an answer; one to an earlier pose too, until the next is there."""
-        if self.dialog is not None and self._asked is not None:
-            self.dialog.show_lines([(found.sensor, found.text) for found in answer.violations])
+    def _show(self, answer: object) -> None:
+        assert isinstance(answer, MountAnswer) and self.dialog is not None
+        self.dialog.show_lines([(found.sensor, found.text) for found in answer.violations])
 
     def _select(self, name: str) -> None:
         if any(sensor.name == name for sensor in self.document.rig.sensors):

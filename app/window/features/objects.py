@@ -7,11 +7,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import Qt
-
 from riglens.app.background.onlooking import ObjectsJudge, OnlookAnswer, OnlookRequest
 from riglens.app.window.actions import Spec
-from riglens.app.window.feature import Feature
+from riglens.app.window.features.live_list import LiveList
 from riglens.app.window.workbench import Workbench
 from riglens.widgets.drawing.camera import OrbitCamera
 from riglens.widgets.panels.objects_dialog import ObjectsDialog
@@ -24,8 +22,8 @@ FAR_M, LEAST_DEG, MOST_DEG = 9.0, 20.0, 60.0
 """From how far at most, and between which elevations, an object is looked at."""
 
 
-class Objects(Feature):
-    """Asks with every change while the list is in sight, and not otherwise."""
+class Objects(LiveList[ObjectsDialog, OnlookRequest]):
+    """What has failed sees nothing."""
 
     specs = (
         Spec(
@@ -36,50 +34,30 @@ class Objects(Feature):
     )  # fmt: skip
 
     def __init__(self, bench: Workbench, judge: ObjectsJudge | None = None) -> None:
-        super().__init__(bench)
-        self.judge = judge or ObjectsJudge(self)
-        self.dialog: ObjectsDialog | None = None
-        self._asked: OnlookRequest | None = None
+        self.judge = judge or ObjectsJudge(bench)
         self._profiles: Sequence[ProfileVerdict] = ()
         self._chosen: tuple[int, int] | None = None
-        queued = Qt.ConnectionType.QueuedConnection
-        self.judge.made.connect(self._take, queued)
-        self.judge.failed.connect(bench.report_error, queued)
-        bench.closing.connect(self.judge.close)
+        super().__init__(bench, self.judge)
         self.bind(test_objects=self.open)
 
-    def open(self) -> None:
-        """Show the list, and keep it up to date until it is put away."""
-        if self.dialog is None:
-            self.dialog = ObjectsDialog(self.bench.window)
-            self.dialog.chosen.connect(self._go_to)
-            self.dialog.put_away.connect(self._rest)
-        if not self.dialog.isVisible():
-            self.session.asked_changed.connect(self._ask)
-        self.dialog.show()
-        self.dialog.raise_()
-        self._ask()
+    def _make_dialog(self) -> ObjectsDialog:
+        dialog = ObjectsDialog(self.bench.window)
+        dialog.chosen.connect(self._go_to)
+        return dialog
 
     def _rest(self) -> None:
-        self.session.asked_changed.disconnect(self._ask)
-        self._asked = self._chosen = None
+        super()._rest()
+        self._chosen = None
         self._point_out()
 
-    def _ask(self) -> None:
-        rig, mesh = self.document.working_rig, self.session.mesh
-        if rig.vehicle.has_mesh_file and mesh is None:
-            return
-        request = OnlookRequest(rig, self.session.body, mesh)
-        if request != self._asked:
-            self._asked = request
-            self.judge.ask(request)
+    def _request(self) -> OnlookRequest:
+        return OnlookRequest(self.document.working_rig, self.session.body, self.session.mesh)
 
-    def _take(self, answer: OnlookAnswer) -> None:
-        """Show an answer; one to an earlier pose too, until the next is there."""
-        if self.dialog is not None and self._asked is not None:
-            self._profiles = answer.profiles
-            self.dialog.show_verdicts(answer.profiles)
-            self._point_out()
+    def _show(self, answer: object) -> None:
+        assert isinstance(answer, OnlookAnswer) and self.dialog is not None
+        self._profiles = answer.profiles
+        self.dialog.show_verdicts(answer.profiles)
+        self._point_out()
 
     def _go_to(self, profile: int, place: int) -> None:
         """Look at an object from outside, with the car behind it, and point it out."""
