@@ -22,6 +22,7 @@ from riglens.core.kernels.codes import CAMERA
 from riglens.core.kernels.jit import kernel, lean, lean_inlined, parallel_kernel
 from riglens.core.kernels.lattice import direction, rotated
 from riglens.core.kernels.predicates import Vector
+from riglens.core.kernels.turns import new_turns, take
 from riglens.core.kernels.walk import FARTHEST, Cell, Ray, hits_cell
 
 BALL = 0.499
@@ -331,10 +332,13 @@ def mark_frustum(
 
     keep uint64 (words,): voxels worth a test; marks uint64 (words,): every row of the grid is marked by one worker.
     """
-    ny, depth = f.shape[1], (f.shape[2] + 63) // 64
-    for worker in numba.prange(workers):
+    ny, depth, turns = f.shape[1], (f.shape[2] + 63) // 64, new_turns()
+    for _ in numba.prange(workers):
         work = VoxelWork(np.empty((8, 3)), np.empty((8, 2)))
-        for ix in range(first_row + worker, end_row, workers):
+        for _turn in range(first_row, end_row):
+            ix = first_row + take(turns)
+            if ix >= end_row:
+                break
             low, high = _columns_in_row(f.outline, ix + 0.5)
             if low > high:
                 continue

@@ -22,6 +22,7 @@ from riglens.core.kernels.cones import CLEAR, HALF_COLUMN, LONGEST
 from riglens.core.kernels.frustum import SPHERE
 from riglens.core.kernels.jit import kernel, lean, lean_inlined, parallel_kernel
 from riglens.core.kernels.lattice import rotated
+from riglens.core.kernels.turns import new_turns, take
 from riglens.core.kernels.walk import FARTHEST, Cell, Ray, hits_cell
 
 SECTORS = 8192
@@ -392,10 +393,13 @@ def mark_mesh(
 
     keep uint64 (words,): voxels worth a test; marks uint64 (words,): every row of the grid is marked by one worker.
     """
-    ny, depth = mesh.shape[1], (mesh.shape[2] + 63) // 64
-    for worker in numba.prange(workers):
+    ny, depth, turns = mesh.shape[1], (mesh.shape[2] + 63) // 64, new_turns()
+    for _ in numba.prange(workers):
         work = np.empty((8, 3))
-        for ix in range(first_row + worker, end_row, workers):
+        for _turn in range(first_row, end_row):
+            ix = first_row + take(turns)
+            if ix >= end_row:
+                break
             low, high = _columns_in_row(mesh.outline, ix + 0.5)
             if low > high:
                 continue
