@@ -214,6 +214,7 @@ MUTATIONS = [
     *mutations_of(
         f"{KERNELS}/sheet.py",
         ("level_of(high - drop) if can", "level_of(high) if can"),
+        ("if tile.nearest >= beams.radius[beam]:", "if tile.nearest >= radius:"),
         ("begins = s.reach[0] > 0.0 and tile.nearest < s.reach[0] + 1.0", "begins = False"),
         ("if begins or reaches(tile) > s.reach[1] - 1.0:", "if begins:"),
         ("sides[0] * v - sides[1] * u,", "sides[1] * u - sides[0] * v,"),
@@ -234,6 +235,7 @@ MUTATIONS = [
     ),
     *mutations_of(
         f"{KERNELS}/crossings.py",
+        ("turn %= s.azimuths.size", "turn += 0"),
         ("- beams.offset[beam] - s.azimuths[0]", "- s.azimuths[0]"),
         ("max(t_in, s.reach[0]), min(t_out, s.reach[1])", "t_in, min(t_out, s.reach[1])"),
         ("max(t_in, s.reach[0]), min(t_out, s.reach[1])", "max(t_in, s.reach[0]), t_out"),
@@ -374,7 +376,8 @@ MUTATIONS = [
         ("cosine**2 / opening**1.5", "cosine**2 / opening"),
         ("STEEPEST_DEG = 65.0", "STEEPEST_DEG = 60.0"),
         ("chord = 0.5 * float(np.hypot(0.5 * gap, 0.5 * step))", "chord = 0.5 * 0.5 * gap"),
-        ("begin = radius - 2.0 * HALF_COLUMN - SLACK", "begin = radius"),
+        ("begin = beams.radius - 2.0 * HALF_COLUMN - SLACK", "begin = beams.radius"),
+        ("shells.since <= np.maximum(worth, 0.8 * until), until, worth", "shells.since < np.inf, until, worth"),
         ("(lowest <= max(high, 0.0) + 1.0)", "(lowest <= high + 1.0)"),
         ("(highest >= min(low, 0.0) - 1.0)", "(highest >= low - 1.0)"),
         ("if steep.any():", "if steep.all():"),
