@@ -9,8 +9,9 @@ from riglens.app.background.counting import SideCount, SideCounted
 from riglens.app.background.side_jobs import SideAnswer
 from riglens.app.window.features.marginals import Marginals
 from riglens.core.targets.quantities import figures_of
-from riglens.widgets.panels.sensors.losses import Known, changed
+from riglens.widgets.panels.sensors.losses import MEASURES, Known, changed
 from riglens.widgets.panels.sensors.rows import LOSS
+from riglens.widgets.panels.style import style_sheet, tones
 from tests.app.window.counts import ENGINE, count
 from tests.app.window.desk import FullDesk, scores
 
@@ -62,6 +63,14 @@ def test_the_list_shows_the_loss_in_the_measure_that_is_chosen(desk: FullDesk) -
     assert row.text(LOSS) == "0.08↑" and desk.panels.tree.headerItem().text(LOSS) == "10³ nat ▾"
     marginals(desk).keep(desk.workbench.kept)
     assert desk.workbench.kept.read("list/loss", "") == "s_ms"
+
+
+def test_the_heading_of_losses_is_not_cut(desk: FullDesk) -> None:
+    desk.panels.tree.setStyleSheet(style_sheet(tones()))
+    header = desk.panels.tree.header()
+    for measure in MEASURES:
+        marginals(desk).choose(measure)
+        assert header.sectionSizeHint(LOSS) <= header.sectionSize(LOSS)
 
 
 def test_the_inspector_shows_road_users_before_scores_are_there(desk: FullDesk) -> None:
