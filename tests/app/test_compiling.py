@@ -15,6 +15,7 @@ from riglens.core.kernels import settle
 from riglens.core.kernels.compiled import KernelFolder
 from riglens.core.kernels.fan import mark_fan
 from riglens.core.kernels.profile import find_stays, masks_of
+from riglens.core.metric.scores import MetricSettings
 from riglens.core.rig.model import Rig
 
 LONG = (sys.executable, "-c", "import time; time.sleep(600)")
@@ -119,12 +120,14 @@ def test_what_is_compiled_ahead_is_what_an_evaluation_calls(monkeypatch: pytest.
 
 
 def test_none_is_started_when_all_is_on_disk(monkeypatch: pytest.MonkeyPatch, folder: KernelFolder) -> None:
-    warmed: list[Rig | None] = []
-    monkeypatch.setattr(warm_up, "warm_up", lambda field, rig=None: warmed.append(rig))
+    warmed: list[tuple[Rig | None, MetricSettings | None]] = []
+    monkeypatch.setattr(
+        warm_up, "warm_up", lambda field, rig=None, settings=None: warmed.append((rig, settings))
+    )
     assert not warm_up.is_everything_compiled()
     warm_up.compile_everything()
     assert warm_up.is_everything_compiled() and folder.read(warm_up.MARKER) == b""
-    assert warmed == [None, Rig(sensors=(warm_up.BENT,))]
+    assert warmed == [(None, None), (Rig(sensors=(warm_up.BENT,)), MetricSettings(body="blocks"))]
     others = OtherKernels(LONG)
     others.begin()
     assert not others.is_running
