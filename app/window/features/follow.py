@@ -8,6 +8,11 @@ from typing import NamedTuple
 from riglens.app.window.feature import Feature
 from riglens.app.window.workbench import Workbench
 from riglens.core.rig.model import Rig
+from riglens.widgets.timers import Timers, single_shot
+
+PAUSE_MS = 100
+"""While something is dragged, list and inspector show where it is at most as often: their painting costs as much as the
+view's."""
 
 
 class Shown(NamedTuple):
@@ -22,11 +27,14 @@ class Shown(NamedTuple):
 
 
 class Follow(Feature):
-    """Viewport, tree and inspector on one document: they never talk to each other, so they always agree."""
+    """Viewport, tree and inspector on one document: they never talk to each other, so they always agree; in a drag,
+    tree and inspector come after the viewport by less than `PAUSE_MS`."""
 
-    def __init__(self, bench: Workbench) -> None:
+    def __init__(self, bench: Workbench, timers: Timers = single_shot) -> None:
         super().__init__(bench)
         self._shown: Shown | None = None
+        self._in_panels: Shown | None = None
+        self._pause = timers(self, PAUSE_MS, self._catch_up)
         for changed in (
             self.document.rig_changed, self.document.selection_changed, self.document.hidden_changed,
             self.document.locked_changed, self.document.failed_changed,
@@ -79,7 +87,7 @@ class Follow(Feature):
         self._follow()
 
     def _forget(self) -> None:
-        self._shown = None
+        self._shown, self._in_panels = None, None
 
     def _follow(self) -> None:
         """Show the document, unless it is shown already: several of its signals may tell of one edit."""
@@ -87,16 +95,29 @@ class Follow(Feature):
         now = Shown(
             document.rig, document.saved_rig, document.selection, document.hidden, document.locked, document.failed
         )  # fmt: skip
-        if now == self._shown:
-            return
-        self._shown = now
+        if now != self._shown:
+            self._shown = now
+            self._show_in_view(now)
+        if not (self.document.is_dragging and self._pause.isActive()):
+            self._catch_up()
+
+    def _show_in_view(self, now: Shown) -> None:
         self.viewport.show_state(
             replace(
                 self.viewport.state,
-                rig=now.rig, hidden=now.hidden, failed=now.failed, selected=document.selected,
-                also_selected=frozenset(now.selection[:-1]), fixed=document.fixed,
+                rig=now.rig, hidden=now.hidden, failed=now.failed, selected=self.document.selected,
+                also_selected=frozenset(now.selection[:-1]), fixed=self.document.fixed,
             )
         )  # fmt: skip
+
+    def _catch_up(self) -> None:
+        """Show in the panels what the view shows, unless they do."""
+        now = self._shown
+        if now is None or now == self._in_panels:
+            return
+        self._in_panels = now
+        if self.document.is_dragging:
+            self._pause.start()
         self.bench.panels.tree.set_failed(now.failed)
         self.bench.panels.tree.set_rig(now.rig, now.hidden, now.selection, now.locked)
         inspector = self.bench.panels.inspector

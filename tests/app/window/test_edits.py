@@ -12,6 +12,7 @@ from riglens.core.rig.library import default_library
 from riglens.widgets.panels.sensors.tree import EYE, NAME
 from tests.app.window.desk import FullDesk
 from tests.app.window_bench import LIDAR, RIG, Bench
+from tests.waiting import TIMEOUT_MS
 
 
 def click_row(bench: FullDesk, name: str, column: int = NAME, dx: int = 0) -> None:
@@ -145,8 +146,9 @@ def test_a_drag_in_the_view_is_followed_by_list_and_inspector_and_is_one_step(wh
     whole.viewport.press("roof")
     for step in range(1, 4):
         whole.viewport.drag_to("roof", Pose((0.1, 0.2, 1.9 + step / 4)))
-        assert agree(whole)
+        whole.qtbot.waitUntil(lambda: agree(whole), timeout=TIMEOUT_MS)
     whole.viewport.release("roof")
+    assert agree(whole)
     assert whole.document.rig.sensor("roof").position == (0.1, 0.2, 2.65)
     whole.qtbot.keyClick(whole.workbench.window, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
     assert whole.document.rig == RIG

@@ -43,6 +43,7 @@ from riglens.widgets.panels.fields.quantity import DEGREES, MILLIMETRES
 from riglens.widgets.theme import DARK, LIGHT
 from tests.app.window.desk import GRID, Desk, heatmap, open_desk
 from tests.app.window_bench import CAMERA, LIDAR, RIG
+from tests.hand_clock import HandTimers
 
 POSE = Pose((0.1, 0.2, 2.5), LIDAR.rpy_deg)
 
@@ -253,6 +254,27 @@ def test_view_list_and_inspector_follow_the_document_and_are_told_once(desk: Des
     assert (
         len(desk.viewport.states) == shown + 3
     )  # selected, moved, put back: the drag's end shows nothing new
+
+
+def test_in_a_drag_the_panels_show_at_a_limited_rate_where_the_view_is_at_once(
+    desk: Desk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    timers, told = HandTimers(), []
+    Follow(desk.workbench, timers).show_all()
+    desk.document.select("roof")
+    inspector = desk.panels.inspector
+    monkeypatch.setattr(inspector, "set_rig", lambda rig, _: told.append(rig.sensor("roof").position[0]))
+    desk.document.begin_drag(("roof",))
+    for step in range(1, 6):
+        pose = Pose((float(step), 0.0, 2.0))
+        desk.document.preview({"roof": pose})
+        assert desk.viewport.state.rig.sensor("roof").pose == pose
+        timers.advance(30)  # a pause of 100 ms ends within the fourth step
+    assert told == [1.0, 4.0]
+    desk.document.finish_drag()
+    assert told == [1.0, 4.0, 5.0]
+    timers.run_out()
+    assert told == [1.0, 4.0, 5.0]
 
 
 def test_a_refused_edit_is_said_and_what_is_true_is_shown_again(desk: Desk) -> None:
