@@ -30,6 +30,7 @@ from riglens.core.review.requirements import (
 from riglens.core.review.tolerance import ToleranceResult, tolerance
 from riglens.core.review.verdicts import Onlooker
 from riglens.core.rig.model import Rig
+from riglens.core.rig.yaml.nodes import shortened
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.scores import Row, TargetScores
@@ -203,10 +204,14 @@ class Check:
         sector = None if one.sector is None else SECTORS.index(one.sector)
         failure = coverage.worst(one.failure, cls, sector)
         if one.name is not None:
-            named = (f for f in coverage.failures if f.what == one.failure and f.name == one.name)
-            failure = next(named, None)
-            if failure is None:
-                raise InputError(f"losses: found no {one.failure} '{one.name}' in the rig")
+            named = {f.name: f for f in coverage.failures if f.what == one.failure}
+            if one.name not in named:
+                accepted = ", ".join(named) or "none, for the rig has none (groups are named by fails_with)"
+                found = f"{one.failure} '{shortened(one.name)}'"
+                raise InputError(
+                    f"losses: found no {found} in the rig, accepted is {shortened(accepted, 300)}"
+                )
+            failure = named[one.name]
         if failure is None:
             return 0.0, f"{one.of} of {one.cls} lost: the rig has no {one.failure}{_where(one.sector)}"
         text = f"{one.of} of {one.cls} lost when {failure.name} fails{_where(one.sector)}"

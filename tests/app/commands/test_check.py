@@ -96,7 +96,14 @@ def test_what_the_rig_or_the_scene_has_not_is_told(riglens, boxes, tmp_path):
     named = HEAD + "losses: [{of: voxels, class: car, failure: group, name: ecu, at_most: 0}]"
     asked = required(tmp_path, named)
     found = riglens("check", "Center", "--requirements", asked, "--boxes", boxes, *SMALL_GRID)
-    assert found.code == 2 and "found no group 'ecu' in the rig" in found.err
+    assert (
+        found.code == 2 and "found no group 'ecu' in the rig, accepted is none, for the rig has" in found.err
+    )
+    wrong = HEAD + "losses: [{of: voxels, class: car, failure: sensor, name: roof, at_most: 0}]"
+    found = riglens(
+        "check", "Center", "--requirements", required(tmp_path, wrong), "--boxes", boxes, *SMALL_GRID
+    )
+    assert "found no sensor 'roof' in the rig, accepted is LIDAR_1, LIDAR_2, LIDAR_3, LIDAR_4" in found.err
     pog = tmp_path / "a.npz"
     assert riglens("pog", boxes, "--out", pog, *SMALL_GRID).code == 0
     asked = required(tmp_path, HEAD + "on_target: [{class: car, at_least: 0.5}]")
