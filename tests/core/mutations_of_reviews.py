@@ -170,9 +170,10 @@ MUTATIONS = [
     ),
     *mutations_of(
         "core/targets/contribution.py",
-        ("self.cell_starts[-1] + more.cell_starts[1:]", "more.cell_starts[1:]"),
+        ("self.cells.size + more.cell_starts", "more.cell_starts"),
         ('if settings.phase == "0" or not', "if not"),
-        ("for k in range(until - start)]", "for k in range(until - start - 1)]"),
+        ("start += self._held", "start += 0"),
+        ("before[:-1], -1)", "before[:-1], 0)"),
     ),
     *mutations_of(
         "core/targets/quantities.py",

@@ -20,6 +20,7 @@ from riglens.core.targets.range_law import REFLECTIVITY, WIDTH, anchors_of, law_
 from riglens.core.targets.scores import TargetScores
 from riglens.core.targets.settings import EXACT, TargetSettings
 from riglens.core.targets.shapes import parts_of
+from riglens.core.targets.traffic import NO_CLASS
 from tests.core.builders import camera, lidar, rig_of, spinning
 from tests.core.targets.cases import Box, traffic
 
@@ -135,6 +136,20 @@ def test_a_cell_is_that_of_the_point_a_millimetre_inside():
         y = [(aside_mm - 0.1) * 1e-3, (aside_mm + 0.1) * 1e-3]
         rays = [lidar((0.0, at, 1.05)) for at in y]
         assert count([box(10.0)], *rays).objects.cells.tolist() == [cells]
+
+
+def test_what_does_not_count_changes_nothing_of_what_does():
+    """A thing between two cars in distance that hides neither of them."""
+    near, far, thing = box(8.0), box(-20.0), (0, NO_CLASS, (0.0, 14.0, 1.0), CUBE_M, 0.0)
+    sensors = (
+        spinning((0.0, 0.0, 1.0), beams=16, count=360),
+        camera((0.0, 0.0, 1.0)),
+        camera((0.0, 0.0, 1.0), (0.0, 0.0, 90.0)),
+    )
+    alone, beside = (count(boxes, *sensors).objects for boxes in ([near, far], [near, far, thing]))
+    assert beside.all_points.tolist() == alone.all_points.tolist() and (alone.all_points > 0).all()
+    assert beside.pixels.tolist() == alone.pixels.tolist() and alone.pixels.sum() > 0.0
+    assert beside.cells.tolist() == alone.cells.tolist()
 
 
 def test_on_target_is_the_mean_over_objects():
