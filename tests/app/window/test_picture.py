@@ -54,7 +54,8 @@ def with_stand_in(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> StandIn:
 
 
 def opened_dialog(bench: Bench) -> PictureDialog:
-    """The dialog, asking for a small picture."""
+    """The dialog, asking for a small picture; the view shows how high the sensors stand, which is found elsewhere."""
+    bench.qtbot.waitUntil(lambda: bool(bench.viewport.state.masts), timeout=TIMEOUT_MS)
     bench.act("screenshot")
     dialog = bench.features.picture.dialog
     assert dialog is not None

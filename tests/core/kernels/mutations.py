@@ -306,7 +306,7 @@ MUTATIONS = [
         ("(below, above) if d[2] > 0.0 else (above, below)", "(below, above)"),
         ("limits[i] = runs[r, 1 + side]", "limits[i] = runs[r, 1]"),
         ("limits[i:count] = after", "limits[i:count] = before"),
-        ("allowed[part, i] |= _mask", "allowed[part, i] = _mask"),
+        ("allowed[part, i] |= mask", "allowed[part, i] = mask"),
         ("if a > 0 and not (", "if a > 99 and not ("),
         ("if b < last and not (", "if b < -99 and not ("),
     ),
