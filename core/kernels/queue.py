@@ -21,6 +21,8 @@ _GAP_M = 1e-6
 _WIDER = 1.0 + 1e-9
 _MANY = 64
 """Groups of more boxes are not split."""
+_FAR_BACK = 4096
+"""A box is compared with no more boxes before it; where that does not settle it, all of them are one group."""
 _NEAR, _FAR, _FARTHEST, _X, _Y, _Z, _AWAY, _SINE, _COSINE = range(9)
 """Columns of Queue.sight."""
 
@@ -171,6 +173,9 @@ def _settle(traffic: Traffic, queue: Queue, count: int) -> None:
         near, queue.first[place] = sight[order[place], _NEAR], place
         for before in range(place - 1, -1, -1):
             if sight[before, _FARTHEST] < near:
+                break
+            if place - before > _FAR_BACK:
+                queue.first[place] = 0
                 break
             if not _may_precede(traffic, queue, before, place):
                 queue.first[place] = before

@@ -86,6 +86,17 @@ def test_pictures_of_what_stands_beside_the_camera(hfov_deg):
     assert check(traffic(boxes, 10), rig, settings).objects.pixels.sum() > 0
 
 
+def test_a_frame_of_thousands_of_boxes():
+    """More than are compared with each other: one begins near and reaches far, so that no distance settles anything."""
+    rng, wall = np.random.default_rng(9), (0, 0, (0.0, -4.0, 1.0), (300.0, 0.5, 2.0), 0.0)
+    places = rng.uniform([-50.0, 2.0, 0.5], [50.0, 55.0, 1.5], (4_400, 3))
+    boxes = [(0, 2, tuple(place.tolist()), (0.4, 0.4, 1.0), 0.3) for place in places]
+    sensors = spinning((0.0, 0.0, 1.2), beams=3, count=90), Camera(
+        name="camera", position=(0.0, 0.0, 1.2), rpy_deg=(0.0, 0.0, 90.0), hfov_deg=80.0, cast=(20, 4)
+    )  # fmt: skip
+    assert check(traffic([*boxes, wall]), rig_of(*sensors)).objects.all_points.sum() > 30
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(20))
 def test_many_random_rigs_in_many_random_frames(seed):
