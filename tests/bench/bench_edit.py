@@ -1,4 +1,4 @@
-"""Edit: new exact scores after one sensor of W+T moved, against plain DDA; upright and tilted."""
+"""Edit: new exact scores after a sensor of W+T moved, against plain DDA; the same one as in a drag, or each in turn."""
 
 from __future__ import annotations
 
@@ -33,18 +33,34 @@ NATIVE_GOALS = {0.10: 60.0, 0.05: 20.0}
 FEW, MANY, MANY_GOAL = 4, 60, 1.2
 
 
-@pytest.mark.parametrize("pose", ["upright", "tilted"])
-@pytest.mark.parametrize("kind", ["lidar", "camera"])
-@pytest.mark.parametrize("voxel_m", [0.10, 0.05])
-def test_edit(race: Race, scenes: Scenes, voxel_m: float, kind: str, pose: str) -> None:
-    scene = scenes.at(voxel_m)
+Work = tuple[str, str, str]
+WORKS: list[Work] = [
+    (kind, pose, mover)
+    for kind in ("lidar", "camera")
+    for pose in ("upright", "tilted")
+    for mover in ("dragged", "in turn")
+]
+"""Kind, pose, and whether the same sensor moves each time."""
+
+
+def at_work(work: Work) -> tuple[Rig, list[str], str]:
+    """The rig, the names of those who move, and what is done in words."""
+    kind, pose, mover = work
     rig = wide_trapezoid(tilted) if pose == "tilted" else wide_trapezoid()
     names = names_of(rig, kind)
+    done = f"one {kind} of W+T dragged" if mover == "dragged" else f"{kind}s of W+T moved in turn"
+    return rig, names[:1] if mover == "dragged" else names, done + ", tilted" * (pose == "tilted")
+
+
+@pytest.mark.parametrize("work", WORKS, ids="-".join)
+@pytest.mark.parametrize("voxel_m", [0.10, 0.05])
+def test_edit(race: Race, scenes: Scenes, voxel_m: float, work: Work) -> None:
+    scene = scenes.at(voxel_m)
+    rig, names, done = at_work(work)
     require_same_answer(scene, rig.sensor(names[0]))
     engine = scene.engine()
     engine.evaluate(rig)
-    note = ", tilted" if pose == "tilted" else ""
-    goal = Goal("edit", f"one {kind} of W+T moved{note}, {scene.edge}", EDIT_GOAL)
+    goal = Goal("edit", f"{done}, {scene.edge}", EDIT_GOAL)
     race.run(
         goal,
         moves(scene, rig, names),
@@ -53,19 +69,16 @@ def test_edit(race: Race, scenes: Scenes, voxel_m: float, kind: str, pose: str) 
     )
 
 
-@pytest.mark.parametrize("pose", ["upright", "tilted"])
-@pytest.mark.parametrize("kind", ["lidar", "camera"])
+@pytest.mark.parametrize("work", WORKS, ids="-".join)
 @pytest.mark.parametrize("voxel_m", [0.10, 0.05])
-def test_edit_on_one_thread(race: Race, scenes: Scenes, voxel_m: float, kind: str, pose: str) -> None:
+def test_edit_on_one_thread(race: Race, scenes: Scenes, voxel_m: float, work: Work) -> None:
     scene = scenes.at(voxel_m)
-    rig = wide_trapezoid(tilted) if pose == "tilted" else wide_trapezoid()
+    rig, names, done = at_work(work)
     engine = scene.engine(1)
     engine.evaluate(rig)
-    note = ", tilted" if pose == "tilted" else ""
-    work = f"one {kind} of W+T moved{note}, one thread, {scene.edge}"
     race.run(
-        Goal("edit, competent", work, COMPETENT_GOALS[kind, pose]),
-        moves(scene, rig, names_of(rig, kind)),
+        Goal("edit, competent", f"{done}, one thread, {scene.edge}", COMPETENT_GOALS[work[:2]]),
+        moves(scene, rig, names),
         lambda m: engine.evaluate(m.rig, with_seen=False),
         lambda m: competent_edit(scene, m),
     )
