@@ -44,7 +44,7 @@ class Stage:
     def __init__(self, plotter: pv.BasePlotter) -> None:
         self._plotter = plotter
         self._below, self._haze_drawn = vtkOpenGLFramebufferObject(), vtkOpenGLFramebufferObject()
-        self._kept = vtkOpenGLFramebufferObject()
+        self._kept, self._begun = vtkOpenGLFramebufferObject(), vtkOpenGLFramebufferObject()
         self._coarse_size: Size | None = None
         self._wanted_backdrop: object = None
         self._kept_backdrop: object = None
@@ -146,20 +146,32 @@ class Stage:
 
     def keep(self) -> None:
         """Keep what is in the window, colours and depths."""
-        self._exchange(to_kept=True)
+        self._exchange(self._kept, to_kept=True)
 
     def lay_kept(self) -> None:
         """Put what was kept into the window, where the next renderers draw over it."""
-        self._exchange(to_kept=False)
+        self._exchange(self._kept, to_kept=False)
 
-    def _exchange(self, to_kept: bool) -> None:
+    def keep_begun(self) -> None:
+        """Keep what is in the window beside what was kept, to go on with it later."""
+        self._exchange(self._begun, to_kept=True)
+
+    def lay_begun(self) -> None:
+        """Put what was begun into the window, to draw the next part of it."""
+        self._exchange(self._begun, to_kept=False)
+
+    def swap_begun(self) -> None:
+        """Take what was begun, and is complete now, for what is kept."""
+        self._kept, self._begun = self._begun, self._kept
+
+    def _exchange(self, kept: vtkOpenGLFramebufferObject, to_kept: bool) -> None:
         """Copy the whole picture from the window, or back into it."""
         window, size = opengl_window(self.main), self.size
         window.MakeCurrent()
         window.GetState().PushFramebufferBindings()
-        self._fit(self._kept, size, has_depth=True)
+        self._fit(kept, size, has_depth=True)
         frame = window.GetRenderFramebuffer()
-        source, target = (frame, self._kept) if to_kept else (self._kept, frame)
+        source, target = (frame, kept) if to_kept else (kept, frame)
         self._copy(source, target, (0, 0, *size), _GL_COLOR_BUFFER_BIT | _GL_DEPTH_BUFFER_BIT)
         window.GetState().PopFramebufferBindings()
 

@@ -8,10 +8,11 @@ go: what is clear and stands still (a ray, a field of view) does not tint a body
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Generator, Iterable
+from functools import partial
 from time import perf_counter
 
-from vtkmodules.vtkRenderingCore import vtkProp
+from vtkmodules.vtkRenderingCore import vtkProp, vtkRenderer
 
 from riglens.widgets.drawing.stage import Stage, props_of
 
@@ -23,9 +24,9 @@ _PAUSE = 2.0
 class Standing:
     """Draws frames of a stage while something moves; between two of them nothing but the scene may touch the stage.
 
-    A picture with another haze takes several times as long as one with the same, so haze that follows closely is left
-    to a later frame (`may_wait`): it gets at most a third of the time. Large clear surfaces below everything else,
-    `low`, are drawn with the haze.
+    What stands still takes several times as long as what moves. With another haze it is therefore drawn in `parts`,
+    beside the picture that frames in between are laid over; haze that follows closely waits (`is_due`), so that it gets
+    at most a third of the time. Large clear surfaces below everything else, `low`, are drawn with the haze.
     """
 
     def __init__(self, stage: Stage, clock: Clock = perf_counter, low: tuple[vtkProp, ...] = ()) -> None:
@@ -41,9 +42,41 @@ class Standing:
         self._place, self._kept = None, None
         self._changed, self._moving = {}, set()
 
-    def may_wait(self, place: object) -> bool:
+    def is_kept(self, place: object) -> bool:
         """Whether the haze of the last frame will do for this one, so that another one need not be made ready."""
-        return self._kept is not None and place == self._place and self._clock() < self._haze_due_s
+        return self._kept is not None and place == self._place
+
+    def is_due(self, place: object, haze: tuple[object, ...]) -> bool:
+        """Whether it is time to draw what is kept anew, in `parts`, because this haze is another one."""
+        kept = self._kept if self.is_kept(place) else None
+        return kept is not None and not _are_same(kept[0], haze) and self._clock() >= self._haze_due_s
+
+    def parts(self, haze: tuple[object, ...]) -> Generator[None, None, bool]:
+        """Draw what stands still with the haze that is ready; whether frames are laid over it from now on.
+
+        Frames may be drawn wherever this yields. If what stands still is not the same any more, they need another
+        picture of it, and the rest is abandoned.
+        """
+        stage, kept, took_s = self._stage, self._kept, 0.0
+        if kept is None:
+            return False
+        main, rays = partial(stage.draw, stage.main), partial(stage.draw, stage.rays)
+        parts: tuple[Callable[[], None], ...] = (self._draw_below, main, rays)
+        for number, part in enumerate(parts):
+            if number > 0:
+                yield
+            if self._kept is not kept:
+                return False
+            began_s = self._clock()
+            if number > 0:
+                stage.lay_begun()
+            self._draw_but(self._visible().keys() - kept[1], part)
+            stage.keep_begun()
+            took_s += self._clock() - began_s
+        stage.swap_begun()
+        self._kept = (haze, kept[1])
+        self._haze_due_s = self._clock() + _PAUSE * took_s
+        return True
 
     def draw(self, place: object, haze: tuple[object, ...]) -> None:
         """Draw the frame that is ready. All of it depends on `place` (camera, size), haze and what is low on the
@@ -74,11 +107,15 @@ class Standing:
         both = (*props_of(self._stage.main), *props_of(self._stage.rays))
         return {prop: prop.GetRedrawMTime() for prop in both if prop.GetVisibility()}
 
+    def _below(self) -> list[vtkRenderer]:
+        return [renderer for renderer in (self._stage.backdrop, self._stage.haze) if renderer.GetDraw()]
+
+    def _draw_below(self) -> None:
+        self._stage.draw(*self._below())
+
     def _draw_still(self) -> None:
-        stage = self._stage
-        below = [renderer for renderer in (stage.backdrop, stage.haze) if renderer.GetDraw()]
-        stage.draw(*below, stage.main, stage.rays)
-        stage.keep()
+        self._stage.draw(*self._below(), self._stage.main, self._stage.rays)
+        self._stage.keep()
 
     def _draw_moving(self) -> None:
         stage = self._stage

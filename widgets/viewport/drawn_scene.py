@@ -6,7 +6,7 @@ frame, and the owner of the plotter renders it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from dataclasses import replace
 from time import perf_counter
 
@@ -332,15 +332,12 @@ class DrawnScene:
         """Bring camera, heatmap and gizmo up to date for the next frame."""
         self._bring_car()
         state = self._state
-        self._stage.set_coarse(
-            self._quick, [getattr(state, name) for name in _BACKDROP] + [self._pixel_ratio]
-        )
+        self._set_coarse()
         self._stage.set_camera(state.camera, 2.0 * float(np.linalg.norm(state.grid.roi_m)) + 20.0)
         self._ground.arrange(state.camera, self.size, self._pixel_ratio)
-        if not (self._quick and self._standing.may_wait(self._place())):
+        if not (self._quick and self._standing.is_kept(self._place())):
             self._heatmap.arrange(state.camera, self._stage.haze_size, self._quick)
-            self._haze = (state.heatmap, state.heat_look, state.ground_map)
-            self._cell_m = self._heatmap.drawn_cell_m
+            self._haze, self._cell_m = self._wanted_haze(), self._heatmap.drawn_cell_m
         self._rig.arrange(state.camera, self.size, self._pixel_ratio)
         self._words.arrange(state, self._cell_m, self.size, self._pixel_ratio)
         self._marker.arrange(state.camera, self.size, self._pixel_ratio)
@@ -354,6 +351,37 @@ class DrawnScene:
     def draw_moving(self) -> None:
         """Draw what `prepare` has made ready while something moves; what stands still is not drawn again."""
         self._standing.draw(self._place(), self._haze)
+
+    @property
+    def haze_is_due(self) -> bool:
+        """Whether `draw_haze` is wanted: another heatmap has come while something moves, and has waited long enough."""
+        return self._quick and self._standing.is_due(self._place(), self._wanted_haze())
+
+    def draw_haze(self) -> Generator[None, None, bool]:
+        """Draw what stands still with the heatmap that has come, one part at a time.
+
+        Frames in between are drawn over the picture before. Returns whether later ones are drawn over this one: not if
+        meanwhile so much has changed that they need yet another.
+        """
+        haze = self._wanted_haze()
+        if not (self._quick and self._standing.is_kept(self._place())):
+            return False
+        self._heatmap.arrange(self._state.camera, self._stage.haze_size, quick=True)
+        cell_m = self._heatmap.drawn_cell_m
+        self._set_coarse()
+        is_whole = yield from self._standing.parts(haze)
+        if is_whole:
+            self._haze, self._cell_m = haze, cell_m
+        return is_whole
+
+    def _wanted_haze(self) -> tuple[object, ...]:
+        return (self._state.heatmap, self._state.heat_look, self._state.ground_map)
+
+    def _set_coarse(self) -> None:
+        state = self._state
+        self._stage.set_coarse(
+            self._quick, [getattr(state, name) for name in _BACKDROP] + [self._pixel_ratio]
+        )
 
     def _place(self) -> tuple[object, ...]:
         """What all of a picture depends on."""

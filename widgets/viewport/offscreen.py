@@ -6,6 +6,7 @@ holds a QOpenGLWidget from textures at every change in it, which takes longer th
 
 from __future__ import annotations
 
+from collections.abc import Generator
 from time import perf_counter
 
 import pyvista as pv
@@ -73,6 +74,8 @@ class OffscreenViewport(ViewportBase):
         self._picture = _ImageCanvas(self)
         self._picture.needed.connect(self._redraw.now)
         self._picture.painted.connect(self.shown)
+        self._haze: Generator[None, None, bool] | None = None
+        self._haze_soon = timers(self, 0, self._draw_haze)
         self._start(self._picture, DrawnScene(self._plotter, palette, self.devicePixelRatioF()))
 
     @property
@@ -100,6 +103,27 @@ class OffscreenViewport(ViewportBase):
         else:
             self._window.Render()
         self._show_pixels()
+        self._follow_haze()
+
+    def _follow_haze(self) -> None:
+        """See to it that another heatmap is drawn between the frames of a drag, unless one is being drawn."""
+        if self._haze is None and self._scene.haze_is_due:
+            self._haze = self._scene.draw_haze()
+        if self._haze is not None:
+            self._haze_soon.start()  # not in the turn of this frame
+
+    def _draw_haze(self) -> None:
+        """Draw a part of what the next frames are laid over; a frame shows it when it is whole."""
+        if self._haze is None:
+            return
+        try:
+            next(self._haze)
+            self._haze_soon.start()
+        except StopIteration as end:
+            self._haze = None
+            if end.value:
+                self.request_render()
+        self._redraw.next_turn()
 
     def _draw_whole(self) -> Parts:
         yield  # rebuilding the rays that motion left out has taken a turn
@@ -119,6 +143,16 @@ class OffscreenViewport(ViewportBase):
         lying = QImage(numpy_of(pixels).data, width, height, 4 * width, QImage.Format.Format_RGBX8888)
         self._picture.show_image(lying.flipped(Qt.Orientation.Vertical))
 
+    @property
+    def is_at_rest(self) -> bool:
+        """Whether the picture is in full quality and nothing waits to be drawn."""
+        return super().is_at_rest and self._haze is None
+
+    def _held_still(self) -> None:
+        self._follow_haze()  # the last heatmap may have come too soon after the one before
+
     def _release(self) -> None:
+        self._haze_soon.stop()
+        self._haze = None
         del self._window
         self._plotter.close()

@@ -254,12 +254,18 @@ class ViewportBase(DropTarget):
 
     def _draw_rested(self) -> Parts:
         """Nothing has changed for a while: one more frame, of everything and with smooth edges."""
-        if self._closed or self._controller.busy:
+        if self._closed:
+            return
+        if self._controller.busy:
+            self._held_still()
             return
         self._scene.set_quick(False)
         self._adapt(smooth=True)
         yield from self._draw_whole()
         self.drawn.emit()
+
+    def _held_still(self) -> None:
+        """The mouse holds something, but has not moved for a while."""
 
     def _draw_whole(self) -> Parts:
         """Draw everything; each yield gives the event loop a turn."""

@@ -57,14 +57,18 @@ def scene(plotter, clock):
 @pytest.fixture
 def kept(monkeypatch, clock):
     """When what stands still was drawn and kept, which takes a twentieth of a second."""
-    times, keep = [], Stage.keep
+    times, keep, swap = [], Stage.keep, Stage.swap_begun
 
-    def slow(stage):
-        clock.now_s += 0.05
-        times.append(clock.now_s)
-        keep(stage)
+    def slow(then):
+        def noted(stage):
+            clock.now_s += 0.05
+            times.append(clock.now_s)
+            then(stage)
 
-    monkeypatch.setattr(Stage, "keep", slow)
+        return noted
+
+    monkeypatch.setattr(Stage, "keep", slow(keep))
+    monkeypatch.setattr(Stage, "swap_begun", slow(swap))
     return times
 
 
@@ -72,11 +76,20 @@ def shot(plotter):
     return np.asarray(plotter.screenshot(None, return_img=True))[:, :, :3].astype(int)
 
 
-def frame(plotter, scene):
-    """A frame of a drag, and the same drawn in one go."""
+def step(plotter, scene):
+    """A frame of a drag."""
     scene.prepare()
     scene.draw_moving()
-    moving = shot(plotter)
+    return shot(plotter)
+
+
+def frame(plotter, scene):
+    """A frame of a drag after another heatmap has been drawn, if one is due, and the same drawn in one go."""
+    moving = step(plotter, scene)
+    if scene.haze_is_due:
+        for _ in scene.draw_haze():
+            pass
+        moving = step(plotter, scene)
     scene.prepare()
     render_window(plotter).Render()
     return moving, shot(plotter)
@@ -117,6 +130,57 @@ def test_a_new_heatmap_is_seen_in_the_next_frame_and_drawn_once(plotter, scene, 
         assert look_alike(moving, whole)
     assert not np.array_equal(moving, before)
     assert len(kept) == 2
+
+
+def test_frames_go_on_over_the_picture_before_until_the_new_heatmap_is_whole(plotter, scene, kept, clock):
+    for number in range(3):
+        scene.show(moved(STATE, LIDAR.name, 0.1 * number))
+        frame(plotter, scene)
+    old = scene.state
+    scene.show(replace(old, heatmap=wall(3.0)))
+    clock.now_s += 1.0
+    parts = scene.draw_haze()
+    for number in (3, 4):
+        next(parts)
+        scene.show(moved(scene.state, LIDAR.name, 0.1 * number))
+        between = step(plotter, scene)
+    assert len(kept) == 1 and scene.haze_is_due
+    assert list(parts) == [] and len(kept) == 2 and not scene.haze_is_due
+    after = step(plotter, scene)
+    assert look_alike(after, frame(plotter, scene)[1])
+    scene.set_quick(False)
+    scene.set_quick(True)
+    scene.show(replace(scene.state, heatmap=old.heatmap))
+    assert look_alike(between, frame(plotter, scene)[1]) and not look_alike(between, after)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda scene: scene.show(moved(scene.state, OTHER.name, -0.8)),
+        lambda scene: scene.show(replace(scene.state, camera=replace(CAMERA, azimuth_deg=-40.0))),
+        lambda scene: scene.set_quick(False),
+    ],
+    ids=["another sensor", "camera", "at rest"],
+)
+def test_a_heatmap_half_drawn_is_given_up_when_what_stands_still_changes(plotter, scene, kept, clock, change):
+    for number in range(3):
+        scene.show(moved(STATE, LIDAR.name, 0.1 * number))
+        frame(plotter, scene)
+    scene.show(replace(scene.state, heatmap=wall(3.0)))
+    clock.now_s += 1.0
+    parts = scene.draw_haze()
+    next(parts)
+    change(scene)
+    step(plotter, scene)
+    before = len(kept)
+    with pytest.raises(StopIteration) as end:
+        next(parts)
+    assert end.value.value is False and len(kept) == before
+    scene.set_quick(True)
+    clock.now_s += 1.0
+    for _ in range(2):
+        assert look_alike(*frame(plotter, scene))
 
 
 def test_heatmaps_that_follow_closely_wait_and_the_last_one_is_drawn(plotter, scene, kept, clock):
@@ -201,9 +265,7 @@ def test_a_heatmap_that_waits_is_not_taken_for_drawn_when_something_else_changes
     scene.prepare()
     scene.draw_moving()
     clock.now_s += 1.0
-    scene.prepare()
-    scene.draw_moving()
-    moving = shot(plotter)
+    moving, _ = frame(plotter, scene)
     scene.set_quick(False)
     scene.set_quick(True)
     assert look_alike(moving, frame(plotter, scene)[1])

@@ -4,11 +4,12 @@ Every statement holds for the window on a display and for the picture drawn with
 """
 
 import gc
+import math
 import os
 import subprocess
 import sys
 import weakref
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 
 import numpy as np
 from PySide6.QtCore import QPoint, Qt
@@ -30,6 +31,7 @@ from tests.widgets.viewport.views import (
     LIDAR,
     RIG,
     AnyView,
+    Offscreen,
     Window,
     change,
     drag,
@@ -110,6 +112,64 @@ def test_a_drag_and_its_rest_make_nothing_anew(view):
     QTest.mouseRelease(view._canvas, Qt.MouseButton.LeftButton, pos=to_point(view, start))
     settle(view)
     assert everything() == before
+
+
+def heat(values: float) -> HeatmapData:
+    x, y = np.meshgrid(np.arange(-4, 4, 0.4), np.arange(-6, -2, 0.4))
+    centres = np.stack([x.ravel(), y.ravel(), np.full(x.size, 0.4)], axis=1).astype(np.float32)
+    return HeatmapData(centres, 0.4, np.full(x.size, values, np.float32), "seen", "share", vmin=0.0, vmax=1.0)
+
+
+def test_a_heatmap_that_comes_while_a_sensor_is_held_is_drawn_in_turns_of_its_own(qtbot):
+    view = shown(Offscreen, qtbot, rig=RIG, selected="roof", gizmo_mode="move", heatmap=heat(0.2))
+    start = handle_pixel(view, Handle("move", 2))
+    drag(view, start, start + np.array([0.0, -50.0]), release=False)
+    view.timers.advance(REST_MS)
+    heard, before = listen(view), picture(view, wait=False)
+    turns = []
+    draw_haze, draw_moving = view._scene.draw_haze, view._scene.draw_moving
+    view._scene.draw_haze = lambda: noted(turns, draw_haze())
+    view._scene.draw_moving = lambda: (turns.append("frame"), draw_moving())
+    view._scene._standing._haze_due_s = math.inf
+    change(view, heatmap=heat(0.9))
+    view.timers.advance(REST_MS - 1)
+    assert turns == ["frame"], "what comes soon after another one waits"
+    view._scene._standing._haze_due_s = 0.0
+    view.timers.advance(1)
+    assert turns == ["frame", "part", "part", "part", "frame"] and heard.frames == 2
+    assert not np.array_equal(picture(view, wait=False), before)
+    view.timers.run_out()
+    assert view.is_at_rest and len(turns) == 5, "nothing is drawn over and over while it is held"
+    QTest.mouseRelease(view._canvas, Qt.MouseButton.LeftButton, pos=to_point(view, start))
+    settle(view)
+    view.close()
+
+
+def noted(turns: list[str], parts: Generator[None, None, bool]) -> Generator[None, None, bool]:
+    """The same parts, each noted."""
+    while True:
+        turns.append("part")
+        try:
+            next(parts)
+        except StopIteration as end:
+            return bool(end.value)
+        yield
+
+
+def test_a_view_that_is_closed_between_two_parts_of_a_heatmap_draws_no_more(qtbot):
+    view = shown(Offscreen, qtbot, rig=RIG, selected="roof", gizmo_mode="move", heatmap=heat(0.2))
+    start = handle_pixel(view, Handle("move", 2))
+    drag(view, start, start + np.array([0.0, -50.0]), release=False)
+    view.timers.advance(REST_MS)
+    view._scene._standing._haze_due_s = 0.0
+    change(view, heatmap=heat(0.9))
+    while view._haze is None:
+        assert view.timers.run_next()
+    view.timers.run_next()
+    heard = listen(view)
+    view.close()
+    view.timers.run_out()
+    assert heard.frames == 0
 
 
 def test_changes_right_after_one_another_are_drawn_coarsely_and_a_single_one_in_full(view):

@@ -104,6 +104,17 @@ def test_motion_is_drawn_frame_by_frame_and_once_in_full_when_it_rests(view, tim
     assert view.notes == ["frame"] * 3 + WHOLE
 
 
+def test_a_frame_that_is_put_off_to_the_next_turn_is_drawn_there(view, timers) -> None:
+    view.is_moving = True
+    view.redraw.next_turn()
+    assert view.redraw.is_at_rest, "nothing has been asked for"
+    view.redraw.request()
+    view.redraw.next_turn()
+    assert view.notes == []
+    timers.advance(0)
+    assert view.notes == ["frame"]
+
+
 def test_a_rested_frame_that_is_put_off_comes_a_whole_rest_later(view, timers) -> None:
     view.is_moving = True
     view.redraw.request()
