@@ -75,6 +75,7 @@ class OffscreenViewport(ViewportBase):
         self._picture.needed.connect(self._redraw.now)
         self._picture.painted.connect(self.shown)
         self._haze: Generator[None, None, bool] | None = None
+        self._gives_way = False
         self._haze_soon = timers(self, 0, self._draw_haze)
         self._start(self._picture, DrawnScene(self._plotter, palette, self.devicePixelRatioF()))
 
@@ -116,6 +117,11 @@ class OffscreenViewport(ViewportBase):
         """Draw a part of what the next frames are laid over; a frame shows it when it is whole."""
         if self._haze is None:
             return
+        self._gives_way = self._redraw.is_due and not self._gives_way
+        if self._gives_way:  # a frame goes first, but not again and again: neither waits for long
+            self._haze_soon.start()
+            return
+        self._redraw.next_turn()
         try:
             next(self._haze)
             self._haze_soon.start()
@@ -123,7 +129,6 @@ class OffscreenViewport(ViewportBase):
             self._haze = None
             if end.value:
                 self.request_render()
-        self._redraw.next_turn()
 
     def _draw_whole(self) -> Parts:
         yield  # rebuilding the rays that motion left out has taken a turn

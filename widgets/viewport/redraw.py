@@ -53,6 +53,11 @@ class Redraw(QObject):
         if not self._is_stopped and not self._soon.isActive():
             self._soon.start()
 
+    @property
+    def is_due(self) -> bool:
+        """Whether a frame has been asked for."""
+        return self._soon.isActive()
+
     def next_turn(self) -> None:
         """This turn of the event loop has been long enough: draw what has been asked for in the next one."""
         if self._soon.isActive():

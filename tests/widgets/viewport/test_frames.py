@@ -145,6 +145,25 @@ def test_a_heatmap_that_comes_while_a_sensor_is_held_is_drawn_in_turns_of_its_ow
     view.close()
 
 
+def test_frames_and_parts_of_a_heatmap_take_turns_while_the_mouse_goes_on(qtbot):
+    view = shown(Offscreen, qtbot, rig=RIG, selected="roof", gizmo_mode="move", heatmap=heat(0.2))
+    start = handle_pixel(view, Handle("move", 2))
+    drag(view, start, start + np.array([0.0, -50.0]), release=False)
+    view.timers.advance(REST_MS)
+    turns = []
+    draw_haze, draw_moving = view._scene.draw_haze, view._scene.draw_moving
+    view._scene.draw_haze = lambda: noted(turns, draw_haze())
+    view._scene.draw_moving = lambda: (turns.append("frame"), draw_moving())
+    view._scene._standing._haze_due_s = 0.0
+    change(view, heatmap=heat(0.9))
+    while turns.count("part") < 3:
+        view.request_render()  # another step of the mouse before every turn
+        assert view.timers.run_next()
+    assert turns == ["frame", "frame", "part"] * 3, "no step waits for more than a part, and parts come on"
+    view.timers.run_out()
+    view.close()
+
+
 def noted(turns: list[str], parts: Generator[None, None, bool]) -> Generator[None, None, bool]:
     """The same parts, each noted."""
     while True:
