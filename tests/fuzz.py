@@ -31,7 +31,7 @@ from riglens.assets import asset_path
 from riglens.core import cache_folder
 from riglens.core.errors import InputError
 from riglens.core.formats.exchange import read_rig
-from riglens.core.kernels.compiled import KernelFolder
+from riglens.core.kernels.runtime.compiled import KernelFolder
 from riglens.core.rig import library
 from riglens.core.rig.pose_text import parse_pose
 from riglens.core.rig.presets import preset

@@ -124,7 +124,7 @@ def stranger(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Stranger:
 def test_the_wheel_holds_riglens_and_nothing_else(wheel: Path, stranger: Stranger) -> None:
     names = zipfile.ZipFile(wheel).namelist()
     assert {name.partition("/")[0] for name in names} == {"riglens", f"riglens-{rl.__version__}.dist-info"}
-    assert {"riglens/py.typed", "riglens/api.py", "riglens/core/kernels/jit.py"} <= set(names)
+    assert {"riglens/py.typed", "riglens/api.py", "riglens/core/kernels/runtime/jit.py"} <= set(names)
     own = {path.name for path in stranger.site.iterdir()}
     assert own == {"riglens", f"riglens-{rl.__version__}.dist-info", "bin"}
     assert [path.name for path in (stranger.site / "bin").iterdir()] == ["riglens"]

@@ -43,7 +43,7 @@ def stopped_rays(request: StandRequest) -> NDArray[np.float32]:
     sensor = request.stopped_of
     if sensor is None:
         return NONE_M
-    from riglens.core.kernels.solid import meet_listed  # loads the compiler, as does the next
+    from riglens.core.kernels.body.solid import meet_listed  # loads the compiler, as does the next
     from riglens.core.sensing.body_ends import barrier_of
 
     rows = np.arange(0, sensor.ray_count, max(1, -(-sensor.ray_count // MOST_RAYS)))

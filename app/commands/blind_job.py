@@ -17,7 +17,7 @@ from riglens.app.terminal.scores import mesh_called, rig_called
 from riglens.core.engine.evaluation_json import to_text
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_write, require_writable
-from riglens.core.kernels import jit
+from riglens.core.kernels.runtime import jit
 from riglens.core.review.blind import BlindEngine, BlindMap, BlindSettings, By
 from riglens.core.review.blind_json import blind_document
 from riglens.core.review.profiles import Profile, bundled_profiles, read_profiles

@@ -11,7 +11,7 @@ from riglens.app.evaluation.scenario import load_scenario, settings_of
 from riglens.app.evaluation.traffic import load_traffic
 from riglens.core.engine.engine import Engine, Evaluation
 from riglens.core.engine.evaluation_json import evaluation_document
-from riglens.core.kernels import jit
+from riglens.core.kernels.runtime import jit
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.review.blind import BlindEngine, BlindMap, BlindSettings
 from riglens.core.review.blind_json import blind_document

@@ -10,7 +10,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QActionGroup, QKeySequence
 from PySide6.QtWidgets import QMainWindow, QMenu, QToolButton
 
-from riglens.widgets.panels.icons import icon
+from riglens.widgets.panels.controls.icons import icon
 
 if TYPE_CHECKING:
     from riglens.app.window.places import Places

@@ -41,7 +41,7 @@ from riglens.app.window.features.targets import Targets
 from riglens.app.window.features.tolerance import Tolerance
 from riglens.app.window.features.views import SavedViews, Views
 from riglens.app.window.workbench import Workbench
-from riglens.widgets.panels.scrolled import scrolled
+from riglens.widgets.panels.controls.scrolled import scrolled
 
 AREA = Qt.DockWidgetArea
 

@@ -11,8 +11,8 @@ from typing import Literal
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFileDialog, QInputDialog, QMessageBox, QWidget
 
-from riglens.widgets.panels.guide import Guide
-from riglens.widgets.panels.shortcut_sheet import Group, ShortcutSheet
+from riglens.widgets.panels.help.guide import Guide
+from riglens.widgets.panels.help.shortcut_sheet import Group, ShortcutSheet
 
 RIG_FILES = "Rig files (*.yaml *.yml);;All files (*)"
 OPEN_FILES = (

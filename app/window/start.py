@@ -19,7 +19,7 @@ from riglens.app.window.settings import Settings
 from riglens.app.window.unexpected import failures_told
 from riglens.core.formats.opening import open_rig
 from riglens.core.metric.scores import MetricSettings
-from riglens.widgets.panels.style import apply_style, is_dark
+from riglens.widgets.panels.controls.style import apply_style, is_dark
 from riglens.widgets.theme import palette
 
 LONGEST_WAIT_MS = 3000

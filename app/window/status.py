@@ -10,9 +10,9 @@ from PySide6.QtWidgets import QStatusBar, QWidget
 from riglens.app.background.tasks import Task
 from riglens.app.evaluation.requests import Approximation, LoadedScene, Result, failed_text
 from riglens.core.metric.scores import Body
-from riglens.widgets.panels.messages import ProgressStrip
-from riglens.widgets.panels.scrolled import ElidedLabel
-from riglens.widgets.panels.style import plain_tip
+from riglens.widgets.panels.controls.messages import ProgressStrip
+from riglens.widgets.panels.controls.scrolled import ElidedLabel
+from riglens.widgets.panels.controls.style import plain_tip
 
 UPDATING = "updating…"
 NO_DATA = "no box data, no scores"

@@ -20,9 +20,9 @@ from riglens.app.window.places import Places
 from riglens.app.window.settings import Settings
 from riglens.app.window.status import StatusBar
 from riglens.core.errors import InputError
+from riglens.widgets.panels.controls.messages import MessageBar
 from riglens.widgets.panels.inspector.panel import Inspector
-from riglens.widgets.panels.messages import MessageBar
-from riglens.widgets.panels.scene_panel import ScenePanel
+from riglens.widgets.panels.scene.scene_panel import ScenePanel
 from riglens.widgets.panels.scores.panel import ScoresPanel
 from riglens.widgets.panels.sensors.tree import SensorTree
 from riglens.widgets.viewport.view import View

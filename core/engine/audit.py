@@ -14,9 +14,7 @@ from numpy.typing import NDArray
 
 from riglens.core.engine.caster import Caster
 from riglens.core.engine.engine import Engine
-from riglens.core.kernels import jit
-from riglens.core.kernels.cast import Cast, ray_direction
-from riglens.core.kernels.fates import (
+from riglens.core.kernels.body.ray_outcomes import (
     GROUND,
     NEW,
     NOTHING,
@@ -26,6 +24,8 @@ from riglens.core.kernels.fates import (
     ends_at_ground,
     follow_rays,
 )
+from riglens.core.kernels.rays.cast import Cast, ray_direction
+from riglens.core.kernels.runtime import jit
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Body, MetricSettings, Scores
 from riglens.core.rig.model import FORMAT_VERSION, Rig, Sensor
@@ -38,7 +38,7 @@ from riglens.core.vehicle.solid import Barrier, CarBody
 from riglens.core.vehicle.standing import Stand, stand
 
 FATES = ("hits_car", "never_enters", "ground", "meets_nothing", "seen_by_others", "brings_new")
-"""What becomes of a ray, in the order in which it is shown and by the numbers of `riglens.core.kernels.fates`."""
+"""What becomes of a ray, in the order in which it is shown and by the numbers of `kernels.body.ray_outcomes`."""
 
 
 @dataclass(frozen=True)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.kernels.cast import Cast
-from riglens.core.kernels.codes import LISTED
-from riglens.core.kernels.void import grow_void
+from riglens.core.kernels.body.empty_box import grow_void
+from riglens.core.kernels.rays.cast import Cast
+from riglens.core.kernels.runtime.codes import LISTED
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Method
 from riglens.core.rig.model import Sensor

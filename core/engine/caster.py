@@ -30,15 +30,16 @@ from riglens.core.engine.fans import (
 from riglens.core.engine.frustums import make_frustum
 from riglens.core.engine.meshes import CameraMesh, make_mesh, outermost_directions
 from riglens.core.engine.sheets import Sheets, make_sheets
-from riglens.core.kernels import cast, jit
-from riglens.core.kernels.cast import Cast
-from riglens.core.kernels.fan import work_by_row
-from riglens.core.kernels.frustum import Frustum, mark_frustum
-from riglens.core.kernels.mesh import mark_mesh
-from riglens.core.kernels.planes import Space
-from riglens.core.kernels.sheet import mark_sheets
-from riglens.core.kernels.strides import STRIP, mark_strides
-from riglens.core.kernels.walk import FARTHEST
+from riglens.core.kernels.beams.beam_cones import mark_sheets
+from riglens.core.kernels.cameras.frustum import Frustum, mark_frustum
+from riglens.core.kernels.cameras.lens_mesh import mark_mesh
+from riglens.core.kernels.fans.fan import work_by_row
+from riglens.core.kernels.fans.planes import Space
+from riglens.core.kernels.rays import cast
+from riglens.core.kernels.rays.cast import Cast
+from riglens.core.kernels.rays.strides import STRIP, mark_strides
+from riglens.core.kernels.rays.walk import FARTHEST
+from riglens.core.kernels.runtime import jit
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Method
 from riglens.core.rig.model import Camera, Lidar, Sensor

@@ -20,8 +20,9 @@ from numpy.typing import NDArray
 from riglens.core.engine.caster import Caster, IsStale, Window, never_stale
 from riglens.core.engine.processors import Processors
 from riglens.core.geometry import Pose
-from riglens.core.kernels import jit, settle
-from riglens.core.kernels.codes import ANY
+from riglens.core.kernels.runtime import jit
+from riglens.core.kernels.runtime.codes import ANY
+from riglens.core.kernels.voxels import update_coverage
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import PAPER_SETTINGS, Method, MetricSettings, Scores
 from riglens.core.metric.scoring import KINDS, score
@@ -104,7 +105,9 @@ class _State:
     stack: NDArray[np.uint64]
     union: NDArray[np.uint64]
     others: dict[int, _Others] = field(default_factory=dict)
-    sums_q: NDArray[np.int64] = field(default_factory=lambda: np.zeros((ANY + 1, settle.COLUMNS), np.int64))
+    sums_q: NDArray[np.int64] = field(
+        default_factory=lambda: np.zeros((ANY + 1, update_coverage.COLUMNS), np.int64)
+    )
     held: list[_Held] = field(default_factory=list)
 
 
@@ -297,11 +300,11 @@ class Engine:
         }
         free = self._free(kind, staying)
         window = reduce(Window.joined, (held.window for held in changed))
-        change = settle.settle(
+        change = update_coverage.settle(
             state.stack,
             state.union,
             free,
-            settle.Slots(np.array(arrived_slots, np.int64), np.array(leaving_slots, np.int64)),
+            update_coverage.Slots(np.array(arrived_slots, np.int64), np.array(leaving_slots, np.int64)),
             kind,
             self._region(window),
             self._field.entropies,
@@ -327,13 +330,15 @@ class Engine:
         if more or less:
             counts = others.digits(max(len(known), len(staying)))
             window = reduce(Window.joined, [staying[slot] for slot in more] + [known[slot] for slot in less])
-            slots = settle.Slots(np.array(more, np.int64), np.array(less, np.int64))
-            settle.count_others(state.stack, slots, self._region(window), keep, workers, counts, others.free)
+            slots = update_coverage.Slots(np.array(more, np.int64), np.array(less, np.int64))
+            update_coverage.count_others(
+                state.stack, slots, self._region(window), keep, workers, counts, others.free
+            )
             others.windows = staying
         return others.free
 
-    def _region(self, window: Window) -> settle.Region:
-        return settle.Region(
+    def _region(self, window: Window) -> update_coverage.Region:
+        return update_coverage.Region(
             window.first_row,
             window.end_row,
             window.first_word,

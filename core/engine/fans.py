@@ -7,14 +7,14 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.kernels.alone import mark_alone
-from riglens.core.kernels.cast import Cast
-from riglens.core.kernels.codes import LIDAR, LISTED
-from riglens.core.kernels.fan import FARTHEST_ORIGIN, STEEPEST, mark_fan
-from riglens.core.kernels.limited import mark_limited
-from riglens.core.kernels.planes import Fan, Space
-from riglens.core.kernels.profile import Events, Profile, Slopes, find_stays, masks_of
-from riglens.core.kernels.spans import find_spans
+from riglens.core.kernels.fans.fan import FARTHEST_ORIGIN, STEEPEST, mark_fan
+from riglens.core.kernels.fans.leftover_rays import mark_alone
+from riglens.core.kernels.fans.limited import mark_limited
+from riglens.core.kernels.fans.planes import Fan, Space
+from riglens.core.kernels.fans.profile import Events, Profile, Slopes, find_stays, masks_of
+from riglens.core.kernels.fans.spans import find_spans
+from riglens.core.kernels.rays.cast import Cast
+from riglens.core.kernels.runtime.codes import LIDAR, LISTED
 from riglens.core.rig.model import Lidar
 from riglens.core.scene.columns import Words
 from riglens.core.sensing.rays import Lattice, lattices_by_offset

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.engine.fans import is_plain
-from riglens.core.kernels.cast import Cast
-from riglens.core.kernels.frustum import BALL, NO_TILES, SPHERE, TILE, Frustum, count_stopped
+from riglens.core.kernels.cameras.frustum import BALL, NO_TILES, SPHERE, TILE, Frustum, count_stopped
+from riglens.core.kernels.rays.cast import Cast
 from riglens.core.rig.model import Camera
 from riglens.core.sensing.image_bins import WIDEST_TANGENT
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.engine.engine import Engine
-from riglens.core.kernels.review import covered_levels
+from riglens.core.kernels.review.overlap import covered_levels
 from riglens.core.metric.scores import Method
 from riglens.core.metric.voxel import Voxel, word_and_bit
 from riglens.core.rig.model import Rig, Sensor

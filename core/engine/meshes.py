@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from riglens.core.engine.fans import farthest, is_near, is_tame
 from riglens.core.engine.frustums import SHORTEST_DEPTH
-from riglens.core.kernels.bins import Bins
-from riglens.core.kernels.cast import Cast
-from riglens.core.kernels.codes import LISTED
-from riglens.core.kernels.frustum import BALL
-from riglens.core.kernels.mesh import NO_BINS, SECTORS, WIDEST, Mesh, lay_border
+from riglens.core.kernels.cameras.frustum import BALL
+from riglens.core.kernels.cameras.lens_mesh import NO_BINS, SECTORS, WIDEST, Mesh, lay_border
+from riglens.core.kernels.rays.bins import Bins
+from riglens.core.kernels.rays.cast import Cast
+from riglens.core.kernels.runtime.codes import LISTED
 from riglens.core.rig.model import Camera, rays_of
 from riglens.core.sensing.image_bins import bins_of
 from riglens.core.sensing.rays import NOWHERE, lattice, rotate
@@ -48,7 +48,7 @@ class RayMesh:
 
 
 class CameraMesh(NamedTuple):
-    """A camera for `riglens.core.kernels.mesh`, and its rays outside of the mesh."""
+    """A camera for `kernels.cameras.lens_mesh`, and its rays outside of the mesh."""
 
     view: Mesh
     bins: Bins

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.engine.fans import is_near, is_tame
-from riglens.core.kernels.cast import Cast
-from riglens.core.kernels.codes import LISTED
-from riglens.core.kernels.cones import A_TURN, FINDER, HALF_COLUMN, NO_BEAMS, SLACK, Beams, Spinner
-from riglens.core.kernels.cores import NEARLY_ONE, Shells
-from riglens.core.kernels.frustum import BALL
+from riglens.core.kernels.beams.cones import A_TURN, FINDER, HALF_COLUMN, NO_BEAMS, SLACK, Beams, Spinner
+from riglens.core.kernels.beams.cores import NEARLY_ONE, Shells
+from riglens.core.kernels.cameras.frustum import BALL
+from riglens.core.kernels.rays.cast import Cast
+from riglens.core.kernels.runtime.codes import LISTED
 from riglens.core.rig.model import Lidar
 
 STEEPEST_DEG = 65.0
@@ -31,7 +31,7 @@ SMALLEST_CORE = 4.0
 
 
 class Sheets(NamedTuple):
-    """A LiDAR for `riglens.core.kernels.sheet`: its cones and cores, as far as the radius in plan, the largest of all
+    """A LiDAR for `kernels.beams.beam_cones`: its cones and cores, as far as the radius in plan, the largest of all
     beams; `rest` are the casts of rays that are walked: those of steep beams, and those that go beyond."""
 
     spinner: Spinner
@@ -112,7 +112,7 @@ def _azimuths(
 
 
 def _beams(lidar: Lidar, spinner: Spinner, upper: float) -> Beams:
-    """The cones in ascending order; see `riglens.core.kernels.cones`."""
+    """The cones in ascending order; see `kernels.beams.cones`."""
     axis, elevation = spinner.axis, upper * np.radians(lidar.elevations())
     order = np.argsort(elevation, kind="stable")
     elevation = elevation[order]

@@ -126,7 +126,7 @@ def _would_cross(sensor: Sensor, directions: Points, low: Points, high: Points) 
 
 def _is_behind(sensor: Sensor, directions: Points, low: Points, high: Points, barrier: Barrier) -> bool:
     """Whether rays would run through the box within the range, and end at the car before they leave it."""
-    from riglens.core.kernels.solid import meet_listed
+    from riglens.core.kernels.body.solid import meet_listed
 
     enter, leave = _passages(directions, low, high)
     chosen = (leave > enter) & _in_range(sensor, enter, leave)

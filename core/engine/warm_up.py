@@ -15,13 +15,13 @@ import psutil
 from riglens.core.engine.caster import Caster
 from riglens.core.engine.engine import Engine
 from riglens.core.engine.fans import has_few, make_fan, make_profile
-from riglens.core.kernels import settle
-from riglens.core.kernels.alone import mark_alone
-from riglens.core.kernels.cast import Cast
-from riglens.core.kernels.fan import mark_fan, work_by_row
-from riglens.core.kernels.jit import FOLDER
-from riglens.core.kernels.planes import Fan, Space
-from riglens.core.kernels.profile import Profile
+from riglens.core.kernels.fans.fan import mark_fan, work_by_row
+from riglens.core.kernels.fans.leftover_rays import mark_alone
+from riglens.core.kernels.fans.planes import Fan, Space
+from riglens.core.kernels.fans.profile import Profile
+from riglens.core.kernels.rays.cast import Cast
+from riglens.core.kernels.runtime.jit import FOLDER
+from riglens.core.kernels.voxels import update_coverage
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.rig.model import BrownConrady, Camera, Lidar, Rig, Sensor
@@ -56,7 +56,7 @@ BENT = Camera(
 """A lens with distortion: not every rig has one, so only the process that compiles everything does this one too."""
 LOWEST_PRIORITY = 19
 MARKER = f"everything-{FOLDER.sources.digest}-{sys.implementation.cache_tag}"
-FANS = f"fans-{FOLDER.sources.digest_of('fan')}-{sys.implementation.cache_tag}"
+FANS = f"fans-{FOLDER.sources.digest_of('fans.fan')}-{sys.implementation.cache_tag}"
 FANS_FIRST = "--fans-first"
 
 ON_THE_CAR = Rig(
@@ -92,10 +92,12 @@ def warm_up(
 def _compile_edits(field: EntropyField) -> None:
     """Have what an edit needs beside the first score: what the sensors that stay leave free."""
     words, rows = field.index.words, field.grid.shape[0]
-    region = settle.Region(0, rows, 0, words.size // rows, words.size // rows)
+    region = update_coverage.Region(0, rows, 0, words.size // rows, words.size // rows)
     none, slot = np.zeros(0, np.int64), np.zeros(1, np.int64)
     stack, counts = np.zeros((1, words.size), np.uint64), np.zeros((1, words.size), np.uint64)
-    settle.count_others(stack, settle.Slots(slot, none), region, words, 1, counts, words.copy())
+    update_coverage.count_others(
+        stack, update_coverage.Slots(slot, none), region, words, 1, counts, words.copy()
+    )
 
 
 def needs_fans(rig: Rig) -> bool:
@@ -133,9 +135,9 @@ def compile_sums(field: EntropyField) -> None:
     work_by_row(fan, Space(rays.origin, rays.rotation, rays.box, rays.shape), profile)
     words, rows = field.index.words.size, field.grid.shape[0]
     stack, union = np.zeros((1, words), np.uint64), np.zeros((2, words), np.uint64)
-    slots = settle.Slots(np.zeros(1, np.int64), np.zeros(0, np.int64))
-    region = settle.Region(0, rows, 0, words // rows, words // rows)
-    settle.settle(stack, union, field.index.words, slots, 0, region, field.entropies, 1)
+    slots = update_coverage.Slots(np.zeros(1, np.int64), np.zeros(0, np.int64))
+    region = update_coverage.Region(0, rows, 0, words // rows, words // rows)
+    update_coverage.settle(stack, union, field.index.words, slots, 0, region, field.entropies, 1)
 
 
 def _least_fan(field: EntropyField) -> tuple[Fan, Cast]:

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.kernels import bits, palette
-from riglens.core.kernels.palette import Entropies, Runs
+from riglens.core.kernels.voxels import bits, entropy_codes
+from riglens.core.kernels.voxels.entropy_codes import Entropies, Runs
 from riglens.core.scene.boxes import CLASSES, DataReport
 from riglens.core.scene.columns import VoxelIndex, Words
 from riglens.core.scene.grid import VoxelGrid
@@ -39,12 +39,14 @@ def nats(quanta: int) -> float:
 def _runs_of(words: Words, rows: Counts) -> tuple[Runs, Counts, NDArray[np.int64]]:
     """Runs of equal rows, the distinct rows (m, 3), most frequent first, and how many voxels use each (m,)."""
     starts, first = np.empty(len(words), np.uint64), np.empty(len(words) + 1, np.uint32)
-    numbers = np.empty(palette.find_runs(words, rows, starts, first), np.uint32)
+    numbers = np.empty(entropy_codes.find_runs(words, rows, starts, first), np.uint32)
     most = 1 << 16
     while True:
         firsts, uses = np.zeros(most, np.int64), np.zeros(most, np.int64)
-        slots = np.full(2 * most, palette.EMPTY, np.int64)
-        found = palette.number_runs(words, starts, rows, palette.Numbering(numbers, firsts, uses, slots))
+        slots = np.full(2 * most, entropy_codes.EMPTY, np.int64)
+        found = entropy_codes.number_runs(
+            words, starts, rows, entropy_codes.Numbering(numbers, firsts, uses, slots)
+        )
         if found >= 0:
             break
         most *= 4
@@ -52,7 +54,7 @@ def _runs_of(words: Words, rows: Counts) -> tuple[Runs, Counts, NDArray[np.int64
     ranks = np.empty(found, np.uint32)
     ranks[order] = np.arange(found, dtype=np.uint32)
     codes = np.empty(len(numbers), np.uint16) if found <= 1 << 16 else numbers
-    palette.renumber(numbers, ranks, codes)
+    entropy_codes.renumber(numbers, ranks, codes)
     return Runs(starts, first, codes), rows[firsts[:found][order]], uses[order]
 
 
@@ -96,7 +98,7 @@ class EntropyField:
     def codes(self) -> NDArray[np.unsignedinteger[Any]]:
         """Row of the palette of every informative voxel, (n,); made anew each time."""
         codes = np.empty(self.index.count, self.runs.codes.dtype)
-        palette.voxel_codes(self.index.words, self.runs.starts, self.runs.codes, codes)
+        entropy_codes.voxel_codes(self.index.words, self.runs.starts, self.runs.codes, codes)
         return codes
 
     def entropy_q(self, cls: int) -> NDArray[np.uint32]:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.kernels.codes import ANY, VOXELS
+from riglens.core.kernels.runtime.codes import ANY, VOXELS
 from riglens.core.metric.entropy import EntropyField, nats
 from riglens.core.metric.scores import ClassScores, KindScore, MetricSettings, Scores, s_mig, s_ms
 from riglens.core.scene.boxes import CLASSES

@@ -18,9 +18,9 @@ from scipy import ndimage
 
 from riglens.core.engine.caster import Caster
 from riglens.core.errors import InputError
-from riglens.core.kernels import blind as kernel
-from riglens.core.kernels import jit
-from riglens.core.kernels.palette import Runs
+from riglens.core.kernels.review import blind as kernel
+from riglens.core.kernels.runtime import jit
+from riglens.core.kernels.voxels.entropy_codes import Runs
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Body
 from riglens.core.metric.scoring import KINDS

@@ -8,7 +8,7 @@ from functools import cached_property
 
 from riglens.core.engine.engine import Engine
 from riglens.core.errors import InputError
-from riglens.core.kernels import jit
+from riglens.core.kernels.runtime import jit
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Body, MetricSettings, Scores
 from riglens.core.review.blind import BlindEngine, BlindMap, unseen_by

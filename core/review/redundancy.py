@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.engine.engine import Engine
-from riglens.core.kernels import jit
-from riglens.core.kernels import review as kernel
-from riglens.core.kernels.palette import Entropies
+from riglens.core.kernels.review import overlap as kernel
+from riglens.core.kernels.runtime import jit
+from riglens.core.kernels.voxels.entropy_codes import Entropies
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Method
 from riglens.core.metric.scoring import KINDS

@@ -102,7 +102,7 @@ def _ends(sensor: Sensor, barrier: Barrier | None, workers: int) -> Doubles:
 
 def ray_counts(sensor: Sensor, targets: Sequence[Target], ends_m: Doubles) -> NDArray[np.int64]:
     """Rays of a sensor that meet each object (m, 2): before the car stops them, and if it did not."""
-    from riglens.core.kernels.cylinders import count_on_cylinders  # the compiler
+    from riglens.core.kernels.objects.cylinders import count_on_cylinders  # the compiler
 
     counts = np.zeros((len(targets), 2), np.int64)
     if targets:
@@ -132,7 +132,7 @@ def surface_share(sensor: Sensor, target: Target, barrier: Barrier | None) -> fl
     distance = np.linalg.norm(ahead, axis=1)
     seen = in_view(sensor, ahead @ sensor.pose.rotation(), distance)
     if barrier is not None and seen.any():
-        from riglens.core.kernels.solid import meet_listed  # the compiler
+        from riglens.core.kernels.body.solid import meet_listed  # the compiler
 
         most = distance[seen] - _OFF_M
         way = np.ascontiguousarray(ahead[seen] / distance[seen, None])

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.kernels import bits
+from riglens.core.kernels.voxels import bits
 from riglens.core.scene.grid import VoxelGrid
 
 Words = NDArray[np.uint64]

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.kernels import fill
+from riglens.core.kernels.voxels import fill
 from riglens.core.scene.boxes import BoxBatch
 from riglens.core.scene.grid import VoxelGrid
 

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
-from riglens.core.kernels import fill, jit
+from riglens.core.kernels.runtime import jit
+from riglens.core.kernels.voxels import fill
 from riglens.core.scene.boxes import CLASSES, BoxSource, DataReport, Progress
 from riglens.core.scene.columns import VoxelIndex, empty_words, pack, unpack, words_per_column
 from riglens.core.scene.filling import fill_batch

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
-from riglens.core.kernels.bins import Bins
-from riglens.core.kernels.cast import Cast
-from riglens.core.kernels.screen import Screen
+from riglens.core.kernels.body.screen import Screen
+from riglens.core.kernels.rays.bins import Bins
+from riglens.core.kernels.rays.cast import Cast
 from riglens.core.rig.library import Cylinder, default_library
 from riglens.core.rig.model import Camera, Sensor
 from riglens.core.sensing.image_bins import bins_of
@@ -129,7 +129,7 @@ def _by_triangle(
     rays: Cast, screen: Screen, barrier: Barrier, void: NDArray[np.float64], workers: int
 ) -> Shadow:
     """Triangle by triangle, each offered to the rays that can meet it."""
-    from riglens.core.kernels import shadow as kernel  # the compiler
+    from riglens.core.kernels.body import shadow as kernel  # the compiler
 
     rows, columns = len(screen.row_of), len(screen.column_of)
     at = np.zeros((rows, columns))
@@ -162,7 +162,7 @@ def _unpacked(words: NDArray[np.uint64], columns: int) -> NDArray[np.bool_]:
 
 def _by_bins(rays: Cast, bins: Bins, barrier: Barrier, void: NDArray[np.float64], workers: int) -> Shadow:
     """Triangle by triangle, each offered to the rays of a lens that can meet it."""
-    from riglens.core.kernels import lens_shadow as kernel  # the compiler
+    from riglens.core.kernels.body import lens_shadow as kernel  # the compiler
 
     at, still = np.zeros(len(rays.rows)), np.diff(bins.first)
     has_end, is_over = np.zeros((2, len(rays.rows)), np.bool_)
@@ -176,7 +176,7 @@ def _by_bins(rays: Cast, bins: Bins, barrier: Barrier, void: NDArray[np.float64]
 
 def _by_tree(rays: Cast, barrier: Barrier, void: NDArray[np.float64], workers: int) -> Shadow:
     """Ray by ray through the tree: for lenses so wide that their rays have no place in an image plane."""
-    from riglens.core.kernels import solid as kernel  # the compiler
+    from riglens.core.kernels.body import solid as kernel  # the compiler
 
     ends = np.full(len(rays.rows) * len(rays.planes), np.inf)
     if workers == 1:

@@ -6,7 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from riglens.core.kernels.bins import Bins
+from riglens.core.kernels.rays.bins import Bins
 from riglens.core.rig.model import Camera, rays_of
 from riglens.core.sensing.rays import NOWHERE, lattice
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.geometry import Vec3
-from riglens.core.kernels import codes
+from riglens.core.kernels.runtime import codes
 from riglens.core.rig.model import Camera, Lidar, Sensor, rays_of
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.sensing.camera import cast_px, pixel_directions
@@ -34,7 +34,7 @@ class Lattice:
 
     rows (r, 2): a LiDAR's beams, a camera's image rows; planes (p, 2): azimuths or image columns. Lens distortion
     and azimuth offsets do not fit such tables: rows (n, 3) are then the directions themselves, of the rays that
-    exist (see `riglens.core.kernels.lattice`): those at which `exists` (rays of the whole lattice,) is set.
+    exist (see `kernels.rays.lattice`): those at which `exists` (rays of the whole lattice,) is set.
     """
 
     kind: int
@@ -53,7 +53,7 @@ def lattice_directions(
 ) -> NDArray[np.float64]:
     """Directions (n, 3) in the sensor frame of the rays `rays` (n,), ray = row * planes + plane.
 
-    The same doubles as the compiled `riglens.core.kernels.lattice.direction` gives, which says what the tables mean;
+    The same doubles as the compiled `kernels.rays.lattice.direction` gives, which says what the tables mean;
     in plain numpy, because the window draws some rays before the compiler is loaded.
     """
     row, plane = rows[rays // len(planes)], planes[rays % len(planes)]

@@ -7,8 +7,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.kernels.cones import A_TURN
-from riglens.core.kernels.screen import Screen
+from riglens.core.kernels.beams.cones import A_TURN
+from riglens.core.kernels.body.screen import Screen
 from riglens.core.rig.model import Camera, Lidar, Sensor, rays_of
 from riglens.core.sensing.rays import NOWHERE, camera_lattice, is_listed
 

@@ -12,7 +12,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.kernels.sweeps import STATIC
+from riglens.core.kernels.objects.sweeps import STATIC
 from riglens.core.rig.model import Camera, Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.sensing.camera import project_px

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.kernels import pictures as kernel
-from riglens.core.kernels.meeting import Beams, Canvas
-from riglens.core.kernels.pictures import NO_RAY, OWN_CAR, SKY
-from riglens.core.kernels.sweeps import GROUND, STATIC
+from riglens.core.kernels.objects import pictures as kernel
+from riglens.core.kernels.objects.box_frames import Beams, Canvas
+from riglens.core.kernels.objects.pictures import NO_RAY, OWN_CAR, SKY
+from riglens.core.kernels.objects.sweeps import GROUND, STATIC
 from riglens.core.rig.model import Camera, Rig
 from riglens.core.simulate.clutter import KINDS
 from riglens.core.simulate.own_body import OwnBody, own_body, stopped_m

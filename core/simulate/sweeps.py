@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.kernels import sweeps as kernel
-from riglens.core.kernels.meeting import Beams, Canvas
-from riglens.core.kernels.sweeps import GROUND, STATIC
+from riglens.core.kernels.objects import sweeps as kernel
+from riglens.core.kernels.objects.box_frames import Beams, Canvas
+from riglens.core.kernels.objects.sweeps import GROUND, STATIC
 from riglens.core.rig.model import Lidar, Rig
 from riglens.core.simulate.own_body import OwnBody, own_body, stopped_m
 from riglens.core.simulate.settings import USUAL_SIMULATION, SimulationSettings
@@ -65,7 +65,7 @@ class Sweep:
 
 class _Source(NamedTuple):
     """A LiDAR ready to be cast: its rays, keys of its draws (returns, noise, losses), and the range law, see
-    `riglens.core.kernels.sweeps.Chances`."""
+    `kernels.objects.sweeps.Chances`."""
 
     lidar: Lidar
     beams: Beams

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.kernels.sweeps import count_inside
+from riglens.core.kernels.objects.sweeps import count_inside
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.simulate.channels import Channel, channels_of, ego_origin_m

@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.kernels.meeting import Traffic as Boxes
-from riglens.core.kernels.sweeps import Looks, Surface
+from riglens.core.kernels.objects.box_frames import Traffic as Boxes
+from riglens.core.kernels.objects.sweeps import Looks, Surface
 from riglens.core.simulate.clutter import KINDS, Clutter, Footprints, scattered
 from riglens.core.simulate.settings import SimulationSettings
 from riglens.core.targets.shapes import Parts, Shape, parts_by_kind, parts_of

@@ -16,7 +16,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from riglens.core.errors import InputError
-from riglens.core.kernels import jit
+from riglens.core.kernels.runtime import jit
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import DEFAULT_LAMBDA, MetricSettings
 from riglens.core.rig.model import Rig

@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 
 from riglens.core.engine.caster import RAYS_PER_CHUNK, Caster
 from riglens.core.engine.engine import Engine, Evaluation
-from riglens.core.kernels import bits, jit, settle
-from riglens.core.kernels.cast import add_marks, mark_rays
-from riglens.core.kernels.codes import ANY
+from riglens.core.kernels.rays.cast import add_marks, mark_rays
+from riglens.core.kernels.runtime import jit
+from riglens.core.kernels.runtime.codes import ANY
+from riglens.core.kernels.voxels import bits, update_coverage
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import MetricSettings, s_ms
 from riglens.core.metric.scoring import KINDS, score
@@ -166,10 +167,13 @@ class WalkCase:
     def _settled(self) -> NDArray[np.int64]:
         """Sums int64 (3, 4) of what is marked."""
         nx, words = self._field.grid.shape[0], self._field.index.words.size
-        region = settle.Region(0, nx, 0, words // nx, words // nx)
-        slots, keep = settle.Slots(np.zeros(1, np.int64), np.zeros(0, np.int64)), self._field.index.words
-        kind, sums_q = KINDS.index(self._sensor.kind), np.zeros((ANY + 1, settle.COLUMNS), np.int64)
-        change = settle.settle(
+        region = update_coverage.Region(0, nx, 0, words // nx, words // nx)
+        slots, keep = (
+            update_coverage.Slots(np.zeros(1, np.int64), np.zeros(0, np.int64)),
+            self._field.index.words,
+        )
+        kind, sums_q = KINDS.index(self._sensor.kind), np.zeros((ANY + 1, update_coverage.COLUMNS), np.int64)
+        change = update_coverage.settle(
             self._stack, self._union, keep, slots, kind, region, self._field.entropies, self._caster.workers
         )
         sums_q[kind], sums_q[ANY] = change

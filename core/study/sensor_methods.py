@@ -16,7 +16,7 @@ import numpy as np
 
 from riglens.core.errors import InputError
 from riglens.core.geometry import Pose, Vec3
-from riglens.core.kernels import jit
+from riglens.core.kernels.runtime import jit
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import PAPER_SETTINGS, MetricSettings
 from riglens.core.rig.library import default_library

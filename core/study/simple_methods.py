@@ -14,8 +14,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.kernels import approximate, jit, plain
-from riglens.core.kernels.approximate import Place, Tested
+from riglens.core.kernels.rays import approximate, plain
+from riglens.core.kernels.rays.approximate import Place, Tested
+from riglens.core.kernels.runtime import jit
 from riglens.core.metric.entropy import QUANTA_PER_NAT, EntropyField
 from riglens.core.metric.scoring import KINDS
 from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig, Sensor

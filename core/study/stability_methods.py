@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 
 from riglens.core.engine.engine import Engine
-from riglens.core.kernels import plain
+from riglens.core.kernels.rays import plain
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Method, MetricSettings
 from riglens.core.rig.model import Rig, Sensor

@@ -8,8 +8,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.kernels.meeting import Beams
-from riglens.core.kernels.windows import TURN
+from riglens.core.kernels.objects.box_frames import Beams
+from riglens.core.kernels.objects.windows import TURN
 from riglens.core.rig.model import Camera, EvenAngles, Lidar, Sensor, rays_of
 from riglens.core.sensing.body_ends import barrier_ends
 from riglens.core.sensing.rays import is_listed, lattice, local_directions
@@ -28,7 +28,7 @@ NOT_STOPPED = _NOTHING
 
 
 def beams_of(sensor: Sensor, law: Doubles = _NOTHING, ends_m: Doubles = _NOTHING) -> Beams:
-    """The rays of a sensor for the kernels; law as in `riglens.core.kernels.meeting.Beams`; ends_m (rays,): where the
+    """The rays of a sensor for the kernels; law as in `kernels.objects.box_frames.Beams`; ends_m (rays,): where the
     car's own body stops each of them, inf: nowhere. Without them all rays return, and nothing stops them.
 
     Rays are numbered row * columns + column over the whole lattice, missing ones of a lens included.
@@ -44,7 +44,7 @@ def beams_of(sensor: Sensor, law: Doubles = _NOTHING, ends_m: Doubles = _NOTHING
 
 
 def _stop_bits(table: Beams, ends_m: Doubles) -> Words:
-    """Which rays of a camera with straight rows and columns are stopped, as in `riglens.core.kernels.meeting.Beams`."""
+    """Which rays of a camera with straight rows and columns are stopped, as in `kernels.objects.box_frames.Beams`."""
     if table.turns or table.stride or not ends_m.size:
         return _NO_WORDS
     columns = table.columns

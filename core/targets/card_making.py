@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.kernels.solid import meet_listed
+from riglens.core.kernels.body.solid import meet_listed
 from riglens.core.rig.model import Camera, Lidar, Rig
 from riglens.core.scene.boxes import CLASSES, DataReport, Progress, rotations_from_yaw
 from riglens.core.sensing.body_ends import barrier_of

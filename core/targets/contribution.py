@@ -9,9 +9,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.kernels import targets as kernel
-from riglens.core.kernels.distinct import table_mask
-from riglens.core.kernels.meeting import Traffic as Boxes
+from riglens.core.kernels.objects import counts as kernel
+from riglens.core.kernels.objects.box_frames import Traffic as Boxes
+from riglens.core.kernels.objects.unique_cells import table_mask
 from riglens.core.rig.model import Lidar, Sensor
 from riglens.core.targets.beams import NOT_STOPPED, azimuth_step_rad, beams_of, stops_of
 from riglens.core.targets.draws import mixed, sensor_key, units
@@ -42,7 +42,7 @@ class _Scratch(NamedTuple):
 @dataclass(frozen=True)
 class Contribution:
     """Of the objects that count in the first `frames` frames, m of them: found int32 (COLUMNS, m) as in
-    `riglens.core.kernels.targets`; cells of object o, for LiDARs: found[CELLS, o] of them, from cells[cell_starts[o]]
+    `kernels.objects.counts`; cells of object o, for LiDARs: found[CELLS, o] of them, from cells[cell_starts[o]]
     on.
     """
 

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from riglens.core.geometry import Pose
-from riglens.core.kernels import jit
+from riglens.core.kernels.runtime import jit
 from riglens.core.rig.model import Camera, Lidar, Rig, Sensor, rays_of
 from riglens.core.scene.boxes import CLASSES, DataReport
 from riglens.core.sensing.body_ends import housing_radius_m

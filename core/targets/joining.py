@@ -9,8 +9,8 @@ from typing import Generic, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.kernels import distinct
-from riglens.core.kernels.targets import ALONE, CELLS, FIRST_ROW, LAST_ROW, RAYS
+from riglens.core.kernels.objects import unique_cells
+from riglens.core.kernels.objects.counts import ALONE, CELLS, FIRST_ROW, LAST_ROW, RAYS
 from riglens.core.rig.model import Camera, Rig
 from riglens.core.targets.contribution import Contribution
 from riglens.core.targets.scores import ObjectCounts
@@ -113,8 +113,8 @@ class _Rest:
 
     lidars: Lidars
     objects: int
-    lists: distinct.Lists
-    marks: distinct.Marks
+    lists: unique_cells.Lists
+    marks: unique_cells.Marks
 
     def is_of(self, lidars: Lidars, objects: int) -> bool:
         return self.objects == objects and _are(self.lidars, lidars)
@@ -141,9 +141,9 @@ class JoinedCells:
         found, more = np.empty(objects, np.int64), _lists((moved,), objects)
         most = _most(rest.lists) + _most(more)
         if self._workers == 1:  # perhaps a thread that must not call parallel kernels
-            distinct.join_cells_serial(rest.lists, rest.marks, more, most, found)
+            unique_cells.join_cells_serial(rest.lists, rest.marks, more, most, found)
         else:
-            distinct.join_cells(rest.lists, rest.marks, more, most, self._workers, found)
+            unique_cells.join_cells(rest.lists, rest.marks, more, most, self._workers, found)
         return found
 
     def _rest_of(self, lidars: Lidars, objects: int) -> _Rest:
@@ -158,24 +158,24 @@ def _are(some: Lidars, others: Lidars) -> bool:
     return sorted(map(id, some)) == sorted(map(id, others))
 
 
-def _lists(lidars: Lidars, objects: int) -> distinct.Lists:
+def _lists(lidars: Lidars, objects: int) -> unique_cells.Lists:
     begins = np.cumsum([0, *(one.cells.size for one in lidars)])
-    return distinct.Lists(
+    return unique_cells.Lists(
         np.stack([one.cell_starts[:objects] + begin for one, begin in zip(lidars, begins, strict=False)]),
         np.stack([one.found[CELLS, :objects] for one in lidars]),
         lidars[0].cells if len(lidars) == 1 else np.concatenate([one.cells for one in lidars]),
     )
 
 
-def _marks(lists: distinct.Lists, objects: int) -> distinct.Marks:
+def _marks(lists: unique_cells.Lists, objects: int) -> unique_cells.Marks:
     blocks, words = np.empty((objects, 6), np.int32), np.zeros(objects + 1, np.int64)
-    distinct.find_blocks(lists, blocks, words)
+    unique_cells.find_blocks(lists, blocks, words)
     words = np.cumsum(words)
-    marks = distinct.Marks(blocks, words, np.zeros(int(words[-1]), np.int64), np.empty(objects, np.int64))
-    distinct.mark_cells(lists, marks, np.empty(distinct.table_mask(_most(lists)) + 1, np.int64))
+    marks = unique_cells.Marks(blocks, words, np.zeros(int(words[-1]), np.int64), np.empty(objects, np.int64))
+    unique_cells.mark_cells(lists, marks, np.empty(unique_cells.table_mask(_most(lists)) + 1, np.int64))
     return marks
 
 
-def _most(lists: distinct.Lists) -> int:
+def _most(lists: unique_cells.Lists) -> int:
     """Cells of all LiDARs on any object, at most."""
     return int(lists.counts.sum(axis=0).max(initial=0))

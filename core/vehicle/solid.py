@@ -17,7 +17,7 @@ from riglens.core.vehicle.body import body_parts
 from riglens.core.vehicle.mesh import BodyMesh
 
 if TYPE_CHECKING:
-    from riglens.core.kernels.solid import Tree
+    from riglens.core.kernels.body.solid import Tree
 
 MATERIALS = ("paint", "panel", "glass", "trim", "gap", "lamp", "tail", "plate", "tyre", "rim", "dark")
 """What triangles are made of; the number of a material is its place here."""
@@ -100,7 +100,7 @@ class Barrier(NamedTuple):
 
 
 def _tree(corners: NDArray[np.float64]) -> Tree:
-    from riglens.core.kernels import solid as kernel  # the compiler, only when a ray is to be stopped
+    from riglens.core.kernels.body import solid as kernel  # the compiler, only when a ray is to be stopped
 
     count = len(corners)
     order = np.arange(count)

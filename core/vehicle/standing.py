@@ -123,7 +123,7 @@ def _drop_m(place: Points, solid: Solid) -> float | None:
 
 def _first_m(place: Points, directions: Points, solid: Solid) -> Points:
     """Distance (n,) to the first surface of any material, inf without one."""
-    from riglens.core.kernels.solid import meet_listed  # the compiler
+    from riglens.core.kernels.body.solid import meet_listed  # the compiler
 
     every = np.ones(solid.count, np.bool_)
     most = np.full(len(directions), np.inf)

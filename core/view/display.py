@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.kernels import cells
-from riglens.core.kernels.cells import CellMap
+from riglens.core.kernels.voxels import cells
+from riglens.core.kernels.voxels.cells import CellMap
 from riglens.core.metric.entropy import QUANTA_PER_NAT, EntropyField
 from riglens.core.scene.columns import Words, words_per_column
 from riglens.core.scene.pog import Pog

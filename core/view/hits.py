@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.geometry import Vec3
-from riglens.core.kernels.codes import BODY, GROUND, NOTHING
+from riglens.core.kernels.runtime.codes import BODY, GROUND, NOTHING
 from riglens.core.vehicle.solid import Barrier
 from riglens.core.view.frames import FrameBoxes
 
@@ -38,8 +38,8 @@ def cast(
     Anything nearer than the start of the range (metres, from and to) blocks the ray but gives no return, as with a
     LiDAR.
     """
-    from riglens.core.kernels import hits as kernel  # the compiler, only when a picture is computed
-    from riglens.core.kernels.solid import meet_listed
+    from riglens.core.kernels.body import hits as kernel  # the compiler, only when a picture is computed
+    from riglens.core.kernels.body.solid import meet_listed
 
     origin, rays = np.array(origin_m, np.float64), np.ascontiguousarray(directions)
     distance = np.full(len(rays), float(range_m[1]))

@@ -74,7 +74,7 @@ class Projection:
 
     def polygons(self, corners_m: Points) -> list[Points]:
         """Convex polygons (n, k, 3) of the vehicle frame as pixels, (m, 2) each, empty where out of view."""
-        from riglens.core.kernels import clip  # the compiler, only when a picture is computed
+        from riglens.core.kernels.rays import clip  # the compiler, only when a picture is computed
 
         inside = np.ascontiguousarray(self.to_camera(corners_m))
         clipped = np.empty((len(inside), inside.shape[1] + len(self.planes), 3))

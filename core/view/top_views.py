@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.kernels.cells import Columns, update_columns
+from riglens.core.kernels.voxels.cells import Columns, update_columns
 from riglens.core.metric.entropy import QUANTA_PER_NAT, EntropyField
 from riglens.core.scene.columns import Words, empty_words, words_per_column
 from riglens.core.view.top_view import BLIND, EMPTY, LEAST, MOST, SeenBy, TopView

@@ -11,10 +11,10 @@ import pytest
 from riglens.app.background import compiling
 from riglens.app.background.compiling import OtherKernels
 from riglens.core.engine import warm_up
-from riglens.core.kernels import settle
-from riglens.core.kernels.compiled import KernelFolder
-from riglens.core.kernels.fan import mark_fan
-from riglens.core.kernels.profile import find_stays, masks_of
+from riglens.core.kernels.fans.fan import mark_fan
+from riglens.core.kernels.fans.profile import find_stays, masks_of
+from riglens.core.kernels.runtime.compiled import KernelFolder
+from riglens.core.kernels.voxels import update_coverage
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.rig.model import Rig
 
@@ -112,7 +112,7 @@ def test_what_is_compiled_ahead_is_what_an_evaluation_calls(monkeypatch: pytest.
     upright = Rig(sensors=(warm_up.WARM_UP.sensors[0],))
     assert warm_up.needs_fans(upright) and not warm_up.needs_fans(Rig(sensors=(warm_up.BENT,)))
     warm_up.warm_up(field, 1, upright)
-    kernels = (mark_fan, find_stays, masks_of, settle.settle)
+    kernels = (mark_fan, find_stays, masks_of, update_coverage.settle)
     before = [set(kernel.signatures) for kernel in kernels]
     warm_up.compile_fans(field)
     warm_up.compile_sums(field)

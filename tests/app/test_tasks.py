@@ -13,7 +13,7 @@ from pytestqt.qtbot import QtBot
 from riglens.app.background.tasks import Tasks
 from riglens.core.errors import InputError
 from riglens.core.scene.boxes import Progress
-from riglens.widgets.panels.messages import ProgressStrip
+from riglens.widgets.panels.controls.messages import ProgressStrip
 from tests.app.window_bench import open_bench
 from tests.waiting import TIMEOUT_MS
 

@@ -31,7 +31,7 @@ MODES = ("probability", "entropy", "seen", "unseen", "sensors", "change")
 
 def all_kernels() -> dict[tuple[str, str], CPUDispatcher]:
     """Compiled functions by the module that names them and by their name, of all modules that may call some."""
-    for found in pkgutil.iter_modules(riglens.core.kernels.__path__, "riglens.core.kernels."):
+    for found in pkgutil.walk_packages(riglens.core.kernels.__path__, "riglens.core.kernels."):
         importlib.import_module(found.name)
     importlib.import_module("riglens.app.evaluation.scoring")
     return {
@@ -63,9 +63,9 @@ def callers(monkeypatch: pytest.MonkeyPatch) -> dict[str, set[str]]:
 
     for (module, name), kernel in all_kernels().items():
         is_for_pictures = (
-            module in ("riglens.core.kernels.hits", "riglens.core.kernels.clip") and name[0] != "_"
-        ) or (module, name) == ("riglens.core.kernels.solid", "meet_listed")
-        is_for_counting = module.endswith((".targets", ".distinct")) and name.endswith("_serial")
+            module in ("riglens.core.kernels.body.hits", "riglens.core.kernels.rays.clip") and name[0] != "_"
+        ) or (module, name) == ("riglens.core.kernels.body.solid", "meet_listed")
+        is_for_counting = module.endswith((".objects.counts", ".unique_cells")) and name.endswith("_serial")
         if is_parallel(kernel) or is_for_pictures or is_for_counting:
             monkeypatch.setattr(sys.modules[module], name, noted(kernel))
     return found

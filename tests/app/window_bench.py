@@ -29,7 +29,7 @@ from riglens.core.geometry import Pose
 from riglens.core.metric.scores import MetricSettings, Scores
 from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
 from riglens.widgets.drawing.camera import OrbitCamera
-from riglens.widgets.panels.shortcut_sheet import Group
+from riglens.widgets.panels.help.shortcut_sheet import Group
 from riglens.widgets.viewport.scene_state import SceneState
 from riglens.widgets.viewport.view import View
 from tests.hand_clock import HandClock

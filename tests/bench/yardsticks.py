@@ -14,7 +14,7 @@ import numpy as np
 import scipy.stats
 from numpy.typing import NDArray
 
-from riglens.core.kernels.plain import walk_dense
+from riglens.core.kernels.rays.plain import walk_dense
 
 Voxel = tuple[int, int, int]
 

@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.engine.caster import Caster
-from riglens.core.kernels.cast import Cast
-from riglens.core.kernels.fates import CAR, GROUND, NEW, NOTHING, OUTSIDE, SHARED
-from riglens.core.kernels.walk import IRREGULAR, Ray, walk_exact
+from riglens.core.kernels.body.ray_outcomes import CAR, GROUND, NEW, NOTHING, OUTSIDE, SHARED
+from riglens.core.kernels.rays.cast import Cast
+from riglens.core.kernels.rays.walk import IRREGULAR, Ray, walk_exact
 from riglens.core.rig.model import Sensor
 from riglens.core.scene.columns import Words, words_per_column
 from riglens.core.sensing.body_ends import barrier_ends

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from riglens.core.engine.caster import Caster
 from riglens.core.engine.engine import Engine, Evaluation
-from riglens.core.kernels.cast import mark_rays
+from riglens.core.kernels.rays.cast import mark_rays
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Method, MetricSettings
 from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig

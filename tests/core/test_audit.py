@@ -6,7 +6,7 @@ import pytest
 from riglens.core.engine.audit import FATES, _fates, audit
 from riglens.core.engine.caster import Caster
 from riglens.core.engine.engine import Engine
-from riglens.core.kernels.jit import use_threads
+from riglens.core.kernels.runtime.jit import use_threads
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.rig.model import EvenAngles, Lidar, Rig, Vehicle
 from riglens.core.sensing.body_ends import barrier_of

@@ -13,7 +13,7 @@ from riglens.core.engine.engine import Engine, Evaluation, evaluate_from_scratch
 from riglens.core.engine.meshes import make_mesh
 from riglens.core.engine.sheets import make_sheets
 from riglens.core.errors import InputError
-from riglens.core.kernels.solid import ends_by_tree
+from riglens.core.kernels.body.solid import ends_by_tree
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import METHODS, READINGS, MetricSettings
 from riglens.core.rig.model import BrownConrady, Camera, EvenAngles, Lidar, Rig, Sensor, Vehicle

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from riglens.core.kernels.jit import use_threads
+from riglens.core.kernels.runtime.jit import use_threads
 from riglens.core.rig.library import default_library
 from riglens.core.rig.model import BrownConrady, Camera, EvenAngles, Lidar, Sensor, Vehicle
 from riglens.core.sensing.body_ends import USUAL_RADIUS_M, body_ends, housing_radius_m

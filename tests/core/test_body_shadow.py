@@ -7,8 +7,8 @@ import pytest
 
 from riglens.assets import asset_path
 from riglens.core.geometry import Pose
-from riglens.core.kernels.jit import use_threads
-from riglens.core.kernels.solid import ends_by_tree
+from riglens.core.kernels.body.solid import ends_by_tree
+from riglens.core.kernels.runtime.jit import use_threads
 from riglens.core.rig.library import load_library
 from riglens.core.rig.model import BrownConrady, Camera, EvenAngles, Lidar, Sensor
 from riglens.core.sensing.body_ends import (

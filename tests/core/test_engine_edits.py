@@ -11,7 +11,7 @@ import pytest
 
 from riglens.core.engine.caster import Caster
 from riglens.core.engine.engine import Engine, Evaluation, evaluate_from_scratch
-from riglens.core.kernels import settle
+from riglens.core.kernels.voxels import update_coverage
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.rig.model import Rig
@@ -125,16 +125,16 @@ def test_an_edit_looks_at_the_sets_of_two_sensors_however_many_there_are(
 ) -> None:
     """None is counted among the others, or no more, but the one put down and the one picked up."""
     looked: list[tuple[int, int]] = []
-    count_others = settle.count_others
+    count_others = update_coverage.count_others
 
-    def counted(stack: np.ndarray, slots: settle.Slots, *rest: object) -> None:
+    def counted(stack: np.ndarray, slots: update_coverage.Slots, *rest: object) -> None:
         looked.append((slots.arrived.size, slots.leaving.size))
         count_others(stack, slots, *rest)
 
     rig = rig_of(*[spinning((0.3 * i, 0.1 * i, 1.0), beams=3, count=9) for i in range(9)])
     engine = Engine(field)
     engine.evaluate(rig)
-    monkeypatch.setattr(settle, "count_others", counted)
+    monkeypatch.setattr(update_coverage, "count_others", counted)
     for step, i in enumerate((0, 0, 0, 5, 5, 8, 0)):
         sensor = rig.sensors[i]
         x, y, z = sensor.position

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from riglens.core.engine.caster import Caster
 from riglens.core.engine.fans import make_fan, make_profile, share_rows
-from riglens.core.kernels.fan import work_by_row
-from riglens.core.kernels.planes import Space
+from riglens.core.kernels.fans.fan import work_by_row
+from riglens.core.kernels.fans.planes import Space
 from riglens.core.rig.model import Lidar
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.sensing.rays import Lattice

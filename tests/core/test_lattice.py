@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from riglens.core.kernels.codes import CAMERA, LIDAR
-from riglens.core.kernels.lattice import direction
+from riglens.core.kernels.rays.lattice import direction
+from riglens.core.kernels.runtime.codes import CAMERA, LIDAR
 from riglens.core.sensing.rays import lattice, lattice_directions
 from tests.core.builders import grid_of, random_sensor
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from riglens.core.kernels.walk import IRREGULAR, Ray, walk_exact
+from riglens.core.kernels.rays.walk import IRREGULAR, Ray, walk_exact
 from riglens.core.rig.model import Camera, Lidar
 from riglens.core.rig.presets import preset
 from riglens.core.scene.grid import VoxelGrid

@@ -16,7 +16,7 @@ from tests.core.builders import field_of, grid_of
 
 
 def compiled():
-    names = [found.name for found in pkgutil.iter_modules(riglens.core.kernels.__path__, "riglens.core.kernels.")]
+    names = [found.name for found in pkgutil.walk_packages(riglens.core.kernels.__path__, "riglens.core.kernels.")]
     things = [thing for name in names for thing in vars(importlib.import_module(name)).values()]
     return {thing.py_func.__qualname__: len(thing.signatures) for thing in things if hasattr(thing, "py_func")}
 
@@ -51,12 +51,15 @@ def test_after_the_warm_up_no_kernel_is_left_to_compile() -> None:
 
 OF_ONE_RIG = """
 from riglens.core.engine.warm_up import warm_up
-from riglens.core.kernels import cast, fan, frustum, sheet
+from riglens.core.kernels.beams import beam_cones
+from riglens.core.kernels.cameras import frustum
+from riglens.core.kernels.fans import fan
+from riglens.core.kernels.rays import cast
 from riglens.core.rig.presets import preset
 from tests.core.builders import field_of, grid_of
 
 warm_up(field_of(grid_of(40, 40, 10, 0.5)), 2, preset("W+T"))
-others = (cast.mark_rays, frustum.mark_frustum, sheet.mark_sheets)
+others = (cast.mark_rays, frustum.mark_frustum, beam_cones.mark_sheets)
 print(len(fan.mark_fan.signatures), sum(len(kernel.signatures) for kernel in others))
 """
 

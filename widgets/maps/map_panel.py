@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QToolButton, QVBox
 
 from riglens.core.view.top_view import SeenBy
 from riglens.widgets.maps.map_view import MapView
-from riglens.widgets.panels.style import MARGIN, SPACING, as_panel
+from riglens.widgets.panels.controls.style import MARGIN, SPACING, as_panel
 
 if TYPE_CHECKING:  # loads the compiler
     from riglens.core.review.blind import By

@@ -38,7 +38,7 @@ from riglens.widgets.maps.map_items import (
     roi_rectangle,
 )
 from riglens.widgets.maps.paint import SHARE_MAP, argb, colours, draw_message, image_of, small_font
-from riglens.widgets.panels.style import tones
+from riglens.widgets.panels.controls.style import tones
 
 if TYPE_CHECKING:  # made by the thread that counts, which loads the compiler
     from riglens.core.targets.ground import GroundView

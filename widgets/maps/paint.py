@@ -13,7 +13,7 @@ from PySide6.QtCore import QEvent, QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QImage, QMouseEvent, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QWidget
 
-from riglens.widgets.panels.style import numbers_font, tones
+from riglens.widgets.panels.controls.style import numbers_font, tones
 from riglens.widgets.theme import Tones
 
 SHARE_MAP, RANGE_MAP = "viridis", "turbo"

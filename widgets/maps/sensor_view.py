@@ -24,7 +24,7 @@ from riglens.core.view.camera_picture import CameraPicture
 from riglens.core.view.range_image import RangeImage
 from riglens.widgets.maps.camera_view import CameraView
 from riglens.widgets.maps.range_view import RangeView
-from riglens.widgets.panels.style import MARGIN, SPACING, as_panel
+from riglens.widgets.panels.controls.style import MARGIN, SPACING, as_panel
 
 COLOURINGS = {"range": "Colour: range", "hit": "Colour: what is hit"}
 

@@ -13,8 +13,8 @@ from riglens.app.window.feature import Feature
 from riglens.app.window.features.follow import Follow
 from riglens.app.window.settings import Settings
 from riglens.app.window.workbench import Workbench
+from riglens.widgets.panels.controls.style import apply_style, is_dark, shows_dark
 from riglens.widgets.panels.fields.quantity import DEGREES, METRES, MILLIMETRES, RADIANS
-from riglens.widgets.panels.style import apply_style, is_dark, shows_dark
 from riglens.widgets.theme import palette
 
 LEFT_PX, RIGHT_PX, BOTTOM_PX = 328, 320, 200

@@ -14,7 +14,7 @@ from riglens.app.window.feature import Feature
 from riglens.app.window.features.files import Files
 from riglens.app.window.workbench import Workbench
 from riglens.core.errors import InputError
-from riglens.widgets.panels.messages import duration_text
+from riglens.widgets.panels.controls.messages import duration_text
 
 DELAY_MS = 1000
 

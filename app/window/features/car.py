@@ -21,7 +21,7 @@ from riglens.core.vehicle.mesh import (
     unit_scales,
 )
 from riglens.core.vehicle.mesh_file import mesh_name, mesh_path, read_mesh
-from riglens.widgets.panels.messages import Choices
+from riglens.widgets.panels.controls.messages import Choices
 
 STAND_IN = "not at hand: a plain box stands in"
 

@@ -25,8 +25,8 @@ from riglens.core.rig.presets import PAPER_RIGS, PRESETS, preset
 from riglens.core.targets.quantities import Figures, figures_of
 from riglens.widgets.panels.compare.model import CompareRow, Origin
 from riglens.widgets.panels.compare.panel import ComparePanel
-from riglens.widgets.panels.menus import add_entry
-from riglens.widgets.panels.scrolled import scrolled
+from riglens.widgets.panels.controls.menus import add_entry
+from riglens.widgets.panels.controls.scrolled import scrolled
 
 MAX_ROWS = 200
 

@@ -19,7 +19,7 @@ from riglens.core.errors import InputError
 from riglens.core.rig.model import Rig
 from riglens.core.shown_text import visible
 from riglens.core.vehicle.mesh_file import with_full_mesh_path
-from riglens.widgets.panels.detection_dialog import DetectionDialog
+from riglens.widgets.panels.dialogs.detection import DetectionDialog
 
 WORDING = (
     "Simulated LiDAR, small detector trained here: compares rigs, does not predict the AP of your stack."

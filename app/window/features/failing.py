@@ -11,7 +11,7 @@ from riglens.app.window.feature import Feature
 from riglens.app.window.features.sensors import follow_marks
 from riglens.app.window.workbench import Workbench
 from riglens.core.rig.groups import groups_of
-from riglens.widgets.panels.menus import add_entry
+from riglens.widgets.panels.controls.menus import add_entry
 
 
 class Failing(Feature):

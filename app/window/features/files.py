@@ -20,8 +20,8 @@ from riglens.core.formats.report import KINDS, Kind, Report
 from riglens.core.rig.model import Rig
 from riglens.core.rig.presets import PRESETS, preset
 from riglens.core.vehicle.mesh_file import mesh_name, mesh_path
-from riglens.widgets.panels.menus import add_entry
-from riglens.widgets.panels.style import plain_tip
+from riglens.widgets.panels.controls.menus import add_entry
+from riglens.widgets.panels.controls.style import plain_tip
 
 if TYPE_CHECKING:
     from riglens.core.formats.base import Format

@@ -16,7 +16,7 @@ from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.targets import Targets
 from riglens.app.window.workbench import Workbench
-from riglens.core.kernels.codes import BODY, GROUND
+from riglens.core.kernels.runtime.codes import BODY, GROUND
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.targets.settings import HEIGHT_PX
 from riglens.core.vehicle.solid import CarBody

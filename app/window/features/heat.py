@@ -18,8 +18,8 @@ from riglens.app.window.settings import Settings
 from riglens.app.window.workbench import Workbench
 from riglens.core.scene.boxes import CLASSES
 from riglens.widgets.heatmap.scale import HeatLook
-from riglens.widgets.panels.icons import swatch
-from riglens.widgets.panels.look_panels import HeatPanel, RaysPanel
+from riglens.widgets.panels.controls.icons import swatch
+from riglens.widgets.panels.scene.look_panels import HeatPanel, RaysPanel
 from riglens.widgets.sensors.ray_look import LEAST_DENSITY, MOST_DENSITY, Fill, RayLook
 from riglens.widgets.theme import CLASS_COLOURS
 

@@ -18,10 +18,10 @@ from riglens.app.window.features.views import TOLD_MS
 from riglens.app.window.places import MENUS, Places
 from riglens.app.window.workbench import Workbench
 from riglens.version import installed_version
-from riglens.widgets.panels.command_palette import Command, CommandPalette
+from riglens.widgets.panels.help.command_palette import Command, CommandPalette
+from riglens.widgets.panels.help.shortcut_sheet import Group
+from riglens.widgets.panels.help.tips_card import TipsCard
 from riglens.widgets.panels.scores.text import SIGN_NOTE
-from riglens.widgets.panels.shortcut_sheet import Group
-from riglens.widgets.panels.tips_card import TipsCard
 
 ABOUT = (
     "<p><b>RigLens</b> shows how well LiDARs and cameras on a car look at the traffic around it, "

@@ -9,7 +9,7 @@ from PySide6.QtCore import Qt
 from riglens.app.background.worker import Answerer
 from riglens.app.window.feature import Feature
 from riglens.app.window.workbench import Workbench
-from riglens.widgets.panels.list_dialog import ListDialog
+from riglens.widgets.panels.controls.list_dialog import ListDialog
 
 Shown = TypeVar("Shown", bound=ListDialog)
 Request = TypeVar("Request")

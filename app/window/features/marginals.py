@@ -21,8 +21,8 @@ from riglens.core.rig.model import Rig
 from riglens.core.targets.quantities import Figures, figures_of
 from riglens.core.view.outlook import looks_into
 from riglens.widgets.maps.map_items import NO_BOXES
+from riglens.widgets.panels.controls.menus import add_entry
 from riglens.widgets.panels.inspector.marginal_view import FAILED, NOT_COUNTED, WAITING
-from riglens.widgets.panels.menus import add_entry
 from riglens.widgets.panels.scores.text import NONE
 from riglens.widgets.panels.sensors.losses import MEASURES, Known, Loss, Measure, loss_of
 from riglens.widgets.panels.sensors.tree import NO_BOXES_TIP

@@ -12,7 +12,7 @@ from riglens.app.window.actions import Spec
 from riglens.app.window.features.live_list import LiveList
 from riglens.app.window.workbench import Workbench
 from riglens.core.errors import InputError
-from riglens.widgets.panels.mounts_dialog import USUAL, MountsDialog
+from riglens.widgets.panels.dialogs.mounts import USUAL, MountsDialog
 
 if TYPE_CHECKING:  # loads the compiler
     from riglens.core.review.mounts import KeepOut, MountLimits

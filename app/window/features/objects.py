@@ -12,7 +12,7 @@ from riglens.app.window.actions import Spec
 from riglens.app.window.features.live_list import LiveList
 from riglens.app.window.workbench import Workbench
 from riglens.widgets.drawing.camera import OrbitCamera
-from riglens.widgets.panels.objects_dialog import ObjectsDialog
+from riglens.widgets.panels.dialogs.objects import ObjectsDialog
 from riglens.widgets.viewport.scene_state import Post
 
 if TYPE_CHECKING:  # loads the compiler

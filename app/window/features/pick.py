@@ -19,8 +19,8 @@ from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.vehicle.solid import Solid
 from riglens.widgets.heatmap.pick import PickedCell
+from riglens.widgets.panels.scene.voxel_card import SensorLine, VoxelCard, VoxelText
 from riglens.widgets.panels.scores.text import MINUS
-from riglens.widgets.panels.voxel_card import SensorLine, VoxelCard, VoxelText
 from riglens.widgets.traffic.frame import ShownFrame
 from riglens.widgets.viewport.scene_state import Marker
 

@@ -18,7 +18,7 @@ from riglens.app.window.features.files import beside_rig
 from riglens.app.window.settings import Settings
 from riglens.app.window.workbench import Workbench
 from riglens.core.files import atomic_write
-from riglens.widgets.panels.picture_dialog import PictureDialog
+from riglens.widgets.panels.dialogs.picture import PictureDialog
 from riglens.widgets.theme import LIGHT, palette
 
 Purpose = Literal["preview", "copy"] | Path

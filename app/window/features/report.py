@@ -21,7 +21,7 @@ from riglens.core.errors import InputError
 from riglens.core.files import atomic_write
 from riglens.core.rig.model import Rig
 from riglens.core.vehicle.mesh_file import with_full_mesh_path
-from riglens.widgets.panels.report_dialog import ReportDialog
+from riglens.widgets.panels.dialogs.report import ReportDialog
 
 
 class Report(Feature):

@@ -18,7 +18,7 @@ from riglens.app.window.workbench import Workbench
 from riglens.core.errors import InputError
 from riglens.core.geometry import Vec3
 from riglens.core.scene.grid import DEFAULT_ROI_M, DEFAULT_VOXEL_M, VoxelGrid
-from riglens.widgets.panels.scene_panel import SceneChoice
+from riglens.widgets.panels.scene.scene_panel import SceneChoice
 
 QUIET_KEY = "scene/no_grid_note"
 FILE_TIP = "Score on a CSV, CSV.gz or Parquet table, or on annotations.feather"

@@ -15,7 +15,7 @@ from riglens.app.window.workbench import Workbench
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.rig.model import rays_of
 from riglens.core.rig.presets import PRESETS, preset
-from riglens.widgets.panels.menus import add_entry
+from riglens.widgets.panels.controls.menus import add_entry
 from riglens.widgets.panels.scores.text import FIGURES_HELP, FIGURES_TITLE
 
 

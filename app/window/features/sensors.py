@@ -20,8 +20,8 @@ from riglens.core.geometry import Pose, Vec3
 from riglens.core.rig.edits import partner_of
 from riglens.core.rig.library import Entry, default_library, sensor_from_model
 from riglens.core.rig.model import Rig
-from riglens.widgets.panels.icons import icon
-from riglens.widgets.panels.menus import add_entry
+from riglens.widgets.panels.controls.icons import icon
+from riglens.widgets.panels.controls.menus import add_entry
 from riglens.widgets.panels.sensors.library import LibraryList
 
 LOW_PX = 640

@@ -15,7 +15,7 @@ from riglens.app.window.settings import Settings
 from riglens.app.window.workbench import Workbench
 from riglens.widgets.drawing.camera import OrbitCamera
 from riglens.widgets.gizmo.drag import GizmoMode, Space
-from riglens.widgets.panels.menus import add_entry
+from riglens.widgets.panels.controls.menus import add_entry
 
 VIEWS = ("iso", "top", "front", "left", "rear", "right")
 GIZMOS: tuple[GizmoMode, ...] = ("move", "rotate", "both")

@@ -14,7 +14,7 @@ from tests.app.conftest import REPOSITORY
 from tests.waiting import TIMEOUT_S
 
 FOR_LATER = (
-    *("numba", "riglens.core.kernels.jit", "scipy", "pyarrow", "pandas", "trimesh", "dask", "rich"),
+    *("numba", "riglens.core.kernels.runtime.jit", "scipy", "pyarrow", "pandas", "trimesh", "dask", "rich"),
     *(
         "riglens.app.evaluation.scenario",
         "riglens.core.scene.readers",

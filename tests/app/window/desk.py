@@ -31,9 +31,9 @@ from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.grid import VoxelGrid
 from riglens.widgets.heatmap.scale import HeatmapData
+from riglens.widgets.panels.controls.messages import MessageBar
 from riglens.widgets.panels.inspector.panel import Inspector
-from riglens.widgets.panels.messages import MessageBar
-from riglens.widgets.panels.scene_panel import ScenePanel
+from riglens.widgets.panels.scene.scene_panel import ScenePanel
 from riglens.widgets.panels.scores.panel import ScoresPanel
 from riglens.widgets.panels.sensors.tree import SensorTree
 from tests.app.window_bench import RIG, FakeCounter, FakeDialogs, FakeViewport, Hands

@@ -23,7 +23,7 @@ from riglens.core.targets.card import USUAL_PLAN, Card, CardPlan, CardRow, Reach
 from riglens.core.targets.card_making import card_of
 from riglens.widgets.panels.card.chart import CardChart, edge_m, ring_step_m
 from riglens.widgets.panels.card.table import STOPS, CardTable, Line
-from riglens.widgets.panels.style import tones
+from riglens.widgets.panels.controls.style import tones
 from tests.app.window.desk import Desk, open_desk
 from tests.app.window_bench import RIG
 from tests.waiting import TIMEOUT_MS

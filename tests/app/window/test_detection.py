@@ -15,7 +15,7 @@ from riglens.app.background.tasks import TaskCancelled
 from riglens.app.evaluation.options import SceneOptions
 from riglens.core.errors import InputError
 from riglens.core.rig.yaml.file import load_rig
-from riglens.widgets.panels.detection_dialog import DetectionDialog
+from riglens.widgets.panels.dialogs.detection import DetectionDialog
 from riglens.widgets.viewport.still import png_of
 from tests.app.window_bench import RIG, Bench, open_bench
 from tests.waiting import TIMEOUT_MS

@@ -17,7 +17,7 @@ from riglens.app.window.features.frame import FRAME_MS, NOBODY, FrameView, misse
 from riglens.app.window.features.pick import hidden_from, voxel_text
 from riglens.app.window.features.targets import Targets
 from riglens.core.engine.sight import Sight
-from riglens.core.kernels.codes import BODY, GROUND
+from riglens.core.kernels.runtime.codes import BODY, GROUND
 from riglens.core.metric.scores import Body
 from riglens.core.metric.voxel import VoxelFacts
 from riglens.core.rig.model import Rig

@@ -20,9 +20,9 @@ from riglens.app.window.settings import Settings
 from riglens.core.rig.yaml.file import new_rig_file
 from riglens.core.scene.grid import VoxelGrid
 from riglens.version import installed_version
-from riglens.widgets.panels.command_palette import CommandPalette, fitting
-from riglens.widgets.panels.guide import Guide
-from riglens.widgets.panels.voxel_card import VoxelCard
+from riglens.widgets.panels.help.command_palette import CommandPalette, fitting
+from riglens.widgets.panels.help.guide import Guide
+from riglens.widgets.panels.scene.voxel_card import VoxelCard
 from tests.app.window.desk import FullDesk, full_desk
 from tests.app.window_bench import RIG, Bench, open_bench
 

@@ -9,9 +9,9 @@ from riglens.app.background.counting import SideCount, SideCounted
 from riglens.app.background.side_jobs import SideAnswer
 from riglens.app.window.features.marginals import Marginals
 from riglens.core.targets.quantities import figures_of
+from riglens.widgets.panels.controls.style import style_sheet, tones
 from riglens.widgets.panels.sensors.losses import MEASURES, Known, changed
 from riglens.widgets.panels.sensors.rows import LOSS
-from riglens.widgets.panels.style import style_sheet, tones
 from tests.app.window.counts import ENGINE, count
 from tests.app.window.desk import FullDesk, scores
 

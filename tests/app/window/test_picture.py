@@ -18,7 +18,7 @@ from riglens.app.rendering.picture_maker import PictureMaker
 from riglens.app.rendering.picture_process import PictureJob
 from riglens.app.window.settings import Settings
 from riglens.core.rig.model import Rig
-from riglens.widgets.panels.picture_dialog import PictureDialog
+from riglens.widgets.panels.dialogs.picture import PictureDialog
 from riglens.widgets.theme import palette
 from riglens.widgets.viewport.scene_state import SceneState
 from riglens.widgets.viewport.still import png_of, render_still

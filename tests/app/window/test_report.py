@@ -17,7 +17,7 @@ from riglens.app.evaluation.options import SceneOptions
 from riglens.core.errors import InputError
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.rig.yaml.file import load_rig
-from riglens.widgets.panels.report_dialog import ReportDialog
+from riglens.widgets.panels.dialogs.report import ReportDialog
 from tests.app.window.desk import FullDesk, full_desk
 from tests.app.window_bench import RIG
 from tests.waiting import TIMEOUT_MS

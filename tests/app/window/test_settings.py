@@ -17,7 +17,7 @@ from riglens.app.session.session import HeatChoice
 from riglens.app.window.features.sensors import LOCKED_KEY, MOST_FILES
 from riglens.app.window.settings import Settings
 from riglens.widgets.drawing.camera import OrbitCamera
-from riglens.widgets.panels.style import apply_style, shows_dark
+from riglens.widgets.panels.controls.style import apply_style, shows_dark
 from riglens.widgets.theme import DARK, LIGHT
 from tests.app.window_bench import open_bench
 

@@ -16,7 +16,7 @@ from pytestqt.qtbot import QtBot
 
 from riglens.app.window.dialogs import Dialogs
 from riglens.app.window.features.help import sheet
-from riglens.widgets.panels.shortcut_sheet import Group, ShortcutSheet, in_columns
+from riglens.widgets.panels.help.shortcut_sheet import Group, ShortcutSheet, in_columns
 from tests.app.window_bench import Bench, open_bench
 from tests.waiting import wait_for
 

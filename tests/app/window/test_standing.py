@@ -13,7 +13,7 @@ from riglens.app.background.standing import StandFinder, StandRequest, stopped_r
 from riglens.app.window.features.follow import Follow
 from riglens.app.window.features.standing import Standing
 from riglens.core.geometry import Pose
-from riglens.core.kernels.codes import BODY
+from riglens.core.kernels.runtime.codes import BODY
 from riglens.core.rig.model import Rig
 from riglens.core.sensing.body_ends import barrier_of
 from riglens.core.sensing.rays import sensor_rays

@@ -12,8 +12,8 @@ from riglens.app.window.features.scores import ScoresShown
 from riglens.app.window.features.targets import PAUSE_MS, Targets
 from riglens.core.geometry import Pose
 from riglens.core.rig.model import Rig
+from riglens.widgets.panels.controls.style import tones
 from riglens.widgets.panels.scores.text import FIGURES_HELP, sampled_text
-from riglens.widgets.panels.style import tones
 from tests.app.window.counts import answer
 from tests.app.window.desk import Desk, open_desk
 from tests.hand_clock import HandTimers

@@ -11,7 +11,10 @@ from pathlib import Path
 import pytest
 
 from riglens.core.engine import fans, frustums, meshes, sheets
-from riglens.core.kernels import cones, cores, fan, frustum, mesh, predicates, profile, sheet, ties, walk
+from riglens.core.kernels.beams import beam_cones, cones, cores
+from riglens.core.kernels.cameras import frustum, lens_mesh
+from riglens.core.kernels.fans import fan, profile, ties
+from riglens.core.kernels.rays import predicates, walk
 from riglens.core.sensing import image_bins
 
 REPOSITORY = Path(__file__).resolve().parents[3]
@@ -19,22 +22,10 @@ ROOMS = ("kernels", "engine", "sensing")
 ROW = re.compile(r"^\| `(\w+)\.(\w+)` \| ([^|]+) \|", re.MULTILINE)
 NAME = re.compile(r"`([a-z_]+)\.(\w+)`")
 U = predicates.UNIT_ROUNDOFF
-OTHER_MATTERS = (
-    "compiled",
-    "distinct",
-    "meeting",
-    "nearest",
-    "phases",
-    "pictures",
-    "queue",
-    "sight",
-    "shapes",
-    "silhouette",
-    "sweeps",
-    "targets",
-    "windows",
-)
-"""Modules about files, pictures, simulated sweeps, and points on road users: none decides about voxels."""
+NOT_ABOUT_VOXELS = ("objects", "runtime", "sight", "phases")
+"""Folders and modules that decide nothing about voxels."""
+
+
 NO_TOLERANCES = {
     ("predicates", "UNIT_ROUNDOFF"),
     ("predicates", "_SPLITTER"),
@@ -50,16 +41,21 @@ NO_TOLERANCES = {
 def in_the_sources() -> dict[tuple[str, str], float]:
     """Every number with a point that a module of the three rooms names, by module and name."""
     found = {}
-    for room in ROOMS:
-        for path in sorted((REPOSITORY / "core" / room).glob("*.py")):
-            if path.stem in OTHER_MATTERS:
-                continue
-            module = importlib.import_module(f"riglens.core.{room}.{path.stem}")
-            for name in _assigned(ast.parse(path.read_text(encoding="utf-8"))):
-                value = getattr(module, name)
-                if name.isupper() and isinstance(value, float):
-                    found[path.stem, name] = value
+    for module_name, path in modules().items():
+        if {path.stem, path.parent.name} & set(NOT_ABOUT_VOXELS):
+            continue
+        module = importlib.import_module(module_name)
+        for name in _assigned(ast.parse(path.read_text(encoding="utf-8"))):
+            value = getattr(module, name)
+            if name.isupper() and isinstance(value, float):
+                found[path.stem, name] = value
     return found
+
+
+def modules() -> dict[str, Path]:
+    """Return the files of the three rooms by the names of their modules."""
+    files = (path for room in ROOMS for path in sorted((REPOSITORY / "core" / room).rglob("*.py")))
+    return {".".join(("riglens", *path.relative_to(REPOSITORY).with_suffix("").parts)): path for path in files}
 
 
 def _assigned(tree: ast.Module) -> list[str]:
@@ -90,15 +86,11 @@ def test_the_page_on_the_engine_tells_every_tolerance_with_its_value() -> None:
 
 def test_the_functions_that_the_page_names_exist() -> None:
     text = (REPOSITORY / "docs" / "engine.md").read_text(encoding="utf-8")
-    rooms = {
-        path.stem: path.parent.name for room in ROOMS for path in (REPOSITORY / "core" / room).glob("*.py")
-    }
+    by_stem = {path.stem: name for name, path in modules().items()}
     named = NAME.findall(text)
     assert len(named) > 20
     for module, name in named:
-        assert hasattr(importlib.import_module(f"riglens.core.{rooms[module]}.{module}"), name), (
-            f"{module}.{name}"
-        )
+        assert hasattr(importlib.import_module(by_stem[module]), name), f"{module}.{name}"
 
 
 def test_a_crossing_is_known_to_half_of_the_tolerance() -> None:
@@ -135,23 +127,23 @@ def test_balls_columns_and_tiles_have_room_for_rounding() -> None:
     assert frustum.BALL + cones.SLACK < 0.5
     assert math.sqrt(3.0) / 2.0 < cones.SPHERE
     assert math.sqrt(0.5) < cones.HALF_COLUMN
-    assert sheet.TILE * math.sqrt(0.5) < sheet.HALF_TILE
-    assert sheet.BLOCK * math.sqrt(0.5) < sheet.HALF_BLOCK
+    assert beam_cones.TILE * math.sqrt(0.5) < beam_cones.HALF_TILE
+    assert beam_cones.BLOCK * math.sqrt(0.5) < beam_cones.HALF_BLOCK
     assert cores.NEARLY_ONE > cones.SPHERE + cones.SLACK
 
 
 def test_what_a_ray_meets_away_from_the_camera_is_ahead_of_it() -> None:
-    assert mesh.TOUCHING / math.hypot(1.0, image_bins.WIDEST_TANGENT) > mesh.AHEAD
-    half_columns_in_sectors = 1.02 * cones.HALF_COLUMN / mesh.NEAREST * 0.25 * mesh.SECTORS
-    assert 2.0 * half_columns_in_sectors + 2.0 < 2.0**mesh.WIDEST
-    assert math.asin(cones.HALF_COLUMN / mesh.NEAREST) < 1.02 * cones.HALF_COLUMN / mesh.NEAREST
+    assert lens_mesh.TOUCHING / math.hypot(1.0, image_bins.WIDEST_TANGENT) > lens_mesh.AHEAD
+    half_columns_in_sectors = 1.02 * cones.HALF_COLUMN / lens_mesh.NEAREST * 0.25 * lens_mesh.SECTORS
+    assert 2.0 * half_columns_in_sectors + 2.0 < 2.0**lens_mesh.WIDEST
+    assert math.asin(cones.HALF_COLUMN / lens_mesh.NEAREST) < 1.02 * cones.HALF_COLUMN / lens_mesh.NEAREST
     assert frustum.SPHERE + math.sqrt(0.5) < meshes.ROOM
 
 
 def test_a_cone_has_one_height_and_its_times_are_known() -> None:
     assert sheets.STEEPEST_DEG < 90.0
     assert 3.0 * U * cones.LONGEST < cones.CLEAR / 2.0
-    assert cones.ROUND > 0.5 and sheet.ROUND_TIP > cones.ROUND
+    assert cones.ROUND > 0.5 and beam_cones.ROUND_TIP > cones.ROUND
 
 
 @pytest.mark.parametrize(

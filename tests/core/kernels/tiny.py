@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.engine.fans import make_fan, make_profile, mark_planes
-from riglens.core.kernels.alone import mark_alone
-from riglens.core.kernels.cast import Cast
-from riglens.core.kernels.codes import LIDAR
-from riglens.core.kernels.planes import ALL, Alone, Fan, Space, leave_alone
-from riglens.core.kernels.profile import Profile
+from riglens.core.kernels.fans.leftover_rays import mark_alone
+from riglens.core.kernels.fans.planes import ALL, Alone, Fan, Space, leave_alone
+from riglens.core.kernels.fans.profile import Profile
+from riglens.core.kernels.rays.cast import Cast
+from riglens.core.kernels.runtime.codes import LIDAR
 from riglens.core.sensing.rays import Lattice
 
 Words = NDArray[np.uint64]

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from riglens.core.kernels.pictures import NO_RAY, OWN_CAR, SKY
-from riglens.core.kernels.sweeps import GROUND, STATIC
+from riglens.core.kernels.objects.pictures import NO_RAY, OWN_CAR, SKY
+from riglens.core.kernels.objects.sweeps import GROUND, STATIC
 from riglens.core.rig.model import Camera, Rig
 from riglens.core.sensing.body_ends import barrier_of
 from riglens.core.sensing.rays import local_directions

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from riglens.core.errors import InputError
-from riglens.core.kernels import plain
+from riglens.core.kernels.rays import plain
 from riglens.core.metric.scores import PAPER_SETTINGS
 from riglens.core.rig.library import default_library
 from riglens.core.rig.model import Rig

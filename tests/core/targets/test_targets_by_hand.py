@@ -9,7 +9,7 @@ import pytest
 
 from riglens.core.errors import InputError
 from riglens.core.geometry import Pose
-from riglens.core.kernels.targets import COLUMNS
+from riglens.core.kernels.objects.counts import COLUMNS
 from riglens.core.rig.library import sensor_from_model
 from riglens.core.rig.model import Camera, EvenAngles, Lidar, Rig
 from riglens.core.targets.beams import azimuth_step_rad

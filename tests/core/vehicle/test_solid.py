@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from riglens.core.errors import InputError
-from riglens.core.kernels.solid import meet_listed
+from riglens.core.kernels.body.solid import meet_listed
 from riglens.core.rig.model import PARAMETRIC_BODIES, Vehicle
 from riglens.core.vehicle.mesh import BodyMesh
 from riglens.core.vehicle.profiles import reference_vehicle

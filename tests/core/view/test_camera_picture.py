@@ -7,7 +7,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from riglens.core.kernels.clip import clip_polygons
+from riglens.core.kernels.rays.clip import clip_polygons
 from riglens.core.rig.model import BrownConrady, KannalaBrandt
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.sensing.body_ends import barrier_of

@@ -5,7 +5,7 @@ from __future__ import annotations
 from PySide6.QtWidgets import QMenu
 from pytestqt.qtbot import QtBot
 
-from riglens.widgets.panels.menus import add_entry
+from riglens.widgets.panels.controls.menus import add_entry
 
 
 def test_an_entry_stands_last_in_its_menu_and_calls_its_slot_without_arguments(qtbot: QtBot) -> None:

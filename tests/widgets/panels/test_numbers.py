@@ -10,10 +10,10 @@ from pytestqt.qtbot import QtBot
 
 from riglens.core.metric.scores import ClassScores, KindScore, MetricSettings, Scores
 from riglens.core.scene.boxes import CLASSES
+from riglens.widgets.panels.controls.style import tones
 from riglens.widgets.panels.fields.quantity import full_number, parse_number, short_number
 from riglens.widgets.panels.scores.table import ScoreTable
 from riglens.widgets.panels.scores.text import change_text, column_of, kilo_text, share_text
-from riglens.widgets.panels.style import tones
 
 S_MS, SEEN = column_of("s_ms"), column_of("seen")
 

@@ -16,10 +16,10 @@ from riglens.core.targets.quantities import QUANTITIES, WHO
 from riglens.core.targets.scores import TargetScores
 from riglens.core.targets.settings import USUAL
 from riglens.core.targets.tables import table_of, totals_of
+from riglens.widgets.panels.controls.style import tones
 from riglens.widgets.panels.scores.panel import ScoresPanel
 from riglens.widgets.panels.scores.table import SHOWN, ScoreTable
 from riglens.widgets.panels.scores.text import THREE_FIGURES, sampled_text
-from riglens.widgets.panels.style import tones
 from riglens.widgets.panels.targets.panel import TargetsPanel
 from riglens.widgets.panels.targets.table import CHANGE, CHANGE_COLOUR, SUB_TEXT
 from riglens.widgets.panels.targets.text import change_text, error_text, value_text

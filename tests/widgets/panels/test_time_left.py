@@ -2,7 +2,7 @@
 
 import pytest
 
-from riglens.widgets.panels.messages import TimeLeft, duration_text
+from riglens.widgets.panels.controls.messages import TimeLeft, duration_text
 
 
 class Clock:

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QWidget
 
 from riglens.core.targets.card import Card, CardRow
 from riglens.widgets.panels.card.table import Line, rows_of
-from riglens.widgets.panels.style import tones
+from riglens.widgets.panels.controls.style import tones
 from riglens.widgets.theme import KIND_COLOURS
 
 WIDTH_PX, LEAST_PX, MARGIN_PX = 214, 96, 6

@@ -20,7 +20,7 @@ from PySide6.QtWidgets import (
 from riglens.core.targets.card import FARTHEST_M, Card, CardPlan
 from riglens.widgets.panels.card.chart import CardChart
 from riglens.widgets.panels.card.table import CardTable
-from riglens.widgets.panels.style import MARGIN, SPACING, as_panel, plain_tip
+from riglens.widgets.panels.controls.style import MARGIN, SPACING, as_panel, plain_tip
 
 MOST_POINTS, MOST_PX, LEAST_TO_M = 1000, 2000, 10
 _BUTTON_PX, _BOX_PX = 72, 116

@@ -11,8 +11,8 @@ from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableWidget, QTab
 
 from riglens.core.targets.card import Card, CardRow, Reach
 from riglens.core.targets.card_text import HEADINGS, bearing_text, reach_text, stop_text
-from riglens.widgets.panels.icons import swatch
-from riglens.widgets.panels.style import numbers_font, plain_tip, tones
+from riglens.widgets.panels.controls.icons import swatch
+from riglens.widgets.panels.controls.style import numbers_font, plain_tip, tones
 from riglens.widgets.theme import CLASS_COLOURS
 
 Kind = Literal["lidar", "camera"]

@@ -11,7 +11,7 @@ from PySide6.QtGui import QColor, QFont, QFontMetricsF, QMouseEvent, QPainter, Q
 from PySide6.QtWidgets import QWidget
 
 from riglens.widgets.panels.compare.model import CompareModel, CompareRow, ScoreColumn
-from riglens.widgets.panels.style import numbers_font, plain_tip, tones
+from riglens.widgets.panels.controls.style import numbers_font, plain_tip, tones
 from riglens.widgets.theme import RIG_COLOURS, Tones
 
 WIDEST_PX, FILLED = 64.0, 0.78

@@ -17,7 +17,8 @@ from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.shown_text import spreadsheet_cell
 from riglens.core.targets.quantities import Figures
-from riglens.widgets.panels.item_views import BAR_COLOUR, BAR_SHARE
+from riglens.widgets.panels.controls.item_views import BAR_COLOUR, BAR_SHARE
+from riglens.widgets.panels.controls.style import plain_tip, tones
 from riglens.widgets.panels.scores.text import (
     COLUMNS,
     DETECTED,
@@ -30,7 +31,6 @@ from riglens.widgets.panels.scores.text import (
     looks_at_more,
     value_text,
 )
-from riglens.widgets.panels.style import plain_tip, tones
 from riglens.widgets.theme import CLASS_COLOURS
 
 Origin = Literal["current", "snapshot", "preset", "file"]

@@ -36,12 +36,12 @@ from riglens.widgets.panels.compare.model import (
     Shown,
     table_text,
 )
+from riglens.widgets.panels.controls.icons import icon
+from riglens.widgets.panels.controls.item_views import BarDelegate, OwnKeys, StandardKey, give_context_menu
+from riglens.widgets.panels.controls.menus import add_entry
+from riglens.widgets.panels.controls.style import MARGIN, SPACING, as_panel, numbers_font
 from riglens.widgets.panels.fields.form import ChoiceBox
-from riglens.widgets.panels.icons import icon
-from riglens.widgets.panels.item_views import BarDelegate, OwnKeys, StandardKey, give_context_menu
-from riglens.widgets.panels.menus import add_entry
 from riglens.widgets.panels.scores.text import SIGN_NOTE
-from riglens.widgets.panels.style import MARGIN, SPACING, as_panel, numbers_font
 
 _NAME_PX, _SENSORS_PX, _SCORE_PX = 132, 84, 84
 _ROW_PX, _HIGHEST_ROW_PX = 24, 30

@@ -20,6 +20,7 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QLineEdit, QStyle, QStyleOptionFrame, QWidget
 
+from riglens.widgets.panels.controls.style import numbers_font, plain_tip, tones
 from riglens.widgets.panels.fields.quantity import (
     NO_UNIT,
     Change,
@@ -30,7 +31,6 @@ from riglens.widgets.panels.fields.quantity import (
     parse_quantity,
     short_text,
 )
-from riglens.widgets.panels.style import numbers_font, plain_tip, tones
 
 Value = TypeVar("Value")
 _SUFFIX_GAP_PX = 3

@@ -13,10 +13,10 @@ from PySide6.QtGui import QWheelEvent
 from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
 from riglens.core.errors import InputError
+from riglens.widgets.panels.controls.scrolled import breakable
+from riglens.widgets.panels.controls.style import MARGIN, SPACING, as_panel
 from riglens.widgets.panels.fields.edits import MIXED, ListEdit, NumberEdit, ValueEdit
 from riglens.widgets.panels.fields.quantity import Change, Unit
-from riglens.widgets.panels.scrolled import breakable
-from riglens.widgets.panels.style import MARGIN, SPACING, as_panel
 
 
 class ChoiceBox(QComboBox):

@@ -9,8 +9,8 @@ from PySide6.QtGui import QColor, QPainter, QPaintEvent
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
 
 from riglens.core.scene.boxes import CLASSES
+from riglens.widgets.panels.controls.style import SPACING, numbers_font, tones
 from riglens.widgets.panels.scores.text import NONE
-from riglens.widgets.panels.style import SPACING, numbers_font, tones
 
 if TYPE_CHECKING:  # made by the engine's thread, which loads the compiler
     from riglens.core.engine.audit import SensorAudit

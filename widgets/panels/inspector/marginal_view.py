@@ -8,9 +8,9 @@ from PySide6.QtWidgets import QGridLayout, QLabel, QWidget
 
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.targets.settings import USUAL
+from riglens.widgets.panels.controls.style import numbers_font, tones
 from riglens.widgets.panels.scores.text import NONE
 from riglens.widgets.panels.sensors.losses import COLUMNS, Known, class_change, titles
-from riglens.widgets.panels.style import numbers_font, tones
 
 WAITING, NOT_COUNTED = "computed when the program is idle", "it does not count, so nothing is lost"
 FAILED = "taken as failed: the scores are those without it"

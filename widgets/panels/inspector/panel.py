@@ -14,13 +14,13 @@ from riglens.core.rig.edits import partner_of
 from riglens.core.rig.model import Lidar, Rig, Vehicle
 from riglens.core.vehicle.profiles import PROFILES, reference_vehicle
 from riglens.core.vehicle.standing import Stand
+from riglens.widgets.panels.controls.scrolled import breakable, scrolled
+from riglens.widgets.panels.controls.style import plain_tip
 from riglens.widgets.panels.fields.edits import NumberEdit, TextEdit
 from riglens.widgets.panels.fields.form import ChoiceBox, Form
 from riglens.widgets.panels.fields.quantity import DEGREES, METRES, NO_UNIT, Unit
 from riglens.widgets.panels.inspector.sensor_forms import CameraForm, LidarForm, SensorForm
-from riglens.widgets.panels.scrolled import breakable, scrolled
 from riglens.widgets.panels.sensors.losses import Known
-from riglens.widgets.panels.style import plain_tip
 
 if TYPE_CHECKING:  # made by the engine's thread, which loads the compiler
     from riglens.core.engine.audit import SensorAudit

@@ -11,12 +11,12 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QMenu, QPushButton, QToolButt
 from riglens.core.errors import InputError
 from riglens.core.geometry import Pose
 from riglens.core.rig.pose_text import POSE_FORMATS, PoseFormat, parse_pose, pose_text
+from riglens.widgets.panels.controls.icons import icon
+from riglens.widgets.panels.controls.menus import add_entry
+from riglens.widgets.panels.controls.scrolled import breakable
+from riglens.widgets.panels.controls.style import plain_tip
 from riglens.widgets.panels.fields.quantity import DEGREES, METRES, MILLIMETRES, RADIANS, Unit
-from riglens.widgets.panels.icons import icon
-from riglens.widgets.panels.menus import add_entry
-from riglens.widgets.panels.scrolled import breakable
 from riglens.widgets.panels.sensors.rows import pair_note
-from riglens.widgets.panels.style import plain_tip
 from riglens.widgets.theme import LINKED_COLOUR
 
 _SHOWN_UNITS = ((METRES, MILLIMETRES), (DEGREES, RADIANS))

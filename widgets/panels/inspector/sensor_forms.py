@@ -14,6 +14,8 @@ from riglens.core.geometry import Pose
 from riglens.core.rig.library import default_library
 from riglens.core.rig.model import Camera, Lidar, Sensor
 from riglens.core.vehicle.standing import FAR_M
+from riglens.widgets.panels.controls.scrolled import breakable
+from riglens.widgets.panels.controls.style import numbers_font, plain_tip
 from riglens.widgets.panels.fields.edits import IntegerEdit, NumberEdit, TextEdit, ValueEdit
 from riglens.widgets.panels.fields.form import ChoiceBox, Form, read_field, read_item, write_field, write_item
 from riglens.widgets.panels.fields.quantity import DEGREES, METRES, PIXELS, Unit
@@ -21,9 +23,7 @@ from riglens.widgets.panels.inspector.angles_field import AnglesField
 from riglens.widgets.panels.inspector.audit_view import AuditView
 from riglens.widgets.panels.inspector.marginal_view import MarginalView
 from riglens.widgets.panels.inspector.pose_tools import PairLine, PoseTools
-from riglens.widgets.panels.scrolled import breakable
 from riglens.widgets.panels.sensors.rows import derived_rows, model_note, modified_note
-from riglens.widgets.panels.style import numbers_font, plain_tip
 
 STEP_M, STEP_DEG = 0.05, 1.0
 POSE_TIP = (

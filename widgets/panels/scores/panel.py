@@ -12,12 +12,12 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QMenu, QSizePolicy, QToolButt
 
 from riglens.core.metric.scores import MAX_LAMBDA, READINGS, MetricSettings, Scores
 from riglens.core.targets.quantities import Cells
+from riglens.widgets.panels.controls.icons import icon
+from riglens.widgets.panels.controls.style import MARGIN, SPACING, as_panel
 from riglens.widgets.panels.fields.edits import NumberEdit
 from riglens.widgets.panels.fields.form import ChoiceBox
-from riglens.widgets.panels.icons import icon
 from riglens.widgets.panels.scores.table import LAST_SAVED, ScoreTable
 from riglens.widgets.panels.scores.text import FIGURES_HELP, FIGURES_TITLE, NOT_COUNTED_NOTE, SIGN_NOTE
-from riglens.widgets.panels.style import MARGIN, SPACING, as_panel
 
 READING_NOTES = {
     "covered": "S-MIG = −entropy of the set of voxels reached: the paper's equations",

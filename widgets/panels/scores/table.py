@@ -28,8 +28,9 @@ from riglens.core.metric.scores import MetricSettings, Scores
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.targets.quantities import ON_TARGET as ON_TARGET_QUANTITY
 from riglens.core.targets.quantities import WHO, Cells
-from riglens.widgets.panels.icons import swatch
-from riglens.widgets.panels.item_views import OwnKeys, StandardKey
+from riglens.widgets.panels.controls.icons import swatch
+from riglens.widgets.panels.controls.item_views import OwnKeys, StandardKey
+from riglens.widgets.panels.controls.style import numbers_font, plain_tip, tones
 from riglens.widgets.panels.scores.text import (
     COLUMNS,
     NONE,
@@ -45,7 +46,6 @@ from riglens.widgets.panels.scores.text import (
     sampled_text,
     value_text,
 )
-from riglens.widgets.panels.style import numbers_font, plain_tip, tones
 from riglens.widgets.panels.targets.text import tip_text
 from riglens.widgets.theme import CLASS_COLOURS
 

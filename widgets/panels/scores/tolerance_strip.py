@@ -17,9 +17,9 @@ from PySide6.QtWidgets import (
 )
 
 from riglens.core.shown_text import visible
+from riglens.widgets.panels.controls.style import MARGIN, as_panel, numbers_font, plain_tip, tones
 from riglens.widgets.panels.fields.form import ChoiceBox
 from riglens.widgets.panels.scores.text import MINUS
-from riglens.widgets.panels.style import MARGIN, as_panel, numbers_font, plain_tip, tones
 
 FIGURES = {"seen": "Seen by any", "on_target": "On target"}
 BAR_PX, ROW_PX = 130, 18

@@ -29,9 +29,9 @@ from PySide6.QtWidgets import (
 from riglens.core.geometry import Pose
 from riglens.core.rig.library import Entry
 from riglens.core.rig.model import Sensor
-from riglens.widgets.panels.icons import icon
+from riglens.widgets.panels.controls.icons import icon
+from riglens.widgets.panels.controls.style import MARGIN, as_panel, numbers_font, plain_tip, tones
 from riglens.widgets.panels.sensors.rows import derived_rows, short_type
-from riglens.widgets.panels.style import MARGIN, as_panel, numbers_font, plain_tip, tones
 from riglens.widgets.theme import KIND_COLOURS
 
 MODEL_MIME = "application/x-riglens-model"

@@ -21,10 +21,10 @@ from PySide6.QtWidgets import (
 from riglens.core.rig.library import changed_fields, default_library
 from riglens.core.rig.model import Camera, EvenAngles, Lidar, Sensor
 from riglens.core.sensing.camera import field_of_view_deg
-from riglens.widgets.panels.icons import icon
-from riglens.widgets.panels.item_views import BAR_COLOUR, BAR_SHARE, BarDelegate
+from riglens.widgets.panels.controls.icons import icon
+from riglens.widgets.panels.controls.item_views import BAR_COLOUR, BAR_SHARE, BarDelegate
+from riglens.widgets.panels.controls.style import numbers_font, plain_tip, tones
 from riglens.widgets.panels.sensors.losses import HEADINGS, MEASURES, Loss
-from riglens.widgets.panels.style import numbers_font, plain_tip, tones
 from riglens.widgets.theme import LINKED_COLOUR
 
 

@@ -21,9 +21,10 @@ from PySide6.QtWidgets import QAbstractItemView, QMenu, QTreeWidget, QTreeWidget
 
 from riglens.core.rig.edits import partner_of
 from riglens.core.rig.model import Rig, Sensor
-from riglens.widgets.panels.icons import icon
-from riglens.widgets.panels.item_views import BAR_SHARE, give_context_menu
-from riglens.widgets.panels.menus import add_entry
+from riglens.widgets.panels.controls.icons import icon
+from riglens.widgets.panels.controls.item_views import BAR_SHARE, give_context_menu
+from riglens.widgets.panels.controls.menus import add_entry
+from riglens.widgets.panels.controls.style import tones
 from riglens.widgets.panels.sensors.losses import HEADINGS, MEASURES, Loss, Measure
 from riglens.widgets.panels.sensors.rows import (
     CHOICE_TIP,
@@ -42,7 +43,6 @@ from riglens.widgets.panels.sensors.rows import (
     show_loss,
     show_sensor,
 )
-from riglens.widgets.panels.style import tones
 from riglens.widgets.theme import KIND_COLOURS
 
 Names = tuple[str, ...]

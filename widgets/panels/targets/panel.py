@@ -11,9 +11,9 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QSpinBox, QToolB
 
 from riglens.core.targets.quantities import QUANTITIES, Quantity
 from riglens.core.targets.settings import TargetSettings
+from riglens.widgets.panels.controls.icons import icon
+from riglens.widgets.panels.controls.style import MARGIN, SPACING, as_panel, plain_tip
 from riglens.widgets.panels.fields.form import ChoiceBox
-from riglens.widgets.panels.icons import icon
-from riglens.widgets.panels.style import MARGIN, SPACING, as_panel, plain_tip
 from riglens.widgets.panels.targets.rose import RoseView
 from riglens.widgets.panels.targets.table import TargetTable
 

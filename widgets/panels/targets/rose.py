@@ -9,7 +9,7 @@ from PySide6.QtGui import QColor, QHelpEvent, QPainter, QPainterPath, QPaintEven
 from PySide6.QtWidgets import QToolTip, QWidget
 
 from riglens.core.targets.quantities import SECTORS, Rose
-from riglens.widgets.panels.style import plain_tip, tones
+from riglens.widgets.panels.controls.style import plain_tip, tones
 from riglens.widgets.panels.targets.table import TITLES
 from riglens.widgets.panels.targets.text import tip_text
 

@@ -17,9 +17,9 @@ from PySide6.QtWidgets import (
 )
 
 from riglens.core.targets.quantities import EVERYBODY, WHO, Table
-from riglens.widgets.panels.icons import swatch
-from riglens.widgets.panels.item_views import OwnKeys, StandardKey
-from riglens.widgets.panels.style import numbers_font, plain_tip, tones
+from riglens.widgets.panels.controls.icons import swatch
+from riglens.widgets.panels.controls.item_views import OwnKeys, StandardKey
+from riglens.widgets.panels.controls.style import numbers_font, plain_tip, tones
 from riglens.widgets.panels.targets.text import change_text, error_text, is_better, tip_text, value_text
 from riglens.widgets.theme import CLASS_COLOURS
 

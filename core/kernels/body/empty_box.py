@@ -1,0 +1,59 @@
+"""The largest box of cells around a place that holds nothing: in it, where a ray ends makes no difference."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from riglens.core.kernels.runtime.jit import inlined, kernel
+from riglens.core.kernels.voxels.bits import FULL_WORD
+
+
+@inlined
+def _is_empty(words: np.ndarray, shape: np.ndarray, box: np.ndarray) -> bool:
+    """Whether a box of cells [lx hx ly hy lz hz), some of each, holds no set bit."""
+    depth = (shape[2] + 63) // 64
+    for part in range(box[4] // 64, (box[5] - 1) // 64 + 1):
+        low, high = max(box[4] - 64 * part, 0), min(box[5] - 1 - 64 * part, 63)
+        mask = (FULL_WORD << np.uint64(low)) & (FULL_WORD >> np.uint64(63 - high))
+        for ix in range(box[0], box[1]):
+            for iy in range(box[2], box[3]):
+                if words[(ix * shape[1] + iy) * depth + part] & mask != 0:
+                    return False
+    return True
+
+
+@inlined
+def _grow(
+    words: np.ndarray, shape: np.ndarray, limits: np.ndarray, first: int, end: int, box: np.ndarray
+) -> None:
+    """Move the sides first..end-1 of an empty box outwards, a layer on each in turn, as long as it remains empty."""
+    grows, layer = np.ones(6, np.bool_), np.empty(6, np.int64)
+    while grows[first:end].any():
+        for side in range(first, end):
+            step, other = (1, side - 1) if side % 2 else (-1, side + 1)
+            if not grows[side] or box[side] == limits[side]:
+                grows[side] = False
+                continue
+            layer[:] = box
+            layer[side], layer[other] = box[side] + step, box[side]
+            grows[side] = _is_empty(words, shape, layer)
+            box[side] += step * grows[side]
+
+
+@kernel
+def grow_void(words: np.ndarray, shape: np.ndarray, cell: np.ndarray, limits: np.ndarray) -> np.ndarray:
+    """A box of cells int64 (6,) [lx hx ly hy lz hz) around a cell (3,) that holds no set bit, as large as it becomes
+    when it grows on all sides in turn, or along one axis before the others, within limits (6,), a box that holds the
+    cell; empty where the cell is set."""
+    best, box, most = np.zeros(6, np.int64), np.empty(6, np.int64), 0
+    for axis in range(-1, 3):
+        box[0::2], box[1::2] = cell, cell + 1
+        if not _is_empty(words, shape, box):
+            return best
+        if axis >= 0:
+            _grow(words, shape, limits, 2 * axis, 2 * axis + 2, box)
+        _grow(words, shape, limits, 0, 6, box)
+        size = (box[1] - box[0]) * (box[3] - box[2]) * (box[5] - box[4])
+        if size > most:
+            best[:], most = box, size
+    return best

@@ -1,0 +1,229 @@
+"""Where the rays of a bent lens end at a solid, triangle by triangle.
+
+The same as `kernels.body.shadow`, for rays that have no rows and columns but lie in bins of the image plane:
+the tree is gone through from the near to the far, a box is left out where all rays of the bins that its ball touches
+are over, and a triangle is offered to the rays of the bins that it touches. Rays that meet something inside of the void
+are over.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numba
+import numpy as np
+
+from riglens.core.kernels.body.face import (
+    DOUBT,
+    WIDEST,
+    Sides,
+    ball_around,
+    set_normals,
+    sides_of,
+    sides_of_box,
+    size_of,
+    view_of,
+)
+from riglens.core.kernels.body.screen import in_sensor_axes, slopes_of
+from riglens.core.kernels.body.shadow import Barring, is_in, near2
+from riglens.core.kernels.body.solid import EDGE, Tree, meet
+from riglens.core.kernels.rays.bins import Bins, bin_of
+from riglens.core.kernels.rays.cast import Cast
+from riglens.core.kernels.rays.lattice import rotated
+from riglens.core.kernels.rays.predicates import Vector
+from riglens.core.kernels.runtime.jit import kernel, lean, lean_inlined, parallel_kernel
+
+
+class LensEnds(NamedTuple):
+    """What is known of the rays: at (rays,) metres, where one has met something outside of the void; has_end, is_over
+    (rays,): which have, and which are over; still (bins,): how many of a bin are not."""
+
+    at: np.ndarray
+    has_end: np.ndarray
+    is_over: np.ndarray
+    still: np.ndarray
+
+
+class Patch(NamedTuple):
+    """First and last bin along both axes."""
+
+    from_i: int
+    to_i: int
+    from_j: int
+    to_j: int
+
+
+@lean_inlined
+def _sides_of_box(rays: Cast, b: np.ndarray) -> Sides:
+    """Between which places (1, y, z) a box of low and high corner (6,) is seen."""
+    middle, radius = ball_around((b[0], b[1], b[2]), (b[3], b[4], b[5]))
+    place = in_sensor_axes(rays, middle)
+    if radius >= WIDEST * place[0]:
+        return _sides_of_ball(place, radius)
+    return sides_of_box(rays, b, place, 1.0, 0.0)
+
+
+@lean_inlined
+def _patch_between(bins: Bins, bar: Barring, sides: Sides) -> Patch:
+    """The bins between some places, of the columns in question."""
+    if sides.left > sides.right:
+        return Patch(0, -1, 0, -1)
+    from_i, to_i = max(bin_of(bins, 0, sides.left), bar.first), min(bin_of(bins, 0, sides.right), bar.end - 1)
+    from_j, to_j = max(bin_of(bins, 1, sides.low), 0), min(bin_of(bins, 1, sides.high), bins.sizes[1] - 1)
+    return Patch(from_i, to_i, from_j, to_j)
+
+
+@lean_inlined
+def _sides_of_ball(place: Vector, radius: float) -> Sides:
+    """Between which places (1, y, z) a ball at a place in the frame of the camera is seen."""
+    left, right = slopes_of(place[0], place[1], radius)
+    low, high = slopes_of(place[0], place[2], radius)
+    return Sides(left, right, low, high) if low <= high else Sides(1.0, 0.0, 1.0, 0.0)
+
+
+@lean_inlined
+def _has_open(bins: Bins, patch: Patch, still: np.ndarray) -> bool:
+    """Whether some ray in some bins is not over."""
+    for i in range(patch.from_i, patch.to_i + 1):
+        for j in range(patch.from_j, patch.to_j + 1):
+            if still[i * bins.sizes[1] + j] > 0:
+                return True
+    return False
+
+
+@lean_inlined
+def _verdict(n: np.ndarray, doubt: float, d: np.ndarray, is_void: bool) -> int:
+    """-1 where a ray of direction d (3,) in the frame of the camera certainly misses a triangle, 1 where
+    it certainly meets it in the void, else 0; normals n (3, 3)."""
+    u = n[0, 0] * d[0] + n[0, 1] * d[1] + n[0, 2] * d[2]
+    v = n[1, 0] * d[0] + n[1, 1] * d[1] + n[1, 2] * d[2]
+    w = n[2, 0] * d[0] + n[2, 1] * d[1] + n[2, 2] * d[2]
+    if w < 0.0:
+        u, v, w = -u, -v, -w
+    if w <= doubt:
+        return 0
+    room = doubt + 2.0 * EDGE * w
+    if min(u, v) < -room or u + v > w + room:
+        return -1
+    return 1 if is_void and min(u, v) > doubt and w - u - v > doubt else 0
+
+
+@lean_inlined
+def _meet_ray(rays: Cast, ray: int, c: np.ndarray, bar: Barring, ends: LensEnds) -> bool:
+    """Offer a triangle to one ray, by the formula; whether it is over now."""
+    row = rays.rows[ray]
+    o = (rays.origin[0], rays.origin[1], rays.origin[2])
+    d = rotated(rays.rotation, (row[0], row[1], row[2]))
+    t, _ = meet(o, d, c)
+    if not bar.start < t < np.inf:
+        return False
+    if is_in(bar.void, (o[0] + t * d[0], o[1] + t * d[1], o[2] + t * d[2])):
+        return True
+    if not ends.has_end[ray] or t < ends.at[ray]:
+        ends.at[ray], ends.has_end[ray] = t, True
+    return False
+
+
+@lean
+def _offer(rays: Cast, bins: Bins, c: np.ndarray, bar: Barring, normals: np.ndarray, ends: LensEnds) -> None:
+    """Offer a triangle of corners (3, 3) to all rays that can meet it; normals (3, 3): work space."""
+    low = (
+        min(c[0, 0], min(c[1, 0], c[2, 0])),
+        min(c[0, 1], min(c[1, 1], c[2, 1])),
+        min(c[0, 2], min(c[1, 2], c[2, 2])),
+    )
+    high = (
+        max(c[0, 0], max(c[1, 0], c[2, 0])),
+        max(c[0, 1], max(c[1, 1], c[2, 1])),
+        max(c[0, 2], max(c[1, 2], c[2, 2])),
+    )
+    middle, radius = ball_around(low, high)
+    place = in_sensor_axes(rays, middle)
+    view = view_of(rays, c)
+    sides = sides_of(view, radius, place[0], 1.0, 0.0)
+    if sides.left > sides.right:
+        sides = _sides_of_ball(place, radius)
+    patch, doubt = _patch_between(bins, bar, sides), -1.0
+    is_void = is_in(bar.void, low) and is_in(bar.void, high) and size_of(place) - radius > bar.start
+    for i in range(patch.from_i, patch.to_i + 1):
+        for j in range(patch.from_j, patch.to_j + 1):
+            here = i * bins.sizes[1] + j
+            for at in range(bins.first[here], bins.first[here + 1] if ends.still[here] > 0 else 0):
+                ray, y, z = bins.rays[at], bins.places[at, 0], bins.places[at, 1]
+                if not (sides.left <= y <= sides.right and sides.low <= z <= sides.high) or ends.is_over[ray]:
+                    continue
+                if doubt < 0.0:
+                    doubt = DOUBT * set_normals(view, normals)
+                verdict = _verdict(normals, doubt, rays.rows[ray], is_void)
+                if verdict > 0 or (verdict == 0 and _meet_ray(rays, ray, c, bar, ends)):
+                    ends.is_over[ray] = True
+                    ends.still[here] -= 1
+
+
+@lean
+def _offer_tree(
+    rays: Cast, bins: Bins, bar: Barring, normals: np.ndarray, stack: np.ndarray, ends: LensEnds
+) -> None:
+    """Offer all triangles that stop rays, the nearer boxes first; normals (3, 3), stack (128,): work space."""
+    tree = bar.tree
+    stack[0], waiting = 0, min(1, tree.skip.size)
+    while waiting > 0:
+        waiting -= 1
+        node = stack[waiting]
+        sides = _sides_of_box(rays, tree.bounds[node])
+        if not _has_open(bins, _patch_between(bins, bar, sides), ends.still):
+            continue
+        if tree.leaf[node, 1] == 0:
+            near, far = node + 1, tree.skip[node + 1]
+            if near2(rays.origin, tree.bounds[far]) < near2(rays.origin, tree.bounds[near]):
+                near, far = far, near
+            stack[waiting], stack[waiting + 1] = far, near
+            waiting += 2
+            continue
+        for triangle in range(tree.leaf[node, 0], tree.leaf[node, 0] + tree.leaf[node, 1]):
+            if bar.stops[tree.number[triangle]]:
+                _offer(rays, bins, tree.corners[triangle], bar, normals, ends)
+
+
+@parallel_kernel
+def find_lens_ends(
+    rays: Cast,
+    bins: Bins,
+    tree: Tree,
+    stops: np.ndarray,
+    start: float,
+    void: np.ndarray,
+    workers: int,
+    at: np.ndarray,
+    has_end: np.ndarray,
+    is_over: np.ndarray,
+    still: np.ndarray,
+) -> None:
+    """Write where listed rays, in metres, first meet a solid beyond `start` (see `LensEnds` and `Barring`); zeros
+    before, and in `still` all rays of each bin. Workers share strips of bins."""
+    strips = min(bins.sizes[0], 4 * workers)
+    for worker in numba.prange(workers):
+        normals, stack = np.empty((3, 3)), np.empty(128, np.int64)
+        for strip in range(worker, strips, workers):
+            first, end = bins.sizes[0] * strip // strips, bins.sizes[0] * (strip + 1) // strips
+            bar = Barring(tree, stops, start, void, first, end)
+            _offer_tree(rays, bins, bar, normals, stack, LensEnds(at, has_end, is_over, still))
+
+
+@kernel
+def find_lens_ends_serial(
+    rays: Cast,
+    bins: Bins,
+    tree: Tree,
+    stops: np.ndarray,
+    start: float,
+    void: np.ndarray,
+    at: np.ndarray,
+    has_end: np.ndarray,
+    is_over: np.ndarray,
+    still: np.ndarray,
+) -> None:
+    """The same for a thread that must not call parallel kernels."""
+    bar = Barring(tree, stops, start, void, 0, bins.sizes[0])
+    normals, stack = np.empty((3, 3)), np.empty(128, np.int64)
+    _offer_tree(rays, bins, bar, normals, stack, LensEnds(at, has_end, is_over, still))

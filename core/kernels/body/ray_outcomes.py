@@ -1,0 +1,67 @@
+"""What becomes of every ray of a sensor: the first of a few ends that fits it."""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+from riglens.core.kernels.rays.cast import BLOCK, Cast, ray_direction, walk_ray
+from riglens.core.kernels.runtime.jit import inlined, parallel_kernel
+from riglens.core.kernels.voxels.bits import level_mask
+
+CAR, OUTSIDE, GROUND, NOTHING, SHARED, NEW = range(6)
+"""It meets the car; never enters the grid; passes its floor, or leaves it otherwise, and meets nothing informative;
+meets only what others see; meets something that they do not."""
+OPEN = -1
+"""Left to the walk in rational numbers."""
+
+
+@inlined
+def _meets(runs: np.ndarray, count: int, depth: int, informative: np.ndarray, others: np.ndarray) -> int:
+    """NOTHING, SHARED or NEW for the voxels of some runs; informative, others uint64 (words,)."""
+    found = NOTHING
+    for r in range(count):
+        for part in range(runs[r, 1] >> 6, (runs[r, 2] >> 6) + 1):
+            low, high = max(runs[r, 1] - 64 * part, 0), min(runs[r, 2] - 64 * part, 63)
+            word = np.int64(runs[r, 0]) * depth + part
+            met = informative[word] & level_mask(low, high)
+            if met & ~others[word] != 0:
+                return NEW
+            if met != 0:
+                found = SHARED
+    return found
+
+
+@inlined
+def ends_at_ground(rays: Cast, d: tuple[float, float, float]) -> bool:
+    """Whether a ray passes the floor of the grid, within its sides and its range."""
+    if d[2] >= 0.0 or rays.origin[2] < 0.0:
+        return False
+    t = rays.origin[2] / -d[2]
+    x, y = rays.origin[0] + t * d[0], rays.origin[1] + t * d[1]
+    return bool(0.0 <= x < rays.shape[0] and 0.0 <= y < rays.shape[1] and t <= rays.reach[1])
+
+
+@inlined
+def _fate(rays: Cast, ray: int, informative: np.ndarray, others: np.ndarray, runs: np.ndarray) -> int:
+    if rays.is_stopped.size > 0 and rays.is_stopped[ray]:
+        return CAR
+    count = walk_ray(rays, ray, runs)
+    if count <= 0:
+        return OUTSIDE if count == 0 else OPEN
+    found = _meets(runs, count, (rays.shape[2] + 63) // 64, informative, others)
+    return GROUND if found == NOTHING and ends_at_ground(rays, ray_direction(rays, ray)) else found
+
+
+@parallel_kernel
+def follow_rays(
+    rays: Cast, informative: np.ndarray, others: np.ndarray, workers: int, fates: np.ndarray
+) -> None:
+    """Write what becomes of each ray, int8 (rays,), whose box is the whole grid and whose `is_stopped` are those that
+    meet the car; informative uint64 (words,), and `others` what other sensors see."""
+    blocks = (fates.size + BLOCK - 1) // BLOCK
+    for worker in numba.prange(workers):
+        runs = np.empty((rays.shape[0] + rays.shape[1] + rays.shape[2] + 3, 3), np.int32)
+        for block in range(worker, blocks, workers):
+            for ray in range(block * BLOCK, min((block + 1) * BLOCK, fates.size)):
+                fates[ray] = _fate(rays, ray, informative, others, runs)

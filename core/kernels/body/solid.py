@@ -1,0 +1,214 @@
+"""Where rays meet the triangles of a solid, in a tree of boxes: one formula, whichever way leads to the triangle.
+
+A ray o + t d meets a triangle when it passes the box around it, grown by GROWN on all sides, from t0 to t1, and
+when u >= -EDGE, v >= -EDGE and u + v <= 1 + EDGE in the doubles of Möller and Trumbore, "Fast, minimum storage
+ray-triangle intersection" (1997); it meets it at their t, held between t0 and t1, so that rounding on a sliver cannot
+put it elsewhere. Edges belong to the triangle, so no ray slips through between two of them, and both sides count. As
+larger boxes give wider ranges of t, also in doubles, a tree of boxes leaves out nothing that a search over all
+triangles finds.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numba
+import numpy as np
+
+from riglens.core.kernels.rays.cast import Cast
+from riglens.core.kernels.rays.lattice import direction, rotated
+from riglens.core.kernels.rays.predicates import Vector
+from riglens.core.kernels.runtime.jit import kernel, lean_inlined, parallel_kernel
+
+GROWN = 1e-6
+"""Metres by which boxes are larger than what is in them: far more than the rounding of where a ray passes."""
+EDGE = 1e-7
+"""By how much of its size a triangle is wider than its corners say: more than rounding along an edge that two share."""
+LEAF = 4
+"""Triangles in a leaf of the tree at most."""
+BLOCK = 64
+"""Rays that a worker takes in a row."""
+
+
+class Tree(NamedTuple):
+    """Triangles in a tree of boxes, metres: corners (t, 3, 3) in the order of the leaves, and the number (t,) of each
+    outside of the tree; nodes in depth-first order: bounds (k, 6) low and high corner, grown; leaf (k, 2) first
+    triangle and how many (0 in an inner node); skip (k,) the node to go on with when a ray misses this one."""
+
+    corners: np.ndarray
+    number: np.ndarray
+    bounds: np.ndarray
+    leaf: np.ndarray
+    skip: np.ndarray
+
+
+class Hit(NamedTuple):
+    """A meeting: distance along the ray (inf: none), number of the triangle, |cosine| between ray and normal."""
+
+    t: float
+    number: int
+    square: float
+
+
+@lean_inlined
+def slab(origin: float, along: float, low: float, high: float, t0: float, t1: float) -> tuple[float, float]:
+    """The part of [t0, t1] inside a slab; empty (t0 > t1) when there is none."""
+    if along == 0.0:
+        return (t0, t1) if low <= origin <= high else (np.inf, -np.inf)
+    a, b = (low - origin) / along, (high - origin) / along
+    return max(t0, min(a, b)), min(t1, max(a, b))
+
+
+@lean_inlined
+def _passes(o: Vector, d: Vector, bounds: np.ndarray, t0: float, t1: float) -> tuple[float, float]:
+    """The part of [t0, t1] in which a ray is inside of bounds (6,)."""
+    t0, t1 = slab(o[0], d[0], bounds[0], bounds[3], t0, t1)
+    t0, t1 = slab(o[1], d[1], bounds[1], bounds[4], t0, t1)
+    return slab(o[2], d[2], bounds[2], bounds[5], t0, t1)
+
+
+@lean_inlined
+def _passes_triangle(o: Vector, d: Vector, c: np.ndarray) -> tuple[float, float]:
+    """The part of a ray, from its start on, inside of the grown box around corners (3, 3)."""
+    t0, t1 = 0.0, np.inf
+    for axis in range(3):
+        low = min(c[0, axis], min(c[1, axis], c[2, axis])) - GROWN
+        high = max(c[0, axis], max(c[1, axis], c[2, axis])) + GROWN
+        t0, t1 = slab(o[axis], d[axis], low, high, t0, t1)
+    return t0, t1
+
+
+@lean_inlined
+def meet(o: Vector, d: Vector, c: np.ndarray) -> tuple[float, float]:
+    """Where a ray meets a triangle of corners (3, 3), inf when it does not, and |cosine| between ray and normal."""
+    t0, t1 = _passes_triangle(o, d, c)
+    if t0 > t1:
+        return np.inf, 0.0
+    ax, ay, az = c[0, 0], c[0, 1], c[0, 2]
+    ux, uy, uz = c[1, 0] - ax, c[1, 1] - ay, c[1, 2] - az
+    vx, vy, vz = c[2, 0] - ax, c[2, 1] - ay, c[2, 2] - az
+    px, py, pz = d[1] * vz - d[2] * vy, d[2] * vx - d[0] * vz, d[0] * vy - d[1] * vx
+    volume = ux * px + uy * py + uz * pz
+    if volume == 0.0:
+        return np.inf, 0.0
+    sx, sy, sz = o[0] - ax, o[1] - ay, o[2] - az
+    u = (sx * px + sy * py + sz * pz) / volume
+    qx, qy, qz = sy * uz - sz * uy, sz * ux - sx * uz, sx * uy - sy * ux
+    v = (d[0] * qx + d[1] * qy + d[2] * qz) / volume
+    if not (u >= -EDGE and v >= -EDGE and u + v <= 1.0 + EDGE):
+        return np.inf, 0.0
+    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    t = (vx * qx + vy * qy + vz * qz) / volume
+    return min(max(t, t0), t1), abs(volume) / np.sqrt(nx * nx + ny * ny + nz * nz)
+
+
+@lean_inlined
+def first_hit(
+    o: Vector, d: Vector, tree: Tree, stops: np.ndarray, nodes: tuple[int, int], start: float, best: Hit
+) -> Hit:
+    """The nearest meeting beyond `start` and nearer than `best`; of two at the same place the one of the lower number.
+
+    nodes: from which node of the tree to which; stops bool (t,): which triangles stop the ray.
+    """
+    node = nodes[0]
+    while node < nodes[1]:
+        t0, t1 = _passes(o, d, tree.bounds[node], 0.0, best.t)
+        if t0 > t1 or t1 <= start:
+            node = tree.skip[node]
+            continue
+        for triangle in range(tree.leaf[node, 0], tree.leaf[node, 0] + tree.leaf[node, 1]):
+            number = tree.number[triangle]
+            if stops[number]:
+                t, square = meet(o, d, tree.corners[triangle])
+                if t > start and (t < best.t or (t == best.t and number < best.number)):
+                    best = Hit(t, number, square)
+        node += 1
+    return best
+
+
+@kernel
+def build_nodes(
+    low: np.ndarray,
+    high: np.ndarray,
+    order: np.ndarray,
+    bounds: np.ndarray,
+    leaf: np.ndarray,
+    skip: np.ndarray,
+) -> int:
+    """Split triangles, given by the corners (t, 3) of their boxes, at the median along the longest side until few are
+    left. Writes their order (t,) by leaves, and the nodes (see `Tree`; 2 t + 1 are room enough); returns their number.
+    """
+    stack = np.empty((64, 2), np.int64)
+    stack[0, 0], stack[0, 1] = 0, order.size
+    waiting, count = (1 if order.size > 0 else 0), 0
+    while waiting > 0:
+        waiting -= 1
+        first, end = stack[waiting, 0], stack[waiting, 1]
+        chosen = order[first:end]
+        for axis in range(3):
+            bounds[count, axis] = low[chosen, axis].min() - GROWN
+            bounds[count, 3 + axis] = high[chosen, axis].max() + GROWN
+        leaf[count, 0], leaf[count, 1] = first, 0
+        if end - first <= LEAF:
+            leaf[count, 1] = end - first
+        else:
+            axis = int(np.argmax(bounds[count, 3:] - bounds[count, :3]))
+            middle = low[chosen, axis] + high[chosen, axis]
+            order[first:end] = chosen[np.argsort(middle, kind="mergesort")]
+            half = (first + end) // 2
+            stack[waiting, 0], stack[waiting, 1] = half, end
+            stack[waiting + 1, 0], stack[waiting + 1, 1] = first, half
+            waiting += 2
+        count += 1
+    for node in range(count - 1, -1, -1):
+        skip[node] = node + 1 if leaf[node, 1] > 0 else skip[skip[node + 1]]
+    return count
+
+
+@lean_inlined
+def _ray(rays: Cast, ray: int) -> Vector:
+    planes = rays.planes.shape[0]
+    return rotated(rays.rotation, direction(rays.kind, rays.rows[ray // planes], rays.planes[ray % planes]))
+
+
+@kernel
+def meet_listed(
+    origin: np.ndarray, directions: np.ndarray, tree: Tree, stops: np.ndarray, most: np.ndarray, start: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """First meetings of rays of directions (n, 3) nearer than `most` (n,): distance (n,), inf without one, number of
+    the triangle (n,), -1 without one, and |cosine| (n,)."""
+    count = directions.shape[0]
+    distance, number, square = np.full(count, np.inf), np.full(count, -1), np.zeros(count)
+    o = (origin[0], origin[1], origin[2])
+    for ray in range(count):
+        d = (directions[ray, 0], directions[ray, 1], directions[ray, 2])
+        none = Hit(most[ray], -1, 0.0)
+        hit = first_hit(o, d, tree, stops, (0, tree.skip.size), start, none)
+        if hit.number >= 0:
+            distance[ray], number[ray], square[ray] = hit.t, hit.number, hit.square
+    return distance, number, square
+
+
+@lean_inlined
+def _end(rays: Cast, ray: int, tree: Tree, stops: np.ndarray, start: float) -> float:
+    o = (rays.origin[0], rays.origin[1], rays.origin[2])
+    return first_hit(o, _ray(rays, ray), tree, stops, (0, tree.skip.size), start, Hit(np.inf, -1, 0.0)).t
+
+
+@kernel
+def ends_by_tree(rays: Cast, tree: Tree, stops: np.ndarray, start: float, ends: np.ndarray) -> None:
+    """Write where each ray of a lattice first meets the solid, (n,), inf where it does not. `rays` is in metres."""
+    for ray in range(ends.size):
+        ends[ray] = _end(rays, ray, tree, stops, start)
+
+
+@parallel_kernel
+def ends_by_tree_parallel(
+    rays: Cast, tree: Tree, stops: np.ndarray, start: float, workers: int, ends: np.ndarray
+) -> None:
+    """As `ends_by_tree`, by several workers."""
+    blocks = (ends.size + BLOCK - 1) // BLOCK
+    for worker in numba.prange(workers):
+        for block in range(worker, blocks, workers):
+            for ray in range(block * BLOCK, min((block + 1) * BLOCK, ends.size)):
+                ends[ray] = _end(rays, ray, tree, stops, start)

@@ -1,0 +1,1 @@
+"""Tilted and distorted cameras: which voxels a lattice of pixels hits."""

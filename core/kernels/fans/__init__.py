@@ -1,0 +1,1 @@
+"""Upright sensors: all rays that share a vertical plane walk through the grid together."""

@@ -1,0 +1,192 @@
+"""Boxes of frames, rays of a sensor, and how the one stands to the other: for all kernels that let rays meet boxes."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from riglens.core.kernels.objects.shapes import turned_into
+from riglens.core.kernels.rays.lattice import Direction
+from riglens.core.kernels.runtime.jit import lean, lean_inlined
+
+_TINY = 1e-300
+"""Stands for no distance at all between the sensor and the plane of a face, by which numbers are divided."""
+
+
+class Traffic(NamedTuple):
+    """Boxes of all frames, in the vehicle frame: those of frame f are starts[f]..starts[f + 1] (frames + 1,);
+    centres, halves (n, 3) metres, rotations (n, 3, 3) box to vehicle frame; counts (n,) bool: those that count;
+    cls (n,): their classes.
+
+    Each box is made of parts, boxes within it: those of box b are part_starts[b]..part_starts[b + 1] (n + 1,); box_of
+    (m,) is the box of a part; offsets, part_halves (m, 3) in metres and in the axes of the box; is_glass (m,): whether
+    it gives LiDARs no return.
+    """
+
+    starts: np.ndarray
+    centres: np.ndarray
+    halves: np.ndarray
+    rotations: np.ndarray
+    counts: np.ndarray
+    cls: np.ndarray
+    part_starts: np.ndarray
+    box_of: np.ndarray
+    offsets: np.ndarray
+    part_halves: np.ndarray
+    is_glass: np.ndarray
+
+
+class Beams(NamedTuple):
+    """Rays of a sensor. Ray number = row * columns + column as the sensor lists them; its slot is the same with
+    rows and columns in rising order: slot = place of the row * columns + place of the column.
+
+    Direction in the sensor frame of a slot: (f x, f y, g z) with f, g from `scale` (rows, 2) and x, y, z from
+    arrays, (columns,) where `stride` is 0, else (slots,) with stride = columns; zero for a ray that the lens has
+    not. Unit vectors, or for a pinhole that sees from 0 to infinity those with x = 1. turns: whether columns are
+    azimuths (LiDAR) or places on the image plane; origin (3,); rotation (3, 3) sensor to vehicle frame; reach (2,)
+    metres. row_at, column_at: where rows (slopes, or z on the image plane) and columns lie, rising, and row_of,
+    column_of: their numbers; shift (rows,) or (0,): what is added to the columns of a row, radians in [0, 2 pi).
+    ends (rays,) or (0,): where the car's own body stops a ray by its number, metres. law (0,) or (4,): range in
+    metres at which half of the rays return from a face that looks at the sensor, for the three classes, and the
+    relative width of the logistic; none: all rays return. blocks (b, 7): cones around
+    runs of slots of a lattice that has no straight rows (axis, cosine and sine of the half angle, first slot,
+    number), none for the others. field: cosine and sine of the half angle of a cone around x that holds all rays.
+    least: what comes nearer to the plane x = 0 of a camera than this, in metres, is in no image. stops (rows * words,)
+    uint64 or (0,): for a camera with straight rows and columns a bit for each slot whose ray the car's own body stops
+    somewhere, every row in words of its own.
+    """
+
+    turns: bool
+    columns: int
+    stride: int
+    x: np.ndarray
+    y: np.ndarray
+    z: np.ndarray
+    scale: np.ndarray
+    origin: np.ndarray
+    rotation: np.ndarray
+    reach: np.ndarray
+    row_at: np.ndarray
+    row_of: np.ndarray
+    column_at: np.ndarray
+    column_of: np.ndarray
+    shift: np.ndarray
+    ends: np.ndarray
+    law: np.ndarray
+    blocks: np.ndarray
+    field: np.ndarray
+    least: float
+    stops: np.ndarray
+
+
+class Faces(NamedTuple):
+    """A box as the rays of a sensor meet it. With a = turn d, d a direction in the sensor frame: a ray enters at 1
+    / t = least of 1 / near and a[k] enter[k] + rest[k], and leaves at the greatest of 1 / far, a[k] leave[k], a[k]
+    other[k]."""
+
+    box: int
+    part: int
+    turn: np.ndarray
+    enter: np.ndarray
+    rest: np.ndarray
+    leave: np.ndarray
+    other: np.ndarray
+
+
+class Canvas(NamedTuple):
+    """What the rays of a worker have met so far, by slot: 1 / t, or 0 where nothing, and the box, or -1 (rays,);
+    spans (rows, 2): first and end of the columns in which a row may have met something, columns and 0 where it has
+    not; `run` takes the numbers of one run of slots (columns,); touched (2,): first and end of the rows whose spans are
+    not empty, rows and 0 if all are."""
+
+    inverse: np.ndarray
+    owner: np.ndarray
+    last: np.ndarray
+    spans: np.ndarray
+    run: np.ndarray
+    touched: np.ndarray
+
+
+@lean_inlined
+def local_direction(beams: Beams, row: int, column: int) -> Direction:
+    """Direction of the ray at a place of rows and columns in the sensor's own axes."""
+    at = row * beams.stride + column
+    f, g = beams.scale[row, 0], beams.scale[row, 1]
+    return f * beams.x[at], f * beams.y[at], g * beams.z[at]
+
+
+@lean_inlined
+def turned(turn: np.ndarray, d: Direction) -> Direction:
+    """turn d, with turn (3, 3)."""
+    return (
+        turn[0, 0] * d[0] + turn[0, 1] * d[1] + turn[0, 2] * d[2],
+        turn[1, 0] * d[0] + turn[1, 1] * d[1] + turn[1, 2] * d[2],
+        turn[2, 0] * d[0] + turn[2, 1] * d[1] + turn[2, 2] * d[2],
+    )
+
+
+@lean_inlined
+def set_faces(start: Direction, half: np.ndarray, faces: Faces) -> None:
+    """The numbers of a box by which rays from `start`, in the axes of the box, meet it."""
+    for axis in range(3):
+        s, h = start[axis], half[axis]
+        if -h < s < h:
+            faces.enter[axis], faces.rest[axis] = 0.0, np.inf
+            faces.leave[axis], faces.other[axis] = 1.0 / (h - s), -1.0 / (h + s)
+        else:
+            towards = -1.0 if s > 0.0 else 1.0
+            faces.enter[axis], faces.rest[axis] = towards / max(abs(s) - h, _TINY), 0.0
+            faces.leave[axis] = faces.other[axis] = towards / (abs(s) + h)
+
+
+@lean
+def reach_of(traffic: Traffic, beams: Beams, frame: int) -> float:
+    """Nothing farther from the sensor than this can stand before an object that counts."""
+    reach = 0.0
+    for box in range(traffic.starts[frame], traffic.starts[frame + 1]):
+        if traffic.counts[box]:
+            reach = max(reach, distance_of(traffic, beams, box) + radius_of(traffic, box))
+    return float(min(reach, beams.reach[1]) * (1.0 + 1e-9))
+
+
+@lean_inlined
+def distance_of(traffic: Traffic, beams: Beams, box: int) -> float:
+    """From the sensor to the centre of a box, metres."""
+    dx = traffic.centres[box, 0] - beams.origin[0]
+    dy = traffic.centres[box, 1] - beams.origin[1]
+    dz = traffic.centres[box, 2] - beams.origin[2]
+    return float(np.sqrt(dx * dx + dy * dy + dz * dz))
+
+
+@lean_inlined
+def radius_of(traffic: Traffic, box: int) -> float:
+    """From the centre of a box to its corners, metres."""
+    a, b, c = traffic.halves[box, 0], traffic.halves[box, 1], traffic.halves[box, 2]
+    return float(np.sqrt(a * a + b * b + c * c))
+
+
+@lean_inlined
+def start_of(traffic: Traffic, beams: Beams, box: int) -> Direction:
+    """The sensor's place in the axes of a box."""
+    back = (
+        -(traffic.centres[box, 0] - beams.origin[0]),
+        -(traffic.centres[box, 1] - beams.origin[1]),
+        -(traffic.centres[box, 2] - beams.origin[2]),
+    )
+    return turned_into(traffic.rotations[box], back)
+
+
+@lean_inlined
+def set_turn(traffic: Traffic, rotation: np.ndarray, box: int, turn: np.ndarray) -> None:
+    """turn (3, 3): directions in the sensor frame to those in the axes of a box."""
+    for column in range(3):
+        v = (rotation[0, column], rotation[1, column], rotation[2, column])
+        turn[0, column], turn[1, column], turn[2, column] = turned_into(traffic.rotations[box], v)
+
+
+@lean_inlined
+def set_centre(start: Direction, turn: np.ndarray, centre: np.ndarray) -> None:
+    """centre (3,): the middle of a box in the axes of the sensor, which is at `start` in those of the box."""
+    for axis in range(3):
+        centre[axis] = -(turn[0, axis] * start[0] + turn[1, axis] * start[1] + turn[2, axis] * start[2])

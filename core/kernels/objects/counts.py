@@ -1,0 +1,307 @@
+"""Points, pixels and cells on every road user: frame by frame, in parallel.
+
+Frames share nothing, so any number of threads gives the same numbers. In a frame the boxes come from near to far
+(`queue`), and a bit for each ray says whether it has met something.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numba
+import numpy as np
+
+from riglens.core.kernels.objects.box_frames import (
+    Beams,
+    Canvas,
+    Faces,
+    Traffic,
+    local_direction,
+    set_turn,
+    start_of,
+    turned,
+)
+from riglens.core.kernels.objects.depth_order import Queue, line_up, queue_for
+from riglens.core.kernels.objects.nearest import meet_box
+from riglens.core.kernels.objects.silhouette import (
+    Outline,
+    count_outline,
+    draw_box,
+    is_stopped_before,
+    outline_for,
+    words_of,
+)
+from riglens.core.kernels.objects.unique_cells import keep_distinct, note_cells
+from riglens.core.kernels.rays.lattice import Direction
+from riglens.core.kernels.rays.phases import mixed, unit
+from riglens.core.kernels.runtime.jit import kernel, lean, lean_inlined, parallel_kernel
+
+RAYS, ALONE, FIRST_ROW, LAST_ROW, CELLS = 0, 1, 2, 3, 4
+"""Rows of what is found on objects: rays that enter it first, rays that would if it stood alone, first and last
+row of the lattice among the former (-1: none), distinct cells that they enter (LiDARs)."""
+COLUMNS = 5
+
+
+class Desk(NamedTuple):
+    """Room for a worker: the queue of a frame; the image of a box; what rays of a group have met; seen (rows * words,)
+    uint64: a bit for each ray that has met something nearer; hits (4, rays): of rays that meet an object, their
+    directions in its axes and how far it is; table of cells."""
+
+    queue: Queue
+    outline: Outline
+    canvas: Canvas
+    seen: np.ndarray
+    hits: np.ndarray
+    table: np.ndarray
+
+
+class Sweep(NamedTuple):
+    """A sensor in one frame: its number, rotation (3, 3) of the sensor with the phase of the frame, key of the draws
+    of returns; ranks (n,): places of boxes among the objects that count, below 0 for the others."""
+
+    frame: int
+    rotation: np.ndarray
+    key: np.uint64
+    ranks: np.ndarray
+
+
+@lean_inlined
+def is_stopped(beams: Beams, row: int, slot: int, inverse: float) -> bool:
+    """Whether the car's own body stops a ray before it gets where it went."""
+    column = slot % beams.columns
+    x, y, z = local_direction(beams, slot // beams.columns, column)
+    length = np.sqrt(x * x + y * y + z * z)
+    return not length / inverse < beams.ends[row * beams.columns + beams.column_of[column]]
+
+
+@lean_inlined
+def cosine_of(traffic: Traffic, part: int, start: Direction, along: Direction) -> float:
+    """Cosine of the angle between a ray, in the axes of an object, and the normal of the face by which it enters a
+    part; 1 for a ray that starts inside."""
+    offset, half = traffic.offsets[part], traffic.part_halves[part]
+    last, cosine = -np.inf, 1.0
+    for axis in range(3):
+        s = abs(start[axis] - offset[axis]) - half[axis]
+        if s > 0.0:  # the face entered is the one that is reached last
+            at = s / abs(along[axis])
+            if at > last:
+                last, cosine = at, abs(along[axis])
+    return float(cosine)
+
+
+@lean_inlined
+def is_returned(t: float, half_m: float, width: float, cosine: float, chance: float) -> bool:
+    """Whether a ray comes back from a face at t metres, against a chance in [0, 1); half_m: where half of them would
+    from one that looks at the sensor; width: of the logistic, relative to that."""
+    limit = half_m * np.sqrt(cosine)
+    return bool(chance < 1.0 / (1.0 + np.exp((t / limit - 1.0) / width)))
+
+
+@lean_inlined
+def _take(
+    traffic: Traffic, beams: Beams, sweep: Sweep, box: int, desk: Desk, found: np.ndarray, cells: np.ndarray
+) -> int:
+    """Count the rays that enter an object of a group first and have met nothing nearer, and note the cells into which
+    those of a LiDAR come that return; how many of the latter there are."""
+    canvas, words, turn, rays = desk.canvas, words_of(beams.columns), desk.outline.faces.turn, 0
+    start, one = start_of(traffic, beams, box), sweep.ranks[box]
+    set_turn(traffic, sweep.rotation, box, turn)
+    for place in range(canvas.touched[0], canvas.touched[1]):
+        row, base, before = beams.row_of[place], place * beams.columns, rays
+        for column in range(canvas.spans[place, 0], canvas.spans[place, 1]):
+            slot = base + column
+            part = canvas.owner[slot]
+            if part < 0 or traffic.box_of[part] != box:
+                continue
+            if desk.seen[place * words + (column >> 6)] >> np.uint64(column & 63) & np.uint64(1):
+                continue
+            if beams.turns and traffic.is_glass[part]:
+                continue
+            if beams.ends.size > 0 and is_stopped(beams, row, slot, canvas.inverse[slot]):
+                continue
+            if beams.turns:
+                along, t = turned(turn, local_direction(beams, place, column)), 1.0 / canvas.inverse[slot]
+                if beams.law.size > 0:
+                    ray = row * beams.columns + beams.column_of[column]
+                    chance, cosine = (
+                        unit(mixed(sweep.key, np.uint64(ray))),
+                        cosine_of(traffic, part, start, along),
+                    )
+                    if not is_returned(t, beams.law[traffic.cls[box]], beams.law[3], cosine, chance):
+                        continue
+                desk.hits[0, rays], desk.hits[1, rays], desk.hits[2, rays] = along
+                desk.hits[3, rays] = t
+            rays += 1
+        if rays > before:
+            found[FIRST_ROW, one] = min(found[FIRST_ROW, one], row) if found[FIRST_ROW, one] >= 0 else row
+            found[LAST_ROW, one] = max(found[LAST_ROW, one], row)
+    found[RAYS, one] = rays
+    if not beams.turns:
+        return 0
+    note_cells(start, desk.hits, rays, cells)
+    return keep_distinct(rays, cells, desk.table)
+
+
+@lean_inlined
+def _hide(columns: int, desk: Desk) -> None:
+    """Note that the rays of a group have met something, and leave the canvas empty."""
+    canvas, words = desk.canvas, words_of(columns)
+    for place in range(canvas.touched[0], canvas.touched[1]):
+        for column in range(canvas.spans[place, 0], canvas.spans[place, 1]):
+            slot = place * columns + column
+            if canvas.owner[slot] >= 0:
+                desk.seen[place * words + (column >> 6)] |= np.uint64(1) << np.uint64(column & 63)
+                canvas.inverse[slot], canvas.owner[slot] = 0.0, -1
+        canvas.spans[place, 0], canvas.spans[place, 1] = columns, 0
+    canvas.touched[0], canvas.touched[1] = canvas.spans.shape[0], 0
+
+
+@lean_inlined
+def wipe(columns: int, canvas: Canvas) -> None:
+    """Leave the canvas empty."""
+    for place in range(canvas.touched[0], canvas.touched[1]):
+        base = place * columns
+        for slot in range(base + canvas.spans[place, 0], base + canvas.spans[place, 1]):
+            canvas.inverse[slot], canvas.owner[slot] = 0.0, -1
+        canvas.spans[place, 0], canvas.spans[place, 1] = columns, 0
+    canvas.touched[0], canvas.touched[1] = canvas.spans.shape[0], 0
+
+
+@lean
+def _cast_frame(
+    traffic: Traffic, beams: Beams, sweep: Sweep, desk: Desk, found: np.ndarray, at: np.ndarray,
+    cells: np.ndarray, number: int,
+) -> int:  # fmt: skip
+    """One frame: fills found of its objects, and cells behind the `number` that there are; returns their new number."""
+    queue, begin = desk.queue, 0
+    desk.seen[:] = 0
+    end = line_up(traffic, beams, sweep.frame, queue)
+    draws = not beams.turns and beams.blocks.shape[0] == 0
+    while begin < end:
+        until = begin + 1
+        while until < end and queue.first[until] == begin:
+            until += 1
+        box = queue.box[begin]
+        if not (draws and until == begin + 1 and _draw(traffic, beams, sweep, box, desk, found)):
+            number = _meet_group(traffic, beams, sweep, begin, until, desk, found, at, cells, number)
+        begin = until
+    return number
+
+
+@lean_inlined
+def _draw(traffic: Traffic, beams: Beams, sweep: Sweep, box: int, desk: Desk, found: np.ndarray) -> bool:
+    """Count the pixels of a road user that is no nearer than what was met so far; False where that takes the rays."""
+    outline = desk.outline
+    if not draw_box(traffic, beams, box, sweep.rotation, outline):
+        return False
+    if beams.stops.size > 0 and is_stopped_before(beams, outline):
+        return False
+    counts, one = count_outline(beams, outline, desk.seen), sweep.ranks[box]
+    if one >= 0:
+        found[ALONE, one], found[RAYS, one] = counts[0], counts[1]
+        found[FIRST_ROW, one], found[LAST_ROW, one] = counts[2], counts[3]
+    return True
+
+
+@lean_inlined
+def _meet_group(
+    traffic: Traffic, beams: Beams, sweep: Sweep, begin: int, end: int, desk: Desk, found: np.ndarray,
+    at: np.ndarray, cells: np.ndarray, number: int,
+) -> int:  # fmt: skip
+    """Let all rays meet the boxes of a group, places begin..end-1 of the queue; returns the number of cells then."""
+    queue, outline = desk.queue, desk.outline
+    for place in range(begin, end):
+        box = queue.box[place]
+        one, alone = sweep.ranks[box], meet_box(
+            traffic, beams, box, sweep.rotation, outline.faces, outline.corners, outline.centre, desk.canvas
+        )  # fmt: skip
+        if one >= 0:
+            found[ALONE, one] = alone
+    for place in range(begin, end):
+        box = queue.box[place]
+        one = sweep.ranks[box]
+        if one >= 0 and found[ALONE, one] > 0:
+            own = _take(traffic, beams, sweep, box, desk, found, cells[number:])
+            found[CELLS, one], at[one] = own, number
+            number += own
+    _hide(beams.columns, desk)
+    return number
+
+
+@kernel
+def spun(rotation: np.ndarray, phase: float) -> np.ndarray:
+    """R Rz(phase): the rotation (3, 3) of a sensor whose azimuths are all shifted by a phase in radians."""
+    if phase == 0.0:
+        return rotation
+    cos, sin = np.cos(phase), np.sin(phase)
+    to = np.empty((3, 3))
+    for axis in range(3):
+        x, y = rotation[axis, 0], rotation[axis, 1]
+        to[axis, 0], to[axis, 1], to[axis, 2] = x * cos + y * sin, y * cos - x * sin, rotation[axis, 2]
+    return to
+
+
+@kernel
+def _desk_for(
+    rows: int, columns: int, most: int, inverse: np.ndarray, owner: np.ndarray, last: np.ndarray,
+    table: np.ndarray,
+) -> Desk:  # fmt: skip
+    """Room for a lattice of rays and frames of at most so many boxes, the large parts of which are given."""
+    faces = Faces(0, 0, np.empty((3, 3)), np.empty(3), np.empty(3), np.empty(3), np.empty(3))
+    spans = np.empty((rows, 2), np.int32)
+    spans[:, 0], spans[:, 1] = columns, 0
+    canvas = Canvas(inverse, owner, last, spans, np.empty(columns), np.array([rows, 0]))
+    outline, seen = outline_for(faces, rows, columns), np.empty(rows * words_of(columns), np.uint64)
+    return Desk(queue_for(most), outline, canvas, seen, np.empty((4, rows * columns)), table)
+
+
+@kernel
+def _cast_some(
+    traffic: Traffic, beams: Beams, first: int, end: int, phases: np.ndarray, keys: np.ndarray, ranks: np.ndarray,
+    desk: Desk, found: np.ndarray, at: np.ndarray, cells: np.ndarray, number: int,
+) -> int:  # fmt: skip
+    """Cast a sensor in frames first..end-1, one after the other; returns the number of cells."""
+    for frame in range(first, end):
+        sweep = Sweep(frame, spun(beams.rotation, phases[frame]), keys[frame], ranks)
+        number = _cast_frame(traffic, beams, sweep, desk, found, at, cells, number)
+    return number
+
+
+@parallel_kernel
+def cast_frames(
+    traffic: Traffic, beams: Beams, first: int, end: int, phases: np.ndarray, keys: np.ndarray, ranks: np.ndarray,
+    most: int, inverse: np.ndarray, owner: np.ndarray, last: np.ndarray, tables: np.ndarray,
+    found: np.ndarray, at: np.ndarray, cells: np.ndarray, filled: np.ndarray,
+) -> None:  # fmt: skip
+    """Cast a sensor in frames first..end-1, dealt to as many workers as the scratch has rows.
+
+    phases (frames,) radians; keys uint64 (frames,) of the draws; ranks (n,): places of boxes among the m objects that
+    count, below 0 for the others; most: boxes in any frame. Scratch (workers, rays):
+    inverse 0, owner and last -1; tables (workers, k).
+    Takes found int32 (COLUMNS, m), with 0, 0, -1, -1, 0 before; cells int64 (workers, k), behind the first filled
+    (workers,) of them: the cells entered, and how many there are then; at (m,): where those of an object begin among
+    its worker's.
+    """
+    workers, rows, columns = inverse.shape[0], beams.row_of.size, beams.columns
+    for worker in numba.prange(workers):
+        desk = _desk_for(rows, columns, most, inverse[worker], owner[worker], last[worker], tables[worker])
+        # a worker's frames lie together, and so do its objects
+        begin = first + (end - first) * worker // workers
+        until = first + (end - first) * (worker + 1) // workers
+        filled[worker] = _cast_some(
+            traffic, beams, begin, until, phases, keys, ranks, desk, found, at, cells[worker], filled[worker]
+        )
+
+
+@kernel
+def cast_frames_serial(
+    traffic: Traffic, beams: Beams, first: int, end: int, phases: np.ndarray, keys: np.ndarray, ranks: np.ndarray,
+    most: int, inverse: np.ndarray, owner: np.ndarray, last: np.ndarray, tables: np.ndarray,
+    found: np.ndarray, at: np.ndarray, cells: np.ndarray, filled: np.ndarray,
+) -> None:  # fmt: skip
+    """As `cast_frames`, with the first worker's scratch alone, for any thread."""
+    rows, columns = beams.row_of.size, beams.columns
+    desk = _desk_for(rows, columns, most, inverse[0], owner[0], last[0], tables[0])
+    filled[0] = _cast_some(
+        traffic, beams, first, end, phases, keys, ranks, desk, found, at, cells[0], filled[0]
+    )

@@ -1,0 +1,275 @@
+"""Which box of a frame each ray of a sensor enters first.
+
+For each box the window of rows and columns that can meet it, and for each ray there a test without division: 1 / t at
+which a ray crosses a face is linear in its direction, so the ray enters the box at the least of these numbers over the
+faces towards the sensor and leaves it at the greatest over those away from it. The nearest entry counts; of two boxes
+entered at the same distance the earlier one in the data.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from riglens.core.kernels.objects.box_frames import (
+    Beams,
+    Canvas,
+    Faces,
+    Traffic,
+    distance_of,
+    radius_of,
+    reach_of,
+    set_centre,
+    set_faces,
+    set_turn,
+    start_of,
+)
+from riglens.core.kernels.objects.shapes import is_inside
+from riglens.core.kernels.objects.windows import (
+    TURN,
+    Window,
+    corners_of,
+    place_at,
+    slopes_between,
+    window_of_image,
+    window_of_turn,
+)
+from riglens.core.kernels.rays.lattice import Direction
+from riglens.core.kernels.runtime.jit import lean, lean_inlined
+
+_LARGE = 400.0
+"""Where about so many rays can meet a box, each of its parts has a window of its own."""
+
+
+@lean_inlined
+def _meet_run(beams: Beams, faces: Faces, row: int, column: int, number: int, canvas: Canvas) -> int:
+    """Let a run of slots of a row meet a box; how many rays enter it."""
+    if number <= 0:
+        return 0
+    turn, enter, rest, leave, other = faces.turn, faces.enter, faces.rest, faces.leave, faces.other
+    f, g = beams.scale[row, 0], beams.scale[row, 1]
+    p0, q0, r0 = turn[0, 0] * f, turn[0, 1] * f, turn[0, 2] * g
+    p1, q1, r1 = turn[1, 0] * f, turn[1, 1] * f, turn[1, 2] * g
+    p2, q2, r2 = turn[2, 0] * f, turn[2, 1] * f, turn[2, 2] * g
+    e0, e1, e2, n0, n1, n2 = enter[0], enter[1], enter[2], rest[0], rest[1], rest[2]
+    l0, l1, l2, o0, o1, o2 = leave[0], leave[1], leave[2], other[0], other[1], other[2]
+    most, least = 1.0 / beams.reach[0], 1.0 / beams.reach[1]
+    # unsigned, so that the compiler need not think of places counted from the end, and takes four rays at once
+    xs, ys, zs, run, at = beams.x, beams.y, beams.z, canvas.run, np.uint64(row * beams.stride + column)
+    for i in range(np.uint64(number)):
+        x, y, z = xs[at + i], ys[at + i], zs[at + i]
+        a0 = p0 * x + q0 * y + r0 * z
+        a1 = p1 * x + q1 * y + r1 * z
+        a2 = p2 * x + q2 * y + r2 * z
+        enters = _less(_less(most, a0 * e0 + n0), _less(a1 * e1 + n1, a2 * e2 + n2))
+        leaves = _more(_more(a0 * l0, a0 * o0), _more(a1 * l1, a1 * o1))
+        leaves = _more(_more(a2 * l2, a2 * o2), _more(leaves, least))
+        run[i] = enters if enters > leaves else 0.0
+    entered, slot, inverse, owner = 0, np.uint64(row * beams.columns + column), canvas.inverse, canvas.owner
+    box, part, before = faces.box, faces.part, canvas.last
+    for i in range(np.uint64(number)):
+        if run[i] > 0.0:
+            if before[slot + i] != box:
+                before[slot + i] = box
+                entered += 1
+            if run[i] > inverse[slot + i]:
+                inverse[slot + i], owner[slot + i] = run[i], part
+    canvas.spans[row, 0] = min(canvas.spans[row, 0], column)
+    canvas.spans[row, 1] = max(canvas.spans[row, 1], column + number)
+    canvas.touched[0] = min(canvas.touched[0], row)
+    canvas.touched[1] = max(canvas.touched[1], row + 1)
+    return entered
+
+
+@lean_inlined
+def is_entered(beams: Beams, faces: Faces, row: int, column: int) -> bool:
+    """Whether a single ray enters a box, by the very numbers of `_meet_run`."""
+    turn, enter, rest, leave, other = faces.turn, faces.enter, faces.rest, faces.leave, faces.other
+    f, g, at = beams.scale[row, 0], beams.scale[row, 1], row * beams.stride + column
+    x, y, z = beams.x[at], beams.y[at], beams.z[at]
+    enters, leaves = 1.0 / beams.reach[0], 1.0 / beams.reach[1]
+    for axis in range(3):
+        a = turn[axis, 0] * f * x + turn[axis, 1] * f * y + turn[axis, 2] * g * z
+        enters = _less(enters, a * enter[axis] + rest[axis])
+        leaves = _more(leaves, _more(a * leave[axis], a * other[axis]))
+    return bool(enters > leaves)
+
+
+@lean_inlined
+def _less(a: float, b: float) -> float:
+    return a if a < b else b
+
+
+@lean_inlined
+def _more(a: float, b: float) -> float:
+    return a if a > b else b
+
+
+@lean_inlined
+def _columns_between(beams: Beams, left: float, width: float) -> tuple[int, int, int]:
+    """First and end place of the columns between left and left + width, and the end of those after a full turn."""
+    at, right = beams.column_at, left + width
+    start, end, again = place_at(at, left), _place_after(at, right), 0
+    if beams.turns and right > TURN:
+        again = min(start, _place_after(at, right - TURN))
+    return start, end, again
+
+
+@lean_inlined
+def _place_after(at: np.ndarray, value: float) -> int:
+    """First place of rising numbers that is above a value."""
+    place = place_at(at, value)
+    while place < at.size and at[place] <= value:
+        place += 1
+    return place
+
+
+@lean_inlined
+def _meet_rows(
+    beams: Beams, faces: Faces, window: Window, first: int, columns: tuple[int, int, int], canvas: Canvas
+) -> int:
+    """Offer a part to all rays in its window, from its first row on; its columns are known but for rows that are
+    shifted. How many of them enter it."""
+    entered, row_at, shift = 0, beams.row_at, beams.shift
+    start, end, again = columns
+    for row in range(first, row_at.size):
+        if row_at[row] > window.high:
+            break
+        if shift.size > 0:
+            left = window.left - shift[row]
+            start, end, again = _columns_between(beams, left + TURN if left < 0.0 else left, window.width)
+        entered += _meet_run(beams, faces, row, start, end - start, canvas)
+        if again > 0:
+            entered += _meet_run(beams, faces, row, 0, again, canvas)
+    return entered
+
+
+@lean_inlined
+def _rows_of_part(faces: Faces, start: Direction, half: np.ndarray, window: Window) -> Window:
+    """The window of a box around a spinning sensor, narrowed to the rows of a part of it."""
+    turn, middle, wide = faces.turn, 0.0, 0.0
+    for axis in range(3):
+        middle, wide = middle - turn[axis, 2] * start[axis], wide + abs(turn[axis, 2]) * half[axis]
+    low, high = slopes_between(middle - wide, middle + wide, window.near, window.far)
+    return Window(low, high, window.left, window.width, window.near, window.far)
+
+
+@lean
+def _meet_blocks(beams: Beams, faces: Faces, centre: np.ndarray, half: np.ndarray, canvas: Canvas) -> int:
+    """As `_meet_rows` for a lattice without straight rows and columns: block by block of its directions."""
+    entered = 0
+    far, sine, cosine = _cone_of(centre, half)
+    for block in range(beams.blocks.shape[0]):
+        cone = beams.blocks[block]
+        if _is_apart(cone[0], cone[1], cone[2], cone[3], cone[4], centre, far, sine, cosine):
+            continue
+        slot = int(cone[5])
+        row, column = slot // beams.columns, slot % beams.columns
+        entered += _meet_run(beams, faces, row, column, int(cone[6]), canvas)
+    return entered
+
+
+@lean_inlined
+def _cone_of(centre: np.ndarray, half: np.ndarray) -> tuple[float, float, float]:
+    """Distance of a box's centre, and sine and cosine of the half angle of a cone around the box."""
+    radius2 = half[0] * half[0] + half[1] * half[1] + half[2] * half[2]
+    far2 = centre[0] * centre[0] + centre[1] * centre[1] + centre[2] * centre[2]
+    if radius2 >= far2 * (1.0 - 1e-9):
+        return np.sqrt(far2), 1.0, -1.0  # the sensor may be inside: everywhere
+    return np.sqrt(far2), np.sqrt(radius2 / far2), np.sqrt(1.0 - radius2 / far2)
+
+
+@lean_inlined
+def _is_apart(
+    x: float,
+    y: float,
+    z: float,
+    cos: float,
+    sin: float,
+    centre: np.ndarray,
+    far: float,
+    sine: float,
+    cosine: float,
+) -> bool:
+    """Whether a cone of rays around (x, y, z) is certainly apart from the cone of a box."""
+    if cosine < 0.0 or cos < 0.0 or sin * cosine + cos * sine < 0.0:
+        return False
+    return bool(x * centre[0] + y * centre[1] + z * centre[2] < (cos * cosine - sin * sine - 1e-9) * far)
+
+
+@lean_inlined
+def _window_of(
+    beams: Beams,
+    start: Direction,
+    half: np.ndarray,
+    turn: np.ndarray,
+    centre: np.ndarray,
+    corners: np.ndarray,
+) -> Window:
+    """The window of a box around the origin of its axes, in which the sensor is at `start`; centre (3,) and corners (8,
+    3) are overwritten."""
+    set_centre(start, turn, centre)
+    corners_of(centre, turn, half, corners)
+    if not beams.turns:
+        return window_of_image(corners, beams.least)
+    is_upright = turn[0, 2] == 0.0 and turn[1, 2] == 0.0 and turn[2, 0] == 0.0 and turn[2, 1] == 0.0
+    return window_of_turn(corners, is_upright)
+
+
+@lean
+def meet_frame(
+    traffic: Traffic, beams: Beams, frame: int, rotation: np.ndarray, faces: Faces, corners: np.ndarray,
+    centre: np.ndarray, canvas: Canvas, alone: np.ndarray,
+) -> None:  # fmt: skip
+    """Nearest entries of a frame's boxes on the canvas; alone (n,) of all boxes takes the rays that enter each of
+    them, whatever stands before it."""
+    reach = reach_of(traffic, beams, frame)
+    for box in range(traffic.starts[frame], traffic.starts[frame + 1]):
+        if distance_of(traffic, beams, box) - radius_of(traffic, box) <= reach:
+            alone[box] += meet_box(traffic, beams, box, rotation, faces, corners, centre, canvas)
+
+
+@lean_inlined
+def meet_box(
+    traffic: Traffic, beams: Beams, box: int, rotation: np.ndarray, faces: Faces, corners: np.ndarray,
+    centre: np.ndarray, canvas: Canvas,
+) -> int:  # fmt: skip
+    """Nearest entries of a box on the canvas; how many rays enter it, whatever stands before it."""
+    entered, half, start = 0, traffic.halves[box], start_of(traffic, beams, box)
+    if is_inside(start, half):
+        return 0
+    set_turn(traffic, rotation, box, faces.turn)
+    set_centre(start, faces.turn, centre)
+    far, sine, cosine = _cone_of(centre, half)
+    if _is_apart(1.0, 0.0, 0.0, beams.field[0], beams.field[1], centre, far, sine, cosine):
+        return 0
+    parts = range(traffic.part_starts[box], traffic.part_starts[box + 1])
+    if beams.blocks.shape[0] > 0:
+        for part in parts:
+            offset = traffic.offsets[part]
+            place = (start[0] - offset[0], start[1] - offset[1], start[2] - offset[2])
+            set_faces(place, traffic.part_halves[part], faces)
+            own = Faces(box, part, faces.turn, faces.enter, faces.rest, faces.leave, faces.other)
+            entered += _meet_blocks(beams, own, centre, half, canvas)
+        return entered
+    window = _window_of(beams, start, half, faces.turn, centre, corners)
+    if window.width < 0.0:
+        return 0
+    is_large = beams.row_of.size * beams.columns * sine * sine > _LARGE
+    columns = _columns_between(beams, window.left, window.width)
+    for part in parts:
+        offset, part_half, mine = traffic.offsets[part], traffic.part_halves[part], window
+        place = (start[0] - offset[0], start[1] - offset[1], start[2] - offset[2])
+        if is_large:
+            mine = _window_of(beams, place, part_half, faces.turn, centre, corners)
+            if mine.width < 0.0:
+                continue
+            columns = _columns_between(beams, mine.left, mine.width)
+        elif beams.turns:
+            mine = _rows_of_part(faces, place, part_half, window)
+        row = place_at(beams.row_at, mine.low)
+        if row == beams.row_at.size or beams.row_at[row] > mine.high:
+            continue
+        set_faces(place, part_half, faces)
+        own = Faces(box, part, faces.turn, faces.enter, faces.rest, faces.leave, faces.other)
+        entered += _meet_rows(beams, own, mine, row, columns, canvas)
+    return entered

@@ -1,0 +1,232 @@
+"""The points that one sweep of a LiDAR measures in one frame: on road users, on what stands around, on the ground.
+
+Serial, for processes that run side by side. Which ray ends where is settled by the kernels that count points on road
+users (`nearest`, `targets`), and which of these come back by the same draws: noise and losses only come on top.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from riglens.core.kernels.objects.box_frames import (
+    Beams,
+    Canvas,
+    Faces,
+    Traffic,
+    local_direction,
+    set_turn,
+    start_of,
+    turned,
+)
+from riglens.core.kernels.objects.counts import cosine_of, is_returned, is_stopped, spun, wipe
+from riglens.core.kernels.objects.nearest import meet_frame
+from riglens.core.kernels.rays.lattice import Direction, rotated
+from riglens.core.kernels.rays.phases import mixed, unit
+from riglens.core.kernels.runtime.jit import kernel, lean, lean_inlined
+
+GROUND, STATIC = -1, -2
+"""What a point is on that is on no road user."""
+CORRECTIONS = 2
+ROUGH = 0.25
+"""Least cosine that counts on the ground: asphalt is rough, and returns more at a flat angle than a smooth face."""
+_HALF_WORD = 1.0 / (1 << 32)
+_SQRT3 = 1.7320508075688772
+
+
+class Looks(NamedTuple):
+    """What the things of a frame are like: `users`, how many road users stand first among its boxes; soft (m,): how
+    deep rays get into a part, metres; bright (n,): intensity of each box at a right angle, and `road` that of the
+    ground."""
+
+    users: int
+    soft: np.ndarray
+    bright: np.ndarray
+    road: float
+
+
+class Surface(NamedTuple):
+    """The ground: whether there is one, its height in metres, and waves (k, 4): amplitude in metres, x and y in radians
+    per metre, phase in radians."""
+
+    exists: bool
+    height: float
+    waves: np.ndarray
+
+
+class Chances(NamedTuple):
+    """Keys of the draws of a sensor in a frame: which rays return, their noise, which get lost; standard deviation of
+    the noise in metres, share that is lost; law (6,) or (0,): range in metres at which half of the rays return from
+    car, bicycle, pedestrian, what stands around, the ground, and the relative width."""
+
+    returns: np.uint64
+    noise: np.uint64
+    losses: np.uint64
+    noise_m: float
+    dropout: float
+    law: np.ndarray
+
+
+class Returns(NamedTuple):
+    """Where the points go, (rays,) each: place (rays, 3) in the vehicle frame, intensity, row of the lattice, what it
+    is on; and reached (users,): rays that meet each road user first, whether or not they come back."""
+
+    points: np.ndarray
+    intensity: np.ndarray
+    ring: np.ndarray
+    what: np.ndarray
+    reached: np.ndarray
+
+
+@lean_inlined
+def height_at(surface: Surface, x: float, y: float) -> float:
+    """Height of the ground above the plane on average, metres."""
+    bump = 0.0
+    for k in range(surface.waves.shape[0]):
+        wave = surface.waves[k]
+        bump += wave[0] * np.sin(wave[1] * x + wave[2] * y + wave[3])
+    return bump
+
+
+@lean_inlined
+def ground_at(surface: Surface, origin: np.ndarray, d: Direction) -> float:
+    """Where a ray meets the ground, metres, inf: nowhere. First the plane; then, CORRECTIONS times, the plane at the
+    height that the ground has there."""
+    above = origin[2] - surface.height
+    if not surface.exists or d[2] >= 0.0 or above <= 0.0:
+        return np.inf
+    t = above / -d[2]
+    for _ in range(CORRECTIONS):
+        t = (above - height_at(surface, origin[0] + t * d[0], origin[1] + t * d[1])) / -d[2]
+    return t if t > 0.0 else np.inf
+
+
+@lean_inlined
+def _ground_seen(surface: Surface, beams: Beams, d: Direction) -> float:
+    """1 / distance at which a ray meets the ground within its range, 0 where it does not."""
+    t = ground_at(surface, beams.origin, d)
+    return 1.0 / t if beams.reach[0] <= t <= beams.reach[1] and t < np.inf else 0.0
+
+
+@lean_inlined
+def bell(key: np.uint64) -> float:
+    """A number from nearly a normal distribution of deviation 1: the sum of four even ones, so never beyond 3.5."""
+    low = np.uint64(0xFFFF)
+    total = (
+        (key & low) + ((key >> np.uint64(16)) & low) + ((key >> np.uint64(32)) & low) + (key >> np.uint64(48))
+    )
+    return (np.float64(total) / 65536.0 - 2.0 + 2.0 / 65536.0) * _SQRT3
+
+
+@lean
+def set_frames(
+    traffic: Traffic, beams: Beams, rotation: np.ndarray, turns: np.ndarray, starts: np.ndarray
+) -> None:
+    """The axes of every box: turns (n, 3, 3) from the sensor's, starts (n, 3) the sensor in them."""
+    for box in range(traffic.centres.shape[0]):
+        set_turn(traffic, rotation, box, turns[box])
+        starts[box, 0], starts[box, 1], starts[box, 2] = start_of(traffic, beams, box)
+
+
+@lean_inlined
+def _note(
+    ray: int, row: int, d: Direction, origin: np.ndarray, t: float, deep: float, shade: float, what: int,
+    draws: Chances, to: Returns, count: int,
+) -> int:  # fmt: skip
+    """Note a return, unless it gets lost; how many there are then."""
+    word = mixed(draws.losses, np.uint64(ray))
+    if np.float64(word >> np.uint64(32)) * _HALF_WORD < draws.dropout:
+        return count
+    if deep > 0.0:
+        t += deep * (np.float64(word & np.uint64(0xFFFFFFFF)) * _HALF_WORD)
+    if draws.noise_m > 0.0:
+        t += draws.noise_m * bell(mixed(draws.noise, np.uint64(ray)))
+    for axis in range(3):
+        to.points[count, axis] = origin[axis] + t * d[axis]
+    to.intensity[count], to.ring[count], to.what[count] = shade, row, what
+    return count + 1
+
+
+@lean
+def _note_returns(
+    traffic: Traffic, looks: Looks, surface: Surface, beams: Beams, rotation: np.ndarray, draws: Chances,
+    canvas: Canvas, turns: np.ndarray, starts: np.ndarray, to: Returns,
+) -> int:  # fmt: skip
+    """Note what comes back of all rays, row by row from below; how many points there are."""
+    count, law = 0, draws.law
+    for place in range(beams.row_of.size):
+        row = beams.row_of[place]
+        for column in range(beams.columns):
+            slot = place * beams.columns + column
+            part, local = canvas.owner[slot], local_direction(beams, place, column)
+            d = rotated(rotation, local)
+            inverse = canvas.inverse[slot]
+            if part < 0:
+                inverse = _ground_seen(surface, beams, d)
+            if inverse == 0.0 or (beams.ends.size > 0 and is_stopped(beams, row, slot, inverse)):
+                continue
+            if part >= 0 and traffic.is_glass[part]:
+                to.reached[traffic.box_of[part]] += traffic.box_of[part] < looks.users
+                continue
+            t = 1.0 / inverse
+            deep, cosine, bright, half_m, what = 0.0, -d[2], looks.road, 0.0, GROUND
+            if part >= 0:
+                box = traffic.box_of[part]
+                along, s = turned(turns[box], local), starts[box]
+                cosine = cosine_of(traffic, part, (s[0], s[1], s[2]), along)
+                deep, bright, what = looks.soft[part], looks.bright[box], STATIC
+                if box < looks.users:
+                    what = box
+                    to.reached[box] += 1
+                half_m = law[traffic.cls[box]] if law.size > 0 else 0.0
+            elif law.size > 0:
+                cosine, half_m = max(cosine, ROUGH), law[4]
+            ray = row * beams.columns + beams.column_of[column]
+            if law.size > 0:
+                chance = unit(mixed(draws.returns, np.uint64(ray)))
+                if not is_returned(t, half_m, law[5], cosine, chance):
+                    continue
+            count = _note(ray, row, d, beams.origin, t, deep, bright * cosine, what, draws, to, count)
+    return count
+
+
+@kernel
+def cast_sweep(
+    traffic: Traffic, looks: Looks, surface: Surface, beams: Beams, phase: float, draws: Chances, canvas: Canvas,
+    alone: np.ndarray, to: Returns,
+) -> int:  # fmt: skip
+    """One sweep of a LiDAR in the only frame of `traffic`, its azimuths shifted by a phase in radians.
+
+    Returns the number of points, which stand first in `to`. Adds to alone (boxes,) the rays that would meet each box
+    if it stood there alone. The canvas is left empty, as it was found.
+    """
+    boxes = traffic.centres.shape[0]
+    rotation = spun(beams.rotation, phase)
+    faces = Faces(0, 0, np.empty((3, 3)), np.empty(3), np.empty(3), np.empty(3), np.empty(3))
+    meet_frame(traffic, beams, 0, rotation, faces, np.empty((8, 3)), np.empty(3), canvas, alone)
+    turns, starts = np.empty((boxes, 3, 3)), np.empty((boxes, 3))
+    set_frames(traffic, beams, rotation, turns, starts)
+    count = _note_returns(traffic, looks, surface, beams, rotation, draws, canvas, turns, starts, to)
+    canvas.last[:] = -1
+    wipe(beams.columns, canvas)
+    return count
+
+
+@kernel
+def count_inside(
+    points: np.ndarray, centres: np.ndarray, halves: np.ndarray, rotations: np.ndarray, counts: np.ndarray
+) -> None:
+    """Count the points (p, 3) in each box (n,), faces included; boxes as in `Traffic`."""
+    for box in range(counts.size):
+        centre, half, turn = centres[box], halves[box], rotations[box]
+        radius2 = half[0] * half[0] + half[1] * half[1] + half[2] * half[2]
+        for k in range(points.shape[0]):
+            x, y, z = points[k, 0] - centre[0], points[k, 1] - centre[1], points[k, 2] - centre[2]
+            if x * x + y * y + z * z > 1.000001 * radius2:
+                continue
+            counts[box] += (
+                abs(turn[0, 0] * x + turn[1, 0] * y + turn[2, 0] * z) <= half[0]
+                and abs(turn[0, 1] * x + turn[1, 1] * y + turn[2, 1] * z) <= half[1]
+                and abs(turn[0, 2] * x + turn[1, 2] * y + turn[2, 2] * z) <= half[2]
+            )

@@ -1,0 +1,278 @@
+"""Cells that rays hit on an object, each counted once: of one LiDAR, and of several together.
+
+They are told apart by bits, one for each cell of the block around them; where that would be too many, by a hash table.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numba
+import numpy as np
+
+from riglens.core.kernels.rays.lattice import Direction
+from riglens.core.kernels.runtime.jit import kernel, lean, lean_inlined, parallel_kernel
+
+CELL_M = 0.2
+INSIDE_M = 1e-3
+"""A cell is taken at the point this far along the ray after it enters."""
+_ROOMY = 4
+"""Cells of several LiDARs are held as bits where these take at most so many words for each cell."""
+_HALF_CELLS, _BITS, _MASK = 1 << 20, 21, (1 << 21) - 1
+"""Cell numbers along an axis are packed into 21 bits each: 200 km of cells, far more than any box has."""
+
+
+@lean_inlined
+def cell_key(start: Direction, along: Direction, t: float) -> int:
+    """Number of the cell that a ray is in, INSIDE_M after it entered an object at distance t."""
+    s = t + INSIDE_M
+    i = np.int64(np.floor((start[0] + s * along[0]) / CELL_M)) + _HALF_CELLS
+    j = np.int64(np.floor((start[1] + s * along[1]) / CELL_M)) + _HALF_CELLS
+    k = np.int64(np.floor((start[2] + s * along[2]) / CELL_M)) + _HALF_CELLS
+    return int((((i << _BITS) | j) << _BITS) | k)
+
+
+@lean_inlined
+def note_cells(start: Direction, hits: np.ndarray, number: int, cells: np.ndarray) -> None:
+    """As `cell_key` for the first of many rays, hits (4, n): directions, and distances at which they enter an object;
+    in a loop of its own, so that the compiler takes several at once."""
+    xs, ys, zs, ts = hits[0], hits[1], hits[2], hits[3]
+    for ray in range(np.uint64(number)):
+        cells[ray] = cell_key(start, (xs[ray], ys[ray], zs[ray]), ts[ray])
+
+
+@lean_inlined
+def is_new(key: int, table: np.ndarray, mask: int) -> bool:
+    """Put a key (>= 0) into a hash table, -1 where free, of mask + 1 places; whether it was not there yet."""
+    word = np.uint64(key) * np.uint64(0x9E3779B97F4A7C15)
+    place = np.int64(word >> np.uint64(32)) & mask
+    while table[place] != -1:
+        if table[place] == key:
+            return False
+        place = (place + 1) & mask
+    table[place] = key
+    return True
+
+
+@lean_inlined
+def table_mask(keys: int) -> int:
+    """Size, less one, of a hash table at most half full of that many keys."""
+    size = 4
+    while size < 2 * keys:
+        size *= 2
+    return size - 1
+
+
+class Block(NamedTuple):
+    """Cells from the first to the last along each axis."""
+
+    i0: int
+    j0: int
+    k0: int
+    i1: int
+    j1: int
+    k1: int
+
+
+EMPTY = Block(_MASK, _MASK, _MASK, 0, 0, 0)
+
+
+@lean_inlined
+def cell_of(key: int) -> tuple[int, int, int]:
+    """The numbers of a cell along the axes, as `cell_key` packs them."""
+    return key >> (2 * _BITS), (key >> _BITS) & _MASK, key & _MASK
+
+
+@lean_inlined
+def widened(block: Block, key: int) -> Block:
+    """A block that holds one more cell."""
+    i, j, k = cell_of(key)
+    return Block(
+        min(block.i0, i),
+        min(block.j0, j),
+        min(block.k0, k),
+        max(block.i1, i),
+        max(block.j1, j),
+        max(block.k1, k),
+    )
+
+
+@lean_inlined
+def has_room(block: Block, table: np.ndarray) -> bool:
+    """Whether a table has a bit for each cell of a block."""
+    rows, columns, depth = block.i1 - block.i0 + 1, block.j1 - block.j0 + 1, block.k1 - block.k0 + 1
+    return bool(np.float64(rows) * np.float64(columns) * np.float64(depth) <= 64.0 * table.size)
+
+
+@lean_inlined
+def clear(block: Block, table: np.ndarray) -> None:
+    """Make the bits of a block 0."""
+    cells = (block.i1 - block.i0 + 1) * (block.j1 - block.j0 + 1) * (block.k1 - block.k0 + 1)
+    table[: (cells + 63) >> 6] = 0
+
+
+@lean_inlined
+def put(block: Block, key: int, table: np.ndarray) -> int:
+    """Set the bit of a cell of the block; 1 if it was 0, else 0."""
+    i, j, k = cell_of(key)
+    columns, depth = block.j1 - block.j0 + 1, block.k1 - block.k0 + 1
+    bit = ((i - block.i0) * columns + (j - block.j0)) * depth + (k - block.k0)
+    word = table[bit >> 6]
+    table[bit >> 6] = word | (1 << (bit & 63))
+    return int(1 - ((word >> (bit & 63)) & 1))
+
+
+@lean
+def keep_distinct(number: int, cells: np.ndarray, table: np.ndarray) -> int:
+    """Keep the first of equal ones among the first `number` cells, in their order; how many are left."""
+    block, kept = EMPTY, 0
+    for place in range(number):
+        block = widened(block, cells[place])
+    if not has_room(block, table):
+        return _keep_hashed(number, cells, table)
+    clear(block, table)
+    for place in range(number):
+        cell = cells[place]
+        cells[kept] = cell
+        kept += put(block, cell, table)
+    return kept
+
+
+@lean
+def _keep_hashed(number: int, cells: np.ndarray, table: np.ndarray) -> int:
+    """As `keep_distinct`, for cells however far apart."""
+    kept, mask = 0, table_mask(number)
+    table[: mask + 1] = -1
+    for place in range(number):
+        cell = cells[place]
+        cells[kept] = cell
+        kept += is_new(cell, table, mask)
+    return kept
+
+
+class Lists(NamedTuple):
+    """Cells of LiDARs on objects, each LiDAR's own ones once: of LiDAR l on object o counts[l, o] of them, from
+    cells[starts[l, o]] on."""
+
+    starts: np.ndarray
+    counts: np.ndarray
+    cells: np.ndarray
+
+
+class Marks(NamedTuple):
+    """Cells of several LiDARs on objects as bits: blocks (objects, 6) in which they lie, first and last cell along each
+    axis; words (objects + 1,): where the words of each begin among `bits` int64; an object without any is in lists
+    alone. known (objects,): distinct cells."""
+
+    blocks: np.ndarray
+    words: np.ndarray
+    bits: np.ndarray
+    known: np.ndarray
+
+
+@kernel
+def find_blocks(lists: Lists, blocks: np.ndarray, words: np.ndarray) -> None:
+    """Blocks (objects, 6) of cells, and in words[o + 1] how many words their bits take: 0 where too many for that."""
+    for one in range(words.size - 1):
+        block, total = EMPTY, 0
+        for lidar in range(lists.starts.shape[0]):
+            total += lists.counts[lidar, one]
+            start = lists.starts[lidar, one]
+            for place in range(start, start + lists.counts[lidar, one]):
+                block = widened(block, lists.cells[place])
+        for side in range(6):
+            blocks[one, side] = block[side]
+        words[one + 1] = 0
+        if total > 0 and _size(block) <= 64.0 * _ROOMY * total:
+            words[one + 1] = (int(_size(block)) + 63) >> 6
+
+
+@lean_inlined
+def _size(block: Block) -> float:
+    """Cells of a block that is not empty."""
+    rows, columns, depth = block.i1 - block.i0 + 1, block.j1 - block.j0 + 1, block.k1 - block.k0 + 1
+    return np.float64(rows) * np.float64(columns) * np.float64(depth)
+
+
+@lean_inlined
+def _block_of(marks: Marks, one: int) -> Block:
+    b = marks.blocks[one]
+    return Block(int(b[0]), int(b[1]), int(b[2]), int(b[3]), int(b[4]), int(b[5]))
+
+
+@kernel
+def mark_cells(lists: Lists, marks: Marks, table: np.ndarray) -> None:
+    """Set the bits of cells, 0 before, and count them; table: for as many as there are on any object."""
+    for one in range(marks.known.size):
+        begin, end, number = marks.words[one], marks.words[one + 1], 0
+        if begin == end:
+            marks.known[one] = _count_hashed(lists, lists, one, False, table)
+            continue
+        block, bits = _block_of(marks, one), marks.bits[begin:end]
+        for lidar in range(lists.starts.shape[0]):
+            start = lists.starts[lidar, one]
+            for place in range(start, start + lists.counts[lidar, one]):
+                number += put(block, lists.cells[place], bits)
+        marks.known[one] = number
+
+
+@parallel_kernel
+def join_cells(lists: Lists, marks: Marks, more: Lists, most: int, workers: int, to: np.ndarray) -> None:
+    """Distinct cells (objects,) of LiDARs whose cells are marked and of those of one more; most: cells of all of them
+    on any object."""
+    for worker in numba.prange(workers):
+        table = np.empty(table_mask(most) + 1, np.int64)
+        for one in range(to.size * worker // workers, to.size * (worker + 1) // workers):
+            to[one] = _joined(lists, marks, more, one, table)
+
+
+@kernel
+def join_cells_serial(lists: Lists, marks: Marks, more: Lists, most: int, to: np.ndarray) -> None:
+    """As `join_cells`, for any thread."""
+    table = np.empty(table_mask(most) + 1, np.int64)
+    for one in range(to.size):
+        to[one] = _joined(lists, marks, more, one, table)
+
+
+@lean_inlined
+def _joined(lists: Lists, marks: Marks, more: Lists, one: int, table: np.ndarray) -> int:
+    """Distinct cells of an object."""
+    begin, end, number = marks.words[one], marks.words[one + 1], marks.known[one]
+    start, count = more.starts[0, one], more.counts[0, one]
+    if number == 0 or count == 0:
+        return int(number + count)
+    if begin == end:
+        return _count_hashed(lists, more, one, True, table)
+    block, bits = _block_of(marks, one), marks.bits[begin:end]
+    for place in range(start, start + count):
+        number += not _is_put(block, more.cells[place], bits)
+    return int(number)
+
+
+@lean_inlined
+def _is_put(block: Block, key: int, bits: np.ndarray) -> bool:
+    """Whether a cell lies in a block and its bit is set."""
+    i, j, k = cell_of(key)
+    if i < block.i0 or i > block.i1 or j < block.j0 or j > block.j1 or k < block.k0 or k > block.k1:
+        return False
+    columns, depth = block.j1 - block.j0 + 1, block.k1 - block.k0 + 1
+    bit = ((i - block.i0) * columns + (j - block.j0)) * depth + (k - block.k0)
+    return bool(bits[bit >> 6] >> (bit & 63) & 1)
+
+
+@lean
+def _count_hashed(lists: Lists, more: Lists, one: int, with_more: bool, table: np.ndarray) -> int:
+    """Distinct cells of an object, however far apart."""
+    total = more.counts[0, one] if with_more else 0
+    for lidar in range(lists.starts.shape[0]):
+        total += lists.counts[lidar, one]
+    number, mask = 0, table_mask(total)
+    table[: mask + 1] = -1
+    for lidar in range(lists.starts.shape[0]):
+        start = lists.starts[lidar, one]
+        for place in range(start, start + lists.counts[lidar, one]):
+            number += is_new(lists.cells[place], table, mask)
+    if with_more:
+        for place in range(more.starts[0, one], more.starts[0, one] + more.counts[0, one]):
+            number += is_new(more.cells[place], table, mask)
+    return number

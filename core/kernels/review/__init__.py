@@ -1,0 +1,1 @@
+"""Counts for a safety review: blind columns, overlap of sensors, redundancy."""

@@ -1,0 +1,98 @@
+"""How low sensors look into the columns of a grid, around each column, and the lowest three of them."""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+from riglens.core.kernels.runtime.jit import lean_inlined, parallel_kernel
+from riglens.core.kernels.voxels.bits import lowest_bit
+
+MOST_COUNTED = 3
+"""How many of the lowest levels are told apart."""
+
+
+@parallel_kernel
+def lowest_levels(
+    stack: np.ndarray,
+    slots: np.ndarray,
+    keep: np.ndarray,
+    depth: int,
+    none: int,
+    workers: int,
+    lowest: np.ndarray,
+) -> None:
+    """Write the lowest level that each slot holds in each column, uint16 (n, columns); `none` where it holds none.
+
+    stack uint64 (rows, words): sets of voxels, of which slots (n,) count, within keep (words,); depth: words of a
+    column.
+    """
+    columns = lowest.shape[1]
+    for worker in numba.prange(workers):
+        begin, end = columns * worker // workers, columns * (worker + 1) // workers
+        for i in range(slots.size):
+            for column in range(begin, end):
+                found = none
+                for part in range(depth - 1, -1, -1):
+                    word = stack[slots[i], column * depth + part] & keep[column * depth + part]
+                    if word != 0:
+                        found = 64 * part + int(lowest_bit(word))
+                lowest[i, column] = found
+
+
+@lean_inlined
+def _around(levels: np.ndarray, ix: int, offsets: np.ndarray, row: np.ndarray) -> None:
+    """Lower each column of a row (ny,) to the lowest level (nx, ny) around it."""
+    nx, ny = levels.shape
+    for k in range(offsets.shape[0]):
+        x, step = ix + offsets[k, 0], offsets[k, 1]
+        if 0 <= x < nx and abs(step) < ny:
+            to, of = row[max(0, -step) : ny - max(0, step)], levels[x, max(0, step) : ny - max(0, -step)]
+            for i in range(np.uint64(to.size)):
+                to[i] = min(to[i], of[i])
+
+
+@parallel_kernel
+def lowest_around(
+    lowest: np.ndarray, offsets: np.ndarray, none: int, workers: int, rows: np.ndarray, around: np.ndarray
+) -> None:
+    """Write the lowest level around each column, uint16 (nx, ny), into some rows (n,) of `around`; others stay.
+
+    lowest uint16 (n, nx, ny): as `lowest_levels` writes; offsets (m, 2): which columns count as around one, by steps
+    along x and y.
+    """
+    count, nx, _ = lowest.shape
+    for worker in numba.prange(workers):
+        for i in range(count):
+            for ix in range(nx * worker // workers, nx * (worker + 1) // workers):
+                around[rows[i], ix, :] = none
+                _around(lowest[i], ix, offsets, around[rows[i], ix])
+
+
+@lean_inlined
+def _sink(row: np.ndarray, first: np.ndarray, second: np.ndarray, third: np.ndarray) -> None:
+    """Put the levels of a row among the three lowest of each of its columns; without a branch, many at once."""
+    for i in range(np.uint64(row.size)):
+        level, best, next_best = row[i], first[i], second[i]
+        third[i] = min(third[i], max(next_best, level))
+        second[i] = min(next_best, max(best, level))
+        first[i] = min(best, level)
+
+
+@parallel_kernel
+def three_lowest(
+    around: np.ndarray, rows: np.ndarray, kinds: np.ndarray, none: int, workers: int, levels: np.ndarray
+) -> None:
+    """Write the three lowest of the sensors' levels in each column, uint16 (3, 3, nx, ny): of all sensors, of kind 0
+    and of kind 1; `none` where there is no such sensor.
+
+    around uint16 (r, nx, ny): as `lowest_around` writes, of which rows (n,) count; kinds (n,) 0 or 1.
+    """
+    nx = around.shape[1]
+    for worker in numba.prange(workers):
+        for ix in range(nx * worker // workers, nx * (worker + 1) // workers):
+            levels[:, :, ix, :] = none
+            for i in range(rows.size):
+                row, own = around[rows[i], ix], 1 + kinds[i]
+                _sink(row, levels[0, 0, ix], levels[0, 1, ix], levels[0, 2, ix])
+                _sink(row, levels[own, 0, ix], levels[own, 1, ix], levels[own, 2, ix])

@@ -1,0 +1,1 @@
+"""Compilation, its cache, shared work and the numbers by which kernels name things."""

@@ -1,0 +1,76 @@
+"""Decorator presets of all kernels, and the thread count, in one place.
+
+No fast-math anywhere: every kernel must give the same doubles as the same formula in plain numpy.
+Parallel kernels are called from one thread at a time only (the `workqueue` layer does not allow more).
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import numba
+
+from riglens.core.kernels.runtime.compiled import KernelCache, KernelFolder
+
+F = TypeVar("F", bound=Callable[..., Any])
+FOLDER = KernelFolder()
+"""Where compiled kernels are kept for the next process."""
+
+
+def kernel(function: F) -> F:
+    """A compiled, cached function; division by zero gives inf as in numpy."""
+    return _compiled(function)
+
+
+def inlined(function: F) -> F:
+    """A compiled function that LLVM inlines into its caller."""
+    return _compiled(function, forceinline=True)
+
+
+def lean(function: F) -> F:
+    """A compiled function without reference counts, for inner loops: it may not make arrays, only views.
+
+    Every array that is passed on costs two locked instructions elsewhere, and threads that share it wait for each
+    other.
+    """
+    return _compiled(function, _nrt=False)
+
+
+def lean_inlined(function: F) -> F:
+    """As `lean`, and LLVM inlines it into its caller."""
+    return _compiled(function, _nrt=False, forceinline=True)
+
+
+def parallel_kernel(function: F) -> F:
+    """A compiled, cached function with `prange`; each iteration writes its own data."""
+    return _compiled(function, parallel=True)
+
+
+def _compiled(function: F, **options: bool) -> F:
+    """A dispatcher that asks our cache for compiled code. Numba has a setting for all functions only."""
+    dispatcher = numba.njit(nogil=True, error_model="numpy", **options)(function)
+    if not numba.config.DISABLE_JIT:  # then it is the function itself
+        dispatcher._cache = KernelCache(FOLDER, function)
+    return dispatcher  # type: ignore[no-any-return]
+
+
+SPIN = "GOMP_SPINCOUNT"
+_SPIN_COUNT, _SPIN_CHOICES = "2000", (SPIN, "OMP_WAIT_POLICY")
+
+
+def use_threads(threads: int | None) -> int:
+    """Set the number of threads of the parallel kernels for the calling thread; returns the number used.
+
+    By default threads of GNU OpenMP that have nothing to do keep a processor busy for milliseconds, in the hope of
+    more, while other programs, the drawing among them, wait for it: an edit of 6 ms cost 80 ms of four processors'
+    time. So they are told to sleep soon, unless the user's environment says what they do. The library reads it once,
+    when the first kernel starts its threads.
+    """
+    if not any(name in os.environ for name in _SPIN_CHOICES):
+        os.environ[SPIN] = _SPIN_COUNT
+    most = int(numba.config.NUMBA_NUM_THREADS)
+    count = min(threads or os.cpu_count() or 1, most)
+    numba.set_num_threads(count)
+    return count

@@ -1,0 +1,35 @@
+"""Work that threads take as they come, so that one which the system holds up keeps no more than it has begun.
+
+Parallel loops give every thread its share beforehand, and all wait for the last one. Who does which piece cannot
+matter: pieces write words of their own, or add up whole numbers.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba.core import types
+from numba.core.typing.templates import Signature
+from numba.extending import intrinsic
+
+from riglens.core.kernels.runtime.jit import kernel
+
+
+@kernel
+def new_turns() -> np.ndarray:
+    """Turns of which none is taken, int64 (1,). A function of its own: parallel code fills arrays in parallel."""
+    return np.zeros(1, np.int64)
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def take(typingctx: Any, turns: Any) -> tuple[Signature, Any]:
+    """The next turn, 0 for the first: turns[0], which grows by one in the same instruction."""
+
+    def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        from llvmlite import ir
+
+        array = context.make_array(signature.args[0])(context, builder, args[0])
+        return builder.atomic_rmw("add", array.data, ir.Constant(ir.IntType(64), 1), "monotonic")
+
+    return types.int64(turns), codegen

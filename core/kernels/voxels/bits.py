@@ -1,0 +1,154 @@
+"""Words of 64 voxels: counting bits, marking levels of a column, indexing the voxels of a mask, listing them.
+
+A column of the grid is `depth` words in a row, and level z is bit z % 64 of its word z // 64.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba.core import types
+from numba.extending import intrinsic
+
+from riglens.core.kernels.runtime.jit import kernel, lean_inlined
+
+FULL_WORD = np.uint64(0xFFFFFFFFFFFFFFFF)
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def popcount(typingctx: Any, bits: Any) -> Any:
+    """Number of set bits of a uint64."""
+
+    def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        return builder.ctpop(args[0])
+
+    return types.uint64(types.uint64), codegen
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def lowest_bit(typingctx: Any, bits: Any) -> Any:
+    """Index of the lowest set bit of a nonzero uint64."""
+
+    def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        from llvmlite import ir
+
+        return builder.cttz(args[0], ir.Constant(ir.IntType(1), 0))
+
+    return types.uint64(types.uint64), codegen
+
+
+@lean_inlined
+def first_run(bits: np.uint64, starts: np.uint64) -> tuple[np.int64, np.uint64]:
+    """Number (from 0) of the run that holds the lowest of some bits, and which of the bits lie in that run.
+
+    starts: the first bit of each run, runs reach up to the next one.
+    """
+    one = np.uint64(1)
+    lowest = bits & (~bits + one)
+    later = starts & ~(lowest | (lowest - one))
+    return np.int64(popcount(starts ^ later)) - 1, bits & ((later & (~later + one)) - one)
+
+
+@lean_inlined
+def level_mask(low: int | np.int64, high: int | np.int64) -> np.uint64:
+    """Bits low..high (both 0..63, both included) of a word."""
+    return (FULL_WORD << np.uint64(low)) & (FULL_WORD >> np.uint64(63 - high))
+
+
+@lean_inlined
+def mark_levels(marks: np.ndarray, base: int | np.int64, low: int | np.int64, high: int | np.int64) -> None:
+    """Set the levels low..high of the column whose first word is `base`; most often they share a word."""
+    first, last = low >> 6, high >> 6
+    if first == last:
+        marks[np.uint64(base + first)] |= level_mask(low & 63, high & 63)
+    else:
+        for part in range(first, last + 1):
+            marks[base + part] |= level_mask(max(low - 64 * part, 0), min(high - 64 * part, 63))
+
+
+@kernel
+def first_ids(words: np.ndarray) -> np.ndarray:
+    """Running count of set bits before each word, uint32 (n + 1,)."""
+    first = np.empty(words.size + 1, np.uint32)
+    total = np.uint64(0)
+    for w in range(words.size):
+        first[w] = total
+        total += popcount(words[w])
+    first[words.size] = total
+    return first
+
+
+@kernel
+def total_bits(words: np.ndarray) -> int:
+    """Number of set bits of all words."""
+    total = np.uint64(0)
+    for w in range(words.size):
+        total += popcount(words[w])
+    return int(total)
+
+
+@kernel
+def list_voxels(words: np.ndarray, first: np.ndarray, ny: int, depth: int) -> np.ndarray:
+    """Indices (ix, iy, iz) of the voxels of a mask in the order of their ids, int32 (count, 3)."""
+    voxels = np.empty((first[words.size], 3), np.int32)
+    for w in range(words.size):
+        bits = words[w]
+        row = first[w]
+        column = w // depth
+        while bits != 0:
+            voxels[row, 0] = column // ny
+            voxels[row, 1] = column % ny
+            voxels[row, 2] = (w % depth) * 64 + lowest_bit(bits)
+            row += 1
+            bits &= bits - np.uint64(1)
+    return voxels
+
+
+@kernel
+def pack_levels(occupied: np.ndarray, words: np.ndarray) -> None:
+    """Set the bits of the True entries of occupied (columns, nz) in words (columns * depth,)."""
+    columns, nz = occupied.shape
+    depth = (nz + 63) // 64
+    for column in range(columns):
+        for level in range(nz):
+            if occupied[column, level]:
+                words[column * depth + (level >> 6)] |= np.uint64(1) << np.uint64(level & 63)
+
+
+@kernel
+def unpack_levels(words: np.ndarray, occupied: np.ndarray) -> None:
+    """The reverse of `pack_levels`: fill occupied (columns, nz) from words."""
+    columns, nz = occupied.shape
+    depth = (nz + 63) // 64
+    for column in range(columns):
+        for level in range(nz):
+            bit = words[column * depth + (level >> 6)] >> np.uint64(level & 63)
+            occupied[column, level] = bit & np.uint64(1) != 0
+
+
+@kernel
+def gather_ids(words: np.ndarray, first: np.ndarray, subset: np.ndarray, ids: np.ndarray) -> None:
+    """Ids, within `words`, of the voxels of `subset` (a part of `words`); ids has one entry per voxel."""
+    row = 0
+    for w in range(words.size):
+        bits = subset[w]
+        while bits != 0:
+            lowest = bits & (~bits + np.uint64(1))
+            ids[row] = first[w] + popcount(words[w] & (lowest - np.uint64(1)))
+            row += 1
+            bits &= bits - np.uint64(1)
+
+
+@kernel
+def keep_flagged(words: np.ndarray, keep: np.ndarray) -> None:
+    """Clear the bits of the voxels, in the order of their ids, whose flag is False; changes words in place."""
+    row = 0
+    for w in range(words.size):
+        bits = words[w]
+        while bits != 0:
+            lowest = bits & (~bits + np.uint64(1))
+            if not keep[row]:
+                words[w] ^= lowest
+            row += 1
+            bits ^= lowest

@@ -1,0 +1,251 @@
+"""Bring the union of one kind of sensor up to date and account for exactly the voxels whose cover changed.
+
+Arrays that a parallel kernel writes are arguments of their own: Numba takes a write to a member of a tuple for dead
+code and leaves it out.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numba
+import numpy as np
+
+from riglens.core.kernels.runtime.codes import CLASS_COUNT, VOXELS
+from riglens.core.kernels.runtime.jit import inlined, kernel, parallel_kernel
+from riglens.core.kernels.runtime.work_stealing import new_turns, take
+from riglens.core.kernels.voxels.bits import first_run, popcount
+from riglens.core.kernels.voxels.entropy_codes import Entropies
+
+COLUMNS = VOXELS + 1
+"""Columns of the sums: three classes in fixed point, then the number of voxels."""
+ROWS_AT_ONCE = 8
+"""Rows of the grid that a worker takes."""
+
+
+@inlined
+def _gain(new: np.uint64, old: np.uint64) -> np.int64:
+    """How many more bits are set in one word than in the other."""
+    return np.int64(popcount(new)) - np.int64(popcount(old))
+
+
+@inlined
+def _seen(stack: np.ndarray, slots: np.ndarray, start: int, room: np.ndarray) -> np.ndarray:
+    """The voxels that any of the slots holds, for as many words as there is room: its own words, where it is one."""
+    words = room.size
+    if slots.size == 1:
+        return stack[slots[0], start : start + words]
+    room[:] = 0
+    for slot in slots:
+        part = stack[slot, start : start + words]
+        for i in range(words):
+            room[i] |= part[i]
+    return room
+
+
+@inlined
+def _changing(come: np.ndarray, gone: np.ndarray, free: np.ndarray, where: np.ndarray) -> int:
+    """List the words in which the union changes. Without a branch: it cannot be foreseen."""
+    count = 0
+    for w in range(come.size):
+        where[count] = w
+        count += int((come[w] ^ gone[w]) & free[w] != 0)
+    return count
+
+
+class _Row(NamedTuple):
+    """A row of the grid: what only those who come or go may see, the unions of this kind and of the other, and the
+    runs of equal entropies."""
+
+    free: np.ndarray
+    own: np.ndarray
+    other: np.ndarray
+    starts: np.ndarray
+    first: np.ndarray
+
+
+@kernel
+def _tally(
+    row: _Row, come: np.ndarray, gone: np.ndarray, where: np.ndarray, codes: np.ndarray, tallies: np.ndarray
+) -> None:
+    """Store the new union in the words listed, and count, by code of their entropies, the voxels that this kind (low
+    32 bits) and any sensor (high bits) gain; run by run, as all voxels of a run have the same code."""
+    for word in where:
+        w = np.uint64(word)
+        changed, alone = (come[w] ^ gone[w]) & row.free[w], ~row.other[w]
+        gained, lost = changed & come[w], changed & gone[w]
+        starts, first = row.starts[w], np.int64(row.first[w])
+        row.own[w] ^= changed
+        while changed != 0:
+            run, within = first_run(changed, starts)
+            code = np.uint64(codes[np.uint64(first + run)])
+            more_any = _gain(gained & within & alone, lost & within & alone)
+            tallies[code] += _gain(gained & within, lost & within) + (more_any << np.int64(32))
+            changed ^= within
+
+
+@inlined
+def _weigh(tallies: np.ndarray, palette_q: np.ndarray, sums: np.ndarray) -> None:
+    """Add to sums (8,) the entropies of the voxels tallied, and their number: fewer than 2^31 of each code, so none
+    spills over."""
+    for code in range(tallies.size):
+        if tallies[code] == 0:
+            continue
+        own = np.int64(np.int32(tallies[code]))
+        any_sensor = (tallies[code] - own) >> np.int64(32)
+        for c in range(CLASS_COUNT):
+            h_q = np.int64(palette_q[code, c])
+            sums[c] += own * h_q
+            sums[COLUMNS + c] += any_sensor * h_q
+        sums[VOXELS] += own
+        sums[COLUMNS + VOXELS] += any_sensor
+
+
+class Slots(NamedTuple):
+    """Rows of the stack, by what becomes of them: int64 (k,) each."""
+
+    arrived: np.ndarray
+    leaving: np.ndarray
+
+
+class Region(NamedTuple):
+    """Words outside of which nothing changes: rows of the grid along x, first and end, and of each row of `row_words`
+    words the `words` from `first_word` on."""
+
+    first_row: int
+    end_row: int
+    first_word: int
+    words: int
+    row_words: int
+
+
+@inlined
+def _take_rows(region: Region, turns: np.ndarray) -> tuple[int, int]:
+    """The next rows of a region that nobody has taken, first and end; first >= end when all are taken."""
+    first = region.first_row + take(turns) * ROWS_AT_ONCE
+    return first, min(first + ROWS_AT_ONCE, region.end_row)
+
+
+@kernel
+def _room(workers: int) -> np.ndarray:
+    """Sums of each worker, on cache lines of their own. A function of its own: see `new_turns`."""
+    return np.zeros((workers, 16), np.int64)
+
+
+@inlined
+def _count_digit(
+    arrived: np.ndarray, leaving: np.ndarray, digit: np.ndarray, come: np.ndarray, gone: np.ndarray
+) -> np.uint64:
+    """Count one more where only `arrived` sees, and one less where only `leaving` does, in one binary digit of each
+    voxel's number; write what is carried up, and what down. Returns 0 if nothing is."""
+    carried = np.uint64(0)
+    for w in range(digit.size):
+        before, more, less = digit[w], arrived[w] & ~leaving[w], leaving[w] & ~arrived[w]
+        digit[w] = before ^ (more | less)
+        come[w], gone[w] = more & before, less & ~before
+        carried |= come[w] | gone[w]
+    return carried
+
+
+@kernel
+def _count_row(
+    stack: np.ndarray, slots: Slots, start: int, none: np.ndarray, counts: np.ndarray, carry: np.ndarray
+) -> None:
+    """As `count_others`, the counts of a row that begins with some word; none (words,): zeros, carry (2, words): room
+    to work in."""
+    words = none.size
+    for i in range(max(slots.arrived.size, slots.leaving.size)):
+        arrived = stack[slots.arrived[i], start : start + words] if i < slots.arrived.size else none
+        leaving = stack[slots.leaving[i], start : start + words] if i < slots.leaving.size else none
+        carried = _count_digit(arrived, leaving, counts[0, start : start + words], carry[0], carry[1])
+        digit = 1
+        while carried != 0 and digit < counts.shape[0]:  # of what is carried up and down nothing is in both
+            carried = _count_digit(
+                carry[0], carry[1], counts[digit, start : start + words], carry[0], carry[1]
+            )
+            digit += 1
+
+
+@parallel_kernel
+def count_others(
+    stack: np.ndarray,
+    slots: Slots,
+    region: Region,
+    keep: np.ndarray,
+    workers: int,
+    counts: np.ndarray,
+    free: np.ndarray,
+) -> None:
+    """Count, in a region, the sensors in arrived slots as others from now on, and those in leaving slots no more.
+
+    Others are those that stay while some sensors move. counts uint64 (digits, words): binary digits, lowest first, of
+    how many of them see each voxel; free uint64 (words,): voxels of keep that none of them sees.
+    """
+    turns = new_turns()
+    for _ in numba.prange(workers):
+        none, carry = np.zeros(region.words, np.uint64), np.empty((2, region.words), np.uint64)
+        first, end = _take_rows(region, turns)
+        while first < end:
+            for ix in range(first, end):
+                a = ix * region.row_words + region.first_word
+                b = a + region.words
+                _count_row(stack, slots, a, none, counts, carry)
+                part, kept = free[a:b], keep[a:b]
+                for w in range(part.size):
+                    part[w] = kept[w] & ~counts[0, a + w]
+                for digit in range(1, counts.shape[0]):
+                    more = counts[digit, a:b]
+                    for w in range(part.size):
+                        part[w] &= ~more[w]
+            first, end = _take_rows(region, turns)
+
+
+@parallel_kernel
+def settle(
+    stack: np.ndarray,
+    union: np.ndarray,
+    free: np.ndarray,
+    slots: Slots,
+    kind: int,
+    region: Region,
+    entropies: Entropies,
+    workers: int,
+) -> np.ndarray:
+    """Take what the slots hold that leave out of union[kind], and what those hold that arrive into it; those leaving
+    are cleared. Returns the change of the sums.
+
+    stack uint64 (slots, words): what the sensor of each slot traverses, of which only informative voxels count; union
+    uint64 (2, words): informative voxels covered by all cameras and by all LiDARs; free uint64 (words,): see
+    `count_others`, of the other slots of this kind; kind: CAMERAS or LIDARS of `kernels.runtime.codes`.
+    Result int64 (2, 4): change of the sums of this kind, and of any sensor; columns as in COLUMNS. Integers, so neither
+    the order of the edits nor the number of threads can matter.
+    """
+    words, partial, turns = region.words, _room(workers), new_turns()
+    for worker in numba.prange(workers):
+        rooms, where = np.empty((2, words), np.uint64), np.empty(words + 1, np.int32)
+        tallies = np.zeros(entropies.palette_q.shape[0], np.int64)
+        first, end = _take_rows(region, turns)
+        while first < end:
+            for ix in range(first, end):
+                a = ix * region.row_words + region.first_word
+                b = a + words
+                row = _Row(
+                    free[a:b],
+                    union[kind, a:b],
+                    union[1 - kind, a:b],
+                    entropies.starts[a:b],
+                    entropies.first[a:b],
+                )
+                come = _seen(stack, slots.arrived, a, rooms[0])
+                gone = _seen(stack, slots.leaving, a, rooms[1])
+                count = _changing(come, gone, row.free, where)
+                _tally(row, come, gone, where[:count], entropies.codes, tallies)
+                for slot in slots.leaving:
+                    stack[slot, a:b] = 0
+            first, end = _take_rows(region, turns)
+        _weigh(tallies, entropies.palette_q, partial[worker])
+    change = np.zeros((2, COLUMNS), np.int64)
+    for worker in range(workers):  # numpy's own sum takes seconds to compile
+        for c in range(2 * COLUMNS):
+            change[c // COLUMNS, c % COLUMNS] += partial[worker, c]
+    return change

@@ -1,0 +1,74 @@
+"""Distinct cells of objects, against sets: whether a table has a bit for each cell of their block or not."""
+
+import numpy as np
+import pytest
+
+from riglens.core.kernels.objects.unique_cells import (
+    Lists,
+    Marks,
+    cell_key,
+    cell_of,
+    find_blocks,
+    join_cells,
+    join_cells_serial,
+    keep_distinct,
+    mark_cells,
+    table_mask,
+)
+
+NEAR, FAR = 6, 1 << 20
+"""Cells along each axis: in the one case a table has bits for all of them, in the other never."""
+
+
+def random_cells(rng: np.random.Generator, number: int, reach: int) -> np.ndarray:
+    """Keys of cells with many equal ones among them."""
+    some = rng.integers(-reach, reach, (max(1, number // 2), 3)) + 0.5
+    chosen = some[rng.integers(0, len(some), number)]
+    start, along = (0.0, 0.0, 0.0), np.zeros((number, 3))
+    along[:] = chosen * 0.2
+    return np.array([cell_key(start, tuple(d), 1.0 - 1e-3) for d in along], np.int64)
+
+
+def test_a_cell_is_packed_and_found_again():
+    key = cell_key((0.0, 0.3, -0.3), (1.0, 0.0, 0.0), 5.0)
+    assert [number - (1 << 20) for number in cell_of(key)] == [25, 1, -2]
+
+
+@pytest.mark.parametrize("reach", [NEAR, FAR])
+@pytest.mark.parametrize("number", [0, 1, 2, 7, 60])
+def test_of_one_lidar_the_first_of_equal_cells_are_kept_in_order(number, reach):
+    rng = np.random.default_rng(number + reach)
+    cells = random_cells(rng, number, reach) if number else np.zeros(0, np.int64)
+    wanted = list(dict.fromkeys(cells.tolist()))
+    table = np.full(table_mask(max(number, 16)) + 1, -7, np.int64)  # as an object before left it
+    kept = keep_distinct(number, cells, table)
+    assert cells[:kept].tolist() == wanted
+
+
+@pytest.mark.parametrize("reach", [NEAR, FAR])
+@pytest.mark.parametrize("lidars", [1, 2, 4])
+def test_of_several_lidars_each_cell_counts_once(lidars, reach):
+    rng = np.random.default_rng(10 * lidars + reach)
+    objects, every, starts, counts, at = 9, [], *np.zeros((2, lidars, 9), np.int64), 0
+    of_object: list[set[int]] = [set() for _ in range(objects)]
+    for lidar in range(lidars):
+        for one in range(objects):
+            own = np.unique(random_cells(np.random.default_rng(one), 12, reach))
+            own = own[rng.random(own.size) < 0.6] if one else own[:0]
+            starts[lidar, one], counts[lidar, one] = at, own.size
+            every.append(own)
+            of_object[one] |= set(own.tolist())
+            at += own.size
+    lists = Lists(starts, counts, np.concatenate(every))
+    rest, more = Lists(starts[:-1], counts[:-1], lists.cells), Lists(starts[-1:], counts[-1:], lists.cells)
+    found, table = np.zeros(objects, np.int64), np.empty(table_mask(12 * lidars) + 1, np.int64)
+    blocks, words = np.empty((objects, 6), np.int32), np.zeros(objects + 1, np.int64)
+    find_blocks(rest, blocks, words)
+    words = np.cumsum(words)
+    assert (words[-1] > 0) == (reach == NEAR and lidars > 1)
+    marks = Marks(blocks, words, np.zeros(words[-1], np.int64), np.full(objects, -1, np.int64))
+    mark_cells(rest, marks, table)
+    join_cells_serial(rest, marks, more, 12 * lidars, found)
+    assert found.tolist() == [len(cells) for cells in of_object] and found[0] == 0
+    join_cells(rest, marks, more, 12 * lidars, 2, found)  # marks are not changed by it
+    assert found.tolist() == [len(cells) for cells in of_object]

@@ -1,0 +1,1 @@
+"""Building blocks of panels: style, icons, tables, menus, messages."""

@@ -1,0 +1,225 @@
+"""What the window reports beside the work: the message bar, and progress with the time left."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+from PySide6.QtCore import Qt, QTimer, Signal
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtWidgets import (
+    QFrame,
+    QHBoxLayout,
+    QLabel,
+    QPlainTextEdit,
+    QProgressBar,
+    QPushButton,
+    QSizePolicy,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from riglens.widgets.panels.controls.icons import icon
+from riglens.widgets.panels.controls.style import SPACING, numbers_font
+
+DETAILS_PX = 150
+Choices = dict[str, Callable[[], object]]
+
+
+class MessageBar(QFrame):
+    """One message at a time; hidden until `show_message`, closed by its button or by one of its choices."""
+
+    def __init__(self, parent: QWidget | None = None, is_error: bool = True) -> None:
+        super().__init__(parent)
+        self.setObjectName("messageBar" if is_error else "noteBar")
+        self._label = QLabel()
+        self._label.setWordWrap(True)
+        self._label.setTextFormat(Qt.TextFormat.PlainText)
+        self._label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self._label.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
+        self._choices = QHBoxLayout()
+        self._details = QPlainTextEdit()
+        self._details.setReadOnly(True)
+        self._details.setLineWrapMode(QPlainTextEdit.LineWrapMode.NoWrap)
+        self._details.setFixedHeight(DETAILS_PX)
+        self._toggle, self._copy, close = QPushButton("Details"), QPushButton("Copy"), QToolButton()
+        self._toggle.setObjectName("details")
+        self._toggle.setCheckable(True)
+        self._toggle.toggled.connect(self._show_details)
+        self._copy.setObjectName("copy_details")
+        self._copy.setToolTip("Copy message and details, for a report of the problem")
+        self._copy.clicked.connect(self._copy_all)
+        close.setIcon(icon("close"))
+        close.setAutoRaise(True)
+        close.setToolTip("Close this message")
+        close.clicked.connect(self.clear)
+        self._build(close)
+        self.hide()
+
+    def _build(self, close: QToolButton) -> None:
+        row = QHBoxLayout()
+        row.addWidget(self._label, 1)
+        row.addLayout(self._choices)
+        for widget in (self._copy, self._toggle, close):
+            row.addWidget(widget, 0, Qt.AlignmentFlag.AlignTop)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(12, 6, 6, 6)
+        column.addLayout(row)
+        column.addWidget(self._details)
+
+    @property
+    def message(self) -> str:
+        """The text that is shown, empty when the bar is closed."""
+        return self._label.text()
+
+    @property
+    def details(self) -> str:
+        """What Details shows, empty when there are none."""
+        return self._details.toPlainText()
+
+    def show_message(self, text: str, details: str = "", choices: Choices | None = None) -> None:
+        """Show a message in place of the last one; `choices` are buttons, each closes the bar."""
+        self.clear()
+        self._label.setText(text)
+        self._details.setPlainText(details)
+        for widget in (self._toggle, self._copy):
+            widget.setVisible(bool(details))
+        for title, chosen in (choices or {}).items():
+            button = QPushButton(title)
+            button.setObjectName(title)
+            button.clicked.connect(self.clear)
+            button.clicked.connect(lambda _=False, chosen=chosen: chosen())
+            self._choices.addWidget(button)
+        self.show()
+
+    def clear(self) -> None:
+        """Close the bar."""
+        self._label.clear()
+        self._details.clear()
+        self._toggle.setChecked(False)
+        self._details.hide()
+        while (item := self._choices.takeAt(0)) is not None:
+            widget = item.widget()
+            if widget is not None:
+                widget.hide()
+                widget.deleteLater()
+        self.hide()
+
+    def _show_details(self, shown: bool) -> None:
+        self._details.setVisible(shown)
+
+    def _copy_all(self) -> None:
+        QGuiApplication.clipboard().setText(f"{self.message}\n\n{self.details}")
+
+
+WARM_UP_S = 1.0
+RECENT = 0.3
+"""Share of the newest estimate in the one shown: steady, yet quick to follow when the pace changes."""
+
+
+class TimeLeft:
+    """Takes fractions of the work done (0..1) and estimates the seconds left, None until there is a basis for it."""
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self._clock = clock
+        self._begun_s = clock()
+        self._end_s: float | None = None
+
+    def note(self, fraction: float) -> None:
+        """Note how much is done now; a smaller fraction than before starts anew, as a second phase of the work does."""
+        passed_s = self._clock() - self._begun_s
+        if fraction <= 0.0:
+            self._begun_s, self._end_s = self._clock(), None
+        elif passed_s >= WARM_UP_S:
+            end_s = self._begun_s + passed_s / min(fraction, 1.0)
+            self._end_s = end_s if self._end_s is None else RECENT * end_s + (1.0 - RECENT) * self._end_s
+
+    @property
+    def seconds(self) -> float | None:
+        """Seconds left from now, never negative."""
+        return None if self._end_s is None else max(0.0, self._end_s - self._clock())
+
+
+def duration_text(seconds: float) -> str:
+    """Return the seconds in one or two words, coarser the longer: "5 s", "3 min", "1 h 20 min"."""
+    if seconds < 60:
+        return f"{max(1, round(seconds))} s"
+    minutes = round(seconds / 60)
+    return f"{minutes} min" if minutes < 60 else f"{minutes // 60} h {minutes % 60} min"
+
+
+PATIENCE_MS = 500
+"""Work that finishes sooner is not worth a bar that flashes up."""
+STEPS = 1000
+LEAST_BAR_PX = 40
+
+
+class ProgressStrip(QWidget):
+    """Hidden until the work has lasted half a second; emits `cancelled` when Cancel is pressed."""
+
+    cancelled = Signal()
+
+    def __init__(self, title: str, clock: Callable[[], float] = time.monotonic) -> None:
+        super().__init__()
+        self._clock = clock
+        self._title = title
+        self._time_left = TimeLeft(clock)
+        self._patience = QTimer(self)
+        self._patience.setSingleShot(True)
+        self._patience.setInterval(PATIENCE_MS)
+        self._patience.timeout.connect(self.show)
+        self.bar, self.left, self.cancel = QProgressBar(), QLabel(), QPushButton("Cancel")
+        self._build()
+        self.hide()
+
+    def _build(self) -> None:
+        self.bar.setRange(0, STEPS)
+        self.bar.setMinimumWidth(LEAST_BAR_PX)  # several strips share the status bar of a small window
+        self.bar.setMaximumWidth(190)
+        self.left.setFont(numbers_font(self.font()))
+        self.left.setMinimumWidth(64)
+        self.cancel.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
+        self.cancel.clicked.connect(self._on_cancel)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(SPACING)
+        for widget in (self.bar, self.left, self.cancel):
+            row.addWidget(widget)
+
+    @property
+    def is_running(self) -> bool:
+        """Whether work is in progress, shown or not."""
+        return self._patience.isActive() or not self.isHidden()
+
+    def begin(self) -> None:
+        """Note that the work starts, or starts anew."""
+        self._time_left = TimeLeft(self._clock)
+        self.cancel.setEnabled(True)
+        self.show_progress(0.0)
+        if self.isHidden():
+            self._patience.start()
+
+    def show_progress(self, fraction: float) -> None:
+        """Note how much of the work is done, 0..1."""
+        self._time_left.note(fraction)
+        seconds = self._time_left.seconds
+        self.bar.setValue(round(STEPS * fraction))
+        self.bar.setFormat(f"{self._title}  %p %")
+        self.left.setText("" if seconds is None else f"{duration_text(seconds)} left")
+
+    def show_stage(self, title: str, note: str) -> None:
+        """Note that the rest takes an unknown time: show what it is, not how far it is."""
+        self.bar.setValue(STEPS)
+        self.bar.setFormat(title)
+        self.left.setText(note)
+
+    def end(self) -> None:
+        """Note that the work is over."""
+        self._patience.stop()
+        self.hide()
+
+    def _on_cancel(self) -> None:
+        self.cancel.setEnabled(False)
+        self.left.setText("stopping…")
+        self.cancelled.emit()

@@ -1,0 +1,84 @@
+"""The list of what is wrong with the places of sensors: one line each; a click selects the sensor."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import (
+    QHBoxLayout,
+    QLabel,
+    QListWidget,
+    QListWidgetItem,
+    QPushButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from riglens.core.shown_text import visible
+from riglens.widgets.panels.controls.list_dialog import ListDialog
+
+USUAL = "usual limits"
+USUAL_TIP = (
+    "Not inside the body or in the ground, at most 0.1 m off its skin, and not on glass, lamps, number plates, shut "
+    "lines or doors: our choice"
+)
+SENSOR = Qt.ItemDataRole.UserRole
+
+
+class MountsDialog(ListDialog):
+    """Shows lines and asks for other limits; finds nothing by itself."""
+
+    chosen = Signal(str)
+    """A line about this sensor was clicked."""
+    file_wanted = Signal()
+    usual_wanted = Signal()
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setWindowTitle("Mounts")
+        self.resize(620, 380)
+        self.head, self.source, self.lines = QLabel(), QLabel(), QListWidget()
+        self.head.setTextFormat(Qt.TextFormat.PlainText)
+        self.source.setTextFormat(Qt.TextFormat.PlainText)
+        self.source.setObjectName("hint")
+        self.lines.setWordWrap(True)
+        self.lines.itemClicked.connect(self._choose)
+        self.lines.itemActivated.connect(self._choose)
+        self.file, self.usual = QPushButton("Limits of a file…"), QPushButton("Usual limits")
+        self.file.setToolTip("A file of requirements with mounts, as for riglens check")
+        self.usual.setToolTip(f"<p>{USUAL_TIP}</p>")
+        self.file.clicked.connect(lambda: self.file_wanted.emit())
+        self.usual.clicked.connect(lambda: self.usual_wanted.emit())
+        row = QHBoxLayout()
+        row.addWidget(self.source, 1)
+        for button in (self.usual, self.file):
+            button.setAutoDefault(False)
+            row.addWidget(button)
+        layout = QVBoxLayout(self)
+        layout.addWidget(self.head)
+        layout.addWidget(self.lines)
+        layout.addLayout(row)
+        self.show_source(USUAL)
+
+    def show_source(self, name: str) -> None:
+        """Say whose limits these are."""
+        self.source.setText(f"Checked against: {visible(name)}")
+        self.source.setToolTip(f"<p>{USUAL_TIP}</p>" if name == USUAL else "")
+
+    def show_lines(self, violations: Sequence[tuple[str, str]]) -> None:
+        """Show violations by sensor; a list that says the same stays as it is, with what is selected in it."""
+        count = len(violations)
+        self.head.setText(
+            f"{count} violation{'s' * (count != 1)}" if count else "Every mount is within the limits"
+        )
+        texts = [f"{visible(name)}: {visible(text)}" for name, text in violations]
+        if texts == [self.lines.item(place).text() for place in range(self.lines.count())]:
+            return
+        self.lines.clear()
+        for (name, _), text in zip(violations, texts, strict=True):
+            item = QListWidgetItem(text, self.lines)
+            item.setData(SENSOR, name)
+
+    def _choose(self, item: QListWidgetItem) -> None:
+        self.chosen.emit(item.data(SENSOR))

@@ -1,0 +1,213 @@
+"""Asks what a picture for a report should look like, with a preview that is the picture itself."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from PySide6.QtCore import QRect, QSize, Qt, Signal
+from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QComboBox,
+    QDialog,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QSizePolicy,
+    QSpinBox,
+    QVBoxLayout,
+    QWidget,
+)
+
+from riglens.widgets.panels.controls.style import MARGIN, SPACING
+
+_PREVIEW = QSize(560, 380)
+_CHECK_PX = 10
+
+
+@dataclass(frozen=True)
+class PictureChoice:
+    """What was chosen; `size_px` is width and height before `scale` enlarges everything alike."""
+
+    size_px: tuple[int, int]
+    scale: int = 1
+    transparent: bool = False
+    light: bool = False
+    legend: bool = True
+    title: bool = False
+    scores: bool = False
+    ground: bool = True
+
+
+class Preview(QWidget):
+    """A picture as large as fits; transparent parts show a chequered background."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.image = QImage()
+        self.setMinimumSize(_PREVIEW)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+
+    def show_png(self, png: bytes) -> None:
+        """Show a PNG file."""
+        self.image = QImage.fromData(png)
+        self.update()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Draw the picture in the middle."""
+        if self.image.isNull():
+            return
+        size = self.image.size().scaled(self.size(), Qt.AspectRatioMode.KeepAspectRatio)
+        place = QRect((self.width() - size.width()) // 2, (self.height() - size.height()) // 2, 0, 0)
+        place.setSize(size)
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
+        if self.image.hasAlphaChannel():
+            _chequer(painter, place)
+        painter.drawImage(place, self.image)
+        painter.end()
+
+
+def _chequer(painter: QPainter, place: QRect) -> None:
+    painter.fillRect(place, QColor("#ffffff"))
+    for x in range(place.left(), place.right(), _CHECK_PX):
+        for y in range(place.top(), place.bottom(), _CHECK_PX):
+            if (x - place.left() + y - place.top()) // _CHECK_PX % 2:
+                painter.fillRect(QRect(x, y, _CHECK_PX, _CHECK_PX).intersected(place), QColor("#d5d9de"))
+
+
+class PictureDialog(QDialog):
+    """Options beside a preview; does not draw or save anything by itself."""
+
+    changed = Signal()
+    save_wanted = Signal()
+    copy_wanted = Signal()
+
+    def __init__(
+        self, size_px: tuple[int, int], limits_px: tuple[int, int], light: bool, parent: QWidget
+    ) -> None:
+        super().__init__(parent)
+        self.setWindowTitle("Picture of the view")
+        self.preview, self._note = Preview(), QLabel()
+        self._note.setObjectName("hint")
+        self._note.setTextFormat(Qt.TextFormat.PlainText)
+        self._limits_px = limits_px
+        self.width_px, self.height_px = (self._spin(side) for side in size_px)
+        self.scale = QComboBox()
+        self.scale.addItems([f"{factor} ×" for factor in range(1, 5)])
+        self.scale.currentIndexChanged.connect(self._on_changed)
+        self.legend = self._box("Colour bar", "Legend of the heatmap", True)
+        self.title = self._box("Name of the rig", "With its sensors and the data, in the upper corner", False)
+        self.scores = self._box("Scores", "The table of scores, in the lower corner", False)
+        self.light = self._box("Light background", "For reports on white paper", light)
+        self.transparent = self._box("Transparent background", "The page shows through", False)
+        self.ground = self._box("Ground", "The plane with its grid and metres", True)
+        self._options = {
+            "legend": self.legend, "title": self.title, "scores": self.scores, "ground": self.ground,
+            "light": self.light, "transparent": self.transparent,
+        }  # fmt: skip
+        self.save, self.copy = QPushButton("Save…"), QPushButton("Copy")
+        self.save.setDefault(True)
+        self.save.clicked.connect(self.save_wanted)
+        self.copy.clicked.connect(self.copy_wanted)
+        self._build()
+        self._show_size()
+
+    def _spin(self, side_px: int) -> QSpinBox:
+        spin = QSpinBox()
+        spin.setRange(*self._limits_px)
+        spin.setValue(side_px)
+        spin.setKeyboardTracking(False)
+        spin.valueChanged.connect(self._on_changed)
+        return spin
+
+    def _box(self, caption: str, tip: str, is_on: bool) -> QCheckBox:
+        box = QCheckBox(caption)
+        box.setToolTip(tip)
+        box.setChecked(is_on)
+        box.toggled.connect(self._on_changed)
+        return box
+
+    def _build(self) -> None:
+        fields = QGridLayout()
+        fields.setSpacing(SPACING)
+        rows = (("Width", self.width_px), ("Height", self.height_px), ("Enlarge", self.scale))
+        for row, (caption, field) in enumerate(rows):
+            fields.addWidget(QLabel(caption), row, 0)
+            fields.addWidget(field, row, 1)
+        for box in self._options.values():
+            fields.addWidget(box, fields.rowCount(), 0, 1, 2)
+        fields.addWidget(self._note, fields.rowCount(), 0, 1, 2)
+        fields.setRowStretch(fields.rowCount(), 1)
+        close = QPushButton("Close")
+        close.clicked.connect(self.reject)
+        buttons = QHBoxLayout()
+        buttons.addStretch(1)
+        for button in (self.copy, self.save, close):
+            buttons.addWidget(button)
+        upper = QHBoxLayout()
+        upper.setSpacing(2 * MARGIN)
+        upper.addWidget(self.preview, 1)
+        upper.addLayout(fields)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(2 * MARGIN, 2 * MARGIN, 2 * MARGIN, 2 * MARGIN)
+        column.setSpacing(2 * SPACING)
+        column.addLayout(upper, 1)
+        column.addLayout(buttons)
+
+    @property
+    def choice(self) -> PictureChoice:
+        """What is chosen."""
+        return PictureChoice(
+            (self.width_px.value(), self.height_px.value()), self.scale.currentIndex() + 1,
+            self.transparent.isChecked(), self.light.isChecked(), self.legend.isChecked(),
+            self.title.isChecked(), self.scores.isChecked(), self.ground.isChecked(),
+        )  # fmt: skip
+
+    def recall(self, options: Mapping[str, bool], scale: int) -> None:
+        """Choose again what was chosen the last time; options that there are not are passed over."""
+        for name, box in self._options.items():
+            if name in options:
+                box.setChecked(options[name])
+        self.scale.setCurrentIndex(min(max(scale, 1), self.scale.count()) - 1)
+
+    @property
+    def options(self) -> dict[str, bool]:
+        """What is ticked, by name."""
+        return {name: box.isChecked() for name, box in self._options.items()}
+
+    def set_words_possible(self, possible: bool) -> None:
+        """Set whether there are scores to write into a picture."""
+        for box in (self.title, self.scores):
+            box.setEnabled(possible)
+
+    def set_busy(self, what: str) -> None:
+        """Say what is in progress; "" when nothing is, and then pictures can be saved."""
+        is_too_large = max(self._pixels()) > self._limits_px[1]
+        for button in (self.save, self.copy):
+            button.setEnabled(not what and not is_too_large)
+        if what:
+            self._note.setText(what)
+        else:
+            self._show_size()
+
+    def set_done(self, what: str) -> None:
+        """Say what has been done with the picture."""
+        self._note.setText(what)
+
+    def _pixels(self) -> tuple[int, int]:
+        choice = self.choice
+        return choice.size_px[0] * choice.scale, choice.size_px[1] * choice.scale
+
+    def _show_size(self) -> None:
+        width, height = self._pixels()
+        too_large = (
+            f"\nat most {self._limits_px[1]} a side" if max(width, height) > self._limits_px[1] else ""
+        )
+        self._note.setText(f"{width} × {height} pixels{too_large}")
+
+    def _on_changed(self, _: object = None) -> None:
+        self._show_size()
+        self.changed.emit()

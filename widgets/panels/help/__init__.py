@@ -1,0 +1,1 @@
+"""Guide, tips, shortcuts and the command palette."""

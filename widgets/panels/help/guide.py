@@ -1,0 +1,44 @@
+"""The user's pages inside the window: Markdown files with links between them, with a way back."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from PySide6.QtCore import Qt, QUrl
+from PySide6.QtWidgets import QDialog, QHBoxLayout, QPushButton, QTextBrowser, QVBoxLayout, QWidget
+
+from riglens.widgets.panels.controls.style import MARGIN
+
+WIDTH_PX, HEIGHT_PX = 760, 720
+
+
+class Guide(QDialog):
+    """A page to read beside the work; links to other pages open here, those into the web outside; Esc closes it."""
+
+    def __init__(self, page: Path, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setWindowTitle("Guide")
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self.text = QTextBrowser()
+        self.text.setOpenExternalLinks(True)
+        self.text.setFrameShape(QTextBrowser.Shape.NoFrame)
+        self.text.document().setDocumentMargin(2 * MARGIN)
+        back, start, close = QPushButton("Back"), QPushButton("Start"), QPushButton("Close")
+        back.clicked.connect(self.text.backward)
+        start.clicked.connect(self.text.home)
+        close.clicked.connect(self.reject)
+        back.setEnabled(False)
+        self.text.backwardAvailable.connect(back.setEnabled)
+        row = QHBoxLayout()
+        row.setContentsMargins(MARGIN, 0, MARGIN, MARGIN)
+        for button in (back, start):
+            row.addWidget(button)
+        row.addStretch(1)
+        row.addWidget(close)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.addWidget(self.text, 1)
+        column.addLayout(row)
+        room = self.screen().availableSize()
+        self.resize(min(WIDTH_PX, room.width()), min(HEIGHT_PX, room.height()))
+        self.text.setSource(QUrl.fromLocalFile(str(page)))

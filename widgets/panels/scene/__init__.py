@@ -1,0 +1,1 @@
+"""Scene, look and voxel panels."""
