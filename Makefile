@@ -61,10 +61,9 @@ bench: setup-dev
 check: setup
 	@$(PYTHON) -m ruff format --check .
 	@$(PYTHON) -m ruff check .
-	@$(PYTHON) tools/static_tree.py >/dev/null
-	@MYPYPATH=build/static $(PYTHON) -m mypy -p riglens
-	@MYPYPATH=build/static:. $(PYTHON) -m mypy $(TEST_HELPERS)
-	@cd build/static && ../../.venv/bin/lint-imports --config ../../pyproject.toml
+	@$(PYTHON) -m mypy -p riglens
+	@$(PYTHON) -m mypy $(TEST_HELPERS)
+	@.venv/bin/lint-imports
 
 format: setup
 	@$(PYTHON) -m ruff check --fix --exit-zero --quiet .

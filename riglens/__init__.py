@@ -9,10 +9,9 @@ The names below come from `riglens.api`, which is loaded with numpy and Numba wh
 docs/scripting.md for examples.
 
 The other modules are `riglens.core`, `riglens.widgets` and `riglens.app`. A wheel holds these folders, and
-`riglens.assets`, in this one; a checkout has them beside it, where its files are easier to reach.
+`riglens.assets`, in this one; in a checkout they are links to the folders beside it.
 """
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -74,10 +73,6 @@ __all__ = [
     "score",
     "targets",
 ]
-
-_HERE = Path(__file__).resolve().parent
-if not (_HERE / "core").is_dir():
-    __path__.append(str(_HERE.parent))
 
 
 def __getattr__(name: str) -> object:
