@@ -218,19 +218,19 @@ def targets(
     threads
         Threads to use, all processors by default. The counts do not depend on it.
     body
-        Whether rays pass through the car's own body ("ignored", as in the paper) or end at it ("blocks"). By default
-        "ignored" for the built-in rigs of the paper and "blocks" for all others.
+        Whether rays pass through the car's own body ("ignored", as in the paper) or end at it ("blocks"); as
+        `rig.self_occlusion` says by default.
     mesh_folder
         The folder from which a car body in a mesh file is named; that of the rig file, as a rule.
 
     Raises InputError when a number is out of its range, or when the mesh of a body that blocks cannot be read.
     """
     with argument_names():
-        options = ScoreOptions(threads=threads, body=body).for_rigs([rig])
-        settings = TargetSettings(shape, range_law, phase, seed, min_points, options.body or "ignored")
+        options = ScoreOptions(threads=threads, body=body)
+        settings = TargetSettings(shape, range_law, phase, seed, min_points, options.body_of(rig))
         if sample is not None and sample < 1:
             raise InputError(f"--sample: found {sample}, accepted is a whole number of frames from 1 up")
-    mesh = blocking_mesh(rig, options.body, mesh_folder)
+    mesh = blocking_mesh(rig, options.body_of(rig), mesh_folder)
     return TargetResult(traffic, TargetEngine(traffic, threads).evaluate(rig, settings, sample, mesh))
 
 

@@ -23,6 +23,7 @@ _ARGUMENTS = {
     "--pog": "pog",
     "--lambda": "camera_weight",
     "--threads": "threads",
+    "--body": "body",
     "--to": "target_format",
     "--out": "out",
     "--size": "size_px",

@@ -9,7 +9,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from riglens.app.evaluation.options import SceneOptions, ScoreOptions
+from riglens.app.evaluation.options import SceneOptions, ScoreOptions, require_solid
 from riglens.app.evaluation.scenario import load_scenario, remarks_on, settings_of
 from riglens.arguments import RigLensWarning, StrPath, argument_names, path_of
 from riglens.core.engine.audit import audit as audit_rig
@@ -135,16 +135,16 @@ def score(
     threads
         Threads to use, all processors by default. The scores do not depend on it.
     body
-        Whether rays pass through the car's own body ("ignored", as in the paper) or end at it ("blocks"). By default
-        the built-in rigs of the paper are scored as there, and others with the car solid.
+        Whether rays pass through the car's own body ("ignored", as in the paper) or end at it ("blocks"); as
+        `rig.self_occlusion` says by default.
     mesh_folder
         The folder from which a car body in a mesh file is named; that of the rig file, as a rule.
 
     Raises InputError when a number is out of its range, or when the mesh of a body that blocks cannot be read.
     """
     with argument_names():
-        options = ScoreOptions(method, reading, camera_weight, threads, body).for_rigs([rig])
-    mesh = blocking_mesh(rig, options.body, mesh_folder)
+        options = ScoreOptions(method, reading, camera_weight, threads, body)
+    mesh = blocking_mesh(rig, options.body_of(rig), mesh_folder)
     (found,) = evaluate_from_scratch(scene.field, [rig], settings_of(options), threads, meshes=[mesh])
     return RigResult(scene.field, found)
 
@@ -164,7 +164,7 @@ def audit(
     rig, scene
         Whose rays to follow, and what is informative.
     body
-        Whether rays end at the car's own body ("blocks") or pass through it ("ignored").
+        "blocks": the car is always solid here.
     threads
         Threads to use, all processors by default. The result does not depend on it.
     mesh_folder
@@ -173,9 +173,10 @@ def audit(
     Raises InputError when a number is out of its range, or when the mesh of the body cannot be read.
     """
     with argument_names():
-        ScoreOptions(threads=threads, body=body)
+        ScoreOptions(threads=threads)
+        require_solid(body)
     mesh = blocking_mesh(rig, "blocks", mesh_folder)
-    return AuditResult(audit_rig(scene.field, rig, body, mesh, threads))
+    return AuditResult(audit_rig(scene.field, rig, "blocks", mesh, threads))
 
 
 def blocking_mesh(rig: Rig, body: Body | None, folder: StrPath) -> BodyMesh | None:
@@ -219,10 +220,10 @@ class SceneEngine:
         if self._engine is None:
             raise RuntimeError("this engine was closed at the end of its with block")
         with argument_names():
-            options = ScoreOptions(method, reading, camera_weight, None, body).for_rigs([rig])
+            options = ScoreOptions(method, reading, camera_weight, None, body)
         vehicle, folder = rig.vehicle, Path(mesh_folder)
         if (vehicle.body, folder) not in self._meshes:
-            mesh = blocking_mesh(rig, options.body, folder)
+            mesh = blocking_mesh(rig, options.body_of(rig), folder)
             if mesh is not None:
                 self._meshes[vehicle.body, folder] = mesh
         mesh = self._meshes.get((vehicle.body, folder))

@@ -13,6 +13,7 @@ from PySide6.QtCore import QObject, Signal
 
 from riglens.app.background.inbox import AsideInbox, unexpected
 from riglens.app.background.worker import CLOSE_S, Answerer, Unwanted
+from riglens.app.evaluation.known_body import with_known_body
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.requests import LoadedScene
 from riglens.core.errors import InputError
@@ -180,8 +181,9 @@ class Counter(Answerer[CountRequest | SideCount]):
             return None
         data = self._data_of(request.scene.options)
         engine = data.engine if request.is_variant else data.aside
+        settings = with_known_body(request.settings, request.rig, request.mesh)
         scores = engine.evaluate_unless(
-            lambda: self._inbox.gives_way(request), request.rig, request.settings, None, request.mesh
+            lambda: self._inbox.gives_way(request), request.rig, settings, None, request.mesh
         )
         if scores is None:
             raise Unwanted
@@ -202,11 +204,13 @@ class Counter(Answerer[CountRequest | SideCount]):
         """Count in so many frames, and tell; the first sample is never given up, so that a drag shows numbers."""
         is_first = frames <= self._frames
         is_stale = self._thread.inbox.is_closing if is_first else self._inbox.is_stale
-        settings, mesh = request.settings, request.mesh
+        mesh = request.mesh
+        settings = with_known_body(request.settings, request.rig, mesh)
         scores = data.engine.evaluate_unless(is_stale, request.rig, settings, frames, mesh)
         baseline = scores
         if request.baseline_rig != request.rig and scores is not None:
             rig, mesh = request.baseline_rig, request.baseline_mesh
+            settings = with_known_body(request.settings, rig, mesh)
             baseline = data.baseline.evaluate_unless(is_stale, rig, settings, frames, mesh)
         if scores is None or baseline is None:
             raise Unwanted

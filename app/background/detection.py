@@ -32,7 +32,7 @@ class DetectionJob:
 
     rigs: tuple[Rig, ...]
     scene: SceneOptions
-    body: Body
+    body: Body | None
     folder: Path
     quick: bool = True
     workers: int = 1
@@ -43,7 +43,8 @@ class DetectionJob:
         if scene.pog is not None:
             raise InputError("a stored POG holds no road users: choose box data in the Scene panel")
         words = ["study", "detection", *(str(path) for path in self._rig_files())]
-        words += ["--out", str(self.folder), "--workers", str(self.workers), "--body", self.body]
+        words += ["--out", str(self.folder), "--workers", str(self.workers)]
+        words += [] if self.body is None else ["--body", self.body]
         words += ["--quick"] if self.quick else []
         words += [] if scene.boxes is None else ["--boxes", str(scene.boxes)]
         words += [] if scene.frames is None else ["--frames", str(scene.frames)]

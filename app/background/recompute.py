@@ -276,8 +276,7 @@ class Recompute(QObject):
 
         found = None
         try:
-            field, body = request.scene.field, request.settings.body
-            found = audit(field, request.rig, body, request.mesh, self._threads)
+            found = audit(request.scene.field, request.rig, "blocks", request.mesh, self._threads)
         except Exception as error:
             told = isinstance(error, InputError)
             self.failed.emit(str(error) if told else unexpected(_HERE, error))

@@ -37,7 +37,8 @@ class ReportJob:
     def words(self, rigs: list[Path]) -> list[str]:
         """The words of the command, for rigs in these files."""
         scene, settings = self.scene, self.settings
-        words = ["report", *map(str, rigs), "--out", str(self.out), "--body", settings.body]
+        words = ["report", *map(str, rigs), "--out", str(self.out)]
+        words += [] if settings.body is None else ["--body", settings.body]
         words += ["--method", settings.method, "--reading", settings.reading]
         words += ["--lambda", repr(settings.camera_weight)]
         for name, value in (("--boxes", scene.boxes), ("--pog", scene.pog), ("--frames", scene.frames)):

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated
 
 from cyclopts import Parameter
 
 from riglens.app.commands.options import (
-    BODY,
     SCORE,
     LibraryArguments,
     Rig,
     SceneArguments,
+    SolidBody,
     Whole,
     check_json,
 )
-from riglens.app.evaluation.options import ScoreOptions
+from riglens.app.evaluation.options import ScoreOptions, require_solid
 
 
 def audit(
@@ -23,19 +23,17 @@ def audit(
     /,
     *,
     scene: SceneArguments = SceneArguments(),
-    body: Annotated[Literal["ignored", "blocks"] | None, BODY] = None,
+    body: SolidBody = None,
     threads: Annotated[Whole, Parameter(group=SCORE)] = None,
     libraries: LibraryArguments = LibraryArguments(),
     json: Annotated[str | None, Parameter(allow_leading_hyphen=True, metavar="FILE|-")] = None,
 ) -> None:
-    """Follow every ray of each sensor: into the car, past the region, into the ground, or to what it brings.
+    """Follow every ray of each sensor: into the solid car, past the region, into the ground, or to what it brings.
 
     Parameters
     ----------
     rig
         Rig file or preset name.
-    body
-        Whether the car's own body is in the way (blocks).
     threads
         Threads to use (all cores). The figures do not depend on it.
     json
@@ -44,7 +42,8 @@ def audit(
     check_json(json)
     libraries.use()
     options = scene.options()
-    score = ScoreOptions(threads=threads, body=body or "blocks")
+    require_solid(body)
+    score = ScoreOptions(threads=threads, body="blocks")
     from riglens.app.commands import audit_job
 
     audit_job.audit(rig, options, score, json)

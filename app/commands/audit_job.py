@@ -37,7 +37,7 @@ def audit(name: str, scene: SceneOptions, score: ScoreOptions, json_target: str 
         require_writable(json_target, (name, *scene.files))
     _, field = load_with_progress(scene.for_rigs([rig], score))
     with progress_bar("Following rays"):
-        found = audit_rig(field, rig, score.body or "blocks", mesh, score.threads)
+        found = audit_rig(field, rig, "blocks", mesh, score.threads)
     text = to_text(audit_document(found))
     if json_target == "-":
         sys.stdout.write(text)

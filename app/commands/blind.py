@@ -7,8 +7,8 @@ from typing import Annotated, Literal
 
 from cyclopts import Group, Parameter
 
-from riglens.app.commands.options import BODY, SCORE, LibraryArguments, Rig, Whole, check_json
-from riglens.app.evaluation.options import ScoreOptions
+from riglens.app.commands.options import SCORE, LibraryArguments, Rig, SolidBody, Whole, check_json
+from riglens.app.evaluation.options import ScoreOptions, require_solid
 
 ZONES = Group("Blind zones", sort_key=20)
 
@@ -23,13 +23,13 @@ def blind(
     by: Annotated[Literal["any", "lidar", "camera"], Parameter(group=ZONES, metavar="NAME")] = "any",
     sensors: Annotated[Literal[1, 2], Parameter(group=ZONES, metavar="1|2")] = 1,
     profile: Annotated[tuple[Path, ...], Parameter(group=ZONES, metavar="FILE", show_default=False)] = (),
-    body: Annotated[Literal["ignored", "blocks"], BODY] = "blocks",
+    body: SolidBody = None,
     threads: Annotated[Whole, Parameter(group=SCORE)] = None,
     libraries: LibraryArguments = LibraryArguments(),
     out: Annotated[Path | None, Parameter(metavar="FILE.csv|.png")] = None,
     json: Annotated[str | None, Parameter(allow_leading_hyphen=True, metavar="FILE|-")] = None,
 ) -> None:
-    """Say where beside the car an object stands unseen, and which objects of profiles a rig sees.
+    """Say where beside the car an object stands unseen, and which objects of profiles a rig sees. The car is solid.
 
     Parameters
     ----------
@@ -47,8 +47,6 @@ def blind(
         How many sensors have to see the object; the JSON tells of 1 and 2.
     profile
         A file of profiles of your own, instead of those that ship with the program; may be given many times.
-    body
-        Whether the car's own body is in the way.
     threads
         Threads to use (all cores). The figures do not depend on it.
     out
@@ -59,8 +57,9 @@ def blind(
     check_json(json)
     libraries.use()
     ScoreOptions(threads=threads)
+    require_solid(body)
     from riglens.app.commands import blind_job
     from riglens.core.review.blind import BlindSettings
 
-    settings = BlindSettings(voxel, width, body, within)
+    settings = BlindSettings(voxel, width, within_m=within)
     blind_job.blind(rig, settings, blind_job.Asked(by, sensors, profile, threads, out, json))

@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 from cyclopts import Group, Parameter
 
-from riglens.app.commands.options import BODY, SCORE, LibraryArguments, Whole, check_json, whole_number
-from riglens.app.evaluation.options import ScoreOptions
+from riglens.app.commands.options import (
+    SCORE,
+    LibraryArguments,
+    SolidBody,
+    Whole,
+    check_json,
+    whole_number,
+)
+from riglens.app.evaluation.options import ScoreOptions, require_solid
 
 LOOK = Group("Look", sort_key=20)
 STOP = Group("Stop", sort_key=21)
@@ -24,13 +31,14 @@ def card(
     reaction: Annotated[float, Parameter(group=STOP, metavar="S")] = 1.0,
     deceleration: Annotated[float, Parameter(group=STOP, metavar="MPS2")] = 5.0,
     threads: Annotated[Whole, Parameter(group=SCORE)] = None,
-    body: Annotated[Literal["ignored", "blocks"] | None, BODY] = None,
+    body: SolidBody = None,
     libraries: LibraryArguments = LibraryArguments(),
     csv: Annotated[Path | None, Parameter(metavar="FILE.csv")] = None,
     chart: Annotated[Path | None, Parameter(metavar="FILE.png|.svg")] = None,
     json: Annotated[str | None, Parameter(allow_leading_hyphen=True, metavar="FILE|-")] = None,
 ) -> None:
-    """Say up to which distance a rig gets enough onto one road user in the open, beside stopping distances.
+    """Say up to which distance a rig gets enough onto one road user in the open, beside stopping distances. The car is
+    solid.
 
     Parameters
     ----------
@@ -50,8 +58,6 @@ def card(
         How hard it brakes, in m/s2 (our choice).
     threads
         Threads to use (all cores). The figures do not depend on it.
-    body
-        Whether rays pass through the car's own body (the built-in rigs, as in the paper) or end at it (all others).
     csv
         Also write the card as a table.
     chart
@@ -61,7 +67,8 @@ def card(
     """
     check_json(json)
     libraries.use()
-    score = ScoreOptions(threads=threads, body=body)
+    require_solid(body)
+    score = ScoreOptions(threads=threads)
     from riglens.app.commands import card_job
     from riglens.core.targets.card import CardPlan, around
 

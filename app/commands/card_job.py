@@ -11,7 +11,7 @@ from riglens.app.evaluation.options import ScoreOptions
 from riglens.app.studies.files import csv_text, write_text
 from riglens.app.terminal.card import print_card
 from riglens.app.terminal.console import note
-from riglens.app.terminal.scores import meshes_called, rig_called
+from riglens.app.terminal.scores import mesh_called, rig_called
 from riglens.core.engine.evaluation_json import to_text
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_write, require_writable
@@ -39,9 +39,7 @@ def card(name: str, plan: CardPlan, score: ScoreOptions, files: Files) -> None:
             require_writable(path, (name,))
     for line in missing_rays(rig):
         note(line)
-    score = score.for_rigs([rig])
-    (mesh,) = meshes_called([name], [rig], score)
-    plan = plan.with_body(score.body or "ignored")
+    mesh = mesh_called(name, rig)
     warm_up(score.threads)
     found = card_of(rig, plan, score.threads, mesh=mesh)
     if files.csv is not None:

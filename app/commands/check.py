@@ -44,7 +44,8 @@ def check(
     profile
         A file of blind zone profiles of your own, instead of those that ship; may be given many times.
     body
-        Whether the car's own body is in the way (as the file says; else as suits the rig).
+        Whether the car's own body is in the way of what traffic is seen with (as the file says; else as the rig says).
+        Blind zones, test objects and mounts always have a solid car.
     threads
         Threads to use (all cores). The verdicts do not depend on it.
     json

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -42,12 +41,12 @@ def check(name: str, scene: SceneOptions, score: ScoreOptions, asked: Asked) -> 
     required = read_requirements(asked.requirements)
     profiles = profiles_of(asked.profiles)
     rig = rig_called(name)
-    score = replace(score, body=score.body or required.body).for_rigs([rig])
+    score = score.as_required(required.body, asked.requirements)
     if asked.json not in (None, "-"):
         require_writable(asked.json, (name, asked.requirements, *asked.profiles, *scene.files))
     for line in missing_rays(rig):
         note(line)
-    body: Body = score.body or "ignored"
+    body = score.body_of(rig)
     field = load_with_progress(scene.for_rigs([rig], score))[1] if required.needs_scene else None
     traffic = None
     if required.needs_road_users and scene.pog is None:

@@ -15,6 +15,8 @@ from riglens.core.errors import InputError
 SCENE = Group("Scene: boxes and grid", sort_key=10)
 SCORE = Group("Score", sort_key=20)
 BODY = Parameter(name="--body", group=SCORE, metavar="NAME", show_default=False)
+SolidBody = Annotated[Literal["ignored", "blocks"] | None, Parameter(name="--body", show=False)]
+"""Where the car is always solid: `blocks` is taken, `ignored` refused (`require_solid`)."""
 MAX_DIGITS = 40
 BUILD = Group("Build", sort_key=30)
 
@@ -131,7 +133,7 @@ class ScoreArguments:
     threads: Annotated[Whole, Parameter(group=SCORE)] = None
     """Threads to use (all cores). The scores do not depend on it."""
     body: Annotated[Literal["ignored", "blocks"] | None, BODY] = None
-    """Whether rays pass through the car's own body (the built-in rigs, as in the paper) or end at it (all others)."""
+    """Whether rays pass through the cars' own bodies or end at them, for this run (as each rig says)."""
 
     def options(self) -> ScoreOptions:
         """Return the same as checked options."""

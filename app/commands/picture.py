@@ -104,7 +104,7 @@ def render(
     out
         The picture (.png).
     body
-        Whether rays pass through the car's own body (the built-in rigs, as in the paper) or end at it (all others).
+        Whether rays pass through the car's own body or end at it, for this run (as each rig says).
     """
     libraries.use()
     options = scene.options()

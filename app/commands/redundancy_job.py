@@ -50,7 +50,6 @@ class Found(NamedTuple):
 def redundancy(name: str, scene: SceneOptions, score: ScoreOptions, asked: Asked) -> None:
     """Print what a rig loses with its sensors, also written to a JSON file; with "-" as JSON alone."""
     rig = rig_called(name)
-    score = score.for_rigs([rig])
     (mesh,) = meshes_called([name], [rig], score)
     if asked.json not in (None, "-"):
         require_writable(asked.json, (name, *scene.files))
@@ -85,7 +84,7 @@ def coverage_of(
             targets = target_coverage(traffic, rig, counts.objects, how.min_points)
     elif asked.road_users:
         note("road users are not counted: a stored POG has none")
-    return Found(rig, settings.body, field, voxels, targets)
+    return Found(rig, score.body_of(rig), field, voxels, targets)
 
 
 def document_of(found: Found, min_points: int) -> dict[str, Any]:

@@ -54,8 +54,8 @@ def report(names: Sequence[str], scene: SceneOptions, score: ScoreOptions, asked
         note(line)
     text = None if asked.requirements is None else read_text(asked.requirements, "a file of requirements")
     required = _requirements(text, str(asked.requirements))
-    if required is not None:
-        score = replace(score, body=score.body or required.body)
+    if required is not None and asked.requirements is not None:
+        score = score.as_required(required.body, asked.requirements)
     plan = ReportPlan(rigs, meshes, scene, score, asked.draws, asked.seed, required, text)
     with progress_bar("Making the report") as progress:
         found = report_of(plan, progress)

@@ -29,7 +29,6 @@ def evaluate(names: Sequence[str], scene: SceneOptions, score: ScoreOptions, jso
     if json_target is not None and is_standard_output(json_target):
         json_target = "-"
     rigs = [rig_called(name) for name in names]
-    score = score.for_rigs(rigs)
     meshes = meshes_called(names, rigs, score)
     if json_target not in (None, "-"):
         require_writable(json_target, (*names, *scene.files))

@@ -93,7 +93,7 @@ def simulate(
     seed
         What all random draws follow from.
     body
-        Whether rays pass through the car's own body (the built-in rigs, as in the paper) or end at it (all others).
+        Whether rays pass through the car's own body or end at it, for this run (as each rig says).
     pictures
         on: also draw what the cameras see, with labels and depth, at their native size.
     points

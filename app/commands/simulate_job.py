@@ -88,13 +88,14 @@ def simulate(names: Sequence[str], out: Path, asked: Asked, where: Where) -> Non
     for rig, path in zip(rigs, paths, strict=True):
         require_channels(rig, asked.extras)
         require_own(path)
-    score = asked.score.for_rigs(rigs)
-    settings = replace(asked.settings, body="ignored" if score.body is None else score.body)
+    score = asked.score
     meshes = meshes_called(names, rigs, score)
     traffic, scenes = _load(asked)
     poses = _poses(asked.scene, traffic)
     sets = [
-        Dataset(rig, mesh, settings, asked.extras, traffic, scenes, poses)
+        Dataset(
+            rig, mesh, replace(asked.settings, body=score.body_of(rig)), asked.extras, traffic, scenes, poses
+        )
         for rig, mesh in zip(rigs, meshes, strict=True)
     ]
     for one in sets:

@@ -163,7 +163,7 @@ def detection(
     boxes
         Box data set with named sequences. Without it: the bundled scenario.
     body
-        Whether rays end at the car's own body.
+        Whether rays end at the cars' own bodies (as each rig says).
     quick
         One seed, 4 epochs, half of the frames: a look, not a measurement.
     per_rig

@@ -69,7 +69,7 @@ def targets(
     seed
         What the random draws follow from.
     body
-        Whether rays pass through the car's own body (the built-in rigs, as in the paper) or end at it (all others).
+        Whether rays pass through the car's own body or end at it, for this run (as each rig says).
     min_points
         A road user with so many LiDAR points counts as detectable.
     threads

@@ -42,11 +42,10 @@ class Counting:
         if self.sample is not None and self.sample < 1:
             raise InputError(f"--sample: found {self.sample}, accepted is a whole number of frames from 1 up")
 
-    def for_rigs(self, rigs: Sequence[Rig]) -> Counting:
-        """The same with the body that suits the rigs, unless it is said already."""
-        score = self.score.for_rigs(rigs)
-        body = "ignored" if score.body is None else score.body
-        return replace(self, score=score, settings=replace(self.settings, body=body))
+    @property
+    def how(self) -> TargetSettings:
+        """The settings with the body of this run."""
+        return replace(self.settings, body=self.score.body)
 
 
 def targets(
@@ -54,7 +53,6 @@ def targets(
 ) -> None:
     """Print what some rigs get as a table, also written to files; with "-" as JSON alone."""
     rigs = [rig_called(name) for name in names]
-    counting = counting.for_rigs(rigs)
     meshes = meshes_called(names, rigs, counting.score)
     reads: tuple[str | Path, ...] = (*names, *scene.files)
     if json not in (None, "-"):
@@ -103,7 +101,7 @@ def _count(
     with progress_bar("Casting rays") as progress:
         for number, (rig, mesh) in enumerate(zip(rigs, meshes, strict=True), 1):
             engine = TargetEngine(traffic, threads)
-            scores.append(engine.evaluate(rig, counting.settings, counting.sample, mesh))
+            scores.append(engine.evaluate(rig, counting.how, counting.sample, mesh))
             progress(number / len(rigs))
     return scores
 

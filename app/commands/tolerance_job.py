@@ -48,7 +48,6 @@ def tolerance(name: str, scene: SceneOptions, score: ScoreOptions, asked: Asked)
     if not 0 <= asked.seed < 1 << 63:
         raise InputError(f"--seed: found {asked.seed}, accepted is a whole number from 0 up to 2^63 - 1")
     rig = rig_called(name)
-    score = score.for_rigs([rig])
     (mesh,) = meshes_called([name], [rig], score)
     for path in (asked.worst, None if asked.json in (None, "-") else asked.json):
         if path is not None:
@@ -69,10 +68,10 @@ def tolerance(name: str, scene: SceneOptions, score: ScoreOptions, asked: Asked)
         found = tolerance_of(rig, profile, measure, asked.draws, asked.seed, asked.sensitivities, progress)
     if asked.worst is not None:
         write_text(asked.worst, dumps(worst_rig(found, asked.figure)))
-    text = to_text(tolerance_document(found, settings.body))
+    text = to_text(tolerance_document(found, score.body_of(rig)))
     if asked.json == "-":
         sys.stdout.write(text)
         return
     if asked.json is not None:
         write_text(Path(asked.json), text)
-    print_tolerance(found, settings.body)
+    print_tolerance(found, score.body_of(rig))

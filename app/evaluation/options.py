@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
@@ -42,12 +42,12 @@ TARGET_HEAT_TITLES: dict[TargetHeatMode, str] = {"on_target": "On target", "miss
 """What it can show of road users, in the window."""
 
 
-def usual_body(rigs: Iterable[Rig]) -> Body:
-    """The built-in rigs of the paper are scored as in the paper, through the car; others with the car solid, and
-    both together, too: figures side by side are of one kind."""
-    from riglens.core.rig.presets import is_of_paper
-
-    return "ignored" if all(is_of_paper(rig) for rig in rigs) else "blocks"
+def require_solid(body: Body | None) -> None:
+    """Refuse rays through the car where it is always solid; InputError."""
+    if body == "ignored":
+        raise InputError(
+            "--body must be blocks (got ignored): here the car is always solid; leave --body out"
+        )
 
 
 @dataclass(frozen=True)
@@ -59,11 +59,19 @@ class ScoreOptions:
     camera_weight: float = 0.1
     threads: int | None = None
     body: Body | None = None
-    """None: as suits the rigs, see `for_rigs`."""
+    """Of all rigs, for this run; None: as each rig says."""
 
-    def for_rigs(self, rigs: Iterable[Rig]) -> ScoreOptions:
-        """The same with the body that suits the rigs, unless it is said already."""
-        return self if self.body is not None else replace(self, body=usual_body(rigs))
+    def as_required(self, body: Body | None, where: Path) -> ScoreOptions:
+        """The same with the body that a file of requirements says, if it does; InputError where --body contradicts."""
+        if None not in (self.body, body) and self.body != body:
+            raise InputError(
+                f"--body must be {body}, as {where} requires (got {self.body}); leave --body out"
+            )
+        return replace(self, body=self.body or body)
+
+    def body_of(self, rig: Rig) -> Body:
+        """Whether rays end at a rig's own body."""
+        return self.body or rig.body
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.camera_weight <= MAX_LAMBDA:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
+from riglens.app.evaluation.known_body import with_known_body
 from riglens.app.evaluation.options import AutoVoxel, SceneOptions, ScoreOptions
 from riglens.core.engine.engine import Engine
 from riglens.core.errors import InputError
@@ -34,8 +35,8 @@ class Scenario:
 
 
 def settings_of(options: ScoreOptions) -> MetricSettings:
-    """The metric's settings as the core takes them; where nothing is said about the body, it is ignored."""
-    return MetricSettings(options.method, options.reading, options.camera_weight, options.body or "ignored")
+    """The metric's settings as the core takes them; where nothing is said about the body, each rig says it."""
+    return MetricSettings(options.method, options.reading, options.camera_weight, options.body)
 
 
 def grid_of(options: SceneOptions) -> VoxelGrid:
@@ -145,11 +146,10 @@ def _try(field: EntropyField, auto: AutoVoxel, report: Progress) -> Tried:
 
     engine = Engine(field, auto.score.threads)
     settings = settings_of(auto.score)
-    if any(rig.vehicle.has_mesh_file for rig in auto.rigs):  # its mesh is not read for this
-        settings = replace(settings, body="ignored")
     scores = []
     for rig in auto.rigs:
-        evaluation = engine.evaluate_unless(is_stale, rig, settings)
+        how = with_known_body(settings, rig, None)  # a mesh is not read for this
+        evaluation = engine.evaluate_unless(is_stale, rig, how)
         assert evaluation is not None  # `report` raises instead
         scores.append((rig.name, evaluation.scores))
     return Tried(field.grid.voxel_m, tuple(scores))

@@ -10,6 +10,7 @@ import numpy as np
 
 from riglens.app.evaluation.edit_costs import EditCosts
 from riglens.app.evaluation.heatmap import NO_WORDS, REDUNDANT, Heatmaps, marks_for, needs_seen, seen_words
+from riglens.app.evaluation.known_body import with_known_body
 from riglens.app.evaluation.options import SceneOptions
 from riglens.app.evaluation.requests import (
     FRAME_MS,
@@ -92,14 +93,14 @@ class Scoring:
         evaluation = self._engine.evaluate_unless(
             is_stale,
             request.rig,
-            request.settings,
+            self._settings_for(request.rig, request.settings),
             with_seen=needs_seen(request.heat) or request.map_by is not None,
             mesh=self._mesh_of(request.rig),
         )
         if evaluation is None:
             return None
         self._costs.note(request.rig, evaluation.elapsed_ms)
-        picked = self._picked(request)
+        picked = self._picked(request, evaluation)
         marks = marks_for(request.heat, self._engine, evaluation)
         mapped = self._mapped(request, evaluation)
         baseline = self._baseline_of(request, evaluation)
@@ -123,6 +124,9 @@ class Scoring:
     def _mesh_of(self, rig: Rig) -> BodyMesh | None:
         return self._meshes.get(rig.vehicle.body)
 
+    def _settings_for(self, rig: Rig, settings: MetricSettings) -> MetricSettings:
+        return with_known_body(settings, rig, self._mesh_of(rig))
+
     def _mapped(self, request: EvaluationRequest, evaluation: Evaluation) -> Words:
         """The voxels that count as seen on the map; read before the baseline takes the rig's place."""
         camera, lidar = evaluation.seen_camera, evaluation.seen_lidar
@@ -143,18 +147,19 @@ class Scoring:
         cls = CLASSES.index(request.heat_class)
         return self._top_views.view(cls, request.heat_class, request.map_by, seen)
 
-    def _picked(self, request: EvaluationRequest) -> PickedVoxel | None:
+    def _picked(self, request: EvaluationRequest, evaluation: Evaluation) -> PickedVoxel | None:
         """The picked voxel in the light of the evaluation that has just been made."""
         voxel = request.voxel
         if voxel is None or any(i >= n for i, n in zip(voxel, self.scene.field.grid.shape, strict=True)):
             return None
-        blocks = request.settings.body == "blocks"
+        blocks = evaluation.settings.body == "blocks"
         solid = CarBody(request.rig.vehicle, self._mesh_of(request.rig)).solid() if blocks else None
         asked = AskedVoxel(request.settings.method, voxel, solid, request.is_preview)
         return self._reporter.report(self._engine, request.rig, asked)
 
     def _baseline_of(self, request: EvaluationRequest, evaluation: Evaluation) -> _Baseline:
-        """Scores of the baseline under the same settings; computed once per baseline, settings and scene.
+        """Scores of the baseline under the same settings, with its own body; computed once per baseline, settings and
+        scene.
 
         After it the engine may hold the sensors of the baseline: read before what belongs to the rig.
         """
@@ -164,7 +169,9 @@ class Scoring:
         if known is None or not is_known or (wants_seen and not known.seen.size):
             found = evaluation
             if request.rig != rig:
-                found = self._engine.evaluate(rig, settings, wants_seen, self._mesh_of(rig))
+                found = self._engine.evaluate(
+                    rig, self._settings_for(rig, settings), wants_seen, self._mesh_of(rig)
+                )
                 self._costs.note(rig, found.elapsed_ms)
             known = _Baseline(rig, settings, found.scores, seen_words(found) if wants_seen else NO_WORDS)
             self._baseline = known
@@ -177,7 +184,8 @@ class Scoring:
         """
         if self._aside is None:
             self._aside = Engine(self.scene.field, self._threads)
-        return self._aside.evaluate_unless(is_stale, rig, settings, False, self._mesh_of(rig))
+        how = self._settings_for(rig, settings)
+        return self._aside.evaluate_unless(is_stale, rig, how, False, self._mesh_of(rig))
 
     # ------------------------------------------------------------------ coarse
     def is_slow(self, request: EvaluationRequest) -> bool:
@@ -195,7 +203,8 @@ class Scoring:
     def approximate(self, request: EvaluationRequest, is_stale: IsStale) -> Approximation | None:
         """A coarse answer; None when there is nothing to estimate it from, or when it was given up."""
         self._keep_mesh(request)
-        if self._known is None or not _same_sets(self._known[0], request.settings):
+        settings = self._settings_for(request.rig, request.settings)
+        if self._known is None or not _same_sets(self._known[0], settings):
             return None
         found = self._evaluate_coarse(request.rig, request.settings, is_stale)
         scores = estimated(found.scores, *self._known[1:], request.settings) if found is not None else None
@@ -213,13 +222,15 @@ class Scoring:
             return
         found = self._evaluate_coarse(request.rig, request.settings, is_stale)
         if found is not None:
-            self._known = (request.settings, found.scores, result.evaluation.scores)
+            self._known = (result.evaluation.settings, found.scores, result.evaluation.scores)
 
     def _evaluate_coarse(self, rig: Rig, settings: MetricSettings, is_stale: IsStale) -> Evaluation | None:
         assert self.scene.coarse is not None
         if self._coarse is None:
             self._coarse = Engine(self.scene.coarse, self._threads)
-        covered = replace(settings, reading="covered")  # an estimate needs only what is seen
+        covered = replace(
+            self._settings_for(rig, settings), reading="covered"
+        )  # an estimate needs only what is seen
         found = self._coarse.evaluate_unless(is_stale, rig, covered, False, self._mesh_of(rig))
         if found is not None:
             self._coarse_costs.note(rig, found.elapsed_ms)

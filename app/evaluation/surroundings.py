@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from riglens.app.evaluation.known_body import known_body
 from riglens.app.evaluation.requests import EvaluationRequest
-from riglens.core.metric.scores import Body
 from riglens.core.review.blind import BlindEngine, BlindMap, BlindSettings
 from riglens.core.rig.model import Vehicle
 from riglens.core.vehicle.mesh import BodyMesh
@@ -14,19 +14,14 @@ class Surroundings:
 
     def __init__(self, threads: int | None) -> None:
         self._threads = threads
-        self._car: tuple[Vehicle, BodyMesh | None, Body] | None = None
+        self._car: tuple[Vehicle, BodyMesh | None] | None = None
         self._engine: BlindEngine | None = None
 
     def blind_map(self, request: EvaluationRequest) -> BlindMap:
-        """How low the rig of a request looks around its car."""
-        vehicle, mesh, body = request.rig.vehicle, request.mesh, request.settings.body
-        known = self._car
-        if (
-            self._engine is None
-            or known is None
-            or known[1] is not mesh
-            or (known[0], known[2]) != (vehicle, body)
-        ):
-            self._car = (vehicle, mesh, body)
+        """How low the rig of a request looks around its car, which is solid once its mesh has been read."""
+        vehicle, mesh, known = request.rig.vehicle, request.mesh, self._car
+        if self._engine is None or known is None or known[1] is not mesh or known[0] != vehicle:
+            self._car = (vehicle, mesh)
+            body = known_body(request.rig, mesh, "blocks")
             self._engine = BlindEngine(vehicle, BlindSettings(body=body), mesh, self._threads)
         return self._engine.evaluate(request.rig)

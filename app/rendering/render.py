@@ -159,7 +159,7 @@ def score_and_draw(
 def drawn_score(rig: Rig, mesh: BodyMesh | None, body: Body | None) -> ScoreOptions:
     """How a picture is scored: where a box stands in for the car, it is ignored unless it is said to block."""
     is_missing = rig.vehicle.has_mesh_file and mesh is None
-    return ScoreOptions(body="ignored" if is_missing and body is None else body).for_rigs([rig])
+    return ScoreOptions(body="ignored" if is_missing and body is None else body)
 
 
 def body_of(rig: Rig, folder: Path, tell: Callable[[str], object] = note) -> BodyMesh | None:
@@ -224,7 +224,7 @@ def _masts(rig: Rig, body: BodyMesh | None) -> tuple[Mast, ...]:
 def score_without_window(rig: Rig, folder: Path, scene: SceneOptions, score: ScoreOptions) -> None:
     """Score a rig of a folder, print the scores, and write a screenshot, the rig as YAML and the scores as JSON."""
     prepare_drawing()
-    score, mesh = score.for_rigs([rig]), body_of(rig, folder)
+    mesh = body_of(rig, folder)
     pog, field = load_with_progress(scene.for_rigs([rig], score))
     screenshot, rig_file, scores = OUT / "screenshot.png", OUT / "rig.yaml", OUT / "scores.json"
     _make_folder(OUT)

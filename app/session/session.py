@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Signal
 
-from riglens.app.evaluation.options import HEAT_TITLES, HeatMode, TargetHeatMode, usual_body
+from riglens.app.evaluation.known_body import known_body
+from riglens.app.evaluation.options import HEAT_TITLES, HeatMode, TargetHeatMode
 from riglens.app.evaluation.requests import EvaluationRequest, LoadedScene
 from riglens.app.session.document import Document
 from riglens.core.metric.scores import Body, MetricSettings
@@ -67,8 +68,8 @@ class Session(QObject):
         self._scene: LoadedScene | None = None
         self._body: Body | None = body
         self._mesh: tuple[str, BodyMesh] | None = None
-        self._usual_body = usual_body([document.saved_rig])
-        document.file_changed.connect(self._suit_body)
+        self._told_body = self.body
+        document.rig_changed.connect(self._tell_body)
         document.rig_changed.connect(self.asked_changed)
         document.failed_changed.connect(self.asked_changed)
         document.file_changed.connect(self._tell_baseline)
@@ -76,26 +77,26 @@ class Session(QObject):
     # ------------------------------------------------------------------ what it is
     @property
     def settings(self) -> MetricSettings:
-        """Method, reading and camera weight of the metric, and what the body does."""
-        return replace(self._settings, body=self.body)
+        """Method, reading and camera weight of the metric; a body where one was said for all rigs."""
+        return replace(self._settings, body=self._body)
 
     @property
     def body(self) -> Body:
-        """Whether the car's body blocks: as was said, else as suits the rig that was opened or saved last.
+        """Whether the car's body blocks: as was said for all rigs, else as the rig says.
 
         A body in a mesh file is ignored as long as the file has not been read.
         """
-        wanted = self.body_wanted
-        return wanted if wanted == "ignored" or not self._is_mesh_missing else "ignored"
+        return known_body(self.document.rig, self.mesh, self._body)
 
     @property
     def body_wanted(self) -> Body:
         """The same, whether or not the mesh is there."""
-        return self._usual_body if self._body is None else self._body
+        return self._body or self.document.rig.body
 
     @property
-    def _is_mesh_missing(self) -> bool:
-        return self.document.rig.vehicle.has_mesh_file and self.mesh is None
+    def solid_body(self) -> Body:
+        """The body of blind zones, test objects and ranges: solid, as soon as a mesh has been read."""
+        return known_body(self.document.rig, self.mesh, "blocks")
 
     @property
     def mesh(self) -> BodyMesh | None:
@@ -149,26 +150,26 @@ class Session(QObject):
 
     # ------------------------------------------------------------------ what the user wants
     def set_body(self, body: Body | None) -> None:
-        """Have the car's body ignored, or have it block; None for what suits the rig."""
-        before, self._body = self.body, body
-        self._tell_body(before)
+        """Have the body of every car ignored, or have it block, in place of what the rigs say; None for that."""
+        if body != self._body:
+            self._body = body
+            self._told_body = self.body
+            self.settings_changed.emit()
+            self.asked_changed.emit()
 
     def take_mesh(self, body: str, mesh: BodyMesh | None) -> None:
         """Take the mesh of the vehicle's body `body`, None when there is none, or none that can be read."""
-        before, known = self.body, self.mesh
+        known = self.mesh
         self._mesh = None if mesh is None else (body, mesh)
-        self._tell_body(before)
+        self._tell_body()
         if self.mesh is not known:
             self.asked_changed.emit()
 
-    def _suit_body(self) -> None:
-        before, self._usual_body = self.body, usual_body([self.document.saved_rig])
-        self._tell_body(before)
-
-    def _tell_body(self, before: Body) -> None:
-        if self.body != before:
+    def _tell_body(self) -> None:
+        """Tell when the body of the rig as it is now is another one; whoever calls tells what is asked."""
+        if self.body != self._told_body:
+            self._told_body = self.body
             self.settings_changed.emit()
-            self.asked_changed.emit()
 
     def set_settings(self, settings: MetricSettings) -> None:
         """Score by another method, reading or camera weight; whether the body blocks is not changed by it."""

@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from riglens.app.evaluation.options import SceneOptions, ScoreOptions, usual_body
+from riglens.app.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.evaluation.scenario import load_scenario, remarks_on
 from riglens.app.evaluation.traffic import load_traffic
 from riglens.app.studies.detection_chart import chart, correlation, painted_words, pair_chart
@@ -85,15 +85,14 @@ class Plan:
             return tuple(open_rig(name).rig for name in names)
         return published_rigs() if self.cameras is None else camera_rigs()
 
-    def protocol(self, rigs: Sequence[Rig]) -> Protocol:
-        """The protocol for these rigs; raise InputError for seeds that are none."""
+    def protocol(self) -> Protocol:
+        """The protocol of the study; raise InputError for seeds that are none."""
         protocol = Protocol()
         if self.published:
             protocol = PROTOCOL if self.cameras is None else CAMERA_PROTOCOL
         protocol = replace(protocol, cameras=self.cameras)
         if not self.published:
-            body = self.body or usual_body(rigs)
-            protocol = replace(protocol, simulation=replace(protocol.simulation, body=body))
+            protocol = replace(protocol, simulation=replace(protocol.simulation, body=self.body))
         protocol = protocol.per_rig() if self.per_rig else protocol
         protocol = protocol.quick() if self.quick else protocol
         return replace(protocol, seeds=self.seeds) if self.seeds is not None else protocol
@@ -105,7 +104,7 @@ def study(rigs: Sequence[str], scene: SceneOptions, plan: Plan, out: Path) -> No
         raise InputError("RIG: accepted are rigs to compare, or --published for those of the published study")
     on = machine(plan.device)
     opened = plan.rigs(rigs)
-    protocol = plan.protocol(opened)
+    protocol = plan.protocol()
     meshes = meshes_called(rigs, opened, ScoreOptions(body=protocol.simulation.body))
     compared = entrants(opened, plan.cameras is not None, meshes)
     require_folder(out, NAMES)

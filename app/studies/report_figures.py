@@ -69,7 +69,7 @@ class Report:
 
 def report_of(plan: ReportPlan, progress: Progress) -> Report:
     """Make every figure of a report. For the thread of the parallel kernels."""
-    score = plan.score.for_rigs(plan.rigs)
+    score = plan.score
     settings = settings_of(score)
     field = load_scenario(plan.scene.for_rigs(plan.rigs, score), lambda _: None).field
     traffic = None if plan.scene.pog is not None else load_traffic(plan.scene, WITHIN_M)
@@ -78,14 +78,13 @@ def report_of(plan: ReportPlan, progress: Progress) -> Report:
         engine = Engine(field, score.threads)
         evaluation = engine.evaluate(rig, settings, False, mesh)
         evaluations.append(replace(evaluation, elapsed_ms=0.0))
-        counts = _counts(traffic, rig, mesh, score, settings.body)
+        counts = _counts(traffic, rig, mesh, score)
         if counts is not None:
             counted.append(counts)
         progress((number + 0.3) / len(plan.rigs))
-        blind = BlindSettings(body=settings.body)
-        found = BlindEngine(rig.vehicle, blind, mesh, score.threads).evaluate(rig)
+        found = BlindEngine(rig.vehicle, BlindSettings(), mesh, score.threads).evaluate(rig)
         maps.append(found)
-        cards.append(card_of(rig, USUAL_PLAN.with_body(settings.body), score.threads, mesh=mesh))
+        cards.append(card_of(rig, USUAL_PLAN, score.threads, mesh=mesh))
         parts.append(_parts(plan, rig, mesh, found, engine, field, traffic, counts, score))
         parts[-1]["card"] = card_document(cards[-1])
         progress((number + 1.0) / len(plan.rigs))
@@ -94,11 +93,11 @@ def report_of(plan: ReportPlan, progress: Progress) -> Report:
 
 
 def _counts(
-    traffic: Traffic | None, rig: Rig, mesh: BodyMesh | None, score: ScoreOptions, body: Any
+    traffic: Traffic | None, rig: Rig, mesh: BodyMesh | None, score: ScoreOptions
 ) -> TargetScores | None:
     if traffic is None:
         return None
-    counts = TargetEngine(traffic, score.threads).evaluate(rig, TargetSettings(body=body), mesh=mesh)
+    counts = TargetEngine(traffic, score.threads).evaluate(rig, TargetSettings(body=score.body), mesh=mesh)
     return replace(counts, elapsed_ms=0.0)
 
 
@@ -115,8 +114,8 @@ def _parts(
 ) -> dict[str, Any]:
     """What is told of one rig on its own."""
     settings, threads = settings_of(score), score.threads
-    body, profiles = settings.body, bundled_profiles()
-    judged = verdicts(rig, profiles, body, mesh, jit.use_threads(threads))
+    body, profiles = score.body_of(rig), bundled_profiles()
+    judged = verdicts(rig, profiles, "blocks", mesh, jit.use_threads(threads))
     voxels = voxel_coverage(engine, rig, settings.method, threads)
     users = None
     if traffic is not None and counts is not None:

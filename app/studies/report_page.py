@@ -166,10 +166,16 @@ def number_text(value: Any) -> str:
     return f"{float(value):.4f}".rstrip("0").rstrip(".")
 
 
+def _body(evaluation: Figures) -> str:
+    """The body mode of all rigs, or of each where they differ."""
+    each = (f"{rig['body']} for {visible(rig['name'])}" for rig in evaluation["rigs"] if "body" in rig)
+    return str(evaluation["body"] or ", ".join(each))
+
+
 def _scores(figures: Figures) -> Iterator[str]:
     evaluation = figures["evaluation"]
     yield "<h2>What the rig sees</h2>"
-    body, reading = evaluation["body"], evaluation["reading"]
+    body, reading = _body(evaluation), evaluation["reading"]
     yield _quiet(
         f"Body {body}, reading {reading}, δ {evaluation['grid']['voxel_m']:g} m. Seen: share of H(Ω), more is better; "
         "S-MS in 10³ nat, as the paper has it: with the reading covered it falls as a rig sees more."
@@ -357,8 +363,8 @@ def _assumptions(figures: Figures) -> Iterator[str]:
         digest = hashlib.sha256(inputs["requirements"].encode("utf-8")).hexdigest()
         yield f"<li>requirements: SHA-256 <code>{digest}</code></li>"
     yield (
-        f"<li>method {inputs['method']}, λ {inputs['lambda']:g}, body {evaluation['body']}, draws {inputs['draws']}, "
-        f"seed {inputs['seed']}, RigLens {escape(figures['version'])}</li></ul>"
+        f"<li>method {inputs['method']}, λ {inputs['lambda']:g}, body {escape(_body(evaluation))}, "
+        f"draws {inputs['draws']}, seed {inputs['seed']}, RigLens {escape(figures['version'])}</li></ul>"
     )
     for note in data["notes"]:
         yield f'<p class="quiet">{escape(visible(note))}</p>'

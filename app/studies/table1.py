@@ -39,7 +39,8 @@ def study(
     for target in (csv_target, detection_csv):
         if target is not None:
             require_writable(target, scene.files)
-    _, field = load_with_progress(scene.for_rigs([preset(name) for name in PAPER_RIGS], score))
+    rigs = [preset(name) for name in PAPER_RIGS]
+    _, field = load_with_progress(scene.for_rigs(rigs, score))
     engine = Engine(field, score.threads)
     with progress_bar("Casting rays") as progress:
         table = table1(engine, settings_of(score), progress)
@@ -49,7 +50,7 @@ def study(
     if csv_target is not None:
         write_text(csv_target, table1_csv(table))
     console = results(csv_target)
-    print_scene(field, score, console)
+    print_scene(field, rigs, score, console)
     console.print(figures_table(table))
     console.print(orders_table(table))
     for line in verdict(table):

@@ -19,7 +19,7 @@ from riglens.core.engine.engine import Evaluation, evaluate_from_scratch
 from riglens.core.engine.warm_up import WARM_UP
 from riglens.core.formats.opening import open_rig
 from riglens.core.metric.entropy import EntropyField
-from riglens.core.metric.scores import Body, MetricSettings, Reading
+from riglens.core.metric.scores import Body, Reading, common_body
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES, DataReport
 from riglens.core.scene.pog import Pog
@@ -36,8 +36,8 @@ EXPLANATION: dict[Reading, str] = {
 
 
 BODY_TEXTS: dict[Body, str] = {
-    "ignored": "ignored: rays pass through the car, as in the paper (--body blocks ends them there)",
-    "blocks": "blocks: rays end at the car (--body ignored lets them through, as in the paper)",
+    "ignored": "ignored: rays pass through the car, as in the paper",
+    "blocks": "blocks: rays end at the car",
 }
 
 
@@ -70,10 +70,11 @@ def mesh_called(name: str, rig: Rig) -> BodyMesh | None:
 
 
 def meshes_called(names: Sequence[str], rigs: Sequence[Rig], options: ScoreOptions) -> list[BodyMesh | None]:
-    """The mesh of each rig where bodies block; None for all where they are ignored."""
-    if options.body != "blocks":
-        return [None] * len(rigs)
-    return [mesh_called(name, rig) for name, rig in zip(names, rigs, strict=True)]
+    """The mesh of each rig where its body blocks; None where it is ignored."""
+    return [
+        mesh_called(name, rig) if options.body_of(rig) == "blocks" else None
+        for name, rig in zip(names, rigs, strict=True)
+    ]
 
 
 def score_rigs(
@@ -101,16 +102,16 @@ def score_rigs(
     return evaluations
 
 
-def print_scene(field: EntropyField, score: ScoreOptions, console: Console) -> None:
+def print_scene(field: EntropyField, rigs: Sequence[Rig], score: ScoreOptions, console: Console) -> None:
     """Print what was scored and how."""
-    for line in scene_lines(field, settings_of(score), field.data.short_source):
+    for line in scene_lines(field, rigs, score):
         console.print(line, soft_wrap=True)
 
 
 def print_scores(evaluations: Sequence[Evaluation], field: EntropyField, score: ScoreOptions) -> None:
     """Print the scores and what they were computed on, on standard output."""
     console = results()
-    print_scene(field, score, console)
+    print_scene(field, [evaluation.rig for evaluation in evaluations], score, console)
     console.print(score_table(evaluations))
     console.print(EXPLANATION[score.reading], soft_wrap=True)
 
@@ -118,7 +119,7 @@ def print_scores(evaluations: Sequence[Evaluation], field: EntropyField, score: 
 # ---------------------------------------------------------------- tables
 
 
-def scene_lines(field: EntropyField, settings: MetricSettings, source: str) -> Iterable[Text]:
+def scene_lines(field: EntropyField, rigs: Sequence[Rig], score: ScoreOptions) -> Iterable[Text]:
     """What was scored, in four lines: grid, data, metric, body."""
     nx, ny, nz = field.grid.shape
     length, width, height = field.grid.roi_m
@@ -127,13 +128,21 @@ def scene_lines(field: EntropyField, settings: MetricSettings, source: str) -> I
         f"{nx} × {ny} × {nz} voxels of {field.grid.voxel_m:g} m ({length:g} × {width:g} × {height:g} m), "
         f"{field.index.count:,} informative",
     )
-    yield _line("Data", data_line(field.data, source))
+    yield _line("Data", data_line(field.data, field.data.short_source))
     yield _line(
         "Metric",
-        f"{settings.method} traversal, reading {settings.reading}, λ = {settings.camera_weight:g}: "
+        f"{score.method} traversal, reading {score.reading}, λ = {score.camera_weight:g}: "
         f"S-MS = λ · S-MIG(camera) + S-MIG(LiDAR)",
     )
-    yield _line("Body", BODY_TEXTS[settings.body])
+    yield _line("Body", body_text(rigs, score.body))
+
+
+def body_text(rigs: Sequence[Rig], said: Body | None) -> str:
+    """Whether rays end at the cars of some rigs, and who says so."""
+    body = said or common_body(rig.body for rig in rigs)
+    if body is None:
+        return "as each rig says: " + ", ".join(f"{visible(rig.name)} {rig.body}" for rig in rigs)
+    return BODY_TEXTS[body] + (" (--body)" if said else " (as the rig says)")
 
 
 def data_line(data: DataReport, source: str) -> str:

@@ -9,6 +9,7 @@ from rich.table import Table
 from rich.text import Text
 
 from riglens.app.terminal.console import results
+from riglens.core.metric.scores import common_body
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.shown_text import visible
 from riglens.core.targets.scores import Estimate, Row, TargetScores
@@ -19,15 +20,16 @@ from riglens.core.targets.traffic import Traffic
 def print_targets(traffic: Traffic, scores: Sequence[TargetScores]) -> None:
     """Print figures of rigs in the same traffic, and what they were counted on, on standard output."""
     console = results()
-    for line in heading(traffic, scores[0]):
+    for line in heading(traffic, scores):
         console.print(line, soft_wrap=True)
     console.print(targets_table(scores))
     for text in explanation(scores[0]):
         console.print(text, soft_wrap=True)
 
 
-def heading(traffic: Traffic, scores: TargetScores) -> Iterator[Text]:
+def heading(traffic: Traffic, every: Sequence[TargetScores]) -> Iterator[Text]:
     """Data and assumptions, in two lines."""
+    scores = every[0]
     settings = scores.settings
     frames = f"{scores.frames:,} frames"
     if scores.frames_used < scores.frames:
@@ -39,7 +41,9 @@ def heading(traffic: Traffic, scores: TargetScores) -> Iterator[Text]:
     shape = "plain boxes" if settings.shape == "box" else "class shapes"
     law = "range law" if settings.range_law else "no range law"
     phase = f"random (seed {settings.seed})" if settings.phase == "random" else "as listed"
-    yield _line("Count", f"body {settings.body}, {shape}, {law}, spin phase {phase}, surroundings {around}")
+    body = common_body(one.settings.body for one in every)
+    by_rig = ", ".join(f"{one.settings.body} for {visible(one.rig.name)}" for one in every)
+    yield _line("Count", f"body {body or by_rig}, {shape}, {law}, spin phase {phase}, surroundings {around}")
 
 
 def explanation(scores: TargetScores) -> Iterable[str]:

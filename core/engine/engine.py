@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Hashable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import reduce
 from itertools import repeat
 from typing import NamedTuple
@@ -166,6 +166,7 @@ class Engine:
         `is_stale` raises.
         """
         started = time.perf_counter()
+        settings = replace(settings, body=settings.body or rig.body)
         if self._for_edits:
             self._caster.workers = self._processors.threads(self._threads, self._last_ms)
         jit.use_threads(self._caster.workers)

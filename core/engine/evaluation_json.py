@@ -8,7 +8,7 @@ from typing import Any
 
 from riglens.core.engine.engine import Evaluation
 from riglens.core.metric.entropy import EntropyField
-from riglens.core.metric.scores import ClassScores, KindScore, MetricSettings
+from riglens.core.metric.scores import Body, ClassScores, KindScore, MetricSettings, common_body
 from riglens.core.rig.model import FORMAT_VERSION
 from riglens.core.rig.yaml.file import rig_sha256
 from riglens.core.scene.boxes import CLASSES
@@ -17,8 +17,12 @@ from riglens.core.scene.boxes import CLASSES
 def evaluation_document(
     field: EntropyField, settings: MetricSettings, evaluations: Sequence[Evaluation]
 ) -> dict[str, Any]:
-    """Scores of some rigs on one scene as plain data; entropies in nats, `seen` as a fraction."""
+    """Scores of some rigs on one scene as plain data; entropies in nats, `seen` as a fraction.
+
+    `body` is null where rigs differ, and then said of each.
+    """
     grid, data = field.grid, field.data
+    body = common_body(evaluation.settings.body for evaluation in evaluations)
     return {
         "riglens": FORMAT_VERSION,
         "grid": {
@@ -37,8 +41,8 @@ def evaluation_document(
         "method": settings.method,
         "reading": settings.reading,
         "lambda": settings.camera_weight,
-        "body": settings.body,
-        "rigs": [_rig(evaluation) for evaluation in evaluations],
+        "body": body,
+        "rigs": [_rig(evaluation, body) for evaluation in evaluations],
     }
 
 
@@ -47,11 +51,12 @@ def to_text(document: dict[str, Any]) -> str:
     return json.dumps(document, indent=1, allow_nan=False) + "\n"
 
 
-def _rig(evaluation: Evaluation) -> dict[str, Any]:
+def _rig(evaluation: Evaluation, body: Body | None) -> dict[str, Any]:
     scores = evaluation.scores
     return {
         "name": evaluation.rig.name,
         "sha256": rig_sha256(evaluation.rig),
+        **({} if body else {"body": evaluation.settings.body}),
         "elapsed_ms": evaluation.elapsed_ms,
         "covered_voxels": {kind: int(scores.covered_voxels[kind]) for kind in ("camera", "lidar", "any")},
         "classes": {name: _class(scores.classes[name]) for name in CLASSES},

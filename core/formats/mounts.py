@@ -194,6 +194,8 @@ def sensors_to_write(rig: Rig, notes: Notes) -> list[Sensor]:
             notes.ignored("mirror pair: the format cannot express it", sensor.name)
         if sensor.enabled and sensor.fails_with is not None:
             notes.ignored("what it fails with: the format cannot express it", sensor.name)
+    if not rig.self_occlusion:
+        notes.ignored("rays through the car's own body: the format cannot express it", rig.name)
     if rig.keep_out:
         notes.ignored("painted keep-out zones: the format cannot express them", rig.name)
     chosen = [sensor for sensor in rig.sensors if sensor.enabled]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -18,15 +19,22 @@ MAX_LAMBDA = 1e6
 
 @dataclass(frozen=True)
 class MetricSettings:
-    """How the score is computed: traversal method, reading of S-MIG, the camera weight lambda, the car's body."""
+    """How the score is computed: traversal method, reading of S-MIG, the camera weight lambda, the car's body (None:
+    as each rig says)."""
 
     method: Method = "exact"
     reading: Reading = "covered"
     camera_weight: float = DEFAULT_LAMBDA
-    body: Body = "ignored"
+    body: Body | None = "ignored"
 
 
 PAPER_SETTINGS = MetricSettings()
+
+
+def common_body(bodies: Iterable[Body | None]) -> Body | None:
+    """Return the body mode that all rigs were scored with, None when they differ."""
+    found = set(bodies)
+    return found.pop() if len(found) == 1 else None
 
 
 def s_mig(reading: Reading, seen_nat: float, unseen_nat: float, hits_nat: float = 0.0) -> float:

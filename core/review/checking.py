@@ -41,7 +41,8 @@ from riglens.core.vehicle.mesh import BodyMesh
 
 @dataclass(frozen=True)
 class Subject:
-    """What is checked: a rig with its body, in a scene where one is needed, by profiles of objects, with threads."""
+    """What is checked: a rig, in a scene where one is needed, by profiles of objects, with threads. `body` is that of
+    figures of the traffic; blind zones and test objects are always behind a solid one."""
 
     rig: Rig
     body: Body
@@ -101,7 +102,7 @@ class Check:
     @cached_property
     def _map(self) -> BlindMap:
         subject = self._subject
-        settings = self._asked.blind_settings(subject.body)
+        settings = self._asked.blind_settings
         return BlindEngine(subject.rig.vehicle, settings, subject.mesh, subject.threads).evaluate(subject.rig)
 
     @cached_property
@@ -171,7 +172,7 @@ class Check:
             return
         subject = self._subject
         workers = jit.use_threads(subject.threads)
-        onlooker = Onlooker(subject.rig, subject.body, subject.mesh, workers)
+        onlooker = Onlooker(subject.rig, "blocks", subject.mesh, workers)
         by_name = {profile.name: profile for profile in subject.profiles}
         for one in self._asked.blind_objects:
             if one.profile not in by_name:

@@ -162,9 +162,10 @@ class Requirements(Frozen):
         of_users = "road_users" in counted
         return bool(self.on_target) or of_users or any(one.figure == "on_target" for one in self.tolerance)
 
-    def blind_settings(self, body: Body) -> BlindSettings:
+    @property
+    def blind_settings(self) -> BlindSettings:
         """How blind zones are looked for."""
-        return BlindSettings(self.blind_voxel_m, self.blind_width_m, body)
+        return BlindSettings(self.blind_voxel_m, self.blind_width_m)
 
 
 @dataclass(frozen=True)

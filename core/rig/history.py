@@ -62,6 +62,8 @@ def _label(before: Rig, after: Rig, places: list[Place]) -> str:
         return (
             "paint keep-out zones" if len(after.keep_out) >= len(before.keep_out) else "erase keep-out zones"
         )
+    if places == [("self_occlusion",)]:
+        return "make the car solid" if after.self_occlusion else "let rays through the car"
     if places == [("name",)]:
         return "rename the rig"
     indices = sorted({int(place[1]) for place in places if place[0] == "sensors" and len(place) > 1})

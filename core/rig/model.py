@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import Annotated, Literal, Self, TypeVar
+from typing import Annotated, ClassVar, Literal, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -320,16 +320,36 @@ def mirror_problem(sensors: Iterable[tuple[str, str, str | None]]) -> tuple[int,
 
 
 class Rig(Frozen):
-    """A named set of sensors on a vehicle; immutable, every edit gives a new rig. No sensor is to stand on the car's
-    skin within the spots of `keep_out`; no score depends on them."""
+    """A named set of sensors on a vehicle; immutable, every edit gives a new rig.
+
+    `self_occlusion`: the car's own body stops rays where the rig is scored; the paper's rigs let them through.
+    No sensor is to be mounted on the car's skin within the spots of `keep_out`; no score depends on them.
+    """
+
+    OTHER_SPELLINGS: ClassVar = ("body",)
+    """Keys that are read besides the fields: `body: ignored|blocks` is another spelling of `self_occlusion`."""
 
     riglens: Literal[1] = 1
     name: Name = "untitled"
+    self_occlusion: bool = True
     vehicle: Vehicle = Vehicle()
     keep_out: Annotated[tuple[Spot, ...], Field(max_length=MAX_SPOTS)] = ()
     sensors: Annotated[
         tuple[Annotated[Sensor, Field(discriminator="kind")], ...], Field(max_length=MAX_SENSORS)
     ] = ()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _body_is_self_occlusion(cls, fields: object) -> object:
+        if not isinstance(fields, dict) or "body" not in fields:
+            return fields
+        body = fields["body"]
+        if body not in ("ignored", "blocks"):
+            raise ValueError(f"body must be ignored or blocks (got {body!r:.40})")
+        if "self_occlusion" in fields:
+            raise ValueError("body says the same as self_occlusion: give only one of the two")
+        others = {key: value for key, value in fields.items() if key != "body"}
+        return others | {"self_occlusion": body == "blocks"}
 
     @model_validator(mode="after")
     def _names_unique(self) -> Self:
@@ -346,6 +366,11 @@ class Rig(Frozen):
         if problem is not None:
             raise ValueError(f"sensors[{problem[0]}].{problem[1]}")
         return self
+
+    @property
+    def body(self) -> Literal["ignored", "blocks"]:
+        """What the car's own body does to rays where the rig is scored."""
+        return "blocks" if self.self_occlusion else "ignored"
 
     def sensor(self, name: str) -> Sensor:
         """Return the sensor of that name; raise KeyError when there is none."""

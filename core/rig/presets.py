@@ -133,12 +133,15 @@ class Preset:
         return f"{words} ({self.name})" if words not in ("", self.name) else self.name
 
     def rig(self) -> Rig:
-        """Return the rig: that of the file, or one on the default vehicle, cameras first, then LiDARs."""
+        """Return the rig: that of the file, or one on the default vehicle, cameras first, then LiDARs.
+
+        The paper's rigs are scored as in the paper, with rays that pass through the car.
+        """
         if self.file:
             return _rig_in(self.file)
         cameras = self.cameras.sensors() if self.cameras else ()
         lidars = self.lidars.sensors() if self.lidars else ()
-        return Rig(name=self.name, sensors=(*cameras, *lidars))
+        return Rig(name=self.name, self_occlusion=False, sensors=(*cameras, *lidars))
 
 
 def _all_presets() -> tuple[Preset, ...]:
@@ -222,9 +225,3 @@ def _spellings() -> dict[str, str]:
         if found.cameras and found.lidars:
             spellings[_plain(f"{found.cameras.name}+{found.lidars.name}")] = name
     return spellings
-
-
-def is_of_paper(rig: Rig) -> bool:
-    """Return whether a rig is one of the paper's or of its code, unchanged; the cars of public data sets are not."""
-    found = PRESETS.get(rig.name)
-    return found is not None and not found.file and rig == found.rig()

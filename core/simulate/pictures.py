@@ -89,7 +89,7 @@ class Cameras:
         self, rig: Rig, worlds: Worlds, mesh: BodyMesh | None = None, is_native: bool = True
     ) -> None:
         self._worlds = worlds
-        body = own_body(rig.vehicle, mesh) if worlds.settings.body == "blocks" else None
+        body = own_body(rig.vehicle, mesh) if (worlds.settings.body or rig.body) == "blocks" else None
         self._beams = [_beams(camera, body, is_native) for camera in rig.cameras()]
         self._canvases = dict[tuple[int, int], Canvas]()
 

@@ -34,7 +34,7 @@ class SimulationSettings:
     dropout: float = 0.05
     clutter: int = 60
     ground: GroundKind = "uneven"
-    body: Body = "ignored"
+    body: Body | None = "ignored"
 
     def __post_init__(self) -> None:
         if not 0 <= self.seed < 1 << 63:

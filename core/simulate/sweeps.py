@@ -89,7 +89,7 @@ class Simulator:
     ) -> None:
         self.worlds = traffic if isinstance(traffic, Worlds) else Worlds(traffic, settings)
         self.settings = self.worlds.settings
-        body = own_body(rig.vehicle, mesh) if self.settings.body == "blocks" else None
+        body = own_body(rig.vehicle, mesh) if (self.settings.body or rig.body) == "blocks" else None
         self._sources = [_source(lidar, body, self.settings) for lidar in rig.lidars()]
         rays = max((lidar.ray_count for lidar in rig.lidars()), default=0)
         self._columns = (

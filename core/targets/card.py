@@ -69,7 +69,7 @@ class CardPlan:
     speeds_kmh: tuple[float, ...] = (30.0, 50.0, 80.0, 100.0, 130.0)
     reaction_s: float = 1.0
     deceleration_mps2: float = 5.0
-    settings: TargetSettings = field(default=EXACT)
+    settings: TargetSettings = field(default=replace(EXACT, body="blocks"))
 
     def __post_init__(self) -> None:
         _require("--min-points", self.min_points, 1, 1_000_000)

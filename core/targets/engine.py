@@ -86,6 +86,7 @@ class TargetEngine:
         What was cast until then is kept where it is whole, so the next evaluation is as good as any.
         """
         started = time.perf_counter()
+        settings = replace(settings, body=settings.body or rig.body)
         if not self._is_serial:
             jit.use_threads(self._workers)
         used = self._traffic.frames if frames is None else max(0, min(frames, self._traffic.frames))

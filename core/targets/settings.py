@@ -22,7 +22,7 @@ class TargetSettings:
     """shape: plain boxes, or what road users of a class are made of. range_law: whether far and oblique rays of LiDARs
     get lost. phase: `random` turns each LiDAR in each frame by a part of its azimuth step, drawn by `seed`, its name
     and the frame; `0` casts the azimuths as they are listed. min_points: an object with so many points of LiDARs is
-    detectable. body: whether rays end at the car's own body.
+    detectable. body: whether rays end at the car's own body; None: as each rig says.
     """
 
     shape: Shape = "class"
@@ -30,7 +30,7 @@ class TargetSettings:
     phase: Phase = "random"
     seed: int = 0
     min_points: int = 5
-    body: Body = "ignored"
+    body: Body | None = "ignored"
 
     def __post_init__(self) -> None:
         if not 0 <= self.seed < 1 << 63:

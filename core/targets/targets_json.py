@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from riglens.core.metric.scores import Body, common_body
 from riglens.core.rig.model import FORMAT_VERSION
 from riglens.core.rig.yaml.file import rig_sha256
 from riglens.core.scene.boxes import CLASSES
@@ -15,13 +16,17 @@ from riglens.core.targets.traffic import Traffic
 
 
 def targets_document(traffic: Traffic, scores: Sequence[TargetScores]) -> dict[str, Any]:
-    """Scores of some rigs, at least one, in the same traffic and with the same settings; shares as fractions."""
+    """Scores of some rigs, at least one, in the same traffic and with the same settings; shares as fractions.
+
+    `body` is null where rigs differ, and then said of each.
+    """
     first, data = scores[0], traffic.data
+    body = common_body(one.settings.body for one in scores)
     used = traffic.counts[: traffic.starts[first.frames_used]]
     objects = np.bincount(traffic.cls[: len(used)][used], minlength=len(CLASSES))
     return {
         "riglens": FORMAT_VERSION,
-        **first.settings.as_dict(),
+        **(first.settings.as_dict() | {"body": body}),
         "within_m": traffic.within_m,
         "surroundings": "block" if traffic.surroundings_sha256 else "ignored",
         "data": {
@@ -33,14 +38,15 @@ def targets_document(traffic: Traffic, scores: Sequence[TargetScores]) -> dict[s
             "surroundings_sha256": traffic.surroundings_sha256,
             "notes": list(data.notes),
         },
-        "rigs": [_rig(one) for one in scores],
+        "rigs": [_rig(one, body) for one in scores],
     }
 
 
-def _rig(scores: TargetScores) -> dict[str, Any]:
+def _rig(scores: TargetScores, body: Body | None) -> dict[str, Any]:
     return {
         "name": scores.rig.name,
         "sha256": rig_sha256(scores.rig),
+        **({} if body else {"body": scores.settings.body}),
         "elapsed_ms": scores.elapsed_ms,
         "classes": {name: _class(scores.classes[name]) for name in CLASSES},
     }

@@ -59,7 +59,7 @@ class Audit(Feature):
         elif found is None or answer is None:
             inspector.show_no_audit(ASKED if self._asked is not None else "")
         else:
-            inspector.show_audit(found, answer.request.settings.body, self._is_current(answer))
+            inspector.show_audit(found, "blocks", self._is_current(answer))
 
     def _is_current(self, answer: AuditAnswer) -> bool:
         request, session = answer.request, self.session

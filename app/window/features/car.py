@@ -144,7 +144,8 @@ class SolidCar(Feature):
     specs = (
         Spec(
             "solid_car", "Solid car",
-            "Rays end at the car's own body; off, they pass through it, as in the paper's scores", "B", "car",
+            "Rays end at the car's own body where the rig is scored; off, they pass through it, as in the paper",
+            "B", "car",
             "scene/body", "heat", is_checkable=True,
         ),
     )  # fmt: skip
@@ -158,7 +159,10 @@ class SolidCar(Feature):
         self._show()
 
     def _switch(self) -> None:
-        self.session.set_body("ignored" if self.session.body_wanted == "blocks" else "blocks")
+        """Edit the rig; what was said for all rigs at the start ends with it."""
+        is_solid = self.session.body_wanted != "blocks"
+        self.session.set_body(None)
+        self.document.apply(self.document.rig.replace(self_occlusion=is_solid))
         self._show()
 
     def _show(self) -> None:

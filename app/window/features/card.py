@@ -71,10 +71,8 @@ class CardShown(Feature):
     def _wanted(self) -> CardRequest:
         """The rig as it is now; how the car brakes decides nothing that has to be counted."""
         session = self.session
-        plan = self._plan.braking_as(USUAL_PLAN).with_body(session.body)
-        return CardRequest(
-            self.document.working_rig, plan, session.mesh if session.body == "blocks" else None
-        )
+        plan = self._plan.braking_as(USUAL_PLAN).with_body(session.solid_body)
+        return CardRequest(self.document.working_rig, plan, session.mesh)
 
     @property
     def is_current(self) -> bool:
@@ -152,7 +150,7 @@ class CardShown(Feature):
     def _words(self) -> str:
         if self._answer is not None and self.is_current:
             failed = ", without what has failed" if self.document.failed else ""
-            return NOW.format(name=self._answer.request.rig.name, failed=failed, body=self.session.body)
+            return NOW.format(name=self._answer.request.rig.name, failed=failed, body=self.session.solid_body)
         if self._asked is not None:
             why = MAKING
         elif self.document.is_dragging:

@@ -95,7 +95,7 @@ class Detection(Feature):
         job = DetectionJob(
             rigs,
             scene.options,
-            self.session.body,
+            self.session.settings.body,
             self.folder,
             dialog.quick.isChecked(),
             dialog.workers.value(),

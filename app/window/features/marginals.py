@@ -128,7 +128,7 @@ class Marginals(Feature):
             self._forget_scores()
         if self.answer is not None and (
             not _same_sensors(self.answer.request.rig, rig)
-            or self.answer.request.settings.body != self.session.body
+            or self.answer.request.settings.body != self.session.settings.body
         ):
             self._forget_figures()
 
@@ -254,4 +254,5 @@ class Marginals(Feature):
 
 
 def _same_sensors(one: Rig, other: Rig) -> bool:
-    return one is other or one.sensors == other.sensors
+    same = one.sensors == other.sensors and one.self_occlusion == other.self_occlusion
+    return one is other or same

@@ -51,7 +51,7 @@ class Objects(LiveList[ObjectsDialog, OnlookRequest]):
         self._point_out()
 
     def _request(self) -> OnlookRequest:
-        return OnlookRequest(self.document.working_rig, self.session.body, self.session.mesh)
+        return OnlookRequest(self.document.working_rig, self.session.solid_body, self.session.mesh)
 
     def _show(self, answer: object) -> None:
         assert isinstance(answer, OnlookAnswer) and self.dialog is not None

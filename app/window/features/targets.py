@@ -75,7 +75,7 @@ class Targets(Feature):
         session, document, first = self.session, self.document, self.bench.answers.result
         if session.scene is None or first is None or first.scene is not session.scene:
             return  # scores come first: both would compile at once
-        settings = replace(session.targets, body=session.body)
+        settings = replace(session.targets, body=session.settings.body)
         request = CountRequest(
             document.revision, document.working_rig, session.baseline, settings, session.scene, document.is_dragging,
             session.mesh,

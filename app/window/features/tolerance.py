@@ -104,10 +104,10 @@ class Tolerance(Feature):
         result, session = self.bench.answers.result, self.session
         if self.profile is None or result is None or session.scene is None:
             return None
-        count = self._targets.answer
+        count, settings = self._targets.answer, replace(session.settings, body=session.body)
         traffic = count.traffic if count is not None and count.request.scene is session.scene else None
         return ToleranceRequest(
-            self.document.working_rig, self.profile, DRAWS, session.settings, session.targets, session.scene,
+            self.document.working_rig, self.profile, DRAWS, settings, session.targets, session.scene,
             traffic, session.mesh,
         )  # fmt: skip
 

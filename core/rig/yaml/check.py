@@ -46,6 +46,8 @@ ACCEPTED = {
     "": "a mapping with riglens, name, vehicle and sensors",
     "riglens": f"the format version {FORMAT_VERSION}",
     "name": "a text of 1 to 200 characters",
+    "self_occlusion": "true or false",
+    "body": "ignored or blocks, another spelling of self_occlusion",
     "vehicle": "a mapping with body, length, width, height, rear_axle_x and mesh",
     "vehicle.body": "sedan, suv, van, truck or the path of a mesh file",
     "vehicle.length": "metres, 0.1 to 100",
@@ -157,6 +159,7 @@ def _unknown_keys(node: Node | None, path: Path, model: type[BaseModel]) -> Iter
     if not isinstance(node, Mapping):
         return
     known = [str(info.alias or name) for name, info in model.model_fields.items()]
+    known += Rig.OTHER_SPELLINGS if model is Rig else ()
     for key, _ in node.entries:
         if key.text not in known:
             close = difflib.get_close_matches(key.text, known, n=1)

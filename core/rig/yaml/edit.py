@@ -206,7 +206,7 @@ def _newline(text: str) -> str:
     return "\r\n" if "\r\n" in text else "\n"
 
 
-_RIG_ORDER = ("riglens", "name", "vehicle", "keep_out", "sensors")
+_RIG_ORDER = ("riglens", "name", "self_occlusion", "vehicle", "keep_out", "sensors")
 _ABSENT: dict[str, Plain] = {"distortion": dict.fromkeys(COEFFICIENTS, 0.0)}
 """Values of the numbers of a nested mapping when the file omits them."""
 
@@ -217,6 +217,7 @@ def edited_text(text: str, old: Rig, new: Rig) -> str:
     Sensors are recognised by name, or as renamed when everything else agrees. Fields that the file leaves to a
     library model or to the defaults stay out of the file while they are right.
     """
+    text = _without_body(text, old)
     matches = match_sensors(old, new)
     pairs = [(index, sensor) for index, sensor in zip(matches, new.sensors, strict=True) if index is not None]
     while (shorter := _without_one_obsolete_field(text, pairs)) is not None:
@@ -230,11 +231,23 @@ def edited_text(text: str, old: Rig, new: Rig) -> str:
     return text
 
 
+def _without_body(text: str, old: Rig) -> str:
+    """Return the text with `self_occlusion` in place of `body`, its other spelling."""
+    root = _root(text)
+    value = root.get("body")
+    if value is None:
+        return text
+    key = root.key("body")
+    said = value_text(old.self_occlusion)
+    return f"{text[: key.start]}self_occlusion{text[key.end : value.start]}{said}{text[value.end :]}"
+
+
 def _with_values(text: str, new: Rig, pairs: AbstractSequence[tuple[int, Sensor]]) -> str:
     edits, root = _Edits(text), _root(text)
     vehicle, vehicle_node = plain_fields(new.vehicle), root.get("vehicle")
-    wanted: dict[str, Plain] = {"name": new.name, "keep_out": plain(new.keep_out)}
-    implied: dict[str, Plain] = {"name": Rig.model_fields["name"].default, "keep_out": ()}
+    own = ("name", "self_occlusion", "keep_out")
+    wanted: dict[str, Plain] = {key: plain(getattr(new, key)) for key in own}
+    implied: dict[str, Plain] = {key: plain(Rig.model_fields[key].default) for key in own}
     if isinstance(vehicle_node, Mapping) and vehicle_node.entries:
         edits.mapping(vehicle_node, vehicle, plain_fields(Vehicle()), tuple(vehicle))
     else:

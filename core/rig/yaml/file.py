@@ -93,7 +93,8 @@ def _hashed_fields(rig: Rig) -> dict[str, Plain]:
         for fields in map(plain_fields, rig.sensors)
     )
     fields = plain_fields(rig) | {"vehicle": vehicle_fields(rig.vehicle), "sensors": sensors}
-    return fields if rig.keep_out else {key: value for key, value in fields.items() if key != "keep_out"}
+    later = (("keep_out", not rig.keep_out), ("self_occlusion", rig.self_occlusion))
+    return {key: value for key, value in fields.items() if (key, True) not in later}
 
 
 def same_rig(one: Rig, other: Rig) -> bool:

@@ -88,6 +88,8 @@ def _default_fields(sensor: Sensor) -> dict[str, Plain]:
 def rig_text(rig: Rig) -> str:
     """Return a fresh rig file in the layout of the documentation, with LF line ends."""
     lines = [f"riglens: {rig.riglens}", f"name: {value_text(rig.name)}"]
+    if not rig.self_occlusion:
+        lines.append("self_occlusion: false")
     lines.append(f"vehicle: {value_text(vehicle_fields(rig.vehicle))}")
     if rig.keep_out:
         lines.append(f"keep_out: {value_text(plain(rig.keep_out))}")

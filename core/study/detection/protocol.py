@@ -181,7 +181,11 @@ def references(with_cameras: bool = False) -> tuple[Entrant, ...]:
     wide cameras where points are painted."""
     roof = Pose((0.0, 0.0, 1.9), (0.0, 0.0, 0.0))
     alone = [
-        Rig(name=f"reference {model}", sensors=(sensor_from_model(model, "LIDAR_TOP", roof),))
+        Rig(
+            name=f"reference {model}",
+            self_occlusion=False,
+            sensors=(sensor_from_model(model, "LIDAR_TOP", roof),),
+        )
         for model in ("velodyne-vlp-16", "velodyne-vlp-32c")
     ]
     groups = [

@@ -91,7 +91,7 @@ def _random_rig(number: int, rng: np.random.Generator) -> Rig:
         rounded = [round(float(value), 2) for value in (x * ahead, y * left, z, roll, pitch)]
         pose = Pose((rounded[0], rounded[1], rounded[2]), (rounded[3], rounded[4], 0.0))
         sensors.append(sensor_from_model("generic-16", f"LIDAR_{place}", pose))
-    return Rig(name=f"random {number}", sensors=tuple(sensors))
+    return Rig(name=f"random {number}", self_occlusion=False, sensors=tuple(sensors))
 
 
 def _rig(name: str, *lidars: tuple[str, Vec3]) -> Rig:
@@ -100,7 +100,7 @@ def _rig(name: str, *lidars: tuple[str, Vec3]) -> Rig:
         sensor_from_model(model, at, Pose(position))
         for at, (model, position) in zip(names, lidars, strict=True)
     ]
-    return Rig(name=name, sensors=tuple(sensors))
+    return Rig(name=name, self_occlusion=False, sensors=tuple(sensors))
 
 
 def equal_rays(rays: list[int]) -> list[int]:

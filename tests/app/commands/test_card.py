@@ -16,7 +16,7 @@ def test_a_card_as_json_csv_and_chart(riglens, tmp_path):
     assert "first distance in metres with too little" in result.out and "stops within (m)" in result.out
     assert ">12" in result.out and "never" in result.out  # LiDARs see that far, and there is no camera
     document = json.loads(text.read_text())
-    assert (document["body"], document["min_points"], document["to_m"]) == ("ignored", 5, 12.0)
+    assert (document["body"], document["min_points"], document["to_m"]) == ("blocks", 5, 12.0)
     rows = document["rigs"][0]["rows"]
     assert {(row["class"], row["heading_deg"]) for row in rows} == {
         ("car", 0.0), ("car", 90.0), ("bicycle", 0.0), ("bicycle", 90.0), ("pedestrian", 0.0),

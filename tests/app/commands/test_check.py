@@ -41,7 +41,7 @@ def test_what_is_met_ends_with_0_and_every_figure_is_that_of_its_command(riglens
     targets = json.loads(riglens("targets", "W+T", "--boxes", boxes, "--body", "ignored", "--json", "-").out)
     car = targets["rigs"][0]["classes"]["car"]
     assert by_text["on_target of car (2 road users)"] == pytest.approx(car["lidar"]["on_target"])
-    blind = json.loads(riglens("blind", "W+T", "--body", "ignored", "--voxel", "0.25", "--json", "-").out)
+    blind = json.loads(riglens("blind", "W+T", "--voxel", "0.25", "--json", "-").out)
     zone = blind["zones"][0]["heights"]
     assert by_text["ground where 1.15 m is unseen by any sensor"] == pytest.approx(zone[3]["unseen_m2"])
     rear = sum(zone[1]["by_sector_and_band_m2"][4][:3])
@@ -110,3 +110,16 @@ def test_what_the_rig_or_the_scene_has_not_is_told(riglens, boxes, tmp_path):
     found = riglens("check", "Center", "--requirements", asked, "--pog", pog)
     assert found.code == 2 and "a stored POG has none" in found.err
     assert "no such file" in riglens("check", "Center", "--requirements", tmp_path / "none.yaml").refused()
+
+
+def test_a_body_that_contradicts_the_file_is_refused(riglens, boxes, tmp_path):
+    asked = required(tmp_path, EASY)
+    scene = ("--requirements", asked, "--boxes", boxes, *SMALL_GRID, "--body", "blocks")
+    assert "--body must be ignored, as" in riglens("check", "W+T", *scene).refused()
+    words = ("report", "W+T", *scene, "--out", tmp_path / "a.html")
+    assert "--body must be ignored, as" in riglens(*words).refused()
+
+
+@pytest.mark.parametrize("command", ["blind", "audit", "card"])
+def test_blind_zones_audit_and_card_are_of_a_solid_car(riglens, command):
+    assert "always solid" in riglens(command, "W+T", "--body", "ignored").refused()

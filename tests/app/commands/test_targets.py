@@ -145,16 +145,19 @@ def test_occluders_belong_to_boxes(riglens):
     assert result.code == 2 and "name the data set with --boxes" in result.err
 
 
-def test_presets_are_counted_through_the_body_and_other_rigs_past_it(riglens, boxes, tmp_path):
+def test_an_edited_rig_keeps_its_body_mode_unless_another_is_said_for_this_run(riglens, boxes, tmp_path):
     own = tmp_path / "own.yaml"
     assert riglens("presets", "W+T", "--out", own).code == 0
     own.write_text(own.read_text().replace("W+T", "mine", 1))
     for arguments, body in (
         (["W+T"], "ignored"),
-        ([own], "blocks"),
+        ([own], "ignored"),
         (["W+T", "--body", "blocks"], "blocks"),
-        ([own, "--body", "ignored"], "ignored"),
+        ([own, "--body", "blocks"], "blocks"),
+        (["nuScenes car"], "blocks"),
+        (["nuScenes car", "--body", "ignored"], "ignored"),
+        (["W+T", "nuScenes car"], None),
     ):
         result = riglens("targets", *arguments, "--boxes", boxes, "--json", "-")
         assert result.code == 0 and json.loads(result.out)["body"] == body, arguments
-    assert "body blocks" in riglens("targets", own, "--boxes", boxes).out
+    assert "body ignored" in riglens("targets", own, "--boxes", boxes).out

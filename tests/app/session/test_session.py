@@ -85,9 +85,8 @@ def test_the_request_is_what_was_set(session: Session) -> None:
     request = session.request()
     assert request.rig is session.document.rig and request.revision == session.document.revision
     assert request.rig.sensor("roof").pose == POSE and request.is_preview
-    assert request.baseline_rig is OTHER and request.settings == MetricSettings(
-        "exact", "hits", 0.2, "blocks"
-    )
+    assert request.baseline_rig is OTHER
+    assert request.settings == MetricSettings("exact", "hits", 0.2, body=None)
     assert (request.heat, request.heat_class) == ("unseen", "pedestrian")
     assert (request.voxel, request.map_by) == ((4, 5, 6), "camera")
 
@@ -192,11 +191,11 @@ def test_the_session_imports_no_widgets() -> None:
     assert not {"PySide6.QtWidgets", "PySide6.QtGui"} & imported
 
 
-def test_the_body_blocks_unless_the_rig_is_one_of_the_papers_or_it_is_said_otherwise() -> None:
+def test_the_body_is_that_of_the_rig_unless_another_is_said_for_all() -> None:
     session = Session(Document(preset("W+T")), MetricSettings())
     told: list[str] = []
     session.settings_changed.connect(lambda: told.append(session.body))
-    assert session.settings.body == "ignored"
+    assert session.body == "ignored" and session.settings.body is None
     session.document.apply(session.document.rig.replace(name="edited"))
     assert session.body == "ignored", "an edit does not switch what is counted"
     session.set_body("blocks")
@@ -205,6 +204,9 @@ def test_the_body_blocks_unless_the_rig_is_one_of_the_papers_or_it_is_said_other
     assert session.settings == MetricSettings("exact", "hits", 0.2, "blocks")
     session.set_body(None)
     assert told == ["blocks", "blocks", "ignored"]
+    session.document.apply(session.document.rig.replace(self_occlusion=True))
+    session.document.undo()
+    assert told[3:] == ["blocks", "ignored"]
     assert Session(Document(RIG), MetricSettings()).body == "blocks"
 
 

@@ -187,8 +187,8 @@ def test_bad_words_are_one_line(riglens: object, tmp_path: Path, words: tuple[st
 def test_the_published_rigs_and_protocol_go_with_or_without_cameras() -> None:
     plain, seeing = detection.Plan(published=True), detection.Plan(published=True, cameras="usual")
     assert (len(plain.rigs(())), len(seeing.rigs(()))) == (30, 12)
-    assert plain.protocol(()) == PUBLISHED and seeing.protocol(()) == CAMERA_PROTOCOL
-    assert detection.Plan(cameras="poor").protocol([preset("W+T")]).cameras == "poor"
+    assert plain.protocol() == PUBLISHED and seeing.protocol() == CAMERA_PROTOCOL
+    assert detection.Plan(cameras="poor").protocol().cameras == "poor"
 
 
 def table_of(path: Path, sequences: int, frames: int) -> Path:

@@ -157,14 +157,14 @@ def test_the_card_is_of_what_works(desk: Desk, maker: FakeMaker, shown: CardShow
     assert shown.panel.note.startswith("small, as it is now, without what has failed")
 
 
-def test_the_card_follows_whether_the_car_is_solid(desk: Desk, maker: FakeMaker, shown: CardShown) -> None:
+def test_the_card_is_of_a_solid_car_whatever_the_scores_are_of(
+    desk: Desk, maker: FakeMaker, shown: CardShown
+) -> None:
     desk.answer()
-    answer(maker.requests[-1], shown)
-    assert "body blocks" in shown.panel.note
     desk.session.set_body("ignored")
-    assert maker.requests[-1].plan == USUAL_PLAN and is_grey(shown)
     answer(maker.requests[-1], shown)
-    assert shown.is_current and "body ignored" in shown.panel.note
+    assert maker.requests[-1].plan == USUAL_PLAN and USUAL_PLAN.settings.body == "blocks"
+    assert shown.is_current and "body blocks" in shown.panel.note
 
 
 def test_progress_is_shown_and_work_can_be_stopped_and_asked_for_again(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -51,7 +52,7 @@ def test_nothing_is_drawn_until_a_profile_is_chosen_and_all_ends_with_it(desk: F
     choose(desk, "service")
     (asked,) = desk.recompute.tolerances
     assert not strip.isHidden() and asked.rig == desk.document.rig and asked.profile.name == "service"
-    assert asked.draws == DRAWS and asked.settings == desk.session.settings
+    assert asked.draws == DRAWS and asked.settings == replace(desk.session.settings, body="blocks")
     tell(desk, 20)
     choose(desk, "")
     assert strip.isHidden() and feature(desk).answer is None

@@ -36,7 +36,7 @@ def test_every_field_model_and_group_is_explained() -> None:
     [
         ("[-0.4, 0.2, 2.2]", "[0, .nan, 2.2]", "sensors[0].position: found [0, .nan, 2.2]"),
         ("count: 16", "count: 0", "sensors[0].elevations_deg.count: found 0"),
-        ("CAM_FRONT", "lidar_left", "sensors[1].name: found 'lidar_left', already used in line 5"),
+        ("CAM_FRONT", "lidar_left", "sensors[1].name: found 'lidar_left', already used in line 6"),
         ("position: [0.5", "positon: [0.5", "sensors[1].positon: unknown field; did you mean 'position'?"),
         ("riglens: 1 ", "riglens: 2 ", "riglens: found format version 2, newer than this program reads"),
     ],

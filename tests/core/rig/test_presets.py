@@ -7,7 +7,7 @@ import pytest
 from riglens.assets import asset_path
 from riglens.core.errors import InputError
 from riglens.core.rig.model import Camera, Lidar
-from riglens.core.rig.presets import PAPER_RIGS, PRESETS, find_preset, is_of_paper, preset
+from riglens.core.rig.presets import PAPER_RIGS, PRESETS, find_preset, preset
 from riglens.core.rig.yaml.file import dumps, loads
 
 LIDARS = {
@@ -103,13 +103,11 @@ def test_an_unknown_preset_is_refused_with_the_nearest_ones() -> None:
         preset("W+X")
 
 
-def test_cars_of_data_sets_and_changed_rigs_are_not_of_the_paper() -> None:
-    """Scores go through the car's body for the paper's rigs alone."""
-    assert all(is_of_paper(preset(name)) for name in ("W+T", "N+PR", "Center", "Wide"))
-    assert not any(is_of_paper(preset(name)) for name in PRESETS if PRESETS[name].file)
-    rig = preset("W+T")
-    assert not is_of_paper(rig.replace(name="mine"))
-    assert not is_of_paper(rig.replace(sensors=rig.sensors[1:]))
+def test_rays_pass_through_the_cars_of_the_papers_rigs_alone_however_they_are_edited() -> None:
+    for name, entry in PRESETS.items():
+        assert preset(name).self_occlusion == bool(entry.file), name
+    edited = preset("W+T").replace(name="mine", sensors=preset("W+T").sensors[1:])
+    assert loads(dumps(edited)).rig.body == "ignored"
 
 
 def test_presets_are_named_in_words() -> None:

@@ -246,3 +246,30 @@ def test_how_a_mesh_is_placed_survives_a_save_and_is_only_said_where_it_matters(
 def test_a_mesh_placed_wrongly_is_refused_with_its_field(mesh: str, said: str) -> None:
     with pytest.raises(InputError, match=said):
         loads(f"riglens: 1\nvehicle: {{mesh: {mesh}}}\n")
+
+
+def test_the_rig_says_whether_its_body_stops_rays_and_keeps_it_when_edited_and_saved() -> None:
+    plain = loads(CONTRACT)
+    assert plain.rig.self_occlusion and "self_occlusion" not in dumps(plain.rig)
+    for line in ("self_occlusion: false", "body: ignored"):
+        file = loads(CONTRACT.replace("vehicle:", f"{line}\nvehicle:", 1))
+        assert file.rig == plain.rig.replace(self_occlusion=False) and file.rig.body == "ignored"
+        assert rig_sha256(file.rig) != rig_sha256(plain.rig)
+        renamed = file.updated(file.rig.replace(name="other"))
+        assert "self_occlusion: false\n" in renamed.text and "# native pixels" in renamed.text
+        assert loads(file.updated(plain.rig).text).rig.body == "blocks"
+    assert "self_occlusion: false\nvehicle:" in plain.updated(plain.rig.replace(self_occlusion=False)).text
+    assert "self_occlusion: false" in dumps(preset("W+T"))
+
+
+@pytest.mark.parametrize(
+    ("lines", "where"),
+    [
+        ("body: solid", ":3: body: body must be ignored or blocks"),
+        ("self_occlusion: ignored", ":3: self_occlusion: found ignored; accepted is true or false"),
+        ("body: blocks\nself_occlusion: true", "give only one of the two"),
+    ],
+)
+def test_a_wrong_body_is_refused(lines: str, where: str) -> None:
+    with pytest.raises(InputError, match=where):
+        loads(CONTRACT.replace("vehicle:", f"{lines}\nvehicle:", 1))

@@ -19,7 +19,7 @@ from tests.core.builders import rig_of, spinning
 from tests.core.targets.cases import traffic as traffic_with
 from tests.core.vehicle.solids import plate
 
-AHEAD = CardPlan(bearings_deg=(0.0,), to_m=60.0)
+AHEAD = CardPlan(bearings_deg=(0.0,), to_m=60.0).with_body("ignored")
 
 
 def rows(card):
@@ -86,7 +86,7 @@ def test_the_gap_between_beams_is_luck():
 def test_counts_are_those_of_the_engine_at_every_place(bearing, monkeypatch):
     """The worst place, from the engine asked road user by road user."""
     monkeypatch.setattr(module, "RISES", 3)
-    plan = CardPlan(bearings_deg=(bearing,), to_m=30.0, min_points=7)
+    plan = CardPlan(bearings_deg=(bearing,), to_m=30.0, min_points=7).with_body("ignored")
     rig = rig_of(
         spinning((0.3, -0.2, 1.7), beams=9, count=300),
     )
@@ -115,9 +115,8 @@ def test_a_camera_sees_height_over_distance():
     heights = heights_px([camera], _poses(AHEAD, Case("car", 0.0, 0.0)), SIZES_M["car"])
     distances = AHEAD.distances_m()
     np.testing.assert_allclose(heights, 1000 * 1.52 / (distances - 2.3), rtol=1e-9)
-    row = rows(card_of(rig_of(camera), CardPlan(min_height_px=40.0, bearings_deg=(0.0, 180.0), to_m=60.0)))[
-        "car", 0.0, 0.0
-    ]
+    plan = CardPlan(min_height_px=40.0, bearings_deg=(0.0, 180.0), to_m=60.0).with_body("ignored")
+    row = rows(card_of(rig_of(camera), plan))["car", 0.0, 0.0]
     assert row.camera.least_m == distances[1000 * 1.52 / (distances - 2.3) < 40.0][0] == 41.0
     behind = heights_px([camera], _poses(AHEAD, Case("car", 0.0, 180.0)), SIZES_M["car"])
     assert not behind.any()
@@ -140,7 +139,7 @@ def test_a_camera_sees_what_the_own_car_leaves(roll_deg):
 
 
 def test_the_solid_car_shortens_the_card_of_a_sensor_at_its_side_and_of_none_high_above():
-    plan = CardPlan(bearings_deg=(90.0, -90.0), to_m=12.0)
+    plan = CardPlan(bearings_deg=(90.0, -90.0), to_m=12.0).with_body("ignored")
     blocks = plan.with_body("blocks")
     camera = Camera(name="C", position=(0.0, 1.0, 0.9), rpy_deg=(0.0, 0.0, -90.0), hfov_deg=90.0)
     low = rig_of(spinning((0.0, 1.0, 0.9), beams=9, count=90), camera)

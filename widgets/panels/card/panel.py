@@ -29,7 +29,7 @@ HELP = (
     "directions. Said is the first distance in metres at which the rig gets less than is enough onto it; more is "
     "better.\n"
     "LiDARs: unluckiest-middle-luckiest place between the beams. Cameras: height in pixels, by the lens.\n"
-    "No traffic stops a ray here, and every ray returns. Whether the own car's body does is chosen for all panels."
+    "No traffic stops a ray here, and every ray returns. The own car is solid."
 )
 ENOUGH_TIP = (
     "What is enough is your choice. Customs: nuScenes scores objects from 1 point up, Waymo calls those with fewer "
