@@ -12,6 +12,7 @@ from PySide6.QtCore import QObject
 from riglens.app.background.worker import CLOSE_S, Answerer
 from riglens.core.geometry import Vec3
 from riglens.core.rig.model import Sensor
+from riglens.core.sensing.body_ends import listed_ends
 from riglens.core.sensing.rays import sensor_rays
 from riglens.core.vehicle.solid import CarBody
 from riglens.core.vehicle.standing import Stand, stand
@@ -43,16 +44,11 @@ def stopped_rays(request: StandRequest) -> NDArray[np.float32]:
     sensor = request.stopped_of
     if sensor is None:
         return NONE_M
-    from riglens.core.kernels.body.solid import meet_listed  # loads the compiler, as does the next
-    from riglens.core.sensing.body_ends import barrier_of
-
     rows = np.arange(0, sensor.ray_count, max(1, -(-sensor.ray_count // MOST_RAYS)))
-    directions = np.ascontiguousarray(sensor_rays(sensor, rows).directions)
-    barrier, place = barrier_of(sensor, request.body.solid()), np.array(sensor.position)
-    most = np.full(len(rows), sensor.range_m[1])
-    met_m = meet_listed(place, directions, barrier.tree, barrier.stops, most, barrier.start_m)[0]
+    directions = sensor_rays(sensor, rows).directions
+    met_m = listed_ends(sensor, directions, request.body.solid())
     stopped = np.isfinite(met_m)
-    return np.asarray(place + met_m[stopped, None] * directions[stopped], np.float32)
+    return np.asarray(np.array(sensor.position) + met_m[stopped, None] * directions[stopped], np.float32)
 
 
 class StandFinder(Answerer[StandRequest]):

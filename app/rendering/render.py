@@ -198,9 +198,10 @@ def draw(
     with progress_bar("Drawing"):
         cells = Heatmaps(DisplayGrid.build(pog, field)).heatmap(picture.heat, picture.class_name, marks)
         rig = evaluation.rig
+        solid = CarBody(rig.vehicle, body) if evaluation.settings.body == "blocks" else None
         state = SceneState(
-            vehicle=rig.vehicle, body_mesh=body, rig=rig, grid=field.grid, heatmap=cells, heat_look=look,
-            ray_look=picture.rays, masts=_masts(rig, body), palette=palette(picture.theme == "dark"),
+            vehicle=rig.vehicle, body_mesh=body, solid_body=solid, rig=rig, grid=field.grid, heatmap=cells,
+            heat_look=look, ray_look=picture.rays, masts=_masts(rig, body), palette=palette(picture.theme == "dark"),
             show_ground=picture.ground,
         )  # fmt: skip
         words = PictureWords(picture.legend, picture.title, picture.scores)

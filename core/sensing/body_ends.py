@@ -89,6 +89,20 @@ def body_ends(sensor: Sensor, solid: Solid, workers: int = 1) -> NDArray[np.floa
     return barrier_ends(sensor, barrier_of(sensor, solid), workers)
 
 
+def listed_ends(sensor: Sensor, directions: NDArray[np.float64], solid: Solid) -> NDArray[np.float64]:
+    """Distance in metres (n,) at which some rays of a sensor first meet the solid beyond the housing, inf where free.
+
+    directions (n, 3): unit vectors in the vehicle frame. One by one through the tree, by any thread; a ray that ends
+    with the sensor's range before the solid is free.
+    """
+    from riglens.core.kernels.body.solid import meet_listed  # the compiler
+
+    barrier, place = barrier_of(sensor, solid), np.array(sensor.position, np.float64)
+    most = np.full(len(directions), sensor.range_m[1])
+    rays = np.ascontiguousarray(directions)
+    return meet_listed(place, rays, barrier.tree, barrier.stops, most, barrier.start_m)[0]
+
+
 def barrier_ends(sensor: Sensor, barrier: Barrier, workers: int = 1) -> NDArray[np.float64]:
     """As `body_ends`, for what stops the sensor's rays."""
     shadow = barrier_shadow(sensor, barrier, NO_VOID, workers)

@@ -15,7 +15,9 @@ from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from riglens.core.rig.model import Camera, Lidar
 from riglens.core.scene.grid import VoxelGrid
+from riglens.core.sensing.body_ends import listed_ends
 from riglens.core.sensing.rays import clip_to_roi, sensor_rays
+from riglens.core.vehicle.solid import Solid
 from riglens.widgets.drawing.actors import line_mesh, rgba_actor
 from riglens.widgets.drawing.camera import OrbitCamera, Size
 from riglens.widgets.sensors.ray_look import Strokes
@@ -72,19 +74,24 @@ class Fan(NamedTuple):
 
 
 def fan_of(
-    sensor: Lidar | Camera, grid: VoxelGrid, strokes: Strokes, colour: str, framed: bool = False
+    sensor: Lidar | Camera,
+    grid: VoxelGrid,
+    strokes: Strokes,
+    colour: str,
+    framed: bool = False,
+    solid: Solid | None = None,
 ) -> Fan:
-    """The rays of a sensor inside the ROI.
+    """The rays of a sensor inside the ROI, up to the solid where one stops them.
 
     Rays are faint at the sensor, where they crowd, and strongest where they leave the ROI; there LiDAR beams
     are joined to rings, and a camera's corner rays are drawn stronger to show the frustum. `framed` adds a frame
     that the corner rays pass through.
     """
-    starts, ends, row = _segments(sensor, grid, fan_rows(sensor, strokes.lines))
+    starts, ends, row = _segments(sensor, grid, fan_rows(sensor, strokes.lines), solid)
     alpha = strokes.opacity
     fan = _tinted(starts, ends, colour, _NEAR_SHARE * alpha, alpha)
     if isinstance(sensor, Camera):
-        return Fan(fan, _frustum(sensor, grid, colour, min(1.0, _EDGES * alpha), framed))
+        return Fan(fan, _frustum(sensor, grid, colour, min(1.0, _EDGES * alpha), framed, solid))
     return Fan(fan, _beam_rings(sensor, ends, row, colour, min(1.0, _RINGS * alpha)))
 
 
@@ -104,21 +111,27 @@ def _beam_rings(lidar: Lidar, ends: Points, row: _Index, colour: str, alpha: flo
     return _tinted(ends[joined], ends[after][joined], colour, alpha, alpha)
 
 
-def _segments(sensor: Lidar | Camera, grid: VoxelGrid, rows: _Index) -> tuple[Points, Points, _Index]:
-    """Where the picked rays enter and leave the ROI, (k, 3) each, and the row numbers of those k that do."""
+def _segments(
+    sensor: Lidar | Camera, grid: VoxelGrid, rows: _Index, solid: Solid | None
+) -> tuple[Points, Points, _Index]:
+    """Where the picked rays enter and leave the ROI or end, (k, 3) each, and the row numbers of those k that do."""
     rays = sensor_rays(sensor, rows)
     t0, t1 = clip_to_roi(grid, rays)
+    if solid is not None:
+        t1 = np.minimum(t1, listed_ends(sensor, rays.directions, solid))
     inside = t1 > t0
     directions, origin = rays.directions[inside], np.array(rays.origin_m)
     return origin + t0[inside, None] * directions, origin + t1[inside, None] * directions, rows[inside]
 
 
-def _frustum(camera: Camera, grid: VoxelGrid, colour: str, alpha: float, framed: bool) -> pv.PolyData:
+def _frustum(
+    camera: Camera, grid: VoxelGrid, colour: str, alpha: float, framed: bool, solid: Solid | None
+) -> pv.PolyData:
     """The four edges of the field of view and, if wanted, a frame one metre ahead that the corners see.
 
     A fisheye that has no ray in a corner, or one that looks sideways, has no such frame.
     """
-    starts, ends, _ = _segments(camera, grid, frame_rows(camera))
+    starts, ends, _ = _segments(camera, grid, frame_rows(camera), solid)
     edges = _tinted(starts, ends, colour, alpha, 0.7 * alpha)
     if not framed or not len(starts):
         return edges
@@ -176,19 +189,29 @@ class RaysLayer:
             fan.set_opacity(level * min(1.0, (_NEAR_PIXEL_M / pixel_m) ** 0.5), level)
 
     def set_selected(
-        self, sensor: Lidar | Camera | None, grid: VoxelGrid, palette: Palette, strokes: Strokes
+        self,
+        sensor: Lidar | Camera | None,
+        grid: VoxelGrid,
+        palette: Palette,
+        strokes: Strokes,
+        solid: Solid | None = None,
     ) -> None:
-        """Draw the fan of the selected sensor, or none."""
+        """Draw the fan of the selected sensor, or none; rays end at the solid."""
         fan = Fan(pv.PolyData(), pv.PolyData())
         if sensor is not None:
-            fan = fan_of(sensor, grid, strokes, palette.selected_rays(sensor.kind), framed=True)
+            fan = fan_of(sensor, grid, strokes, palette.selected_rays(sensor.kind), True, solid)
         self._selected.show(fan, palette.seam)
 
     def set_others(
-        self, sensors: list[Lidar | Camera], grid: VoxelGrid, palette: Palette, strokes: Strokes
+        self,
+        sensors: list[Lidar | Camera],
+        grid: VoxelGrid,
+        palette: Palette,
+        strokes: Strokes,
+        solid: Solid | None = None,
     ) -> None:
-        """Draw the fans of the sensors that are not selected."""
-        fans = [fan_of(sensor, grid, strokes, palette.rays[sensor.kind]) for sensor in sensors]
+        """Draw the fans of the sensors that are not selected; rays end at the solid."""
+        fans = [fan_of(sensor, grid, strokes, palette.rays[sensor.kind], solid=solid) for sensor in sensors]
         rays, edges = (_joined([fan[part] for fan in fans]) for part in (0, 1))
         self._others.show(Fan(rays, edges), palette.seam)
 

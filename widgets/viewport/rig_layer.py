@@ -62,15 +62,16 @@ class RigLayer:
         look, grid, enabled = state.ray_look, state.grid, state.enabled
         selected = next((sensor for sensor in enabled if sensor.name == state.selected), None)
         rest = [sensor for sensor in enabled if sensor is not selected]
-        palette = state.palette
+        palette, solid = state.palette, None if state.solid_body is None else state.solid_body.solid()
         if selected is not None and not state.show_selection:
             palette = replace(palette, selected=palette.rays[selected.kind])
         strokes = look.of_selected(quick)
-        self._rays.set_selected(selected if look.shown else None, grid, palette, strokes)
+        self._rays.set_selected(selected if look.shown else None, grid, palette, strokes, solid)
         self._fills.set_selected(selected, grid, palette, look.fill)
         if others:
             casting = rest if look.shown else []
-            self._rays.set_others(casting, grid, state.palette, look.of_others(len(casting), quick))
+            strokes = look.of_others(len(casting), quick)
+            self._rays.set_others(casting, grid, state.palette, strokes, solid)
             self._fills.set_others(rest, grid, state.palette, look.fill)
 
     def arrange(self, camera: OrbitCamera, size: Size, pixel_ratio: float) -> None:

@@ -10,6 +10,7 @@ from riglens.core.rig.groups import Poses, centre_m
 from riglens.core.rig.model import Camera, Lidar, Rig, Vehicle
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.vehicle.mesh import BodyMesh
+from riglens.core.vehicle.solid import CarBody
 from riglens.widgets.car.keep_out import KeepOut
 from riglens.widgets.drawing.camera import OrbitCamera
 from riglens.widgets.gizmo.drag import GizmoMode, Space
@@ -66,12 +67,14 @@ class SceneState:
     The sensor named `selected` is shown with its rays and handles, those `also_selected` in the same colour, those
     that have `failed` as ghosts without rays, the `hidden` ones not at all. Those in `fixed` cannot be dragged: they
     get no handles. Without a `body_mesh` the vehicle's parametric body is drawn, or a plain box where its body is a
-    mesh file. Without `show_selection` the selected sensor has the colour of its kind, but still the rays of a
-    selected one. `ghosts` are sensors that are not in the rig, to be seen beside those that are.
+    mesh file. Rays end at the `solid_body`, where there is one. Without `show_selection` the selected sensor has the
+    colour of its kind, but still the rays of a selected one. `ghosts` are sensors that are not in the rig, to be seen
+    beside those that are.
     """
 
     vehicle: Vehicle = field(default_factory=Vehicle)
     body_mesh: BodyMesh | None = None
+    solid_body: CarBody | None = None
     rig: Rig = field(default_factory=Rig)
     hidden: frozenset[str] = frozenset()
     failed: frozenset[str] = frozenset()
@@ -167,6 +170,8 @@ class SceneState:
     def other_fans_differ(self, after: SceneState) -> bool:
         """Whether the rays of any sensor beside the selected one are to be drawn anew to show another state."""
         if (self.hidden, self.failed, self.selected) != (after.hidden, after.failed, after.selected):
+            return True
+        if self.solid_body != after.solid_body:
             return True
         old = [sensor for sensor in self.rig.sensors if sensor.name != after.selected]
         return old != [sensor for sensor in after.rig.sensors if sensor.name != after.selected]

@@ -23,6 +23,7 @@ class Standing(Feature):
         super().__init__(bench)
         self.finder = finder or StandFinder(self)
         self._asked: StandRequest | None = None
+        self._answered: CarBody | None = None
         queued = Qt.ConnectionType.QueuedConnection
         self.finder.made.connect(self._take, queued)
         self.finder.failed.connect(bench.report_error, queued)
@@ -40,9 +41,12 @@ class Standing(Feature):
         if rig.vehicle.has_mesh_file and mesh is None:
             self._asked = None
             self._show({})
+            self._end_rays(None)
             return
         places_m = tuple((sensor.name, sensor.position) for sensor in rig.sensors)
         request = StandRequest(CarBody(rig.vehicle, mesh), places_m, self._stopped_of())
+        if self._answered is not None:
+            self._end_rays(self._answered)
         if request != self._asked:
             self._asked = request
             self.finder.ask(request)
@@ -52,13 +56,25 @@ class Standing(Feature):
         if self.session.body != "blocks" or self.document.is_dragging:
             return None
         found = self.document.selected_sensor()
-        return found if found is not None and found.enabled else None
+        works = found is not None and found.enabled and found.name not in self.document.failed
+        return found if works else None
 
     def _take(self, answer: StandAnswer) -> None:
         """Show an answer; one to an earlier pose too, until the next is there."""
         if self._asked is not None and answer.request.body == self._asked.body:
             self._show(answer.stands)
             self._show_stopped(answer)
+            self._answered = answer.request.body
+            self._end_rays(self._answered)
+
+    def _end_rays(self, body: CarBody | None) -> None:
+        """Have all rays that are drawn end at the body, while the car is solid; None: have them drawn through it.
+
+        The first answer says that what is needed for it has been compiled.
+        """
+        body = body if self.session.body == "blocks" else None
+        if body != self.viewport.state.solid_body:
+            self.viewport.show_state(replace(self.viewport.state, solid_body=body))
 
     def _show(self, stands: Mapping[str, Stand]) -> None:
         problems = {name: found.problem for name, found in stands.items() if found.problem}

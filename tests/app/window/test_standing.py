@@ -175,6 +175,13 @@ def test_stopped_rays_of_the_selected_sensor_are_shown_at_rest_while_the_car_is_
     desk.viewport.release("roof")
     settle(standing)
     assert desk.viewport.state.stubs is not None
-    desk.session.set_body("ignored")
+    assert desk.viewport.state.solid_body == CarBody(RIG.vehicle), "drawn rays end where those cast do"
+    desk.document.set_failed(("roof",), True)
     settle(standing)
-    assert desk.viewport.state.stubs is None
+    assert desk.viewport.state.stubs is None, "a failed sensor draws nothing"
+    desk.document.set_failed(("roof",), False)
+    settle(standing)
+    assert desk.viewport.state.stubs is not None
+    desk.document.apply(desk.document.rig.replace(self_occlusion=False))
+    settle(standing)
+    assert desk.viewport.state.stubs is None and desk.viewport.state.solid_body is None

@@ -8,7 +8,9 @@ import pyvista as pv
 
 from riglens.core.rig.model import Camera, EvenAngles, Lidar
 from riglens.core.scene.grid import VoxelGrid
+from riglens.core.sensing.body_ends import body_ends
 from riglens.core.sensing.rays import clip_to_roi, sensor_rays
+from riglens.core.vehicle.solid import CarBody
 from riglens.widgets.drawing.camera import OrbitCamera
 from riglens.widgets.heatmap.levels import DRAG_CELLS, coarse_level, full_level
 from riglens.widgets.sensors.ray_look import (
@@ -57,6 +59,19 @@ def test_every_drawn_ray_ends_where_the_metric_says_it_leaves_the_roi(sensor):
     drawn = np.asarray(fan_of(sensor, GRID, Strokes(200, 0.3), "#ff0000").rays.points)[1 : 2 * len(rows) : 2]
     assert (t1 > t0).all()
     assert np.allclose(drawn, ends, atol=1e-4)
+
+
+@pytest.mark.parametrize("sensor", [LIDAR, CAMERA])
+def test_drawn_rays_end_at_a_solid_body(sensor):
+    inside, solid = sensor.replace(position=(0.0, 0.0, 0.7)), CarBody().solid()
+    strokes = Strokes(200, 0.3)
+    rays, stopped = (fan_of(inside, GRID, strokes, "#ff0000", solid=body).rays for body in (None, solid))
+    away_m = [
+        np.linalg.norm(np.asarray(fan.points)[1::2] - inside.position, axis=1) for fan in (rays, stopped)
+    ]
+    ends_m = body_ends(inside, solid)[fan_rows(inside, 200)]
+    assert np.allclose(away_m[1], np.minimum(away_m[0], ends_m), atol=1e-4)
+    assert (ends_m < 3.0).mean() > (0.9 if sensor is LIDAR else 0.2), "most rays meet the car from inside"
 
 
 def test_a_lidar_fan_shows_lowest_and_highest_beam_all_round():
