@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+import traceback
 from collections.abc import Sequence
 
 from riglens.app.evaluation.options import DEFAULT_RIG, SceneOptions, ScoreOptions
@@ -12,11 +13,11 @@ from riglens.app.launch.system_libraries import MissingLibraries
 from riglens.core.errors import InputError
 from riglens.core.shown_text import visible
 
-DONE, FAILED, BAD_INPUT = 0, 1, 2
+DONE, BAD_INPUT, FAILED = 0, 2, 3
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line; returns the exit code. Bad input gives one line on standard error."""
+    """Run the command line; returns the exit code. Bad input gives one line on standard error, a bug a traceback."""
     _open_missing_streams()
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
@@ -41,6 +42,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _say(f"{place}{error.strerror or error}", FAILED)
     except SystemExit:  # this is how rich says that nobody reads its output any more
         return DONE
+    except Exception:  # a bug: 1 would say that a requirement is not met
+        traceback.print_exc()
+        return _say("unexpected failure; please report it with the lines above", FAILED)
     return code if isinstance(code, int) else DONE
 
 

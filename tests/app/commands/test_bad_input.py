@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from riglens.app.commands import running
 from riglens.app.commands.parsing import meant_command
 from riglens.core.rig.presets import PRESETS
 from tests.app.conftest import SMALL_GRID
@@ -242,3 +243,14 @@ def test_an_unwritable_output_is_refused_before_any_work(riglens, tmp_path, boxe
             "render": ("render", "W+T", "--boxes", boxes, *SMALL_GRID, "--out", path),
         }[command]
         assert "cannot be written" in riglens(*words).refused()
+
+
+def test_a_failure_of_the_program_ends_with_3_and_a_traceback(riglens, monkeypatch):
+    for error, said in ((RuntimeError("a bug"), "Traceback"), (OSError(28, "full"), "riglens: full")):
+
+        def failing(tokens, error=error):
+            raise error
+
+        monkeypatch.setattr(running, "_run", failing)
+        found = riglens("presets")
+        assert found.code == 3 and said in found.err and found.out == ""

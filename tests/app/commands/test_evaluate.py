@@ -219,7 +219,7 @@ def test_a_reader_that_goes_away_early_is_no_error(riglens_process, boxes):
 def test_a_full_disk_is_told_in_one_line(riglens_process, boxes):
     process = riglens_process("evaluate", "Line", "--boxes", boxes, *SMALL_GRID, "--json", "/dev/full")
     _, err = process.communicate(timeout=TIMEOUT_S)
-    assert process.returncode == 1
+    assert process.returncode == 3
     assert err.splitlines()[-1] == "riglens: No space left on device"
     assert "Traceback" not in err
 
