@@ -21,6 +21,7 @@ from riglens.core.vehicle.standing import Stand, materials_at, stand
 
 Doubles = NDArray[np.float64]
 Limit = Annotated[float, Field(allow_inf_nan=False, ge=-100.0, le=100.0)]
+Length = Annotated[float, Field(allow_inf_nan=False, ge=0.0, le=100.0)]
 Share = Annotated[float, Field(allow_inf_nan=False, ge=-10.0, le=10.0)]
 Span = tuple[Share, Share]
 SIDES = ("front", "rear", "left", "right", "top")
@@ -32,6 +33,14 @@ class Box(Frozen):
     x: Span = (-10.0, 10.0)
     y: Span = (-10.0, 10.0)
     z: Span = (-10.0, 10.0)
+
+    @model_validator(mode="after")
+    def _from_to(self) -> Self:
+        for name in ("x", "y", "z"):
+            low, high = getattr(self, name)
+            if not low <= high:
+                raise ValueError(f"{name} must be [from, to] with from <= to (got [{low:g}, {high:g}])")
+        return self
 
 
 class KeepOut(Frozen):
@@ -84,13 +93,19 @@ class MountLimits(Frozen):
     """
 
     height_m: tuple[Limit, Limit] | None = None
-    gap_m: Limit | None = None
-    spacing_m: Limit | None = None
+    gap_m: Length | None = None
+    spacing_m: Length | None = None
     beyond_m: Beyond = Beyond()
-    length_m: Limit | None = None
-    width_m: Limit | None = None
-    total_height_m: Limit | None = None
+    length_m: Length | None = None
+    width_m: Length | None = None
+    total_height_m: Length | None = None
     keep_out: Annotated[tuple[KeepOut, ...], Field(max_length=100)] | None = None
+
+    @model_validator(mode="after")
+    def _lowest_first(self) -> Self:
+        if self.height_m is not None and not self.height_m[0] <= self.height_m[1]:
+            raise ValueError("height_m must be [lowest, highest] with lowest <= highest")
+        return self
 
 
 USUAL_LIMITS = MountLimits(gap_m=0.1)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from pydantic import ValidationError
 
 from riglens.core.errors import InputError
 from riglens.core.geometry import Pose
@@ -192,3 +193,19 @@ def test_what_stood_before_is_not_looked_for_again_and_says_the_same(monkeypatch
         assert violations(one, MountLimits(gap_m=0.05), footings=known) == lines
         counts.append(len(looked))
     assert counts == [2, 3, 5, 5]
+
+
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (lambda: Box(z=(1.0, 0.4)), "from <= to"),
+        (lambda: Box(x=(0.9, 0.1)), "from <= to"),
+        (lambda: MountLimits(gap_m=-0.1), "gap_m"),
+        (lambda: MountLimits(spacing_m=-0.1), "spacing_m"),
+        (lambda: MountLimits(width_m=-2.0), "width_m"),
+        (lambda: MountLimits(height_m=(2.0, 0.3)), "lowest <= highest"),
+    ],
+)
+def test_limits_that_nothing_or_everything_meets_are_refused(make, said: str) -> None:
+    with pytest.raises(ValidationError, match=said):
+        make()
