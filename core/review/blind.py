@@ -8,7 +8,7 @@ Traffic plays no part. L_k is the height from which on k sensors see such an obj
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
@@ -18,6 +18,7 @@ from scipy import ndimage
 
 from riglens.core.engine.caster import Caster
 from riglens.core.errors import InputError
+from riglens.core.geometry import Pose
 from riglens.core.kernels.review import blind as kernel
 from riglens.core.kernels.runtime import jit
 from riglens.core.kernels.voxels.entropy_codes import Runs
@@ -244,13 +245,17 @@ class BlindEngine:
         self._looked: list[_Looked] = []
         self._around: Levels = np.empty((0, *self.grid.shape[:2]), np.uint16)
 
-    def evaluate(self, rig: Rig) -> BlindMap:
-        """How low the rig's enabled sensors look around the car."""
+    def evaluate(self, rig: Rig, failed: Collection[str] = (), stance: Pose = Pose()) -> BlindMap:
+        """How low the rig's enabled sensors look around the car, without those that have failed.
+
+        stance: of the car, where the rig's poses are those of a car that stands otherwise than on level ground."""
         jit.use_threads(self._workers)
         sensors = [sensor for sensor in rig.sensors if sensor.enabled]
-        solid = CarBody(rig.vehicle, self._mesh).solid() if self.settings.body == "blocks" else None
-        rows = self._rows_of(sensors, solid)
-        kinds = np.array([KINDS.index(sensor.kind) for sensor in sensors], np.int64)
+        body = CarBody(rig.vehicle, self._mesh, stance)
+        solid = body.solid() if self.settings.body == "blocks" else None
+        counted = [sensor.name not in failed for sensor in sensors]
+        rows = self._rows_of(sensors, solid)[counted]
+        kinds = np.array([KINDS.index(sensor.kind) for sensor in sensors], np.int64)[counted]
         levels = np.empty((len(BY), kernel.MOST_COUNTED, *self.grid.shape[:2]), np.uint16)
         kernel.three_lowest(self._around, rows, kinds, NONE, self._workers, levels)
         return BlindMap(rig, self.settings, self.grid, self.ground, levels)

@@ -79,6 +79,15 @@ def lost_of(failure: Failure, cls: int, sector: int | None = None) -> int:
     return int(failure.lost[:, cls].sum() if sector is None else failure.lost[sector, cls])
 
 
+def failing_of(sensors: Sequence[Sensor]) -> list[tuple[What, str, tuple[str, ...]]]:
+    """Return what can fail: every sensor, every pair, every group, with its name and the sensors that it takes."""
+    names = [sensor.name for sensor in sensors]
+    failing: list[tuple[What, str, tuple[str, ...]]] = [("sensor", name, (name,)) for name in names]
+    if len(names) <= MOST_PAIRED:
+        failing += [("pair", f"{one} + {other}", (one, other)) for one, other in combinations(names, 2)]
+    return failing + [("group", name, members) for name, members in groups_of(sensors).items()]
+
+
 # ---------------------------------------------------------------- voxels
 
 
@@ -254,14 +263,9 @@ def target_coverage(traffic: Traffic, rig: Rig, objects: ObjectCounts, min_point
     detected = _detected(objects, (), min_points)
     kinds = (objects.all_points >= min_points) & (objects.height_px >= HEIGHT_PX)
     covered = np.stack([tally(detected), tally(alone >= 2), tally(alone >= 3), tally(kinds)], axis=1)
-    names = [sensor.name for sensor in sensors]
-    failing: list[tuple[What, str, tuple[str, ...]]] = [("sensor", name, (name,)) for name in names]
-    if len(names) <= MOST_PAIRED:
-        failing += [("pair", f"{one} + {other}", (one, other)) for one, other in combinations(names, 2)]
-    failing += [("group", name, members) for name, members in groups_of(sensors).items()]
     failures = tuple(
         Failure(what, name, members, tally(detected & ~_detected(objects, members, min_points)))
-        for what, name, members in failing
+        for what, name, members in failing_of(sensors)
     )
     return Coverage(tally(np.ones(len(objects.box), np.bool_)), covered, failures)
 

@@ -8,12 +8,13 @@ which nothing of the car stands. The share does not depend on how densely a sens
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from riglens.core.geometry import Pose
 from riglens.core.metric.scores import Body
 from riglens.core.review.outline import Outline
 from riglens.core.review.profiles import Profile, Target, targets_of
@@ -59,13 +60,41 @@ class ProfileVerdict:
         """Whether all objects are seen."""
         return not self.failed
 
+    def without(self, failed: Collection[str]) -> ProfileVerdict:
+        """Return the verdict on the rig without some sensors."""
+        objects = (
+            _judged(
+                self.profile,
+                one.target,
+                {name: rays for name, rays in one.rays_by_sensor.items() if name not in failed},
+                {name: share for name, share in one.share_by_sensor.items() if name not in failed},
+            )
+            for one in self.objects
+        )
+        return ProfileVerdict(self.profile, tuple(objects))
+
+
+def _judged(
+    profile: Profile, target: Target, rays: dict[str, int], shares: dict[str, float]
+) -> ObjectVerdict:
+    """Judge an object by the rays on it and the shares of it, both by sensor."""
+    total, best = sum(rays.values()), max(shares.values(), default=0.0)
+    return ObjectVerdict(target, total >= profile.rays and best >= profile.share, total, best, rays, shares)
+
 
 class Onlooker:
     """Where the rays of a rig's enabled sensors end; keeps what sensors that stay have found of each object."""
 
-    def __init__(self, rig: Rig, body: Body, mesh: BodyMesh | None = None, workers: int = 1) -> None:
+    def __init__(
+        self,
+        rig: Rig,
+        body: Body,
+        mesh: BodyMesh | None = None,
+        workers: int = 1,
+        stance: Pose = Pose(),
+    ) -> None:
         self._outline = Outline.of(rig.vehicle, mesh)
-        solid = CarBody(rig.vehicle, mesh).solid() if body == "blocks" else None
+        solid = CarBody(rig.vehicle, mesh, stance).solid() if body == "blocks" else None
         self._sensors = [sensor for sensor in rig.sensors if sensor.enabled]
         self._barriers = {s.name: None if solid is None else barrier_of(s, solid) for s in self._sensors}
         self._ends = {s.name: _ends(s, self._barriers[s.name], workers) for s in self._sensors}
@@ -80,9 +109,7 @@ class Onlooker:
         for place, target in enumerate(targets):
             own = {name: int(counts[place]) for name, counts in rays.items()}
             parts = {name: found[place] for name, found in shares.items()}
-            total, best = sum(own.values()), max(parts.values(), default=0.0)
-            is_seen = total >= profile.rays and best >= profile.share
-            objects.append(ObjectVerdict(target, is_seen, total, best, own, parts))
+            objects.append(_judged(profile, target, own, parts))
         return ProfileVerdict(profile, tuple(objects))
 
 
